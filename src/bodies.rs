@@ -1,0 +1,70 @@
+//! The state of all bodies, one array a quantity: the configuration `C^k` of the method.
+
+use crate::separation::Placed;
+use crate::shape::Shape;
+use glam::{DQuat, DVec3};
+
+/// Where a body comes from: enough to rebuild the lineage of a colony.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lineage {
+    /// Unique over a whole run; a division ends one id and begins two.
+    pub id: u64,
+    /// The id that divided into this one.
+    pub parent: Option<u64>,
+    /// Time of birth.
+    pub birth: f64,
+    /// Divisions since the founder.
+    pub generation: u32,
+}
+
+/// All bodies of a simulation. Arrays are indexed by body and have the same length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Bodies {
+    /// Shapes, as they are now (a growing body's length changes).
+    pub shape: Vec<Shape>,
+    /// Centres.
+    pub position: Vec<DVec3>,
+    /// Unit quaternions taking body axes to space.
+    pub orientation: Vec<DQuat>,
+    /// Linear velocities; the state of the inertial law, and the last step's outcome in the overdamped one.
+    pub velocity: Vec<DVec3>,
+    /// Angular velocities in space axes; as `velocity`.
+    pub angular_velocity: Vec<DVec3>,
+    /// Index into the scene's group names; `u32::MAX` where a body has none.
+    pub group: Vec<u32>,
+    /// Identity and ancestry.
+    pub lineage: Vec<Lineage>,
+}
+
+/// The value of [`Bodies::group`] of a body that belongs to no group.
+pub const NO_GROUP: u32 = u32::MAX;
+
+impl Bodies {
+    /// How many bodies there are.
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// Whether there is no body.
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+
+    /// Adds a body at rest, founder of its own line, and returns its index.
+    pub fn push(&mut self, placed: Placed, group: u32) -> usize {
+        let index = self.len();
+        self.shape.push(placed.shape);
+        self.position.push(placed.position);
+        self.orientation.push(placed.orientation);
+        self.velocity.push(DVec3::ZERO);
+        self.angular_velocity.push(DVec3::ZERO);
+        self.group.push(group);
+        self.lineage.push(Lineage { id: index as u64, parent: None, birth: 0.0, generation: 0 });
+        index
+    }
+
+    /// Body `i`'s shape where it is.
+    pub fn placed(&self, i: usize) -> Placed {
+        Placed { shape: self.shape[i], position: self.position[i], orientation: self.orientation[i] }
+    }
+}

@@ -1,0 +1,53 @@
+//! The linear complementarity problem of one solve, `0 <= g(gamma) = q + A gamma  _|_  gamma >= 0`, and its solvers.
+//!
+//! `A = J J^T` is never formed: `J` has one sparse row a constraint, with one block a body of its pair. The rows are already
+//! scaled by the factor of the effective mobility (see `constraint`), so a solver knows nothing of laws or shapes, and
+//! `v = J^T gamma` is the contact velocity in those scaled unknowns.
+
+/// One LCP. `g`, `q` are lengths; `D` is the number of unknowns of a body.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Problem<const D: usize> {
+    /// How many bodies the rows refer to.
+    pub bodies: usize,
+    /// The two bodies of each row, distinct. Several rows may have the same pair, in any place.
+    pub pair: Vec<[u32; 2]>,
+    /// The two blocks of each row of `J`.
+    pub jacobian: Vec<[[f64; D]; 2]>,
+    /// `g` at `gamma = 0`.
+    pub q: Vec<f64>,
+}
+
+/// When a solver stops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Largest natural residual `max |min(g, s gamma)|` that counts as solved, a length.
+    pub tolerance: f64,
+    /// Most iterations.
+    pub max_iterations: u64,
+}
+
+/// How a solve ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// The residual is at or under the tolerance.
+    Solved,
+    /// The iterations were used up; the best iterate is returned.
+    MaxIterations,
+    /// No iterate improved on the best one for long; the best iterate is returned.
+    NoProgress,
+    /// A number that is not finite turned up; the best iterate before it is returned.
+    NotFinite,
+}
+
+/// What a solve did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// How it ended.
+    pub status: Status,
+    /// Iterations taken.
+    pub iterations: u64,
+    /// Applications of `A`, of either half counted as one whole.
+    pub products: u64,
+    /// Natural residual of the returned `gamma`, a length.
+    pub residual: f64,
+}

@@ -1,0 +1,59 @@
+//! What a step did: the figures that a run logs, sums up and is judged by.
+
+use crate::lcp::Status;
+use std::time::Duration;
+
+/// Wall time by phase.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Phases {
+    /// Finding candidate pairs.
+    pub broad_phase: Duration,
+    /// Separations, rows, violations.
+    pub narrow_phase: Duration,
+    /// The LCPs.
+    pub solve: Duration,
+    /// Forces, mobilities, trial configurations.
+    pub integrate: Duration,
+    /// Growth and division.
+    pub growth: Duration,
+}
+
+/// What one step did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepReport {
+    /// Its number, from 1.
+    pub step: u64,
+    /// Time after it.
+    pub time: f64,
+    /// Bodies after it.
+    pub bodies: usize,
+    /// Rows of its last LCP.
+    pub constraints: usize,
+    /// Recursions after its first solve.
+    pub recursions: u32,
+    /// LCP iterations, over all its solves.
+    pub iterations: u64,
+    /// Applications of `A`, over all its solves.
+    pub products: u64,
+    /// Largest residual that one of its solves ended with, a length.
+    pub residual: f64,
+    /// Solves that did not reach the solver's tolerance.
+    pub unconverged: u32,
+    /// How the least successful of its solves ended.
+    pub status: Status,
+    /// Largest true overlap of smooth surfaces in the accepted configuration, a length.
+    pub max_overlap: f64,
+    /// The pair that overlaps by `max_overlap`, where one does.
+    pub worst_pair: Option<[usize; 2]>,
+    /// Largest overlap between sub-spheres, where the method makes its rows from them.
+    pub proxy_overlap: Option<f64>,
+    /// Wall time by phase.
+    pub phases: Phases,
+}
+
+impl StepReport {
+    /// Whether the accepted configuration holds the overlap tolerance.
+    pub fn within(&self, overlap_tolerance: f64) -> bool {
+        self.max_overlap <= overlap_tolerance
+    }
+}

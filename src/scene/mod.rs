@@ -1,0 +1,330 @@
+//! A scene: everything that determines a run, as it stands in a scene file (JSON).
+//!
+//! The types below are the file's reference: the reader, the JSON Schema and the echoed `scene.json` are made from them.
+//! Variants are externally tagged (`{"ellipsoid": {...}}`) and unknown keys are refused.
+
+use crate::shape::Shape;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Everything that determines a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// A name for people; it stands in the summary and names the run's folder.
+    pub name: String,
+    /// Everything random is drawn from this.
+    #[serde(default)]
+    pub seed: u64,
+    /// The law of motion.
+    #[serde(default)]
+    pub dynamics: Dynamics,
+    /// Step size and duration.
+    pub time: Time,
+    /// How contacts are resolved, and how well.
+    #[serde(default)]
+    pub contact: Contact,
+    /// The LCP solver.
+    #[serde(default)]
+    pub solver: Solver,
+    /// Bodies move in the x-y plane and turn about z; no other unknowns are carried.
+    #[serde(default)]
+    pub planar: bool,
+    /// External forces.
+    #[serde(default)]
+    pub forces: Vec<Force>,
+    /// Growth and division of spherocylinders.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub growth: Option<Growth>,
+    /// Bodies placed one by one.
+    #[serde(default)]
+    pub bodies: Vec<Body>,
+    /// Bodies placed by rule, after `bodies`, drawn from `seed`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub generate: Vec<Generate>,
+    /// What is recorded, and how often.
+    #[serde(default)]
+    pub output: Output,
+}
+
+/// The law of motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Dynamics {
+    /// Inertia is negligible: `u = F / (drag L)`, `w = 12 T / (drag L^3)` with `L` the major axis length.
+    Overdamped {
+        /// Drag coefficient `xi`.
+        drag: f64,
+    },
+    /// Newton's and Euler's equations with inelastic contact.
+    Inertial {
+        /// Mass per volume of every body.
+        density: f64,
+    },
+}
+
+impl Default for Dynamics {
+    fn default() -> Self {
+        Dynamics::Overdamped { drag: 1.0 }
+    }
+}
+
+/// Step size and duration.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Time {
+    /// Step size.
+    pub dt: f64,
+    /// Time at which the run ends.
+    pub end: f64,
+    /// Time at which the run starts.
+    #[serde(default)]
+    pub start: f64,
+    /// The stepping scheme.
+    #[serde(default)]
+    pub stepping: Stepping,
+}
+
+impl Time {
+    /// How many steps the run takes. A last interval shorter than a millionth of `dt` is rounding, not a step.
+    pub fn steps(&self) -> u64 {
+        (((self.end - self.start) / self.dt) - 1e-6).ceil().max(0.0) as u64
+    }
+
+    /// The time after `step` steps.
+    pub fn after(&self, step: u64) -> f64 {
+        self.start + step as f64 * self.dt
+    }
+}
+
+/// The stepping scheme.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Stepping {
+    /// The first-order step of the paper.
+    #[default]
+    Euler,
+}
+
+/// How contacts are resolved, and how well.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Contact {
+    /// Which rows are made, and whether the recursion runs.
+    pub method: Method,
+    /// Largest overlap of smooth surfaces that an accepted step may leave, a length.
+    pub overlap_tolerance: f64,
+    /// Most recursions of one step.
+    pub max_recursions: u32,
+    /// Pairs nearer than this at a step's start get a row (beside those that the free motion may bring into contact), a length.
+    /// Without it: a quarter of the smallest body's thickness.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cutoff: Option<f64>,
+}
+
+impl Default for Contact {
+    fn default() -> Self {
+        Contact { method: Method::default(), overlap_tolerance: 1e-5, max_recursions: 64, cutoff: None }
+    }
+}
+
+/// Which rows a step makes, and whether it recurs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Method {
+    /// One row a near pair of smooth surfaces, more where the trial still overlaps.
+    #[default]
+    Relcp,
+    /// One row a near pair of smooth surfaces, no recursion.
+    Snsd,
+    /// One row a near pair of sub-spheres, no recursion.
+    Multisphere {
+        /// Spheres a body: odd on a major axis; on a ring, enough to leave no gap.
+        count: u32,
+    },
+}
+
+/// The LCP solver and when it stops.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Solver {
+    /// Which solver.
+    pub kind: SolverKind,
+    /// Largest natural residual that counts as solved, a length. Without it: a tenth of the overlap tolerance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// Most iterations of one solve. Without it: 100,000.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_iterations: Option<u64>,
+}
+
+/// The LCP solvers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SolverKind {
+    /// The program's choice.
+    #[default]
+    Auto,
+    /// Projected Jacobi with a safe step.
+    ProjectedJacobi,
+    /// Projected Gauss-Seidel, sequential.
+    ProjectedGaussSeidel,
+    /// Accelerated projected gradient descent with restart.
+    Apgd,
+    /// Projected gradient descent with safeguarded Barzilai-Borwein steps.
+    Bbpgd,
+    /// Projected nonlinear conjugate gradients, preconditioned by the blocks of the pairs.
+    PairBlockCg,
+    /// Dense pivoting, for tests and small systems.
+    Dense,
+}
+
+/// An external force.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Force {
+    /// The same force on every body.
+    Uniform {
+        /// The force.
+        force: [f64; 3],
+        /// Only bodies of this group.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        group: Option<String>,
+    },
+    /// Weight: the body's mass times an acceleration. It needs the inertial law, where bodies have mass.
+    Gravity {
+        /// The acceleration.
+        acceleration: [f64; 3],
+        /// Only bodies of this group.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        group: Option<String>,
+    },
+    /// `F(x) = -x (|x| - sin |x|) / |x|^2`: the paper's compaction.
+    RadialInward {
+        /// Only bodies of this group.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        group: Option<String>,
+    },
+    /// `F(x) = +x (|x| - sin |x|) / |x|^2`: the paper's chainmail.
+    RadialOutward {
+        /// Only bodies of this group.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        group: Option<String>,
+    },
+}
+
+/// Growth and division of spherocylinders: `length' = rate * length` between divisions.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Growth {
+    /// Relative growth per time.
+    pub rate: f64,
+    /// Tip-to-tip length at which a cell divides into two of half its length.
+    pub division_length: f64,
+    /// Each daughter turns by an angle drawn uniformly from plus and minus this, in degrees.
+    #[serde(default)]
+    pub reorientation_degrees: f64,
+}
+
+/// One body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Its shape.
+    pub shape: Shape,
+    /// Its centre.
+    pub position: [f64; 3],
+    /// `[w, x, y, z]`, body axes to space; normalized on reading.
+    #[serde(default = "identity")]
+    pub orientation: [f64; 4],
+    /// Velocity, under the inertial law.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<[f64; 3]>,
+    /// Angular velocity in space axes, under the inertial law.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angular_velocity: Option<[f64; 3]>,
+    /// The group it belongs to, for forces.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
+    /// Identity and ancestry; given all together or not at all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lineage: Option<BodyLineage>,
+}
+
+/// Identity and ancestry of a body, as a run writes it into `final.json`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BodyLineage {
+    /// Unique over the run.
+    pub id: u64,
+    /// The id that divided into this one.
+    pub parent: Option<u64>,
+    /// Time of birth.
+    pub birth: f64,
+    /// Divisions since the founder.
+    pub generation: u32,
+}
+
+fn identity() -> [f64; 4] {
+    [1.0, 0.0, 0.0, 0.0]
+}
+
+/// Bodies placed by rule.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Generate {
+    /// `count` bodies at random positions and isotropic random orientations, without overlap, in a cube centred on the origin
+    /// whose volume is theirs over `volume_fraction`.
+    Isotropic {
+        /// How many.
+        count: u64,
+        /// Their shape.
+        shape: Shape,
+        /// Their volume over the cube's.
+        volume_fraction: f64,
+        /// Their group.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        group: Option<String>,
+    },
+    /// A sheet of interlaced rings on a square lattice in the x-y plane, centred on the origin, without overlap.
+    Chainmail {
+        /// Rings along x.
+        columns: u64,
+        /// Rings along y.
+        rows: u64,
+        /// Radius of each ring's centreline.
+        major_radius: f64,
+        /// Radius of each ring's tube.
+        minor_radius: f64,
+        /// Their group.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        group: Option<String>,
+    },
+    /// One cell at the origin, its axis along x.
+    Founder {
+        /// Its diameter.
+        diameter: f64,
+        /// Its tip-to-tip length.
+        length: f64,
+        /// Its group.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        group: Option<String>,
+    },
+}
+
+/// What is recorded, and how often.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Output {
+    /// Time between recorded states. Without it: a hundredth of the run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub every: Option<f64>,
+    /// Steps between rows of `steps.csv`.
+    pub step_stride: u64,
+}
+
+impl Default for Output {
+    fn default() -> Self {
+        Output { every: None, step_stride: 1 }
+    }
+}
