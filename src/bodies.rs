@@ -18,7 +18,7 @@ pub struct Lineage {
 }
 
 /// All bodies of a simulation. Arrays are indexed by body and have the same length.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct Bodies {
     /// Shapes, as they are now (a growing body's length changes).
     pub shape: Vec<Shape>,
@@ -66,5 +66,24 @@ impl Bodies {
     /// Body `i`'s shape where it is.
     pub fn placed(&self, i: usize) -> Placed {
         Placed { shape: self.shape[i], position: self.position[i], orientation: self.orientation[i] }
+    }
+}
+
+impl Clone for Bodies {
+    fn clone(&self) -> Self {
+        let mut copy = Bodies::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Copies into the memory that is already there: a step does this once.
+    fn clone_from(&mut self, from: &Self) {
+        self.shape.clone_from(&from.shape);
+        self.position.clone_from(&from.position);
+        self.orientation.clone_from(&from.orientation);
+        self.velocity.clone_from(&from.velocity);
+        self.angular_velocity.clone_from(&from.angular_velocity);
+        self.group.clone_from(&from.group);
+        self.lineage.clone_from(&from.lineage);
     }
 }

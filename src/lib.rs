@@ -1,4 +1,49 @@
-//! relcp: smooth rigid bodies that do not overlap.
+//! Smooth rigid bodies that do not overlap: spheres, rods, ellipsoids and rings in contact, by a recursively generated linear
+//! complementarity problem (ReLCP; Palmer, Aktulga, Gao: "Smooth-Rigid-Body Contact as a ReLCP", 2026).
+//!
+//! # The equations
+//!
+//! A step of `dt` starts at the configuration `C^k` and moves every body with one constant generalized velocity `U = (u, w)`:
+//!
+//! ```text
+//! C(U):  x = x^k + dt u,   q = normalize(q^k + dt/2 (0, w) (x) q^k)
+//! U    = U_free + E D gamma                         E: effective mobility, D: transposed rows
+//! 0 <= g(U) = Phi(C_j) + dt D . (U - U_j)  _|_  gamma >= 0      one row a constraint, made at C_j = C(U_j)
+//! A    = dt D^T E D = J J^T,   q_row = g(U_free)
+//! ```
+//!
+//! The first rows are made at `C^k` (`U_j = 0`), one for each near pair. After a solve, all pairs are looked at in the trial `C(U)`; each
+//! that overlaps by more than the tolerance gets one more row, made there, and the larger problem is solved again, until none does.
+//!
+//! # Symbols
+//!
+//! | symbol | in code | meaning | unit |
+//! | --- | --- | --- | --- |
+//! | `Phi` | `separation` | shared-normal signed distance of a pair; negative where it overlaps | length |
+//! | `n` | `normal` | unit normal from a to b | 1 |
+//! | `r_a`, `r_b` | `lever_a`, `lever_b` | from a centre to its contact point | length |
+//! | `D` | row | `(-n, -r_a x n, n, r_b x n)`, carried back to `C^k` ([`constraint`]) | 1, length |
+//! | `gamma` | `gamma` | the contact force of a row | force |
+//! | `g` | | a row's linearised separation | length |
+//! | `E`, `L` | [`dynamics::Factor`] | effective mobility and its symmetric root | |
+//! | `U` | [`dynamics::Twist`] | generalized velocity of a body | length / time, 1 / time |
+//! | `tau` | `solver.tolerance` | largest natural residual `max abs min(g, A_ii gamma)` of a solved LCP | length |
+//! | `eps` | `contact.overlap_tolerance` | largest overlap of an accepted step | length |
+//!
+//! # A first run
+//!
+//! ```
+//! use relcp::{relcp::Simulation, scene};
+//! let scene = scene::load("three-capsules", &[])?;
+//! let bodies = scene.build()?;
+//! let mut simulation = Simulation::new(scene, bodies)?;
+//! let report = simulation.step()?;
+//! assert!(report.max_overlap < 1e-5 && report.recursions == 1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The step itself is [`relcp::step`], over the verbs of [`backend::Backend`].
+
 pub mod backend;
 pub mod bodies;
 pub mod broad_phase;

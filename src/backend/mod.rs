@@ -1,1 +1,41 @@
-//! backend.
+//! The verbs of a timestep. A backend holds the state and carries them out; `relcp::step` says in which order.
+
+pub mod cpu;
+
+use crate::lcp::Outcome;
+use crate::relcp::{Fault, Phases, State};
+
+/// What a trial configuration looks like: every pair of bodies, also those that were not near at the step's start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Overlap {
+    /// The largest overlap of two smooth surfaces, zero where none do; a length.
+    pub worst: f64,
+    /// The pair that overlaps most.
+    pub pair: Option<[usize; 2]>,
+    /// Pairs that overlap by more than the tolerance.
+    pub violations: usize,
+    /// The largest overlap of two sub-spheres, where rows are made from them.
+    pub proxy: Option<f64>,
+}
+
+/// The verbs of a timestep, in the order in which a step uses them.
+pub trait Backend: Send {
+    /// Growth and division, then forces, effective mobilities and free velocities at `C^k`.
+    fn begin(&mut self) -> Result<(), Fault>;
+    /// Finds all near pairs at `C^k` and makes their rows, with the multipliers that these pairs ended the last step with.
+    fn append_near(&mut self) -> Result<(), Fault>;
+    /// Solves the LCP of all rows from the present multipliers, for the step's total velocity `U`.
+    fn solve(&mut self) -> Result<Outcome, Fault>;
+    /// Moves to the trial `C(U)` and measures all overlaps there.
+    fn trial(&mut self) -> Result<Overlap, Fault>;
+    /// Makes one row for every pair that overlaps by more than the tolerance at the trial, with multiplier zero.
+    fn append_violations(&mut self) -> Result<(), Fault>;
+    /// Makes the trial the state and returns the step's wall time by phase.
+    fn accept(&mut self) -> Result<Phases, Fault>;
+    /// How many rows there are.
+    fn constraints(&self) -> usize;
+    /// The state after the last accepted step.
+    fn state(&self) -> &State;
+    /// Adds an external force.
+    fn add_force(&mut self, force: Box<dyn crate::dynamics::ForceField>);
+}

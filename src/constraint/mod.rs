@@ -1,1 +1,80 @@
-//! constraint.
+//! Constraints: rows that are made once and never changed again (the paper's equation for the ReLCP, telescoped).
+//!
+//! A row made at the configuration `C_j = C(U_j)` is one affine inequality in the step's *total* velocity `U`:
+//!
+//! ```text
+//! g(U) = Phi(C_j) + dt D . (U - U_j) >= 0,   D = (-n, -t_a, n, t_b)
+//! ```
+//!
+//! with the torque arms `t = r x n` carried back through the quaternion update to `C^k` ([`torque_arm`]), so that `D` is the exact
+//! derivative of `Phi(C(U))` at `U_j`. Scaled by the root `L` of the effective mobility, `J = sqrt(dt) D L`, the LCP matrix is
+//! `A = J J^T` and `U = U_free + L J^T gamma / sqrt(dt)`, for every law of motion.
+
+mod source;
+
+pub use source::{FEATURE_OF_SURFACES, RowSource, RowSourceError, sub_sphere_separations};
+
+use crate::dynamics::{Motion, Twist};
+use crate::freedom::{pack, unpack};
+use crate::lcp::Problem;
+use crate::separation::Separation;
+use glam::DVec3;
+
+/// The torque arm `t = r x n` of a row found at a configuration that was reached with angular velocity `w` in `dt`, as it acts on
+/// the velocity from the step's start: `(t - h x t) / (1 + |h|^2)` with `h = dt w / 2`.
+///
+/// A turn reached by the quaternion update `q + h q` responds to a change of `w` by the rotation
+/// `dt (dw + h x dw) / (1 + |h|^2)`; this is its transpose applied to `t`.
+#[inline]
+pub fn torque_arm(lever: DVec3, normal: DVec3, angular: DVec3, dt: f64) -> DVec3 {
+    let arm = lever.cross(normal);
+    let half = 0.5 * dt * angular;
+    (arm - half.cross(arm)) / (1.0 + half.length_squared())
+}
+
+/// One body's part in a row: how it moves in this step and the velocity that its configuration was reached with.
+#[derive(Clone, Copy, Debug)]
+pub struct Mover<'a> {
+    /// Free velocity and mobility.
+    pub motion: &'a Motion,
+    /// `U_j`: zero for rows at the step's start.
+    pub reached_with: Twist,
+}
+
+/// Appends the row of pair `pair` with separation `found` to `problem`.
+pub fn append<const D: usize>(
+    problem: &mut Problem<D>,
+    pair: [u32; 2],
+    found: &Separation,
+    [a, b]: [Mover<'_>; 2],
+    dt: f64,
+) {
+    let normal = found.normal;
+    let arm_a = torque_arm(found.lever_a, normal, a.reached_with.angular, dt);
+    let arm_b = torque_arm(found.lever_b, normal, b.reached_with.angular, dt);
+    let linear = (b.motion.free.linear - b.reached_with.linear) - (a.motion.free.linear - a.reached_with.linear);
+    let still_to_come = normal.dot(linear) + arm_b.dot(b.motion.free.angular - b.reached_with.angular)
+        - arm_a.dot(a.motion.free.angular - a.reached_with.angular);
+    let root = dt.sqrt();
+    let block = |mover: &Mover<'_>, normal: DVec3, arm: DVec3| {
+        let factor = &mover.motion.factor;
+        pack::<D>(root * factor.translation * normal, root * (factor.rotation * arm))
+    };
+    problem.pair.push(pair);
+    problem.jacobian.push([block(&a, -normal, -arm_a), block(&b, normal, arm_b)]);
+    problem.q.push(found.separation + dt * still_to_come);
+}
+
+/// The velocity `U = U_free + L v / sqrt(dt)` of a body whose scaled contact velocity is `v`.
+#[inline]
+pub fn velocity<const D: usize>(motion: &Motion, scaled: &[f64; D], dt: f64) -> Twist {
+    let (linear, angular) = unpack(scaled);
+    let root = dt.sqrt();
+    // What the scene does not carry is exactly zero, also where the free motion is not (a planar scene's loads are in the plane).
+    let (free_linear, free_angular) = unpack::<D>(&pack(motion.free.linear, motion.free.angular));
+    let contact = motion.factor.rotation * angular / root;
+    Twist {
+        linear: free_linear + motion.factor.translation / root * linear,
+        angular: free_angular + unpack::<D>(&pack(DVec3::ZERO, contact)).1,
+    }
+}

@@ -1,1 +1,70 @@
-//! dynamics.
+//! Laws of motion: what a body would do in the coming step without contact, and how readily contact moves it.
+//!
+//! A law gives two things per body, at the step's start `C^k`: the free velocity and the effective mobility.
+//!
+//! | law | free velocity | effective mobility `E` |
+//! | --- | --- | --- |
+//! | overdamped | `M F` | `M` |
+//! | inertial | `U^k + dt M^-1 (F - gyroscopic)` | `dt M^-1` |
+//!
+//! The velocity after contact is then `U = U_free + E D gamma` for both, and the LCP matrix is `A = dt D^T E D`.
+
+mod force;
+mod growth;
+mod inertial;
+mod integrate;
+mod overdamped;
+
+pub use force::{ForceField, Load, from_scene as forces_from_scene};
+pub use growth::grow;
+pub use inertial::Inertial;
+pub use integrate::{Pose, advance};
+pub use overdamped::Overdamped;
+
+use crate::bodies::Bodies;
+use crate::scene::Dynamics;
+use glam::{DMat3, DVec3};
+
+/// A generalized velocity.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Twist {
+    /// Velocity of the centre.
+    pub linear: DVec3,
+    /// Angular velocity, space axes.
+    pub angular: DVec3,
+}
+
+/// The symmetric square root `L` of a body's effective mobility, `L L = E`.
+///
+/// It is symmetric so that, where the z axis is an axis of the mobility (every planar scene), it maps z onto z and the
+/// planar unknowns stay closed under it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Factor {
+    /// Root of the translational mobility, the same in all directions.
+    pub translation: f64,
+    /// Root of the rotational mobility, space axes.
+    pub rotation: DMat3,
+}
+
+/// One body's motion over the coming step, contact left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// The velocity that it would have.
+    pub free: Twist,
+    /// How readily contact moves it.
+    pub factor: Factor,
+}
+
+/// A law of motion.
+pub trait Law: Send + Sync {
+    /// Body `i`'s motion over a step of `dt` from its present state under `load`.
+    fn motion(&self, bodies: &Bodies, i: usize, load: Load, dt: f64) -> Motion;
+}
+
+/// The law that a scene names.
+pub fn law(dynamics: &Dynamics) -> Box<dyn Law> {
+    match *dynamics {
+        Dynamics::Overdamped { drag } => Box::new(Overdamped { drag }),
+        Dynamics::Inertial { density } => Box::new(Inertial { density }),
+    }
+}

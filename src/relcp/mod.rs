@@ -1,5 +1,9 @@
-//! The step and the simulation.
+//! The timestep, the simulation that repeats it, and what it reports.
+
 mod report;
 mod simulation;
+mod step;
+
 pub use report::{Phases, StepReport};
-pub use simulation::{Fault, Simulation, State, Warm};
+pub use simulation::{Fault, Simulation, State, Warm, contacts};
+pub use step::step;

@@ -1,5 +1,7 @@
 //! What a step did: the figures that a run logs, sums up and is judged by.
 
+use super::State;
+use crate::backend::Overlap;
 use crate::lcp::Status;
 use std::time::Duration;
 
@@ -39,7 +41,7 @@ pub struct StepReport {
     pub residual: f64,
     /// Solves that did not reach the solver's tolerance.
     pub unconverged: u32,
-    /// How the least successful of its solves ended.
+    /// `Solved`, or how the last of its solves that did not converge ended.
     pub status: Status,
     /// Largest true overlap of smooth surfaces in the accepted configuration, a length.
     pub max_overlap: f64,
@@ -51,7 +53,37 @@ pub struct StepReport {
     pub phases: Phases,
 }
 
+impl Default for StepReport {
+    fn default() -> Self {
+        StepReport {
+            step: 0,
+            time: 0.0,
+            bodies: 0,
+            constraints: 0,
+            recursions: 0,
+            iterations: 0,
+            products: 0,
+            residual: 0.0,
+            unconverged: 0,
+            status: Status::Solved,
+            max_overlap: 0.0,
+            worst_pair: None,
+            proxy_overlap: None,
+            phases: Phases::default(),
+        }
+    }
+}
+
 impl StepReport {
+    /// Records the accepted configuration.
+    pub(super) fn measure(&mut self, overlap: &Overlap, state: &State) {
+        self.step = state.step;
+        self.bodies = state.bodies.len();
+        self.max_overlap = overlap.worst;
+        self.worst_pair = overlap.pair;
+        self.proxy_overlap = overlap.proxy;
+    }
+
     /// Whether the accepted configuration holds the overlap tolerance.
     pub fn within(&self, overlap_tolerance: f64) -> bool {
         self.max_overlap <= overlap_tolerance

@@ -1,0 +1,374 @@
+//! The verbs of a timestep on the CPU, in f64, generic over the number of unknowns of a body.
+//!
+//! Parallel loops write to places of their own or collect in order, so the bits do not depend on the number of threads.
+
+mod narrow_phase;
+
+use super::{Backend, Overlap};
+use crate::bodies::Bodies;
+use crate::broad_phase::{Aabb, Candidates};
+use crate::constraint::{self, FEATURE_OF_SURFACES, Mover, RowSource, RowSourceError, sub_sphere_separations};
+use crate::dynamics::{self, ForceField, Law, Load, Motion, Pose, Twist};
+use crate::lcp::{self, Outcome, Problem};
+use crate::relcp::{Fault, Phases, State, Warm};
+use crate::scene::{Growth, Scene};
+use crate::separation::Placed;
+use crate::shape::ProxySphere;
+use glam::DVec3;
+use narrow_phase::{Known, Near};
+use rayon::prelude::*;
+use std::time::{Duration, Instant};
+
+/// A loop over fewer bodies than this runs on one thread: below it, handing out the work costs more than it saves
+/// (a body's share of any of these loops is 20 to 100 ns, waking a thread some 5 us).
+const LEAST_BODIES_A_TASK: usize = 512;
+
+/// A default cutoff is this part of the smallest body's thickness. It only decides which pairs get a row before the first trial
+/// shows that they need one: at 1/4, a growing colony of rods at dt = 1e-3 carries 2.7 rows a rod.
+const CUTOFF_PER_THICKNESS: f64 = 0.25;
+
+/// The CPU backend. `D` is [`crate::freedom::PLANAR`] or [`crate::freedom::SPATIAL`].
+pub struct Cpu<const D: usize> {
+    dt: f64,
+    start_time: f64,
+    planar: bool,
+    seed: u64,
+    growth: Option<Growth>,
+    overlap_tolerance: f64,
+    cutoff: f64,
+    law: Box<dyn Law>,
+    forces: Vec<Box<dyn ForceField>>,
+    source: RowSource,
+    solver: lcp::Solver<D>,
+    candidates: Candidates,
+    /// The last accepted state.
+    state: State,
+    /// `C^k` with the bodies and lengths of this step, and the next free id.
+    start: Bodies,
+    next_id: u64,
+    motion: Vec<Motion>,
+    reach: Vec<f64>,
+    proxies: Vec<Vec<ProxySphere>>,
+    /// The trial: `U`, `C(U)`, and what overlaps there.
+    twist: Vec<Twist>,
+    trial: Vec<Pose>,
+    overlapping: Vec<Near>,
+    /// Normals found so far in this step, by pair.
+    known: Vec<Known>,
+    problem: Problem<D>,
+    feature: Vec<u32>,
+    gamma: Vec<f64>,
+    phases: Phases,
+}
+
+impl<const D: usize> Cpu<D> {
+    /// A backend for `scene` in `state`.
+    pub fn new(scene: &Scene, state: State) -> Result<Self, RowSourceError> {
+        let source = scene.contact.method.row_source();
+        source.proxies(&state.bodies.shape)?;
+        let thickness = state.bodies.shape.iter().map(|s| s.thickness()).fold(f64::INFINITY, f64::min);
+        Ok(Cpu {
+            dt: scene.time.dt,
+            start_time: scene.time.start,
+            planar: scene.planar,
+            seed: scene.seed,
+            growth: scene.growth,
+            overlap_tolerance: scene.contact.overlap_tolerance,
+            cutoff: scene.contact.cutoff.unwrap_or(CUTOFF_PER_THICKNESS * thickness),
+            law: dynamics::law(&scene.dynamics),
+            forces: dynamics::forces_from_scene(&scene.forces, &scene.group_names(), &scene.dynamics),
+            source,
+            solver: lcp::Solver::new(scene.solver.kind, scene.solver.settings(scene.contact.overlap_tolerance)),
+            candidates: Candidates::default(),
+            start: Bodies::default(),
+            next_id: state.next_id,
+            state,
+            motion: Vec::new(),
+            reach: Vec::new(),
+            proxies: Vec::new(),
+            twist: Vec::new(),
+            trial: Vec::new(),
+            overlapping: Vec::new(),
+            known: Vec::new(),
+            problem: Problem::default(),
+            feature: Vec::new(),
+            gamma: Vec::new(),
+            phases: Phases::default(),
+        })
+    }
+
+    /// The present LCP and its multipliers, for diagnosis and tests.
+    pub fn lcp(&self) -> (&Problem<D>, &[f64]) {
+        (&self.problem, &self.gamma)
+    }
+
+    fn step_start(&self) -> f64 {
+        self.start_time + self.state.step as f64 * self.dt
+    }
+
+    /// Loads, effective mobilities, free velocities, and how far each body's surface may move on its own.
+    fn set_motion(&mut self) {
+        let (time, dt) = (self.step_start(), self.dt);
+        let (start, law, forces) = (&self.start, &self.law, &self.forces);
+        let of_body = |i: usize| {
+            let mut load = Load::default();
+            for force in forces {
+                load += force.load(start, i, time);
+            }
+            let motion = law.motion(start, i, load, dt);
+            let speed = motion.free.linear.length() + motion.free.angular.length() * start.shape[i].bounding_radius();
+            (motion, dt * speed)
+        };
+        (0..start.len())
+            .into_par_iter()
+            .with_min_len(LEAST_BODIES_A_TASK)
+            .map(of_body)
+            .unzip_into_vecs(&mut self.motion, &mut self.reach);
+    }
+
+    /// The boxes of all bodies in the poses `pose(i)`, each widened by `margin(i)`.
+    fn boxes(&self, pose: impl Fn(usize) -> Pose + Sync, margin: impl Fn(usize) -> f64 + Sync) -> Vec<Aabb> {
+        let of_body = |i: usize| {
+            let pose = pose(i);
+            let half = self.start.shape[i].half_extents(pose.orientation) + DVec3::splat(margin(i));
+            Aabb { min: pose.position - half, max: pose.position + half }
+        };
+        (0..self.start.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK).map(of_body).collect()
+    }
+
+    fn at_start(&self, i: usize) -> Pose {
+        Pose { position: self.start.position[i], orientation: self.start.orientation[i] }
+    }
+
+    /// Appends the row of `near` with multiplier `gamma`; `at_trial` says where it was found.
+    fn append(&mut self, near: &Near, feature: u32, gamma: f64, at_trial: bool) {
+        let [a, b] = near.pair.map(|body| Mover {
+            motion: &self.motion[body as usize],
+            reached_with: if at_trial { self.twist[body as usize] } else { Twist::default() },
+        });
+        constraint::append(&mut self.problem, near.pair, &near.found, [a, b], self.dt);
+        self.feature.push(feature);
+        self.gamma.push(gamma);
+    }
+
+    /// Rows of the smooth surfaces of all near pairs.
+    fn append_near_surfaces(&mut self, pairs: &[[u32; 2]]) {
+        let known = narrow_phase::remembered(&self.state.warm);
+        let limit = |a: usize, b: usize| self.cutoff + self.reach[a] + self.reach[b];
+        let near = narrow_phase::within(pairs, &known, |i| self.start.placed(i), limit);
+        self.known = near.iter().map(Known::from).collect();
+        let warm = std::mem::take(&mut self.state.warm);
+        let mut cursor = warm.iter().peekable();
+        for near in &near {
+            let mut gamma = 0.0;
+            while let Some(w) = cursor.next_if(|w| w.pair <= near.pair) {
+                if w.pair == near.pair {
+                    gamma += w.gamma;
+                }
+            }
+            self.append(near, FEATURE_OF_SURFACES, gamma, false);
+        }
+        self.state.warm = warm;
+    }
+
+    /// Rows of all near pairs of sub-spheres.
+    fn append_near_sub_spheres(&mut self, pairs: &[[u32; 2]]) {
+        let warm = std::mem::take(&mut self.state.warm);
+        let mut rows = Vec::new();
+        for &pair in pairs {
+            let [a, b] = pair.map(|i| i as usize);
+            let limit = self.cutoff + self.reach[a] + self.reach[b];
+            let placed = [&self.start.placed(a), &self.start.placed(b)];
+            let proxies = [self.proxies[a].as_slice(), self.proxies[b].as_slice()];
+            sub_sphere_separations(placed, proxies, limit, |feature, found| rows.push((Near { pair, found }, feature)));
+        }
+        let mut cursor = warm.iter().peekable();
+        for (near, feature) in &rows {
+            let key = (near.pair, *feature);
+            while cursor.next_if(|w| (w.pair, w.feature) < key).is_some() {}
+            let gamma = cursor.next_if(|w| (w.pair, w.feature) == key).map_or(0.0, |w| w.gamma);
+            self.append(near, *feature, gamma, false);
+        }
+        self.known = narrow_phase::remembered(&warm);
+        self.state.warm = warm;
+    }
+
+    /// The trial's twists and poses, or the first body whose velocity is not finite.
+    fn set_trial(&mut self) -> Result<(), Fault> {
+        let scaled = self.solver.velocity(&self.problem, &self.gamma);
+        let dt = self.dt;
+        let of_body = |i: usize| {
+            let twist = constraint::velocity(&self.motion[i], &scaled[i], dt);
+            (twist, dynamics::advance(self.at_start(i), twist, dt))
+        };
+        let (mut twist, mut trial) = (std::mem::take(&mut self.twist), std::mem::take(&mut self.trial));
+        (0..self.start.len())
+            .into_par_iter()
+            .with_min_len(LEAST_BODIES_A_TASK)
+            .map(of_body)
+            .unzip_into_vecs(&mut twist, &mut trial);
+        (self.twist, self.trial) = (twist, trial);
+        let finite = |t: &Twist| t.linear.is_finite() && t.angular.is_finite();
+        match self.twist.iter().position(|t| !finite(t)) {
+            Some(body) => Err(Fault::NotFinite { step: self.state.step + 1, what: "velocity", body }),
+            None => Ok(()),
+        }
+    }
+
+    fn placed_at_trial(&self, i: usize) -> Placed {
+        let Pose { position, orientation } = self.trial[i];
+        Placed { shape: self.start.shape[i], position, orientation }
+    }
+
+    fn worst_proxy_overlap(&self) -> Option<f64> {
+        if self.proxies.is_empty() {
+            return None;
+        }
+        // Sub-spheres lie inside their surfaces, so only pairs whose surfaces overlap can have sub-spheres that do.
+        let mut worst = 0.0f64;
+        for near in &self.overlapping {
+            let [a, b] = near.pair.map(|i| i as usize);
+            let placed = [&self.placed_at_trial(a), &self.placed_at_trial(b)];
+            let proxies = [self.proxies[a].as_slice(), self.proxies[b].as_slice()];
+            sub_sphere_separations(placed, proxies, 0.0, |_, found| worst = worst.max(-found.separation));
+        }
+        Some(worst)
+    }
+
+    /// What the next step starts from: for each pair with rows, their multipliers and the last normal.
+    fn remember(&self) -> Vec<Warm> {
+        let mut warm: Vec<Warm> = (0..self.gamma.len())
+            .map(|row| Warm {
+                pair: self.problem.pair[row],
+                feature: self.feature[row],
+                gamma: self.gamma[row],
+                normal: DVec3::ZERO,
+            })
+            .collect();
+        warm.sort_by_key(|w| (w.pair, w.feature));
+        warm.dedup_by(|later, first| {
+            let same = (later.pair, later.feature) == (first.pair, first.feature);
+            if same {
+                first.gamma += later.gamma;
+            }
+            same
+        });
+        narrow_phase::copy_normals(&self.known, &mut warm);
+        warm
+    }
+}
+
+/// Runs `work` and adds its wall time to `total`.
+fn timed<T>(total: &mut Duration, work: impl FnOnce() -> T) -> T {
+    let begun = Instant::now();
+    let out = work();
+    *total += begun.elapsed();
+    out
+}
+
+impl<const D: usize> Backend for Cpu<D> {
+    fn begin(&mut self) -> Result<(), Fault> {
+        let begun = Instant::now();
+        self.phases = Phases::default();
+        self.start.clone_from(&self.state.bodies);
+        self.next_id = self.state.next_id;
+        if let Some(growth) = self.growth {
+            let time = self.step_start();
+            dynamics::grow(&mut self.start, &growth, self.planar, self.seed, time, self.dt, &mut self.next_id);
+        }
+        self.proxies = self.source.proxies(&self.start.shape).map_err(Fault::NoProxy)?;
+        self.phases.growth += begun.elapsed();
+        let begun = Instant::now();
+        self.set_motion();
+        self.phases.integrate += begun.elapsed();
+        Ok(())
+    }
+
+    fn append_near(&mut self) -> Result<(), Fault> {
+        let begun = Instant::now();
+        self.problem.clear(self.start.len());
+        self.feature.clear();
+        self.gamma.clear();
+        let boxes = self.boxes(|i| self.at_start(i), |i| 0.5 * self.cutoff + self.reach[i]);
+        let mut candidates = std::mem::take(&mut self.candidates);
+        let pairs = candidates.ensure(&boxes);
+        self.phases.broad_phase += begun.elapsed();
+        let begun = Instant::now();
+        match self.source {
+            RowSource::Surfaces => self.append_near_surfaces(pairs),
+            RowSource::SubSpheres { .. } => self.append_near_sub_spheres(pairs),
+        }
+        self.candidates = candidates;
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(())
+    }
+
+    fn solve(&mut self) -> Result<Outcome, Fault> {
+        let Cpu { phases, solver, problem, gamma, .. } = self;
+        Ok(timed(&mut phases.solve, || solver.solve(problem, gamma)))
+    }
+
+    fn trial(&mut self) -> Result<Overlap, Fault> {
+        let begun = Instant::now();
+        self.set_trial()?;
+        self.phases.integrate += begun.elapsed();
+        let begun = Instant::now();
+        let boxes = self.boxes(|i| self.trial[i], |_| 0.0);
+        let mut candidates = std::mem::take(&mut self.candidates);
+        let pairs = candidates.ensure(&boxes);
+        self.phases.broad_phase += begun.elapsed();
+        let begun = Instant::now();
+        let overlapping = narrow_phase::within(pairs, &self.known, |i| self.placed_at_trial(i), |_, _| 0.0);
+        self.candidates = candidates;
+        narrow_phase::renew(&mut self.known, &overlapping);
+        self.overlapping = overlapping;
+        let worst = self.overlapping.iter().min_by(|p, q| p.found.separation.total_cmp(&q.found.separation));
+        let overlap = Overlap {
+            worst: worst.map_or(0.0, |near| (-near.found.separation).max(0.0)),
+            pair: worst.map(|near| near.pair.map(|i| i as usize)),
+            violations: self.overlapping.iter().filter(|near| near.found.separation < -self.overlap_tolerance).count(),
+            proxy: self.worst_proxy_overlap(),
+        };
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(overlap)
+    }
+
+    fn append_violations(&mut self) -> Result<(), Fault> {
+        let begun = Instant::now();
+        let overlapping = std::mem::take(&mut self.overlapping);
+        for near in overlapping.iter().filter(|near| near.found.separation < -self.overlap_tolerance) {
+            self.append(near, FEATURE_OF_SURFACES, 0.0, true);
+        }
+        self.overlapping = overlapping;
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(())
+    }
+
+    fn accept(&mut self) -> Result<Phases, Fault> {
+        let begun = Instant::now();
+        self.state.warm = self.remember();
+        for (i, (pose, twist)) in self.trial.iter().zip(&self.twist).enumerate() {
+            self.start.position[i] = pose.position;
+            self.start.orientation[i] = pose.orientation;
+            self.start.velocity[i] = twist.linear;
+            self.start.angular_velocity[i] = twist.angular;
+        }
+        std::mem::swap(&mut self.state.bodies, &mut self.start);
+        self.state.next_id = self.next_id;
+        self.state.step += 1;
+        self.phases.integrate += begun.elapsed();
+        Ok(self.phases)
+    }
+
+    fn constraints(&self) -> usize {
+        self.gamma.len()
+    }
+
+    fn state(&self) -> &State {
+        &self.state
+    }
+
+    fn add_force(&mut self, force: Box<dyn ForceField>) {
+        self.forces.push(force);
+    }
+}

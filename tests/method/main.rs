@@ -1,0 +1,10 @@
+//! The method as a whole: rows against finite differences, the paper's cases against independent figures, and what the theory promises.
+#![allow(clippy::unwrap_used)]
+
+mod paper_scenes;
+mod promises;
+mod random;
+mod rows;
+mod solvers_agree;
+mod three_capsules;
+mod two_ellipsoids;

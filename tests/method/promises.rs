@@ -1,0 +1,137 @@
+//! What the theory promises of every step, over random heaps of bodies that overlap at the start.
+
+use crate::random::heap;
+use glam::DVec3;
+use relcp::backend::{Backend, cpu::Cpu};
+use relcp::freedom::SPATIAL;
+use relcp::lcp::{Problem, velocity};
+use relcp::relcp::{Simulation, State};
+use relcp::scene::{Scene, SolverKind};
+
+const HEAPS: [&[&str]; 4] =
+    [&["sphere"], &["spherocylinder"], &["ellipsoid"], &["sphere", "spherocylinder", "ellipsoid"]];
+
+fn backend(scene: &Scene) -> Cpu<SPATIAL> {
+    let bodies = scene.build().unwrap();
+    let state = State { step: 0, next_id: bodies.len() as u64, bodies, warm: Vec::new() };
+    Cpu::new(scene, state).unwrap()
+}
+
+/// `f = 1/2 gamma^T A gamma + q^T gamma`, and the least `g` of the rows before `rows`.
+fn objective(problem: &Problem<SPATIAL>, gamma: &[f64]) -> (f64, f64) {
+    let v = velocity(problem, gamma);
+    let norm: f64 = v.as_flattened().iter().map(|x| x * x).sum();
+    let mut least = f64::INFINITY;
+    for row in 0..gamma.len() {
+        let [a, b] = problem.pair[row].map(|i| i as usize);
+        let [ja, jb] = problem.jacobian[row];
+        let dot = |j: [f64; 6], v: [f64; 6]| j.iter().zip(v).map(|(j, v)| j * v).sum::<f64>();
+        least = least.min(problem.q[row] + dot(ja, v[a]) + dot(jb, v[b]));
+    }
+    let q: f64 = problem.q.iter().zip(gamma).map(|(q, g)| q * g).sum();
+    (0.5 * norm + q, least)
+}
+
+#[test]
+fn the_objective_does_not_increase_and_retained_rows_stay_satisfied() {
+    let mut recursions = 0;
+    for (seed, kinds) in (0..12).zip(HEAPS.iter().cycle()) {
+        let scene = heap(seed, kinds, 24, 0.05);
+        let mut backend = backend(&scene);
+        for _ in 0..3 {
+            backend.begin().unwrap();
+            backend.append_near().unwrap();
+            let mut last = f64::INFINITY;
+            loop {
+                let outcome = backend.solve().unwrap();
+                assert!(outcome.residual <= 1e-10, "{outcome:?}");
+                let (problem, gamma) = backend.lcp();
+                let (objective, least) = objective(problem, gamma);
+                let scale = 1e-9 * gamma.iter().sum::<f64>().max(1.0);
+                assert!(objective <= last + scale, "the objective rose from {last} to {objective}");
+                assert!(least >= -1e-9, "a retained row is violated by {least:e}");
+                last = objective;
+                let overlap = backend.trial().unwrap();
+                if overlap.violations == 0 {
+                    assert!(overlap.worst <= 1e-5);
+                    break;
+                }
+                recursions += 1;
+                assert!(recursions < 10_000, "the recursion does not end");
+                let before = backend.constraints();
+                backend.append_violations().unwrap();
+                assert_eq!(backend.constraints(), before + overlap.violations, "each violating pair is appended once");
+            }
+            backend.accept().unwrap();
+        }
+    }
+    println!("{recursions} recursions");
+    assert!(recursions > 20, "the heaps hardly tried the recursion: {recursions}");
+}
+
+fn positions(scene: Scene, steps: usize) -> Vec<DVec3> {
+    let bodies = scene.build().unwrap();
+    let mut simulation = Simulation::new(scene, bodies).unwrap();
+    for _ in 0..steps {
+        let report = simulation.step().unwrap();
+        assert_eq!(report.unconverged, 0);
+        assert!(report.max_overlap <= 1e-5);
+    }
+    simulation.state().bodies.position.clone()
+}
+
+#[test]
+fn the_step_does_not_depend_on_the_solver() {
+    for (seed, kinds) in (100..104).zip(HEAPS) {
+        let with = |kind| {
+            let mut scene = heap(seed, kinds, 12, 0.02);
+            scene.solver.kind = kind;
+            scene.solver.max_iterations = Some(3_000_000);
+            positions(scene, 2)
+        };
+        let reference = with(SolverKind::Auto);
+        for kind in [SolverKind::ProjectedGaussSeidel, SolverKind::Apgd, SolverKind::Bbpgd, SolverKind::Dense] {
+            for (i, (found, expected)) in with(kind).iter().zip(&reference).enumerate() {
+                let off = (*found - *expected).length();
+                assert!(off < 1e-6, "{kind:?}, seed {seed}: body {i} is {off:e} away");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_step_does_not_depend_on_the_order_of_bodies() {
+    for (seed, kinds) in (200..208).zip(HEAPS.iter().cycle()) {
+        let scene = heap(seed, kinds, 20, 0.02);
+        let mut reversed = scene.clone();
+        reversed.bodies.reverse();
+        let mut found = positions(reversed, 2);
+        found.reverse();
+        for (i, (found, expected)) in found.iter().zip(positions(scene, 2)).enumerate() {
+            let off = (*found - expected).length();
+            assert!(off < 1e-7, "seed {seed}: body {i} is {off:e} away");
+        }
+    }
+}
+
+#[test]
+fn as_dt_falls_the_recursion_stops_after_the_first_solve() {
+    // From a start without overlap: one ordinary step first takes the overlaps of the heap away.
+    let scene = heap(300, &["ellipsoid"], 16, 0.02);
+    let bodies = scene.build().unwrap();
+    let mut simulation = Simulation::new(scene.clone(), bodies).unwrap();
+    simulation.step().unwrap();
+    let settled = simulation.state().bodies.clone();
+    let one_step = |method: &str, dt: f64| {
+        let mut scene = scene.clone();
+        scene.time.dt = dt;
+        scene.time.end = dt;
+        scene.contact.method = serde_json::from_value(method.into()).unwrap();
+        let mut simulation = Simulation::new(scene, settled.clone()).unwrap();
+        let report = simulation.step().unwrap();
+        (report.recursions, simulation.state().bodies.clone())
+    };
+    let (recursions, relcp) = one_step("relcp", 1e-4);
+    assert_eq!(recursions, 0);
+    assert_eq!(relcp, one_step("snsd", 1e-4).1);
+}

@@ -1,0 +1,104 @@
+//! All solvers find the same velocity, which the theory says is unique, on LCPs taken from every scene of the paper, also from late
+//! recursions, where rows of one pair are nearly the same and the system is singular.
+
+use crate::random::parse;
+use relcp::backend::{Backend, cpu::Cpu};
+use relcp::freedom::{PLANAR, SPATIAL};
+use relcp::lcp::{Problem, Settings, Solver, Status, velocity};
+use relcp::relcp::State;
+use relcp::scene::{self, Scene, SolverKind};
+use serde_json::json;
+
+const SOLVERS: [SolverKind; 5] = [
+    SolverKind::ProjectedJacobi,
+    SolverKind::ProjectedGaussSeidel,
+    SolverKind::Apgd,
+    SolverKind::Bbpgd,
+    SolverKind::PairBlockCg,
+];
+
+/// The largest systems of a scene's steps from `from` to `to`, as they stand at the last recursion.
+fn lcps<const D: usize>(scene: &Scene, from: usize, to: usize) -> Vec<Problem<D>> {
+    let bodies = scene.build().unwrap();
+    let next_id = bodies.len() as u64;
+    let mut backend = Cpu::<D>::new(scene, State { step: 0, next_id, bodies, warm: Vec::new() }).unwrap();
+    let mut taken = Vec::new();
+    for step in 0..to {
+        backend.begin().unwrap();
+        backend.append_near().unwrap();
+        backend.solve().unwrap();
+        while backend.trial().unwrap().violations > 0 {
+            backend.append_violations().unwrap();
+            backend.solve().unwrap();
+        }
+        if step >= from && backend.constraints() > 0 {
+            taken.push(backend.lcp().0.clone());
+        }
+        backend.accept().unwrap();
+    }
+    taken.sort_by_key(|problem| std::cmp::Reverse(problem.q.len()));
+    taken.truncate(2);
+    assert!(!taken.is_empty());
+    taken
+}
+
+fn compare<const D: usize>(name: &str, problems: &[Problem<D>]) {
+    for problem in problems {
+        let rows = problem.q.len();
+        assert!(rows <= 200, "{name}: {rows} rows are too many for the oracle");
+        let solve = |kind, tolerance| {
+            let mut gamma = Vec::new();
+            let outcome = Solver::new(kind, Settings { tolerance, max_iterations: 20_000_000 }).solve(problem, &mut gamma);
+            (outcome, velocity(problem, &gamma))
+        };
+        let (outcome, reference) = solve(SolverKind::Dense, 1e-13);
+        assert!(outcome.residual < 1e-11, "{name}: the oracle leaves {outcome:?}");
+        let scale = reference.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt();
+        for kind in SOLVERS {
+            let (outcome, v) = solve(kind, 1e-9 * scale.min(1e-2));
+            let apart = v.as_flattened().iter().zip(reference.as_flattened());
+            let apart = apart.map(|(p, q)| (p - q) * (p - q)).sum::<f64>().sqrt() / scale;
+            println!("{name} {rows} rows {kind:?}: {} products, v off by {apart:.1e}", outcome.products);
+            assert_eq!(outcome.status, Status::Solved, "{name} {kind:?}: {outcome:?}");
+            assert!(apart < 1e-7, "{name} {kind:?}: v is {apart:e} off");
+        }
+    }
+}
+
+fn small(name: &str, sets: &[&str]) -> Scene {
+    let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
+    scene::load(name, &sets).unwrap()
+}
+
+#[test]
+fn on_two_ellipsoids() {
+    let scene = small("two-ellipsoids", &["time.dt=0.2"]);
+    compare("two-ellipsoids", &lcps::<SPATIAL>(&scene, 30, 100));
+}
+
+#[test]
+fn on_three_capsules() {
+    compare("three-capsules", &lcps::<SPATIAL>(&small("three-capsules", &[]), 0, 3));
+}
+
+#[test]
+fn on_a_colony() {
+    let scene = small("colony", &["time.dt=0.01"]);
+    compare("colony", &lcps::<PLANAR>(&scene, 330, 350));
+}
+
+#[test]
+fn on_a_compaction() {
+    let shape = json!({"ellipsoid": {"radii": [1.0, 1.0, 2.0]}});
+    let scene = parse(&json!({
+        "name": "compaction", "seed": 3, "time": {"dt": 0.2, "end": 100.0}, "forces": [{"radial_inward": {}}],
+        "generate": [{"isotropic": {"count": 24, "shape": shape, "volume_fraction": 0.02}}]
+    }));
+    compare("compaction", &lcps::<SPATIAL>(&scene, 300, 310));
+}
+
+#[test]
+fn on_chainmail() {
+    let sets = ["generate.0.chainmail.columns=3", "generate.0.chainmail.rows=3", "time.dt=0.01"];
+    compare("chainmail", &lcps::<SPATIAL>(&small("chainmail", &sets), 300, 320));
+}
