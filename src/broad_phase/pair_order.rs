@@ -1,0 +1,46 @@
+//! Puts pairs in ascending order, in time linear in their number: first into buckets by the lower index, then each
+//! bucket, of a size that does not grow with the scene, by itself.
+
+use super::each;
+
+/// Lower indices that share a bucket: with about ten pairs a body, a bucket stays in a core's cache.
+const BUCKET_BITS: u32 = 10;
+
+/// A pair as one number, ordered as the pair is.
+pub(super) fn pack(one: u32, other: u32) -> u64 {
+    (u64::from(one.min(other)) << 32) | u64::from(one.max(other))
+}
+
+fn unpack(packed: u64) -> [u32; 2] {
+    [(packed >> 32) as u32, packed as u32]
+}
+
+/// Replaces `pairs` by all pairs of `found`, ascending. Indices are below `bodies`.
+pub(super) fn order(found: &[Vec<u64>], bodies: usize, parallel: bool, pairs: &mut Vec<[u32; 2]>) {
+    let bucket = |packed: u64| (packed >> (32 + BUCKET_BITS)) as usize;
+    let mut end = vec![0usize; (bodies >> BUCKET_BITS) + 1];
+    let total = found.iter().map(Vec::len).sum();
+    for &packed in found.iter().flatten() {
+        end[bucket(packed)] += 1;
+    }
+    let mut sum = 0;
+    for count in &mut end {
+        sum += std::mem::replace(count, sum);
+    }
+    pairs.clear();
+    pairs.resize(total, [0, 0]);
+    for &packed in found.iter().flatten() {
+        let next = &mut end[bucket(packed)];
+        pairs[*next] = unpack(packed);
+        *next += 1;
+    }
+    let mut rest = pairs.as_mut_slice();
+    let mut begin = 0;
+    let mut buckets = Vec::with_capacity(end.len());
+    for end in end {
+        let (head, tail) = rest.split_at_mut(end - begin);
+        buckets.push(head);
+        (rest, begin) = (tail, end);
+    }
+    each(parallel, &mut buckets, |_, bucket| bucket.sort_unstable_by_key(|[a, b]| pack(*a, *b)));
+}
