@@ -3,8 +3,8 @@
 //! The types below are the file's reference: the reader, the JSON Schema and the echoed `scene.json` are made from them.
 //! Variants are externally tagged (`{"ellipsoid": {...}}`) and unknown keys are refused.
 
-use crate::constraint::RowSource;
-use crate::lcp::Settings;
+mod settings;
+
 use crate::shape::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -146,24 +146,6 @@ pub enum Method {
     },
 }
 
-impl Method {
-    /// What its rows are made from.
-    pub fn row_source(&self) -> RowSource {
-        match *self {
-            Method::Relcp | Method::Snsd => RowSource::Surfaces,
-            Method::Multisphere { count } => RowSource::SubSpheres { count },
-        }
-    }
-
-    /// Most recursions of a step, where a scene allows `allowed`.
-    pub fn most_recursions(&self, allowed: u32) -> u32 {
-        match self {
-            Method::Relcp => allowed,
-            Method::Snsd | Method::Multisphere { .. } => 0,
-        }
-    }
-}
-
 /// The LCP solver and when it stops.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -176,22 +158,6 @@ pub struct Solver {
     /// Most iterations of one solve. Without it: 100,000.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_iterations: Option<u64>,
-}
-
-/// A solver stops at this part of the overlap tolerance, so that the linear solve adds little to what the recursion measures.
-const TOLERANCE_PER_OVERLAP: f64 = 0.1;
-
-/// Iterations that any LCP of the built-in scenes is solved in by the default solver, and by none that has stalled.
-const MOST_ITERATIONS: u64 = 100_000;
-
-impl Solver {
-    /// When it stops, in a scene with this overlap tolerance.
-    pub fn settings(&self, overlap_tolerance: f64) -> Settings {
-        Settings {
-            tolerance: self.tolerance.unwrap_or(TOLERANCE_PER_OVERLAP * overlap_tolerance),
-            max_iterations: self.max_iterations.unwrap_or(MOST_ITERATIONS),
-        }
-    }
 }
 
 /// The LCP solvers.
