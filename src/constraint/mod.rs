@@ -41,6 +41,14 @@ pub struct Mover<'a> {
     pub reached_with: Twist,
 }
 
+/// Makes `problem` one of `bodies` bodies without rows, keeping its memory.
+pub fn clear<const D: usize>(problem: &mut Problem<D>, bodies: usize) {
+    problem.bodies = bodies;
+    problem.pair.clear();
+    problem.jacobian.clear();
+    problem.q.clear();
+}
+
 /// Appends the row of pair `pair` with separation `found` to `problem`.
 pub fn append<const D: usize>(
     problem: &mut Problem<D>,

@@ -37,7 +37,7 @@ impl RowSource {
             RowSource::SubSpheres { count } => shapes
                 .iter()
                 .enumerate()
-                .map(|(body, shape)| shape.proxy(*count).map_err(|source| RowSourceError { body, source }))
+                .map(|(body, shape)| shape.proxy(*count as usize).map_err(|source| RowSourceError { body, source }))
                 .collect(),
         }
     }

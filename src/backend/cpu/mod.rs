@@ -286,7 +286,7 @@ impl<const D: usize> Backend for Cpu<D> {
 
     fn append_near(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
-        self.problem.clear(self.start.len());
+        constraint::clear(&mut self.problem, self.start.len());
         self.feature.clear();
         self.gamma.clear();
         let boxes = self.boxes(|i| self.at_start(i), |i| 0.5 * self.cutoff + self.reach[i]);
@@ -336,7 +336,8 @@ impl<const D: usize> Backend for Cpu<D> {
     fn append_violations(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         let overlapping = std::mem::take(&mut self.overlapping);
-        for near in overlapping.iter().filter(|near| near.found.separation < -self.overlap_tolerance) {
+        let tolerance = self.overlap_tolerance;
+        for near in overlapping.iter().filter(|near| near.found.separation < -tolerance) {
             self.append(near, FEATURE_OF_SURFACES, 0.0, true);
         }
         self.overlapping = overlapping;
