@@ -58,6 +58,8 @@ pub struct Cpu<const D: usize> {
     problem: Problem<D>,
     feature: Vec<u32>,
     gamma: Vec<f64>,
+    /// `J^T gamma`.
+    scaled: Vec<[f64; D]>,
     phases: Phases,
 }
 
@@ -93,6 +95,7 @@ impl<const D: usize> Cpu<D> {
             problem: Problem::default(),
             feature: Vec::new(),
             gamma: Vec::new(),
+            scaled: Vec::new(),
             phases: Phases::default(),
         })
     }
@@ -195,8 +198,8 @@ impl<const D: usize> Cpu<D> {
 
     /// The trial's twists and poses, or the first body whose velocity is not finite.
     fn set_trial(&mut self) -> Result<(), Fault> {
-        let scaled = self.solver.velocity(&self.problem, &self.gamma);
-        let dt = self.dt;
+        lcp::velocity_into(&self.problem, &self.gamma, &mut self.scaled);
+        let (dt, scaled) = (self.dt, &self.scaled);
         let of_body = |i: usize| {
             let twist = constraint::velocity(&self.motion[i], &scaled[i], dt);
             (twist, dynamics::advance(self.at_start(i), twist, dt))
