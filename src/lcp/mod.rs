@@ -4,6 +4,24 @@
 //! scaled by the factor of the effective mobility (see `constraint`), so a solver knows nothing of laws or shapes, and
 //! `v = J^T gamma` is the contact velocity in those scaled unknowns.
 
+pub mod cpu;
+pub mod incidence;
+pub mod pair_blocks;
+pub mod product;
+pub mod verbs;
+
+mod apgd;
+mod bbpgd;
+mod dense;
+mod drive;
+mod pair_block_cg;
+mod projected_gauss_seidel;
+mod projected_jacobi;
+mod residual;
+mod solver;
+
+pub use solver::Solver;
+
 /// One LCP. `g`, `q` are lengths; `D` is the number of unknowns of a body.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Problem<const D: usize> {
@@ -50,4 +68,23 @@ pub struct Outcome {
     pub products: u64,
     /// Natural residual of the returned `gamma`, a length.
     pub residual: f64,
+}
+
+/// `J^T gamma`, the contact velocity of every body in the scaled unknowns.
+///
+/// # Panics
+/// If a row names a body that is not there.
+pub fn velocity<const D: usize>(problem: &Problem<D>, gamma: &[f64]) -> Vec<[f64; D]> {
+    let mut out = Vec::new();
+    velocity_into(problem, gamma, &mut out);
+    out
+}
+
+/// [`velocity`] into a vector that is there already.
+///
+/// # Panics
+/// If a row names a body that is not there.
+pub fn velocity_into<const D: usize>(problem: &Problem<D>, gamma: &[f64], out: &mut Vec<[f64; D]>) {
+    out.resize(problem.bodies, [0.0; D]);
+    product::scatter(&problem.pair, &problem.jacobian, gamma, out);
 }

@@ -1,0 +1,2 @@
+//! The product against memory bandwidth.
+fn main() {}

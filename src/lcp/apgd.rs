@@ -1,0 +1,96 @@
+//! Accelerated projected gradient descent with adaptive restart (Nesterov 1983; O'Donoghue and Candes, Adaptive restart for
+//! accelerated gradient schemes, 2015; for contact: Mazhar, Heyn, Negrut, Tasora 2015), in the metric of the diagonal of `A`.
+//!
+//! With `y` the extrapolated point, `x+ = argmin_{x >= 0} g(y) . (x - y) + L/2 |x - y|^2`. One product an iteration: the gradient at
+//! `y` is the same combination of gradients as `y` is of iterates. A step along which the curvature exceeds `L` is not taken.
+
+use super::drive::{Method, Point};
+use super::verbs::{Metric, Scalar, Verbs};
+
+/// `L` shrinks by this factor an accepted step, so that it follows the curvature down again.
+const RELAX: f64 = 0.98;
+
+/// Margin over the curvature measured when a step was refused, so that the next one is not.
+const MARGIN: f64 = 1.2;
+
+pub(crate) struct Apgd<V: Verbs> {
+    metric: Metric,
+    previous: Point<V::Vector>,
+    ahead: Point<V::Vector>,
+    next: Point<V::Vector>,
+    step: V::Vector,
+    rise: V::Vector,
+    /// `L`, an estimate of the largest curvature in the metric.
+    curvature: V::Scalar,
+    /// Nesterov's `t`, from which the momentum comes.
+    age: V::Scalar,
+    momentum: V::Scalar,
+}
+
+impl<V: Verbs> Apgd<V> {
+    pub fn new(metric: Metric) -> Self {
+        Apgd {
+            metric,
+            previous: Point { x: V::Vector::default(), g: V::Vector::default() },
+            ahead: Point { x: V::Vector::default(), g: V::Vector::default() },
+            next: Point { x: V::Vector::default(), g: V::Vector::default() },
+            step: V::Vector::default(),
+            rise: V::Vector::default(),
+            curvature: 1.0.into(),
+            age: 1.0.into(),
+            momentum: 0.0.into(),
+        }
+    }
+}
+
+impl<V: Verbs> Method<V> for Apgd<V> {
+    fn begin(&mut self, verbs: &mut V, at: &Point<V::Vector>) {
+        for point in [&mut self.previous, &mut self.ahead, &mut self.next] {
+            verbs.clear(&mut point.x);
+            verbs.clear(&mut point.g);
+        }
+        verbs.clear(&mut self.step);
+        verbs.clear(&mut self.rise);
+        verbs.copy(&at.x, &mut self.previous.x);
+        verbs.copy(&at.g, &mut self.previous.g);
+        (self.curvature, self.age, self.momentum) = (1.0.into(), 1.0.into(), 0.0.into());
+    }
+
+    fn step(&mut self, verbs: &mut V, at: &mut Point<V::Vector>) {
+        let (zero, one) = (V::Scalar::from(0.0), V::Scalar::from(1.0));
+        let (ahead, next) = (&mut self.ahead, &mut self.next);
+        let beta = self.momentum;
+        verbs.combine(one + beta, &at.x, -beta, &self.previous.x, &mut ahead.x);
+        verbs.combine(one + beta, &at.g, -beta, &self.previous.g, &mut ahead.g);
+        verbs.proximal(self.metric, &ahead.x, one / self.curvature, &ahead.g, &mut next.x);
+        verbs.gradient(&next.x, &mut next.g);
+
+        verbs.combine(one, &next.x, -one, &ahead.x, &mut self.step);
+        verbs.combine(one, &next.g, -one, &ahead.g, &mut self.rise);
+        let length = verbs.square(self.metric, &self.step);
+        let bend = verbs.dot(&self.step, &self.rise);
+        let refused = bend - self.curvature * length * V::Scalar::from(1.0 + 1e-9);
+        let accepted = refused.if_positive(zero, one);
+
+        // Restart when the step goes against the gradient that it was made from.
+        verbs.combine(one, &next.x, -one, &at.x, &mut self.step);
+        let uphill = verbs.dot(&ahead.g, &self.step);
+        verbs.copy_if_positive(accepted, &at.x, &mut self.previous.x);
+        verbs.copy_if_positive(accepted, &at.g, &mut self.previous.g);
+        verbs.copy_if_positive(accepted, &next.x, &mut at.x);
+        verbs.copy_if_positive(accepted, &next.g, &mut at.g);
+
+        // t+ = (1 + sqrt(1 + 4 t^2)) / 2, to within 2 % for t >= 1 and exact in the limit: t + 1/2 + 1/(8 t).
+        let older = self.age + V::Scalar::from(0.5) + V::Scalar::from(0.125) / self.age;
+        let age = uphill.if_positive(one, older);
+        let momentum = uphill.if_positive(zero, (self.age - one) / age);
+        self.age = refused.if_positive(self.age, age);
+        self.momentum = refused.if_positive(self.momentum, momentum);
+        let raised = (bend / length * V::Scalar::from(MARGIN)).max(self.curvature);
+        self.curvature = refused.if_positive(raised, self.curvature * V::Scalar::from(RELAX));
+    }
+
+    fn refresh(&mut self, _: &mut V, _: &mut Point<V::Vector>) -> bool {
+        true
+    }
+}

@@ -1,0 +1,200 @@
+//! The vector verbs on the CPU, in f64. Rows are kept sorted by pair, so that the rows of a pair stand together and neighbours in
+//! memory share bodies.
+
+use super::Problem;
+use super::pair_blocks::{PairBlocks, sorted};
+use super::product::{PARALLEL_ROWS, Product, fill, fold};
+use super::residual::{of_row, worse};
+use super::verbs::{Metric, Verbs};
+
+/// A diagonal entry of `A` is a zero row's at or under this part of the largest: its square root, the length of the row of `J`, is
+/// then below the rounding of the largest row's.
+const ZERO_ROW: f64 = f64::EPSILON * f64::EPSILON;
+
+/// One problem, made ready for the solvers. Its buffers are used again for the next problem.
+#[derive(Clone, Debug, Default)]
+pub struct Cpu<const D: usize> {
+    /// Each row's place in the problem.
+    order: Vec<u32>,
+    q: Vec<f64>,
+    diagonal: Vec<f64>,
+    /// `1 / diagonal`, zero for zero rows.
+    inverse: Vec<f64>,
+    majorant: Vec<f64>,
+    inverse_majorant: Vec<f64>,
+    product: Product<D>,
+    blocks: PairBlocks,
+    parallel: bool,
+    products: u64,
+}
+
+impl<const D: usize> Cpu<D> {
+    /// Takes a problem: sorts its rows by pair and copies them.
+    pub fn rebuild(&mut self, problem: &Problem<D>) {
+        self.order.clear();
+        self.order.extend(0..problem.q.len() as u32);
+        self.order.sort_by_key(|row| sorted(problem.pair[*row as usize]));
+        self.q.clear();
+        self.q.extend(self.order.iter().map(|row| problem.q[*row as usize]));
+        self.parallel = self.q.len() >= PARALLEL_ROWS && rayon::current_num_threads() > 1;
+        self.product.rebuild(problem.bodies, &problem.pair, &problem.jacobian, &self.order);
+        self.diagonal = self.product.diagonal();
+        let zero = ZERO_ROW * self.diagonal.iter().fold(0.0, |largest: f64, s| largest.max(*s));
+        let live: Vec<bool> = self.diagonal.iter().map(|s| *s > zero).collect();
+        let invert = |d: &Vec<f64>| d.iter().zip(&live).map(|(d, live)| if *live { 1.0 / d } else { 0.0 }).collect();
+        self.inverse = invert(&self.diagonal);
+        self.majorant = self.product.majorant();
+        self.inverse_majorant = invert(&self.majorant);
+        self.blocks.rebuild(self.product.pair(), self.product.jacobian(), &live, self.parallel);
+        self.products = 0;
+    }
+
+    /// Whether every number of the problem is finite, and so is the diagonal.
+    pub fn is_finite(&self) -> bool {
+        self.q.iter().chain(&self.diagonal).all(|number| number.is_finite())
+    }
+
+    /// Brings a vector from the problem's order of rows into this one's, numbers that cannot be multipliers as zero.
+    pub fn import(&self, gamma: &[f64], x: &mut Vec<f64>) {
+        let admit = |row: &u32| Some(gamma[*row as usize]).filter(|x| *x > 0.0 && x.is_finite()).unwrap_or(0.0);
+        x.clear();
+        x.extend(self.order.iter().map(admit));
+    }
+
+    /// Brings a vector back into the problem's order of rows.
+    pub fn export(&self, x: &[f64], gamma: &mut [f64]) {
+        for (row, x) in self.order.iter().zip(x) {
+            gamma[*row as usize] = *x;
+        }
+    }
+
+    /// The rows, for solvers that must look at them one by one.
+    pub(crate) fn rows(&self) -> Rows<'_, D> {
+        Rows { pair: self.product.pair(), jacobian: self.product.jacobian(), q: &self.q, inverse: &self.inverse }
+    }
+
+    /// Counts work like that of `n` products.
+    pub(crate) fn count(&mut self, n: u64) {
+        self.products += n;
+    }
+
+    fn diagonal_of(&self, metric: Metric) -> (&[f64], &[f64]) {
+        match metric {
+            Metric::Majorant => (&self.majorant, &self.inverse_majorant),
+            Metric::Diagonal | Metric::PairBlocks => (&self.diagonal, &self.inverse),
+        }
+    }
+}
+
+/// The rows of a problem sorted by pair.
+pub(crate) struct Rows<'a, const D: usize> {
+    pub pair: &'a [[u32; 2]],
+    pub jacobian: &'a [[[f64; D]; 2]],
+    pub q: &'a [f64],
+    /// `1 / A_ii`, zero for zero rows.
+    pub inverse: &'a [f64],
+}
+
+impl<const D: usize> Verbs for Cpu<D> {
+    type Vector = Vec<f64>;
+    type Scalar = f64;
+
+    fn clear(&mut self, x: &mut Vec<f64>) {
+        x.clear();
+        x.resize(self.q.len(), 0.0);
+    }
+
+    fn copy(&mut self, from: &Vec<f64>, to: &mut Vec<f64>) {
+        to.clone_from(from);
+    }
+
+    fn copy_if_positive(&mut self, condition: f64, from: &Vec<f64>, to: &mut Vec<f64>) {
+        if condition > 0.0 {
+            to.clone_from(from);
+        }
+    }
+
+    fn product(&mut self, x: &Vec<f64>, ax: &mut Vec<f64>) {
+        self.products += 1;
+        self.product.apply(x, None, ax);
+    }
+
+    fn gradient(&mut self, x: &Vec<f64>, g: &mut Vec<f64>) {
+        self.products += 1;
+        self.product.apply(x, Some(&self.q), g);
+    }
+
+    fn dot(&mut self, x: &Vec<f64>, y: &Vec<f64>) -> f64 {
+        fold(self.parallel, x.len(), 0.0, |a, b| a + b, |i| x[i] * y[i])
+    }
+
+    fn twice_objective(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {
+        let q = &self.q;
+        fold(self.parallel, x.len(), 0.0, |a, b| a + b, |i| x[i] * (q[i] + g[i]))
+    }
+
+    fn combine(&mut self, a: f64, x: &Vec<f64>, b: f64, y: &Vec<f64>, out: &mut Vec<f64>) {
+        fill(self.parallel, out, |i| a * x[i] + b * y[i]);
+    }
+
+    fn add(&mut self, a: f64, x: &Vec<f64>, y: &mut Vec<f64>) {
+        update(self.parallel, y, |i, y| y + a * x[i]);
+    }
+
+    fn proximal(&mut self, metric: Metric, x: &Vec<f64>, step: f64, g: &Vec<f64>, out: &mut Vec<f64>) {
+        if metric == Metric::PairBlocks {
+            return self.blocks.proximal(x, step, Some(g), out);
+        }
+        let (_, inverse) = self.diagonal_of(metric);
+        fill(self.parallel, out, |i| (x[i] - step * g[i] * inverse[i]).max(0.0));
+    }
+
+    fn project(&mut self, metric: Metric, x: &Vec<f64>, out: &mut Vec<f64>) {
+        if metric == Metric::PairBlocks {
+            return self.blocks.proximal(x, 0.0, None, out);
+        }
+        fill(self.parallel, out, |i| x[i].max(0.0));
+    }
+
+    fn square(&mut self, metric: Metric, x: &Vec<f64>) -> f64 {
+        if metric == Metric::PairBlocks {
+            return self.blocks.square(x);
+        }
+        let (diagonal, _) = self.diagonal_of(metric);
+        fold(self.parallel, x.len(), 0.0, |a, b| a + b, |i| diagonal[i] * x[i] * x[i])
+    }
+
+    fn inverse_square(&mut self, metric: Metric, x: &Vec<f64>) -> f64 {
+        let (_, inverse) = self.diagonal_of(metric);
+        fold(self.parallel, x.len(), 0.0, |a, b| a + b, |i| inverse[i] * x[i] * x[i])
+    }
+
+    fn room(&mut self, x: &Vec<f64>, d: &Vec<f64>) -> f64 {
+        let row = |i: usize| if d[i] < 0.0 { x[i] / -d[i] } else { f64::INFINITY };
+        fold(self.parallel, x.len(), f64::INFINITY, f64::min, row)
+    }
+
+    fn residual(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {
+        let s = &self.diagonal;
+        fold(self.parallel, x.len(), 0.0, worse, |i| of_row(g[i], s[i], x[i]))
+    }
+
+    fn read(&mut self, scalar: f64) -> f64 {
+        scalar
+    }
+
+    fn products(&self) -> u64 {
+        self.products
+    }
+}
+
+fn update(parallel: bool, y: &mut [f64], value: impl Fn(usize, f64) -> f64 + Sync) {
+    use rayon::prelude::*;
+    if parallel {
+        y.par_iter_mut().with_min_len(4_096).enumerate().for_each(|(i, y)| *y = value(i, *y));
+    } else {
+        for (i, y) in y.iter_mut().enumerate() {
+            *y = value(i, *y);
+        }
+    }
+}

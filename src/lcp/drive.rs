@@ -1,0 +1,110 @@
+//! The loop around an iterative method: when to stop, what to return.
+
+use super::verbs::{Scalar, Verbs};
+use super::{Settings, Status};
+
+/// A solve stops without success when the best residual has not come down by [`PROGRESS`] over this many iterations. The slowest
+/// stored instances pause for some hundred iterations between two gains; systems without a solution never gain.
+const PATIENCE: u64 = 3_000;
+
+/// The part of the best residual that counts as a gain.
+const PROGRESS: f64 = 0.99;
+
+/// An iterate and the gradient there.
+#[derive(Default)]
+pub(crate) struct Point<T> {
+    /// Multipliers, none negative.
+    pub x: T,
+    /// `q + A x`, perhaps by a recurrence.
+    pub g: T,
+}
+
+/// One iterative method over the verbs `V`. Its vectors live as long as it does, and `begin` makes them ready.
+pub(crate) trait Method<V: Verbs> {
+    /// Begins, or begins anew, at a point whose gradient is fresh.
+    fn begin(&mut self, verbs: &mut V, at: &Point<V::Vector>);
+    /// Takes one iteration.
+    fn step(&mut self, verbs: &mut V, at: &mut Point<V::Vector>);
+    /// Brings `at.g` up to date before it is looked at. Says whether it is a fresh gradient; otherwise it is a recurrence's.
+    fn refresh(&mut self, verbs: &mut V, at: &mut Point<V::Vector>) -> bool;
+}
+
+/// The vectors of the driver.
+#[derive(Default)]
+pub(crate) struct Drive<T> {
+    /// The iterate: the start when [`Drive::run`] is called, the best one found after it.
+    pub at: Point<T>,
+    best: T,
+}
+
+impl<T> Drive<T> {
+    /// Iterates until the true residual is at most the tolerance, or there is no hope. Returns the status, the iterations, and the
+    /// residual of a fresh gradient at `self.at.x`, which has the smallest residual of all iterates looked at.
+    ///
+    /// The residual is read every `check_every` iterations.
+    pub fn run<V: Verbs<Vector = T>>(
+        &mut self,
+        verbs: &mut V,
+        method: &mut impl Method<V>,
+        settings: &Settings,
+        check_every: u64,
+    ) -> (Status, u64, f64)
+    where
+        T: Default,
+    {
+        let at = &mut self.at;
+        verbs.clear(&mut at.g);
+        verbs.gradient(&at.x, &mut at.g);
+        method.begin(verbs, at);
+        let mut best = verbs.residual(&at.x, &at.g);
+        verbs.copy(&at.x, &mut self.best);
+        let (mut marked, mut marked_at) = (verbs.read(best), 0);
+        let mut fresh = true;
+        let mut iteration = 0;
+        let status = loop {
+            let residual = verbs.residual(&at.x, &at.g);
+            // On a tie the newer iterate is kept: infeasible systems go on with equal residuals.
+            verbs.copy_if_positive(best - residual, &at.x, &mut self.best);
+            best = best.min(residual);
+            let now = verbs.read(residual);
+            if !now.is_finite() {
+                break Status::NotFinite;
+            }
+            if now <= settings.tolerance {
+                if fresh {
+                    break Status::Solved;
+                }
+                // The recurrence says so: look with a fresh gradient, and go on from it if it does not.
+                verbs.gradient(&at.x, &mut at.g);
+                fresh = true;
+                let residual = verbs.residual(&at.x, &at.g);
+                if verbs.read(residual) > settings.tolerance {
+                    method.begin(verbs, at);
+                    best = residual;
+                }
+                verbs.copy(&at.x, &mut self.best);
+                continue;
+            }
+            if now <= PROGRESS * marked {
+                (marked, marked_at) = (now, iteration);
+            }
+            if iteration >= settings.max_iterations {
+                break Status::MaxIterations;
+            }
+            if iteration - marked_at >= PATIENCE {
+                break Status::NoProgress;
+            }
+            for _ in 0..check_every.min(settings.max_iterations - iteration) {
+                method.step(verbs, at);
+                iteration += 1;
+            }
+            fresh = method.refresh(verbs, at);
+        };
+        if status != Status::Solved {
+            verbs.copy(&self.best, &mut at.x);
+            verbs.gradient(&at.x, &mut at.g);
+        }
+        let residual = verbs.residual(&at.x, &at.g);
+        (status, iteration, verbs.read(residual))
+    }
+}

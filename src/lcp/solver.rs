@@ -1,0 +1,105 @@
+//! One door to all solvers.
+
+use super::apgd::Apgd;
+use super::bbpgd::Bbpgd;
+use super::cpu::Cpu;
+use super::dense::Dense;
+use super::drive::Drive;
+use super::pair_block_cg::PairBlockCg;
+use super::projected_gauss_seidel::ProjectedGaussSeidel;
+use super::projected_jacobi::ProjectedJacobi;
+use super::verbs::{Metric, Verbs};
+use super::{Outcome, Problem, Settings, Status};
+use crate::scene::SolverKind;
+
+/// How many sweeps of Gauss-Seidel are made for one look at the residual, which costs a product more.
+const SWEEPS: u64 = 4;
+
+/// A solver of LCPs on the CPU. It keeps its buffers from one problem to the next.
+///
+/// ```
+/// use relcp::lcp::{Problem, Settings, Solver, Status, velocity};
+/// use relcp::scene::SolverKind;
+///
+/// // Two bodies with three unknowns each, 0.1 too near along x.
+/// let problem = Problem::<3> {
+///     bodies: 2,
+///     pair: vec![[0, 1]],
+///     jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]],
+///     q: vec![-0.1],
+/// };
+/// let settings = Settings { tolerance: 1e-12, max_iterations: 1_000 };
+/// let mut gamma = Vec::new();
+/// let outcome = Solver::new(SolverKind::Auto, settings).solve(&problem, &mut gamma);
+/// assert_eq!(outcome.status, Status::Solved);
+/// assert!((gamma[0] - 0.05).abs() < 1e-12);
+/// assert!((velocity(&problem, &gamma)[1][0] - 0.05).abs() < 1e-12);
+/// ```
+pub struct Solver<const D: usize> {
+    settings: Settings,
+    cpu: Cpu<D>,
+    drive: Drive<Vec<f64>>,
+    engine: Engine<D>,
+}
+
+enum Engine<const D: usize> {
+    ProjectedJacobi(ProjectedJacobi<Vec<f64>>),
+    ProjectedGaussSeidel(ProjectedGaussSeidel<D>),
+    Apgd(Apgd<Cpu<D>>),
+    Bbpgd(Bbpgd<Cpu<D>>),
+    PairBlockCg(PairBlockCg<Cpu<D>>),
+    Dense(Dense),
+}
+
+impl<const D: usize> Solver<D> {
+    /// A solver of a kind; [`SolverKind::Auto`] is projected nonlinear conjugate gradients with the blocks of the pairs.
+    pub fn new(kind: SolverKind, settings: Settings) -> Self {
+        let engine = match kind {
+            SolverKind::ProjectedJacobi => Engine::ProjectedJacobi(ProjectedJacobi::default()),
+            SolverKind::ProjectedGaussSeidel => Engine::ProjectedGaussSeidel(ProjectedGaussSeidel::default()),
+            SolverKind::Apgd => Engine::Apgd(Apgd::new(Metric::Diagonal)),
+            SolverKind::Bbpgd => Engine::Bbpgd(Bbpgd::new()),
+            SolverKind::Auto | SolverKind::PairBlockCg => Engine::PairBlockCg(PairBlockCg::new()),
+            SolverKind::Dense => Engine::Dense(Dense::default()),
+        };
+        Solver { settings, cpu: Cpu::default(), drive: Drive::default(), engine }
+    }
+
+    /// When the solver stops.
+    pub fn settings(&self) -> Settings {
+        self.settings
+    }
+
+    /// Stops elsewhere from the next problem on.
+    pub fn set_settings(&mut self, settings: Settings) {
+        self.settings = settings;
+    }
+
+    /// Solves a problem. `gamma` is the start (missing numbers are taken as zero, so are negative ones and ones that are not
+    /// finite) and becomes the solution, or the best iterate found, never worse than the start.
+    ///
+    /// The velocity `J^T gamma` of a solution is unique; `gamma` is not where rows depend on each other.
+    ///
+    /// # Panics
+    /// If the lengths in the problem differ, or a row names a body that is not there.
+    pub fn solve(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>) -> Outcome {
+        gamma.resize(problem.q.len(), 0.0);
+        self.cpu.rebuild(problem);
+        self.cpu.import(gamma, &mut self.drive.at.x);
+        let (cpu, drive, settings) = (&mut self.cpu, &mut self.drive, &self.settings);
+        let (status, iterations, residual) = if !cpu.is_finite() {
+            (Status::NotFinite, 0, f64::INFINITY)
+        } else {
+            match &mut self.engine {
+                Engine::ProjectedJacobi(method) => drive.run(cpu, method, settings, 1),
+                Engine::ProjectedGaussSeidel(method) => drive.run(cpu, method, settings, SWEEPS),
+                Engine::Apgd(method) => drive.run(cpu, method, settings, 1),
+                Engine::Bbpgd(method) => drive.run(cpu, method, settings, 1),
+                Engine::PairBlockCg(method) => drive.run(cpu, method, settings, 1),
+                Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
+            }
+        };
+        self.cpu.export(&self.drive.at.x, gamma);
+        Outcome { status, iterations, products: self.cpu.products(), residual }
+    }
+}

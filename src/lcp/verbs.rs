@@ -1,0 +1,97 @@
+//! The few vector operations that the iterative solvers are written in, so that a solver is written once for every backend.
+//!
+//! A backend owns the problem. Its vectors have one number a row; its scalars may live on a device, so a solver combines them
+//! with arithmetic and [`Scalar::if_positive`] and never branches on one. Only the driver looks at a scalar, with [`Verbs::read`].
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// A number that a backend computes with, perhaps on a device.
+pub trait Scalar:
+    Copy
+    + From<f64>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// The smaller one; the other one if one is NaN.
+    fn min(self, other: Self) -> Self;
+    /// The larger one; the other one if one is NaN.
+    fn max(self, other: Self) -> Self;
+    /// `yes` if this number is positive, else (NaN too) `no`.
+    fn if_positive(self, yes: Self, no: Self) -> Self;
+}
+
+impl Scalar for f64 {
+    fn min(self, other: f64) -> f64 {
+        f64::min(self, other)
+    }
+    fn max(self, other: f64) -> f64 {
+        f64::max(self, other)
+    }
+    fn if_positive(self, yes: f64, no: f64) -> f64 {
+        if self > 0.0 { yes } else { no }
+    }
+}
+
+/// A symmetric positive definite matrix `B` near `A` whose projections and small problems are cheap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Metric {
+    /// The diagonal of `A`.
+    Diagonal,
+    /// A diagonal `W` with `x . A x <= x . W x` for every `x` (see [`super::product::Product::majorant`]).
+    Majorant,
+    /// The diagonal blocks of `A`, one block for all rows of a pair (see [`super::pair_blocks`]).
+    PairBlocks,
+}
+
+/// What a backend can do with vectors of one number a row.
+pub trait Verbs {
+    /// One number a row. The default is empty: [`Verbs::clear`] gives it its length.
+    type Vector: Default;
+    /// A number.
+    type Scalar: Scalar;
+
+    /// Gives `x` one zero a row.
+    fn clear(&mut self, x: &mut Self::Vector);
+    /// `to = from`.
+    fn copy(&mut self, from: &Self::Vector, to: &mut Self::Vector);
+    /// `to = from` if `condition` is positive; otherwise `to` stays.
+    fn copy_if_positive(&mut self, condition: Self::Scalar, from: &Self::Vector, to: &mut Self::Vector);
+    /// `ax = A x`: one product.
+    fn product(&mut self, x: &Self::Vector, ax: &mut Self::Vector);
+    /// `g = q + A x`: one product.
+    fn gradient(&mut self, x: &Self::Vector, g: &mut Self::Vector);
+    /// `x . y`.
+    fn dot(&mut self, x: &Self::Vector, y: &Self::Vector) -> Self::Scalar;
+    /// `x . (q + g)`, which is twice the objective `1/2 x . A x + q . x` when `g = q + A x`.
+    fn twice_objective(&mut self, x: &Self::Vector, g: &Self::Vector) -> Self::Scalar;
+    /// `out = a x + b y`.
+    fn combine(&mut self, a: Self::Scalar, x: &Self::Vector, b: Self::Scalar, y: &Self::Vector, out: &mut Self::Vector);
+    /// `y += a x`.
+    fn add(&mut self, a: Self::Scalar, x: &Self::Vector, y: &mut Self::Vector);
+    /// The projected step `out = argmin over y >= 0 of g . (y - x) + 1/(2 step) (y - x) . B (y - x)`. Rows of `A` that are zero keep `x`.
+    fn proximal(
+        &mut self,
+        metric: Metric,
+        x: &Self::Vector,
+        step: Self::Scalar,
+        g: &Self::Vector,
+        out: &mut Self::Vector,
+    );
+    /// The projection `out = argmin over y >= 0 of (y - x) . B (y - x)`.
+    fn project(&mut self, metric: Metric, x: &Self::Vector, out: &mut Self::Vector);
+    /// `x . B x`.
+    fn square(&mut self, metric: Metric, x: &Self::Vector) -> Self::Scalar;
+    /// `x . B^-1 x`, rows of `A` that are zero left out. For the diagonal metrics.
+    fn inverse_square(&mut self, metric: Metric, x: &Self::Vector) -> Self::Scalar;
+    /// The largest `t` with `x + t d >= 0`, infinite if there is none.
+    fn room(&mut self, x: &Self::Vector, d: &Self::Vector) -> Self::Scalar;
+    /// The natural residual `max |min(g, s x)|`, NaN if a number in it is.
+    fn residual(&mut self, x: &Self::Vector, g: &Self::Vector) -> Self::Scalar;
+    /// Brings a number to the host. On a device this waits: it is for drivers, not for iterations.
+    fn read(&mut self, scalar: Self::Scalar) -> f64;
+    /// How many products were made.
+    fn products(&self) -> u64;
+}
