@@ -42,7 +42,10 @@ fn divide(
     let placed = bodies.placed(mother);
     let Some(length) = placed.shape.growing_length() else { return };
     let Some(shape) = placed.shape.grown(0.5 * length) else { return };
-    let offset = placed.orientation * DVec3::Z * (0.25 * length);
+    let mut offset = placed.orientation * DVec3::Z * (0.25 * length);
+    if planar {
+        offset.z = 0.0; // the axis lies in the plane up to rounding, the centres exactly
+    }
     let line = bodies.lineage[mother];
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(line.id);

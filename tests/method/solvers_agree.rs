@@ -31,7 +31,7 @@ fn lcps<const D: usize>(scene: &Scene, from: usize, to: usize) -> Vec<Problem<D>
             backend.append_violations().unwrap();
             backend.solve().unwrap();
         }
-        if step >= from && backend.constraints() > 0 {
+        if step >= from && backend.lcp().1.iter().any(|gamma| *gamma > 0.0) {
             taken.push(backend.lcp().0.clone());
         }
         backend.accept().unwrap();

@@ -199,12 +199,12 @@ impl<const D: usize> Cpu<D> {
     /// The trial's twists and poses, or the first body whose velocity is not finite.
     fn set_trial(&mut self) -> Result<(), Fault> {
         lcp::velocity_into(&self.problem, &self.gamma, &mut self.scaled);
+        let (mut twist, mut trial) = (std::mem::take(&mut self.twist), std::mem::take(&mut self.trial));
         let (dt, scaled) = (self.dt, &self.scaled);
         let of_body = |i: usize| {
             let twist = constraint::velocity(&self.motion[i], &scaled[i], dt);
             (twist, dynamics::advance(self.at_start(i), twist, dt))
         };
-        let (mut twist, mut trial) = (std::mem::take(&mut self.twist), std::mem::take(&mut self.trial));
         (0..self.start.len())
             .into_par_iter()
             .with_min_len(LEAST_BODIES_A_TASK)
