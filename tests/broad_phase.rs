@@ -4,7 +4,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::broad_phase::{Aabb, BroadPhase, BruteForce, Grid};
+use relcp::broad_phase::{Aabb, BroadPhase, BruteForce, Candidates, Grid};
 
 fn pairs_of(mut search: impl BroadPhase, boxes: &[Aabb]) -> Vec<[u32; 2]> {
     let mut pairs = vec![[7, 7]];
@@ -206,6 +206,110 @@ fn a_used_grid_finds_what_a_new_one_does() {
         grid.pairs(boxes, &mut pairs);
         assert_eq!(pairs, pairs_of(Grid::default(), boxes));
     }
+}
+
+/// Walks boxes at random, each to its own pace, and compares every configuration with a search of its own. Every third call
+/// goes back, as a trial that is not accepted does.
+fn walk(mut candidates: Candidates, boxes: &mut [Aabb], pace: f64, calls: u32) -> Candidates {
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    let mut pairs = Vec::new();
+    for call in 0..calls {
+        let before = boxes.to_vec();
+        for aabb in boxes.iter_mut() {
+            let mut step = || DVec3::from_array([0; 3].map(|_| pace * (rng.random::<f64>() - 0.5)));
+            let (shift, growth) = (step(), step().abs() * 0.2);
+            *aabb = Aabb { min: aabb.min + shift - growth, max: aabb.max + shift + growth };
+        }
+        let listed = candidates.ensure(boxes).to_vec();
+        assert!(listed.is_sorted_by(|one, other| one < other));
+        let expected = pairs_of(BruteForce, boxes);
+        assert!(expected.iter().all(|pair| listed.binary_search(pair).is_ok()), "call {call}");
+        candidates.pairs(boxes, &mut pairs);
+        assert_eq!(pairs, expected, "call {call}");
+        if call % 3 == 2 {
+            boxes.copy_from_slice(&before);
+        }
+    }
+    candidates
+}
+
+#[test]
+fn candidates_miss_nothing_on_random_walks() {
+    for pace in [0.0, 1e-3, 1e-2, 0.1, 1.0, 10.0] {
+        let mut boxes = scattered(8, 300, DVec3::splat(9.0), |rng| log_uniform(rng, 1.0, 4.0));
+        let candidates = walk(Candidates::new(Box::<Grid>::default()), &mut boxes, pace, 60);
+        assert_eq!(candidates.searches() + candidates.reuses(), 120);
+        walk(Candidates::with_margin(Box::<Grid>::default(), 0.3), &mut boxes, pace, 60);
+    }
+}
+
+#[test]
+fn candidates_are_reused_while_little_moves() {
+    let mut boxes = scattered(8, 300, DVec3::splat(9.0), |_| DVec3::splat(0.5));
+    assert_eq!(walk(Candidates::new(Box::<Grid>::default()), &mut boxes.clone(), 0.0, 30).searches(), 1);
+    let slow = walk(Candidates::new(Box::<Grid>::default()), &mut boxes, 1e-3, 300);
+    assert!(slow.searches() <= 30, "{} searches in 600 calls", slow.searches());
+    assert!(slow.searches() >= 2);
+}
+
+#[test]
+fn candidates_notice_new_bodies_and_are_told_of_exchanged_ones() {
+    let mut candidates = Candidates::with_margin(Box::<Grid>::default(), 0.1);
+    let mut boxes = vec![at(0.0, 0.0, 0.0, 0.5), at(3.0, 0.0, 0.0, 0.5)];
+    assert!(candidates.ensure(&boxes).is_empty());
+    boxes.push(at(0.9, 0.0, 0.0, 0.5));
+    assert_eq!(candidates.ensure(&boxes), [[0, 2]]);
+    boxes.swap(0, 1);
+    assert_eq!(candidates.ensure(&boxes), [[1, 2]]);
+    assert_eq!((candidates.searches(), candidates.reuses()), (3, 0));
+    candidates.ensure(&boxes);
+    candidates.invalidate();
+    candidates.ensure(&boxes);
+    assert_eq!((candidates.searches(), candidates.reuses()), (4, 1));
+    boxes.clear();
+    assert!(candidates.ensure(&boxes).is_empty());
+}
+
+#[test]
+fn candidates_recover_from_improper_boxes() {
+    let good = scattered(8, 50, DVec3::splat(4.0), |_| DVec3::splat(0.5));
+    let bad_boxes = [
+        Aabb { min: DVec3::NAN, max: DVec3::NAN },
+        Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY },
+        Aabb { min: good[7].max, max: good[7].min },
+        Aabb { min: good[7].min + 0.51, max: good[7].max - 0.51 },
+        Aabb { min: DVec3::splat(f64::MIN), max: DVec3::splat(f64::MAX) },
+    ];
+    for bad in bad_boxes {
+        let mut candidates = Candidates::with_margin(Box::<Grid>::default(), 1.0);
+        let mut spoilt = good.clone();
+        spoilt[7] = bad;
+        for boxes in [&spoilt, &good, &spoilt, &spoilt, &good, &good] {
+            let mut pairs = Vec::new();
+            candidates.pairs(boxes, &mut pairs);
+            assert_eq!(pairs, pairs_of(BruteForce, boxes));
+        }
+    }
+}
+
+#[test]
+fn candidates_are_the_same_for_any_number_of_threads() {
+    let [plane, ..] = large_scenes();
+    let moved: Vec<Aabb> = plane.iter().map(|aabb| Aabb { min: aabb.min + 0.01, max: aabb.max + 0.01 }).collect();
+    let expected = pairs_of(Grid::default(), &moved);
+    let mut lists = Vec::new();
+    for threads in [1, 2, 5] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut candidates = Candidates::new(Box::<Grid>::default());
+            lists.push(candidates.ensure(&plane).to_vec());
+            let mut pairs = Vec::new();
+            candidates.pairs(&moved, &mut pairs);
+            assert_eq!((candidates.searches(), candidates.reuses()), (1, 1));
+            assert_eq!(pairs, expected);
+        });
+    }
+    assert!(lists.iter().all(|list| *list == lists[0] && list.len() > expected.len()));
 }
 
 /// Scenes of one kind each: how centres and sizes are drawn, and where the scene is.

@@ -4,11 +4,13 @@
 //! several configurations, searching again only when a body has left its stored box.
 
 mod brute_force;
+mod candidates;
 mod grid;
 mod levels;
 mod pair_order;
 
 pub use brute_force::BruteForce;
+pub use candidates::Candidates;
 pub use grid::Grid;
 
 use glam::DVec3;
@@ -36,7 +38,10 @@ impl Aabb {
 
     /// Whether two proper boxes share a point, faces counted.
     pub fn touches(&self, other: &Aabb) -> bool {
-        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+        // No early way out: which of the six fails is hard to foresee.
+        let (a, b) = (self, other);
+        ((a.min.x <= b.max.x) & (a.min.y <= b.max.y) & (a.min.z <= b.max.z))
+            & ((b.min.x <= a.max.x) & (b.min.y <= a.max.y) & (b.min.z <= a.max.z))
     }
 
     /// Whether `other` lies inside this box, faces counted.

@@ -1,0 +1,200 @@
+//! A candidate list that is kept while it is proven complete: the neighbour list of L. Verlet, "Computer experiments on
+//! classical fluids I", 1967, with boxes in the place of distances.
+//!
+//! A search stores every body's box inflated by a margin (half the skin) and lists the pairs whose stored boxes touch. As long as
+//! every body's box lies inside its stored box, two boxes that touch belong to stored boxes that touch, so the list holds
+//! them: no bound on speeds, turns or growth is assumed. The first box found outside its stored box causes a new search.
+
+use super::{Aabb, BroadPhase};
+use rayon::prelude::*;
+
+/// Calls that a search's margin is to last for, at the pace measured so far. `benches/broad_phase.rs` tells the cost by margin: for
+/// rods in a plane and ellipsoids in a heap that move by 1e-4 to 1e-2 of their length a call, 20 calls within the limits
+/// below are within about a tenth of the best fixed margin, and three to four times cheaper than searching every time.
+const TARGET_CALLS: f64 = 20.0;
+
+/// Calls that a margin must last for to be worth it.
+const LEAST_CALLS: f64 = 2.0;
+
+/// Largest margin, as a fraction of the median of the boxes' longest edges. The list is then twice to four times as long as
+/// needed; at twice the margin, four to eight times, which costs more than the searches saved.
+const MAX_FRACTION: f64 = 0.1;
+
+/// Smallest margin, likewise: at this size it adds a hundredth to the list.
+const MIN_FRACTION: f64 = 0.002;
+
+/// The margin of a first search, likewise, when the pace is unknown.
+const FIRST_FRACTION: f64 = 0.02;
+
+/// Below this many bodies or pairs one thread does all: a test takes a few nanoseconds, handing out work some microseconds.
+const PARALLEL_MIN: usize = 16384;
+
+/// Keeps the pairs that a search found, with a margin, over configurations that differ little.
+///
+/// As a [`BroadPhase`] it finds exactly what its search would find, whatever it was asked before.
+/// [`Candidates::ensure`] gives the list itself.
+///
+/// ```
+/// use glam::DVec3;
+/// use relcp::broad_phase::{Aabb, BroadPhase, Candidates, Grid};
+///
+/// let mut candidates = Candidates::new(Box::<Grid>::default());
+/// let mut boxes = [0.0, 0.999, 5.0].map(|x| Aabb::from_centre(DVec3::new(x, 0.0, 0.0), DVec3::splat(0.5)));
+/// assert_eq!(candidates.ensure(&boxes), [[0, 1]]);
+/// boxes[1] = Aabb::from_centre(DVec3::new(1.001, 0.0, 0.0), DVec3::splat(0.5));
+/// assert_eq!(candidates.ensure(&boxes), [[0, 1]]); // still near enough to be listed
+/// assert_eq!((candidates.searches(), candidates.reuses()), (1, 1));
+/// let mut touching = Vec::new();
+/// candidates.pairs(&boxes, &mut touching);
+/// assert!(touching.is_empty());
+/// ```
+pub struct Candidates {
+    search: Box<dyn BroadPhase + Send>,
+    /// Boxes of the last search with its margin; empty when there is nothing to reuse.
+    stored: Vec<Aabb>,
+    listed: Vec<[u32; 2]>,
+    margin: f64,
+    fixed: Option<f64>,
+    /// Margin used up a call, as last measured.
+    pace: Option<f64>,
+    calls_since_search: u64,
+    searches: u64,
+    reuses: u64,
+}
+
+impl Candidates {
+    /// A list made by `search`, its margin chosen from how fast boxes were seen to move.
+    pub fn new(search: Box<dyn BroadPhase + Send>) -> Self {
+        Candidates {
+            search,
+            stored: Vec::new(),
+            listed: Vec::new(),
+            margin: 0.0,
+            fixed: None,
+            pace: None,
+            calls_since_search: 0,
+            searches: 0,
+            reuses: 0,
+        }
+    }
+
+    /// A list made by `search` with the margin `margin`, a length, not below zero.
+    pub fn with_margin(search: Box<dyn BroadPhase + Send>, margin: f64) -> Self {
+        Candidates { fixed: Some(margin.max(0.0)), ..Candidates::new(search) }
+    }
+
+    /// Pairs `[a, b]`, `a < b`, ascending, each once, among them every pair of touching boxes.
+    ///
+    /// `boxes` are the bodies' exact boxes, each pushed out by as far as the caller wants to see (half of a common cutoff, say).
+    /// Which further pairs are listed depends on earlier calls: a caller whose results must not must keep only pairs that
+    /// meet a criterion of their own, as [`Candidates::pairs`](BroadPhase::pairs) does with the boxes themselves.
+    pub fn ensure(&mut self, boxes: &[Aabb]) -> &[[u32; 2]] {
+        self.calls_since_search += 1;
+        if self.holds(boxes) {
+            self.reuses += 1;
+        } else {
+            self.renew(boxes);
+        }
+        &self.listed
+    }
+
+    /// Forgets the list, for when an index comes to mean another body. A new number of bodies, or a body outside its stored box, is noticed
+    /// without.
+    pub fn invalidate(&mut self) {
+        self.stored.clear();
+        self.listed.clear();
+    }
+
+    /// Searches made.
+    pub fn searches(&self) -> u64 {
+        self.searches
+    }
+
+    /// Calls answered without a search.
+    pub fn reuses(&self) -> u64 {
+        self.reuses
+    }
+
+    /// Whether the list is proven complete for `boxes`.
+    fn holds(&self, boxes: &[Aabb]) -> bool {
+        let inside = |(stored, aabb): (&Aabb, &Aabb)| stored.contains(aabb) && aabb.is_proper();
+        self.stored.len() == boxes.len()
+            && !boxes.is_empty()
+            && if boxes.len() >= PARALLEL_MIN {
+                self.stored.par_iter().zip(boxes).all(inside)
+            } else {
+                self.stored.iter().zip(boxes).all(inside)
+            }
+    }
+
+    fn renew(&mut self, boxes: &[Aabb]) {
+        self.measure_pace(boxes);
+        self.margin = self.fixed.unwrap_or_else(|| self.next_margin(boxes));
+        let margin = self.margin;
+        self.stored.clear();
+        // A box that the margin makes overflow keeps its own size. One that is not proper to begin with touches nothing,
+        // and may be proper next time: it is never found inside.
+        let store = |aabb: &Aabb| match aabb.inflated(margin) {
+            inflated if inflated.is_proper() && aabb.is_proper() => inflated,
+            _ if aabb.is_proper() => *aabb,
+            _ => Aabb { min: glam::DVec3::NAN, max: glam::DVec3::NAN },
+        };
+        self.stored.extend(boxes.iter().map(store));
+        self.search.pairs(&self.stored, &mut self.listed);
+        self.searches += 1;
+        self.calls_since_search = 0;
+    }
+
+    /// How much margin a call has used up since the last search, over the body that used most.
+    fn measure_pace(&mut self, boxes: &[Aabb]) {
+        if self.stored.len() != boxes.len() || boxes.is_empty() {
+            return;
+        }
+        let beyond = |(stored, aabb): (&Aabb, &Aabb)| {
+            (stored.min - aabb.min).max_element().max((aabb.max - stored.max).max_element())
+        };
+        let worst = self.stored.iter().zip(boxes).map(beyond).fold(f64::NEG_INFINITY, f64::max);
+        let used = self.margin + worst;
+        if used.is_finite() {
+            self.pace = Some(used / self.calls_since_search as f64);
+        }
+    }
+
+    fn next_margin(&self, boxes: &[Aabb]) -> f64 {
+        let mut edges: Vec<f64> =
+            boxes.iter().filter(|aabb| aabb.is_proper()).map(|aabb| (aabb.max - aabb.min).max_element()).collect();
+        if edges.is_empty() {
+            return 0.0;
+        }
+        let middle = edges.len() / 2;
+        let typical = *edges.select_nth_unstable_by(middle, f64::total_cmp).1;
+        match self.pace {
+            None => FIRST_FRACTION * typical,
+            // No call or hardly one could be answered: a margin would only lengthen the list.
+            Some(pace) if pace * LEAST_CALLS > MAX_FRACTION * typical => 0.0,
+            Some(pace) => (pace * TARGET_CALLS).clamp(MIN_FRACTION * typical, MAX_FRACTION * typical),
+        }
+    }
+}
+
+impl BroadPhase for Candidates {
+    fn pairs(&mut self, boxes: &[Aabb], pairs: &mut Vec<[u32; 2]>) {
+        self.ensure(boxes);
+        // All listed boxes are proper: a search lists no others, and none changed since without a new search.
+        let touching = |part: &[[u32; 2]], pairs: &mut Vec<[u32; 2]>| {
+            pairs.extend(part.iter().filter(|[a, b]| boxes[*a as usize].touches(&boxes[*b as usize])));
+        };
+        pairs.clear();
+        if self.listed.len() < PARALLEL_MIN {
+            touching(&self.listed, pairs);
+            return;
+        }
+        let parts: Vec<_> = self.listed.chunks(PARALLEL_MIN).collect();
+        let kept = parts.par_iter().map(|part| {
+            let mut kept = Vec::with_capacity(part.len());
+            touching(part, &mut kept);
+            kept
+        });
+        kept.collect::<Vec<_>>().iter().for_each(|part| pairs.extend(part));
+    }
+}
