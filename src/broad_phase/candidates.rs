@@ -49,7 +49,7 @@ const PARALLEL_MIN: usize = 16384;
 /// assert!(touching.is_empty());
 /// ```
 pub struct Candidates {
-    search: Box<dyn BroadPhase + Send>,
+    search: Box<dyn BroadPhase + Send + Sync>,
     /// Boxes of the last search with its margin; empty when there is nothing to reuse.
     stored: Vec<Aabb>,
     listed: Vec<[u32; 2]>,
@@ -62,9 +62,16 @@ pub struct Candidates {
     reuses: u64,
 }
 
+impl Default for Candidates {
+    /// Candidates by the [`Grid`](super::Grid).
+    fn default() -> Self {
+        Candidates::new(Box::new(super::Grid::default()))
+    }
+}
+
 impl Candidates {
     /// A list made by `search`, its margin chosen from how fast boxes were seen to move.
-    pub fn new(search: Box<dyn BroadPhase + Send>) -> Self {
+    pub fn new(search: Box<dyn BroadPhase + Send + Sync>) -> Self {
         Candidates {
             search,
             stored: Vec::new(),
@@ -79,7 +86,7 @@ impl Candidates {
     }
 
     /// A list made by `search` with the margin `margin`, a length, not below zero.
-    pub fn with_margin(search: Box<dyn BroadPhase + Send>, margin: f64) -> Self {
+    pub fn with_margin(search: Box<dyn BroadPhase + Send + Sync>, margin: f64) -> Self {
         Candidates { fixed: Some(margin.max(0.0)), ..Candidates::new(search) }
     }
 
