@@ -16,6 +16,9 @@ const GRADIENT_FLOOR: f64 = 4e-16;
 const VALUE_FLOOR: f64 = 1e-15;
 /// Longest step across the normal: 45 degrees once projected back.
 const LONGEST_STEP: f64 = 1.0;
+/// Least over largest eigenvalue under which a Hessian counts as singular: above the rounding of 1e-16, below the 1e-9 or
+/// more of the most slender bodies supported.
+const DEFINITE: f64 = 1e-13;
 /// What a step that failed is shortened by.
 const SHORTEN: f64 = 0.25;
 
@@ -63,7 +66,8 @@ impl<const N: usize> Peak<N> {
 fn newton_step((g1, g2): (f64, f64), (h11, h12, h22): (f64, f64, f64)) -> (f64, f64) {
     let mean = 0.5 * (h11 + h22);
     let spread = (0.5 * (h11 - h22)).hypot(h12);
-    let shift = if mean - spread > f64::EPSILON * spread { 0.0 } else { spread - mean + g1.hypot(g2) };
+    let definite = mean - spread > DEFINITE * spread;
+    let shift = if definite { 0.0 } else { spread - mean + DEFINITE * spread + g1.hypot(g2) };
     let (h11, h22) = (h11 + shift, h22 + shift);
     let determinant = h11 * h22 - h12 * h12;
     let (s1, s2) = ((h22 * g1 - h12 * g2) / determinant, (h11 * g2 - h12 * g1) / determinant);
@@ -117,10 +121,11 @@ fn advance<const N: usize>(
     loop {
         let normal = (peak.normal + (e1 * s1 + e2 * s2) * fraction).normalize();
         let next = Peak::at(delta, bodies, normal);
-        if next.value > peak.value && gain * fraction > VALUE_FLOOR * size {
+        let visible = gain * fraction > VALUE_FLOOR * size;
+        if visible && next.value > peak.value {
             return Some(next);
         }
-        if gain * fraction <= VALUE_FLOOR * size {
+        if !visible {
             let (n1, n2) = next.gradient(delta, normal.any_orthonormal_pair());
             let calmer = n1.hypot(n2) < g1.hypot(g2) && next.value >= peak.value - VALUE_FLOOR * size;
             return calmer.then_some(next);

@@ -38,10 +38,15 @@ fn nearest(delta: DVec3, body: Support, segment: Segment) -> Candidate {
     if smooth(across) && across.at.abs() <= segment.half {
         return across;
     }
-    let end = segment.half.copysign(across.at);
-    let normal = point_normal(delta + segment.axis * end, body);
-    let at_end = Candidate::at(delta, body, segment, normal, end);
-    if smooth(across) && smooth(at_end) { at_end } else { deepest(delta, body, segment, across) }
+    let nearer = segment.half.copysign(across.at);
+    for end in [nearer, -nearer] {
+        let normal = point_normal(delta + segment.axis * end, body);
+        let at_end = Candidate::at(delta, body, segment, normal, end);
+        if smooth(at_end) && at_end.is_nearest(segment) {
+            return at_end;
+        }
+    }
+    deepest(delta, body, segment, across)
 }
 
 /// A normal with the ellipsoid's point, the place on the segment, and the distance along the normal between them.
@@ -68,25 +73,27 @@ impl Candidate {
         let (height, point) = body.value_and_point(normal);
         Candidate { normal, point, at, value: normal.dot(delta + segment.axis * at) - height }
     }
+
+    /// Whether a place at an end is the least far along the normal of the whole segment, as at a maximum it must be.
+    #[inline]
+    fn is_nearest(self, segment: Segment) -> bool {
+        self.at * self.normal.dot(segment.axis) <= 0.0
+    }
 }
 
-/// The largest of all candidates: across the line, at both ends, and what the ellipsoid's axes lead to at both ends.
+/// The largest of all local maxima: across the line, at both ends, and what the ellipsoid's axes lead to at both ends.
 fn deepest(delta: DVec3, body: Support, segment: Segment, across: Candidate) -> Candidate {
     let tie = TIE * (delta.length() + body.radii.max_element() + segment.half);
     let mut best = Candidate { at: across.at.clamp(-segment.half, segment.half), ..across };
-    let mut offer = |normal: DVec3| {
-        let nearer = -segment.half.copysign(normal.dot(segment.axis));
-        let candidate = Candidate::at(delta, body, segment, normal, nearer);
-        if candidate.value > best.value + tie {
-            best = candidate;
-        }
-    };
     for end in [-segment.half, segment.half] {
         let p = delta + segment.axis * end;
-        offer(point_normal(p, body));
-        for axis in [body.axes.x_axis, body.axes.y_axis, body.axes.z_axis] {
-            offer(climb(p, &[body], axis).normal);
-            offer(climb(p, &[body], -axis).normal);
+        let [x, y, z] = [body.axes.x_axis, body.axes.y_axis, body.axes.z_axis];
+        let climbed = [x, -x, y, -y, z, -z].map(|start| climb(p, &[body], start).normal);
+        for normal in [point_normal(p, body)].into_iter().chain(climbed) {
+            let candidate = Candidate::at(delta, body, segment, normal, end);
+            if candidate.is_nearest(segment) && candidate.value > best.value + tie {
+                best = candidate;
+            }
         }
     }
     best
