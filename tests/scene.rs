@@ -256,6 +256,8 @@ fn a_final_scene_runs_on_from_the_same_bits() {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
     #[test]
     fn numbers_come_back_to_the_same_bits(x in -1e14..1e14_f64, y in 1e-50..1.0_f64, q in prop::array::uniform4(-1.0..1.0_f64)) {
         let mut scene = good();
@@ -377,8 +379,9 @@ fn generated_bodies_depend_on_the_seed_alone() {
     assert_eq!(scene.build().unwrap(), first);
     let other = Scene { seed: 2, ..scene };
     assert_ne!(other.build().unwrap().position, first.position);
-    // Pinned, so that a change of the draws does not pass unseen.
-    println!("{:?}", first.position[299]);
+    // Pinned, so that a change of the draws does not pass unseen; to 1e-9, since cube roots differ in their last bit between machines.
+    let last = glam::DVec3::new(-13.224147808295111, 3.557165555451909, -4.39126367394289);
+    assert!(first.position[299].distance(last) < 1e-9);
 }
 
 #[test]
