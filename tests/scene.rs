@@ -9,7 +9,10 @@ use serde_json::Value;
 use std::path::Path;
 
 fn good() -> Scene {
-    scene::load("two-ellipsoids", &[]).unwrap()
+    match scene::load("two-ellipsoids", &[]) {
+        Ok(scene) => scene,
+        Err(error) => panic!("{error}"),
+    }
 }
 
 // ---- built-in scenes ----
@@ -347,7 +350,7 @@ fn check(value: &Value, schema: &Value, root: &Value, place: &str) {
 fn resolve<'a>(schema: &'a Value, root: &'a Value) -> Vec<&'a Value> {
     let mut all = vec![schema];
     if let Some(reference) = schema.get("$ref").and_then(Value::as_str) {
-        all.extend(resolve(root.pointer(reference.trim_start_matches('#')).unwrap(), root));
+        all.extend(root.pointer(reference.trim_start_matches('#')).into_iter().flat_map(|s| resolve(s, root)));
     }
     for choice in ["oneOf", "anyOf", "allOf"] {
         for inner in schema.get(choice).and_then(Value::as_array).into_iter().flatten() {

@@ -25,7 +25,7 @@ pub(super) fn add(columns: u64, rows: u64, major_radius: f64, minor_radius: f64,
     for row in 0..rows {
         for column in 0..columns {
             let position = spacing * (DVec3::new(column as f64, row as f64, 0.0) - middle);
-            let tilt = if (column + row) % 2 == 0 { TILT } else { -TILT };
+            let tilt = if (column + row).is_multiple_of(2) { TILT } else { -TILT };
             let orientation = DQuat::from_axis_angle(DVec3::new(1.0, 1.0, 0.0).normalize(), tilt);
             bodies.push(Placed { shape, position, orientation }, group);
         }
