@@ -577,3 +577,14 @@ fn absurd_counts_are_refused_at_once() {
     let error = scene::read(Path::new("/nonexistent/x.json")).unwrap_err();
     assert_eq!(error.exit_code(), 4);
 }
+
+#[test]
+fn deep_nesting_is_refused_not_followed() {
+    for text in ["[".repeat(100_000), "{\"a\":".repeat(100_000), format!("{{\"name\": {}1", "[".repeat(500))] {
+        let error = scene::parse(&text, "deep").unwrap_err();
+        assert_eq!((error.kind(), error.line()), (FaultKind::Syntax, Some(1)));
+        assert!(error.message().contains("recursion limit"), "{}", error.message());
+    }
+    let error = set("colony", &[&format!("name={}", "[".repeat(100_000))]).unwrap_err();
+    assert_eq!(error.kind(), FaultKind::BadOverride);
+}
