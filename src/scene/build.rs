@@ -6,19 +6,15 @@ use super::{Body, BodyLineage, Dynamics, Generate, Scene, generate};
 use crate::bodies::{Bodies, Lineage, NO_GROUP};
 use crate::separation::Placed;
 use glam::DVec3;
+use std::collections::{HashMap, HashSet};
 
 impl Scene {
     /// The names of the groups, in order of first appearance in `bodies`, then `generate`: [`Bodies::group`] indexes them.
     pub fn group_names(&self) -> Vec<String> {
         let given = self.bodies.iter().map(|b| b.group.as_deref());
         let generated = self.generate.iter().map(Generate::group);
-        let mut names: Vec<String> = Vec::new();
-        for name in given.chain(generated).flatten() {
-            if !names.iter().any(|known| known == name) {
-                names.push(name.to_owned());
-            }
-        }
-        names
+        let mut seen = HashSet::new();
+        given.chain(generated).flatten().filter(|name| seen.insert(*name)).map(str::to_owned).collect()
     }
 
     /// The starting bodies: those of `bodies`, then those of `generate` in order. The same scene gives the same bits.
@@ -36,10 +32,8 @@ impl Scene {
     pub fn build(&self) -> Result<Bodies, SceneError> {
         self.validate()?;
         let names = self.group_names();
-        let group_of = |name: Option<&str>| match name.and_then(|n| names.iter().position(|known| known == n)) {
-            Some(index) => index as u32,
-            None => NO_GROUP,
-        };
+        let numbers: HashMap<&str, u32> = names.iter().map(String::as_str).zip(0..).collect();
+        let group_of = |name: Option<&str>| name.and_then(|n| numbers.get(n).copied()).unwrap_or(NO_GROUP);
         let mut bodies = Bodies::default();
         for body in &self.bodies {
             let placed =

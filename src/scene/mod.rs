@@ -296,19 +296,22 @@ fn identity() -> [f64; 4] {
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Generate {
     /// `count` bodies at random positions and isotropic random orientations, without overlap, in a cube centred on the origin
-    /// whose volume is theirs over `volume_fraction`.
+    /// whose volume is theirs over `volume_fraction`. Centres are in the cube; the bodies' ends may stick out. Each body keeps clear of the
+    /// bounding capsules of all earlier ones, so rings do not interlock by chance. In a planar scene spheres only, in the square of z = 0
+    /// whose area is that of their discs over `volume_fraction`.
     Isotropic {
         /// How many.
         count: u64,
         /// Their shape.
         shape: Shape,
-        /// Their volume over the cube's.
+        /// Their volume over the cube's; at most what random placement reaches, which depends on the shape (0.32 for spheres).
         volume_fraction: f64,
         /// Their group.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         group: Option<String>,
     },
-    /// A sheet of interlaced rings on a square lattice in the x-y plane, centred on the origin, without overlap.
+    /// A sheet of interlaced rings on a square lattice in the x-y plane, centred on the origin, without overlap: the lattice's spacing is 1.6
+    /// major radii, and each ring is linked with its four neighbours. The minor radius is at most 0.12 of the major radius.
     Chainmail {
         /// Rings along x.
         columns: u64,

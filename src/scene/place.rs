@@ -69,6 +69,65 @@ pub(super) fn locate(text: &str, path: &[String]) -> Option<Found> {
     Some(found)
 }
 
+/// The first list of JSON text that is not the value of one of `keys`: its path.
+///
+/// serde takes a list for an object, by the order of its keys; a scene file does not.
+pub(super) fn misplaced_list(text: &str, keys: &[&str]) -> Option<Vec<String>> {
+    let mut scan = Scan { text, at: 0 };
+    let mut open: Vec<Open> = Vec::new();
+    loop {
+        scan.space();
+        match scan.peek()? {
+            b'"' => {
+                let string = scan.string()?;
+                scan.space();
+                if let (Some(b':'), Some(Open::Object(key))) = (scan.peek(), open.last_mut()) {
+                    *key = string;
+                }
+                continue;
+            }
+            b'{' => open.push(Open::Object(Place { start: scan.at, end: scan.at })),
+            b'[' => {
+                let fits = matches!(open.last(), Some(Open::Object(key)) if keys.contains(&name(text, *key).as_str()));
+                if !fits {
+                    return Some(open.iter().map(|o| o.segment(text)).collect());
+                }
+                open.push(Open::List(0));
+            }
+            b'}' | b']' => {
+                open.pop();
+            }
+            b',' => {
+                if let Some(Open::List(index)) = open.last_mut() {
+                    *index += 1;
+                }
+            }
+            _ => {}
+        }
+        scan.at += 1;
+    }
+}
+
+/// A container that is open: an object at its last key, or a list at an index.
+enum Open {
+    Object(Place),
+    List(usize),
+}
+
+impl Open {
+    fn segment(&self, text: &str) -> String {
+        match self {
+            Open::Object(key) => name(text, *key),
+            Open::List(index) => index.to_string(),
+        }
+    }
+}
+
+/// The key that stands with its quotes at a place.
+fn name(text: &str, key: Place) -> String {
+    text.get(key.start..key.end).and_then(|t| serde_json::from_str(t).ok()).unwrap_or_default()
+}
+
 struct Scan<'a> {
     text: &'a str,
     at: usize,

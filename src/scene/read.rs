@@ -120,7 +120,7 @@ fn typed(text: &str, sets: &[Override]) -> Result<Scene, Misread> {
     if sets.is_empty()
         && let Ok(scene) = serde_json::from_str(text)
     {
-        return Ok(scene);
+        return refuse_lists(text).map(|()| scene);
     }
     // The slow way, for overrides and for the place and the wording of a fault: by a tree.
     if text.trim().is_empty() {
@@ -135,7 +135,34 @@ fn typed(text: &str, sets: &[Override]) -> Result<Scene, Misread> {
     for set in sets {
         set.apply(&mut value).map_err(|error| Misread { error, byte: None })?;
     }
-    serde_path_to_error::deserialize(value).map_err(|e| translate(e.path(), e.inner(), text))
+    let effective = value.to_string();
+    let scene = serde_path_to_error::deserialize(value).map_err(|e| translate(e.path(), e.inner(), text))?;
+    refuse_lists(&effective).map(|()| scene)
+}
+
+/// The keys whose values are lists.
+const LISTS: [&str; 10] = [
+    "bodies",
+    "forces",
+    "generate",
+    "position",
+    "orientation",
+    "velocity",
+    "angular_velocity",
+    "force",
+    "acceleration",
+    "radii",
+];
+
+fn refuse_lists(text: &str) -> Result<(), Misread> {
+    match place::misplaced_list(text, &LISTS) {
+        None => Ok(()),
+        Some(path) => {
+            let error =
+                SceneError::new(FaultKind::WrongType, path.join("."), "expected anything but a list, found one");
+            Err(Misread { error, byte: None })
+        }
+    }
 }
 
 /// Says where a fault known by its key stands: in an override or in the text.

@@ -10,7 +10,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::PI;
 
-/// Draws of one body before placement counts as failed; at the largest accepted volume fraction the last bodies need about a hundredth.
+/// Draws of one body before placement counts as failed; at the largest accepted volume fraction the worst body needs
+/// under a two-hundredth of it (tested).
 const MAX_DRAWS: u64 = 1_000_000;
 /// Stream of the first rule; streams below are those of dividing bodies, whose ids stay below 2^53.
 const FIRST_STREAM: u64 = 1 << 63;
@@ -35,7 +36,7 @@ pub(super) fn add(order: &Order, bodies: &mut Bodies, group: u32) -> Result<(), 
         occupied.insert(Capsule::of(&bodies.shape[i], bodies.position[i], bodies.orientation[i]));
     }
     for done in 0..order.count {
-        let Some((position, orientation)) = place(order, side, &occupied, &mut random) else {
+        let Some((position, orientation, _)) = place(order, side, &occupied, &mut random) else {
             let key = format!("generate.{}.isotropic.volume_fraction", order.rule);
             let message = format!("no place for body {} of {} in {MAX_DRAWS} draws", done + 1, order.count);
             return Err(
@@ -48,15 +49,16 @@ pub(super) fn add(order: &Order, bodies: &mut Bodies, group: u32) -> Result<(), 
     Ok(())
 }
 
-fn place(order: &Order, side: f64, occupied: &Occupied, random: &mut ChaCha8Rng) -> Option<(DVec3, DQuat)> {
-    (0..MAX_DRAWS).find_map(|_| {
+/// A free place, and the draws that it took.
+fn place(order: &Order, side: f64, occupied: &Occupied, random: &mut ChaCha8Rng) -> Option<(DVec3, DQuat, u64)> {
+    (1..=MAX_DRAWS).find_map(|draws| {
         let mut position = side * (DVec3::from_array(random.random::<[f64; 3]>()) - 0.5);
         let orientation = rotation(random);
         if order.planar {
             position.z = 0.0;
         }
         let free = !occupied.overlaps(&Capsule::of(&order.shape, position, orientation));
-        free.then_some((position, orientation))
+        free.then_some((position, orientation, draws))
     })
 }
 
@@ -97,19 +99,64 @@ fn volume(shape: &Shape) -> f64 {
     }
 }
 
-/// Largest volume fraction that is accepted for a shape.
+/// Largest volume fraction of bounding capsules that random placement is asked for, by their length over their diameter.
+///
+/// Tried with 4,000 bodies, until one needed more than 1,500 draws: 0.32 at aspect 1, 0.30 at 2, 0.27 at 3, 0.23 at 5, 0.18 at 10 and 0.10 at
+/// 20. This curve stays below all of them.
+fn capsule_fraction(aspect: f64) -> f64 {
+    2.4 / (aspect + 6.5)
+}
+
+/// The same for discs in a plane, whose random placement jams at 0.547.
+const DISC_FRACTION: f64 = 0.45;
+
+/// Largest volume fraction (of a planar scene, area fraction) that is accepted for a shape.
 pub(in super::super) fn reachable_fraction(shape: &Shape, planar: bool) -> f64 {
     if planar {
-        return 0.5;
+        return DISC_FRACTION;
     }
     let (half, radius) = Capsule::body(shape);
     let half = half.length();
-    let aspect = 1.0 + half / radius;
     let capsule = volume(&Shape::Spherocylinder { diameter: 2.0 * radius, length: 2.0 * (half + radius) });
-    capsule_fraction(aspect) * volume(shape) / capsule
+    capsule_fraction(1.0 + half / radius) * volume(shape) / capsule
 }
 
-fn capsule_fraction(aspect: f64) -> f64 {
-    let _ = aspect;
-    0.34
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Draws that the worst of `count` bodies needs at the largest volume fraction.
+    fn worst_draws(shape: Shape, count: u64, planar: bool) -> u64 {
+        let volume_fraction = reachable_fraction(&shape, planar);
+        let order = Order { count, shape, volume_fraction, planar, seed: 1, rule: 0 };
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let (side, mut occupied, mut worst) = (side(&order), Occupied::default(), 0);
+        for _ in 0..count {
+            let (position, orientation, draws) = place(&order, side, &occupied, &mut random).unwrap();
+            occupied.insert(Capsule::of(&shape, position, orientation));
+            worst = worst.max(draws);
+        }
+        worst
+    }
+
+    #[test]
+    fn the_largest_accepted_fraction_is_reached_easily() {
+        let rod = |length: f64| Shape::Spherocylinder { diameter: 1.0, length };
+        for (shape, count) in [
+            (Shape::Sphere { radius: 0.5 }, 3000),
+            (rod(2.0), 3000),
+            (rod(5.0), 2000),
+            (rod(10.0), 2000),
+            (rod(30.0), 1000),
+            (rod(100.0), 500),
+            (Shape::Ellipsoid { radii: [1.0, 1.0, 2.0] }, 2000),
+            (Shape::Ellipsoid { radii: [2.0, 0.2, 1.0] }, 1000),
+            (Shape::Torus { major_radius: 1.0, minor_radius: 0.1 }, 1000),
+        ] {
+            let worst = worst_draws(shape, count, false);
+            assert!(worst < MAX_DRAWS / 200, "{shape:?}: {worst} draws");
+        }
+        let worst = worst_draws(Shape::Sphere { radius: 0.5 }, 3000, true);
+        assert!(worst < MAX_DRAWS / 200, "discs: {worst} draws");
+    }
 }

@@ -15,11 +15,11 @@ impl Scene {
     pub(super) fn check_bodies(&self, root: &Key) -> Result<(), SceneError> {
         let key = root.field("bodies");
         if self.bodies.is_empty() && self.generate.is_empty() {
-            return Err(SceneError::bad(&key, "a scene needs at least one body, here or by `generate`"));
+            return Err(SceneError::bad(key, "a scene needs at least one body, here or by `generate`"));
         }
         if self.bodies.len() as u64 > MAX_BODIES {
             let message = format!("{} bodies; at most {MAX_BODIES}", self.bodies.len());
-            return Err(SceneError::new(FaultKind::TooLarge, &key, message));
+            return Err(SceneError::new(FaultKind::TooLarge, key, message));
         }
         let mut ids = HashSet::new();
         for (i, body) in self.bodies.iter().enumerate() {

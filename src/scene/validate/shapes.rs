@@ -157,7 +157,7 @@ impl Scene {
                         return Err(SceneError::bad(key, message));
                     }
                 }
-                Shape::Spherocylinder { .. } | Shape::Ellipsoid { .. } if count % 2 == 0 => {
+                Shape::Spherocylinder { .. } | Shape::Ellipsoid { .. } if count.is_multiple_of(2) => {
                     let message =
                         format!("must be odd, not {count}: one sub-sphere is at the centre of {list}.{index}");
                     return Err(SceneError::bad(key, message));
