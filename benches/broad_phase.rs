@@ -113,7 +113,7 @@ fn measure_candidates(mut candidates: Candidates, mut boxes: Vec<Aabb>, pace: f6
     const CALLS: usize = 400;
     let mut rng = ChaCha8Rng::seed_from_u64(2);
     let drift: Vec<DVec3> = boxes.iter().map(|_| direction(&mut rng) * (pace * rng.random::<f64>())).collect();
-    let (mut touching, mut found, mut spent) = (Vec::new(), 0, 0, 0.0);
+    let (mut touching, mut spent) = (Vec::new(), 0.0);
     for _ in 0..CALLS {
         for (aabb, step) in boxes.iter_mut().zip(&drift) {
             *aabb = Aabb { min: aabb.min + *step, max: aabb.max + *step };

@@ -253,7 +253,7 @@ fn candidates_are_reused_while_little_moves() {
 }
 
 #[test]
-fn candidates_notice_new_bodies_and_are_told_of_exchanged_ones() {
+fn candidates_notice_new_and_exchanged_bodies() {
     let mut candidates = Candidates::with_margin(Box::<Grid>::default(), 0.1);
     let mut boxes = vec![at(0.0, 0.0, 0.0, 0.5), at(3.0, 0.0, 0.0, 0.5)];
     assert!(candidates.ensure(&boxes).is_empty());

@@ -105,11 +105,12 @@ impl Candidates {
         &self.listed
     }
 
-    /// Forgets the list, for when an index comes to mean another body. A new number of bodies, or a body outside its stored box, is noticed
-    /// without.
+    /// Forgets the list, so that the next call searches. Completeness never needs it: a new number of boxes, or a box outside
+    /// its stored box, is noticed without, whichever body an index means. It makes what is listed independent of the past.
     pub fn invalidate(&mut self) {
         self.stored.clear();
         self.listed.clear();
+        self.pace = None;
     }
 
     /// Searches made.

@@ -56,7 +56,8 @@ fn order_bucket(bucket: &mut [[u32; 2]]) {
     for count in &mut end {
         sum += std::mem::replace(count, sum);
     }
-    for [a, b] in bucket.to_vec() {
+    let unordered = bucket.to_vec();
+    for [a, b] in unordered {
         let next = &mut end[a as usize % SIZE];
         bucket[*next] = [a, b];
         *next += 1;
