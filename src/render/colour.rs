@@ -1,0 +1,106 @@
+//! Colours of bodies, chosen in Oklab, where equal steps look equal (Ottosson, "A perceptual color space for image
+//! processing", 2020), and kept as linear light.
+
+use super::Colour;
+use super::intersect::reach;
+use crate::bodies::Bodies;
+use crate::shape::{Centreline, Geometry};
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+/// Lightness and chroma of the orientation hues: about the most chroma that sRGB holds at one lightness in all hues.
+const HUE_LIGHTNESS: f32 = 0.74;
+const HUE_CHROMA: f32 = 0.125;
+/// The hue (radians) of an axis to the right; the others follow at twice their angle.
+const HUE_START: f32 = 0.45;
+/// Bodies without an axis, and all bodies of a plain picture.
+const PLAIN: [f32; 3] = [0.76, -0.035, -0.06];
+/// A ramp of (lightness, a, b), from dark blue over green to yellow.
+const RAMP: [[f32; 3]; 5] = [
+    [0.46, 0.02, -0.15],
+    [0.58, -0.08, -0.07],
+    [0.70, -0.13, 0.04],
+    [0.82, -0.07, 0.15],
+    [0.91, 0.01, 0.16],
+];
+
+/// Linear red, green and blue of every body.
+pub(super) fn of_bodies(bodies: &Bodies, geometry: &[Geometry], colour: Colour) -> Vec<Vec3> {
+    match colour {
+        Colour::Plain => vec![linear(PLAIN); bodies.len()],
+        Colour::Orientation => {
+            (0..bodies.len()).into_par_iter().map(|i| by_axis(&geometry[i], bodies, i)).collect()
+        }
+        Colour::Generation => on_ramp(bodies.lineage.iter().map(|l| f64::from(l.generation)).collect()),
+        Colour::Age => on_ramp(bodies.lineage.iter().map(|l| l.birth).collect()),
+        Colour::Size => on_ramp(
+            geometry.iter().map(|g| [DVec3::X, DVec3::Y, DVec3::Z].map(|e| reach(g, e)).into_iter().fold(0.0, f64::max)).collect(),
+        ),
+    }
+}
+
+/// An axis has no sign, so its hue turns at twice its angle in the x-y plane; it pales as it leaves the plane.
+fn by_axis(geometry: &Geometry, bodies: &Bodies, i: usize) -> Vec3 {
+    let Some(axis) = axis(geometry) else { return linear(PLAIN) };
+    let Some(axis) = (bodies.orientation[i] * axis).try_normalize() else { return linear(PLAIN) };
+    let (x, y) = (axis.x as f32, axis.y as f32);
+    let (cos, sin) = (HUE_START.cos(), HUE_START.sin());
+    // (cos, sin) of twice the angle, times the squared part in the plane.
+    let (a, b) = (x * x - y * y, 2.0 * x * y);
+    let pale = (axis.z * axis.z) as f32;
+    linear([
+        HUE_LIGHTNESS + 0.16 * pale,
+        HUE_CHROMA * (a * cos - b * sin),
+        HUE_CHROMA * (a * sin + b * cos) + 0.02 * pale,
+    ])
+}
+
+/// The body's axis of orientation in its own axes; a ball has none.
+fn axis(geometry: &Geometry) -> Option<DVec3> {
+    match *geometry {
+        Geometry::Centreline { curve: Centreline::Point, .. } => None,
+        Geometry::Centreline { .. } => Some(DVec3::Z),
+        Geometry::Ellipsoid { radii } => {
+            let longest = radii.max_element();
+            let all_equal = radii.min_element() == longest;
+            let axes = [(radii.z, DVec3::Z), (radii.y, DVec3::Y), (radii.x, DVec3::X)];
+            (!all_equal).then(|| axes.into_iter().find(|(r, _)| *r == longest).map(|(_, e)| e)).flatten()
+        }
+    }
+}
+
+/// The ramp from the least to the greatest value; values that are not numbers stand at its start.
+fn on_ramp(values: Vec<f64>) -> Vec<Vec3> {
+    let finite = || values.iter().copied().filter(|v| v.is_finite());
+    let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    values
+        .iter()
+        .map(|v| {
+            let part = if high > low { (v - low) / (high - low) } else { 0.5 };
+            let place = if part.is_finite() { part as f32 * (RAMP.len() - 1) as f32 } else { 0.0 };
+            let below = (place as usize).min(RAMP.len() - 2);
+            let (from, to) = (Vec3::from(RAMP[below]), Vec3::from(RAMP[below + 1]));
+            linear(from.lerp(to, place - below as f32).to_array())
+        })
+        .collect()
+}
+
+/// Oklab to linear sRGB, cut to what sRGB can show.
+pub(super) fn linear([lightness, a, b]: [f32; 3]) -> Vec3 {
+    let l = (lightness + 0.396_337_78 * a + 0.215_803_76 * b).powi(3);
+    let m = (lightness - 0.105_561_346 * a - 0.063_854_17 * b).powi(3);
+    let s = (lightness - 0.089_484_18 * a - 1.291_485_5 * b).powi(3);
+    Vec3::new(
+        4.076_741_7 * l - 3.307_711_6 * m + 0.230_969_94 * s,
+        -1.268_438 * l + 2.609_757_4 * m - 0.341_319_38 * s,
+        -0.004_196_086_3 * l - 0.703_418_6 * m + 1.707_614_7 * s,
+    )
+    .clamp(Vec3::ZERO, Vec3::ONE)
+}
+
+/// The sRGB byte of linear light (IEC 61966-2-1).
+pub(super) fn encode(linear: f32) -> u8 {
+    let v = linear.clamp(0.0, 1.0);
+    let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    (encoded * 255.0 + 0.5) as u8
+}
