@@ -16,27 +16,27 @@ const HUE_START: f32 = 0.45;
 /// Bodies without an axis, and all bodies of a plain picture.
 const PLAIN: [f32; 3] = [0.76, -0.035, -0.06];
 /// A ramp of (lightness, a, b), from dark blue over green to yellow.
-const RAMP: [[f32; 3]; 5] = [
-    [0.46, 0.02, -0.15],
-    [0.58, -0.08, -0.07],
-    [0.70, -0.13, 0.04],
-    [0.82, -0.07, 0.15],
-    [0.91, 0.01, 0.16],
-];
+const RAMP: [[f32; 3]; 5] =
+    [[0.52, 0.0, -0.14], [0.62, -0.08, -0.07], [0.72, -0.13, 0.04], [0.82, -0.07, 0.15], [0.91, 0.01, 0.16]];
 
 /// Linear red, green and blue of every body.
 pub(super) fn of_bodies(bodies: &Bodies, geometry: &[Geometry], colour: Colour) -> Vec<Vec3> {
     match colour {
         Colour::Plain => vec![linear(PLAIN); bodies.len()],
-        Colour::Orientation => {
-            (0..bodies.len()).into_par_iter().map(|i| by_axis(&geometry[i], bodies, i)).collect()
-        }
-        Colour::Generation => on_ramp(bodies.lineage.iter().map(|l| f64::from(l.generation)).collect()),
-        Colour::Age => on_ramp(bodies.lineage.iter().map(|l| l.birth).collect()),
-        Colour::Size => on_ramp(
-            geometry.iter().map(|g| [DVec3::X, DVec3::Y, DVec3::Z].map(|e| reach(g, e)).into_iter().fold(0.0, f64::max)).collect(),
-        ),
+        Colour::Orientation => (0..bodies.len()).into_par_iter().map(|i| by_axis(&geometry[i], bodies, i)).collect(),
+        Colour::Generation => on_ramp(&map(&bodies.lineage, |l| f64::from(l.generation))),
+        Colour::Age => on_ramp(&map(&bodies.lineage, |l| l.birth)),
+        Colour::Size => on_ramp(&map(geometry, longest)),
     }
+}
+
+fn map<T>(items: &[T], value: impl Fn(&T) -> f64) -> Vec<f64> {
+    items.iter().map(value).collect()
+}
+
+/// Half the greatest extent along a body axis.
+fn longest(geometry: &Geometry) -> f64 {
+    DVec3::AXES.into_iter().map(|axis| reach(geometry, axis)).fold(0.0, f64::max)
 }
 
 /// An axis has no sign, so its hue turns at twice its angle in the x-y plane; it pales as it leaves the plane.
@@ -69,20 +69,21 @@ fn axis(geometry: &Geometry) -> Option<DVec3> {
     }
 }
 
-/// The ramp from the least to the greatest value; values that are not numbers stand at its start.
-fn on_ramp(values: Vec<f64>) -> Vec<Vec3> {
-    let finite = || values.iter().copied().filter(|v| v.is_finite());
-    let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
-    values
-        .iter()
-        .map(|v| {
-            let part = if high > low { (v - low) / (high - low) } else { 0.5 };
-            let place = if part.is_finite() { part as f32 * (RAMP.len() - 1) as f32 } else { 0.0 };
-            let below = (place as usize).min(RAMP.len() - 2);
-            let (from, to) = (Vec3::from(RAMP[below]), Vec3::from(RAMP[below + 1]));
-            linear(from.lerp(to, place - below as f32).to_array())
-        })
-        .collect()
+/// The ramp by rank among the distinct values, so that a few far ones do not take all of it; values that are not
+/// numbers stand at its start.
+fn on_ramp(values: &[f64]) -> Vec<Vec3> {
+    let mut distinct: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    distinct.sort_unstable_by(f64::total_cmp);
+    distinct.dedup();
+    let last = distinct.len().saturating_sub(1).max(1) as f32;
+    let at = |value: &f64| {
+        let rank = distinct.partition_point(|v| v < value).min(distinct.len().saturating_sub(1));
+        let place = rank as f32 / last * (RAMP.len() - 1) as f32;
+        let below = (place as usize).min(RAMP.len() - 2);
+        let (from, to) = (Vec3::from(RAMP[below]), Vec3::from(RAMP[below + 1]));
+        linear(from.lerp(to, place - below as f32).to_array())
+    };
+    values.par_iter().map(at).collect()
 }
 
 /// Oklab to linear sRGB, cut to what sRGB can show.

@@ -29,8 +29,8 @@ impl Image {
 
     /// The colour of the pixel in column `x` and row `y`; `None` outside the picture.
     pub fn pixel(&self, x: u32, y: u32) -> Option<[u8; 3]> {
-        let first = (x < self.width && y < self.height)
-            .then_some(3 * (y as usize * self.width as usize + x as usize))?;
+        let first =
+            (x < self.width && y < self.height).then_some(3 * (y as usize * self.width as usize + x as usize))?;
         self.pixels.get(first..first + 3)?.try_into().ok()
     }
 

@@ -187,3 +187,139 @@ impl Quartic {
         t
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// Zero on the surface, positive outside; a distance for the thickened curves.
+    fn implicit(geometry: &Geometry, p: DVec3) -> f64 {
+        match *geometry {
+            Geometry::Centreline { curve: Centreline::Point, radius } => p.length() - radius,
+            Geometry::Centreline { curve: Centreline::Segment { half }, radius } => {
+                (p - DVec3::Z * p.z.clamp(-half, half)).length() - radius
+            }
+            Geometry::Centreline { curve: Centreline::Circle { radius: major }, radius } => {
+                (p.truncate().length() - major).hypot(p.z) - radius
+            }
+            Geometry::Ellipsoid { radii } => (p / radii).length() - 1.0,
+        }
+    }
+
+    fn geometries() -> [Geometry; 8] {
+        let centreline = |curve, radius| Geometry::Centreline { curve, radius };
+        [
+            centreline(Centreline::Point, 1.3),
+            centreline(Centreline::Segment { half: 1.7 }, 0.5),
+            centreline(Centreline::Segment { half: 0.0 }, 0.5),
+            centreline(Centreline::Circle { radius: 1.5 }, 0.4),
+            centreline(Centreline::Circle { radius: 2.0 }, 0.02),
+            centreline(Centreline::Circle { radius: 1.0 }, 0.999),
+            Geometry::Ellipsoid { radii: DVec3::new(0.5, 0.8, 2.0) },
+            Geometry::Ellipsoid { radii: DVec3::new(2.0, 0.05, 1.0) },
+        ]
+    }
+
+    fn unit(rng: &mut ChaCha8Rng) -> DVec3 {
+        loop {
+            let v = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+            if (0.01..1.0).contains(&v.length_squared()) {
+                return v.normalize();
+            }
+        }
+    }
+
+    /// Lines through points near the body, every third one along an axis or in an axis plane.
+    fn line(rng: &mut ChaCha8Rng, k: usize) -> (DVec3, DVec3) {
+        let mut direction = unit(rng);
+        match k % 9 {
+            0 => direction = DVec3::AXES[k / 9 % 3],
+            3 => direction = direction.with_z(0.0).normalize(),
+            6 => direction = direction.with_x(0.0).normalize(),
+            _ => {}
+        }
+        let through = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-2.2..2.2)));
+        (through + direction * rng.random_range(-5.0..5.0), direction)
+    }
+
+    #[test]
+    fn hits_lie_on_the_surface_and_nothing_lies_before_them() {
+        for (g, geometry) in geometries().iter().enumerate() {
+            let mut rng = ChaCha8Rng::seed_from_u64(g as u64);
+            let (mut hits, mut misses) = (0, 0);
+            for k in 0..4000 {
+                let (origin, direction) = line(&mut rng, k);
+                let hit = first_hit(geometry, origin, direction);
+                let nearest = -origin.dot(direction);
+                let end = match hit {
+                    Some(t) => {
+                        let p = origin + direction * t;
+                        let off = implicit(geometry, p).abs();
+                        assert!(off < 1e-9, "geometry {g}, line {k}: {off:e} off the surface");
+                        assert!(normal(geometry, p).dot(direction) < 1e-6, "geometry {g}, line {k}: hit from inside");
+                        hits += 1;
+                        t
+                    }
+                    None => {
+                        misses += 1;
+                        nearest + 4.0
+                    }
+                };
+                let start = nearest - 4.0;
+                for step in 0..1000 {
+                    let t = start + (end - start) * f64::from(step) / 1000.0;
+                    let inside = implicit(geometry, origin + direction * t);
+                    assert!(inside > -1e-9, "geometry {g}, line {k}: {inside:e} at {t}, but {hit:?}");
+                }
+            }
+            assert!(hits > 50 && misses > 50, "geometry {g}: {hits} hits, {misses} misses");
+        }
+    }
+
+    #[test]
+    fn the_normal_is_the_gradient() {
+        for (g, geometry) in geometries().iter().enumerate() {
+            let mut rng = ChaCha8Rng::seed_from_u64(g as u64);
+            for k in 0..300 {
+                let (origin, direction) = line(&mut rng, k);
+                let Some(t) = first_hit(geometry, origin, direction) else { continue };
+                let (p, h) = (origin + direction * t, 1e-6);
+                let slope = |e: DVec3| implicit(geometry, p + e * h) - implicit(geometry, p - e * h);
+                let gradient = DVec3::from_array(DVec3::AXES.map(slope)).normalize();
+                assert!(gradient.distance(normal(geometry, p)) < 1e-3, "geometry {g}, line {k}");
+            }
+        }
+    }
+
+    /// Of all hits, none lies beyond the reach, and one comes near it.
+    #[test]
+    fn reach_is_the_support_function() {
+        for (g, geometry) in geometries().iter().enumerate() {
+            let mut rng = ChaCha8Rng::seed_from_u64(g as u64);
+            let points: Vec<DVec3> = (0..20_000)
+                .filter_map(|k| {
+                    let (origin, direction) = line(&mut rng, k);
+                    first_hit(geometry, origin, direction).map(|t| origin + direction * t)
+                })
+                .collect();
+            for _ in 0..20 {
+                let e = unit(&mut rng);
+                let farthest = points.iter().map(|p| p.dot(e)).fold(0.0, f64::max);
+                let reach = reach(geometry, e);
+                assert!(farthest < reach + 1e-9 && farthest > 0.9 * reach, "geometry {g}: {farthest} of {reach}");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_do_not_panic() {
+        for geometry in geometries() {
+            for bad in [f64::NAN, f64::INFINITY, 1e300] {
+                first_hit(&geometry, DVec3::new(bad, 0.0, 0.1), DVec3::Z);
+                first_hit(&geometry, DVec3::ZERO, DVec3::new(0.0, bad, 1.0));
+            }
+        }
+    }
+}

@@ -26,11 +26,11 @@ pub enum Colour {
     /// Where its axis points: the hue turns once in half a turn in the x-y plane, and pales out of that plane.
     #[default]
     Orientation,
-    /// Divisions since its founder, from the fewest (dark blue) to the most (yellow).
+    /// Divisions since its founder, by rank from the fewest (dark blue) to the most (yellow).
     Generation,
-    /// Time of birth, from the first (dark blue) to the last (yellow).
+    /// Time of birth, by rank from the first (dark blue) to the last (yellow).
     Age,
-    /// Its longest half extent, from the smallest (dark blue) to the largest (yellow).
+    /// Its longest half extent, by rank from the smallest (dark blue) to the largest (yellow).
     Size,
     /// Nothing.
     Plain,
@@ -119,16 +119,16 @@ pub fn picture_by(bodies: &Bodies, view: &View, camera: &Camera) -> Image {
         sample_length: (1.0 / (scale * raster::SUPERSAMPLING as f64)) as f32,
         typical: median(&thickness) * raster::SUPERSAMPLING as f32,
     };
-    let pattern = shading.pattern();
+    let (pattern, background) = (shading.pattern(), bytes(paper));
     let mut pixels = vec![0; 3 * width as usize * height as usize];
     pixels.par_chunks_mut(3 * width as usize).enumerate().for_each(|(y, row)| {
         for (x, pixel) in row.chunks_exact_mut(3).enumerate() {
-            pixel.copy_from_slice(&bytes(shading.pixel(x, y, &pattern)));
+            pixel.copy_from_slice(&shading.pixel(x, y, &pattern).map_or(background, bytes));
         }
     });
     let mut image = Image { width, height, pixels };
     if view.scale_bar && !bodies.is_empty() {
-        scale_bar::draw(&mut image, scale, bytes(ink), bytes(paper));
+        scale_bar::draw(&mut image, scale, bytes(ink), background);
     }
     image
 }

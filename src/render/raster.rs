@@ -145,10 +145,8 @@ impl Grid {
     fn cast_one(&self, drawn: &Drawn, corner: [usize; 2], samples: &mut [Sample]) {
         let Bounds { geometry, axes: [right, up, toward], centre, reach } = &drawn.bounds;
         let front = (centre.z + reach.z) as f32;
-        let [rows, columns] =
-            [(drawn.rows, corner[1]), (drawn.columns, corner[0])].map(|(range, start)| {
-                range[0].max(start)..(range[1] + 1).min(start + TILE)
-            });
+        let [rows, columns] = [(drawn.rows, corner[1]), (drawn.columns, corner[0])]
+            .map(|(range, start)| range[0].max(start)..(range[1] + 1).min(start + TILE));
         for y in rows {
             let line = *up * ((drawn.y - (y as f64 + 0.5)) / self.scale);
             let row = &mut samples[(y - corner[1]) * TILE..][..TILE];
@@ -162,8 +160,11 @@ impl Grid {
                 let height = (centre.z - t) as f32;
                 if height > sample.height {
                     let normal = normal(geometry, origin - *toward * t);
-                    *sample =
-                        Sample { body: drawn.body, height, normal: [normal.dot(*right) as f32, normal.dot(*up) as f32] };
+                    *sample = Sample {
+                        body: drawn.body,
+                        height,
+                        normal: [normal.dot(*right) as f32, normal.dot(*up) as f32],
+                    };
                 }
             }
         }
@@ -175,4 +176,75 @@ fn covered(centre: f64, reach: f64, count: usize) -> Option<[usize; 2]> {
     let first = (centre - reach - 0.5).ceil().max(0.0);
     let last = (centre + reach - 0.5).floor().min(count as f64 - 1.0);
     (first <= last).then_some([first as usize, last as usize])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bodies::NO_GROUP;
+    use crate::render::View;
+    use crate::separation::Placed;
+    use crate::shape::Shape;
+    use glam::{DQuat, DVec3};
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    fn body(shape: Shape, position: DVec3, orientation: DQuat) -> Bodies {
+        let mut bodies = Bodies::default();
+        bodies.push(Placed { shape, position, orientation }, NO_GROUP);
+        bodies
+    }
+
+    /// The area that a lone body covers, by counting rays.
+    fn counted(bodies: &Bodies, planar: bool) -> f64 {
+        let view = View { width: 300, height: 260, planar, ..View::default() };
+        let camera = Camera::fit(bodies, &view);
+        let samples = Samples::cast(bodies, &camera, view.width, view.height);
+        let seen = samples.tiles.iter().filter(|s| s.body == 0).count();
+        seen as f64 / (camera.pixels_per_length() * SUPERSAMPLING as f64).powi(2)
+    }
+
+    fn assert_within_a_percent(counted: f64, exact: f64, what: &str) {
+        assert!((counted / exact - 1.0).abs() < 0.01, "{what}: {counted} for {exact}");
+    }
+
+    #[test]
+    fn bodies_cover_their_projected_area() {
+        let turns = [0.0, 0.4, 1.1, 2.5].map(|a| DQuat::from_euler(glam::EulerRot::XYZ, a, 1.7 * a, 0.3));
+        for orientation in turns {
+            for planar in [true, false] {
+                let toward = Camera::fit(&Bodies::default(), &View { planar, ..View::default() }).toward;
+                let n = orientation.inverse() * toward;
+                let count = |shape| counted(&body(shape, DVec3::new(7.0, -3.0, 2.0), orientation), planar);
+                assert_within_a_percent(count(Shape::Sphere { radius: 1.3 }), PI * 1.69, "sphere");
+                let sine = (1.0 - n.z * n.z).sqrt();
+                let rod = PI * 0.25 + 3.0 * sine;
+                assert_within_a_percent(count(Shape::Spherocylinder { diameter: 1.0, length: 4.0 }), rod, "rod");
+                let [a, b, c] = [0.5, 0.8, 2.0];
+                let shadow = PI * DVec3::new(b * c * n.x, a * c * n.y, a * b * n.z).length();
+                assert_within_a_percent(count(Shape::Ellipsoid { radii: [a, b, c] }), shadow, "ellipsoid");
+            }
+        }
+        let ring = Shape::Torus { major_radius: 2.0, minor_radius: 0.4 };
+        let flat = counted(&body(ring, DVec3::ONE, DQuat::IDENTITY), true);
+        assert_within_a_percent(flat, PI * (2.4 * 2.4 - 1.6 * 1.6), "flat ring");
+        let upright = counted(&body(ring, DVec3::ONE, DQuat::from_rotation_x(FRAC_PI_2)), true);
+        assert_within_a_percent(upright, 4.0 * 2.0 * 0.4 + PI * 0.16, "upright ring");
+    }
+
+    #[test]
+    fn the_nearest_body_is_seen_in_any_order() {
+        let ball = Shape::Sphere { radius: 1.0 };
+        for heights in [[0.0, 0.5, -0.5], [0.5, 0.0, -0.5], [-0.5, 0.0, 0.5]] {
+            let mut bodies = Bodies::default();
+            for z in heights {
+                bodies.push(Placed { shape: ball, position: DVec3::Z * z, orientation: DQuat::IDENTITY }, NO_GROUP);
+            }
+            let view = View { width: 40, height: 40, planar: true, ..View::default() };
+            let samples = Samples::cast(&bodies, &Camera::fit(&bodies, &view), 40, 40);
+            let front = heights.iter().position(|z| *z == 0.5).unwrap() as u32;
+            assert!(samples.tiles.iter().all(|s| s.body == front || s.body == NOTHING));
+            let middle = samples.at(40, 40);
+            assert!((f64::from(middle.height) - 1.5).abs() < 1e-2, "{middle:?}");
+        }
+    }
 }

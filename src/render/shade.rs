@@ -11,21 +11,25 @@ const KEY_LIGHT: Vec3 = Vec3::new(-0.46, 0.60, 0.655);
 const FILL_LIGHT: Vec3 = Vec3::new(0.72, -0.25, 0.647);
 const KEY: f32 = 0.78;
 const FILL: f32 = 0.16;
+/// Halfway between the main light and the viewer.
+const HALFWAY: Vec3 = Vec3::new(-0.2529, 0.3298, 0.9095);
 /// Light from all sides: from above, and from below.
 const SKY: f32 = 0.34;
 const GROUND: f32 = 0.16;
 /// A soft gleam of the main light.
 const GLEAM: f32 = 0.10;
 const GLEAM_SHARPNESS: i32 = 24;
-/// Neighbours of one ray, and the turns of their spiral: the two share no factor.
-const NEIGHBOURS: usize = 10;
+/// Neighbours of one ray, and the turns of their spiral.
+const NEIGHBOURS: usize = 11;
 const SPIRAL_TURNS: f32 = 3.0;
+/// How much denser the spiral is near its start; 1 spaces it evenly.
+const SPIRAL_DENSITY: f32 = 1.5;
 /// How strongly neighbours darken.
-const OBSCURANCE: f32 = 1.1;
+const OBSCURANCE: f32 = 1.0;
 /// A neighbour this little above the tangent plane (sine of the angle) does not darken: the surface itself curves.
 const OBSCURANCE_BIAS: f32 = 0.06;
 /// The darkening reaches this many body thicknesses, but not beyond this part of the picture's height.
-const REACH_THICKNESSES: f32 = 1.0;
+const REACH_THICKNESSES: f32 = 1.5;
 const REACH_OF_PICTURE: f32 = 0.06;
 /// Samples: a nearer neighbourhood than this shows nothing.
 const LEAST_REACH: f32 = 1.5;
@@ -51,73 +55,86 @@ pub(super) struct Shading<'a> {
     pub typical: f32,
 }
 
+/// A place near a sample.
+pub(super) struct Neighbour {
+    /// Samples to the right and down.
+    right: isize,
+    down: isize,
+    /// The same in lengths to the right and up.
+    plane: Vec2,
+}
+
 impl Shading<'_> {
-    /// The linear light of a pixel.
-    pub fn pixel(&self, x: usize, y: usize, pattern: &[Vec<Vec2>]) -> Vec3 {
-        let mut sum = Vec3::ZERO;
-        for (k, offsets) in pattern.iter().enumerate() {
-            let (sx, sy) = (x * SUPERSAMPLING + k % SUPERSAMPLING, y * SUPERSAMPLING + k / SUPERSAMPLING);
-            sum += self.sample(sx, sy, offsets);
+    /// The linear light of a pixel; `None` where only the background is seen.
+    pub fn pixel(&self, x: usize, y: usize, pattern: &[Vec<Neighbour>]) -> Option<Vec3> {
+        let (mut sum, mut seen) = (Vec3::ZERO, false);
+        for (k, neighbours) in pattern.iter().enumerate() {
+            let (x, y) = (x * SUPERSAMPLING + k % SUPERSAMPLING, y * SUPERSAMPLING + k / SUPERSAMPLING);
+            let sample = self.samples.at(x, y);
+            if sample.body == NOTHING {
+                sum += self.background;
+            } else {
+                sum += self.light(x, y, sample, neighbours);
+                seen = true;
+            }
         }
-        sum / pattern.len() as f32
+        seen.then(|| sum / pattern.len() as f32)
     }
 
-    /// For each ray of a pixel, the neighbours (in samples, right and down) that may darken it.
-    pub fn pattern(&self) -> Vec<Vec<Vec2>> {
+    /// For each ray of a pixel, the neighbours that may darken it: a spiral, denser near its start.
+    pub fn pattern(&self) -> Vec<Vec<Neighbour>> {
         let rays = SUPERSAMPLING * SUPERSAMPLING;
-        let reach = (self.typical * REACH_THICKNESSES).min(self.samples.height as f32 * REACH_OF_PICTURE);
+        let reach = self.reach();
         let count = if reach < LEAST_REACH { 0 } else { NEIGHBOURS };
-        (0..rays)
-            .map(|ray| {
-                let turn = ray as f32 / rays as f32;
-                (0..count)
-                    .map(|k| {
-                        let part = (k as f32 + 0.5 + turn) / (count as f32 + 0.5);
-                        Vec2::from_angle(std::f32::consts::TAU * (part * SPIRAL_TURNS + turn)) * (reach * part)
-                    })
-                    .collect()
-            })
-            .collect()
+        let neighbour = |turn: f32, k: usize| {
+            let part = (k as f32 + 0.5 + turn) / (count as f32 + 0.5);
+            let angle = std::f32::consts::TAU * (part * SPIRAL_TURNS + turn);
+            let offset = (Vec2::from_angle(angle) * (reach * part.powf(SPIRAL_DENSITY))).round();
+            Neighbour {
+                right: offset.x as isize,
+                down: offset.y as isize,
+                plane: Vec2::new(offset.x, -offset.y) * self.sample_length,
+            }
+        };
+        (0..rays).map(|ray| (0..count).map(|k| neighbour(ray as f32 / rays as f32, k)).collect()).collect()
     }
 
-    fn sample(&self, x: usize, y: usize, offsets: &[Vec2]) -> Vec3 {
-        let sample = self.samples.at(x, y);
-        if sample.body == NOTHING {
-            return self.background;
-        }
+    /// How far the darkening reaches, in samples.
+    fn reach(&self) -> f32 {
+        (self.typical * REACH_THICKNESSES).min(self.samples.height as f32 * REACH_OF_PICTURE)
+    }
+
+    fn light(&self, x: usize, y: usize, sample: &Sample, neighbours: &[Neighbour]) -> Vec3 {
         let normal = full_normal(sample);
         let colour = self.colours[sample.body as usize];
-        let open = self.open(x, y, sample, normal, offsets);
+        let open = self.open(x, y, sample, normal, neighbours);
         let outline = 1.0 - (1.0 - OUTLINE_LIGHT) * self.outline(x, y, sample);
-        let half = (KEY_LIGHT + Vec3::Z).normalize();
         let ambient = GROUND + (SKY - GROUND) * (0.5 + 0.5 * normal.y);
         let direct = KEY * normal.dot(KEY_LIGHT).max(0.0) + FILL * normal.dot(FILL_LIGHT).max(0.0);
-        let gleam = GLEAM * normal.dot(half).max(0.0).powi(GLEAM_SHARPNESS);
+        let gleam = GLEAM * normal.dot(HALFWAY).max(0.0).powi(GLEAM_SHARPNESS);
         // Obscured light still bounces: the direct part darkens less than the ambient one.
         (colour * (ambient * open + direct * (0.35 + 0.65 * open)) + Vec3::splat(gleam * open)) * outline
     }
 
     /// How open the surroundings of a sample are, from 0 to 1.
-    fn open(&self, x: usize, y: usize, sample: &Sample, normal: Vec3, offsets: &[Vec2]) -> f32 {
-        if offsets.is_empty() {
+    fn open(&self, x: usize, y: usize, sample: &Sample, normal: Vec3, neighbours: &[Neighbour]) -> f32 {
+        if neighbours.is_empty() {
             return 1.0;
         }
-        let reach = offsets[offsets.len() - 1].length() * self.sample_length;
+        let reach = self.reach() * self.sample_length;
         let mut sum = 0.0;
-        for offset in offsets {
-            let (dx, dy) = (offset.x.round() as isize, offset.y.round() as isize);
-            let other = self.samples.near(x as isize + dx, y as isize + dy);
+        for neighbour in neighbours {
+            let other = self.samples.near(x as isize + neighbour.right, y as isize + neighbour.down);
             if other.body == NOTHING {
                 continue;
             }
-            let plane = Vec2::new(dx as f32, -(dy as f32)) * self.sample_length;
-            let to = plane.extend(other.height - sample.height);
+            let to = neighbour.plane.extend(other.height - sample.height);
             let squared = to.length_squared();
             let above = to.dot(normal) - OBSCURANCE_BIAS * squared.sqrt();
             // The divisor's second term: a neighbour in the same place says nothing.
             sum += above.max(0.0) / (squared + 0.01 * reach * reach);
         }
-        (1.0 - OBSCURANCE * reach * sum / offsets.len() as f32).max(0.0)
+        (1.0 - OBSCURANCE * reach * sum / neighbours.len() as f32).max(0.0)
     }
 
     /// How much of an outline a sample is, from 0 to 1: a body's own edge in front of another one or of nothing.
