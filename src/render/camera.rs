@@ -33,7 +33,7 @@ const ELEVATION_DEGREES: f64 = 24.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// What stands in the middle of the picture.
-    centre: DVec3,
+    pub(super) centre: DVec3,
     /// Unit vector to the right of the picture.
     pub(super) right: DVec3,
     /// Unit vector to the top of the picture.
@@ -51,7 +51,11 @@ impl Camera {
     /// Bodies with a coordinate that is not finite (or beyond 1e100) are not drawn and do not count; without a body,
     /// the picture shows two lengths around the origin.
     pub fn fit(bodies: &Bodies, view: &View) -> Camera {
-        let (right, up, toward) = axes(view.planar);
+        Camera::along(axes(view.planar), [view.width, view.height], bodies)
+    }
+
+    /// As [`Camera::fit`], along other axes: right, up and toward.
+    pub(super) fn along([right, up, toward]: [DVec3; 3], pixels: [u32; 2], bodies: &Bodies) -> Camera {
         let camera = Camera { centre: DVec3::ZERO, right, up, toward, scale: 1.0 };
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for i in 0..bodies.len() {
@@ -63,15 +67,25 @@ impl Camera {
         if low.x > high.x {
             (low, high) = (DVec3::NEG_ONE, DVec3::ONE);
         }
-        let pixels = DVec2::new(f64::from(view.width.max(1)), f64::from(view.height.max(1))) * (1.0 - 2.0 * MARGIN);
+        let pixels = DVec2::from_array(pixels.map(|side| f64::from(side.max(1)) * (1.0 - 2.0 * MARGIN)));
         let scale = (pixels / (high - low).truncate()).min_element();
         let middle = (low + high) / 2.0;
-        Camera { centre: right * middle.x + up * middle.y + toward * middle.z, scale, ..camera }
+        Camera { centre: camera.to_space(middle), scale, ..camera }
     }
 
     /// How many pixels a length of one takes.
     pub fn pixels_per_length(&self) -> f64 {
         self.scale
+    }
+
+    /// A vector's parts along right, up and toward.
+    pub(super) fn to_view(self, vector: DVec3) -> DVec3 {
+        DVec3::new(vector.dot(self.right), vector.dot(self.up), vector.dot(self.toward))
+    }
+
+    /// The vector with these parts along right, up and toward.
+    pub(super) fn to_space(self, parts: DVec3) -> DVec3 {
+        self.right * parts.x + self.up * parts.y + self.toward * parts.z
     }
 
     /// Where body `i` is and how far it reaches along right, up and toward, relative to the camera's centre;
@@ -86,7 +100,7 @@ impl Camera {
         let geometry = geometry(bodies, i);
         let reach = DVec3::from_array(axes.map(|axis| reach(&geometry, axis)));
         let offset = bodies.position[i] - self.centre;
-        let centre = DVec3::new(offset.dot(self.right), offset.dot(self.up), offset.dot(self.toward));
+        let centre = self.to_view(offset);
         let drawable = bodies.position[i].abs().max_element() < DRAWABLE
             && reach.max_element() < DRAWABLE
             && reach.min_element() > 0.0
@@ -107,15 +121,15 @@ pub(super) struct Bounds {
     pub reach: DVec3,
 }
 
-fn axes(planar: bool) -> (DVec3, DVec3, DVec3) {
+fn axes(planar: bool) -> [DVec3; 3] {
     if planar {
-        return (DVec3::X, DVec3::Y, DVec3::Z);
+        return DVec3::AXES;
     }
     let (azimuth, elevation) = (AZIMUTH_DEGREES.to_radians(), ELEVATION_DEGREES.to_radians());
     let toward =
         DVec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin()).normalize();
     let right = DVec3::Z.cross(toward).normalize();
-    (right, toward.cross(right), toward)
+    [right, toward.cross(right), toward]
 }
 
 pub(super) fn geometry(bodies: &Bodies, i: usize) -> Geometry {

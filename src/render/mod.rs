@@ -10,6 +10,7 @@ mod intersect;
 mod raster;
 mod scale_bar;
 mod shade;
+mod shadow;
 
 pub use camera::Camera;
 pub use image::Image;
@@ -19,6 +20,10 @@ use glam::Vec3;
 use raster::Samples;
 use rayon::prelude::*;
 use shade::Shading;
+use shadow::Shadow;
+
+/// A middling body's thickness in pixels from which shadows are worth their time: finer ones are speckles.
+const SHADOW_FROM: f32 = 1.5;
 
 /// What a body's colour tells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -106,6 +111,12 @@ pub fn picture_by(bodies: &Bodies, view: &View, camera: &Camera) -> Image {
     let geometry: Vec<_> = (0..bodies.len()).map(|i| camera::geometry(bodies, i)).collect();
     let scale = camera.pixels_per_length();
     let thickness: Vec<f32> = geometry.iter().map(|g| (intersect::thickness(g) * scale) as f32).collect();
+    let typical = median(&thickness);
+    // Bodies in one plane throw hardly a shadow on each other.
+    let shadow = (!view.planar && typical >= SHADOW_FROM).then(|| {
+        let light = camera.to_space(shade::KEY_LIGHT.as_dvec3()).normalize();
+        Shadow::cast(bodies, light, f64::from(typical) / scale)
+    });
     let [ink, paper] = match view.background {
         Background::White => [[0.25, 0.0, 0.0], [1.0, 0.0, 0.0]],
         Background::Dark => [[0.85, 0.0, 0.0], [0.17, 0.0, -0.015]],
@@ -113,11 +124,13 @@ pub fn picture_by(bodies: &Bodies, view: &View, camera: &Camera) -> Image {
     .map(colour::linear);
     let shading = Shading {
         samples: &samples,
+        camera,
+        shadow: shadow.as_ref(),
         colours: &colour::of_bodies(bodies, &geometry, view.colour),
         thickness: &thickness,
         background: paper,
         sample_length: (1.0 / (scale * raster::SUPERSAMPLING as f64)) as f32,
-        typical: median(&thickness) * raster::SUPERSAMPLING as f32,
+        typical: typical * raster::SUPERSAMPLING as f32,
     };
     let (pattern, background) = (shading.pattern(), bytes(paper));
     let mut pixels = vec![0; 3 * width as usize * height as usize];

@@ -79,3 +79,52 @@ fn fill(image: &mut Image, [x, y, width, height]: [usize; 4], colour: [u8; 3]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_are_round_and_as_long_as_they_may_be() {
+        let label = |longest| round_length(longest).map(|(_, label)| label);
+        for (longest, expected) in [
+            (1.0, "1"),
+            (1.99, "1"),
+            (2.0, "2"),
+            (4.9, "2"),
+            (99.0, "50"),
+            (60_000.0, "50000"),
+            (300_000.0, "2e5"),
+            (0.07, "0.05"),
+            (0.0011, "0.001"),
+            (0.00099, "5e-4"),
+        ] {
+            assert_eq!(label(longest).as_deref(), Some(expected), "{longest}");
+        }
+        for none in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(label(none), None);
+        }
+    }
+
+    #[test]
+    fn the_bar_is_as_long_as_it_says() {
+        for scale in [0.37, 1.0, 13.0, 1e5] {
+            let mut image = Image { width: 800, height: 600, pixels: vec![255; 800 * 600 * 3] };
+            draw(&mut image, scale, [0; 3], [255; 3]);
+            let (length, _) = round_length(LONGEST * 800.0 / scale).unwrap();
+            let row = 600 - 14 - 1;
+            let inked = (0..800).filter(|x| image.pixel(*x, row) == Some([0; 3])).count();
+            assert_eq!(inked as f64, (length * scale).round());
+        }
+    }
+
+    #[test]
+    fn every_letter_of_a_label_has_a_glyph() {
+        for exponent in -12..12 {
+            for digit in [1.0, 2.0, 5.0] {
+                let (_, label) = round_length(digit * 10f64.powi(exponent)).unwrap();
+                assert!(label.chars().all(|letter| GLYPHS.iter().any(|(glyph, _)| *glyph == letter)), "{label}");
+            }
+        }
+    }
+}

@@ -3,11 +3,13 @@
 //! The darkening near contacts is the estimator of McGuire, Osman, Bukowski and Hennessy, "The Alchemy screen-space
 //! ambient obscurance algorithm" (2011), with a fixed pattern of neighbours for each ray of a pixel, so that no noise remains.
 
+use super::camera::Camera;
 use super::raster::{NOTHING, SUPERSAMPLING, Sample, Samples};
-use glam::{Vec2, Vec3};
+use super::shadow::Shadow;
+use glam::{DVec3, Vec2, Vec3};
 
 /// The main light from the upper left and the weak one from the lower right, along right, up and toward.
-const KEY_LIGHT: Vec3 = Vec3::new(-0.46, 0.60, 0.655);
+pub(super) const KEY_LIGHT: Vec3 = Vec3::new(-0.46, 0.60, 0.655);
 const FILL_LIGHT: Vec3 = Vec3::new(0.72, -0.25, 0.647);
 const KEY: f32 = 0.78;
 const FILL: f32 = 0.16;
@@ -17,7 +19,7 @@ const HALFWAY: Vec3 = Vec3::new(-0.2529, 0.3298, 0.9095);
 const SKY: f32 = 0.34;
 const GROUND: f32 = 0.16;
 /// A soft gleam of the main light.
-const GLEAM: f32 = 0.10;
+const GLEAM: f32 = 0.13;
 const GLEAM_SHARPNESS: i32 = 24;
 /// Neighbours of one ray, and the turns of their spiral.
 const NEIGHBOURS: usize = 11;
@@ -44,6 +46,9 @@ const OUTLINE_LIGHT: f32 = 0.16;
 /// What the shading needs to know beside the samples.
 pub(super) struct Shading<'a> {
     pub samples: &'a Samples,
+    pub camera: &'a Camera,
+    /// What keeps the main light off, if it is to be shown.
+    pub shadow: Option<&'a Shadow>,
     /// Linear colour of each body.
     pub colours: &'a [Vec3],
     /// Thickness of each body in pixels.
@@ -110,10 +115,22 @@ impl Shading<'_> {
         let open = self.open(x, y, sample, normal, neighbours);
         let outline = 1.0 - (1.0 - OUTLINE_LIGHT) * self.outline(x, y, sample);
         let ambient = GROUND + (SKY - GROUND) * (0.5 + 0.5 * normal.y);
-        let direct = KEY * normal.dot(KEY_LIGHT).max(0.0) + FILL * normal.dot(FILL_LIGHT).max(0.0);
-        let gleam = GLEAM * normal.dot(HALFWAY).max(0.0).powi(GLEAM_SHARPNESS);
+        let key = KEY * normal.dot(KEY_LIGHT).max(0.0) * self.lit(x, y, sample, normal);
+        let direct = key + FILL * normal.dot(FILL_LIGHT).max(0.0);
+        let gleam = GLEAM * normal.dot(HALFWAY).max(0.0).powi(GLEAM_SHARPNESS) * key;
         // Obscured light still bounces: the direct part darkens less than the ambient one.
         (colour * (ambient * open + direct * (0.35 + 0.65 * open)) + Vec3::splat(gleam * open)) * outline
+    }
+
+    /// The part of the main light that reaches a sample.
+    fn lit(&self, x: usize, y: usize, sample: &Sample, normal: Vec3) -> f32 {
+        let Some(shadow) = self.shadow else { return 1.0 };
+        let right = (x as f64 + 0.5 - self.samples.width as f64 / 2.0) * f64::from(self.sample_length);
+        let up = (self.samples.height as f64 / 2.0 - y as f64 - 0.5) * f64::from(self.sample_length);
+        let seen = DVec3::new(right, up, f64::from(sample.height));
+        let point = self.camera.centre + self.camera.to_space(seen);
+        let ray = x % SUPERSAMPLING + SUPERSAMPLING * (y % SUPERSAMPLING);
+        shadow.lit(point, self.camera.to_space(normal.as_dvec3()), ray)
     }
 
     /// How open the surroundings of a sample are, from 0 to 1.
