@@ -1,10 +1,29 @@
 //! The shared-normal signed distance (SNSD) of a pair of bodies, with its normal and levers.
 //!
 //! For convex pairs `Phi = max over unit n of n . (x_b - x_a) - h_a(n) - h_b(-n)`; for centreline pairs the distance of
-//! the two centrelines less the two radii. `Phi > 0` apart, `Phi < 0` overlap.
+//! the two centrelines less the two radii. `Phi > 0` apart, `Phi < 0` overlap. The two agree where both apply. After
+//! Palmer, Aktulga and Gao (2026), section 2.
+//!
+//! Everything is computed from `x_b - x_a`, so a result does not depend on how far from the origin a pair lies. The pair
+//! is put in one fixed order first, so swapping the bodies flips the normal and changes no bit else, unless they are the
+//! same body in the same place: then there is no side to prefer.
 
-use crate::shape::Shape;
+mod circle_segment;
+mod circles;
+mod direction;
+mod ellipsoids;
+mod peak;
+mod point_ellipsoid;
+mod segment_ellipsoid;
+mod segments;
+mod support;
+
+use crate::shape::{Centreline, Geometry, Shape};
+use circles::Circle;
 use glam::{DQuat, DVec3};
+use segments::Segment;
+use std::cmp::Ordering;
+use support::Support;
 
 /// A body's shape where it is: what a separation is computed from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,4 +47,180 @@ pub struct Separation {
     pub lever_a: DVec3,
     /// From b's centre to the contact point on b's surface.
     pub lever_b: DVec3,
+}
+
+/// Nearest points of two centrelines, each from its own centre.
+#[derive(Clone, Copy)]
+struct Nearest {
+    from: DVec3,
+    to: DVec3,
+    normal: DVec3,
+    distance: f64,
+}
+
+/// A body by its family, its directions in space.
+#[derive(Clone, Copy)]
+enum Family {
+    /// A segment, or a point, thickened by a radius.
+    Segment(Segment, f64),
+    /// A circle thickened by a radius.
+    Circle(Circle, f64),
+    /// A support function.
+    Ellipsoid(Support),
+}
+
+impl Family {
+    #[inline]
+    fn of(body: &Placed) -> Family {
+        match body.shape.geometry() {
+            Geometry::Centreline { curve: Centreline::Point, radius } => Family::Segment(Segment::POINT, radius),
+            Geometry::Centreline { curve: Centreline::Segment { half }, radius } => {
+                Family::Segment(Segment { axis: body.orientation * DVec3::Z, half }, radius)
+            }
+            Geometry::Centreline { curve: Centreline::Circle { radius: ring }, radius } => {
+                Family::Circle(Circle::new(ring, body.orientation), radius)
+            }
+            Geometry::Ellipsoid { radii } => Family::Ellipsoid(Support::new(radii, body.orientation)),
+        }
+    }
+
+    /// Place in the fixed order of families.
+    #[inline]
+    fn rank(&self) -> u8 {
+        match self {
+            Family::Segment(..) => 0,
+            Family::Circle(..) => 1,
+            Family::Ellipsoid(..) => 2,
+        }
+    }
+
+    /// Support function of the convex hull, at a unit vector.
+    #[inline]
+    fn hull(&self, n: DVec3) -> f64 {
+        match self {
+            Family::Segment(segment, radius) => segment.half * segment.axis.dot(n).abs() + radius,
+            Family::Circle(circle, radius) => circle.radius * circle.axis.cross(n).length() + radius,
+            Family::Ellipsoid(support) => support.value(n),
+        }
+    }
+}
+
+/// The separation of a pair; `None` where the pair of families is not supported (see [`supports`]).
+///
+/// `warm` is a unit normal from a to b near the one sought, from an earlier configuration of the same pair. It saves
+/// iterations for two ellipsoids and is not used otherwise. It changes the result by no more than rounding.
+///
+/// Deep overlap. Where convex bodies overlap by more than the sum of their least radii of curvature, the maximum need not
+/// be unique: the largest of several local ones is returned, and of equal ones always the same, whatever `warm` is.
+/// Where centrelines cross, coincide or are coaxial the normal follows a fixed rule, each named where it is applied. No
+/// finite pose gives a NaN.
+///
+/// ```
+/// use glam::{DQuat, DVec3};
+/// use relcp::separation::{Placed, separation};
+/// use relcp::shape::Shape;
+/// let shape = Shape::Ellipsoid { radii: [1.0, 1.0, 2.0] };
+/// let a = Placed { shape, position: DVec3::ZERO, orientation: DQuat::IDENTITY };
+/// let b = Placed { shape, position: DVec3::new(0.0, 0.0, 5.0), orientation: DQuat::IDENTITY };
+/// let pair = separation(&a, &b, None).ok_or("unsupported pair")?;
+/// assert!((pair.separation - 1.0).abs() < 1e-12);
+/// assert!(pair.normal.abs_diff_eq(DVec3::Z, 1e-12));
+/// assert!(pair.lever_a.abs_diff_eq(DVec3::Z * 2.0, 1e-12));
+/// # Ok::<(), &str>(())
+/// ```
+pub fn separation(a: &Placed, b: &Placed, warm: Option<DVec3>) -> Option<Separation> {
+    let delta = b.position - a.position;
+    let (first, second) = (Family::of(a), Family::of(b));
+    let swap = match first.rank().cmp(&second.rank()) {
+        Ordering::Less => false,
+        Ordering::Greater => true,
+        Ordering::Equal => out_of_order(delta, a, b),
+    };
+    if swap {
+        of_families(-delta, second, first, warm.map(|n| -n)).map(Separation::flipped)
+    } else {
+        of_families(delta, first, second, warm)
+    }
+}
+
+/// Whether [`separation`] supports a pair of these shapes: every pair except a ring with an ellipsoid.
+///
+/// ```
+/// use relcp::{separation::supports, shape::Shape};
+/// let ring = Shape::Torus { major_radius: 1.0, minor_radius: 0.1 };
+/// assert!(supports(&ring, &Shape::Sphere { radius: 1.0 }));
+/// assert!(!supports(&ring, &Shape::Ellipsoid { radii: [1.0, 1.0, 2.0] }));
+/// ```
+pub fn supports(a: &Shape, b: &Shape) -> bool {
+    let ring = |s: &Shape| matches!(s.geometry(), Geometry::Centreline { curve: Centreline::Circle { .. }, .. });
+    let ellipsoid = |s: &Shape| matches!(s.geometry(), Geometry::Ellipsoid { .. });
+    !(ring(a) && ellipsoid(b) || ellipsoid(a) && ring(b))
+}
+
+/// A lower bound of the separation from one unit normal: `n . (x_b - x_a) - h_a(n) - h_b(-n)`, of the convex hulls.
+///
+/// It holds for every pair of shapes and every unit `normal` from a to b, and is the separation itself at a convex
+/// pair's own normal. A pair whose bound at an old normal is over the cutoff needs no separation.
+///
+/// ```
+/// use glam::{DQuat, DVec3};
+/// use relcp::separation::{Placed, bound};
+/// use relcp::shape::Shape;
+/// let ball = |x| Placed { shape: Shape::Sphere { radius: 1.0 }, position: DVec3::X * x, orientation: DQuat::IDENTITY };
+/// assert_eq!(bound(&ball(0.0), &ball(3.0), DVec3::X), 1.0);
+/// assert!(bound(&ball(0.0), &ball(3.0), DVec3::Y) <= 1.0);
+/// ```
+#[inline]
+pub fn bound(a: &Placed, b: &Placed, normal: DVec3) -> f64 {
+    normal.dot(b.position - a.position) - Family::of(a).hull(normal) - Family::of(b).hull(normal)
+}
+
+/// The pair table. Families come in the order of their ranks.
+#[inline]
+fn of_families(delta: DVec3, a: Family, b: Family, warm: Option<DVec3>) -> Option<Separation> {
+    match (a, b) {
+        (Family::Segment(a, ra), Family::Segment(b, rb)) => Some(segments::nearest(delta, a, b).thickened(ra, rb)),
+        (Family::Segment(a, ra), Family::Circle(b, rb)) => {
+            Some(circle_segment::nearest(-delta, b, a).thickened(rb, ra).flipped())
+        }
+        (Family::Segment(a, ra), Family::Ellipsoid(b)) => {
+            Some(segment_ellipsoid::separation(-delta, b, a, ra).flipped())
+        }
+        (Family::Circle(a, ra), Family::Circle(b, rb)) => Some(circles::nearest(delta, a, b).thickened(ra, rb)),
+        (Family::Ellipsoid(a), Family::Ellipsoid(b)) => Some(ellipsoids::separation(delta, a, b, warm)),
+        _ => None,
+    }
+}
+
+/// Whether b comes before a in the fixed order of a pair of one family: by their places, and where those are the same by
+/// bounding radius, orientation and thickness.
+fn out_of_order(delta: DVec3, a: &Placed, b: &Placed) -> bool {
+    let key = |p: &Placed| {
+        let [x, y, z, w] = p.orientation.to_array();
+        [p.shape.bounding_radius(), x, y, z, w, p.shape.thickness()]
+    };
+    let order = |d: f64| d.partial_cmp(&0.0).unwrap_or(Ordering::Equal);
+    let places = order(delta.x).then_with(|| order(delta.y)).then_with(|| order(delta.z));
+    places.then_with(|| key(b).partial_cmp(&key(a)).unwrap_or(Ordering::Equal)) == Ordering::Less
+}
+
+impl Nearest {
+    /// The separation of the two curves thickened by these radii.
+    #[inline]
+    fn thickened(self, radius_a: f64, radius_b: f64) -> Separation {
+        Separation {
+            separation: self.distance - (radius_a + radius_b),
+            normal: self.normal,
+            lever_a: self.from + self.normal * radius_a,
+            lever_b: self.to - self.normal * radius_b,
+        }
+    }
+}
+
+impl Separation {
+    /// The same for the pair (b, a).
+    #[inline]
+    fn flipped(self) -> Separation {
+        Separation { normal: -self.normal, lever_a: self.lever_b, lever_b: self.lever_a, ..self }
+    }
 }

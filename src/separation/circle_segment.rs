@@ -1,0 +1,112 @@
+//! A circle and a point or segment: the nearest points of both.
+//!
+//! The point of the circle nearest to a given point is in closed form, which leaves the place `t` along the segment. With
+//! `z` the height over the circle's plane and `rho = sqrt(m^2 + k^2 (t - t_a)^2)` the distance from its axis, the squared
+//! distance `z^2 + (rho - R)^2` has second derivative `2 - 2 R k^2 m^2 / rho^3` in `t`: it is convex outside the interval
+//! about `t_a` where `rho^3 < R k^2 m^2`, and concave inside, where no minimum can be. So there are two minima at most, each
+//! alone in a convex piece, and the search is exact.
+//!
+//! Degenerate cases: a point on the axis (a fixed direction in the plane, see `Circle::toward`); a segment that meets the
+//! circle (the common perpendicular of both, or of the tangent for a point); two equal minima (the first along the segment).
+
+use super::Nearest;
+use super::circles::Circle;
+use super::direction::common_perpendicular;
+use super::segments::Segment;
+use glam::DVec3;
+
+/// Distances this close, as a fraction of the sizes, are equal.
+const TIE: f64 = 1e-13;
+/// Distance, as a fraction of the sizes times the sine between segment and tangent, under which both meet and the normal
+/// is read from their directions.
+const MEETING: f64 = 1e-6;
+/// Steps at most of the refinement; each at least halves the bracket, and no bracket is wider than 2^53 roundings.
+const MAX_STEPS: usize = 60;
+
+/// Nearest points of the circle `a` about the origin and the segment `b` about `delta`.
+pub(super) fn nearest(delta: DVec3, a: Circle, b: Segment) -> Nearest {
+    let size = delta.length() + a.radius + b.half;
+    let at = if b.half > 0.0 { place(delta, &a, b, TIE * size) } else { 0.0 };
+    let to = b.axis * at;
+    let toward = a.toward(delta + to);
+    let from = toward * a.radius;
+    let gap = delta + to - from;
+    let distance = gap.length();
+    let tangent = a.axis.cross(toward);
+    let cross = tangent.cross(b.axis);
+    let normal = if at.abs() < b.half && distance < MEETING * size * cross.length() {
+        let unit = cross / cross.length();
+        if gap.dot(unit) < 0.0 { -unit } else { unit }
+    } else if distance > f64::EPSILON * size {
+        gap / distance
+    } else {
+        common_perpendicular(tangent, b.axis)
+    };
+    Nearest { from, to, normal, distance }
+}
+
+/// The squared distance at a place along the segment, with half its first and second derivative.
+struct Sample {
+    square: f64,
+    slope: f64,
+    bend: f64,
+}
+
+fn sample(delta: DVec3, a: &Circle, b: Segment, at: f64) -> Sample {
+    let p = delta + b.axis * at;
+    let (z, z1) = (a.axis.dot(p), a.axis.dot(b.axis));
+    let (q, q1) = (p - a.axis * z, b.axis - a.axis * z1);
+    let rho = q.length();
+    let inverse = if rho > 0.0 { 1.0 / rho } else { 0.0 };
+    let rho1 = q.dot(q1) * inverse;
+    let rho2 = q.cross(q1).length_squared() * inverse * inverse * inverse;
+    let off = rho - a.radius;
+    Sample { square: z * z + off * off, slope: z * z1 + off * rho1, bend: z1 * z1 + rho1 * rho1 + off * rho2 }
+}
+
+/// The place along the segment nearest to the circle.
+fn place(delta: DVec3, a: &Circle, b: Segment, tie: f64) -> f64 {
+    let across = b.axis - a.axis * a.axis.dot(b.axis);
+    let lean2 = across.length_squared();
+    // A segment along the axis keeps one distance from it; the formulas below hold with any place in its stead.
+    let turn = if lean2 > 0.0 { -delta.dot(across) / lean2 } else { -delta.dot(b.axis) };
+    let off_axis = delta + b.axis * turn;
+    let miss2 = (off_axis - a.axis * a.axis.dot(off_axis)).length_squared();
+    let concave2 = (a.radius * lean2 * miss2).powf(2.0 / 3.0) - miss2;
+    let reach = if lean2 > 0.0 && concave2 > 0.0 { (concave2 / lean2).sqrt() } else { 0.0 };
+    // An interior minimum is within R of the foot of the centre: the slope of rho is at most 1.
+    let foot = -delta.dot(b.axis);
+    let (low, high) = ((foot - a.radius).clamp(-b.half, b.half), (foot + a.radius).clamp(-b.half, b.half));
+    let before = minimum(delta, a, b, low, (turn - reach).clamp(low, high));
+    let after = minimum(delta, a, b, (turn + reach).clamp(low, high), high);
+    let square = |at: f64| sample(delta, a, b, at).square.sqrt();
+    if square(after) < square(before) - tie { after } else { before }
+}
+
+/// The place of the least distance in an interval on which its square is convex.
+fn minimum(delta: DVec3, a: &Circle, b: Segment, mut low: f64, mut high: f64) -> f64 {
+    let slope = |at: f64| sample(delta, a, b, at);
+    if slope(low).slope >= 0.0 {
+        return low;
+    }
+    if slope(high).slope <= 0.0 {
+        return high;
+    }
+    let mut at = 0.5 * (low + high);
+    for _ in 0..MAX_STEPS {
+        let here = slope(at);
+        if here.slope <= 0.0 {
+            low = at
+        } else {
+            high = at
+        }
+        let newton = at - here.slope / here.bend;
+        let next = if here.bend > 0.0 && newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let step = (next - at).abs();
+        at = next;
+        if step <= f64::EPSILON * (low.abs() + high.abs()) {
+            break;
+        }
+    }
+    at
+}

@@ -1,0 +1,130 @@
+//! The largest of `f(n) = n . Delta - sum of h(n)` over unit normals: Newton on the sphere, safeguarded.
+//!
+//! Across `n` the gradient is `Delta - sum of y` and the Hessian `-(sum of H) - f`, since `n . grad f = f`. It is negative
+//! definite wherever `f > -rho`, with `rho` the sum of the bodies' least radii of curvature: shrink each body by its ball,
+//! and `f + rho` is the same function of the shrunken bodies, concave and positively homogeneous, so that one maximum at
+//! most is above `-rho`. A step that does not raise `f` is shortened.
+
+use super::support::Support;
+use glam::DVec3;
+
+/// Steps at most. Random poses at aspect ratios up to 1000 take under 60; the cap only ends what rounding would prolong.
+const MAX_STEPS: usize = 200;
+/// Gradient, as a fraction of the sizes, that is rounding.
+const GRADIENT_FLOOR: f64 = 4e-16;
+/// Change in `f`, as a fraction of the sizes, that is rounding.
+const VALUE_FLOOR: f64 = 1e-15;
+/// Longest step across the normal: 45 degrees once projected back.
+const LONGEST_STEP: f64 = 1.0;
+/// What a step that failed is shortened by.
+const SHORTEN: f64 = 0.25;
+
+/// A local maximum: the normal, `f` there, and the bodies' points with that outward normal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Peak<const N: usize> {
+    pub normal: DVec3,
+    pub value: f64,
+    pub points: [DVec3; N],
+    heights: [f64; N],
+}
+
+impl<const N: usize> Peak<N> {
+    /// `f` and its points at one normal.
+    #[inline]
+    pub fn at(delta: DVec3, bodies: &[Support; N], normal: DVec3) -> Self {
+        let supports = bodies.map(|body| body.value_and_point(normal));
+        let value = normal.dot(delta) - supports.iter().map(|s| s.0).sum::<f64>();
+        Peak { normal, value, points: supports.map(|s| s.1), heights: supports.map(|s| s.0) }
+    }
+
+    /// Normal of the maximum of the function that bounds `f` from below with squares in place of the `h`, touching at this
+    /// normal: `n ~ (sum of M M^T / h + f)^-1 Delta`. It is exact where this is the maximum, and it gets to the right
+    /// neighbourhood in few steps where Newton would zigzag across the edge of a flat body.
+    #[inline]
+    pub fn majorized(&self, delta: DVec3, squares: &[glam::DMat3; N]) -> Option<DVec3> {
+        let mut matrix = glam::DMat3::from_diagonal(DVec3::splat(self.value.max(0.0)));
+        for (square, height) in squares.iter().zip(self.heights) {
+            matrix += *square * (1.0 / height);
+        }
+        let [u, v, w] = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
+        DVec3::new(v.cross(w).dot(delta), w.cross(u).dot(delta), u.cross(v).dot(delta)).try_normalize()
+    }
+
+    #[inline]
+    fn gradient(&self, delta: DVec3, (e1, e2): (DVec3, DVec3)) -> (f64, f64) {
+        let gap = delta - self.points.iter().sum::<DVec3>();
+        (gap.dot(e1), gap.dot(e2))
+    }
+}
+
+/// The Newton step in a tangent basis from gradient and negated Hessian, which is shifted where it is not positive
+/// definite so that the step still climbs.
+#[inline]
+fn newton_step((g1, g2): (f64, f64), (h11, h12, h22): (f64, f64, f64)) -> (f64, f64) {
+    let mean = 0.5 * (h11 + h22);
+    let spread = (0.5 * (h11 - h22)).hypot(h12);
+    let shift = if mean - spread > f64::EPSILON * spread { 0.0 } else { spread - mean + g1.hypot(g2) };
+    let (h11, h22) = (h11 + shift, h22 + shift);
+    let determinant = h11 * h22 - h12 * h12;
+    let (s1, s2) = ((h22 * g1 - h12 * g2) / determinant, (h11 * g2 - h12 * g1) / determinant);
+    let length = s1.hypot(s2);
+    let scale = if length > LONGEST_STEP { LONGEST_STEP / length } else { 1.0 };
+    (s1 * scale, s2 * scale)
+}
+
+/// Climbs from `start` (a unit vector) to a local maximum.
+pub(super) fn climb<const N: usize>(delta: DVec3, bodies: &[Support; N], start: DVec3) -> Peak<N> {
+    let mut peak = Peak::at(delta, bodies, start);
+    let size = delta.length() + bodies.iter().map(|b| b.radii.max_element()).sum::<f64>();
+    let aspect = bodies.iter().map(|b| b.aspect()).fold(1.0, f64::max);
+    for _ in 0..MAX_STEPS {
+        let basis = peak.normal.any_orthonormal_pair();
+        let gradient = peak.gradient(delta, basis);
+        let slope = gradient.0.hypot(gradient.1);
+        if slope <= GRADIENT_FLOOR * size {
+            break;
+        }
+        let mut hessian = (peak.value, 0.0, peak.value);
+        for (body, height) in bodies.iter().zip(peak.heights) {
+            let h = body.hessian(height, basis);
+            hessian = (hessian.0 + h.0, hessian.1 + h.1, hessian.2 + h.2);
+        }
+        let step = newton_step(gradient, hessian);
+        let Some(next) = advance(delta, bodies, &peak, basis, gradient, step, size) else { break };
+        peak = next;
+        // Newton's error is quadratic, with the curvature changing over an angle of one over the aspect ratio.
+        if slope * step.0.hypot(step.1) * aspect <= GRADIENT_FLOOR * size {
+            break;
+        }
+    }
+    peak
+}
+
+/// The first of the steps 1, 1/4, 1/16 ... that raises `f`, or lowers the gradient where `f` no longer shows a change;
+/// `None` where no step does.
+#[inline]
+fn advance<const N: usize>(
+    delta: DVec3,
+    bodies: &[Support; N],
+    peak: &Peak<N>,
+    (e1, e2): (DVec3, DVec3),
+    (g1, g2): (f64, f64),
+    (s1, s2): (f64, f64),
+    size: f64,
+) -> Option<Peak<N>> {
+    let mut fraction = 1.0;
+    let gain = g1 * s1 + g2 * s2;
+    loop {
+        let normal = (peak.normal + (e1 * s1 + e2 * s2) * fraction).normalize();
+        let next = Peak::at(delta, bodies, normal);
+        if next.value > peak.value && gain * fraction > VALUE_FLOOR * size {
+            return Some(next);
+        }
+        if gain * fraction <= VALUE_FLOOR * size {
+            let (n1, n2) = next.gradient(delta, normal.any_orthonormal_pair());
+            let calmer = n1.hypot(n2) < g1.hypot(g2) && next.value >= peak.value - VALUE_FLOOR * size;
+            return calmer.then_some(next);
+        }
+        fraction *= SHORTEN;
+    }
+}
