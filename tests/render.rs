@@ -127,6 +127,8 @@ fn bodies_that_are_not_finite_are_left_out() {
         };
         add(SHAPES[0], DVec3::new(bad, 0.0, 0.0), DQuat::IDENTITY);
         add(Shape::Sphere { radius: bad }, DVec3::ZERO, DQuat::IDENTITY);
+        add(Shape::Spherocylinder { diameter: 1.0, length: bad }, DVec3::ZERO, DQuat::IDENTITY);
+        add(Shape::Torus { major_radius: bad, minor_radius: 0.5 }, DVec3::ZERO, DQuat::IDENTITY);
         add(Shape::Ellipsoid { radii: [1.0, bad, 1.0] }, DVec3::ZERO, DQuat::IDENTITY);
         if !bad.is_finite() {
             add(SHAPES[1], DVec3::ZERO, DQuat::from_xyzw(bad, 0.0, 0.0, 1.0));

@@ -97,7 +97,7 @@ impl Camera {
         }
         let to_body = orientation.normalize().inverse();
         let axes = [self.right, self.up, self.toward].map(|axis| to_body * axis);
-        let geometry = geometry(bodies, i);
+        let geometry = bodies.shape[i].geometry();
         let reach = DVec3::from_array(axes.map(|axis| reach(&geometry, axis)));
         let offset = bodies.position[i] - self.centre;
         let centre = self.to_view(offset);
@@ -130,19 +130,4 @@ fn axes(planar: bool) -> [DVec3; 3] {
         DVec3::new(elevation.cos() * azimuth.cos(), elevation.cos() * azimuth.sin(), elevation.sin()).normalize();
     let right = DVec3::Z.cross(toward).normalize();
     [right, toward.cross(right), toward]
-}
-
-pub(super) fn geometry(bodies: &Bodies, i: usize) -> Geometry {
-    use crate::shape::{Centreline, Shape};
-    match bodies.shape[i] {
-        Shape::Sphere { radius } => Geometry::Centreline { curve: Centreline::Point, radius },
-        Shape::Spherocylinder { diameter, length } => Geometry::Centreline {
-            curve: Centreline::Segment { half: (length - diameter) / 2.0 },
-            radius: diameter / 2.0,
-        },
-        Shape::Ellipsoid { radii } => Geometry::Ellipsoid { radii: DVec3::from_array(radii) },
-        Shape::Torus { major_radius, minor_radius } => {
-            Geometry::Centreline { curve: Centreline::Circle { radius: major_radius }, radius: minor_radius }
-        }
-    }
 }

@@ -2,9 +2,8 @@
 //! processing", 2020), and kept as linear light.
 
 use super::Colour;
-use super::intersect::reach;
 use crate::bodies::Bodies;
-use crate::shape::{Centreline, Geometry};
+use crate::shape::{Centreline, Geometry, Shape};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -20,13 +19,13 @@ const RAMP: [[f32; 3]; 5] =
     [[0.52, 0.0, -0.14], [0.62, -0.08, -0.07], [0.72, -0.13, 0.04], [0.82, -0.07, 0.15], [0.91, 0.01, 0.16]];
 
 /// Linear red, green and blue of every body.
-pub(super) fn of_bodies(bodies: &Bodies, geometry: &[Geometry], colour: Colour) -> Vec<Vec3> {
+pub(super) fn of_bodies(bodies: &Bodies, colour: Colour) -> Vec<Vec3> {
     match colour {
         Colour::Plain => vec![linear(PLAIN); bodies.len()],
-        Colour::Orientation => (0..bodies.len()).into_par_iter().map(|i| by_axis(&geometry[i], bodies, i)).collect(),
+        Colour::Orientation => (0..bodies.len()).into_par_iter().map(|i| by_axis(bodies, i)).collect(),
         Colour::Generation => on_ramp(&map(&bodies.lineage, |l| f64::from(l.generation))),
         Colour::Age => on_ramp(&map(&bodies.lineage, |l| l.birth)),
-        Colour::Size => on_ramp(&map(geometry, longest)),
+        Colour::Size => on_ramp(&map(&bodies.shape, Shape::bounding_radius)),
     }
 }
 
@@ -34,14 +33,9 @@ fn map<T>(items: &[T], value: impl Fn(&T) -> f64) -> Vec<f64> {
     items.iter().map(value).collect()
 }
 
-/// Half the greatest extent along a body axis.
-fn longest(geometry: &Geometry) -> f64 {
-    DVec3::AXES.into_iter().map(|axis| reach(geometry, axis)).fold(0.0, f64::max)
-}
-
 /// An axis has no sign, so its hue turns at twice its angle in the x-y plane; it pales as it leaves the plane.
-fn by_axis(geometry: &Geometry, bodies: &Bodies, i: usize) -> Vec3 {
-    let Some(axis) = axis(geometry) else { return linear(PLAIN) };
+fn by_axis(bodies: &Bodies, i: usize) -> Vec3 {
+    let Some(axis) = axis(&bodies.shape[i].geometry()) else { return linear(PLAIN) };
     let Some(axis) = (bodies.orientation[i] * axis).try_normalize() else { return linear(PLAIN) };
     let (x, y) = (axis.x as f32, axis.y as f32);
     let (cos, sin) = (HUE_START.cos(), HUE_START.sin());

@@ -56,14 +56,6 @@ pub(super) fn reach(geometry: &Geometry, direction: DVec3) -> f64 {
     }
 }
 
-/// The body's least extent.
-pub(super) fn thickness(geometry: &Geometry) -> f64 {
-    match *geometry {
-        Geometry::Centreline { radius, .. } => 2.0 * radius,
-        Geometry::Ellipsoid { radii } => 2.0 * radii.min_element(),
-    }
-}
-
 fn point(radius: f64, origin: DVec3, direction: DVec3) -> Option<f64> {
     let along = origin.dot(direction);
     let discriminant = radius * radius - (origin - direction * along).length_squared();

@@ -25,6 +25,9 @@ use shadow::Shadow;
 /// A middling body's thickness in pixels from which shadows are worth their time: finer ones are speckles.
 const SHADOW_FROM: f32 = 1.5;
 
+/// Pixels of the picture to one of the light's own: its soft edges need no finer ones.
+const SHADOW_COARSENESS: u32 = 2;
+
 /// What a body's colour tells.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Colour {
@@ -35,7 +38,7 @@ pub enum Colour {
     Generation,
     /// Time of birth, by rank from the first (dark blue) to the last (yellow).
     Age,
-    /// Its longest half extent, by rank from the smallest (dark blue) to the largest (yellow).
+    /// Its bounding radius, by rank from the smallest (dark blue) to the largest (yellow).
     Size,
     /// Nothing.
     Plain,
@@ -108,14 +111,13 @@ pub fn picture(bodies: &Bodies, view: &View) -> Image {
 pub fn picture_by(bodies: &Bodies, view: &View, camera: &Camera) -> Image {
     let [width, height] = [view.width, view.height].map(|side| side.clamp(1, View::LARGEST_SIDE));
     let samples = Samples::cast(bodies, camera, width, height);
-    let geometry: Vec<_> = (0..bodies.len()).map(|i| camera::geometry(bodies, i)).collect();
     let scale = camera.pixels_per_length();
-    let thickness: Vec<f32> = geometry.iter().map(|g| (intersect::thickness(g) * scale) as f32).collect();
+    let thickness: Vec<f32> = bodies.shape.iter().map(|s| (s.thickness() * scale) as f32).collect();
     let typical = median(&thickness);
     // Bodies in one plane throw hardly a shadow on each other.
     let shadow = (!view.planar && typical >= SHADOW_FROM).then(|| {
         let light = camera.to_space(shade::KEY_LIGHT.as_dvec3()).normalize();
-        Shadow::cast(bodies, light, f64::from(typical) / scale)
+        Shadow::cast(bodies, light, f64::from(typical) / scale, width.max(height) / SHADOW_COARSENESS)
     });
     let [ink, paper] = match view.background {
         Background::White => [[0.25, 0.0, 0.0], [1.0, 0.0, 0.0]],
@@ -126,7 +128,7 @@ pub fn picture_by(bodies: &Bodies, view: &View, camera: &Camera) -> Image {
         samples: &samples,
         camera,
         shadow: shadow.as_ref(),
-        colours: &colour::of_bodies(bodies, &geometry, view.colour),
+        colours: &colour::of_bodies(bodies, view.colour),
         thickness: &thickness,
         background: paper,
         sample_length: (1.0 / (scale * raster::SUPERSAMPLING as f64)) as f32,

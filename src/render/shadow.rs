@@ -6,8 +6,8 @@ use super::raster::{SUPERSAMPLING, Samples};
 use crate::bodies::Bodies;
 use glam::{DVec3, Vec2};
 
-/// Rays of the light along its picture's side, in pixels of 2 x 2.
-const SIDE: u32 = 1024;
+/// The most pixels along a side of the light's own picture: a quarter of a GiB.
+const LARGEST_SIDE: u32 = 2048;
 /// Half the width of a shadow's soft edge, in thicknesses of a middling body, and in samples at the least.
 const SOFTNESS: f32 = 0.10;
 const LEAST_SOFTNESS: f32 = 1.5;
@@ -25,11 +25,13 @@ pub(super) struct Shadow {
 }
 
 impl Shadow {
-    /// The shadows of light that comes from the unit vector `light`; `thickness` is a middling body's.
-    pub fn cast(bodies: &Bodies, light: DVec3, thickness: f64) -> Shadow {
+    /// The shadows of light that comes from the unit vector `light`; `thickness` is a middling body's, and `side` the
+    /// pixels along a side of the light's own picture.
+    pub fn cast(bodies: &Bodies, light: DVec3, thickness: f64, side: u32) -> Shadow {
+        let side = side.clamp(1, LARGEST_SIDE);
         let right = light.any_orthonormal_vector();
-        let camera = Camera::along([right, light.cross(right), light], [SIDE; 2], bodies);
-        let samples = Samples::cast(bodies, &camera, SIDE, SIDE);
+        let camera = Camera::along([right, light.cross(right), light], [side; 2], bodies);
+        let samples = Samples::cast(bodies, &camera, side, side);
         let softness = SOFTNESS * (thickness * camera.pixels_per_length()) as f32 * SUPERSAMPLING as f32;
         Shadow { samples, camera, softness: softness.max(LEAST_SOFTNESS) }
     }
@@ -70,7 +72,7 @@ mod tests {
     #[test]
     fn a_body_shades_what_is_behind_it_and_nothing_else() {
         for light in [DVec3::Z, DVec3::new(0.6, 0.0, 0.8), DVec3::new(-0.48, 0.64, 0.6)] {
-            let shadow = Shadow::cast(&balls(&[(3.0, DVec3::ZERO), (1.0, light * 6.0)]), light, 2.0);
+            let shadow = Shadow::cast(&balls(&[(3.0, DVec3::ZERO), (1.0, light * 6.0)]), light, 2.0, 600);
             let side = light.any_orthonormal_vector();
             for ray in 0..4 {
                 for across in [-2.0, -1.5, -0.5, 0.0, 0.5, 1.5, 2.0_f64] {
@@ -86,7 +88,7 @@ mod tests {
     #[test]
     fn a_lone_body_does_not_shade_its_lit_side() {
         for radius in [0.01, 1.0, 50.0] {
-            let shadow = Shadow::cast(&balls(&[(radius, DVec3::ONE)]), DVec3::Z, 2.0 * radius);
+            let shadow = Shadow::cast(&balls(&[(radius, DVec3::ONE)]), DVec3::Z, 2.0 * radius, 600);
             for k in 0..=400 {
                 let slope = k as f64 / 400.0 * 1.4;
                 for turn in [0.0, 1.0, 2.0, 4.0] {
