@@ -1,1 +1,160 @@
-//! render.
+//! Pictures of bodies: rays against the smooth surfaces themselves, on the CPU.
+//!
+//! Rays are parallel, two by two to a pixel, and meet each body where its surface is, by the closed form of its family
+//! (`intersect`). A picture's bytes are the same for any number of threads.
+
+mod camera;
+mod colour;
+mod image;
+mod intersect;
+mod raster;
+mod scale_bar;
+mod shade;
+mod shadow;
+
+pub use camera::Camera;
+pub use image::Image;
+
+use crate::bodies::Bodies;
+use glam::Vec3;
+use raster::Samples;
+use rayon::prelude::*;
+use shade::Shading;
+use shadow::Shadow;
+
+/// A middling body's thickness in pixels from which shadows are worth their time: finer ones are speckles.
+const SHADOW_FROM: f32 = 1.5;
+
+/// Pixels of the picture to one of the light's own: its soft edges need no finer ones.
+const SHADOW_COARSENESS: u32 = 2;
+
+/// What a body's colour tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Colour {
+    /// Where its axis points: the hue turns once in half a turn in the x-y plane, and pales out of that plane.
+    #[default]
+    Orientation,
+    /// Divisions since its founder, by rank from the fewest (dark blue) to the most (yellow).
+    Generation,
+    /// Time of birth, by rank from the first (dark blue) to the last (yellow).
+    Age,
+    /// Its bounding radius, by rank from the smallest (dark blue) to the largest (yellow).
+    Size,
+    /// Nothing.
+    Plain,
+}
+
+/// What stands behind the bodies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Background {
+    /// White.
+    #[default]
+    White,
+    /// Nearly black.
+    Dark,
+}
+
+/// The size and the looks of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct View {
+    /// Width in pixels, from 1 to [`View::LARGEST_SIDE`]; others are brought into that range.
+    pub width: u32,
+    /// Height in pixels; as `width`.
+    pub height: u32,
+    /// What colours tell.
+    pub colour: Colour,
+    /// Seen along z, x to the right and y up; otherwise from the front and above.
+    pub planar: bool,
+    /// What stands behind the bodies.
+    pub background: Background,
+    /// A bar of a round length and its number, in the lower left corner.
+    pub scale_bar: bool,
+}
+
+impl View {
+    /// The most pixels in a row or a column: 64 bytes of memory a pixel make 16 GiB of the largest square picture.
+    pub const LARGEST_SIDE: u32 = 16_384;
+}
+
+impl Default for View {
+    fn default() -> Self {
+        View {
+            width: 1920,
+            height: 1080,
+            colour: Colour::default(),
+            planar: false,
+            background: Background::default(),
+            scale_bar: true,
+        }
+    }
+}
+
+/// The picture of all bodies of a scene, as large as they fit.
+///
+/// Bodies that are not finite are left out; without any body the picture is empty.
+///
+/// ```
+/// use glam::{DQuat, DVec3};
+/// use relcp::{bodies::{Bodies, NO_GROUP}, render::{View, picture}, separation::Placed, shape::Shape};
+/// let mut bodies = Bodies::default();
+/// let shape = Shape::Torus { major_radius: 2.0, minor_radius: 0.5 };
+/// bodies.push(Placed { shape, position: DVec3::ZERO, orientation: DQuat::IDENTITY }, NO_GROUP);
+/// let image = picture(&bodies, &View { width: 80, height: 80, planar: true, ..View::default() });
+/// assert_eq!(image.pixel(40, 40), Some([255; 3])); // through the hole
+/// assert_ne!(image.pixel(10, 40), Some([255; 3]));
+/// ```
+pub fn picture(bodies: &Bodies, view: &View) -> Image {
+    picture_by(bodies, view, &Camera::fit(bodies, view))
+}
+
+/// As [`picture`], by a camera of one's own: one camera for all pictures of a movie keeps them still.
+pub fn picture_by(bodies: &Bodies, view: &View, camera: &Camera) -> Image {
+    let [width, height] = [view.width, view.height].map(|side| side.clamp(1, View::LARGEST_SIDE));
+    let samples = Samples::cast(bodies, camera, width, height);
+    let scale = camera.pixels_per_length();
+    let thickness: Vec<f32> = bodies.shape.iter().map(|s| (s.thickness() * scale) as f32).collect();
+    let typical = median(&thickness);
+    // Bodies in one plane throw hardly a shadow on each other.
+    let shadow = (!view.planar && typical >= SHADOW_FROM).then(|| {
+        let light = camera.to_space(shade::KEY_LIGHT.as_dvec3()).normalize();
+        Shadow::cast(bodies, light, f64::from(typical) / scale, width.max(height) / SHADOW_COARSENESS)
+    });
+    let [ink, paper] = match view.background {
+        Background::White => [[0.25, 0.0, 0.0], [1.0, 0.0, 0.0]],
+        Background::Dark => [[0.85, 0.0, 0.0], [0.17, 0.0, -0.015]],
+    }
+    .map(colour::linear);
+    let shading = Shading {
+        samples: &samples,
+        camera,
+        shadow: shadow.as_ref(),
+        colours: &colour::of_bodies(bodies, view.colour),
+        thickness: &thickness,
+        background: paper,
+        sample_length: (1.0 / (scale * raster::SUPERSAMPLING as f64)) as f32,
+        typical: typical * raster::SUPERSAMPLING as f32,
+    };
+    let (pattern, background) = (shading.pattern(), bytes(paper));
+    let mut pixels = vec![0; 3 * width as usize * height as usize];
+    pixels.par_chunks_mut(3 * width as usize).enumerate().for_each(|(y, row)| {
+        for (x, pixel) in row.chunks_exact_mut(3).enumerate() {
+            pixel.copy_from_slice(&shading.pixel(x, y, &pattern).map_or(background, bytes));
+        }
+    });
+    let mut image = Image { width, height, pixels };
+    if view.scale_bar && !bodies.is_empty() {
+        scale_bar::draw(&mut image, scale, bytes(ink), background);
+    }
+    image
+}
+
+fn bytes(light: Vec3) -> [u8; 3] {
+    light.to_array().map(colour::encode)
+}
+
+/// The middle one of the finite values; zero without any.
+fn median(values: &[f32]) -> f32 {
+    let mut finite: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    let middle = finite.len() / 2;
+    if finite.is_empty() { 0.0 } else { *finite.select_nth_unstable_by(middle, f32::total_cmp).1 }
+}
