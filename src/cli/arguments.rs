@@ -16,9 +16,14 @@ pub(super) struct Arguments {
 }
 
 const EXIT_STATUS: &str = "\
-Exit status: 0 done, and every step met its tolerances; 1 an internal fault; 2 bad arguments or a bad scene, nothing
-written; 3 the run went to its end, but some step did not meet its tolerances; 4 a file could not be read or written;
-5 no usable adapter; 130 interrupted, checkpoint written.";
+Exit status:
+  0    done, and every step met its tolerances
+  1    an internal fault, or a step that could not be taken
+  2    bad arguments or a bad scene; nothing was written
+  3    the run went to its end, but some step did not meet its tolerances (the summary says which)
+  4    a file could not be read or written
+  5    no usable adapter
+  130  interrupted; a checkpoint was written";
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
@@ -93,7 +98,8 @@ Examples:
   relcp run --resume --out runs/slow                   go on with a run that was stopped
   relcp run colony.json --json | jq .max_overlap
 
-Ctrl-C ends the run after the step being taken and leaves a checkpoint, as every minute does; a second one quits at once.
+Ctrl-C ends the run after the step being taken and leaves a checkpoint, as every minute does;
+a second one quits at once.
 The folder has scene.json, steps.csv, states/, final.json, summary.json and the checkpoint.";
 
 #[derive(Args, Debug)]

@@ -26,11 +26,11 @@ struct Document<'a> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     prepare(&arguments.compute)?;
+    let interrupt = Interrupt::listen();
     let mut run = if arguments.resume { resume(arguments)? } else { start(arguments)? };
     for note in run.notes() {
         output::message(note);
     }
-    let interrupt = Interrupt::listen();
     let mut progress = Progress::new(&run, arguments.print.quiet);
     while !run.done() && !interrupt.asked() {
         let report = run.advance()?;
@@ -127,9 +127,17 @@ fn print(out: &mut dyn Write, folder: &Path, s: &Summary) -> io::Result<()> {
     writeln!(out, "{}: {} steps to time {} with {} bodies", s.name, s.steps, s.time, s.bodies)?;
     let (rows, recursions) = (&s.constraints, &s.recursions);
     writeln!(out, "  constraints {} at the end, {:.1} on average, {} at most", rows.last, rows.mean, rows.max)?;
-    writeln!(out, "  recursions  {:.2} a step, {} at most, {} in all", recursions.mean, recursions.max, recursions.total)?;
+    writeln!(
+        out,
+        "  recursions  {:.2} a step, {} at most, {} in all",
+        recursions.mean, recursions.max, recursions.total
+    )?;
     let (worst, allowed) = (s.max_overlap, s.overlap_tolerance);
-    writeln!(out, "  overlap     {worst:.3e} at most of {allowed:.1e} allowed, {:.3e} at the end", s.final_max_overlap)?;
+    writeln!(
+        out,
+        "  overlap     {worst:.3e} at most of {allowed:.1e} allowed, {:.3e} at the end",
+        s.final_max_overlap
+    )?;
     if let Some(proxy) = s.proxy_max_overlap {
         writeln!(out, "  sub-spheres {proxy:.3e} overlap at most")?;
     }

@@ -115,7 +115,7 @@ fn accept(json: &[u8]) -> Result<Header, StateError> {
     serde_json::from_slice(json).map_err(|e| StateError::damaged("the header", e))
 }
 
-/// Writes a state file whole or not at all (see [`durable`]).
+/// Writes a state file, whole or not at all, and to last: beside its place, synced, renamed, and the folder synced.
 pub fn write_state(
     path: &Path,
     state: &State,
@@ -123,8 +123,7 @@ pub fn write_state(
     time: f64,
     totals: Option<&Totals>,
 ) -> Result<(), RecordError> {
-    let bytes = encode(state, scene, time, totals).map_err(RecordError::state(path))?;
-    durable::write(path, &bytes)
+    durable::write(path, &encode(state, scene, time, totals).map_err(RecordError::state(path))?)
 }
 
 /// Reads a state file. Of a file that is none, only the start.

@@ -9,8 +9,14 @@ use std::path::Path;
 /// What the names of files being written start and end with; a crash may leave one behind.
 const PART: (&str, &str) = (".relcp-", ".part");
 
-/// Writes `bytes` as the file `path`.
+/// Writes `bytes` as the file `path`, to last.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
+    place(path, bytes)?;
+    sync_folder(folder_of(path))
+}
+
+/// Writes `bytes` as the file `path`, whole or not at all; its name lasts once [its folder is synced](sync_folder).
+pub fn place(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
     let folder = folder_of(path);
     let fault = |action| RecordError::io(path, action);
     let mut builder = tempfile::Builder::new();
@@ -25,7 +31,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
     part.write_all(bytes).map_err(fault("write it"))?;
     part.as_file().sync_all().map_err(fault("write it"))?;
     part.persist(path).map_err(|e| fault("put it in place")(e.error))?;
-    sync_folder(folder)
+    Ok(())
 }
 
 /// Writes `value` as the JSON file `path`.
@@ -61,7 +67,7 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 /// Makes the names in a folder last. Only Unix opens a folder to sync it.
-fn sync_folder(folder: &Path) -> Result<(), RecordError> {
+pub fn sync_folder(folder: &Path) -> Result<(), RecordError> {
     if cfg!(unix) {
         File::open(folder).and_then(|f| f.sync_all()).map_err(RecordError::io(folder, "sync it"))?;
     }

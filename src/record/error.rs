@@ -62,12 +62,12 @@ pub enum RecordError {
         source: io::Error,
     },
     /// A state file cannot be used.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {fault}", path.display())]
     State {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
-        source: StateError,
+        fault: StateError,
     },
     /// A file of a run is not what the run left.
     #[error("{}: {what}", path.display())]
@@ -117,7 +117,7 @@ impl RecordError {
 
     pub(super) fn state(path: &Path) -> impl FnOnce(StateError) -> RecordError {
         let path = path.to_owned();
-        move |source| RecordError::State { path, source }
+        move |fault| RecordError::State { path, fault }
     }
 
     /// The program's exit status: 2 where the arguments ask for what cannot be, 4 where a file is at fault.
@@ -134,7 +134,9 @@ impl RecordError {
 pub enum RunError {
     /// A step could not be taken. The state before it is in the checkpoint.
     #[error(transparent)]
-    #[diagnostic(help("the state before this step is in the run's checkpoint; a smaller time.dt, or less force, may help"))]
+    #[diagnostic(help(
+        "the state before this step is in the run's checkpoint; a smaller time.dt, or less force, may help"
+    ))]
     Fault(#[from] Fault),
     /// A file could not be written.
     #[error(transparent)]

@@ -147,9 +147,14 @@ mod tests {
 
     #[test]
     fn names_are_fit_for_folders() {
-        for (name, folder) in
-            [("colony", "colony"), ("two rods/..", "two-rods"), ("../../etc", "etc"), ("", "run"), ("...", "run"), ("\u{e9}", "run")]
-        {
+        for (name, folder) in [
+            ("colony", "colony"),
+            ("two rods/..", "two-rods"),
+            ("../../etc", "etc"),
+            ("", "run"),
+            ("...", "run"),
+            ("\u{e9}", "run"),
+        ] {
             assert_eq!(folder_name(name), folder);
         }
     }

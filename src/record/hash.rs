@@ -71,9 +71,7 @@ mod tests {
 
     #[test]
     fn published_values_of_fnv1a() {
-        for (text, expected) in
-            [("", "cbf29ce484222325"), ("a", "af63dc4c8601ec8c"), ("foobar", "85944171f73967e8")]
-        {
+        for (text, expected) in [("", "cbf29ce484222325"), ("a", "af63dc4c8601ec8c"), ("foobar", "85944171f73967e8")] {
             let mut hash = Fnv::default();
             hash.update(text.as_bytes());
             assert_eq!(hash.hex(), expected);

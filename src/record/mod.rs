@@ -26,6 +26,8 @@ mod run;
 mod schedule;
 mod steps;
 mod summary;
+#[cfg(test)]
+mod tests;
 mod totals;
 
 pub use container::{FORMAT, Header, VERSION, decode, encode, read_state, write_state};

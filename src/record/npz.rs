@@ -146,7 +146,11 @@ impl<'a> Archive<'a> {
     }
 
     /// An array of 64-bit floats.
-    pub(super) fn f64s<const N: usize>(&mut self, name: &'static str, rows: usize) -> Result<Vec<[f64; N]>, StateError> {
+    pub(super) fn f64s<const N: usize>(
+        &mut self,
+        name: &'static str,
+        rows: usize,
+    ) -> Result<Vec<[f64; N]>, StateError> {
         self.array("<f8", name, rows)
     }
 
@@ -156,7 +160,11 @@ impl<'a> Archive<'a> {
     }
 
     /// An array of 32-bit integers.
-    pub(super) fn u32s<const N: usize>(&mut self, name: &'static str, rows: usize) -> Result<Vec<[u32; N]>, StateError> {
+    pub(super) fn u32s<const N: usize>(
+        &mut self,
+        name: &'static str,
+        rows: usize,
+    ) -> Result<Vec<[u32; N]>, StateError> {
         self.array("<u4", name, rows)
     }
 
@@ -167,7 +175,7 @@ impl<'a> Archive<'a> {
         rows: usize,
     ) -> Result<Vec<[T; N]>, StateError> {
         let bytes = self.entry(&format!("{name}.npy"))?;
-        let shape = if N == 1 { format!("({rows},)") } else { format!("({rows},{N})") };
+        let shape = if N == 1 { format!("({rows})") } else { format!("({rows},{N})") };
         let data = rows.checked_mul(N * std::mem::size_of::<T>());
         // Judged from its text, since a forged shape must not reach arithmetic that trusts it.
         let text = format!("{{'descr':'{descr}','fortran_order':False,'shape':{shape}}}");
@@ -181,11 +189,11 @@ impl<'a> Archive<'a> {
     }
 }
 
-/// The description in a `.npy` entry, without blanks and the last comma, and how many bytes follow it.
+/// The description in a `.npy` entry, without blanks and trailing commas, and how many bytes follow it.
 fn header_text(bytes: &[u8]) -> Option<(String, usize)> {
     let rest = bytes.strip_prefix(NPY_MAGIC)?;
     let (length, rest) = rest.split_first_chunk::<2>()?;
     let (text, data) = rest.split_at_checked(u16::from_le_bytes(*length).into())?;
     let text: String = std::str::from_utf8(text).ok()?.chars().filter(|c| !c.is_whitespace()).collect();
-    Some((text.replace(",}", "}"), data.len()))
+    Some((text.replace(",}", "}").replace(",)", ")"), data.len()))
 }

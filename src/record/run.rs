@@ -1,6 +1,6 @@
 //! A run: a simulation that is stepped to its end and leaves its folder.
 
-use super::container::{Header, read_state, write_state};
+use super::container::{Header, encode, read_state, write_state};
 use super::durable;
 use super::error::{RecordError, RunError};
 use super::folder::Folder;
@@ -70,7 +70,10 @@ impl Run {
             notes.push(format!("{fault}; going on from the checkpoint before it, at step {}", header.step));
         }
         if header.program != env!("CARGO_PKG_VERSION") {
-            notes.push(format!("the run was begun by version {}: its last bits may differ from here on", header.program));
+            notes.push(format!(
+                "the run was begun by version {}: its last bits may differ from here on",
+                header.program
+            ));
         }
         let schedule = Schedule::new(&scene);
         let steps = Steps::reopen(&folder.steps(), schedule.last_row(header.step))?;
@@ -163,13 +166,16 @@ impl Run {
 
     fn record_state(&self) -> Result<(), RecordError> {
         let state = self.simulation.state();
-        write_state(&self.folder.state(state.step), state, &self.scene_hash, self.simulation.time(), None)
+        let path = self.folder.state(state.step);
+        let bytes = encode(state, &self.scene_hash, self.simulation.time(), None).map_err(RecordError::state(&path))?;
+        durable::place(&path, &bytes)
     }
 
-    /// Writes the checkpoint, and keeps the one before it. The rows up to it are made to last first.
+    /// Writes the checkpoint, and keeps the one before it. The rows and states up to it are made to last first.
     pub fn checkpoint(&mut self) -> Result<(), RecordError> {
         let begun = Instant::now();
-        self.steps.flush()?;
+        self.steps.sync()?;
+        durable::sync_folder(&self.folder.states())?;
         let path = self.folder.checkpoint();
         if path.exists() {
             durable::rename(&path, &self.folder.previous_checkpoint())?;

@@ -98,10 +98,15 @@ impl Steps {
         self.writer.serialize(StepRow::new(report, wall_seconds)).map_err(|e| self.fault(e.into()))
     }
 
-    /// Makes the rows so far last.
+    /// Hands the rows so far to the system.
     pub(super) fn flush(&mut self) -> Result<(), RecordError> {
-        let done = self.writer.flush().and_then(|()| self.writer.get_ref().sync_data());
-        done.map_err(|e| self.fault(e))
+        self.writer.flush().map_err(|e| self.fault(e))
+    }
+
+    /// Makes the rows so far last.
+    pub(super) fn sync(&mut self) -> Result<(), RecordError> {
+        self.flush()?;
+        self.writer.get_ref().sync_data().map_err(|e| self.fault(e))
     }
 
     fn fault(&self, source: std::io::Error) -> RecordError {
