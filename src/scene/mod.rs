@@ -3,6 +3,27 @@
 //! The types below are the file's reference: the reader, the JSON Schema and the echoed `scene.json` are made from them.
 //! Variants are externally tagged (`{"ellipsoid": {...}}`) and unknown keys are refused.
 
+mod build;
+mod built_in;
+mod error;
+mod generate;
+mod key;
+mod nearest;
+mod orientation;
+mod place;
+mod read;
+mod set;
+mod translate;
+mod tree;
+mod validate;
+mod write;
+
+pub use built_in::{BuiltIn, built_in};
+pub use error::{FaultKind, SceneError};
+pub use read::{MAX_FILE_BYTES, load, parse, read};
+pub use validate::{LARGEST_NUMBER, MAX_BODIES, MAX_STATES, MAX_STEPS, SMALLEST_QUATERNION, SMALLEST_SIZE};
+pub use write::schema;
+
 use crate::shape::Shape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,111 @@
+//! From a scene to its starting bodies, and from bodies back to a scene.
+
+use super::error::SceneError;
+use super::orientation::{unit, written};
+use super::{Body, BodyLineage, Dynamics, Generate, Scene, generate};
+use crate::bodies::{Bodies, Lineage, NO_GROUP};
+use crate::separation::Placed;
+use glam::DVec3;
+
+impl Scene {
+    /// The names of the groups, in order of first appearance in `bodies`, then `generate`: [`Bodies::group`] indexes them.
+    pub fn group_names(&self) -> Vec<String> {
+        let given = self.bodies.iter().map(|b| b.group.as_deref());
+        let generated = self.generate.iter().map(Generate::group);
+        let mut names: Vec<String> = Vec::new();
+        for name in given.chain(generated).flatten() {
+            if !names.iter().any(|known| known == name) {
+                names.push(name.to_owned());
+            }
+        }
+        names
+    }
+
+    /// The starting bodies: those of `bodies`, then those of `generate` in order. The same scene gives the same bits.
+    ///
+    /// A body without lineage is its own founder, born at the start, with the next id after the largest that the scene gives.
+    ///
+    /// ```
+    /// let scene = relcp::scene::load("colony", &[])?;
+    /// assert_eq!(scene.build()?.len(), 1);
+    /// # Ok::<(), relcp::scene::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// What [`Scene::validate`] refuses, and a rule of `generate` that finds no place for a body.
+    pub fn build(&self) -> Result<Bodies, SceneError> {
+        self.validate()?;
+        let names = self.group_names();
+        let group_of = |name: Option<&str>| match name.and_then(|n| names.iter().position(|known| known == n)) {
+            Some(index) => index as u32,
+            None => NO_GROUP,
+        };
+        let mut bodies = Bodies::default();
+        for body in &self.bodies {
+            let placed =
+                Placed { shape: body.shape, position: DVec3::from(body.position), orientation: unit(body.orientation) };
+            let index = bodies.push(placed, group_of(body.group.as_deref()));
+            bodies.velocity[index] = body.velocity.map_or(DVec3::ZERO, DVec3::from);
+            bodies.angular_velocity[index] = body.angular_velocity.map_or(DVec3::ZERO, DVec3::from);
+        }
+        for index in 0..self.generate.len() {
+            generate::add(self, index, &mut bodies, group_of(self.generate[index].group()))?;
+        }
+        self.add_lineage(&mut bodies);
+        Ok(bodies)
+    }
+
+    fn add_lineage(&self, bodies: &mut Bodies) {
+        let given = |i: usize| self.bodies.get(i).and_then(|b| b.lineage);
+        // A parent's id is taken too, although the parent is no more.
+        let taken = self.bodies.iter().filter_map(|b| b.lineage).map(|l| l.id.max(l.parent.unwrap_or(0)) + 1);
+        let mut next = taken.max().unwrap_or(0);
+        for (i, lineage) in bodies.lineage.iter_mut().enumerate() {
+            *lineage = match given(i) {
+                Some(BodyLineage { id, parent, birth, generation }) => Lineage { id, parent, birth, generation },
+                None => {
+                    next += 1;
+                    Lineage { id: next - 1, parent: None, birth: self.time.start, generation: 0 }
+                }
+            };
+        }
+    }
+
+    /// A scene that starts from `bodies` at `time` and goes on as this one: full precision, groups, lineage, and velocities where the
+    /// law has inertia. Its `end` is this scene's, or `time` where that is later.
+    ///
+    /// `bodies` must have been built from this scene, so that their group numbers are this scene's.
+    pub fn final_scene(&self, bodies: &Bodies, time: f64) -> Scene {
+        let names = self.group_names();
+        let inertial = matches!(self.dynamics, Dynamics::Inertial { .. });
+        let written_bodies = (0..bodies.len()).map(|i| {
+            let Lineage { id, parent, birth, generation } = bodies.lineage[i];
+            Body {
+                shape: bodies.shape[i],
+                position: bodies.position[i].to_array(),
+                orientation: written(bodies.orientation[i]),
+                velocity: inertial.then(|| bodies.velocity[i].to_array()),
+                angular_velocity: inertial.then(|| bodies.angular_velocity[i].to_array()),
+                group: names.get(bodies.group[i] as usize).cloned(),
+                lineage: Some(BodyLineage { id, parent, birth, generation }),
+            }
+        });
+        let mut scene = self.with_defaults();
+        scene.bodies = written_bodies.collect();
+        scene.generate = Vec::new();
+        scene.time.start = time;
+        scene.time.end = self.time.end.max(time);
+        scene
+    }
+}
+
+impl Generate {
+    /// The group of the bodies that this rule makes.
+    pub fn group(&self) -> Option<&str> {
+        match self {
+            Generate::Isotropic { group, .. } | Generate::Chainmail { group, .. } | Generate::Founder { group, .. } => {
+                group.as_deref()
+            }
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! The scenes that the program brings along: those of Palmer, Aktulga and Gao (2026), at a size for a desk and at the paper's.
+
+/// A scene that the program brings along.
+#[derive(Clone, Copy, Debug)]
+pub struct BuiltIn {
+    /// Its name, which is also the `name` in its text.
+    pub name: &'static str,
+    /// One line on what it shows and how large it is.
+    pub summary: &'static str,
+    /// Its JSON text.
+    pub text: &'static str,
+}
+
+macro_rules! scenes {
+    ($($name:literal: $summary:literal,)*) => {
+        &[$(BuiltIn {
+            name: $name,
+            summary: $summary,
+            text: include_str!(concat!("../../assets/", $name, ".json")),
+        }),*]
+    };
+}
+
+const BUILT_IN: &[BuiltIn] = scenes! {
+    "two-ellipsoids": "two ellipsoids are pushed together, slide and turn past each other (dt 0.01)",
+    "two-ellipsoids-full": "the same at the step size of the paper's reference solution (dt 1e-5, 4,000,000 steps)",
+    "three-capsules": "three spherocylinders that overlap at the start (8 steps; the paper's only size)",
+    "compaction": "1,000 ellipsoids at 0.25 % volume fraction are drawn into a dense ball",
+    "compaction-full": "10,000 ellipsoids, the paper's size",
+    "colony": "one growing cell becomes a planar colony of 512",
+    "colony-full": "one growing cell becomes 131,072, the paper's size",
+    "chainmail": "a sheet of 6 x 6 interlaced rings is stretched until it is taut",
+    "chainmail-full": "a sheet of 20 x 20 interlaced rings",
+};
+
+/// The built-in scenes, in the order that a list shows them.
+///
+/// ```
+/// for scene in relcp::scene::built_in() {
+///     relcp::scene::parse(scene.text, scene.name)?;
+/// }
+/// # Ok::<(), relcp::scene::SceneError>(())
+/// ```
+pub fn built_in() -> &'static [BuiltIn] {
+    BUILT_IN
+}

@@ -1,0 +1,167 @@
+//! Why a scene was refused: what was wrong, where, and what would be right.
+
+use super::place::{self, Place};
+use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
+use std::fmt;
+
+/// What sort of fault a scene has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaultKind {
+    /// A file could not be read.
+    Io,
+    /// The text is not JSON.
+    Syntax,
+    /// A key that does not exist.
+    UnknownKey,
+    /// A key that must be there is not.
+    MissingKey,
+    /// A key that stands twice in one object.
+    DuplicateKey,
+    /// A value of the wrong type.
+    WrongType,
+    /// A value that is not allowed, alone or together with others.
+    BadValue,
+    /// A scene larger than a run can hold.
+    TooLarge,
+    /// An override that is not `KEY=VALUE`, or whose key cannot be followed.
+    BadOverride,
+    /// Bodies that could not be placed by rule.
+    Placement,
+}
+
+/// A scene was refused.
+///
+/// It knows the key (dotted: `bodies.0.position.1`, as `--set` takes it), and, for a scene read from text, the line and the column.
+/// It is a [`miette::Diagnostic`] that points into the text.
+///
+/// ```
+/// let error = relcp::scene::parse("{\n  \"name\": \"x\",\n  \"tme\": {}\n}", "x.json").unwrap_err();
+/// assert_eq!((error.key(), error.line(), error.column()), ("tme", Some(3), Some(3)));
+/// assert!(error.to_string().contains("`time`"));
+/// assert_eq!(error.exit_code(), 2);
+/// ```
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct SceneError(Box<Fault>);
+
+#[derive(Debug)]
+struct Fault {
+    kind: FaultKind,
+    origin: Option<String>,
+    key: String,
+    message: String,
+    help: Option<String>,
+    place: Option<Place>,
+    line_column: Option<(usize, usize)>,
+    text: Option<NamedSource<String>>,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(origin) = &self.origin {
+            write!(f, "{origin}")?;
+            if let Some((line, column)) = self.line_column {
+                write!(f, ":{line}:{column}")?;
+            }
+            write!(f, ": ")?;
+        }
+        if !self.key.is_empty() {
+            write!(f, "{}: ", self.key)?;
+        }
+        write!(f, "{}", self.message)
+    }
+}
+
+impl SceneError {
+    pub(super) fn new(kind: FaultKind, key: impl fmt::Display, message: impl Into<String>) -> Self {
+        SceneError(Box::new(Fault {
+            kind,
+            origin: None,
+            key: key.to_string(),
+            message: message.into(),
+            help: None,
+            place: None,
+            line_column: None,
+            text: None,
+        }))
+    }
+
+    pub(super) fn bad(key: impl fmt::Display, message: impl Into<String>) -> Self {
+        Self::new(FaultKind::BadValue, key, message)
+    }
+
+    pub(super) fn with_help(mut self, help: impl Into<String>) -> Self {
+        self.0.help = Some(help.into());
+        self
+    }
+
+    /// Says what text the fault stands in, without a place in it.
+    pub(super) fn of(mut self, origin: &str) -> Self {
+        self.0.origin = Some(origin.to_owned());
+        self
+    }
+
+    /// Points at a stretch of bytes of the text.
+    pub(super) fn at(mut self, origin: &str, text: &str, place: Place) -> Self {
+        self.0.line_column = Some(place::line_column(text, place.start));
+        self.0.place = Some(place);
+        self.0.text = Some(NamedSource::new(origin, text.to_owned()).with_language("json"));
+        self.of(origin)
+    }
+
+    /// What sort of fault it is.
+    pub fn kind(&self) -> FaultKind {
+        self.0.kind
+    }
+
+    /// The dotted key of the fault; empty for the scene as a whole.
+    pub fn key(&self) -> &str {
+        &self.0.key
+    }
+
+    /// What was wrong and what would be right, without the place.
+    pub fn message(&self) -> &str {
+        &self.0.message
+    }
+
+    /// A way out, where there is one to tell.
+    pub fn help_text(&self) -> Option<&str> {
+        self.0.help.as_deref()
+    }
+
+    /// The file, built-in scene or override concerned.
+    pub fn origin(&self) -> Option<&str> {
+        self.0.origin.as_deref()
+    }
+
+    /// The line, from 1, where the scene was read from text.
+    pub fn line(&self) -> Option<usize> {
+        self.0.line_column.map(|p| p.0)
+    }
+
+    /// The column in characters, from 1, where the scene was read from text.
+    pub fn column(&self) -> Option<usize> {
+        self.0.line_column.map(|p| p.1)
+    }
+
+    /// The exit status of a program that stops for this: 4 for a file that cannot be read, 2 for a bad scene.
+    pub fn exit_code(&self) -> i32 {
+        if self.0.kind == FaultKind::Io { 4 } else { 2 }
+    }
+}
+
+impl Diagnostic for SceneError {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.0.help.as_ref().map(|h| Box::new(h) as Box<dyn fmt::Display>)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.0.text.as_ref().map(|t| t as &dyn SourceCode)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let place = self.0.place?;
+        let label = LabeledSpan::new(Some("here".to_owned()), place.start, place.end - place.start);
+        Some(Box::new(std::iter::once(label)))
+    }
+}

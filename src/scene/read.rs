@@ -1,0 +1,164 @@
+//! Reads scenes: from a file, from text, from a built-in name, with overrides.
+//!
+//! Text is typed directly where there are no overrides; with overrides it goes through a JSON tree that refuses repeated keys as well.
+//! Either way a fault ends up with its dotted key, and with its line and column where it stands in the text.
+
+use super::error::{FaultKind, SceneError};
+use super::nearest::nearest;
+use super::place::{self, Place};
+use super::set::Override;
+use super::translate::{Misread, translate, translate_syntax};
+use super::tree::Tree;
+use super::{Scene, built_in};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// Largest scene file that is read, in bytes: a scene of as many bodies as a run can hold ([`super::MAX_BODIES`]), one by one at about
+/// 500 bytes a body with lineage and velocities.
+pub const MAX_FILE_BYTES: u64 = 8 << 30;
+
+/// Reads and validates a scene file (JSON).
+///
+/// # Errors
+/// [`SceneError`] with its place: a file that cannot be read ([`SceneError::exit_code`] 4), text that is not JSON, unknown, missing and
+/// repeated keys, wrong types, and everything that [`Scene::validate`] refuses (2).
+pub fn read(path: &Path) -> Result<Scene, SceneError> {
+    read_with(path, &[])
+}
+
+/// Reads and validates a scene from JSON text; `origin` names the text in messages.
+///
+/// ```
+/// let text = r#"{ "name": "ball", "time": { "dt": 0.1, "end": 1 },
+///                 "bodies": [ { "shape": { "sphere": { "radius": 1 } }, "position": [0, 0, 0] } ] }"#;
+/// let scene = relcp::scene::parse(text, "ball.json")?;
+/// assert_eq!(scene.time.steps(), 10);
+/// # Ok::<(), relcp::scene::SceneError>(())
+/// ```
+///
+/// # Errors
+/// As [`read`], less the files.
+pub fn parse(text: &str, origin: &str) -> Result<Scene, SceneError> {
+    parse_with(text, origin, &[])
+}
+
+/// Reads and validates a built-in scene by its name, or else a scene file by its path, after overrides `KEY=VALUE`.
+///
+/// A key is dotted, with indices for lists (`bodies.0.position.1=2.5`); missing objects on its way are made, and an index one past a list's
+/// end appends to it. A value is JSON, or else a string. A built-in name wins over a file of that name, which `./NAME` still reaches.
+///
+/// ```
+/// let scene = relcp::scene::load("two-ellipsoids", &["time.dt=0.05".into(), "contact.method=snsd".into()])?;
+/// assert_eq!(scene.time.dt, 0.05);
+/// # Ok::<(), relcp::scene::SceneError>(())
+/// ```
+///
+/// # Errors
+/// As [`read`]; also an override that is not `KEY=VALUE`, whose key cannot be followed or does not exist.
+pub fn load(source: &str, sets: &[String]) -> Result<Scene, SceneError> {
+    let sets = sets.iter().map(|s| Override::parse(s)).collect::<Result<Vec<_>, _>>()?;
+    match built_in().iter().find(|b| b.name == source) {
+        Some(scene) => parse_with(scene.text, source, &sets),
+        None => read_with(Path::new(source), &sets),
+    }
+}
+
+fn read_with(path: &Path, sets: &[Override]) -> Result<Scene, SceneError> {
+    let origin = path.display().to_string();
+    let bytes = read_bytes(path, &origin)?;
+    match std::str::from_utf8(&bytes) {
+        Ok(text) => parse_with(text, &origin, sets),
+        Err(e) => {
+            let start = e.valid_up_to();
+            let text = String::from_utf8_lossy(&bytes);
+            let fault = SceneError::new(FaultKind::Syntax, "", "the file is not UTF-8 text");
+            // Up to the fault the lossy text is the file's, and there it has the three bytes of U+FFFD.
+            Err(fault.at(&origin, &text, Place { start, end: (start + 3).min(text.len()) }))
+        }
+    }
+}
+
+fn read_bytes(path: &Path, origin: &str) -> Result<Vec<u8>, SceneError> {
+    let refuse = |message: String| SceneError::new(FaultKind::Io, "", message).of(origin);
+    let file = File::open(path).map_err(|e| {
+        let fault = refuse(format!("cannot be read: {e}"));
+        match nearest(origin, built_in().iter().map(|b| b.name)) {
+            Some(name) if e.kind() == std::io::ErrorKind::NotFound && path.components().count() == 1 => {
+                fault.with_help(format!("neither a file nor a built-in scene; the nearest built-in scene is `{name}`"))
+            }
+            _ => fault,
+        }
+    })?;
+    let meta = file.metadata().map_err(|e| refuse(format!("cannot be read: {e}")))?;
+    if meta.is_dir() {
+        return Err(refuse("is a directory, not a scene file".to_owned()));
+    }
+    let mut bytes = Vec::new();
+    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(|e| refuse(format!("cannot be read: {e}")))?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(
+            SceneError::new(FaultKind::TooLarge, "", format!("is longer than {MAX_FILE_BYTES} bytes")).of(origin)
+        );
+    }
+    Ok(bytes)
+}
+
+fn parse_with(text: &str, origin: &str, sets: &[Override]) -> Result<Scene, SceneError> {
+    // A byte order mark, as some editors write it, is not part of the text.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut scene = typed(text, sets).map_err(|misread| match misread.byte {
+        Some(byte) => misread.error.at(origin, text, character(text, byte)),
+        None => put(misread.error, origin, text, sets),
+    })?;
+    scene.validate().map_err(|error| put(error, origin, text, sets))?;
+    scene.normalize_orientations();
+    Ok(scene)
+}
+
+fn typed(text: &str, sets: &[Override]) -> Result<Scene, Misread> {
+    if sets.is_empty()
+        && let Ok(scene) = serde_json::from_str(text)
+    {
+        return Ok(scene);
+    }
+    // The slow way, for overrides and for the place and the wording of a fault: by a tree.
+    if text.trim().is_empty() {
+        let error = SceneError::new(FaultKind::Syntax, "", "the text is empty; a scene is a JSON object");
+        return Err(Misread { error, byte: Some(0) });
+    }
+    let mut deserializer = serde_json::Deserializer::from_str(text);
+    let tree: Tree =
+        serde_path_to_error::deserialize(&mut deserializer).map_err(|e| translate(e.path(), e.inner(), text))?;
+    deserializer.end().map_err(|e| translate_syntax(&e, text))?;
+    let mut value = tree.0;
+    for set in sets {
+        set.apply(&mut value).map_err(|error| Misread { error, byte: None })?;
+    }
+    serde_path_to_error::deserialize(value).map_err(|e| translate(e.path(), e.inner(), text))
+}
+
+/// Says where a fault known by its key stands: in an override or in the text.
+fn put(error: SceneError, origin: &str, text: &str, sets: &[Override]) -> SceneError {
+    if error.origin().is_some() {
+        return error;
+    }
+    let path: Vec<String> = error.key().split('.').filter(|s| !s.is_empty()).map(str::to_owned).collect();
+    let found = place::locate(text, &path);
+    let whole = found.is_some_and(|f| f.depth == path.len());
+    if let Some(set) = sets.iter().rev().find(|s| s.made(&path) || (!whole && s.passed(&path))) {
+        return error.of(&set.origin());
+    }
+    let Some(found) = found else { return error.of(origin) };
+    let key_is_wrong = matches!(error.kind(), FaultKind::UnknownKey) || !whole;
+    let mut place = found.key.filter(|_| key_is_wrong).unwrap_or(found.value);
+    if text[place.start..place.end].contains('\n') {
+        place = character(text, place.start);
+    }
+    error.at(origin, text, place)
+}
+
+fn character(text: &str, byte: usize) -> Place {
+    let length = text.get(byte..).and_then(|t| t.chars().next()).map_or(0, char::len_utf8);
+    Place { start: byte, end: byte + length }
+}

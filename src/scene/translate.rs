@@ -1,0 +1,134 @@
+//! From serde's words to a scene's: which key, what was wrong, what would be right.
+
+use super::error::{FaultKind, SceneError};
+use super::nearest::nearest;
+use super::place;
+use serde_json::error::Category;
+use serde_path_to_error::{Path, Segment};
+
+/// A fault of reading, with its byte where only the text itself tells the place.
+pub(super) struct Misread {
+    pub error: SceneError,
+    pub byte: Option<usize>,
+}
+
+/// Translates a fault of parsing or typing at `path`.
+pub(super) fn translate(path: &Path, error: &serde_json::Error, text: &str) -> Misread {
+    let mut key: Vec<String> = path.iter().filter_map(segment).collect();
+    let words = without_place(error);
+    let byte = (error.line() > 0).then(|| place::byte_of(text, error.line(), error.column()));
+    if error.classify() != Category::Data {
+        return Misread { error: syntax(&words, &key.join("."), text, byte), byte };
+    }
+    let mut names = words.split('`').skip(1).step_by(2);
+    let name = names.next().unwrap_or_default();
+    let (kind, message) = if words.starts_with("unknown field") {
+        (FaultKind::UnknownKey, unknown("key", name, names))
+    } else if words.starts_with("unknown variant") {
+        let kind = if is_object_at(text, &key) { FaultKind::UnknownKey } else { FaultKind::BadValue };
+        (kind, unknown(if kind == FaultKind::UnknownKey { "key" } else { "value" }, name, names))
+    } else if words.starts_with("missing field") {
+        (FaultKind::MissingKey, "is missing, and has no default".to_owned())
+    } else if words.starts_with("duplicate field") {
+        (FaultKind::DuplicateKey, "stands twice in one object".to_owned())
+    } else if words.starts_with("invalid type: unit variant") {
+        let variant = key.pop().unwrap_or_default();
+        (FaultKind::WrongType, format!("\"{variant}\" needs its settings: {{\"{variant}\": {{...}}}}"))
+    } else if words.starts_with("invalid value: integer") {
+        (FaultKind::BadValue, plain(&words))
+    } else {
+        (FaultKind::WrongType, plain(&words))
+    };
+    let names_a_key = matches!(kind, FaultKind::UnknownKey | FaultKind::MissingKey | FaultKind::DuplicateKey);
+    if names_a_key && key.last().is_none_or(|last| last != name) {
+        key.push(name.to_owned());
+    }
+    // The first of two equal keys is found by its path, the second by serde's place, which is its end.
+    let byte = byte.filter(|_| kind == FaultKind::DuplicateKey).map(|b| start_of_key(text, b, name));
+    Misread { error: SceneError::new(kind, key.join("."), message), byte }
+}
+
+/// Translates a fault of the text after its first value.
+pub(super) fn translate_syntax(error: &serde_json::Error, text: &str) -> Misread {
+    let byte = place::byte_of(text, error.line(), error.column());
+    Misread { error: syntax(&without_place(error), "", text, Some(byte)), byte: Some(byte) }
+}
+
+fn segment(segment: &Segment) -> Option<String> {
+    match segment {
+        Segment::Seq { index } => Some(index.to_string()),
+        Segment::Map { key } => Some(key.clone()),
+        Segment::Enum { variant } => Some(variant.clone()),
+        Segment::Unknown => None,
+    }
+}
+
+fn without_place(error: &serde_json::Error) -> String {
+    let words = error.to_string();
+    let place = format!(" at line {} column {}", error.line(), error.column());
+    words.strip_suffix(&place).unwrap_or(&words).to_owned()
+}
+
+/// Words that some programs write for numbers that JSON does not have.
+const NOT_NUMBERS: [&str; 4] = ["NaN", "nan", "Infinity", "inf"];
+
+fn syntax(words: &str, key: &str, text: &str, byte: Option<usize>) -> SceneError {
+    if words == "number out of range" {
+        return SceneError::bad(key, "the number is larger than a 64-bit float can hold (1.8e308)");
+    }
+    let rest = byte.and_then(|b| text.get(b..)).unwrap_or_default().trim_start_matches('-');
+    // serde_json stops at the first or the second letter of a word that it does not know.
+    let before = byte.and_then(|b| text.get(b.saturating_sub(1)..)).unwrap_or_default();
+    if NOT_NUMBERS.iter().any(|n| rest.starts_with(n) || before.starts_with(n)) {
+        return SceneError::new(FaultKind::Syntax, key, "is not finite; every number of a scene is");
+    }
+    SceneError::new(FaultKind::Syntax, key, format!("is not JSON: {words}"))
+}
+
+fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let known: Vec<&str> = known.collect();
+    match nearest(name, known.iter().copied()) {
+        None if known.is_empty() => format!("unknown {what} `{name}`; none stands here"),
+        None => format!("unknown {what}; the {what}s here are {}", known.join(", ")),
+        Some(near) if known.len() == 1 => format!("unknown {what} `{name}`; the only {what} here is `{near}`"),
+        Some(near) => {
+            format!("unknown {what} `{name}`; the nearest is `{near}` (the {what}s here are {})", known.join(", "))
+        }
+    }
+}
+
+/// serde's words, with its names of types in a user's.
+fn plain(words: &str) -> String {
+    let (found, wanted) = words.split_once(", expected ").unwrap_or((words, ""));
+    let found = found.trim_start_matches("invalid type: ").trim_start_matches("invalid value: ");
+    let wanted = match wanted {
+        "f64" => "a number",
+        "u64" => "a whole number, 0 or more, without point or exponent",
+        "u32" => "a whole number from 0 to 4294967295, without point or exponent",
+        "a sequence" => "a list",
+        "a boolean" => "true or false",
+        "string or map" => "a word or an object with a single key",
+        "map with a single key" => "an object with a single key",
+        "unit" => "nothing: this word has no settings",
+        "fewer elements in array" => "fewer numbers",
+        other if other.starts_with("struct") => "an object",
+        other => other,
+    };
+    if wanted.is_empty() {
+        return format!("is refused: {found}");
+    }
+    let found = match found {
+        "map" => "an object",
+        "sequence" => "a list",
+        other => other,
+    };
+    format!("expected {}, found {found}", wanted.replace("an array of length", "a list of length"))
+}
+
+fn is_object_at(text: &str, key: &[String]) -> bool {
+    place::locate(text, key).is_some_and(|f| f.depth == key.len() && text.as_bytes().get(f.value.start) == Some(&b'{'))
+}
+
+fn start_of_key(text: &str, end: usize, name: &str) -> usize {
+    text.get(..end).and_then(|t| t.rfind(&format!("\"{name}\""))).unwrap_or(end.min(text.len()))
+}

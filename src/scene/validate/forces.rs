@@ -1,0 +1,118 @@
+//! The rules of forces and growth.
+
+use super::super::error::{FaultKind, SceneError};
+use super::super::key::Key;
+use super::super::nearest::nearest;
+use super::super::{Dynamics, Force, Scene};
+use super::{MAX_BODIES, number, numbers, positive};
+use crate::shape::Shape;
+use std::f64::consts::LN_2;
+
+impl Force {
+    pub(in super::super) fn group(&self) -> Option<&str> {
+        match self {
+            Force::Uniform { group, .. }
+            | Force::Gravity { group, .. }
+            | Force::RadialInward { group }
+            | Force::RadialOutward { group } => group.as_deref(),
+        }
+    }
+
+    pub(super) fn name(&self) -> &'static str {
+        match self {
+            Force::Uniform { .. } => "uniform",
+            Force::Gravity { .. } => "gravity",
+            Force::RadialInward { .. } => "radial_inward",
+            Force::RadialOutward { .. } => "radial_outward",
+        }
+    }
+}
+
+impl Scene {
+    pub(super) fn check_forces(&self, key: &Key) -> Result<(), SceneError> {
+        let groups = self.group_names();
+        for (i, force) in self.forces.iter().enumerate() {
+            let key = key.index(i);
+            let key = key.field(force.name());
+            match force {
+                Force::Uniform { force, .. } => numbers(&key.field("force"), force)?,
+                Force::Gravity { acceleration, .. } => {
+                    numbers(&key.field("acceleration"), acceleration)?;
+                    if matches!(self.dynamics, Dynamics::Overdamped { .. }) {
+                        let message = "needs the inertial law, where bodies have mass; `uniform` is a force per body";
+                        return Err(SceneError::bad(key, message));
+                    }
+                }
+                Force::RadialInward { .. } | Force::RadialOutward { .. } => {}
+            }
+            if let Some(group) = force.group().filter(|g| !groups.iter().any(|known| known == g)) {
+                let message = match nearest(group, groups.iter().map(String::as_str)) {
+                    Some(near) => format!("no body is in the group `{group}`; the nearest group is `{near}`"),
+                    None => format!("no body is in the group `{group}`; no body has a group"),
+                };
+                return Err(SceneError::bad(key.field("group"), message));
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn check_growth(&self, key: &Key) -> Result<(), SceneError> {
+        let Some(growth) = &self.growth else { return Ok(()) };
+        number(&key.field("rate"), growth.rate)?;
+        if growth.rate < 0.0 {
+            return Err(SceneError::bad(key.field("rate"), format!("must not be negative, not {:?}", growth.rate)));
+        }
+        if growth.rate * self.time.dt >= LN_2 {
+            let message = format!("a cell would divide more than once in a step of {:?}", self.time.dt);
+            return Err(SceneError::bad(key.field("rate"), message));
+        }
+        positive(&key.field("division_length"), growth.division_length)?;
+        let turn = key.field("reorientation_degrees");
+        number(&turn, growth.reorientation_degrees)?;
+        if !(0.0..=180.0).contains(&growth.reorientation_degrees) {
+            let message = format!("must be from 0 to 180, not {:?}", growth.reorientation_degrees);
+            return Err(SceneError::bad(turn, message));
+        }
+        self.check_cells(key, growth.division_length)
+    }
+
+    fn check_cells(&self, key: &Key, division_length: f64) -> Result<(), SceneError> {
+        let mut cells = false;
+        for (list, index, shape) in self.shapes() {
+            let Shape::Spherocylinder { diameter, .. } = shape else { continue };
+            cells = true;
+            if division_length < 2.0 * diameter {
+                let message = format!(
+                    "must be at least twice the diameter, {diameter:?}, of {list}.{index}: a daughter is half as long, and never shorter than wide"
+                );
+                return Err(SceneError::bad(key.field("division_length"), message));
+            }
+        }
+        if !cells {
+            return Err(SceneError::bad(key, "only spherocylinders grow, and the scene has none"));
+        }
+        let population = self.final_population();
+        if population > MAX_BODIES as f64 {
+            let message = format!("the cells would be {population:.1e} by then; at most {MAX_BODIES}");
+            return Err(SceneError::new(FaultKind::TooLarge, "time.end", message));
+        }
+        Ok(())
+    }
+
+    /// Bodies at the end of the run, from exponential growth alone: a cell of length `L` becomes `2^k` cells with
+    /// `k` the least for which `L exp(rate T) / 2^k` is below the division length.
+    fn final_population(&self) -> f64 {
+        let Some(growth) = &self.growth else { return self.body_count() as f64 };
+        let stretch = growth.rate * (self.time.end - self.time.start) / LN_2;
+        let descendants = |shape: &Shape| match *shape {
+            Shape::Spherocylinder { length, .. } => {
+                let doublings = stretch + (length / growth.division_length).log2();
+                (doublings.floor() + 1.0).max(0.0).exp2()
+            }
+            _ => 1.0,
+        };
+        let given: f64 = self.bodies.iter().map(|b| descendants(&b.shape)).sum();
+        let generated: f64 = self.generate.iter().map(|g| g.count() as f64 * descendants(&g.shape())).sum();
+        given + generated
+    }
+}

@@ -1,0 +1,77 @@
+//! The rules of bodies placed by rule. Counts are refused by arithmetic, before anything is allocated.
+
+use super::super::error::{FaultKind, SceneError};
+use super::super::generate::{MAX_RING_RATIO, reachable_fraction};
+use super::super::key::Key;
+use super::super::{Generate, Scene};
+use super::shapes::{check_shape, shape_name};
+use super::{MAX_BODIES, positive};
+
+impl Generate {
+    /// How many bodies the rule makes, at most `u64::MAX`.
+    pub fn count(&self) -> u64 {
+        match *self {
+            Generate::Isotropic { count, .. } => count,
+            Generate::Chainmail { columns, rows, .. } => columns.saturating_mul(rows),
+            Generate::Founder { .. } => 1,
+        }
+    }
+}
+
+impl Scene {
+    /// How many bodies the scene starts with, at most `u64::MAX`.
+    pub fn body_count(&self) -> u64 {
+        self.generate.iter().fold(self.bodies.len() as u64, |sum, rule| sum.saturating_add(rule.count()))
+    }
+
+    pub(super) fn check_generate(&self, root: &Key) -> Result<(), SceneError> {
+        let mut count = self.bodies.len() as u64;
+        for (i, rule) in self.generate.iter().enumerate() {
+            let key = root.field("generate");
+            let key = key.index(i);
+            let key = key.field(rule.name());
+            count = count.saturating_add(rule.count());
+            if count > MAX_BODIES {
+                let place = if matches!(rule, Generate::Isotropic { .. }) { key.field("count") } else { key };
+                let message = format!("the scene would have {count} bodies; at most {MAX_BODIES}");
+                return Err(SceneError::new(FaultKind::TooLarge, place, message));
+            }
+            check_rule(&key, rule, self.planar)?;
+        }
+        Ok(())
+    }
+}
+
+fn check_rule(key: &Key, rule: &Generate, planar: bool) -> Result<(), SceneError> {
+    let at_least_one = |name: &'static str, n: u64| {
+        if n == 0 { Err(SceneError::bad(key.field(name), "must be at least 1")) } else { Ok(()) }
+    };
+    match rule {
+        Generate::Isotropic { count, shape, volume_fraction, .. } => {
+            at_least_one("count", *count)?;
+            check_shape(&key.field("shape").field(shape_name(shape)), shape)?;
+            let fraction_key = key.field("volume_fraction");
+            positive(&fraction_key, *volume_fraction)?;
+            let limit = reachable_fraction(shape, planar);
+            if *volume_fraction > limit {
+                let message =
+                    format!("must be at most {limit:.3} for this shape, where random placement without overlap ends");
+                return Err(SceneError::bad(fraction_key, message));
+            }
+            Ok(())
+        }
+        Generate::Chainmail { columns, rows, major_radius, minor_radius, .. } => {
+            at_least_one("columns", *columns)?;
+            at_least_one("rows", *rows)?;
+            check_shape(key, &rule.shape())?;
+            if *minor_radius > MAX_RING_RATIO * major_radius {
+                let limit = MAX_RING_RATIO * major_radius;
+                let message =
+                    format!("must be at most {limit:.4}, {MAX_RING_RATIO} of the major radius, for rings to interlace");
+                return Err(SceneError::bad(key.field("minor_radius"), message));
+            }
+            Ok(())
+        }
+        Generate::Founder { .. } => check_shape(key, &rule.shape()),
+    }
+}

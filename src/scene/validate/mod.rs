@@ -1,0 +1,148 @@
+//! What a scene must satisfy beyond its types, and the limits of a run.
+//!
+//! Every rule names its key. Starting bodies may overlap, even be concentric: the first step parts them.
+
+mod bodies;
+mod forces;
+mod generate;
+mod planar;
+mod shapes;
+
+pub(super) use shapes::thickness;
+
+use super::error::{FaultKind, SceneError};
+use super::key::Key;
+use super::{Dynamics, Scene};
+
+/// Most bodies of a scene. A body's state is about 200 bytes and its contacts some ten times that, so this many need tens of gigabytes.
+pub const MAX_BODIES: u64 = 1 << 24;
+/// Most steps of a run: at a microsecond a step, eleven days; and step numbers times `dt` keep four digits below a step.
+pub const MAX_STEPS: f64 = 1e12;
+/// Most recorded states of a run; each is at least one file.
+pub const MAX_STATES: f64 = 1e6;
+/// Largest magnitude of any number: its fifth power, as in a moment of inertia, is still finite.
+pub const LARGEST_NUMBER: f64 = 1e60;
+/// Smallest size: its fifth power is still a normal number.
+pub const SMALLEST_SIZE: f64 = 1e-60;
+/// Smallest norm of an orientation; below it the direction is made of rounding.
+pub const SMALLEST_QUATERNION: f64 = 1e-6;
+/// Longest name, in bytes: it names a folder, and file systems take 255 bytes with what a program appends.
+const MAX_NAME_BYTES: usize = 128;
+
+impl Scene {
+    /// Whether this scene can be run: numbers finite and in range, sizes positive, settings possible alone and together.
+    ///
+    /// Scenes that were read are already validated; a scene built in code is validated by this (and by [`Scene::build`]).
+    ///
+    /// # Errors
+    /// [`SceneError`] with the key of the first fault found; its place is known only to the reader.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        let root = &Key::ROOT;
+        self.check_name(root)?;
+        self.check_time(&root.field("time"))?;
+        match self.dynamics {
+            Dynamics::Overdamped { drag } => positive(&root.field("dynamics").field("overdamped").field("drag"), drag)?,
+            Dynamics::Inertial { density } => {
+                positive(&root.field("dynamics").field("inertial").field("density"), density)?;
+            }
+        }
+        self.check_bodies(root)?;
+        self.check_generate(root)?;
+        self.check_contact(&root.field("contact"))?;
+        self.check_solver(&root.field("solver"))?;
+        self.check_forces(&root.field("forces"))?;
+        self.check_growth(&root.field("growth"))?;
+        if self.planar {
+            self.check_planar(root)?;
+        }
+        self.check_output(&root.field("output"))
+    }
+
+    fn check_name(&self, root: &Key) -> Result<(), SceneError> {
+        let bad = |message: &str| Err(SceneError::bad(root.field("name"), message));
+        if self.name.is_empty() || self.name == "." || self.name == ".." {
+            return bad("must be a name; it names the run's folder");
+        }
+        if self.name.len() > MAX_NAME_BYTES {
+            return bad(&format!("must be at most {MAX_NAME_BYTES} bytes long; it names the run's folder"));
+        }
+        if self.name.contains(|c: char| c == '/' || c == '\\' || c.is_control()) {
+            return bad("must not contain slashes, backslashes or control characters; it names the run's folder");
+        }
+        Ok(())
+    }
+
+    fn check_time(&self, key: &Key) -> Result<(), SceneError> {
+        let time = &self.time;
+        positive(&key.field("dt"), time.dt)?;
+        number(&key.field("start"), time.start)?;
+        number(&key.field("end"), time.end)?;
+        if time.end < time.start {
+            return Err(SceneError::bad(key.field("end"), format!("must not lie before time.start, {:?}", time.start)));
+        }
+        let steps = (time.end - time.start) / time.dt;
+        if steps > MAX_STEPS {
+            let message = format!("the run would take {steps:.1e} steps; at most {MAX_STEPS:.0e}");
+            return Err(SceneError::new(FaultKind::TooLarge, key.field("dt"), message));
+        }
+        Ok(())
+    }
+
+    fn check_solver(&self, key: &Key) -> Result<(), SceneError> {
+        if let Some(tolerance) = self.solver.tolerance {
+            positive(&key.field("tolerance"), tolerance)?;
+            if tolerance > self.contact.overlap_tolerance {
+                let limit = self.contact.overlap_tolerance;
+                let message = format!("must not exceed contact.overlap_tolerance, {limit:?}, which it serves");
+                return Err(SceneError::bad(key.field("tolerance"), message));
+            }
+        }
+        if self.solver.max_iterations == Some(0) {
+            return Err(SceneError::bad(key.field("max_iterations"), "must be at least 1"));
+        }
+        Ok(())
+    }
+
+    fn check_output(&self, key: &Key) -> Result<(), SceneError> {
+        if let Some(every) = self.output.every {
+            positive(&key.field("every"), every)?;
+            let states = (self.time.end - self.time.start) / every;
+            if states > MAX_STATES {
+                let message = format!("the run would record {states:.1e} states; at most {MAX_STATES:.0e}");
+                return Err(SceneError::new(FaultKind::TooLarge, key.field("every"), message));
+            }
+        }
+        if self.output.step_stride == 0 {
+            return Err(SceneError::bad(key.field("step_stride"), "must be at least 1"));
+        }
+        Ok(())
+    }
+}
+
+/// A finite number of a sane magnitude.
+fn number(key: &Key, value: f64) -> Result<(), SceneError> {
+    if !value.is_finite() {
+        return Err(SceneError::bad(key, "must be finite"));
+    }
+    if value.abs() > LARGEST_NUMBER {
+        return Err(SceneError::bad(key, format!("must be at most {LARGEST_NUMBER:e} in magnitude, not {value:e}")));
+    }
+    Ok(())
+}
+
+/// A number above zero.
+fn positive(key: &Key, value: f64) -> Result<(), SceneError> {
+    number(key, value)?;
+    if value <= 0.0 {
+        return Err(SceneError::bad(key, format!("must be positive, not {value:?}")));
+    }
+    if value < SMALLEST_SIZE {
+        return Err(SceneError::bad(key, format!("must be at least {SMALLEST_SIZE:e}, not {value:e}")));
+    }
+    Ok(())
+}
+
+/// Three or four finite numbers.
+fn numbers(key: &Key, values: &[f64]) -> Result<(), SceneError> {
+    values.iter().enumerate().try_for_each(|(i, &v)| number(&key.index(i), v))
+}
