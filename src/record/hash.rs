@@ -58,10 +58,10 @@ pub fn state_hash(state: &State) -> String {
     hash.hex()
 }
 
-/// The hash of a scene, as its compact JSON.
+/// The hash of a scene with every default written out: a scene and the `scene.json` that its run leaves have the same.
 pub fn scene_hash(scene: &Scene) -> String {
     let mut hash = Fnv::default();
-    hash.update(serde_json::to_string(scene).unwrap_or_default().as_bytes());
+    hash.update(scene.with_defaults().to_json().as_bytes());
     hash.hex()
 }
 

@@ -40,7 +40,7 @@ impl Run {
         let begun = Instant::now();
         let scene = simulation.scene();
         let steps = Steps::create(&folder.steps())?;
-        durable::write_json(&folder.scene(), scene)?;
+        write_scene(&folder.scene(), &scene.with_defaults())?;
         let mut totals = Totals { start_max_overlap: max_overlap(&simulation), ..Totals::default() };
         totals.wall.setup = (setup + begun.elapsed()).as_secs_f64();
         totals.wall.total = totals.wall.setup;
@@ -210,13 +210,19 @@ impl Run {
         if self.simulation.done() {
             let bodies = &self.simulation.state().bodies;
             let last = self.simulation.scene().final_scene(bodies, self.simulation.time());
-            durable::write_json(&self.folder.last(), &last)?;
+            write_scene(&self.folder.last(), &last)?;
         }
         self.count_output(begun);
         let summary = Summary::new(&self.simulation, &self.totals, &self.scene_hash, status, overlap);
         durable::write_json(&self.folder.summary(), &summary)?;
         Ok(summary)
     }
+}
+
+fn write_scene(path: &Path, scene: &Scene) -> Result<(), RecordError> {
+    let mut bytes = Vec::new();
+    scene.write_json(&mut bytes).map_err(RecordError::io(path, "write it"))?;
+    durable::write(path, &bytes)
 }
 
 /// The last checkpoint that can be read, and the fault of the newer one where that is the older. Where neither can be
@@ -235,7 +241,7 @@ fn read_checkpoint(folder: &Folder) -> Result<(Header, State, Option<RecordError
 fn differing_keys(folder: &Folder, scene: &Scene) -> Vec<String> {
     let read = |path: &Path| serde_json::from_slice::<Value>(&std::fs::read(path).ok()?).ok();
     let mut keys = Vec::new();
-    if let (Some(old), Ok(new)) = (read(&folder.scene()), serde_json::to_value(scene)) {
+    if let (Some(old), Ok(new)) = (read(&folder.scene()), serde_json::to_value(scene.with_defaults())) {
         compare("", &old, &new, &mut keys);
     }
     if keys.is_empty() {

@@ -2,8 +2,6 @@
 
 use crate::scene::Scene;
 
-/// States of a run whose scene does not say how many.
-const STATES: f64 = 100.0;
 /// How far under a whole multiple of the interval a time may be and still count as it, relative to the interval: far
 /// above the rounding of a time divided by an interval, far below any step.
 const ROUNDING: f64 = 1e-9;
@@ -20,8 +18,9 @@ pub(super) struct Schedule {
 impl Schedule {
     pub(super) fn new(scene: &Scene) -> Self {
         let steps = scene.time.steps();
-        let every = scene.output.every.map_or(steps as f64 / STATES, |every| every / scene.time.dt);
-        Schedule { steps, stride: scene.output.step_stride.max(1), interval: every }
+        // Without a duration there is no step to ask for.
+        let interval = scene.output_every().map_or(1.0, |every| every / scene.time.dt);
+        Schedule { steps, stride: scene.output.step_stride.max(1), interval }
     }
 
     /// Whether the state after this step is recorded: the start, the end, and the first step at or after each multiple

@@ -153,7 +153,8 @@ fn arrays_of_another_type_shape_or_meaning_are_refused() {
     ];
     for (block, expected) in wrong {
         let mut arrays = good.clone();
-        *arrays.iter_mut().find(|b| b.name == block.name).unwrap() = block;
+        let place = arrays.iter().position(|b| b.name == block.name).unwrap();
+        arrays[place] = block;
         match forged(|_| {}, &arrays) {
             StateError::Damaged { place, .. } => assert_eq!(place, expected),
             other => panic!("{other}"),
