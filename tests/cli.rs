@@ -1,4 +1,5 @@
 //! The program from outside: exit statuses, what goes to which stream, files, interruption.
+#![allow(clippy::unwrap_used)]
 
 use assert_cmd::Command;
 use serde_json::Value;
