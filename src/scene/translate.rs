@@ -129,6 +129,7 @@ fn is_object_at(text: &str, key: &[String]) -> bool {
     place::locate(text, key).is_some_and(|f| f.depth == key.len() && text.as_bytes().get(f.value.start) == Some(&b'{'))
 }
 
+/// serde's place of a repeated key is its closing quote.
 fn start_of_key(text: &str, end: usize, name: &str) -> usize {
-    text.get(..end).and_then(|t| t.rfind(&format!("\"{name}\""))).unwrap_or(end.min(text.len()))
+    text.get(..=end).and_then(|t| t.rfind(&format!("\"{name}\""))).unwrap_or(end.min(text.len()))
 }

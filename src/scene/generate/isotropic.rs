@@ -113,3 +113,55 @@ fn capsule_fraction(aspect: f64) -> f64 {
     let _ = aspect;
     0.34
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Draws that the worst body and all bodies together need.
+    fn draws(shape: Shape, volume_fraction: f64, count: u64, planar: bool) -> (u64, u64) {
+        let order = Order { count, shape, volume_fraction, planar, seed: 1, rule: 0 };
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let (side, mut occupied) = (side(&order), Occupied::default());
+        let (mut worst, mut total) = (0, 0);
+        for _ in 0..count {
+            let mut own = 0;
+            loop {
+                own += 1;
+                let mut position = side * (DVec3::from_array(random.random::<[f64; 3]>()) - 0.5);
+                if planar {
+                    position.z = 0.0;
+                }
+                let capsule = Capsule::of(&shape, position, rotation(&mut random));
+                if !occupied.overlaps(&capsule) {
+                    occupied.insert(capsule);
+                    break;
+                }
+                if own > 300_000 {
+                    return (u64::MAX, total);
+                }
+            }
+            total += own;
+            worst = worst.max(own);
+        }
+        (worst, total / count)
+    }
+
+    #[test]
+    #[ignore = "a measurement"]
+    fn measure() {
+        for aspect in [1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0] {
+            for fraction in [0.05, 0.1, 0.15, 0.2, 0.22, 0.24, 0.26, 0.28, 0.3, 0.32, 0.34] {
+                let shape = Shape::Spherocylinder { diameter: 1.0, length: aspect };
+                let result = draws(shape, fraction, 4000, false);
+                println!("{aspect} {fraction} {result:?}");
+                if result.0 > 100_000 {
+                    break;
+                }
+            }
+        }
+        for fraction in [0.3, 0.4, 0.45, 0.48, 0.5, 0.52] {
+            println!("disc {fraction} {:?}", draws(Shape::Sphere { radius: 1.0 }, fraction, 10_000, true));
+        }
+    }
+}
