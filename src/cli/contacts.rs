@@ -3,9 +3,10 @@
 use super::arguments::Contacts;
 use super::exit::{CliError, Exit};
 use super::output;
+use crate::bodies::Bodies;
 use crate::record::read_state;
-use crate::relcp::Simulation;
-use crate::scene::{self, Contact, Dynamics, Output, Scene, Solver, Stepping, Time};
+use crate::relcp::contacts as near;
+use crate::scene;
 use serde::Serialize;
 use std::path::Path;
 
@@ -27,8 +28,7 @@ struct Report {
 
 pub(super) fn contacts(arguments: &Contacts) -> Result<Exit, CliError> {
     super::run::prepare(&arguments.compute)?;
-    let simulation = open(&arguments.state)?;
-    let report = find(&simulation, arguments.cutoff);
+    let report = find(&open(&arguments.state)?, arguments.cutoff);
     if arguments.print.json {
         output::json(&report)?;
     } else if !arguments.print.quiet {
@@ -37,41 +37,20 @@ pub(super) fn contacts(arguments: &Contacts) -> Result<Exit, CliError> {
     Ok(Exit::Done)
 }
 
-/// A state as a simulation at rest.
-fn open(state: &str) -> Result<Simulation, CliError> {
+/// The bodies of a scene as they start, or of a state file.
+fn open(state: &str) -> Result<Bodies, CliError> {
     let path = Path::new(state);
     if path.extension().is_some_and(|extension| extension == "npz") {
-        let (_, state) = read_state(path)?;
-        return Ok(Simulation::resume(bare_scene(), state));
+        return Ok(read_state(path)?.1.bodies);
     }
-    let scene = scene::load(state, &[])?;
-    let bodies = scene.build()?;
-    Ok(Simulation::new(scene, bodies))
+    Ok(scene::load(state, &[])?.build()?)
 }
 
-/// A scene that says nothing: what is near follows from the bodies alone.
-fn bare_scene() -> Scene {
-    Scene {
-        name: String::new(),
-        seed: 0,
-        dynamics: Dynamics::default(),
-        time: Time { dt: 1.0, end: 0.0, start: 0.0, stepping: Stepping::default() },
-        contact: Contact::default(),
-        solver: Solver::default(),
-        planar: false,
-        forces: Vec::new(),
-        growth: None,
-        bodies: Vec::new(),
-        generate: Vec::new(),
-        output: Output::default(),
-    }
-}
-
-fn find(simulation: &Simulation, cutoff: f64) -> Report {
-    let position = &simulation.state().bodies.position;
+fn find(bodies: &Bodies, cutoff: f64) -> Report {
+    let position = &bodies.position;
     let mut report = Report { contacts: Vec::new(), max_overlap: 0.0 };
     // Asked for everything that overlaps even where the cutoff leaves some of it out.
-    for ([a, b], s) in simulation.contacts(cutoff.max(0.0)) {
+    for ([a, b], s) in near(bodies, cutoff.max(0.0)) {
         if -s.separation > report.max_overlap {
             report.max_overlap = -s.separation;
         }

@@ -1,6 +1,7 @@
 //! Exit statuses, and what leads to them.
 
 use crate::record::{RecordError, RunError};
+use crate::relcp::Fault;
 use crate::scene::SceneError;
 use miette::Diagnostic;
 use std::io;
@@ -47,6 +48,8 @@ pub(super) enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Run(#[from] RunError),
+    #[error(transparent)]
+    Start(Fault),
     #[error("{0}")]
     Usage(String),
     #[error("there is no built-in scene `{0}`")]
@@ -65,7 +68,7 @@ impl CliError {
             CliError::Scene(error) => Exit::of(error.exit_code()),
             CliError::Record(error) | CliError::Run(RunError::Record(error)) => Exit::of(error.exit_code()),
             CliError::Run(RunError::Fault(_)) => Exit::Internal,
-            CliError::Usage(_) | CliError::NoScene(_) => Exit::Usage,
+            CliError::Start(_) | CliError::Usage(_) | CliError::NoScene(_) => Exit::Usage,
             CliError::NoGpu => Exit::Device,
             CliError::Output(_) => Exit::File,
         }

@@ -67,11 +67,12 @@ fn start(arguments: &Arguments) -> Result<Run, CliError> {
     let begun = Instant::now();
     let scene = scene::load(source, &arguments.sets)?;
     let bodies = scene.build()?;
+    let simulation = Simulation::new(scene, bodies).map_err(CliError::Start)?;
     let folder = match &arguments.out {
         Some(path) => Folder::create(path)?,
-        None => Folder::create_in(Path::new(RUNS), &scene.name)?,
+        None => Folder::create_in(Path::new(RUNS), &simulation.scene().name)?,
     };
-    Ok(Run::start(Simulation::new(scene, bodies), folder, begun.elapsed())?)
+    Ok(Run::start(simulation, folder, begun.elapsed())?)
 }
 
 fn resume(arguments: &Arguments) -> Result<Run, CliError> {

@@ -43,6 +43,7 @@ pub(super) fn body_blocks(bodies: &Bodies) -> Vec<Block> {
 pub(super) fn warm_blocks(warm: &[Warm]) -> Vec<Block> {
     vec![
         u32s("warm_pair", warm.iter().map(|w| w.pair)),
+        u32s("warm_feature", warm.iter().map(|w| [w.feature])),
         f64s("warm_gamma", warm.iter().map(|w| [w.gamma])),
         f64s("warm_normal", warm.iter().map(|w| w.normal.to_array())),
     ]
@@ -83,14 +84,15 @@ pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, S
 /// Reads back what [`warm_blocks`] made; every pair must be two of the `bodies` bodies, in ascending order.
 pub(super) fn read_warm(source: &mut Archive, rows: usize, bodies: usize) -> Result<Vec<Warm>, StateError> {
     let pairs = source.u32s::<2>("warm_pair", rows)?;
+    let features = source.u32s::<1>("warm_feature", rows)?;
     let gammas = source.f64s::<1>("warm_gamma", rows)?;
     let normals = source.f64s::<3>("warm_normal", rows)?;
-    let rows = pairs.into_iter().zip(gammas).zip(normals).enumerate();
-    rows.map(|(row, ((pair, [gamma]), normal))| {
+    let rows = pairs.into_iter().zip(features).zip(gammas).zip(normals).enumerate();
+    rows.map(|(row, (((pair, [feature]), [gamma]), normal))| {
         if pair[0] >= pair[1] || pair[1] as usize >= bodies {
             return Err(StateError::row("warm_pair", row));
         }
-        Ok(Warm { pair, gamma, normal: DVec3::from_array(normal) })
+        Ok(Warm { pair, feature, gamma, normal: DVec3::from_array(normal) })
     })
     .collect()
 }

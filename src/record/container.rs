@@ -3,8 +3,8 @@
 //! A state is a zip that numpy opens as `.npz`, of these little-endian arrays with a row a body: `position` (N x 3),
 //! `orientation` (N x 4, `[w, x, y, z]`), `velocity`, `angular_velocity` (N x 3), `shape` (tag: 0 sphere,
 //! 1 spherocylinder, 2 ellipsoid, 3 torus), `size` (N x 3, the shape's sizes in the order of a scene), `group` (2^32 - 1:
-//! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`. A checkpoint has `warm_pair`, `warm_gamma`,
-//! `warm_normal` as well, a row a near pair, and the run's totals in its header. `header.json` is the [`Header`].
+//! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`. A checkpoint has `warm_pair`, `warm_feature`,
+//! `warm_gamma`, `warm_normal` as well, a row a near pair, and the run's totals in its header. `header.json` is the [`Header`].
 
 use super::blocks::{blocks, read_bodies, read_warm};
 use super::durable;

@@ -41,7 +41,7 @@ impl Run {
         let scene = simulation.scene();
         let steps = Steps::create(&folder.steps())?;
         write_scene(&folder.scene(), &scene.with_defaults())?;
-        let mut totals = Totals { start_max_overlap: max_overlap(&simulation), ..Totals::default() };
+        let mut totals = Totals { start_max_overlap: max_overlap(&simulation.state().bodies), ..Totals::default() };
         totals.wall.setup = (setup + begun.elapsed()).as_secs_f64();
         totals.wall.total = totals.wall.setup;
         let (schedule, scene_hash) = (Schedule::new(scene), scene_hash(scene));
@@ -55,14 +55,14 @@ impl Run {
     ///
     /// A damaged checkpoint is passed over for the one before it, with a [note](Run::notes). Rows and states after the
     /// checkpoint are removed; the run makes them again.
-    pub fn resume(scene: Scene, folder: Folder) -> Result<Self, RecordError> {
+    pub fn resume(scene: Scene, folder: Folder) -> Result<Self, RunError> {
         let begun = Instant::now();
         let scene_hash = scene_hash(&scene);
         let mut notes = Vec::new();
         let (header, state, fallback) = read_checkpoint(&folder)?;
         if header.scene != scene_hash {
             let keys = differing_keys(&folder, &scene);
-            return Err(RecordError::OtherScene { path: folder.path().into(), keys });
+            return Err(RecordError::OtherScene { path: folder.path().into(), keys }.into());
         }
         if let Some(fault) = fallback {
             // The damaged one gives way here, so that the next checkpoint does not take the place of this good one.
@@ -76,13 +76,14 @@ impl Run {
             ));
         }
         let schedule = Schedule::new(&scene);
+        let simulation = Simulation::resume(scene, state)?;
         let steps = Steps::reopen(&folder.steps(), schedule.last_row(header.step))?;
         folder.rewind(header.step)?;
         let mut totals = header.totals.unwrap_or_default();
         let setup = begun.elapsed().as_secs_f64();
         totals.wall.setup += setup;
         totals.wall.total += setup;
-        let mut run = Run::new(Simulation::resume(scene, state), folder, steps, schedule, scene_hash, totals);
+        let mut run = Run::new(simulation, folder, steps, schedule, scene_hash, totals);
         run.notes = notes;
         Ok(run)
     }
@@ -206,7 +207,7 @@ impl Run {
     fn close(&mut self, status: RunStatus) -> Result<Summary, RecordError> {
         self.checkpoint()?;
         let begun = Instant::now();
-        let overlap = max_overlap(&self.simulation);
+        let overlap = max_overlap(&self.simulation.state().bodies);
         if self.simulation.done() {
             let bodies = &self.simulation.state().bodies;
             let last = self.simulation.scene().final_scene(bodies, self.simulation.time());

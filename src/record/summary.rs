@@ -3,7 +3,8 @@
 use super::hash::state_hash;
 use super::memory::peak_bytes;
 use super::totals::{OverStep, Totals, UnconvergedStep, WallSeconds};
-use crate::relcp::Simulation;
+use crate::bodies::Bodies;
+use crate::relcp::{Simulation, contacts};
 use crate::scene::{Method, SolverKind, Stepping};
 use serde::Serialize;
 
@@ -142,10 +143,9 @@ fn method_name(method: Method) -> &'static str {
     }
 }
 
-/// The deepest overlap of a simulation's bodies as they are: zero where none overlap.
-pub fn max_overlap(simulation: &Simulation) -> f64 {
-    let contacts = simulation.contacts(0.0);
-    contacts.iter().fold(0.0, |worst, (_, s)| if -s.separation > worst { -s.separation } else { worst })
+/// The deepest overlap of bodies as they are, from [`contacts`] afresh: zero where none overlap.
+pub fn max_overlap(bodies: &Bodies) -> f64 {
+    contacts(bodies, 0.0).iter().fold(0.0, |worst, (_, s)| if -s.separation > worst { -s.separation } else { worst })
 }
 
 impl Summary {

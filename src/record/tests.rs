@@ -42,8 +42,8 @@ fn state() -> State {
         shape,
     };
     let warm = vec![
-        Warm { pair: [0, 2], gamma: 0.1 + 0.7, normal: vector(3) },
-        Warm { pair: [1, 3], gamma: 0.0, normal: DVec3::NEG_X },
+        Warm { pair: [0, 2], feature: 7, gamma: 0.1 + 0.7, normal: vector(3) },
+        Warm { pair: [1, 3], feature: u32::MAX, gamma: 0.0, normal: DVec3::NEG_X },
     ];
     State { step: 41, next_id: 99, bodies, warm }
 }
@@ -187,7 +187,8 @@ fn the_hash_of_a_state_sees_every_field() {
 fn rods(folder: &Path) -> Run {
     let scene = rods_scene(folder);
     let bodies = scene.build().unwrap();
-    Run::start(Simulation::new(scene, bodies), Folder::create(&folder.join("run")).unwrap(), Duration::ZERO).unwrap()
+    Run::start(Simulation::new(scene, bodies).unwrap(), Folder::create(&folder.join("run")).unwrap(), Duration::ZERO)
+        .unwrap()
 }
 
 fn rods_scene(folder: &Path) -> scene::Scene {
@@ -263,7 +264,7 @@ fn a_damaged_checkpoint_gives_way_to_the_one_before() {
     assert!(run.notes()[0].contains("cut short"), "{:?}", run.notes());
     drop(run);
     fs::write(folder.checkpoint(), b"").unwrap();
-    assert!(matches!(Run::resume(rods_scene(place.path()), folder), Err(RecordError::State { .. })));
+    assert!(matches!(Run::resume(rods_scene(place.path()), folder), Err(RunError::Record(RecordError::State { .. }))));
 }
 
 #[test]
@@ -274,7 +275,7 @@ fn another_scene_is_refused_by_its_keys() {
     scene.time.dt *= 2.0;
     let folder = Folder::open(&place.path().join("run")).unwrap();
     match Run::resume(scene, folder) {
-        Err(RecordError::OtherScene { keys, .. }) => assert_eq!(keys, ["time.dt"]),
+        Err(RunError::Record(RecordError::OtherScene { keys, .. })) => assert_eq!(keys, ["time.dt"]),
         other => panic!("{:?}", other.err()),
     }
 }
@@ -284,7 +285,7 @@ fn a_folder_that_a_run_is_writing_into_is_refused() {
     let place = tempfile::tempdir().unwrap();
     let running = rods(place.path());
     let folder = Folder::open(&place.path().join("run")).unwrap();
-    assert!(matches!(Run::resume(rods_scene(place.path()), folder), Err(RecordError::InUse { .. })));
+    assert!(matches!(Run::resume(rods_scene(place.path()), folder), Err(RunError::Record(RecordError::InUse { .. }))));
     drop(running);
 }
 
