@@ -1,1 +1,5 @@
-fn main() {}
+//! The program: see `relcp --help`.
+
+fn main() -> std::process::ExitCode {
+    relcp::cli::main()
+}

@@ -1,1 +1,40 @@
-//! cli.
+//! The program: arguments, messages and exit statuses around the library.
+
+mod arguments;
+mod contacts;
+mod exit;
+mod interrupt;
+mod output;
+mod progress;
+mod run;
+mod scenes;
+
+use arguments::{Arguments, Command};
+use clap::Parser;
+use exit::{CliError, Exit};
+use std::process::ExitCode;
+
+/// Runs the program on its arguments.
+pub fn main() -> ExitCode {
+    std::panic::set_hook(Box::new(|panic| {
+        output::message(&format!("internal fault, please report it with the scene and the command: {panic}"));
+        std::process::exit(Exit::Internal as i32);
+    }));
+    let arguments = Arguments::parse();
+    let exit = dispatch(arguments.command).unwrap_or_else(|error| {
+        let exit = error.exit();
+        output::report(error);
+        exit
+    });
+    ExitCode::from(exit as u8)
+}
+
+fn dispatch(command: Command) -> Result<Exit, CliError> {
+    match command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Scenes(arguments) => scenes::scenes(&arguments),
+        Command::Check(arguments) => scenes::check(&arguments),
+        Command::Contacts(arguments) => contacts::contacts(&arguments),
+        Command::Schema => scenes::schema(),
+    }
+}

@@ -1,1 +1,41 @@
-//! record.
+//! A run's folder and the states in it: what is written, so that it is there whole or not at all, and read back.
+//!
+//! [`Run`] steps a simulation and leaves its [`Folder`]: `scene.json`, `steps.csv`, `states/state_NNNNNNNNNN.npz`,
+//! `checkpoint.npz` and the one before it, `final.json` and `summary.json`. States are [one container](encode) that
+//! numpy opens as `.npz`.
+//!
+//! ```
+//! use relcp::record::{COLUMNS, Folder};
+//! let parent = tempfile::tempdir()?;
+//! let folder = Folder::create_in(parent.path(), "two rods")?;
+//! assert!(folder.path().ends_with("two-rods"));
+//! assert!(folder.state(12).ends_with("states/state_0000000012.npz"));
+//! assert_eq!(COLUMNS[0], "step");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod blocks;
+mod container;
+mod durable;
+mod error;
+mod folder;
+mod hash;
+mod memory;
+mod npz;
+mod run;
+mod schedule;
+mod steps;
+mod summary;
+#[cfg(test)]
+mod tests;
+mod totals;
+
+pub use container::{FORMAT, Header, VERSION, decode, encode, read_state, write_state};
+pub use error::{RecordError, RunError, StateError};
+pub use folder::Folder;
+pub use hash::{scene_hash, state_hash};
+pub use memory::peak_bytes;
+pub use run::{CHECKPOINT_EVERY, Run};
+pub use steps::{COLUMNS, StepRow};
+pub use summary::{Constraints, PeakBytes, Recursions, RunStatus, SolverSummary, Summary, max_overlap};
+pub use totals::{OverStep, Totals, UnconvergedStep, WallSeconds};

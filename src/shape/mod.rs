@@ -3,6 +3,7 @@
 //! Shapes come in two families, and separations are written once per family (`separation`): a *centreline* (a point,
 //! a segment or a circle) thickened by a radius, and a strictly convex body given by its *support function*.
 
+mod code;
 mod ellipsoid;
 mod sphere;
 mod spherocylinder;

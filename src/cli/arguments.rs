@@ -1,0 +1,189 @@
+//! The program's arguments.
+
+use clap::builder::PossibleValue;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// More threads than this are a slip of the pen.
+const MOST_THREADS: i64 = 1024;
+
+/// Rigid smooth bodies in contact: spheres, spherocylinders, ellipsoids and rings that do not overlap.
+#[derive(Debug, Parser)]
+#[command(name = "relcp", version, max_term_width = 100, after_help = EXIT_STATUS)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub(super) command: Command,
+}
+
+const EXIT_STATUS: &str = "\
+Exit status:
+  0    done, and every step met its tolerances
+  1    an internal fault, or a step that could not be taken
+  2    bad arguments or a bad scene; nothing was written
+  3    the run went to its end, but some step did not meet its tolerances (the summary says which)
+  4    a file could not be read or written
+  5    no usable adapter
+  130  interrupted; a checkpoint was written";
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Run a scene
+    Run(Run),
+    /// List the built-in scenes, or print one
+    Scenes(Scenes),
+    /// Read and validate a scene, run nothing
+    Check(Check),
+    /// Print the pairs of bodies that are near or overlap
+    Contacts(Contacts),
+    /// Print the JSON Schema of scene files
+    Schema,
+}
+
+/// How to compute.
+#[derive(Args, Debug)]
+pub(super) struct Compute {
+    /// What computes
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(super) backend: Backend,
+    /// Which numbers to compute with
+    #[arg(long, value_enum, default_value = "f64")]
+    pub(super) precision: Precision,
+    /// How many threads; without it, one a core. The results are the same bits for any number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub(super) threads: Option<u16>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Backend {
+    Auto,
+    Cpu,
+    Gpu,
+}
+
+impl ValueEnum for Backend {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Backend::Auto, Backend::Cpu, Backend::Gpu]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        Some(match self {
+            Backend::Auto => PossibleValue::new("auto"),
+            Backend::Cpu => PossibleValue::new("cpu"),
+            // Known, so that it is answered with the status for a missing adapter; not offered.
+            Backend::Gpu => PossibleValue::new("gpu").hide(true),
+        })
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Precision {
+    F64,
+}
+
+/// What to print.
+#[derive(Args, Debug)]
+pub(super) struct Print {
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Print no progress and no summary; messages of faults remain
+    #[arg(long)]
+    pub(super) quiet: bool,
+}
+
+const RUN_EXAMPLES: &str = "\
+Examples:
+  relcp run two-ellipsoids                             a built-in scene, into runs/two-ellipsoids
+  relcp run colony.json --out runs/slow --set growth.rate=0.1
+  relcp run --resume --out runs/slow                   go on with a run that was stopped
+  relcp run colony.json --json | jq .max_overlap
+
+Ctrl-C ends the run after the step being taken and leaves a checkpoint, as every minute does;
+a second one quits at once.
+The folder has scene.json, steps.csv, states/, final.json, summary.json and the checkpoint.";
+
+#[derive(Args, Debug)]
+#[command(after_help = RUN_EXAMPLES)]
+pub(super) struct Run {
+    /// A scene file, or the name of a built-in scene; with --resume and --out it may be left out
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: Option<String>,
+    /// The run's folder, new or empty; without it, runs/NAME, or runs/NAME-2 and so on where that is taken
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+    /// Replace a value of the scene by its dotted key, as in time.dt=0.01 or bodies.0.position=[0,0,1]
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(super) sets: Vec<String>,
+    /// Go on with an earlier run from its checkpoint, to the same bits as if it had not stopped: the one in --out,
+    /// or the latest of this scene in runs/
+    #[arg(long)]
+    pub(super) resume: bool,
+    /// Print where the time went and the most memory held
+    #[arg(long)]
+    pub(super) profile: bool,
+    #[command(flatten)]
+    pub(super) compute: Compute,
+    #[command(flatten)]
+    pub(super) print: Print,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  relcp scenes two-ellipsoids > mine.json")]
+pub(super) struct Scenes {
+    /// Print this one, as JSON
+    pub(super) name: Option<String>,
+    /// List them as JSON
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  relcp check mine.json --set time.end=2")]
+pub(super) struct Check {
+    /// A scene file, or the name of a built-in scene
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: String,
+    /// Replace a value of the scene by its dotted key
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(super) sets: Vec<String>,
+    #[command(flatten)]
+    pub(super) print: Print,
+}
+
+const CONTACTS_EXAMPLES: &str = "\
+Examples:
+  relcp contacts runs/colony/final.json --json
+  relcp contacts runs/colony/states/state_0000000100.npz --cutoff 0.01";
+
+#[derive(Args, Debug)]
+#[command(after_help = CONTACTS_EXAMPLES)]
+pub(super) struct Contacts {
+    /// A scene file, a run's final.json, or one of its states (.npz)
+    #[arg(value_name = "STATE")]
+    pub(super) state: String,
+    /// Pairs nearer than this, a length
+    #[arg(long, value_name = "LENGTH", default_value_t = 0.0, allow_negative_numbers = true, value_parser = length)]
+    pub(super) cutoff: f64,
+    #[command(flatten)]
+    pub(super) compute: Compute,
+    #[command(flatten)]
+    pub(super) print: Print,
+}
+
+fn length(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("it is not a finite number".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_sound() {
+        Arguments::command().debug_assert();
+    }
+}

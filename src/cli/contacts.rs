@@ -1,0 +1,80 @@
+//! `relcp contacts`: the near pairs of a state.
+
+use super::arguments::Contacts;
+use super::exit::{CliError, Exit};
+use super::output;
+use crate::bodies::Bodies;
+use crate::record::read_state;
+use crate::relcp::contacts as near;
+use crate::scene;
+use serde::Serialize;
+use std::path::Path;
+
+#[derive(Serialize)]
+struct Pair {
+    a: usize,
+    b: usize,
+    separation: f64,
+    normal: [f64; 3],
+    point_a: [f64; 3],
+    point_b: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct Report {
+    contacts: Vec<Pair>,
+    max_overlap: f64,
+}
+
+pub(super) fn contacts(arguments: &Contacts) -> Result<Exit, CliError> {
+    super::run::prepare(&arguments.compute)?;
+    let report = find(&open(&arguments.state)?, arguments.cutoff);
+    if arguments.print.json {
+        output::json(&report)?;
+    } else if !arguments.print.quiet {
+        print(&report)?;
+    }
+    Ok(Exit::Done)
+}
+
+/// The bodies of a scene as they start, or of a state file.
+fn open(state: &str) -> Result<Bodies, CliError> {
+    let path = Path::new(state);
+    if path.extension().is_some_and(|extension| extension == "npz") {
+        return Ok(read_state(path)?.1.bodies);
+    }
+    Ok(scene::load(state, &[])?.build()?)
+}
+
+fn find(bodies: &Bodies, cutoff: f64) -> Report {
+    let position = &bodies.position;
+    let mut report = Report { contacts: Vec::new(), max_overlap: 0.0 };
+    // Asked for everything that overlaps even where the cutoff leaves some of it out.
+    for ([a, b], s) in near(bodies, cutoff.max(0.0)) {
+        if -s.separation > report.max_overlap {
+            report.max_overlap = -s.separation;
+        }
+        if s.separation <= cutoff {
+            report.contacts.push(Pair {
+                a,
+                b,
+                separation: s.separation,
+                normal: s.normal.to_array(),
+                point_a: (position[a] + s.lever_a).to_array(),
+                point_b: (position[b] + s.lever_b).to_array(),
+            });
+        }
+    }
+    report
+}
+
+fn print(report: &Report) -> Result<(), CliError> {
+    output::write(|out| {
+        let point = |[x, y, z]: [f64; 3]| format!("{x:.6} {y:.6} {z:.6}");
+        for c in &report.contacts {
+            let (normal, a, b) = (point(c.normal), point(c.point_a), point(c.point_b));
+            writeln!(out, "{:>7} {:>7}  {:>13.6e}  normal {normal}  at {a}  and {b}", c.a, c.b, c.separation)?;
+        }
+        writeln!(out, "{} pairs, largest overlap {:.3e}", report.contacts.len(), report.max_overlap)
+    })
+}

@@ -1,0 +1,32 @@
+//! Ctrl-C and termination: the first asks to stop after the step, the second quits.
+
+use super::exit::Exit;
+use super::output;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether the user has asked to stop.
+#[derive(Clone, Default)]
+pub(super) struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    /// Listens from now on. Where the system has no signals to listen to, they end the program as ever.
+    pub(super) fn listen() -> Self {
+        let interrupt = Interrupt::default();
+        let asked = interrupt.clone();
+        let heard = ctrlc::set_handler(move || {
+            if asked.0.swap(true, Ordering::SeqCst) {
+                std::process::exit(Exit::Interrupted as i32);
+            }
+            output::message("stopping after this step; once more to quit at once");
+        });
+        if heard.is_err() {
+            output::message("an interrupt will not leave a checkpoint: the system's signals cannot be listened to");
+        }
+        interrupt
+    }
+
+    pub(super) fn asked(&self) -> bool {
+        self.0.load(Ordering::SeqCst)
+    }
+}

@@ -1,0 +1,35 @@
+//! What goes to standard output and standard error. Neither may be there: a closed pipe ends the writing, not the program.
+
+use super::exit::CliError;
+use serde::Serialize;
+use std::io::{self, BufWriter, ErrorKind, Write};
+
+/// Writes to standard output. That its reader has gone away is no fault.
+pub(super) fn write(with: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), CliError> {
+    let mut out = BufWriter::new(io::stdout().lock());
+    let written = with(&mut out).and_then(|()| out.flush());
+    // What could not be written must not be tried again when the buffer goes.
+    let _ = out.into_parts();
+    match written {
+        Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
+        written => written.map_err(CliError::Output),
+    }
+}
+
+/// Writes one JSON document.
+pub(super) fn json<T: Serialize>(value: &T) -> Result<(), CliError> {
+    write(|out| {
+        serde_json::to_writer_pretty(&mut *out, value)?;
+        writeln!(out)
+    })
+}
+
+/// Writes a line to standard error.
+pub(super) fn message(text: &str) {
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Writes an error to standard error, with its causes, its place and what would be right.
+pub(super) fn report(error: CliError) {
+    let _ = write!(io::stderr(), "{:?}", miette::Report::new(error));
+}

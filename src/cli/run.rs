@@ -1,0 +1,193 @@
+//! `relcp run`: steps a scene to its end, or until it is interrupted.
+
+use super::arguments::{Backend, Compute, Run as Arguments};
+use super::exit::{CliError, Exit};
+use super::interrupt::Interrupt;
+use super::output;
+use super::progress::Progress;
+use crate::record::{Folder, RecordError, Run, RunStatus, Summary};
+use crate::relcp::Simulation;
+use crate::scene::{self, Scene};
+use serde::Serialize;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Where runs go that are not told where.
+const RUNS: &str = "runs";
+
+/// What `--json` prints: the summary, and where the run is.
+#[derive(Serialize)]
+struct Document<'a> {
+    folder: &'a Path,
+    #[serde(flatten)]
+    summary: &'a Summary,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
+    prepare(&arguments.compute)?;
+    let interrupt = Interrupt::listen();
+    let mut run = if arguments.resume { resume(arguments)? } else { start(arguments)? };
+    for note in run.notes() {
+        output::message(note);
+    }
+    let mut progress = Progress::new(&run, arguments.print.quiet);
+    while !run.done() && !interrupt.asked() {
+        let report = run.advance()?;
+        progress.step(&run, &report);
+    }
+    progress.end();
+    let folder = run.folder().clone();
+    let summary = run.finish()?;
+    show(arguments, folder.path(), &summary)?;
+    Ok(match summary.status {
+        RunStatus::Done => Exit::Done,
+        RunStatus::OutOfTolerance => Exit::OutOfTolerance,
+        RunStatus::Interrupted => Exit::Interrupted,
+        RunStatus::Fault => Exit::Internal,
+    })
+}
+
+/// Settles what computes, and with how many threads.
+pub(super) fn prepare(compute: &Compute) -> Result<(), CliError> {
+    if compute.backend == Backend::Gpu {
+        return Err(CliError::NoGpu);
+    }
+    if let Some(threads) = compute.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+        pool.map_err(|e| CliError::Usage(format!("{threads} threads cannot be had: {e}")))?;
+    }
+    Ok(())
+}
+
+fn start(arguments: &Arguments) -> Result<Run, CliError> {
+    let Some(source) = &arguments.scene else {
+        return Err(CliError::Usage("which scene? `relcp scenes` lists the built-in ones".into()));
+    };
+    let begun = Instant::now();
+    let scene = scene::load(source, &arguments.sets)?;
+    let bodies = scene.build()?;
+    let simulation = Simulation::new(scene, bodies).map_err(CliError::Start)?;
+    let folder = match &arguments.out {
+        Some(path) => Folder::create(path)?,
+        None => Folder::create_in(Path::new(RUNS), &simulation.scene().name)?,
+    };
+    Ok(Run::start(simulation, folder, begun.elapsed())?)
+}
+
+fn resume(arguments: &Arguments) -> Result<Run, CliError> {
+    let (folder, scene) = match (&arguments.out, &arguments.scene) {
+        (None, None) => return Err(CliError::Usage("which run? Name its folder with --out, or its scene".into())),
+        (Some(path), source) => {
+            let folder = Folder::open(path)?;
+            let recorded = folder.scene();
+            let scene = match source {
+                Some(source) => scene::load(source, &arguments.sets)?,
+                None => scene::load(text_of(&recorded)?, &arguments.sets)?,
+            };
+            (folder, scene)
+        }
+        (None, Some(source)) => {
+            let scene = scene::load(source, &arguments.sets)?;
+            (latest(&scene)?, scene)
+        }
+    };
+    Ok(Run::resume(scene, folder)?)
+}
+
+fn latest(scene: &Scene) -> Result<Folder, RecordError> {
+    let runs = PathBuf::from(RUNS);
+    match Folder::latest_in(&runs, &scene.name) {
+        Some(path) => Folder::open(&path),
+        None => Err(RecordError::NoCheckpoint { path: runs }),
+    }
+}
+
+fn text_of(path: &Path) -> Result<&str, CliError> {
+    path.to_str().ok_or_else(|| CliError::Usage(format!("{}: the path is not Unicode", path.display())))
+}
+
+fn show(arguments: &Arguments, folder: &Path, summary: &Summary) -> Result<(), CliError> {
+    if summary.status == RunStatus::Interrupted {
+        let on = format!("relcp run --resume --out {}", folder.display());
+        output::message(&format!("stopped after step {}; go on with: {on}", summary.steps));
+    }
+    if arguments.print.json {
+        return output::json(&Document { folder, summary });
+    }
+    if arguments.print.quiet {
+        return Ok(());
+    }
+    output::write(|out| {
+        print(out, folder, summary)?;
+        if arguments.profile { profile(out, summary) } else { Ok(()) }
+    })
+}
+
+fn print(out: &mut dyn Write, folder: &Path, s: &Summary) -> io::Result<()> {
+    writeln!(out, "{}: {} steps to time {} with {} bodies", s.name, s.steps, s.time, s.bodies)?;
+    let (rows, recursions) = (&s.constraints, &s.recursions);
+    writeln!(out, "  constraints {} at the end, {:.1} on average, {} at most", rows.last, rows.mean, rows.max)?;
+    writeln!(
+        out,
+        "  recursions  {:.2} a step, {} at most, {} in all",
+        recursions.mean, recursions.max, recursions.total
+    )?;
+    let (worst, allowed) = (s.max_overlap, s.overlap_tolerance);
+    writeln!(
+        out,
+        "  overlap     {worst:.3e} at most of {allowed:.1e} allowed, {:.3e} at the end",
+        s.final_max_overlap
+    )?;
+    if let Some(proxy) = s.proxy_max_overlap {
+        writeln!(out, "  sub-spheres {proxy:.3e} overlap at most")?;
+    }
+    if s.start_max_overlap > allowed {
+        writeln!(out, "  the scene itself starts with an overlap of {:.3e}", s.start_max_overlap)?;
+    }
+    misses(out, s)?;
+    let wall = &s.wall_seconds;
+    let phases = wall.phases().into_iter().filter(|(_, seconds)| *seconds > 0.0);
+    let phases: Vec<String> = phases.map(|(name, seconds)| format!("{name} {seconds:.2}")).collect();
+    writeln!(out, "  wall time   {:.2} s: {}", wall.total, phases.join(", "))?;
+    writeln!(out, "  in          {}", folder.display())
+}
+
+/// Says which steps did not meet their tolerances.
+fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
+    if s.steps_over_tolerance > 0 {
+        let named = s.first_over_tolerance.iter().map(|over| match over.pair {
+            Some([a, b]) => format!("{} ({:.2e}, bodies {a} and {b})", over.step, over.max_overlap),
+            None => format!("{} ({:.2e})", over.step, over.max_overlap),
+        });
+        let (count, list) = (s.steps_over_tolerance, list(named, s.first_over_tolerance.len(), s.steps_over_tolerance));
+        writeln!(out, "  {count} steps left more overlap than allowed: {list}")?;
+    }
+    if s.solver.unconverged > 0 {
+        let steps = &s.solver.unconverged_steps;
+        let named = steps.iter().map(|step| format!("{} ({:.2e})", step.step, step.residual));
+        let list = list(named, steps.len(), s.solver.unconverged);
+        writeln!(out, "  {} solves did not reach the solver's tolerance, in steps {list}", s.solver.unconverged)?;
+    }
+    Ok(())
+}
+
+fn list(named: impl Iterator<Item = String>, shown: usize, all: u64) -> String {
+    let more = if all > shown as u64 { ", ..." } else { "" };
+    format!("{}{more}", named.collect::<Vec<_>>().join(", "))
+}
+
+fn profile(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
+    let total = s.wall_seconds.total;
+    for (name, seconds) in s.wall_seconds.phases() {
+        writeln!(out, "  {name:<12} {seconds:>10.3} s  {:>5.1} %", 100.0 * seconds / total)?;
+    }
+    let named: f64 = s.wall_seconds.phases().iter().map(|(_, seconds)| seconds).sum();
+    writeln!(out, "  {:<12} {:>10.3} s  {:>5.1} %", "other", total - named, 100.0 * (total - named) / total)?;
+    let products = s.solver.products;
+    writeln!(out, "  {} LCP iterations, {products} products with A", s.solver.iterations)?;
+    if let Some(bytes) = s.peak_bytes.host {
+        writeln!(out, "  at most {:.1} MiB of memory", bytes as f64 / f64::from(1 << 20))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,40 @@
+//! `relcp scenes`, `relcp check` and `relcp schema`.
+
+use super::arguments::{Check, Scenes};
+use super::exit::{CliError, Exit};
+use super::output;
+use crate::scene;
+use serde_json::json;
+
+pub(super) fn scenes(arguments: &Scenes) -> Result<Exit, CliError> {
+    let built_in = scene::built_in();
+    if let Some(name) = &arguments.name {
+        let found = built_in.iter().find(|scene| scene.name == name.as_str());
+        let scene = found.ok_or_else(|| CliError::NoScene(name.clone()))?;
+        output::write(|out| writeln!(out, "{}", scene.text.trim_end()))?;
+    } else if arguments.json {
+        let list: Vec<_> = built_in.iter().map(|s| json!({"name": s.name, "summary": s.summary})).collect();
+        output::json(&json!({ "scenes": list }))?;
+    } else {
+        let width = built_in.iter().map(|scene| scene.name.len()).max().unwrap_or(0);
+        output::write(|out| built_in.iter().try_for_each(|s| writeln!(out, "{:width$}  {}", s.name, s.summary)))?;
+    }
+    Ok(Exit::Done)
+}
+
+pub(super) fn check(arguments: &Check) -> Result<Exit, CliError> {
+    let scene = scene::load(&arguments.scene, &arguments.sets)?;
+    let bodies = scene.build()?;
+    let (name, count, steps) = (&scene.name, bodies.len(), scene.time.steps());
+    if arguments.print.json {
+        output::json(&json!({"valid": true, "name": name, "bodies": count, "steps": steps, "scene": scene}))?;
+    } else if !arguments.print.quiet {
+        output::write(|out| writeln!(out, "{name}: a valid scene of {count} bodies and {steps} steps"))?;
+    }
+    Ok(Exit::Done)
+}
+
+pub(super) fn schema() -> Result<Exit, CliError> {
+    output::json(&scene::schema())?;
+    Ok(Exit::Done)
+}

@@ -1,0 +1,107 @@
+//! A state as named arrays, and back.
+
+use super::error::StateError;
+use super::npz::{Archive, Block, Data};
+use crate::bodies::{Bodies, Lineage};
+use crate::relcp::{State, Warm};
+use crate::shape::Shape;
+use glam::{DQuat, DVec3};
+
+/// The parent of a body that has none.
+const NO_PARENT: u64 = u64::MAX;
+
+fn f64s<const N: usize>(name: &'static str, rows: impl Iterator<Item = [f64; N]>) -> Block {
+    Block { name, columns: N, data: Data::F64(rows.flatten().collect()) }
+}
+
+fn u64s(name: &'static str, rows: impl Iterator<Item = u64>) -> Block {
+    Block { name, columns: 1, data: Data::U64(rows.collect()) }
+}
+
+fn u32s<const N: usize>(name: &'static str, rows: impl Iterator<Item = [u32; N]>) -> Block {
+    Block { name, columns: N, data: Data::U32(rows.flatten().collect()) }
+}
+
+/// The bodies, one row each.
+pub(super) fn body_blocks(bodies: &Bodies) -> Vec<Block> {
+    vec![
+        f64s("position", bodies.position.iter().map(DVec3::to_array)),
+        f64s("orientation", bodies.orientation.iter().map(|q| [q.w, q.x, q.y, q.z])),
+        f64s("velocity", bodies.velocity.iter().map(DVec3::to_array)),
+        f64s("angular_velocity", bodies.angular_velocity.iter().map(DVec3::to_array)),
+        u32s("shape", bodies.shape.iter().map(|s| [s.code().0])),
+        f64s("size", bodies.shape.iter().map(|s| s.code().1)),
+        u32s("group", bodies.group.iter().map(|g| [*g])),
+        u64s("id", bodies.lineage.iter().map(|l| l.id)),
+        u64s("parent", bodies.lineage.iter().map(|l| l.parent.unwrap_or(NO_PARENT))),
+        f64s("birth", bodies.lineage.iter().map(|l| [l.birth])),
+        u32s("generation", bodies.lineage.iter().map(|l| [l.generation])),
+    ]
+}
+
+/// What the last step remembers of its near pairs, one row each.
+pub(super) fn warm_blocks(warm: &[Warm]) -> Vec<Block> {
+    vec![
+        u32s("warm_pair", warm.iter().map(|w| w.pair)),
+        u32s("warm_feature", warm.iter().map(|w| [w.feature])),
+        f64s("warm_gamma", warm.iter().map(|w| [w.gamma])),
+        f64s("warm_normal", warm.iter().map(|w| w.normal.to_array())),
+    ]
+}
+
+fn shapes(source: &mut Archive, rows: usize) -> Result<Vec<Shape>, StateError> {
+    let sizes = source.f64s::<3>("size", rows)?;
+    let tags = source.u32s::<1>("shape", rows)?;
+    let pairs = tags.into_iter().zip(sizes).enumerate();
+    pairs.map(|(row, ([tag], size))| Shape::from_code(tag, size).ok_or_else(|| StateError::row("shape", row))).collect()
+}
+
+/// Reads back what [`body_blocks`] made.
+pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, StateError> {
+    let vectors = |rows: Vec<[f64; 3]>| rows.into_iter().map(DVec3::from_array).collect::<Vec<_>>();
+    let parents = source.u64s("parent", rows)?;
+    let births = source.f64s::<1>("birth", rows)?;
+    let generations = source.u32s::<1>("generation", rows)?;
+    let ids = source.u64s("id", rows)?;
+    let lineage = (0..rows).map(|i| Lineage {
+        id: ids[i],
+        parent: (parents[i] != NO_PARENT).then_some(parents[i]),
+        birth: births[i][0],
+        generation: generations[i][0],
+    });
+    let orientation = source.f64s::<4>("orientation", rows)?;
+    Ok(Bodies {
+        shape: shapes(source, rows)?,
+        position: vectors(source.f64s("position", rows)?),
+        orientation: orientation.into_iter().map(|[w, x, y, z]| DQuat::from_xyzw(x, y, z, w)).collect(),
+        velocity: vectors(source.f64s("velocity", rows)?),
+        angular_velocity: vectors(source.f64s("angular_velocity", rows)?),
+        group: source.u32s::<1>("group", rows)?.into_iter().map(|[g]| g).collect(),
+        lineage: lineage.collect(),
+    })
+}
+
+/// Reads back what [`warm_blocks`] made; every pair must be two of the `bodies` bodies, in ascending order.
+pub(super) fn read_warm(source: &mut Archive, rows: usize, bodies: usize) -> Result<Vec<Warm>, StateError> {
+    let pairs = source.u32s::<2>("warm_pair", rows)?;
+    let features = source.u32s::<1>("warm_feature", rows)?;
+    let gammas = source.f64s::<1>("warm_gamma", rows)?;
+    let normals = source.f64s::<3>("warm_normal", rows)?;
+    let rows = pairs.into_iter().zip(features).zip(gammas).zip(normals).enumerate();
+    rows.map(|(row, (((pair, [feature]), [gamma]), normal))| {
+        if pair[0] >= pair[1] || pair[1] as usize >= bodies {
+            return Err(StateError::row("warm_pair", row));
+        }
+        Ok(Warm { pair, feature, gamma, normal: DVec3::from_array(normal) })
+    })
+    .collect()
+}
+
+/// All arrays of a state; those of its near pairs where a run is to go on from it.
+pub(super) fn blocks(state: &State, with_warm: bool) -> Vec<Block> {
+    let mut blocks = body_blocks(&state.bodies);
+    if with_warm {
+        blocks.extend(warm_blocks(&state.warm));
+    }
+    blocks
+}

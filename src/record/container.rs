@@ -1,0 +1,139 @@
+//! State files: one versioned container for the states of a run and its checkpoint.
+//!
+//! A state is a zip that numpy opens as `.npz`, of these little-endian arrays with a row a body: `position` (N x 3),
+//! `orientation` (N x 4, `[w, x, y, z]`), `velocity`, `angular_velocity` (N x 3), `shape` (tag: 0 sphere,
+//! 1 spherocylinder, 2 ellipsoid, 3 torus), `size` (N x 3, the shape's sizes in the order of a scene), `group` (2^32 - 1:
+//! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`. A checkpoint has `warm_pair`, `warm_feature`,
+//! `warm_gamma`, `warm_normal` as well, a row a near pair, and the run's totals in its header. `header.json` is the [`Header`].
+
+use super::blocks::{blocks, read_bodies, read_warm};
+use super::durable;
+use super::error::{RecordError, StateError};
+use super::npz::{Archive, MAGIC, write};
+use super::totals::Totals;
+use crate::relcp::State;
+use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// The name of the format, in a file's header.
+pub const FORMAT: &str = "relcp-state";
+/// The version that this program writes; it reads those up to it.
+pub const VERSION: u64 = 1;
+/// The fewest bytes that a body, or a near pair, takes: what bounds the counts that a file may claim.
+const LEAST_ROW: u64 = 8;
+
+/// What a state file says of itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// [`FORMAT`].
+    pub format: String,
+    /// Version of the format.
+    pub version: u64,
+    /// Version of the program that wrote it.
+    pub program: String,
+    /// [Hash](super::scene_hash) of the scene that it belongs to.
+    pub scene: String,
+    /// Steps taken.
+    pub step: u64,
+    /// Time after them.
+    pub time: f64,
+    /// The id that the next body born will get.
+    pub next_id: u64,
+    /// Rows of the arrays of bodies.
+    pub bodies: u64,
+    /// Rows of the arrays of near pairs; absent in a state that is not a checkpoint.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warm: Option<u64>,
+    /// What the run did up to here; in a checkpoint only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub totals: Option<Totals>,
+}
+
+/// The bytes of a state of the scene with hash `scene`, at `time`. With `totals` it is a checkpoint.
+///
+/// ```
+/// use relcp::record::{decode, encode};
+/// use relcp::relcp::State;
+/// let bytes = encode(&State::default(), "0123456789abcdef", 0.0, None)?;
+/// let (header, state) = decode(&bytes)?;
+/// assert_eq!((header.step, state), (0, State::default()));
+/// # Ok::<(), relcp::record::StateError>(())
+/// ```
+pub fn encode(state: &State, scene: &str, time: f64, totals: Option<&Totals>) -> Result<Vec<u8>, StateError> {
+    let header = Header {
+        format: FORMAT.into(),
+        version: VERSION,
+        program: env!("CARGO_PKG_VERSION").into(),
+        scene: scene.into(),
+        step: state.step,
+        time,
+        next_id: state.next_id,
+        bodies: state.bodies.len() as u64,
+        warm: totals.map(|_| state.warm.len() as u64),
+        totals: totals.cloned(),
+    };
+    let json = serde_json::to_vec_pretty(&header).map_err(|e| StateError::Unwritable(e.to_string()))?;
+    write(&json, &blocks(state, totals.is_some()))
+}
+
+/// Reads the bytes of a state.
+///
+/// Refuses, saying what is wrong, bytes that are not a state, that are damaged anywhere, that are cut short, and those
+/// of a newer format. Nothing is allocated that the file's own size does not bound.
+pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
+    let (mut archive, header) = Archive::open(bytes, accept)?;
+    let warm = header.warm.unwrap_or(0);
+    if header.bodies.max(warm) > bytes.len() as u64 / LEAST_ROW {
+        return Err(StateError::damaged("the header", "it claims more rows than the file can hold"));
+    }
+    let rows = header.bodies as usize;
+    let state = State {
+        step: header.step,
+        next_id: header.next_id,
+        bodies: read_bodies(&mut archive, rows)?,
+        warm: if warm > 0 { read_warm(&mut archive, warm as usize, rows)? } else { Vec::new() },
+    };
+    Ok((header, state))
+}
+
+/// Reads a header, its version first: the rest of a newer one may be anything.
+fn accept(json: &[u8]) -> Result<Header, StateError> {
+    #[derive(Deserialize)]
+    struct Kind {
+        format: String,
+        version: u64,
+    }
+    let kind: Kind = serde_json::from_slice(json).map_err(|_| StateError::NotAState)?;
+    if kind.format != FORMAT {
+        return Err(StateError::NotAState);
+    }
+    if kind.version > VERSION {
+        return Err(StateError::Newer { found: kind.version, known: VERSION });
+    }
+    serde_json::from_slice(json).map_err(|e| StateError::damaged("the header", e))
+}
+
+/// Writes a state file, whole or not at all, and to last: beside its place, synced, renamed, and the folder synced.
+pub fn write_state(
+    path: &Path,
+    state: &State,
+    scene: &str,
+    time: f64,
+    totals: Option<&Totals>,
+) -> Result<(), RecordError> {
+    durable::write(path, &encode(state, scene, time, totals).map_err(RecordError::state(path))?)
+}
+
+/// Reads a state file. Of a file that is none, only the start.
+pub fn read_state(path: &Path) -> Result<(Header, State), RecordError> {
+    let fault = || RecordError::io(path, "read it");
+    let mut file = File::open(path).map_err(fault())?;
+    let mut bytes = Vec::new();
+    file.by_ref().take(MAGIC.len() as u64).read_to_end(&mut bytes).map_err(fault())?;
+    if bytes == MAGIC {
+        file.read_to_end(&mut bytes).map_err(fault())?;
+    }
+    decode(&bytes).map_err(RecordError::state(path))
+}

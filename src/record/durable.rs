@@ -1,0 +1,75 @@
+//! Files that are there whole or not at all: written beside their place, synced, renamed into it, and the folder synced.
+
+use super::error::RecordError;
+use serde::Serialize;
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::Path;
+
+/// What the names of files being written start and end with; a crash may leave one behind.
+const PART: (&str, &str) = (".relcp-", ".part");
+
+/// Writes `bytes` as the file `path`, to last.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
+    place(path, bytes)?;
+    sync_folder(folder_of(path))
+}
+
+/// Writes `bytes` as the file `path`, whole or not at all; its name lasts once [its folder is synced](sync_folder).
+pub fn place(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
+    let folder = folder_of(path);
+    let fault = |action| RecordError::io(path, action);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(PART.0).suffix(PART.1);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // The usual rights of a new file, less the user's mask, rather than those of a private temporary one.
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    let mut part = builder.tempfile_in(folder).map_err(fault("create it"))?;
+    part.write_all(bytes).map_err(fault("write it"))?;
+    part.as_file().sync_all().map_err(fault("write it"))?;
+    part.persist(path).map_err(|e| fault("put it in place")(e.error))?;
+    Ok(())
+}
+
+/// Writes `value` as the JSON file `path`.
+pub fn write_json<T: Serialize>(path: &Path, value: &T) -> Result<(), RecordError> {
+    let mut bytes = serde_json::to_vec_pretty(value).map_err(|e| RecordError::io(path, "write it")(e.into()))?;
+    bytes.push(b'\n');
+    write(path, &bytes)
+}
+
+/// Gives the file `from` the name `to`, in the same folder.
+pub fn rename(from: &Path, to: &Path) -> Result<(), RecordError> {
+    fs::rename(from, to).map_err(RecordError::io(from, "rename it"))
+}
+
+/// Removes what a crash may have left half-written in `folder`.
+pub fn sweep(folder: &Path) -> Result<(), RecordError> {
+    for entry in fs::read_dir(folder).map_err(RecordError::io(folder, "list it"))? {
+        let entry = entry.map_err(RecordError::io(folder, "list it"))?;
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(PART.0) && name.ends_with(PART.1) {
+            fs::remove_file(entry.path()).map_err(RecordError::io(&entry.path(), "remove it"))?;
+        }
+    }
+    Ok(())
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// Makes the names in a folder last. Only Unix opens a folder to sync it.
+pub fn sync_folder(folder: &Path) -> Result<(), RecordError> {
+    if cfg!(unix) {
+        File::open(folder).and_then(|f| f.sync_all()).map_err(RecordError::io(folder, "sync it"))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,145 @@
+//! What can go wrong with a run's files.
+
+use crate::relcp::Fault;
+use miette::Diagnostic;
+use std::fmt::Display;
+use std::io;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// What is wrong with the bytes of a state.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum StateError {
+    /// The bytes are of something else.
+    #[error("it is not a state file")]
+    NotAState,
+    /// The end is missing.
+    #[error("it is cut short: its end is missing")]
+    Truncated,
+    /// Some bytes are not those that were written.
+    #[error("{place} is damaged: {what}")]
+    Damaged {
+        /// Which part.
+        place: String,
+        /// What does not hold.
+        what: String,
+    },
+    /// A later program wrote it.
+    #[error("it has version {found} of the format; this program reads versions up to {known}")]
+    Newer {
+        /// The file's version.
+        found: u64,
+        /// The newest that can be read.
+        known: u64,
+    },
+    /// It cannot be made into bytes.
+    #[error("the state cannot be packed: {0}")]
+    Unwritable(String),
+}
+
+impl StateError {
+    pub(super) fn damaged(place: impl Display, what: impl Display) -> Self {
+        StateError::Damaged { place: place.to_string(), what: what.to_string() }
+    }
+
+    pub(super) fn row(name: &'static str, row: usize) -> Self {
+        StateError::damaged(name, format!("row {row} cannot be"))
+    }
+}
+
+/// Why a run's files could not be read or written.
+#[derive(Debug, Error, Diagnostic)]
+pub enum RecordError {
+    /// The system refused.
+    #[error("{}: could not {action}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What was being done.
+        action: &'static str,
+        /// What the system said.
+        #[source]
+        source: io::Error,
+    },
+    /// A state file cannot be used.
+    #[error("{}: {fault}", path.display())]
+    State {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        fault: StateError,
+    },
+    /// A file of a run is not what the run left.
+    #[error("{}: {what}", path.display())]
+    Mangled {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// A new run would mix its files with others.
+    #[error("{}: the folder is not empty", path.display())]
+    #[diagnostic(help("name another folder with --out, or go on with the run that is in it with --resume"))]
+    NotEmpty {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// There is nothing to go on from.
+    #[error("{}: there is no run to go on with: no checkpoint", path.display())]
+    #[diagnostic(help("name the folder of an earlier run with --out, or start a new one without --resume"))]
+    NoCheckpoint {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The folder's run is of another scene.
+    #[error("{}: the run in this folder is of another scene; it differs in {}", path.display(), keys.join(", "))]
+    #[diagnostic(help("give the scene and the --set options that the run was started with, or leave both out"))]
+    OtherScene {
+        /// The folder.
+        path: PathBuf,
+        /// The first keys that differ.
+        keys: Vec<String>,
+    },
+    /// Another process is writing into the folder.
+    #[error("{}: another run is writing into this folder", path.display())]
+    #[diagnostic(help("wait for it, stop it, or name another folder with --out"))]
+    InUse {
+        /// The folder.
+        path: PathBuf,
+    },
+}
+
+impl RecordError {
+    pub(super) fn io(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> RecordError {
+        let path = path.to_owned();
+        move |source| RecordError::Io { path, action, source }
+    }
+
+    pub(super) fn state(path: &Path) -> impl FnOnce(StateError) -> RecordError {
+        let path = path.to_owned();
+        move |fault| RecordError::State { path, fault }
+    }
+
+    /// The program's exit status: 2 where the arguments ask for what cannot be, 4 where a file is at fault.
+    pub fn exit_code(&self) -> i32 {
+        match self {
+            RecordError::NotEmpty { .. } | RecordError::OtherScene { .. } | RecordError::InUse { .. } => 2,
+            _ => 4,
+        }
+    }
+}
+
+/// Why a run stopped.
+#[derive(Debug, Error, Diagnostic)]
+pub enum RunError {
+    /// A step could not be taken. The state before it is in the checkpoint.
+    #[error(transparent)]
+    #[diagnostic(help(
+        "the state before this step is in the run's checkpoint; a smaller time.dt, or less force, may help"
+    ))]
+    Fault(#[from] Fault),
+    /// A file could not be written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Record(#[from] RecordError),
+}

@@ -1,0 +1,197 @@
+//! A run's folder: which files it has, and where a new one goes.
+
+use super::durable;
+use super::error::RecordError;
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+/// Most characters of a scene's name that its folder takes over; file systems take some 255 bytes.
+const LONGEST_NAME: usize = 100;
+
+/// The folder of a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Folder(PathBuf);
+
+impl Folder {
+    /// Makes the folder `path` for a new run. One that is there already must be empty.
+    pub fn create(path: &Path) -> Result<Self, RecordError> {
+        match fs::read_dir(path) {
+            Ok(mut entries) => {
+                if entries.next().is_some() {
+                    return Err(RecordError::NotEmpty { path: path.into() });
+                }
+            }
+            Err(e) if e.kind() == ErrorKind::NotFound => {
+                fs::create_dir_all(path).map_err(RecordError::io(path, "create the folder"))?;
+            }
+            Err(e) => return Err(RecordError::io(path, "use it as a folder")(e)),
+        }
+        Folder(path.into()).with_states()
+    }
+
+    /// Makes a new folder in `parent`, named after the scene `name`: `NAME`, or `NAME-2`, `NAME-3`, ... where that is taken.
+    pub fn create_in(parent: &Path, name: &str) -> Result<Self, RecordError> {
+        fs::create_dir_all(parent).map_err(RecordError::io(parent, "create the folder"))?;
+        for path in candidates(parent, name) {
+            match fs::create_dir(&path) {
+                Ok(()) => return Folder(path).with_states(),
+                Err(e) if e.kind() == ErrorKind::AlreadyExists => {}
+                Err(e) => return Err(RecordError::io(&path, "create the folder")(e)),
+            }
+        }
+        Err(RecordError::NotEmpty { path: parent.into() })
+    }
+
+    fn with_states(self) -> Result<Self, RecordError> {
+        let states = self.states();
+        fs::create_dir_all(&states).map_err(RecordError::io(&states, "create the folder"))?;
+        Ok(self)
+    }
+
+    /// The folder of an earlier run, with what a crash left half-written swept out.
+    pub fn open(path: &Path) -> Result<Self, RecordError> {
+        let folder = Folder(path.into());
+        if !folder.checkpoint().exists() && !folder.previous_checkpoint().exists() {
+            return Err(RecordError::NoCheckpoint { path: path.into() });
+        }
+        folder.with_states()
+    }
+
+    /// Removes what a crash left half-written, and the states of steps after `step`.
+    pub(super) fn rewind(&self, step: u64) -> Result<(), RecordError> {
+        durable::sweep(&self.0)?;
+        let states = self.states();
+        durable::sweep(&states)?;
+        for entry in fs::read_dir(&states).map_err(RecordError::io(&states, "list it"))? {
+            let path = entry.map_err(RecordError::io(&states, "list it"))?.path();
+            if step_of(&path).is_some_and(|of| of > step) {
+                fs::remove_file(&path).map_err(RecordError::io(&path, "remove it"))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The folder that [`Folder::create_in`] made last for this name, where there is one.
+    pub fn latest_in(parent: &Path, name: &str) -> Option<PathBuf> {
+        candidates(parent, name).take_while(|path| path.is_dir()).last()
+    }
+
+    /// The folder itself.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// The scene as it was run, every default written out.
+    pub fn scene(&self) -> PathBuf {
+        self.0.join("scene.json")
+    }
+
+    /// A row a recorded step.
+    pub fn steps(&self) -> PathBuf {
+        self.0.join("steps.csv")
+    }
+
+    /// The folder of the states over time.
+    pub fn states(&self) -> PathBuf {
+        self.0.join("states")
+    }
+
+    /// The state after step `step`.
+    pub fn state(&self, step: u64) -> PathBuf {
+        self.states().join(format!("state_{step:010}.npz"))
+    }
+
+    /// What the run goes on from.
+    pub fn checkpoint(&self) -> PathBuf {
+        self.0.join("checkpoint.npz")
+    }
+
+    /// The checkpoint before that, for the case that the last one is damaged.
+    pub fn previous_checkpoint(&self) -> PathBuf {
+        self.0.join("checkpoint.previous.npz")
+    }
+
+    /// The final state, as a scene.
+    pub fn last(&self) -> PathBuf {
+        self.0.join("final.json")
+    }
+
+    /// What the run did.
+    pub fn summary(&self) -> PathBuf {
+        self.0.join("summary.json")
+    }
+}
+
+fn step_of(path: &Path) -> Option<u64> {
+    path.file_name()?.to_str()?.strip_prefix("state_")?.strip_suffix(".npz")?.parse().ok()
+}
+
+fn candidates(parent: &Path, name: &str) -> impl Iterator<Item = PathBuf> {
+    let name = folder_name(name);
+    let parent = parent.to_owned();
+    (1_u64..).map(move |n| parent.join(if n == 1 { name.clone() } else { format!("{name}-{n}") }))
+}
+
+/// A scene's name as the name of a folder on any system.
+fn folder_name(name: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    let name: String = name.chars().take(LONGEST_NAME).map(plain).collect();
+    let name = name.trim_matches(['-', '.']);
+    if name.is_empty() { "run".into() } else { name.into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_fit_for_folders() {
+        for (name, folder) in [
+            ("colony", "colony"),
+            ("two rods/..", "two-rods"),
+            ("../../etc", "etc"),
+            ("", "run"),
+            ("...", "run"),
+            ("\u{e9}", "run"),
+        ] {
+            assert_eq!(folder_name(name), folder);
+        }
+    }
+
+    #[test]
+    fn a_taken_name_is_numbered_and_the_latest_is_found() {
+        let parent = tempfile::tempdir().unwrap();
+        assert_eq!(Folder::latest_in(parent.path(), "a"), None);
+        for expected in ["a", "a-2", "a-3"] {
+            let made = Folder::create_in(parent.path(), "a").unwrap();
+            assert_eq!(made.path(), parent.path().join(expected));
+            assert_eq!(Folder::latest_in(parent.path(), "a").unwrap(), made.path());
+        }
+    }
+
+    #[test]
+    fn an_empty_folder_is_taken_and_a_full_one_refused() {
+        let parent = tempfile::tempdir().unwrap();
+        Folder::create(parent.path()).unwrap();
+        let refused = Folder::create(parent.path()).unwrap_err();
+        assert!(matches!(refused, RecordError::NotEmpty { .. }));
+        assert_eq!(refused.exit_code(), 2);
+    }
+
+    #[test]
+    fn rewinding_removes_later_states_and_leftovers_only() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = Folder::create(parent.path()).unwrap();
+        for step in [0, 5, 10] {
+            durable::write(&folder.state(step), b"x").unwrap();
+        }
+        fs::write(folder.states().join(".relcp-abc.part"), b"half").unwrap();
+        fs::write(folder.states().join("mine.txt"), b"note").unwrap();
+        folder.rewind(5).unwrap();
+        let mut left: Vec<String> =
+            fs::read_dir(folder.states()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        left.sort();
+        assert_eq!(left, ["mine.txt", "state_0000000000.npz", "state_0000000005.npz"]);
+    }
+}

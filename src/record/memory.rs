@@ -1,0 +1,10 @@
+//! How much memory the process has taken.
+
+/// The most memory that the process has held so far, in bytes; `None` where the system does not tell (`VmHWM` in
+/// `/proc/self/status`, as Linux does).
+pub fn peak_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024)
+}

@@ -1,0 +1,294 @@
+//! A run: a simulation that is stepped to its end and leaves its folder.
+
+use super::container::{Header, encode, read_state, write_state};
+use super::durable;
+use super::error::{RecordError, RunError};
+use super::folder::Folder;
+use super::hash::scene_hash;
+use super::schedule::Schedule;
+use super::steps::Steps;
+use super::summary::{RunStatus, Summary, max_overlap};
+use super::totals::Totals;
+use crate::relcp::{Simulation, State, StepReport};
+use crate::scene::Scene;
+use serde_json::Value;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Wall time between checkpoints: what a crash loses at most. A checkpoint costs far less than a second (17 MB at
+/// 131,072 rods), so a minute keeps it out of the account.
+pub const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
+/// How many keys are named when the scene of a folder is another one.
+const KEYS_NAMED: usize = 5;
+
+/// A simulation and the folder that it leaves.
+pub struct Run {
+    simulation: Simulation,
+    folder: Folder,
+    steps: Steps,
+    schedule: Schedule,
+    scene_hash: String,
+    totals: Totals,
+    checkpoint_every: Duration,
+    last_checkpoint: Instant,
+    notes: Vec<String>,
+}
+
+impl Run {
+    /// Starts a run in a new folder. `setup` is the wall time that its bodies took to place.
+    pub fn start(simulation: Simulation, folder: Folder, setup: Duration) -> Result<Self, RecordError> {
+        let begun = Instant::now();
+        let scene = simulation.scene();
+        let steps = Steps::create(&folder.steps())?;
+        write_scene(&folder.scene(), &scene.with_defaults())?;
+        let mut totals = Totals { start_max_overlap: max_overlap(&simulation.state().bodies), ..Totals::default() };
+        totals.wall.setup = (setup + begun.elapsed()).as_secs_f64();
+        totals.wall.total = totals.wall.setup;
+        let (schedule, scene_hash) = (Schedule::new(scene), scene_hash(scene));
+        let mut run = Run::new(simulation, folder, steps, schedule, scene_hash, totals);
+        run.record_state()?;
+        run.checkpoint()?;
+        Ok(run)
+    }
+
+    /// Goes on with the run of `scene` in `folder`, from its checkpoint, to the same bits as if it had never stopped.
+    ///
+    /// A damaged checkpoint is passed over for the one before it, with a [note](Run::notes). Rows and states after the
+    /// checkpoint are removed; the run makes them again.
+    pub fn resume(scene: Scene, folder: Folder) -> Result<Self, RunError> {
+        let begun = Instant::now();
+        let scene_hash = scene_hash(&scene);
+        let mut notes = Vec::new();
+        let (header, state, fallback) = read_checkpoint(&folder)?;
+        if header.scene != scene_hash {
+            let keys = differing_keys(&folder, &scene);
+            return Err(RecordError::OtherScene { path: folder.path().into(), keys }.into());
+        }
+        if let Some(fault) = fallback {
+            // The damaged one gives way here, so that the next checkpoint does not take the place of this good one.
+            durable::rename(&folder.previous_checkpoint(), &folder.checkpoint())?;
+            notes.push(format!("{fault}; going on from the checkpoint before it, at step {}", header.step));
+        }
+        if header.program != env!("CARGO_PKG_VERSION") {
+            notes.push(format!(
+                "the run was begun by version {}: its last bits may differ from here on",
+                header.program
+            ));
+        }
+        let schedule = Schedule::new(&scene);
+        let simulation = Simulation::resume(scene, state)?;
+        let steps = Steps::reopen(&folder.steps(), schedule.last_row(header.step))?;
+        folder.rewind(header.step)?;
+        let mut totals = header.totals.unwrap_or_default();
+        let setup = begun.elapsed().as_secs_f64();
+        totals.wall.setup += setup;
+        totals.wall.total += setup;
+        let mut run = Run::new(simulation, folder, steps, schedule, scene_hash, totals);
+        run.notes = notes;
+        Ok(run)
+    }
+
+    fn new(
+        simulation: Simulation,
+        folder: Folder,
+        steps: Steps,
+        schedule: Schedule,
+        scene_hash: String,
+        totals: Totals,
+    ) -> Self {
+        let (checkpoint_every, last_checkpoint) = (CHECKPOINT_EVERY, Instant::now());
+        let notes = Vec::new();
+        Run { simulation, folder, steps, schedule, scene_hash, totals, checkpoint_every, last_checkpoint, notes }
+    }
+
+    /// Makes checkpoints at another pace than [`CHECKPOINT_EVERY`].
+    pub fn checkpoint_every(&mut self, wall: Duration) {
+        self.checkpoint_every = wall;
+    }
+
+    /// What its user should know of how it was taken up.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// The simulation.
+    pub fn simulation(&self) -> &Simulation {
+        &self.simulation
+    }
+
+    /// Its folder.
+    pub fn folder(&self) -> &Folder {
+        &self.folder
+    }
+
+    /// What it did so far.
+    pub fn totals(&self) -> &Totals {
+        &self.totals
+    }
+
+    /// Whether the scene's end is reached.
+    pub fn done(&self) -> bool {
+        self.simulation.done()
+    }
+
+    /// Takes one step and records it.
+    ///
+    /// Where the step cannot be taken, the state before it is made the checkpoint and the summary says so.
+    pub fn advance(&mut self) -> Result<StepReport, RunError> {
+        let begun = Instant::now();
+        let report = match self.simulation.step() {
+            Ok(report) => report,
+            Err(fault) => {
+                self.close(RunStatus::Fault)?;
+                return Err(fault.into());
+            }
+        };
+        let wall = begun.elapsed();
+        self.totals.add(&report, self.simulation.scene().contact.overlap_tolerance, wall);
+        self.record(&report, wall)?;
+        Ok(report)
+    }
+
+    fn record(&mut self, report: &StepReport, wall: Duration) -> Result<(), RecordError> {
+        let begun = Instant::now();
+        if self.schedule.row_due(report.step) {
+            self.steps.push(report, wall.as_secs_f64())?;
+        }
+        if self.schedule.state_due(report.step) {
+            self.record_state()?;
+            self.steps.flush()?;
+        }
+        self.count_output(begun);
+        if self.last_checkpoint.elapsed() >= self.checkpoint_every {
+            self.checkpoint()?;
+        }
+        Ok(())
+    }
+
+    fn record_state(&self) -> Result<(), RecordError> {
+        let state = self.simulation.state();
+        let path = self.folder.state(state.step);
+        let bytes = encode(state, &self.scene_hash, self.simulation.time(), None).map_err(RecordError::state(&path))?;
+        durable::place(&path, &bytes)
+    }
+
+    /// Writes the checkpoint, and keeps the one before it. The rows and states up to it are made to last first.
+    pub fn checkpoint(&mut self) -> Result<(), RecordError> {
+        let begun = Instant::now();
+        self.steps.sync()?;
+        durable::sync_folder(&self.folder.states())?;
+        let path = self.folder.checkpoint();
+        if path.exists() {
+            durable::rename(&path, &self.folder.previous_checkpoint())?;
+        }
+        write_state(&path, self.simulation.state(), &self.scene_hash, self.simulation.time(), Some(&self.totals))?;
+        self.last_checkpoint = Instant::now();
+        self.count_output(begun);
+        Ok(())
+    }
+
+    fn count_output(&mut self, begun: Instant) {
+        let spent = begun.elapsed().as_secs_f64();
+        self.totals.wall.output += spent;
+        self.totals.wall.total += spent;
+    }
+
+    /// Ends the run where it stands: at its end, or before it, to be resumed. Leaves a checkpoint and the summary, and
+    /// the final state where the end is reached.
+    pub fn finish(mut self) -> Result<Summary, RecordError> {
+        let status = match (self.simulation.done(), self.totals.clean()) {
+            (false, _) => RunStatus::Interrupted,
+            (true, true) => RunStatus::Done,
+            (true, false) => RunStatus::OutOfTolerance,
+        };
+        self.close(status)
+    }
+
+    fn close(&mut self, status: RunStatus) -> Result<Summary, RecordError> {
+        self.checkpoint()?;
+        let begun = Instant::now();
+        let overlap = max_overlap(&self.simulation.state().bodies);
+        if self.simulation.done() {
+            let bodies = &self.simulation.state().bodies;
+            let last = self.simulation.scene().final_scene(bodies, self.simulation.time());
+            write_scene(&self.folder.last(), &last)?;
+        }
+        self.count_output(begun);
+        let summary = Summary::new(&self.simulation, &self.totals, &self.scene_hash, status, overlap);
+        durable::write_json(&self.folder.summary(), &summary)?;
+        Ok(summary)
+    }
+}
+
+fn write_scene(path: &Path, scene: &Scene) -> Result<(), RecordError> {
+    let mut bytes = Vec::new();
+    scene.write_json(&mut bytes).map_err(RecordError::io(path, "write it"))?;
+    durable::write(path, &bytes)
+}
+
+/// The last checkpoint that can be read, and the fault of the newer one where that is the older. Where neither can be
+/// read, the newer one's fault is what counts.
+fn read_checkpoint(folder: &Folder) -> Result<(Header, State, Option<RecordError>), RecordError> {
+    match read_state(&folder.checkpoint()) {
+        Ok((header, state)) => Ok((header, state, None)),
+        Err(fault) => match read_state(&folder.previous_checkpoint()) {
+            Ok((header, state)) => Ok((header, state, Some(fault))),
+            Err(_) => Err(fault),
+        },
+    }
+}
+
+/// The first keys in which a scene differs from the one in its folder.
+fn differing_keys(folder: &Folder, scene: &Scene) -> Vec<String> {
+    let read = |path: &Path| serde_json::from_slice::<Value>(&std::fs::read(path).ok()?).ok();
+    let mut keys = Vec::new();
+    if let (Some(old), Ok(new)) = (read(&folder.scene()), serde_json::to_value(scene.with_defaults())) {
+        compare("", &old, &new, &mut keys);
+    }
+    if keys.is_empty() {
+        keys.push("what its scene.json does not show".into());
+    }
+    if keys.len() > KEYS_NAMED {
+        let more = keys.len() - KEYS_NAMED;
+        keys.truncate(KEYS_NAMED);
+        keys.push(format!("{more} more"));
+    }
+    keys
+}
+
+/// Collects the dotted paths of the values in which two documents differ.
+fn compare(path: &str, old: &Value, new: &Value, keys: &mut Vec<String>) {
+    let join = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    match (old, new) {
+        (Value::Object(old), Value::Object(new)) => {
+            let added = new.keys().filter(|key| !old.contains_key(*key));
+            for key in old.keys().chain(added) {
+                let at = |side: &serde_json::Map<String, Value>| side.get(key).cloned().unwrap_or(Value::Null);
+                compare(&join(key), &at(old), &at(new), keys);
+            }
+        }
+        (Value::Array(old), Value::Array(new)) if old.len() == new.len() => {
+            for (i, (old, new)) in old.iter().zip(new).enumerate() {
+                compare(&join(&i.to_string()), old, new, keys);
+            }
+        }
+        _ if old != new => keys.push(path.to_owned()),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn differing_keys_are_dotted_paths() {
+        let old = json!({"time": {"dt": 0.1, "end": 1.0}, "bodies": [{"x": 1}, {"x": 2}], "gone": true});
+        let new = json!({"time": {"dt": 0.2, "end": 1.0}, "bodies": [{"x": 1}, {"x": 3}], "come": 1});
+        let mut keys = Vec::new();
+        compare("", &old, &new, &mut keys);
+        keys.sort();
+        assert_eq!(keys, ["bodies.1.x", "come", "gone", "time.dt"]);
+    }
+}

@@ -1,0 +1,214 @@
+//! `summary.json`: what a run did, as other programs read it.
+
+use super::hash::state_hash;
+use super::memory::peak_bytes;
+use super::totals::{OverStep, Totals, UnconvergedStep, WallSeconds};
+use crate::bodies::Bodies;
+use crate::relcp::{Simulation, contacts};
+use crate::scene::{Method, SolverKind, Stepping};
+use serde::Serialize;
+
+/// How a run stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunStatus {
+    /// It went to its end, and every step met its tolerances.
+    Done,
+    /// It went to its end; some step did not meet its tolerances.
+    OutOfTolerance,
+    /// It was stopped before its end and can be resumed.
+    Interrupted,
+    /// A step could not be taken.
+    Fault,
+}
+
+/// Sum, mean and largest of a count over the steps.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Recursions {
+    /// A step's, on average.
+    pub mean: f64,
+    /// Most of a step.
+    pub max: u32,
+    /// Of all steps.
+    pub total: u64,
+}
+
+/// Rows of the steps' last LCPs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Constraints {
+    /// The last step's.
+    #[serde(rename = "final")]
+    pub last: u64,
+    /// A step's, on average.
+    pub mean: f64,
+    /// Most of a step.
+    pub max: u64,
+}
+
+/// What the LCP solver did.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SolverSummary {
+    /// Which one the scene asks for.
+    pub kind: SolverKind,
+    /// Iterations over all solves.
+    pub iterations: u64,
+    /// Applications of `A` over all solves.
+    pub products: u64,
+    /// Largest residual that a solve ended with, a length; null where it was not finite.
+    pub worst_residual: f64,
+    /// Solves that did not reach the solver's tolerance.
+    pub unconverged: u64,
+    /// The first steps that had one.
+    pub unconverged_steps: Vec<UnconvergedStep>,
+}
+
+/// The most memory held.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PeakBytes {
+    /// By this process; null where the system does not tell.
+    pub host: Option<u64>,
+    /// On a device; null where there is none.
+    pub device: Option<u64>,
+}
+
+/// What a run did. Lengths are in the scene's unit; a length that was not finite is null.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// The scene's name.
+    pub name: String,
+    /// How the run stands.
+    pub status: RunStatus,
+    /// Whether it went to its end.
+    pub completed: bool,
+    /// `relcp`, `snsd` or `multisphere`.
+    pub method: &'static str,
+    /// The stepping scheme.
+    pub stepping: Stepping,
+    /// What computed it.
+    pub backend: &'static str,
+    /// Which device computed it; null on the CPU.
+    pub adapter: Option<String>,
+    /// Which numbers it was computed with.
+    pub precision: &'static str,
+    /// Threads.
+    pub threads: usize,
+    /// The program's version.
+    pub version: &'static str,
+    /// [Hash](super::scene_hash) of the scene.
+    pub scene_hash: String,
+    /// [Hash](super::state_hash) of the state that the run stands at.
+    pub state_hash: String,
+    /// Bodies now.
+    pub bodies: usize,
+    /// Steps taken.
+    pub steps: u64,
+    /// Time after them.
+    pub time: f64,
+    /// Step size.
+    pub dt: f64,
+    /// What everything random was drawn from.
+    pub seed: u64,
+    /// Largest overlap that a step may leave.
+    pub overlap_tolerance: f64,
+    /// Largest overlap of the start.
+    pub start_max_overlap: f64,
+    /// Largest overlap of smooth surfaces that a step left.
+    pub max_overlap: f64,
+    /// Largest overlap of the state that the run stands at, computed anew from it.
+    pub final_max_overlap: f64,
+    /// Largest overlap of sub-spheres that a step left; null where the method has none.
+    pub proxy_max_overlap: Option<f64>,
+    /// Steps that left more than the overlap tolerance.
+    pub steps_over_tolerance: u64,
+    /// The first of them.
+    pub first_over_tolerance: Vec<OverStep>,
+    /// Recursions.
+    pub recursions: Recursions,
+    /// Rows.
+    pub constraints: Constraints,
+    /// The LCP solver.
+    pub solver: SolverSummary,
+    /// Wall time by phase, over all resumptions.
+    pub wall_seconds: WallSeconds,
+    /// The most memory held.
+    pub peak_bytes: PeakBytes,
+}
+
+/// The name of a method, as a scene has it.
+fn method_name(method: Method) -> &'static str {
+    match method {
+        Method::Relcp => "relcp",
+        Method::Snsd => "snsd",
+        Method::Multisphere { .. } => "multisphere",
+    }
+}
+
+/// The deepest overlap of bodies as they are, from [`contacts`] afresh: zero where none overlap.
+pub fn max_overlap(bodies: &Bodies) -> f64 {
+    contacts(bodies, 0.0).iter().fold(0.0, |worst, (_, s)| if -s.separation > worst { -s.separation } else { worst })
+}
+
+impl Summary {
+    pub(super) fn new(
+        simulation: &Simulation,
+        totals: &Totals,
+        scene_hash: &str,
+        status: RunStatus,
+        final_max_overlap: f64,
+    ) -> Self {
+        let (scene, state) = (simulation.scene(), simulation.state());
+        let mean = |sum: u64| if totals.steps == 0 { 0.0 } else { sum as f64 / totals.steps as f64 };
+        Summary {
+            name: scene.name.clone(),
+            status,
+            completed: simulation.done(),
+            method: method_name(scene.contact.method),
+            stepping: scene.time.stepping,
+            backend: "cpu",
+            adapter: None,
+            precision: "f64",
+            threads: rayon::current_num_threads(),
+            version: env!("CARGO_PKG_VERSION"),
+            scene_hash: scene_hash.into(),
+            state_hash: state_hash(state),
+            bodies: state.bodies.len(),
+            steps: state.step,
+            time: simulation.time(),
+            dt: scene.time.dt,
+            seed: scene.seed,
+            overlap_tolerance: scene.contact.overlap_tolerance,
+            start_max_overlap: totals.start_max_overlap,
+            max_overlap: totals.max_overlap,
+            final_max_overlap,
+            proxy_max_overlap: totals.proxy_overlap,
+            steps_over_tolerance: totals.steps_over_tolerance,
+            first_over_tolerance: totals.over.clone(),
+            recursions: Recursions {
+                mean: mean(totals.recursions),
+                max: totals.max_recursions,
+                total: totals.recursions,
+            },
+            constraints: Constraints {
+                last: totals.final_constraints,
+                mean: mean(totals.constraints),
+                max: totals.max_constraints,
+            },
+            solver: SolverSummary::new(scene.solver.kind, totals),
+            wall_seconds: totals.wall,
+            peak_bytes: PeakBytes { host: peak_bytes(), device: None },
+        }
+    }
+}
+
+impl SolverSummary {
+    fn new(kind: SolverKind, totals: &Totals) -> Self {
+        SolverSummary {
+            kind,
+            iterations: totals.iterations,
+            products: totals.products,
+            worst_residual: totals.worst_residual,
+            unconverged: totals.unconverged,
+            unconverged_steps: totals.unconverged_steps.clone(),
+        }
+    }
+}

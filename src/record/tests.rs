@@ -1,0 +1,307 @@
+//! State files round trip bit for bit and are refused when anything in them is wrong; a run that is taken up again
+//! leaves what it would have left.
+
+use super::npz::{Block, Data, write};
+use super::*;
+use crate::bodies::{Bodies, Lineage, NO_GROUP};
+use crate::relcp::{Simulation, State, Warm};
+use crate::scene;
+use crate::shape::Shape;
+use glam::{DQuat, DVec3};
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+
+const HASH: &str = "0123456789abcdef";
+
+/// One body of every shape, with numbers that a decimal or narrower form would lose.
+fn state() -> State {
+    let awkward = [0.1 + 0.2, -0.0, f64::MIN_POSITIVE / 3.0, f64::MAX, 1.0 / 3.0, -1e-300, std::f64::consts::PI];
+    let at = |i: usize| awkward[i % awkward.len()];
+    let vector = |i: usize| DVec3::new(at(i), at(i + 1), at(i + 2));
+    let shape = vec![
+        Shape::Sphere { radius: 0.1 },
+        Shape::Spherocylinder { diameter: 1.0 / 3.0, length: 2.7 },
+        Shape::Ellipsoid { radii: [1.0, 1.0 + f64::EPSILON, 2.0] },
+        Shape::Torus { major_radius: 3.0, minor_radius: 0.7 },
+    ];
+    let bodies = Bodies {
+        position: (0..4).map(vector).collect(),
+        orientation: (0..4).map(|i| DQuat::from_xyzw(at(i), at(i + 1), at(i + 2), at(i + 3))).collect(),
+        velocity: (0..4).map(|i| vector(i + 1)).collect(),
+        angular_velocity: (0..4).map(|i| vector(i + 2)).collect(),
+        group: vec![0, NO_GROUP, 1, 2],
+        lineage: (0..4)
+            .map(|i| Lineage {
+                id: u64::MAX - 9 + i,
+                parent: i.checked_sub(1),
+                birth: at(i as usize),
+                generation: i as u32,
+            })
+            .collect(),
+        shape,
+    };
+    let warm = vec![
+        Warm { pair: [0, 2], feature: 7, gamma: 0.1 + 0.7, normal: vector(3) },
+        Warm { pair: [1, 3], feature: u32::MAX, gamma: 0.0, normal: DVec3::NEG_X },
+    ];
+    State { step: 41, next_id: 99, bodies, warm }
+}
+
+/// Bits, since `-0.0 == 0.0`.
+fn bits(state: &State) -> Vec<u64> {
+    let b = &state.bodies;
+    let vectors =
+        b.position.iter().chain(&b.velocity).chain(&b.angular_velocity).chain(state.warm.iter().map(|w| &w.normal));
+    let mut bits: Vec<u64> = vectors.flat_map(|v| v.to_array()).map(f64::to_bits).collect();
+    bits.extend(b.orientation.iter().flat_map(|q| q.to_array()).map(f64::to_bits));
+    bits.extend(b.lineage.iter().map(|l| l.birth.to_bits()));
+    bits.extend(state.warm.iter().map(|w| w.gamma.to_bits()));
+    bits
+}
+
+#[test]
+fn a_checkpoint_round_trips_bit_for_bit() {
+    let state = state();
+    let totals = Totals { steps: 41, max_overlap: 0.1 + 0.2, worst_residual: f64::INFINITY, ..Totals::default() };
+    let bytes = encode(&state, HASH, 0.1 + 0.2, Some(&totals)).unwrap();
+    let (header, read) = decode(&bytes).unwrap();
+    assert_eq!(read, state);
+    assert_eq!(bits(&read), bits(&state));
+    assert_eq!(header.totals.unwrap(), totals);
+    assert_eq!((header.scene.as_str(), header.time.to_bits()), (HASH, (0.1_f64 + 0.2).to_bits()));
+    assert_eq!(encode(&state, HASH, 0.1 + 0.2, Some(&totals)).unwrap(), bytes);
+}
+
+#[test]
+fn a_state_leaves_the_near_pairs_out_and_may_be_empty() {
+    let (header, read) = decode(&encode(&state(), HASH, 1.0, None).unwrap()).unwrap();
+    assert_eq!((header.warm, header.totals), (None, None));
+    assert_eq!((&read.bodies, read.warm.len()), (&state().bodies, 0));
+    let empty = encode(&State::default(), HASH, 0.0, Some(&Totals::default())).unwrap();
+    assert_eq!(decode(&empty).unwrap().1, State::default());
+}
+
+#[test]
+fn every_damaged_byte_is_found() {
+    let bytes = encode(&state(), HASH, 1.0, Some(&Totals::default())).unwrap();
+    for at in 0..bytes.len() {
+        for flip in [0x01, 0x20, 0xff] {
+            let mut damaged = bytes.clone();
+            damaged[at] ^= flip;
+            assert!(decode(&damaged).is_err(), "byte {at} of {}", bytes.len());
+        }
+    }
+}
+
+#[test]
+fn damage_in_an_array_is_told_by_its_name() {
+    let mut bytes = encode(&state(), HASH, 1.0, None).unwrap();
+    let value = 2.7_f64.to_le_bytes();
+    let at = bytes.windows(8).position(|window| window == value).unwrap();
+    bytes[at] ^= 1;
+    match decode(&bytes).unwrap_err() {
+        StateError::Damaged { place, .. } => assert_eq!(place, "size.npy"),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn every_cut_is_found() {
+    let bytes = encode(&state(), HASH, 1.0, Some(&Totals::default())).unwrap();
+    for length in 0..bytes.len() {
+        assert!(decode(&bytes[..length]).is_err(), "cut at {length}");
+    }
+    assert_eq!(decode(&bytes[..bytes.len() - 1]).unwrap_err(), StateError::Truncated);
+    assert_eq!(decode(&bytes[..bytes.len() / 2]).unwrap_err(), StateError::Truncated);
+    assert_eq!(decode(b"a text").unwrap_err(), StateError::NotAState);
+}
+
+/// A sealed file with this header and arrays, as no honest program writes it.
+fn forged(change: impl FnOnce(&mut serde_json::Value), arrays: &[Block]) -> StateError {
+    let (header, _) = decode(&encode(&state(), HASH, 1.0, None).unwrap()).unwrap();
+    let mut header = serde_json::to_value(header).unwrap();
+    change(&mut header);
+    decode(&write(&serde_json::to_vec(&header).unwrap(), arrays).unwrap()).unwrap_err()
+}
+
+#[test]
+fn a_newer_version_is_told() {
+    let newer = forged(|header| header["version"] = 2.into(), &[]);
+    assert_eq!(newer, StateError::Newer { found: 2, known: VERSION });
+    let other = forged(|header| header["format"] = "else".into(), &[]);
+    assert_eq!(other, StateError::NotAState);
+}
+
+#[test]
+fn counts_that_cannot_be_are_refused_before_anything_is_allocated() {
+    for rows in [1_000_000_000_000_000_u64, u64::MAX, 5] {
+        let refused = forged(|header| header["bodies"] = rows.into(), &blocks::body_blocks(&state().bodies));
+        assert!(matches!(refused, StateError::Damaged { .. }), "{refused}");
+    }
+}
+
+#[test]
+fn arrays_of_another_type_shape_or_meaning_are_refused() {
+    let good = blocks::body_blocks(&state().bodies);
+    let wrong = [
+        (Block { name: "shape", columns: 1, data: Data::U32(vec![0, 1, 2, 9]) }, "shape"),
+        (Block { name: "shape", columns: 2, data: Data::U32(vec![0, 1, 2, 3]) }, "shape"),
+        (Block { name: "size", columns: 3, data: Data::F64(vec![-1.0; 12]) }, "shape"),
+        (Block { name: "position", columns: 3, data: Data::U64(vec![0; 12]) }, "position"),
+        (Block { name: "id", columns: 1, data: Data::U64(vec![1; 3]) }, "id"),
+    ];
+    for (block, expected) in wrong {
+        let mut arrays = good.clone();
+        let place = arrays.iter().position(|b| b.name == block.name).unwrap();
+        arrays[place] = block;
+        match forged(|_| {}, &arrays) {
+            StateError::Damaged { place, .. } => assert_eq!(place, expected),
+            other => panic!("{other}"),
+        }
+    }
+    let missing: Vec<Block> = good.into_iter().filter(|block| block.name != "group").collect();
+    assert!(matches!(forged(|_| {}, &missing), StateError::Damaged { place, .. } if place == "group.npy"));
+}
+
+#[test]
+fn the_hash_of_a_state_sees_every_field() {
+    let base = state_hash(&state());
+    let changes: [fn(&mut State); 7] = [
+        |s| s.step += 1,
+        |s| s.next_id += 1,
+        |s| s.bodies.position[1].y = -s.bodies.position[1].y,
+        |s| s.bodies.orientation[3].w += 1e-9,
+        |s| s.bodies.group[0] = NO_GROUP,
+        |s| s.bodies.lineage[2].parent = None,
+        |s| s.bodies.shape[0] = Shape::Sphere { radius: 0.1 + f64::EPSILON },
+    ];
+    for change in changes {
+        let mut state = state();
+        change(&mut state);
+        assert_ne!(state_hash(&state), base);
+    }
+}
+
+/// Two rods that are pushed together, over 60 steps.
+fn rods(folder: &Path) -> Run {
+    let scene = rods_scene(folder);
+    let bodies = scene.build().unwrap();
+    Run::start(Simulation::new(scene, bodies).unwrap(), Folder::create(&folder.join("run")).unwrap(), Duration::ZERO)
+        .unwrap()
+}
+
+fn rods_scene(folder: &Path) -> scene::Scene {
+    let path = folder.join("rods.json");
+    fs::write(&path, include_str!("../../tests/data/rods.json")).unwrap();
+    scene::load(path.to_str().unwrap(), &[]).unwrap()
+}
+
+fn to_end(mut run: Run) -> Summary {
+    while !run.done() {
+        run.advance().unwrap();
+    }
+    run.finish().unwrap()
+}
+
+/// `steps.csv` without its last column, the wall time.
+fn rows(folder: &Path) -> Vec<String> {
+    let text = fs::read_to_string(folder.join("steps.csv")).unwrap();
+    text.lines().map(|line| line.rsplit_once(',').unwrap().0.to_owned()).collect()
+}
+
+/// The files that a run must leave the same, and the same bits of the states.
+fn left(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut files: Vec<_> = fs::read_dir(folder.join("states")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.extend([folder.join("scene.json"), folder.join("final.json")]);
+    files.sort();
+    files
+        .iter()
+        .map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), fs::read(path).unwrap()))
+        .collect()
+}
+
+#[test]
+fn a_run_that_crashed_after_a_checkpoint_goes_on_to_the_same_bits() {
+    let (whole, broken) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let expected = to_end(rods(whole.path()));
+    let mut run = rods(broken.path());
+    for step in 1..=33 {
+        run.advance().unwrap();
+        if step == 17 {
+            run.checkpoint().unwrap();
+        }
+    }
+    drop(run);
+    assert!(!broken.path().join("run/summary.json").exists());
+    let folder = Folder::open(&broken.path().join("run")).unwrap();
+    let resumed = Run::resume(rods_scene(broken.path()), folder).unwrap();
+    assert_eq!((resumed.simulation().state().step, resumed.totals().steps), (17, 17));
+    let summary = to_end(resumed);
+    let (whole, broken) = (whole.path().join("run"), broken.path().join("run"));
+    assert_eq!(summary.state_hash, expected.state_hash);
+    assert_eq!((summary.solver.clone(), summary.recursions), (expected.solver.clone(), expected.recursions));
+    assert_eq!(rows(&broken), rows(&whole));
+    assert_eq!(rows(&whole).len(), 61);
+    assert_eq!(left(&broken), left(&whole));
+}
+
+#[test]
+fn a_damaged_checkpoint_gives_way_to_the_one_before() {
+    let place = tempfile::tempdir().unwrap();
+    let mut run = rods(place.path());
+    for step in 1..=20 {
+        run.advance().unwrap();
+        if step % 10 == 0 {
+            run.checkpoint().unwrap();
+        }
+    }
+    drop(run);
+    let folder = Folder::open(&place.path().join("run")).unwrap();
+    fs::write(folder.checkpoint(), b"PK\x03\x04").unwrap();
+    let run = Run::resume(rods_scene(place.path()), folder.clone()).unwrap();
+    assert_eq!(run.simulation().state().step, 10);
+    assert!(run.notes()[0].contains("cut short"), "{:?}", run.notes());
+    drop(run);
+    fs::write(folder.checkpoint(), b"").unwrap();
+    assert!(matches!(Run::resume(rods_scene(place.path()), folder), Err(RunError::Record(RecordError::State { .. }))));
+}
+
+#[test]
+fn another_scene_is_refused_by_its_keys() {
+    let place = tempfile::tempdir().unwrap();
+    drop(rods(place.path()));
+    let mut scene = rods_scene(place.path());
+    scene.time.dt *= 2.0;
+    let folder = Folder::open(&place.path().join("run")).unwrap();
+    match Run::resume(scene, folder) {
+        Err(RunError::Record(RecordError::OtherScene { keys, .. })) => assert_eq!(keys, ["time.dt"]),
+        other => panic!("{:?}", other.err()),
+    }
+}
+
+#[test]
+fn a_folder_that_a_run_is_writing_into_is_refused() {
+    let place = tempfile::tempdir().unwrap();
+    let running = rods(place.path());
+    let folder = Folder::open(&place.path().join("run")).unwrap();
+    assert!(matches!(Run::resume(rods_scene(place.path()), folder), Err(RunError::Record(RecordError::InUse { .. }))));
+    drop(running);
+}
+
+#[test]
+fn rows_that_are_missing_are_told() {
+    let place = tempfile::tempdir().unwrap();
+    let mut run = rods(place.path());
+    for _ in 0..9 {
+        run.advance().unwrap();
+    }
+    run.checkpoint().unwrap();
+    drop(run);
+    let folder = Folder::open(&place.path().join("run")).unwrap();
+    let text = fs::read_to_string(folder.steps()).unwrap();
+    let cut: Vec<&str> = text.lines().filter(|line| !line.starts_with("9,")).collect();
+    fs::write(folder.steps(), cut.join("\n")).unwrap();
+    let refused = Run::resume(rods_scene(place.path()), folder).err().unwrap();
+    assert!(refused.to_string().contains("step 9"), "{refused}");
+}

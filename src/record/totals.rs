@@ -1,0 +1,167 @@
+//! What a run did so far: the sums and extremes of its steps' reports, which a checkpoint carries on.
+
+use crate::relcp::{Phases, StepReport};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::time::Duration;
+
+/// How many of the steps that did not meet a tolerance are named; the others are counted.
+const NAMED: usize = 10;
+
+/// Wall time by phase, in seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WallSeconds {
+    /// All of the run, over its resumptions.
+    pub total: f64,
+    /// Finding candidate pairs.
+    pub broad_phase: f64,
+    /// Separations, rows, violations.
+    pub narrow_phase: f64,
+    /// The LCPs.
+    pub solve: f64,
+    /// Forces, mobilities, trial configurations.
+    pub integrate: f64,
+    /// Growth and division.
+    pub growth: f64,
+    /// Writing files, and the check of the final state.
+    pub output: f64,
+    /// Placing the bodies, or reading the checkpoint.
+    pub setup: f64,
+}
+
+impl WallSeconds {
+    fn add(&mut self, phases: &Phases) {
+        self.broad_phase += phases.broad_phase.as_secs_f64();
+        self.narrow_phase += phases.narrow_phase.as_secs_f64();
+        self.solve += phases.solve.as_secs_f64();
+        self.integrate += phases.integrate.as_secs_f64();
+        self.growth += phases.growth.as_secs_f64();
+    }
+
+    /// The phases by name, without the total.
+    pub fn phases(&self) -> [(&'static str, f64); 7] {
+        [
+            ("broad phase", self.broad_phase),
+            ("narrow phase", self.narrow_phase),
+            ("solve", self.solve),
+            ("integrate", self.integrate),
+            ("growth", self.growth),
+            ("output", self.output),
+            ("setup", self.setup),
+        ]
+    }
+}
+
+/// A step that left a larger overlap than the scene tolerates.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OverStep {
+    /// Its number, from 1.
+    pub step: u64,
+    /// The overlap that it left, a length.
+    #[serde(deserialize_with = "or_infinite")]
+    pub max_overlap: f64,
+    /// The pair that overlaps by it.
+    pub pair: Option<[usize; 2]>,
+}
+
+/// A step with a solve that did not reach the solver's tolerance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UnconvergedStep {
+    /// Its number, from 1.
+    pub step: u64,
+    /// Its largest residual, a length.
+    #[serde(deserialize_with = "or_infinite")]
+    pub residual: f64,
+}
+
+/// Sums and extremes over the steps of a run. JSON has no infinity: where a length is not finite, it says null.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Totals {
+    /// Steps taken.
+    pub steps: u64,
+    /// Largest overlap of the start, a length.
+    #[serde(deserialize_with = "or_infinite")]
+    pub start_max_overlap: f64,
+    /// Largest overlap that a step left, a length.
+    #[serde(deserialize_with = "or_infinite")]
+    pub max_overlap: f64,
+    /// Largest overlap of sub-spheres that a step left, where the method has them.
+    pub proxy_overlap: Option<f64>,
+    /// Steps that left more than the overlap tolerance.
+    pub steps_over_tolerance: u64,
+    /// The first of them.
+    pub over: Vec<OverStep>,
+    /// Recursions, summed.
+    pub recursions: u64,
+    /// Most recursions of a step.
+    pub max_recursions: u32,
+    /// Rows of the steps' last LCPs, summed.
+    pub constraints: u64,
+    /// Rows of the last step's last LCP.
+    pub final_constraints: u64,
+    /// Most rows of a step's last LCP.
+    pub max_constraints: u64,
+    /// LCP iterations, summed.
+    pub iterations: u64,
+    /// Applications of `A`, summed.
+    pub products: u64,
+    /// Largest residual that a solve ended with, a length.
+    #[serde(deserialize_with = "or_infinite")]
+    pub worst_residual: f64,
+    /// Solves that did not reach the solver's tolerance.
+    pub unconverged: u64,
+    /// The first steps that had one.
+    pub unconverged_steps: Vec<UnconvergedStep>,
+    /// Wall time.
+    pub wall: WallSeconds,
+}
+
+fn or_infinite<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
+}
+
+/// The larger of the two, and infinite where the new one is not a number: a maximum must not lose that.
+fn worse(so_far: f64, new: f64) -> f64 {
+    if new.is_nan() { f64::INFINITY } else { so_far.max(new) }
+}
+
+impl Totals {
+    /// Adds a step that took `wall` in all.
+    pub fn add(&mut self, report: &StepReport, overlap_tolerance: f64, wall: Duration) {
+        self.steps += 1;
+        self.max_overlap = worse(self.max_overlap, report.max_overlap);
+        if let Some(proxy) = report.proxy_overlap {
+            self.proxy_overlap = Some(worse(self.proxy_overlap.unwrap_or(0.0), proxy));
+        }
+        if !report.within(overlap_tolerance) {
+            self.steps_over_tolerance += 1;
+            if self.over.len() < NAMED {
+                let (step, pair) = (report.step, report.worst_pair);
+                self.over.push(OverStep { step, max_overlap: report.max_overlap, pair });
+            }
+        }
+        self.recursions += u64::from(report.recursions);
+        self.max_recursions = self.max_recursions.max(report.recursions);
+        let constraints = report.constraints as u64;
+        self.constraints += constraints;
+        self.final_constraints = constraints;
+        self.max_constraints = self.max_constraints.max(constraints);
+        self.add_solves(report);
+        self.wall.add(&report.phases);
+        self.wall.total += wall.as_secs_f64();
+    }
+
+    fn add_solves(&mut self, report: &StepReport) {
+        self.iterations += report.iterations;
+        self.products += report.products;
+        self.worst_residual = worse(self.worst_residual, report.residual);
+        self.unconverged += u64::from(report.unconverged);
+        if report.unconverged > 0 && self.unconverged_steps.len() < NAMED {
+            self.unconverged_steps.push(UnconvergedStep { step: report.step, residual: report.residual });
+        }
+    }
+
+    /// Whether every step met its tolerances.
+    pub fn clean(&self) -> bool {
+        self.steps_over_tolerance == 0 && self.unconverged == 0
+    }
+}

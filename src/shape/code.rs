@@ -1,0 +1,37 @@
+//! Shapes as numbers: a tag and up to three sizes, for arrays in files.
+
+use super::Shape;
+
+impl Shape {
+    /// The shape's tag and sizes, in the order of its fields; what a shape does not need is zero.
+    pub fn code(&self) -> (u32, [f64; 3]) {
+        match *self {
+            Shape::Sphere { radius } => (0, [radius, 0.0, 0.0]),
+            Shape::Spherocylinder { diameter, length } => (1, [diameter, length, 0.0]),
+            Shape::Ellipsoid { radii } => (2, radii),
+            Shape::Torus { major_radius, minor_radius } => (3, [major_radius, minor_radius, 0.0]),
+        }
+    }
+
+    /// The shape of a [tag and sizes](Shape::code); `None` where no shape has them: an unknown tag, or a size that is not
+    /// finite and positive.
+    ///
+    /// ```
+    /// use relcp::shape::Shape;
+    /// let rod = Shape::Spherocylinder { diameter: 1.0, length: 3.0 };
+    /// let (tag, sizes) = rod.code();
+    /// assert_eq!(Shape::from_code(tag, sizes), Some(rod));
+    /// assert_eq!(Shape::from_code(tag, [1.0, f64::NAN, 0.0]), None);
+    /// ```
+    pub fn from_code(tag: u32, sizes: [f64; 3]) -> Option<Shape> {
+        let [x, y, _] = sizes;
+        let (shape, used) = match tag {
+            0 => (Shape::Sphere { radius: x }, 1),
+            1 => (Shape::Spherocylinder { diameter: x, length: y }, 2),
+            2 => (Shape::Ellipsoid { radii: sizes }, 3),
+            3 => (Shape::Torus { major_radius: x, minor_radius: y }, 2),
+            _ => return None,
+        };
+        sizes[..used].iter().all(|size| size.is_finite() && *size > 0.0).then_some(shape)
+    }
+}
