@@ -76,7 +76,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!("{}", generation.row(count));
     println!("total {:.1} s on {} threads", begun.elapsed().as_secs_f64(), rayon::current_num_threads());
-    if let Some(bytes) = record::peak_host_bytes() {
+    if let Some(bytes) = record::peak_bytes() {
         println!("peak memory {:.1} MiB", bytes as f64 / 1048576.0);
     }
     Ok(())
