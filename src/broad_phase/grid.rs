@@ -13,8 +13,8 @@ use super::pair_order::{order, pack};
 use super::{Aabb, BroadPhase, each};
 use rayon::prelude::*;
 
-/// Below this many boxes one thread does all: handing out the passes costs some ten microseconds each, a search of 4096 boxes about
-/// a millisecond. At 10,000 boxes two threads take two thirds of the time of one.
+/// Below this many boxes one thread does all: a search then takes about a millisecond or less. At 10,000 boxes two threads
+/// were seen to take two thirds of the time of one.
 const PARALLEL_MIN: usize = 4096;
 
 /// Boxes that a work unit of the sweep takes, about 0.3 ms: short enough to share out a scene of [`PARALLEL_MIN`] boxes.

@@ -8,7 +8,7 @@
 use super::{Aabb, each};
 use glam::DVec3;
 
-/// Boxes a work unit of the passes over all boxes takes: long enough (about 50 us) to hide the cost of handing it out.
+/// Boxes a work unit of the passes over all boxes takes: long enough (about 0.1 ms) to hide the cost of handing it out.
 pub(super) const SURVEY_CHUNK: usize = 8192;
 
 /// Sizes are classed by their leading bits: exponent and this many bits of the mantissa, two classes an octave.
