@@ -82,7 +82,7 @@ fn lattices_that_touch_exactly() {
         };
         let boxes: Vec<Aabb> = (0..729).map(cell).collect();
         assert_agrees(&boxes);
-        // Neighbours with a shared face, edge or corner: (9 * 25 * 25 - 729) / 2 counted by rows of 3 in each axis.
+        // Of 9 cells in a row, 25 ordered pairs (a cell with itself counted) share a point.
         assert_eq!(pairs_of(Grid::default(), &boxes).len(), (25 * 25 * 25 - 729) / 2);
     }
 }

@@ -10,14 +10,14 @@ use rayon::prelude::*;
 
 /// Calls that a search's margin is to last for, at the pace measured so far. `benches/broad_phase.rs` tells the cost by margin: for
 /// rods in a plane and ellipsoids in a heap that move by 1e-4 to 1e-2 of their length a call, 20 calls within the limits
-/// below are within about a tenth of the best fixed margin, and three to four times cheaper than searching every time.
+/// below are within about a fifth of the best fixed margin, and three to eight times cheaper than searching every time.
 const TARGET_CALLS: f64 = 20.0;
 
 /// Calls that a margin must last for to be worth it.
 const LEAST_CALLS: f64 = 2.0;
 
-/// Largest margin, as a fraction of the median of the boxes' longest edges. The list is then twice to four times as long as
-/// needed; at twice the margin, four to eight times, which costs more than the searches saved.
+/// Largest margin, as a fraction of the median of the boxes' longest edges. The list is then two to five times as long as
+/// needed; at twice the margin three to twelve times, which costs more than the searches it saves up to a pace of 1e-2 lengths a call.
 const MAX_FRACTION: f64 = 0.1;
 
 /// Smallest margin, likewise: at this size it adds a hundredth to the list.

@@ -8,7 +8,7 @@
 use super::{Aabb, each};
 use glam::DVec3;
 
-/// Boxes a work unit of the passes over all boxes takes: long enough (about 50 us) to hide the cost of handing it out.
+/// Boxes a work unit of the passes over all boxes takes: long enough (about 0.1 ms) to hide the cost of handing it out.
 pub(super) const SURVEY_CHUNK: usize = 8192;
 
 /// Sizes are classed by their leading bits: exponent and this many bits of the mantissa, two classes an octave.
@@ -16,7 +16,8 @@ const MANTISSA_BITS: u32 = 1;
 const CLASSES: usize = 1 << (11 + MANTISSA_BITS);
 
 /// Classes that share a level: sizes up to about 4 : 1, which one shape in all orientations, or one rod before and after it
-/// doubles its length, stays within.
+/// doubles its length, stays within. For 100,000 boxes of sizes spread over 1000 : 1 a search takes 1.4 times as long with 3
+/// classes and 0.9 times with 7; for those of similar size the three agree. More classes make columns wider for small boxes.
 const CLASSES_PER_LEVEL: usize = 5;
 
 /// Most levels; the finest takes all that is smaller. Sixteen levels reach down to 4^-16 = 2e-10 of the largest box.
