@@ -3,8 +3,10 @@
 use super::verbs::{Scalar, Verbs};
 use super::{Settings, Status};
 
-/// A solve stops without success when the best residual has not come down by [`PROGRESS`] over this many iterations. The slowest
-/// stored instances pause for some hundred iterations between two gains; systems without a solution never gain.
+/// A solve stops without success when the best residual has not come down by [`PROGRESS`] over this many iterations, or over as many as
+/// the last gain took to come, if those are more. The slowest stored instances pause for some hundred iterations between two gains of
+/// the fast methods; projected Jacobi, whose residual falls like a power of the iterations, pauses for a part of all it has made
+/// (3,000 after 4,200 on a packing of 24 ellipsoids). Systems without a solution never gain.
 const PATIENCE: u64 = 3_000;
 
 /// The part of the best residual that counts as a gain.
@@ -91,7 +93,7 @@ impl<T> Drive<T> {
             if iteration >= settings.max_iterations {
                 break Status::MaxIterations;
             }
-            if iteration - marked_at >= PATIENCE {
+            if iteration - marked_at >= PATIENCE.max(marked_at) {
                 break Status::NoProgress;
             }
             for _ in 0..check_every.min(settings.max_iterations - iteration) {
