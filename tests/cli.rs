@@ -227,7 +227,7 @@ fn steps_out_of_tolerance_are_status_3_and_named() {
     fs::write(place.at("pressed.json"), PRESSED).unwrap();
     let ran = place.relcp(&["run", "pressed.json", "--out", "run"]).expect(3);
     assert!(ran.out.contains("more overlap than allowed: 1 ("), "{}", ran.out);
-    assert!(ran.out.contains("did not reach the solver's tolerance, in steps 1 ("), "{}", ran.out);
+    assert!(ran.out.contains("unconverged solves, in steps 1 ("), "{}", ran.out);
     let summary = place.json("run/summary.json");
     assert_eq!((&summary["status"], &summary["completed"]), (&"out_of_tolerance".into(), &true.into()));
     assert_eq!(summary["first_over_tolerance"][0]["step"], 1);

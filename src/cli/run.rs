@@ -161,13 +161,13 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
             None => format!("{} ({:.2e})", over.step, over.max_overlap),
         });
         let (count, list) = (s.steps_over_tolerance, list(named, s.first_over_tolerance.len(), s.steps_over_tolerance));
-        writeln!(out, "  {count} steps left more overlap than allowed: {list}")?;
+        writeln!(out, "  {count} of {} steps left more overlap than allowed: {list}", s.steps)?;
     }
     if s.solver.unconverged > 0 {
         let steps = &s.solver.unconverged_steps;
         let named = steps.iter().map(|step| format!("{} ({:.2e})", step.step, step.residual));
         let list = list(named, steps.len(), s.solver.unconverged);
-        writeln!(out, "  {} solves did not reach the solver's tolerance, in steps {list}", s.solver.unconverged)?;
+        writeln!(out, "  {} unconverged solves, in steps {list}", s.solver.unconverged)?;
     }
     Ok(())
 }

@@ -16,6 +16,7 @@
 
 mod blocks;
 mod container;
+mod difference;
 mod durable;
 mod error;
 mod folder;

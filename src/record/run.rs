@@ -1,6 +1,7 @@
 //! A run: a simulation that is stepped to its end and leaves its folder.
 
 use super::container::{Header, encode, read_state, write_state};
+use super::difference::differing_keys;
 use super::durable;
 use super::error::{RecordError, RunError};
 use super::folder::Folder;
@@ -9,19 +10,33 @@ use super::schedule::Schedule;
 use super::steps::Steps;
 use super::summary::{RunStatus, Summary, max_overlap};
 use super::totals::Totals;
+use crate::dynamics::ForceField;
 use crate::relcp::{Simulation, State, StepReport};
 use crate::scene::Scene;
-use serde_json::Value;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Wall time between checkpoints: what a crash loses at most. A checkpoint costs far less than a second (17 MB at
+/// Wall time between checkpoints: what a crash loses at most. A checkpoint costs far less than a second (22 MB at
 /// 131,072 rods), so a minute keeps it out of the account.
 pub const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
-/// How many keys are named when the scene of a folder is another one.
-const KEYS_NAMED: usize = 5;
 
 /// A simulation and the folder that it leaves.
+///
+/// ```
+/// use relcp::record::{Folder, Run, RunStatus};
+/// use relcp::{relcp::Simulation, scene};
+/// let parent = tempfile::tempdir()?;
+/// let scene = scene::load("three-capsules", &[])?;
+/// let bodies = scene.build()?;
+/// let folder = Folder::create_in(parent.path(), &scene.name)?;
+/// let mut run = Run::start(Simulation::new(scene, bodies)?, folder, std::time::Duration::ZERO)?;
+/// while !run.done() {
+///     run.advance()?;
+/// }
+/// let summary = run.finish()?;
+/// assert_eq!((summary.status, summary.steps), (RunStatus::Done, 8));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Run {
     simulation: Simulation,
     folder: Folder,
@@ -61,7 +76,7 @@ impl Run {
         let mut notes = Vec::new();
         let (header, state, fallback) = read_checkpoint(&folder)?;
         if header.scene != scene_hash {
-            let keys = differing_keys(&folder, &scene);
+            let keys = differing_keys(&folder.scene(), &scene);
             return Err(RecordError::OtherScene { path: folder.path().into(), keys }.into());
         }
         if let Some(fault) = fallback {
@@ -114,6 +129,11 @@ impl Run {
     /// The simulation.
     pub fn simulation(&self) -> &Simulation {
         &self.simulation
+    }
+
+    /// Adds an external force beside the scene's own. A resumed run must be given those that it was started with.
+    pub fn add_force(&mut self, force: Box<dyn ForceField>) {
+        self.simulation.add_force(force);
     }
 
     /// Its folder.
@@ -235,60 +255,5 @@ fn read_checkpoint(folder: &Folder) -> Result<(Header, State, Option<RecordError
             Ok((header, state)) => Ok((header, state, Some(fault))),
             Err(_) => Err(fault),
         },
-    }
-}
-
-/// The first keys in which a scene differs from the one in its folder.
-fn differing_keys(folder: &Folder, scene: &Scene) -> Vec<String> {
-    let read = |path: &Path| serde_json::from_slice::<Value>(&std::fs::read(path).ok()?).ok();
-    let mut keys = Vec::new();
-    if let (Some(old), Ok(new)) = (read(&folder.scene()), serde_json::to_value(scene.with_defaults())) {
-        compare("", &old, &new, &mut keys);
-    }
-    if keys.is_empty() {
-        keys.push("what its scene.json does not show".into());
-    }
-    if keys.len() > KEYS_NAMED {
-        let more = keys.len() - KEYS_NAMED;
-        keys.truncate(KEYS_NAMED);
-        keys.push(format!("{more} more"));
-    }
-    keys
-}
-
-/// Collects the dotted paths of the values in which two documents differ.
-fn compare(path: &str, old: &Value, new: &Value, keys: &mut Vec<String>) {
-    let join = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
-    match (old, new) {
-        (Value::Object(old), Value::Object(new)) => {
-            let added = new.keys().filter(|key| !old.contains_key(*key));
-            for key in old.keys().chain(added) {
-                let at = |side: &serde_json::Map<String, Value>| side.get(key).cloned().unwrap_or(Value::Null);
-                compare(&join(key), &at(old), &at(new), keys);
-            }
-        }
-        (Value::Array(old), Value::Array(new)) if old.len() == new.len() => {
-            for (i, (old, new)) in old.iter().zip(new).enumerate() {
-                compare(&join(&i.to_string()), old, new, keys);
-            }
-        }
-        _ if old != new => keys.push(path.to_owned()),
-        _ => {}
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use serde_json::json;
-
-    #[test]
-    fn differing_keys_are_dotted_paths() {
-        let old = json!({"time": {"dt": 0.1, "end": 1.0}, "bodies": [{"x": 1}, {"x": 2}], "gone": true});
-        let new = json!({"time": {"dt": 0.2, "end": 1.0}, "bodies": [{"x": 1}, {"x": 3}], "come": 1});
-        let mut keys = Vec::new();
-        compare("", &old, &new, &mut keys);
-        keys.sort();
-        assert_eq!(keys, ["bodies.1.x", "come", "gone", "time.dt"]);
     }
 }

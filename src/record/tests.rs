@@ -4,7 +4,8 @@
 use super::npz::{Block, Data, write};
 use super::*;
 use crate::bodies::{Bodies, Lineage, NO_GROUP};
-use crate::relcp::{Simulation, State, Warm};
+use crate::dynamics::Load;
+use crate::relcp::{Fault, Simulation, State, Warm};
 use crate::scene;
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
@@ -244,6 +245,26 @@ fn a_run_that_crashed_after_a_checkpoint_goes_on_to_the_same_bits() {
     assert_eq!(rows(&broken), rows(&whole));
     assert_eq!(rows(&whole).len(), 61);
     assert_eq!(left(&broken), left(&whole));
+}
+
+#[test]
+fn a_step_that_cannot_be_taken_leaves_the_state_before_it() {
+    let place = tempfile::tempdir().unwrap();
+    let mut run = rods(place.path());
+    let breaks = |_: &Bodies, _: usize, time: f64| Load {
+        force: DVec3::splat(if time > 0.1 { f64::NAN } else { 0.0 }),
+        torque: DVec3::ZERO,
+    };
+    run.add_force(Box::new(breaks));
+    let fault = std::iter::repeat_with(|| run.advance()).find_map(Result::err).unwrap();
+    assert!(matches!(fault, RunError::Fault(Fault::NotFinite { .. })), "{fault}");
+    let taken = run.simulation().state().clone();
+    assert!(taken.step >= 5 && !run.done());
+    drop(run);
+    let folder = Folder::open(&place.path().join("run")).unwrap();
+    assert_eq!(read_state(&folder.checkpoint()).unwrap().1, taken);
+    let summary = fs::read_to_string(folder.summary()).unwrap();
+    assert!(summary.contains("\"status\": \"fault\"") && !folder.last().exists(), "{summary}");
 }
 
 #[test]
