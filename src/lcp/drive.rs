@@ -4,10 +4,13 @@ use super::verbs::{Scalar, Verbs};
 use super::{Settings, Status};
 
 /// A solve stops without success when the best residual has not come down by [`PROGRESS`] over this many iterations, or over as many as
-/// the last gain took to come, if those are more. The slowest stored instances pause for some hundred iterations between two gains of
-/// the fast methods; projected Jacobi, whose residual falls like a power of the iterations, pauses for a part of all it has made
-/// (3,000 after 4,200 on a packing of 24 ellipsoids). Systems without a solution never gain.
+/// the last gain took to come, if those are more. The slowest stored instances pause for some hundred iterations between two gains;
+/// systems without a solution never gain.
 const PATIENCE: u64 = 3_000;
+
+/// The same for methods that only contract slowly: projected Jacobi pauses for 20,000 iterations on a packing of 24 ellipsoids, while
+/// the set of touching pairs settles, and then converges.
+pub(crate) const PATIENCE_OF_SLOW_METHODS: u64 = 50_000;
 
 /// The part of the best residual that counts as a gain.
 const PROGRESS: f64 = 0.99;
@@ -29,6 +32,10 @@ pub(crate) trait Method<V: Verbs> {
     fn step(&mut self, verbs: &mut V, at: &mut Point<V::Vector>);
     /// Brings `at.g` up to date before it is looked at. Says whether it is a fresh gradient; otherwise it is a recurrence's.
     fn refresh(&mut self, verbs: &mut V, at: &mut Point<V::Vector>) -> bool;
+    /// Iterations without a gain after which there is no hope.
+    fn patience(&self) -> u64 {
+        PATIENCE
+    }
 }
 
 /// The vectors of the driver.
@@ -93,7 +100,7 @@ impl<T> Drive<T> {
             if iteration >= settings.max_iterations {
                 break Status::MaxIterations;
             }
-            if iteration - marked_at >= PATIENCE.max(marked_at) {
+            if iteration - marked_at >= method.patience().max(marked_at) {
                 break Status::NoProgress;
             }
             for _ in 0..check_every.min(settings.max_iterations - iteration) {

@@ -2,7 +2,7 @@
 //! (Cottle, Pang, Stone: The linear complementarity problem, section 5.2). Sequential, so for the CPU only.
 
 use super::cpu::Cpu;
-use super::drive::{Method, Point};
+use super::drive::{Method, PATIENCE_OF_SLOW_METHODS, Point};
 use super::product::{add, dot, scatter};
 use super::verbs::Verbs;
 
@@ -38,5 +38,9 @@ impl<const D: usize> Method<Cpu<D>> for ProjectedGaussSeidel<D> {
     fn refresh(&mut self, verbs: &mut Cpu<D>, at: &mut Point<Vec<f64>>) -> bool {
         verbs.gradient(&at.x, &mut at.g);
         true
+    }
+
+    fn patience(&self) -> u64 {
+        PATIENCE_OF_SLOW_METHODS
     }
 }

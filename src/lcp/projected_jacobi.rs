@@ -2,7 +2,7 @@
 //! of `A` (see [`super::product::Product::majorant`]), so that every `0 < w < 2` descends (Cottle, Pang, Stone: The linear
 //! complementarity problem, section 5.2).
 
-use super::drive::{Method, Point};
+use super::drive::{Method, PATIENCE_OF_SLOW_METHODS, Point};
 use super::verbs::{Metric, Verbs};
 
 /// Over-relaxation. The majorant is loose, so the largest safe steps are the fastest; 1.9 needs half the products of 1.
@@ -26,5 +26,9 @@ impl<V: Verbs> Method<V> for ProjectedJacobi<V::Vector> {
 
     fn refresh(&mut self, _: &mut V, _: &mut Point<V::Vector>) -> bool {
         true
+    }
+
+    fn patience(&self) -> u64 {
+        PATIENCE_OF_SLOW_METHODS
     }
 }
