@@ -1,5 +1,7 @@
 //! Separations against reference pairs, brute force and finite differences, and proxies against the surfaces.
 
+#![allow(clippy::unwrap_used)]
+
 use glam::{DMat3, DQuat, DVec3, DVec4};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -30,11 +30,10 @@ pub(super) fn normal<const N: usize>(radii: [f64; N], p: [f64; N]) -> [f64; N] {
     for _ in 0..MAX_STEPS {
         let (sum, slope) = sums(radii, p, excess, tau);
         let step = sum / slope * (sum.sqrt() - 1.0);
-        let next = tau + step;
-        if !(next > tau) || step <= f64::EPSILON * tau {
+        if step <= f64::EPSILON * tau {
             break;
         }
-        tau = next;
+        tau += step;
     }
     let mut n = p;
     for i in 0..N {

@@ -362,7 +362,7 @@ fn check_aspect(largest: f64, smallest: f64) -> Result<(), ShapeError> {
 fn check_axis_count(count: usize) -> Result<(), ProxyError> {
     if count < 3 {
         Err(ProxyError::TooFew { count, least: 3 })
-    } else if count % 2 == 0 {
+    } else if count.is_multiple_of(2) {
         Err(ProxyError::Even { count })
     } else {
         Ok(())
