@@ -1,5 +1,7 @@
 //! Separations against reference pairs, brute force and finite differences, and proxies against the surfaces.
 
+#![allow(clippy::unwrap_used)]
+
 use glam::{DMat3, DQuat, DVec3, DVec4};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -325,6 +327,39 @@ fn rings_are_nearest_where_a_search_round_them_says() {
             _ => {}
         }
         check_ring(&ring, &other);
+    }
+}
+
+#[test]
+fn turning_a_pair_of_rings_does_not_lose_its_nearest_points() {
+    let mut random = ChaCha8Rng::seed_from_u64(13);
+    for round in 0..6000 {
+        let radius = if round % 2 == 0 { 1.0 } else { 10f64.powf(random.random_range(-2.0..2.0)) };
+        let ring = |major_radius, position, orientation| Placed {
+            shape: Shape::Torus { major_radius, minor_radius: 1e-3 },
+            position,
+            orientation,
+        };
+        let reach = random.random_range(0.0..1.0 + radius);
+        let (mut place, mut orientation) = (direction(&mut random) * reach, turn(&mut random));
+        let tilt = direction(&mut random) * 10f64.powf(random.random_range(-12.0..0.0));
+        match round % 3 {
+            0 => {}
+            1 => orientation = DQuat::from_scaled_axis(tilt),
+            _ => {
+                orientation = DQuat::from_scaled_axis(tilt) * DQuat::from_rotation_x(FRAC_PI_2);
+                place = DVec3::X + direction(&mut random) * tilt.length();
+            }
+        }
+        let (a, b) = (ring(radius, DVec3::ZERO, DQuat::IDENTITY), ring(1.0, place, orientation));
+        let rotation = turn(&mut random);
+        let spun = |p: &Placed| Placed {
+            position: rotation * p.position,
+            orientation: rotation * p.orientation * DQuat::from_rotation_z(1.234),
+            ..*p
+        };
+        let (s, t) = (pair(&a, &b).separation, pair(&spun(&a), &spun(&b)).separation);
+        assert!((s - t).abs() < 1e-10 * (1.0 + radius), "{a:?} {b:?} {s} {t}");
     }
 }
 

@@ -186,6 +186,9 @@ fn of_families(delta: DVec3, a: Family, b: Family, warm: Option<DVec3>) -> Optio
         (Family::Segment(a, ra), Family::Ellipsoid(b)) => {
             Some(segment_ellipsoid::separation(-delta, b, a, ra).flipped())
         }
+        (Family::Circle(a, ra), Family::Circle(b, rb)) if a.radius < b.radius => {
+            Some(circles::nearest(-delta, b, a).thickened(rb, ra).flipped())
+        }
         (Family::Circle(a, ra), Family::Circle(b, rb)) => Some(circles::nearest(delta, a, b).thickened(ra, rb)),
         (Family::Ellipsoid(a), Family::Ellipsoid(b)) => Some(ellipsoids::separation(delta, a, b, warm)),
         _ => None,

@@ -8,8 +8,9 @@
 use super::support::Support;
 use glam::DVec3;
 
-/// Steps at most. Random poses at aspect ratios up to 1000 take under 60; the cap only ends what rounding would prolong.
-const MAX_STEPS: usize = 200;
+/// Steps at most. Over thousands of random poses in contact range none took more than 3 at aspect ratio 2, 12 at 100 and
+/// 53 at 1000; deep overlap, from every start, up to 128.
+const MAX_STEPS: usize = 400;
 /// Gradient, as a fraction of the sizes, that is rounding.
 const GRADIENT_FLOOR: f64 = 4e-16;
 /// Change in `f`, as a fraction of the sizes, that is rounding.

@@ -88,8 +88,8 @@ pub struct ProxySphere {
 
 /// The largest ratio of a shape's largest to its smallest size that is supported.
 ///
-/// Measured over random poses against a search of the sphere of normals (`tests/separation.rs`): at 1000:1 and 1:1000
-/// separations are still within 1e-9 of the size, and the contact points agree with the normal to the same.
+/// Random poses of ellipsoids and rods up to it, 1000:1 and 1:1000 among them, were searched for a normal with a larger bound: none
+/// beats the separation by more than 1e-15 of the size, and the contact points lie along the normal to 1e-12 of the size.
 pub const MAX_ASPECT: f64 = 1000.0;
 
 /// How far a body may be from mirror-symmetric in its plane and still count as planar: 1e-9 of its size is below every
@@ -363,7 +363,7 @@ fn check_aspect(largest: f64, smallest: f64) -> Result<(), ShapeError> {
 fn check_axis_count(count: usize) -> Result<(), ProxyError> {
     if count < 3 {
         Err(ProxyError::TooFew { count, least: 3 })
-    } else if count % 2 == 0 {
+    } else if count.is_multiple_of(2) {
         Err(ProxyError::Even { count })
     } else {
         Ok(())
