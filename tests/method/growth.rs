@@ -219,11 +219,14 @@ fn scenes_with_memory() -> Vec<Scene> {
         parse(&json!({
             "name": "ellipsoids", "seed": 4, "time": {"dt": 0.1, "end": 0.1 * f64::from(steps)}, "contact": {"method": method},
             "forces": [{"radial_inward": {}}],
-            "generate": [{"isotropic": {"count": count, "shape": {"ellipsoid": {"radii": [0.6, 0.8, 1.5]}}, "volume_fraction": 0.15}}]
+            "generate": [{"isotropic": {"count": count, "shape": {"ellipsoid": {"radii": [0.6, 0.6, 1.5]}}, "volume_fraction": 0.15}}]
         }))
     };
-    let chainmail =
-        scene::load("chainmail", &["generate.0.chainmail.columns=4".into(), "time.end=0.05".into()]).unwrap();
+    let chainmail = scene::load(
+        "chainmail",
+        &["generate.0.chainmail.columns=4".into(), "time.dt=0.01".into(), "time.end=2".into()],
+    )
+    .unwrap();
     vec![
         colony(true, json!({"overdamped": {"drag": 1.0}}), 1, after_division(5)),
         ellipsoids(json!("relcp"), 1100, 8),

@@ -366,7 +366,7 @@ fn a_plugged_in_force_sees_the_state_and_the_time() {
 #[test]
 fn after_a_force_that_is_not_finite_stepping_goes_on_as_if_it_had_not_been() {
     for (bad, torque) in
-        [(f64::NAN, 0.0), (f64::INFINITY, 0.0), (0.0, f64::NEG_INFINITY), (1e300, 1e300), (0.0, f64::NAN)]
+        [(f64::NAN, 0.0), (f64::INFINITY, 0.0), (0.0, f64::NEG_INFINITY), (0.0, f64::NAN), (1e300, 0.0), (0.0, 1e300)]
     {
         let scene = crate::random::heap(7, &["sphere", "spherocylinder", "ellipsoid"], 20, 0.02);
         let mut untouched = start(scene.clone());
@@ -407,6 +407,20 @@ fn after_a_force_that_is_not_finite_stepping_goes_on_as_if_it_had_not_been() {
         }
         assert_eq!(simulation.state(), untouched.state(), "the fault left something behind");
     }
+}
+
+#[test]
+fn a_torque_too_large_to_turn_by_leaves_no_body_without_an_orientation() {
+    // Its angular velocity is finite, but the length of the quaternion that it turns by is not.
+    let scene = parse(&json!({
+        "name": "torque", "time": {"dt": 0.1, "end": 1.0}, "bodies": [body(rod(0.5, 2.0), [0.0; 3], DQuat::IDENTITY)]
+    }));
+    let mut simulation = start(scene);
+    let before = simulation.state().clone();
+    simulation
+        .add_force(Box::new(|_: &Bodies, _: usize, _: f64| Load { force: DVec3::ZERO, torque: DVec3::X * 1e300 }));
+    assert_eq!(simulation.step(), Err(Fault::NotFinite { step: 1, what: "pose", body: 0 }));
+    assert_eq!(simulation.state(), &before);
 }
 
 #[test]
