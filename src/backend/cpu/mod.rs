@@ -9,10 +9,11 @@ use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{self, FEATURE_OF_SURFACES, Mover, RowSource, RowSourceError, sub_sphere_separations};
 use crate::dynamics::{self, ForceField, Law, Load, Motion, Pose, Twist};
+use crate::freedom::PLANAR;
 use crate::lcp::{self, Outcome, Problem};
 use crate::relcp::{Fault, Phases, State, Warm};
 use crate::scene::{Growth, Scene};
-use crate::separation::Placed;
+use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::ProxySphere;
 use glam::DVec3;
 use narrow_phase::{Known, Near};
@@ -64,6 +65,8 @@ pub struct Cpu<const D: usize> {
 }
 
 impl<const D: usize> Cpu<D> {
+    const SEPARATE: narrow_phase::Separate = if D == PLANAR { planar_separation } else { separation };
+
     /// A backend for `scene` in `state`.
     pub fn new(scene: &Scene, state: State) -> Result<Self, RowSourceError> {
         let source = scene.contact.method.row_source();
@@ -158,7 +161,7 @@ impl<const D: usize> Cpu<D> {
     fn append_near_surfaces(&mut self, pairs: &[[u32; 2]]) {
         let known = narrow_phase::remembered(&self.state.warm);
         let limit = |a: usize, b: usize| self.cutoff + self.reach[a] + self.reach[b];
-        let near = narrow_phase::within(pairs, &known, |i| self.start.placed(i), limit);
+        let near = narrow_phase::within(pairs, &known, Self::SEPARATE, |i| self.start.placed(i), limit);
         self.known = near.iter().map(Known::from).collect();
         let warm = std::mem::take(&mut self.state.warm);
         let mut cursor = warm.iter().peekable();
@@ -321,7 +324,8 @@ impl<const D: usize> Backend for Cpu<D> {
         let pairs = candidates.ensure(&boxes);
         self.phases.broad_phase += begun.elapsed();
         let begun = Instant::now();
-        let overlapping = narrow_phase::within(pairs, &self.known, |i| self.placed_at_trial(i), |_, _| 0.0);
+        let overlapping =
+            narrow_phase::within(pairs, &self.known, Self::SEPARATE, |i| self.placed_at_trial(i), |_, _| 0.0);
         self.candidates = candidates;
         narrow_phase::renew(&mut self.known, &overlapping);
         self.overlapping = overlapping;
