@@ -114,20 +114,21 @@ impl PairBlocks {
                 out[0] = (x[rows.start] - slope(rows.start) / matrix[0]).max(0.0);
                 continue;
             }
-            let (m, x) = (rows.len(), &x[rows.clone()]);
-            scratch.linear.clear();
-            for (i, row) in rows.enumerate() {
-                let bx: f64 = (0..m).map(|j| matrix[i * m + j] * x[j]).sum();
-                scratch.linear.push(slope(row) - bx);
-            }
+            let (m, first, x) = (rows.len(), rows.start, &x[rows]);
+            let linear = |i: usize| {
+                let row = &matrix[i * m..(i + 1) * m];
+                slope(first + i) - row.iter().zip(x).map(|(b, x)| b * x).sum::<f64>()
+            };
             if m == 2 {
-                two(matrix, &scratch.linear, out);
-            } else {
-                scratch.solution.clear();
-                scratch.solution.extend(x.iter().map(|x| x.max(0.0)));
-                active_set(matrix, scratch);
-                out.copy_from_slice(&scratch.solution);
+                two(matrix, [linear(0), linear(1)], out);
+                continue;
             }
+            scratch.linear.clear();
+            scratch.linear.extend((0..m).map(linear));
+            scratch.solution.clear();
+            scratch.solution.extend(x.iter().map(|x| x.max(0.0)));
+            active_set(matrix, scratch);
+            out.copy_from_slice(&scratch.solution);
         }
     }
 
@@ -158,7 +159,7 @@ fn entry<const D: usize>(pair: &[[u32; 2]], jacobian: &[[[f64; D]; 2]], i: usize
 }
 
 /// `argmin over y >= 0 of c . y + 1/2 y . B y` for two rows, by its four cases.
-fn two(b: &[f64], c: &[f64], y: &mut [f64]) {
+fn two(b: &[f64], c: [f64; 2], y: &mut [f64]) {
     let det = b[0] * b[3] - b[1] * b[2];
     let both = [(b[1] * c[1] - b[3] * c[0]) / det, (b[2] * c[0] - b[0] * c[1]) / det];
     if both[0] >= 0.0 && both[1] >= 0.0 {
