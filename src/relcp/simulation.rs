@@ -42,7 +42,9 @@ pub struct State {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Fault {
     /// A number that is not finite turned up.
-    #[error("step {step}: the {what} of body {body} is not finite; its forces are too large for dt, or a plugged-in force is not finite")]
+    #[error(
+        "step {step}: the {what} of body {body} is not finite; its forces are too large for dt, or a plugged-in force is not finite"
+    )]
     NotFinite {
         /// The step that was being taken.
         step: u64,
@@ -81,7 +83,9 @@ impl Simulation {
     /// # Errors
     /// [`Fault::NoProxy`] where the method is multi-sphere and a body has no proxy of that count.
     pub fn new(scene: Scene, bodies: Bodies) -> Result<Self, Fault> {
-        let next_id = bodies.lineage.iter().map(|l| l.id + 1).max().unwrap_or(0);
+        // A parent's id is taken too, although the parent is no more.
+        let taken = bodies.lineage.iter().map(|l| l.id.max(l.parent.unwrap_or(0)));
+        let next_id = taken.max().map_or(0, |id| id + 1);
         Self::resume(scene, State { step: 0, next_id, bodies, warm: Vec::new() })
     }
 
