@@ -24,10 +24,6 @@ use std::time::{Duration, Instant};
 /// (a body's share of any of these loops is 20 to 100 ns, waking a thread some 5 us).
 const LEAST_BODIES_A_TASK: usize = 512;
 
-/// A default cutoff is this part of the smallest body's thickness. It only decides which pairs get a row before the first trial
-/// shows that they need one: at 1/4, a growing colony of rods at dt = 1e-3 carries 2.7 rows a rod.
-const CUTOFF_PER_THICKNESS: f64 = 0.25;
-
 /// The CPU backend. `D` is [`crate::freedom::PLANAR`] or [`crate::freedom::SPATIAL`].
 pub struct Cpu<const D: usize> {
     dt: f64,
@@ -71,7 +67,6 @@ impl<const D: usize> Cpu<D> {
     pub fn new(scene: &Scene, state: State) -> Result<Self, RowSourceError> {
         let source = scene.contact.method.row_source();
         source.proxies(&state.bodies.shape)?;
-        let thickness = state.bodies.shape.iter().map(|s| s.thickness()).fold(f64::INFINITY, f64::min);
         Ok(Cpu {
             dt: scene.time.dt,
             start_time: scene.time.start,
@@ -79,11 +74,11 @@ impl<const D: usize> Cpu<D> {
             seed: scene.seed,
             growth: scene.growth,
             overlap_tolerance: scene.contact.overlap_tolerance,
-            cutoff: scene.contact.cutoff.unwrap_or(CUTOFF_PER_THICKNESS * thickness),
+            cutoff: scene.cutoff(),
             law: dynamics::law(&scene.dynamics),
             forces: dynamics::forces_from_scene(&scene.forces, &scene.group_names(), &scene.dynamics),
             source,
-            solver: lcp::Solver::new(scene.solver.kind, scene.solver.settings(scene.contact.overlap_tolerance)),
+            solver: lcp::Solver::new(scene.solver.kind, scene.lcp_settings()),
             candidates: Candidates::default(),
             start: Bodies::default(),
             next_id: state.next_id,
