@@ -144,7 +144,7 @@ pub struct Contact {
     #[schemars(range(min = 1))]
     pub max_recursions: u32,
     /// Pairs nearer than this at a step's start get a row (beside those that the free motion may bring into contact), a length.
-    /// Without it: a quarter of the smallest body's thickness.
+    /// Without it: a tenth of the thinnest body's thickness.
     #[schemars(range(min = 0))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cutoff: Option<f64>,

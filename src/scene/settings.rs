@@ -11,8 +11,10 @@ const TOLERANCE_PER_OVERLAP: f64 = 0.1;
 const MOST_ITERATIONS: u64 = 100_000;
 
 /// The default cutoff is this part of the thinnest body's thickness. It only decides which pairs get a row before the first trial
-/// shows that they need one: at 1/4, a growing colony of rods at dt = 1e-3 carries 2.7 rows a rod.
-const CUTOFF_PER_THICKNESS: f64 = 0.25;
+/// shows that they need one, beside those that the free motion may bring into contact. Between 1/4 and 1/400 neither the recursions
+/// nor the products of a packed compaction (1,000 ellipsoids, dt = 0.1) or of a colony change by more than 3 %, while the rows fall by 15 %
+/// and 8 %; two thirds of that are had at 1/10.
+const CUTOFF_PER_THICKNESS: f64 = 0.1;
 
 /// Recorded states of a run, where a scene does not say: a film of some seconds.
 const STATES: f64 = 100.0;
@@ -33,7 +35,7 @@ impl Scene {
         }
     }
 
-    /// Distance within which pairs are near at a step's start: as given, or a quarter of the thinnest starting body's thickness
+    /// Distance within which pairs are near at a step's start: as given, or a tenth of the thinnest starting body's thickness
     /// (growth and division leave it as it is).
     pub fn cutoff(&self) -> f64 {
         self.contact.cutoff.unwrap_or_else(|| CUTOFF_PER_THICKNESS * self.thinnest())
