@@ -1,4 +1,5 @@
 //! Scenes: reading, refusing, building, writing.
+#![allow(clippy::unwrap_used)]
 
 use proptest::prelude::*;
 use relcp::bodies::{Bodies, NO_GROUP};
@@ -11,10 +12,7 @@ use serde_json::Value;
 use std::path::Path;
 
 fn good() -> Scene {
-    match scene::load("two-ellipsoids", &[]) {
-        Ok(scene) => scene,
-        Err(error) => panic!("{error}"),
-    }
+    scene::load("two-ellipsoids", &[]).unwrap()
 }
 
 // ---- built-in scenes ----
