@@ -72,7 +72,7 @@ fn over_angles(delta: DVec3, families: &[Family; 2]) -> Separation {
         }
         let low = angles[before] - if before > k { TAU } else { 0.0 };
         let high = angles[after] + if after < k { TAU } else { 0.0 };
-        let angle = golden_section(&value, low, high);
+        let angle = golden_section(value, low, high);
         for found in [(values[k], angles[k]), (value(angle), angle)] {
             if found.0 > best.0 {
                 best = found;
