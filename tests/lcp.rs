@@ -124,6 +124,8 @@ fn random<const D: usize>(seed: u64, bodies: u32, rows: usize, apart: f64) -> Pr
 
 /// Solves a random problem exactly, and by other solvers from nothing and from a poor start: same velocity, honest residual.
 fn agree<const D: usize>(kinds: &[SolverKind], seed: u64, bodies: u32, rows: usize, apart: f64) {
+    // Nearly parallel rows have large multipliers, whose rounding the residual shows.
+    let tolerance = if apart < 0.1 { 1e-9 } else { 1e-10 };
     let problem = random::<D>(seed, bodies, rows, apart);
     let mut exact = Vec::new();
     let settings = Settings { tolerance: 1e-12, max_iterations: 10_000 };
@@ -132,7 +134,7 @@ fn agree<const D: usize>(kinds: &[SolverKind], seed: u64, bodies: u32, rows: usi
     let reference = velocity(&problem, &exact);
     let size = reference.as_flattened().iter().fold(0.0, |a: f64, b| a.max(b.abs()));
     for kind in kinds {
-        let settings = Settings { tolerance: 1e-10, max_iterations: 400_000 };
+        let settings = Settings { tolerance, max_iterations: 400_000 };
         let mut solver = Solver::new(*kind, settings);
         let poor: Vec<f64> =
             exact.iter().enumerate().map(|(row, x)| if row % 3 == 0 { 0.7 * x } else { 0.01 }).collect();
@@ -199,7 +201,8 @@ fn stored_systems_have_the_stored_velocity() {
     for (name, _, _) in STORED {
         let stored = stored(name);
         let mut gamma = stored.start.clone();
-        let outcome = solve(SolverKind::Auto, &stored.problem, &mut gamma, 1e-9);
+        let tolerance = if name.contains("1024") { 1e-9 } else { 5e-9 };
+        let outcome = solve(SolverKind::Auto, &stored.problem, &mut gamma, tolerance);
         let error = error(&stored.problem, &gamma, &stored.velocity);
         println!("{name}: {outcome:?}, error {error:.1e}");
         assert!(error < 1e-6, "{name}: {outcome:?}, error {error:.1e}");
