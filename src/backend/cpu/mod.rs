@@ -194,7 +194,7 @@ impl<const D: usize> Cpu<D> {
         self.state.warm = warm;
     }
 
-    /// The trial's twists and poses, or the first body whose velocity is not finite.
+    /// The trial's twists and poses, or the first body that has none.
     fn set_trial(&mut self) -> Result<(), Fault> {
         lcp::velocity_into(&self.problem, &self.gamma, &mut self.scaled);
         let (mut twist, mut trial) = (std::mem::take(&mut self.twist), std::mem::take(&mut self.trial));
@@ -210,8 +210,13 @@ impl<const D: usize> Cpu<D> {
             .unzip_into_vecs(&mut twist, &mut trial);
         (self.twist, self.trial) = (twist, trial);
         let finite = |t: &Twist| t.linear.is_finite() && t.angular.is_finite();
-        match self.twist.iter().position(|t| !finite(t)) {
-            Some(body) => Err(Fault::NotFinite { step: self.state.step + 1, what: "velocity", body }),
+        let step = self.state.step + 1;
+        if let Some(body) = self.twist.iter().position(|t| !finite(t)) {
+            return Err(Fault::NotFinite { step, what: "velocity", body });
+        }
+        // A finite velocity can still be too large to arrive anywhere: the square of a quaternion's length overflows.
+        match self.trial.iter().position(|p| !p.position.is_finite() || !p.orientation.is_normalized()) {
+            Some(body) => Err(Fault::NotFinite { step, what: "pose", body }),
             None => Ok(()),
         }
     }
