@@ -3,6 +3,7 @@
 use super::{Method, Scene};
 use crate::constraint::RowSource;
 use crate::lcp::Settings;
+use crate::shape::Shape;
 
 /// A solver stops at this part of the overlap tolerance, so that the linear solve adds little to what the recursion measures.
 const TOLERANCE_PER_OVERLAP: f64 = 0.1;
@@ -38,7 +39,13 @@ impl Scene {
     /// Distance within which pairs are near at a step's start: as given, or a tenth of the thinnest starting body's thickness
     /// (growth and division leave it as it is).
     pub fn cutoff(&self) -> f64 {
-        self.contact.cutoff.unwrap_or_else(|| CUTOFF_PER_THICKNESS * self.thinnest())
+        self.cutoff_of(self.shapes().map(|(_, _, shape)| shape))
+    }
+
+    /// As [`Scene::cutoff`], where the bodies are not the scene's own.
+    pub fn cutoff_of(&self, shapes: impl Iterator<Item = Shape>) -> f64 {
+        let default = || CUTOFF_PER_THICKNESS * shapes.map(|shape| shape.thickness()).reduce(f64::min).unwrap_or(0.0);
+        self.contact.cutoff.unwrap_or_else(default)
     }
 
     /// The thinnest starting body's thickness; infinite where there is no body.

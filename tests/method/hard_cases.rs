@@ -512,3 +512,16 @@ fn a_body_squeezed_out_fast_does_not_pass_through_a_third() {
         assert!(x[2].y < x[3].y, "passed through: {x:?}");
     }
 }
+
+#[test]
+fn bodies_given_beside_a_scene_without_any_still_touch() {
+    let with = scene(
+        0.1,
+        &[body(sphere(0.5), [0.0; 3], DQuat::IDENTITY), body(sphere(0.5), [0.9, 0.0, 0.0], DQuat::IDENTITY)],
+        json!([]),
+    );
+    let bodies = with.build().unwrap();
+    let empty = relcp::scene::Scene { bodies: Vec::new(), ..with };
+    let mut simulation = Simulation::new(empty, bodies).unwrap();
+    assert_eq!(simulation.step().unwrap().constraints, 1);
+}

@@ -74,7 +74,7 @@ impl<const D: usize> Cpu<D> {
             seed: scene.seed,
             growth: scene.growth,
             overlap_tolerance: scene.contact.overlap_tolerance,
-            cutoff: scene.cutoff(),
+            cutoff: scene.cutoff_of(state.bodies.shape.iter().copied()),
             law: dynamics::law(&scene.dynamics),
             forces: dynamics::forces_from_scene(&scene.forces, &scene.group_names(), &scene.dynamics),
             source,
