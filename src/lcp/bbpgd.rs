@@ -8,8 +8,8 @@
 use super::drive::{Method, Point};
 use super::verbs::{Metric, Scalar, Verbs};
 
-/// Iterations without a new best objective after which steps are cut. Cycles seen have a period of 4; the method's useful rises
-/// last less than 10 iterations.
+/// Iterations without a new best objective after which steps are cut. On the stored systems 3 to 100 cost the same products within a
+/// tenth; cycles are left the sooner the fewer.
 const PATIENCE: f64 = 10.0;
 
 pub(crate) struct Bbpgd<V: Verbs> {

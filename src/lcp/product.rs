@@ -6,9 +6,10 @@
 use super::incidence::Incidence;
 use rayon::prelude::*;
 
-/// From this many rows on loops are parallel. `benches/lcp.rs` with two threads: forking costs 10 to 20 microseconds a loop, what a
-/// sequential product takes for some 3,000 rows; at 16,384 rows two threads win on all machines tried.
-pub(crate) const PARALLEL_ROWS: usize = 16_384;
+/// From this many rows on loops are parallel. `benches/lcp.rs`: a sequential product takes some 300 microseconds there, against 10 to 20
+/// for each of its two forks. Where both cores were busy with other programs, two threads lost up to a third up to 100,000 rows and
+/// drew level at 400,000.
+pub(crate) const PARALLEL_ROWS: usize = 32_768;
 
 /// How many rows or bodies one task takes: some 30 microseconds of work.
 const TASK: usize = 4_096;
