@@ -12,7 +12,10 @@ pub fn step(backend: &mut dyn Backend, contact: &Contact) -> Result<StepReport, 
     backend.append_near()?; // A_0: one row a near pair
     report.count(backend.solve()?); // gamma_0, U_0
     let mut overlap = backend.trial()?; // C_1 = C(U_0), every pair looked at
-    while overlap.violations > 0 && report.recursions < contact.method.most_recursions(contact.max_recursions) {
+    while overlap.violations > 0
+        && report.recursions < contact.method.most_recursions(contact.max_recursions)
+        && !report.contradicted(contact.overlap_tolerance)
+    {
         backend.append_violations()?; // A_n+1: one more row a violating pair, linearised at C_n+1
         report.count(backend.solve()?); // gamma_n+1 from gamma_n, U_n+1
         overlap = backend.trial()?; // C_n+2 = C(U_n+1), from C^k with the total velocity
@@ -25,6 +28,12 @@ pub fn step(backend: &mut dyn Backend, contact: &Contact) -> Result<StepReport, 
 }
 
 impl StepReport {
+    /// Whether the last solve stalled with a row violated by more than `tolerance`: its rows have no common solution, and as rows
+    /// are never changed, more of them will not give them one. It happens where a body fits a hole nowhere.
+    fn contradicted(&self, tolerance: f64) -> bool {
+        matches!(self.status, Status::NoProgress | Status::NotFinite) && self.residual > tolerance
+    }
+
     /// Adds one solve.
     fn count(&mut self, outcome: Outcome) {
         self.iterations += outcome.iterations;

@@ -144,7 +144,7 @@ fn bodies_inside_others_part() {
 /// A ring is not convex: a sphere that fits its hole nowhere is pushed to and fro across it, and the rows of one step, each right at
 /// its own trial, have no common solution. Whatever is accepted must be reported as it is.
 #[test]
-fn a_sphere_too_large_for_the_hole_it_is_in_is_parted_or_reported() {
+fn a_sphere_too_large_for_the_hole_it_is_in_neither_hangs_the_step_nor_goes_unreported() {
     for x in [[0.0; 3], [0.05, 0.0, 0.0], [0.0, 0.0, 0.05], [0.02, 0.01, 0.1]] {
         let both = [body(ring(1.0, 0.3), [0.0; 3], DQuat::IDENTITY), body(sphere(0.9), x, DQuat::IDENTITY)];
         let mut simulation = start(scene(1e-2, &both, json!([])));
@@ -154,8 +154,8 @@ fn a_sphere_too_large_for_the_hole_it_is_in_is_parted_or_reported() {
         let last = reports.last().unwrap();
         assert!(last.within(TOLERANCE) || last.recursions == 64 || last.unconverged > 0, "{last:?}");
         let reach = simulation.state().bodies.position.iter().map(|x| x.length()).fold(0.0, f64::max);
-        let said = reports.iter().any(|r| r.unconverged > 0);
-        assert!(reach < 10.0 || said, "thrown away to {reach} without a word");
+        assert!(reach < 10.0, "thrown away, to {reach}");
+        assert!(reports.iter().all(|r| r.iterations < 10_000), "goes on where there is no solution");
     }
 }
 

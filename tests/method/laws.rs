@@ -266,7 +266,7 @@ struct Fall {
 /// A cloud that falls together; energies in parts of that at the start.
 fn fall_together(seed: u64, shape: &Value, method: &str, dt: f64) -> Fall {
     let mut random = Random::new(seed);
-    let mut scene = parse(&json!({
+    let scene = parse(&json!({
         "name": "cloud", "seed": seed, "time": {"dt": dt, "end": 1.0}, "dynamics": {"inertial": {"density": 1.0}},
         "contact": {"method": method}, "solver": {"tolerance": 1e-11},
         "generate": [{"isotropic": {"count": 40, "shape": shape, "volume_fraction": 0.1}}]
@@ -276,7 +276,6 @@ fn fall_together(seed: u64, shape: &Value, method: &str, dt: f64) -> Fall {
         bodies.velocity[i] = -2.0 * bodies.position[i] + 0.5 * random.vector();
         bodies.angular_velocity[i] = random.vector();
     }
-    scene.generate.clear();
     let free = law(&scene.dynamics);
     let mut simulation = Simulation::new(scene, bodies).unwrap();
     let own = |bodies: &Bodies, i: usize| [bodies.velocity[i], bodies.angular_velocity[i]];
