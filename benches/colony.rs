@@ -62,7 +62,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = scene::load("colony", &[format!("time.end={}", generations * 2f64.ln() + 0.005)])?;
     let bodies = scene.build()?;
     let mut simulation = Simulation::new(scene, bodies)?;
-    println!("| cells | steps | wall s | rows | recursions | products | worst overlap | unconverged | broad ms | narrow ms | solve ms | integrate ms | growth ms |");
+    println!(
+        "| cells | steps | wall s | rows | recursions | products | worst overlap | unconverged | broad ms | narrow ms | solve ms | integrate ms | growth ms |"
+    );
     println!("| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |");
     let (begun, mut generation, mut count) = (Instant::now(), Generation::default(), 1);
     while !simulation.done() {

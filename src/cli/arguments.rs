@@ -100,7 +100,7 @@ Examples:
 
 Ctrl-C ends the run after the step being taken and leaves a checkpoint, as every minute does;
 a second one quits at once.
-The folder has scene.json, steps.csv, states/, final.json, summary.json and the checkpoint.";
+The folder has scene.json, steps.csv, states/, final.json, final.png, summary.json and the checkpoint.";
 
 #[derive(Args, Debug)]
 #[command(after_help = RUN_EXAMPLES)]

@@ -60,9 +60,7 @@ fn field(force: &Force, groups: &[String], dynamics: &Dynamics) -> Box<dyn Force
                 // Bodies have no mass; a scene that asks for this is refused on reading.
                 Dynamics::Overdamped { .. } => 0.0,
             };
-            on_group(group, groups, move |bodies, i| {
-                density * bodies.shape[i].volume() * DVec3::from(acceleration)
-            })
+            on_group(group, groups, move |bodies, i| density * bodies.shape[i].volume() * DVec3::from(acceleration))
         }
         Force::RadialInward { ref group } => on_group(group, groups, |bodies, i| -radial(bodies.position[i])),
         Force::RadialOutward { ref group } => on_group(group, groups, |bodies, i| radial(bodies.position[i])),

@@ -30,15 +30,7 @@ pub fn grow(bodies: &mut Bodies, growth: &Growth, planar: bool, seed: u64, time:
 }
 
 /// Body `mother` becomes the daughter at its lower end; the one at its upper end is added last.
-fn divide(
-    bodies: &mut Bodies,
-    mother: usize,
-    growth: &Growth,
-    planar: bool,
-    seed: u64,
-    time: f64,
-    next_id: &mut u64,
-) {
+fn divide(bodies: &mut Bodies, mother: usize, growth: &Growth, planar: bool, seed: u64, time: f64, next_id: &mut u64) {
     let placed = bodies.placed(mother);
     let Some(length) = placed.shape.growing_length() else { return };
     let Some(shape) = placed.shape.grown(0.5 * length) else { return };
@@ -54,8 +46,9 @@ fn divide(
     for (daughter, shift) in [(mother, -offset), (upper, offset)] {
         bodies.shape[daughter] = shape;
         bodies.position[daughter] = placed.position + shift;
-        bodies.orientation[daughter] =
-            (turn(&mut random, growth.reorientation_degrees, planar, placed.orientation) * placed.orientation).normalize();
+        bodies.orientation[daughter] = (turn(&mut random, growth.reorientation_degrees, planar, placed.orientation)
+            * placed.orientation)
+            .normalize();
         bodies.velocity[daughter] = velocity + angular_velocity.cross(shift);
         bodies.angular_velocity[daughter] = angular_velocity;
         bodies.lineage[daughter] =

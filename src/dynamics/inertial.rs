@@ -25,10 +25,7 @@ impl Law for Inertial {
         let acceleration = axes * ((axes.transpose() * (load.torque - gyroscopic)) / moments);
         let root = (dt / moments).map(f64::sqrt);
         Motion {
-            free: Twist {
-                linear: bodies.velocity[i] + dt / mass * load.force,
-                angular: angular + dt * acceleration,
-            },
+            free: Twist { linear: bodies.velocity[i] + dt / mass * load.force, angular: angular + dt * acceleration },
             factor: Factor {
                 translation: (dt / mass).sqrt(),
                 rotation: axes * DMat3::from_diagonal(root) * axes.transpose(),

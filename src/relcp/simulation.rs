@@ -42,7 +42,9 @@ pub struct State {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Fault {
     /// A number that is not finite turned up.
-    #[error("step {step}: the {what} of body {body} is not finite; its forces are too large for dt, or a plugged-in force is not finite")]
+    #[error(
+        "step {step}: the {what} of body {body} is not finite; its forces are too large for dt, or a plugged-in force is not finite"
+    )]
     NotFinite {
         /// The step that was being taken.
         step: u64,

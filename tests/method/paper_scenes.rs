@@ -71,7 +71,10 @@ fn on_chainmail_only_relcp_holds_the_true_surfaces() {
     let proxies = [sheet.as_slice(), &["contact.method={\"multisphere\":{\"count\":32}}"]].concat();
     let (_, spheres) = run("chainmail", &proxies);
     let between_spheres = spheres.iter().filter_map(|r| r.proxy_overlap).fold(0.0, f64::max);
-    println!("multisphere: {between_spheres:.1e} between spheres, {:.2} of the minor radius", worst(&spheres) / minor_radius);
+    println!(
+        "multisphere: {between_spheres:.1e} between spheres, {:.2} of the minor radius",
+        worst(&spheres) / minor_radius
+    );
     assert!(worst(&spheres) > 0.1 * minor_radius, "{}", worst(&spheres));
 
     let (_, snsd) = run("chainmail", &[sheet.as_slice(), &["contact.method=\"snsd\""]].concat());

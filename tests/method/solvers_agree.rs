@@ -48,7 +48,8 @@ fn compare<const D: usize>(name: &str, problems: &[Problem<D>]) {
         assert!(rows <= 200, "{name}: {rows} rows are too many for the oracle");
         let solve = |kind, tolerance| {
             let mut gamma = Vec::new();
-            let outcome = Solver::new(kind, Settings { tolerance, max_iterations: 20_000_000 }).solve(problem, &mut gamma);
+            let outcome =
+                Solver::new(kind, Settings { tolerance, max_iterations: 20_000_000 }).solve(problem, &mut gamma);
             (outcome, velocity(problem, &gamma))
         };
         let (outcome, reference) = solve(SolverKind::Dense, 1e-13);

@@ -20,8 +20,14 @@ fn pass(dt: f64, method: &str) -> Passage {
     let bodies = scene.build().unwrap();
     let mut simulation = Simulation::new(scene, bodies).unwrap();
     let mut touching = Vec::new();
-    let mut passage =
-        Passage { at_30: [0.0; 3], first_contact: 0.0, last_contact: 0.0, recursions: 0, worst: 0.0, end: Default::default() };
+    let mut passage = Passage {
+        at_30: [0.0; 3],
+        first_contact: 0.0,
+        last_contact: 0.0,
+        recursions: 0,
+        worst: 0.0,
+        end: Default::default(),
+    };
     while !simulation.done() {
         let report = simulation.step().unwrap();
         assert_eq!(report.unconverged, 0);
