@@ -1,7 +1,10 @@
 //! Scenes: reading, refusing, building, writing.
+#![allow(clippy::unwrap_used)]
 
 use proptest::prelude::*;
 use relcp::bodies::{Bodies, NO_GROUP};
+use relcp::dynamics::grow;
+use relcp::relcp::Simulation;
 use relcp::scene::{self, FaultKind, Force, Generate, Method, Scene, SceneError};
 use relcp::shape::Shape;
 use serde::Deserialize;
@@ -9,10 +12,7 @@ use serde_json::Value;
 use std::path::Path;
 
 fn good() -> Scene {
-    match scene::load("two-ellipsoids", &[]) {
-        Ok(scene) => scene,
-        Err(error) => panic!("{error}"),
-    }
+    scene::load("two-ellipsoids", &[]).unwrap()
 }
 
 // ---- built-in scenes ----
@@ -44,6 +44,37 @@ fn the_paper_s_numbers_stand_in_the_scenes() {
     assert!(colony.time.end > 9.0 * std::f64::consts::LN_2 && colony.time.end < 10.0 * std::f64::consts::LN_2);
     assert_eq!(scene::load("three-capsules", &[]).unwrap().time.steps(), 8);
     assert_eq!(scene::load("compaction-full", &[]).unwrap().body_count(), 10_000);
+}
+
+/// Bodies at the end of a scene's run, from its growth alone.
+fn grown_to_the_end(scene: &Scene) -> Bodies {
+    let (mut bodies, growth, time) = (scene.build().unwrap(), scene.growth.unwrap(), scene.time);
+    let mut next_id = bodies.len() as u64;
+    for step in 0..time.steps() {
+        grow(&mut bodies, &growth, scene.planar, scene.seed, time.after(step), time.dt, &mut next_id);
+    }
+    bodies
+}
+
+#[test]
+fn the_colony_ends_with_512_cells_under_either_law() {
+    let colony = scene::load("colony", &[]).unwrap();
+    let bodies = grown_to_the_end(&colony);
+    assert_eq!(bodies.len(), 512);
+    assert!(bodies.lineage.iter().all(|l| l.generation == 9));
+    // Nine doublings take 9 ln 2 = 6.2383; a cell divides at the start of the step after it has reached its length.
+    let early = set("colony", &["time.end=6.239"]).unwrap();
+    assert_eq!(grown_to_the_end(&early).len(), 256);
+    let inertial = set("colony", &["dynamics.inertial.density=1"]).unwrap();
+    assert_eq!(grown_to_the_end(&inertial).len(), 512);
+}
+
+#[test]
+fn ids_of_parents_are_not_given_again() {
+    let scene = scene::load("three-capsules", &[]).unwrap();
+    let mut bodies = scene.build().unwrap();
+    bodies.lineage[1].parent = Some(41);
+    assert_eq!(Simulation::new(scene, bodies).unwrap().state().next_id, 42);
 }
 
 // ---- refusing ----
@@ -189,7 +220,7 @@ fn overrides_reach_every_key() {
     assert_eq!(scene.name, "sweep");
     // What was not there is made.
     assert_eq!(set("three-capsules", &["forces.0.uniform.force=[1,0,0]"]).unwrap().forces.len(), 1);
-    assert_eq!(set("three-capsules", &["solver.max_iterations=5"]).unwrap().solver_max_iterations(), 5);
+    assert_eq!(set("three-capsules", &["solver.max_iterations=5"]).unwrap().lcp_settings().max_iterations, 5);
 }
 
 #[test]
@@ -320,6 +351,67 @@ fn every_key_of_the_built_in_scenes_is_in_the_schema() {
     }
     let last = good().final_scene(&good().build().unwrap(), 1.0);
     check(&serde_json::to_value(&last).unwrap(), &schema, &schema, "final");
+}
+
+#[test]
+fn the_schema_bounds_what_the_reader_bounds() {
+    let schema = scene::schema();
+    let ellipsoid = "bodies.0.shape.ellipsoid.radii.0";
+    for (base, key, bound, at, accepted) in [
+        ("colony", "time.dt", "exclusiveMinimum", "0", "0.002"),
+        ("colony", "dynamics.overdamped.drag", "exclusiveMinimum", "0", "2"),
+        ("colony", "dynamics.inertial.density", "exclusiveMinimum", "0", "2"),
+        ("colony", "contact.overlap_tolerance", "exclusiveMinimum", "0", "0.01"),
+        ("colony", "contact.cutoff", "minimum", "-0.1", "0"),
+        ("colony", "contact.max_recursions", "minimum", "0", "1"),
+        ("chainmail", "contact.method.multisphere.count", "minimum", "0", "99"),
+        ("colony", "solver.tolerance", "exclusiveMinimum", "0", "1e-9"),
+        ("colony", "solver.max_iterations", "minimum", "0", "1"),
+        ("colony", "growth.rate", "minimum", "-0.1", "0"),
+        ("colony", "growth.division_length", "exclusiveMinimum", "0", "1"),
+        ("colony", "growth.reorientation_degrees", "minimum", "-1", "0"),
+        ("colony", "growth.reorientation_degrees", "maximum", "181", "180"),
+        ("compaction", "generate.0.isotropic.count", "minimum", "0", "1"),
+        ("compaction", "generate.0.isotropic.volume_fraction", "exclusiveMinimum", "0", "0.01"),
+        ("chainmail", "generate.0.chainmail.columns", "minimum", "0", "1"),
+        ("chainmail", "generate.0.chainmail.rows", "minimum", "0", "1"),
+        ("chainmail", "generate.0.chainmail.major_radius", "exclusiveMinimum", "0", "1.5"),
+        ("chainmail", "generate.0.chainmail.minor_radius", "exclusiveMinimum", "0", "0.05"),
+        ("colony", "generate.0.founder.diameter", "exclusiveMinimum", "0", "0.4"),
+        ("colony", "generate.0.founder.length", "exclusiveMinimum", "0", "3"),
+        ("colony", "output.every", "exclusiveMinimum", "0", "1"),
+        ("colony", "output.step_stride", "minimum", "0", "1"),
+        ("two-ellipsoids", ellipsoid, "exclusiveMinimum", "0", "1"),
+        ("three-capsules", "bodies.0.shape.spherocylinder.diameter", "exclusiveMinimum", "0", "0.2"),
+        ("three-capsules", "bodies.0.shape.spherocylinder.length", "exclusiveMinimum", "0", "1"),
+        ("three-capsules", "bodies.0.shape.sphere.radius", "exclusiveMinimum", "0", "1"),
+    ] {
+        assert_eq!(set(base, &[&format!("{key}={at}")]).unwrap_err().key(), key);
+        set(base, &[&format!("{key}={accepted}")]).unwrap_or_else(|error| panic!("{error}"));
+        let bounds: Vec<f64> = schemas_of(key, &schema).iter().filter_map(|s| s.get(bound)?.as_f64()).collect();
+        let (at, accepted): (f64, f64) = (at.parse().unwrap(), accepted.parse().unwrap());
+        let admits = |value: f64| match bound {
+            "minimum" => value >= bounds[0],
+            "maximum" => value <= bounds[0],
+            _ => value > bounds[0],
+        };
+        assert_eq!(bounds.len(), 1, "{key} has no one {bound} in the schema");
+        assert!(admits(accepted) && !admits(at), "{key}: {bound} {bounds:?}");
+    }
+}
+
+/// The schemas of the value at a dotted key.
+fn schemas_of<'a>(key: &str, root: &'a Value) -> Vec<&'a Value> {
+    key.split('.').fold(vec![root], |schemas, segment| {
+        let mut found = Vec::new();
+        for schema in schemas {
+            properties(schema, root, segment, &mut found);
+            if segment.parse::<usize>().is_ok() {
+                found.extend(resolve(schema, root).into_iter().filter_map(|s| s.get("items")));
+            }
+        }
+        found
+    })
 }
 
 /// Every object key of `value` must be a property of `schema`, through references and alternatives.

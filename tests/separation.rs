@@ -591,7 +591,7 @@ fn impossible_shapes_are_refused_by_name() {
     let nan = rod(1.0, f64::NAN).validate();
     assert!(matches!(nan, Err(ShapeError::NotFinite { name: "length", .. })));
     let negative = Shape::Ellipsoid { radii: [1.0, -1.0, 1.0] }.validate();
-    assert_eq!(negative, Err(ShapeError::NotPositive { name: "radii[1]", value: -1.0 }));
+    assert_eq!(negative, Err(ShapeError::NotPositive { name: "radii.1", value: -1.0 }));
     assert!(matches!(Shape::Sphere { radius: 0.0 }.validate(), Err(ShapeError::NotPositive { .. })));
     assert!(matches!(rod(1.0, 0.9).validate(), Err(ShapeError::ShorterThanDiameter { .. })));
     assert!(rod(1.0, 1.0).validate().is_ok());

@@ -14,7 +14,6 @@ const RELAX: f64 = 0.98;
 const MARGIN: f64 = 1.2;
 
 pub(crate) struct Apgd<V: Verbs> {
-    metric: Metric,
     previous: Point<V::Vector>,
     ahead: Point<V::Vector>,
     next: Point<V::Vector>,
@@ -28,9 +27,8 @@ pub(crate) struct Apgd<V: Verbs> {
 }
 
 impl<V: Verbs> Apgd<V> {
-    pub fn new(metric: Metric) -> Self {
+    pub fn new() -> Self {
         Apgd {
-            metric,
             previous: Point { x: V::Vector::default(), g: V::Vector::default() },
             ahead: Point { x: V::Vector::default(), g: V::Vector::default() },
             next: Point { x: V::Vector::default(), g: V::Vector::default() },
@@ -62,12 +60,12 @@ impl<V: Verbs> Method<V> for Apgd<V> {
         let beta = self.momentum;
         verbs.combine(one + beta, &at.x, -beta, &self.previous.x, &mut ahead.x);
         verbs.combine(one + beta, &at.g, -beta, &self.previous.g, &mut ahead.g);
-        verbs.proximal(self.metric, &ahead.x, one / self.curvature, &ahead.g, &mut next.x);
+        verbs.proximal(Metric::Diagonal, &ahead.x, one / self.curvature, &ahead.g, &mut next.x);
         verbs.gradient(&next.x, &mut next.g);
 
         verbs.combine(one, &next.x, -one, &ahead.x, &mut self.step);
         verbs.combine(one, &next.g, -one, &ahead.g, &mut self.rise);
-        let length = verbs.square(self.metric, &self.step);
+        let length = verbs.square(Metric::Diagonal, &self.step);
         let bend = verbs.dot(&self.step, &self.rise);
         let refused = bend - self.curvature * length * V::Scalar::from(1.0 + 1e-9);
         let accepted = refused.if_positive(zero, one);

@@ -79,3 +79,55 @@ impl<V: Verbs> Method<V> for Bbpgd<V> {
         false
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::cpu::Cpu;
+    use super::super::drive::Drive;
+    use super::super::{Problem, Settings, Status};
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    /// Rows of two bodies each with repeated pairs, some nearly parallel; a random motion opens or closes all.
+    fn problem(seed: u64) -> Problem<3> {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        let mut problem = Problem { bodies: 8, ..Problem::default() };
+        for row in 0..20 {
+            let a = rng.random_range(0..7);
+            let mut pair = [a, rng.random_range(a + 1..8)];
+            let mut blocks = [[0.0; 3]; 2];
+            blocks.as_flattened_mut().iter_mut().for_each(|x| *x = rng.random::<f64>() - 0.5);
+            if row % 2 == 1 {
+                (pair, blocks) = (problem.pair[row - 1], problem.jacobian[row - 1]);
+                blocks.as_flattened_mut().iter_mut().for_each(|x| *x += 0.05 * (rng.random::<f64>() - 0.5));
+            }
+            let moved: f64 = blocks.as_flattened().iter().sum();
+            problem.pair.push(pair);
+            problem.jacobian.push(blocks);
+            problem.q.push(if row % 4 < 2 { -moved } else { 0.2 - moved });
+        }
+        problem
+    }
+
+    fn run(problem: &Problem<3>, patience: f64) -> (Status, u64, f64) {
+        let mut cpu = Cpu::default();
+        cpu.rebuild(problem);
+        let mut drive = Drive::default();
+        cpu.clear(&mut drive.at.x);
+        let settings = Settings { tolerance: 1e-8, max_iterations: 20_000 };
+        drive.run(&mut cpu, &mut Bbpgd { patience, ..Bbpgd::new() }, &settings, 1)
+    }
+
+    #[test]
+    fn the_safeguard_leaves_cycles_that_plain_steps_never_leave() {
+        for seed in [785, 825, 1247, 2045] {
+            let problem = problem(seed);
+            let (plain, _, residual) = run(&problem, f64::INFINITY);
+            assert_ne!(plain, Status::Solved, "seed {seed}");
+            assert!(residual > 1e-3, "seed {seed}: {residual}");
+            let (status, iterations, residual) = run(&problem, PATIENCE);
+            assert_eq!(status, Status::Solved, "seed {seed}");
+            assert!(iterations < 500 && residual <= 1e-8, "seed {seed}: {iterations}, {residual}");
+        }
+    }
+}

@@ -1,8 +1,9 @@
-//! The vector verbs on the CPU, in f64. Rows are kept sorted by pair, so that the rows of a pair stand together and neighbours in
+//! The vector verbs on the CPU, in f64. Rows are kept in the order of
+//! [`pair_blocks::order`], so that the rows of a pair stand together and neighbours in
 //! memory share bodies.
 
 use super::Problem;
-use super::pair_blocks::{PairBlocks, sorted};
+use super::pair_blocks::{self, PairBlocks};
 use super::product::{PARALLEL_ROWS, Product, fill, fold};
 use super::residual::{of_row, worse};
 use super::verbs::{Metric, Verbs};
@@ -31,9 +32,7 @@ pub struct Cpu<const D: usize> {
 impl<const D: usize> Cpu<D> {
     /// Takes a problem: sorts its rows by pair and copies them.
     pub fn rebuild(&mut self, problem: &Problem<D>) {
-        self.order.clear();
-        self.order.extend(0..problem.q.len() as u32);
-        self.order.sort_by_key(|row| sorted(problem.pair[*row as usize]));
+        pair_blocks::order(&problem.pair, &mut self.order);
         self.q.clear();
         self.q.extend(self.order.iter().map(|row| problem.q[*row as usize]));
         self.parallel = self.q.len() >= PARALLEL_ROWS && rayon::current_num_threads() > 1;
@@ -143,7 +142,7 @@ impl<const D: usize> Verbs for Cpu<D> {
 
     fn proximal(&mut self, metric: Metric, x: &Vec<f64>, step: f64, g: &Vec<f64>, out: &mut Vec<f64>) {
         if metric == Metric::PairBlocks {
-            return self.blocks.proximal(x, step, Some(g), out);
+            return self.blocks.proximal(x, step, g, out);
         }
         let (_, inverse) = self.diagonal_of(metric);
         fill(self.parallel, out, |i| (x[i] - step * g[i] * inverse[i]).max(0.0));
@@ -151,15 +150,12 @@ impl<const D: usize> Verbs for Cpu<D> {
 
     fn project(&mut self, metric: Metric, x: &Vec<f64>, out: &mut Vec<f64>) {
         if metric == Metric::PairBlocks {
-            return self.blocks.proximal(x, 0.0, None, out);
+            return self.blocks.project(x, out);
         }
         fill(self.parallel, out, |i| x[i].max(0.0));
     }
 
     fn square(&mut self, metric: Metric, x: &Vec<f64>) -> f64 {
-        if metric == Metric::PairBlocks {
-            return self.blocks.square(x);
-        }
         let (diagonal, _) = self.diagonal_of(metric);
         fold(self.parallel, x.len(), 0.0, |a, b| a + b, |i| diagonal[i] * x[i] * x[i])
     }

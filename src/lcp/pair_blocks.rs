@@ -4,7 +4,7 @@
 //! the same contact are nearly parallel. Solving a block exactly takes that ill-conditioning out of the way of an iteration; what is
 //! left couples different pairs. Blocks get a relative regularization, which makes a block of parallel rows positive definite.
 
-use super::product::dot;
+use super::product::{dot, fill};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -15,33 +15,62 @@ const REGULARIZATION: f64 = 1e-6;
 /// How many blocks one parallel task takes.
 const TASK: usize = 2_048;
 
-/// The blocks of rows that stand sorted by pair.
+/// The blocks of rows that stand in the order of [`order`].
 #[derive(Clone, Debug, Default)]
 pub struct PairBlocks {
-    /// Where each block's rows begin; one more at the end.
+    /// Pairs with one row: `1 / B`, zero for zero rows of `A`.
+    singles: Vec<f64>,
+    /// Pairs with two rows.
+    doubles: Vec<Double>,
+    /// Where the rows of each larger block begin; one more at the end.
     rows: Vec<u32>,
-    /// Where each block's matrix begins; one more at the end.
+    /// Where the matrix of each larger block begins; one more at the end.
     offsets: Vec<usize>,
-    /// The regularized matrices, by rows. Zero rows of `A` have an entry 1 on the diagonal.
+    /// The matrices of the larger blocks, by rows. Zero rows of `A` have an entry 1 on the diagonal.
     matrices: Vec<f64>,
-    /// Rows of `A` that are not zero.
-    live: Vec<bool>,
+    /// 1 for rows of `A` that are not zero, else 0.
+    live: Vec<f64>,
     parallel: bool,
+}
+
+/// A symmetric matrix of two rows, and what its solutions need.
+#[derive(Clone, Copy, Debug)]
+struct Double {
+    /// `B_00`, `B_01`, `B_11`.
+    matrix: [f64; 3],
+    /// `1 / B_00`, `1 / B_11`.
+    inverse: [f64; 2],
+    inverse_determinant: f64,
 }
 
 /// What a small problem needs beside its data.
 #[derive(Default)]
 struct Scratch {
-    linear: Vec<f64>,
-    solution: Vec<f64>,
+    slope: Vec<f64>,
+    change: Vec<f64>,
     target: Vec<f64>,
     free: Vec<bool>,
     index: Vec<usize>,
     factor: Vec<f64>,
 }
 
+/// Orders rows so that those of a pair stand together: pairs with one row first, then those with two, then the others, each by
+/// pair; the rows of a pair in their own order.
+pub fn order(pair: &[[u32; 2]], order: &mut Vec<u32>) {
+    order.clear();
+    order.extend(0..pair.len() as u32);
+    order.sort_by_key(|row| sorted(pair[*row as usize]));
+    let mut class = vec![0_u8; pair.len()];
+    for block in order.chunk_by(|i, j| sorted(pair[*i as usize]) == sorted(pair[*j as usize])) {
+        for row in block {
+            class[*row as usize] = block.len().min(3) as u8;
+        }
+    }
+    order.sort_by_key(|row| class[*row as usize]);
+}
+
 impl PairBlocks {
-    /// Makes the blocks of rows that stand sorted by pair; `live` says which rows of `A` are not zero.
+    /// Makes the blocks of rows that stand in the order of [`order`]; `live` says which rows of `A` are not zero.
     pub fn rebuild<const D: usize>(
         &mut self,
         pair: &[[u32; 2]],
@@ -51,23 +80,32 @@ impl PairBlocks {
     ) {
         self.parallel = parallel;
         self.live.clear();
-        self.live.extend_from_slice(live);
+        self.live.extend(live.iter().map(|live| f64::from(u8::from(*live))));
+        self.singles.clear();
+        self.doubles.clear();
         self.rows.clear();
         self.offsets.clear();
         self.matrices.clear();
+        let matrix = |i: usize, j: usize| match (i == j, live[i]) {
+            (true, true) => entry(pair, jacobian, i, j) * (1.0 + REGULARIZATION),
+            (true, false) => 1.0,
+            (false, _) => entry(pair, jacobian, i, j),
+        };
         let mut first = 0;
         for block in pair.chunk_by(|p, q| sorted(*p) == sorted(*q)) {
             let last = first + block.len();
-            self.rows.push(first as u32);
-            self.offsets.push(self.matrices.len());
-            for (i, live) in (first..last).zip(&live[first..last]) {
-                for j in first..last {
-                    let entry = entry(pair, jacobian, i, j);
-                    self.matrices.push(match (i == j, *live) {
-                        (true, true) => entry * (1.0 + REGULARIZATION),
-                        (true, false) => 1.0,
-                        (false, _) => entry,
-                    });
+            match block.len() {
+                1 => self.singles.push(self.live[first] / matrix(first, first)),
+                2 => self.doubles.push(Double::new(
+                    matrix(first, first),
+                    matrix(first, last - 1),
+                    matrix(last - 1, last - 1),
+                )),
+                _ => {
+                    self.rows.push(first as u32);
+                    self.offsets.push(self.matrices.len());
+                    let entries = (first..last).flat_map(|i| (first..last).map(move |j| (i, j)));
+                    self.matrices.extend(entries.map(|(i, j)| matrix(i, j)));
                 }
             }
             first = last;
@@ -76,31 +114,56 @@ impl PairBlocks {
         self.offsets.push(self.matrices.len());
     }
 
-    /// `out = argmin over y >= 0 of step g . (y - x) + 1/2 (y - x) . B (y - x)`; without `g` the projection of `x`.
-    pub fn proximal(&self, x: &[f64], step: f64, g: Option<&[f64]>, out: &mut [f64]) {
-        let blocks = self.rows.len().saturating_sub(1);
-        if !self.parallel {
-            return self.proximal_of(0..blocks, x, step, g, out, &mut Scratch::default());
+    /// `out = argmin over y >= 0 of step g . (y - x) + 1/2 (y - x) . B (y - x)`. Zero rows of `A` keep `x`.
+    pub fn proximal(&self, x: &[f64], step: f64, g: &[f64], out: &mut [f64]) {
+        self.minimize(x, |i| step * g[i], out);
+    }
+
+    /// `out = argmin over y >= 0 of (y - x) . B (y - x)`.
+    pub fn project(&self, x: &[f64], out: &mut [f64]) {
+        self.minimize(x, |_| 0.0, out);
+    }
+
+    fn minimize(&self, x: &[f64], slope: impl Fn(usize) -> f64 + Sync, out: &mut [f64]) {
+        let (singles, rest) = out.split_at_mut(self.singles.len());
+        let (doubles, larger) = rest.split_at_mut(2 * self.doubles.len());
+        fill(self.parallel, singles, |i| (x[i] - slope(i) * self.singles[i]).max(0.0));
+
+        let first = self.singles.len();
+        let double = |(k, out): (usize, &mut [f64])| {
+            let (double, i) = (&self.doubles[k], first + 2 * k);
+            let slopes = [slope(i) * self.live[i], slope(i + 1) * self.live[i + 1]];
+            out.copy_from_slice(&double.minimize([x[i], x[i + 1]], slopes));
+        };
+        if self.parallel {
+            doubles.par_chunks_mut(2).with_min_len(TASK).enumerate().for_each(double);
+        } else {
+            doubles.chunks_mut(2).enumerate().for_each(double);
         }
-        let mut tasks = Vec::with_capacity(blocks / TASK + 1);
-        let mut rest = out;
-        for first in (0..blocks).step_by(TASK) {
-            let range = first..(first + TASK).min(blocks);
+
+        let blocks = self.rows.len().saturating_sub(1);
+        let size = if self.parallel { TASK } else { blocks.max(1) };
+        let mut tasks = Vec::with_capacity(blocks / size + 1);
+        let mut rest = larger;
+        for first in (0..blocks).step_by(size) {
+            let range = first..(first + size).min(blocks);
             let (rows, after) = rest.split_at_mut((self.rows[range.end] - self.rows[first]) as usize);
             tasks.push((range, rows));
             rest = after;
         }
-        tasks.into_par_iter().for_each_init(Scratch::default, |scratch, (range, out)| {
-            self.proximal_of(range, x, step, g, out, scratch);
-        });
+        let task = |scratch: &mut Scratch, (range, out)| self.minimize_larger(range, x, &slope, out, scratch);
+        if self.parallel {
+            tasks.into_par_iter().for_each_init(Scratch::default, task);
+        } else {
+            tasks.into_iter().for_each(|part| task(&mut Scratch::default(), part));
+        }
     }
 
-    fn proximal_of(
+    fn minimize_larger(
         &self,
         blocks: Range<usize>,
         x: &[f64],
-        step: f64,
-        g: Option<&[f64]>,
+        slope: &impl Fn(usize) -> f64,
         out: &mut [f64],
         scratch: &mut Scratch,
     ) {
@@ -108,41 +171,35 @@ impl PairBlocks {
         for block in blocks {
             let rows = self.rows[block] as usize..self.rows[block + 1] as usize;
             let matrix = &self.matrices[self.offsets[block]..self.offsets[block + 1]];
-            let out = &mut out[rows.start - base..rows.end - base];
-            let slope = |i: usize| if self.live[i] { g.map_or(0.0, |g| step * g[i]) } else { 0.0 };
-            if rows.len() == 1 {
-                out[0] = (x[rows.start] - slope(rows.start) / matrix[0]).max(0.0);
-                continue;
-            }
-            let (m, x) = (rows.len(), &x[rows.clone()]);
-            scratch.linear.clear();
-            for (i, row) in rows.enumerate() {
-                let bx: f64 = (0..m).map(|j| matrix[i * m + j] * x[j]).sum();
-                scratch.linear.push(slope(row) - bx);
-            }
-            if m == 2 {
-                two(matrix, &scratch.linear, out);
-            } else {
-                scratch.solution.clear();
-                scratch.solution.extend(x.iter().map(|x| x.max(0.0)));
-                active_set(matrix, scratch);
-                out.copy_from_slice(&scratch.solution);
-            }
+            let x = &x[rows.clone()];
+            scratch.slope.clear();
+            scratch.slope.extend(rows.clone().map(|row| slope(row) * self.live[row]));
+            active_set(matrix, x, scratch);
+            let y = x.iter().zip(&scratch.change).map(|(x, change)| (x + change).max(0.0));
+            out[rows.start - base..rows.end - base].iter_mut().zip(y).for_each(|(out, y)| *out = y);
         }
     }
+}
 
-    /// `x . B x`.
-    pub fn square(&self, x: &[f64]) -> f64 {
-        let mut sum = 0.0;
-        for block in 0..self.rows.len().saturating_sub(1) {
-            let x = &x[self.rows[block] as usize..self.rows[block + 1] as usize];
-            let matrix = &self.matrices[self.offsets[block]..];
-            for (i, xi) in x.iter().enumerate() {
-                let row: f64 = x.iter().zip(&matrix[i * x.len()..]).map(|(x, b)| x * b).sum();
-                sum += xi * row;
-            }
-        }
-        sum
+impl Double {
+    fn new(a: f64, b: f64, c: f64) -> Self {
+        Double { matrix: [a, b, c], inverse: [1.0 / a, 1.0 / c], inverse_determinant: 1.0 / (a * c - b * b) }
+    }
+
+    /// `argmin over y >= 0 of slope . (y - x) + 1/2 (y - x) . B (y - x)`, by its four cases. Solved for `y - x`: the rounding of
+    /// large multipliers would otherwise be amplified by the near singularity of `B`.
+    #[inline]
+    fn minimize(&self, x: [f64; 2], slope: [f64; 2]) -> [f64; 2] {
+        let [a, b, c] = self.matrix;
+        let both = [
+            x[0] + (b * slope[1] - c * slope[0]) * self.inverse_determinant,
+            x[1] + (b * slope[0] - a * slope[1]) * self.inverse_determinant,
+        ];
+        let first = (x[0] + (b * x[1] - slope[0]) * self.inverse[0]).max(0.0);
+        let second = (x[1] + (b * x[0] - slope[1]) * self.inverse[1]).max(0.0);
+        let rising = slope[0] - a * x[0] + b * (second - x[1]) >= 0.0;
+        let one = if rising { [0.0, second] } else { [first, 0.0] };
+        if both[0] >= 0.0 && both[1] >= 0.0 { both } else { one }
     }
 }
 
@@ -157,50 +214,44 @@ fn entry<const D: usize>(pair: &[[u32; 2]], jacobian: &[[[f64; D]; 2]], i: usize
     if pair[i] == pair[j] { dot(ia, ja) + dot(ib, jb) } else { dot(ia, jb) + dot(ib, ja) }
 }
 
-/// `argmin over y >= 0 of c . y + 1/2 y . B y` for two rows, by its four cases.
-fn two(b: &[f64], c: &[f64], y: &mut [f64]) {
-    let det = b[0] * b[3] - b[1] * b[2];
-    let both = [(b[1] * c[1] - b[3] * c[0]) / det, (b[2] * c[0] - b[0] * c[1]) / det];
-    if both[0] >= 0.0 && both[1] >= 0.0 {
-        y.copy_from_slice(&both);
-        return;
-    }
-    let second = (-c[1] / b[3]).max(0.0);
-    if c[0] + b[1] * second >= 0.0 {
-        (y[0], y[1]) = (0.0, second);
-    } else {
-        (y[0], y[1]) = ((-c[0] / b[0]).max(0.0), 0.0);
-    }
-}
-
-/// `argmin over y >= 0 of c . y + 1/2 y . B y` by the active set method of Lawson and Hanson (Solving least squares problems, 1974,
-/// chapter 23), started at `scratch.solution >= 0`. The objective never rises; the bound on rounds only matters to rounding.
-fn active_set(b: &[f64], scratch: &mut Scratch) {
-    let Scratch { linear: c, solution: y, target, free, index, factor } = scratch;
-    let m = c.len();
+/// `change = y - x` for `y = argmin over y >= 0 of slope . (y - x) + 1/2 (y - x) . B (y - x)`, by the active set method of Lawson and Hanson
+/// (Solving least squares problems, 1974, chapter 23) started at `max(x, 0)`. The objective never rises; the bound on rounds only
+/// matters to rounding.
+fn active_set(b: &[f64], x: &[f64], scratch: &mut Scratch) {
+    let Scratch { slope, change, target, free, index, factor } = scratch;
+    let m = x.len();
+    change.clear();
+    change.extend(x.iter().map(|x| (-x).max(0.0)));
     free.clear();
-    free.extend(y.iter().map(|y| *y > 0.0));
+    free.extend(x.iter().map(|x| *x > 0.0));
     for _ in 0..4 * m + 4 {
         index.clear();
         index.extend((0..m).filter(|i| free[*i]));
-        solve_free(b, m, c, index, factor, target);
-        let bound = index.iter().zip(&*target).filter(|(_, z)| **z <= 0.0);
-        let bound = bound.map(|(i, z)| (if y[*i] > 0.0 { y[*i] / (y[*i] - z) } else { 0.0 }, *i));
+        for i in (0..m).filter(|i| !free[*i]) {
+            change[i] = -x[i];
+        }
+        let held = |i: usize| (0..m).filter(|j| !free[*j]).map(|j| b[i * m + j] * change[j]).sum::<f64>();
+        target.clear();
+        target.extend(index.iter().map(|i| -slope[*i] - held(*i)));
+        solve_free(b, m, index, factor, target);
+        let bound = index.iter().zip(&*target).filter(|(i, t)| x[**i] + **t <= 0.0);
+        let part = |i: usize, t: f64| if x[i] + change[i] > 0.0 { (x[i] + change[i]) / (change[i] - t) } else { 0.0 };
+        let bound = bound.map(|(i, t)| (part(*i, *t), *i));
         if let Some((part, first)) = bound.reduce(|best, next| if next.0 < best.0 { next } else { best }) {
-            for (i, z) in index.iter().zip(&*target) {
-                y[*i] = (y[*i] + part * (z - y[*i])).max(0.0);
-                free[*i] = y[*i] > 0.0;
+            for (i, t) in index.iter().zip(&*target) {
+                change[*i] += part * (t - change[*i]);
+                free[*i] = x[*i] + change[*i] > 0.0;
             }
-            (y[first], free[first]) = (0.0, false);
+            free[first] = false;
             continue;
         }
-        for (i, z) in index.iter().zip(&*target) {
-            y[*i] = *z;
+        for (i, t) in index.iter().zip(&*target) {
+            change[*i] = *t;
         }
-        let slope = |i: usize| c[i] + (0..m).map(|j| b[i * m + j] * y[j]).sum::<f64>();
+        let rise = |i: usize| slope[i] + (0..m).map(|j| b[i * m + j] * change[j]).sum::<f64>();
         let steepest = (0..m)
             .filter(|i| !free[*i])
-            .map(|i| (slope(i) / b[i * m + i].sqrt(), i))
+            .map(|i| (rise(i) / b[i * m + i].sqrt(), i))
             .fold((0.0, m), |best, next| if next.0 < best.0 { next } else { best });
         if steepest.1 == m {
             return;
@@ -209,13 +260,11 @@ fn active_set(b: &[f64], scratch: &mut Scratch) {
     }
 }
 
-/// The free rows' minimizer with the others at zero, by Cholesky: `target = -B_FF^-1 c_F`.
-fn solve_free(b: &[f64], m: usize, c: &[f64], index: &[usize], factor: &mut Vec<f64>, target: &mut Vec<f64>) {
+/// Solves `B_FF t = target` for the free rows `F = index` in place, by Cholesky.
+fn solve_free(b: &[f64], m: usize, index: &[usize], factor: &mut Vec<f64>, target: &mut [f64]) {
     let n = index.len();
     factor.clear();
     factor.resize(n * n, 0.0);
-    target.clear();
-    target.extend(index.iter().map(|i| -c[*i]));
     for i in 0..n {
         for j in 0..=i {
             let mut sum = b[index[i] * m + index[j]];

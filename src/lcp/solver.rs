@@ -8,7 +8,7 @@ use super::drive::Drive;
 use super::pair_block_cg::PairBlockCg;
 use super::projected_gauss_seidel::ProjectedGaussSeidel;
 use super::projected_jacobi::ProjectedJacobi;
-use super::verbs::{Metric, Verbs};
+use super::verbs::Verbs;
 use super::{Outcome, Problem, Settings, Status};
 use crate::scene::SolverKind;
 
@@ -57,7 +57,7 @@ impl<const D: usize> Solver<D> {
         let engine = match kind {
             SolverKind::ProjectedJacobi => Engine::ProjectedJacobi(ProjectedJacobi::default()),
             SolverKind::ProjectedGaussSeidel => Engine::ProjectedGaussSeidel(ProjectedGaussSeidel::default()),
-            SolverKind::Apgd => Engine::Apgd(Apgd::new(Metric::Diagonal)),
+            SolverKind::Apgd => Engine::Apgd(Apgd::new()),
             SolverKind::Bbpgd => Engine::Bbpgd(Bbpgd::new()),
             SolverKind::Auto | SolverKind::PairBlockCg => Engine::PairBlockCg(PairBlockCg::new()),
             SolverKind::Dense => Engine::Dense(Dense::default()),

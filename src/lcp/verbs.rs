@@ -82,7 +82,7 @@ pub trait Verbs {
     );
     /// The projection `out = argmin over y >= 0 of (y - x) . B (y - x)`.
     fn project(&mut self, metric: Metric, x: &Self::Vector, out: &mut Self::Vector);
-    /// `x . B x`.
+    /// `x . B x`. For the diagonal metrics.
     fn square(&mut self, metric: Metric, x: &Self::Vector) -> Self::Scalar;
     /// `x . B^-1 x`, rows of `A` that are zero left out. For the diagonal metrics.
     fn inverse_square(&mut self, metric: Metric, x: &Self::Vector) -> Self::Scalar;

@@ -83,7 +83,9 @@ impl Simulation {
     /// # Errors
     /// [`Fault::NoProxy`] where the method is multi-sphere and a body has no proxy of that count.
     pub fn new(scene: Scene, bodies: Bodies) -> Result<Self, Fault> {
-        let next_id = bodies.lineage.iter().map(|l| l.id + 1).max().unwrap_or(0);
+        // A parent's id is taken too, although the parent is no more.
+        let taken = bodies.lineage.iter().map(|l| l.id.max(l.parent.unwrap_or(0)));
+        let next_id = taken.max().map_or(0, |id| id + 1);
         Self::resume(scene, State { step: 0, next_id, bodies, warm: Vec::new() })
     }
 

@@ -22,7 +22,7 @@ mod write;
 pub use built_in::{BuiltIn, built_in};
 pub use error::{FaultKind, SceneError};
 pub use read::{MAX_FILE_BYTES, load, parse, read};
-pub use validate::{LARGEST_NUMBER, MAX_BODIES, MAX_STATES, MAX_STEPS, SMALLEST_QUATERNION, SMALLEST_SIZE};
+pub use validate::{LARGEST_NUMBER, MAX_BODIES, MAX_STATES, MAX_STEPS, SMALLEST_NUMBER, SMALLEST_QUATERNION};
 pub use write::schema;
 
 use crate::shape::Shape;
@@ -76,11 +76,13 @@ pub enum Dynamics {
     /// Inertia is negligible: `u = F / (drag L)`, `w = 12 T / (drag L^3)` with `L` the major axis length.
     Overdamped {
         /// Drag coefficient `xi`.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         drag: f64,
     },
     /// Newton's and Euler's equations with inelastic contact.
     Inertial {
         /// Mass per volume of every body.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         density: f64,
     },
 }
@@ -96,6 +98,7 @@ impl Default for Dynamics {
 #[serde(deny_unknown_fields)]
 pub struct Time {
     /// Step size.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub dt: f64,
     /// Time at which the run ends.
     pub end: f64,
@@ -135,11 +138,14 @@ pub struct Contact {
     /// Which rows are made, and whether the recursion runs.
     pub method: Method,
     /// Largest overlap of smooth surfaces that an accepted step may leave, a length.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub overlap_tolerance: f64,
     /// Most recursions of one step.
+    #[schemars(range(min = 1))]
     pub max_recursions: u32,
     /// Pairs nearer than this at a step's start get a row (beside those that the free motion may bring into contact), a length.
-    /// Without it: a quarter of the smallest body's thickness.
+    /// Without it: a tenth of the thinnest body's thickness.
+    #[schemars(range(min = 0))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cutoff: Option<f64>,
 }
@@ -162,6 +168,7 @@ pub enum Method {
     /// One row a near pair of sub-spheres, no recursion.
     Multisphere {
         /// Spheres a body: odd on a major axis; on a ring, enough to leave no gap.
+        #[schemars(range(min = 1))]
         count: u32,
     },
 }
@@ -173,9 +180,11 @@ pub struct Solver {
     /// Which solver.
     pub kind: SolverKind,
     /// Largest natural residual that counts as solved, a length. Without it: a tenth of the overlap tolerance.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// Most iterations of one solve. Without it: 100,000.
+    #[schemars(range(min = 1))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_iterations: Option<u64>,
 }
@@ -240,10 +249,13 @@ pub enum Force {
 #[serde(deny_unknown_fields)]
 pub struct Growth {
     /// Relative growth per time.
+    #[schemars(range(min = 0))]
     pub rate: f64,
     /// Tip-to-tip length at which a cell divides into two of half its length.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub division_length: f64,
     /// Each daughter turns by an angle drawn uniformly from plus and minus this, in degrees.
+    #[schemars(range(min = 0, max = 180))]
     #[serde(default)]
     pub reorientation_degrees: f64,
 }
@@ -301,10 +313,12 @@ pub enum Generate {
     /// whose area is that of their discs over `volume_fraction`.
     Isotropic {
         /// How many.
+        #[schemars(range(min = 1))]
         count: u64,
         /// Their shape.
         shape: Shape,
         /// Their volume over the cube's; at most what random placement reaches, which depends on the shape (0.32 for spheres).
+        #[schemars(extend("exclusiveMinimum" = 0))]
         volume_fraction: f64,
         /// Their group.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -314,12 +328,16 @@ pub enum Generate {
     /// major radii, and each ring is linked with its four neighbours. The minor radius is at most 0.12 of the major radius.
     Chainmail {
         /// Rings along x.
+        #[schemars(range(min = 1))]
         columns: u64,
         /// Rings along y.
+        #[schemars(range(min = 1))]
         rows: u64,
         /// Radius of each ring's centreline.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         major_radius: f64,
         /// Radius of each ring's tube.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         minor_radius: f64,
         /// Their group.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -328,8 +346,10 @@ pub enum Generate {
     /// One cell at the origin, its axis along x.
     Founder {
         /// Its diameter.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         diameter: f64,
         /// Its tip-to-tip length.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         length: f64,
         /// Its group.
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -342,9 +362,11 @@ pub enum Generate {
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     /// Time between recorded states. Without it: a hundredth of the run.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every: Option<f64>,
     /// Steps between rows of `steps.csv`.
+    #[schemars(range(min = 1))]
     pub step_stride: u64,
 }
 

@@ -1,6 +1,6 @@
-//! What a scene's method and solver mean to a step, with the defaults that depend on other settings.
+//! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
-use super::{Method, Solver};
+use super::{Method, Scene};
 use crate::constraint::RowSource;
 use crate::lcp::Settings;
 
@@ -10,13 +10,57 @@ const TOLERANCE_PER_OVERLAP: f64 = 0.1;
 /// Iterations that any LCP of the built-in scenes is solved in by the default solver, and by none that has stalled.
 const MOST_ITERATIONS: u64 = 100_000;
 
-impl Solver {
-    /// When it stops, in a scene with this overlap tolerance.
-    pub fn settings(&self, overlap_tolerance: f64) -> Settings {
+/// The default cutoff is this part of the thinnest body's thickness. It only decides which pairs get a row before the first trial
+/// shows that they need one, beside those that the free motion may bring into contact. Between 1/4 and 1/400 neither the recursions
+/// nor the products of a packed compaction (1,000 ellipsoids, dt = 0.1) or of a colony change by more than 3 %, while the rows fall by 15 %
+/// and 8 %; two thirds of that are had at 1/10.
+const CUTOFF_PER_THICKNESS: f64 = 0.1;
+
+/// Recorded states of a run, where a scene does not say: a film of some seconds.
+const STATES: f64 = 100.0;
+
+impl Scene {
+    /// When the LCP solver stops: as given, or at a tenth of the overlap tolerance and after 100,000 iterations.
+    ///
+    /// ```
+    /// let scene = relcp::scene::load("colony", &["solver.max_iterations=5".into()])?;
+    /// let settings = scene.lcp_settings();
+    /// assert_eq!((settings.tolerance, settings.max_iterations), (0.1 * scene.contact.overlap_tolerance, 5));
+    /// # Ok::<(), relcp::scene::SceneError>(())
+    /// ```
+    pub fn lcp_settings(&self) -> Settings {
         Settings {
-            tolerance: self.tolerance.unwrap_or(TOLERANCE_PER_OVERLAP * overlap_tolerance),
-            max_iterations: self.max_iterations.unwrap_or(MOST_ITERATIONS),
+            tolerance: self.solver.tolerance.unwrap_or(TOLERANCE_PER_OVERLAP * self.contact.overlap_tolerance),
+            max_iterations: self.solver.max_iterations.unwrap_or(MOST_ITERATIONS),
         }
+    }
+
+    /// Distance within which pairs are near at a step's start: as given, or a tenth of the thinnest starting body's thickness
+    /// (growth and division leave it as it is).
+    pub fn cutoff(&self) -> f64 {
+        self.contact.cutoff.unwrap_or_else(|| CUTOFF_PER_THICKNESS * self.thinnest())
+    }
+
+    /// The thinnest starting body's thickness; infinite where there is no body.
+    pub(super) fn thinnest(&self) -> f64 {
+        self.shapes().map(|(_, _, shape)| shape.thickness()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Time between recorded states: as given, or a hundredth of the run. `None` where the run has no duration.
+    pub fn output_every(&self) -> Option<f64> {
+        let duration = self.time.end - self.time.start;
+        self.output.every.or((duration > 0.0).then_some(duration / STATES))
+    }
+
+    /// This scene with every default that depends on other keys written out.
+    pub fn with_defaults(&self) -> Scene {
+        let mut scene = self.clone();
+        let Settings { tolerance, max_iterations } = self.lcp_settings();
+        scene.solver.tolerance = Some(tolerance);
+        scene.solver.max_iterations = Some(max_iterations);
+        scene.contact.cutoff = Some(self.cutoff());
+        scene.output.every = self.output_every();
+        scene
     }
 }
 

@@ -1,53 +1,11 @@
 //! Writes scenes: every default in its place, numbers exact, one body a line.
 
 use super::Scene;
-use super::validate::thickness;
 use serde::Serialize;
 use serde_json::ser::Formatter;
 use std::io::{self, Write};
 
-/// Part of the overlap tolerance that a solve may leave, where a scene does not say.
-const SOLVER_SHARE: f64 = 0.1;
-/// Most iterations of one solve, where a scene does not say.
-const MAX_ITERATIONS: u64 = 100_000;
-/// Part of the thinnest body's thickness within which pairs are near, where a scene does not say.
-const CUTOFF_SHARE: f64 = 0.25;
-/// Recorded states of a run, where a scene does not say.
-const STATES: f64 = 100.0;
-
 impl Scene {
-    /// Largest natural residual that counts as solved, a length: as given, or a tenth of the overlap tolerance.
-    pub fn solver_tolerance(&self) -> f64 {
-        self.solver.tolerance.unwrap_or(SOLVER_SHARE * self.contact.overlap_tolerance)
-    }
-
-    /// Most iterations of one solve: as given, or 100,000.
-    pub fn solver_max_iterations(&self) -> u64 {
-        self.solver.max_iterations.unwrap_or(MAX_ITERATIONS)
-    }
-
-    /// Distance within which pairs are near at a step's start: as given, or a quarter of the thinnest starting body's thickness.
-    pub fn cutoff(&self) -> f64 {
-        let thinnest = || self.shapes().map(|(_, _, s)| thickness(&s)).reduce(f64::min).unwrap_or(0.0);
-        self.contact.cutoff.unwrap_or_else(|| CUTOFF_SHARE * thinnest())
-    }
-
-    /// Time between recorded states: as given, or a hundredth of the run. `None` where the run has no duration.
-    pub fn output_every(&self) -> Option<f64> {
-        let duration = self.time.end - self.time.start;
-        self.output.every.or((duration > 0.0).then_some(duration / STATES))
-    }
-
-    /// This scene with every default that depends on other keys written out.
-    pub fn with_defaults(&self) -> Scene {
-        let mut scene = self.clone();
-        scene.solver.tolerance = Some(self.solver_tolerance());
-        scene.solver.max_iterations = Some(self.solver_max_iterations());
-        scene.contact.cutoff = Some(self.cutoff());
-        scene.output.every = self.output_every();
-        scene
-    }
-
     /// This scene as JSON: one line a body, numbers that come back to the same bits.
     ///
     /// ```

@@ -13,10 +13,13 @@ mod circles;
 mod direction;
 mod ellipsoids;
 mod peak;
+mod planar;
 mod point_ellipsoid;
 mod segment_ellipsoid;
 mod segments;
 mod support;
+
+pub use planar::planar_separation;
 
 use crate::shape::{Centreline, Geometry, Shape};
 use circles::Circle;

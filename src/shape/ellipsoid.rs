@@ -12,11 +12,11 @@ const EQUAL_RADII: f64 = 1e-9;
 const SPACING_ROUNDS: usize = 100;
 
 pub(super) fn validate(radii: [f64; 3]) -> Result<(), ShapeError> {
-    for (name, value) in ["radii[0]", "radii[1]", "radii[2]"].into_iter().zip(radii) {
+    for (name, value) in ["radii.0", "radii.1", "radii.2"].into_iter().zip(radii) {
         check_size(name, value)?;
     }
     let radii = DVec3::from_array(radii);
-    check_aspect(radii.max_element(), radii.min_element())
+    check_aspect("radii", radii.max_element(), radii.min_element())
 }
 
 pub(super) fn volume(radii: [f64; 3]) -> f64 {
@@ -46,6 +46,23 @@ pub(super) fn is_planar_symmetric(radii: [f64; 3], orientation: DQuat) -> bool {
     image.x.abs().max(image.y.abs()) <= PLANAR_TOLERANCE
 }
 
+/// The axes in the order of their radii, and whether the radii are equal: the middle one to the largest, and all.
+fn axes(radii: [f64; 3]) -> ([usize; 3], bool, bool) {
+    let mut order = [0, 1, 2];
+    order.sort_by(|&i, &j| radii[i].total_cmp(&radii[j]));
+    let [least, middle, major] = order.map(|i| radii[i]);
+    let equal = |small: f64, large: f64| large - small <= EQUAL_RADII * large;
+    (order, equal(middle, major), equal(least, major))
+}
+
+pub(super) fn check_proxy(radii: [f64; 3], count: usize) -> Result<(), ProxyError> {
+    match axes(radii) {
+        (_, _, true) => super::sphere::check_proxy(count),
+        (_, true, false) => Err(ProxyError::NoMajorAxis),
+        (_, false, false) => check_axis_count(count),
+    }
+}
+
 /// Spheres on the major axis `A`, each the largest that fits about its centre. With `s` the least radius and
 /// `E = A^2 - s^2` that is `r(c) = s sqrt(1 - c^2 / E)` for `|c| <= E / A`; the outermost sphere sits at `E / A`, has the
 /// tip's radius of curvature `s^2 / A`, and touches the tip.
@@ -53,17 +70,12 @@ pub(super) fn is_planar_symmetric(radii: [f64; 3], orientation: DQuat) -> bool {
 /// A triaxial ellipsoid's spheres touch it on the sides of its least radius only and leave the middle radius bare. An
 /// oblate one has no major axis and is refused; three equal radii make a sphere, its own proxy.
 pub(super) fn proxy(radii: [f64; 3], count: usize) -> Result<Vec<ProxySphere>, ProxyError> {
-    let mut order = [0, 1, 2];
-    order.sort_by(|&i, &j| radii[i].total_cmp(&radii[j]));
-    let [least, middle, major] = order.map(|i| radii[i]);
-    let equal = |small: f64, large: f64| large - small <= EQUAL_RADII * large;
-    if equal(least, major) {
+    check_proxy(radii, count)?;
+    let (order, _, ball) = axes(radii);
+    let [least, _, major] = order.map(|i| radii[i]);
+    if ball {
         return super::sphere::proxy(least, count);
     }
-    if equal(middle, major) {
-        return Err(ProxyError::NoMajorAxis);
-    }
-    check_axis_count(count)?;
     let axis = DVec3::AXES[order[2]];
     let square = (major - least) * (major + least);
     let outward = centres(least, major, count / 2);

@@ -5,9 +5,12 @@
 
 mod code;
 mod ellipsoid;
+mod error;
 mod sphere;
 mod spherocylinder;
 mod torus;
+
+pub use error::{ProxyError, ShapeError};
 
 use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
@@ -20,25 +23,31 @@ pub enum Shape {
     /// All points within `radius` of the centre.
     Sphere {
         /// Radius.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         radius: f64,
     },
     /// A cylinder with hemispherical ends; its axis is the body's z.
     Spherocylinder {
         /// Diameter of the cylinder and of the ends.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         diameter: f64,
         /// Length from tip to tip, so never less than the diameter.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         length: f64,
     },
     /// An ellipsoid with semi-axes along the body's x, y and z.
     Ellipsoid {
         /// The three semi-axes.
+        #[schemars(extend("items" = {"type": "number", "format": "double", "exclusiveMinimum": 0}))]
         radii: [f64; 3],
     },
     /// A ring: all points within `minor_radius` of a circle in the body's x-y plane.
     Torus {
         /// Radius of the circle.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         major_radius: f64,
         /// Radius of the tube, less than `major_radius`.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         minor_radius: f64,
     },
 }
@@ -92,81 +101,22 @@ pub struct ProxySphere {
 /// beats the separation by more than 1e-15 of the size, and the contact points lie along the normal to 1e-12 of the size.
 pub const MAX_ASPECT: f64 = 1000.0;
 
+/// The smallest size: its fifth power, as in a moment of inertia, is still a normal number.
+pub const SMALLEST_SIZE: f64 = 1e-60;
+
+/// The largest size: its fifth power is still finite.
+pub const LARGEST_SIZE: f64 = 1e60;
+
 /// How far a body may be from mirror-symmetric in its plane and still count as planar: 1e-9 of its size is below every
 /// overlap tolerance in use and well above the 1e-16 that a quaternion is rounded to.
-const PLANAR_TOLERANCE: f64 = 1e-9;
-
-/// Why a shape is refused.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum ShapeError {
-    /// A size that is infinite or not a number.
-    #[error("{name} is {value}; it must be a finite number")]
-    NotFinite {
-        /// Which size.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// A size that is zero or negative.
-    #[error("{name} is {value}; it must be greater than 0")]
-    NotPositive {
-        /// Which size.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-    },
-    /// A spherocylinder shorter, tip to tip, than it is wide.
-    #[error("length {length} is less than diameter {diameter}; length is measured from tip to tip")]
-    ShorterThanDiameter {
-        /// Tip-to-tip length.
-        length: f64,
-        /// Diameter.
-        diameter: f64,
-    },
-    /// A torus whose tube meets itself in the middle.
-    #[error("minor_radius {minor_radius} must be less than major_radius {major_radius}")]
-    NoHole {
-        /// Radius of the circle.
-        major_radius: f64,
-        /// Radius of the tube.
-        minor_radius: f64,
-    },
-    /// A shape more slender or more flat than separations are sure of.
-    #[error("the largest size is {aspect} times the smallest; at most {MAX_ASPECT} is supported")]
-    Aspect {
-        /// Ratio of the largest to the smallest size.
-        aspect: f64,
-    },
-}
-
-/// Why a shape has no proxy of so many spheres.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ProxyError {
-    /// An even count on a major axis: the middle sphere would be missing.
-    #[error("a proxy on a major axis has an odd number of spheres, not {count}")]
-    Even {
-        /// The count asked for.
-        count: usize,
-    },
-    /// Too few spheres to reach both ends, or to go round a ring without a gap.
-    #[error("{count} spheres are too few: at least {least} are needed")]
-    TooFew {
-        /// The count asked for.
-        count: usize,
-        /// The least that do.
-        least: usize,
-    },
-    /// Two equal largest radii: no line of spheres fills a disc.
-    #[error("an oblate ellipsoid has no major axis to put spheres on")]
-    NoMajorAxis,
-}
+pub const PLANAR_TOLERANCE: f64 = 1e-9;
 
 impl Shape {
     /// Checks that the sizes make a shape that separations support.
     ///
     /// # Errors
-    /// Names the first size that is not finite or not positive, then what is wrong between sizes, then an aspect ratio
-    /// over [`MAX_ASPECT`].
+    /// Names the first size that is not finite, not positive or not between [`SMALLEST_SIZE`] and [`LARGEST_SIZE`], then what
+    /// is wrong between sizes, then an aspect ratio over [`MAX_ASPECT`].
     ///
     /// ```
     /// use relcp::shape::{Shape, ShapeError};
@@ -180,6 +130,16 @@ impl Shape {
             Shape::Spherocylinder { diameter, length } => spherocylinder::validate(diameter, length),
             Shape::Ellipsoid { radii } => ellipsoid::validate(radii),
             Shape::Torus { major_radius, minor_radius } => torus::validate(major_radius, minor_radius),
+        }
+    }
+
+    /// The shape's name, which is its key in a scene file.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Shape::Sphere { .. } => "sphere",
+            Shape::Spherocylinder { .. } => "spherocylinder",
+            Shape::Ellipsoid { .. } => "ellipsoid",
+            Shape::Torus { .. } => "torus",
         }
     }
 
@@ -319,6 +279,19 @@ impl Shape {
         }
     }
 
+    /// Whether there is a [proxy](Shape::proxy) of `count` spheres, without making it.
+    ///
+    /// # Errors
+    /// Those of [`Shape::proxy`].
+    pub fn check_proxy(&self, count: usize) -> Result<(), ProxyError> {
+        match *self {
+            Shape::Sphere { .. } => sphere::check_proxy(count),
+            Shape::Spherocylinder { .. } => check_axis_count(count),
+            Shape::Ellipsoid { radii } => ellipsoid::check_proxy(radii, count),
+            Shape::Torus { major_radius, minor_radius } => torus::check_proxy(major_radius, minor_radius, count),
+        }
+    }
+
     /// Whether the plane through the centre at right angles to the z of space is a mirror plane of the body, to 1e-9
     /// of its size. Only such bodies stay in the plane of a planar scene.
     ///
@@ -348,15 +321,17 @@ fn check_size(name: &'static str, value: f64) -> Result<(), ShapeError> {
         Err(ShapeError::NotFinite { name, value })
     } else if value <= 0.0 {
         Err(ShapeError::NotPositive { name, value })
+    } else if !(SMALLEST_SIZE..=LARGEST_SIZE).contains(&value) {
+        Err(ShapeError::OutOfRange { name, value })
     } else {
         Ok(())
     }
 }
 
-/// Refuses a largest size too many times the smallest.
-fn check_aspect(largest: f64, smallest: f64) -> Result<(), ShapeError> {
+/// Refuses a largest size too many times the smallest; `name` is the size to blame.
+fn check_aspect(name: &'static str, largest: f64, smallest: f64) -> Result<(), ShapeError> {
     let aspect = largest / smallest;
-    if aspect > MAX_ASPECT { Err(ShapeError::Aspect { aspect }) } else { Ok(()) }
+    if aspect > MAX_ASPECT { Err(ShapeError::Aspect { name, aspect }) } else { Ok(()) }
 }
 
 /// Refuses a count that cannot stand on a major axis symmetrically and reach both tips.

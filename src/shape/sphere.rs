@@ -16,10 +16,12 @@ pub(super) fn unit_inertia(radius: f64) -> DVec3 {
     DVec3::splat(0.4 * volume(radius) * radius * radius)
 }
 
+pub(super) fn check_proxy(count: usize) -> Result<(), ProxyError> {
+    if count == 0 { Err(ProxyError::TooFew { count, least: 1 }) } else { Ok(()) }
+}
+
 /// A sphere is its own proxy.
 pub(super) fn proxy(radius: f64, count: usize) -> Result<Vec<ProxySphere>, ProxyError> {
-    if count == 0 {
-        return Err(ProxyError::TooFew { count, least: 1 });
-    }
+    check_proxy(count)?;
     Ok(vec![ProxySphere { centre: DVec3::ZERO, radius }])
 }

@@ -13,7 +13,7 @@ pub(super) fn validate(diameter: f64, length: f64) -> Result<(), ShapeError> {
     if length < diameter {
         return Err(ShapeError::ShorterThanDiameter { length, diameter });
     }
-    check_aspect(length, diameter)
+    check_aspect("length", length, diameter)
 }
 
 #[inline]

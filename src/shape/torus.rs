@@ -11,7 +11,7 @@ pub(super) fn validate(major_radius: f64, minor_radius: f64) -> Result<(), Shape
     if minor_radius >= major_radius {
         return Err(ShapeError::NoHole { major_radius, minor_radius });
     }
-    check_aspect(major_radius, minor_radius)
+    check_aspect("minor_radius", major_radius, minor_radius)
 }
 
 pub(super) fn volume(major_radius: f64, minor_radius: f64) -> f64 {
@@ -33,13 +33,15 @@ pub(super) fn half_extents(major_radius: f64, minor_radius: f64, orientation: DQ
     across * major_radius + DVec3::splat(minor_radius)
 }
 
+pub(super) fn check_proxy(major_radius: f64, minor_radius: f64, count: usize) -> Result<(), ProxyError> {
+    let least = (PI / (minor_radius / major_radius).asin()).ceil() as usize;
+    if count < least { Err(ProxyError::TooFew { count, least }) } else { Ok(()) }
+}
+
 /// Equal spheres on the centreline, equally spaced, the first on the body's x; neighbours must overlap or touch
 /// (chord at most `2 r`), or another ring could slip through.
 pub(super) fn proxy(major_radius: f64, minor_radius: f64, count: usize) -> Result<Vec<ProxySphere>, ProxyError> {
-    let least = (PI / (minor_radius / major_radius).asin()).ceil() as usize;
-    if count < least {
-        return Err(ProxyError::TooFew { count, least });
-    }
+    check_proxy(major_radius, minor_radius, count)?;
     let at = |i: usize| {
         let (sine, cosine) = (TAU * i as f64 / count as f64).sin_cos();
         ProxySphere { centre: DVec3::new(cosine, sine, 0.0) * major_radius, radius: minor_radius }

@@ -9,10 +9,11 @@ use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{self, FEATURE_OF_SURFACES, Mover, RowSource, RowSourceError, sub_sphere_separations};
 use crate::dynamics::{self, ForceField, Law, Load, Motion, Pose, Twist};
+use crate::freedom::PLANAR;
 use crate::lcp::{self, Outcome, Problem};
 use crate::relcp::{Fault, Phases, State, Warm};
 use crate::scene::{Growth, Scene};
-use crate::separation::Placed;
+use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::ProxySphere;
 use glam::DVec3;
 use narrow_phase::{Known, Near};
@@ -22,10 +23,6 @@ use std::time::{Duration, Instant};
 /// A loop over fewer bodies than this runs on one thread: below it, handing out the work costs more than it saves
 /// (a body's share of any of these loops is 20 to 100 ns, waking a thread some 5 us).
 const LEAST_BODIES_A_TASK: usize = 512;
-
-/// A default cutoff is this part of the smallest body's thickness. It only decides which pairs get a row before the first trial
-/// shows that they need one: at 1/4, a growing colony of rods at dt = 1e-3 carries 2.7 rows a rod.
-const CUTOFF_PER_THICKNESS: f64 = 0.25;
 
 /// The CPU backend. `D` is [`crate::freedom::PLANAR`] or [`crate::freedom::SPATIAL`].
 pub struct Cpu<const D: usize> {
@@ -64,11 +61,12 @@ pub struct Cpu<const D: usize> {
 }
 
 impl<const D: usize> Cpu<D> {
+    const SEPARATE: narrow_phase::Separate = if D == PLANAR { planar_separation } else { separation };
+
     /// A backend for `scene` in `state`.
     pub fn new(scene: &Scene, state: State) -> Result<Self, RowSourceError> {
         let source = scene.contact.method.row_source();
         source.proxies(&state.bodies.shape)?;
-        let thickness = state.bodies.shape.iter().map(|s| s.thickness()).fold(f64::INFINITY, f64::min);
         Ok(Cpu {
             dt: scene.time.dt,
             start_time: scene.time.start,
@@ -76,11 +74,11 @@ impl<const D: usize> Cpu<D> {
             seed: scene.seed,
             growth: scene.growth,
             overlap_tolerance: scene.contact.overlap_tolerance,
-            cutoff: scene.contact.cutoff.unwrap_or(CUTOFF_PER_THICKNESS * thickness),
+            cutoff: scene.cutoff(),
             law: dynamics::law(&scene.dynamics),
             forces: dynamics::forces_from_scene(&scene.forces, &scene.group_names(), &scene.dynamics),
             source,
-            solver: lcp::Solver::new(scene.solver.kind, scene.solver.settings(scene.contact.overlap_tolerance)),
+            solver: lcp::Solver::new(scene.solver.kind, scene.lcp_settings()),
             candidates: Candidates::default(),
             start: Bodies::default(),
             next_id: state.next_id,
@@ -158,7 +156,7 @@ impl<const D: usize> Cpu<D> {
     fn append_near_surfaces(&mut self, pairs: &[[u32; 2]]) {
         let known = narrow_phase::remembered(&self.state.warm);
         let limit = |a: usize, b: usize| self.cutoff + self.reach[a] + self.reach[b];
-        let near = narrow_phase::within(pairs, &known, |i| self.start.placed(i), limit);
+        let near = narrow_phase::within(pairs, &known, Self::SEPARATE, |i| self.start.placed(i), limit);
         self.known = near.iter().map(Known::from).collect();
         let warm = std::mem::take(&mut self.state.warm);
         let mut cursor = warm.iter().peekable();
@@ -196,7 +194,7 @@ impl<const D: usize> Cpu<D> {
         self.state.warm = warm;
     }
 
-    /// The trial's twists and poses, or the first body whose velocity is not finite.
+    /// The trial's twists and poses, or the first body that has none.
     fn set_trial(&mut self) -> Result<(), Fault> {
         lcp::velocity_into(&self.problem, &self.gamma, &mut self.scaled);
         let (mut twist, mut trial) = (std::mem::take(&mut self.twist), std::mem::take(&mut self.trial));
@@ -212,8 +210,13 @@ impl<const D: usize> Cpu<D> {
             .unzip_into_vecs(&mut twist, &mut trial);
         (self.twist, self.trial) = (twist, trial);
         let finite = |t: &Twist| t.linear.is_finite() && t.angular.is_finite();
-        match self.twist.iter().position(|t| !finite(t)) {
-            Some(body) => Err(Fault::NotFinite { step: self.state.step + 1, what: "velocity", body }),
+        let step = self.state.step + 1;
+        if let Some(body) = self.twist.iter().position(|t| !finite(t)) {
+            return Err(Fault::NotFinite { step, what: "velocity", body });
+        }
+        // A finite velocity can still be too large to arrive anywhere: the square of a quaternion's length overflows.
+        match self.trial.iter().position(|p| !p.position.is_finite() || !p.orientation.is_normalized()) {
+            Some(body) => Err(Fault::NotFinite { step, what: "pose", body }),
             None => Ok(()),
         }
     }
@@ -321,7 +324,8 @@ impl<const D: usize> Backend for Cpu<D> {
         let pairs = candidates.ensure(&boxes);
         self.phases.broad_phase += begun.elapsed();
         let begun = Instant::now();
-        let overlapping = narrow_phase::within(pairs, &self.known, |i| self.placed_at_trial(i), |_, _| 0.0);
+        let overlapping =
+            narrow_phase::within(pairs, &self.known, Self::SEPARATE, |i| self.placed_at_trial(i), |_, _| 0.0);
         self.candidates = candidates;
         narrow_phase::renew(&mut self.known, &overlapping);
         self.overlapping = overlapping;

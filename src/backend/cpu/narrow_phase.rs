@@ -1,9 +1,12 @@
 //! Narrow phase: the separations of candidate pairs that are within a limit, with every far pair left out as cheaply as it can be.
 
 use crate::relcp::Warm;
-use crate::separation::{Placed, Separation, bound, separation};
+use crate::separation::{Placed, Separation, bound};
 use glam::DVec3;
 use rayon::prelude::*;
+
+/// How a pair's separation is computed: in space or in the plane.
+pub type Separate = fn(&Placed, &Placed, Option<DVec3>) -> Option<Separation>;
 
 /// Candidate pairs a task: about 0.1 ms of work, long against handing it out.
 const PAIRS_A_TASK: usize = 512;
@@ -41,6 +44,7 @@ pub fn remembered(warm: &[Warm]) -> Vec<Known> {
 pub fn within(
     pairs: &[[u32; 2]],
     known: &[Known],
+    separate: Separate,
     placed: impl Fn(usize) -> Placed + Sync,
     limit: impl Fn(usize, usize) -> f64 + Sync,
 ) -> Vec<Near> {
@@ -53,7 +57,7 @@ pub fn within(
             }
             let warm = known.get(cursor).filter(|k| k.pair == pair).map(|k| k.normal);
             let [a, b] = pair.map(|i| i as usize);
-            if let Some(found) = pair_within(&placed(a), &placed(b), warm, limit(a, b)) {
+            if let Some(found) = pair_within(separate, [&placed(a), &placed(b)], warm, limit(a, b)) {
                 out.push(Near { pair, found });
             }
         }
@@ -66,7 +70,7 @@ pub fn within(
 }
 
 /// The pair's separation if it is at most `limit`; tests that only bound it from below come first.
-fn pair_within(a: &Placed, b: &Placed, warm: Option<DVec3>, limit: f64) -> Option<Separation> {
+fn pair_within(separate: Separate, [a, b]: [&Placed; 2], warm: Option<DVec3>, limit: f64) -> Option<Separation> {
     let delta = b.position - a.position;
     let reach = a.shape.bounding_radius() + b.shape.bounding_radius() + limit;
     let distance = delta.length();
@@ -78,7 +82,7 @@ fn pair_within(a: &Placed, b: &Placed, warm: Option<DVec3>, limit: f64) -> Optio
     if bound(a, b, direction) > limit {
         return None;
     }
-    separation(a, b, warm).filter(|found| found.separation <= limit)
+    separate(a, b, warm).filter(|found| found.separation <= limit)
 }
 
 /// Puts the normals of `found` (sorted) into `known` (sorted), in place of older ones.

@@ -4,7 +4,7 @@ use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
 use super::super::orientation::norm;
 use super::super::{Body, BodyLineage, Dynamics, Scene};
-use super::shapes::{check_shape, shape_name};
+use super::shapes::check_shape;
 use super::{MAX_BODIES, SMALLEST_QUATERNION, number, numbers};
 use std::collections::HashSet;
 
@@ -48,7 +48,7 @@ impl Scene {
 }
 
 fn check_body(key: &Key, body: &Body) -> Result<(), SceneError> {
-    check_shape(&key.field("shape").field(shape_name(&body.shape)), &body.shape)?;
+    check_shape(&key.field("shape").field(body.shape.name()), &body.shape)?;
     numbers(&key.field("position"), &body.position)?;
     let key = key.field("orientation");
     numbers(&key, &body.orientation)?;

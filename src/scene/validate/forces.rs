@@ -3,7 +3,7 @@
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
 use super::super::nearest::nearest;
-use super::super::{Dynamics, Force, Scene};
+use super::super::{Dynamics, Force, Growth, Scene};
 use super::{MAX_BODIES, number, numbers, positive};
 use crate::shape::Shape;
 use std::f64::consts::LN_2;
@@ -73,19 +73,25 @@ impl Scene {
             let message = format!("must be from 0 to 180, not {:?}", growth.reorientation_degrees);
             return Err(SceneError::bad(turn, message));
         }
-        self.check_cells(key, growth.division_length)
+        self.check_cells(key, growth)
     }
 
-    fn check_cells(&self, key: &Key, division_length: f64) -> Result<(), SceneError> {
+    fn check_cells(&self, key: &Key, growth: &Growth) -> Result<(), SceneError> {
         let mut cells = false;
         for (list, index, shape) in self.shapes() {
-            let Shape::Spherocylinder { diameter, .. } = shape else { continue };
+            let Some(length) = shape.growing_length() else { continue };
             cells = true;
-            if division_length < 2.0 * diameter {
+            let division_key = key.field("division_length");
+            if shape.grown(0.5 * growth.division_length).is_none() {
                 let message = format!(
-                    "must be at least twice the diameter, {diameter:?}, of {list}.{index}: a daughter is half as long, and never shorter than wide"
+                    "must be at least twice the diameter, {:?}, of {list}.{index}: a daughter is half as long, and never shorter than wide",
+                    shape.thickness()
                 );
-                return Err(SceneError::bad(key.field("division_length"), message));
+                return Err(SceneError::bad(division_key, message));
+            }
+            let longest = length.max(growth.division_length * (growth.rate * self.time.dt).exp());
+            if let Some(Err(error)) = shape.grown(longest).map(|cell| cell.validate()) {
+                return Err(SceneError::bad(division_key, format!("{error} ({list}.{index} before it divides)")));
             }
         }
         if !cells {
@@ -104,12 +110,12 @@ impl Scene {
     fn final_population(&self) -> f64 {
         let Some(growth) = &self.growth else { return self.body_count() as f64 };
         let stretch = growth.rate * (self.time.end - self.time.start) / LN_2;
-        let descendants = |shape: &Shape| match *shape {
-            Shape::Spherocylinder { length, .. } => {
+        let descendants = |shape: &Shape| match shape.growing_length() {
+            Some(length) => {
                 let doublings = stretch + (length / growth.division_length).log2();
                 (doublings.floor() + 1.0).max(0.0).exp2()
             }
-            _ => 1.0,
+            None => 1.0,
         };
         let given: f64 = self.bodies.iter().map(|b| descendants(&b.shape)).sum();
         let generated: f64 = self.generate.iter().map(|g| g.count() as f64 * descendants(&g.shape())).sum();

@@ -4,7 +4,7 @@ use super::super::error::{FaultKind, SceneError};
 use super::super::generate::{MAX_RING_RATIO, reachable_fraction};
 use super::super::key::Key;
 use super::super::{Generate, Scene};
-use super::shapes::{check_shape, shape_name};
+use super::shapes::check_shape;
 use super::{MAX_BODIES, positive};
 
 impl Generate {
@@ -49,7 +49,7 @@ fn check_rule(key: &Key, rule: &Generate, planar: bool) -> Result<(), SceneError
     match rule {
         Generate::Isotropic { count, shape, volume_fraction, .. } => {
             at_least_one("count", *count)?;
-            check_shape(&key.field("shape").field(shape_name(shape)), shape)?;
+            check_shape(&key.field("shape").field(shape.name()), shape)?;
             let fraction_key = key.field("volume_fraction");
             positive(&fraction_key, *volume_fraction)?;
             let limit = reachable_fraction(shape, planar);

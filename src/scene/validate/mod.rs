@@ -8,11 +8,10 @@ mod generate;
 mod planar;
 mod shapes;
 
-pub(super) use shapes::thickness;
-
 use super::error::{FaultKind, SceneError};
 use super::key::Key;
 use super::{Dynamics, Scene};
+use crate::shape;
 
 /// Most bodies of a scene. A body's state is about 200 bytes and its contacts some ten times that, so this many need tens of gigabytes.
 pub const MAX_BODIES: u64 = 1 << 24;
@@ -20,10 +19,10 @@ pub const MAX_BODIES: u64 = 1 << 24;
 pub const MAX_STEPS: f64 = 1e12;
 /// Most recorded states of a run; each is at least one file.
 pub const MAX_STATES: f64 = 1e6;
-/// Largest magnitude of any number: its fifth power, as in a moment of inertia, is still finite.
-pub const LARGEST_NUMBER: f64 = 1e60;
-/// Smallest size: its fifth power is still a normal number.
-pub const SMALLEST_SIZE: f64 = 1e-60;
+/// Largest magnitude of any number: that of a size.
+pub const LARGEST_NUMBER: f64 = shape::LARGEST_SIZE;
+/// Smallest of the numbers that must be positive: that of a size.
+pub const SMALLEST_NUMBER: f64 = shape::SMALLEST_SIZE;
 /// Smallest norm of an orientation; below it the direction is made of rounding.
 pub const SMALLEST_QUATERNION: f64 = 1e-6;
 /// Longest name, in bytes: it names a folder, and file systems take 255 bytes with what a program appends.
@@ -136,8 +135,8 @@ fn positive(key: &Key, value: f64) -> Result<(), SceneError> {
     if value <= 0.0 {
         return Err(SceneError::bad(key, format!("must be positive, not {value:?}")));
     }
-    if value < SMALLEST_SIZE {
-        return Err(SceneError::bad(key, format!("must be at least {SMALLEST_SIZE:e}, not {value:e}")));
+    if value < SMALLEST_NUMBER {
+        return Err(SceneError::bad(key, format!("must be at least {SMALLEST_NUMBER:e}, not {value:e}")));
     }
     Ok(())
 }

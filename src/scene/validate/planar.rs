@@ -4,11 +4,8 @@ use super::super::error::SceneError;
 use super::super::key::Key;
 use super::super::orientation::unit;
 use super::super::{Body, Force, Generate, Scene};
-use crate::shape::Shape;
-use glam::{DMat3, DVec3};
-
-/// How far a body's axis may lean out of its plane of symmetry (a sine): rounding of an orientation stays below a tenth of a millionth of it.
-const LEAN: f64 = 1e-9;
+use crate::shape::{PLANAR_TOLERANCE, Shape};
+use glam::DVec3;
 
 impl Scene {
     pub(super) fn check_planar(&self, root: &Key) -> Result<(), SceneError> {
@@ -31,8 +28,9 @@ impl Scene {
 
     /// A cell that stands upright in the plane is mirrored by it, but its daughters would not be.
     fn check_growing(&self, key: &Key, body: &Body) -> Result<(), SceneError> {
-        let upright = matches!(body.shape, Shape::Spherocylinder { .. }) && axis(body).z.abs() > LEAN;
-        if self.growth.is_some() && upright {
+        let axis = unit(body.orientation) * DVec3::Z;
+        let grows = self.growth.is_some() && body.shape.growing_length().is_some();
+        if grows && axis.z.abs() > PLANAR_TOLERANCE {
             return Err(SceneError::bad(
                 key.field("orientation"),
                 "a growing spherocylinder of a planar scene must lie in the x-y plane",
@@ -42,16 +40,12 @@ impl Scene {
     }
 }
 
-fn axis(body: &Body) -> DVec3 {
-    unit(body.orientation) * DVec3::Z
-}
-
 fn check_body(key: &Key, body: &Body, plane: f64) -> Result<(), SceneError> {
     if body.position[2] != plane {
         let message = format!("bodies of a planar scene share one z, here {plane:?}, not {:?}", body.position[2]);
         return Err(SceneError::bad(key.field("position").index(2), message));
     }
-    if !is_mirrored(body) {
+    if !body.shape.is_planar_symmetric(unit(body.orientation)) {
         let message = "the body must be mirrored by the plane: its axis in it or across it, or one of its principal axes across it";
         return Err(SceneError::bad(key.field("orientation"), message));
     }
@@ -70,24 +64,6 @@ fn check_body(key: &Key, body: &Body, plane: f64) -> Result<(), SceneError> {
         zero("angular_velocity", 1, turn[1])?;
     }
     Ok(())
-}
-
-/// Whether the plane of constant z through its centre mirrors a body.
-fn is_mirrored(body: &Body) -> bool {
-    match body.shape {
-        Shape::Sphere { .. } => true,
-        Shape::Spherocylinder { .. } | Shape::Torus { .. } => {
-            let axis = axis(body);
-            axis.z.abs() <= LEAN || axis.truncate().length() <= LEAN
-        }
-        Shape::Ellipsoid { radii } => {
-            // z must be an eigenvector of R diag(r^2) R^T.
-            let turn = DMat3::from_quat(unit(body.orientation));
-            let radii = DVec3::from(radii);
-            let form = turn * DMat3::from_diagonal(radii * radii) * turn.transpose();
-            form.z_axis.truncate().abs().max_element() <= LEAN * radii.max_element().powi(2)
-        }
-    }
 }
 
 fn check_rule(key: &Key, rule: &Generate) -> Result<(), SceneError> {

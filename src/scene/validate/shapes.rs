@@ -4,70 +4,14 @@ use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
 use super::super::{Generate, Method, Scene};
 use super::{number, positive};
-use crate::shape::Shape;
+use crate::separation::supports;
+use crate::shape::{ProxyError, Shape};
 
 /// Most sub-spheres of a scene: 32 bytes each make two gigabytes.
 const MAX_SUB_SPHERES: u64 = 1 << 26;
-/// Largest ratio of an ellipsoid's radii.
-const MAX_ASPECT: f64 = 100.0;
-
 /// The rules of one shape's sizes; `key` holds the sizes.
 pub(super) fn check_shape(key: &Key, shape: &Shape) -> Result<(), SceneError> {
-    match *shape {
-        Shape::Sphere { radius } => positive(&key.field("radius"), radius),
-        Shape::Spherocylinder { diameter, length } => {
-            positive(&key.field("diameter"), diameter)?;
-            positive(&key.field("length"), length)?;
-            if length < diameter {
-                let message = format!("is tip to tip, so it must not be less than the diameter, {diameter:?}");
-                return Err(SceneError::bad(key.field("length"), message));
-            }
-            Ok(())
-        }
-        Shape::Ellipsoid { radii } => {
-            let key = key.field("radii");
-            radii.iter().enumerate().try_for_each(|(i, &r)| positive(&key.index(i), r))?;
-            let [least, _, most] = sorted(radii);
-            if most > MAX_ASPECT * least {
-                let message = format!("the longest is {:.4} times the shortest; at most {MAX_ASPECT}", most / least);
-                return Err(SceneError::bad(key, message));
-            }
-            Ok(())
-        }
-        Shape::Torus { major_radius, minor_radius } => {
-            positive(&key.field("major_radius"), major_radius)?;
-            positive(&key.field("minor_radius"), minor_radius)?;
-            if minor_radius >= major_radius {
-                let message = format!("must be less than the major radius, {major_radius:?}");
-                return Err(SceneError::bad(key.field("minor_radius"), message));
-            }
-            Ok(())
-        }
-    }
-}
-
-fn sorted(mut radii: [f64; 3]) -> [f64; 3] {
-    radii.sort_by(f64::total_cmp);
-    radii
-}
-
-/// A shape's thickness: the diameter of its thinnest part.
-pub(in super::super) fn thickness(shape: &Shape) -> f64 {
-    match *shape {
-        Shape::Sphere { radius } => 2.0 * radius,
-        Shape::Spherocylinder { diameter, .. } => diameter,
-        Shape::Ellipsoid { radii } => 2.0 * sorted(radii)[0],
-        Shape::Torus { minor_radius, .. } => 2.0 * minor_radius,
-    }
-}
-
-pub(super) fn shape_name(shape: &Shape) -> &'static str {
-    match shape {
-        Shape::Sphere { .. } => "sphere",
-        Shape::Spherocylinder { .. } => "spherocylinder",
-        Shape::Ellipsoid { .. } => "ellipsoid",
-        Shape::Torus { .. } => "torus",
-    }
+    shape.validate().map_err(|error| SceneError::bad(key.field(error.field()), error.to_string()))
 }
 
 impl Generate {
@@ -101,7 +45,7 @@ impl Scene {
         let contact = &self.contact;
         let tolerance_key = key.field("overlap_tolerance");
         positive(&tolerance_key, contact.overlap_tolerance)?;
-        let thinnest = self.shapes().map(|(_, _, s)| thickness(&s)).fold(f64::INFINITY, f64::min);
+        let thinnest = self.thinnest();
         if contact.overlap_tolerance >= thinnest {
             let message = format!("must be less than the thinnest body's thickness, {thinnest:?}; it is a length");
             return Err(SceneError::bad(tolerance_key, message));
@@ -130,44 +74,37 @@ impl Scene {
         }
     }
 
-    /// A ring and an ellipsoid in one scene: no separation is defined for that pair.
+    /// Whether the shapes that meet in the scene have a separation, kind by kind.
     fn check_pairs(&self) -> Result<(), SceneError> {
-        let first = |wanted: &'static str| self.shapes().find(move |(_, _, s)| shape_name(s) == wanted);
-        if let (Some(ring), Some(ellipsoid)) = (first("torus"), first("ellipsoid")) {
-            let order = |(list, index, _): &(&'static str, usize, Shape)| (*list == "generate", *index);
-            let (list, index, _) = if order(&ring) > order(&ellipsoid) { ring } else { ellipsoid };
-            let message = "a torus and an ellipsoid cannot be in one scene: no separation is defined for that pair";
-            return Err(SceneError::bad(Key::ROOT.field(list).index(index), message));
+        let mut kinds: Vec<Shape> = Vec::new();
+        for (list, index, shape) in self.shapes() {
+            if kinds.iter().any(|kind| kind.name() == shape.name()) {
+                continue;
+            }
+            if let Some(other) = kinds.iter().find(|kind| !supports(kind, &shape)) {
+                let message = format!(
+                    "`{}` and `{}` cannot be in one scene: no separation is defined for that pair",
+                    other.name(),
+                    shape.name()
+                );
+                return Err(SceneError::bad(Key::ROOT.field(list).index(index), message));
+            }
+            kinds.push(shape);
         }
         Ok(())
     }
 
     fn check_multisphere(&self, key: &Key, count: u32) -> Result<(), SceneError> {
-        if count == 0 {
-            return Err(SceneError::bad(key, "must be at least 1"));
-        }
         for (list, index, shape) in self.shapes() {
-            match shape {
-                Shape::Sphere { .. } => {}
-                Shape::Torus { major_radius, minor_radius } => {
-                    let least = gap_free_count(major_radius, minor_radius);
-                    if f64::from(count) < least {
-                        let message =
-                            format!("must be at least {least}: fewer leave gaps on the ring of {list}.{index}");
-                        return Err(SceneError::bad(key, message));
+            if let Err(error) = shape.check_proxy(count as usize) {
+                let body = Key::ROOT.field(list);
+                let body = body.index(index);
+                return Err(match error {
+                    ProxyError::NoMajorAxis => SceneError::bad(body, error.to_string()),
+                    ProxyError::Even { .. } | ProxyError::TooFew { .. } => {
+                        SceneError::bad(key, format!("{error} (the shape of {body})"))
                     }
-                }
-                Shape::Spherocylinder { .. } | Shape::Ellipsoid { .. } if count.is_multiple_of(2) => {
-                    let message =
-                        format!("must be odd, not {count}: one sub-sphere is at the centre of {list}.{index}");
-                    return Err(SceneError::bad(key, message));
-                }
-                Shape::Ellipsoid { radii } if sorted(radii)[0] < sorted(radii)[1] => {
-                    let message =
-                        "sub-spheres on the longest axis stand for an ellipsoid whose two shorter radii are equal";
-                    return Err(SceneError::bad(Key::ROOT.field(list).index(index), message));
-                }
-                Shape::Spherocylinder { .. } | Shape::Ellipsoid { .. } => {}
+                });
             }
         }
         let spheres = u64::from(count).saturating_mul(self.body_count());
@@ -177,9 +114,4 @@ impl Scene {
         }
         Ok(())
     }
-}
-
-/// Fewest spheres on a ring's centreline whose neighbours touch: `R sin(pi / n) <= r`.
-fn gap_free_count(major_radius: f64, minor_radius: f64) -> f64 {
-    (std::f64::consts::PI / (minor_radius / major_radius).asin() - 1e-9).ceil()
 }
