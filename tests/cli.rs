@@ -206,6 +206,8 @@ fn contacts_of_a_scene_of_a_final_state_and_of_a_state() {
     };
     let (last, state) = (contacts("run/final.json"), contacts("run/states/state_0000000060.npz"));
     assert_eq!(last, state);
+    assert_eq!(last, contacts("run"));
+    assert!(place.relcp(&["contacts", "."]).expect(4).err.contains("checkpoint.npz"));
     assert_eq!(last["max_overlap"], place.json("run/summary.json")["final_max_overlap"]);
     let pair = &last["contacts"][0];
     assert_eq!((&pair["a"], &pair["b"]), (&0.into(), &1.into()));

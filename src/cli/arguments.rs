@@ -152,13 +152,14 @@ pub(super) struct Check {
 
 const CONTACTS_EXAMPLES: &str = "\
 Examples:
+  relcp contacts runs/colony
   relcp contacts runs/colony/final.json --json
   relcp contacts runs/colony/states/state_0000000100.npz --cutoff 0.01";
 
 #[derive(Args, Debug)]
 #[command(after_help = CONTACTS_EXAMPLES)]
 pub(super) struct Contacts {
-    /// A scene file, a run's final.json, or one of its states (.npz)
+    /// A scene file, a run's final.json, one of its states (.npz), or a run's folder: the state that it stands at
     #[arg(value_name = "STATE")]
     pub(super) state: String,
     /// Pairs nearer than this, a length
