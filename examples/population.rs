@@ -8,8 +8,8 @@ use std::error::Error;
 const CELLS: usize = 32;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    // The end is only a limit here, so it may lie far off.
-    let scene = scene::load("colony", &["time.end=1000".into(), "growth.reorientation_degrees=2".into()])?;
+    // The end is only a limit here, so it lies far off.
+    let scene = scene::load("colony", &["time.end=10".into(), "growth.reorientation_degrees=2".into()])?;
     let bodies = scene.build()?;
     let mut simulation = Simulation::new(scene, bodies)?;
     while !simulation.done() && simulation.state().bodies.len() < CELLS {
