@@ -58,3 +58,8 @@ pub mod render;
 pub mod scene;
 pub mod separation;
 pub mod shape;
+
+/// The README's example compiles and runs with the others.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

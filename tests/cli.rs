@@ -171,6 +171,19 @@ fn a_run_leaves_its_folder() {
     assert_eq!(place.json("runs/rods/scene.json")["contact"]["max_recursions"], 64);
     assert_eq!(place.relcp(&["run", "rods.json", "--quiet"]).expect(0).out, "");
     assert!(place.at("runs/rods-2/final.json").exists());
+    let picture = fs::read(place.at("runs/rods/final.png")).unwrap();
+    assert!(picture.starts_with(b"\x89PNG\r\n\x1a\n") && picture.len() > 1_000, "{} bytes", picture.len());
+    assert!(picture == fs::read(place.at("runs/rods-2/final.png")).unwrap());
+}
+
+#[test]
+fn a_picture_that_cannot_be_written_is_status_4() {
+    let place = Place::new();
+    place.relcp(&["run", "rods.json", "--out", "run", "--quiet"]).expect(0);
+    fs::remove_file(place.at("run/final.png")).unwrap();
+    fs::create_dir(place.at("run/final.png")).unwrap();
+    let ran = place.relcp(&["run", "--resume", "--out", "run", "--quiet"]).expect(4);
+    assert!(ran.err.contains("run/final.png"), "{}", ran.err);
 }
 
 #[test]
@@ -193,6 +206,8 @@ fn contacts_of_a_scene_of_a_final_state_and_of_a_state() {
     };
     let (last, state) = (contacts("run/final.json"), contacts("run/states/state_0000000060.npz"));
     assert_eq!(last, state);
+    assert_eq!(last, contacts("run"));
+    assert!(place.relcp(&["contacts", "."]).expect(4).err.contains("checkpoint.npz"));
     assert_eq!(last["max_overlap"], place.json("run/summary.json")["final_max_overlap"]);
     let pair = &last["contacts"][0];
     assert_eq!((&pair["a"], &pair["b"]), (&0.into(), &1.into()));
@@ -306,6 +321,7 @@ fn an_interrupted_run_goes_on_to_the_same_bits() {
     let stopped = place.json("broken/summary.json");
     assert_eq!((&stopped["completed"], &stopped["status"]), (&false.into(), &"interrupted".into()));
     assert!(stopped["steps"].as_u64().unwrap() < 12_000 && !place.at("broken/final.json").exists());
+    assert!(place.at("broken/final.png").exists());
     place.relcp(&["run", "--resume", "--quiet", "--out", "broken"]).expect(0);
     let (whole, broken) = (place.json("whole/summary.json"), place.json("broken/summary.json"));
     for key in ["state_hash", "steps", "max_overlap", "solver", "recursions", "constraints", "scene_hash"] {

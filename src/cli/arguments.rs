@@ -100,7 +100,7 @@ Examples:
 
 Ctrl-C ends the run after the step being taken and leaves a checkpoint, as every minute does;
 a second one quits at once.
-The folder has scene.json, steps.csv, states/, final.json, summary.json and the checkpoint.";
+The folder has scene.json, steps.csv, states/, final.json, final.png, summary.json and the checkpoint.";
 
 #[derive(Args, Debug)]
 #[command(after_help = RUN_EXAMPLES)]
@@ -152,13 +152,14 @@ pub(super) struct Check {
 
 const CONTACTS_EXAMPLES: &str = "\
 Examples:
+  relcp contacts runs/colony
   relcp contacts runs/colony/final.json --json
   relcp contacts runs/colony/states/state_0000000100.npz --cutoff 0.01";
 
 #[derive(Args, Debug)]
 #[command(after_help = CONTACTS_EXAMPLES)]
 pub(super) struct Contacts {
-    /// A scene file, a run's final.json, or one of its states (.npz)
+    /// A scene file, a run's final.json, one of its states (.npz), or a run's folder: the state that it stands at
     #[arg(value_name = "STATE")]
     pub(super) state: String,
     /// Pairs nearer than this, a length

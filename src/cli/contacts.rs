@@ -37,9 +37,12 @@ pub(super) fn contacts(arguments: &Contacts) -> Result<Exit, CliError> {
     Ok(Exit::Done)
 }
 
-/// The bodies of a scene as they start, or of a state file.
+/// The bodies of a scene as they start, of a state file, or of the state that a run's folder stands at.
 fn open(state: &str) -> Result<Bodies, CliError> {
     let path = Path::new(state);
+    if path.is_dir() {
+        return Ok(read_state(&path.join("checkpoint.npz"))?.1.bodies);
+    }
     if path.extension().is_some_and(|extension| extension == "npz") {
         return Ok(read_state(path)?.1.bodies);
     }
@@ -75,6 +78,7 @@ fn print(report: &Report) -> Result<(), CliError> {
             let (normal, a, b) = (point(c.normal), point(c.point_a), point(c.point_b));
             writeln!(out, "{:>7} {:>7}  {:>13.6e}  normal {normal}  at {a}  and {b}", c.a, c.b, c.separation)?;
         }
-        writeln!(out, "{} pairs, largest overlap {:.3e}", report.contacts.len(), report.max_overlap)
+        let pairs = output::count(report.contacts.len(), "pair", "pairs");
+        writeln!(out, "{pairs}, largest overlap {:.3e}", report.max_overlap)
     })
 }

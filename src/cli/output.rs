@@ -24,6 +24,11 @@ pub(super) fn json<T: Serialize>(value: &T) -> Result<(), CliError> {
     })
 }
 
+/// A number of things, in words.
+pub(super) fn count(number: usize, one: &str, many: &str) -> String {
+    format!("{number} {}", if number == 1 { one } else { many })
+}
+
 /// Writes a line to standard error.
 pub(super) fn message(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");

@@ -29,7 +29,8 @@ pub(super) fn check(arguments: &Check) -> Result<Exit, CliError> {
     if arguments.print.json {
         output::json(&json!({"valid": true, "name": name, "bodies": count, "steps": steps, "scene": scene}))?;
     } else if !arguments.print.quiet {
-        output::write(|out| writeln!(out, "{name}: a valid scene of {count} bodies and {steps} steps"))?;
+        let bodies = output::count(count, "body", "bodies");
+        output::write(|out| writeln!(out, "{name}: a valid scene of {bodies} and {steps} steps"))?;
     }
     Ok(Exit::Done)
 }

@@ -117,6 +117,11 @@ impl Folder {
         self.0.join("final.json")
     }
 
+    /// A picture of the state that the run stands at.
+    pub fn picture(&self) -> PathBuf {
+        self.0.join("final.png")
+    }
+
     /// What the run did.
     pub fn summary(&self) -> PathBuf {
         self.0.join("summary.json")

@@ -1,8 +1,8 @@
 //! A run's folder and the states in it: what is written, so that it is there whole or not at all, and read back.
 //!
 //! [`Run`] steps a simulation and leaves its [`Folder`]: `scene.json`, `steps.csv`, `states/state_NNNNNNNNNN.npz`,
-//! `checkpoint.npz` and the one before it, `final.json` and `summary.json`. States are [one container](encode) that
-//! numpy opens as `.npz`.
+//! `checkpoint.npz` and the one before it, `final.json`, `final.png` and `summary.json`. States are
+//! [one container](encode) that numpy opens as `.npz`.
 //!
 //! ```
 //! use relcp::record::{COLUMNS, Folder};

@@ -12,6 +12,7 @@ use super::summary::{RunStatus, Summary, max_overlap};
 use super::totals::Totals;
 use crate::dynamics::ForceField;
 use crate::relcp::{Simulation, State, StepReport};
+use crate::render::{View, picture};
 use crate::scene::Scene;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -19,6 +20,9 @@ use std::time::{Duration, Instant};
 /// Wall time between checkpoints: what a crash loses at most. A checkpoint costs far less than a second (22 MB at
 /// 131,072 rods), so a minute keeps it out of the account.
 pub const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
+
+/// The picture that a run ends with, in pixels: a run of seconds should not wait for it.
+const PICTURE_SIDES: [u32; 2] = [1280, 720];
 
 /// A simulation and the folder that it leaves.
 ///
@@ -213,8 +217,8 @@ impl Run {
         self.totals.wall.total += spent;
     }
 
-    /// Ends the run where it stands: at its end, or before it, to be resumed. Leaves a checkpoint and the summary, and
-    /// the final state where the end is reached.
+    /// Ends the run where it stands: at its end, or before it, to be resumed. Leaves a checkpoint, a picture and the
+    /// summary, and the final state where the end is reached.
     pub fn finish(mut self) -> Result<Summary, RecordError> {
         let status = match (self.simulation.done(), self.totals.clean()) {
             (false, _) => RunStatus::Interrupted,
@@ -233,10 +237,23 @@ impl Run {
             let last = self.simulation.scene().final_scene(bodies, self.simulation.time());
             write_scene(&self.folder.last(), &last)?;
         }
+        // Before the picture, so that its memory does not count as the simulation's.
+        let mut summary = Summary::new(&self.simulation, &self.totals, &self.scene_hash, status, overlap);
+        self.draw()?;
         self.count_output(begun);
-        let summary = Summary::new(&self.simulation, &self.totals, &self.scene_hash, status, overlap);
+        summary.wall_seconds = self.totals.wall;
         durable::write_json(&self.folder.summary(), &summary)?;
         Ok(summary)
+    }
+
+    fn draw(&self) -> Result<(), RecordError> {
+        let [width, height] = PICTURE_SIDES;
+        let view = View { width, height, planar: self.simulation.scene().planar, ..View::default() };
+        let path = self.folder.picture();
+        let mut bytes = Vec::new();
+        let image = picture(&self.simulation.state().bodies, &view);
+        image.encode(&mut bytes).map_err(RecordError::io(&path, "pack it"))?;
+        durable::write(&path, &bytes)
     }
 }
 

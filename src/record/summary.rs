@@ -65,7 +65,7 @@ pub struct SolverSummary {
 /// The most memory held.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PeakBytes {
-    /// By this process; null where the system does not tell.
+    /// By this process, before it draws the picture; null where the system does not tell.
     pub host: Option<u64>,
     /// On a device; null where there is none.
     pub device: Option<u64>,

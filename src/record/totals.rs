@@ -22,7 +22,7 @@ pub struct WallSeconds {
     pub integrate: f64,
     /// Growth and division.
     pub growth: f64,
-    /// Writing files, and the check of the final state.
+    /// Writing files, the check of the final state, and its picture.
     pub output: f64,
     /// Placing the bodies, or reading the checkpoint.
     pub setup: f64,

@@ -58,7 +58,7 @@ impl Image {
         Ok(())
     }
 
-    fn encode(&self, mut sink: impl io::Write) -> io::Result<()> {
+    pub(crate) fn encode(&self, mut sink: impl io::Write) -> io::Result<()> {
         let mut encoder = png::Encoder::new(&mut sink, self.width, self.height);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
