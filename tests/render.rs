@@ -42,7 +42,7 @@ fn white(pixel: [u8; 3]) -> bool {
 fn drawn(image: &Image) -> (Vec<u32>, Vec<u32>) {
     (0..image.height())
         .flat_map(|y| (0..image.width()).map(move |x| (x, y)))
-        .filter(|&(x, y)| !white(image.pixel(x, y).unwrap()))
+        .filter(|&(x, y)| !white(image.pixel(x, y).expect("inside the picture")))
         .unzip()
 }
 

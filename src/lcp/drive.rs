@@ -48,6 +48,7 @@ pub(crate) struct Drive<T> {
     /// The iterate: the start when [`Drive::run`] is called, the best one found after it.
     pub at: Point<T>,
     best: T,
+    start: T,
 }
 
 impl<T> Drive<T> {
@@ -71,7 +72,9 @@ impl<T> Drive<T> {
         method.begin(verbs, at);
         let mut best = verbs.residual(&at.x, &at.g);
         verbs.copy(&at.x, &mut self.best);
-        let (mut marked, mut marked_at) = (verbs.read(best), 0);
+        verbs.copy(&at.x, &mut self.start);
+        let at_start = verbs.read(best);
+        let (mut marked, mut marked_at) = (at_start, 0);
         let mut fresh = true;
         let mut iteration = 0;
         let status = loop {
@@ -116,11 +119,20 @@ impl<T> Drive<T> {
                 verbs.gradient(&at.x, &mut at.g);
             }
         };
-        if status != Status::Solved {
-            verbs.copy(&self.best, &mut at.x);
-            verbs.gradient(&at.x, &mut at.g);
+        if status == Status::Solved {
+            let residual = verbs.residual(&at.x, &at.g);
+            return (status, iteration, verbs.read(residual));
         }
+        // The best iterate was picked by a recurrence, which an infeasible system can lead far astray: look at it afresh.
+        verbs.copy(&self.best, &mut at.x);
+        verbs.gradient(&at.x, &mut at.g);
         let residual = verbs.residual(&at.x, &at.g);
-        (status, iteration, verbs.read(residual))
+        let best = verbs.read(residual);
+        if best <= at_start {
+            return (status, iteration, best);
+        }
+        verbs.copy(&self.start, &mut at.x);
+        verbs.gradient(&at.x, &mut at.g);
+        (status, iteration, at_start)
     }
 }
