@@ -258,7 +258,7 @@ fn opposite_rows_without_room_are_not_solved() {
         let mut gamma = Vec::new();
         let outcome = solve(kind, &problem, &mut gamma, 1e-8);
         assert_eq!(outcome.status, Status::NoProgress, "{kind:?}: {outcome:?}");
-        assert!(outcome.iterations < 20_000, "{kind:?}: {outcome:?}");
+        assert!(outcome.iterations <= 50_000, "{kind:?}: {outcome:?}");
         assert!(gamma.iter().all(|x| x.is_finite()), "{kind:?}");
         assert!(outcome.residual > 0.05 && outcome.residual <= 0.1, "{kind:?}: {outcome:?}");
         assert_eq!(residual(&problem, &gamma), outcome.residual, "{kind:?}");
