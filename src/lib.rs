@@ -51,6 +51,7 @@ pub mod cli;
 pub mod constraint;
 pub mod dynamics;
 pub mod freedom;
+pub mod gpu;
 pub mod lcp;
 pub mod record;
 pub mod relcp;

@@ -1,0 +1,13 @@
+// The index of an invocation in a grid of workgroups folded into two dimensions.
+fn invocation(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
+    return (group.y * groups.x + group.x) * WORKGROUP + local;
+}
+
+fn group_index(group: vec3<u32>, groups: vec3<u32>) -> u32 {
+    return group.y * groups.x + group.x;
+}
+
+// Whether a number is finite. False for NaN: a comparison with NaN never holds.
+fn is_finite(x: real) -> bool {
+    return abs(x) <= HUGE;
+}

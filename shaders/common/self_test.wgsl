@@ -1,0 +1,17 @@
+// Each invocation writes a number made from its index, and how many rounds its loop made.
+@group(0) @binding(0) var<storage, read_write> out: array<u32>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(local_invocation_index) local: u32) {
+    out[2u * local] = 1000u * local + 7u;
+    var rounds = 0u;
+    // A word that is zero, which no compiler can foresee: the loop cannot be folded.
+    let last = ROUNDS + out[100];
+    var state = local;
+    loop {
+        if rounds >= last { break; }
+        state = state * 1664525u + 1013904223u;
+        rounds += 1u;
+    }
+    out[2u * local + 1u] = select(rounds, 0u, state == 1u && rounds == 0u);
+}

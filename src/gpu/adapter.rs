@@ -1,0 +1,160 @@
+//! Which adapters there are, and which one is taken.
+
+use super::GpuError;
+
+/// Which adapter is wanted.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Choice {
+    /// A part of its name, in any case of letters.
+    pub name: Option<String>,
+    /// Whether a software adapter will do.
+    pub software: bool,
+    /// Ask for no more than every adapter has, so that the smallest limits are tried.
+    pub default_limits: bool,
+}
+
+/// One adapter, as `relcp devices` shows it.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct AdapterReport {
+    /// The adapter's name.
+    pub name: String,
+    /// Discrete, integrated, virtual, software or other.
+    pub kind: &'static str,
+    /// Vulkan, Metal or another interface.
+    pub interface: String,
+    /// The driver and its version.
+    pub driver: String,
+    /// Whether 64-bit floats work in kernels.
+    pub f64: bool,
+    /// Whether kernels can be timed.
+    pub timestamps: bool,
+    /// Largest buffer, bytes.
+    pub max_buffer: u64,
+    /// Largest binding, bytes.
+    pub max_binding: u64,
+    /// Storage buffers a kernel may use.
+    pub storage_buffers: u32,
+    /// Invocations of a workgroup.
+    pub workgroup: u32,
+    /// What keeps it from being used; empty where nothing does.
+    pub lacks: Vec<String>,
+    /// Whether `--backend auto` would take it.
+    pub automatic: bool,
+    /// Whether `--backend gpu` would take it.
+    pub taken: bool,
+}
+
+pub(super) fn instance() -> wgpu::Instance {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    // Indirect dispatches are written by kernels of our own; checking each costs 20 times what the dispatch does.
+    descriptor.flags = wgpu::InstanceFlags::empty();
+    wgpu::Instance::new(descriptor)
+}
+
+fn kind(info: &wgpu::AdapterInfo) -> &'static str {
+    match info.device_type {
+        wgpu::DeviceType::DiscreteGpu => "discrete",
+        wgpu::DeviceType::IntegratedGpu => "integrated",
+        wgpu::DeviceType::VirtualGpu => "virtual",
+        wgpu::DeviceType::Cpu => "software",
+        wgpu::DeviceType::Other => "other",
+    }
+}
+
+/// Better adapters first.
+fn rank(info: &wgpu::AdapterInfo) -> u8 {
+    match info.device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    }
+}
+
+pub(super) fn is_software(info: &wgpu::AdapterInfo) -> bool {
+    info.device_type == wgpu::DeviceType::Cpu
+}
+
+pub(super) fn driver(info: &wgpu::AdapterInfo) -> String {
+    format!("{} {}", info.driver, info.driver_info).trim().to_owned()
+}
+
+/// All adapters, better ones first; equal ones in the system's order.
+fn listed(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    adapters.sort_by_key(|adapter| rank(&adapter.get_info()));
+    adapters
+}
+
+/// What an adapter lacks of the limits that every kernel here stays inside.
+fn lacks(adapter: &wgpu::Adapter) -> Vec<String> {
+    let mut lacks = Vec::new();
+    let wanted = wgpu::Limits::default();
+    let has = adapter.limits();
+    wanted.check_limits_with_fail_fn(&has, false, |name, wanted, has| {
+        // Nothing is drawn here, so what concerns pictures does not matter.
+        let compute = ["compute", "storage_buffer", "buffer_size", "bind_groups", "uniform_buffer", "bindings_per"];
+        if compute.iter().any(|part| name.contains(part)) {
+            lacks.push(format!("{name}: {has}, not {wanted}"));
+        }
+    });
+    lacks
+}
+
+/// The first adapter that fits the choice.
+pub(super) fn find(instance: &wgpu::Instance, choice: &Choice) -> Result<wgpu::Adapter, GpuError> {
+    let all = listed(instance);
+    let fits = |adapter: &&wgpu::Adapter| {
+        let info = adapter.get_info();
+        let named = choice.name.as_ref().is_none_or(|n| info.name.to_lowercase().contains(&n.to_lowercase()));
+        named && (choice.software || !is_software(&info)) && lacks(adapter).is_empty()
+    };
+    if let Some(adapter) = all.iter().find(fits) {
+        return Ok(adapter.clone());
+    }
+    let found: Vec<String> = all.iter().map(|adapter| described(adapter, choice)).collect();
+    Err(GpuError::NoAdapter {
+        wanted: choice.name.as_ref().map_or_else(String::new, |name| format!(" named {name}")),
+        found: if found.is_empty() { "none".into() } else { found.join("; ") },
+    })
+}
+
+fn described(adapter: &wgpu::Adapter, choice: &Choice) -> String {
+    let info = adapter.get_info();
+    let lacks = lacks(adapter);
+    let why = if !lacks.is_empty() {
+        format!(" (too small: {})", lacks.join(", "))
+    } else if is_software(&info) && !choice.software {
+        " (software, taken only with --backend gpu)".into()
+    } else {
+        String::new()
+    };
+    format!("{} ({}){why}", info.name, kind(&info))
+}
+
+/// All adapters of this machine, and which one would be taken.
+pub fn adapters(choice: &Choice) -> Vec<AdapterReport> {
+    let instance = instance();
+    let taken = find(&instance, &Choice { software: true, ..choice.clone() }).ok().map(|a| a.get_info());
+    let automatic = find(&instance, &Choice { software: false, ..choice.clone() }).ok().map(|a| a.get_info());
+    let report = |adapter: wgpu::Adapter| {
+        let (info, limits, features) = (adapter.get_info(), adapter.limits(), adapter.features());
+        AdapterReport {
+            kind: kind(&info),
+            interface: format!("{:?}", info.backend),
+            driver: driver(&info),
+            f64: features.contains(wgpu::Features::SHADER_F64),
+            timestamps: features.contains(wgpu::Features::TIMESTAMP_QUERY),
+            max_buffer: limits.max_buffer_size,
+            max_binding: limits.max_storage_buffer_binding_size,
+            storage_buffers: limits.max_storage_buffers_per_shader_stage,
+            workgroup: limits.max_compute_invocations_per_workgroup,
+            lacks: lacks(&adapter),
+            automatic: automatic.as_ref() == Some(&info),
+            taken: taken.as_ref() == Some(&info),
+            name: info.name,
+        }
+    };
+    listed(&instance).into_iter().map(report).collect()
+}

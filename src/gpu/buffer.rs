@@ -1,0 +1,136 @@
+//! A buffer on the device that grows when it must.
+
+use super::device::{Shared, lock};
+use super::{Gpu, GpuError, Precision, Recorder};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+/// A buffer grows by at least this factor, so that n elements cost O(n) copies in all.
+const GROWTH: f64 = 1.5;
+
+/// An array on the device.
+pub struct Buffer {
+    pub(super) raw: wgpu::Buffer,
+    pub(super) id: u64,
+    label: &'static str,
+    /// Bytes of one element.
+    element: usize,
+    capacity: u64,
+    shared: Arc<Shared>,
+}
+
+impl Buffer {
+    /// An array of at least `capacity` elements of `element` bytes each. Its contents are zero.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] where one buffer cannot be that large, [`GpuError::OutOfMemory`].
+    pub fn new(gpu: &Gpu, label: &'static str, element: usize, capacity: u64) -> Result<Self, GpuError> {
+        let most = gpu.most_elements(element);
+        if capacity > most {
+            let (needs, has) = (capacity * element as u64, most * element as u64);
+            return Err(GpuError::Limit { what: label.into(), needs, has, adapter: gpu.name().into() });
+        }
+        let capacity = capacity.max(gpu.least_capacity()).min(most);
+        let size = (capacity * element as u64).next_multiple_of(16);
+        let descriptor = wgpu::BufferDescriptor {
+            label: Some(label),
+            size,
+            usage: wgpu::BufferUsages::STORAGE
+                | wgpu::BufferUsages::COPY_SRC
+                | wgpu::BufferUsages::COPY_DST
+                | wgpu::BufferUsages::INDIRECT,
+            mapped_at_creation: false,
+        };
+        let raw = gpu.scoped(label, || gpu.device.create_buffer(&descriptor))?;
+        let id = gpu.new_id();
+        let mut allocations = lock(&gpu.shared.allocations);
+        allocations.live.insert(id, (label.to_owned(), size));
+        allocations.bytes += size;
+        allocations.peak = allocations.peak.max(allocations.bytes);
+        drop(allocations);
+        Ok(Buffer { raw, id, label, element, capacity, shared: gpu.shared.clone() })
+    }
+
+    /// An array that holds these bytes.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`].
+    pub fn with(gpu: &Gpu, label: &'static str, element: usize, bytes: &[u8]) -> Result<Self, GpuError> {
+        let buffer = Buffer::new(gpu, label, element, (bytes.len() / element) as u64)?;
+        buffer.write(gpu, 0, bytes);
+        Ok(buffer)
+    }
+
+    /// An array that holds these numbers, rounded to `precision`; `width` of them make one element.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`].
+    pub fn reals(
+        gpu: &Gpu,
+        label: &'static str,
+        precision: Precision,
+        width: usize,
+        numbers: impl IntoIterator<Item = f64>,
+    ) -> Result<Self, GpuError> {
+        Buffer::with(gpu, label, width * precision.bytes(), &precision.encode(numbers))
+    }
+
+    /// How many elements there is room for.
+    pub fn capacity(&self) -> u64 {
+        self.capacity
+    }
+
+    /// Bytes of one element.
+    pub fn element(&self) -> usize {
+        self.element
+    }
+
+    /// Makes room for `needed` elements; what was in it is lost if it grows. Says whether it grew.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`].
+    pub fn reserve(&mut self, gpu: &Gpu, needed: u64) -> Result<bool, GpuError> {
+        if needed <= self.capacity {
+            return Ok(false);
+        }
+        *self = Buffer::new(gpu, self.label, self.element, self.grown(gpu, needed))?;
+        Ok(true)
+    }
+
+    /// Makes room for `needed` elements and keeps what was in it.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`].
+    pub fn reserve_and_keep(&mut self, gpu: &Gpu, record: &mut Recorder<'_>, needed: u64) -> Result<bool, GpuError> {
+        if needed <= self.capacity {
+            return Ok(false);
+        }
+        let larger = Buffer::new(gpu, self.label, self.element, self.grown(gpu, needed))?;
+        record.copy(self, 0, &larger, 0, self.capacity * self.element as u64);
+        *self = larger;
+        Ok(true)
+    }
+
+    fn grown(&self, gpu: &Gpu, needed: u64) -> u64 {
+        let more = (needed as f64 * GROWTH) as u64;
+        needed.max(more.min(gpu.most_elements(self.element)))
+    }
+
+    /// Writes bytes before the work that is submitted next.
+    pub fn write(&self, gpu: &Gpu, offset: u64, bytes: &[u8]) {
+        lock(&gpu.counters).bytes_written += bytes.len() as u64;
+        if !bytes.is_empty() {
+            gpu.queue.write_buffer(&self.raw, offset, bytes);
+        }
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        let mut allocations = lock(&self.shared.allocations);
+        if let Some((_, size)) = allocations.live.remove(&self.id) {
+            allocations.bytes -= size;
+        }
+        self.shared.stale.store(true, Ordering::Relaxed);
+    }
+}

@@ -1,0 +1,292 @@
+//! An open device: its queue, what it allocated and did, and the first fault that it reported.
+
+use super::adapter::{self, Choice};
+use super::recorder::Staging;
+use super::timing::{StageTime, Timer};
+use super::{GpuError, Precision, Recorder, self_test};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// The longest that a device may take over what it was given at once. The longest honest submission, a batch of iterations at a
+/// million rows on a software adapter, takes some 10 s.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// What a device did since it was opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Counters {
+    /// Dispatches recorded, indirect ones too.
+    pub dispatches: u64,
+    /// Submissions.
+    pub submissions: u64,
+    /// Times that the host waited for data.
+    pub reads: u64,
+    /// Bytes read back.
+    pub bytes_read: u64,
+    /// Bytes written to the device.
+    pub bytes_written: u64,
+}
+
+/// What buffers there are.
+#[derive(Debug, Default)]
+pub(super) struct Allocations {
+    pub live: BTreeMap<u64, (String, u64)>,
+    pub bytes: u64,
+    pub peak: u64,
+}
+
+/// Buffers and the device share this.
+#[derive(Debug, Default)]
+pub(super) struct Shared {
+    pub allocations: Mutex<Allocations>,
+    /// A buffer is gone: bind groups that hold on to it must go too.
+    pub stale: AtomicBool,
+    fault: Mutex<Option<GpuError>>,
+}
+
+/// A pipeline that was made.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct PipelineReport {
+    /// The kernel's name.
+    pub name: String,
+    /// Seconds to validate and translate it; drivers may compile later, at first use.
+    pub seconds: f64,
+}
+
+pub(super) type BindGroups = HashMap<(u64, Vec<u64>), wgpu::BindGroup>;
+
+/// An open device.
+pub struct Gpu {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    name: String,
+    driver: String,
+    software: bool,
+    pub(super) limits: wgpu::Limits,
+    features: wgpu::Features,
+    next: AtomicU64,
+    pub(super) shared: Arc<Shared>,
+    pub(super) counters: Mutex<Counters>,
+    pub(super) pipelines: Mutex<Vec<PipelineReport>>,
+    pub(super) bind_groups: Mutex<BindGroups>,
+    pub(super) staging: Mutex<Staging>,
+    pub(super) timer: Mutex<Option<Timer>>,
+    warnings: Vec<String>,
+    least_capacity: AtomicU64,
+}
+
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    // What is behind these locks is whole at every point, so a panic elsewhere does not spoil it.
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Gpu {
+    /// Opens the adapter that fits the choice and tests that it computes rightly.
+    ///
+    /// # Errors
+    /// [`GpuError::NoAdapter`], [`GpuError::SelfTest`], or what the driver refuses.
+    pub fn open(choice: &Choice) -> Result<Self, GpuError> {
+        let instance = adapter::instance();
+        let adapter = adapter::find(&instance, choice)?;
+        let info = adapter.get_info();
+        let mut limits = wgpu::Limits::default();
+        if !choice.default_limits {
+            let has = adapter.limits();
+            limits.max_buffer_size = has.max_buffer_size;
+            limits.max_storage_buffer_binding_size = has.max_storage_buffer_binding_size;
+        }
+        let features = adapter.features() & (wgpu::Features::SHADER_F64 | wgpu::Features::TIMESTAMP_QUERY);
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("relcp"),
+            required_features: features,
+            required_limits: limits.clone(),
+            memory_hints: wgpu::MemoryHints::MemoryUsage,
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|e| GpuError::Refused { message: e.to_string() })?;
+        let shared = Arc::new(Shared::default());
+        let (errors, losses) = (shared.clone(), shared.clone());
+        device.on_uncaptured_error(Arc::new(move |error| errors.fail(refusal(&error))));
+        device.set_device_lost_callback(move |reason, message| {
+            losses.fail(GpuError::Lost { reason: format!("{reason:?} {message}").trim().to_owned() });
+        });
+        let mut gpu = Gpu {
+            device,
+            queue,
+            name: info.name.clone(),
+            driver: adapter::driver(&info),
+            software: adapter::is_software(&info),
+            limits,
+            features,
+            next: AtomicU64::new(1),
+            shared,
+            counters: Mutex::default(),
+            pipelines: Mutex::default(),
+            bind_groups: Mutex::default(),
+            staging: Mutex::default(),
+            timer: Mutex::default(),
+            warnings: Vec::new(),
+            least_capacity: AtomicU64::new(1024),
+        };
+        gpu.warnings = self_test::run(&gpu)?;
+        *lock(&gpu.counters) = Counters::default();
+        lock(&gpu.pipelines).clear();
+        Ok(gpu)
+    }
+
+    /// The adapter's name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The driver and its version.
+    pub fn driver(&self) -> &str {
+        &self.driver
+    }
+
+    /// Whether the adapter is a program on the CPU.
+    pub fn is_software(&self) -> bool {
+        self.software
+    }
+
+    /// Whether kernels can compute with 64-bit floats.
+    pub fn has_f64(&self) -> bool {
+        self.features.contains(wgpu::Features::SHADER_F64)
+    }
+
+    /// Whether kernels can be timed.
+    pub fn has_timestamps(&self) -> bool {
+        self.features.contains(wgpu::Features::TIMESTAMP_QUERY)
+    }
+
+    /// Refuses a precision that the adapter does not have.
+    ///
+    /// # Errors
+    /// [`GpuError::NoF64`].
+    pub fn check(&self, precision: Precision) -> Result<(), GpuError> {
+        if precision == Precision::F64 && !self.has_f64() {
+            return Err(GpuError::NoF64 { adapter: self.name.clone() });
+        }
+        Ok(())
+    }
+
+    /// What the user should know of this adapter.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// What the device did so far.
+    pub fn counters(&self) -> Counters {
+        *lock(&self.counters)
+    }
+
+    /// The pipelines made so far.
+    pub fn pipelines(&self) -> Vec<PipelineReport> {
+        lock(&self.pipelines).clone()
+    }
+
+    /// The buffers there are: label and bytes.
+    pub fn buffers(&self) -> Vec<(String, u64)> {
+        lock(&self.shared.allocations).live.values().cloned().collect()
+    }
+
+    /// The most bytes that buffers held at once.
+    pub fn peak_bytes(&self) -> u64 {
+        lock(&self.shared.allocations).peak
+    }
+
+    /// The most elements of `bytes` each that one buffer may hold.
+    pub fn most_elements(&self, bytes: usize) -> u64 {
+        self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size) / bytes as u64
+    }
+
+    /// Elements that growing buffers begin with at least. Tests make it small, so that everything overflows.
+    pub fn set_least_capacity(&self, elements: u64) {
+        self.least_capacity.store(elements.max(1), Ordering::Relaxed);
+    }
+
+    pub(super) fn least_capacity(&self) -> u64 {
+        self.least_capacity.load(Ordering::Relaxed)
+    }
+
+    /// Begins to record work.
+    pub fn record(&self) -> Recorder<'_> {
+        Recorder::new(self)
+    }
+
+    /// Times kernels by stage from now on, where the adapter can.
+    pub fn start_timing(&self) {
+        if self.has_timestamps() {
+            *lock(&self.timer) = Some(Timer::new(self));
+        }
+    }
+
+    /// The time of each stage since timing was started; empty where the adapter cannot tell.
+    pub fn stage_times(&self) -> Vec<StageTime> {
+        lock(&self.timer).as_ref().map(Timer::report).unwrap_or_default()
+    }
+
+    pub(super) fn new_id(&self) -> u64 {
+        self.next.fetch_add(1, Ordering::Relaxed)
+    }
+
+    /// The first fault that the device reported, which stays.
+    ///
+    /// # Errors
+    /// That fault.
+    pub fn health(&self) -> Result<(), GpuError> {
+        lock(&self.shared.fault).clone().map_or(Ok(()), Err)
+    }
+
+    /// Waits until all that was submitted is done.
+    ///
+    /// # Errors
+    /// [`GpuError::Hang`] after two minutes, or the fault that the device reported.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        let begun = Instant::now();
+        let polled = self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(PATIENCE) });
+        self.health()?;
+        match polled {
+            Ok(_) => Ok(()),
+            Err(_) => {
+                // Dropping a device that hangs would wait for it: leave it be.
+                std::mem::forget((self.device.clone(), self.queue.clone()));
+                let fault = GpuError::Hang { seconds: begun.elapsed().as_secs() };
+                self.shared.fail(fault.clone());
+                Err(fault)
+            }
+        }
+    }
+
+    /// Runs `make` and returns what it made, or what the device has against it.
+    pub(super) fn scoped<T>(&self, what: &str, make: impl FnOnce() -> T) -> Result<T, GpuError> {
+        let memory = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let made = make();
+        let invalid = pollster::block_on(validation.pop());
+        let out_of_memory = pollster::block_on(memory.pop());
+        if out_of_memory.is_some() {
+            return Err(GpuError::OutOfMemory { what: what.to_owned() });
+        }
+        match invalid {
+            Some(error) => Err(refusal(&error)),
+            None => Ok(made),
+        }
+    }
+}
+
+impl Shared {
+    /// Keeps the first fault.
+    fn fail(&self, fault: GpuError) {
+        lock(&self.fault).get_or_insert(fault);
+    }
+}
+
+fn refusal(error: &wgpu::Error) -> GpuError {
+    match error {
+        wgpu::Error::OutOfMemory { .. } => GpuError::OutOfMemory { what: "a buffer".into() },
+        other => GpuError::Refused { message: other.to_string() },
+    }
+}

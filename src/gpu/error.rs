@@ -1,0 +1,78 @@
+//! What can go wrong with a device, and what to do then.
+
+/// A fault of an adapter or a device.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GpuError {
+    /// No adapter fits.
+    #[error("no usable adapter{wanted}; found: {found}. Install a Vulkan driver (a software one will do: Debian's mesa-vulkan-drivers), or use --backend cpu")]
+    NoAdapter {
+        /// What was asked for, as ` named X`, or empty.
+        wanted: String,
+        /// What is there.
+        found: String,
+    },
+    /// The adapter has no 64-bit floats.
+    #[error("{adapter} has no 64-bit floats in shaders; use --precision f32, or --backend cpu")]
+    NoF64 {
+        /// The adapter.
+        adapter: String,
+    },
+    /// A limit of the adapter is too small.
+    #[error("{what} needs {needs} bytes and {adapter} allows {has} in one buffer; use a smaller scene, another adapter or --backend cpu")]
+    Limit {
+        /// What does not fit.
+        what: String,
+        /// Bytes needed.
+        needs: u64,
+        /// Bytes allowed.
+        has: u64,
+        /// The adapter.
+        adapter: String,
+    },
+    /// The device is out of memory.
+    #[error("the device is out of memory ({what}); use a smaller scene, another adapter or --backend cpu")]
+    OutOfMemory {
+        /// What was being allocated.
+        what: String,
+    },
+    /// The device is gone.
+    #[error("the device was lost: {reason}. Run again with --resume to go on from the last checkpoint")]
+    Lost {
+        /// What the driver says.
+        reason: String,
+    },
+    /// The device did not answer.
+    #[error("the device did not answer within {seconds} s; it may hang. Run again with --resume to go on from the last checkpoint")]
+    Hang {
+        /// How long it was waited for.
+        seconds: u64,
+    },
+    /// A kernel was refused.
+    #[error("the kernel {kernel} was refused: {message}")]
+    Kernel {
+        /// Its name.
+        kernel: String,
+        /// Why.
+        message: String,
+    },
+    /// The device computes wrongly.
+    #[error("{adapter} failed the self-test {test}; update its driver, or use --backend cpu")]
+    SelfTest {
+        /// The adapter.
+        adapter: String,
+        /// Which test.
+        test: &'static str,
+    },
+    /// Something that the GPU backend does not do.
+    #[error("the GPU backend has no {what}; use --backend cpu")]
+    Unsupported {
+        /// What is missing.
+        what: String,
+    },
+    /// The driver or wgpu refused something else.
+    #[error("the device refused: {message}")]
+    Refused {
+        /// The whole message.
+        message: String,
+    },
+}

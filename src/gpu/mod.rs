@@ -1,0 +1,36 @@
+//! The GPU runtime: adapters, devices, kernels assembled from WGSL, buffers, recorded work and read-backs.
+//!
+//! It knows nothing of bodies, rows or solvers. Kernels are written in `shaders/` over the number type `real`, which is `f32` or,
+//! where the adapter has it, `f64` ([`Precision`]). Nothing here waits for ever, and every fault of a device is a [`GpuError`].
+
+mod adapter;
+mod buffer;
+mod device;
+mod error;
+mod kernel;
+mod precision;
+mod recorder;
+mod self_test;
+mod source;
+mod timing;
+
+pub use adapter::{AdapterReport, Choice, adapters};
+pub use buffer::Buffer;
+pub use device::{Counters, Gpu};
+pub use error::GpuError;
+pub use kernel::Kernel;
+pub use precision::Precision;
+pub use recorder::Recorder;
+pub use source::{Fragment, Source, WORKGROUP};
+pub use timing::StageTime;
+
+/// A WGSL fragment of the folder `shaders/`, by its path there.
+macro_rules! fragment {
+    ($path:literal) => {
+        $crate::gpu::Fragment {
+            name: $path,
+            text: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/shaders/", $path)),
+        }
+    };
+}
+pub(crate) use fragment;

@@ -1,0 +1,257 @@
+//! Records dispatches and copies, submits them together, and reads back.
+
+use super::device::lock;
+use super::{Buffer, Gpu, GpuError, Kernel};
+use std::ops::Range;
+use std::sync::atomic::Ordering;
+
+/// Workgroups that one dimension of a dispatch may have.
+const MOST_GROUPS: u64 = 65_535;
+
+/// Alignment of the parameters of a dispatch: what every adapter allows.
+const ALIGNMENT: usize = 256;
+
+/// Parameters of this many dispatches fit one submission.
+const PARAMETER_SLOTS: usize = 1024;
+
+/// Bind groups kept at most.
+const MOST_BIND_GROUPS: usize = 4096;
+
+/// Buffers that read-backs and parameters go through.
+#[derive(Default)]
+pub(super) struct Staging {
+    parameters: Option<wgpu::Buffer>,
+    read: Option<wgpu::Buffer>,
+}
+
+/// Work being recorded. What is recorded is done in order, and nothing is done before [`Recorder::submit`].
+pub struct Recorder<'g> {
+    gpu: &'g Gpu,
+    encoder: Option<wgpu::CommandEncoder>,
+    pass: Option<wgpu::ComputePass<'static>>,
+    parameters: Vec<u8>,
+    dispatches: u64,
+    stage: &'static str,
+}
+
+impl<'g> Recorder<'g> {
+    pub(super) fn new(gpu: &'g Gpu) -> Self {
+        Recorder { gpu, encoder: None, pass: None, parameters: Vec::new(), dispatches: 0, stage: "other" }
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &'g Gpu {
+        self.gpu
+    }
+
+    /// Names what follows, for timing.
+    pub fn stage(&mut self, name: &'static str) {
+        if self.stage != name {
+            self.stage = name;
+            if lock(&self.gpu.timer).is_some() {
+                self.pass = None;
+            }
+        }
+    }
+
+    /// Dispatches at least `threads` invocations of a kernel; none where `threads` is zero.
+    pub fn run(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer], threads: u64) {
+        self.run_groups(kernel, parameters, buffers, threads.div_ceil(u64::from(kernel.workgroup)));
+    }
+
+    /// Dispatches `groups` workgroups of a kernel, folded into two dimensions where they are many.
+    pub fn run_groups(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer], groups: u64) {
+        if groups == 0 {
+            return;
+        }
+        self.bind(kernel, parameters, buffers);
+        let rows = groups.div_ceil(MOST_GROUPS);
+        let columns = groups.div_ceil(rows);
+        self.pass().dispatch_workgroups(columns as u32, rows as u32, 1);
+    }
+
+    /// Dispatches as many workgroups as three words at `offset` bytes of a buffer say when it comes to it.
+    pub fn run_indirect(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer], groups: &Buffer, offset: u64) {
+        self.bind(kernel, parameters, buffers);
+        self.pass().dispatch_workgroups_indirect(&groups.raw, offset);
+    }
+
+    /// Copies bytes between buffers.
+    pub fn copy(&mut self, from: &Buffer, from_offset: u64, to: &Buffer, to_offset: u64, bytes: u64) {
+        if bytes > 0 {
+            self.encoder().copy_buffer_to_buffer(&from.raw, from_offset, &to.raw, to_offset, bytes);
+        }
+    }
+
+    /// Zeroes a range of bytes.
+    pub fn clear(&mut self, buffer: &Buffer, bytes: Range<u64>) {
+        if !bytes.is_empty() {
+            self.encoder().clear_buffer(&buffer.raw, bytes.start, Some(bytes.end - bytes.start));
+        }
+    }
+
+    /// Hands all that was recorded to the device.
+    ///
+    /// # Errors
+    /// The fault that the device reported, if it did.
+    pub fn submit(&mut self) -> Result<(), GpuError> {
+        self.pass = None;
+        let Some(mut encoder) = self.encoder.take() else { return self.gpu.health() };
+        if let Some(timer) = lock(&self.gpu.timer).as_mut() {
+            timer.resolve(&mut encoder);
+        }
+        if !self.parameters.is_empty() {
+            let staging = lock(&self.gpu.staging);
+            if let Some(buffer) = &staging.parameters {
+                self.gpu.queue.write_buffer(buffer, 0, &self.parameters);
+            }
+            self.parameters.clear();
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        let mut counters = lock(&self.gpu.counters);
+        counters.submissions += 1;
+        counters.dispatches += std::mem::take(&mut self.dispatches);
+        drop(counters);
+        self.gpu.health()
+    }
+
+    /// Submits, waits, and returns the bytes of these ranges: one wait for all of them.
+    ///
+    /// # Errors
+    /// [`GpuError::Hang`], [`GpuError::Lost`], or what the device refused.
+    pub fn read(&mut self, ranges: &[(&Buffer, Range<u64>)]) -> Result<Vec<Vec<u8>>, GpuError> {
+        // Copies go by whole words.
+        let size = |range: &Range<u64>| (range.end - range.start).next_multiple_of(4);
+        let total: u64 = ranges.iter().map(|(_, range)| size(range)).sum();
+        if total == 0 {
+            self.submit()?;
+            return Ok(ranges.iter().map(|_| Vec::new()).collect());
+        }
+        let staging = self.staging(total)?;
+        let mut at = 0;
+        for (buffer, range) in ranges {
+            if !range.is_empty() {
+                self.encoder().copy_buffer_to_buffer(&buffer.raw, range.start, &staging, at, size(range));
+            }
+            at += size(range);
+        }
+        self.submit()?;
+        staging.map_async(wgpu::MapMode::Read, 0..total, |_| {});
+        self.gpu.wait()?;
+        let refused = |e: wgpu::MapRangeError| GpuError::Refused { message: e.to_string() };
+        let view = staging.get_mapped_range(0..total).map_err(refused)?;
+        let mut at = 0;
+        let mut out = Vec::with_capacity(ranges.len());
+        for (_, range) in ranges {
+            let bytes = (range.end - range.start) as usize;
+            out.push(view[at..at + bytes].to_vec());
+            at += size(range) as usize;
+        }
+        drop(view);
+        staging.unmap();
+        if let Some(timer) = lock(&self.gpu.timer).as_mut() {
+            timer.collect(self.gpu);
+        }
+        let mut counters = lock(&self.gpu.counters);
+        counters.reads += 1;
+        counters.bytes_read += total;
+        Ok(out)
+    }
+
+    fn staging(&self, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
+        let mut staging = lock(&self.gpu.staging);
+        if let Some(buffer) = staging.read.as_ref().filter(|b| b.size() >= bytes) {
+            return Ok(buffer.clone());
+        }
+        let descriptor = wgpu::BufferDescriptor {
+            label: Some("read-back"),
+            size: bytes.next_power_of_two().max(4096),
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        };
+        let buffer = self.gpu.scoped("read-back", || self.gpu.device.create_buffer(&descriptor))?;
+        staging.read = Some(buffer.clone());
+        Ok(buffer)
+    }
+
+    fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
+        self.pass = None;
+        self.encoder.get_or_insert_with(|| self.gpu.device.create_command_encoder(&Default::default()))
+    }
+
+    fn pass(&mut self) -> &mut wgpu::ComputePass<'static> {
+        let encoder = self.encoder.get_or_insert_with(|| self.gpu.device.create_command_encoder(&Default::default()));
+        self.pass.get_or_insert_with(|| {
+            let mut timer = lock(&self.gpu.timer);
+            let timestamps = timer.as_mut().and_then(|timer| timer.next(self.stage));
+            let timestamp_writes = timestamps.as_ref().map(|(set, begin, end)| wgpu::ComputePassTimestampWrites {
+                query_set: set,
+                beginning_of_pass_write_index: Some(*begin),
+                end_of_pass_write_index: Some(*end),
+            });
+            let descriptor = wgpu::ComputePassDescriptor { label: Some(self.stage), timestamp_writes };
+            encoder.begin_compute_pass(&descriptor).forget_lifetime()
+        })
+    }
+
+    fn bind(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer]) {
+        debug_assert_eq!(buffers.len(), kernel.storages, "{}", kernel.name);
+        debug_assert_eq!(parameters.len() as u64, kernel.parameters, "{}", kernel.name);
+        if self.parameters.len() >= PARAMETER_SLOTS * ALIGNMENT {
+            // A fault shows at the next submission or read.
+            let _ = self.submit();
+        }
+        let offset = self.parameters.len() as u32;
+        if kernel.parameters > 0 {
+            self.parameters.extend_from_slice(parameters);
+            self.parameters.resize(self.parameters.len().next_multiple_of(ALIGNMENT), 0);
+        }
+        let group = self.bind_group(kernel, buffers);
+        self.dispatches += 1;
+        let offsets: &[u32] = if kernel.parameters > 0 { &[offset] } else { &[] };
+        let pass = self.pass();
+        pass.set_pipeline(&kernel.pipeline);
+        pass.set_bind_group(0, &group, offsets);
+    }
+
+    fn bind_group(&self, kernel: &Kernel, buffers: &[&Buffer]) -> wgpu::BindGroup {
+        let mut groups = lock(&self.gpu.bind_groups);
+        if self.gpu.shared.stale.swap(false, Ordering::Relaxed) || groups.len() > MOST_BIND_GROUPS {
+            groups.clear();
+        }
+        let key = (kernel.id, buffers.iter().map(|b| b.id).collect());
+        let make = || {
+            let parameters = (kernel.parameters > 0).then(|| self.parameter_buffer());
+            let uniform = parameters.as_ref().map(|buffer| wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer,
+                    offset: 0,
+                    size: std::num::NonZeroU64::new(kernel.parameters),
+                }),
+            });
+            let first = u32::from(kernel.parameters > 0);
+            let storages = (first..).zip(buffers).map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.raw.as_entire_binding(),
+            });
+            let entries: Vec<_> = uniform.into_iter().chain(storages).collect();
+            let descriptor =
+                wgpu::BindGroupDescriptor { label: Some(&kernel.name), layout: &kernel.layout, entries: &entries };
+            self.gpu.device.create_bind_group(&descriptor)
+        };
+        groups.entry(key).or_insert_with(make).clone()
+    }
+
+    fn parameter_buffer(&self) -> wgpu::Buffer {
+        let make = || {
+            self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("parameters"),
+                size: ((PARAMETER_SLOTS + 1) * ALIGNMENT) as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        lock(&self.gpu.staging).parameters.get_or_insert_with(make).clone()
+    }
+}

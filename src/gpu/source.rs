@@ -1,0 +1,133 @@
+//! Assembles the source of a kernel: the number type, constants of the scene, and fragments of `shaders/`.
+
+use super::Precision;
+use std::fmt::Write as _;
+
+/// Invocations of a workgroup, unless a kernel says otherwise. 64 to 256 were equally fast for the product with A.
+pub const WORKGROUP: u32 = 128;
+
+/// A piece of WGSL.
+#[derive(Clone, Copy, Debug)]
+pub struct Fragment {
+    /// Its path in `shaders/`.
+    pub name: &'static str,
+    /// The text.
+    pub text: &'static str,
+}
+
+/// The source of one kernel. Its entry point is `main`, its workgroup `WORKGROUP` invocations.
+#[derive(Clone, Debug)]
+pub struct Source {
+    name: String,
+    text: String,
+    fragments: Vec<&'static str>,
+    precision: Precision,
+    workgroup: u32,
+}
+
+const REAL_F32: &str = "alias real = f32;
+alias vec2r = vec2<f32>;
+alias vec3r = vec3<f32>;
+alias vec4r = vec4<f32>;
+alias mat3r = mat3x3<f32>;
+const EPSILON: real = 1.1920929e-7;
+const HUGE: real = 3e38;
+const TINY: real = 1.1754944e-38;
+";
+
+const REAL_F64: &str = "alias real = f64;
+alias vec2r = vec2<f64>;
+alias vec3r = vec3<f64>;
+alias vec4r = vec4<f64>;
+alias mat3r = mat3x3<f64>;
+const EPSILON: real = 2.220446049250313e-16lf;
+const HUGE: real = 1e300lf;
+const TINY: real = 2.2250738585072014e-308lf;
+";
+
+impl Source {
+    /// A source with the number type and what all kernels share.
+    pub fn new(name: impl Into<String>, precision: Precision) -> Self {
+        Source::with_workgroup(name, precision, WORKGROUP)
+    }
+
+    /// The same for workgroups of another size.
+    pub fn with_workgroup(name: impl Into<String>, precision: Precision, workgroup: u32) -> Self {
+        let mut source = Source { name: name.into(), text: String::new(), fragments: Vec::new(), precision, workgroup };
+        source.text.push_str(match precision {
+            Precision::F32 => REAL_F32,
+            Precision::F64 => REAL_F64,
+        });
+        source.integer("WORKGROUP", workgroup).include(super::fragment!("common/invocation.wgsl"))
+    }
+
+    /// Adds a constant of type `u32`.
+    #[must_use]
+    pub fn integer(mut self, name: &str, value: u32) -> Self {
+        let _ = writeln!(self.text, "const {name}: u32 = {value}u;");
+        self
+    }
+
+    /// Adds a constant of type `real`.
+    #[must_use]
+    pub fn real(mut self, name: &str, value: f64) -> Self {
+        let literal = self.literal(value);
+        let _ = writeln!(self.text, "const {name}: real = {literal};");
+        self
+    }
+
+    /// Adds a constant of type `vec3r`.
+    #[must_use]
+    pub fn vector(mut self, name: &str, value: [f64; 3]) -> Self {
+        let [x, y, z] = value.map(|v| self.literal(v));
+        let _ = writeln!(self.text, "const {name}: vec3r = vec3r({x}, {y}, {z});");
+        self
+    }
+
+    /// A literal of type `real`.
+    pub fn literal(&self, value: f64) -> String {
+        match self.precision {
+            // A literal that overflows is no WGSL; one that underflows is zero.
+            Precision::F32 => format!("{:e}f", value.clamp(-3e38, 3e38) as f32),
+            Precision::F64 => format!("{value:e}lf"),
+        }
+    }
+
+    /// Adds a fragment, once.
+    #[must_use]
+    pub fn include(mut self, fragment: Fragment) -> Self {
+        if !self.fragments.contains(&fragment.name) {
+            self.fragments.push(fragment.name);
+            self.text.push_str(fragment.text);
+            self.text.push('\n');
+        }
+        self
+    }
+
+    /// Adds generated text.
+    #[must_use]
+    pub fn text(mut self, text: &str) -> Self {
+        self.text.push_str(text);
+        self
+    }
+
+    /// The kernel's name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The whole text.
+    pub fn code(&self) -> &str {
+        &self.text
+    }
+
+    /// The number type.
+    pub fn precision(&self) -> Precision {
+        self.precision
+    }
+
+    /// Invocations of a workgroup.
+    pub fn workgroup(&self) -> u32 {
+        self.workgroup
+    }
+}
