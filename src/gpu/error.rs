@@ -4,7 +4,9 @@
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GpuError {
     /// No adapter fits.
-    #[error("no usable adapter{wanted}; found: {found}. Install a Vulkan driver (a software one will do: Debian's mesa-vulkan-drivers), or use --backend cpu")]
+    #[error(
+        "no usable adapter{wanted}; found: {found}. Install a Vulkan driver (a software one will do: Debian's mesa-vulkan-drivers), or use --backend cpu"
+    )]
     NoAdapter {
         /// What was asked for, as ` named X`, or empty.
         wanted: String,
@@ -18,7 +20,9 @@ pub enum GpuError {
         adapter: String,
     },
     /// A limit of the adapter is too small.
-    #[error("{what} needs {needs} bytes and {adapter} allows {has} in one buffer; use a smaller scene, another adapter or --backend cpu")]
+    #[error(
+        "{what} needs {needs} bytes and {adapter} allows {has} in one buffer; use a smaller scene, another adapter or --backend cpu"
+    )]
     Limit {
         /// What does not fit.
         what: String,
@@ -42,7 +46,9 @@ pub enum GpuError {
         reason: String,
     },
     /// The device did not answer.
-    #[error("the device did not answer within {seconds} s; it may hang. Run again with --resume to go on from the last checkpoint")]
+    #[error(
+        "the device did not answer within {seconds} s; it may hang. Run again with --resume to go on from the last checkpoint"
+    )]
     Hang {
         /// How long it was waited for.
         seconds: u64,

@@ -47,9 +47,7 @@ impl Precision {
     /// The numbers of a buffer.
     pub fn decode(self, bytes: &[u8]) -> Vec<f64> {
         match self {
-            Precision::F32 => {
-                bytes.as_chunks().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect()
-            }
+            Precision::F32 => bytes.as_chunks().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect(),
             Precision::F64 => bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect(),
         }
     }

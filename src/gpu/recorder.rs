@@ -71,7 +71,14 @@ impl<'g> Recorder<'g> {
     }
 
     /// Dispatches as many workgroups as three words at `offset` bytes of a buffer say when it comes to it.
-    pub fn run_indirect(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer], groups: &Buffer, offset: u64) {
+    pub fn run_indirect(
+        &mut self,
+        kernel: &Kernel,
+        parameters: &[u8],
+        buffers: &[&Buffer],
+        groups: &Buffer,
+        offset: u64,
+    ) {
         self.bind(kernel, parameters, buffers);
         self.pass().dispatch_workgroups_indirect(&groups.raw, offset);
     }
@@ -231,10 +238,9 @@ impl<'g> Recorder<'g> {
                 }),
             });
             let first = u32::from(kernel.parameters > 0);
-            let storages = (first..).zip(buffers).map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.raw.as_entire_binding(),
-            });
+            let storages = (first..)
+                .zip(buffers)
+                .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.raw.as_entire_binding() });
             let entries: Vec<_> = uniform.into_iter().chain(storages).collect();
             let descriptor =
                 wgpu::BindGroupDescriptor { label: Some(&kernel.name), layout: &kernel.layout, entries: &entries };

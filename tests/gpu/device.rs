@@ -1,0 +1,36 @@
+//! The one device of the test process.
+
+use relcp::gpu::{Choice, Gpu, Precision};
+use std::sync::OnceLock;
+
+/// The device, or `None` after a line that says so.
+pub fn device() -> Option<&'static Gpu> {
+    static DEVICE: OnceLock<Result<Gpu, String>> = OnceLock::new();
+    let name = std::env::var("RELCP_ADAPTER").ok();
+    let open = || Gpu::open(&Choice { name, software: true, ..Choice::default() }).map_err(|e| e.to_string());
+    match DEVICE.get_or_init(open) {
+        Ok(gpu) => Some(gpu),
+        Err(why) if std::env::var_os("RELCP_REQUIRE_GPU").is_some() => panic!("a GPU is required: {why}"),
+        Err(why) => {
+            let test = std::thread::current().name().unwrap_or("a test").to_owned();
+            // Not captured by the test harness, so that what was skipped can be counted.
+            use std::io::Write;
+            let _ = writeln!(std::io::stderr(), "SKIP {test}: {why}");
+            None
+        }
+    }
+}
+
+/// The precisions that the device has.
+pub fn precisions(gpu: &Gpu) -> Vec<Precision> {
+    let mut all = vec![Precision::F32];
+    all.extend(gpu.has_f64().then_some(Precision::F64));
+    all
+}
+
+#[test]
+fn opens_and_says_what_it_is() {
+    let Some(gpu) = device() else { return };
+    assert!(!gpu.name().is_empty());
+    gpu.wait().unwrap();
+}
