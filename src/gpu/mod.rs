@@ -10,7 +10,9 @@ mod error;
 mod kernel;
 mod precision;
 mod recorder;
+mod scan;
 mod self_test;
+mod sort;
 mod source;
 mod timing;
 
@@ -21,6 +23,8 @@ pub use error::GpuError;
 pub use kernel::Kernel;
 pub use precision::Precision;
 pub use recorder::Recorder;
+pub use scan::Scan;
+pub use sort::Sort;
 pub use source::{Fragment, Source, WORKGROUP};
 pub use timing::StageTime;
 
