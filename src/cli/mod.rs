@@ -1,7 +1,9 @@
 //! The program: arguments, messages and exit statuses around the library.
 
 mod arguments;
+mod compute;
 mod contacts;
+mod devices;
 mod exit;
 mod interrupt;
 mod output;
@@ -35,6 +37,7 @@ fn dispatch(command: Command) -> Result<Exit, CliError> {
         Command::Scenes(arguments) => scenes::scenes(&arguments),
         Command::Check(arguments) => scenes::check(&arguments),
         Command::Contacts(arguments) => contacts::contacts(&arguments),
+        Command::Devices(arguments) => devices::devices(&arguments),
         Command::Schema => scenes::schema(),
     }
 }

@@ -1,6 +1,7 @@
 //! `relcp run`: steps a scene to its end, or until it is interrupted.
 
-use super::arguments::{Backend, Compute, Run as Arguments};
+use super::arguments::Run as Arguments;
+use super::compute;
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::output;
@@ -25,7 +26,7 @@ struct Document<'a> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
-    prepare(&arguments.compute)?;
+    compute::set_threads(&arguments.compute)?;
     let interrupt = Interrupt::listen();
     let mut run = if arguments.resume { resume(arguments)? } else { start(arguments)? };
     for note in run.notes() {
@@ -48,18 +49,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     })
 }
 
-/// Settles what computes, and with how many threads.
-pub(super) fn prepare(compute: &Compute) -> Result<(), CliError> {
-    if compute.backend == Backend::Gpu {
-        return Err(CliError::NoGpu);
-    }
-    if let Some(threads) = compute.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
-        pool.map_err(|e| CliError::Usage(format!("{threads} threads cannot be had: {e}")))?;
-    }
-    Ok(())
-}
-
 fn start(arguments: &Arguments) -> Result<Run, CliError> {
     let Some(source) = &arguments.scene else {
         return Err(CliError::Usage("which scene? `relcp scenes` lists the built-in ones".into()));
@@ -67,7 +56,8 @@ fn start(arguments: &Arguments) -> Result<Run, CliError> {
     let begun = Instant::now();
     let scene = scene::load(source, &arguments.sets)?;
     let bodies = scene.build()?;
-    let simulation = Simulation::new(scene, bodies).map_err(CliError::Start)?;
+    let compute = compute::settle(&arguments.compute, &scene)?;
+    let simulation = Simulation::new_on(&compute, scene, bodies).map_err(CliError::start)?;
     let folder = match &arguments.out {
         Some(path) => Folder::create(path)?,
         None => Folder::create_in(Path::new(RUNS), &simulation.scene().name)?,
@@ -92,7 +82,8 @@ fn resume(arguments: &Arguments) -> Result<Run, CliError> {
             (latest(&scene)?, scene)
         }
     };
-    Ok(Run::resume(scene, folder)?)
+    let compute = compute::settle(&arguments.compute, &scene)?;
+    Ok(Run::resume_on(&compute, scene, folder)?)
 }
 
 fn latest(scene: &Scene) -> Result<Folder, RecordError> {
