@@ -21,6 +21,8 @@ pub use buffer::Buffer;
 pub use device::{Counters, Gpu};
 pub use error::GpuError;
 pub use kernel::Kernel;
+#[cfg(test)]
+pub(crate) use kernel::validate;
 pub use precision::Precision;
 pub use recorder::Recorder;
 pub use scan::Scan;
