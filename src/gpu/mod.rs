@@ -8,6 +8,7 @@ mod buffer;
 mod device;
 mod error;
 mod kernel;
+mod lattice;
 mod precision;
 mod recorder;
 mod scan;
@@ -23,6 +24,8 @@ pub use error::GpuError;
 pub use kernel::Kernel;
 #[cfg(test)]
 pub(crate) use kernel::validate;
+pub use lattice::Lattice;
+pub(crate) use lattice::MOST_CELL;
 pub use precision::Precision;
 pub use recorder::Recorder;
 pub use scan::Scan;

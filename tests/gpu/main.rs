@@ -2,6 +2,8 @@
 //!
 //! Without an adapter these tests are skipped, each with a visible line, unless `RELCP_REQUIRE_GPU` is set: then they fail.
 
+mod broad_phase;
 mod device;
 mod separation;
+mod lattice;
 mod sort;
