@@ -1,5 +1,5 @@
 // Whether every body's box still lies inside the box that the list of candidate pairs was made with: then the list is complete.
-// And the sizes of the boxes, which a search needs.
+// And how large the largest is.
 
 struct Parameters { bodies: u32, has_list: u32, b: u32, c: u32 }
 
@@ -25,9 +25,7 @@ fn main(
         atomicMin(&report.not_finite, i);
         return;
     }
-    let bits = bitcast<u32>(f32(box.w));
-    atomicMax(&report.largest, bits);
-    atomicMin(&report.smallest, bits);
+    atomicMax(&report.largest, bitcast<u32>(f32(box.w)));
     if parameters.has_list == 0u { return; }
     let moved = lattice_difference(stored_cells[i].xyz, stored_remainders[i].xyz, cells[i].xyz, remainders[i].xyz);
     if !all(abs(moved) + box.xyz <= stored_boxes[i].xyz) {

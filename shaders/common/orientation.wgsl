@@ -4,9 +4,6 @@
 const TURN_PITCH: real = 9.5367431640625e-7; // 2^-20
 const TURNS: real = 1048576.0;
 
-// Length errors above this are taken off: some roundings of a quaternion's length.
-const LENGTH_DRIFT: real = 8.0 * EPSILON;
-
 fn unit_quaternion(coarse: vec4r, fine: vec4r) -> vec4r {
     return normalize(coarse + fine);
 }
@@ -28,7 +25,8 @@ fn orientation_advance(q: Orientation, h: vec3r) -> Orientation {
     let root = sqrt(1.0 + h2);
     var change = turn / root - unit * (h2 / (root * (1.0 + root)));
     let drift = dot(unit, unit) - 1.0;
-    if abs(drift) > LENGTH_DRIFT {
+    // Some roundings of a quaternion's length.
+    if abs(drift) > 8.0 * EPSILON {
         change -= 0.5 * drift * unit;
     }
     return orientation_add(q, change);

@@ -13,10 +13,10 @@ struct Report {
     // Its bodies.
     worst_a: u32,
     worst_b: u32,
-    // Bits of the least and the largest radius of a box, as 32-bit floats.
-    smallest: atomic<u32>,
+    // Bits of the largest radius of a box as a 32-bit float.
     largest: atomic<u32>,
     unused_1: u32,
     unused_2: u32,
     unused_3: u32,
+    unused_4: u32,
 }

@@ -15,6 +15,8 @@ mod scan;
 mod self_test;
 mod sort;
 mod source;
+#[cfg(test)]
+mod test_device;
 mod timing;
 
 pub use adapter::{AdapterReport, Choice, adapters};
@@ -31,6 +33,8 @@ pub use recorder::Recorder;
 pub use scan::Scan;
 pub use sort::Sort;
 pub use source::{Fragment, Source, WORKGROUP};
+#[cfg(test)]
+pub(crate) use test_device::{precisions, test_device};
 pub use timing::StageTime;
 
 /// A WGSL fragment of the folder `shaders/`, by its path there.

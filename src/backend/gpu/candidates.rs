@@ -65,7 +65,7 @@ impl Candidates {
             lists: Lists::new(gpu, setup)?,
             old: Lists::new(gpu, setup)?,
             old_pair: Buffer::new(gpu, "old pairs", 4, 0)?,
-            search: Search::new(gpu, setup.precision, setup.planar, setup.lattice.pitch())?,
+            search: Search::new(gpu, setup.precision, setup.planar, setup.lattice)?,
             stored: [
                 Buffer::new(gpu, "stored cells", 16, 0)?,
                 Buffer::new(gpu, "stored remainders", 4 * real, 0)?,
@@ -114,11 +114,11 @@ impl Candidates {
         gpu: &Gpu,
         setup: &Setup,
         kernels: &Kernels,
-        (start, boxes, sizes): (&Poses, &Buffer, (f64, f64)),
+        (start, boxes, largest): (&Poses, &Buffer, f64),
         bodies: u64,
         rows: Option<&mut Rows>,
     ) -> Result<(), GpuError> {
-        let skin = self.next_skin(sizes.1);
+        let skin = self.next_skin(largest);
         self.skin_buffer.write(gpu, 0, &setup.precision.encode([skin]));
         let mut record = gpu.record();
         record.stage("broad phase");
@@ -129,14 +129,12 @@ impl Candidates {
         record.submit()?;
         std::mem::swap(&mut self.lists, &mut self.old);
         let lists = &mut self.lists;
-        std::mem::swap(&mut self.search.pairs, &mut lists.pairs);
-        std::mem::swap(&mut self.search.adjacency_start, &mut lists.adjacency_start);
-        std::mem::swap(&mut self.search.adjacency, &mut lists.adjacency);
-        self.search.run(gpu, cells, remainders, stored, bodies, (sizes.0 + skin, sizes.1 + skin))?;
-        std::mem::swap(&mut self.search.pairs, &mut lists.pairs);
-        std::mem::swap(&mut self.search.adjacency_start, &mut lists.adjacency_start);
-        std::mem::swap(&mut self.search.adjacency, &mut lists.adjacency);
-        (lists.pairs_count, lists.bodies) = (self.search.count, bodies);
+        // The search writes into the buffers of the list before the last, and the last one stays for what is carried over.
+        self.search.exchange([&mut lists.pairs, &mut lists.adjacency_start, &mut lists.adjacency]);
+        let found = self.search.run(gpu, cells, remainders, stored, bodies);
+        self.search.exchange([&mut lists.pairs, &mut lists.adjacency_start, &mut lists.adjacency]);
+        found?;
+        (lists.pairs_count, lists.bodies) = (self.search.count(), bodies);
         lists.contacts.reserve(gpu, lists.pairs_count)?;
         self.searches += 1;
         self.calls = 0;

@@ -5,18 +5,17 @@
 
 mod candidates;
 mod growing;
-mod lattice;
 mod rows;
 mod source;
 mod state;
-
-pub use lattice::Lattice;
+#[cfg(test)]
+mod tests;
 
 use super::{Backend, Overlap};
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
 use crate::dynamics::ForceField;
-use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Precision, Recorder};
+use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Recorder};
 use crate::lcp::{self, Outcome};
 use crate::relcp::{Fault, Phases, State, Warm};
 use crate::scene::{Dynamics, Force, Growth, Scene};
@@ -50,14 +49,17 @@ pub(crate) struct Setup {
 
 impl Setup {
     /// The scene's, for bodies of these shapes.
-    pub fn new(scene: &Scene, shapes: &[Shape], precision: Precision) -> Self {
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] where the bodies are too thin or too thick for 32-bit floats.
+    pub fn new(scene: &Scene, shapes: &[Shape], precision: Precision) -> Result<Self, GpuError> {
         let thickness = shapes.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
         let lengths = shapes.iter().filter_map(Shape::growing_length);
         let longest = lengths.chain(scene.growth.map(|g| g.division_length)).fold(0.0, f64::max);
-        Setup {
+        Ok(Setup {
             precision,
             planar: scene.planar,
-            lattice: Lattice::new(if thickness.is_finite() { thickness } else { 1.0 }),
+            lattice: Lattice::for_thickness(if thickness.is_finite() { thickness } else { 1.0 })?,
             dt: scene.time.dt,
             cutoff: scene.cutoff_of(shapes.iter().copied()),
             overlap_tolerance: scene.contact.overlap_tolerance,
@@ -67,7 +69,7 @@ impl Setup {
             growth: scene.growth,
             length_pitch: (longest / LENGTHS).max(f64::MIN_POSITIVE).log2().ceil().exp2(),
             shapes: shapes.to_vec(),
-        }
+        })
     }
 
     /// Vectors of a body's motion: laws whose rotational mobility is a matrix need two more.
@@ -90,16 +92,15 @@ pub struct Report {
     worst_pair: u32,
     worst_a: u32,
     worst_b: u32,
-    smallest: u32,
     largest: u32,
-    unused: [u32; 3],
+    unused: [u32; 4],
 }
 
 impl Report {
     const BYTES: u64 = size_of::<Report>() as u64;
 
     fn blank() -> Self {
-        Report { not_finite: u32::MAX, worst_pair: u32::MAX, smallest: u32::MAX, ..Report::zeroed() }
+        Report { not_finite: u32::MAX, worst_pair: u32::MAX, ..Report::zeroed() }
     }
 
     fn overlap(&self) -> Overlap {
@@ -169,7 +170,7 @@ impl Device {
         if scene.contact.method.row_source() != RowSource::Surfaces {
             return Err(GpuError::Unsupported { what: "multi-sphere rows".into() });
         }
-        let setup = Setup::new(scene, &state.bodies.shape, precision);
+        let setup = Setup::new(scene, &state.bodies.shape, precision)?;
         let (real, bodies) = (precision.bytes(), state.bodies.len() as u64);
         let grows = setup.growth.is_some();
         let mut poses = Vec::new();
@@ -235,7 +236,11 @@ impl Device {
 
     /// The state of the step's start: the accepted one, or where bodies grow one of its own.
     fn start(&self) -> &Poses {
-        &self.poses[if self.grows() { 2 } else { 0 }]
+        &self.poses[self.start_index()]
+    }
+
+    fn start_index(&self) -> usize {
+        if self.grows() { 2 } else { 0 }
     }
 
     fn start_shapes(&self) -> &Shapes {
@@ -309,8 +314,9 @@ impl Device {
             let mut record = prepared.take().unwrap_or_else(|| gpu.record());
             record.stage("narrow phase");
             record.copy(&self.blank, 0, &self.report, 0, Report::BYTES);
-            let start = &self.poses[if self.grows() { 2 } else { 0 }];
-            let Device { candidates, kernels, bodies, boxes, report, .. } = &mut *self;
+            let start = self.start_index();
+            let Device { candidates, kernels, bodies, boxes, report, poses, .. } = &mut *self;
+            let start = &poses[start];
             candidates.inside(&gpu, kernels, &mut record, (start, boxes, report), *bodies)?;
             let listed = candidates.is_for(*bodies);
             if listed {
@@ -361,14 +367,13 @@ impl Device {
 
     fn search(&mut self, report: &Report, at_trial: bool) -> Result<(), GpuError> {
         let begun = Instant::now();
-        let sizes = [report.smallest, report.largest].map(|bits| f64::from(f32::from_bits(bits)));
-        // The bits are rounded numbers.
-        let sizes = (sizes[0] * (1.0 - 1e-6), sizes[1] * (1.0 + 1e-6));
+        let largest = f64::from(f32::from_bits(report.largest));
         let gpu = self.gpu.clone();
-        let start = &self.poses[if self.grows() { 2 } else { 0 }];
-        let Device { candidates, setup, kernels, boxes, rows, bodies, .. } = &mut *self;
+        let start = self.start_index();
+        let Device { candidates, setup, kernels, boxes, rows, bodies, poses, .. } = &mut *self;
+        let start = &poses[start];
         let rows = at_trial.then_some(rows);
-        candidates.search(&gpu, setup, kernels, (start, boxes, sizes), *bodies, rows)?;
+        candidates.search(&gpu, setup, kernels, (start, boxes, largest), *bodies, rows)?;
         let spent = begun.elapsed();
         self.phases.broad_phase += spent;
         // The caller counts all its time as narrow phase.

@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 
 /// A source with the constants of the scene.
 pub(super) fn base(setup: &Setup, name: &str) -> Source {
-    Source::new(name, setup.precision)
-        .real("PITCH", setup.lattice.pitch())
+    let source = setup.lattice.define(Source::new(name, setup.precision));
+    source
         .real("DT", setup.dt)
         .real("ROOT_DT", setup.dt.sqrt())
         .real("CUTOFF", setup.cutoff)
@@ -17,7 +17,6 @@ pub(super) fn base(setup: &Setup, name: &str) -> Source {
         .integer("MOTION", setup.motion_width())
         .integer("NONE", u32::MAX)
         .flag("PLANAR", setup.planar)
-        .include(fragment!("common/lattice.wgsl"))
         .include(fragment!("common/quaternion.wgsl"))
         .include(fragment!("common/orientation.wgsl"))
 }
@@ -204,5 +203,56 @@ impl Kernels {
                 None => None,
             },
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::backend::gpu::Report;
+    use crate::gpu::{Precision, validate};
+    use crate::scene;
+    use std::mem::offset_of;
+
+    fn setups() -> Vec<Setup> {
+        let mut setups = Vec::new();
+        for built_in in scene::built_in() {
+            let scene = scene::parse(built_in.text, built_in.name).unwrap();
+            let shapes: Vec<_> = scene.build().unwrap().shape;
+            setups.extend([Precision::F32, Precision::F64].map(|p| Setup::new(&scene, &shapes, p).unwrap()));
+        }
+        setups
+    }
+
+    #[test]
+    fn every_kernel_of_every_built_in_scene_is_valid() {
+        for setup in setups() {
+            let growth = growth_sources(&setup).into_iter().flatten();
+            let all = sources(&setup).into_iter().chain(narrow_sources(&setup)).chain(growth).chain([motion(&setup, true)]);
+            for source in all {
+                validate(&source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
+            }
+        }
+    }
+
+    #[test]
+    fn the_report_is_laid_out_as_in_wgsl() {
+        let setup = setups().remove(0);
+        let inside = sources(&setup).into_iter().find(|s| s.name() == "inside").unwrap();
+        let module = validate(&inside).unwrap();
+        let mut layouter = naga::proc::Layouter::default();
+        layouter.update(module.to_ctx()).unwrap();
+        let (handle, report) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some("Report")).unwrap();
+        let naga::TypeInner::Struct { members, .. } = &report.inner else { panic!("not a struct") };
+        let offset = |name: &str| members.iter().find(|m| m.name.as_deref() == Some(name)).map(|m| m.offset as usize);
+        assert_eq!(layouter[handle].size as usize, size_of::<Report>());
+        assert_eq!(offset("outside"), Some(offset_of!(Report, outside)));
+        assert_eq!(offset("not_finite"), Some(offset_of!(Report, not_finite)));
+        assert_eq!(offset("violations"), Some(offset_of!(Report, violations)));
+        assert_eq!(offset("worst"), Some(offset_of!(Report, worst)));
+        assert_eq!(offset("worst_pair"), Some(offset_of!(Report, worst_pair)));
+        assert_eq!(offset("worst_a"), Some(offset_of!(Report, worst_a)));
+        assert_eq!(offset("worst_b"), Some(offset_of!(Report, worst_b)));
+        assert_eq!(offset("largest"), Some(offset_of!(Report, largest)));
     }
 }

@@ -125,6 +125,13 @@ impl Search {
         Ok(())
     }
 
+    /// Exchanges the pairs, where each body's list begins and the lists with other buffers, so that both can be kept.
+    pub(crate) fn exchange(&mut self, [pairs, start, adjacency]: [&mut Buffer; 3]) {
+        std::mem::swap(&mut self.pairs, pairs);
+        std::mem::swap(&mut self.adjacency_start, start);
+        std::mem::swap(&mut self.adjacency, adjacency);
+    }
+
     /// The pairs `[a, b]`, `a < b`: each once, ordered by the body that found them.
     pub fn pairs(&self) -> &Buffer {
         &self.pairs
