@@ -21,7 +21,7 @@ fn main(
     let i = invocation(group, groups, local);
     if i >= parameters.bodies { return; }
     let box = boxes[i];
-    if !(box.w >= 0.0) || !is_finite(box.x + box.y + box.z + box.w) {
+    if box.w < 0.0 || !is_finite(box.x + box.y + box.z + box.w) {
         atomicMin(&report.not_finite, i);
         return;
     }

@@ -6,6 +6,7 @@ use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::output;
 use super::progress::Progress;
+use crate::gpu::Profile;
 use crate::record::{Folder, RecordError, Run, RunStatus, Summary};
 use crate::relcp::Simulation;
 use crate::scene::{self, Scene};
@@ -21,6 +22,8 @@ const RUNS: &str = "runs";
 #[derive(Serialize)]
 struct Document<'a> {
     folder: &'a Path,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    profile: Option<&'a Profile>,
     #[serde(flatten)]
     summary: &'a Summary,
 }
@@ -32,6 +35,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     for note in run.notes() {
         output::message(note);
     }
+    if let Some(gpu) = run.simulation().device().filter(|_| arguments.profile) {
+        gpu.start_timing();
+    }
+    let first = run.simulation().steps();
     let mut progress = Progress::new(&run, arguments.print.quiet);
     while !run.done() && !interrupt.asked() {
         let report = run.advance()?;
@@ -39,8 +46,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     }
     progress.end();
     let folder = run.folder().clone();
+    let simulation = run.simulation();
+    let profile = simulation.device().filter(|_| arguments.profile);
+    let profile = profile.map(|gpu| Profile::of(gpu, simulation.steps() - first));
     let summary = run.finish()?;
-    show(arguments, folder.path(), &summary)?;
+    show(arguments, folder.path(), &summary, profile.as_ref())?;
     Ok(match summary.status {
         RunStatus::Done => Exit::Done,
         RunStatus::OutOfTolerance => Exit::OutOfTolerance,
@@ -98,20 +108,28 @@ fn text_of(path: &Path) -> Result<&str, CliError> {
     path.to_str().ok_or_else(|| CliError::Usage(format!("{}: the path is not Unicode", path.display())))
 }
 
-fn show(arguments: &Arguments, folder: &Path, summary: &Summary) -> Result<(), CliError> {
+fn show(
+    arguments: &Arguments,
+    folder: &Path,
+    summary: &Summary,
+    device: Option<&Profile>,
+) -> Result<(), CliError> {
     if summary.status == RunStatus::Interrupted {
         let on = format!("relcp run --resume --out {}", folder.display());
         output::message(&format!("stopped after step {}; go on with: {on}", summary.steps));
     }
     if arguments.print.json {
-        return output::json(&Document { folder, summary });
+        return output::json(&Document { folder, profile: device, summary });
     }
     if arguments.print.quiet {
         return Ok(());
     }
     output::write(|out| {
         print(out, folder, summary)?;
-        if arguments.profile { profile(out, summary) } else { Ok(()) }
+        if arguments.profile {
+            profile(out, summary)?;
+        }
+        device.map_or(Ok(()), |device| write!(out, "{device}"))
     })
 }
 
@@ -141,6 +159,9 @@ fn print(out: &mut dyn Write, folder: &Path, s: &Summary) -> io::Result<()> {
     let phases = wall.phases().into_iter().filter(|(_, seconds)| *seconds > 0.0);
     let phases: Vec<String> = phases.map(|(name, seconds)| format!("{name} {seconds:.2}")).collect();
     writeln!(out, "  wall time   {:.2} s: {}", wall.total, phases.join(", "))?;
+    if let Some(adapter) = &s.adapter {
+        writeln!(out, "  computed by {adapter}, in {}", s.precision)?;
+    }
     writeln!(out, "  in          {}", folder.display())
 }
 

@@ -10,6 +10,7 @@ mod error;
 mod kernel;
 mod lattice;
 mod precision;
+mod profile;
 mod recorder;
 mod scan;
 mod self_test;
@@ -21,7 +22,7 @@ mod timing;
 
 pub use adapter::{AdapterReport, Choice, adapters};
 pub use buffer::Buffer;
-pub use device::{Counters, Gpu};
+pub use device::{Counters, Gpu, PipelineReport};
 pub use error::GpuError;
 pub use kernel::Kernel;
 #[cfg(test)]
@@ -29,6 +30,7 @@ pub(crate) use kernel::validate;
 pub use lattice::Lattice;
 pub(crate) use lattice::MOST_CELL;
 pub use precision::Precision;
+pub use profile::{BufferUse, Profile};
 pub use recorder::Recorder;
 pub use scan::Scan;
 pub use sort::Sort;

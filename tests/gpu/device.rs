@@ -1,13 +1,13 @@
 //! The one device of the test process.
 
 use relcp::gpu::{Choice, Gpu, Precision};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// The device, or `None` after a line that says so.
-pub fn device() -> Option<&'static Gpu> {
-    static DEVICE: OnceLock<Result<Gpu, String>> = OnceLock::new();
+pub fn device() -> Option<&'static Arc<Gpu>> {
+    static DEVICE: OnceLock<Result<Arc<Gpu>, String>> = OnceLock::new();
     let name = std::env::var("RELCP_ADAPTER").ok();
-    let open = || Gpu::open(&Choice { name, software: true, ..Choice::default() }).map_err(|e| e.to_string());
+    let open = || Gpu::open(&Choice { name, software: true, ..Choice::default() }).map(Arc::new).map_err(|e| e.to_string());
     match DEVICE.get_or_init(open) {
         Ok(gpu) => Some(gpu),
         Err(why) if std::env::var_os("RELCP_REQUIRE_GPU").is_some() => panic!("a GPU is required: {why}"),

@@ -7,3 +7,5 @@ mod device;
 mod separation;
 mod lattice;
 mod sort;
+mod runs;
+mod steps;
