@@ -217,9 +217,7 @@ fn check_sound(pose: &Pose, answer: &Answer, precision: Precision, aspect: f64) 
     let errors = Errors::of(pose, &found, &found);
     assert!((found.normal.length() - 1.0).abs() <= 8.0 * precision.epsilon(), "{precision:?} {pose:?} {answer:?}");
     assert!(errors.along <= limit, "{precision:?} {pose:?} {answer:?} {}", errors.along);
-    if found.separation > 0.0 {
-        assert!(errors.across <= limit * (1.0 + aspect / 50.0), "{precision:?} {pose:?} {answer:?} {}", errors.across);
-    }
+    assert!(errors.across <= limit * (1.0 + aspect / 50.0), "{precision:?} {pose:?} {answer:?} {}", errors.across);
     assert!((answer.bound - bound(&pose.a, &pose.b, found.normal)).abs() <= limit * size, "{pose:?} {answer:?}");
     assert!(answer.bound <= found.separation + limit * size, "{precision:?} {pose:?} {answer:?}");
     let a = &pose.a;
@@ -326,6 +324,21 @@ fn degenerate_pairs_agree_with_the_cpu() {
 }
 
 #[test]
+fn what_geometry_leaves_open_follows_the_same_rules() {
+    let Some(gpu) = device() else { return };
+    let (names, poses): (Vec<&str>, Vec<Pose>) = poses::ruled().into_iter().unzip();
+    for precision in precisions(gpu) {
+        let limit = if precision == Precision::F32 { 1e-5 } else { 1e-10 };
+        for ((name, pose), answer) in names.iter().zip(&poses).zip(answers(gpu, precision, false, &poses)) {
+            let expected = separation(&pose.a, &pose.b, None).unwrap();
+            let errors = Errors::of(pose, &answer.found, &expected);
+            assert!(errors.separation <= limit, "{name}: {precision:?} {answer:?} {expected:?}");
+            assert!(errors.normal <= limit && errors.lever <= limit, "{name}: {precision:?} {answer:?} {expected:?}");
+        }
+    }
+}
+
+#[test]
 fn a_warm_normal_changes_no_more_than_rounding() {
     let Some(gpu) = device() else { return };
     let mut random = ChaCha8Rng::seed_from_u64(3);
@@ -352,13 +365,16 @@ fn planar_pairs_agree_with_the_cpu() {
     for (precision, aspect) in precisions(gpu).into_iter().flat_map(|p| [3.0, 20.0, 100.0].map(|aspect| (p, aspect))) {
         let poses = poses::planar(200, aspect);
         let limit = tolerance(precision);
-        let (mut worst, mut better) = (Worst::default(), 0);
+        let (mut worst, mut better, mut other) = (Worst::default(), 0, 0);
         for (pose, answer) in poses.iter().zip(answers(gpu, precision, true, &poses)) {
             let expected = planar_separation(&pose.a, &pose.b, None).unwrap();
             let mut errors = Errors::of(pose, &answer.found, &expected);
             if pose.is_convex() {
                 assert!(answer.found.normal.z == 0.0, "{precision:?} {pose:?} {answer:?}");
                 assert!((answer.bound - answer.found.separation).abs() <= limit * pose.size(), "{pose:?} {answer:?}");
+                // The CPU's search in the plane places a normal to the root of a rounding.
+                let turned = if precision == Precision::F32 { 1e-4 } else { 1e-6 };
+                other += usize::from(errors.normal > turned);
                 // The CPU samples the angles too; a larger maximum in the plane, which the bound confirms, is the better one.
                 if answer.found.separation > expected.separation + limit * pose.size() {
                     (better, errors.separation) = (better + 1, 0.0);
@@ -369,7 +385,12 @@ fn planar_pairs_agree_with_the_cpu() {
             worst.add(pose.kind(), errors);
         }
         worst.print(&format!("planar, aspect {aspect}"), precision);
-        println!("planar, {}: larger than the CPU's in {better} of {}", precision.name(), poses.len());
+        let count = poses.len();
+        println!(
+            "planar, {}: another normal in {other} of {count}, larger than the CPU's in {better}",
+            precision.name()
+        );
+        assert!(other * 500 <= count && better * 100 <= count);
     }
 }
 

@@ -212,3 +212,53 @@ pub fn degenerate() -> Vec<Pose> {
     }
     poses
 }
+
+/// Pairs whose normal or points geometry leaves open, with what a fixed rule says of them.
+pub fn ruled() -> Vec<(&'static str, Pose)> {
+    let rod = Shape::Spherocylinder { diameter: 1.0, length: 5.0 };
+    let ball = Shape::Sphere { radius: 1.0 };
+    let disc = Shape::Ellipsoid { radii: [4.0, 3.0, 1.0] };
+    let ring = Shape::Torus { major_radius: 2.0, minor_radius: 0.25 };
+    let narrow = Shape::Torus { major_radius: 1.0, minor_radius: 0.25 };
+    let tilt = DQuat::from_scaled_axis(DVec3::new(0.3, -0.2, 0.9));
+    let lying = DQuat::from_rotation_y(FRAC_PI_2);
+    let leaning = |angle: f64| DQuat::from_scaled_axis(DVec3::Y * angle);
+    let at = |shape, place, orientation| Placed { shape, position: place, orientation };
+    let same = DQuat::IDENTITY;
+    let pose = |a: Shape, turn_a: DQuat, b: Shape, place: DVec3, turn_b: DQuat| {
+        Pose::new(at(a, DVec3::ZERO, turn_a), at(b, place, turn_b))
+    };
+    let side = DVec3::new(1.5, 0.0, 3.0);
+    vec![
+        ("parallel rods", pose(rod, same, rod, side, same)),
+        ("parallel rods, tilted", pose(rod, tilt, rod, tilt * side, tilt)),
+        ("rods a rounding from parallel", pose(rod, same, rod, side, leaning(1e-16))),
+        ("rods not parallel", pose(rod, same, rod, side, leaning(1e-3))),
+        ("rods not parallel the other way", pose(rod, same, rod, side, leaning(-1e-3))),
+        ("crossing rods", pose(rod, same, rod, DVec3::ZERO, lying)),
+        ("crossing rods, lifted", pose(rod, same, rod, DVec3::new(0.5, -1e-13, 0.3), lying)),
+        ("crossing rods, tilted", pose(rod, tilt, rod, DVec3::new(0.0, 0.0, 0.3), tilt * lying)),
+        ("rods in line, overlapping", pose(rod, same, rod, DVec3::Z * 2.0, same)),
+        ("rods in line, apart", pose(rod, same, rod, DVec3::Z * 6.0, same)),
+        ("the same rod", pose(rod, tilt, rod, DVec3::ZERO, tilt)),
+        ("a ball in a rod", pose(ball, same, rod, DVec3::ZERO, lying)),
+        ("a ball at a rod's tip", pose(rod, same, ball, DVec3::Z * 2.0, same)),
+        ("the same ball", pose(ball, same, ball, DVec3::ZERO, same)),
+        ("a ball at a ring's middle", pose(ring, same, ball, DVec3::ZERO, same)),
+        ("a ball over a ring's middle", pose(ring, same, ball, DVec3::Z * 0.5, same)),
+        ("a ball on a ring", pose(ring, same, ball, DVec3::X * 2.0, same)),
+        ("a rod on a ring's axis", pose(ring, same, rod, DVec3::ZERO, same)),
+        ("a rod on a ring's axis, beyond", pose(ring, same, rod, DVec3::Z * 5.0, same)),
+        ("a rod through a ring's tube", pose(ring, same, rod, DVec3::new(2.0, 0.0, 0.5), same)),
+        ("the same ring", pose(ring, same, ring, DVec3::ZERO, same)),
+        ("coaxial rings", pose(ring, same, ring, DVec3::Z, same)),
+        ("concentric rings in a plane", pose(ring, same, narrow, DVec3::ZERO, same)),
+        ("coaxial rings of two radii", pose(narrow, same, ring, DVec3::Z, same)),
+        ("linked rings", pose(ring, same, ring, DVec3::new(2.0, 0.0, 0.0), DQuat::from_rotation_x(FRAC_PI_2))),
+        ("the same ellipsoid", pose(disc, same, disc, DVec3::ZERO, same)),
+        ("concentric ellipsoids", pose(disc, same, Shape::Ellipsoid { radii: [1.0, 2.0, 3.0] }, DVec3::ZERO, same)),
+        ("a ball in an ellipsoid's middle", pose(disc, same, ball, DVec3::ZERO, same)),
+        ("a rod through an ellipsoid's middle", pose(disc, same, rod, DVec3::ZERO, same)),
+        ("a rod across an ellipsoid's middle", pose(disc, same, rod, DVec3::ZERO, lying)),
+    ]
+}
