@@ -18,18 +18,38 @@ struct PlaceSample {
     bend: real,
 }
 
-// At `centre + along * at`, both in the circle's axes.
-fn sample_place(centre: vec3r, along: vec3r, radius: real, at: real) -> PlaceSample {
-    let p = centre + along * at;
-    let rho = length(p.xy);
-    let inverse = select(real(0.0), 1.0 / rho, rho > 0.0);
-    let rho1 = dot(p.xy, along.xy) * inverse;
-    let turn = (p.x * along.y - p.y * along.x) * inverse;
-    let off = rho - radius;
+// The segment's line in the circle's axes: height at place zero and its slope, the place nearest to the axis, how near it comes there, and
+// the sine to the axis.
+struct PlaceLine {
+    height: real,
+    rise: real,
+    turn: real,
+    miss: real,
+    sine: real,
+    radius: real,
+}
+
+// Written with the place from `turn`, so that rho falls before it and rises after it whatever the rounding; `side` says which where the
+// place is on the axis but for rounding.
+fn sample_place(line: PlaceLine, at: real, side: real) -> PlaceSample {
+    let z = line.height + line.rise * at;
+    let across = line.sine * (at - line.turn);
+    let rho = length(vec2r(line.miss, across));
+    var cosine = side;
+    var sine = real(0.0);
+    var inverse = real(0.0);
+    if rho > EPSILON * line.radius {
+        inverse = 1.0 / rho;
+        cosine = across * inverse;
+        sine = line.miss * inverse;
+    }
+    let rho1 = line.sine * cosine;
+    let turning = line.sine * sine;
+    let off = rho - line.radius;
     return PlaceSample(
-        p.z * p.z + off * off,
-        p.z * along.z + off * rho1,
-        along.z * along.z + rho1 * rho1 + off * turn * turn * inverse,
+        z * z + off * off,
+        z * line.rise + off * rho1,
+        line.rise * line.rise + rho1 * rho1 + off * turning * turning * inverse,
     );
 }
 
@@ -50,31 +70,34 @@ fn cube_root(x: real) -> real {
     return root;
 }
 
-// The place along the segment nearest to the circle.
+// The place along the segment nearest to the circle; both in the circle's axes.
 fn nearest_place(centre: vec3r, along: vec3r, half: real, radius: real, size: real) -> real {
-    let lean2 = dot(along.xy, along.xy);
     // A segment along the axis keeps one distance from it; any place will do for the one nearest to the axis.
-    var turn = -dot(centre, along);
+    let foot = -dot(centre, along);
+    var line = PlaceLine(centre.z, along.z, foot, length(centre.xy), real(0.0), radius);
     var reach = real(0.0);
+    let lean2 = dot(along.xy, along.xy);
     if lean2 > 4.0 * EPSILON * EPSILON {
-        turn = -dot(centre.xy, along.xy) / lean2;
         let moment = centre.x * along.y - centre.y * along.x;
-        let miss2 = moment * moment / lean2;
+        line.sine = sqrt(lean2);
+        line.turn = -dot(centre.xy, along.xy) / lean2;
+        line.miss = abs(moment) / line.sine;
         let root = size * cube_root(radius / size * (moment / size) * (moment / size));
-        reach = sqrt(max(root * root - miss2, 0.0) / lean2);
+        reach = sqrt(max(root * root - line.miss * line.miss, 0.0)) / line.sine;
     }
     // An interior minimum is within R of the foot of the centre: the slope of rho is at most 1.
-    let foot = -dot(centre, along);
     let low = clamp(foot - radius, -half, half);
     let high = clamp(foot + radius, -half, half);
     var best = real(0.0);
     var least = real(0.0);
     for (var side = 0u; side < 2u; side += 1u) {
-        var left = select(low, clamp(turn + reach, low, high), side == 1u);
-        var right = select(clamp(turn - reach, low, high), high, side == 1u);
+        let after = select(real(-1.0), real(1.0), side == 1u);
+        let split = clamp(line.turn + after * reach, low, high);
+        var left = select(low, split, side == 1u);
+        var right = select(split, high, side == 1u);
         // The ends first, then the least in between.
         var at = left;
-        var here = sample_place(centre, along, radius, at);
+        var here = sample_place(line, at, after);
         for (var i = 0u; i < CIRCLE_SEGMENT_STEPS; i += 1u) {
             var next = right;
             if i == 0u {
@@ -89,7 +112,7 @@ fn nearest_place(centre: vec3r, along: vec3r, half: real, radius: real, size: re
             }
             let step = abs(next - at);
             at = next;
-            here = sample_place(centre, along, radius, at);
+            here = sample_place(line, at, after);
             if i > 0u && step <= EPSILON * (abs(left) + abs(right)) { break; }
         }
         let distance = sqrt(here.square);

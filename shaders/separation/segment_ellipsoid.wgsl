@@ -25,6 +25,8 @@ fn deepest_candidate(delta: vec3r, axis: vec3r, half: real, radii: vec3r, across
     let tie = TIE * (length(delta) + largest(radii) + half);
     var best = across;
     best.at = clamp(across.at, -half, half);
+    // Beyond an end it is no maximum, and gives way to one that is as large but for rounding.
+    var lead = select(tie, -tie, best.at != across.at);
     for (var i = 0u; i < 2u * (END_STARTS + 1u); i += 1u) {
         let end = select(half, -half, i <= END_STARTS);
         let number = i % (END_STARTS + 1u);
@@ -37,8 +39,9 @@ fn deepest_candidate(delta: vec3r, axis: vec3r, half: real, radii: vec3r, across
             let peak = climb(delta + axis * end, Support(identity, radii), Support(identity, vec3r(0.0, 0.0, 0.0)), start);
             candidate = Candidate(peak.normal, peak.point_a, end, peak.value);
         }
-        if candidate.at * dot(candidate.normal, axis) <= 0.0 && candidate.value > best.value + tie {
+        if candidate.at * dot(candidate.normal, axis) <= 0.0 && candidate.value > best.value + lead {
             best = candidate;
+            lead = tie;
         }
     }
     return best;

@@ -28,9 +28,14 @@ fn ordered_separation(delta: vec3r, a: Placed, b: Placed, warm: vec3r) -> Separa
     }
     var t = clamp(cosine * clamp(foot, -half_a, half_a) - along_b, -half_b, half_b);
     var s = clamp(cosine * t + along_a, -half_a, half_a);
-    let gap = delta + axis_b * t - axis_a * s;
+    // At a place that is not an end the gap is at right angles to the axis; what rounding leaves along it is dropped.
+    var gap = delta + axis_b * t - axis_a * s;
+    let inside_a = abs(s) < half_a;
+    let inside_b = abs(t) < half_b;
+    if inside_a { gap -= axis_a * dot(axis_a, gap); }
+    if inside_b { gap -= axis_b * dot(axis_b, gap); }
     let distance = length(gap);
-    let inside = abs(s) < half_a && abs(t) < half_b;
+    let inside = inside_a && inside_b;
     let size = half_a + half_b + length(delta);
     let normal = normal_between(axis_a, axis_b, gap, distance, size, delta, inside);
     // From the nearest point of nearly parallel axes, which jumps from end to end as the angle changes sign, the step to the middle is a

@@ -160,10 +160,9 @@ impl PairFamilies {
     /// The function `separate`.
     fn entry(self, planar: bool) -> &'static [Fragment] {
         match self {
+            // Rings lie as in space.
             _ if !planar => &[fragment!("separation/entry_space.wgsl")],
-            PairFamilies::CircleSegment | PairFamilies::Circles => {
-                &[fragment!("separation/planar.wgsl"), fragment!("separation/entry_planar_ring.wgsl")]
-            }
+            PairFamilies::CircleSegment | PairFamilies::Circles => &[fragment!("separation/entry_space.wgsl")],
             PairFamilies::Segments => &[
                 fragment!("separation/planar.wgsl"),
                 fragment!("separation/planar_normal.wgsl"),
