@@ -34,6 +34,8 @@ pub(super) enum Command {
     Check(Check),
     /// Print the pairs of bodies that are near or overlap
     Contacts(Contacts),
+    /// Measure, and write tables
+    Study(Study),
     /// List the adapters of this machine, and which one would be taken
     Devices(Devices),
     /// Print the JSON Schema of scene files
@@ -125,6 +127,33 @@ pub(super) struct Scenes {
     /// List them as JSON
     #[arg(long)]
     pub(super) json: bool,
+}
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum StudyName {
+    /// What a step costs by the number of bodies, on the CPU and on a device
+    Throughput,
+    /// All of them
+    All,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  relcp study throughput --backend gpu --largest 131072")]
+pub(super) struct Study {
+    /// Which study
+    #[arg(value_enum)]
+    pub(super) name: StudyName,
+    /// The largest number of bodies
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    pub(super) largest: usize,
+    /// Where the tables go
+    #[arg(long, value_name = "DIR", default_value = "studies")]
+    pub(super) out: PathBuf,
+    #[command(flatten)]
+    pub(super) compute: Compute,
+    #[command(flatten)]
+    pub(super) print: Print,
 }
 
 #[derive(Args, Debug)]

@@ -6,6 +6,7 @@ use crate::relcp::Fault;
 use crate::scene::SceneError;
 use miette::Diagnostic;
 use std::io;
+use crate::study::StudyError;
 use thiserror::Error;
 
 /// How the program ends.
@@ -58,6 +59,8 @@ pub(super) enum CliError {
     NoScene(String),
     #[error(transparent)]
     Device(#[from] GpuError),
+    #[error(transparent)]
+    Study(#[from] StudyError),
     #[error("could not write to standard output")]
     Output(#[source] io::Error),
 }
@@ -77,6 +80,9 @@ impl CliError {
             CliError::Record(error) | CliError::Run(RunError::Record(error)) => Exit::of(error.exit_code()),
             CliError::Run(RunError::Fault(Fault::Device(_))) | CliError::Device(_) => Exit::Device,
             CliError::Run(RunError::Fault(_)) => Exit::Internal,
+            CliError::Study(StudyError::Gpu(_) | StudyError::Fault(Fault::Device(_))) => Exit::Device,
+            CliError::Study(StudyError::Io { .. }) => Exit::File,
+            CliError::Study(_) => Exit::Internal,
             CliError::Start(_) | CliError::Usage(_) | CliError::NoScene(_) => Exit::Usage,
             CliError::Output(_) => Exit::File,
         }

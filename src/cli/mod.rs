@@ -10,6 +10,7 @@ mod output;
 mod progress;
 mod run;
 mod scenes;
+mod study;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -37,6 +38,7 @@ fn dispatch(command: Command) -> Result<Exit, CliError> {
         Command::Scenes(arguments) => scenes::scenes(&arguments),
         Command::Check(arguments) => scenes::check(&arguments),
         Command::Contacts(arguments) => contacts::contacts(&arguments),
+        Command::Study(arguments) => study::study(&arguments),
         Command::Devices(arguments) => devices::devices(&arguments),
         Command::Schema => scenes::schema(),
     }

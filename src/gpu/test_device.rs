@@ -3,6 +3,10 @@
 use super::{Choice, Gpu, Precision};
 use std::io::Write;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// How many tests were skipped.
+static SKIPPED: AtomicUsize = AtomicUsize::new(0);
 
 /// The device, or `None` after a line that says so; without one it fails where `RELCP_REQUIRE_GPU` is set.
 pub(crate) fn test_device() -> Option<&'static Gpu> {
@@ -14,7 +18,8 @@ pub(crate) fn test_device() -> Option<&'static Gpu> {
         Err(why) if std::env::var_os("RELCP_REQUIRE_GPU").is_some() => panic!("a GPU is required: {why}"),
         Err(why) => {
             let test = std::thread::current().name().unwrap_or("a test").to_owned();
-            let _ = writeln!(std::io::stderr(), "SKIP {test}: {why}");
+            let skipped = SKIPPED.fetch_add(1, Ordering::Relaxed) + 1;
+            let _ = writeln!(std::io::stderr(), "SKIP {skipped}: {test}: {why}");
             None
         }
     }

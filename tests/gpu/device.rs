@@ -1,7 +1,11 @@
 //! The one device of the test process.
 
 use relcp::gpu::{Choice, Gpu, Precision};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, OnceLock};
+
+/// How many tests were skipped.
+static SKIPPED: AtomicUsize = AtomicUsize::new(0);
 
 /// The device, or `None` after a line that says so.
 pub fn device() -> Option<&'static Arc<Gpu>> {
@@ -15,7 +19,8 @@ pub fn device() -> Option<&'static Arc<Gpu>> {
             let test = std::thread::current().name().unwrap_or("a test").to_owned();
             // Not captured by the test harness, so that what was skipped can be counted.
             use std::io::Write;
-            let _ = writeln!(std::io::stderr(), "SKIP {test}: {why}");
+            let skipped = SKIPPED.fetch_add(1, Ordering::Relaxed) + 1;
+            let _ = writeln!(std::io::stderr(), "SKIP {skipped}: {test}: {why}");
             None
         }
     }
