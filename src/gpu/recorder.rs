@@ -107,14 +107,14 @@ impl<'g> Recorder<'g> {
         if let Some(timer) = lock(&self.gpu.timer).as_mut() {
             timer.resolve(&mut encoder);
         }
-        if !self.parameters.is_empty() {
-            let staging = lock(&self.gpu.staging);
-            if let Some(buffer) = &staging.parameters {
-                self.gpu.queue.write_buffer(buffer, 0, &self.parameters);
-            }
-            self.parameters.clear();
+        // Held until the work is on its way: another thread's parameters go into the same buffer.
+        let staging = lock(&self.gpu.staging);
+        if let Some(buffer) = staging.parameters.as_ref().filter(|_| !self.parameters.is_empty()) {
+            self.gpu.queue.write_buffer(buffer, 0, &self.parameters);
         }
+        self.parameters.clear();
         self.gpu.queue.submit([encoder.finish()]);
+        drop(staging);
         let mut counters = lock(&self.gpu.counters);
         counters.submissions += 1;
         counters.dispatches += std::mem::take(&mut self.dispatches);
@@ -156,6 +156,7 @@ impl<'g> Recorder<'g> {
         }
         drop(view);
         staging.unmap();
+        lock(&self.gpu.staging).read = Some(staging);
         if let Some(timer) = lock(&self.gpu.timer).as_mut() {
             timer.collect(self.gpu);
         }
@@ -165,10 +166,10 @@ impl<'g> Recorder<'g> {
         Ok(out)
     }
 
+    /// A buffer to read back through. It is taken, so that no other thread maps it, and given back after the read.
     fn staging(&self, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
-        let mut staging = lock(&self.gpu.staging);
-        if let Some(buffer) = staging.read.as_ref().filter(|b| b.size() >= bytes) {
-            return Ok(buffer.clone());
+        if let Some(buffer) = lock(&self.gpu.staging).read.take_if(|b| b.size() >= bytes) {
+            return Ok(buffer);
         }
         let descriptor = wgpu::BufferDescriptor {
             label: Some("read-back"),
@@ -176,9 +177,7 @@ impl<'g> Recorder<'g> {
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         };
-        let buffer = self.gpu.scoped("read-back", || self.gpu.device.create_buffer(&descriptor))?;
-        staging.read = Some(buffer.clone());
-        Ok(buffer)
+        self.gpu.scoped("read-back", || self.gpu.device.create_buffer(&descriptor))
     }
 
     fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
