@@ -39,7 +39,7 @@ fn main(
     classes[i] = 0u;
     let known = is_finite(remainder.x) && is_finite(remainder.y) && is_finite(remainder.z);
     if !(known && is_length(half.x) && is_length(half.y) && is_length(half.z)) { return; }
-    if any(cell <= vec3<i32>(-MOST_CELL)) || any(cell >= vec3<i32>(MOST_CELL)) { mark(FLAGS, FAR); }
+    if any(cell <= vec3<i32>(-MOST_CELL)) || any(cell >= vec3<i32>(MOST_CELL)) { mark(FAR, 1u); }
     let reach = lattice_reach(half.xyz);
     // A radius too small must not put a box into a level too fine for it.
     var widest = max(reach.x, max(reach.y, reach.z));

@@ -1,16 +1,15 @@
 // Boxes are classed by size: the boxes of class k reach over no more than 2^k lattice cells, whichever way their body turns. Classes
 // share a level, from the largest on, two by two; a level bears the number of its larger class. All in integers.
 //
-// The survey holds which classes there are, a bit each, flags, the number of pairs that crowded bodies found, and
-// from REACH on, for every class and axis, the furthest that a box reaches from its body, in lattice cells.
+// The survey holds which classes there are, a bit each, whether a body is too far out, and from REACH on, for every class and
+// axis, the furthest that a box reaches from its body, in lattice cells.
 const CLASSES: u32 = 0u;
-const FLAGS: u32 = 1u;
-const LARGE: u32 = 2u;
+const FAR: u32 = 1u;
 const REACH: u32 = 4u;
 
-const FAR: u32 = 1u;
-const CROWDED: u32 = 2u;
-const TOO_MANY: u32 = 4u;
+// Faults of the search itself.
+const CROWDED: u32 = 1u;
+const TOO_MANY: u32 = 2u;
 
 // A body and its level in one word. Level zero means a box that touches nothing.
 const LEVEL_SHIFT: u32 = 27u;

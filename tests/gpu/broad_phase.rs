@@ -203,12 +203,14 @@ fn lattices_that_touch_exactly() {
 
 #[test]
 fn extents_that_floats_do_not_hold_touch_where_they_do() {
-    // A tenth is rounded, differently on every step: without slack many of these pairs would be lost.
-    let body = |k: i32| Body::new(DVec3::new(0.2 * f64::from(k), 0.0, 0.0), DVec3::splat(0.1));
-    let count = check(false, 0.2, &(0..500).map(body).collect::<Vec<_>>());
-    assert!(device().is_none() || count >= 499, "{count}");
-    let body = |k: i32| Body::new(DVec3::new(1e5 + 0.6 * f64::from(k), 0.0, 0.0), DVec3::splat(0.3));
-    check(true, 0.6, &(0..500).map(body).collect::<Vec<_>>());
+    // Seven tenths as a 32-bit float is less than seven tenths: without slack these pairs would be lost.
+    for offset in [0.0, 1e5] {
+        let body = |k: i32| Body::new(DVec3::new(offset + 1.4 * f64::from(k), 0.0, 0.0), DVec3::splat(0.7));
+        let Some(gpu) = device() else { return };
+        let lattice = Lattice::for_thickness(1.4).unwrap();
+        let found = check_on(gpu, Precision::F32, false, lattice, &(0..500).map(body).collect::<Vec<_>>());
+        assert_eq!(found.pairs.len(), 499);
+    }
 }
 
 #[test]
@@ -346,23 +348,41 @@ fn growth_changes_nothing() {
     assert!(more[0].pairs == ample[0].pairs);
 }
 
+/// Loose spheres in space.
+fn spheres(seed: u64, count: usize, room: f64) -> Vec<Body> {
+    let span = DVec3::splat((count as f64 * room).cbrt());
+    let bodies = scattered(seed, count, span, |rng| DVec3::splat(0.5 + 0.1 * rng.random::<f64>()));
+    bodies.into_iter().map(|body| Body { radius: body.half.x, ..body }).collect()
+}
+
 #[test]
 fn many_bodies() {
     let Some(gpu) = device() else { return };
-    let lattice = Lattice::for_thickness(1.0).unwrap();
-    for count in [10_000, 100_000] {
-        let bodies = rods(11, count, 3.0);
-        let mut finder = Search::new(gpu, Precision::F32, true, lattice).unwrap();
+    let scenes = [
+        ("rods", true, rods(11, 10_000, 3.0)),
+        ("rods", true, rods(11, 100_000, 3.0)),
+        ("spheres", false, spheres(12, 100_000, 1.5)),
+    ];
+    for (name, planar, bodies) in scenes {
+        let (lattice, count) = (Lattice::for_thickness(1.0).unwrap(), bodies.len());
+        let mut finder = Search::new(gpu, Precision::F32, planar, lattice).unwrap();
         let input = upload(gpu, Precision::F32, lattice, &bodies);
+        let begun = Instant::now();
         let found = search(gpu, &mut finder, &input);
-        assert_complete(&found, &bodies, true);
+        let first = begun.elapsed().as_secs_f64();
+        assert_complete(&found, &bodies, planar);
         assert_connected(&found, count);
         let before = gpu.counters();
-        let begun = Instant::now();
-        finder.run(gpu, &input.cell, &input.remainder, &input.boxes, count as u64).unwrap();
-        gpu.wait().unwrap();
-        let seconds = begun.elapsed().as_secs_f64();
-        let dispatches = gpu.counters().dispatches - before.dispatches;
-        println!("{count} rods, {} pairs: {:.1} ms, {dispatches} dispatches", found.pairs.len(), 1e3 * seconds);
+        let mut best = f64::INFINITY;
+        for _ in 0..3 {
+            let begun = Instant::now();
+            finder.run(gpu, &input.cell, &input.remainder, &input.boxes, count as u64).unwrap();
+            gpu.wait().unwrap();
+            best = best.min(begun.elapsed().as_secs_f64());
+        }
+        let dispatches = (gpu.counters().dispatches - before.dispatches) / 3;
+        let (first, best) = (1e3 * first, 1e3 * best);
+        let pairs = found.pairs.len();
+        println!("{count} {name}, {pairs} pairs: {best:.1} ms ({first:.1} the first time), {dispatches} dispatches");
     }
 }

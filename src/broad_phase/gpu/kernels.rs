@@ -5,8 +5,9 @@ use crate::gpu::{Fragment, Gpu, GpuError, Kernel, Lattice, MOST_CELL, Precision,
 /// Boxes that one body may look at. Mesa before version 23 ends loops after 65,535 rounds.
 const MOST_ROUNDS: u32 = 60_000;
 
-/// Cells are smaller than the largest box of their level by this power of two.
-const FINER: u32 = 0;
+/// A level's cells are smaller than its largest boxes could be by this power of two. For 100,000 rods in a plane and as many spheres in
+/// space, on lavapipe, the search takes 1.6 and 1.4 times as long with 0, and 1.0 and 8 times with 2.
+const FINER: u32 = 1;
 
 pub(super) struct Kernels {
     pub classify: Kernel,

@@ -21,10 +21,9 @@ const MOST_BODIES: u64 = 1 << 27;
 /// Words of the survey of a scene: four, and three for each of 32 classes.
 const SURVEY_WORDS: u64 = 4 + 3 * 32;
 
-/// Flags of the survey, as in `shaders/broad_phase/levels.wgsl`.
-const FAR: u32 = 1;
-const CROWDED: u32 = 2;
-const TOO_MANY: u32 = 4;
+/// Faults of the search, as in `shaders/broad_phase/levels.wgsl`.
+const CROWDED: u32 = 1;
+const TOO_MANY: u32 = 2;
 
 /// Pairs from which on a sum is no longer trusted.
 const TOO_MANY_PAIRS: u64 = 1 << 31;
@@ -35,6 +34,7 @@ pub struct Search {
     sort: Sort,
     scan: Scan,
     survey: Buffer,
+    crowds: Buffer,
     classes: Buffer,
     /// Column of every body; later the body found in every pair.
     keys: Buffer,
@@ -65,6 +65,7 @@ impl Search {
             sort: Sort::new(gpu)?,
             scan: Scan::new(gpu)?,
             survey: Buffer::new(gpu, "search-survey", 4, SURVEY_WORDS)?,
+            crowds: Buffer::new(gpu, "search-crowds", 4, 2)?,
             classes: words("search-classes")?,
             keys: words("search-keys")?,
             values: words("search-values")?,
@@ -107,8 +108,9 @@ impl Search {
         let columns = bodies.next_power_of_two().max(LEAST_COLUMNS);
         self.reserve(gpu, bodies, columns)?;
         let mut record = gpu.record();
-        record.stage("broad phase");
+        record.stage("search: order");
         self.order(&mut record, [cell, remainder, boxes], bodies, columns)?;
+        record.stage("search: find");
         self.find(&mut record, bodies, columns, false);
         self.scan.exclusive(&mut record, &self.counts, &self.first, bodies)?;
         let count = self.total(gpu, &mut record, bodies)?;
@@ -119,6 +121,7 @@ impl Search {
         if count > 0 {
             self.find(&mut record, bodies, columns, true);
         }
+        record.stage("search: lists");
         self.connect(&mut record, bodies, count)?;
         record.submit()?;
         self.count = count;
@@ -174,6 +177,7 @@ impl Search {
         let words = [bodies as u32, (columns - 1) as u32, 0, 0];
         let parameters = bytemuck::bytes_of(&words);
         record.clear(&self.survey, 0..4 * SURVEY_WORDS);
+        record.clear(&self.crowds, 0..8);
         record.clear(&self.counts, 0..4 * columns);
         let buffers = [cell, remainder, boxes, &self.classes, &self.survey];
         record.run(&self.kernels.classify, parameters, &buffers, bodies);
@@ -193,23 +197,24 @@ impl Search {
         let words = [bodies as u32, (columns - 1) as u32, u32::from(fill), large as u32];
         let list = if fill { &self.first } else { &self.counts };
         let [cells, remainders, extents] = &self.sorted;
-        let buffers = [cells, remainders, extents, &self.columns, &self.survey, list, &self.pairs];
+        let buffers = [cells, remainders, extents, &self.columns, &self.survey, list, &self.pairs, &self.crowds];
         record.run(&self.kernels.find, bytemuck::bytes_of(&words), &buffers, bodies);
     }
 
     /// Waits for the number of pairs.
     fn total(&self, gpu: &Gpu, record: &mut Recorder<'_>, bodies: u64) -> Result<u64, GpuError> {
-        let read = record.read(&[(&self.survey, 4..8), (&self.first, 4 * bodies..4 * bodies + 4)])?;
+        let read =
+            record.read(&[(&self.survey, 4..8), (&self.crowds, 0..4), (&self.first, 4 * bodies..4 * bodies + 4)])?;
         let word = |k: usize| read[k].as_chunks().0.first().map_or(0, |bytes| u32::from_le_bytes(*bytes));
-        let (flags, count) = (word(0), word(1));
+        let (far, faults, count) = (word(0), word(1), word(2));
         let unsupported = |what: &str| Err(GpuError::Unsupported { what: what.into() });
-        if flags & FAR != 0 {
+        if far != 0 {
             return unsupported("room for a body so far from the origin");
         }
-        if flags & CROWDED != 0 {
+        if faults & CROWDED != 0 {
             return unsupported("search where 60,000 boxes lie about one");
         }
-        if flags & TOO_MANY != 0 {
+        if faults & TOO_MANY != 0 {
             let (needs, has) = (8 * TOO_MANY_PAIRS, 8 * gpu.most_elements(8));
             return Err(GpuError::Limit { what: "pairs".into(), needs, has, adapter: gpu.name().into() });
         }
