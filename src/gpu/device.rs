@@ -75,6 +75,7 @@ pub struct Gpu {
     pub(super) timer: Mutex<Option<Timer>>,
     warnings: Vec<String>,
     least_capacity: AtomicU64,
+    patience_ms: AtomicU64,
 }
 
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -131,6 +132,7 @@ impl Gpu {
             timer: Mutex::default(),
             warnings: Vec::new(),
             least_capacity: AtomicU64::new(1024),
+            patience_ms: AtomicU64::new(PATIENCE.as_millis() as u64),
         };
         gpu.warnings = self_test::run(&gpu)?;
         *lock(&gpu.counters) = Counters::default();
@@ -213,6 +215,17 @@ impl Gpu {
         self.least_capacity.load(Ordering::Relaxed)
     }
 
+    /// Waits for the device no longer than this, instead of two minutes.
+    pub fn set_patience(&self, patience: Duration) {
+        self.patience_ms.store(patience.as_millis() as u64, Ordering::Relaxed);
+    }
+
+    /// Gives the device up: whatever is asked of it from now on is answered by [`GpuError::Lost`].
+    pub fn destroy(&self) {
+        self.device.destroy();
+        self.shared.fail(GpuError::Lost { reason: "it was given up".into() });
+    }
+
     /// Begins to record work.
     pub fn record(&self) -> Recorder<'_> {
         Recorder::new(self)
@@ -248,7 +261,8 @@ impl Gpu {
     /// [`GpuError::Hang`] after two minutes, or the fault that the device reported.
     pub fn wait(&self) -> Result<(), GpuError> {
         let begun = Instant::now();
-        let polled = self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(PATIENCE) });
+        let timeout = Some(Duration::from_millis(self.patience_ms.load(Ordering::Relaxed)));
+        let polled = self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout });
         self.health()?;
         match polled {
             Ok(_) => Ok(()),

@@ -5,6 +5,7 @@
 mod broad_phase;
 mod device;
 mod separation;
+mod faults;
 mod lattice;
 mod sort;
 mod runs;

@@ -1,0 +1,118 @@
+//! What goes wrong with a device is a typed error that says what to do, and costs no more than what was not yet written.
+
+use crate::device::device;
+use relcp::gpu::{Buffer, Choice, Gpu, GpuError, Kernel, Precision, Source, adapters};
+use relcp::record::{Folder, Run, RunError, read_state};
+use relcp::relcp::{Compute, Fault, Simulation};
+use relcp::scene;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A device of a test's own, to be spoilt.
+fn own() -> Option<Arc<Gpu>> {
+    let name = device()?.name().to_owned();
+    Some(Arc::new(Gpu::open(&Choice { name: Some(name), software: true, ..Choice::default() }).unwrap()))
+}
+
+#[test]
+fn an_adapter_that_is_not_there_is_said_with_those_that_are() {
+    let Some(gpu) = device() else { return };
+    let choice = Choice { name: Some("no such adapter".into()), software: true, ..Choice::default() };
+    let fault = Gpu::open(&choice).err().unwrap();
+    assert!(matches!(fault, GpuError::NoAdapter { .. }));
+    let text = fault.to_string();
+    assert!(text.contains("no such adapter") && text.contains(gpu.name()) && text.contains("--backend cpu"), "{text}");
+}
+
+#[test]
+fn the_report_of_adapters_names_the_one_that_is_taken() {
+    let Some(gpu) = device() else { return };
+    let choice = Choice { name: Some(gpu.name().to_owned()), software: true, ..Choice::default() };
+    let all = adapters(&choice);
+    let taken: Vec<_> = all.iter().filter(|a| a.taken).collect();
+    assert_eq!(taken.len(), 1);
+    assert_eq!((taken[0].name.as_str(), taken[0].driver.as_str()), (gpu.name(), gpu.driver()));
+    assert_eq!(taken[0].f64, gpu.has_f64());
+    assert!(taken[0].lacks.is_empty() && taken[0].storage_buffers >= 8);
+}
+
+#[test]
+fn a_device_opened_with_the_least_limits_runs_a_scene() {
+    let Some(gpu) = device() else { return };
+    let choice = Choice { name: Some(gpu.name().to_owned()), software: true, default_limits: true };
+    let gpu = Arc::new(Gpu::open(&choice).unwrap());
+    assert_eq!(gpu.most_elements(1), 128 << 20);
+    let scene = scene::load("three-capsules", &[]).unwrap();
+    let bodies = scene.build().unwrap();
+    let compute = Compute::Gpu { gpu, precision: Precision::F32 };
+    let mut simulation = Simulation::new_on(&compute, scene, bodies).unwrap();
+    while !simulation.done() {
+        simulation.step().unwrap();
+    }
+}
+
+#[test]
+fn a_buffer_beyond_the_limit_is_refused_before_it_is_made() {
+    let Some(gpu) = device() else { return };
+    let fault = Buffer::new(gpu, "too much", 16, 1 << 40).err().unwrap();
+    let GpuError::Limit { needs, has, .. } = &fault else { panic!("{fault}") };
+    assert!(*needs == 16 << 40 && *has >= 128 << 20);
+    assert!(fault.to_string().contains("too much"));
+    gpu.health().unwrap();
+}
+
+#[test]
+fn a_wrong_kernel_is_refused_with_its_place() {
+    let Some(gpu) = device() else { return };
+    let source = Source::new("wrong", Precision::F32).text("fn f() -> real { return nothing; }");
+    let fault = Kernel::new(gpu, &source).err().unwrap();
+    let text = fault.to_string();
+    assert!(matches!(fault, GpuError::Kernel { .. }) && text.contains("nothing") && text.contains("wgsl:"), "{text}");
+    gpu.health().unwrap();
+}
+
+#[test]
+fn a_lost_device_ends_the_run_and_keeps_its_checkpoint() {
+    let Some(gpu) = own() else { return };
+    let place = tempfile::tempdir().unwrap();
+    let scene = scene::load("two-ellipsoids", &["time.dt=0.05".into()]).unwrap();
+    let bodies = scene.build().unwrap();
+    let compute = Compute::Gpu { gpu: gpu.clone(), precision: Precision::F32 };
+    let simulation = Simulation::new_on(&compute, scene, bodies).unwrap();
+    let folder = Folder::create(&place.path().join("run")).unwrap();
+    let mut run = Run::start(simulation, folder.clone(), Duration::ZERO).unwrap();
+    for _ in 0..5 {
+        run.advance().unwrap();
+    }
+    run.checkpoint().unwrap();
+    run.advance().unwrap();
+    gpu.destroy();
+    let fault = run.advance().unwrap_err();
+    assert!(matches!(fault, RunError::Fault(Fault::Device(GpuError::Lost { .. }))), "{fault}");
+    assert!(fault.to_string().contains("--resume"));
+    drop(run);
+    assert_eq!(read_state(&folder.checkpoint()).unwrap().1.step, 5);
+}
+
+#[test]
+fn a_device_that_does_not_answer_is_given_up() {
+    let Some(gpu) = own() else { return };
+    let text = "
+@group(0) @binding(0) var<storage, read_write> out: array<u32>;
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    var state = id.x;
+    for (var k = 0u; k < 60000u; k += 1u) { state = state * 1664525u + out[0] + 1013904223u; }
+    out[1u + id.x % 8u] = state;
+}";
+    let kernel = Kernel::new(&gpu, &Source::new("long", Precision::F32).text(text)).unwrap();
+    let out = Buffer::new(&gpu, "out", 4, 64).unwrap();
+    let mut record = gpu.record();
+    record.run(&kernel, &[], &[&out], 1);
+    record.read(&[(&out, 0..4)]).unwrap();
+    gpu.set_patience(Duration::from_millis(2));
+    record.run(&kernel, &[], &[&out], 400_000);
+    let fault = record.read(&[(&out, 0..4)]).unwrap_err();
+    assert!(matches!(fault, GpuError::Hang { .. }), "{fault}");
+    assert_eq!(gpu.health().unwrap_err(), fault);
+}
