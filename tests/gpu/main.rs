@@ -8,5 +8,6 @@ mod separation;
 mod faults;
 mod lattice;
 mod sort;
+mod rows;
 mod runs;
 mod steps;

@@ -1,0 +1,110 @@
+//! Rows, body by body lists, and the trial, kernel by kernel, against the CPU's, at the step's start and appended at a trial.
+
+use crate::device::{device, precisions};
+use relcp::backend::gpu::Device;
+use relcp::backend::{Backend, cpu::Cpu};
+use relcp::freedom::{PLANAR, SPATIAL};
+use relcp::gpu::Precision;
+use relcp::lcp::Problem;
+use relcp::relcp::State;
+use relcp::scene::{self, Scene};
+
+/// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to the sizes of bodies (about two) and of what
+/// they move by in the step. The worst seen are 3e-6 and 2e-7 in f32, 3e-15 and 1e-15 in f64.
+const BOUNDS: [(Precision, f64, f64); 2] = [(Precision::F32, 1e-5, 5e-7), (Precision::F64, 1e-13, 1e-13)];
+
+/// Bodies that will overlap within one step when nothing holds them: no iteration is allowed, so the trial is the free motion on both.
+fn scenes() -> Vec<Scene> {
+    let crowd = |name: &str, shape: &str, more: &str| {
+        let text = format!(
+            r#"{{"name": "{name}", "seed": 4, "time": {{"dt": 1.5, "end": 15}}, "solver": {{"max_iterations": 1}}, "forces": [{{"radial_inward": {{}}}}],
+            "generate": [{{"isotropic": {{"count": 60, "shape": {shape}, "volume_fraction": 0.15}}}}] {more}}}"#
+        );
+        scene::parse(&text, name).unwrap()
+    };
+    let density = r#", "dynamics": {"inertial": {"density": 12}}"#;
+    vec![
+        crowd("rods", r#"{"spherocylinder": {"diameter": 0.5, "length": 2}}"#, ""),
+        crowd("ellipsoids", r#"{"ellipsoid": {"radii": [0.5, 0.8, 1.1]}}"#, ""),
+        crowd("inertial rods", r#"{"spherocylinder": {"diameter": 0.6, "length": 1.5}}"#, density),
+        crowd("discs", r#"{"sphere": {"radius": 0.5}}"#, r#", "planar": true"#),
+    ]
+}
+
+/// Rows in an order of their own: by pair, the rows of a pair in the order made, each with its pair's smaller body first.
+fn sorted<const D: usize>(problem: &Problem<D>) -> Vec<([u32; 2], [[f64; D]; 2], f64)> {
+    let row = |i: usize| {
+        let ([a, b], [ja, jb]) = (problem.pair[i], problem.jacobian[i]);
+        if a < b { ([a, b], [ja, jb], problem.q[i]) } else { ([b, a], [jb, ja], problem.q[i]) }
+    };
+    let mut rows: Vec<_> = (0..problem.q.len()).map(row).collect();
+    rows.sort_by_key(|row| row.0);
+    rows
+}
+
+fn compare<const D: usize>(what: &str, device: &Device, cpu: &Cpu<D>, (blocks, lengths): (f64, f64)) {
+    let (ours, gamma) = device.lcp::<D>().unwrap();
+    let theirs = cpu.lcp().0;
+    let (a, b) = (sorted(&ours), sorted(theirs));
+    assert!(a.len() > 20, "{what}: {} rows", a.len());
+    assert_eq!(a.iter().map(|r| r.0).collect::<Vec<_>>(), b.iter().map(|r| r.0).collect::<Vec<_>>(), "{what}");
+    assert!(gamma.iter().all(|g| *g >= 0.0));
+    let entries = |r: &([u32; 2], [[f64; D]; 2], f64)| r.1.as_flattened().to_vec();
+    let largest = b.iter().flat_map(entries).fold(0.0, |m: f64, x| m.max(x.abs()));
+    let pairs = || a.iter().zip(&b);
+    let block = pairs().flat_map(|(p, q)| entries(p).into_iter().zip(entries(q))).map(|(x, y)| (x - y).abs());
+    let block = block.fold(0.0, f64::max) / largest;
+    let size = b.iter().fold(2.0, |m: f64, r| m.max(r.2.abs()));
+    let length = pairs().map(|(p, q)| (p.2 - q.2).abs()).fold(0.0, f64::max) / size;
+    println!("{what}: {} rows, blocks within {block:.1e}, q within {length:.1e}", a.len());
+    assert!(block <= blocks && length <= lengths, "{what}: {block:e} {length:e}");
+    // Each body's list is exactly where its rows are, ascending.
+    let mut expected = vec![Vec::new(); ours.bodies];
+    for (row, pair) in ours.pair.iter().enumerate() {
+        (0..2).for_each(|side| expected[pair[side] as usize].push((2 * row + side) as u32));
+    }
+    assert_eq!(device.incidence().unwrap(), expected, "{what}");
+}
+
+fn check<const D: usize>(scene: &Scene) {
+    let Some(gpu) = device() else { return };
+    let state = || State { step: 0, next_id: 1000, bodies: scene.build().unwrap(), warm: Vec::new() };
+    for (precision, blocks, lengths) in BOUNDS.into_iter().filter(|b| precisions(gpu).contains(&b.0)) {
+        let mut ours = Device::new(gpu.clone(), precision, scene, state()).unwrap();
+        let mut cpu = Cpu::<D>::new(scene, state()).unwrap();
+        let what = format!("{} {precision:?}", scene.name);
+        ours.begin().unwrap();
+        cpu.begin().unwrap();
+        ours.append_near().unwrap();
+        cpu.append_near().unwrap();
+        compare(&format!("{what}, first rows"), &ours, &cpu, (blocks, lengths));
+        // No solve: the multipliers are zero, and so is the contact velocity.
+        let (here, there) = (ours.trial().unwrap(), cpu.trial().unwrap());
+        println!("{what}: worst overlap {:.6} and {:.6}, {} violations", here.worst, there.worst, there.violations);
+        assert!((here.worst - there.worst).abs() < (2.0 * lengths).max(1e-7 * there.worst) && there.violations > 10);
+        assert_eq!(here.violations, there.violations, "{what}");
+        assert_eq!(here.pair.map(|[a, b]| [a.min(b), a.max(b)]), there.pair, "{what}");
+        ours.append_violations().unwrap();
+        cpu.append_violations().unwrap();
+        compare(&format!("{what}, appended rows"), &ours, &cpu, (blocks, lengths));
+        ours.accept().unwrap();
+        cpu.accept().unwrap();
+        let (a, b) = (ours.state().unwrap(), cpu.state().unwrap());
+        let pairs = a.bodies.position.iter().zip(&b.bodies.position);
+        let off = pairs.map(|(x, y)| (*x - *y).length() / (2.0 + x.length())).fold(0.0, f64::max);
+        let turn = |i: usize| {
+            let (p, q) = (a.bodies.orientation[i], b.bodies.orientation[i]);
+            (p - q).length().min((p + q).length())
+        };
+        let turned = (0..a.bodies.len()).map(turn).fold(0.0, f64::max);
+        println!("{what}: positions within {off:.1e}, orientations within {turned:.1e}");
+        assert!(off < lengths && turned < lengths, "{what}: {off:e} {turned:e}");
+    }
+}
+
+#[test]
+fn rows_and_trials_are_the_cpus() {
+    for scene in scenes() {
+        if scene.planar { check::<PLANAR>(&scene) } else { check::<SPATIAL>(&scene) }
+    }
+}
