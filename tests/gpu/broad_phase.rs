@@ -203,13 +203,19 @@ fn lattices_that_touch_exactly() {
 
 #[test]
 fn extents_that_floats_do_not_hold_touch_where_they_do() {
-    // Seven tenths as a 32-bit float is less than seven tenths: without slack these pairs would be lost.
-    for offset in [0.0, 1e5] {
-        let body = |k: i32| Body::new(DVec3::new(offset + 1.4 * f64::from(k), 0.0, 0.0), DVec3::splat(0.7));
-        let Some(gpu) = device() else { return };
-        let lattice = Lattice::for_thickness(1.4).unwrap();
-        let found = check_on(gpu, Precision::F32, false, lattice, &(0..500).map(body).collect::<Vec<_>>());
-        assert_eq!(found.pairs.len(), 499);
+    // Half extents, their sums and distances are all rounded: without slack many of these pairs would be lost.
+    let Some(gpu) = device() else { return };
+    let lattice = Lattice::for_thickness(0.2).unwrap();
+    for offset in [0.0, 3e4] {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let (mut x, mut bodies) = (offset, Vec::new());
+        for _ in 0..500 {
+            let half = 0.1 + 0.9 * rng.random::<f64>();
+            bodies.push(Body::new(DVec3::new(x + half, 0.0, 0.0), DVec3::splat(half)));
+            x += 2.0 * half;
+        }
+        assert_eq!(check_on(gpu, Precision::F32, false, lattice, &bodies).pairs.len(), 499);
+        assert_eq!(check_on(gpu, Precision::F32, true, lattice, &bodies).pairs.len(), 499);
     }
 }
 
