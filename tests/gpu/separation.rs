@@ -4,6 +4,8 @@
 //! normal, are held to 2e-6 in 32 bits and to 1e-11 in 64. Points sideways and normals are only as well defined as the surfaces are curved:
 //! a point of a disc of aspect 1000 moves by 1000 radii where its normal turns by one radian, and a normal at a tip the other way round.
 
+#![allow(clippy::unwrap_used)]
+
 mod harness;
 mod poses;
 
