@@ -129,7 +129,7 @@ pub fn planar(count: usize, aspect: f64) -> Vec<Pose> {
         let angle: f64 = random.random_range(0.0..TAU);
         let reach = random.random_range(0.0..1.0) * a.shape.bounding_radius();
         b.position = DVec3::new(angle.cos(), angle.sin(), 0.0) * reach;
-        if i % 2 == 0 {
+        if i.is_multiple_of(2) {
             let target = random.random_range(-0.2..0.5);
             for _ in 0..4 {
                 let s = planar_separation(&a, &b, None).unwrap();
@@ -146,7 +146,7 @@ pub fn rings(count: usize) -> Vec<Pose> {
     let mut random = ChaCha8Rng::seed_from_u64(11);
     let mut make = |round: usize| {
         let tilt = direction(&mut random) * 10f64.powf(random.random_range(-12.0..0.0));
-        let major_radius = if round % 2 == 0 { 1.0 } else { 10f64.powf(random.random_range(-2.0..2.0)) };
+        let major_radius = if round.is_multiple_of(2) { 1.0 } else { 10f64.powf(random.random_range(-2.0..2.0)) };
         let ring = |major_radius, position, orientation| Placed {
             shape: Shape::Torus { major_radius, minor_radius: 1e-3 },
             position,
@@ -162,7 +162,7 @@ pub fn rings(count: usize) -> Vec<Pose> {
         };
         let rotation = turn(&mut random);
         let mut other = ring(1.0, rotation * position, rotation * orientation);
-        if round % 5 == 0 {
+        if round.is_multiple_of(5) {
             other.shape = Shape::Spherocylinder { diameter: 1e-3, length: 2.0 };
         }
         Pose::new(ring(major_radius, DVec3::ZERO, rotation), other)
