@@ -3,3 +3,4 @@
 //! Without an adapter these tests are skipped, each with a visible line, unless `RELCP_REQUIRE_GPU` is set: then they fail.
 
 mod device;
+mod lcp;
