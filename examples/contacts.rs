@@ -14,10 +14,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     while !simulation.done() {
         simulation.step()?;
     }
-    let bodies = &simulation.state().bodies;
+    let bodies = &simulation.state()?.bodies;
     let mut count = vec![0; bodies.len()];
     let mut overlap: f64 = 0.0;
-    for ([a, b], pair) in simulation.contacts(TOUCHING) {
+    for ([a, b], pair) in simulation.contacts(TOUCHING)? {
         count[a] += 1;
         count[b] += 1;
         overlap = overlap.max(-pair.separation);

@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     while !simulation.done() {
         worst = worst.max(simulation.step()?.max_overlap);
     }
-    println!("upright: {before:.3} at the start, {:.3} at the end", upright(&simulation.state().bodies));
+    println!("upright: {before:.3} at the start, {:.3} at the end", upright(&simulation.state()?.bodies));
     println!("largest overlap of any step: {worst:.1e}");
     Ok(())
 }

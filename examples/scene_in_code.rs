@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let report = simulation.step()?;
         assert!(report.within(1e-6));
     }
-    let [upper, lower] = [0, 1].map(|i| simulation.state().bodies.position[i].z);
+    let [upper, lower] = [0, 1].map(|i| simulation.state()?.bodies.position[i].z);
     println!("the axes end {:.6} apart, one diameter being 0.5", upper - lower);
     Ok(())
 }

@@ -59,6 +59,7 @@ pub mod render;
 pub mod scene;
 pub mod separation;
 pub mod shape;
+pub mod study;
 
 /// The README's example compiles and runs with the others.
 #[cfg(doctest)]

@@ -60,7 +60,7 @@ fn rows(folder: &Path) -> Vec<String> {
 fn help_and_version() {
     let place = Place::new();
     let help = place.relcp(&["run", "--help"]).expect(0).out;
-    assert!(help.contains("Examples:") && help.contains("--resume") && !help.contains("gpu"), "{help}");
+    assert!(help.contains("Examples:") && help.contains("--resume") && help.contains("gpu"), "{help}");
     assert!(place.relcp(&["--version"]).expect(0).out.contains(env!("CARGO_PKG_VERSION")));
 }
 
@@ -71,7 +71,8 @@ fn bad_arguments_are_status_2_and_write_nothing() {
         &["run"] as &[&str],
         &["walk"],
         &["run", "rods.json", "--threads", "0"],
-        &["run", "rods.json", "--precision", "f32"],
+        &["run", "rods.json", "--backend", "cpu", "--precision", "f32"],
+        &["run", "rods.json", "--backend", "cpu", "--adapter", "x"],
         &["run", "rods.json", "--backend", "tpu"],
         &["run", "--resume"],
         &["run", "rods.json", "--set", "time.dtt=1"],
@@ -113,11 +114,12 @@ fn files_that_cannot_be_read_or_written_are_status_4() {
 }
 
 #[test]
-fn a_gpu_is_status_5() {
+fn an_adapter_that_is_not_there_is_status_5() {
     let place = Place::new();
-    let ran = place.relcp(&["run", "rods.json", "--backend", "gpu"]).expect(5);
-    assert!(ran.err.contains("no GPU backend"), "{}", ran.err);
+    let ran = place.relcp(&["run", "rods.json", "--backend", "gpu", "--adapter", "no such adapter"]).expect(5);
+    assert!(ran.err.contains("no usable adapter named no such adapter"), "{}", ran.err);
     assert!(!place.at("runs").exists());
+    place.relcp(&["devices", "--adapter", "no such adapter"]).expect(5);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The verbs of a timestep. A backend holds the state and carries them out; `relcp::step` says in which order.
 
 pub mod cpu;
+pub mod gpu;
 
 use crate::lcp::Outcome;
 use crate::relcp::{Fault, Phases, State};
@@ -34,8 +35,20 @@ pub trait Backend: Send {
     fn accept(&mut self) -> Result<Phases, Fault>;
     /// How many rows there are.
     fn constraints(&self) -> usize;
-    /// The state after the last accepted step.
-    fn state(&self) -> &State;
+    /// Steps accepted so far, those before a resumption too.
+    fn steps(&self) -> u64;
+    /// Bodies after the last accepted step.
+    fn bodies(&self) -> usize;
+    /// The state after the last accepted step; from a device it is read at the first call after a step.
+    fn state(&self) -> Result<&State, Fault>;
     /// Adds an external force.
     fn add_force(&mut self, force: Box<dyn crate::dynamics::ForceField>);
+    /// The device that computes, where one does.
+    fn device(&self) -> Option<&crate::gpu::Gpu> {
+        None
+    }
+    /// The numbers that it computes with.
+    fn precision(&self) -> crate::gpu::Precision {
+        crate::gpu::Precision::F64
+    }
 }

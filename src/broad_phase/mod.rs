@@ -5,6 +5,7 @@
 
 mod brute_force;
 mod candidates;
+pub mod gpu;
 mod grid;
 mod levels;
 mod pair_order;

@@ -1,6 +1,5 @@
 //! The program's arguments.
 
-use clap::builder::PossibleValue;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -22,7 +21,7 @@ Exit status:
   2    bad arguments or a bad scene; nothing was written
   3    the run went to its end, but some step did not meet its tolerances (the summary says which)
   4    a file could not be read or written
-  5    no usable adapter
+  5    no usable adapter, or the device was lost
   130  interrupted; a checkpoint was written";
 
 #[derive(Debug, Subcommand)]
@@ -35,6 +34,10 @@ pub(super) enum Command {
     Check(Check),
     /// Print the pairs of bodies that are near or overlap
     Contacts(Contacts),
+    /// Measure, and write tables
+    Study(Study),
+    /// List the adapters of this machine, and which one would be taken
+    Devices(Devices),
     /// Print the JSON Schema of scene files
     Schema,
 }
@@ -42,41 +45,30 @@ pub(super) enum Command {
 /// How to compute.
 #[derive(Args, Debug)]
 pub(super) struct Compute {
-    /// What computes
+    /// What computes: auto takes a hardware GPU if there is one, else the CPU; gpu takes a software adapter too
     #[arg(long, value_enum, default_value = "auto")]
     pub(super) backend: Backend,
-    /// Which numbers to compute with
-    #[arg(long, value_enum, default_value = "f64")]
-    pub(super) precision: Precision,
+    /// The adapter, by a part of its name; `relcp devices` lists them
+    #[arg(long, value_name = "NAME")]
+    pub(super) adapter: Option<String>,
+    /// Which numbers to compute with; without it f32 on a GPU and f64 on the CPU
+    #[arg(long, value_enum)]
+    pub(super) precision: Option<Precision>,
     /// How many threads; without it, one a core. The results are the same bits for any number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(super) threads: Option<u16>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Backend {
     Auto,
     Cpu,
     Gpu,
 }
 
-impl ValueEnum for Backend {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Backend::Auto, Backend::Cpu, Backend::Gpu]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(match self {
-            Backend::Auto => PossibleValue::new("auto"),
-            Backend::Cpu => PossibleValue::new("cpu"),
-            // Known, so that it is answered with the status for a missing adapter; not offered.
-            Backend::Gpu => PossibleValue::new("gpu").hide(true),
-        })
-    }
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Precision {
+    F32,
     F64,
 }
 
@@ -118,7 +110,7 @@ pub(super) struct Run {
     /// or the latest of this scene in runs/
     #[arg(long)]
     pub(super) resume: bool,
-    /// Print where the time went and the most memory held
+    /// Print where the time went and the most memory held; on a device also pipelines, buffers, dispatches and read-backs
     #[arg(long)]
     pub(super) profile: bool,
     #[command(flatten)]
@@ -135,6 +127,42 @@ pub(super) struct Scenes {
     /// List them as JSON
     #[arg(long)]
     pub(super) json: bool,
+}
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum StudyName {
+    /// What a step costs by the number of bodies, on the CPU and on a device
+    Throughput,
+    /// All of them
+    All,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  relcp study throughput --backend gpu --largest 131072")]
+pub(super) struct Study {
+    /// Which study
+    #[arg(value_enum)]
+    pub(super) name: StudyName,
+    /// The largest number of bodies
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    pub(super) largest: usize,
+    /// Where the tables go
+    #[arg(long, value_name = "DIR", default_value = "studies")]
+    pub(super) out: PathBuf,
+    #[command(flatten)]
+    pub(super) compute: Compute,
+    #[command(flatten)]
+    pub(super) print: Print,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Devices {
+    /// Which one would be taken of those with this in their names
+    #[arg(long, value_name = "NAME")]
+    pub(super) adapter: Option<String>,
+    #[command(flatten)]
+    pub(super) print: Print,
 }
 
 #[derive(Args, Debug)]

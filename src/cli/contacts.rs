@@ -27,7 +27,8 @@ struct Report {
 }
 
 pub(super) fn contacts(arguments: &Contacts) -> Result<Exit, CliError> {
-    super::run::prepare(&arguments.compute)?;
+    // Always in f64 on the CPU: it is what other results are audited by.
+    super::compute::set_threads(&arguments.compute)?;
     let report = find(&open(&arguments.state)?, arguments.cutoff);
     if arguments.print.json {
         output::json(&report)?;

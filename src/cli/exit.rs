@@ -1,10 +1,12 @@
 //! Exit statuses, and what leads to them.
 
 use crate::record::{RecordError, RunError};
+use crate::gpu::GpuError;
 use crate::relcp::Fault;
 use crate::scene::SceneError;
 use miette::Diagnostic;
 use std::io;
+use crate::study::StudyError;
 use thiserror::Error;
 
 /// How the program ends.
@@ -20,7 +22,7 @@ pub(super) enum Exit {
     OutOfTolerance = 3,
     /// A file could not be read or written.
     File = 4,
-    /// No usable adapter.
+    /// No usable adapter, or a device that failed.
     Device = 5,
     /// Interrupted; a checkpoint is written.
     Interrupted = 130,
@@ -55,21 +57,33 @@ pub(super) enum CliError {
     #[error("there is no built-in scene `{0}`")]
     #[diagnostic(help("`relcp scenes` lists them"))]
     NoScene(String),
-    #[error("this build has no GPU backend")]
-    #[diagnostic(help("leave --backend out, or say --backend cpu"))]
-    NoGpu,
+    #[error(transparent)]
+    Device(#[from] GpuError),
+    #[error(transparent)]
+    Study(#[from] StudyError),
     #[error("could not write to standard output")]
     Output(#[source] io::Error),
 }
 
 impl CliError {
+    /// A simulation that cannot be started.
+    pub(super) fn start(fault: Fault) -> CliError {
+        match fault {
+            Fault::Device(fault) => CliError::Device(fault),
+            fault => CliError::Start(fault),
+        }
+    }
+
     pub(super) fn exit(&self) -> Exit {
         match self {
             CliError::Scene(error) => Exit::of(error.exit_code()),
             CliError::Record(error) | CliError::Run(RunError::Record(error)) => Exit::of(error.exit_code()),
+            CliError::Run(RunError::Fault(Fault::Device(_))) | CliError::Device(_) => Exit::Device,
             CliError::Run(RunError::Fault(_)) => Exit::Internal,
+            CliError::Study(StudyError::Gpu(_) | StudyError::Fault(Fault::Device(_))) => Exit::Device,
+            CliError::Study(StudyError::Io { .. }) => Exit::File,
+            CliError::Study(_) => Exit::Internal,
             CliError::Start(_) | CliError::Usage(_) | CliError::NoScene(_) => Exit::Usage,
-            CliError::NoGpu => Exit::Device,
             CliError::Output(_) => Exit::File,
         }
     }

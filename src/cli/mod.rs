@@ -1,13 +1,16 @@
 //! The program: arguments, messages and exit statuses around the library.
 
 mod arguments;
+mod compute;
 mod contacts;
+mod devices;
 mod exit;
 mod interrupt;
 mod output;
 mod progress;
 mod run;
 mod scenes;
+mod study;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -35,6 +38,8 @@ fn dispatch(command: Command) -> Result<Exit, CliError> {
         Command::Scenes(arguments) => scenes::scenes(&arguments),
         Command::Check(arguments) => scenes::check(&arguments),
         Command::Contacts(arguments) => contacts::contacts(&arguments),
+        Command::Study(arguments) => study::study(&arguments),
+        Command::Devices(arguments) => devices::devices(&arguments),
         Command::Schema => scenes::schema(),
     }
 }

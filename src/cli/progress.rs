@@ -29,7 +29,7 @@ impl Progress {
         let steps = scene.time.steps();
         let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
             let style = ProgressStyle::with_template("{bar:24} {percent:>3}%  {msg}");
-            let bar = ProgressBar::new(steps).with_position(run.simulation().state().step);
+            let bar = ProgressBar::new(steps).with_position(run.simulation().steps());
             bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
         let growth = scene.growth.map_or(0.0, |growth| growth.rate * scene.time.dt);

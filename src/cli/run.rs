@@ -1,10 +1,12 @@
 //! `relcp run`: steps a scene to its end, or until it is interrupted.
 
-use super::arguments::{Backend, Compute, Run as Arguments};
+use super::arguments::Run as Arguments;
+use super::compute;
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::output;
 use super::progress::Progress;
+use crate::gpu::Profile;
 use crate::record::{Folder, RecordError, Run, RunStatus, Summary};
 use crate::relcp::Simulation;
 use crate::scene::{self, Scene};
@@ -20,17 +22,23 @@ const RUNS: &str = "runs";
 #[derive(Serialize)]
 struct Document<'a> {
     folder: &'a Path,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    profile: Option<&'a Profile>,
     #[serde(flatten)]
     summary: &'a Summary,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
-    prepare(&arguments.compute)?;
+    compute::set_threads(&arguments.compute)?;
     let interrupt = Interrupt::listen();
     let mut run = if arguments.resume { resume(arguments)? } else { start(arguments)? };
     for note in run.notes() {
         output::message(note);
     }
+    if let Some(gpu) = run.simulation().device().filter(|_| arguments.profile) {
+        gpu.start_timing();
+    }
+    let first = run.simulation().steps();
     let mut progress = Progress::new(&run, arguments.print.quiet);
     while !run.done() && !interrupt.asked() {
         let report = run.advance()?;
@@ -38,26 +46,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     }
     progress.end();
     let folder = run.folder().clone();
+    let simulation = run.simulation();
+    let profile = simulation.device().filter(|_| arguments.profile);
+    let profile = profile.map(|gpu| Profile::of(gpu, simulation.steps() - first));
     let summary = run.finish()?;
-    show(arguments, folder.path(), &summary)?;
+    show(arguments, folder.path(), &summary, profile.as_ref())?;
     Ok(match summary.status {
         RunStatus::Done => Exit::Done,
         RunStatus::OutOfTolerance => Exit::OutOfTolerance,
         RunStatus::Interrupted => Exit::Interrupted,
         RunStatus::Fault => Exit::Internal,
     })
-}
-
-/// Settles what computes, and with how many threads.
-pub(super) fn prepare(compute: &Compute) -> Result<(), CliError> {
-    if compute.backend == Backend::Gpu {
-        return Err(CliError::NoGpu);
-    }
-    if let Some(threads) = compute.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
-        pool.map_err(|e| CliError::Usage(format!("{threads} threads cannot be had: {e}")))?;
-    }
-    Ok(())
 }
 
 fn start(arguments: &Arguments) -> Result<Run, CliError> {
@@ -67,7 +66,8 @@ fn start(arguments: &Arguments) -> Result<Run, CliError> {
     let begun = Instant::now();
     let scene = scene::load(source, &arguments.sets)?;
     let bodies = scene.build()?;
-    let simulation = Simulation::new(scene, bodies).map_err(CliError::Start)?;
+    let compute = compute::settle(&arguments.compute, &scene)?;
+    let simulation = Simulation::new_on(&compute, scene, bodies).map_err(CliError::start)?;
     let folder = match &arguments.out {
         Some(path) => Folder::create(path)?,
         None => Folder::create_in(Path::new(RUNS), &simulation.scene().name)?,
@@ -92,7 +92,8 @@ fn resume(arguments: &Arguments) -> Result<Run, CliError> {
             (latest(&scene)?, scene)
         }
     };
-    Ok(Run::resume(scene, folder)?)
+    let compute = compute::settle(&arguments.compute, &scene)?;
+    Ok(Run::resume_on(&compute, scene, folder)?)
 }
 
 fn latest(scene: &Scene) -> Result<Folder, RecordError> {
@@ -107,20 +108,28 @@ fn text_of(path: &Path) -> Result<&str, CliError> {
     path.to_str().ok_or_else(|| CliError::Usage(format!("{}: the path is not Unicode", path.display())))
 }
 
-fn show(arguments: &Arguments, folder: &Path, summary: &Summary) -> Result<(), CliError> {
+fn show(
+    arguments: &Arguments,
+    folder: &Path,
+    summary: &Summary,
+    device: Option<&Profile>,
+) -> Result<(), CliError> {
     if summary.status == RunStatus::Interrupted {
         let on = format!("relcp run --resume --out {}", folder.display());
         output::message(&format!("stopped after step {}; go on with: {on}", summary.steps));
     }
     if arguments.print.json {
-        return output::json(&Document { folder, summary });
+        return output::json(&Document { folder, profile: device, summary });
     }
     if arguments.print.quiet {
         return Ok(());
     }
     output::write(|out| {
         print(out, folder, summary)?;
-        if arguments.profile { profile(out, summary) } else { Ok(()) }
+        if arguments.profile {
+            profile(out, summary)?;
+        }
+        device.map_or(Ok(()), |device| write!(out, "{device}"))
     })
 }
 
@@ -150,6 +159,9 @@ fn print(out: &mut dyn Write, folder: &Path, s: &Summary) -> io::Result<()> {
     let phases = wall.phases().into_iter().filter(|(_, seconds)| *seconds > 0.0);
     let phases: Vec<String> = phases.map(|(name, seconds)| format!("{name} {seconds:.2}")).collect();
     writeln!(out, "  wall time   {:.2} s: {}", wall.total, phases.join(", "))?;
+    if let Some(adapter) = &s.adapter {
+        writeln!(out, "  computed by {adapter}, in {}", s.precision)?;
+    }
     writeln!(out, "  in          {}", folder.display())
 }
 

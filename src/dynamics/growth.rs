@@ -39,30 +39,65 @@ fn divide(bodies: &mut Bodies, mother: usize, growth: &Growth, planar: bool, see
         offset.z = 0.0; // the axis lies in the plane up to rounding, the centres exactly
     }
     let line = bodies.lineage[mother];
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
-    random.set_stream(line.id);
+    let mut random = Turn::stream(seed, line.id);
     let (velocity, angular_velocity) = (bodies.velocity[mother], bodies.angular_velocity[mother]);
     let upper = bodies.push(placed, bodies.group[mother]);
-    for (daughter, shift) in [(mother, -offset), (upper, offset)] {
+    let lines = daughters(&line, time, next_id);
+    for ((daughter, shift), line) in [(mother, -offset), (upper, offset)].into_iter().zip(lines) {
         bodies.shape[daughter] = shape;
         bodies.position[daughter] = placed.position + shift;
-        bodies.orientation[daughter] = (turn(&mut random, growth.reorientation_degrees, planar, placed.orientation)
-            * placed.orientation)
-            .normalize();
+        let turn = Turn::draw(&mut random, growth.reorientation_degrees, planar);
+        bodies.orientation[daughter] = (turn.in_space(planar, placed.orientation) * placed.orientation).normalize();
         bodies.velocity[daughter] = velocity + angular_velocity.cross(shift);
         bodies.angular_velocity[daughter] = angular_velocity;
-        bodies.lineage[daughter] =
-            Lineage { id: *next_id, parent: Some(line.id), birth: time, generation: line.generation + 1 };
-        *next_id += 1;
+        bodies.lineage[daughter] = line;
     }
 }
 
-/// A small random turn: about z in a planar scene, else about a random direction across the axis.
-fn turn(random: &mut ChaCha8Rng, degrees: f64, planar: bool, orientation: DQuat) -> DQuat {
-    let angle = degrees.to_radians() * (2.0 * random.random::<f64>() - 1.0);
-    if planar {
-        return DQuat::from_rotation_z(angle);
+/// The lines of both daughters of a cell that divides at `time`.
+pub(crate) fn daughters(mother: &Lineage, time: f64, next_id: &mut u64) -> [Lineage; 2] {
+    [(); 2].map(|()| {
+        let id = *next_id;
+        *next_id += 1;
+        Lineage { id, parent: Some(mother.id), birth: time, generation: mother.generation + 1 }
+    })
+}
+
+/// A daughter's small random turn: about z in a planar scene, else about a random direction across the axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turn {
+    angle: f64,
+    /// Cosine and sine of the direction across the axis.
+    across: (f64, f64),
+}
+
+impl Turn {
+    /// What a dividing cell's turns are drawn from.
+    pub(crate) fn stream(seed: u64, id: u64) -> ChaCha8Rng {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(id);
+        random
     }
-    let (sin, cos) = (TAU * random.random::<f64>()).sin_cos();
-    DQuat::from_axis_angle(orientation * DVec3::new(cos, sin, 0.0), angle)
+
+    pub(crate) fn draw(random: &mut ChaCha8Rng, degrees: f64, planar: bool) -> Turn {
+        let angle = degrees.to_radians() * (2.0 * random.random::<f64>() - 1.0);
+        if planar {
+            return Turn { angle, across: (0.0, 0.0) };
+        }
+        let (sin, cos) = (TAU * random.random::<f64>()).sin_cos();
+        Turn { angle, across: (cos, sin) }
+    }
+
+    /// The turn in space axes: it comes after the mother's orientation.
+    fn in_space(self, planar: bool, orientation: DQuat) -> DQuat {
+        if planar {
+            return DQuat::from_rotation_z(self.angle);
+        }
+        DQuat::from_axis_angle(orientation * DVec3::new(self.across.0, self.across.1, 0.0), self.angle)
+    }
+
+    /// The turn in body axes, which comes before the mother's orientation; in a planar scene the one in space.
+    pub(crate) fn in_body(self, planar: bool) -> DQuat {
+        self.in_space(planar, DQuat::IDENTITY)
+    }
 }

@@ -10,7 +10,7 @@
 //! The velocity after contact is then `U = U_free + E D gamma` for both, and the LCP matrix is `A = dt D^T E D`.
 
 mod force;
-mod growth;
+pub(crate) mod growth;
 mod inertial;
 mod integrate;
 mod overdamped;

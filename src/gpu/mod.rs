@@ -8,20 +8,35 @@ mod buffer;
 mod device;
 mod error;
 mod kernel;
+mod lattice;
 mod precision;
+mod profile;
 mod recorder;
+mod scan;
 mod self_test;
+mod sort;
 mod source;
+#[cfg(test)]
+mod test_device;
 mod timing;
 
 pub use adapter::{AdapterReport, Choice, adapters};
 pub use buffer::Buffer;
-pub use device::{Counters, Gpu};
+pub use device::{Counters, Gpu, PipelineReport};
 pub use error::GpuError;
 pub use kernel::Kernel;
+#[cfg(test)]
+pub(crate) use kernel::validate;
+pub use lattice::Lattice;
+pub(crate) use lattice::MOST_CELL;
 pub use precision::Precision;
+pub use profile::{BufferUse, Profile};
 pub use recorder::Recorder;
+pub use scan::Scan;
+pub use sort::Sort;
 pub use source::{Fragment, Source, WORKGROUP};
+#[cfg(test)]
+pub(crate) use test_device::{precisions, test_device};
 pub use timing::StageTime;
 
 /// A WGSL fragment of the folder `shaders/`, by its path there.

@@ -107,14 +107,14 @@ impl<'g> Recorder<'g> {
         if let Some(timer) = lock(&self.gpu.timer).as_mut() {
             timer.resolve(&mut encoder);
         }
-        if !self.parameters.is_empty() {
-            let staging = lock(&self.gpu.staging);
-            if let Some(buffer) = &staging.parameters {
-                self.gpu.queue.write_buffer(buffer, 0, &self.parameters);
-            }
-            self.parameters.clear();
+        // The buffer of parameters is shared: no other thread may write it before this submission is in the queue.
+        let staging = lock(&self.gpu.staging);
+        if let Some(buffer) = staging.parameters.as_ref().filter(|_| !self.parameters.is_empty()) {
+            self.gpu.queue.write_buffer(buffer, 0, &self.parameters);
         }
+        self.parameters.clear();
         self.gpu.queue.submit([encoder.finish()]);
+        drop(staging);
         let mut counters = lock(&self.gpu.counters);
         counters.submissions += 1;
         counters.dispatches += std::mem::take(&mut self.dispatches);
@@ -134,6 +134,8 @@ impl<'g> Recorder<'g> {
             self.submit()?;
             return Ok(ranges.iter().map(|_| Vec::new()).collect());
         }
+        // One read-back at a time: they share a buffer.
+        let reading = lock(&self.gpu.reading);
         let staging = self.staging(total)?;
         let mut at = 0;
         for (buffer, range) in ranges {
@@ -156,6 +158,7 @@ impl<'g> Recorder<'g> {
         }
         drop(view);
         staging.unmap();
+        drop(reading);
         if let Some(timer) = lock(&self.gpu.timer).as_mut() {
             timer.collect(self.gpu);
         }

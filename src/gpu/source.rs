@@ -68,6 +68,13 @@ impl Source {
         self
     }
 
+    /// Adds a constant of type `bool`.
+    #[must_use]
+    pub fn flag(mut self, name: &str, value: bool) -> Self {
+        let _ = writeln!(self.text, "const {name}: bool = {value};");
+        self
+    }
+
     /// Adds a constant of type `real`.
     #[must_use]
     pub fn real(mut self, name: &str, value: f64) -> Self {

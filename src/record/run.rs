@@ -11,7 +11,7 @@ use super::steps::Steps;
 use super::summary::{RunStatus, Summary, max_overlap};
 use super::totals::Totals;
 use crate::dynamics::ForceField;
-use crate::relcp::{Simulation, State, StepReport};
+use crate::relcp::{Compute, Fault, Simulation, State, StepReport};
 use crate::render::{View, picture};
 use crate::scene::Scene;
 use std::path::Path;
@@ -55,12 +55,12 @@ pub struct Run {
 
 impl Run {
     /// Starts a run in a new folder. `setup` is the wall time that its bodies took to place.
-    pub fn start(simulation: Simulation, folder: Folder, setup: Duration) -> Result<Self, RecordError> {
+    pub fn start(simulation: Simulation, folder: Folder, setup: Duration) -> Result<Self, RunError> {
         let begun = Instant::now();
         let scene = simulation.scene();
         let steps = Steps::create(&folder.steps())?;
         write_scene(&folder.scene(), &scene.with_defaults())?;
-        let mut totals = Totals { start_max_overlap: max_overlap(&simulation.state().bodies), ..Totals::default() };
+        let mut totals = Totals { start_max_overlap: max_overlap(&simulation.state()?.bodies), ..Totals::default() };
         totals.wall.setup = (setup + begun.elapsed()).as_secs_f64();
         totals.wall.total = totals.wall.setup;
         let (schedule, scene_hash) = (Schedule::new(scene), scene_hash(scene));
@@ -75,6 +75,11 @@ impl Run {
     /// A damaged checkpoint is passed over for the one before it, with a [note](Run::notes). Rows and states after the
     /// checkpoint are removed; the run makes them again.
     pub fn resume(scene: Scene, folder: Folder) -> Result<Self, RunError> {
+        Run::resume_on(&Compute::Cpu, scene, folder)
+    }
+
+    /// As [`Run::resume`], computed by what `compute` says.
+    pub fn resume_on(compute: &Compute, scene: Scene, folder: Folder) -> Result<Self, RunError> {
         let begun = Instant::now();
         let scene_hash = scene_hash(&scene);
         let mut notes = Vec::new();
@@ -95,7 +100,7 @@ impl Run {
             ));
         }
         let schedule = Schedule::new(&scene);
-        let simulation = Simulation::resume(scene, state)?;
+        let simulation = Simulation::resume_on(compute, scene, state)?;
         let steps = Steps::reopen(&folder.steps(), schedule.last_row(header.step))?;
         folder.rewind(header.step)?;
         let mut totals = header.totals.unwrap_or_default();
@@ -162,6 +167,8 @@ impl Run {
         let begun = Instant::now();
         let report = match self.simulation.step() {
             Ok(report) => report,
+            // A device that failed has no state to give: the last checkpoint stays.
+            Err(fault @ Fault::Device(_)) => return Err(fault.into()),
             Err(fault) => {
                 self.close(RunStatus::Fault)?;
                 return Err(fault.into());
@@ -173,7 +180,7 @@ impl Run {
         Ok(report)
     }
 
-    fn record(&mut self, report: &StepReport, wall: Duration) -> Result<(), RecordError> {
+    fn record(&mut self, report: &StepReport, wall: Duration) -> Result<(), RunError> {
         let begun = Instant::now();
         if self.schedule.row_due(report.step) {
             self.steps.push(report, wall.as_secs_f64())?;
@@ -189,15 +196,15 @@ impl Run {
         Ok(())
     }
 
-    fn record_state(&self) -> Result<(), RecordError> {
-        let state = self.simulation.state();
+    fn record_state(&self) -> Result<(), RunError> {
+        let state = self.simulation.state()?;
         let path = self.folder.state(state.step);
         let bytes = encode(state, &self.scene_hash, self.simulation.time(), None).map_err(RecordError::state(&path))?;
-        durable::place(&path, &bytes)
+        Ok(durable::place(&path, &bytes)?)
     }
 
     /// Writes the checkpoint, and keeps the one before it. The rows and states up to it are made to last first.
-    pub fn checkpoint(&mut self) -> Result<(), RecordError> {
+    pub fn checkpoint(&mut self) -> Result<(), RunError> {
         let begun = Instant::now();
         self.steps.sync()?;
         durable::sync_folder(&self.folder.states())?;
@@ -205,7 +212,7 @@ impl Run {
         if path.exists() {
             durable::rename(&path, &self.folder.previous_checkpoint())?;
         }
-        write_state(&path, self.simulation.state(), &self.scene_hash, self.simulation.time(), Some(&self.totals))?;
+        write_state(&path, self.simulation.state()?, &self.scene_hash, self.simulation.time(), Some(&self.totals))?;
         self.last_checkpoint = Instant::now();
         self.count_output(begun);
         Ok(())
@@ -219,7 +226,7 @@ impl Run {
 
     /// Ends the run where it stands: at its end, or before it, to be resumed. Leaves a checkpoint, a picture and the
     /// summary, and the final state where the end is reached.
-    pub fn finish(mut self) -> Result<Summary, RecordError> {
+    pub fn finish(mut self) -> Result<Summary, RunError> {
         let status = match (self.simulation.done(), self.totals.clean()) {
             (false, _) => RunStatus::Interrupted,
             (true, true) => RunStatus::Done,
@@ -228,17 +235,17 @@ impl Run {
         self.close(status)
     }
 
-    fn close(&mut self, status: RunStatus) -> Result<Summary, RecordError> {
+    fn close(&mut self, status: RunStatus) -> Result<Summary, RunError> {
         self.checkpoint()?;
         let begun = Instant::now();
-        let overlap = max_overlap(&self.simulation.state().bodies);
+        let overlap = max_overlap(&self.simulation.state()?.bodies);
         if self.simulation.done() {
-            let bodies = &self.simulation.state().bodies;
+            let bodies = &self.simulation.state()?.bodies;
             let last = self.simulation.scene().final_scene(bodies, self.simulation.time());
             write_scene(&self.folder.last(), &last)?;
         }
         // Before the picture, so that its memory does not count as the simulation's.
-        let mut summary = Summary::new(&self.simulation, &self.totals, &self.scene_hash, status, overlap);
+        let mut summary = Summary::new(&self.simulation, &self.totals, &self.scene_hash, status, overlap)?;
         self.draw()?;
         self.count_output(begun);
         summary.wall_seconds = self.totals.wall;
@@ -246,14 +253,14 @@ impl Run {
         Ok(summary)
     }
 
-    fn draw(&self) -> Result<(), RecordError> {
+    fn draw(&self) -> Result<(), RunError> {
         let [width, height] = PICTURE_SIDES;
         let view = View { width, height, planar: self.simulation.scene().planar, ..View::default() };
         let path = self.folder.picture();
         let mut bytes = Vec::new();
-        let image = picture(&self.simulation.state().bodies, &view);
+        let image = picture(&self.simulation.state()?.bodies, &view);
         image.encode(&mut bytes).map_err(RecordError::io(&path, "pack it"))?;
-        durable::write(&path, &bytes)
+        Ok(durable::write(&path, &bytes)?)
     }
 }
 

@@ -4,7 +4,7 @@ use super::hash::state_hash;
 use super::memory::peak_bytes;
 use super::totals::{OverStep, Totals, UnconvergedStep, WallSeconds};
 use crate::bodies::Bodies;
-use crate::relcp::{Simulation, contacts};
+use crate::relcp::{Fault, Simulation, contacts};
 use crate::scene::{Method, SolverKind, Stepping};
 use serde::Serialize;
 
@@ -155,18 +155,19 @@ impl Summary {
         scene_hash: &str,
         status: RunStatus,
         final_max_overlap: f64,
-    ) -> Self {
-        let (scene, state) = (simulation.scene(), simulation.state());
+    ) -> Result<Self, Fault> {
+        let (scene, state) = (simulation.scene(), simulation.state()?);
+        let device = simulation.device();
         let mean = |sum: u64| if totals.steps == 0 { 0.0 } else { sum as f64 / totals.steps as f64 };
-        Summary {
+        Ok(Summary {
             name: scene.name.clone(),
             status,
             completed: simulation.done(),
             method: method_name(scene.contact.method),
             stepping: scene.time.stepping,
-            backend: "cpu",
-            adapter: None,
-            precision: "f64",
+            backend: if device.is_some() { "gpu" } else { "cpu" },
+            adapter: device.map(|gpu| format!("{} ({})", gpu.name(), gpu.driver())),
+            precision: simulation.precision().name(),
             threads: rayon::current_num_threads(),
             version: env!("CARGO_PKG_VERSION"),
             scene_hash: scene_hash.into(),
@@ -195,8 +196,8 @@ impl Summary {
             },
             solver: SolverSummary::new(scene.solver.kind, totals),
             wall_seconds: totals.wall,
-            peak_bytes: PeakBytes { host: peak_bytes(), device: None },
-        }
+            peak_bytes: PeakBytes { host: peak_bytes(), device: device.map(crate::gpu::Gpu::peak_bytes) },
+        })
     }
 }
 

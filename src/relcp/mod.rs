@@ -5,5 +5,5 @@ mod simulation;
 mod step;
 
 pub use report::{Phases, StepReport};
-pub use simulation::{Fault, Simulation, State, Warm, contacts};
+pub use simulation::{Compute, Fault, Simulation, State, Warm, contacts};
 pub use step::step;

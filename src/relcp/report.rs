@@ -1,6 +1,5 @@
 //! What a step did: the figures that a run logs, sums up and is judged by.
 
-use super::State;
 use crate::backend::Overlap;
 use crate::lcp::Status;
 use std::time::Duration;
@@ -76,9 +75,9 @@ impl Default for StepReport {
 
 impl StepReport {
     /// Records the accepted configuration.
-    pub(super) fn measure(&mut self, overlap: &Overlap, state: &State) {
-        self.step = state.step;
-        self.bodies = state.bodies.len();
+    pub(super) fn measure(&mut self, overlap: &Overlap, step: u64, bodies: usize) {
+        self.step = step;
+        self.bodies = bodies;
         self.max_overlap = overlap.worst;
         self.worst_pair = overlap.pair;
         self.proxy_overlap = overlap.proxy;

@@ -1,16 +1,18 @@
 //! A simulation: a scene's bodies and the backend that steps them.
 
 use super::{StepReport, step};
-use crate::backend::{Backend, cpu::Cpu};
+use crate::backend::{self, Backend, cpu::Cpu};
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid};
 use crate::constraint::RowSourceError;
 use crate::dynamics::ForceField;
 use crate::freedom::{PLANAR, SPATIAL};
+use crate::gpu::{Gpu, GpuError, Precision};
 use crate::scene::Scene;
 use crate::separation::{Separation, separation};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// What a step remembers of a near pair, to start the next step from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,6 +58,24 @@ pub enum Fault {
     /// A body has no multi-sphere proxy of the count that the scene asks for.
     #[error("no multi-sphere proxy: {0}")]
     NoProxy(#[from] RowSourceError),
+    /// The device failed, or cannot do what the scene asks for.
+    #[error(transparent)]
+    Device(#[from] GpuError),
+}
+
+/// What computes the steps.
+#[derive(Clone, Default)]
+pub enum Compute {
+    /// The CPU, in f64.
+    #[default]
+    Cpu,
+    /// A device.
+    Gpu {
+        /// The device.
+        gpu: Arc<Gpu>,
+        /// The numbers that its kernels compute with.
+        precision: Precision,
+    },
 }
 
 /// A scene's bodies and the backend that steps them.
@@ -69,7 +89,7 @@ pub enum Fault {
 ///     let report = simulation.step()?;
 ///     assert!(report.max_overlap <= 1e-5);
 /// }
-/// assert_eq!(simulation.state().bodies.len(), 2);
+/// assert_eq!(simulation.state()?.bodies.len(), 2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Simulation {
@@ -83,10 +103,18 @@ impl Simulation {
     /// # Errors
     /// [`Fault::NoProxy`] where the method is multi-sphere and a body has no proxy of that count.
     pub fn new(scene: Scene, bodies: Bodies) -> Result<Self, Fault> {
+        Self::new_on(&Compute::Cpu, scene, bodies)
+    }
+
+    /// As [`Simulation::new`], computed by what `compute` says.
+    ///
+    /// # Errors
+    /// As [`Simulation::new`], and [`Fault::Device`].
+    pub fn new_on(compute: &Compute, scene: Scene, bodies: Bodies) -> Result<Self, Fault> {
         // A parent's id is taken too, although the parent is no more.
         let taken = bodies.lineage.iter().map(|l| l.id.max(l.parent.unwrap_or(0)));
         let next_id = taken.max().map_or(0, |id| id + 1);
-        Self::resume(scene, State { step: 0, next_id, bodies, warm: Vec::new() })
+        Self::resume_on(compute, scene, State { step: 0, next_id, bodies, warm: Vec::new() })
     }
 
     /// Goes on from a state that a run of the same scene was saved in, to the same bits.
@@ -94,10 +122,21 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new`].
     pub fn resume(scene: Scene, state: State) -> Result<Self, Fault> {
-        let backend: Box<dyn Backend> = if scene.planar {
-            Box::new(Cpu::<PLANAR>::new(&scene, state)?)
-        } else {
-            Box::new(Cpu::<SPATIAL>::new(&scene, state)?)
+        Self::resume_on(&Compute::Cpu, scene, state)
+    }
+
+    /// As [`Simulation::resume`], computed by what `compute` says. On a device the bits may differ from an uninterrupted run's: the
+    /// order of its sums depends on when the candidate pairs were last searched for.
+    ///
+    /// # Errors
+    /// As [`Simulation::new_on`].
+    pub fn resume_on(compute: &Compute, scene: Scene, state: State) -> Result<Self, Fault> {
+        let backend: Box<dyn Backend> = match compute {
+            Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&scene, state)?),
+            Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&scene, state)?),
+            Compute::Gpu { gpu, precision } => {
+                Box::new(backend::gpu::Device::new(gpu.clone(), *precision, &scene, state)?)
+            }
         };
         Ok(Simulation { scene, backend })
     }
@@ -107,22 +146,47 @@ impl Simulation {
         &self.scene
     }
 
-    /// The state after the last accepted step.
-    pub fn state(&self) -> &State {
+    /// The state after the last accepted step. On a device it is read at the first call after a step.
+    ///
+    /// # Errors
+    /// [`Fault::Device`] where the device does not answer.
+    pub fn state(&self) -> Result<&State, Fault> {
         self.backend.state()
+    }
+
+    /// Steps accepted so far, those before a resumption too.
+    pub fn steps(&self) -> u64 {
+        self.backend.steps()
+    }
+
+    /// Bodies after the last accepted step.
+    pub fn bodies(&self) -> usize {
+        self.backend.bodies()
+    }
+
+    /// The numbers that it is computed with.
+    pub fn precision(&self) -> Precision {
+        self.backend.precision()
+    }
+
+    /// The device that computes, where one does.
+    pub fn device(&self) -> Option<&Gpu> {
+        self.backend.device()
     }
 
     /// The time after the last accepted step.
     pub fn time(&self) -> f64 {
-        self.scene.time.after(self.state().step)
+        self.scene.time.after(self.steps())
     }
 
     /// Whether the scene's end is reached.
     pub fn done(&self) -> bool {
-        self.state().step >= self.scene.time.steps()
+        self.steps() >= self.scene.time.steps()
     }
 
     /// Adds an external force, beside the scene's own.
+    ///
+    /// Where a device computes, this force is still computed on the host, from a state that is read back each step.
     pub fn add_force(&mut self, force: Box<dyn ForceField>) {
         self.backend.add_force(force);
     }
@@ -138,8 +202,11 @@ impl Simulation {
     }
 
     /// Every pair of bodies whose separation is at most `cutoff`, sorted by pair. See [`contacts`].
-    pub fn contacts(&self, cutoff: f64) -> Vec<([usize; 2], Separation)> {
-        contacts(&self.state().bodies, cutoff)
+    ///
+    /// # Errors
+    /// As [`Simulation::state`].
+    pub fn contacts(&self, cutoff: f64) -> Result<Vec<([usize; 2], Separation)>, Fault> {
+        Ok(contacts(&self.state()?.bodies, cutoff))
     }
 }
 

@@ -23,7 +23,7 @@ pub fn step(backend: &mut dyn Backend, contact: &Contact) -> Result<StepReport, 
     }
     report.constraints = backend.constraints();
     report.phases = backend.accept()?; // C^k+1
-    report.measure(&overlap, backend.state());
+    report.measure(&overlap, backend.steps(), backend.bodies());
     Ok(report)
 }
 

@@ -12,6 +12,7 @@ mod circle_segment;
 mod circles;
 mod direction;
 mod ellipsoids;
+pub mod gpu;
 mod peak;
 mod planar;
 mod point_ellipsoid;

@@ -1,13 +1,17 @@
 //! The one device of the test process.
 
 use relcp::gpu::{Choice, Gpu, Precision};
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
+
+/// How many tests were skipped.
+static SKIPPED: AtomicUsize = AtomicUsize::new(0);
 
 /// The device, or `None` after a line that says so.
-pub fn device() -> Option<&'static Gpu> {
-    static DEVICE: OnceLock<Result<Gpu, String>> = OnceLock::new();
+pub fn device() -> Option<&'static Arc<Gpu>> {
+    static DEVICE: OnceLock<Result<Arc<Gpu>, String>> = OnceLock::new();
     let name = std::env::var("RELCP_ADAPTER").ok();
-    let open = || Gpu::open(&Choice { name, software: true, ..Choice::default() }).map_err(|e| e.to_string());
+    let open = || Gpu::open(&Choice { name, software: true, ..Choice::default() }).map(Arc::new).map_err(|e| e.to_string());
     match DEVICE.get_or_init(open) {
         Ok(gpu) => Some(gpu),
         Err(why) if std::env::var_os("RELCP_REQUIRE_GPU").is_some() => panic!("a GPU is required: {why}"),
@@ -15,7 +19,8 @@ pub fn device() -> Option<&'static Gpu> {
             let test = std::thread::current().name().unwrap_or("a test").to_owned();
             // Not captured by the test harness, so that what was skipped can be counted.
             use std::io::Write;
-            let _ = writeln!(std::io::stderr(), "SKIP {test}: {why}");
+            let skipped = SKIPPED.fetch_add(1, Ordering::Relaxed) + 1;
+            let _ = writeln!(std::io::stderr(), "SKIP {skipped}: {test}: {why}");
             None
         }
     }

@@ -2,5 +2,11 @@
 //!
 //! Without an adapter these tests are skipped, each with a visible line, unless `RELCP_REQUIRE_GPU` is set: then they fail.
 
+mod broad_phase;
 mod device;
+mod lattice;
 mod lcp;
+mod runs;
+mod separation;
+mod sort;
+mod steps;

@@ -32,7 +32,7 @@ fn assert_within(simulation: &Simulation, reports: &[StepReport]) {
         worst(reports)
     );
     assert_eq!((over, unconverged), (0, 0));
-    let audited = simulation.contacts(0.0).iter().map(|(_, s)| -s.separation).fold(0.0, f64::max);
+    let audited = simulation.contacts(0.0).unwrap().iter().map(|(_, s)| -s.separation).fold(0.0, f64::max);
     assert!(audited <= 1e-5, "the state itself overlaps by {audited:e}");
     assert!((audited - reports.last().unwrap().max_overlap).abs() < 1e-12);
 }
@@ -41,7 +41,7 @@ fn assert_within(simulation: &Simulation, reports: &[StepReport]) {
 fn the_compaction_runs_to_its_end() {
     let (simulation, reports) = run("compaction", &[]);
     assert_within(&simulation, &reports);
-    let positions = &simulation.state().bodies.position;
+    let positions = &simulation.state().unwrap().bodies.position;
     let gyration = (positions.iter().map(|x| x.length_squared()).sum::<f64>() / positions.len() as f64).sqrt();
     println!("radius of gyration {gyration}");
     // 1,000 bodies of volume 8.38: packed at a volume fraction of 0.74 to 0.55 they fill a ball of radius 14 to 15.5.
@@ -52,7 +52,7 @@ fn the_compaction_runs_to_its_end() {
 fn the_colony_grows_to_512_cells_in_the_plane() {
     let (simulation, reports) = run("colony", &[]);
     assert_within(&simulation, &reports);
-    let bodies = &simulation.state().bodies;
+    let bodies = &simulation.state().unwrap().bodies;
     assert_eq!(bodies.len(), 512);
     for i in 0..bodies.len() {
         assert_eq!(bodies.position[i].z, 0.0);
@@ -66,7 +66,7 @@ fn on_chainmail_only_relcp_holds_the_true_surfaces() {
     let sheet = ["generate.0.chainmail.columns=4", "generate.0.chainmail.rows=4"];
     let (simulation, reports) = run("chainmail", &sheet);
     assert_within(&simulation, &reports);
-    let Shape::Torus { minor_radius, .. } = simulation.state().bodies.shape[0] else { unreachable!() };
+    let Shape::Torus { minor_radius, .. } = simulation.state().unwrap().bodies.shape[0] else { unreachable!() };
 
     let proxies = [sheet.as_slice(), &["contact.method={\"multisphere\":{\"count\":32}}"]].concat();
     let (_, spheres) = run("chainmail", &proxies);

@@ -80,7 +80,7 @@ fn positions(scene: Scene, steps: usize) -> Option<Vec<DVec3>> {
         }
         assert!(report.max_overlap <= 1e-5);
     }
-    Some(simulation.state().bodies.position.clone())
+    Some(simulation.state().unwrap().bodies.position.clone())
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn as_dt_falls_the_recursion_stops_after_the_first_solve() {
     let bodies = scene.build().unwrap();
     let mut simulation = Simulation::new(scene.clone(), bodies).unwrap();
     simulation.step().unwrap();
-    let settled = simulation.state().bodies.clone();
+    let settled = simulation.state().unwrap().bodies.clone();
     let one_step = |method: &str, dt: f64| {
         let mut scene = scene.clone();
         scene.time.dt = dt;
@@ -141,7 +141,7 @@ fn as_dt_falls_the_recursion_stops_after_the_first_solve() {
         scene.contact.method = serde_json::from_value(method.into()).unwrap();
         let mut simulation = Simulation::new(scene, settled.clone()).unwrap();
         let report = simulation.step().unwrap();
-        (report.recursions, simulation.state().bodies.clone())
+        (report.recursions, simulation.state().unwrap().bodies.clone())
     };
     let (recursions, relcp) = one_step("relcp", 1e-4);
     assert_eq!(recursions, 0);

@@ -33,11 +33,11 @@ fn pass(dt: f64, method: &str) -> Passage {
         assert_eq!(report.unconverged, 0);
         passage.recursions += report.recursions;
         passage.worst = passage.worst.max(report.max_overlap);
-        if simulation.state().warm.iter().any(|w| w.gamma > 0.0) {
+        if simulation.state().unwrap().warm.iter().any(|w| w.gamma > 0.0) {
             touching.push(report.time);
         }
         if (report.time - 30.0).abs() < 0.5 * dt {
-            let bodies = &simulation.state().bodies;
+            let bodies = &simulation.state().unwrap().bodies;
             let axis = bodies.orientation[0] * DVec3::Z;
             let axis = if axis.x < 0.0 { -axis } else { axis };
             passage.at_30 = [bodies.position[0].x, bodies.position[0].y, axis.y.atan2(axis.x)];
@@ -45,7 +45,7 @@ fn pass(dt: f64, method: &str) -> Passage {
     }
     passage.first_contact = touching[0] - dt;
     passage.last_contact = *touching.last().unwrap();
-    passage.end = simulation.state().bodies.clone();
+    passage.end = simulation.state().unwrap().bodies.clone();
     passage
 }
 

@@ -298,8 +298,16 @@ impl<const D: usize> Backend for Cpu<D> {
         self.gamma.len()
     }
 
-    fn state(&self) -> &State {
-        &self.state
+    fn steps(&self) -> u64 {
+        self.state.step
+    }
+
+    fn bodies(&self) -> usize {
+        self.state.bodies.len()
+    }
+
+    fn state(&self) -> Result<&State, Fault> {
+        Ok(&self.state)
     }
 
     fn add_force(&mut self, force: Box<dyn ForceField>) {

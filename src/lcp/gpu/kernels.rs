@@ -143,7 +143,7 @@ const _: () = assert!(CONSTANTS >= 32);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::kernel::validate;
+    use crate::gpu::validate;
     use crate::scene::SolverKind;
 
     #[test]

@@ -23,6 +23,19 @@ pub struct Solver {
 }
 
 impl Solver {
+    /// Whether there is a solver of a kind here.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] for kinds that look at the rows one by one.
+    pub fn check(kind: SolverKind) -> Result<(), GpuError> {
+        let what = match kind {
+            SolverKind::ProjectedGaussSeidel => "solver projected_gauss_seidel",
+            SolverKind::Dense => "solver dense",
+            _ => return Ok(()),
+        };
+        Err(GpuError::Unsupported { what: what.into() })
+    }
+
     /// A solver of a kind; [`SolverKind::Auto`] is as on the CPU. It solves planar problems, or others.
     ///
     /// # Errors
@@ -34,9 +47,7 @@ impl Solver {
         kind: SolverKind,
         settings: Settings,
     ) -> Result<Self, GpuError> {
-        if matches!(kind, SolverKind::ProjectedGaussSeidel | SolverKind::Dense) {
-            return Err(GpuError::Unsupported { what: format!("solver {}", kind_name(kind)) });
-        }
+        Solver::check(kind)?;
         let machine = Machine::new(gpu, Variant { precision, planar, slots: Slots::of(kind) })?;
         Ok(Solver { kind, settings, machine })
     }
@@ -112,8 +123,4 @@ fn check(problem: &DeviceProblem, planar: bool) -> Result<(), GpuError> {
         return Err(GpuError::Unsupported { what: format!("problem of {} rows", problem.rows) });
     }
     Ok(())
-}
-
-fn kind_name(kind: SolverKind) -> String {
-    format!("{kind:?}")
 }

@@ -1,0 +1,38 @@
+// Where every body's list begins, and what to add to a pair that it found to get the pair's place in the list.
+//
+// A body's list is, ascending: pairs in which bodies before it found it, those that it found, those in which later ones found it.
+struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> first: array<u32>;
+// Sorted by the body that was found, then by pair.
+@group(0) @binding(2) var<storage, read> found: array<u32>;
+@group(0) @binding(3) var<storage, read> entries: array<u32>;
+@group(0) @binding(4) var<storage, read_write> starts: array<u32>;
+@group(0) @binding(5) var<storage, read_write> own: array<u32>;
+
+// The first place whose body is `body` or later and, if `body`, whose entry is not below `entry`.
+fn place(body: u32, entry: u32) -> u32 {
+    var low = 0u;
+    var high = parameters.pairs;
+    while low < high {
+        let middle = (low + high) / 2u;
+        if found[middle] < body || (found[middle] == body && entries[middle] < entry) {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = invocation(group, groups, local);
+    if i > parameters.bodies { return; }
+    starts[i] = first[i] + place(i, 0u);
+    if i < parameters.bodies { own[i] = place(i, 2u * first[i]); }
+}

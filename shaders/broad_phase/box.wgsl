@@ -1,0 +1,26 @@
+// The box of each body at the step's start, widened by what may bring it into contact: half the cutoff and its own free motion in one
+// step. The fourth number bounds the box at every orientation.
+
+struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> orientations: array<vec4r>;
+@group(0) @binding(2) var<storage, read> shapes: array<vec4r>;
+@group(0) @binding(3) var<storage, read> motions: array<vec4r>;
+@group(0) @binding(4) var<storage, read_write> boxes: array<vec4r>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = invocation(group, groups, local);
+    if i >= parameters.bodies { return; }
+    let body = placed(shapes[i], orientations[2u * i], orientations[2u * i + 1u]);
+    let radius = bounding_radius(body);
+    let first = MOTION * i;
+    let reach = DT * (length(motions[first].xyz) + length(motions[first + 1u].xyz) * radius);
+    let margin = 0.5 * CUTOFF + reach;
+    boxes[i] = vec4r(half_extents(body) + vec3r(margin), radius + margin);
+}

@@ -1,0 +1,34 @@
+// Whether every body's box still lies inside the box that the list of candidate pairs was made with: then the list is complete.
+// And how large the largest is.
+
+struct Parameters { bodies: u32, has_list: u32, b: u32, c: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
+@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
+@group(0) @binding(3) var<storage, read> boxes: array<vec4r>;
+@group(0) @binding(4) var<storage, read> stored_cells: array<vec4<i32>>;
+@group(0) @binding(5) var<storage, read> stored_remainders: array<vec4r>;
+@group(0) @binding(6) var<storage, read> stored_boxes: array<vec4r>;
+@group(0) @binding(7) var<storage, read_write> report: Report;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = invocation(group, groups, local);
+    if i >= parameters.bodies { return; }
+    let box = boxes[i];
+    if box.w < 0.0 || !is_finite(box.x + box.y + box.z + box.w) {
+        atomicMin(&report.not_finite, i);
+        return;
+    }
+    atomicMax(&report.largest, bitcast<u32>(f32(box.w)));
+    if parameters.has_list == 0u { return; }
+    let moved = lattice_difference(stored_cells[i].xyz, stored_remainders[i].xyz, cells[i].xyz, remainders[i].xyz);
+    if !all(abs(moved) + box.xyz <= stored_boxes[i].xyz) {
+        atomicMax(&report.outside, 1u);
+    }
+}

@@ -1,0 +1,33 @@
+// Widens each body's box, about its place at the step's start, so that it holds the body at the trial as well. What is not finite is
+// marked by a negative radius.
+
+struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
+@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
+@group(0) @binding(3) var<storage, read> trial_cells: array<vec4<i32>>;
+@group(0) @binding(4) var<storage, read> trial_remainders: array<vec4r>;
+@group(0) @binding(5) var<storage, read> trial_orientations: array<vec4r>;
+@group(0) @binding(6) var<storage, read> shapes: array<vec4r>;
+@group(0) @binding(7) var<storage, read_write> boxes: array<vec4r>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = invocation(group, groups, local);
+    if i >= parameters.bodies { return; }
+    let moved = lattice_difference(cells[i].xyz, remainders[i].xyz, trial_cells[i].xyz, trial_remainders[i].xyz);
+    let body = placed(shapes[i], trial_orientations[2u * i], trial_orientations[2u * i + 1u]);
+    let reached = abs(moved) + half_extents(body);
+    let radius = length(moved) + bounding_radius(body);
+    let box = boxes[i];
+    if is_finite(reached.x + reached.y + reached.z + radius) && is_finite(trial_remainders[i].x + trial_remainders[i].y + trial_remainders[i].z) {
+        boxes[i] = max(box, vec4r(reached, radius));
+    } else {
+        boxes[i] = vec4r(box.xyz, -1.0);
+    }
+}

@@ -1,0 +1,59 @@
+// Makes the last row of every pair whose flag is at least the threshold: the affine inequality in the step's total velocity U
+//
+//     g(U) = Phi(C_j) + dt D . (U - U_j) >= 0,   D = (-n, -t_a, n, t_b),
+//
+// with the torque arms carried back through the quaternion update, t -> (t - h x t) / (1 + |h|^2), h = dt w_j / 2, and each block scaled by the
+// root of its body's effective mobility, J = sqrt(dt) D L.
+
+struct Parameters { pairs: u32, threshold: u32, warm: u32, c: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read> row_start: array<u32>;
+@group(0) @binding(3) var<storage, read> contacts: array<vec4r>;
+@group(0) @binding(4) var<storage, read> motions: array<vec4r>;
+@group(0) @binding(5) var<storage, read_write> row_pairs: array<vec2<u32>>;
+@group(0) @binding(6) var<storage, read_write> jacobian: array<vec4r>;
+@group(0) @binding(7) var<storage, read_write> q: array<real>;
+@group(0) @binding(8) var<storage, read_write> gamma: array<real>;
+
+struct Part { linear: vec3r, angular: vec3r, still_to_come: real }
+
+// One body's block and its share of dt D . (U_free - U_j), for the unit vector that its surface is pushed along.
+fn part(body: u32, normal: vec3r, lever: vec3r) -> Part {
+    let first = MOTION * body;
+    let free = motions[first];
+    let reached = motions[first + 2u].xyz;
+    let turning = motions[first + 3u].xyz;
+    let arm_there = cross(lever, normal);
+    let half = 0.5 * DT * turning;
+    let arm = (arm_there - cross(half, arm_there)) / (1.0 + dot(half, half));
+    let still = dot(normal, free.xyz - reached) + dot(arm, motions[first + 1u].xyz - turning);
+    return Part(ROOT_DT * free.w * normal, ROOT_DT * rotation_root(body, arm), DT * still);
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let p = invocation(group, groups, local);
+    if p >= parameters.pairs || u32(contacts[3u * p + 2u].w) < parameters.threshold { return; }
+    let row = row_start[p + 1u] - 1u;
+    let contact = contacts[3u * p];
+    let a = part(pairs[p].x, -contact.xyz, contacts[3u * p + 1u].xyz);
+    let b = part(pairs[p].y, contact.xyz, contacts[3u * p + 2u].xyz);
+    row_pairs[row] = pairs[p];
+    if PLANAR {
+        jacobian[2u * row] = vec4r(a.linear.xy, a.angular.z, 0.0);
+        jacobian[2u * row + 1u] = vec4r(b.linear.xy, b.angular.z, 0.0);
+    } else {
+        jacobian[4u * row] = vec4r(a.linear, 0.0);
+        jacobian[4u * row + 1u] = vec4r(a.angular, 0.0);
+        jacobian[4u * row + 2u] = vec4r(b.linear, 0.0);
+        jacobian[4u * row + 3u] = vec4r(b.angular, 0.0);
+    }
+    q[row] = contact.w + (a.still_to_come + b.still_to_come);
+    gamma[row] = select(real(0.0), contacts[3u * p + 1u].w, parameters.warm != 0u);
+}

@@ -1,0 +1,32 @@
+// Takes what is known of each pair, and how many rows it has, from an old list of pairs over to a new one.
+
+struct Parameters { pairs: u32, has_rows: u32, b: u32, c: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> old_pair: array<u32>;
+@group(0) @binding(2) var<storage, read> old_contacts: array<vec4r>;
+@group(0) @binding(3) var<storage, read> old_start: array<u32>;
+@group(0) @binding(4) var<storage, read_write> contacts: array<vec4r>;
+@group(0) @binding(5) var<storage, read_write> counts: array<u32>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let p = invocation(group, groups, local);
+    if p >= parameters.pairs { return; }
+    let old = old_pair[p];
+    counts[p] = 0u;
+    for (var k = 0u; k < 3u; k += 1u) {
+        contacts[3u * p + k] = vec4r();
+    }
+    if old == NONE { return; }
+    for (var k = 0u; k < 3u; k += 1u) {
+        contacts[3u * p + k] = old_contacts[3u * old + k];
+    }
+    if parameters.has_rows != 0u {
+        counts[p] = old_start[old + 1u] - old_start[old];
+    }
+}

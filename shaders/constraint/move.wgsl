@@ -1,0 +1,22 @@
+// Moves the rows of one array to their targets; ELEMENT is its type, PER_ROW how many there are a row.
+
+struct Parameters { rows: u32, a: u32, b: u32, c: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> targets: array<u32>;
+@group(0) @binding(2) var<storage, read> source: array<Element>;
+@group(0) @binding(3) var<storage, read_write> moved: array<Element>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let row = invocation(group, groups, local);
+    if row >= parameters.rows { return; }
+    let target_row = targets[row];
+    for (var k = 0u; k < PER_ROW; k += 1u) {
+        moved[PER_ROW * target_row + k] = source[PER_ROW * row + k];
+    }
+}

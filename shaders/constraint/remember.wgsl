@@ -1,0 +1,23 @@
+// What the next step starts from: the sum of each pair's multipliers.
+
+struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> row_start: array<u32>;
+@group(0) @binding(2) var<storage, read> gamma: array<real>;
+@group(0) @binding(3) var<storage, read_write> contacts: array<vec4r>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let p = invocation(group, groups, local);
+    if p >= parameters.pairs { return; }
+    var sum = real(0.0);
+    for (var row = row_start[p]; row < row_start[p + 1u]; row += 1u) {
+        sum += gamma[row];
+    }
+    contacts[3u * p + 1u].w = sum;
+}

@@ -1,0 +1,28 @@
+// Where each row goes when pairs get more rows, or other places: the rows of a pair keep their order, at the front of its new range.
+
+struct Parameters { pairs: u32, mapped: u32, b: u32, c: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> old_start: array<u32>;
+@group(0) @binding(2) var<storage, read> new_start: array<u32>;
+@group(0) @binding(3) var<storage, read> old_pair: array<u32>;
+@group(0) @binding(4) var<storage, read_write> targets: array<u32>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let p = invocation(group, groups, local);
+    if p >= parameters.pairs { return; }
+    var old = p;
+    if parameters.mapped != 0u {
+        old = old_pair[p];
+        if old == NONE { return; }
+    }
+    let first = old_start[old];
+    for (var k = 0u; k < old_start[old + 1u] - first; k += 1u) {
+        targets[first + k] = new_start[p] + k;
+    }
+}

@@ -1,0 +1,19 @@
+// The velocities of an accepted step.
+
+struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> motions: array<vec4r>;
+@group(0) @binding(2) var<storage, read_write> twists: array<vec4r>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = invocation(group, groups, local);
+    if i >= parameters.bodies { return; }
+    twists[2u * i] = motions[MOTION * i + 2u];
+    twists[2u * i + 1u] = motions[MOTION * i + 3u];
+}

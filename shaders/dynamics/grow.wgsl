@@ -1,0 +1,24 @@
+// Every growing body takes its end-of-step length. The length is kept as a coarse part and a fine one, as orientations are, so that
+// thousands of small increments add up.
+
+struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read_write> shapes: array<vec4r>;
+@group(0) @binding(2) var<storage, read_write> lengths: array<vec2r>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = invocation(group, groups, local);
+    if i >= parameters.bodies || !grows(shapes[i]) { return; }
+    let before = lengths[i];
+    let fine = before.y + (before.x + before.y) * GROWTH;
+    let whole = floor(fine / LENGTH_PITCH + 0.5);
+    let after = vec2r(before.x + whole * LENGTH_PITCH, fine - whole * LENGTH_PITCH);
+    lengths[i] = after;
+    shapes[i] = with_length(shapes[i], after.x + after.y);
+}

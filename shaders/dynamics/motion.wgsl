@@ -1,0 +1,45 @@
+// Forces, free velocity and effective mobility of each body at the step's start. What `law` and `load_of` are is the scene's.
+//
+// A body's motion is MOTION vectors: (free velocity, root of the translational mobility), (free angular velocity, root of the rotational
+// mobility), the velocity and the angular velocity that the present trial was reached with (zero here), and for laws that need them the six
+// numbers of the rotational root.
+
+struct Parameters { bodies: u32, time_low: u32, time_high: u32, unused: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
+@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
+@group(0) @binding(3) var<storage, read> orientations: array<vec4r>;
+@group(0) @binding(4) var<storage, read> shapes: array<vec4r>;
+@group(0) @binding(5) var<storage, read> twists: array<vec4r>;
+@group(0) @binding(6) var<storage, read> groups_of: array<u32>;
+@group(0) @binding(7) var<storage, read> loads: array<vec4r>;
+@group(0) @binding(8) var<storage, read_write> motions: array<vec4r>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = invocation(group, groups, local);
+    if i >= parameters.bodies { return; }
+    let position = vec3r(cells[i].xyz) * PITCH + remainders[i].xyz;
+    let shape = shapes[i];
+    var load = load_of(position, shape, groups_of[i]);
+    if PLUGGED {
+        load.force += loads[2u * i].xyz;
+        load.torque += loads[2u * i + 1u].xyz;
+    }
+    let q = unit_quaternion(orientations[2u * i], orientations[2u * i + 1u]);
+    let first = MOTION * i;
+    let motion = law(shape, q, load, twists[2u * i].xyz, twists[2u * i + 1u].xyz);
+    motions[first] = vec4r(motion.linear, motion.translation);
+    motions[first + 1u] = vec4r(motion.angular, motion.rotation);
+    motions[first + 2u] = vec4r();
+    motions[first + 3u] = vec4r();
+    if MOTION > 4u {
+        motions[first + 4u] = vec4r(motion.root[0].xyz, motion.root[1].y);
+        motions[first + 5u] = vec4r(motion.root[1].z, motion.root[2].z, 0.0, 0.0);
+    }
+}

@@ -1,0 +1,22 @@
+// What the host reads of a stage.
+struct Report {
+    // 1 where a body has left its stored box: the list of candidate pairs is not complete.
+    outside: atomic<u32>,
+    // The first body whose pose is not finite; all bits set where there is none.
+    not_finite: atomic<u32>,
+    // Pairs that overlap by more than the tolerance.
+    violations: atomic<u32>,
+    // Bits of the largest overlap as a 32-bit float, which order as the numbers do.
+    worst: atomic<u32>,
+    // The first pair that overlaps by that; all bits set where none does.
+    worst_pair: atomic<u32>,
+    // Its bodies.
+    worst_a: u32,
+    worst_b: u32,
+    // Bits of the largest radius of a box as a 32-bit float.
+    largest: atomic<u32>,
+    unused_1: u32,
+    unused_2: u32,
+    unused_3: u32,
+    unused_4: u32,
+}

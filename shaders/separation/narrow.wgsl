@@ -1,0 +1,62 @@
+// The separations of candidate pairs that are within a limit: at the step's start, the cutoff and what both bodies may move by; at the
+// trial, zero. Far pairs are left out as cheaply as they can be.
+//
+// A pair's contact is three vectors: (normal, separation), (lever of a, multiplier remembered), (lever of b, flag). The flag is FAR,
+// NEAR (within the limit) or VIOLATING (overlapping by more than the tolerance). The normal of a far pair is the last one found.
+
+struct Parameters { pairs: u32, at_trial: u32, b: u32, c: u32 }
+
+const FAR: real = 0.0;
+const NEAR: real = 1.0;
+const VIOLATING: real = 2.0;
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
+@group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
+@group(0) @binding(4) var<storage, read> orientations: array<vec4r>;
+@group(0) @binding(5) var<storage, read> shapes: array<vec4r>;
+@group(0) @binding(6) var<storage, read> boxes: array<vec4r>;
+@group(0) @binding(7) var<storage, read_write> contacts: array<vec4r>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let p = invocation(group, groups, local);
+    if p >= parameters.pairs { return; }
+    let a = pairs[p].x;
+    let b = pairs[p].y;
+    if !is_of_families(u32(shapes[a].w), u32(shapes[b].w)) { return; }
+    contacts[3u * p + 2u].w = FAR;
+    let delta = lattice_difference(cells[a].xyz, remainders[a].xyz, cells[b].xyz, remainders[b].xyz);
+    let body_a = placed(shapes[a], orientations[2u * a], orientations[2u * a + 1u]);
+    let body_b = placed(shapes[b], orientations[2u * b], orientations[2u * b + 1u]);
+    let radius_a = bounding_radius(body_a);
+    let radius_b = bounding_radius(body_b);
+    var limit = real(0.0);
+    if parameters.at_trial == 0u {
+        limit = max(boxes[a].w - radius_a, 0.0) + max(boxes[b].w - radius_b, 0.0);
+    }
+    let distance2 = dot(delta, delta);
+    let reach = radius_a + radius_b + limit;
+    // Rounding may make the reach a little short.
+    if distance2 > reach * reach * (1.0 + 16.0 * EPSILON) { return; }
+    let warm = contacts[3u * p].xyz;
+    var direction = warm;
+    if dot(warm, warm) == 0.0 {
+        // Concentric bodies have no direction to look along first.
+        direction = vec3r(0.0, 0.0, 1.0);
+        if distance2 > 0.0 {
+            direction = delta / sqrt(distance2);
+        }
+    }
+    if bound(delta, body_a, body_b, direction) > limit + 16.0 * EPSILON * reach { return; }
+    let found = separate(delta, body_a, body_b, warm);
+    contacts[3u * p] = vec4r(found.normal, found.separation);
+    if !(found.separation <= limit) { return; }
+    contacts[3u * p + 1u] = vec4r(found.lever_a, contacts[3u * p + 1u].w);
+    contacts[3u * p + 2u] = vec4r(found.lever_b, select(NEAR, VIOLATING, found.separation < -TOLERANCE));
+}

@@ -1,0 +1,28 @@
+// The fixed order of a pair of one family: by their places, and where those are the same by bounding radius, orientation and thickness.
+
+// The smallest diameter: of a ring, that of its tube.
+fn thickness(p: Placed) -> real {
+    if p.kind == KIND_ELLIPSOID {
+        return 2.0 * min(p.sizes.x, min(p.sizes.y, p.sizes.z));
+    }
+    return 2.0 * tube_radius(p);
+}
+
+// The sign of the first component that is not zero.
+fn first_sign(v: vec4r) -> real {
+    if v.x != 0.0 { return sign(v.x); }
+    if v.y != 0.0 { return sign(v.y); }
+    if v.z != 0.0 { return sign(v.z); }
+    return sign(v.w);
+}
+
+// Whether b comes before a.
+fn out_of_order(delta: vec3r, a: Placed, b: Placed) -> bool {
+    let place = first_sign(vec4r(delta, 0.0));
+    if place != 0.0 { return place < 0.0; }
+    let size = bounding_radius(b) - bounding_radius(a);
+    if size != 0.0 { return size < 0.0; }
+    let turn = first_sign(b.orientation - a.orientation);
+    if turn != 0.0 { return turn < 0.0; }
+    return thickness(b) < thickness(a);
+}

@@ -1,0 +1,66 @@
+// Shapes as numbers: (first size, second, third, tag), as src/shape/code.rs has them.
+
+const SPHERE: u32 = 0u;
+const SPHEROCYLINDER: u32 = 1u;
+const ELLIPSOID: u32 = 2u;
+const TORUS: u32 = 3u;
+
+const PI: real = 3.14159265358979323846;
+
+// Volume and principal moments of inertia per unit density of the solid.
+struct Solid { volume: real, inertia: vec3r }
+
+fn solid(shape: vec4r) -> Solid {
+    let x = shape.x;
+    let y = shape.y;
+    switch u32(shape.w) {
+        case SPHERE: {
+            let volume = 4.0 / 3.0 * PI * x * x * x;
+            return Solid(volume, vec3r(0.4 * volume * x * x));
+        }
+        case SPHEROCYLINDER: {
+            // A cylinder and a ball cut in two halves, each half moved out by half the cylinder's height.
+            let r = 0.5 * x;
+            let h = y - x;
+            let cylinder = PI * r * r * h;
+            let ball = 4.0 / 3.0 * PI * r * r * r;
+            let axial = cylinder * 0.5 * r * r + ball * 0.4 * r * r;
+            let across = cylinder * (h * h / 12.0 + 0.25 * r * r) + ball * (0.4 * r * r + 0.25 * h * h + 0.375 * h * r);
+            return Solid(cylinder + ball, vec3r(across, across, axial));
+        }
+        case ELLIPSOID: {
+            let volume = 4.0 / 3.0 * PI * x * y * shape.z;
+            let s = shape.xyz * shape.xyz;
+            return Solid(volume, 0.2 * volume * (s.yzx + s.zxy));
+        }
+        default: {
+            let volume = 2.0 * PI * PI * x * y * y;
+            let axial = volume * (x * x + 0.75 * y * y);
+            let across = volume * (0.5 * x * x + 0.625 * y * y);
+            return Solid(volume, vec3r(across, across, axial));
+        }
+    }
+}
+
+// The largest extent: the length L of the local drag law.
+fn major_axis(shape: vec4r) -> real {
+    switch u32(shape.w) {
+        case SPHERE: { return 2.0 * shape.x; }
+        case SPHEROCYLINDER: { return shape.y; }
+        case ELLIPSOID: { return 2.0 * max(shape.x, max(shape.y, shape.z)); }
+        default: { return 2.0 * (shape.x + shape.y); }
+    }
+}
+
+fn grows(shape: vec4r) -> bool {
+    return u32(shape.w) == SPHEROCYLINDER;
+}
+
+fn with_length(shape: vec4r, length: real) -> vec4r {
+    return vec4r(shape.x, length, shape.zw);
+}
+
+// From the centre to the upper end's half of the body, where a daughter of half the length has its centre, in body axes.
+fn daughter_offset(length: real) -> vec3r {
+    return vec3r(0.0, 0.0, 0.25 * length);
+}

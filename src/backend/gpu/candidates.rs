@@ -1,0 +1,227 @@
+//! Candidate pairs on the device: a list that is kept while every body's box lies inside the box that it was made with, and what is
+//! remembered of each pair.
+
+use super::rows::Rows;
+use super::source::Kernels;
+use super::state::Poses;
+use super::{Setup, words};
+use crate::broad_phase::gpu::Search;
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
+use crate::relcp::Warm;
+use std::collections::HashMap;
+
+/// Calls that a list should last for: a search costs about as much as a dozen narrow phases.
+const FEW_CALLS: u64 = 16;
+const MANY_CALLS: u64 = 64;
+
+/// The skin of a first search and its bounds, as parts of the largest bounding radius. As on the CPU, a skin over a tenth of the
+/// boxes' edges lengthens the list more than it saves searches, and one under a five-hundredth is no skin.
+const FIRST_SKIN: f64 = 0.04;
+const LEAST_SKIN: f64 = 0.004;
+const LARGEST_SKIN: f64 = 0.2;
+
+/// Pairs, who has which of them, and what is known of each.
+pub(super) struct Lists {
+    pub pairs_count: u64,
+    pub pairs: Buffer,
+    pub adjacency_start: Buffer,
+    pub adjacency: Buffer,
+    /// Three vectors a pair, see `shaders/separation/narrow.wgsl`.
+    pub contacts: Buffer,
+    bodies: u64,
+}
+
+pub(super) struct Candidates {
+    pub lists: Lists,
+    old: Lists,
+    old_pair: Buffer,
+    search: Search,
+    pub stored: [Buffer; 3],
+    skin_buffer: Buffer,
+    skin: Option<f64>,
+    calls: u64,
+    pub searches: u64,
+    /// Pairs remembered by an earlier run, until the first search.
+    warm: Vec<Warm>,
+}
+
+impl Lists {
+    fn new(gpu: &Gpu, setup: &Setup) -> Result<Self, GpuError> {
+        Ok(Lists {
+            pairs_count: 0,
+            pairs: Buffer::new(gpu, "pairs", 8, 0)?,
+            adjacency_start: Buffer::new(gpu, "adjacency starts", 4, 1)?,
+            adjacency: Buffer::new(gpu, "adjacency", 4, 0)?,
+            contacts: Buffer::new(gpu, "contacts", 12 * setup.precision.bytes(), 0)?,
+            bodies: 0,
+        })
+    }
+}
+
+impl Candidates {
+    pub fn new(gpu: &Gpu, setup: &Setup, warm: Vec<Warm>) -> Result<Self, GpuError> {
+        let real = setup.precision.bytes();
+        Ok(Candidates {
+            lists: Lists::new(gpu, setup)?,
+            old: Lists::new(gpu, setup)?,
+            old_pair: Buffer::new(gpu, "old pairs", 4, 0)?,
+            search: Search::new(gpu, setup.precision, setup.planar, setup.lattice)?,
+            stored: [
+                Buffer::new(gpu, "stored cells", 16, 0)?,
+                Buffer::new(gpu, "stored remainders", 4 * real, 0)?,
+                Buffer::new(gpu, "stored boxes", 4 * real, 0)?,
+            ],
+            skin_buffer: Buffer::new(gpu, "skin", real, 1)?,
+            skin: None,
+            calls: 0,
+            searches: 0,
+            warm,
+        })
+    }
+
+    /// Whether there is a list of this many bodies.
+    pub fn is_for(&self, bodies: u64) -> bool {
+        self.searches > 0 && self.lists.bodies == bodies
+    }
+
+    /// A look at the list that found it complete.
+    pub fn used(&mut self) {
+        self.calls += 1;
+    }
+
+    /// Records the test whether the list is complete for these boxes; without a list only whether they are finite.
+    pub fn inside(
+        &mut self,
+        gpu: &Gpu,
+        kernels: &Kernels,
+        record: &mut Recorder<'_>,
+        (start, boxes, report): (&Poses, &Buffer, &Buffer),
+        bodies: u64,
+    ) -> Result<(), GpuError> {
+        for buffer in &mut self.stored {
+            buffer.reserve(gpu, bodies)?;
+        }
+        let [cells, remainders, stored] = &self.stored;
+        let parameters = words([bodies as u32, u32::from(self.is_for(bodies)), 0, 0]);
+        let buffers = [&start.cells, &start.remainders, boxes, cells, remainders, stored, report];
+        record.run(&kernels.inside, &parameters, &buffers, bodies);
+        Ok(())
+    }
+
+    /// Makes the list anew, and takes over what is known of its pairs, their rows too where there are any.
+    pub fn search(
+        &mut self,
+        gpu: &Gpu,
+        setup: &Setup,
+        kernels: &Kernels,
+        (start, boxes, largest): (&Poses, &Buffer, f64),
+        bodies: u64,
+        rows: Option<&mut Rows>,
+    ) -> Result<(), GpuError> {
+        let skin = self.next_skin(largest);
+        self.skin_buffer.write(gpu, 0, &setup.precision.encode([skin]));
+        let mut record = gpu.record();
+        record.stage("broad phase");
+        let [cells, remainders, stored] = &self.stored;
+        let parameters = words([bodies as u32, 0, 0, 0]);
+        let buffers = [&self.skin_buffer, &start.cells, &start.remainders, boxes, cells, remainders, stored];
+        record.run(&kernels.store, &parameters, &buffers, bodies);
+        record.submit()?;
+        std::mem::swap(&mut self.lists, &mut self.old);
+        let lists = &mut self.lists;
+        // The search writes into the buffers of the list before the last, and the last one stays for what is carried over.
+        self.search.exchange([&mut lists.pairs, &mut lists.adjacency_start, &mut lists.adjacency]);
+        let found = self.search.run(gpu, cells, remainders, stored, bodies);
+        self.search.exchange([&mut lists.pairs, &mut lists.adjacency_start, &mut lists.adjacency]);
+        found?;
+        (lists.pairs_count, lists.bodies) = (self.search.count(), bodies);
+        lists.contacts.reserve(gpu, lists.pairs_count)?;
+        self.searches += 1;
+        self.calls = 0;
+        if self.searches == 1 {
+            return self.recall(gpu, setup);
+        }
+        self.carry(gpu, kernels, rows)
+    }
+
+    fn carry(&mut self, gpu: &Gpu, kernels: &Kernels, rows: Option<&mut Rows>) -> Result<(), GpuError> {
+        let (lists, old, pairs) = (&self.lists, &self.old, self.lists.pairs_count);
+        let mut record = gpu.record();
+        record.stage("broad phase");
+        self.old_pair.reserve(gpu, pairs)?;
+        let buffers = [&lists.pairs, &old.pairs, &old.adjacency_start, &old.adjacency, &self.old_pair];
+        record.run(&kernels.find, &words([pairs as u32, old.bodies as u32, 0, 0]), &buffers, pairs);
+        let parameters = words([pairs as u32, u32::from(rows.is_some()), 0, 0]);
+        match rows {
+            Some(rows) => {
+                rows.counts.reserve(gpu, pairs)?;
+                let starts = &rows.problem.block_start;
+                let buffers = [&self.old_pair, &old.contacts, starts, &lists.contacts, &rows.counts];
+                record.run(&kernels.carry, &parameters, &buffers, pairs);
+                rows.carry(gpu, kernels, &mut record, pairs, &self.old_pair)?;
+            }
+            None => {
+                let counts = Buffer::new(gpu, "row counts", 4, pairs)?;
+                let buffers = [&self.old_pair, &old.contacts, &old.adjacency_start, &lists.contacts, &counts];
+                record.run(&kernels.carry, &parameters, &buffers, pairs);
+            }
+        }
+        record.submit()
+    }
+
+    /// Gives the pairs of the first list what an earlier run remembered of them.
+    fn recall(&mut self, gpu: &Gpu, setup: &Setup) -> Result<(), GpuError> {
+        let lists = &self.lists;
+        let mut numbers = vec![0.0; 12 * lists.pairs_count as usize];
+        if !self.warm.is_empty() {
+            let known: HashMap<[u32; 2], &Warm> = self.warm.iter().map(|w| (w.pair, w)).collect();
+            let read = gpu.record().read(&[(&lists.pairs, 0..8 * lists.pairs_count)])?;
+            let pairs: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read[0]);
+            for (pair, contact) in pairs.iter().zip(numbers.as_chunks_mut::<12>().0) {
+                if let Some(w) = known.get(pair) {
+                    [contact[0], contact[1], contact[2]] = w.normal.to_array();
+                    contact[7] = w.gamma;
+                }
+            }
+            self.warm = Vec::new();
+        }
+        lists.contacts.write(gpu, 0, &setup.precision.encode(numbers));
+        Ok(())
+    }
+
+    /// Twice the skin where lists were soon of no use, half of it where they lasted long.
+    fn next_skin(&mut self, largest: f64) -> f64 {
+        let bounds = (LEAST_SKIN * largest, LARGEST_SKIN * largest);
+        let skin = match self.skin {
+            None => FIRST_SKIN * largest,
+            Some(skin) if self.calls < FEW_CALLS => 2.0 * skin,
+            Some(skin) if self.calls > MANY_CALLS => 0.5 * skin,
+            Some(skin) => skin,
+        };
+        let skin = skin.clamp(bounds.0, bounds.1);
+        self.skin = Some(skin);
+        skin
+    }
+
+    /// What is remembered of every pair that was found near.
+    pub fn remembered(&self, gpu: &Gpu, setup: &Setup) -> Result<Vec<Warm>, GpuError> {
+        let (lists, count) = (&self.lists, self.lists.pairs_count);
+        if self.searches == 0 {
+            return Ok(self.warm.clone());
+        }
+        let read = gpu.record().read(&[
+            (&lists.pairs, 0..8 * count),
+            (&lists.contacts, 0..count * lists.contacts.element() as u64),
+        ])?;
+        let pairs: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read[0]);
+        let contacts = setup.precision.decode(&read[1]);
+        let warm = |(pair, contact): (&[u32; 2], &[f64; 12])| {
+            let normal = glam::DVec3::new(contact[0], contact[1], contact[2]);
+            Warm { pair: *pair, feature: crate::constraint::FEATURE_OF_SURFACES, gamma: contact[7], normal }
+        };
+        let mut warm: Vec<Warm> = pairs.iter().zip(contacts.as_chunks().0).map(warm).collect();
+        warm.retain(|w| w.normal != glam::DVec3::ZERO);
+        warm.sort_by_key(|w| w.pair);
+        Ok(warm)
+    }
+}

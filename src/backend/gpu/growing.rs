@@ -1,0 +1,96 @@
+//! Growth and division on the device. Who divides and by which random turns is settled on the host, from lengths that are prescribed and
+//! so known without asking the device; what moves and turns the daughters is a kernel.
+
+use super::state::split_length;
+use super::{Device, words};
+use crate::dynamics::growth::{Turn, daughters};
+use crate::gpu::{Buffer, GpuError};
+
+impl Device {
+    /// The step's start: the accepted state with divided and grown bodies.
+    pub(super) fn grow(&mut self) -> Result<(), GpuError> {
+        let Some(growth) = self.setup.growth else { return Ok(()) };
+        // A step that failed may have left its own start behind.
+        if let Some(before) = self.before.take() {
+            self.ancestry = before;
+        }
+        let old = self.accepted_bodies;
+        let due: Vec<usize> =
+            (0..old as usize).filter(|i| self.ancestry.length[*i] >= growth.division_length).collect();
+        let bodies = old + due.len() as u64;
+        let gpu = self.gpu.clone();
+        let mut record = gpu.record();
+        record.stage("growth");
+        for poses in &mut self.poses {
+            poses.reserve(&gpu, &mut record, bodies)?;
+        }
+        for shapes in &mut self.shapes {
+            shapes.reserve(&gpu, &mut record, bodies)?;
+        }
+        self.start().copy_from(&mut record, &self.poses[0], old);
+        self.start_shapes().copy_from(&mut record, &self.shapes[0], old);
+        self.bodies = bodies;
+        if !due.is_empty() {
+            self.divide(&mut record, &due)?;
+        }
+        if let Some([grow, _]) = &self.kernels.grow {
+            let shapes = self.start_shapes();
+            record.run(grow, &self.parameters(), &[&shapes.shapes, &shapes.lengths], bodies);
+        }
+        record.submit()
+    }
+
+    /// The growing lengths after an accepted step.
+    pub(super) fn lengthen(&mut self) {
+        if let Some(growth) = self.setup.growth {
+            let factor = (growth.rate * self.setup.dt).exp();
+            self.ancestry.length.iter_mut().for_each(|length| *length *= factor);
+        }
+    }
+
+    fn divide(&mut self, record: &mut crate::gpu::Recorder<'_>, due: &[usize]) -> Result<(), GpuError> {
+        let (Some(growth), Some([_, kernel])) = (self.setup.growth, &self.kernels.grow) else { return Ok(()) };
+        self.before = Some(self.ancestry.clone());
+        let time = self.step_start();
+        let (planar, precision) = (self.setup.planar, self.setup.precision);
+        let mut numbers = Vec::with_capacity(12 * due.len());
+        let mut indices: Vec<[u32; 2]> = Vec::with_capacity(due.len());
+        let ancestry = &mut self.ancestry;
+        for &mother in due {
+            let upper = ancestry.lineage.len();
+            let line = ancestry.lineage[mother];
+            let half = 0.5 * ancestry.length[mother];
+            let mut random = Turn::stream(self.seed, line.id);
+            let turns = [(); 2].map(|()| Turn::draw(&mut random, growth.reorientation_degrees, planar));
+            let [first, second] = daughters(&line, time, &mut ancestry.next_id);
+            ancestry.lineage[mother] = first;
+            ancestry.lineage.push(second);
+            ancestry.group.push(ancestry.group[mother]);
+            ancestry.length[mother] = half;
+            ancestry.length.push(half);
+            let [coarse, fine] = split_length(half, self.setup.length_pitch);
+            numbers.extend([coarse, fine, 0.0, 0.0]);
+            numbers.extend(turns.iter().flat_map(|turn| turn.in_body(planar).to_array()));
+            indices.push([mother as u32, upper as u32]);
+        }
+        let gpu = &self.gpu;
+        let divisions = Buffer::reals(gpu, "divisions", precision, 12, numbers)?;
+        let indices = Buffer::with(gpu, "dividing bodies", 8, bytemuck::cast_slice(&indices))?;
+        self.groups_of.reserve(gpu, self.ancestry.group.len() as u64)?;
+        self.groups_of.write(gpu, 0, bytemuck::cast_slice(&self.ancestry.group));
+        let (start, shapes) = (self.start(), self.start_shapes());
+        let buffers = [
+            &divisions,
+            &indices,
+            &start.cells,
+            &start.remainders,
+            &start.orientations,
+            &shapes.shapes,
+            &shapes.lengths,
+            &start.twists,
+        ];
+        record.run(kernel, &words([due.len() as u32, 0, 0, 0]), &buffers, due.len() as u64);
+        // The buffers go with this function: the device must have them by then.
+        record.submit()
+    }
+}

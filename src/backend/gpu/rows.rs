@@ -1,0 +1,222 @@
+//! The rows of a step on the device. They stand sorted by pair, in the order in which they were made within a pair; when pairs get more
+//! rows, all rows move to their new places and are changed in no other way.
+
+use super::candidates::Lists;
+use super::source::Kernels;
+use super::{Setup, words};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan};
+use crate::lcp::gpu::DeviceProblem;
+
+/// The rows and what their moves need.
+pub(super) struct Rows {
+    pub problem: DeviceProblem,
+    spare_pair: Buffer,
+    spare_jacobian: Buffer,
+    spare_q: Buffer,
+    spare_gamma: Buffer,
+    /// Where each pair's rows will begin.
+    pub next_start: Buffer,
+    pub counts: Buffer,
+    targets: Buffer,
+    body_counts: Buffer,
+    scan: Scan,
+}
+
+impl Rows {
+    pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Self, GpuError> {
+        let real = setup.precision.bytes();
+        let blocks = if setup.planar { 8 } else { 16 };
+        let vectors = if setup.planar { 1 } else { 2 };
+        Ok(Rows {
+            problem: DeviceProblem {
+                bodies: 0,
+                rows: 0,
+                pairs: 0,
+                planar: setup.planar,
+                pair: Buffer::new(gpu, "row bodies", 8, 0)?,
+                jacobian: Buffer::new(gpu, "jacobian", blocks * real, 0)?,
+                q: Buffer::new(gpu, "q", real, 0)?,
+                block_start: Buffer::new(gpu, "row starts", 4, 1)?,
+                incidence_start: Buffer::new(gpu, "incidence starts", 4, 1)?,
+                incidence: Buffer::new(gpu, "incidence", 4, 0)?,
+                gamma: Buffer::new(gpu, "gamma", real, 0)?,
+                velocity: Buffer::new(gpu, "contact velocity", 4 * vectors * real, 0)?,
+            },
+            spare_pair: Buffer::new(gpu, "row bodies", 8, 0)?,
+            spare_jacobian: Buffer::new(gpu, "jacobian", blocks * real, 0)?,
+            spare_q: Buffer::new(gpu, "q", real, 0)?,
+            spare_gamma: Buffer::new(gpu, "gamma", real, 0)?,
+            next_start: Buffer::new(gpu, "row starts", 4, 1)?,
+            counts: Buffer::new(gpu, "row counts", 4, 0)?,
+            targets: Buffer::new(gpu, "row targets", 4, 0)?,
+            body_counts: Buffer::new(gpu, "incidence counts", 4, 0)?,
+            scan: Scan::new(gpu)?,
+        })
+    }
+
+    /// Counts the rows that pairs will have with one more for each flag of at least `threshold`, beside those there are.
+    pub fn count(
+        &mut self,
+        gpu: &Gpu,
+        kernels: &Kernels,
+        record: &mut Recorder<'_>,
+        contacts: &Buffer,
+        pairs: u64,
+        (has_rows, threshold): (bool, u32),
+    ) -> Result<(), GpuError> {
+        self.counts.reserve(gpu, pairs)?;
+        self.next_start.reserve(gpu, pairs + 1)?;
+        let parameters = words([pairs as u32, u32::from(has_rows), threshold, 0]);
+        record.run(&kernels.count, &parameters, &[contacts, &self.problem.block_start, &self.counts], pairs);
+        self.scan.exclusive(record, &self.counts, &self.next_start, pairs)
+    }
+
+    /// The step's first rows, for which [`Rows::count`] found room.
+    pub fn begin(
+        &mut self,
+        gpu: &Gpu,
+        kernels: &Kernels,
+        record: &mut Recorder<'_>,
+        lists: &Lists,
+        motions: &Buffer,
+        rows: u64,
+    ) -> Result<(), GpuError> {
+        let problem = &mut self.problem;
+        problem.pair.reserve(gpu, rows)?;
+        problem.jacobian.reserve(gpu, rows)?;
+        problem.q.reserve(gpu, rows)?;
+        problem.gamma.reserve(gpu, rows)?;
+        self.take_starts(lists.pairs_count, rows);
+        self.append(kernels, record, lists, motions, 1, true);
+        Ok(())
+    }
+
+    /// One more row for every violating pair, for which [`Rows::count`] found room.
+    pub fn extend(
+        &mut self,
+        gpu: &Gpu,
+        kernels: &Kernels,
+        record: &mut Recorder<'_>,
+        lists: &Lists,
+        motions: &Buffer,
+        rows: u64,
+    ) -> Result<(), GpuError> {
+        // Rows keep their pairs, so there is no map from old pairs to new ones.
+        self.move_all(gpu, kernels, record, (lists.pairs_count, None), rows)?;
+        self.append(kernels, record, lists, motions, 2, false);
+        Ok(())
+    }
+
+    /// Takes all rows over to a new list of pairs: `old_pair` says which pair of the old list each was, and `counts` how many rows it has.
+    pub fn carry(
+        &mut self,
+        gpu: &Gpu,
+        kernels: &Kernels,
+        record: &mut Recorder<'_>,
+        pairs: u64,
+        old_pair: &Buffer,
+    ) -> Result<(), GpuError> {
+        self.next_start.reserve(gpu, pairs + 1)?;
+        self.scan.exclusive(record, &self.counts, &self.next_start, pairs)?;
+        let rows = self.problem.rows;
+        self.move_all(gpu, kernels, record, (pairs, Some(old_pair)), rows)
+    }
+
+    /// Which rows each body takes part in.
+    pub fn incidence(
+        &mut self,
+        gpu: &Gpu,
+        kernels: &Kernels,
+        record: &mut Recorder<'_>,
+        lists: &Lists,
+        bodies: u64,
+    ) -> Result<(), GpuError> {
+        let problem = &mut self.problem;
+        problem.bodies = bodies;
+        self.body_counts.reserve(gpu, bodies)?;
+        problem.incidence_start.reserve(gpu, bodies + 1)?;
+        problem.incidence.reserve(gpu, 2 * problem.rows)?;
+        problem.velocity.reserve(gpu, bodies)?;
+        let parameters = words([bodies as u32, 0, 0, 0]);
+        let (start, adjacency) = (&lists.adjacency_start, &lists.adjacency);
+        record.run(
+            &kernels.incidence_count,
+            &parameters,
+            &[start, adjacency, &problem.block_start, &self.body_counts],
+            bodies,
+        );
+        self.scan.exclusive(record, &self.body_counts, &problem.incidence_start, bodies)?;
+        record.run(
+            &kernels.incidence_fill,
+            &parameters,
+            &[start, adjacency, &problem.block_start, &problem.incidence_start, &problem.incidence],
+            bodies,
+        );
+        Ok(())
+    }
+
+    fn append(
+        &self,
+        kernels: &Kernels,
+        record: &mut Recorder<'_>,
+        lists: &Lists,
+        motions: &Buffer,
+        threshold: u32,
+        warm: bool,
+    ) {
+        let problem = &self.problem;
+        let parameters = words([lists.pairs_count as u32, threshold, u32::from(warm), 0]);
+        let buffers = [
+            &lists.pairs,
+            &problem.block_start,
+            &lists.contacts,
+            motions,
+            &problem.pair,
+            &problem.jacobian,
+            &problem.q,
+            &problem.gamma,
+        ];
+        record.run(&kernels.append, &parameters, &buffers, lists.pairs_count);
+    }
+
+    fn move_all(
+        &mut self,
+        gpu: &Gpu,
+        kernels: &Kernels,
+        record: &mut Recorder<'_>,
+        (pairs, old_pair): (u64, Option<&Buffer>),
+        rows: u64,
+    ) -> Result<(), GpuError> {
+        let old_rows = self.problem.rows;
+        self.targets.reserve(gpu, old_rows)?;
+        self.spare_pair.reserve(gpu, rows)?;
+        self.spare_jacobian.reserve(gpu, rows)?;
+        self.spare_q.reserve(gpu, rows)?;
+        self.spare_gamma.reserve(gpu, rows)?;
+        let problem = &mut self.problem;
+        let parameters = words([pairs as u32, u32::from(old_pair.is_some()), 0, 0]);
+        // Without a map the kernel does not look at it.
+        let map = old_pair.unwrap_or(&self.counts);
+        let buffers = [&problem.block_start, &self.next_start, map, &self.targets];
+        record.run(&kernels.target, &parameters, &buffers, pairs);
+        let parameters = words([old_rows as u32, 0, 0, 0]);
+        let moves = [
+            (&kernels.move_pairs, &mut problem.pair, &mut self.spare_pair),
+            (&kernels.move_blocks, &mut problem.jacobian, &mut self.spare_jacobian),
+            (&kernels.move_reals, &mut problem.q, &mut self.spare_q),
+            (&kernels.move_reals, &mut problem.gamma, &mut self.spare_gamma),
+        ];
+        for (kernel, from, to) in moves {
+            record.run(kernel, &parameters, &[&self.targets, from, to], old_rows);
+            std::mem::swap(from, to);
+        }
+        self.take_starts(pairs, rows);
+        Ok(())
+    }
+
+    fn take_starts(&mut self, pairs: u64, rows: u64) {
+        std::mem::swap(&mut self.problem.block_start, &mut self.next_start);
+        self.problem.pairs = pairs;
+        self.problem.rows = rows;
+    }
+}

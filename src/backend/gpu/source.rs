@@ -1,0 +1,258 @@
+//! What every kernel of a step is assembled with: the scene's constants, forces and law.
+
+use super::Setup;
+use crate::gpu::{Gpu, GpuError, Kernel, Source, fragment};
+use crate::scene::{Dynamics, Force};
+use crate::separation;
+use std::fmt::Write as _;
+
+/// A source with the constants of the scene.
+pub(super) fn base(setup: &Setup, name: &str) -> Source {
+    let source = setup.lattice.define(Source::new(name, setup.precision));
+    source
+        .real("DT", setup.dt)
+        .real("ROOT_DT", setup.dt.sqrt())
+        .real("CUTOFF", setup.cutoff)
+        .real("TOLERANCE", setup.overlap_tolerance)
+        .integer("MOTION", setup.motion_width())
+        .integer("NONE", u32::MAX)
+        .flag("PLANAR", setup.planar)
+        .include(fragment!("common/quaternion.wgsl"))
+        .include(fragment!("common/orientation.wgsl"))
+}
+
+/// The same with shapes as separations know them.
+pub(super) fn with_bodies(setup: &Setup, name: &str) -> Source {
+    separation::gpu::add_bodies_to(base(setup, name)).include(fragment!("separation/placed.wgsl"))
+}
+
+/// The kernel of forces, free velocities and mobilities.
+pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
+    let source = base(setup, "motion")
+        .flag("PLUGGED", plugged)
+        .include(fragment!("shape/shape.wgsl"))
+        .include(fragment!("dynamics/law.wgsl"));
+    let source = match setup.dynamics {
+        Dynamics::Overdamped { drag } => source.real("DRAG", drag).include(fragment!("dynamics/overdamped.wgsl")),
+        Dynamics::Inertial { density } => source.real("DENSITY", density).include(fragment!("dynamics/inertial.wgsl")),
+    };
+    let radial = |f: &Force| matches!(f, Force::RadialInward { .. } | Force::RadialOutward { .. });
+    let source = match setup.forces.iter().any(radial) {
+        true => source.include(fragment!("dynamics/radial.wgsl")),
+        false => source,
+    };
+    let loads = loads(setup, &source);
+    source.text(&loads).include(fragment!("dynamics/motion.wgsl"))
+}
+
+/// `load_of`: the sum of the scene's forces on a body.
+fn loads(setup: &Setup, source: &Source) -> String {
+    let mut text = String::from("fn load_of(position: vec3r, shape: vec4r, group: u32) -> Load {\n    var force = vec3r();\n");
+    let vector = |v: [f64; 3]| {
+        let [x, y, z] = v.map(|c| source.literal(c));
+        format!("vec3r({x}, {y}, {z})")
+    };
+    for force in &setup.forces {
+        let (group, term) = match force {
+            Force::Uniform { force, group } => (group, vector(*force)),
+            Force::Gravity { acceleration, group } => (group, gravity(setup, &vector(*acceleration))),
+            Force::RadialInward { group } => (group, "-radial(position)".to_owned()),
+            Force::RadialOutward { group } => (group, "radial(position)".to_owned()),
+        };
+        let applies = match group {
+            None => "true".to_owned(),
+            Some(name) => match setup.groups.iter().position(|g| g == name) {
+                Some(index) => format!("group == {index}u"),
+                None => "false".to_owned(),
+            },
+        };
+        let _ = writeln!(text, "    if {applies} {{ force += {term}; }}");
+    }
+    text.push_str("    return Load(force, vec3r());\n}\n");
+    text
+}
+
+fn gravity(setup: &Setup, acceleration: &str) -> String {
+    match setup.dynamics {
+        Dynamics::Inertial { .. } => format!("DENSITY * solid(shape).volume * {acceleration}"),
+        // Bodies have no mass; a scene that asks for this is refused on reading.
+        Dynamics::Overdamped { .. } => "vec3r()".to_owned(),
+    }
+}
+
+/// Moves the rows of an array whose elements are of this WGSL type.
+pub(super) fn moved(setup: &Setup, name: &str, element: &str, per_row: u32) -> Source {
+    base(setup, name)
+        .text(&format!("alias Element = {element};\n"))
+        .integer("PER_ROW", per_row)
+        .include(fragment!("constraint/move.wgsl"))
+}
+
+/// The kernels that every scene needs.
+pub(super) struct Kernels {
+    pub motion: Kernel,
+    pub boxes: Kernel,
+    pub sweep: Kernel,
+    pub inside: Kernel,
+    pub store: Kernel,
+    pub trial: Kernel,
+    pub accept: Kernel,
+    pub narrow: Vec<Kernel>,
+    pub overlap: Kernel,
+    pub count: Kernel,
+    pub append: Kernel,
+    pub target: Kernel,
+    pub move_pairs: Kernel,
+    pub move_blocks: Kernel,
+    pub move_reals: Kernel,
+    pub incidence_count: Kernel,
+    pub incidence_fill: Kernel,
+    pub remember: Kernel,
+    pub find: Kernel,
+    pub carry: Kernel,
+    /// Growth and division, where bodies grow.
+    pub grow: Option<[Kernel; 2]>,
+}
+
+/// All sources of a scene, in the order of [`Kernels`], the kernels of pairs and of growth last.
+pub(super) fn sources(setup: &Setup) -> Vec<Source> {
+    let plain = |name: &str, fragment| base(setup, name).include(fragment);
+    let blocks = if setup.planar { 2 } else { 4 };
+    let report = fragment!("relcp/report.wgsl");
+    let factor = fragment!("dynamics/factor.wgsl");
+    vec![
+        motion(setup, false),
+        with_bodies(setup, "box").include(fragment!("broad_phase/box.wgsl")),
+        with_bodies(setup, "sweep").include(fragment!("broad_phase/sweep.wgsl")),
+        base(setup, "inside").include(report).include(fragment!("broad_phase/inside.wgsl")),
+        plain("store", fragment!("broad_phase/store.wgsl")),
+        base(setup, "trial").include(factor).include(fragment!("dynamics/trial.wgsl")),
+        plain("accept", fragment!("dynamics/accept.wgsl")),
+        base(setup, "overlap").real("VIOLATING", 2.0).include(report).include(fragment!("relcp/overlap.wgsl")),
+        plain("count", fragment!("constraint/count.wgsl")),
+        base(setup, "append").include(factor).include(fragment!("constraint/append.wgsl")),
+        plain("target", fragment!("constraint/target.wgsl")),
+        moved(setup, "move pairs", "vec2<u32>", 1),
+        moved(setup, "move blocks", "vec4r", blocks),
+        moved(setup, "move numbers", "real", 1),
+        plain("incidence count", fragment!("constraint/incidence_count.wgsl")),
+        plain("incidence fill", fragment!("constraint/incidence_fill.wgsl")),
+        plain("remember", fragment!("constraint/remember.wgsl")),
+        plain("find", fragment!("constraint/find.wgsl")),
+        plain("carry", fragment!("constraint/carry.wgsl")),
+    ]
+}
+
+/// The kernels of the pairs of families that the scene's shapes make.
+pub(super) fn narrow_sources(setup: &Setup) -> Vec<Source> {
+    let families = separation::gpu::PairFamilies::needed(setup.shapes.iter().copied());
+    let source = |(k, families): (usize, separation::gpu::PairFamilies)| {
+        let source = with_bodies(setup, &format!("separations {k}"));
+        families.add_to(source, setup.planar).include(fragment!("separation/narrow.wgsl"))
+    };
+    families.into_iter().enumerate().map(source).collect()
+}
+
+/// The kernels of growth and division.
+pub(super) fn growth_sources(setup: &Setup) -> Option<[Source; 2]> {
+    let growth = setup.growth?;
+    let shaped = |name: &str| {
+        base(setup, name)
+            .real("GROWTH", (growth.rate * setup.dt).exp_m1())
+            .real("LENGTH_PITCH", setup.length_pitch)
+            .include(fragment!("shape/shape.wgsl"))
+    };
+    Some([
+        shaped("grow").include(fragment!("dynamics/grow.wgsl")),
+        shaped("divide").include(fragment!("dynamics/divide.wgsl")),
+    ])
+}
+
+impl Kernels {
+    pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Self, GpuError> {
+        let make = |source: &Source| Kernel::new(gpu, source);
+        let mut made = Vec::new();
+        for source in sources(setup) {
+            made.push(make(&source)?);
+        }
+        let mut made = made.into_iter();
+        let mut next = || made.next().ok_or_else(|| GpuError::Refused { message: "a kernel is missing".into() });
+        Ok(Kernels {
+            motion: next()?,
+            boxes: next()?,
+            sweep: next()?,
+            inside: next()?,
+            store: next()?,
+            trial: next()?,
+            accept: next()?,
+            overlap: next()?,
+            count: next()?,
+            append: next()?,
+            target: next()?,
+            move_pairs: next()?,
+            move_blocks: next()?,
+            move_reals: next()?,
+            incidence_count: next()?,
+            incidence_fill: next()?,
+            remember: next()?,
+            find: next()?,
+            carry: next()?,
+            narrow: narrow_sources(setup).iter().map(make).collect::<Result<_, _>>()?,
+            grow: match growth_sources(setup) {
+                Some([grow, divide]) => Some([make(&grow)?, make(&divide)?]),
+                None => None,
+            },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::backend::gpu::Report;
+    use crate::gpu::{Precision, validate};
+    use crate::scene;
+    use std::mem::offset_of;
+
+    fn setups() -> Vec<Setup> {
+        let mut setups = Vec::new();
+        for built_in in scene::built_in() {
+            let scene = scene::parse(built_in.text, built_in.name).unwrap();
+            let shapes: Vec<_> = scene.build().unwrap().shape;
+            setups.extend([Precision::F32, Precision::F64].map(|p| Setup::new(&scene, &shapes, p).unwrap()));
+        }
+        setups
+    }
+
+    #[test]
+    fn every_kernel_of_every_built_in_scene_is_valid() {
+        for setup in setups() {
+            let growth = growth_sources(&setup).into_iter().flatten();
+            let all = sources(&setup).into_iter().chain(narrow_sources(&setup)).chain(growth).chain([motion(&setup, true)]);
+            for source in all {
+                validate(&source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
+            }
+        }
+    }
+
+    #[test]
+    fn the_report_is_laid_out_as_in_wgsl() {
+        let setup = setups().remove(0);
+        let inside = sources(&setup).into_iter().find(|s| s.name() == "inside").unwrap();
+        let module = validate(&inside).unwrap();
+        let mut layouter = naga::proc::Layouter::default();
+        layouter.update(module.to_ctx()).unwrap();
+        let (handle, report) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some("Report")).unwrap();
+        let naga::TypeInner::Struct { members, .. } = &report.inner else { panic!("not a struct") };
+        let offset = |name: &str| members.iter().find(|m| m.name.as_deref() == Some(name)).map(|m| m.offset as usize);
+        assert_eq!(layouter[handle].size as usize, size_of::<Report>());
+        assert_eq!(offset("outside"), Some(offset_of!(Report, outside)));
+        assert_eq!(offset("not_finite"), Some(offset_of!(Report, not_finite)));
+        assert_eq!(offset("violations"), Some(offset_of!(Report, violations)));
+        assert_eq!(offset("worst"), Some(offset_of!(Report, worst)));
+        assert_eq!(offset("worst_pair"), Some(offset_of!(Report, worst_pair)));
+        assert_eq!(offset("worst_a"), Some(offset_of!(Report, worst_a)));
+        assert_eq!(offset("worst_b"), Some(offset_of!(Report, worst_b)));
+        assert_eq!(offset("largest"), Some(offset_of!(Report, largest)));
+    }
+}

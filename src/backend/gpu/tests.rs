@@ -1,0 +1,98 @@
+//! Small steps add up on the device: positions, orientations and lengths.
+
+use super::state::split_length;
+use crate::gpu::{Buffer, Gpu, Kernel, Lattice, Precision, Source, fragment, precisions, test_device};
+use glam::{DQuat, DVec3};
+
+/// Steps a dispatch and dispatches: a million steps.
+const ROUNDS: u32 = 10_000;
+const DISPATCHES: usize = 100;
+
+const DRIFT: &str = "
+@group(0) @binding(0) var<storage, read_write> cells: array<vec4<i32>>;
+@group(0) @binding(1) var<storage, read_write> remainders: array<vec4r>;
+@group(0) @binding(2) var<storage, read_write> orientations: array<vec4r>;
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(local_invocation_index) local: u32) {
+    if local > 0u { return; }
+    for (var k = 0u; k < ROUNDS; k += 1u) {
+        let place = lattice_add(cells[0].xyz, remainders[0].xyz, STEP);
+        cells[0] = vec4<i32>(place.cell, 0);
+        remainders[0] = vec4r(place.remainder, 0.0);
+        let turned = orientation_advance(Orientation(orientations[0], orientations[1]), HALF_TURN);
+        orientations[0] = turned.coarse;
+        orientations[1] = turned.fine;
+    }
+}
+";
+
+fn drift(gpu: &Gpu, precision: Precision, from: DVec3, step: DVec3, half_turn: DVec3) -> (DVec3, DQuat) {
+    let lattice = Lattice::for_thickness(1.0).unwrap();
+    let source = lattice
+        .define(Source::new("drift", precision))
+        .integer("ROUNDS", ROUNDS)
+        .vector("STEP", step.to_array())
+        .vector("HALF_TURN", half_turn.to_array())
+        .include(fragment!("common/quaternion.wgsl"))
+        .include(fragment!("common/orientation.wgsl"))
+        .text(DRIFT);
+    let kernel = Kernel::new(gpu, &source).unwrap();
+    let parts = from.to_array().map(|x| lattice.split(x).unwrap());
+    let cell = [parts[0].0, parts[1].0, parts[2].0, 0];
+    let cells = Buffer::with(gpu, "cells", 16, bytemuck::cast_slice(&cell)).unwrap();
+    let remainders = Buffer::reals(gpu, "r", precision, 4, [parts[0].1, parts[1].1, parts[2].1, 0.0]).unwrap();
+    let turn = Buffer::reals(gpu, "q", precision, 8, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]).unwrap();
+    let mut record = gpu.record();
+    for _ in 0..DISPATCHES {
+        record.run(&kernel, &[], &[&cells, &remainders, &turn], 1);
+    }
+    let real = precision.bytes() as u64;
+    let read = record.read(&[(&cells, 0..16), (&remainders, 0..4 * real), (&turn, 0..8 * real)]).unwrap();
+    let cell: Vec<i32> = bytemuck::pod_collect_to_vec(&read[0]);
+    let (remainder, turn) = (precision.decode(&read[1]), precision.decode(&read[2]));
+    let place = DVec3::from_array(std::array::from_fn(|k| lattice.join(cell[k], remainder[k])));
+    let q = DQuat::from_array(std::array::from_fn(|k| turn[k] + turn[k + 4]));
+    assert!((q.length() - 1.0).abs() < 4e-6, "{precision:?}: length {}", q.length());
+    (place, q.normalize())
+}
+
+#[test]
+fn a_drift_of_1e_8_a_step_arrives_after_a_million_steps() {
+    let Some(gpu) = test_device() else { return };
+    for precision in precisions(gpu) {
+        for from in [DVec3::ZERO, DVec3::new(2000.0, -1500.0, 0.3), DVec3::splat(9e5)] {
+            let step = DVec3::new(1e-8, -3e-9, 2.5e-8);
+            let half_turn = DVec3::new(0.0, 0.0, 5e-9);
+            let (place, turn) = drift(gpu, precision, from, step, half_turn);
+            let error = (place - from - 1e6 * step).length() / (1e6 * step).length();
+            let (axis, angle) = turn.to_axis_angle();
+            let turned = (angle * axis.z - 1e-2).abs() / 1e-2;
+            println!("{precision:?} from {from}: moved to {error:.1e}, turned to {turned:.1e}");
+            assert!(error < 1e-3 && turned < 1e-3, "{error} {turned}");
+        }
+    }
+}
+
+#[test]
+fn large_turns_are_those_of_the_cpu() {
+    let Some(gpu) = test_device() else { return };
+    for (precision, bound) in precisions(gpu).into_iter().zip([2e-6, 1e-12]) {
+        let half_turn = DVec3::new(0.3, -0.1, 0.2) * 1e-4;
+        let (_, turn) = drift(gpu, precision, DVec3::ZERO, DVec3::ZERO, half_turn);
+        // A million equal turns of 2 atan |h| about one axis.
+        let angle = 2e6 * half_turn.length().atan();
+        let expected = DQuat::from_axis_angle(half_turn.normalize(), angle % std::f64::consts::TAU);
+        let off = 2.0 * (turn - expected).length().min((turn + expected).length());
+        println!("{precision:?}: {off:.1e} rad off after {angle:.1} rad");
+        assert!(off < bound * angle, "{off}");
+    }
+}
+
+#[test]
+fn lengths_split_exactly() {
+    let pitch = 2f64.powi(-18);
+    let [coarse, fine] = split_length(3.141_592_653_589_793, pitch);
+    assert_eq!(coarse + fine, 3.141_592_653_589_793);
+    assert_eq!(f64::from(coarse as f32), coarse);
+    assert!(fine.abs() <= 0.5 * pitch);
+}

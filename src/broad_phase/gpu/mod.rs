@@ -1,0 +1,239 @@
+//! The search for touching boxes on the device: a hashed grid of several levels, sorted by cell.
+//!
+//! Boxes are classed by size into levels, coarser cells for larger boxes. A pair is found once: in its own level by the box whose
+//! cell comes first, between levels by the smaller box, so that no body's search is long because its box is large. Which cells to
+//! look through is computed from positions on the integer lattice, in integers, and so is exact at any distance from the origin.
+//! Cells are hashed into a table of as many columns as there are bodies, and boxes sorted by column.
+//!
+//! Sorted cells: S. Green, "Particle simulation using CUDA", 2010. Levels: as in [`Grid`](super::Grid).
+
+mod kernels;
+
+use crate::gpu::{Buffer, Gpu, GpuError, Lattice, Precision, Recorder, Scan, Sort};
+use kernels::Kernels;
+
+/// The table has at least this many columns, more than the cells of any row that a body looks through.
+const LEAST_COLUMNS: u64 = 64;
+
+/// Bodies at most: their indices share a word with their levels.
+const MOST_BODIES: u64 = 1 << 27;
+
+/// Words of the survey of a scene: four, and three for each of 32 classes.
+const SURVEY_WORDS: u64 = 4 + 3 * 32;
+
+/// Faults of the search, as in `shaders/broad_phase/levels.wgsl`.
+const CROWDED: u32 = 1;
+const TOO_MANY: u32 = 2;
+
+/// Pairs from which on a sum is no longer trusted.
+const TOO_MANY_PAIRS: u64 = 1 << 31;
+
+/// The search, and the pairs that it found last.
+pub struct Search {
+    kernels: Kernels,
+    sort: Sort,
+    scan: Scan,
+    survey: Buffer,
+    crowds: Buffer,
+    classes: Buffer,
+    /// Column of every body; later the body found in every pair.
+    keys: Buffer,
+    /// Bodies with their levels; later the entry of every pair in the found body's list.
+    values: Buffer,
+    /// Bodies of every column; later the pairs that every body found; later what to add to those.
+    counts: Buffer,
+    /// Where every column begins.
+    columns: Buffer,
+    sorted: [Buffer; 3],
+    first: Buffer,
+    pairs: Buffer,
+    count: u64,
+    adjacency_start: Buffer,
+    adjacency: Buffer,
+}
+
+impl Search {
+    /// Compiles the kernels. In the plane (`planar`) only x and y count.
+    ///
+    /// # Errors
+    /// [`GpuError::Kernel`], [`GpuError::NoF64`], [`GpuError::OutOfMemory`].
+    pub fn new(gpu: &Gpu, precision: Precision, planar: bool, lattice: Lattice) -> Result<Self, GpuError> {
+        let words = |label| Buffer::new(gpu, label, 4, 1);
+        let reals = |label| Buffer::new(gpu, label, 4 * precision.bytes(), 1);
+        Ok(Search {
+            kernels: Kernels::new(gpu, precision, planar, lattice)?,
+            sort: Sort::new(gpu)?,
+            scan: Scan::new(gpu)?,
+            survey: Buffer::new(gpu, "search-survey", 4, SURVEY_WORDS)?,
+            crowds: Buffer::new(gpu, "search-crowds", 4, 2)?,
+            classes: words("search-classes")?,
+            keys: words("search-keys")?,
+            values: words("search-values")?,
+            counts: words("search-counts")?,
+            columns: words("search-columns")?,
+            sorted: [
+                Buffer::new(gpu, "search-sorted-cells", 16, 1)?,
+                reals("search-sorted-remainders")?,
+                reals("search-sorted-boxes")?,
+            ],
+            first: words("search-first")?,
+            pairs: Buffer::new(gpu, "pairs", 8, 1)?,
+            count: 0,
+            adjacency_start: words("adjacency-start")?,
+            adjacency: words("adjacency")?,
+        })
+    }
+
+    /// Finds every pair whose boxes touch, and perhaps some that are a few roundings apart.
+    ///
+    /// `cell` and `remainder` are the bodies' positions on the lattice (four numbers each, the last unused). `boxes` holds half
+    /// extents, margins included, and the radius of a ball about the body's position that holds the box however the body turns. A box
+    /// with an extent that is negative or not finite touches nothing. The pairs and their order depend on the boxes alone.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] and [`GpuError::OutOfMemory`] where the pairs do not fit, [`GpuError::Unsupported`] where a body is
+    /// further out than the lattice or has 60,000 boxes about it, and the device's own faults. No pairs are there after an error.
+    pub fn run(
+        &mut self,
+        gpu: &Gpu,
+        cell: &Buffer,
+        remainder: &Buffer,
+        boxes: &Buffer,
+        bodies: u64,
+    ) -> Result<(), GpuError> {
+        self.count = 0;
+        if bodies > MOST_BODIES {
+            return Err(GpuError::Unsupported { what: format!("room for {bodies} bodies (at most {MOST_BODIES})") });
+        }
+        let columns = bodies.next_power_of_two().max(LEAST_COLUMNS);
+        self.reserve(gpu, bodies, columns)?;
+        let mut record = gpu.record();
+        record.stage("search: order");
+        self.order(&mut record, [cell, remainder, boxes], bodies, columns)?;
+        record.stage("search: find");
+        self.find(&mut record, bodies, columns, false);
+        self.scan.exclusive(&mut record, &self.counts, &self.first, bodies)?;
+        let count = self.total(gpu, &mut record, bodies)?;
+        self.pairs.reserve(gpu, count)?;
+        self.adjacency.reserve(gpu, 2 * count)?;
+        self.keys.reserve(gpu, count)?;
+        self.values.reserve(gpu, count)?;
+        if count > 0 {
+            self.find(&mut record, bodies, columns, true);
+        }
+        record.stage("search: lists");
+        self.connect(&mut record, bodies, count)?;
+        record.submit()?;
+        self.count = count;
+        Ok(())
+    }
+
+    /// Exchanges the pairs, where each body's list begins and the lists with other buffers, so that both can be kept.
+    pub(crate) fn exchange(&mut self, [pairs, start, adjacency]: [&mut Buffer; 3]) {
+        std::mem::swap(&mut self.pairs, pairs);
+        std::mem::swap(&mut self.adjacency_start, start);
+        std::mem::swap(&mut self.adjacency, adjacency);
+    }
+
+    /// The pairs `[a, b]`, `a < b`: each once, ordered by the body that found them.
+    pub fn pairs(&self) -> &Buffer {
+        &self.pairs
+    }
+
+    /// How many pairs there are.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// Where every body's list in [`Search::adjacency`] begins, and where the last one ends.
+    pub fn adjacency_start(&self) -> &Buffer {
+        &self.adjacency_start
+    }
+
+    /// For every body its pairs, ascending: twice the pair's number, and one more where the body is the second of the pair.
+    pub fn adjacency(&self) -> &Buffer {
+        &self.adjacency
+    }
+
+    fn reserve(&mut self, gpu: &Gpu, bodies: u64, columns: u64) -> Result<(), GpuError> {
+        for buffer in [&mut self.classes, &mut self.keys, &mut self.values].into_iter().chain(&mut self.sorted) {
+            buffer.reserve(gpu, bodies)?;
+        }
+        self.counts.reserve(gpu, columns)?;
+        self.columns.reserve(gpu, columns + 1)?;
+        self.first.reserve(gpu, bodies + 1)?;
+        self.adjacency_start.reserve(gpu, bodies + 1)?;
+        Ok(())
+    }
+
+    /// Sorts the boxes by column.
+    fn order(
+        &mut self,
+        record: &mut Recorder<'_>,
+        [cell, remainder, boxes]: [&Buffer; 3],
+        bodies: u64,
+        columns: u64,
+    ) -> Result<(), GpuError> {
+        let words = [bodies as u32, (columns - 1) as u32, 0, 0];
+        let parameters = bytemuck::bytes_of(&words);
+        record.clear(&self.survey, 0..4 * SURVEY_WORDS);
+        record.clear(&self.crowds, 0..8);
+        record.clear(&self.counts, 0..4 * columns);
+        let buffers = [cell, remainder, boxes, &self.classes, &self.survey];
+        record.run(&self.kernels.classify, parameters, &buffers, bodies);
+        let buffers = [cell, &self.classes, &self.survey, &self.keys, &self.values, &self.counts];
+        record.run(&self.kernels.place, parameters, &buffers, bodies);
+        self.scan.exclusive(record, &self.counts, &self.columns, columns)?;
+        self.sort.by_key(record, &mut self.keys, &mut self.values, bodies, columns.trailing_zeros())?;
+        let [cells, remainders, extents] = &self.sorted;
+        let buffers = [&self.values, cell, remainder, boxes, cells, remainders, extents];
+        record.run(&self.kernels.gather, parameters, &buffers, bodies);
+        Ok(())
+    }
+
+    /// Counts the pairs that every body finds, or writes them. One kernel does both, so that they agree to the bit.
+    fn find(&self, record: &mut Recorder<'_>, bodies: u64, columns: u64, fill: bool) {
+        let large = TOO_MANY_PAIRS / bodies.max(1);
+        let words = [bodies as u32, (columns - 1) as u32, u32::from(fill), large as u32];
+        let list = if fill { &self.first } else { &self.counts };
+        let [cells, remainders, extents] = &self.sorted;
+        let buffers = [cells, remainders, extents, &self.columns, &self.survey, list, &self.pairs, &self.crowds];
+        record.run(&self.kernels.find, bytemuck::bytes_of(&words), &buffers, bodies);
+    }
+
+    /// Waits for the number of pairs.
+    fn total(&self, gpu: &Gpu, record: &mut Recorder<'_>, bodies: u64) -> Result<u64, GpuError> {
+        let read =
+            record.read(&[(&self.survey, 4..8), (&self.crowds, 0..4), (&self.first, 4 * bodies..4 * bodies + 4)])?;
+        let word = |k: usize| read[k].as_chunks().0.first().map_or(0, |bytes| u32::from_le_bytes(*bytes));
+        let (far, faults, count) = (word(0), word(1), word(2));
+        let unsupported = |what: &str| Err(GpuError::Unsupported { what: what.into() });
+        if far != 0 {
+            return unsupported("room for a body so far from the origin");
+        }
+        if faults & CROWDED != 0 {
+            return unsupported("search where 60,000 boxes lie about one");
+        }
+        if faults & TOO_MANY != 0 {
+            let (needs, has) = (8 * TOO_MANY_PAIRS, 8 * gpu.most_elements(8));
+            return Err(GpuError::Limit { what: "pairs".into(), needs, has, adapter: gpu.name().into() });
+        }
+        Ok(u64::from(count))
+    }
+
+    /// Makes every body's list of pairs.
+    fn connect(&mut self, record: &mut Recorder<'_>, bodies: u64, pairs: u64) -> Result<(), GpuError> {
+        let words = [bodies as u32, pairs as u32, 0, 0];
+        let parameters = bytemuck::bytes_of(&words);
+        let buffers = [&self.pairs, &self.first, &self.keys, &self.values];
+        record.run(&self.kernels.incoming, parameters, &buffers, pairs);
+        let bits = bodies.next_power_of_two().trailing_zeros();
+        self.sort.by_key(record, &mut self.keys, &mut self.values, pairs, bits)?;
+        let own = &self.counts;
+        let buffers = [&self.first, &self.keys, &self.values, &self.adjacency_start, own];
+        record.run(&self.kernels.adjacency_start, parameters, &buffers, bodies + 1);
+        let buffers = [&self.pairs, &self.first, &self.keys, &self.values, own, &self.adjacency];
+        record.run(&self.kernels.adjacency, parameters, &buffers, pairs);
+        Ok(())
+    }
+}

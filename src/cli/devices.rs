@@ -1,0 +1,48 @@
+//! `relcp devices`: the adapters of this machine.
+
+use super::arguments::Devices;
+use super::exit::{CliError, Exit};
+use super::output;
+use crate::gpu::{AdapterReport, Choice, adapters};
+use serde_json::json;
+
+pub(super) fn devices(arguments: &Devices) -> Result<Exit, CliError> {
+    let found = adapters(&Choice { name: arguments.adapter.clone(), software: true, ..Choice::default() });
+    if arguments.print.json {
+        output::json(&json!({ "adapters": found }))?;
+    } else if !arguments.print.quiet {
+        output::write(|out| {
+            if found.is_empty() {
+                writeln!(out, "no adapter: no Vulkan, Metal or DirectX 12 driver was found; runs are computed on the CPU")?;
+            }
+            for adapter in &found {
+                let AdapterReport { name, kind, interface, driver, .. } = adapter;
+                writeln!(out, "{name}\n  {kind}, {interface}, driver {driver}")?;
+                let has = |yes: bool| if yes { "yes" } else { "no" };
+                let mib = |bytes: u64| bytes >> 20;
+                let (buffer, binding) = (mib(adapter.max_buffer), mib(adapter.max_binding));
+                writeln!(out, "  largest buffer {buffer} MiB, largest binding {binding} MiB")?;
+                let (buffers, group) = (adapter.storage_buffers, adapter.workgroup);
+                writeln!(out, "  {buffers} storage buffers a kernel, {group} invocations a workgroup")?;
+                writeln!(out, "  f64 {}, timestamps {}", has(adapter.f64), has(adapter.timestamps))?;
+                writeln!(out, "  {}", verdict(adapter))?;
+            }
+            if !found.iter().any(|adapter| adapter.automatic) && !found.is_empty() {
+                writeln!(out, "--backend auto computes on the CPU: there is no hardware adapter that fits")?;
+            }
+            Ok(())
+        })?;
+    }
+    Ok(if found.iter().any(|adapter| adapter.taken) { Exit::Done } else { Exit::Device })
+}
+
+fn verdict(adapter: &AdapterReport) -> String {
+    if !adapter.lacks.is_empty() {
+        return format!("cannot be used: {}", adapter.lacks.join("; "));
+    }
+    match (adapter.automatic, adapter.taken) {
+        (true, _) => "taken by --backend auto and by --backend gpu: the first hardware adapter that fits".into(),
+        (false, true) => "taken by --backend gpu; not by auto, as a software adapter is slower than the CPU path".into(),
+        (false, false) => "not taken unless named with --adapter: another one comes first".into(),
+    }
+}

@@ -1,0 +1,95 @@
+//! What a device was made to do: pipelines, buffers, dispatches, read-backs, and the time of each stage where the adapter tells it.
+
+use super::device::PipelineReport;
+use super::{Counters, Gpu, StageTime};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// All buffers of one label.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct BufferUse {
+    /// What they hold.
+    pub label: String,
+    /// How many there are.
+    pub count: usize,
+    /// Bytes of all of them.
+    pub bytes: u64,
+}
+
+/// What a device was made to do.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Profile {
+    /// The adapter and its driver.
+    pub adapter: String,
+    /// The pipelines made, in order.
+    pub pipelines: Vec<PipelineReport>,
+    /// The buffers there are, the largest first.
+    pub buffers: Vec<BufferUse>,
+    /// Bytes of all buffers at once, at most.
+    pub peak_bytes: u64,
+    /// Steps since the device was opened.
+    pub steps: u64,
+    /// Dispatches, submissions, read-backs since then.
+    pub counters: Counters,
+    /// Device time by stage; empty where the adapter does not tell.
+    pub stages: Vec<StageTime>,
+}
+
+impl Profile {
+    /// The profile of a device that took `steps` steps.
+    pub fn of(gpu: &Gpu, steps: u64) -> Profile {
+        let mut by_label: BTreeMap<String, (usize, u64)> = BTreeMap::new();
+        for (label, bytes) in gpu.buffers() {
+            let entry = by_label.entry(label).or_default();
+            *entry = (entry.0 + 1, entry.1 + bytes);
+        }
+        let mut buffers: Vec<BufferUse> =
+            by_label.into_iter().map(|(label, (count, bytes))| BufferUse { label, count, bytes }).collect();
+        buffers.sort_by(|a, b| b.bytes.cmp(&a.bytes).then_with(|| a.label.cmp(&b.label)));
+        Profile {
+            adapter: format!("{} ({})", gpu.name(), gpu.driver()),
+            pipelines: gpu.pipelines(),
+            buffers,
+            peak_bytes: gpu.peak_bytes(),
+            steps,
+            counters: gpu.counters(),
+            stages: gpu.stage_times(),
+        }
+    }
+}
+
+impl fmt::Display for Profile {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(out, "  {}", self.adapter)?;
+        let (c, steps) = (&self.counters, self.steps.max(1) as f64);
+        let a_step = |count: u64| count as f64 / steps;
+        writeln!(
+            out,
+            "  a step: {:.1} dispatches, {:.1} submissions, {:.1} read-backs of {:.0} bytes in all, {:.0} bytes written",
+            a_step(c.dispatches),
+            a_step(c.submissions),
+            a_step(c.reads),
+            a_step(c.bytes_read),
+            a_step(c.bytes_written)
+        )?;
+        for stage in &self.stages {
+            writeln!(out, "  {:<24} {:>10.3} s on the device", stage.stage, stage.seconds)?;
+        }
+        if self.stages.is_empty() {
+            writeln!(out, "  the adapter has no timestamps: times of stages on the device are not known")?;
+        }
+        let total: u64 = self.buffers.iter().map(|b| b.bytes).sum();
+        writeln!(out, "  {:.2} MiB in buffers, at most {:.2}:", mib(total), mib(self.peak_bytes))?;
+        for buffer in &self.buffers {
+            let times = if buffer.count > 1 { format!(" ({} of them)", buffer.count) } else { String::new() };
+            writeln!(out, "    {:>12} bytes  {}{times}", buffer.bytes, buffer.label)?;
+        }
+        let names: Vec<&str> = self.pipelines.iter().map(|p| p.name.as_str()).collect();
+        writeln!(out, "  {} pipelines: {}", names.len(), names.join(", "))
+    }
+}
+
+fn mib(bytes: u64) -> f64 {
+    bytes as f64 / f64::from(1 << 20)
+}

@@ -1,0 +1,94 @@
+//! Prefix sums of `u32` counts: blocks are summed in workgroup memory, their totals likewise, level by level, and added back
+//! (G. E. Blelloch, "Prefix sums and their applications", 1990).
+
+use super::{Buffer, Gpu, GpuError, Kernel, Precision, Recorder, Source, WORKGROUP, fragment};
+
+/// Entries that one invocation sums.
+const ITEMS: u32 = 8;
+
+/// Entries of a block.
+const BLOCK: u64 = WORKGROUP as u64 * ITEMS as u64;
+
+/// Exclusive prefix sums. It holds kernels and memory for reuse.
+pub struct Scan {
+    scan: Kernel,
+    add: Kernel,
+    /// Per level: the totals of its blocks, and what comes before each block.
+    levels: Vec<[Buffer; 2]>,
+    /// Takes the total of a level of one block.
+    total: Buffer,
+}
+
+pub(super) fn sources() -> [Source; 2] {
+    let source = |name| Source::new(name, Precision::F32).integer("ITEMS", ITEMS);
+    [
+        source("scan").include(fragment!("sort/sum_before.wgsl")).include(fragment!("sort/scan.wgsl")),
+        source("scan-add").include(fragment!("sort/scan_add.wgsl")),
+    ]
+}
+
+impl Scan {
+    /// Compiles the kernels.
+    ///
+    /// # Errors
+    /// [`GpuError::Kernel`], [`GpuError::OutOfMemory`].
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let [scan, add] = sources();
+        Ok(Scan {
+            scan: Kernel::new(gpu, &scan)?,
+            add: Kernel::new(gpu, &add)?,
+            levels: Vec::new(),
+            total: Buffer::new(gpu, "scan-total", 4, 1)?,
+        })
+    }
+
+    /// Records `out[i] = counts[0] + ... + counts[i - 1]` for `i` in `0..=n`: `out` has room for `n + 1` numbers, and the last one
+    /// is the sum of all. `counts` and `out` are different buffers. Sums are modulo 2^32.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`], [`GpuError::OutOfMemory`].
+    pub fn exclusive(
+        &mut self,
+        record: &mut Recorder<'_>,
+        counts: &Buffer,
+        out: &Buffer,
+        n: u64,
+    ) -> Result<(), GpuError> {
+        debug_assert!(counts.capacity() >= n && out.capacity() > n, "the buffers of a scan are too small");
+        // Entries of each level; the first has one that counts nothing, so that the sum of all has a place.
+        let mut entries = vec![n + 1];
+        while let Some(blocks) = entries.last().map(|n| n.div_ceil(BLOCK)).filter(|blocks| *blocks > 1) {
+            entries.push(blocks);
+        }
+        self.reserve(record.gpu(), &entries[1..])?;
+        for (level, &entries) in entries.iter().enumerate() {
+            let (counts, out, counted) = match level {
+                0 => (counts, out, n),
+                _ => (&self.levels[level - 1][0], &self.levels[level - 1][1], entries),
+            };
+            let blocks = entries.div_ceil(BLOCK);
+            let totals = if blocks > 1 { &self.levels[level][0] } else { &self.total };
+            let parameters = [counted as u32, entries as u32, blocks as u32, 0];
+            record.run_groups(&self.scan, bytemuck::bytes_of(&parameters), &[counts, out, totals], blocks);
+        }
+        for level in (0..entries.len() - 1).rev() {
+            let out = if level == 0 { out } else { &self.levels[level - 1][1] };
+            let parameters = [entries[level] as u32, 0, 0, 0];
+            record.run(&self.add, bytemuck::bytes_of(&parameters), &[&self.levels[level][1], out], entries[level]);
+        }
+        Ok(())
+    }
+
+    fn reserve(&mut self, gpu: &Gpu, blocks: &[u64]) -> Result<(), GpuError> {
+        for (level, &blocks) in blocks.iter().enumerate() {
+            if level == self.levels.len() {
+                self.levels
+                    .push([Buffer::new(gpu, "scan-totals", 4, blocks)?, Buffer::new(gpu, "scan-before", 4, blocks)?]);
+            }
+            for buffer in &mut self.levels[level] {
+                buffer.reserve(gpu, blocks)?;
+            }
+        }
+        Ok(())
+    }
+}

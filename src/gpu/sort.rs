@@ -1,0 +1,101 @@
+//! A stable sort of `u32` keys with `u32` values: radix sort by digits of 4 bits, the lowest first (N. Satish, M. Harris,
+//! M. Garland, "Designing efficient sorting algorithms for manycore GPUs", 2009). No order is left to chance.
+
+use super::{Buffer, Gpu, GpuError, Kernel, Precision, Recorder, Scan, Source, WORKGROUP, fragment};
+
+/// Bits of a digit.
+const DIGIT_BITS: u32 = 4;
+
+/// Keys that one invocation sorts: as many as there are digits, so that counting by invocation costs as much as moving keys.
+const ITEMS: u32 = 16;
+
+/// Keys of a block.
+const BLOCK: u64 = WORKGROUP as u64 * ITEMS as u64;
+
+/// A stable sort. It holds kernels and memory for reuse.
+pub struct Sort {
+    histogram: Kernel,
+    scatter: Kernel,
+    scan: Scan,
+    counts: Buffer,
+    starts: Buffer,
+    keys: Buffer,
+    values: Buffer,
+}
+
+pub(super) fn sources() -> [Source; 2] {
+    let source = |name| Source::new(name, Precision::F32).integer("ITEMS", ITEMS).integer("DIGITS", 1 << DIGIT_BITS);
+    [
+        source("sort-histogram").include(fragment!("sort/histogram.wgsl")),
+        source("sort-scatter").include(fragment!("sort/sum_before.wgsl")).include(fragment!("sort/scatter.wgsl")),
+    ]
+}
+
+impl Sort {
+    /// Compiles the kernels.
+    ///
+    /// # Errors
+    /// [`GpuError::Kernel`], [`GpuError::OutOfMemory`].
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let [histogram, scatter] = sources();
+        let buffer = |label| Buffer::new(gpu, label, 4, 1);
+        Ok(Sort {
+            histogram: Kernel::new(gpu, &histogram)?,
+            scatter: Kernel::new(gpu, &scatter)?,
+            scan: Scan::new(gpu)?,
+            counts: buffer("sort-counts")?,
+            starts: buffer("sort-starts")?,
+            keys: buffer("sort-keys")?,
+            values: buffer("sort-values")?,
+        })
+    }
+
+    /// Records a sort of the first `n` keys and their values by the lowest `bits` bits of the keys. Keys that agree in them keep
+    /// their order. The two buffers may change places with ones of the sort's own, at least as large; what lies past `n` is lost.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`], [`GpuError::OutOfMemory`].
+    pub fn by_key(
+        &mut self,
+        record: &mut Recorder<'_>,
+        keys: &mut Buffer,
+        values: &mut Buffer,
+        n: u64,
+        bits: u32,
+    ) -> Result<(), GpuError> {
+        debug_assert!(keys.element() == 4 && values.element() == 4, "a sort is of u32");
+        debug_assert!(keys.capacity() >= n && values.capacity() >= n, "the buffers of a sort are too small");
+        if n < 2 || bits == 0 {
+            return Ok(());
+        }
+        let gpu = record.gpu();
+        let blocks = n.div_ceil(BLOCK);
+        let counts = blocks << DIGIT_BITS;
+        self.counts.reserve(gpu, counts)?;
+        self.starts.reserve(gpu, counts + 1)?;
+        self.keys.reserve(gpu, keys.capacity())?;
+        self.values.reserve(gpu, values.capacity())?;
+        for shift in (0..bits.min(32)).step_by(DIGIT_BITS as usize) {
+            let mask = (1u32 << DIGIT_BITS.min(bits.min(32) - shift)) - 1;
+            let parameters = [n as u32, blocks as u32, shift, mask];
+            let parameters = bytemuck::bytes_of(&parameters);
+            record.run_groups(&self.histogram, parameters, &[keys, &self.counts], blocks);
+            self.scan.exclusive(record, &self.counts, &self.starts, counts)?;
+            let buffers = [&*keys, &*values, &self.starts, &self.keys, &self.values];
+            record.run_groups(&self.scatter, parameters, &buffers, blocks);
+            std::mem::swap(keys, &mut self.keys);
+            std::mem::swap(values, &mut self.values);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn kernels_are_valid() {
+        for source in super::sources().iter().chain(&crate::gpu::scan::sources()) {
+            crate::gpu::kernel::validate(source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
+        }
+    }
+}

@@ -1,0 +1,269 @@
+//! Separations in WGSL: which families of pairs a scene needs, and the fragments of a kernel that computes one of them.
+//!
+//! A kernel serves one pair of families, so that a scene compiles only what its shapes can meet. In it are the functions
+//!
+//! * `separate(delta, a, b, warm) -> Separation`, as [`super::separation`] or [`super::planar_separation`] for `delta = x_b - x_a`, with
+//!   `warm` zero where there is no old normal;
+//! * `is_of_families(kind_a, kind_b) -> bool`, whether a pair of such shapes is one that it computes;
+//! * and what [`add_bodies_to`] adds.
+//!
+//! The text is `shaders/separation/`. It follows the CPU in every degenerate case; its tolerances are functions of the number type.
+
+use crate::gpu::{Fragment, Precision, Source, fragment};
+use crate::shape::Shape;
+
+/// A pair of families of shapes that one kernel computes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum PairFamilies {
+    /// Spheres and rods.
+    Segments,
+    /// A ring, and a sphere or rod.
+    CircleSegment,
+    /// An ellipsoid, and a sphere or rod.
+    SegmentEllipsoid,
+    /// Two rings.
+    Circles,
+    /// Two ellipsoids.
+    Ellipsoids,
+}
+
+/// A shape's family.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Family {
+    Segment,
+    Ellipsoid,
+    Circle,
+}
+
+impl Family {
+    /// The family of a shape's [tag](Shape::code).
+    fn of(kind: u32) -> Option<Family> {
+        match kind {
+            0 | 1 => Some(Family::Segment),
+            2 => Some(Family::Ellipsoid),
+            3 => Some(Family::Circle),
+            _ => None,
+        }
+    }
+}
+
+impl PairFamilies {
+    /// All of them. A ring with an ellipsoid is missing, as on the CPU.
+    pub const ALL: [PairFamilies; 5] = [
+        PairFamilies::Segments,
+        PairFamilies::CircleSegment,
+        PairFamilies::SegmentEllipsoid,
+        PairFamilies::Circles,
+        PairFamilies::Ellipsoids,
+    ];
+
+    /// Those that bodies of these shapes can make, in a fixed order.
+    ///
+    /// ```
+    /// use relcp::{separation::gpu::PairFamilies, shape::Shape};
+    /// let rods = [Shape::Sphere { radius: 1.0 }, Shape::Spherocylinder { diameter: 1.0, length: 3.0 }];
+    /// assert_eq!(PairFamilies::needed(rods.into_iter()), [PairFamilies::Segments]);
+    /// ```
+    pub fn needed(shapes: impl Iterator<Item = Shape>) -> Vec<PairFamilies> {
+        let mut kinds: Vec<u32> = shapes.map(|shape| shape.code().0).collect();
+        kinds.sort_unstable();
+        kinds.dedup();
+        let made = |pair: &PairFamilies| kinds.iter().any(|a| kinds.iter().any(|b| pair.is_of_families(*a, *b)));
+        PairFamilies::ALL.into_iter().filter(made).collect()
+    }
+
+    /// Whether a pair of shapes with these tags is of these families, in either order.
+    pub fn is_of_families(self, kind_a: u32, kind_b: u32) -> bool {
+        let (Some(a), Some(b)) = (Family::of(kind_a), Family::of(kind_b)) else { return false };
+        let (first, second) = self.families();
+        (a, b) == (first, second) || (a, b) == (second, first)
+    }
+
+    fn families(self) -> (Family, Family) {
+        match self {
+            PairFamilies::Segments => (Family::Segment, Family::Segment),
+            PairFamilies::CircleSegment => (Family::Circle, Family::Segment),
+            PairFamilies::SegmentEllipsoid => (Family::Ellipsoid, Family::Segment),
+            PairFamilies::Circles => (Family::Circle, Family::Circle),
+            PairFamilies::Ellipsoids => (Family::Ellipsoid, Family::Ellipsoid),
+        }
+    }
+
+    /// A short name, for a kernel's.
+    pub fn name(self) -> &'static str {
+        match self {
+            PairFamilies::Segments => "segment-segment",
+            PairFamilies::CircleSegment => "segment-circle",
+            PairFamilies::SegmentEllipsoid => "segment-ellipsoid",
+            PairFamilies::Circles => "circle-circle",
+            PairFamilies::Ellipsoids => "ellipsoid-ellipsoid",
+        }
+    }
+
+    /// Adds `separate` and `is_of_families` for this pair of families; `planar` for bodies that cannot leave the plane.
+    #[must_use]
+    pub fn add_to(self, source: Source, planar: bool) -> Source {
+        let mut source = add_tolerances_to(add_bodies_to(source));
+        if self == PairFamilies::Circles {
+            let halvings = halvings(source.precision());
+            source = source.integer("RING_HALVINGS", halvings);
+        }
+        for fragment in self.fragments().iter().chain(self.entry(planar)) {
+            source = source.include(*fragment);
+        }
+        source.text(&self.test_text())
+    }
+
+    /// What it computes in space, for a pair in its fixed order.
+    fn fragments(self) -> &'static [Fragment] {
+        match self {
+            PairFamilies::Segments => &[
+                fragment!("separation/nearest.wgsl"),
+                fragment!("separation/order.wgsl"),
+                fragment!("separation/segments.wgsl"),
+                fragment!("separation/entry.wgsl"),
+            ],
+            PairFamilies::CircleSegment => &[
+                fragment!("separation/nearest.wgsl"),
+                fragment!("separation/ring.wgsl"),
+                fragment!("separation/circle_segment.wgsl"),
+                fragment!("separation/entry.wgsl"),
+            ],
+            PairFamilies::SegmentEllipsoid => &[
+                fragment!("separation/nearest.wgsl"),
+                fragment!("separation/basis.wgsl"),
+                fragment!("separation/support.wgsl"),
+                fragment!("separation/peak.wgsl"),
+                fragment!("separation/point_ellipsoid.wgsl"),
+                fragment!("separation/segment_ellipsoid.wgsl"),
+                fragment!("separation/entry.wgsl"),
+            ],
+            PairFamilies::Circles => &[
+                fragment!("separation/nearest.wgsl"),
+                fragment!("separation/order.wgsl"),
+                fragment!("separation/ring.wgsl"),
+                fragment!("separation/circles.wgsl"),
+                fragment!("separation/entry.wgsl"),
+            ],
+            PairFamilies::Ellipsoids => &[
+                fragment!("separation/nearest.wgsl"),
+                fragment!("separation/order.wgsl"),
+                fragment!("separation/basis.wgsl"),
+                fragment!("separation/support.wgsl"),
+                fragment!("separation/peak.wgsl"),
+                fragment!("separation/ellipsoids.wgsl"),
+                fragment!("separation/entry.wgsl"),
+            ],
+        }
+    }
+
+    /// The function `separate`.
+    fn entry(self, planar: bool) -> &'static [Fragment] {
+        match self {
+            // Rings lie as in space.
+            _ if !planar => &[fragment!("separation/entry_space.wgsl")],
+            PairFamilies::CircleSegment | PairFamilies::Circles => &[fragment!("separation/entry_space.wgsl")],
+            PairFamilies::Segments => &[
+                fragment!("separation/planar.wgsl"),
+                fragment!("separation/planar_normal.wgsl"),
+                fragment!("separation/planar_segments.wgsl"),
+                fragment!("separation/entry_planar.wgsl"),
+            ],
+            PairFamilies::SegmentEllipsoid | PairFamilies::Ellipsoids => &[
+                fragment!("separation/planar.wgsl"),
+                fragment!("separation/planar_normal.wgsl"),
+                fragment!("separation/planar_outlines.wgsl"),
+                fragment!("separation/entry_planar.wgsl"),
+            ],
+        }
+    }
+
+    /// The function `is_of_families`, its tags written out.
+    fn test_text(self) -> String {
+        let kinds = 0..=3;
+        let pairs = kinds.clone().flat_map(|a| kinds.clone().map(move |b| (a, b)));
+        let tests: Vec<String> = pairs
+            .filter(|(a, b)| self.is_of_families(*a, *b))
+            .map(|(a, b)| format!("kind_a == {a}u && kind_b == {b}u"))
+            .collect();
+        format!("fn is_of_families(kind_a: u32, kind_b: u32) -> bool {{\n    return {};\n}}\n", tests.join(" || "))
+    }
+}
+
+/// Adds the tolerances, each a number of roundings, but not less than what the CPU has for 64 bits.
+fn add_tolerances_to(source: Source) -> Source {
+    let epsilon = source.precision().epsilon();
+    let tolerances = [
+        // Distances and maxima this close, as a fraction of the sizes, are equal: well above rounding.
+        ("TIE", 1e-13, 4.0),
+        // Distance, as a fraction of the sizes times the sine between two curves, under which the normal is read from the curves and
+        // not from the gap between them, which has lost more digits.
+        ("MEETING", 1e-6, 1e4),
+        // Sine under which axes count as parallel. The ends of segments 1000 diameters long then differ by 1e-9 diameters in 64 bits,
+        // by 1e-3 in 32 bits, where an axis is rounded to a tenth of this.
+        ("PARALLEL_SINE", 1e-12, 16.0),
+        // A normal is at right angles to a segment when its cosine is below this.
+        ("RIGHT_ANGLE", 1e-9, 16.0),
+        // A gradient, and a change in the function climbed, that are rounding, as fractions of the sizes.
+        ("GRADIENT_FLOOR", 0.0, 2.0),
+        ("VALUE_FLOOR", 0.0, 4.0),
+    ];
+    tolerances
+        .into_iter()
+        .fold(source, |source, (name, least, roundings)| source.real(name, (roundings * epsilon).max(least)))
+}
+
+/// Halvings at most of an interval in the search round a ring: what hides in the last has a width of the root of a rounding,
+/// and is not nearer by more than its square.
+fn halvings(precision: Precision) -> u32 {
+    (-0.5 * precision.epsilon().log2()).ceil() as u32
+}
+
+/// Adds bodies in space, for shapes of all families: the structs `Placed` and `Separation`, and the functions
+/// `bound(delta, a, b, normal)`, `bounding_radius(p)` and `half_extents(p)`.
+#[must_use]
+pub fn add_bodies_to(source: Source) -> Source {
+    source.include(fragment!("separation/body.wgsl"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::validate;
+    use crate::separation::supports;
+
+    #[test]
+    fn every_kernel_is_valid_in_both_precisions() {
+        for precision in [Precision::F32, Precision::F64] {
+            for (pair, planar) in PairFamilies::ALL.into_iter().flat_map(|pair| [(pair, false), (pair, true)]) {
+                let source = pair.add_to(Source::new(pair.name(), precision), planar).text(
+                    "@group(0) @binding(0) var<storage, read_write> out: array<vec4r>;
+                     @compute @workgroup_size(WORKGROUP)
+                     fn main(@builtin(local_invocation_index) i: u32) {
+                         let body = Placed(i % 4u, out[i].xyz, out[i + 1u]);
+                         let found = separate(out[i + 2u].xyz, body, body, vec3r(0.0, 0.0, 0.0));
+                         if is_of_families(i, 1u) { out[i] = vec4r(found.normal, found.separation); }
+                     }",
+                );
+                validate(&source).unwrap_or_else(|e| panic!("{} {precision:?} {planar}: {e}", pair.name()));
+            }
+        }
+    }
+
+    #[test]
+    fn a_scene_needs_what_its_shapes_can_make() {
+        let shapes = [
+            Shape::Sphere { radius: 1.0 },
+            Shape::Spherocylinder { diameter: 1.0, length: 2.0 },
+            Shape::Ellipsoid { radii: [1.0, 2.0, 3.0] },
+            Shape::Torus { major_radius: 2.0, minor_radius: 1.0 },
+        ];
+        assert_eq!(PairFamilies::needed(shapes.into_iter()), PairFamilies::ALL);
+        assert_eq!(PairFamilies::needed(shapes[3..].iter().copied()), [PairFamilies::Circles]);
+        assert_eq!(PairFamilies::needed(std::iter::empty()), []);
+        for (a, b) in shapes.iter().flat_map(|a| shapes.iter().map(move |b| (a, b))) {
+            let of = |pair: &&PairFamilies| pair.is_of_families(a.code().0, b.code().0);
+            assert_eq!(PairFamilies::ALL.iter().filter(of).count(), usize::from(supports(a, b)), "{a:?} {b:?}");
+        }
+    }
+}

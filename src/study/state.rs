@@ -1,0 +1,67 @@
+//! Large states made of copies of a stored one.
+
+use crate::bodies::{Bodies, Lineage};
+use crate::gpu::GpuError;
+use crate::record::{RecordError, RunError, StateError, decode};
+use crate::relcp::Fault;
+use crate::scene::SceneError;
+use glam::DVec3;
+
+/// Why a study could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// A stored state could not be read.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// A run could not be recorded.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// A run stopped.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// A scene could not be made.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A step could not be taken.
+    #[error(transparent)]
+    Fault(#[from] Fault),
+    /// The device refused something.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// A result could not be written.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file.
+        path: String,
+        /// What the system says.
+        source: std::io::Error,
+    },
+}
+
+/// Side by side copies of a stored state, `count` bodies in all: in a square where it lies in the plane z = 0, else in a cube. The
+/// copies are a body's length apart, so each is a problem of its own as far as contact goes.
+pub fn tiled(stored: &[u8], count: usize) -> Result<Bodies, StudyError> {
+    let (_, state) = decode(stored)?;
+    let tile = state.bodies;
+    let planar = tile.position.iter().all(|x| x.z == 0.0);
+    let reach = |axis: fn(&DVec3) -> f64| tile.position.iter().map(|x| axis(x).abs()).fold(0.0, f64::max);
+    let longest = tile.shape.iter().map(|s| s.major_axis()).fold(0.0, f64::max);
+    let pitch = 2.0 * (reach(|x| x.x).max(reach(|x| x.y)).max(reach(|x| x.z)) + longest);
+    let tiles = count.div_ceil(tile.len().max(1));
+    let side = if planar { (tiles as f64).sqrt() } else { (tiles as f64).cbrt() }.ceil().max(1.0) as usize;
+    let mut bodies = Bodies::default();
+    for t in 0..tiles {
+        let place = [t % side, t / side % side, t / side / side].map(|k| k as f64 - 0.5 * (side as f64 - 1.0));
+        let mut offset = pitch * DVec3::from_array(place);
+        if planar {
+            offset.z = 0.0;
+        }
+        for i in 0..tile.len().min(count - bodies.len()) {
+            let mut placed = tile.placed(i);
+            placed.position += offset;
+            let index = bodies.push(placed, tile.group[i]);
+            bodies.lineage[index] = Lineage { id: index as u64, parent: None, ..tile.lineage[i] };
+        }
+    }
+    Ok(bodies)
+}

@@ -1,0 +1,188 @@
+//! Throughput: what a step costs by the number of bodies, on the CPU and on a device.
+//!
+//! The states are copies of a stored colony of 1,024 cells, and of a stored jammed compaction of 1,000 ellipsoids, side by side; each copy is
+//! a problem of its own, so the solver's iterations do not grow with their number here.
+
+use super::{StudyError, copy_bandwidth, tiled};
+use crate::gpu::{Counters, Gpu};
+use crate::relcp::{Compute, Phases, Simulation};
+use crate::scene;
+use serde::Serialize;
+use std::fmt::Write as _;
+use std::time::{Duration, Instant};
+
+/// Steps taken before any is timed: pipelines are compiled and multipliers remembered in them.
+const WARM_UP: usize = 2;
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// Growing cells in the plane.
+    Colony,
+    /// Jammed ellipsoids.
+    Compaction,
+}
+
+impl Kind {
+    fn scene(self) -> &'static str {
+        match self {
+            Kind::Colony => "colony-full",
+            Kind::Compaction => "compaction",
+        }
+    }
+
+    fn state(self) -> &'static [u8] {
+        match self {
+            Kind::Colony => include_bytes!("../../assets/states/colony-1024.npz"),
+            Kind::Compaction => include_bytes!("../../assets/states/compaction-1000.npz"),
+        }
+    }
+
+    /// The sizes that are measured, up to a largest one.
+    pub fn sizes(self, largest: usize) -> Vec<usize> {
+        let all: Vec<usize> = match self {
+            Kind::Colony => (10..=20).map(|k| 1 << k).collect(),
+            Kind::Compaction => (3..=6).map(|k| 10usize.pow(k)).collect(),
+        };
+        all.into_iter().filter(|n| *n <= largest).collect()
+    }
+}
+
+/// One line of the table.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// What was stepped.
+    pub kind: Kind,
+    /// Bodies.
+    pub bodies: usize,
+    /// The device, or the CPU and its threads.
+    pub computed_by: String,
+    /// Rows of the last LCP.
+    pub constraints: usize,
+    /// Steps timed.
+    pub steps: usize,
+    /// Milliseconds a step.
+    pub step_ms: f64,
+    /// The stages of a step: broad phase, narrow phase, solve, integrate, growth; milliseconds.
+    pub stages_ms: [f64; 5],
+    /// Recursions a step.
+    pub recursions: f64,
+    /// Products with A a step.
+    pub products: f64,
+    /// Microseconds an iteration of the solver.
+    pub iteration_us: f64,
+    /// Constraints a second of narrow phase, separations of both the start and the trials counted.
+    pub pairs_per_second: f64,
+    /// Bytes that a product must move over what the device copies in the time of an iteration; zero on the CPU.
+    pub bandwidth_floor: f64,
+    /// Dispatches and read-backs a step; zero on the CPU.
+    pub dispatches: f64,
+    /// Read-backs a step.
+    pub reads: f64,
+    /// Largest overlap of all steps.
+    pub max_overlap: f64,
+    /// Solves that did not converge.
+    pub unconverged: u32,
+}
+
+/// Bytes that one product must move in 32-bit numbers, by row: both blocks of J twice (once by body, once by row), the row's number for each
+/// body, its bodies, both velocities, the multiplier, twice, and the result.
+fn product_bytes(constraints: usize, planar: bool, number: usize) -> f64 {
+    let block = if planar { 4 * number } else { 8 * number };
+    constraints as f64 * (4 * block + 2 * block + 2 * 4 + 8 + 4 * number) as f64
+}
+
+/// Steps `bodies` bodies of a kind and times `steps` of them.
+pub fn measure(kind: Kind, bodies: usize, steps: usize, compute: &Compute) -> Result<Row, StudyError> {
+    let scene = scene::load(kind.scene(), &["time.end=1e6".into(), "time.dt=0.001".into()])?;
+    let planar = scene.planar;
+    let start = tiled(kind.state(), bodies)?;
+    let mut simulation = Simulation::new_on(compute, scene, start)?;
+    for _ in 0..WARM_UP {
+        simulation.step()?;
+    }
+    let before = simulation.device().map(Gpu::counters).unwrap_or_default();
+    let (mut phases, mut recursions, mut products, mut iterations) = (Phases::default(), 0, 0, 0);
+    let (mut max_overlap, mut unconverged, mut constraints, mut pairs) = (0.0f64, 0, 0, 0usize);
+    let begun = Instant::now();
+    for _ in 0..steps {
+        let report = simulation.step()?;
+        phases.broad_phase += report.phases.broad_phase;
+        phases.narrow_phase += report.phases.narrow_phase;
+        phases.solve += report.phases.solve;
+        phases.integrate += report.phases.integrate;
+        phases.growth += report.phases.growth;
+        recursions += report.recursions;
+        products += report.products;
+        iterations += report.iterations;
+        constraints = report.constraints;
+        pairs += constraints * (2 + report.recursions as usize);
+        max_overlap = max_overlap.max(report.max_overlap);
+        unconverged += report.unconverged;
+    }
+    let wall = begun.elapsed();
+    let after = simulation.device().map(Gpu::counters).unwrap_or_default();
+    let a_step = |x: f64| x / steps.max(1) as f64;
+    let ms = |d: Duration| a_step(1e3 * d.as_secs_f64());
+    let iteration = phases.solve.as_secs_f64() / (iterations.max(1)) as f64;
+    let bandwidth_floor = match simulation.device() {
+        Some(gpu) => {
+            let bytes = product_bytes(constraints, planar, simulation.precision().bytes());
+            iteration * copy_bandwidth(gpu)? / bytes.max(1.0)
+        }
+        None => 0.0,
+    };
+    let counted = |of: fn(&Counters) -> u64| a_step((of(&after) - of(&before)) as f64);
+    Ok(Row {
+        kind,
+        bodies: simulation.bodies(),
+        computed_by: match simulation.device() {
+            Some(gpu) => format!("{} {}", gpu.name(), simulation.precision().name()),
+            None => format!("CPU f64, {} threads", rayon::current_num_threads()),
+        },
+        constraints,
+        steps,
+        step_ms: ms(wall),
+        stages_ms: [phases.broad_phase, phases.narrow_phase, phases.solve, phases.integrate, phases.growth].map(ms),
+        recursions: a_step(f64::from(recursions)),
+        products: a_step(products as f64),
+        iteration_us: 1e6 * iteration,
+        pairs_per_second: pairs as f64 / phases.narrow_phase.as_secs_f64().max(1e-9),
+        bandwidth_floor,
+        dispatches: counted(|c| c.dispatches),
+        reads: counted(|c| c.reads),
+        max_overlap,
+        unconverged,
+    })
+}
+
+/// The rows as a Markdown table.
+pub fn table(rows: &[Row]) -> String {
+    let mut out = String::from(
+        "| what | bodies | computed by | rows | ms a step | broad / narrow / solve / integrate / growth, ms | recursions | products | us an iteration | x copy floor | pairs/s | dispatches | read-backs | worst overlap | unconverged |\n| --- | ---: | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",
+    );
+    for row in rows {
+        let stages: Vec<String> = row.stages_ms.iter().map(|ms| format!("{ms:.2}")).collect();
+        let _ = writeln!(
+            out,
+            "| {:?} | {} | {} | {} | {:.2} | {} | {:.2} | {:.0} | {:.1} | {:.1} | {:.2e} | {:.0} | {:.1} | {:.2e} | {} |",
+            row.kind,
+            row.bodies,
+            row.computed_by,
+            row.constraints,
+            row.step_ms,
+            stages.join(" / "),
+            row.recursions,
+            row.products,
+            row.iteration_us,
+            row.bandwidth_floor,
+            row.pairs_per_second,
+            row.dispatches,
+            row.reads,
+            row.max_overlap,
+            row.unconverged
+        );
+    }
+    out
+}

@@ -1,0 +1,127 @@
+//! Whole runs on the device against the CPU's, scene by scene.
+
+use crate::device::{device, precisions};
+use glam::DVec3;
+use relcp::gpu::{Gpu, Precision};
+use relcp::relcp::{Compute, Simulation, StepReport, contacts};
+use relcp::scene;
+use std::sync::Arc;
+
+/// A run's end and its reports.
+struct Ran {
+    simulation: Simulation,
+    reports: Vec<StepReport>,
+}
+
+impl Ran {
+    fn on(compute: &Compute, name: &str, sets: &[&str]) -> Ran {
+        let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
+        let scene = scene::load(name, &sets).unwrap();
+        let bodies = scene.build().unwrap();
+        let mut simulation = Simulation::new_on(compute, scene, bodies).unwrap();
+        let mut reports = Vec::new();
+        while !simulation.done() {
+            reports.push(simulation.step().unwrap());
+        }
+        Ran { simulation, reports }
+    }
+
+    fn positions(&self) -> Vec<DVec3> {
+        self.simulation.state().unwrap().bodies.position.clone()
+    }
+
+    /// The largest overlap of the final state, in f64 on the CPU.
+    fn audited(&self) -> f64 {
+        let found = contacts(&self.simulation.state().unwrap().bodies, 0.0);
+        found.iter().map(|(_, s)| -s.separation).fold(0.0, f64::max)
+    }
+
+    fn gyration(&self) -> f64 {
+        let positions = self.positions();
+        (positions.iter().map(|x| x.length_squared()).sum::<f64>() / positions.len() as f64).sqrt()
+    }
+}
+
+fn on_device(gpu: &Arc<Gpu>, precision: Precision) -> Compute {
+    Compute::Gpu { gpu: gpu.clone(), precision }
+}
+
+/// Runs a scene on the CPU and on the device in every precision, and holds the device to its tolerances and to the CPU's recursions.
+fn both(name: &str, sets: &[&str], check: impl Fn(Precision, &Ran, &Ran)) {
+    let Some(gpu) = device() else { return };
+    let cpu = Ran::on(&Compute::Cpu, name, sets);
+    for precision in precisions(gpu) {
+        let ran = Ran::on(&on_device(gpu, precision), name, sets);
+        let same = ran.reports.iter().zip(&cpu.reports).filter(|(a, b)| a.recursions == b.recursions).count();
+        let part = same as f64 / cpu.reports.len() as f64;
+        let worst = ran.reports.iter().map(|r| r.max_overlap).fold(0.0, f64::max);
+        let unconverged: u32 = ran.reports.iter().map(|r| r.unconverged).sum();
+        let products = |ran: &Ran| ran.reports.iter().map(|r| r.products).sum::<u64>();
+        println!(
+            "{name} {precision:?}: {} steps, {:.1} % with the CPU's recursions, worst overlap {worst:.3e}, audited {:.3e}, unconverged {unconverged}, products {} (CPU {})",
+            ran.reports.len(),
+            100.0 * part,
+            ran.audited(),
+            products(&ran),
+            products(&cpu),
+        );
+        assert_eq!(ran.reports.len(), cpu.reports.len());
+        assert!(part >= 0.95, "{name} {precision:?}: {part}");
+        assert!(worst <= 1e-5 && ran.audited() <= 1e-5, "{worst:e} {:e}", ran.audited());
+        assert_eq!(unconverged, 0, "{name} {precision:?}");
+        check(precision, &ran, &cpu);
+    }
+}
+
+fn furthest(a: &Ran, b: &Ran) -> f64 {
+    a.positions().iter().zip(b.positions()).map(|(x, y)| (*x - y).length()).fold(0.0, f64::max)
+}
+
+#[test]
+fn three_capsules() {
+    both("three-capsules", &[], |precision, ran, cpu| {
+        let bound = if precision == Precision::F32 { 2e-5 } else { 1e-9 };
+        assert!(furthest(ran, cpu) < bound, "{}", furthest(ran, cpu));
+        let rows = |ran: &Ran| ran.reports.iter().map(|r| r.constraints).collect::<Vec<_>>();
+        assert_eq!(rows(ran), rows(cpu));
+    });
+}
+
+#[test]
+fn two_ellipsoids_move_as_on_the_cpu() {
+    both("two-ellipsoids", &["time.dt=0.01", "time.end=30"], |precision, ran, cpu| {
+        let off = furthest(ran, cpu);
+        println!("  positions off by {off:.1e}");
+        assert!(off < if precision == Precision::F32 { 1e-4 } else { 1e-7 }, "{off:e}");
+    });
+}
+
+#[test]
+fn colony_of_64_cells() {
+    both("colony", &["time.end=4.2"], |_, ran, cpu| {
+        let bodies = ran.simulation.state().unwrap().bodies.len();
+        assert_eq!(bodies, cpu.simulation.bodies());
+        assert!(bodies >= 64);
+        assert!(ran.positions().iter().all(|x| x.z == 0.0));
+        let off = (ran.gyration() / cpu.gyration() - 1.0).abs();
+        println!("  {bodies} cells, radius of gyration off by {off:.1e}");
+        assert!(off < 1e-3, "{off:e}");
+    });
+}
+
+#[test]
+fn chainmail() {
+    both("chainmail", &["time.end=1"], |_, ran, cpu| {
+        println!("  positions off by {:.1e}", furthest(ran, cpu));
+        assert!(furthest(ran, cpu) < 1e-3);
+    });
+}
+
+#[test]
+fn compaction_of_200_ellipsoids() {
+    both("compaction", &["generate.0.isotropic.count=200", "time.end=60"], |_, ran, cpu| {
+        let off = (ran.gyration() / cpu.gyration() - 1.0).abs();
+        println!("  radius of gyration {} off by {off:.1e}", cpu.gyration());
+        assert!(off < 1e-3, "{off:e}");
+    });
+}

@@ -1,0 +1,263 @@
+//! Steps on the device: laws, growth in space, mixed shapes, forces of a user's own, the same bits twice, buffers that overflow, far from the
+//! origin, and what is refused.
+
+use crate::device::{device, precisions};
+use glam::{DQuat, DVec3};
+use relcp::bodies::Bodies;
+use relcp::dynamics::Load;
+use relcp::gpu::{Choice, Gpu, GpuError, Precision};
+use relcp::record::state_hash;
+use relcp::relcp::{Compute, Fault, Simulation, State, StepReport, contacts};
+use relcp::scene::{self, Scene};
+use std::sync::Arc;
+
+fn compute(gpu: &Arc<Gpu>, precision: Precision) -> Compute {
+    Compute::Gpu { gpu: gpu.clone(), precision }
+}
+
+fn parse(text: &str) -> Scene {
+    scene::parse(text, "test").unwrap()
+}
+
+/// Takes `steps` steps of a scene from its start.
+fn steps(compute: &Compute, scene: &Scene, steps: usize) -> (State, Vec<StepReport>) {
+    let mut simulation = Simulation::new_on(compute, scene.clone(), scene.build().unwrap()).unwrap();
+    let reports = (0..steps).map(|_| simulation.step().unwrap()).collect();
+    (simulation.state().unwrap().clone(), reports)
+}
+
+/// How far two states are apart: positions, and turns times a length of one.
+fn apart(a: &Bodies, b: &Bodies) -> f64 {
+    let place = a.position.iter().zip(&b.position).map(|(x, y)| (*x - *y).length());
+    let turn = |(p, q): (&DQuat, &DQuat)| (*p - *q).length().min((*p + *q).length());
+    place.chain(a.orientation.iter().zip(&b.orientation).map(turn)).fold(0.0, f64::max)
+}
+
+/// Holds the device to the CPU's path over `count` steps.
+fn follows_the_cpu(scene: &Scene, count: usize, f32_bound: f64, f64_bound: f64) {
+    let Some(gpu) = device() else { return };
+    let (cpu, cpu_reports) = steps(&Compute::Cpu, scene, count);
+    assert!(cpu_reports.iter().any(|r| r.constraints > 0), "{}: no contact in {count} steps", scene.name);
+    for precision in precisions(gpu) {
+        let (state, reports) = steps(&compute(gpu, precision), scene, count);
+        let off = apart(&state.bodies, &cpu.bodies);
+        let worst = reports.iter().map(|r| r.max_overlap).fold(0.0, f64::max);
+        println!("{} {precision:?}: off by {off:.1e}, worst overlap {worst:.1e}", scene.name);
+        assert_eq!(state.bodies.lineage, cpu.bodies.lineage);
+        assert!(worst <= 1e-5, "{worst:e}");
+        assert!(off < if precision == Precision::F32 { f32_bound } else { f64_bound }, "{}: {off:e}", scene.name);
+    }
+}
+
+#[test]
+fn mixed_convex_shapes() {
+    let scene = parse(
+        r#"{"name": "mixed", "seed": 3, "time": {"dt": 0.02, "end": 2}, "forces": [{"radial_inward": {}}],
+        "generate": [{"isotropic": {"count": 12, "shape": {"sphere": {"radius": 0.4}}, "volume_fraction": 0.02}},
+                     {"isotropic": {"count": 12, "shape": {"spherocylinder": {"diameter": 0.5, "length": 2}}, "volume_fraction": 0.05}},
+                     {"isotropic": {"count": 12, "shape": {"ellipsoid": {"radii": [0.4, 0.7, 1.1]}}, "volume_fraction": 0.06}}]}"#,
+    );
+    follows_the_cpu(&scene, 100, 1e-3, 1e-5);
+}
+
+#[test]
+fn rings_rods_and_balls() {
+    let scene = parse(
+        r#"{"name": "rings", "seed": 5, "time": {"dt": 0.02, "end": 2}, "forces": [{"radial_inward": {}}],
+        "generate": [{"isotropic": {"count": 8, "shape": {"torus": {"major_radius": 1, "minor_radius": 0.2}}, "volume_fraction": 0.01}},
+                     {"isotropic": {"count": 8, "shape": {"spherocylinder": {"diameter": 0.3, "length": 2}}, "volume_fraction": 0.01}},
+                     {"isotropic": {"count": 8, "shape": {"sphere": {"radius": 0.4}}, "volume_fraction": 0.01}}]}"#,
+    );
+    follows_the_cpu(&scene, 100, 2e-3, 1e-5);
+}
+
+#[test]
+fn inertial_bodies_with_gravity_and_groups() {
+    let scene = parse(
+        r#"{"name": "inertial", "seed": 1, "time": {"dt": 0.005, "end": 1}, "dynamics": {"inertial": {"density": 1.5}},
+        "forces": [{"gravity": {"acceleration": [0, 0, -2]}}, {"uniform": {"force": [0, 0, 40], "group": "up"}}],
+        "bodies": [
+          {"shape": {"ellipsoid": {"radii": [0.5, 0.8, 1.2]}}, "position": [0, 0, 2.1], "angular_velocity": [1, 2, 0.5]},
+          {"shape": {"spherocylinder": {"diameter": 0.8, "length": 2.5}}, "position": [0.3, 0.2, 0], "group": "up", "velocity": [0, 0, 1],
+           "orientation": [0.8, 0.6, 0, 0]},
+          {"shape": {"sphere": {"radius": 0.7}}, "position": [0.2, 0.1, -2.2], "group": "up"}]}"#,
+    );
+    follows_the_cpu(&scene, 200, 5e-4, 1e-6);
+}
+
+#[test]
+fn growth_and_division_in_space() {
+    let scene = parse(
+        r#"{"name": "growth", "seed": 2, "time": {"dt": 0.005, "end": 2.2},
+        "growth": {"rate": 1, "division_length": 3, "reorientation_degrees": 20},
+        "bodies": [{"shape": {"spherocylinder": {"diameter": 0.5, "length": 2}}, "position": [0, 0, 0]},
+                   {"shape": {"sphere": {"radius": 0.5}}, "position": [1.2, 0, 0.3]}]}"#,
+    );
+    follows_the_cpu(&scene, 320, 2e-3, 1e-5);
+}
+
+#[test]
+fn a_force_of_the_users_own() {
+    let Some(gpu) = device() else { return };
+    let scene = scene::load("two-ellipsoids", &["time.dt=0.05".into()]).unwrap();
+    let ran = |compute: &Compute| {
+        let mut simulation = Simulation::new_on(compute, scene.clone(), scene.build().unwrap()).unwrap();
+        simulation.add_force(Box::new(|bodies: &Bodies, i: usize, time: f64| Load {
+            force: DVec3::X * (0.1 * time) - 0.2 * bodies.position[i],
+            torque: DVec3::Z * 0.3,
+        }));
+        (0..100).for_each(|_| drop(simulation.step().unwrap()));
+        simulation.state().unwrap().bodies.clone()
+    };
+    let off = apart(&ran(&compute(gpu, Precision::F32)), &ran(&Compute::Cpu));
+    assert!(off < 1e-4, "{off:e}");
+}
+
+/// Rods packed side by side and end to end, each pressed by its neighbours from the start: `n x n` of them, some overlapping a little.
+fn patch(n: usize, offset: DVec3) -> Scene {
+    let mut scene = scene::load("colony", &["time.end=1".into()]).unwrap();
+    scene.generate.clear();
+    let along = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);
+    for i in 0..n {
+        for k in 0..n {
+            // Uneven places, the same at every offset: multiples of 2^-20.
+            let wave = ((7 * i + 3 * k) % 11) as f64 / 2048.0;
+            let place = DVec3::new(2.4 * k as f64 + 0.6 * (i % 3) as f64 + wave, 0.502 * i as f64 - 0.5 * wave, 0.0);
+            let place = (place * 1_048_576.0).round() / 1_048_576.0 + offset;
+            let turn = DQuat::from_rotation_z(0.002 * (((5 * i + k) % 7) as f64 - 3.0)) * along;
+            scene.bodies.push(scene::Body {
+                shape: relcp::shape::Shape::Spherocylinder { diameter: 0.5, length: 2.35 },
+                position: place.to_array(),
+                orientation: [turn.w, turn.x, turn.y, turn.z],
+                group: None,
+                velocity: None,
+                angular_velocity: None,
+                lineage: None,
+            });
+        }
+    }
+    scene
+}
+
+fn overlaps(bodies: &Bodies) -> Vec<([usize; 2], f64)> {
+    contacts(bodies, 1e-4).into_iter().map(|(pair, s)| (pair, s.separation)).collect()
+}
+
+#[test]
+fn a_patch_far_from_the_origin_has_the_overlaps_of_one_at_it() {
+    let Some(gpu) = device() else { return };
+    let take = |offset| {
+        let mut scene = patch(23, offset);
+        scene.time.dt = 0.002;
+        steps(&compute(gpu, Precision::F32), &scene, 4)
+    };
+    let (here, here_reports) = take(DVec3::ZERO);
+    assert!(here.bodies.len() >= 500 && here_reports[3].constraints > 500, "{}", here_reports[3].constraints);
+    let found = overlaps(&here.bodies);
+    for offset in [DVec3::new(300.0, 300.0, 0.0), DVec3::new(2000.0, -1500.0, 0.0), DVec3::new(0.7, 1.0 / 3.0, 0.0)] {
+        let (there, reports) = take(offset);
+        let moved = overlaps(&there.bodies);
+        let pairs = |list: &[([usize; 2], f64)]| list.iter().map(|(pair, _)| *pair).collect::<Vec<_>>();
+        let both = found.iter().filter_map(|(pair, s)| moved.iter().find(|m| m.0 == *pair).map(|m| (s - m.1).abs()));
+        let differ = both.fold(0.0, f64::max);
+        let worst = reports.iter().map(|r| r.max_overlap).fold(0.0, f64::max);
+        println!("moved by {offset}: overlaps differ by {differ:.1e}, worst {worst:.2e}, {} contacts", found.len());
+        assert!(worst <= 1e-5, "{worst:e}");
+        assert!(pairs(&moved).len().abs_diff(pairs(&found).len()) <= 2);
+        assert!(differ < 1e-6, "{differ:e}");
+    }
+}
+
+#[test]
+fn a_slow_drift_is_not_lost_in_steps() {
+    let Some(gpu) = device() else { return };
+    let mut scene = parse(
+        r#"{"name": "drift", "time": {"dt": 1, "end": 2000}, "dynamics": {"overdamped": {"drag": 1}},
+        "forces": [{"uniform": {"force": [1e-8, 0, 0]}}],
+        "bodies": [{"shape": {"sphere": {"radius": 0.5}}, "position": [1000.3, 0, 0]}]}"#,
+    );
+    scene.time.dt = 1.0;
+    let (state, _) = steps(&compute(gpu, Precision::F32), &scene, 2000);
+    let moved = state.bodies.position[0].x - 1000.3;
+    assert!((moved / 2e-5 - 1.0).abs() < 0.01, "{moved:e}");
+}
+
+#[test]
+fn two_runs_give_the_same_bits() {
+    let Some(gpu) = device() else { return };
+    let scene = patch(12, DVec3::ZERO);
+    for precision in precisions(gpu) {
+        let [first, second] = [(); 2].map(|()| steps(&compute(gpu, precision), &scene, 6).0);
+        assert_eq!(state_hash(&first), state_hash(&second), "{precision:?}");
+    }
+}
+
+#[test]
+fn buffers_that_overflow_drop_nothing() {
+    let Some(gpu) = device() else { return };
+    // A device of its own, so that no other test's buffers are small.
+    let choice = Choice { name: Some(gpu.name().to_owned()), software: true, ..Choice::default() };
+    let small = Arc::new(Gpu::open(&choice).unwrap());
+    small.set_least_capacity(16);
+    let scene = patch(40, DVec3::ZERO);
+    let (ample, reports) = steps(&compute(gpu, Precision::F32), &scene, 3);
+    let (grown, grown_reports) = steps(&compute(&small, Precision::F32), &scene, 3);
+    assert!(ample.bodies.len() == 1600 && reports[2].constraints > 2000, "{}", reports[2].constraints);
+    assert_eq!(state_hash(&ample), state_hash(&grown));
+    let rows = |reports: &[StepReport]| reports.iter().map(|r| (r.constraints, r.products)).collect::<Vec<_>>();
+    assert_eq!(rows(&reports), rows(&grown_reports));
+    // From one cell to many: bodies overflow too.
+    let colony = scene::load("colony", &["time.end=3.6".into(), "time.dt=0.005".into()]).unwrap();
+    let [a, b] = [gpu, &small].map(|gpu| steps(&compute(gpu, Precision::F32), &colony, 720).0);
+    assert!(a.bodies.len() >= 32);
+    assert_eq!(state_hash(&a), state_hash(&b));
+}
+
+#[test]
+fn a_fault_leaves_the_last_accepted_state() {
+    let Some(gpu) = device() else { return };
+    let scene = scene::load("three-capsules", &[]).unwrap();
+    let mut simulation =
+        Simulation::new_on(&compute(gpu, Precision::F32), scene.clone(), scene.build().unwrap()).unwrap();
+    simulation.add_force(Box::new(|_: &Bodies, i: usize, time: f64| Load {
+        force: DVec3::splat(if time > 4e-4 && i == 1 { f64::NAN } else { 0.0 }),
+        torque: DVec3::ZERO,
+    }));
+    let mut taken = 0;
+    let fault = loop {
+        match simulation.step() {
+            Ok(report) => taken = report.step,
+            Err(fault) => break fault,
+        }
+        assert!(taken < 20, "no fault");
+    };
+    assert!(matches!(fault, Fault::NotFinite { body: 1, .. }), "{fault}");
+    let state = simulation.state().unwrap();
+    assert_eq!(state.step, taken);
+    assert!(state.bodies.position.iter().all(|x| x.is_finite()));
+}
+
+#[test]
+fn what_only_the_cpu_does_is_refused() {
+    let Some(gpu) = device() else { return };
+    for set in ["contact.method={\"multisphere\":{\"count\":7}}", "solver.kind=dense"] {
+        let scene = scene::load("three-capsules", &[set.into()]).unwrap();
+        let bodies = scene.build().unwrap();
+        let refused = Simulation::new_on(&compute(gpu, Precision::F32), scene, bodies).err();
+        assert!(matches!(refused, Some(Fault::Device(GpuError::Unsupported { .. }))), "{set}: {refused:?}");
+    }
+}
+
+#[test]
+fn a_run_goes_on_from_its_state() {
+    let Some(gpu) = device() else { return };
+    let scene = patch(8, DVec3::ZERO);
+    let (half, _) = steps(&compute(gpu, Precision::F64), &scene, 5);
+    let (whole, _) = steps(&compute(gpu, Precision::F64), &scene, 10);
+    assert!(half.warm.iter().any(|w| w.gamma > 0.0));
+    let mut resumed = Simulation::resume_on(&compute(gpu, Precision::F64), scene, half).unwrap();
+    let reports: Vec<_> = (0..5).map(|_| resumed.step().unwrap()).collect();
+    assert_eq!(reports[4].step, 10);
+    let off = apart(&resumed.state().unwrap().bodies, &whole.bodies);
+    assert!(off < 1e-6, "{off:e}");
+}
