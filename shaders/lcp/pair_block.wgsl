@@ -3,7 +3,6 @@
 // and Hanson, more by sweeps of projected coordinate steps, none of which rises. Zero rows of A keep x.
 const MOST_EXACT: u32 = 8u;
 const ENTRIES: u32 = 36u;
-const SHIFT: real = 1.0 + REGULARIZATION;
 
 fn alive(row: u32) -> bool { return vectors[at(INVERSE, row)] > 0.0; }
 
@@ -101,7 +100,7 @@ fn minimize_exactly(first: u32, m: u32, x: u32, g: u32, step: real, out: u32) {
                 if (free & (1u << k)) != 0u { pivot -= l[triangle(i, k)] * l[triangle(i, k)]; }
             }
             // The regularization keeps pivots above this part of the diagonal, up to rounding.
-            pivot = sqrt(max(pivot, 0.1 * REGULARIZATION * b[triangle(i, i)]));
+            pivot = sqrt(max(pivot, LEAST_PIVOT * b[triangle(i, i)]));
             l[triangle(i, i)] = pivot;
             aim[i] = right / pivot;
         }
@@ -149,7 +148,7 @@ fn minimize_exactly(first: u32, m: u32, x: u32, g: u32, step: real, out: u32) {
                 size += abs(term);
             }
             // What rounding makes of nothing is no slope.
-            rise = (rise + 4.0 * EPSILON * size) / sqrt(b[triangle(i, i)]);
+            rise = (rise + EPSILON * (4.0 * size)) / sqrt(b[triangle(i, i)]);
             if rise < steepest {
                 steepest = rise;
                 entering = i;

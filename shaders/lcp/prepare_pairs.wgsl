@@ -33,8 +33,7 @@ fn main(
                 left += dot(across, across);
             }
         }
-        let shift = REGULARIZATION * (2.0 + REGULARIZATION);
-        det = vectors[at(DIAGONAL, i)] * (left + shift * vectors[at(DIAGONAL, j)]);
+        det = vectors[at(DIAGONAL, i)] * (left + SHIFT_OF_DETERMINANT * vectors[at(DIAGONAL, j)]);
     }
     vectors[at(COUPLING, i)] = b;
     vectors[at(COUPLING, j)] = 1.0 / det;

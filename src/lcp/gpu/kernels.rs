@@ -75,6 +75,9 @@ impl Variant {
             .integer("GRID_WORDS", GRID_WORDS as u32)
             .integer("SWEEPS", SWEEPS)
             .real("REGULARIZATION", shift)
+            .real("SHIFT", 1.0 + shift)
+            .real("SHIFT_OF_DETERMINANT", shift * (2.0 + shift))
+            .real("LEAST_PIVOT", 0.1 * shift)
             .include(fragment!("lcp/parameters.wgsl"))
     }
 
