@@ -14,6 +14,10 @@ const RELAX: f64 = 0.98;
 /// Margin over the curvature measured when a step was refused, so that the next one is not.
 const MARGIN: f64 = 1.2;
 
+/// The curvature of a step must exceed `L` by this part, or by this many roundings where that is more, for the step to be refused.
+const SLACK: f64 = 1e-9;
+const ROUNDING: f64 = 64.0;
+
 pub(crate) struct Apgd<V: Verbs> {
     previous: Point<V::Vector>,
     ahead: Point<V::Vector>,
@@ -68,7 +72,8 @@ impl<V: Verbs> Method<V> for Apgd<V> {
         verbs.combine(one, &next.g, -one, &ahead.g, &mut self.rise);
         let length = verbs.square(Metric::Diagonal, &self.step);
         let bend = verbs.dot(&self.step, &self.rise);
-        let refused = bend - self.curvature * length * V::Scalar::from(1.0 + 1e-9);
+        let slack = V::Scalar::from(1.0 + (ROUNDING * verbs.rounding()).max(SLACK));
+        let refused = bend - self.curvature * length * slack;
         let accepted = refused.if_positive(zero, one);
 
         // Restart when the step goes against the gradient that it was made from.

@@ -27,6 +27,7 @@ pub struct Cpu<const D: usize> {
     blocks: PairBlocks,
     parallel: bool,
     products: u64,
+    looks: Vec<f64>,
 }
 
 impl<const D: usize> Cpu<D> {
@@ -46,6 +47,7 @@ impl<const D: usize> Cpu<D> {
         self.inverse_majorant = invert(&self.majorant);
         self.blocks.rebuild(self.product.pair(), self.product.jacobian(), &live, self.parallel);
         self.products = 0;
+        self.looks.clear();
     }
 
     /// Whether every number of the problem is finite, and so is the diagonal.
@@ -113,6 +115,10 @@ impl<const D: usize> Verbs for Cpu<D> {
         }
     }
 
+    fn take(&mut self, from: &mut Vec<f64>, to: &mut Vec<f64>) {
+        std::mem::swap(from, to);
+    }
+
     fn product(&mut self, x: &Vec<f64>, ax: &mut Vec<f64>) {
         self.products += 1;
         self.product.apply(x, None, ax);
@@ -177,6 +183,14 @@ impl<const D: usize> Verbs for Cpu<D> {
 
     fn read(&mut self, scalar: f64) -> f64 {
         scalar
+    }
+
+    fn look(&mut self, residual: f64, _: f64) {
+        self.looks.push(residual);
+    }
+
+    fn looks(&mut self) -> Vec<f64> {
+        std::mem::take(&mut self.looks)
     }
 
     fn products(&self) -> u64 {

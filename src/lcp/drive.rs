@@ -16,6 +16,9 @@ pub(crate) const PATIENCE_OF_SLOW_METHODS: u64 = 50_000;
 /// gradient's terms, for a thousandth of the products.
 const RENEWAL: u64 = 1_000;
 
+/// The same where rounding is coarser than in 64 bits.
+const RENEWAL_OF_COARSE_NUMBERS: u64 = 50;
+
 /// The part of the best residual that counts as a gain.
 const PROGRESS: f64 = 0.99;
 
@@ -73,16 +76,37 @@ impl<T> Drive<T> {
         let mut best = verbs.residual(&at.x, &at.g);
         verbs.copy(&at.x, &mut self.best);
         verbs.copy(&at.x, &mut self.start);
-        let at_start = verbs.read(best);
-        let (mut marked, mut marked_at) = (at_start, 0);
-        let mut fresh = true;
+        verbs.look(best, settings.tolerance);
+        let renewal = if verbs.rounding() > f64::EPSILON { RENEWAL_OF_COARSE_NUMBERS } else { RENEWAL };
+        // Looks whose residuals were not read yet: the iterations taken, and whether the gradient was fresh.
+        let mut pending = vec![(0, true)];
         let mut iteration = 0;
+        let (mut at_start, mut marked, mut marked_at) = (None, f64::INFINITY, 0);
         let status = loop {
-            let residual = verbs.residual(&at.x, &at.g);
-            // On a tie the newer iterate is kept: infeasible systems go on with equal residuals.
-            verbs.copy_if_positive(best - residual, &at.x, &mut self.best);
-            best = best.min(residual);
-            let now = verbs.read(residual);
+            while pending.len() < verbs.looks_at_once().max(1) && iteration < settings.max_iterations {
+                for _ in 0..check_every.min(settings.max_iterations - iteration) {
+                    method.step(verbs, at);
+                    iteration += 1;
+                }
+                let fresh = method.refresh(verbs, at);
+                if !fresh && iteration % renewal < check_every {
+                    verbs.gradient(&at.x, &mut at.g);
+                }
+                let residual = verbs.residual(&at.x, &at.g);
+                // On a tie the newer iterate is kept: infeasible systems go on with equal residuals.
+                verbs.copy_if_positive(best - residual, &at.x, &mut self.best);
+                best = best.min(residual);
+                verbs.look(residual, settings.tolerance);
+                pending.push((iteration, fresh));
+            }
+            let (mut now, mut fresh) = (f64::NAN, true);
+            for (residual, (taken, was_fresh)) in verbs.looks().into_iter().zip(pending.drain(..)) {
+                (now, iteration, fresh) = (residual, taken, was_fresh);
+                at_start.get_or_insert(now);
+                if now.is_finite() && now > settings.tolerance && now <= PROGRESS * marked {
+                    (marked, marked_at) = (now, iteration);
+                }
+            }
             if !now.is_finite() {
                 break Status::NotFinite;
             }
@@ -92,17 +116,15 @@ impl<T> Drive<T> {
                 }
                 // The recurrence says so: look with a fresh gradient, and go on from it if it does not.
                 verbs.gradient(&at.x, &mut at.g);
-                fresh = true;
                 let residual = verbs.residual(&at.x, &at.g);
                 if verbs.read(residual) > settings.tolerance {
                     method.begin(verbs, at);
                     best = residual;
                 }
                 verbs.copy(&at.x, &mut self.best);
+                verbs.look(residual, settings.tolerance);
+                pending.push((iteration, true));
                 continue;
-            }
-            if now <= PROGRESS * marked {
-                (marked, marked_at) = (now, iteration);
             }
             if iteration >= settings.max_iterations {
                 break Status::MaxIterations;
@@ -110,15 +132,8 @@ impl<T> Drive<T> {
             if iteration - marked_at >= method.patience().max(marked_at) {
                 break Status::NoProgress;
             }
-            for _ in 0..check_every.min(settings.max_iterations - iteration) {
-                method.step(verbs, at);
-                iteration += 1;
-            }
-            fresh = method.refresh(verbs, at);
-            if !fresh && iteration % RENEWAL < check_every {
-                verbs.gradient(&at.x, &mut at.g);
-            }
         };
+        let at_start = at_start.unwrap_or(f64::NAN);
         if status == Status::Solved {
             let residual = verbs.residual(&at.x, &at.g);
             return (status, iteration, verbs.read(residual));

@@ -5,6 +5,7 @@
 //! `v = J^T gamma` is the contact velocity in those scaled unknowns.
 
 pub mod cpu;
+pub mod gpu;
 pub mod incidence;
 pub mod pair_blocks;
 pub mod product;

@@ -24,6 +24,9 @@ const DESCENT: f64 = 1e-3;
 /// Relative addition to the diagonal of `H`: two displacements that are parallel to eight digits count as one.
 const REGULARIZATION: f64 = 1e-8;
 
+/// The same in units of rounding, where that is more: the entries of `H` are long sums.
+const ROUNDING: f64 = 64.0;
+
 /// A displacement made, and its product.
 struct Made<T> {
     displacement: T,
@@ -60,13 +63,13 @@ impl<V: Verbs> PairBlockCg<V> {
 
     /// The `a` and `b` of the direction.
     fn parts(&mut self, verbs: &mut V, g: &V::Vector) -> [V::Scalar; 2] {
-        let (zero, one) = (V::Scalar::from(0.0), V::Scalar::from(1.0));
+        let zero = V::Scalar::from(0.0);
         let [d, e, _] = &self.made;
         let slope = |verbs: &mut V, made: &Made<V::Vector>| {
             -verbs.dot(g, &made.displacement) - verbs.dot(&self.gradient_step, &made.product)
         };
         let right = [slope(verbs, d), slope(verbs, e)];
-        let shift = one + V::Scalar::from(REGULARIZATION);
+        let shift = V::Scalar::from(1.0 + (ROUNDING * verbs.rounding()).max(REGULARIZATION));
         let diagonal = [self.bend[0] * shift, self.bend[1] * shift];
         let across = verbs.dot(&d.displacement, &e.product);
         let det = diagonal[0] * diagonal[1] - across * across;

@@ -20,7 +20,7 @@ impl<V: Verbs> Method<V> for ProjectedJacobi<V::Vector> {
 
     fn step(&mut self, verbs: &mut V, at: &mut Point<V::Vector>) {
         verbs.proximal(Metric::Majorant, &at.x, RELAXATION.into(), &at.g, &mut self.next);
-        std::mem::swap(&mut at.x, &mut self.next);
+        verbs.take(&mut self.next, &mut at.x);
         verbs.gradient(&at.x, &mut at.g);
     }
 

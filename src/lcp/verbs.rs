@@ -59,6 +59,8 @@ pub trait Verbs {
     fn copy(&mut self, from: &Self::Vector, to: &mut Self::Vector);
     /// `to = from` if `condition` is positive; otherwise `to` stays.
     fn copy_if_positive(&mut self, condition: Self::Scalar, from: &Self::Vector, to: &mut Self::Vector);
+    /// `to = from`; `from` is anything afterwards.
+    fn take(&mut self, from: &mut Self::Vector, to: &mut Self::Vector);
     /// `ax = A x`: one product.
     fn product(&mut self, x: &Self::Vector, ax: &mut Self::Vector);
     /// `g = q + A x`: one product.
@@ -92,6 +94,19 @@ pub trait Verbs {
     fn residual(&mut self, x: &Self::Vector, g: &Self::Vector) -> Self::Scalar;
     /// Brings a number to the host. On a device this waits: it is for drivers, not for iterations.
     fn read(&mut self, scalar: Self::Scalar) -> f64;
+    /// Notes a residual for [`Verbs::looks`]. A backend may skip all that follows until then if the residual is at most `tolerance`
+    /// or not finite.
+    fn look(&mut self, residual: Self::Scalar, tolerance: f64);
+    /// The residuals noted since the last call, up to the one after which the rest was skipped, if it was. On a device this waits.
+    fn looks(&mut self) -> Vec<f64>;
+    /// How many residuals are best noted before [`Verbs::looks`] is called.
+    fn looks_at_once(&self) -> usize {
+        1
+    }
+    /// The distance from one to the next number, for limits that must stand above rounding.
+    fn rounding(&self) -> f64 {
+        f64::EPSILON
+    }
     /// How many products were made.
     fn products(&self) -> u64;
 }

@@ -9,5 +9,6 @@ mod faults;
 mod lattice;
 mod sort;
 mod rows;
+mod lcp;
 mod runs;
 mod steps;

@@ -1,0 +1,66 @@
+// One instruction on one row: its value from up to three vectors and two numbers. Those from DOT on are reduced over all rows.
+const ZERO: u32 = 0u;
+const COPY: u32 = 1u;
+const COPY_IF: u32 = 2u;
+const COMBINE: u32 = 3u;
+const PROXIMAL: u32 = 4u;
+const PROJECT: u32 = 5u;
+const INVERT: u32 = 6u;
+const DOT: u32 = 7u;
+const TRIPLE: u32 = 8u;
+const OBJECTIVE: u32 = 9u;
+const ROOM: u32 = 10u;
+const RESIDUAL: u32 = 11u;
+const LARGEST: u32 = 12u;
+
+fn reduction_kind(instruction: u32) -> u32 {
+    return select(select(SUM, LEAST, instruction == ROOM), WORST, instruction >= RESIDUAL);
+}
+
+fn row_value(instruction: u32, a: real, b: real, c: real, s: real, t: real) -> real {
+    switch instruction {
+        case ZERO: { return real(0.0); }
+        case COPY: { return a; }
+        case COPY_IF: { return select(c, a, s > 0.0); }
+        case COMBINE: { return s * a + t * b; }
+        case PROXIMAL: { return max(a - s * b * c, 0.0); }
+        case PROJECT: { return max(a, 0.0); }
+        case INVERT: { return select(real(0.0), 1.0 / b, a > s); }
+        case DOT: { return a * b; }
+        case TRIPLE: { return c * a * b; }
+        case OBJECTIVE: { return a * (b + c); }
+        // Nothing is in the way of a row that does not fall.
+        case ROOM: { return select(HUGE, a / -b, b < 0.0); }
+        // The natural residual of x = a, g = b, s = c.
+        case RESIDUAL: {
+            let scaled = c * a;
+            return select(select(b + scaled, abs(scaled), scaled < b), abs(b), b <= scaled);
+        }
+        default: { return abs(a); }
+    }
+}
+
+struct Instruction {
+    what: u32,
+    out: u32,
+    a: u32,
+    b: u32,
+    c: u32,
+    s: real,
+    t: real,
+}
+
+fn instruction(place: u32) -> Instruction {
+    let i = program[place];
+    let j = program[place + 1u];
+    return Instruction(i.x, i.y, i.z, i.w, j.x, number(j.y), number(j.z));
+}
+
+// One instruction on a row. Returns what is to be reduced.
+fn run_row(i: Instruction, row: u32) -> real {
+    let value = row_value(i.what, vectors[at(i.a, row)], vectors[at(i.b, row)], vectors[at(i.c, row)], i.s, i.t);
+    if i.what < DOT {
+        vectors[at(i.out, row)] = value;
+    }
+    return value;
+}

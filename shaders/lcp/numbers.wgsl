@@ -1,0 +1,50 @@
+// Operations on numbers, one after the other, in a copy of them in workgroup memory.
+const TAKE: u32 = 0u;
+const ADD: u32 = 1u;
+const SUB: u32 = 2u;
+const MUL: u32 = 3u;
+const DIV: u32 = 4u;
+const NEG: u32 = 5u;
+const MIN: u32 = 6u;
+const MAX: u32 = 7u;
+const IF_POSITIVE: u32 = 8u;
+const LOOK: u32 = 9u;
+
+var<workgroup> numbers: array<real, NUMBERS>;
+var<workgroup> halted: u32;
+
+// A number that is not finite loses against one that is.
+fn operate(what: u32, a: real, b: real, c: real) -> real {
+    switch what {
+        case ADD: { return a + b; }
+        case SUB: { return a - b; }
+        case MUL: { return a * b; }
+        case DIV: { return a / b; }
+        case NEG: { return -a; }
+        case MIN: { return select(select(select(b, a, a < b), a, !is_finite(b)), b, !is_finite(a)); }
+        case MAX: { return select(select(select(b, a, a > b), a, !is_finite(b)), b, !is_finite(a)); }
+        case IF_POSITIVE: { return select(c, b, a > 0.0); }
+        default: { return a; }
+    }
+}
+
+// By one invocation. A look whose residual is at most the tolerance, or not finite, ends the program.
+fn run_numbers(first: u32, last: u32) {
+    for (var place = first; place < last; place += 1u) {
+        let i = program[place];
+        let what = i.x & 255u;
+        let out = i.x >> 8u;
+        if what == TAKE {
+            numbers[out] = taken(i.y);
+            continue;
+        }
+        let a = numbers[i.y];
+        let b = numbers[i.z];
+        numbers[out] = operate(what, a, b, numbers[i.w]);
+        if what == LOOK && !(a > b && is_finite(a)) {
+            halted = 1u;
+            numbers[HALT] = real(out - HALT);
+            break;
+        }
+    }
+}

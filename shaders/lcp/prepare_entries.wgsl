@@ -1,0 +1,17 @@
+// The blocks of J in the order of the bodies' lists, so that the pass over the bodies reads them one after the other.
+@group(0) @binding(1) var<storage, read> incidence: array<u32>;
+@group(0) @binding(2) var<storage, read> jacobian: array<vec4r>;
+@group(0) @binding(3) var<storage, read_write> gathered: array<vec4r>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let place = invocation(group, groups, local);
+    if place >= 2u * parameters.rows { return; }
+    for (var k = 0u; k < WIDTH; k += 1u) {
+        gathered[place * WIDTH + k] = jacobian[incidence[place] * WIDTH + k];
+    }
+}

@@ -1,0 +1,44 @@
+// What the solvers want to know of each row: q, the diagonal of A, its majorant, and the start. The tape inverts the diagonals.
+@group(0) @binding(1) var<storage, read> pair: array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read> jacobian: array<vec4r>;
+@group(0) @binding(3) var<storage, read> offset: array<real>;
+@group(0) @binding(4) var<storage, read> gamma: array<real>;
+@group(0) @binding(5) var<storage, read> incidence_start: array<u32>;
+@group(0) @binding(6) var<storage, read_write> vectors: array<real>;
+
+fn square(block: u32) -> real {
+    var sum = real(0.0);
+    for (var k = 0u; k < WIDTH; k += 1u) {
+        sum += dot(jacobian[block * WIDTH + k], jacobian[block * WIDTH + k]);
+    }
+    return sum;
+}
+
+fn count(body: u32) -> real {
+    return real(incidence_start[body + 1u] - incidence_start[body]);
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let row = invocation(group, groups, local);
+    if row >= parameters.rows { return; }
+    let squares = vec2r(square(2u * row), square(2u * row + 1u));
+    let diagonal = squares.x + squares.y;
+    var q = offset[row];
+    // A number that is not finite must show in the residual, which a row that is wide open would hide.
+    if !is_finite(q) || !is_finite(diagonal) {
+        q = -abs(q) - diagonal;
+    }
+    vectors[at(Q, row)] = q;
+    vectors[at(DIAGONAL, row)] = diagonal;
+    if MAJORANT != NONE {
+        let bodies = pair[row];
+        vectors[at(MAJORANT, row)] = count(bodies.x) * squares.x + count(bodies.y) * squares.y;
+    }
+    let x = gamma[row];
+    vectors[at(X, row)] = select(real(0.0), x, x > 0.0 && is_finite(x));
+}

@@ -1,0 +1,1 @@
+fn begin_rows(first: u32, step: u32) {}

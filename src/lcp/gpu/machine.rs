@@ -1,0 +1,349 @@
+//! Runs tapes: buffers, kernels, and the two ways to run a tape.
+//!
+//! A large problem takes one dispatch a stage; all but the first few are indirect, so that what follows the last iteration of a batch
+//! costs next to nothing. A small one is run by a single workgroup, whole batches at once.
+
+use super::kernels::{Kernels, SMALL_WORKGROUP, Variant};
+use super::layout::{FIRST_CONSTANT, GRID_WORDS, HALT, NUMBERS, Parameters, REDUCTIONS, Slots};
+use super::problem::DeviceProblem;
+use super::tape::{Stage, Sums, Tape};
+use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Precision, Recorder, WORKGROUP};
+use std::ops::Range;
+
+/// Workgroups of a stage at most; beyond, invocations take several rows.
+const MOST_GROUPS: u64 = 1024;
+
+/// Rows, pairs or bodies up to which one workgroup does it all, unless set otherwise.
+pub(super) const LARGEST_SMALL: u64 = 256;
+
+/// Rounds of loops that one invocation makes in one dispatch, about: some drivers end it at 65,535.
+const MOST_ROUNDS: u64 = 24_000;
+
+/// Rounds for one row in the small problem of its pair, at most but for odd cases.
+const ROUNDS_OF_BLOCKS: u64 = 64;
+
+pub(crate) struct Machine {
+    variant: Variant,
+    kernels: Kernels,
+    pub largest_small: u64,
+    program: Buffer,
+    scalars: Buffer,
+    vectors: Buffer,
+    partial: Buffer,
+    grid: Buffer,
+    gathered: Buffer,
+    lists: Buffer,
+}
+
+/// One run of one tape.
+struct Run<'a, 'g> {
+    machine: &'a Machine,
+    problem: &'a DeviceProblem,
+    tape: &'a Tape,
+    record: Recorder<'g>,
+    base: Parameters,
+    /// Workgroups for rows and pairs, and for bodies.
+    groups: [u64; 2],
+    /// Whether a look was made, so that the rest may be skipped.
+    looked: bool,
+}
+
+impl Machine {
+    pub fn new(gpu: &Gpu, variant: Variant) -> Result<Self, GpuError> {
+        let real = variant.precision.bytes();
+        Ok(Machine {
+            kernels: Kernels::new(gpu, variant)?,
+            largest_small: LARGEST_SMALL,
+            program: Buffer::new(gpu, "lcp-program", 16, 1)?,
+            scalars: Buffer::new(gpu, "lcp-numbers", real, u64::from(NUMBERS))?,
+            vectors: Buffer::new(gpu, "lcp-vectors", real, 1)?,
+            partial: Buffer::new(gpu, "lcp-partial", real, u64::from(REDUCTIONS) * MOST_GROUPS)?,
+            grid: Buffer::new(gpu, "lcp-grid", 4, GRID_WORDS as u64)?,
+            gathered: Buffer::new(gpu, "lcp-gathered", 4 * real, 1)?,
+            lists: Buffer::new(gpu, "lcp-lists", 4, 1)?,
+            variant,
+        })
+    }
+
+    pub fn slots(&self) -> Slots {
+        self.variant.slots
+    }
+
+    pub fn precision(&self) -> Precision {
+        self.variant.precision
+    }
+
+    pub fn planar(&self) -> bool {
+        self.variant.planar
+    }
+
+    fn is_small(&self, problem: &DeviceProblem) -> bool {
+        problem.rows.max(problem.pairs).max(problem.bodies) <= self.largest_small
+    }
+
+    /// Runs a tape on a problem with so many vectors, and reads ranges of numbers.
+    pub fn run(
+        &mut self,
+        gpu: &Gpu,
+        problem: &DeviceProblem,
+        tape: &Tape,
+        vectors: u32,
+        read: &[Range<u32>],
+    ) -> Result<Vec<f64>, GpuError> {
+        let stride = problem.rows.next_multiple_of(64);
+        let small = self.is_small(problem);
+        let mut record = gpu.record();
+        self.vectors.reserve_and_keep(gpu, &mut record, u64::from(vectors) * stride)?;
+        if small {
+            self.lists.reserve(gpu, 4 * problem.rows + problem.pairs + problem.bodies + 2)?;
+        } else {
+            self.gathered.reserve(gpu, 2 * problem.rows * if problem.planar { 1 } else { 2 })?;
+        }
+        let groups = [problem.rows.max(problem.pairs), problem.bodies]
+            .map(|n| n.div_ceil(u64::from(WORKGROUP)).clamp(1, MOST_GROUPS));
+        let base = Parameters {
+            rows: problem.rows as u32,
+            pairs: problem.pairs as u32,
+            bodies: problem.bodies as u32,
+            stride: stride as u32,
+            groups: groups[0] as u32,
+            ..Parameters::default()
+        };
+        let program = program(tape, small);
+        self.program.reserve(gpu, program.len() as u64 / 4)?;
+        self.program.write(gpu, 0, bytemuck::cast_slice(&program));
+        let real = self.variant.precision.bytes() as u64;
+        // No look ended this batch yet.
+        let numbers = |from: u32, numbers: &[f64]| {
+            self.scalars.write(gpu, u64::from(from) * real, &self.variant.precision.encode(numbers.iter().copied()));
+        };
+        numbers(FIRST_CONSTANT, tape.constants());
+        numbers(HALT, &[0.0]);
+        let grid = [groups[0] as u32, 1, 1, groups[1] as u32, 1, 1];
+        self.grid.write(gpu, 0, bytemuck::cast_slice(&grid));
+        let mut run = Run { machine: self, problem, tape, record, base, groups, looked: false };
+        if small { run.small() } else { run.large() }
+        let mut record = run.record;
+        if read.is_empty() {
+            record.submit()?;
+            return Ok(Vec::new());
+        }
+        let bytes = |range: &Range<u32>| u64::from(range.start) * real..u64::from(range.end) * real;
+        let ranges: Vec<_> = read.iter().map(|range| (&self.scalars, bytes(range))).collect();
+        let read = record.read(&ranges)?;
+        Ok(read.iter().flat_map(|bytes| self.variant.precision.decode(bytes)).collect())
+    }
+}
+
+/// The tape as words for the device: instructions, operations, and for one workgroup the stages.
+fn program(tape: &Tape, small: bool) -> Vec<u32> {
+    let mut words: Vec<u32> = tape.instructions.as_flattened().to_vec();
+    words.extend(tape.operations.as_flattened());
+    if small {
+        words.extend(tape.stages.iter().flat_map(|stage| small_stages(tape, stage)).flatten());
+    }
+    words
+}
+
+/// Where an operation stands in the program.
+fn operation(tape: &Tape, index: usize) -> u32 {
+    (2 * tape.instructions.len() + index) as u32
+}
+
+/// A stage as one workgroup takes it, as in `shaders/lcp/main_small.wgsl`.
+fn small_stages(tape: &Tape, stage: &Stage) -> Vec<[u32; 8]> {
+    let rows = |begin: usize, end: usize| [0, 2 * begin as u32, 2 * end as u32, 0, 0, 0, 0, 0];
+    match *stage {
+        Stage::Rows { begin, end, product, .. } => {
+            let product = product.map(|p| [3, 0, 0, 0, 0, p.out, u32::from(p.add_q), 0]);
+            product.into_iter().chain((begin < end).then(|| rows(begin, end))).collect()
+        }
+        Stage::Pairs { begin, middle, end, .. } => {
+            let before = (begin < middle).then(|| rows(begin, middle));
+            let after = (middle + 1 < end).then(|| rows(middle + 1, end));
+            before.into_iter().chain([[1, 2 * middle as u32, 0, 0, 0, 0, 0, 0]]).chain(after).collect()
+        }
+        Stage::Bodies { x } => vec![[2, 0, 0, 0, x, 0, 0, 0]],
+        Stage::Finish { begin, end, kinds, sums } => {
+            vec![[4, operation(tape, begin), operation(tape, end), 0, kinds, sums, 0, 0]]
+        }
+        Stage::PrepareRows | Stage::PreparePairs | Stage::Export { .. } => Vec::new(),
+    }
+}
+
+impl Run<'_, '_> {
+    /// One dispatch a stage.
+    fn large(&mut self) {
+        let (kernels, machine, problem) = (&self.machine.kernels, self.machine, self.problem);
+        let [program, scalars, vectors, partial] =
+            [&machine.program, &machine.scalars, &machine.vectors, &machine.partial];
+        for stage in &self.tape.stages {
+            self.record.stage(stage.name());
+            match *stage {
+                Stage::Rows { begin, end, product, sums } => {
+                    let mut parameters = self.instructions(begin, begin, end, sums);
+                    let mut buffers = vec![program, scalars, vectors, partial];
+                    let kernel = if let Some(product) = product {
+                        (parameters.out, parameters.add_q) = (product.out, u32::from(product.add_q));
+                        buffers.extend([&problem.pair, &problem.jacobian, &problem.velocity]);
+                        &kernels.product
+                    } else {
+                        &kernels.rows
+                    };
+                    self.dispatch(kernel, &parameters, &buffers, 0);
+                }
+                Stage::Pairs { begin, middle, end, sums } => {
+                    let parameters = self.instructions(begin, middle, end, sums);
+                    let mut buffers = vec![program, scalars, vectors, partial];
+                    buffers.extend([&problem.block_start, &problem.pair, &problem.jacobian]);
+                    if let Some([_, kernel]) = &kernels.pairs {
+                        self.dispatch(kernel, &parameters, &buffers, 0);
+                    }
+                }
+                Stage::Bodies { x } => {
+                    let parameters = Parameters { x, ..self.base };
+                    let [start, entries] = [&problem.incidence_start, &problem.incidence];
+                    let buffers = [vectors, start, entries, &machine.gathered, &problem.velocity];
+                    self.dispatch(&kernels.bodies, &parameters, &buffers, 1);
+                }
+                Stage::Finish { begin, end, kinds, sums } => {
+                    let [first, last] = [begin, end].map(|index| operation(self.tape, index));
+                    let parameters = Parameters { first, last, kinds, reductions: sums, ..self.base };
+                    let buffers = [program, scalars, partial, &machine.grid];
+                    self.record.run_groups(&kernels.finish, bytemuck::bytes_of(&parameters), &buffers, 1);
+                    self.looked |= self.tape.looks_in(begin, end);
+                }
+                Stage::PrepareRows => {
+                    self.prepare_rows();
+                    let buffers = [&problem.incidence, &problem.jacobian, &machine.gathered];
+                    let parameters = bytemuck::bytes_of(&self.base);
+                    self.record.run(&kernels.prepare_entries, parameters, &buffers, 2 * problem.rows);
+                }
+                Stage::PreparePairs => self.prepare_pairs(),
+                Stage::Export { x } => self.export(x),
+            }
+        }
+    }
+
+    fn instructions(&self, begin: usize, middle: usize, end: usize, sums: Sums) -> Parameters {
+        let [begin, middle, end] = [begin, middle, end].map(|index| 2 * index as u32);
+        let Sums { first: reduction, count: reductions, kinds } = sums;
+        Parameters { begin, middle, end, reduction, reductions, kinds, ..self.base }
+    }
+
+    /// Dispatches a stage: directly, until it may have to be skipped. Grid 0 is for rows and pairs, 1 for bodies.
+    fn dispatch(&mut self, kernel: &Kernel, parameters: &Parameters, buffers: &[&Buffer], grid: usize) {
+        let parameters = bytemuck::bytes_of(parameters);
+        if self.looked {
+            self.record.run_indirect(kernel, parameters, buffers, &self.machine.grid, 12 * grid as u64);
+        } else {
+            self.record.run_groups(kernel, parameters, buffers, self.groups[grid]);
+        }
+    }
+
+    /// One workgroup for all stages, in dispatches that are long but not too long.
+    fn small(&mut self) {
+        let mut place = operation(self.tape, self.tape.operations.len());
+        let (mut first, mut rounds) = (place, 0);
+        for stage in &self.tape.stages {
+            let words = small_stages(self.tape, stage).len() as u32;
+            if words == 0 {
+                self.small_dispatch(first, place);
+                (first, rounds) = (place, 0);
+                match stage {
+                    Stage::PrepareRows => {
+                        self.prepare_rows();
+                        self.make_lists();
+                    }
+                    Stage::PreparePairs => self.prepare_pairs(),
+                    Stage::Export { x } => self.export(*x),
+                    _ => {}
+                }
+                continue;
+            }
+            place += 2 * words;
+            rounds += self.rounds(stage);
+            // Sums are kept in the workgroup until they are finished.
+            if matches!(stage, Stage::Finish { .. }) && rounds >= MOST_ROUNDS / 2 {
+                self.small_dispatch(first, place);
+                (first, rounds) = (place, 0);
+            }
+        }
+        self.small_dispatch(first, place);
+    }
+
+    fn small_dispatch(&mut self, first: u32, last: u32) {
+        if first == last {
+            return;
+        }
+        self.record.stage("lcp-small");
+        let (machine, problem) = (self.machine, self.problem);
+        let parameters = Parameters { first, last, ..self.base };
+        let buffers = [
+            &machine.program,
+            &machine.scalars,
+            &machine.vectors,
+            &problem.velocity,
+            &problem.jacobian,
+            &machine.lists,
+        ];
+        self.record.run_groups(&machine.kernels.small, bytemuck::bytes_of(&parameters), &buffers, 1);
+    }
+
+    /// About how many rounds an invocation of the one workgroup makes.
+    fn rounds(&self, stage: &Stage) -> u64 {
+        let each = |n: u64| n.div_ceil(u64::from(SMALL_WORKGROUP)) + 1;
+        let rows = each(self.problem.rows);
+        match *stage {
+            Stage::Rows { begin, end, product, .. } => ((end - begin) as u64 + u64::from(product.is_some())) * rows,
+            Stage::Pairs { begin, end, .. } => (end - begin) as u64 * rows + ROUNDS_OF_BLOCKS * rows,
+            Stage::Bodies { .. } => each(self.problem.bodies) + 2 * rows,
+            Stage::Finish { begin, end, .. } => (end - begin) as u64 + 16,
+            _ => 0,
+        }
+    }
+
+    fn prepare_rows(&mut self) {
+        let problem = self.problem;
+        let buffers = [
+            &problem.pair,
+            &problem.jacobian,
+            &problem.q,
+            &problem.gamma,
+            &problem.incidence_start,
+            &self.machine.vectors,
+        ];
+        let kernel = &self.machine.kernels.prepare_rows;
+        self.record.run(kernel, bytemuck::bytes_of(&self.base), &buffers, problem.rows);
+    }
+
+    fn prepare_pairs(&mut self) {
+        let problem = self.problem;
+        let buffers = [&problem.block_start, &problem.pair, &problem.jacobian, &self.machine.vectors];
+        if let Some([kernel, _]) = &self.machine.kernels.pairs {
+            self.record.run(kernel, bytemuck::bytes_of(&self.base), &buffers, problem.pairs);
+        }
+    }
+
+    /// All lists in one buffer: a kernel may have only eight.
+    fn make_lists(&mut self) {
+        let (problem, lists) = (self.problem, &self.machine.lists);
+        let parts = [
+            (&problem.pair, 2 * problem.rows),
+            (&problem.block_start, problem.pairs + 1),
+            (&problem.incidence_start, problem.bodies + 1),
+            (&problem.incidence, 2 * problem.rows),
+        ];
+        let mut to = 0;
+        for (part, words) in parts {
+            self.record.copy(part, 0, lists, 4 * to, 4 * words);
+            to += words;
+        }
+    }
+
+    fn export(&mut self, x: u32) {
+        let real = self.machine.variant.precision.bytes() as u64;
+        let from = u64::from(x) * u64::from(self.base.stride) * real;
+        self.record.copy(&self.machine.vectors, from, &self.problem.gamma, 0, self.problem.rows * real);
+    }
+}

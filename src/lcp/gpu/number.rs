@@ -1,0 +1,145 @@
+//! Numbers that live on the device. Arithmetic with them is noted in a list of the thread, in order, and done later.
+//!
+//! A number is an entry of a ring on the device, so one that was made long ago is overwritten: no solver keeps one for longer than two
+//! iterations, which make less than a fifth of the ring.
+
+use crate::lcp::verbs::Scalar;
+use std::cell::RefCell;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// Numbers in the ring.
+pub(super) const RING: u32 = 1024;
+
+/// What is done with numbers, as in `shaders/lcp/numbers.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub(super) enum Operation {
+    /// Takes the sum (or least, or worst) number `a` of the reductions just made.
+    Take,
+    Add,
+    Sub,
+    Mul,
+    Div,
+    Neg,
+    Min,
+    Max,
+    IfPositive,
+    Look,
+}
+
+/// A number on the device, or one known here.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Number {
+    Known(f64),
+    At(u32),
+}
+
+/// One operation noted.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Noted {
+    pub operation: Operation,
+    pub out: u32,
+    pub operands: [Number; 3],
+}
+
+#[derive(Default)]
+struct Notes {
+    noted: Vec<Noted>,
+    next: u32,
+}
+
+thread_local! {
+    static NOTES: RefCell<Notes> = RefCell::default();
+}
+
+/// What was noted since the last call.
+pub(super) fn drain(to: &mut Vec<Noted>) {
+    NOTES.with_borrow_mut(|notes| to.append(&mut notes.noted));
+}
+
+/// A new number that is not computed from others.
+pub(super) fn place() -> u32 {
+    NOTES.with_borrow_mut(|notes| {
+        let place = notes.next;
+        notes.next = (place + 1) % RING;
+        place
+    })
+}
+
+fn note(operation: Operation, a: Number, b: Number, c: Number) -> Number {
+    let out = place();
+    NOTES.with_borrow_mut(|notes| notes.noted.push(Noted { operation, out, operands: [a, b, c] }));
+    Number::At(out)
+}
+
+fn binary(operation: Operation, a: Number, b: Number, known: impl Fn(f64, f64) -> f64) -> Number {
+    match (a, b) {
+        (Number::Known(a), Number::Known(b)) => Number::Known(known(a, b)),
+        _ => note(operation, a, b, Number::Known(0.0)),
+    }
+}
+
+impl From<f64> for Number {
+    fn from(x: f64) -> Self {
+        Number::Known(x)
+    }
+}
+
+impl Add for Number {
+    type Output = Number;
+    fn add(self, other: Number) -> Number {
+        binary(Operation::Add, self, other, |a, b| a + b)
+    }
+}
+
+impl Sub for Number {
+    type Output = Number;
+    fn sub(self, other: Number) -> Number {
+        binary(Operation::Sub, self, other, |a, b| a - b)
+    }
+}
+
+impl Mul for Number {
+    type Output = Number;
+    fn mul(self, other: Number) -> Number {
+        binary(Operation::Mul, self, other, |a, b| a * b)
+    }
+}
+
+impl Div for Number {
+    type Output = Number;
+    fn div(self, other: Number) -> Number {
+        binary(Operation::Div, self, other, |a, b| a / b)
+    }
+}
+
+impl Neg for Number {
+    type Output = Number;
+    fn neg(self) -> Number {
+        match self {
+            Number::Known(a) => Number::Known(-a),
+            Number::At(_) => note(Operation::Neg, self, self, self),
+        }
+    }
+}
+
+impl Scalar for Number {
+    fn min(self, other: Number) -> Number {
+        binary(Operation::Min, self, other, f64::min)
+    }
+    fn max(self, other: Number) -> Number {
+        binary(Operation::Max, self, other, f64::max)
+    }
+    fn if_positive(self, yes: Number, no: Number) -> Number {
+        match self {
+            Number::Known(a) => {
+                if a > 0.0 {
+                    yes
+                } else {
+                    no
+                }
+            }
+            Number::At(_) => note(Operation::IfPositive, self, yes, no),
+        }
+    }
+}

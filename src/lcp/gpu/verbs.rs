@@ -1,0 +1,251 @@
+//! The verbs on the device. They write the tape; only reading runs it.
+
+use super::layout::{HALT, LOOKS};
+use super::machine::Machine;
+use super::number::Number;
+use super::problem::DeviceProblem;
+use super::tape::{Action, Stage, Tape};
+use crate::gpu::{Gpu, GpuError};
+use crate::lcp::verbs::{Metric, Verbs};
+
+/// A diagonal entry at or under this many squared roundings of the largest is a zero row's, as on the CPU.
+const ZERO_ROW: f64 = 1.0;
+
+/// Looks of the first batches. Later ones take more, so that a long solve seldom waits and a short one wastes little.
+const FIRST_LOOKS: u32 = 4;
+const MOST_LOOKS: u32 = 32;
+
+/// A vector's place.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Slot(pub(super) Option<u32>);
+
+/// One problem on a device.
+pub(crate) struct Device<'a> {
+    gpu: &'a Gpu,
+    machine: &'a mut Machine,
+    problem: &'a DeviceProblem,
+    pub(super) tape: Tape,
+    /// Vectors so far.
+    vectors: u32,
+    products: u64,
+    /// Products at each look of the batch.
+    looked: Vec<u64>,
+    batches: u32,
+    fault: Option<GpuError>,
+}
+
+impl<'a> Device<'a> {
+    pub fn new(gpu: &'a Gpu, machine: &'a mut Machine, problem: &'a DeviceProblem) -> Self {
+        let vectors = machine.slots().free;
+        // Arithmetic left over by a solve that ended early.
+        super::number::drain(&mut Vec::new());
+        Device {
+            gpu,
+            machine,
+            problem,
+            tape: Tape::default(),
+            vectors,
+            products: 0,
+            looked: Vec::new(),
+            batches: 0,
+            fault: None,
+        }
+    }
+
+    /// Reads the problem and inverts its diagonals.
+    pub fn prepare(&mut self) {
+        self.tape.stage(Stage::PrepareRows);
+        let slots = self.machine.slots();
+        let largest = self.tape.sum(Action::Largest, [slots.diagonal; 3]);
+        let zero = largest * Number::Known(ZERO_ROW * self.rounding() * self.rounding());
+        let none = Number::Known(0.0);
+        self.tape.row(Action::Invert, slots.inverse, [slots.diagonal; 3], [zero, none]);
+        if let Some([majorant, inverse]) = slots.majorant {
+            self.tape.row(Action::Invert, inverse, [slots.diagonal, majorant, majorant], [zero, none]);
+        }
+        if slots.coupling.is_some() {
+            self.tape.stage(Stage::PreparePairs);
+        }
+    }
+
+    /// The iterate's vector, which [`Device::prepare`] fills.
+    pub fn start(&self) -> Slot {
+        Slot(Some(self.machine.slots().x))
+    }
+
+    /// Brings the result into the problem.
+    pub fn finish(&mut self, x: &Slot) -> Result<(), GpuError> {
+        let x = at(x);
+        self.tape.stage(Stage::Bodies { x });
+        self.tape.stage(Stage::Export { x });
+        self.run(&[]);
+        self.fault.clone().map_or(Ok(()), Err)
+    }
+
+    /// Runs the tape and reads numbers.
+    fn run(&mut self, read: &[std::ops::Range<u32>]) -> Vec<f64> {
+        self.tape.finish();
+        if self.fault.is_none() {
+            match self.machine.run(self.gpu, self.problem, &self.tape, self.vectors, read) {
+                Ok(numbers) => {
+                    self.tape.clear();
+                    return numbers;
+                }
+                Err(fault) => self.fault = Some(fault),
+            }
+        }
+        self.tape.clear();
+        vec![f64::NAN; read.iter().map(|range| range.len()).sum()]
+    }
+
+    /// A vector to be written, with a place.
+    fn out(&mut self, slot: &mut Slot) -> u32 {
+        *slot.0.get_or_insert_with(|| {
+            self.vectors += 1;
+            self.vectors - 1
+        })
+    }
+
+    fn metric(&self, metric: Metric) -> [u32; 2] {
+        let slots = self.machine.slots();
+        match (metric, slots.majorant) {
+            (Metric::Majorant, Some(majorant)) => majorant,
+            _ => [slots.diagonal, slots.inverse],
+        }
+    }
+}
+
+/// Where a vector is. One that was never written is the first.
+fn at(slot: &Slot) -> u32 {
+    slot.0.unwrap_or(0)
+}
+
+const NONE: Number = Number::Known(0.0);
+const ONE: Number = Number::Known(1.0);
+
+impl Verbs for Device<'_> {
+    type Vector = Slot;
+    type Scalar = Number;
+
+    fn clear(&mut self, x: &mut Slot) {
+        let out = self.out(x);
+        self.tape.row(Action::Zero, out, [out; 3], [NONE; 2]);
+    }
+
+    fn copy(&mut self, from: &Slot, to: &mut Slot) {
+        let out = self.out(to);
+        self.tape.row(Action::Copy, out, [at(from); 3], [NONE; 2]);
+    }
+
+    fn copy_if_positive(&mut self, condition: Number, from: &Slot, to: &mut Slot) {
+        let out = self.out(to);
+        self.tape.row(Action::CopyIf, out, [at(from), at(from), out], [condition, NONE]);
+    }
+
+    fn take(&mut self, from: &mut Slot, to: &mut Slot) {
+        // The places stay, so that the iterate is found even if the rest of a batch was not done.
+        self.copy(from, to);
+    }
+
+    fn product(&mut self, x: &Slot, ax: &mut Slot) {
+        self.products += 1;
+        let out = self.out(ax);
+        self.tape.product(at(x), out, false);
+    }
+
+    fn gradient(&mut self, x: &Slot, g: &mut Slot) {
+        self.products += 1;
+        let out = self.out(g);
+        self.tape.product(at(x), out, true);
+    }
+
+    fn dot(&mut self, x: &Slot, y: &Slot) -> Number {
+        self.tape.sum(Action::Dot, [at(x), at(y), at(y)])
+    }
+
+    fn twice_objective(&mut self, x: &Slot, g: &Slot) -> Number {
+        self.tape.sum(Action::Objective, [at(x), at(g), self.machine.slots().q])
+    }
+
+    fn combine(&mut self, a: Number, x: &Slot, b: Number, y: &Slot, out: &mut Slot) {
+        let out = self.out(out);
+        self.tape.row(Action::Combine, out, [at(x), at(y), at(y)], [a, b]);
+    }
+
+    fn add(&mut self, a: Number, x: &Slot, y: &mut Slot) {
+        let out = self.out(y);
+        self.tape.row(Action::Combine, out, [at(x), out, out], [a, ONE]);
+    }
+
+    fn proximal(&mut self, metric: Metric, x: &Slot, step: Number, g: &Slot, out: &mut Slot) {
+        let out = self.out(out);
+        if metric == Metric::PairBlocks {
+            return self.tape.pairs(at(x), step, at(g), out);
+        }
+        let [_, inverse] = self.metric(metric);
+        self.tape.row(Action::Proximal, out, [at(x), at(g), inverse], [step, NONE]);
+    }
+
+    fn project(&mut self, metric: Metric, x: &Slot, out: &mut Slot) {
+        let out = self.out(out);
+        if metric == Metric::PairBlocks {
+            return self.tape.pairs(at(x), NONE, at(x), out);
+        }
+        self.tape.row(Action::Project, out, [at(x); 3], [NONE; 2]);
+    }
+
+    fn square(&mut self, metric: Metric, x: &Slot) -> Number {
+        let [diagonal, _] = self.metric(metric);
+        self.tape.sum(Action::Triple, [at(x), at(x), diagonal])
+    }
+
+    fn inverse_square(&mut self, metric: Metric, x: &Slot) -> Number {
+        let [_, inverse] = self.metric(metric);
+        self.tape.sum(Action::Triple, [at(x), at(x), inverse])
+    }
+
+    fn room(&mut self, x: &Slot, d: &Slot) -> Number {
+        self.tape.sum(Action::Room, [at(x), at(d), at(d)])
+    }
+
+    fn residual(&mut self, x: &Slot, g: &Slot) -> Number {
+        self.tape.sum(Action::Residual, [at(x), at(g), self.machine.slots().diagonal])
+    }
+
+    fn read(&mut self, scalar: Number) -> f64 {
+        match scalar {
+            Number::Known(x) => x,
+            Number::At(place) => self.run(&[place..place + 1])[0],
+        }
+    }
+
+    fn look(&mut self, residual: Number, tolerance: f64) {
+        if self.tape.look(residual, tolerance) {
+            self.looked.push(self.products);
+        }
+    }
+
+    fn looks(&mut self) -> Vec<f64> {
+        let looked = std::mem::take(&mut self.looked);
+        self.batches += 1;
+        let numbers = self.run(&[HALT..HALT + 1 + looked.len() as u32]);
+        let mut looks = numbers[1..].to_vec();
+        if numbers[0] >= 1.0 && numbers[0] <= looks.len() as f64 {
+            looks.truncate(numbers[0] as usize);
+            self.products = looked[looks.len() - 1];
+        }
+        looks
+    }
+
+    fn looks_at_once(&self) -> usize {
+        (FIRST_LOOKS << self.batches.min(8)).min(MOST_LOOKS).min(LOOKS) as usize
+    }
+
+    fn rounding(&self) -> f64 {
+        self.machine.precision().epsilon()
+    }
+
+    fn products(&self) -> u64 {
+        self.products
+    }
+}
