@@ -5,11 +5,11 @@
 
 mod broad_phase;
 mod device;
-mod separation;
 mod faults;
 mod lattice;
-mod sort;
-mod rows;
 mod lcp;
+mod rows;
 mod runs;
+mod separation;
+mod sort;
 mod steps;

@@ -106,7 +106,9 @@ fn a_force_of_the_users_own() {
             force: DVec3::X * (0.1 * time) - 0.2 * bodies.position[i],
             torque: DVec3::Z * 0.3,
         }));
-        (0..100).for_each(|_| drop(simulation.step().unwrap()));
+        for _ in 0..100 {
+            simulation.step().unwrap();
+        }
         simulation.state().unwrap().bodies.clone()
     };
     let off = apart(&ran(&compute(gpu, Precision::F32)), &ran(&Compute::Cpu));

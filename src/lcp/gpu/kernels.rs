@@ -82,9 +82,7 @@ impl Variant {
     }
 
     fn reducing(&self, name: &str, workgroup: u32) -> Source {
-        self.source(name, workgroup)
-            .include(fragment!("lcp/reduce.wgsl"))
-            .include(fragment!("lcp/instructions.wgsl"))
+        self.source(name, workgroup).include(fragment!("lcp/reduce.wgsl")).include(fragment!("lcp/instructions.wgsl"))
     }
 
     pub fn rows(&self, product: bool) -> Source {

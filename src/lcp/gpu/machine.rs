@@ -122,7 +122,11 @@ impl Machine {
         let grid = [groups[0] as u32, 1, 1, groups[1] as u32, 1, 1];
         self.grid.write(gpu, 0, bytemuck::cast_slice(&grid));
         let mut run = Run { machine: self, problem, tape, record, base, groups, looked: false };
-        if small { run.small() } else { run.large() }
+        if small {
+            run.small()
+        } else {
+            run.large()
+        }
         let mut record = run.record;
         if read.is_empty() {
             record.submit()?;
