@@ -105,7 +105,7 @@ fn stored_systems_are_solved() {
         let tolerance = 1e-5;
         let settings = Settings { tolerance, max_iterations: 20_000 };
         let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
-        for name in STORED {
+        for name in STORED.into_iter().filter(|name| std::env::var("LCP").is_err() || std::env::var("LCP").unwrap() == *name) {
             let stored = stored(name);
             for start in [stored.start.clone(), Vec::new()] {
                 let solved = solve(gpu, precision, &mut solver, &stored.problem, &start);
@@ -132,5 +132,45 @@ fn stored_systems_are_solved() {
                 assert!(error(&solved.velocity, &velocity(&stored.problem, &solved.gamma)) < 1e-5);
             }
         }
+    }
+}
+
+/// Seconds of processor time that this process used.
+fn used() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+    (fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap()) / 100.0
+}
+
+#[test]
+#[ignore = "a measurement"]
+fn profile() {
+    let Some(gpu) = device() else { return };
+    let max_iterations = std::env::var("ITS").map_or(100, |n| n.parse().unwrap());
+    let settings = Settings { tolerance: 1e-12, max_iterations };
+    let name = std::env::var("LCP").unwrap_or("colony1024_rec1".into());
+    let stored = stored(&name);
+    let precision = if std::env::var("F64").is_ok() { Precision::F64 } else { Precision::F32 };
+    let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
+    for timed in [false, false, true] {
+        if timed && std::env::var("STAGES").is_ok() {
+            gpu.start_timing();
+        }
+        let before = used();
+        let solved = solve(gpu, precision, &mut solver, &stored.problem, &stored.start);
+        let each = 1e6 / solved.outcome.iterations as f64;
+        println!(
+            "{:?} {:.0} us wall, {:.0} us of processors an iteration",
+            solved.outcome,
+            solved.seconds * each,
+            (used() - before) * each
+        );
+    }
+    for pipeline in gpu.pipelines() {
+        print!("{} {:.3}; ", pipeline.name, pipeline.seconds);
+    }
+    println!();
+    for stage in gpu.stage_times() {
+        println!("{} {:.1} us each, {} passes", stage.stage, 1e6 * stage.seconds / stage.passes as f64, stage.passes);
     }
 }

@@ -9,6 +9,7 @@ mod layout;
 mod machine;
 mod number;
 mod problem;
+mod shape;
 mod solver;
 mod tape;
 mod verbs;

@@ -1,14 +1,14 @@
 //! Numbers that live on the device. Arithmetic with them is noted in a list of the thread, in order, and done later.
 //!
 //! A number is an entry of a ring on the device, so one that was made long ago is overwritten: no solver keeps one for longer than two
-//! iterations, which make less than a fifth of the ring.
+//! iterations, which make about half of the ring.
 
 use crate::lcp::verbs::Scalar;
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Numbers in the ring.
-pub(super) const RING: u32 = 1024;
+pub(super) const RING: u32 = 256;
 
 /// What is done with numbers, as in `shaders/lcp/numbers.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

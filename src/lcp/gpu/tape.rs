@@ -6,9 +6,10 @@
 
 use super::layout::{FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS};
 use super::number::{self, Noted, Number, Operation, RING};
+use super::shape::Told;
 
 /// What is done on a row, as in `shaders/lcp/instructions.wgsl`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Hash)]
 #[repr(u32)]
 pub(super) enum Action {
     Zero,
@@ -28,7 +29,7 @@ pub(super) enum Action {
 
 impl Action {
     /// How its values are brought together, as in `shaders/lcp/reduce.wgsl`.
-    fn kind(self) -> u32 {
+    pub fn kind(self) -> u32 {
         match self {
             Action::Room => 1,
             Action::Residual | Action::Largest => 2,
@@ -36,6 +37,9 @@ impl Action {
         }
     }
 }
+
+/// So many instructions and one more always fit what a dispatch can be told.
+const FEW: usize = 6;
 
 /// One instruction: what, out, three vectors, two numbers.
 pub(super) type Words = [u32; 8];
@@ -258,10 +262,20 @@ impl Tape {
     }
 
     fn rows_stage(&mut self) {
-        if !self.open {
+        if !self.open || self.is_full() {
             let at = self.instructions.len();
             self.stages.push(Stage::Rows { begin: at, end: at, product: None, sums: self.new_sums() });
             self.open = true;
+        }
+    }
+
+    /// Whether the last stage might be more than a dispatch can be told with one more instruction.
+    fn is_full(&self) -> bool {
+        match self.stages.last() {
+            Some(stage @ (Stage::Rows { begin, end, .. } | Stage::Pairs { begin, end, .. })) if end - begin > FEW => {
+                !Told::of(self, stage).is_some_and(|told| told.has_room())
+            }
+            _ => false,
         }
     }
 
