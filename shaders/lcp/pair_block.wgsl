@@ -15,13 +15,15 @@ fn minimize_few(row: u32, two: bool, x: u32, g: u32, step: real, out: u32) {
     let y = vec2r(vectors[at(x, row)], vectors[at(x, other)]);
     let inverse = vec2r(inverse_of(row), inverse_of(other));
     let slope = step * vec2r(vectors[at(g, row)], vectors[at(g, other)]);
-    // B_01 and 1 / det B.
+    // B_01 and B_00 / det B.
     let b = vectors[at(COUPLING, row)];
-    let determinant = vectors[at(COUPLING, other)];
+    let inverse_schur = vectors[at(COUPLING, other)];
     let s = select(vec2r(), slope, inverse > vec2r());
     let ac = select(vec2r(1.0), SHIFT / inverse, inverse > vec2r());
     let alone = max(y.x - s.x / ac.x, 0.0);
-    let both = y + vec2r(b * s.y - ac.y * s.x, b * s.x - ac.x * s.y) * determinant;
+    // By elimination: what rounding does to the second change the first one makes up for, which Cramer's rule does not.
+    let change = (b / ac.x * s.x - s.y) * inverse_schur;
+    let both = y + vec2r(-(s.x + b * change) / ac.x, change);
     let first = max(y.x + (b * y.y - s.x) / ac.x, 0.0);
     let second = max(y.y + (b * y.x - s.y) / ac.y, 0.0);
     let rising = s.x - ac.x * y.x + b * (second - y.y) >= 0.0;

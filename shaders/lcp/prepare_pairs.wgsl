@@ -1,4 +1,4 @@
-// The blocks of A that belong to pairs. For pairs of two rows B_01 and 1 / det B: the determinant comes from what is left of one row
+// The blocks of A that belong to pairs. For pairs of two rows B_01 and B_00 / det B: the determinant comes from what is left of one row
 // after its part along the other is taken off; a c - b b would lose it where the rows are nearly parallel. For more rows all of B.
 @group(0) @binding(1) var<storage, read> block_start: array<u32>;
 @group(0) @binding(2) var<storage, read> pair: array<vec2<u32>>;
@@ -39,7 +39,7 @@ fn prepare_two(i: u32) {
         det = a * (left_over(i, j, b / a).y + SHIFT_OF_DETERMINANT * vectors[at(DIAGONAL, j)]);
     }
     vectors[at(COUPLING, i)] = b;
-    vectors[at(COUPLING, j)] = 1.0 / det;
+    vectors[at(COUPLING, j)] = diagonal_of_block(i) / det;
 }
 
 @compute @workgroup_size(WORKGROUP)

@@ -81,6 +81,21 @@ impl Machine {
         self.variant.planar
     }
 
+    #[cfg(test)]
+    pub fn write(&self, gpu: &Gpu, problem: &DeviceProblem, vector: u32, numbers: &[f64]) -> Result<(), GpuError> {
+        let offset = u64::from(vector) * problem.rows.next_multiple_of(64) * self.precision().bytes() as u64;
+        self.vectors.write(gpu, offset, &self.precision().encode(numbers.iter().copied()));
+        gpu.record().submit()
+    }
+
+    #[cfg(test)]
+    pub fn read(&self, gpu: &Gpu, problem: &DeviceProblem, vector: u32) -> Result<Vec<f64>, GpuError> {
+        let real = self.precision().bytes() as u64;
+        let begin = u64::from(vector) * problem.rows.next_multiple_of(64) * real;
+        let read = gpu.record().read(&[(&self.vectors, begin..begin + problem.rows * real)])?;
+        Ok(self.precision().decode(&read[0]))
+    }
+
     fn is_small(&self, problem: &DeviceProblem) -> bool {
         problem.rows.max(problem.pairs).max(problem.bodies) <= self.largest_small
     }

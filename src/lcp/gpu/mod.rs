@@ -12,6 +12,8 @@ mod problem;
 mod shape;
 mod solver;
 mod tape;
+#[cfg(test)]
+mod tests;
 mod verbs;
 
 pub use problem::DeviceProblem;

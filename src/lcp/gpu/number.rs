@@ -72,6 +72,11 @@ fn note(operation: Operation, a: Number, b: Number, c: Number) -> Number {
     Number::At(out)
 }
 
+/// A number on the device that is `x`.
+pub(super) fn made(x: f64) -> Number {
+    note(Operation::Add, Number::Known(x), Number::Known(0.0), Number::Known(0.0))
+}
+
 fn binary(operation: Operation, a: Number, b: Number, known: impl Fn(f64, f64) -> f64) -> Number {
     match (a, b) {
         (Number::Known(a), Number::Known(b)) => Number::Known(known(a, b)),

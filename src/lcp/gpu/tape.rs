@@ -4,7 +4,7 @@
 //! the bodies. It ends where a product or the small problems of the pairs need whole vectors, and where an instruction needs a number
 //! that the sums made; then the sums are finished and the operations on numbers done.
 
-use super::layout::{FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS};
+use super::layout::{CONSTANTS, FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS};
 use super::number::{self, Noted, Number, Operation, RING};
 use super::shape::Told;
 
@@ -129,6 +129,9 @@ impl Tape {
             Number::Known(x) => {
                 let known = self.constants.iter().position(|y| y.to_bits() == x.to_bits());
                 let place = known.unwrap_or_else(|| {
+                    // Solvers use some ten constants.
+                    debug_assert!(self.constants.len() < CONSTANTS as usize);
+                    self.constants.truncate(CONSTANTS as usize - 1);
                     self.constants.push(x);
                     self.constants.len() - 1
                 });
