@@ -134,9 +134,10 @@ impl Variant {
         let source = self.reducing(name, WORKGROUP).include(fragment!("lcp/leave_sums.wgsl"));
         let text = shape.text(|x| source.literal(x));
         let source = match (shape.has_block(), shape.has_product()) {
-            (true, _) => {
-                source.include(fragment!("lcp/main_pairs.wgsl")).integer("ENTRIES_BINDING", 5).include(fragment!("lcp/pair_block.wgsl"))
-            }
+            (true, _) => source
+                .include(fragment!("lcp/main_pairs.wgsl"))
+                .integer("ENTRIES_BINDING", 5)
+                .include(fragment!("lcp/pair_block.wgsl")),
             (_, true) => source
                 .include(fragment!("lcp/main_rows.wgsl"))
                 .include(fragment!("lcp/rows_product.wgsl"))
@@ -182,8 +183,7 @@ impl Variant {
     }
 
     pub fn prepare_pairs(&self) -> Source {
-        self.source("prepare-pairs", WORKGROUP)
-            .include(fragment!("lcp/prepare_pairs.wgsl"))
+        self.source("prepare-pairs", WORKGROUP).include(fragment!("lcp/prepare_pairs.wgsl"))
     }
 }
 

@@ -145,14 +145,7 @@ fn number(operand: Operand, literal: &impl Fn(f64) -> String) -> String {
 }
 
 /// A function that does lines on all rows of an invocation and leaves the sums, the first of which is number `first`.
-fn rows(
-    text: &mut String,
-    name: &str,
-    lines: &[Line],
-    over: Over,
-    first: usize,
-    literal: &impl Fn(f64) -> String,
-) {
+fn rows(text: &mut String, name: &str, lines: &[Line], over: Over, first: usize, literal: &impl Fn(f64) -> String) {
     let _ = writeln!(text, "fn {name}(first: u32, step: u32, local: u32) {{");
     if lines.is_empty() && !matches!(over, Over::Rows(Some(_))) {
         text.push_str("}\n");
