@@ -403,3 +403,59 @@ fn profile() {
         println!("{} {:.1} us each, {} passes", stage.stage, 1e6 * stage.seconds / stage.passes as f64, stage.passes);
     }
 }
+
+#[test]
+#[ignore = "a measurement"]
+fn paths() {
+    let Some(gpu) = device() else { return };
+    for precision in precisions(gpu) {
+        for rows in [16, 32, 64, 128, 256, 512, 1024, 2048, 4096] {
+            let settings = Settings { tolerance: 1e-30, max_iterations: 200 };
+            let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
+            let problem = random::<3>(3, (rows as u32 * 2 / 3).max(4), rows);
+            let mut line = format!("{} {rows} rows:", precision.name());
+            for (largest, path) in [(0, "large"), (u64::MAX, "small")] {
+                solver.set_largest_small(largest);
+                solve(gpu, precision, &mut solver, &problem, &[]);
+                let solved = solve(gpu, precision, &mut solver, &problem, &[]);
+                let each = 1e6 * solved.seconds / solved.outcome.iterations as f64;
+                line += &format!(
+                    " {path} {each:.0} us an iteration ({:.1} dispatches, {} its),",
+                    solved.dispatches as f64 / solved.outcome.iterations as f64,
+                    solved.outcome.iterations
+                );
+            }
+            println!("{line}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "a measurement"]
+fn reach() {
+    let Some(gpu) = device() else { return };
+    let precision = Precision::F32;
+    for name in
+        STORED.into_iter().filter(|name| std::env::var("LCP").is_err() || std::env::var("LCP").unwrap() == *name)
+    {
+        for tolerance in [1e-6, 1e-7] {
+            let settings = Settings { tolerance, max_iterations: 6_000 };
+            let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
+            let stored = stored(name);
+            let solved = solve(gpu, precision, &mut solver, &stored.problem, &stored.start);
+            let mut gamma = stored.start.clone();
+            let cpu = lcp::Solver::new(SolverKind::Auto, settings).solve(&stored.problem, &mut gamma);
+            println!(
+                "{name} to {tolerance:e}: {:?} {} its {} products (CPU {}), residual {:.2e} rechecked {:.2e}, v {:.1e} (CPU {:.1e})",
+                solved.outcome.status,
+                solved.outcome.iterations,
+                solved.outcome.products,
+                cpu.products,
+                solved.outcome.residual,
+                residual(&stored.problem, &solved.gamma),
+                error(&velocity(&stored.problem, &solved.gamma), &stored.velocity),
+                error(&velocity(&stored.problem, &gamma), &stored.velocity),
+            );
+        }
+    }
+}

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 const FINISH_WORKGROUP: u32 = 256;
 
 /// Invocations of the one workgroup that solves a small problem.
-pub(super) const SMALL_WORKGROUP: u32 = 64;
+pub(super) const SMALL_WORKGROUP: u32 = 32;
 
 /// Relative addition to the diagonal of a pair's block, as on the CPU, or so many roundings where that is more: the entries of a block
 /// are sums of products, each with its rounding.
@@ -170,7 +170,7 @@ impl Variant {
                 .integer("ENTRIES_BINDING", 7)
                 .include(fragment!("lcp/pair_block.wgsl"))
                 .include(fragment!("lcp/small_pairs.wgsl")),
-            None => source.text("fn run_pairs(kind: u32, place: u32, local: u32) {}\n"),
+            None => source.text("fn run_pairs(place: u32, pairs: u32, local: u32) {}\n"),
         }
     }
 

@@ -3,11 +3,12 @@
 //! A large problem takes one dispatch a stage; all but the first few are indirect, so that what follows the last iteration of a batch
 //! costs next to nothing. A small one is run by a single workgroup, whole batches at once.
 
-use super::kernels::{Kernels, MOST_EXACT, SMALL_WORKGROUP, Variant};
+use super::kernels::{Kernels, MOST_EXACT, Variant};
 use super::layout::{FIRST_CONSTANT, GRID_WORDS, HALT, NUMBERS, Parameters, REDUCTIONS, Slots};
 use super::problem::DeviceProblem;
 use super::shape::Told;
 use super::tape::{Stage, Sums, Tape};
+use super::turns::{self, Part, TURN_WORDS};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Precision, Recorder, WORKGROUP};
 use std::ops::Range;
 
@@ -16,12 +17,6 @@ const MOST_GROUPS: u64 = 1024;
 
 /// Rows, pairs or bodies up to which one workgroup does it all, unless set otherwise.
 pub(super) const LARGEST_SMALL: u64 = 256;
-
-/// Rounds of loops that one invocation makes in one dispatch, about: some drivers end it at 65,535.
-const MOST_ROUNDS: u64 = 24_000;
-
-/// Rounds for one row in the small problem of its pair, at most but for odd cases.
-const ROUNDS_OF_BLOCKS: u64 = 64;
 
 pub(crate) struct Machine {
     variant: Variant,
@@ -131,7 +126,15 @@ impl Machine {
             groups: groups[0] as u32,
             ..Parameters::default()
         };
-        let program = program(tape, small);
+        let mut program = program(tape);
+        let (mut parts, mut told) = (Vec::new(), Vec::new());
+        if small {
+            let turns;
+            (parts, turns) = turns::of(tape, [base.rows, base.pairs, base.bodies]);
+            program.extend(turns.as_flattened());
+        } else {
+            told = tape.stages.iter().map(|stage| Told::of(tape, stage)).collect();
+        }
         self.program.reserve(gpu, program.len() as u64 / 4)?;
         self.program.write(gpu, 0, bytemuck::cast_slice(&program));
         let real = self.variant.precision.bytes() as u64;
@@ -143,17 +146,13 @@ impl Machine {
         numbers(HALT, &[0.0]);
         let grid = [groups[0] as u32, 1, 1, groups[1] as u32, 1, 1];
         self.grid.write(gpu, 0, bytemuck::cast_slice(&grid));
-        let told: Vec<Option<Told>> = match small {
-            true => Vec::new(),
-            false => tape.stages.iter().map(|stage| Told::of(tape, stage)).collect(),
-        };
         self.kernels.make_common(gpu, self.variant, small)?;
         for told in told.iter().flatten() {
             self.kernels.make(gpu, self.variant, &told.shape)?;
         }
         let mut run = Run { machine: self, problem, tape, record, base, groups, looked: false };
         if small {
-            run.small()
+            run.small(&parts)
         } else {
             run.large(&told)
         }
@@ -169,40 +168,16 @@ impl Machine {
     }
 }
 
-/// The tape as words for the device: instructions, operations, and for one workgroup the stages.
-fn program(tape: &Tape, small: bool) -> Vec<u32> {
+/// The tape as words for the device: instructions and operations.
+fn program(tape: &Tape) -> Vec<u32> {
     let mut words: Vec<u32> = tape.instructions.as_flattened().to_vec();
     words.extend(tape.operations.as_flattened());
-    if small {
-        words.extend(tape.stages.iter().flat_map(|stage| small_stages(tape, stage)).flatten());
-    }
     words
 }
 
 /// Where an operation stands in the program.
 fn operation(tape: &Tape, index: usize) -> u32 {
     (2 * tape.instructions.len() + index) as u32
-}
-
-/// A stage as one workgroup takes it, as in `shaders/lcp/main_small.wgsl`.
-fn small_stages(tape: &Tape, stage: &Stage) -> Vec<[u32; 8]> {
-    let rows = |begin: usize, end: usize| [0, 2 * begin as u32, 2 * end as u32, 0, 0, 0, 0, 0];
-    match *stage {
-        Stage::Rows { begin, end, product, .. } => {
-            let product = product.map(|p| [3, 0, 0, 0, 0, p.out, u32::from(p.add_q), 0]);
-            product.into_iter().chain((begin < end).then(|| rows(begin, end))).collect()
-        }
-        Stage::Pairs { begin, middle, end, .. } => {
-            let before = (begin < middle).then(|| rows(begin, middle));
-            let after = (middle + 1 < end).then(|| rows(middle + 1, end));
-            before.into_iter().chain([[1, 2 * middle as u32, 0, 0, 0, 0, 0, 0]]).chain(after).collect()
-        }
-        Stage::Bodies { x } => vec![[2, 0, 0, 0, x, 0, 0, 0]],
-        Stage::Finish { begin, end, kinds, sums } => {
-            vec![[4, operation(tape, begin), operation(tape, end), 0, kinds, sums, 0, 0]]
-        }
-        Stage::PrepareRows | Stage::PreparePairs | Stage::Export { .. } => Vec::new(),
-    }
 }
 
 impl Run<'_, '_> {
@@ -273,34 +248,24 @@ impl Run<'_, '_> {
     }
 
     /// One workgroup for all stages, in dispatches that are long but not too long.
-    fn small(&mut self) {
+    fn small(&mut self, parts: &[Part]) {
         let mut place = operation(self.tape, self.tape.operations.len());
-        let (mut first, mut rounds) = (place, 0);
-        for stage in &self.tape.stages {
-            let words = small_stages(self.tape, stage).len() as u32;
-            if words == 0 {
-                self.small_dispatch(first, place);
-                (first, rounds) = (place, 0);
-                match stage {
-                    Stage::PrepareRows => {
-                        self.prepare_rows();
-                        self.make_lists();
-                    }
-                    Stage::PreparePairs => self.prepare_pairs(),
-                    Stage::Export { x } => self.export(*x),
-                    _ => {}
+        for part in parts {
+            match part {
+                Part::Turns(turns) => {
+                    let last = place + (turns * TURN_WORDS / 4) as u32;
+                    self.small_dispatch(place, last);
+                    place = last;
                 }
-                continue;
-            }
-            place += 2 * words;
-            rounds += self.rounds(stage);
-            // Sums are kept in the workgroup until they are finished.
-            if matches!(stage, Stage::Finish { .. }) && rounds >= MOST_ROUNDS / 2 {
-                self.small_dispatch(first, place);
-                (first, rounds) = (place, 0);
+                Part::Other(Stage::PrepareRows) => {
+                    self.prepare_rows();
+                    self.make_lists();
+                }
+                Part::Other(Stage::PreparePairs) => self.prepare_pairs(),
+                Part::Other(Stage::Export { x }) => self.export(*x),
+                Part::Other(_) => {}
             }
         }
-        self.small_dispatch(first, place);
     }
 
     fn small_dispatch(&mut self, first: u32, last: u32) {
@@ -323,19 +288,6 @@ impl Run<'_, '_> {
         }
         if let Some(kernel) = machine.kernels.small() {
             self.record.run_groups(kernel, bytemuck::bytes_of(&parameters), &buffers, 1);
-        }
-    }
-
-    /// About how many rounds an invocation of the one workgroup makes.
-    fn rounds(&self, stage: &Stage) -> u64 {
-        let each = |n: u64| n.div_ceil(u64::from(SMALL_WORKGROUP)) + 1;
-        let rows = each(self.problem.rows);
-        match *stage {
-            Stage::Rows { begin, end, product, .. } => ((end - begin) as u64 + u64::from(product.is_some())) * rows,
-            Stage::Pairs { begin, end, .. } => (end - begin) as u64 * rows + ROUNDS_OF_BLOCKS * rows,
-            Stage::Bodies { .. } => each(self.problem.bodies) + 2 * rows,
-            Stage::Finish { begin, end, .. } => (end - begin) as u64 + 16,
-            _ => 0,
         }
     }
 

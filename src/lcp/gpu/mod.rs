@@ -14,6 +14,7 @@ mod solver;
 mod tape;
 #[cfg(test)]
 mod tests;
+mod turns;
 mod verbs;
 
 pub use problem::DeviceProblem;

@@ -254,6 +254,8 @@ impl Verbs for Device<'_> {
         if numbers[0] >= 1.0 && numbers[0] <= looks.len() as f64 {
             looks.truncate(numbers[0] as usize);
             self.products = looked[looks.len() - 1];
+            // What follows may end as soon.
+            self.batches = 0;
         }
         looks
     }
