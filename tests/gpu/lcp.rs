@@ -381,6 +381,9 @@ fn profile() {
     let stored = stored(&name);
     let precision = if std::env::var("F64").is_ok() { Precision::F64 } else { Precision::F32 };
     let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
+    if std::env::var("SMALL").is_ok() {
+        solver.set_largest_small(u64::MAX);
+    }
     for timed in [false, false, true] {
         if timed && std::env::var("STAGES").is_ok() {
             gpu.start_timing();
@@ -438,7 +441,7 @@ fn reach() {
     for name in
         STORED.into_iter().filter(|name| std::env::var("LCP").is_err() || std::env::var("LCP").unwrap() == *name)
     {
-        for tolerance in [1e-6, 1e-7] {
+        for tolerance in [1e-6] {
             let settings = Settings { tolerance, max_iterations: 6_000 };
             let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
             let stored = stored(name);

@@ -102,36 +102,61 @@ impl Shape {
         self.product.is_some()
     }
 
-    /// The functions that the kernel's entry point calls. `literal` writes a constant.
+    /// The kernel's entry point. `literal` writes a constant.
     pub fn text(&self, literal: impl Fn(f64) -> String) -> String {
-        let mut text = String::new();
+        let mut text = String::from(BEGIN);
+        let lines: Vec<&Line> = self.before.iter().chain(&self.after).collect();
+        for (k, line) in lines.iter().enumerate() {
+            for (which, operand) in ["s", "t"].iter().zip(line.numbers) {
+                let _ = writeln!(text, "    let {which}{k} = {};", number(operand, &literal));
+            }
+            if line.action.is_sum() {
+                let _ = writeln!(text, "    var sum{k} = identity({}u);", line.action.kind());
+            }
+        }
         if let Some(line) = &self.block {
             let step = number(line.numbers[0], &literal);
             let [x, g, _] = line.vectors.map(told_vector);
+            let out = told_vector(line.out);
+            let _ = writeln!(text, "    let step = {step};");
+            text.push_str(CHUNK);
+            rows(&mut text, ROWS_OF_CHUNK, &self.before, 0, None);
+            let block = format!("minimize_block(block_start[slot], block_start[slot + 1u], {x}, {g}, step, {out})");
             let _ = writeln!(
                 text,
-                "fn run_block(first: u32, last: u32) {{\n    minimize_block(first, last, {x}, {g}, {step}, {});\n}}",
-                told_vector(line.out)
+                "    storageBarrier();\n    if slot < parameters.pairs {{ {block}; }}\n    storageBarrier();"
             );
-            rows(&mut text, "rows_before", &self.before, Over::Pairs, 0, &literal);
-            rows(&mut text, "rows_after", &self.after, Over::Pairs, sums(&self.before), &literal);
+            rows(&mut text, ROWS_OF_CHUNK, &self.after, self.before.len(), None);
+            text.push_str("    storageBarrier();\n    }\n");
         } else {
-            rows(&mut text, "rows_before", &self.before, Over::Rows(self.product), 0, &literal);
+            rows(&mut text, ALL_ROWS, &self.before, 0, self.product);
         }
+        for (nth, k) in (0..lines.len()).filter(|k| lines[*k].action.is_sum()).enumerate() {
+            let _ = writeln!(text, "    lanes[(parameters.reduction + {nth}u) * WORKGROUP + local] = sum{k};");
+        }
+        text.push_str("    leave_sums(group_index(group, groups), local);\n}\n");
         text
     }
 }
 
-/// Whose rows: all, the rows of a product first, or those of pairs.
-#[derive(Clone, Copy, PartialEq)]
-enum Over {
-    Rows(Option<u32>),
-    Pairs,
-}
+const BEGIN: &str = "@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+";
 
-fn sums(lines: &[Line]) -> usize {
-    lines.iter().filter(|line| line.action.is_sum()).count()
-}
+const ALL_ROWS: &str = "    for (var row = invocation(group, groups, local); row < parameters.rows; row += parameters.groups * WORKGROUP) {\n";
+
+/// A workgroup takes consecutive pairs at once. Their rows follow each other, so its invocations share them evenly.
+const CHUNK: &str = "    for (var chunk = group_index(group, groups); chunk * WORKGROUP < parameters.pairs; chunk += parameters.groups) {
+    let slot = chunk * WORKGROUP + local;
+    let begin = block_start[chunk * WORKGROUP];
+    let end = block_start[min((chunk + 1u) * WORKGROUP, parameters.pairs)];
+";
+
+const ROWS_OF_CHUNK: &str = "    for (var row = begin + local; row < end; row += WORKGROUP) {\n";
 
 fn told_vector(vector: u32) -> String {
     format!("parameters.vectors[{}][{}]", vector / 4, vector % 4)
@@ -144,37 +169,22 @@ fn number(operand: Operand, literal: &impl Fn(f64) -> String) -> String {
     }
 }
 
-/// A function that does lines on all rows of an invocation and leaves the sums, the first of which is number `first`.
-fn rows(text: &mut String, name: &str, lines: &[Line], over: Over, first: usize, literal: &impl Fn(f64) -> String) {
-    let _ = writeln!(text, "fn {name}(first: u32, step: u32, local: u32) {{");
-    if lines.is_empty() && !matches!(over, Over::Rows(Some(_))) {
-        text.push_str("}\n");
+/// A loop that does lines, the first of which is number `first`, on rows; before them the rows of a product.
+fn rows(text: &mut String, head: &str, lines: &[Line], first: usize, product: Option<u32>) {
+    if lines.is_empty() && product.is_none() {
         return;
     }
-    for (k, line) in lines.iter().enumerate() {
-        for (which, operand) in ["s", "t"].iter().zip(line.numbers) {
-            let _ = writeln!(text, "    let {which}{k} = {};", number(operand, literal));
-        }
-        if line.action.is_sum() {
-            let _ = writeln!(text, "    var sum{k} = identity({}u);", line.action.kind());
-        }
-    }
-    // The rows of an invocation: a pair's all belong to one.
-    text.push_str(match over {
-        Over::Pairs => "    for (var slot = first; slot < parameters.pairs; slot += step) {\n    let last = block_start[slot + 1u];\n    for (var row = block_start[slot]; row < last; row += 1u) {\n",
-        Over::Rows(_) => "    {\n    for (var row = first; row < parameters.rows; row += step) {\n",
-    });
+    text.push_str(head);
     // The name that holds each vector's number of this row, and whether it is yet to be written.
     let mut known: Vec<Option<(String, bool)>> = vec![None; MOST_VECTORS];
-    if let Over::Rows(Some(out)) = over {
+    if let Some(out) = product {
         text.push_str("        let product = product_of(row);\n");
         known[out as usize] = Some(("product".into(), true));
     }
-    for (k, line) in lines.iter().enumerate() {
+    for (k, line) in (first..).zip(lines) {
         let mut names = Vec::new();
         for vector in line.vectors {
-            let known = &mut known[vector as usize];
-            let (name, _) = known.get_or_insert_with(|| {
+            let (name, _) = known[vector as usize].get_or_insert_with(|| {
                 let name = format!("v{vector}");
                 let _ = writeln!(text, "        let {name} = vectors[at({}, row)];", told_vector(vector));
                 (name, false)
@@ -194,12 +204,7 @@ fn rows(text: &mut String, name: &str, lines: &[Line], over: Over, first: usize,
             let _ = writeln!(text, "        vectors[at({}, row)] = {name};", told_vector(vector as u32));
         }
     }
-    text.push_str("    }\n    }\n");
-    for (nth, k) in (0..lines.len()).filter(|k| lines[*k].action.is_sum()).enumerate() {
-        let at = format!("(parameters.reduction + {}u) * WORKGROUP + local", first + nth);
-        let _ = writeln!(text, "    lanes[{at}] = sum{k};");
-    }
-    text.push_str("}\n");
+    text.push_str("    }\n");
 }
 
 impl Action {
