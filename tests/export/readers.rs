@@ -1,11 +1,12 @@
 //! The real readers, by `tests/readers/check_export.py`.
 
-use crate::scenes::{colony, every_shape, many_rods};
+use crate::scenes::{colony, every_shape, large, many_rods};
 use relcp::export::{Format, Snapshot, States, export};
 use relcp::record::write_state;
 use relcp::relcp::State;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Instant;
 
 fn script() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/readers/check_export.py")
@@ -23,6 +24,33 @@ fn compare(python: &str, run: &Path) {
     println!("{said}{}", String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{}", output.status);
     assert!(said.contains("ok   gsd: ") && said.contains("ok   vtk: "));
+}
+
+/// Exports 131,072 rods, each of its own length, and says how long it takes; the readers are asked where there are any.
+#[test]
+#[ignore = "a measurement: build it optimized"]
+fn a_large_state() {
+    let place = tempfile::tempdir().unwrap();
+    let Snapshot { step, time, bodies, .. } = large(131_072);
+    let path = place.path().join("rods.npz");
+    write_state(&path, &State { step, next_id: 0, bodies, warm: Vec::new() }, "x", time, None).unwrap();
+    let states = States::open(path.to_str().unwrap()).unwrap();
+    let begun = Instant::now();
+    states.read(0).unwrap();
+    println!("read in {:.2} s", begun.elapsed().as_secs_f64());
+    for format in [Format::Gsd, Format::Vtk { cutoff: None }] {
+        let out = place.path().join("out");
+        let begun = Instant::now();
+        let done = export(&states, format, &out, &mut |_, _| true).unwrap();
+        println!("{format:?}: {:.2} s, {} bytes", begun.elapsed().as_secs_f64(), done.bytes);
+    }
+    if let Ok(kept) = std::env::var("RELCP_KEEP") {
+        export(&states, Format::Gsd, Path::new(&kept), &mut |_, _| true).unwrap();
+        export(&states, Format::Vtk { cutoff: None }, Path::new(&kept), &mut |_, _| true).unwrap();
+    }
+    if let Ok(python) = std::env::var("RELCP_PYTHON") {
+        compare(&python, &path);
+    }
 }
 
 #[test]

@@ -8,6 +8,7 @@ use relcp::relcp::Simulation;
 use relcp::scene;
 use relcp::separation::Placed;
 use relcp::shape::Shape;
+use relcp::study::tiled;
 use std::path::Path;
 use std::time::Duration;
 
@@ -85,4 +86,14 @@ pub fn many_rods(count: usize) -> Snapshot {
         bodies.push(Placed { shape, position, orientation }, NO_GROUP);
     }
     Snapshot { step: 3, time: 1.5, bodies, warm: None }
+}
+
+/// Copies of a stored colony side by side, each rod of a length of its own.
+pub fn large(count: usize) -> Snapshot {
+    let mut draw = Draw(3);
+    let mut bodies = tiled(include_bytes!("../../assets/states/colony-1024.npz"), count).unwrap();
+    for shape in &mut bodies.shape {
+        *shape = shape.grown(2.0 + 2.0 * draw.next()).unwrap();
+    }
+    Snapshot { step: 0, time: 6.9, bodies, warm: None }
 }

@@ -91,8 +91,8 @@ fn large_turns_are_those_of_the_cpu() {
 #[test]
 fn lengths_split_exactly() {
     let pitch = 2f64.powi(-18);
-    let [coarse, fine] = split_length(3.141_592_653_589_793, pitch);
-    assert_eq!(coarse + fine, 3.141_592_653_589_793);
+    let [coarse, fine] = split_length(3.217_592_653_589_793, pitch);
+    assert_eq!(coarse + fine, 3.217_592_653_589_793);
     assert_eq!(f64::from(coarse as f32), coarse);
     assert!(fine.abs() <= 0.5 * pitch);
 }

@@ -106,6 +106,23 @@ impl<'a> Device<'a> {
         })
     }
 
+    /// A new vector of these numbers, for tests.
+    #[cfg(test)]
+    pub fn uploaded(&mut self, numbers: &[f64]) -> Slot {
+        let mut slot = Slot::default();
+        let out = self.out(&mut slot);
+        self.run(&[]);
+        self.machine.write(self.gpu, self.problem, out, numbers).unwrap();
+        slot
+    }
+
+    /// A vector's numbers, for tests.
+    #[cfg(test)]
+    pub fn downloaded(&mut self, slot: &Slot) -> Vec<f64> {
+        self.run(&[]);
+        self.machine.read(self.gpu, self.problem, at(slot)).unwrap()
+    }
+
     fn metric(&self, metric: Metric) -> [u32; 2] {
         let slots = self.machine.slots();
         match (metric, slots.majorant) {
@@ -126,6 +143,10 @@ const ONE: Number = Number::Known(1.0);
 impl Verbs for Device<'_> {
     type Vector = Slot;
     type Scalar = Number;
+
+    fn number(&mut self, x: f64) -> Number {
+        super::number::made(x)
+    }
 
     fn clear(&mut self, x: &mut Slot) {
         let out = self.out(x);
@@ -215,7 +236,7 @@ impl Verbs for Device<'_> {
     fn read(&mut self, scalar: Number) -> f64 {
         match scalar {
             Number::Known(x) => x,
-            Number::At(place) => self.run(&[place..place + 1])[0],
+            Number::At(place) => self.run(std::slice::from_ref(&(place..place + 1)))[0],
         }
     }
 
@@ -228,11 +249,13 @@ impl Verbs for Device<'_> {
     fn looks(&mut self) -> Vec<f64> {
         let looked = std::mem::take(&mut self.looked);
         self.batches += 1;
-        let numbers = self.run(&[HALT..HALT + 1 + looked.len() as u32]);
+        let numbers = self.run(std::slice::from_ref(&(HALT..HALT + 1 + looked.len() as u32)));
         let mut looks = numbers[1..].to_vec();
         if numbers[0] >= 1.0 && numbers[0] <= looks.len() as f64 {
             looks.truncate(numbers[0] as usize);
             self.products = looked[looks.len() - 1];
+            // What follows may end as soon.
+            self.batches = 0;
         }
         looks
     }
