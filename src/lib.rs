@@ -50,6 +50,7 @@ pub mod broad_phase;
 pub mod cli;
 pub mod constraint;
 pub mod dynamics;
+pub mod export;
 pub mod freedom;
 pub mod gpu;
 pub mod lcp;

@@ -34,6 +34,8 @@ pub(super) enum Command {
     Check(Check),
     /// Print the pairs of bodies that are near or overlap
     Contacts(Contacts),
+    /// Write a run's states in another format, for OVITO or ParaView
+    Export(Export),
     /// Measure, and write tables
     Study(Study),
     /// List the adapters of this machine, and which one would be taken
@@ -195,6 +197,48 @@ pub(super) struct Contacts {
     pub(super) cutoff: f64,
     #[command(flatten)]
     pub(super) compute: Compute,
+    #[command(flatten)]
+    pub(super) print: Print,
+}
+
+const EXPORT_EXAMPLES: &str = "\
+Examples:
+  relcp export runs/colony --format gsd          one file, runs/colony/gsd/colony.gsd: ovito runs/colony/gsd/colony.gsd
+  relcp export runs/colony --format vtk          collections of states: paraview --script=runs/colony/vtk/show.py
+  relcp export runs/colony/final.json --format gsd --out final
+  relcp export runs/colony --format vtk --cutoff 0.01 --json | jq .files
+
+gsd: a frame a state; a type of particles for each size of a shape (for growing rods, 256 classes; exact sizes in log/).
+vtk: bodies.pvd, axes.pvd and contacts.pvd with the times of the run, and show.py, which shows them in ParaView.
+Every file appears whole or not at all.";
+
+/// A format to export.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum ExportFormat {
+    /// For OVITO and HOOMD's tools
+    Gsd,
+    /// For ParaView
+    Vtk,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = EXPORT_EXAMPLES)]
+pub(super) struct Export {
+    /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
+    #[arg(value_name = "RUN")]
+    pub(super) run: String,
+    /// The format
+    #[arg(long, value_enum)]
+    pub(super) format: ExportFormat,
+    /// Where the files go; without it RUN/gsd or RUN/vtk, and for what is no folder NAME-gsd or NAME-vtk here
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+    /// Pairs nearer than this are contacts, a length; without it a thousandth of the thinnest body. With vtk only
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = length)]
+    pub(super) cutoff: Option<f64>,
+    /// How many threads; without it, one a core
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub(super) threads: Option<u16>,
     #[command(flatten)]
     pub(super) print: Print,
 }

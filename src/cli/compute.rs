@@ -12,7 +12,12 @@ use std::sync::Arc;
 
 /// Settles how many threads there are.
 pub(super) fn set_threads(arguments: &Arguments) -> Result<(), CliError> {
-    if let Some(threads) = arguments.threads {
+    set_thread_count(arguments.threads)
+}
+
+/// Settles how many threads there are; without a number, one a core.
+pub(super) fn set_thread_count(threads: Option<u16>) -> Result<(), CliError> {
+    if let Some(threads) = threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
         pool.map_err(|e| CliError::Usage(format!("{threads} threads cannot be had: {e}")))?;
     }

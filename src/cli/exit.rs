@@ -1,5 +1,6 @@
 //! Exit statuses, and what leads to them.
 
+use crate::export::ExportError;
 use crate::gpu::GpuError;
 use crate::record::{RecordError, RunError};
 use crate::relcp::Fault;
@@ -33,6 +34,7 @@ impl Exit {
         match code {
             2 => Exit::Usage,
             4 => Exit::File,
+            130 => Exit::Interrupted,
             _ => Exit::Internal,
         }
     }
@@ -50,6 +52,9 @@ pub(super) enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Run(#[from] RunError),
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Export(#[from] ExportError),
     #[error(transparent)]
     Start(Fault),
     #[error("{0}")]
@@ -77,6 +82,7 @@ impl CliError {
     pub(super) fn exit(&self) -> Exit {
         match self {
             CliError::Scene(error) => Exit::of(error.exit_code()),
+            CliError::Export(error) => Exit::of(error.exit_code()),
             CliError::Record(error) | CliError::Run(RunError::Record(error)) => Exit::of(error.exit_code()),
             CliError::Run(RunError::Fault(Fault::Device(_))) | CliError::Device(_) => Exit::Device,
             CliError::Run(RunError::Fault(_)) => Exit::Internal,

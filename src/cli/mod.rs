@@ -5,6 +5,7 @@ mod compute;
 mod contacts;
 mod devices;
 mod exit;
+mod export;
 mod interrupt;
 mod output;
 mod progress;
@@ -38,6 +39,7 @@ fn dispatch(command: Command) -> Result<Exit, CliError> {
         Command::Scenes(arguments) => scenes::scenes(&arguments),
         Command::Check(arguments) => scenes::check(&arguments),
         Command::Contacts(arguments) => contacts::contacts(&arguments),
+        Command::Export(arguments) => export::export(&arguments),
         Command::Study(arguments) => study::study(&arguments),
         Command::Devices(arguments) => devices::devices(&arguments),
         Command::Schema => scenes::schema(),

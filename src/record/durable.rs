@@ -17,6 +17,11 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
 
 /// Writes `bytes` as the file `path`, whole or not at all; its name lasts once [its folder is synced](sync_folder).
 pub fn place(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
+    place_with(path, |part| part.write_all(bytes).map_err(RecordError::io(path, "write it")))
+}
+
+/// As [`place`], written by `fill`, for what is too large to be held as bytes. Where `fill` fails there is no file.
+pub fn place_with<T, E: From<RecordError>>(path: &Path, fill: impl FnOnce(&mut File) -> Result<T, E>) -> Result<T, E> {
     let folder = folder_of(path);
     let fault = |action| RecordError::io(path, action);
     let mut builder = tempfile::Builder::new();
@@ -28,10 +33,10 @@ pub fn place(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     let mut part = builder.tempfile_in(folder).map_err(fault("create it"))?;
-    part.write_all(bytes).map_err(fault("write it"))?;
+    let made = fill(part.as_file_mut())?;
     part.as_file().sync_all().map_err(fault("write it"))?;
     part.persist(path).map_err(|e| fault("put it in place")(e.error))?;
-    Ok(())
+    Ok(made)
 }
 
 /// Writes `value` as the JSON file `path`.
@@ -59,7 +64,8 @@ pub fn sweep(folder: &Path) -> Result<(), RecordError> {
     Ok(())
 }
 
-fn folder_of(path: &Path) -> &Path {
+/// The folder that a file is in.
+pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),

@@ -58,6 +58,27 @@ impl Folder {
         folder.with_states()
     }
 
+    /// The folder of an earlier run, to be read only: nothing is made or swept, and nothing need be there.
+    pub fn view(path: &Path) -> Self {
+        Folder(path.into())
+    }
+
+    /// The recorded states by step, in order.
+    pub fn recorded(&self) -> Result<Vec<(u64, PathBuf)>, RecordError> {
+        let states = self.states();
+        let mut found = Vec::new();
+        let entries = match fs::read_dir(&states) {
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(found),
+            entries => entries.map_err(RecordError::io(&states, "list it"))?,
+        };
+        for entry in entries {
+            let path = entry.map_err(RecordError::io(&states, "list it"))?.path();
+            found.extend(step_of(&path).map(|step| (step, path)));
+        }
+        found.sort();
+        Ok(found)
+    }
+
     /// Removes what a crash left half-written, and the states of steps after `step`.
     pub(super) fn rewind(&self, step: u64) -> Result<(), RecordError> {
         durable::sweep(&self.0)?;
@@ -182,6 +203,20 @@ mod tests {
         let refused = Folder::create(parent.path()).unwrap_err();
         assert!(matches!(refused, RecordError::NotEmpty { .. }));
         assert_eq!(refused.exit_code(), 2);
+    }
+
+    #[test]
+    fn states_are_listed_by_step() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = Folder::view(&parent.path().join("run"));
+        assert_eq!(folder.recorded().unwrap(), []);
+        assert!(!folder.path().exists());
+        let folder = Folder::create(folder.path()).unwrap();
+        fs::write(folder.states().join("mine.txt"), b"note").unwrap();
+        let steps = [9, 0, 12_345_678_901, 10];
+        steps.map(|step| durable::write(&folder.state(step), b"x").unwrap());
+        let listed: Vec<u64> = folder.recorded().unwrap().into_iter().map(|(step, _)| step).collect();
+        assert_eq!(listed, [0, 9, 10, 12_345_678_901]);
     }
 
     #[test]

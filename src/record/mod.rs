@@ -17,7 +17,7 @@
 mod blocks;
 mod container;
 mod difference;
-mod durable;
+pub(crate) mod durable;
 mod error;
 mod folder;
 mod hash;

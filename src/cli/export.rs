@@ -1,0 +1,75 @@
+//! `relcp export`: a run's states in another format.
+
+use super::arguments::{Export as Arguments, ExportFormat};
+use super::compute;
+use super::exit::{CliError, Exit};
+use super::interrupt::Interrupt;
+use super::output;
+use crate::export::{Exported, Format, States, export as write};
+use indicatif::ProgressBar;
+use serde::Serialize;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Document<'a> {
+    format: &'static str,
+    folder: &'a Path,
+    #[serde(flatten)]
+    exported: &'a Exported,
+}
+
+pub(super) fn export(arguments: &Arguments) -> Result<Exit, CliError> {
+    compute::set_thread_count(arguments.threads)?;
+    let (format, extension) = match (arguments.format, arguments.cutoff) {
+        (ExportFormat::Gsd, Some(_)) => {
+            return Err(CliError::Usage(
+                "--cutoff says what a contact is, and GSD has no contacts; say --format vtk".into(),
+            ));
+        }
+        (ExportFormat::Gsd, None) => (Format::Gsd, "gsd"),
+        (ExportFormat::Vtk, cutoff) => (Format::Vtk { cutoff }, "vtk"),
+    };
+    let states = States::open(&arguments.run)?;
+    let folder = arguments.out.clone().unwrap_or_else(|| place(&arguments.run, states.name(), extension));
+    let interrupt = Interrupt::listen();
+    let bar = (!arguments.print.quiet && std::io::stderr().is_terminal()).then(|| ProgressBar::new(0));
+    let exported = write(&states, format, &folder, &mut |done, all| {
+        if let Some(bar) = &bar {
+            bar.set_length(all as u64);
+            bar.set_position(done as u64);
+        }
+        !interrupt.asked()
+    });
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    let exported = exported?;
+    if arguments.print.json {
+        output::json(&Document { format: extension, folder: &folder, exported: &exported })?;
+    } else if !arguments.print.quiet {
+        print(&exported)?;
+    }
+    Ok(Exit::Done)
+}
+
+/// In a run's folder, or else here, named after what is exported.
+fn place(run: &str, name: &str, extension: &str) -> PathBuf {
+    let path = Path::new(run);
+    if path.is_dir() { path.join(extension) } else { PathBuf::from(format!("{name}-{extension}")) }
+}
+
+fn print(exported: &Exported) -> Result<(), CliError> {
+    output::write(|out| {
+        let (states, bodies) =
+            (output::count(exported.states, "state", "states"), output::count(exported.bodies, "body", "bodies"));
+        let size = match exported.bytes {
+            bytes if bytes < 1_000_000 => format!("{:.0} kB", bytes as f64 / 1e3),
+            bytes => format!("{:.1} MB", bytes as f64 / 1e6),
+        };
+        writeln!(out, "{states} of up to {bodies}, {size}")?;
+        exported.files.iter().try_for_each(|file| writeln!(out, "  {}", file.display()))?;
+        exported.notes.iter().try_for_each(|note| writeln!(out, "  note: {note}"))
+    })
+}

@@ -1,0 +1,64 @@
+//! The contacts of a state, with the forces that its checkpoint knows.
+
+use super::states::Snapshot;
+use crate::relcp::contacts as near;
+use crate::separation::{Separation, separation};
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// Pairs nearer than this fraction of the least thickness of a body are contacts, without another cutoff.
+///
+/// In a colony of 1,024 cells (dt = 0.001), the farthest of 1,967 pairs that push each other are 9.1e-4 of it apart, and only 12
+/// other pairs are nearer; of 4,676 such pairs among 1,000 jammed ellipsoids, none is farther apart than 1e-5.
+pub const TOUCHING: f64 = 1e-3;
+
+/// A contact of two bodies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// The bodies, by their rows.
+    pub pair: [usize; 2],
+    /// Half-way between the surfaces.
+    pub point: DVec3,
+    /// The signed distance of the surfaces; negative where they overlap.
+    pub separation: f64,
+    /// From the first body to the second.
+    pub normal: DVec3,
+    /// The force that they push each other with, along the normal; not a number where it is not known.
+    pub gamma: f64,
+}
+
+/// The contacts of a state, sorted by pair: pairs nearer than `cutoff` (without it, [`TOUCHING`] of the least thickness), and those
+/// that push each other, however far apart the step left them.
+///
+/// ```
+/// use relcp::export::{States, contacts};
+/// let states = States::open("three-capsules")?;
+/// let found = contacts(&*states.read(0)?, Some(0.5));
+/// assert!(found.iter().all(|contact| contact.separation <= 0.5 && contact.gamma.is_nan()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn contacts(state: &Snapshot, cutoff: Option<f64>) -> Vec<Contact> {
+    let bodies = &state.bodies;
+    let thickness = bodies.shape.iter().map(|shape| shape.thickness()).fold(f64::INFINITY, f64::min);
+    let cutoff = cutoff.unwrap_or(if thickness.is_finite() { TOUCHING * thickness } else { 0.0 });
+    let mut found: BTreeMap<[usize; 2], Separation> = near(bodies, cutoff).into_iter().collect();
+    let mut forces = BTreeMap::<[usize; 2], f64>::new();
+    for warm in state.warm.iter().flatten() {
+        let pair = warm.pair.map(|body| body as usize);
+        // A method that makes several rows of a pair remembers each.
+        *forces.entry(pair).or_default() += warm.gamma;
+        if warm.gamma > 0.0 && !found.contains_key(&pair) {
+            let [a, b] = pair.map(|body| bodies.placed(body));
+            found.extend(separation(&a, &b, None).map(|separation| (pair, separation)));
+        }
+    }
+    let unknown = if state.warm.is_some() { 0.0 } else { f64::NAN };
+    let contact = |(pair, s): ([usize; 2], Separation)| Contact {
+        pair,
+        point: 0.5 * (bodies.position[pair[0]] + s.lever_a + bodies.position[pair[1]] + s.lever_b),
+        separation: s.separation,
+        normal: s.normal,
+        gamma: forces.get(&pair).copied().unwrap_or(unknown),
+    };
+    found.into_iter().map(contact).collect()
+}

@@ -1,0 +1,64 @@
+//! Why states could not be exported.
+
+use crate::record::RecordError;
+use crate::scene::SceneError;
+use miette::Diagnostic;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Why states could not be exported. The files that are complete by then stay.
+#[derive(Debug, Error, Diagnostic)]
+pub enum ExportError {
+    /// A file could not be read or written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Record(#[from] RecordError),
+    /// A scene was refused.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    /// The folder is not that of a run.
+    #[error("{}: there is no state to export", path.display())]
+    #[diagnostic(help(
+        "name a run's folder (it has states/, checkpoint.npz or final.json), a state (.npz), a scene file or a built-in scene"
+    ))]
+    NoState {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A number that the format cannot hold.
+    #[error("{origin}: body {body}: its {what} of {value:e} {why}")]
+    Unfit {
+        /// The state.
+        origin: String,
+        /// The first body concerned, by its row.
+        body: usize,
+        /// Which quantity.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is wrong with it.
+        why: &'static str,
+    },
+    /// Whoever asked for it asked to stop.
+    #[error("stopped after {done} of {all} states")]
+    Stopped {
+        /// States done.
+        done: usize,
+        /// States in all.
+        all: usize,
+    },
+}
+
+impl ExportError {
+    /// The program's exit status: 4 where a file is at fault, 2 where a scene or a number is, 130 where it was stopped.
+    pub fn exit_code(&self) -> i32 {
+        match self {
+            ExportError::Record(error) => error.exit_code(),
+            ExportError::Scene(error) => error.exit_code(),
+            ExportError::NoState { .. } => 4,
+            ExportError::Unfit { .. } => 2,
+            ExportError::Stopped { .. } => 130,
+        }
+    }
+}

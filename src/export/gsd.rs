@@ -1,0 +1,193 @@
+//! GSD, the format of HOOMD-blue, which OVITO and the Python package `gsd` read: schema `hoomd` 1.4, one frame a state.
+//!
+//! Positions, orientations and velocities are 32-bit floats, as the schema has them. Shapes belong to [types](super::classes), which
+//! stand in the first frame, for all. What the schema has no place for is in `log/`:
+//!
+//! | chunk | rows | what |
+//! | --- | --- | --- |
+//! | `log/time` | 1 | the time |
+//! | `log/particles/id`, `parent` | N, i64 | lineage; parent -1: none |
+//! | `log/particles/birth`, `generation` | N | |
+//! | `log/particles/group` | N, i32 | the scene's group; -1: none |
+//! | `log/particles/size` | N x 3, f64 | a shape's exact sizes, as a scene gives them |
+//! | `log/particles/angular_velocity` | N x 3 | |
+//! | `log/particles/Aspherical Shape` | N x 3, f32 | what OVITO draws instead of the types' shapes, where those are classes |
+//!
+//! The box is centred on the origin, as the schema wants it, holds every body of every state, and means nothing else.
+
+use super::classes::{Classes, Survey};
+use super::error::ExportError;
+use super::file_layer::GsdFile;
+use super::states::{Snapshot, States};
+use super::{Exported, Watch};
+use crate::bodies::NO_GROUP;
+use crate::record::{RecordError, durable};
+use crate::shape::Shape;
+use glam::DVec3;
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::path::Path;
+
+/// The name that the file gives of its writer.
+const APPLICATION: &str = concat!("relcp ", env!("CARGO_PKG_VERSION"));
+/// How much larger than the bodies' extent the box is, so that none touches it after rounding to 32 bits.
+const BOX_MARGIN: f64 = 1.01;
+/// Bytes that are gathered before they go to the file.
+const BUFFER: usize = 1 << 20;
+
+/// What all frames have in common.
+struct Common {
+    classes: Classes,
+    /// Half the box.
+    half: DVec3,
+    bodies: usize,
+}
+
+/// Writes the states as the GSD file `path`, whole or not at all.
+///
+/// All states are read twice: types and box are the same in every frame. See [the module](self) for what is where.
+///
+/// ```
+/// use relcp::export::{States, gsd};
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("capsules.gsd");
+/// let done = gsd(&States::open("three-capsules")?, &path, &mut |_, _| true)?;
+/// assert_eq!((done.states, done.bodies), (1, 3));
+/// assert_eq!(std::fs::read(&path)?[..8], [0xDF, 0x65, 0xDF, 0x65, 0xDF, 0x65, 0xDF, 0x65]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// A state that cannot be read; a number that is not finite, or too large for 32 bits; a file that cannot be written.
+pub fn gsd(states: &States, path: &Path, watch: Watch) -> Result<Exported, ExportError> {
+    let common = survey(states, watch)?;
+    let fault = || RecordError::io(path, "write it");
+    let bytes = durable::place_with(path, |part: &mut File| {
+        let mut file = GsdFile::new(BufWriter::with_capacity(BUFFER, part)).map_err(fault())?;
+        for i in 0..states.len() {
+            watched(watch, states.len() + i, i, states.len())?;
+            let state = states.read(i)?;
+            frame(&mut file, &state, &common, i == 0).map_err(fault())?;
+        }
+        file.finish(APPLICATION, "hoomd", [1, 4]).map_err(fault()).map_err(ExportError::from)
+    })?;
+    durable::sync_folder(durable::folder_of(path))?;
+    watch(2 * states.len(), 2 * states.len());
+    let notes = states.notes().iter().cloned().chain(common.classes.notes()).collect();
+    Ok(Exported { files: vec![path.into()], states: states.len(), bodies: common.bodies, bytes, notes })
+}
+
+/// Tells how many readings are done, of two a state; stopped, how many states are written.
+fn watched(watch: Watch, read: usize, done: usize, all: usize) -> Result<(), ExportError> {
+    if watch(read, 2 * all) { Ok(()) } else { Err(ExportError::Stopped { done, all }) }
+}
+
+fn survey(states: &States, watch: Watch) -> Result<Common, ExportError> {
+    let mut sizes = Survey::default();
+    let (mut half, mut most) = (DVec3::ZERO, 0);
+    for i in 0..states.len() {
+        watched(watch, i, 0, states.len())?;
+        let state = states.read(i)?;
+        let bodies = &state.bodies;
+        most = most.max(bodies.len());
+        for k in 0..bodies.len() {
+            fits(&state, k).map_err(|(what, value)| unfit(states.origin(i), k, what, value))?;
+            let shape = &bodies.shape[k];
+            sizes.add(shape);
+            half = half.max(bodies.position[k].abs() + shape.half_extents(bodies.orientation[k]));
+        }
+    }
+    Ok(Common { classes: sizes.classes(), half, bodies: most })
+}
+
+/// Says what of a body is not a number in 32 bits, or is a length that is nothing there.
+fn fits(state: &Snapshot, k: usize) -> Result<(), (&'static str, f64)> {
+    let bodies = &state.bodies;
+    let refuse = |what, value: f64| {
+        // The box is larger than any position.
+        if value.abs() <= f64::from(f32::MAX) / 4.0 { Ok(()) } else { Err((what, value)) }
+    };
+    bodies.position[k].to_array().into_iter().try_for_each(|x| refuse("position", x))?;
+    bodies.orientation[k].to_array().into_iter().try_for_each(|x| refuse("orientation", x))?;
+    bodies.velocity[k].to_array().into_iter().try_for_each(|x| refuse("velocity", x))?;
+    let sizes = bodies.shape[k].code().1.into_iter().filter(|size| *size != 0.0);
+    sizes.into_iter().try_for_each(|size| {
+        refuse("size", size)?;
+        if size >= f64::from(f32::MIN_POSITIVE) { Ok(()) } else { Err(("size", size)) }
+    })
+}
+
+fn unfit(origin: String, body: usize, what: &'static str, value: f64) -> ExportError {
+    let why = if value.is_finite() { "does not fit GSD's 32-bit floats" } else { "is not finite" };
+    ExportError::Unfit { origin, body, what, value, why }
+}
+
+fn frame<W: io::Write + io::Seek>(
+    file: &mut GsdFile<W>,
+    state: &Snapshot,
+    common: &Common,
+    first: bool,
+) -> io::Result<()> {
+    let Snapshot { step, time, bodies, .. } = state;
+    let classes = &common.classes;
+    let box_sides = (common.half * 2.0 * BOX_MARGIN).to_array().map(|x| x as f32);
+    file.chunk("configuration/step", 1, [*step])?;
+    file.chunk("configuration/box", 1, box_sides.into_iter().chain([0.0; 3]))?;
+    file.chunk("particles/N", 1, [bodies.len() as u32])?;
+    if first && classes.len() > 0 {
+        table(file, "particles/types", &classes.names())?;
+        table(file, "particles/type_shapes", &classes.shapes())?;
+    }
+    file.chunk("log/time", 1, [*time])?;
+    if !bodies.is_empty() {
+        let vectors = |vectors: &[DVec3]| -> Vec<f32> { vectors.iter().flat_map(|v| v.as_vec3().to_array()).collect() };
+        file.chunk("particles/typeid", 1, bodies.shape.iter().map(|shape| classes.of(shape)))?;
+        file.chunk("particles/position", 3, vectors(&bodies.position))?;
+        let turns = bodies.orientation.iter().flat_map(|q| [q.w, q.x, q.y, q.z].map(|x| x as f32));
+        file.chunk("particles/orientation", 4, turns)?;
+        file.chunk("particles/velocity", 3, vectors(&bodies.velocity))?;
+        log(file, state)?;
+        if !classes.exact() {
+            // By this name OVITO takes it as its own property. It must be of 32 bits there.
+            let sizes = bodies.shape.iter().flat_map(|shape| aspherical(shape).map(|x| x as f32));
+            file.chunk("log/particles/Aspherical Shape", 3, sizes)?;
+        }
+    }
+    file.end_frame();
+    Ok(())
+}
+
+fn log<W: io::Write + io::Seek>(file: &mut GsdFile<W>, state: &Snapshot) -> io::Result<()> {
+    let bodies = &state.bodies;
+    let lineage = || bodies.lineage.iter();
+    let group = |group: &u32| if *group == NO_GROUP { -1 } else { *group as i32 };
+    file.chunk("log/particles/id", 1, lineage().map(|l| l.id as i64))?;
+    file.chunk("log/particles/parent", 1, lineage().map(|l| l.parent.map_or(-1, |parent| parent as i64)))?;
+    file.chunk("log/particles/birth", 1, lineage().map(|l| l.birth))?;
+    file.chunk("log/particles/generation", 1, lineage().map(|l| l.generation))?;
+    file.chunk("log/particles/group", 1, bodies.group.iter().map(group))?;
+    file.chunk("log/particles/size", 3, bodies.shape.iter().flat_map(|shape| shape.code().1))?;
+    let turns = bodies.angular_velocity.iter().flat_map(|w| w.to_array());
+    file.chunk("log/particles/angular_velocity", 3, turns)
+}
+
+/// The three numbers by which OVITO draws a body of its own size: semi-axes, or a spherocylinder's radius, nothing and the length of
+/// its cylinder. A mesh has none.
+fn aspherical(shape: &Shape) -> [f64; 3] {
+    match *shape {
+        Shape::Sphere { radius } => [radius; 3],
+        Shape::Spherocylinder { diameter, length } => [0.5 * diameter, 0.0, length - diameter],
+        Shape::Ellipsoid { radii } => radii,
+        Shape::Torus { .. } => [0.0; 3],
+    }
+}
+
+/// A chunk of texts, one a row, each ended by zeros to the same length.
+fn table<W: io::Write + io::Seek>(file: &mut GsdFile<W>, name: &'static str, texts: &[String]) -> io::Result<()> {
+    let width = texts.iter().map(String::len).max().unwrap_or(0) + 1;
+    let padded = texts.iter().flat_map(|text| {
+        let zeros = std::iter::repeat_n(0_u8, width - text.len());
+        text.bytes().chain(zeros).map(|byte| byte as i8)
+    });
+    file.chunk(name, width, padded)
+}

@@ -1,0 +1,75 @@
+//! The states of a run in formats that other programs read: GSD for OVITO and HOOMD's tools, VTK's for ParaView.
+//!
+//! [`States`] finds the states, [`gsd`] and [`vtk`] write them. Each file is there whole or not at all. Shapes are exact wherever the
+//! format has them: see [`gsd`](mod@gsd) and [`vtk`](mod@vtk) for what is where, and how rods and rings are expressed.
+//!
+//! ```
+//! use relcp::export::{Format, States, export};
+//! let folder = tempfile::tempdir()?;
+//! let states = States::open("three-capsules")?;
+//! let done = export(&states, Format::Vtk { cutoff: None }, folder.path(), &mut |_done, _all| true)?;
+//! assert!(done.files.contains(&folder.path().join("bodies.pvd")));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod classes;
+mod contacts;
+mod error;
+mod file_layer;
+pub mod gsd;
+mod states;
+pub mod vtk;
+mod vtp;
+
+pub use contacts::{Contact, TOUCHING, contacts};
+pub use error::ExportError;
+pub use gsd::gsd;
+pub use states::{Snapshot, States};
+pub use vtk::{SCRIPT, vtk};
+
+use crate::record::RecordError;
+use serde::Serialize;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What an export is told of its progress: how much is done, of how much. It stops where the answer is `false`.
+pub type Watch<'a> = &'a mut dyn FnMut(usize, usize) -> bool;
+
+/// A format.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Format {
+    /// One GSD file.
+    Gsd,
+    /// ParaView's collections and the files in them.
+    Vtk {
+        /// Pairs nearer than this are contacts; see [`contacts`].
+        cutoff: Option<f64>,
+    },
+}
+
+/// What was written.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Exported {
+    /// The files, the one to open first.
+    pub files: Vec<PathBuf>,
+    /// States written.
+    pub states: usize,
+    /// The most bodies of a state.
+    pub bodies: usize,
+    /// Bytes in all.
+    pub bytes: u64,
+    /// What one should know of it.
+    pub notes: Vec<String>,
+}
+
+/// Writes states in a format into a folder, which is made where it is not there. What an earlier export left there is replaced.
+///
+/// # Errors
+/// Those of [`fn@gsd`] and [`fn@vtk`]; a folder that cannot be made.
+pub fn export(states: &States, format: Format, folder: &Path, watch: Watch) -> Result<Exported, ExportError> {
+    fs::create_dir_all(folder).map_err(RecordError::io(folder, "create the folder"))?;
+    match format {
+        Format::Gsd => gsd(states, &folder.join(format!("{}.gsd", states.name())), watch),
+        Format::Vtk { cutoff } => vtk(states, folder, cutoff, watch),
+    }
+}

@@ -1,0 +1,172 @@
+//! The states to export: those of a run's folder in order, or a single one.
+
+use super::error::ExportError;
+use crate::bodies::Bodies;
+use crate::record::{Folder, read_state};
+use crate::relcp::Warm;
+use crate::scene;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+/// One state.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    /// Steps taken.
+    pub step: u64,
+    /// The time.
+    pub time: f64,
+    /// The bodies.
+    pub bodies: Bodies,
+    /// The multipliers of the step's near pairs, where they are known: those of a checkpoint.
+    pub warm: Option<Vec<Warm>>,
+}
+
+/// The states to export, in the order of their steps. They are read one at a time, so that a long run needs no more memory than
+/// its largest state.
+#[derive(Clone, Debug)]
+pub struct States {
+    name: String,
+    entries: Vec<Entry>,
+    notes: Vec<String>,
+}
+
+#[derive(Clone, Debug)]
+enum Entry {
+    File(PathBuf),
+    Held { origin: String, snapshot: Box<Snapshot> },
+}
+
+impl States {
+    /// The states of `source`, which is
+    ///
+    /// * a run's folder: its `states/` in order, and the checkpoint in place of the state of its step, or after the last (a
+    ///   checkpoint knows the contact forces); `final.json` where there is neither;
+    /// * a state file (`.npz`);
+    /// * a scene file or the name of a built-in scene: the state that it starts from.
+    ///
+    /// # Errors
+    /// [`ExportError::NoState`] for a folder without states; a scene or a state that cannot be read.
+    pub fn open(source: &str) -> Result<Self, ExportError> {
+        let path = Path::new(source);
+        if path.is_dir() {
+            return States::of_run(path);
+        }
+        if path.extension().is_some_and(|extension| extension == "npz") {
+            let name = stem(path);
+            return Ok(States { name, entries: vec![Entry::File(path.into())], notes: Vec::new() });
+        }
+        let scene = scene::load(source, &[])?;
+        let (time, bodies) = (scene.time.start, scene.build()?);
+        let snapshot = Snapshot { step: 0, time, bodies, warm: None };
+        Ok(States { name: stem(path), ..States::single(source, snapshot) })
+    }
+
+    /// A state of one's own; `name` stands in messages and names the files.
+    ///
+    /// ```
+    /// use relcp::export::{Snapshot, States};
+    /// use relcp::scene;
+    /// let bodies = scene::load("three-capsules", &[])?.build()?;
+    /// let states = States::single("mine", Snapshot { step: 0, time: 0.0, bodies, warm: None });
+    /// assert_eq!((states.len(), states.read(0)?.bodies.len()), (1, 3));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn single(name: &str, snapshot: Snapshot) -> Self {
+        let entry = Entry::Held { origin: name.into(), snapshot: Box::new(snapshot) };
+        States { name: name.into(), entries: vec![entry], notes: Vec::new() }
+    }
+
+    fn of_run(path: &Path) -> Result<Self, ExportError> {
+        let folder = Folder::view(path);
+        let mut recorded = folder.recorded()?;
+        let mut notes = Vec::new();
+        let mut held = None;
+        let checkpoint = folder.checkpoint();
+        if checkpoint.exists() {
+            match read_state(&checkpoint) {
+                Ok((header, state)) => {
+                    recorded.retain(|(step, _)| *step != header.step);
+                    let snapshot = Snapshot {
+                        step: header.step,
+                        time: header.time,
+                        bodies: state.bodies,
+                        warm: header.warm.map(|_| state.warm),
+                    };
+                    held = Some(Entry::Held { origin: checkpoint.display().to_string(), snapshot: Box::new(snapshot) });
+                }
+                Err(fault) if recorded.is_empty() => return Err(fault.into()),
+                Err(fault) => notes.push(format!("{fault}; exported without it")),
+            }
+        }
+        let after = held.as_ref().map_or(0, |entry| match entry {
+            Entry::Held { snapshot, .. } => recorded.partition_point(|(step, _)| *step < snapshot.step),
+            Entry::File(_) => recorded.len(),
+        });
+        let mut entries: Vec<Entry> = recorded.into_iter().map(|(_, path)| Entry::File(path)).collect();
+        if let Some(held) = held {
+            entries.insert(after, held);
+        }
+        let name = name_of(path);
+        if entries.is_empty() {
+            let last = folder.last();
+            return match last.to_str() {
+                Some(text) if last.exists() => Ok(States { name, ..States::open(text)? }),
+                _ => Err(ExportError::NoState { path: path.into() }),
+            };
+        }
+        Ok(States { name, entries, notes })
+    }
+
+    /// What the files are named after: the run's folder, the file or the scene.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// How many states there are.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// What its user should know of how they were found.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Where state `i`, less than [`States::len`], comes from, for messages.
+    pub fn origin(&self, i: usize) -> String {
+        match &self.entries[i] {
+            Entry::File(path) => path.display().to_string(),
+            Entry::Held { origin, .. } => origin.clone(),
+        }
+    }
+
+    /// State `i`, less than [`States::len`].
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is damaged.
+    pub fn read(&self, i: usize) -> Result<Cow<'_, Snapshot>, ExportError> {
+        match &self.entries[i] {
+            Entry::Held { snapshot, .. } => Ok(Cow::Borrowed(snapshot)),
+            Entry::File(path) => {
+                let (header, state) = read_state(path)?;
+                let warm = header.warm.map(|_| state.warm);
+                Ok(Cow::Owned(Snapshot { step: header.step, time: header.time, bodies: state.bodies, warm }))
+            }
+        }
+    }
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().map_or_else(|| "state".into(), |stem| stem.to_string_lossy().into_owned())
+}
+
+/// The name of a folder, which may be given as `.` or with a trailing `..`.
+fn name_of(path: &Path) -> String {
+    let named = |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
+    named(path).or_else(|| named(&path.canonicalize().ok()?)).unwrap_or_else(|| "run".into())
+}

@@ -1,0 +1,264 @@
+//! ParaView: three collections (`.pvd`, with the physical times) of VTK's `.vtp` files, three a state, in 64-bit floats.
+//!
+//! | collection | points | data |
+//! | --- | --- | --- |
+//! | `bodies.pvd` | the centres | `orientation` (`[w, x, y, z]`, a "Quaternion" of 3D glyphs), `shape` (0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus), `size` (as a scene gives them), `glyph` (the axes of a sphere or an ellipsoid, by which a glyph of unit diameter is scaled; 0 for rods and rings), `id`, `parent` (-1: none), `birth`, `generation`, `group` (-1: none), `velocity`, `angular_velocity` |
+//! | `axes.pvd` | a line a rod or ring | `radius` (of the tube), `cap` (the diameter of the sphere that closes a rod's end; 0 on rings), `body` (its row), `shape`, `id`, `generation`, `birth` |
+//! | `contacts.pvd` | half-way between the surfaces | `separation`, `normal` (from `a` to `b`), `a` and `b` (rows), `gamma` (the force; not a number where it is not known: only a checkpoint knows) |
+//!
+//! With tubes around the axes, spheres at their ends and glyphs at the bodies, the shapes are exact but for the facets of what
+//! ParaView draws: the corners lie on the true surface. [`SCRIPT`], written beside them, sets that up.
+
+use super::contacts::contacts;
+use super::error::ExportError;
+use super::states::{Snapshot, States};
+use super::vtp::{Array, Cells, Numbers, PolyData};
+use super::{Exported, Watch};
+use crate::bodies::NO_GROUP;
+use crate::record::{RecordError, durable};
+use crate::shape::{Centreline, Geometry, Shape};
+use glam::DVec3;
+use std::f64::consts::TAU;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A ParaView script that shows an export: `paraview --script=show.py`, or `pvpython show.py --picture PNG`.
+pub const SCRIPT: &str = include_str!("../../assets/paraview.py");
+/// What stands in [`SCRIPT`] where the export's folder is put.
+const FOLDER_MARK: &str = "FOLDER = None";
+/// The script's name.
+const SCRIPT_NAME: &str = "show.py";
+/// The folder of the files of the states.
+const STATES: &str = "states";
+/// The collections.
+const COLLECTIONS: [&str; 3] = ["bodies", "axes", "contacts"];
+
+/// Segments of a ring's axis. Its corners lie on the circle, the middles of its segments `R (1 - cos(pi/64))` inside: 0.12 %.
+const RING_SEGMENTS: usize = 64;
+
+/// Writes the states as collections for ParaView into `folder`: see [the module](self). Each file is there whole or not at all; the
+/// collections are written last, so that they name no file that is not there.
+///
+/// `cutoff` decides what is a contact: see [`contacts`].
+///
+/// # Errors
+/// A state that cannot be read; a number that is not finite; a file that cannot be written.
+///
+/// ```
+/// use relcp::export::{States, vtk};
+/// let folder = tempfile::tempdir()?;
+/// let done = vtk(&States::open("two-ellipsoids")?, folder.path(), None, &mut |_, _| true)?;
+/// assert_eq!(done.states, 1);
+/// for name in ["bodies.pvd", "axes.pvd", "contacts.pvd", "show.py", "states/bodies_0000000000.vtp"] {
+///     assert!(folder.path().join(name).exists(), "{name}");
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn vtk(states: &States, folder: &Path, cutoff: Option<f64>, watch: Watch) -> Result<Exported, ExportError> {
+    let inner = folder.join(STATES);
+    fs::create_dir_all(&inner).map_err(RecordError::io(&inner, "create the folder"))?;
+    let mut listed = Vec::new();
+    let (mut most, mut bytes) = (0, 0);
+    for i in 0..states.len() {
+        if !watch(i, states.len()) {
+            return Err(ExportError::Stopped { done: i, all: states.len() });
+        }
+        let state = states.read(i)?;
+        finite(&state, || states.origin(i))?;
+        for (name, data) in COLLECTIONS.into_iter().zip([bodies(&state), axes(&state), touching(&state, cutoff)]) {
+            let packed = data.into_bytes();
+            bytes += packed.len() as u64;
+            durable::place(&inner.join(file_name(name, state.step)), &packed)?;
+        }
+        most = most.max(state.bodies.len());
+        listed.push((state.step, state.time));
+    }
+    durable::sync_folder(&inner)?;
+    let mut files = Vec::new();
+    for (name, text) in COLLECTIONS
+        .map(|name| (format!("{name}.pvd"), collection(name, &listed)))
+        .into_iter()
+        .chain([(SCRIPT_NAME.into(), script(folder))])
+    {
+        let path = folder.join(name);
+        bytes += text.len() as u64;
+        durable::write(&path, text.as_bytes())?;
+        files.push(path);
+    }
+    watch(states.len(), states.len());
+    Ok(Exported { files, states: states.len(), bodies: most, bytes, notes: states.notes().to_vec() })
+}
+
+fn file_name(name: &str, step: u64) -> String {
+    format!("{name}_{step:010}.vtp")
+}
+
+fn finite(state: &Snapshot, origin: impl Fn() -> String) -> Result<(), ExportError> {
+    let bodies = &state.bodies;
+    for body in 0..bodies.len() {
+        let quantities = [
+            ("position", bodies.position[body].to_array()),
+            ("velocity", bodies.velocity[body].to_array()),
+            ("angular velocity", bodies.angular_velocity[body].to_array()),
+        ];
+        let turn = bodies.orientation[body].to_array().map(|x| ("orientation", x));
+        let each = quantities.into_iter().flat_map(|(what, values)| values.map(|value| (what, value))).chain(turn);
+        if let Some((what, value)) = each.into_iter().find(|(_, value)| !value.is_finite()) {
+            return Err(ExportError::Unfit { origin: origin(), body, what, value, why: "is not finite" });
+        }
+    }
+    Ok(())
+}
+
+fn flat(vectors: &[DVec3]) -> Vec<f64> {
+    vectors.iter().flat_map(|v| v.to_array()).collect()
+}
+
+fn bodies(state: &Snapshot) -> PolyData {
+    let bodies = &state.bodies;
+    let lineage = || bodies.lineage.iter();
+    let group = |group: &u32| if *group == NO_GROUP { -1 } else { *group as i32 };
+    let point_data = vec![
+        Array::rows("orientation", bodies.orientation.iter().map(|q| [q.w, q.x, q.y, q.z])),
+        Array::new("shape", 1, Numbers::U8(bodies.shape.iter().map(|shape| shape.code().0 as u8).collect())),
+        Array::rows("size", bodies.shape.iter().map(|shape| shape.code().1)),
+        Array::rows("glyph", bodies.shape.iter().map(glyph)),
+        Array::new("id", 1, Numbers::I64(lineage().map(|l| l.id as i64).collect())),
+        Array::new("parent", 1, Numbers::I64(lineage().map(|l| l.parent.map_or(-1, |id| id as i64)).collect())),
+        Array::rows("birth", lineage().map(|l| [l.birth])),
+        Array::new("generation", 1, Numbers::U32(lineage().map(|l| l.generation).collect())),
+        Array::new("group", 1, Numbers::I32(bodies.group.iter().map(group).collect())),
+        Array::new("velocity", 3, Numbers::F64(flat(&bodies.velocity))),
+        Array::new("angular_velocity", 3, Numbers::F64(flat(&bodies.angular_velocity))),
+    ];
+    PolyData {
+        points: flat(&bodies.position),
+        vertices: Cells::each(bodies.len()),
+        point_data,
+        time: state.time,
+        ..PolyData::default()
+    }
+}
+
+/// By what a sphere of unit diameter is scaled to be the body.
+fn glyph(shape: &Shape) -> [f64; 3] {
+    match *shape {
+        Shape::Sphere { radius } => [2.0 * radius; 3],
+        Shape::Ellipsoid { radii } => radii.map(|radius| 2.0 * radius),
+        Shape::Spherocylinder { .. } | Shape::Torus { .. } => [0.0; 3],
+    }
+}
+
+/// The axes of rods and rings, and what stands at each of their points.
+#[derive(Default)]
+struct Axes {
+    points: Vec<DVec3>,
+    /// The body of each point.
+    body: Vec<u32>,
+    radius: Vec<f64>,
+    cap: Vec<f64>,
+    vertices: Cells,
+    lines: Cells,
+    /// The body of each vertex, and of each line.
+    bodies: [Vec<u32>; 2],
+}
+
+impl Axes {
+    fn add(&mut self, body: usize, axis: impl Iterator<Item = DVec3>, radius: f64, cap: f64) {
+        let first = self.points.len();
+        self.points.extend(axis);
+        let count = self.points.len() - first;
+        let here = first..self.points.len();
+        self.body.resize(here.end, body as u32);
+        self.radius.resize(here.end, radius);
+        self.cap.resize(here.end, cap);
+        // A rod of no length is a point: a line of none has no direction for a tube.
+        if count == 1 {
+            self.vertices.push(here);
+            self.bodies[0].push(body as u32);
+        } else {
+            self.lines.push(here);
+            self.bodies[1].push(body as u32);
+        }
+    }
+}
+
+fn axes(state: &Snapshot) -> PolyData {
+    let bodies = &state.bodies;
+    let mut axes = Axes::default();
+    for i in 0..bodies.len() {
+        let (at, turn) = (bodies.position[i], bodies.orientation[i]);
+        match bodies.shape[i].geometry() {
+            Geometry::Centreline { curve: Centreline::Segment { half }, radius } => {
+                let along = turn * DVec3::Z * half;
+                let ends = [at - along, at + along];
+                let count = if ends[0] == ends[1] { 1 } else { 2 };
+                axes.add(i, ends.into_iter().take(count), radius, 2.0 * radius);
+            }
+            Geometry::Centreline { curve: Centreline::Circle { radius: ring }, radius } => {
+                let point = |k: i32| {
+                    let (sin, cos) = (TAU * f64::from(k) / RING_SEGMENTS as f64).sin_cos();
+                    at + turn * DVec3::new(ring * cos, ring * sin, 0.0)
+                };
+                // A segment too many at each end: a tube is cut at right angles to its first and last, which then lie inside it.
+                axes.add(i, (-1..=RING_SEGMENTS as i32 + 1).map(point), radius, 0.0);
+            }
+            Geometry::Centreline { curve: Centreline::Point, .. } | Geometry::Ellipsoid { .. } => {}
+        }
+    }
+    let lineage = |i: &u32| bodies.lineage[*i as usize];
+    let point_data = vec![
+        Array::new(
+            "shape",
+            1,
+            Numbers::U8(axes.body.iter().map(|i| bodies.shape[*i as usize].code().0 as u8).collect()),
+        ),
+        Array::new("radius", 1, Numbers::F64(axes.radius)),
+        Array::new("cap", 1, Numbers::F64(axes.cap)),
+        Array::new("id", 1, Numbers::I64(axes.body.iter().map(|i| lineage(i).id as i64).collect())),
+        Array::new("generation", 1, Numbers::U32(axes.body.iter().map(|i| lineage(i).generation).collect())),
+        Array::rows("birth", axes.body.iter().map(|i| [lineage(i).birth])),
+        Array::new("body", 1, Numbers::U32(axes.body)),
+    ];
+    let cell_data = vec![Array::new("axis_of", 1, Numbers::U32(axes.bodies.concat()))];
+    let (vertices, lines) = (axes.vertices, axes.lines);
+    PolyData { points: flat(&axes.points), vertices, lines, point_data, cell_data, time: state.time }
+}
+
+fn touching(state: &Snapshot, cutoff: Option<f64>) -> PolyData {
+    let found = contacts(state, cutoff);
+    let row = |which: usize| Numbers::U32(found.iter().map(|contact| contact.pair[which] as u32).collect());
+    let point_data = vec![
+        Array::rows("separation", found.iter().map(|contact| [contact.separation])),
+        Array::rows("normal", found.iter().map(|contact| contact.normal.to_array())),
+        Array::rows("gamma", found.iter().map(|contact| [contact.gamma])),
+        Array::new("a", 1, row(0)),
+        Array::new("b", 1, row(1)),
+    ];
+    PolyData {
+        points: found.iter().flat_map(|contact| contact.point.to_array()).collect(),
+        vertices: Cells::each(found.len()),
+        point_data,
+        time: state.time,
+        ..PolyData::default()
+    }
+}
+
+/// A collection: the files of each state, with its time.
+fn collection(name: &str, listed: &[(u64, f64)]) -> String {
+    let entries = listed.iter().map(|(step, time)| {
+        format!("<DataSet timestep=\"{time:?}\" part=\"0\" file=\"{STATES}/{}\"/>\n", file_name(name, *step))
+    });
+    let entries: String = entries.collect();
+    format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n{entries}</Collection>\n</VTKFile>\n"
+    )
+}
+
+/// The script, which knows where it was written, for a ParaView that does not tell it.
+fn script(folder: &Path) -> String {
+    let folder: PathBuf = folder.canonicalize().unwrap_or_else(|_| folder.into());
+    // A JSON text is a Python text too.
+    let text = serde_json::Value::from(folder.to_string_lossy()).to_string();
+    SCRIPT.replacen(FOLDER_MARK, &format!("FOLDER = {text}"), 1)
+}

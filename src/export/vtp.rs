@@ -1,0 +1,153 @@
+//! VTK's XML file of points, lines and data on them (`.vtp`), raw data appended.
+//!
+//! Written from the file formats' description (<https://docs.vtk.org>, "VTK XML formats"): each array is a count of bytes (64 bits),
+//! then its little-endian numbers, at an offset from the underscore that the appended data start with.
+
+use std::fmt::Write;
+
+/// An array's numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Numbers {
+    F64(Vec<f64>),
+    I64(Vec<i64>),
+    I32(Vec<i32>),
+    U32(Vec<u32>),
+    U8(Vec<u8>),
+}
+
+/// A named array of `columns` numbers a row.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Array {
+    pub(super) name: &'static str,
+    pub(super) columns: usize,
+    pub(super) numbers: Numbers,
+}
+
+impl Array {
+    pub(super) fn new(name: &'static str, columns: usize, numbers: Numbers) -> Self {
+        Array { name, columns, numbers }
+    }
+
+    /// Rows of 64-bit floats.
+    pub(super) fn rows<const N: usize>(name: &'static str, rows: impl Iterator<Item = [f64; N]>) -> Self {
+        Array::new(name, N, Numbers::F64(rows.flatten().collect()))
+    }
+}
+
+/// Cells: which points each has, one after another.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Cells {
+    points: Vec<i64>,
+    ends: Vec<i64>,
+}
+
+impl Cells {
+    /// One cell for each of so many points.
+    pub(super) fn each(points: usize) -> Self {
+        Cells { points: (0..points as i64).collect(), ends: (1..=points as i64).collect() }
+    }
+
+    /// Adds a cell of these points.
+    pub(super) fn push(&mut self, points: impl Iterator<Item = usize>) {
+        self.points.extend(points.map(|point| point as i64));
+        self.ends.push(self.points.len() as i64);
+    }
+}
+
+/// The contents of a `.vtp` file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct PolyData {
+    /// Three coordinates a point.
+    pub(super) points: Vec<f64>,
+    pub(super) vertices: Cells,
+    pub(super) lines: Cells,
+    /// A row a point.
+    pub(super) point_data: Vec<Array>,
+    /// A row a cell, those of `vertices` first.
+    pub(super) cell_data: Vec<Array>,
+    /// The time.
+    pub(super) time: f64,
+}
+
+impl PolyData {
+    /// The file's bytes.
+    pub(super) fn into_bytes(self) -> Vec<u8> {
+        let mut file = File::default();
+        let [points, vertices, lines] = [self.points.len() / 3, self.vertices.ends.len(), self.lines.ends.len()];
+        file.line("<?xml version=\"1.0\"?>");
+        file.line("<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">");
+        file.line("<PolyData>\n<FieldData>");
+        file.array(&Array::new("TimeValue", 1, Numbers::F64(vec![self.time])), Some(1));
+        file.line("</FieldData>");
+        file.line(&format!(
+            "<Piece NumberOfPoints=\"{points}\" NumberOfVerts=\"{vertices}\" NumberOfLines=\"{lines}\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">"
+        ));
+        file.section("PointData", self.point_data);
+        file.section("CellData", self.cell_data);
+        file.section("Points", vec![Array::new("Points", 3, Numbers::F64(self.points))]);
+        for (name, cells) in [("Verts", self.vertices), ("Lines", self.lines)] {
+            let points = Array::new("connectivity", 1, Numbers::I64(cells.points));
+            file.section(name, vec![points, Array::new("offsets", 1, Numbers::I64(cells.ends))]);
+        }
+        file.line("</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">");
+        let mut bytes = file.text.into_bytes();
+        bytes.push(b'_');
+        bytes.extend(file.data);
+        bytes.extend_from_slice(b"\n</AppendedData>\n</VTKFile>\n");
+        bytes
+    }
+}
+
+#[derive(Default)]
+struct File {
+    text: String,
+    data: Vec<u8>,
+}
+
+impl File {
+    fn line(&mut self, line: &str) {
+        self.text.push_str(line);
+        self.text.push('\n');
+    }
+
+    fn section(&mut self, name: &str, arrays: Vec<Array>) {
+        self.line(&format!("<{name}>"));
+        arrays.iter().for_each(|array| self.array(array, None));
+        self.line(&format!("</{name}>"));
+    }
+
+    fn array(&mut self, array: &Array, rows: Option<usize>) {
+        let (name, columns) = (array.name, array.columns);
+        let rows = rows.map_or(String::new(), |rows| format!(" NumberOfTuples=\"{rows}\""));
+        let offset = self.data.len();
+        let kind = self.numbers(&array.numbers);
+        // Writing to a text does not fail.
+        let _ = writeln!(
+            self.text,
+            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{columns}\"{rows} format=\"appended\" offset=\"{offset}\"/>"
+        );
+    }
+
+    /// Adds an array's data, and says what type it is.
+    fn numbers(&mut self, numbers: &Numbers) -> &'static str {
+        match numbers {
+            Numbers::F64(v) => self.data("Float64", v, |x| x.to_le_bytes()),
+            Numbers::I64(v) => self.data("Int64", v, |x| x.to_le_bytes()),
+            Numbers::I32(v) => self.data("Int32", v, |x| x.to_le_bytes()),
+            Numbers::U32(v) => self.data("UInt32", v, |x| x.to_le_bytes()),
+            Numbers::U8(v) => self.data("UInt8", v, |x| [x]),
+        }
+    }
+
+    fn data<T: Copy, const N: usize>(
+        &mut self,
+        kind: &'static str,
+        values: &[T],
+        bytes: fn(T) -> [u8; N],
+    ) -> &'static str {
+        self.data.extend_from_slice(&((values.len() * N) as u64).to_le_bytes());
+        self.data.reserve(values.len() * N);
+        values.iter().for_each(|value| self.data.extend_from_slice(&bytes(*value)));
+        kind
+    }
+}
