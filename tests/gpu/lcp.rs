@@ -107,7 +107,9 @@ fn stored_systems_are_solved() {
         let tolerance = 1e-5;
         let settings = Settings { tolerance, max_iterations: 20_000 };
         let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
-        for name in STORED.into_iter().filter(|name| std::env::var("LCP").is_err() || std::env::var("LCP").unwrap() == *name) {
+        for name in
+            STORED.into_iter().filter(|name| std::env::var("LCP").is_err() || std::env::var("LCP").unwrap() == *name)
+        {
             let stored = stored(name);
             for start in [stored.start.clone(), Vec::new()] {
                 let solved = solve(gpu, precision, &mut solver, &stored.problem, &start);
@@ -191,7 +193,8 @@ fn agree<const D: usize>(gpu: &Gpu, precision: Precision, kind: SolverKind, size
             let settings = Settings { tolerance: 1e-12, max_iterations: 10_000 };
             lcp::Solver::new(SolverKind::Dense, settings).solve(&problem, &mut exact);
             let reference = velocity(&problem, &exact);
-            let poor: Vec<f64> = exact.iter().enumerate().map(|(i, x)| if i % 3 == 0 { 0.7 * x } else { 0.01 }).collect();
+            let poor: Vec<f64> =
+                exact.iter().enumerate().map(|(i, x)| if i % 3 == 0 { 0.7 * x } else { 0.01 }).collect();
             for start in [Vec::new(), poor] {
                 let solved = solve(gpu, precision, &mut solver, &problem, &start);
                 let rechecked = residual(&problem, &solved.gamma);
@@ -435,7 +438,9 @@ fn paths() {
 fn reach() {
     let Some(gpu) = device() else { return };
     let precision = Precision::F32;
-    for name in STORED.into_iter().filter(|name| std::env::var("LCP").is_err() || std::env::var("LCP").unwrap() == *name) {
+    for name in
+        STORED.into_iter().filter(|name| std::env::var("LCP").is_err() || std::env::var("LCP").unwrap() == *name)
+    {
         for tolerance in [1e-6] {
             let settings = Settings { tolerance, max_iterations: 6_000 };
             let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();

@@ -155,7 +155,11 @@ impl Machine {
             self.kernels.make(gpu, self.variant, &told.shape)?;
         }
         let mut run = Run { machine: self, problem, tape, record, base, groups, looked: false };
-        if small { run.small(&parts) } else { run.large(&told) }
+        if small {
+            run.small(&parts)
+        } else {
+            run.large(&told)
+        }
         let mut record = run.record;
         if read.is_empty() {
             record.submit()?;

@@ -122,7 +122,10 @@ impl Shape {
             text.push_str(CHUNK);
             rows(&mut text, ROWS_OF_CHUNK, &self.before, 0, None);
             let block = format!("minimize_block(block_start[slot], block_start[slot + 1u], {x}, {g}, step, {out})");
-            let _ = writeln!(text, "    storageBarrier();\n    if slot < parameters.pairs {{ {block}; }}\n    storageBarrier();");
+            let _ = writeln!(
+                text,
+                "    storageBarrier();\n    if slot < parameters.pairs {{ {block}; }}\n    storageBarrier();"
+            );
             rows(&mut text, ROWS_OF_CHUNK, &self.after, self.before.len(), None);
             text.push_str("    storageBarrier();\n    }\n");
         } else {
@@ -144,8 +147,7 @@ fn main(
 ) {
 ";
 
-const ALL_ROWS: &str =
-    "    for (var row = invocation(group, groups, local); row < parameters.rows; row += parameters.groups * WORKGROUP) {\n";
+const ALL_ROWS: &str = "    for (var row = invocation(group, groups, local); row < parameters.rows; row += parameters.groups * WORKGROUP) {\n";
 
 /// A workgroup takes consecutive pairs at once. Their rows follow each other, so its invocations share them evenly.
 const CHUNK: &str = "    for (var chunk = group_index(group, groups); chunk * WORKGROUP < parameters.pairs; chunk += parameters.groups) {

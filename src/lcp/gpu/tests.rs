@@ -8,8 +8,8 @@ use super::number::Number;
 use super::verbs::{Device, Slot};
 use crate::gpu::{Buffer, Gpu, Precision, precisions, test_device};
 use crate::lcp::cpu::Cpu;
-use crate::lcp::verbs::{Metric, Scalar, Verbs};
 use crate::lcp::product::dot;
+use crate::lcp::verbs::{Metric, Scalar, Verbs};
 use crate::lcp::{Problem, pair_blocks};
 use crate::scene::SolverKind;
 use rand::{RngExt, SeedableRng};
@@ -43,7 +43,11 @@ fn problem<const D: usize>(seed: u64, rows: usize, most: usize) -> Problem<D> {
         }
     }
     // What the device can hold, so that the CPU computes with the same numbers.
-    problem.q.iter_mut().chain(problem.jacobian.as_flattened_mut().as_flattened_mut()).for_each(|x| *x = f64::from(*x as f32));
+    problem
+        .q
+        .iter_mut()
+        .chain(problem.jacobian.as_flattened_mut().as_flattened_mut())
+        .for_each(|x| *x = f64::from(*x as f32));
     problem
 }
 
@@ -195,7 +199,8 @@ impl<const D: usize> Rig for Both<'_, D> {
         let rows = self.cpu.rows();
         let mut worst: f64 = 0.0;
         for i in 0..y.len() {
-            let of_pair = (0..y.len()).filter(|j| pair_blocks::sorted(rows.pair[*j]) == pair_blocks::sorted(rows.pair[i]));
+            let of_pair =
+                (0..y.len()).filter(|j| pair_blocks::sorted(rows.pair[*j]) == pair_blocks::sorted(rows.pair[i]));
             if rows.inverse[i] == 0.0 {
                 worst = worst.max((y[i] - x[i].max(0.0)).abs());
                 continue;
@@ -260,14 +265,8 @@ fn verbs_on_rows_are_those_of_the_cpu() {
         Verb::Proximal(diagonal),
         Verb::Project(diagonal),
     ];
-    let numbers = [
-        Verb::Dot,
-        Verb::Objective,
-        Verb::Square(diagonal),
-        Verb::InverseSquare(diagonal),
-        Verb::Room,
-        Verb::Residual,
-    ];
+    let numbers =
+        [Verb::Dot, Verb::Objective, Verb::Square(diagonal), Verb::InverseSquare(diagonal), Verb::Room, Verb::Residual];
     compare(SolverKind::Bbpgd, &vectors, &numbers);
 }
 

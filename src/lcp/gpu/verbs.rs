@@ -236,7 +236,10 @@ impl Verbs for Device<'_> {
     fn read(&mut self, scalar: Number) -> f64 {
         match scalar {
             Number::Known(x) => x,
-            Number::At(place) => self.run(&[place..place + 1])[0],
+            Number::At(nth) => {
+                let place = super::number::place(nth);
+                self.run(&[place..place + 1])[0]
+            }
         }
     }
 
