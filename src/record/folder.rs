@@ -214,7 +214,9 @@ mod tests {
         let folder = Folder::create(folder.path()).unwrap();
         fs::write(folder.states().join("mine.txt"), b"note").unwrap();
         let steps = [9, 0, 12_345_678_901, 10];
-        steps.map(|step| durable::write(&folder.state(step), b"x").unwrap());
+        for step in steps {
+            durable::write(&folder.state(step), b"x").unwrap();
+        }
         let listed: Vec<u64> = folder.recorded().unwrap().into_iter().map(|(step, _)| step).collect();
         assert_eq!(listed, [0, 9, 10, 12_345_678_901]);
     }

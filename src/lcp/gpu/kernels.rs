@@ -1,6 +1,6 @@
 //! The kernels of one solver: their sources, put together for a number type, a dimension and a kind of solver.
 
-use super::layout::{CONSTANTS, GRID_WORDS, HALT, NUMBERS, REDUCTIONS, Slots};
+use super::layout::{GRID_WORDS, HALT, NUMBERS, REDUCTIONS, Slots};
 use super::shape::Shape;
 use crate::gpu::{Gpu, GpuError, Kernel, Precision, Source, WORKGROUP, fragment};
 use std::collections::HashMap;
@@ -187,27 +187,69 @@ impl Variant {
     }
 }
 
-const _: () = assert!(CONSTANTS >= 32);
-
 #[cfg(test)]
 mod tests {
+    use super::super::number::Number;
+    use super::super::shape::Told;
+    use super::super::tape::{Action, Tape};
     use super::*;
     use crate::gpu::validate;
     use crate::scene::SolverKind;
 
-    #[test]
-    fn all_sources_are_valid() {
+    fn check(source: &Source) {
+        validate(source).unwrap_or_else(|e| panic!("{} {:?}: {e}", source.name(), source.precision()));
+    }
+
+    fn variants() -> Vec<Variant> {
+        let mut all = Vec::new();
         for precision in [Precision::F32, Precision::F64] {
             for planar in [true, false] {
                 for kind in [SolverKind::Auto, SolverKind::Bbpgd, SolverKind::ProjectedJacobi] {
-                    let v = Variant { precision, planar, slots: Slots::of(kind) };
-                    let common = [v.bodies(), v.finish(), v.small()];
-                    let pairs = [v.prepare_pairs()].into_iter().filter(|_| v.slots.coupling.is_some());
-                    for source in common.into_iter().chain([v.prepare_rows(), v.prepare_entries()]).chain(pairs) {
-                        validate(&source).unwrap_or_else(|e| panic!("{} {precision:?}: {e}", source.name()));
-                    }
+                    all.push(Variant { precision, planar, slots: Slots::of(kind) });
                 }
             }
+        }
+        all
+    }
+
+    #[test]
+    fn sources_are_valid() {
+        for v in variants() {
+            let common = [v.bodies(), v.finish(), v.small(), v.prepare_rows(), v.prepare_entries()];
+            common.iter().for_each(check);
+            if v.slots.coupling.is_some() {
+                check(&v.prepare_pairs());
+            }
+        }
+    }
+
+    #[test]
+    fn generated_sources_are_valid() {
+        // All actions before and after pairs, and after a product, with constants and with numbers that are told.
+        let mut tape = Tape::default();
+        let told = tape.sum(Action::Dot, [7, 8, 8]);
+        let all = |tape: &mut Tape| {
+            for action in Action::ALL {
+                if action.is_sum() {
+                    tape.sum(action, [7, 8, 9]);
+                } else {
+                    tape.row(action, 10, [7, 8, 9], [told, Number::Known(-1.5)]);
+                }
+            }
+        };
+        all(&mut tape);
+        tape.pairs(7, told, 8, 11);
+        all(&mut tape);
+        tape.product(7, 10, true);
+        all(&mut tape);
+        tape.finish();
+        let told: Vec<Told> = tape.stages.iter().filter_map(|stage| Told::of(&tape, stage)).collect();
+        assert!(told.iter().any(|told| told.shape.has_block()) && told.iter().any(|told| told.shape.has_product()));
+        for v in variants() {
+            let has_blocks = v.slots.coupling.is_some();
+            told.iter()
+                .filter(|told| has_blocks || !told.shape.has_block())
+                .for_each(|told| check(&v.stage(&told.shape)));
         }
     }
 }

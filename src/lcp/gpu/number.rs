@@ -27,7 +27,7 @@ pub(super) enum Operation {
     Look,
 }
 
-/// A number on the device, or one known here.
+/// A number known here, or the nth one on the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Number {
     Known(f64),
@@ -57,17 +57,23 @@ pub(super) fn drain(to: &mut Vec<Noted>) {
     NOTES.with_borrow_mut(|notes| to.append(&mut notes.noted));
 }
 
-/// A new number that is not computed from others.
-pub(super) fn place() -> u32 {
+/// A new number: how many there were before it.
+pub(super) fn new() -> u32 {
     NOTES.with_borrow_mut(|notes| {
-        let place = notes.next;
-        notes.next = (place + 1) % RING;
-        place
+        let nth = notes.next;
+        notes.next = nth.wrapping_add(1);
+        nth
     })
 }
 
+/// Where the nth number is in the ring.
+pub(super) fn place(nth: u32) -> u32 {
+    debug_assert!(NOTES.with_borrow(|notes| notes.next.wrapping_sub(nth)) <= RING, "a number was kept for too long");
+    nth % RING
+}
+
 fn note(operation: Operation, a: Number, b: Number, c: Number) -> Number {
-    let out = place();
+    let out = new();
     NOTES.with_borrow_mut(|notes| notes.noted.push(Noted { operation, out, operands: [a, b, c] }));
     Number::At(out)
 }

@@ -117,15 +117,16 @@ impl Tape {
         number::drain(&mut self.noted);
         for noted in std::mem::take(&mut self.noted) {
             let [a, b, c] = noted.operands.map(|operand| self.number(operand));
-            self.operations.push([noted.operation as u32 | noted.out << 8, a, b, c]);
-            self.unfinished.push(noted.out);
+            let out = number::place(noted.out);
+            self.operations.push([noted.operation as u32 | out << 8, a, b, c]);
+            self.unfinished.push(out);
         }
     }
 
     /// Where a number stands.
     pub fn number(&mut self, number: Number) -> u32 {
         match number {
-            Number::At(place) => place,
+            Number::At(nth) => number::place(nth),
             Number::Known(x) => {
                 let known = self.constants.iter().position(|y| y.to_bits() == x.to_bits());
                 let place = known.unwrap_or_else(|| {
@@ -165,7 +166,8 @@ impl Tape {
         let words = self.words(action, self.sums, vectors, [Number::Known(0.0); 2]);
         self.rows_stage();
         self.push(words);
-        let place = number::place();
+        let nth = number::new();
+        let place = number::place(nth);
         self.operations.push([Operation::Take as u32 | place << 8, self.sums, 0, 0]);
         self.unfinished.push(place);
         self.kinds |= action.kind() << (2 * self.sums);
@@ -173,7 +175,7 @@ impl Tape {
         if let Some(Stage::Rows { sums, .. } | Stage::Pairs { sums, .. }) = self.stages.last_mut() {
             (sums.count, sums.kinds) = (sums.count + 1, self.kinds);
         }
-        Number::At(place)
+        Number::At(nth)
     }
 
     /// Adds the small problems of the pairs.

@@ -236,7 +236,10 @@ impl Verbs for Device<'_> {
     fn read(&mut self, scalar: Number) -> f64 {
         match scalar {
             Number::Known(x) => x,
-            Number::At(place) => self.run(std::slice::from_ref(&(place..place + 1)))[0],
+            Number::At(nth) => {
+                let place = super::number::place(nth);
+                self.run(&[place..place + 1])[0]
+            }
         }
     }
 
@@ -249,7 +252,7 @@ impl Verbs for Device<'_> {
     fn looks(&mut self) -> Vec<f64> {
         let looked = std::mem::take(&mut self.looked);
         self.batches += 1;
-        let numbers = self.run(std::slice::from_ref(&(HALT..HALT + 1 + looked.len() as u32)));
+        let numbers = self.run(&[HALT..HALT + 1 + looked.len() as u32]);
         let mut looks = numbers[1..].to_vec();
         if numbers[0] >= 1.0 && numbers[0] <= looks.len() as f64 {
             looks.truncate(numbers[0] as usize);
