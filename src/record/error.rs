@@ -110,7 +110,7 @@ pub enum RecordError {
 }
 
 impl RecordError {
-    pub(super) fn io(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> RecordError {
+    pub(crate) fn io(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> RecordError {
         let path = path.to_owned();
         move |source| RecordError::Io { path, action, source }
     }
