@@ -14,6 +14,11 @@ const LONGEST_NAME: usize = 100;
 pub struct Folder(PathBuf);
 
 impl Folder {
+    /// The folder `path` as it is, if it is there.
+    pub(crate) fn at(path: &Path) -> Self {
+        Folder(path.into())
+    }
+
     /// Makes the folder `path` for a new run. One that is there already must be empty.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         match fs::read_dir(path) {

@@ -67,11 +67,6 @@ impl Override {
         self.origin.blame(error)
     }
 
-    /// The segments of its key.
-    pub fn key(&self) -> &[String] {
-        &self.key
-    }
-
     /// Whether the value at `path` is this override's, whole or in part.
     pub fn made(&self, path: &[String]) -> bool {
         path.starts_with(&self.key)
