@@ -46,7 +46,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let report = simulation.step()?;
         assert!(report.within(1e-6));
     }
-    let [upper, lower] = [0, 1].map(|i| simulation.state()?.bodies.position[i].z);
+    let bodies = &simulation.state()?.bodies;
+    let [upper, lower] = [0, 1].map(|i| bodies.position[i].z);
     println!("the axes end {:.6} apart, one diameter being 0.5", upper - lower);
     Ok(())
 }

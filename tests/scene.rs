@@ -74,7 +74,7 @@ fn ids_of_parents_are_not_given_again() {
     let scene = scene::load("three-capsules", &[]).unwrap();
     let mut bodies = scene.build().unwrap();
     bodies.lineage[1].parent = Some(41);
-    assert_eq!(Simulation::new(scene, bodies).unwrap().state().next_id, 42);
+    assert_eq!(Simulation::new(scene, bodies).unwrap().state().unwrap().next_id, 42);
 }
 
 // ---- refusing ----

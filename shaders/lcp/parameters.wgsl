@@ -1,17 +1,13 @@
-// What one dispatch does. Instructions and operations are places in the program, two words of four each and one.
+// What one dispatch does. Stages and operations on numbers are places in the program.
 struct Parameters {
     rows: u32,
     pairs: u32,
     bodies: u32,
     // Numbers from one vector to the next.
     stride: u32,
-    // Instructions before and after the one for pairs, which stands at `middle`.
-    begin: u32,
-    middle: u32,
-    end: u32,
-    // The vectors of a product.
+    // The vector of a pass over the bodies.
     x: u32,
-    out: u32,
+    // Whether a product is a gradient.
     add_q: u32,
     // The reductions of this dispatch, and the kinds of all, two bits each.
     reduction: u32,
@@ -22,6 +18,10 @@ struct Parameters {
     // Operations on numbers; in one workgroup: stages.
     first: u32,
     last: u32,
+    unused: vec4<u32>,
+    // The vectors and numbers of a stage.
+    vectors: array<vec4<u32>, 8>,
+    numbers: array<vec4<u32>, 4>,
 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 

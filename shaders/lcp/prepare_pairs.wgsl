@@ -1,11 +1,46 @@
-// For pairs of two rows B_01 and 1 / det B. The determinant comes from what is left of one row after its part along the other is
-// taken off: a c - b b would lose it where the rows are nearly parallel.
+// The blocks of A that belong to pairs. For pairs of two rows B_01 and B_00 / det B: the determinant comes from what is left of one row
+// after its part along the other is taken off; a c - b b would lose it where the rows are nearly parallel. For more rows all of B.
 @group(0) @binding(1) var<storage, read> block_start: array<u32>;
 @group(0) @binding(2) var<storage, read> pair: array<vec2<u32>>;
 @group(0) @binding(3) var<storage, read> jacobian: array<vec4r>;
 @group(0) @binding(4) var<storage, read_write> vectors: array<real>;
+@group(0) @binding(5) var<storage, read_write> entries: array<real>;
 
-fn pair_of(row: u32) -> vec2<u32> { return pair[row]; }
+fn alive(row: u32) -> bool { return vectors[at(INVERSE, row)] > 0.0; }
+
+// The part of row j that is left when `part` of row i is taken off: its product with row j. The rows may name their pair in either order.
+fn left_over(i: u32, j: u32, part: real) -> vec2r {
+    let turned = select(0u, 1u, any(pair[i] != pair[j]));
+    var product = real(0.0);
+    var left = real(0.0);
+    for (var side = 0u; side < 2u; side += 1u) {
+        for (var k = 0u; k < WIDTH; k += 1u) {
+            let other = jacobian[(2u * i + (side ^ turned)) * WIDTH + k];
+            let own = jacobian[(2u * j + side) * WIDTH + k];
+            let across = own - part * other;
+            product += dot(own, other);
+            left += dot(across, across);
+        }
+    }
+    return vec2r(product, left);
+}
+
+fn diagonal_of_block(row: u32) -> real {
+    return select(real(1.0), vectors[at(DIAGONAL, row)] * SHIFT, alive(row));
+}
+
+fn prepare_two(i: u32) {
+    let j = i + 1u;
+    var b = real(0.0);
+    var det = diagonal_of_block(i) * diagonal_of_block(j);
+    if alive(i) && alive(j) {
+        let a = vectors[at(DIAGONAL, i)];
+        b = left_over(i, j, real(0.0)).x;
+        det = a * (left_over(i, j, b / a).y + SHIFT_OF_DETERMINANT * vectors[at(DIAGONAL, j)]);
+    }
+    vectors[at(COUPLING, i)] = b;
+    vectors[at(COUPLING, j)] = diagonal_of_block(i) / det;
+}
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -14,27 +49,19 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let slot = invocation(group, groups, local);
-    if slot >= parameters.pairs || block_start[slot + 1u] != block_start[slot] + 2u { return; }
-    let i = block_start[slot];
-    let j = i + 1u;
-    let a = diagonal_of_block(i);
-    let c = diagonal_of_block(j);
-    var b = real(0.0);
-    var det = a * c;
-    if alive(i) && alive(j) {
-        b = entry(i, j);
-        let part = b / vectors[at(DIAGONAL, i)];
-        let turned = select(0u, 1u, any(pair[i] != pair[j]));
-        var left = real(0.0);
-        for (var side = 0u; side < 2u; side += 1u) {
-            for (var k = 0u; k < WIDTH; k += 1u) {
-                let other = jacobian[(2u * i + (side ^ turned)) * WIDTH + k];
-                let across = jacobian[(2u * j + side) * WIDTH + k] - part * other;
-                left += dot(across, across);
-            }
+    if slot >= parameters.pairs { return; }
+    let first = block_start[slot];
+    let rows = block_start[slot + 1u] - first;
+    if rows == 2u { prepare_two(first); }
+    if rows < 3u { return; }
+    let parts = (rows + MOST_EXACT - 1u) / MOST_EXACT;
+    let size = (rows + parts - 1u) / parts;
+    for (var i = 0u; i < rows; i += 1u) {
+        let row = first + i;
+        let base = i / size * size;
+        for (var j = base; j < i; j += 1u) {
+            entries[row * MOST_EXACT + j - base] = left_over(first + j, row, real(0.0)).x;
         }
-        det = vectors[at(DIAGONAL, i)] * (left + SHIFT_OF_DETERMINANT * vectors[at(DIAGONAL, j)]);
+        entries[row * MOST_EXACT + i - base] = diagonal_of_block(row);
     }
-    vectors[at(COUPLING, i)] = b;
-    vectors[at(COUPLING, j)] = 1.0 / det;
 }

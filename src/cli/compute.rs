@@ -38,7 +38,9 @@ fn cpu(arguments: &Arguments) -> Result<Compute, CliError> {
         return Err(CliError::Usage("the CPU computes in f64; leave --precision out, or say --backend gpu".into()));
     }
     if arguments.adapter.is_some() {
-        return Err(CliError::Usage("--adapter names a device, and this run is computed on the CPU; say --backend gpu".into()));
+        return Err(CliError::Usage(
+            "--adapter names a device, and this run is computed on the CPU; say --backend gpu".into(),
+        ));
     }
     Ok(Compute::Cpu)
 }

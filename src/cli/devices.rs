@@ -13,7 +13,10 @@ pub(super) fn devices(arguments: &Devices) -> Result<Exit, CliError> {
     } else if !arguments.print.quiet {
         output::write(|out| {
             if found.is_empty() {
-                writeln!(out, "no adapter: no Vulkan, Metal or DirectX 12 driver was found; runs are computed on the CPU")?;
+                writeln!(
+                    out,
+                    "no adapter: no Vulkan, Metal or DirectX 12 driver was found; runs are computed on the CPU"
+                )?;
             }
             for adapter in &found {
                 let AdapterReport { name, kind, interface, driver, .. } = adapter;
@@ -42,7 +45,9 @@ fn verdict(adapter: &AdapterReport) -> String {
     }
     match (adapter.automatic, adapter.taken) {
         (true, _) => "taken by --backend auto and by --backend gpu: the first hardware adapter that fits".into(),
-        (false, true) => "taken by --backend gpu; not by auto, as a software adapter is slower than the CPU path".into(),
+        (false, true) => {
+            "taken by --backend gpu; not by auto, as a software adapter is slower than the CPU path".into()
+        }
         (false, false) => "not taken unless named with --adapter: another one comes first".into(),
     }
 }

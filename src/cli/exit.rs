@@ -1,12 +1,12 @@
 //! Exit statuses, and what leads to them.
 
-use crate::record::{RecordError, RunError};
 use crate::gpu::GpuError;
+use crate::record::{RecordError, RunError};
 use crate::relcp::Fault;
 use crate::scene::SceneError;
+use crate::study::StudyError;
 use miette::Diagnostic;
 use std::io;
-use crate::study::StudyError;
 use thiserror::Error;
 
 /// How the program ends.

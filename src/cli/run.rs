@@ -108,12 +108,7 @@ fn text_of(path: &Path) -> Result<&str, CliError> {
     path.to_str().ok_or_else(|| CliError::Usage(format!("{}: the path is not Unicode", path.display())))
 }
 
-fn show(
-    arguments: &Arguments,
-    folder: &Path,
-    summary: &Summary,
-    device: Option<&Profile>,
-) -> Result<(), CliError> {
+fn show(arguments: &Arguments, folder: &Path, summary: &Summary, device: Option<&Profile>) -> Result<(), CliError> {
     if summary.status == RunStatus::Interrupted {
         let on = format!("relcp run --resume --out {}", folder.display());
         output::message(&format!("stopped after step {}; go on with: {on}", summary.steps));

@@ -104,7 +104,11 @@ fn lacks(adapter: &wgpu::Adapter) -> Vec<String> {
 
 /// The first adapter that fits the choice.
 pub(super) fn find(instance: &wgpu::Instance, choice: &Choice) -> Result<wgpu::Adapter, GpuError> {
-    let all = listed(instance);
+    pick(&listed(instance), choice)
+}
+
+/// The first of these adapters that fits the choice.
+fn pick(all: &[wgpu::Adapter], choice: &Choice) -> Result<wgpu::Adapter, GpuError> {
     let fits = |adapter: &&wgpu::Adapter| {
         let info = adapter.get_info();
         let named = choice.name.as_ref().is_none_or(|n| info.name.to_lowercase().contains(&n.to_lowercase()));
@@ -135,10 +139,10 @@ fn described(adapter: &wgpu::Adapter, choice: &Choice) -> String {
 
 /// All adapters of this machine, and which one would be taken.
 pub fn adapters(choice: &Choice) -> Vec<AdapterReport> {
-    let instance = instance();
-    let taken = find(&instance, &Choice { software: true, ..choice.clone() }).ok().map(|a| a.get_info());
-    let automatic = find(&instance, &Choice { software: false, ..choice.clone() }).ok().map(|a| a.get_info());
-    let report = |adapter: wgpu::Adapter| {
+    let all = listed(&instance());
+    let info = |software| pick(&all, &Choice { software, ..choice.clone() }).ok().map(|a| a.get_info());
+    let (taken, automatic) = (info(true), info(false));
+    let report = |adapter: &wgpu::Adapter| {
         let (info, limits, features) = (adapter.get_info(), adapter.limits(), adapter.features());
         AdapterReport {
             kind: kind(&info),
@@ -150,11 +154,11 @@ pub fn adapters(choice: &Choice) -> Vec<AdapterReport> {
             max_binding: limits.max_storage_buffer_binding_size,
             storage_buffers: limits.max_storage_buffers_per_shader_stage,
             workgroup: limits.max_compute_invocations_per_workgroup,
-            lacks: lacks(&adapter),
+            lacks: lacks(adapter),
             automatic: automatic.as_ref() == Some(&info),
             taken: taken.as_ref() == Some(&info),
             name: info.name,
         }
     };
-    listed(&instance).into_iter().map(report).collect()
+    all.iter().map(report).collect()
 }

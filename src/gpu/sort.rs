@@ -73,8 +73,8 @@ impl Sort {
         let counts = blocks << DIGIT_BITS;
         self.counts.reserve(gpu, counts)?;
         self.starts.reserve(gpu, counts + 1)?;
-        self.keys.reserve(gpu, keys.capacity())?;
-        self.values.reserve(gpu, values.capacity())?;
+        self.keys.reserve(gpu, n)?;
+        self.values.reserve(gpu, n)?;
         for shift in (0..bits.min(32)).step_by(DIGIT_BITS as usize) {
             let mask = (1u32 << DIGIT_BITS.min(bits.min(32) - shift)) - 1;
             let parameters = [n as u32, blocks as u32, shift, mask];

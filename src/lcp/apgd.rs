@@ -56,7 +56,7 @@ impl<V: Verbs> Method<V> for Apgd<V> {
         verbs.clear(&mut self.rise);
         verbs.copy(&at.x, &mut self.previous.x);
         verbs.copy(&at.g, &mut self.previous.g);
-        (self.curvature, self.age, self.momentum) = (1.0.into(), 1.0.into(), 0.0.into());
+        (self.curvature, self.age, self.momentum) = (verbs.number(1.0), verbs.number(1.0), verbs.number(0.0));
     }
 
     fn step(&mut self, verbs: &mut V, at: &mut Point<V::Vector>) {

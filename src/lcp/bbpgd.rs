@@ -43,10 +43,10 @@ impl<V: Verbs> Method<V> for Bbpgd<V> {
         for vector in [&mut self.next, &mut self.step, &mut self.rise] {
             verbs.clear(vector);
         }
-        self.length = 1.0.into();
+        self.length = verbs.number(1.0);
         self.long = false;
         self.best = verbs.twice_objective(&at.x, &at.g);
-        self.waited = 0.0.into();
+        self.waited = verbs.number(0.0);
     }
 
     fn step(&mut self, verbs: &mut V, at: &mut Point<V::Vector>) {

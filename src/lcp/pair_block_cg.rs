@@ -89,7 +89,7 @@ impl<V: Verbs> Method<V> for PairBlockCg<V> {
             verbs.clear(&mut made.displacement);
             verbs.clear(&mut made.product);
         }
-        (self.bend, self.length) = ([0.0.into(); 2], 1.0.into());
+        (self.bend, self.length) = ([verbs.number(0.0); 2], verbs.number(1.0));
     }
 
     fn step(&mut self, verbs: &mut V, at: &mut Point<V::Vector>) {

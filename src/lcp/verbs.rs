@@ -53,6 +53,10 @@ pub trait Verbs {
     /// A number.
     type Scalar: Scalar;
 
+    /// A number that will be another one later, so that a backend treats it as it will be treated then.
+    fn number(&mut self, x: f64) -> Self::Scalar {
+        x.into()
+    }
     /// Gives `x` one zero a row.
     fn clear(&mut self, x: &mut Self::Vector);
     /// `to = from`.

@@ -52,13 +52,16 @@ struct Sample {
     bend: f64,
 }
 
-fn sample(delta: DVec3, a: &Circle, b: Segment, at: f64) -> Sample {
+/// `side` is -1 or 1, before or after the place nearest to the axis: which slope of `rho` counts where that is on the axis itself.
+fn sample(delta: DVec3, a: &Circle, b: Segment, at: f64, side: f64) -> Sample {
     let p = delta + b.axis * at;
     let (z, z1) = (a.axis.dot(p), a.axis.dot(b.axis));
     let (q, q1) = (p - a.axis * z, b.axis - a.axis * z1);
     let rho = q.length();
-    let inverse = if rho > 0.0 { 1.0 / rho } else { 0.0 };
-    let rho1 = q.dot(q1) * inverse;
+    // On the axis but for rounding: the slope of rho jumps from one sign to the other there.
+    let on_axis = rho <= f64::EPSILON * a.radius;
+    let inverse = if on_axis { 0.0 } else { 1.0 / rho };
+    let rho1 = if on_axis { side * q1.length() } else { q.dot(q1) * inverse };
     let rho2 = q.cross(q1).length_squared() * inverse * inverse * inverse;
     let off = rho - a.radius;
     Sample { square: z * z + off * off, slope: z * z1 + off * rho1, bend: z1 * z1 + rho1 * rho1 + off * rho2 }
@@ -77,15 +80,15 @@ fn place(delta: DVec3, a: &Circle, b: Segment, tie: f64) -> f64 {
     // An interior minimum is within R of the foot of the centre: the slope of rho is at most 1.
     let foot = -delta.dot(b.axis);
     let (low, high) = ((foot - a.radius).clamp(-b.half, b.half), (foot + a.radius).clamp(-b.half, b.half));
-    let before = minimum(delta, a, b, low, (turn - reach).clamp(low, high));
-    let after = minimum(delta, a, b, (turn + reach).clamp(low, high), high);
-    let square = |at: f64| sample(delta, a, b, at).square.sqrt();
+    let before = minimum(delta, a, b, low, (turn - reach).clamp(low, high), -1.0);
+    let after = minimum(delta, a, b, (turn + reach).clamp(low, high), high, 1.0);
+    let square = |at: f64| sample(delta, a, b, at, 1.0).square.sqrt();
     if square(after) < square(before) - tie { after } else { before }
 }
 
 /// The place of the least distance in an interval on which its square is convex.
-fn minimum(delta: DVec3, a: &Circle, b: Segment, mut low: f64, mut high: f64) -> f64 {
-    let slope = |at: f64| sample(delta, a, b, at);
+fn minimum(delta: DVec3, a: &Circle, b: Segment, mut low: f64, mut high: f64, side: f64) -> f64 {
+    let slope = |at: f64| sample(delta, a, b, at, side);
     if slope(low).slope >= 0.0 {
         return low;
     }
@@ -109,4 +112,29 @@ fn minimum(delta: DVec3, a: &Circle, b: Segment, mut low: f64, mut high: f64) ->
         }
     }
     at
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::separation::{Placed, separation};
+    use crate::shape::Shape;
+    use glam::{DQuat, DVec3};
+
+    /// The slope of the distance from the axis was taken as zero on the axis, and the search stayed there.
+    #[test]
+    fn a_rod_through_the_axis_in_the_plane_of_a_ring_is_nearest_at_an_end() {
+        let ring = Placed {
+            shape: Shape::Torus { major_radius: 100.0, minor_radius: 0.1 },
+            position: DVec3::ZERO,
+            orientation: DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2),
+        };
+        let rod = Placed {
+            shape: Shape::Spherocylinder { diameter: 1.0, length: 5.0 },
+            position: DVec3::Z,
+            orientation: DQuat::IDENTITY,
+        };
+        // The upper end of the rod's segment is at z = 3, in the ring's plane.
+        let found = separation(&ring, &rod, None).expect("supported");
+        assert!((found.separation - (100.0 - 3.0 - 0.1 - 0.5)).abs() < 1e-9, "{found:?}");
+    }
 }

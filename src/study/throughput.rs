@@ -95,7 +95,7 @@ fn product_bytes(constraints: usize, planar: bool, number: usize) -> f64 {
 
 /// Steps `bodies` bodies of a kind and times `steps` of them.
 pub fn measure(kind: Kind, bodies: usize, steps: usize, compute: &Compute) -> Result<Row, StudyError> {
-    let scene = scene::load(kind.scene(), &["time.end=1e6".into(), "time.dt=0.001".into()])?;
+    let scene = scene::load(kind.scene(), &["time.end=1".into(), "time.dt=0.001".into()])?;
     let planar = scene.planar;
     let start = tiled(kind.state(), bodies)?;
     let mut simulation = Simulation::new_on(compute, scene, start)?;

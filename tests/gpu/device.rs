@@ -11,7 +11,8 @@ static SKIPPED: AtomicUsize = AtomicUsize::new(0);
 pub fn device() -> Option<&'static Arc<Gpu>> {
     static DEVICE: OnceLock<Result<Arc<Gpu>, String>> = OnceLock::new();
     let name = std::env::var("RELCP_ADAPTER").ok();
-    let open = || Gpu::open(&Choice { name, software: true, ..Choice::default() }).map(Arc::new).map_err(|e| e.to_string());
+    let open =
+        || Gpu::open(&Choice { name, software: true, ..Choice::default() }).map(Arc::new).map_err(|e| e.to_string());
     match DEVICE.get_or_init(open) {
         Ok(gpu) => Some(gpu),
         Err(why) if std::env::var_os("RELCP_REQUIRE_GPU").is_some() => panic!("a GPU is required: {why}"),

@@ -2,7 +2,9 @@
 
 use crate::device::{device, precisions};
 use npyz::NpyFile;
-use relcp::gpu::{Gpu, Precision};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use relcp::gpu::{Buffer, Gpu, GpuError, Precision};
 use relcp::lcp::gpu::{DeviceProblem, Solver};
 use relcp::lcp::{self, Outcome, Problem, Settings, Status, velocity};
 use relcp::scene::SolverKind;
@@ -105,7 +107,7 @@ fn stored_systems_are_solved() {
         let tolerance = 1e-5;
         let settings = Settings { tolerance, max_iterations: 20_000 };
         let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
-        for name in STORED {
+        for name in STORED.into_iter().filter(|name| std::env::var("LCP").is_err() || std::env::var("LCP").unwrap() == *name) {
             let stored = stored(name);
             for start in [stored.start.clone(), Vec::new()] {
                 let solved = solve(gpu, precision, &mut solver, &stored.problem, &start);
@@ -132,5 +134,269 @@ fn stored_systems_are_solved() {
                 assert!(error(&solved.velocity, &velocity(&stored.problem, &solved.gamma)) < 1e-5);
             }
         }
+    }
+}
+
+/// A solvable problem: `q` is such that a random velocity keeps every row open or closed. Some rows repeat another of the same pair, as
+/// it is or nearly parallel or named the other way, some are zero.
+fn random<const D: usize>(seed: u64, bodies: u32, rows: usize) -> Problem<D> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let uniform = |rng: &mut ChaCha8Rng| rng.random::<f64>() - 0.5;
+    let motion: Vec<[f64; D]> = (0..bodies).map(|_| std::array::from_fn(|_| uniform(&mut rng))).collect();
+    let mut problem = Problem { bodies: bodies as usize, ..Problem::default() };
+    for row in 0..rows {
+        let kind = rng.random_range(0..10);
+        let (mut pair, mut blocks) = if row == 0 || kind < 5 {
+            let a = rng.random_range(0..bodies - 1);
+            let block = |rng: &mut ChaCha8Rng| std::array::from_fn(|_| uniform(rng));
+            ([a, rng.random_range(a + 1..bodies)], [block(&mut rng), block(&mut rng)])
+        } else {
+            let old = rng.random_range(0..row);
+            (problem.pair[old], problem.jacobian[old])
+        };
+        match kind {
+            6 | 7 => blocks.as_flattened_mut().iter_mut().for_each(|x| *x += 0.3 * uniform(&mut rng)),
+            8 => {
+                pair.reverse();
+                blocks.reverse();
+            }
+            9 if row % 3 == 0 => blocks = [[0.0; D]; 2],
+            _ => {}
+        }
+        let mut moved = 0.0;
+        for (body, block) in pair.iter().zip(&blocks) {
+            moved += (0..D).map(|k| block[k] * motion[*body as usize][k]).sum::<f64>();
+        }
+        let open = if rng.random::<bool>() { 0.3 * rng.random::<f64>() } else { 0.0 };
+        problem.pair.push(pair);
+        problem.jacobian.push(blocks);
+        problem.q.push(open - moved);
+    }
+    problem
+}
+
+const KINDS: [SolverKind; 4] =
+    [SolverKind::ProjectedJacobi, SolverKind::Apgd, SolverKind::Bbpgd, SolverKind::PairBlockCg];
+
+/// Solves a random problem on both paths, from nothing and from a poor start, and compares with the CPU.
+fn agree<const D: usize>(gpu: &Gpu, precision: Precision, kind: SolverKind, sizes: &[(u32, usize)]) {
+    let (tolerance, bound) = if precision == Precision::F32 { (2e-6, 2e-4) } else { (1e-10, 1e-7) };
+    let settings = Settings { tolerance, max_iterations: 100_000 };
+    let mut solver = Solver::new(gpu, precision, D == 3, kind, settings).unwrap();
+    for (largest, small) in [(0, false), (u64::MAX, true)] {
+        solver.set_largest_small(largest);
+        for (bodies, rows) in sizes {
+            let problem = random::<D>(u64::from(*bodies), *bodies, *rows);
+            let mut exact = Vec::new();
+            let settings = Settings { tolerance: 1e-12, max_iterations: 10_000 };
+            lcp::Solver::new(SolverKind::Dense, settings).solve(&problem, &mut exact);
+            let reference = velocity(&problem, &exact);
+            let poor: Vec<f64> = exact.iter().enumerate().map(|(i, x)| if i % 3 == 0 { 0.7 * x } else { 0.01 }).collect();
+            for start in [Vec::new(), poor] {
+                let solved = solve(gpu, precision, &mut solver, &problem, &start);
+                let rechecked = residual(&problem, &solved.gamma);
+                let apart = error(&solved.velocity, &reference);
+                let what = format!(
+                    "{} {kind:?} D {D} {bodies} bodies {rows} rows small {small}: {:?}, rechecked {rechecked:.1e}, v {apart:.1e}",
+                    precision.name(),
+                    solved.outcome
+                );
+                assert_eq!(solved.outcome.status, Status::Solved, "{what}");
+                assert!(rechecked < 2.0 * tolerance && apart < bound, "{what}");
+                assert!(solved.gamma.iter().all(|x| *x >= 0.0), "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn all_solvers_solve_small_problems_on_both_paths() {
+    let Some(gpu) = device() else { return };
+    for precision in precisions(gpu) {
+        for kind in KINDS {
+            agree::<3>(gpu, precision, kind, &[(20, 30), (40, 60)]);
+            agree::<6>(gpu, precision, kind, &[(12, 40)]);
+        }
+    }
+}
+
+#[test]
+fn kinds_that_look_at_single_rows_are_refused() {
+    let Some(gpu) = device() else { return };
+    let settings = Settings { tolerance: 1e-5, max_iterations: 10 };
+    for kind in [SolverKind::ProjectedGaussSeidel, SolverKind::Dense] {
+        let refused = Solver::new(gpu, Precision::F32, true, kind, settings);
+        assert!(matches!(refused, Err(GpuError::Unsupported { .. })), "{kind:?}");
+    }
+    let mut spatial = Solver::new(gpu, Precision::F32, false, SolverKind::Auto, settings).unwrap();
+    let (mut planar, _) = DeviceProblem::upload(gpu, Precision::F32, &random::<3>(1, 5, 5), &[]).unwrap();
+    assert!(matches!(spatial.solve(gpu, &mut planar), Err(GpuError::Unsupported { .. })));
+}
+
+/// Two bodies, one unknown used.
+fn line(rows: &[(f64, f64)]) -> Problem<3> {
+    Problem {
+        bodies: 2,
+        pair: vec![[0, 1]; rows.len()],
+        jacobian: rows.iter().map(|(j, _)| [[-j, 0.0, 0.0], [*j, 0.0, 0.0]]).collect(),
+        q: rows.iter().map(|(_, q)| *q).collect(),
+    }
+}
+
+#[test]
+fn degenerate_problems_end_as_on_the_cpu() {
+    let Some(gpu) = device() else { return };
+    for precision in precisions(gpu) {
+        for kind in [SolverKind::Auto, SolverKind::Bbpgd] {
+            for largest in [0, u64::MAX] {
+                let settings = Settings { tolerance: 1e-6, max_iterations: 100 };
+                let mut solver = Solver::new(gpu, precision, true, kind, settings).unwrap();
+                solver.set_largest_small(largest);
+                let what = format!("{} {kind:?} {largest}", precision.name());
+                let mut run = |problem: &Problem<3>, start: &[f64]| solve(gpu, precision, &mut solver, problem, start);
+
+                let none = run(&Problem { bodies: 3, ..Problem::default() }, &[]);
+                assert_eq!((none.outcome.status, none.outcome.residual), (Status::Solved, 0.0), "{what}");
+                assert_eq!(none.velocity, [[0.0; 3]; 3]);
+
+                let one = run(&line(&[(1.0, -0.1)]), &[]);
+                assert_eq!(one.outcome.status, Status::Solved, "{what}");
+                assert!((one.gamma[0] - 0.05).abs() < 1e-6 && (one.velocity[1][0] - 0.05).abs() < 1e-6, "{what}");
+
+                let open = run(&line(&[(1.0, 0.3), (1.0, 0.1)]), &[]);
+                assert_eq!((open.outcome.status, open.outcome.iterations), (Status::Solved, 0), "{what}");
+
+                let zero = run(&line(&[(1.0, -0.1), (0.0, 0.0)]), &[0.0, 3.0]);
+                assert_eq!(zero.outcome.status, Status::Solved, "{what}");
+                assert_eq!(zero.gamma[1], 3.0, "{what}");
+
+                let shut = run(&line(&[(1.0, -0.1), (-1.0, -0.1)]), &[]);
+                assert_eq!(shut.outcome.status, Status::MaxIterations, "{what}");
+                assert!(shut.outcome.residual > 0.05 && shut.outcome.residual < 0.1001, "{what}: {:?}", shut.outcome);
+
+                for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                    for problem in [line(&[(1.0, -0.1), (1.0, bad)]), line(&[(1.0, -0.1), (bad, 0.1)])] {
+                        let told = run(&problem, &[0.5, f64::NAN]);
+                        assert_eq!(told.outcome.status, Status::NotFinite, "{what} {bad}: {:?}", told.outcome);
+                        assert_eq!((told.outcome.iterations, told.outcome.residual), (0, f64::INFINITY), "{what}");
+                        assert_eq!(told.gamma, [0.5, 0.0], "{what} {bad}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn few_iterations_say_so_and_never_make_it_worse() {
+    let Some(gpu) = device() else { return };
+    let stored = stored("colony1024_rec1");
+    for kind in [SolverKind::Auto, SolverKind::Apgd] {
+        for max_iterations in [0, 1, 3, 8, 13] {
+            let settings = Settings { tolerance: 1e-9, max_iterations };
+            let mut solver = Solver::new(gpu, Precision::F32, true, kind, settings).unwrap();
+            let solved = solve(gpu, Precision::F32, &mut solver, &stored.problem, &stored.start);
+            let what = format!("{kind:?} {max_iterations}: {:?}", solved.outcome);
+            assert_eq!(solved.outcome.status, Status::MaxIterations, "{what}");
+            assert_eq!(solved.outcome.iterations, max_iterations, "{what}");
+            let rechecked = residual(&stored.problem, &solved.gamma);
+            assert!((rechecked - solved.outcome.residual).abs() < 1e-6, "{what}: {rechecked:e}");
+            assert!(rechecked <= residual(&stored.problem, &stored.start) * (1.0 + 1e-5), "{what}");
+        }
+    }
+}
+
+#[test]
+fn two_runs_give_the_same_bits_whatever_the_capacity() {
+    let Some(gpu) = device() else { return };
+    let stored = stored("colony1024_rec5");
+    let small = random::<3>(7, 60, 90);
+    for precision in precisions(gpu) {
+        let run = || {
+            let settings = Settings { tolerance: 1e-9, max_iterations: 12 };
+            let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
+            // The small one first, so that the buffers grow.
+            [&small, &stored.problem, &small].map(|problem| {
+                let solved = solve(gpu, precision, &mut solver, problem, &[]);
+                (solved.outcome, solved.gamma, solved.velocity)
+            })
+        };
+        let first = run();
+        assert!(run() == first, "{}", precision.name());
+        assert!(first[0] == first[2], "{}: what was solved before is seen", precision.name());
+        gpu.set_least_capacity(16);
+        let tight = run();
+        gpu.set_least_capacity(1024);
+        assert!(tight == first, "{}", precision.name());
+    }
+}
+
+/// More rows than invocations: 300,000 rows, in a chain of bodies, and so many pairs that 65,535 workgroups could not take one each.
+#[test]
+fn more_rows_than_invocations_are_solved() {
+    let Some(gpu) = device() else { return };
+    let rows = 300_000_u32;
+    let mut problem = Problem { bodies: rows as usize + 1, ..Problem::<3>::default() };
+    for row in 0..rows {
+        problem.pair.push([row, row + 1]);
+        problem.jacobian.push([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.1]]);
+        problem.q.push(if row % 7 == 0 { -0.5 - f64::from(row % 5) * 0.1 } else { 2.0 });
+    }
+    let settings = Settings { tolerance: 1e-5, max_iterations: 40 };
+    let mut solver = Solver::new(gpu, Precision::F32, true, SolverKind::Auto, settings).unwrap();
+    let (mut device, order) = DeviceProblem::upload(gpu, Precision::F32, &problem, &[]).unwrap();
+    // Empty slots after the others.
+    let slots = 65_536 * 128 + 77_u64;
+    let mut starts: Vec<u32> = (0..=rows).collect();
+    starts.resize(slots as usize + 1, rows);
+    device.block_start = Buffer::with(gpu, "block-start", 4, &words(&starts)).unwrap();
+    device.pairs = slots;
+    let outcome = solver.solve(gpu, &mut device).unwrap();
+    let gamma = device.download_gamma(gpu, Precision::F32, &order).unwrap();
+    let rechecked = residual(&problem, &gamma);
+    assert!(outcome.status == Status::Solved && rechecked < 1.1e-5, "{outcome:?} {rechecked:e}");
+}
+
+fn words(words: &[u32]) -> Vec<u8> {
+    words.iter().flat_map(|word| word.to_le_bytes()).collect()
+}
+
+/// Seconds of processor time that this process used.
+fn used() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
+    (fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap()) / 100.0
+}
+
+#[test]
+#[ignore = "a measurement"]
+fn profile() {
+    let Some(gpu) = device() else { return };
+    let max_iterations = std::env::var("ITS").map_or(100, |n| n.parse().unwrap());
+    let settings = Settings { tolerance: 1e-12, max_iterations };
+    let name = std::env::var("LCP").unwrap_or("colony1024_rec1".into());
+    let stored = stored(&name);
+    let precision = if std::env::var("F64").is_ok() { Precision::F64 } else { Precision::F32 };
+    let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
+    for timed in [false, false, true] {
+        if timed && std::env::var("STAGES").is_ok() {
+            gpu.start_timing();
+        }
+        let before = used();
+        let solved = solve(gpu, precision, &mut solver, &stored.problem, &stored.start);
+        let each = 1e6 / solved.outcome.iterations as f64;
+        println!(
+            "{:?} {:.0} us wall, {:.0} us of processors an iteration",
+            solved.outcome,
+            solved.seconds * each,
+            (used() - before) * each
+        );
+    }
+    for pipeline in gpu.pipelines() {
+        print!("{} {:.3}; ", pipeline.name, pipeline.seconds);
+    }
+    println!();
+    for stage in gpu.stage_times() {
+        println!("{} {:.1} us each, {} passes", stage.stage, 1e6 * stage.seconds / stage.passes as f64, stage.passes);
     }
 }

@@ -97,11 +97,11 @@ fn two_ellipsoids_move_as_on_the_cpu() {
 }
 
 #[test]
-fn colony_of_64_cells() {
-    both("colony", &["time.end=4.2"], |_, ran, cpu| {
+fn colony_of_32_cells() {
+    both("colony", &["time.end=3.5"], |_, ran, cpu| {
         let bodies = ran.simulation.state().unwrap().bodies.len();
         assert_eq!(bodies, cpu.simulation.bodies());
-        assert!(bodies >= 64);
+        assert!(bodies >= 32);
         assert!(ran.positions().iter().all(|x| x.z == 0.0));
         let off = (ran.gyration() / cpu.gyration() - 1.0).abs();
         println!("  {bodies} cells, radius of gyration off by {off:.1e}");

@@ -121,3 +121,23 @@ fn sorts_past_the_groups_of_one_dimension() {
         println!("{n} keys of 20 bits: {:.1} ms", 1e3 * seconds);
     }
 }
+
+/// The sort's own buffers were made larger than the caller's, which are exchanged for them, and so on for ever.
+#[test]
+fn sorting_again_and_again_takes_no_more_memory() {
+    let Some(gpu) = device() else { return };
+    let mut sort = Sort::new(gpu).unwrap();
+    let n = 5_000u64;
+    let [mut keys, mut values] = [(); 2].map(|()| Buffer::new(gpu, "sorted", 4, n).unwrap());
+    let mut largest = 0;
+    for round in 0..20 {
+        let mut record = gpu.record();
+        // One digit: an odd number of exchanges.
+        sort.by_key(&mut record, &mut keys, &mut values, n, 4).unwrap();
+        record.submit().unwrap();
+        if round == 1 {
+            largest = keys.capacity().max(values.capacity());
+        }
+    }
+    assert!(keys.capacity().max(values.capacity()) <= largest);
+}

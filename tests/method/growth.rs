@@ -283,7 +283,11 @@ fn a_run_resumed_midway_ends_with_the_same_bits() {
             while !resumed.done() {
                 resumed.step().unwrap();
             }
-            assert!(resumed.state().unwrap() == whole.state().unwrap(), "{} resumed at step {from} ends with other bits", scene.name);
+            assert!(
+                resumed.state().unwrap() == whole.state().unwrap(),
+                "{} resumed at step {from} ends with other bits",
+                scene.name
+            );
         }
     }
 }

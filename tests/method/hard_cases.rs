@@ -204,7 +204,8 @@ fn a_closed_ring_of_spheres_squeezed() {
         scene.planar = planar;
         let mut simulation = start(scene);
         resolves(&format!("squeezed ring, planar {planar}"), &mut simulation, 50);
-        let moved = simulation.state().unwrap().bodies.position.iter().map(|x| (x.length() - radius).abs()).fold(0.0, f64::max);
+        let moved =
+            simulation.state().unwrap().bodies.position.iter().map(|x| (x.length() - radius).abs()).fold(0.0, f64::max);
         println!("moved by {moved:e}");
         assert!(moved < 1e-4, "an arch holds itself: {moved:e}");
     }
@@ -271,7 +272,8 @@ fn passings(shape: &Value, length: f64, jump: f64) -> usize {
         for _ in 0..2 {
             let before = simulation.state().unwrap().bodies.clone();
             audited(&mut simulation, 1);
-            if deepest_on_the_way(&before, &simulation.state().unwrap().bodies, 1.0) > 0.2 * before.shape[0].thickness() {
+            if deepest_on_the_way(&before, &simulation.state().unwrap().bodies, 1.0) > 0.2 * before.shape[0].thickness()
+            {
                 passed += 1;
                 break;
             }

@@ -209,10 +209,9 @@ impl Candidates {
         if self.searches == 0 {
             return Ok(self.warm.clone());
         }
-        let read = gpu.record().read(&[
-            (&lists.pairs, 0..8 * count),
-            (&lists.contacts, 0..count * lists.contacts.element() as u64),
-        ])?;
+        let read = gpu
+            .record()
+            .read(&[(&lists.pairs, 0..8 * count), (&lists.contacts, 0..count * lists.contacts.element() as u64)])?;
         let pairs: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read[0]);
         let contacts = setup.precision.decode(&read[1]);
         let warm = |(pair, contact): (&[u32; 2], &[f64; 12])| {

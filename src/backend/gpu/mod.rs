@@ -15,8 +15,8 @@ use super::{Backend, Overlap};
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
 use crate::dynamics::ForceField;
-use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Recorder};
 use crate::freedom::PLANAR;
+use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Recorder};
 use crate::lcp::{self, Outcome, Problem};
 use crate::relcp::{Fault, Phases, State, Warm};
 use crate::scene::{Dynamics, Force, Growth, Scene};
@@ -265,10 +265,10 @@ impl Device {
     /// What the device refuses.
     pub fn incidence(&self) -> Result<Vec<Vec<u32>>, GpuError> {
         let problem = &self.rows.problem;
-        let read = self.gpu.record().read(&[
-            (&problem.incidence_start, 0..4 * (self.bodies + 1)),
-            (&problem.incidence, 0..8 * problem.rows),
-        ])?;
+        let read = self
+            .gpu
+            .record()
+            .read(&[(&problem.incidence_start, 0..4 * (self.bodies + 1)), (&problem.incidence, 0..8 * problem.rows)])?;
         let [start, entries]: [Vec<u32>; 2] = [0, 1].map(|i| bytemuck::pod_collect_to_vec(&read[i]));
         Ok(start.windows(2).map(|w| entries[w[0] as usize..w[1] as usize].to_vec()).collect())
     }
@@ -586,4 +586,3 @@ impl Backend for Device {
         Some(&self.gpu)
     }
 }
-

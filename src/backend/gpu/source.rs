@@ -47,7 +47,8 @@ pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
 
 /// `load_of`: the sum of the scene's forces on a body.
 fn loads(setup: &Setup, source: &Source) -> String {
-    let mut text = String::from("fn load_of(position: vec3r, shape: vec4r, group: u32) -> Load {\n    var force = vec3r();\n");
+    let mut text =
+        String::from("fn load_of(position: vec3r, shape: vec4r, group: u32) -> Load {\n    var force = vec3r();\n");
     let vector = |v: [f64; 3]| {
         let [x, y, z] = v.map(|c| source.literal(c));
         format!("vec3r({x}, {y}, {z})")
@@ -228,7 +229,8 @@ mod tests {
     fn every_kernel_of_every_built_in_scene_is_valid() {
         for setup in setups() {
             let growth = growth_sources(&setup).into_iter().flatten();
-            let all = sources(&setup).into_iter().chain(narrow_sources(&setup)).chain(growth).chain([motion(&setup, true)]);
+            let all =
+                sources(&setup).into_iter().chain(narrow_sources(&setup)).chain(growth).chain([motion(&setup, true)]);
             for source in all {
                 validate(&source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
             }

@@ -46,7 +46,13 @@ impl Poses {
         })
     }
 
-    pub fn write(&self, gpu: &Gpu, precision: Precision, lattice: &Lattice, bodies: &crate::bodies::Bodies) -> Result<(), GpuError> {
+    pub fn write(
+        &self,
+        gpu: &Gpu,
+        precision: Precision,
+        lattice: &Lattice,
+        bodies: &crate::bodies::Bodies,
+    ) -> Result<(), GpuError> {
         let mut cells: Vec<i32> = Vec::with_capacity(4 * bodies.len());
         let mut remainders = Vec::with_capacity(4 * bodies.len());
         for position in &bodies.position {
@@ -157,8 +163,7 @@ pub(super) fn download(
         (&shapes.lengths, lengths),
     ])?;
     let cells: Vec<i32> = bytemuck::pod_collect_to_vec(&read[0]);
-    let [remainders, orientations, twists, sizes, lengths] =
-        [1, 2, 3, 4, 5].map(|i| precision.decode(&read[i]));
+    let [remainders, orientations, twists, sizes, lengths] = [1, 2, 3, 4, 5].map(|i| precision.decode(&read[i]));
     let n = bodies as usize;
     let vector = |x: &[f64]| DVec3::new(x[0], x[1], x[2]);
     let axis = |i: usize, k: usize| lattice.join(cells[4 * i + k], remainders[4 * i + k]);

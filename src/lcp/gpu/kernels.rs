@@ -1,7 +1,9 @@
 //! The kernels of one solver: their sources, put together for a number type, a dimension and a kind of solver.
 
 use super::layout::{CONSTANTS, GRID_WORDS, HALT, NUMBERS, REDUCTIONS, Slots};
+use super::shape::Shape;
 use crate::gpu::{Gpu, GpuError, Kernel, Precision, Source, WORKGROUP, fragment};
+use std::collections::HashMap;
 
 /// Invocations of the one workgroup that brings partial sums together.
 const FINISH_WORKGROUP: u32 = 256;
@@ -14,8 +16,8 @@ pub(super) const SMALL_WORKGROUP: u32 = 64;
 const REGULARIZATION: f64 = 1e-6;
 const ROUNDINGS: f64 = 32.0;
 
-/// Sweeps over the rows of a pair that has too many for the exact method.
-const SWEEPS: u32 = 16;
+/// Rows of a pair whose small problem is solved as a whole.
+pub(super) const MOST_EXACT: u32 = 8;
 
 /// What the sources depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,34 +27,71 @@ pub(super) struct Variant {
     pub slots: Slots,
 }
 
+/// Made when they are first needed: a scene needs the ones for small problems or those for large ones.
+#[derive(Default)]
 pub(super) struct Kernels {
-    pub prepare_rows: Kernel,
+    prepare_rows: Option<Kernel>,
+    large: Option<Large>,
+    small: Option<Kernel>,
+    /// For solvers with blocks of pairs.
+    prepare_pairs: Option<Kernel>,
+    stages: HashMap<Shape, Kernel>,
+}
+
+/// Kernels that all large problems need.
+pub(super) struct Large {
     pub prepare_entries: Kernel,
-    pub rows: Kernel,
-    pub product: Kernel,
     pub bodies: Kernel,
     pub finish: Kernel,
-    pub small: Kernel,
-    /// For solvers with blocks of pairs: what they want to know of pairs, and the steps.
-    pub pairs: Option<[Kernel; 2]>,
 }
 
 impl Kernels {
-    pub fn new(gpu: &Gpu, variant: Variant) -> Result<Self, GpuError> {
+    /// Makes those that every problem of a size needs.
+    pub fn make_common(&mut self, gpu: &Gpu, variant: Variant, small: bool) -> Result<(), GpuError> {
         let kernel = |source: Source| Kernel::new(gpu, &source);
-        Ok(Kernels {
-            prepare_rows: kernel(variant.prepare_rows())?,
-            prepare_entries: kernel(variant.prepare_entries())?,
-            rows: kernel(variant.rows(false))?,
-            product: kernel(variant.rows(true))?,
-            bodies: kernel(variant.bodies())?,
-            finish: kernel(variant.finish())?,
-            small: kernel(variant.small())?,
-            pairs: match variant.slots.coupling {
-                Some(_) => Some([kernel(variant.prepare_pairs())?, kernel(variant.pairs())?]),
-                None => None,
-            },
-        })
+        if self.prepare_rows.is_none() {
+            self.prepare_rows = Some(kernel(variant.prepare_rows())?);
+        }
+        if self.prepare_pairs.is_none() && variant.slots.coupling.is_some() {
+            self.prepare_pairs = Some(kernel(variant.prepare_pairs())?);
+        }
+        if self.small.is_none() && small {
+            self.small = Some(kernel(variant.small())?);
+        }
+        if self.large.is_none() && !small {
+            let prepare_entries = kernel(variant.prepare_entries())?;
+            let (bodies, finish) = (kernel(variant.bodies())?, kernel(variant.finish())?);
+            self.large = Some(Large { prepare_entries, bodies, finish });
+        }
+        Ok(())
+    }
+
+    pub fn prepare_rows(&self) -> Option<&Kernel> {
+        self.prepare_rows.as_ref()
+    }
+
+    pub fn prepare_pairs(&self) -> Option<&Kernel> {
+        self.prepare_pairs.as_ref()
+    }
+
+    pub fn small(&self) -> Option<&Kernel> {
+        self.small.as_ref()
+    }
+
+    pub fn large(&self) -> Option<&Large> {
+        self.large.as_ref()
+    }
+
+    /// Makes the kernel of a stage if there is none yet.
+    pub fn make(&mut self, gpu: &Gpu, variant: Variant, shape: &Shape) -> Result<(), GpuError> {
+        if !self.stages.contains_key(shape) {
+            self.stages.insert(shape.clone(), Kernel::new(gpu, &variant.stage(shape))?);
+        }
+        Ok(())
+    }
+
+    pub fn stage(&self, shape: &Shape) -> Option<&Kernel> {
+        self.stages.get(shape)
     }
 }
 
@@ -73,7 +112,7 @@ impl Variant {
             .integer("NUMBERS", NUMBERS)
             .integer("HALT", HALT)
             .integer("GRID_WORDS", GRID_WORDS as u32)
-            .integer("SWEEPS", SWEEPS)
+            .integer("MOST_EXACT", MOST_EXACT)
             .real("REGULARIZATION", shift)
             .real("SHIFT", 1.0 + shift)
             .real("SHIFT_OF_DETERMINANT", shift * (2.0 + shift))
@@ -82,25 +121,29 @@ impl Variant {
     }
 
     fn reducing(&self, name: &str, workgroup: u32) -> Source {
-        self.source(name, workgroup)
-            .include(fragment!("lcp/reduce.wgsl"))
-            .include(fragment!("lcp/instructions.wgsl"))
+        self.source(name, workgroup).include(fragment!("lcp/reduce.wgsl")).include(fragment!("lcp/instructions.wgsl"))
     }
 
-    pub fn rows(&self, product: bool) -> Source {
-        let source = self.reducing(if product { "product" } else { "rows" }, WORKGROUP);
-        let source = source.include(fragment!("lcp/leave_sums.wgsl")).include(fragment!("lcp/main_rows.wgsl"));
-        match product {
-            true => source.include(fragment!("lcp/rows_product.wgsl")).include(fragment!("lcp/jacobian.wgsl")),
-            false => source.include(fragment!("lcp/rows_plain.wgsl")),
-        }
-    }
-
-    pub fn pairs(&self) -> Source {
-        self.reducing("pairs", WORKGROUP)
-            .include(fragment!("lcp/leave_sums.wgsl"))
-            .include(fragment!("lcp/main_pairs.wgsl"))
-            .include(fragment!("lcp/pair_block.wgsl"))
+    /// The kernel of a stage.
+    pub fn stage(&self, shape: &Shape) -> Source {
+        let name = match (shape.has_block(), shape.has_product()) {
+            (true, _) => "pairs",
+            (_, true) => "product",
+            _ => "rows",
+        };
+        let source = self.reducing(name, WORKGROUP).include(fragment!("lcp/leave_sums.wgsl"));
+        let text = shape.text(|x| source.literal(x));
+        let source = match (shape.has_block(), shape.has_product()) {
+            (true, _) => {
+                source.include(fragment!("lcp/main_pairs.wgsl")).integer("ENTRIES_BINDING", 5).include(fragment!("lcp/pair_block.wgsl"))
+            }
+            (_, true) => source
+                .include(fragment!("lcp/main_rows.wgsl"))
+                .include(fragment!("lcp/rows_product.wgsl"))
+                .include(fragment!("lcp/jacobian.wgsl")),
+            _ => source.include(fragment!("lcp/main_rows.wgsl")),
+        };
+        source.text(&text)
     }
 
     pub fn bodies(&self) -> Source {
@@ -117,11 +160,15 @@ impl Variant {
     pub fn small(&self) -> Source {
         let source = self
             .reducing("small", SMALL_WORKGROUP)
+            .include(fragment!("lcp/interpret.wgsl"))
             .include(fragment!("lcp/numbers.wgsl"))
             .include(fragment!("lcp/jacobian.wgsl"))
             .include(fragment!("lcp/main_small.wgsl"));
         match self.slots.coupling {
-            Some(_) => source.include(fragment!("lcp/pair_block.wgsl")).include(fragment!("lcp/small_pairs.wgsl")),
+            Some(_) => source
+                .integer("ENTRIES_BINDING", 7)
+                .include(fragment!("lcp/pair_block.wgsl"))
+                .include(fragment!("lcp/small_pairs.wgsl")),
             None => source.text("fn run_pairs(kind: u32, place: u32, local: u32) {}\n"),
         }
     }
@@ -137,7 +184,6 @@ impl Variant {
     pub fn prepare_pairs(&self) -> Source {
         self.source("prepare-pairs", WORKGROUP)
             .include(fragment!("lcp/prepare_pairs.wgsl"))
-            .include(fragment!("lcp/pair_block.wgsl"))
     }
 }
 
@@ -155,8 +201,8 @@ mod tests {
             for planar in [true, false] {
                 for kind in [SolverKind::Auto, SolverKind::Bbpgd, SolverKind::ProjectedJacobi] {
                     let v = Variant { precision, planar, slots: Slots::of(kind) };
-                    let common = [v.rows(false), v.rows(true), v.bodies(), v.finish(), v.small()];
-                    let pairs = [v.pairs(), v.prepare_pairs()].into_iter().filter(|_| v.slots.coupling.is_some());
+                    let common = [v.bodies(), v.finish(), v.small()];
+                    let pairs = [v.prepare_pairs()].into_iter().filter(|_| v.slots.coupling.is_some());
                     for source in common.into_iter().chain([v.prepare_rows(), v.prepare_entries()]).chain(pairs) {
                         validate(&source).unwrap_or_else(|e| panic!("{} {precision:?}: {e}", source.name()));
                     }

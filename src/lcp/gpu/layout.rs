@@ -7,10 +7,10 @@ use crate::scene::SolverKind;
 pub(super) const REDUCTIONS: u32 = 8;
 
 /// Constants there is room for.
-pub(super) const CONSTANTS: u32 = 64;
+pub(super) const CONSTANTS: u32 = 32;
 
 /// Residuals that one batch may note.
-pub(super) const LOOKS: u32 = 64;
+pub(super) const LOOKS: u32 = 32;
 
 /// Where the constants begin among the numbers.
 pub(super) const FIRST_CONSTANT: u32 = RING;
@@ -23,6 +23,10 @@ pub(super) const NUMBERS: u32 = HALT + 1 + LOOKS;
 
 /// Words of the grids of indirect dispatches: workgroups for rows and pairs, for bodies.
 pub(super) const GRID_WORDS: usize = 6;
+
+/// Vectors and numbers that one stage can be told.
+pub(super) const MOST_VECTORS: usize = 32;
+pub(super) const MOST_NUMBERS: usize = 16;
 
 /// The vectors that every solve has, and those of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,11 +65,7 @@ pub(super) struct Parameters {
     pub pairs: u32,
     pub bodies: u32,
     pub stride: u32,
-    pub begin: u32,
-    pub middle: u32,
-    pub end: u32,
     pub x: u32,
-    pub out: u32,
     pub add_q: u32,
     pub reduction: u32,
     pub reductions: u32,
@@ -73,4 +73,7 @@ pub(super) struct Parameters {
     pub groups: u32,
     pub first: u32,
     pub last: u32,
+    pub unused: [u32; 4],
+    pub vectors: [u32; MOST_VECTORS],
+    pub numbers: [u32; MOST_NUMBERS],
 }

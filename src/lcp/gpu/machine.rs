@@ -3,9 +3,10 @@
 //! A large problem takes one dispatch a stage; all but the first few are indirect, so that what follows the last iteration of a batch
 //! costs next to nothing. A small one is run by a single workgroup, whole batches at once.
 
-use super::kernels::{Kernels, SMALL_WORKGROUP, Variant};
+use super::kernels::{Kernels, MOST_EXACT, SMALL_WORKGROUP, Variant};
 use super::layout::{FIRST_CONSTANT, GRID_WORDS, HALT, NUMBERS, Parameters, REDUCTIONS, Slots};
 use super::problem::DeviceProblem;
+use super::shape::Told;
 use super::tape::{Stage, Sums, Tape};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Precision, Recorder, WORKGROUP};
 use std::ops::Range;
@@ -33,6 +34,8 @@ pub(crate) struct Machine {
     grid: Buffer,
     gathered: Buffer,
     lists: Buffer,
+    /// The blocks of pairs of more than two rows.
+    entries: Buffer,
 }
 
 /// One run of one tape.
@@ -52,7 +55,7 @@ impl Machine {
     pub fn new(gpu: &Gpu, variant: Variant) -> Result<Self, GpuError> {
         let real = variant.precision.bytes();
         Ok(Machine {
-            kernels: Kernels::new(gpu, variant)?,
+            kernels: Kernels::default(),
             largest_small: LARGEST_SMALL,
             program: Buffer::new(gpu, "lcp-program", 16, 1)?,
             scalars: Buffer::new(gpu, "lcp-numbers", real, u64::from(NUMBERS))?,
@@ -61,6 +64,7 @@ impl Machine {
             grid: Buffer::new(gpu, "lcp-grid", 4, GRID_WORDS as u64)?,
             gathered: Buffer::new(gpu, "lcp-gathered", 4 * real, 1)?,
             lists: Buffer::new(gpu, "lcp-lists", 4, 1)?,
+            entries: Buffer::new(gpu, "lcp-entries", real, 1)?,
             variant,
         })
     }
@@ -75,6 +79,21 @@ impl Machine {
 
     pub fn planar(&self) -> bool {
         self.variant.planar
+    }
+
+    #[cfg(test)]
+    pub fn write(&self, gpu: &Gpu, problem: &DeviceProblem, vector: u32, numbers: &[f64]) -> Result<(), GpuError> {
+        let offset = u64::from(vector) * problem.rows.next_multiple_of(64) * self.precision().bytes() as u64;
+        self.vectors.write(gpu, offset, &self.precision().encode(numbers.iter().copied()));
+        gpu.record().submit()
+    }
+
+    #[cfg(test)]
+    pub fn read(&self, gpu: &Gpu, problem: &DeviceProblem, vector: u32) -> Result<Vec<f64>, GpuError> {
+        let real = self.precision().bytes() as u64;
+        let begin = u64::from(vector) * problem.rows.next_multiple_of(64) * real;
+        let read = gpu.record().read(&[(&self.vectors, begin..begin + problem.rows * real)])?;
+        Ok(self.precision().decode(&read[0]))
     }
 
     fn is_small(&self, problem: &DeviceProblem) -> bool {
@@ -99,6 +118,9 @@ impl Machine {
         } else {
             self.gathered.reserve(gpu, 2 * problem.rows * if problem.planar { 1 } else { 2 })?;
         }
+        if self.variant.slots.coupling.is_some() {
+            self.entries.reserve(gpu, problem.rows * u64::from(MOST_EXACT))?;
+        }
         let groups = [problem.rows.max(problem.pairs), problem.bodies]
             .map(|n| n.div_ceil(u64::from(WORKGROUP)).clamp(1, MOST_GROUPS));
         let base = Parameters {
@@ -121,8 +143,16 @@ impl Machine {
         numbers(HALT, &[0.0]);
         let grid = [groups[0] as u32, 1, 1, groups[1] as u32, 1, 1];
         self.grid.write(gpu, 0, bytemuck::cast_slice(&grid));
+        let told: Vec<Option<Told>> = match small {
+            true => Vec::new(),
+            false => tape.stages.iter().map(|stage| Told::of(tape, stage)).collect(),
+        };
+        self.kernels.make_common(gpu, self.variant, small)?;
+        for told in told.iter().flatten() {
+            self.kernels.make(gpu, self.variant, &told.shape)?;
+        }
         let mut run = Run { machine: self, problem, tape, record, base, groups, looked: false };
-        if small { run.small() } else { run.large() }
+        if small { run.small() } else { run.large(&told) }
         let mut record = run.record;
         if read.is_empty() {
             record.submit()?;
@@ -173,32 +203,24 @@ fn small_stages(tape: &Tape, stage: &Stage) -> Vec<[u32; 8]> {
 
 impl Run<'_, '_> {
     /// One dispatch a stage.
-    fn large(&mut self) {
-        let (kernels, machine, problem) = (&self.machine.kernels, self.machine, self.problem);
-        let [program, scalars, vectors, partial] =
-            [&machine.program, &machine.scalars, &machine.vectors, &machine.partial];
-        for stage in &self.tape.stages {
+    fn large(&mut self, told: &[Option<Told>]) {
+        let (machine, problem) = (self.machine, self.problem);
+        let Some(kernels) = machine.kernels.large() else { return };
+        let [scalars, vectors, partial] = [&machine.scalars, &machine.vectors, &machine.partial];
+        for (stage, told) in self.tape.stages.iter().zip(told) {
             self.record.stage(stage.name());
             match *stage {
-                Stage::Rows { begin, end, product, sums } => {
-                    let mut parameters = self.instructions(begin, begin, end, sums);
-                    let mut buffers = vec![program, scalars, vectors, partial];
-                    let kernel = if let Some(product) = product {
-                        (parameters.out, parameters.add_q) = (product.out, u32::from(product.add_q));
+                Stage::Rows { product, sums, .. } => {
+                    let mut buffers = vec![scalars, vectors, partial];
+                    if product.is_some() {
                         buffers.extend([&problem.pair, &problem.jacobian, &problem.velocity]);
-                        &kernels.product
-                    } else {
-                        &kernels.rows
-                    };
-                    self.dispatch(kernel, &parameters, &buffers, 0);
-                }
-                Stage::Pairs { begin, middle, end, sums } => {
-                    let parameters = self.instructions(begin, middle, end, sums);
-                    let mut buffers = vec![program, scalars, vectors, partial];
-                    buffers.extend([&problem.block_start, &problem.pair, &problem.jacobian]);
-                    if let Some([_, kernel]) = &kernels.pairs {
-                        self.dispatch(kernel, &parameters, &buffers, 0);
                     }
+                    let add_q = product.is_some_and(|product| product.add_q);
+                    self.rows(told.as_ref(), sums, add_q, &buffers);
+                }
+                Stage::Pairs { sums, .. } => {
+                    let buffers = [scalars, vectors, partial, &problem.block_start, &machine.entries];
+                    self.rows(told.as_ref(), sums, false, &buffers);
                 }
                 Stage::Bodies { x } => {
                     let parameters = Parameters { x, ..self.base };
@@ -209,7 +231,7 @@ impl Run<'_, '_> {
                 Stage::Finish { begin, end, kinds, sums } => {
                     let [first, last] = [begin, end].map(|index| operation(self.tape, index));
                     let parameters = Parameters { first, last, kinds, reductions: sums, ..self.base };
-                    let buffers = [program, scalars, partial, &machine.grid];
+                    let buffers = [&machine.program, scalars, partial, &machine.grid];
                     self.record.run_groups(&kernels.finish, bytemuck::bytes_of(&parameters), &buffers, 1);
                     self.looked |= self.tape.looks_in(begin, end);
                 }
@@ -225,10 +247,15 @@ impl Run<'_, '_> {
         }
     }
 
-    fn instructions(&self, begin: usize, middle: usize, end: usize, sums: Sums) -> Parameters {
-        let [begin, middle, end] = [begin, middle, end].map(|index| 2 * index as u32);
+    fn rows(&mut self, told: Option<&Told>, sums: Sums, add_q: bool, buffers: &[&Buffer]) {
+        let Some(told) = told else { return };
+        let Some(kernel) = self.machine.kernels.stage(&told.shape) else { return };
         let Sums { first: reduction, count: reductions, kinds } = sums;
-        Parameters { begin, middle, end, reduction, reductions, kinds, ..self.base }
+        let add_q = u32::from(add_q);
+        let mut parameters = Parameters { reduction, reductions, kinds, add_q, ..self.base };
+        parameters.vectors[..told.vectors.len()].copy_from_slice(&told.vectors);
+        parameters.numbers[..told.numbers.len()].copy_from_slice(&told.numbers);
+        self.dispatch(kernel, &parameters, buffers, 0);
     }
 
     /// Dispatches a stage: directly, until it may have to be skipped. Grid 0 is for rows and pairs, 1 for bodies.
@@ -279,7 +306,7 @@ impl Run<'_, '_> {
         self.record.stage("lcp-small");
         let (machine, problem) = (self.machine, self.problem);
         let parameters = Parameters { first, last, ..self.base };
-        let buffers = [
+        let mut buffers = vec![
             &machine.program,
             &machine.scalars,
             &machine.vectors,
@@ -287,7 +314,12 @@ impl Run<'_, '_> {
             &problem.jacobian,
             &machine.lists,
         ];
-        self.record.run_groups(&machine.kernels.small, bytemuck::bytes_of(&parameters), &buffers, 1);
+        if self.machine.variant.slots.coupling.is_some() {
+            buffers.push(&machine.entries);
+        }
+        if let Some(kernel) = machine.kernels.small() {
+            self.record.run_groups(kernel, bytemuck::bytes_of(&parameters), &buffers, 1);
+        }
     }
 
     /// About how many rounds an invocation of the one workgroup makes.
@@ -313,14 +345,16 @@ impl Run<'_, '_> {
             &problem.incidence_start,
             &self.machine.vectors,
         ];
-        let kernel = &self.machine.kernels.prepare_rows;
-        self.record.run(kernel, bytemuck::bytes_of(&self.base), &buffers, problem.rows);
+        if let Some(kernel) = self.machine.kernels.prepare_rows() {
+            self.record.run(kernel, bytemuck::bytes_of(&self.base), &buffers, problem.rows);
+        }
     }
 
     fn prepare_pairs(&mut self) {
         let problem = self.problem;
-        let buffers = [&problem.block_start, &problem.pair, &problem.jacobian, &self.machine.vectors];
-        if let Some([kernel, _]) = &self.machine.kernels.pairs {
+        let [vectors, entries] = [&self.machine.vectors, &self.machine.entries];
+        let buffers = [&problem.block_start, &problem.pair, &problem.jacobian, vectors, entries];
+        if let Some(kernel) = self.machine.kernels.prepare_pairs() {
             self.record.run(kernel, bytemuck::bytes_of(&self.base), &buffers, problem.pairs);
         }
     }

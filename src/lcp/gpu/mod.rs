@@ -9,8 +9,11 @@ mod layout;
 mod machine;
 mod number;
 mod problem;
+mod shape;
 mod solver;
 mod tape;
+#[cfg(test)]
+mod tests;
 mod verbs;
 
 pub use problem::DeviceProblem;

@@ -1,14 +1,14 @@
 //! Numbers that live on the device. Arithmetic with them is noted in a list of the thread, in order, and done later.
 //!
 //! A number is an entry of a ring on the device, so one that was made long ago is overwritten: no solver keeps one for longer than two
-//! iterations, which make less than a fifth of the ring.
+//! iterations, which make about half of the ring.
 
 use crate::lcp::verbs::Scalar;
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Numbers in the ring.
-pub(super) const RING: u32 = 1024;
+pub(super) const RING: u32 = 256;
 
 /// What is done with numbers, as in `shaders/lcp/numbers.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,6 +70,11 @@ fn note(operation: Operation, a: Number, b: Number, c: Number) -> Number {
     let out = place();
     NOTES.with_borrow_mut(|notes| notes.noted.push(Noted { operation, out, operands: [a, b, c] }));
     Number::At(out)
+}
+
+/// A number on the device that is `x`.
+pub(super) fn made(x: f64) -> Number {
+    note(Operation::Add, Number::Known(x), Number::Known(0.0), Number::Known(0.0))
 }
 
 fn binary(operation: Operation, a: Number, b: Number, known: impl Fn(f64, f64) -> f64) -> Number {

@@ -1,9 +1,9 @@
 //! An LCP on the device.
 
 use crate::gpu::{Buffer, Gpu, GpuError, Precision};
+use crate::lcp::Problem;
 use crate::lcp::incidence::Incidence;
 use crate::lcp::pair_blocks::{self, sorted};
-use crate::lcp::Problem;
 
 /// One LCP on the device: as [`Problem`], with the rows of a pair together.
 ///
@@ -62,12 +62,10 @@ impl DeviceProblem {
         // Three or six numbers, each three with a zero after them.
         let padded = blocks.flat_map(|block| block.chunks(3).flat_map(|part| [part[0], part[1], part[2], 0.0]));
         let width = if planar { 1 } else { 2 };
-        let words = |label, element: usize, words: &[u32]| {
-            Buffer::with(gpu, label, 4 * element, bytemuck::cast_slice(words))
-        };
-        let reals = |label, width, numbers: &mut dyn Iterator<Item = f64>| {
-            Buffer::reals(gpu, label, precision, width, numbers)
-        };
+        let words =
+            |label, element: usize, words: &[u32]| Buffer::with(gpu, label, 4 * element, bytemuck::cast_slice(words));
+        let reals =
+            |label, width, numbers: &mut dyn Iterator<Item = f64>| Buffer::reals(gpu, label, precision, width, numbers);
         let start = |row: &u32| gamma.get(*row as usize).copied().unwrap_or(0.0);
         let device = DeviceProblem {
             bodies: problem.bodies as u64,

@@ -4,11 +4,12 @@
 //! the bodies. It ends where a product or the small problems of the pairs need whole vectors, and where an instruction needs a number
 //! that the sums made; then the sums are finished and the operations on numbers done.
 
-use super::layout::{FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS};
+use super::layout::{CONSTANTS, FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS};
 use super::number::{self, Noted, Number, Operation, RING};
+use super::shape::Told;
 
 /// What is done on a row, as in `shaders/lcp/instructions.wgsl`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Hash)]
 #[repr(u32)]
 pub(super) enum Action {
     Zero,
@@ -28,7 +29,7 @@ pub(super) enum Action {
 
 impl Action {
     /// How its values are brought together, as in `shaders/lcp/reduce.wgsl`.
-    fn kind(self) -> u32 {
+    pub fn kind(self) -> u32 {
         match self {
             Action::Room => 1,
             Action::Residual | Action::Largest => 2,
@@ -36,6 +37,9 @@ impl Action {
         }
     }
 }
+
+/// So many instructions and one more always fit what a dispatch can be told.
+const FEW: usize = 6;
 
 /// One instruction: what, out, three vectors, two numbers.
 pub(super) type Words = [u32; 8];
@@ -125,6 +129,9 @@ impl Tape {
             Number::Known(x) => {
                 let known = self.constants.iter().position(|y| y.to_bits() == x.to_bits());
                 let place = known.unwrap_or_else(|| {
+                    // Solvers use some ten constants.
+                    debug_assert!(self.constants.len() < CONSTANTS as usize);
+                    self.constants.truncate(CONSTANTS as usize - 1);
                     self.constants.push(x);
                     self.constants.len() - 1
                 });
@@ -258,10 +265,20 @@ impl Tape {
     }
 
     fn rows_stage(&mut self) {
-        if !self.open {
+        if !self.open || self.is_full() {
             let at = self.instructions.len();
             self.stages.push(Stage::Rows { begin: at, end: at, product: None, sums: self.new_sums() });
             self.open = true;
+        }
+    }
+
+    /// Whether the last stage might be more than a dispatch can be told with one more instruction.
+    fn is_full(&self) -> bool {
+        match self.stages.last() {
+            Some(stage @ (Stage::Rows { begin, end, .. } | Stage::Pairs { begin, end, .. })) if end - begin > FEW => {
+                !Told::of(self, stage).is_some_and(|told| told.has_room())
+            }
+            _ => false,
         }
     }
 

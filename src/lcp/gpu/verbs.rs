@@ -106,6 +106,23 @@ impl<'a> Device<'a> {
         })
     }
 
+    /// A new vector of these numbers, for tests.
+    #[cfg(test)]
+    pub fn uploaded(&mut self, numbers: &[f64]) -> Slot {
+        let mut slot = Slot::default();
+        let out = self.out(&mut slot);
+        self.run(&[]);
+        self.machine.write(self.gpu, self.problem, out, numbers).unwrap();
+        slot
+    }
+
+    /// A vector's numbers, for tests.
+    #[cfg(test)]
+    pub fn downloaded(&mut self, slot: &Slot) -> Vec<f64> {
+        self.run(&[]);
+        self.machine.read(self.gpu, self.problem, at(slot)).unwrap()
+    }
+
     fn metric(&self, metric: Metric) -> [u32; 2] {
         let slots = self.machine.slots();
         match (metric, slots.majorant) {
@@ -126,6 +143,10 @@ const ONE: Number = Number::Known(1.0);
 impl Verbs for Device<'_> {
     type Vector = Slot;
     type Scalar = Number;
+
+    fn number(&mut self, x: f64) -> Number {
+        super::number::made(x)
+    }
 
     fn clear(&mut self, x: &mut Slot) {
         let out = self.out(x);

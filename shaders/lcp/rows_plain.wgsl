@@ -1,1 +1,0 @@
-fn begin_rows(first: u32, step: u32) {}

@@ -1,0 +1,233 @@
+//! The text of a stage's kernel. Stages that differ only in which vectors and numbers they use have the same shape and share a kernel;
+//! the vectors and numbers are told to the dispatch.
+//!
+//! A kernel made for its stage keeps what one instruction makes for the next in registers. Interpreting the instructions took five to
+//! ten times as long on a software adapter.
+
+use super::layout::{FIRST_CONSTANT, MOST_NUMBERS, MOST_VECTORS};
+use super::tape::{Action, Stage, Tape, Words};
+use std::fmt::Write as _;
+
+/// A number that an instruction uses: a constant by its bits, or one told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Operand {
+    Constant(u64),
+    Told(u32),
+}
+
+/// An instruction over told vectors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Line {
+    action: Action,
+    out: u32,
+    vectors: [u32; 3],
+    numbers: [Operand; 2],
+}
+
+/// What a stage does, whichever vectors and numbers it does it with.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) struct Shape {
+    before: Vec<Line>,
+    /// On whole pairs.
+    block: Option<Line>,
+    after: Vec<Line>,
+    /// Whether the rows of a product come first, and which vector they make.
+    product: Option<u32>,
+}
+
+/// A stage's shape and what it is told.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Told {
+    pub shape: Shape,
+    pub vectors: Vec<u32>,
+    pub numbers: Vec<u32>,
+}
+
+fn place(of: u32, list: &mut Vec<u32>) -> u32 {
+    let place = list.iter().position(|known| *known == of).unwrap_or_else(|| {
+        list.push(of);
+        list.len() - 1
+    });
+    place as u32
+}
+
+impl Told {
+    /// What a stage of rows or pairs is told; `None` for others.
+    pub fn of(tape: &Tape, stage: &Stage) -> Option<Told> {
+        let mut told = Told::default();
+        let instructions = |begin: usize, end: usize| &tape.instructions[begin..end];
+        match *stage {
+            Stage::Rows { begin, end, product, .. } => {
+                told.shape.product = product.map(|product| place(product.out, &mut told.vectors));
+                told.shape.before = told.lines(tape, instructions(begin, end));
+            }
+            Stage::Pairs { begin, middle, end, .. } => {
+                told.shape.before = told.lines(tape, instructions(begin, middle));
+                told.shape.block = told.lines(tape, instructions(middle, middle + 1)).pop();
+                told.shape.after = told.lines(tape, instructions(middle + 1, end));
+            }
+            _ => return None,
+        }
+        Some(told)
+    }
+
+    fn lines(&mut self, tape: &Tape, instructions: &[Words]) -> Vec<Line> {
+        instructions.iter().map(|words| self.line(tape, words)).collect()
+    }
+
+    fn line(&mut self, tape: &Tape, words: &Words) -> Line {
+        let [action, out, a, b, c, s, t, _] = *words;
+        let action = Action::ALL[action as usize];
+        let vectors = [a, b, c].map(|vector| place(vector, &mut self.vectors));
+        let numbers = [s, t].map(|number| match tape.constants().get((number.wrapping_sub(FIRST_CONSTANT)) as usize) {
+            Some(constant) => Operand::Constant(constant.to_bits()),
+            None => Operand::Told(place(number, &mut self.numbers)),
+        });
+        let out = if action.is_sum() { 0 } else { place(out, &mut self.vectors) };
+        Line { action, out, vectors, numbers }
+    }
+
+    /// Whether a dispatch can be told of one more instruction.
+    pub fn has_room(&self) -> bool {
+        self.vectors.len() + 4 <= MOST_VECTORS && self.numbers.len() + 2 <= MOST_NUMBERS
+    }
+}
+
+impl Shape {
+    pub fn has_block(&self) -> bool {
+        self.block.is_some()
+    }
+
+    pub fn has_product(&self) -> bool {
+        self.product.is_some()
+    }
+
+    /// The functions that the kernel's entry point calls. `literal` writes a constant.
+    pub fn text(&self, literal: impl Fn(f64) -> String) -> String {
+        let mut text = String::new();
+        if let Some(line) = &self.block {
+            let step = number(line.numbers[0], &literal);
+            let [x, g, _] = line.vectors.map(told_vector);
+            let _ = writeln!(
+                text,
+                "fn run_block(first: u32, last: u32) {{\n    minimize_block(first, last, {x}, {g}, {step}, {});\n}}",
+                told_vector(line.out)
+            );
+            rows(&mut text, "rows_before", &self.before, Over::Pairs, 0, &literal);
+            rows(&mut text, "rows_after", &self.after, Over::Pairs, sums(&self.before), &literal);
+        } else {
+            rows(&mut text, "rows_before", &self.before, Over::Rows(self.product), 0, &literal);
+        }
+        text
+    }
+}
+
+/// Whose rows: all, the rows of a product first, or those of pairs.
+#[derive(Clone, Copy, PartialEq)]
+enum Over {
+    Rows(Option<u32>),
+    Pairs,
+}
+
+fn sums(lines: &[Line]) -> usize {
+    lines.iter().filter(|line| line.action.is_sum()).count()
+}
+
+fn told_vector(vector: u32) -> String {
+    format!("parameters.vectors[{}][{}]", vector / 4, vector % 4)
+}
+
+fn number(operand: Operand, literal: &impl Fn(f64) -> String) -> String {
+    match operand {
+        Operand::Constant(bits) => literal(f64::from_bits(bits)),
+        Operand::Told(number) => format!("scalars[parameters.numbers[{}][{}]]", number / 4, number % 4),
+    }
+}
+
+/// A function that does lines on all rows of an invocation and leaves the sums, the first of which is number `first`.
+fn rows(
+    text: &mut String,
+    name: &str,
+    lines: &[Line],
+    over: Over,
+    first: usize,
+    literal: &impl Fn(f64) -> String,
+) {
+    let _ = writeln!(text, "fn {name}(first: u32, step: u32, local: u32) {{");
+    if lines.is_empty() && !matches!(over, Over::Rows(Some(_))) {
+        text.push_str("}\n");
+        return;
+    }
+    for (k, line) in lines.iter().enumerate() {
+        for (which, operand) in ["s", "t"].iter().zip(line.numbers) {
+            let _ = writeln!(text, "    let {which}{k} = {};", number(operand, literal));
+        }
+        if line.action.is_sum() {
+            let _ = writeln!(text, "    var sum{k} = identity({}u);", line.action.kind());
+        }
+    }
+    // The rows of an invocation: a pair's all belong to one.
+    text.push_str(match over {
+        Over::Pairs => "    for (var slot = first; slot < parameters.pairs; slot += step) {\n    let last = block_start[slot + 1u];\n    for (var row = block_start[slot]; row < last; row += 1u) {\n",
+        Over::Rows(_) => "    {\n    for (var row = first; row < parameters.rows; row += step) {\n",
+    });
+    // The name that holds each vector's number of this row, and whether it is yet to be written.
+    let mut known: Vec<Option<(String, bool)>> = vec![None; MOST_VECTORS];
+    if let Over::Rows(Some(out)) = over {
+        text.push_str("        let product = product_of(row);\n");
+        known[out as usize] = Some(("product".into(), true));
+    }
+    for (k, line) in lines.iter().enumerate() {
+        let mut names = Vec::new();
+        for vector in line.vectors {
+            let known = &mut known[vector as usize];
+            let (name, _) = known.get_or_insert_with(|| {
+                let name = format!("v{vector}");
+                let _ = writeln!(text, "        let {name} = vectors[at({}, row)];", told_vector(vector));
+                (name, false)
+            });
+            names.push(name.clone());
+        }
+        let value = format!("row_value({}u, {}, s{k}, t{k})", line.action as u32, names.join(", "));
+        if line.action.is_sum() {
+            let _ = writeln!(text, "        sum{k} = join({}u, sum{k}, {value});", line.action.kind());
+        } else {
+            let _ = writeln!(text, "        let r{k} = {value};");
+            known[line.out as usize] = Some((format!("r{k}"), true));
+        }
+    }
+    for (vector, known) in known.iter().enumerate() {
+        if let Some((name, true)) = known {
+            let _ = writeln!(text, "        vectors[at({}, row)] = {name};", told_vector(vector as u32));
+        }
+    }
+    text.push_str("    }\n    }\n");
+    for (nth, k) in (0..lines.len()).filter(|k| lines[*k].action.is_sum()).enumerate() {
+        let at = format!("(parameters.reduction + {}u) * WORKGROUP + local", first + nth);
+        let _ = writeln!(text, "    lanes[{at}] = sum{k};");
+    }
+    text.push_str("}\n");
+}
+
+impl Action {
+    /// All, in their order.
+    pub const ALL: [Action; 13] = [
+        Action::Zero,
+        Action::Copy,
+        Action::CopyIf,
+        Action::Combine,
+        Action::Proximal,
+        Action::Project,
+        Action::Invert,
+        Action::Dot,
+        Action::Triple,
+        Action::Objective,
+        Action::Room,
+        Action::Residual,
+        Action::Largest,
+    ];
+
+    pub fn is_sum(self) -> bool {
+        self >= Action::Dot
+    }
+}

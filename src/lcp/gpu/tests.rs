@@ -1,0 +1,400 @@
+//! The verbs on the device against those on the CPU, each alone.
+
+use super::DeviceProblem;
+use super::kernels::Variant;
+use super::layout::Slots;
+use super::machine::Machine;
+use super::number::Number;
+use super::verbs::{Device, Slot};
+use crate::gpu::{Buffer, Gpu, Precision, precisions, test_device};
+use crate::lcp::cpu::Cpu;
+use crate::lcp::verbs::{Metric, Scalar, Verbs};
+use crate::lcp::product::dot;
+use crate::lcp::{Problem, pair_blocks};
+use crate::scene::SolverKind;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// A problem whose pairs have 1 to `most` rows, some the other way round, some nearly parallel, some zero.
+fn problem<const D: usize>(seed: u64, rows: usize, most: usize) -> Problem<D> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let bodies = 3 + rows / 3;
+    let mut problem = Problem { bodies, ..Problem::default() };
+    while problem.q.len() < rows {
+        let a = rng.random_range(0..bodies as u32 - 1);
+        let pair = [a, rng.random_range(a + 1..bodies as u32)];
+        if problem.pair.iter().any(|other| pair_blocks::sorted(*other) == pair) {
+            continue;
+        }
+        for row in 0..rng.random_range(1..=most).min(rows - problem.q.len()) {
+            let mut blocks = [[0.0; D]; 2];
+            match problem.jacobian.last() {
+                Some(last) if row > 0 && rng.random_range(0..3) == 0 => blocks = *last,
+                _ => blocks.as_flattened_mut().iter_mut().for_each(|x| *x = rng.random::<f64>() - 0.5),
+            }
+            blocks.as_flattened_mut().iter_mut().for_each(|x| *x += 1e-2 * (rng.random::<f64>() - 0.5));
+            if rng.random_range(0..12) == 0 {
+                blocks = [[0.0; D]; 2];
+            }
+            let turned = row % 3 == 2;
+            problem.pair.push(if turned { [pair[1], pair[0]] } else { pair });
+            problem.jacobian.push(if turned { [blocks[1], blocks[0]] } else { blocks });
+            problem.q.push(rng.random::<f64>() - 0.5);
+        }
+    }
+    // What the device can hold, so that the CPU computes with the same numbers.
+    problem.q.iter_mut().chain(problem.jacobian.as_flattened_mut().as_flattened_mut()).for_each(|x| *x = f64::from(*x as f32));
+    problem
+}
+
+fn vector(seed: u64, rows: usize, shift: f64) -> Vec<f64> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    (0..rows).map(|_| f64::from((rng.random::<f64>() - 0.5 + shift) as f32)).collect()
+}
+
+/// Both backends with the same vectors: `x` not negative, `y` and `z` any.
+struct Both<'a, const D: usize> {
+    cpu: Cpu<D>,
+    device: Device<'a>,
+    rows: usize,
+}
+
+fn machine(gpu: &Gpu, precision: Precision, planar: bool, kind: SolverKind, small: bool) -> Machine {
+    let mut machine = Machine::new(gpu, Variant { precision, planar, slots: Slots::of(kind) }).unwrap();
+    machine.largest_small = if small { u64::MAX } else { 0 };
+    machine
+}
+
+/// Runs `check` for both precisions, on both paths, in both dimensions, for problems of several sizes.
+fn everywhere(kind: SolverKind, check: impl Fn(&str, f64, &mut dyn Rig)) {
+    let Some(gpu) = test_device() else { return };
+    for precision in precisions(gpu) {
+        let bound = if precision == Precision::F32 { 3e-6 } else { 1e-11 };
+        for small in [true, false] {
+            let mut planar = machine(gpu, precision, true, kind, small);
+            let mut spatial = machine(gpu, precision, false, kind, small);
+            for (rows, most) in [(1, 1), (2, 2), (5, 3), (300, 1), (700, 8)] {
+                let what = format!("{} small {small} rows {rows}", precision.name());
+                rig::<3>(gpu, precision, &mut planar, rows, most, |rig| check(&format!("{what} D 3"), bound, rig));
+                rig::<6>(gpu, precision, &mut spatial, rows, most, |rig| check(&format!("{what} D 6"), bound, rig));
+            }
+        }
+    }
+}
+
+fn rig<const D: usize>(
+    gpu: &Gpu,
+    precision: Precision,
+    machine: &mut Machine,
+    rows: usize,
+    most: usize,
+    check: impl Fn(&mut dyn Rig),
+) {
+    let problem = problem::<D>(rows as u64, rows, most);
+    let mut order = Vec::new();
+    pair_blocks::order(&problem.pair, &mut order);
+    let (mut device_problem, _) = DeviceProblem::upload(gpu, precision, &problem, &[]).unwrap();
+    with_empty_slots(gpu, &mut device_problem);
+    let mut cpu = Cpu::default();
+    cpu.rebuild(&problem);
+    let mut device = Device::new(gpu, machine, &device_problem);
+    device.prepare();
+    check(&mut Both { cpu, device, rows });
+}
+
+/// Puts an empty slot before each pair's.
+fn with_empty_slots(gpu: &Gpu, problem: &mut DeviceProblem) {
+    let read = gpu.record().read(&[(&problem.block_start, 0..4 * (problem.pairs + 1))]).unwrap();
+    let starts: Vec<u32> = bytemuck::pod_collect_to_vec(&read[0]);
+    let doubled: Vec<u32> = starts.iter().flat_map(|start| [*start; 2]).collect();
+    problem.block_start = Buffer::with(gpu, "block-start", 4, bytemuck::cast_slice(&doubled)).unwrap();
+    problem.pairs = doubled.len() as u64 - 1;
+}
+
+/// A verb on either backend: from three vectors and a number to a vector and a number.
+trait Rig {
+    fn rows(&self) -> usize;
+    /// What the verb makes of these vectors: on the CPU, on the device.
+    fn vector(&mut self, verb: Verb, vectors: [&[f64]; 3], number: f64) -> [Vec<f64>; 2];
+    fn number(&mut self, verb: Verb, vectors: [&[f64]; 3]) -> [f64; 2];
+    /// The natural residual of the pairs' small problems at `y`, with blocks whose diagonals are larger by the part `shift`.
+    fn unsolved(&self, vectors: [&[f64]; 3], step: f64, shift: f64) -> f64;
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Verb {
+    Clear,
+    Copy,
+    CopyIf,
+    Take,
+    Combine,
+    Add,
+    Product,
+    Gradient,
+    Proximal(Metric),
+    Project(Metric),
+    Dot,
+    Objective,
+    Square(Metric),
+    InverseSquare(Metric),
+    Room,
+    Residual,
+}
+
+/// The third vector is what is written to before.
+fn make<V: Verbs>(verbs: &mut V, verb: Verb, [x, y, out]: [&mut V::Vector; 3], number: V::Scalar) {
+    match verb {
+        Verb::Clear => verbs.clear(out),
+        Verb::Copy => verbs.copy(x, out),
+        Verb::CopyIf => verbs.copy_if_positive(number, x, out),
+        Verb::Take => verbs.take(x, out),
+        Verb::Combine => verbs.combine(number, x, number * number, y, out),
+        Verb::Add => verbs.add(number, x, out),
+        Verb::Product => verbs.product(x, out),
+        Verb::Gradient => verbs.gradient(x, out),
+        Verb::Proximal(metric) => verbs.proximal(metric, x, number, y, out),
+        Verb::Project(metric) => verbs.project(metric, y, out),
+        _ => unreachable!(),
+    }
+}
+
+fn reduce<V: Verbs>(verbs: &mut V, verb: Verb, x: &V::Vector, y: &V::Vector) -> V::Scalar {
+    match verb {
+        Verb::Dot => verbs.dot(x, y),
+        Verb::Objective => verbs.twice_objective(x, y),
+        Verb::Square(metric) => verbs.square(metric, y),
+        Verb::InverseSquare(metric) => verbs.inverse_square(metric, y),
+        Verb::Room => verbs.room(x, y),
+        Verb::Residual => verbs.residual(x, y),
+        _ => unreachable!(),
+    }
+}
+
+impl<const D: usize> Rig for Both<'_, D> {
+    fn rows(&self) -> usize {
+        self.rows
+    }
+
+    fn vector(&mut self, verb: Verb, vectors: [&[f64]; 3], number: f64) -> [Vec<f64>; 2] {
+        let [mut x, mut y, mut out] = vectors.map(<[f64]>::to_vec);
+        make(&mut self.cpu, verb, [&mut x, &mut y, &mut out], number);
+        let [mut a, mut b, mut c] = vectors.map(|numbers| self.device.uploaded(numbers));
+        let number = self.device.number(number);
+        make(&mut self.device, verb, [&mut a, &mut b, &mut c], number);
+        [out, self.device.downloaded(&c)]
+    }
+
+    fn number(&mut self, verb: Verb, [x, y, _]: [&[f64]; 3]) -> [f64; 2] {
+        let on_cpu = reduce(&mut self.cpu, verb, &x.to_vec(), &y.to_vec());
+        let [a, b] = [x, y].map(|numbers| self.device.uploaded(numbers));
+        let number = reduce(&mut self.device, verb, &a, &b);
+        [on_cpu, self.device.read(number)]
+    }
+
+    fn unsolved(&self, [x, g, y]: [&[f64]; 3], step: f64, shift: f64) -> f64 {
+        let rows = self.cpu.rows();
+        let mut worst: f64 = 0.0;
+        for i in 0..y.len() {
+            let of_pair = (0..y.len()).filter(|j| pair_blocks::sorted(rows.pair[*j]) == pair_blocks::sorted(rows.pair[i]));
+            if rows.inverse[i] == 0.0 {
+                worst = worst.max((y[i] - x[i].max(0.0)).abs());
+                continue;
+            }
+            let diagonal = 1.0 / rows.inverse[i];
+            let mut rise = step * g[i] + shift * diagonal * (y[i] - x[i]);
+            for j in of_pair {
+                let [mut first, mut second] = rows.jacobian[j];
+                if rows.pair[i] != rows.pair[j] {
+                    std::mem::swap(&mut first, &mut second);
+                }
+                rise += (dot(&rows.jacobian[i][0], &first) + dot(&rows.jacobian[i][1], &second)) * (y[j] - x[j]);
+            }
+            worst = worst.max(rise.min(diagonal * y[i]).abs()).max(-y[i]);
+        }
+        worst
+    }
+}
+
+fn near(a: &[f64], b: &[f64], bound: f64) -> Result<(), String> {
+    let size = a.iter().fold(1e-3, |size: f64, x| size.max(x.abs()));
+    for (i, (a, b)) in a.iter().zip(b).enumerate() {
+        if !((a - b).abs() <= bound * size) {
+            return Err(format!("row {i}: {a:e}, on the device {b:e}"));
+        }
+    }
+    if a.len() == b.len() { Ok(()) } else { Err(format!("{} rows, on the device {}", a.len(), b.len())) }
+}
+
+fn compare(kind: SolverKind, vectors: &[Verb], numbers: &[Verb]) {
+    everywhere(kind, |what, bound, rig| {
+        let rows = rig.rows();
+        let (x, y, z) = (vector(1, rows, 0.5), vector(2, rows, 0.0), vector(3, rows, 0.0));
+        for verb in vectors {
+            for number in [0.75_f64, -1.5] {
+                // A negative step has no minimum.
+                let number = if matches!(verb, Verb::Proximal(_)) { number.abs() } else { number };
+                let [cpu, device] = rig.vector(*verb, [&x, &y, &z], number);
+                near(&cpu, &device, bound).unwrap_or_else(|e| panic!("{what} {verb:?} {number}: {e}"));
+            }
+        }
+        for verb in numbers {
+            let [cpu, device] = rig.number(*verb, [&x, &y, &z]);
+            let bound = bound * (rows as f64).sqrt().max(4.0);
+            near(&[cpu.min(1e30)], &[device.min(1e30)], bound).unwrap_or_else(|e| panic!("{what} {verb:?}: {e}"));
+        }
+    });
+}
+
+#[test]
+fn verbs_on_rows_are_those_of_the_cpu() {
+    let diagonal = Metric::Diagonal;
+    let vectors = [
+        Verb::Clear,
+        Verb::Copy,
+        Verb::CopyIf,
+        Verb::Take,
+        Verb::Combine,
+        Verb::Add,
+        Verb::Product,
+        Verb::Gradient,
+        Verb::Proximal(diagonal),
+        Verb::Project(diagonal),
+    ];
+    let numbers = [
+        Verb::Dot,
+        Verb::Objective,
+        Verb::Square(diagonal),
+        Verb::InverseSquare(diagonal),
+        Verb::Room,
+        Verb::Residual,
+    ];
+    compare(SolverKind::Bbpgd, &vectors, &numbers);
+}
+
+#[test]
+fn the_majorant_is_that_of_the_cpu() {
+    let metric = Metric::Majorant;
+    let numbers = [Verb::Square(metric), Verb::InverseSquare(metric)];
+    compare(SolverKind::ProjectedJacobi, &[Verb::Proximal(metric), Verb::Project(metric)], &numbers);
+}
+
+#[test]
+fn small_problems_of_pairs_are_solved() {
+    let metric = Metric::PairBlocks;
+    everywhere(SolverKind::Auto, |what, bound, rig| {
+        let rows = rig.rows();
+        let (x, y) = (vector(1, rows, 0.5), vector(2, rows, 0.0));
+        // A gradient that motions can bring to zero.
+        let [g, _] = rig.vector(Verb::Product, [&y, &y, &y], 1.0);
+        let shift = if what.starts_with("f32") { 32.0 * f64::from(f32::EPSILON) } else { 1e-6 };
+        for step in [1.0, 0.3] {
+            let [cpu, device] = rig.vector(Verb::Proximal(metric), [&x, &g, &x], step);
+            let unsolved = [rig.unsolved([&x, &g, &cpu], step, 1e-6), rig.unsolved([&x, &g, &device], step, shift)];
+            println!("{what}: left over {unsolved:?}");
+            assert!(unsolved[1] < 10.0 * bound && unsolved[0] < 1e-9, "{what}: {unsolved:?}");
+        }
+        // Of what is not negative nothing changes.
+        let [_, same] = rig.vector(Verb::Project(metric), [&x, &x, &y], 1.0);
+        assert_eq!(same, x, "{what}");
+        let [cpu, device] = rig.vector(Verb::Project(metric), [&x, &y, &x], 1.0);
+        let zero = vec![0.0; rows];
+        let unsolved = [rig.unsolved([&y, &zero, &cpu], 1.0, 1e-6), rig.unsolved([&y, &zero, &device], 1.0, shift)];
+        assert!(unsolved[1] < 10.0 * bound && unsolved[0] < 1e-9, "{what} project: {unsolved:?}");
+    });
+}
+
+#[test]
+fn steps_of_pairs_with_many_rows_descend() {
+    let Some(gpu) = test_device() else { return };
+    for precision in precisions(gpu) {
+        for (small, rows) in [(true, 9), (true, 30), (false, 9), (false, 12), (false, 30)] {
+            let mut machine = machine(gpu, precision, true, SolverKind::Auto, small);
+            let mut problem = problem::<3>(5, rows, 1);
+            problem.pair.iter_mut().for_each(|pair| *pair = [0, 1]);
+            let (device_problem, _) = DeviceProblem::upload(gpu, precision, &problem, &[]).unwrap();
+            let mut cpu = Cpu::default();
+            cpu.rebuild(&problem);
+            let mut device = Device::new(gpu, &mut machine, &device_problem);
+            device.prepare();
+            // A gradient that motions of the pair can bring to zero.
+            let (x, mut g) = (vector(1, rows, 0.5), vec![0.0; rows]);
+            cpu.product(&vector(2, rows, 0.0), &mut g);
+            let [a, b, mut c] = [&x, &g, &x].map(|numbers| device.uploaded(numbers));
+            device.proximal(Metric::PairBlocks, &a, Number::Known(1.0), &b, &mut c);
+            let y = device.downloaded(&c);
+            let mut exact = vec![0.0; rows];
+            cpu.proximal(Metric::PairBlocks, &x, 1.0, &g, &mut exact);
+            // With a single pair A is its block.
+            let mut model = |y: &Vec<f64>| {
+                let step: Vec<f64> = y.iter().zip(&x).map(|(y, x)| y - x).collect();
+                let mut bend = vec![0.0; rows];
+                cpu.product(&step, &mut bend);
+                cpu.dot(&step, &g) + 0.5 * cpu.dot(&step, &bend)
+            };
+            let (exact, made) = (model(&exact), model(&y));
+            println!("{} small {small} rows {rows}: {made:.3e} of {exact:.3e}", precision.name());
+            assert!(y.iter().all(|y| *y >= 0.0 && y.is_finite()));
+            assert!(made < 0.05 * exact, "{} small {small} rows {rows}: {made}, exact {exact}", precision.name());
+        }
+    }
+}
+
+#[test]
+fn arithmetic_is_that_of_the_cpu() {
+    let Some(gpu) = test_device() else { return };
+    fn formula<S: Scalar>(a: S, b: S, zero: S) -> [S; 6] {
+        let nan = zero / zero;
+        [
+            (a + b) * (a - b) / b,
+            -a * 3.0.into(),
+            a.min(b) + nan.min(a),
+            a.max(b) + nan.max(b),
+            a.if_positive(b, zero) + zero.if_positive(a, b),
+            nan.if_positive(a, b) + (-a).if_positive(a, b),
+        ]
+    }
+    for precision in precisions(gpu) {
+        for small in [true, false] {
+            let mut machine = machine(gpu, precision, true, SolverKind::Bbpgd, small);
+            let problem = problem::<3>(1, 10, 2);
+            let (device_problem, _) = DeviceProblem::upload(gpu, precision, &problem, &[]).unwrap();
+            let mut device = Device::new(gpu, &mut machine, &device_problem);
+            let (a, b, zero) = (device.number(0.75), device.number(-2.5), device.number(0.0));
+            let made = formula(a, b, zero);
+            for (made, wanted) in made.into_iter().zip(formula(0.75, -2.5, 0.0)) {
+                let made = device.read(made);
+                assert!((made - wanted).abs() < 1e-6, "{} small {small}: {made}, not {wanted}", precision.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_batch_ends_at_the_look_that_converged() {
+    let Some(gpu) = test_device() else { return };
+    for precision in precisions(gpu) {
+        for small in [true, false] {
+            let mut machine = machine(gpu, precision, true, SolverKind::Bbpgd, small);
+            let problem = problem::<3>(1, 10, 2);
+            let (device_problem, _) = DeviceProblem::upload(gpu, precision, &problem, &[]).unwrap();
+            let mut device = Device::new(gpu, &mut machine, &device_problem);
+            device.prepare();
+            for last in [0.25, f64::NAN] {
+                let [mut x, one]: [Slot; 2] = [1.0, 1.0].map(|x| device.uploaded(&[x; 10]));
+                let zero = device.number(0.0);
+                for residual in [4.0, last, 0.125] {
+                    let residual = device.number(residual) + if residual.is_nan() { zero / zero } else { zero };
+                    device.look(residual, 0.5);
+                    let half = device.number(0.5);
+                    device.add(half, &one, &mut x);
+                }
+                let looks = device.looks();
+                assert_eq!(looks.len(), 2, "{} small {small}: {looks:?}", precision.name());
+                assert_eq!(looks[0], 4.0);
+                assert!(looks[1] == last || (last.is_nan() && !looks[1].is_finite()), "{looks:?}");
+                // What came after the first look was done, what came after the second was not.
+                assert_eq!(device.downloaded(&x), [1.5; 10], "{} small {small}", precision.name());
+            }
+        }
+    }
+}
