@@ -6,7 +6,6 @@
 use super::error::{BatchError, MemberError};
 use super::plan::{Member, Plan};
 use super::standing::{Folders, Standing};
-use crate::gpu::GpuError;
 use crate::record::{Folder, Run, RunError, RunStatus};
 use crate::relcp::{Compute, Simulation, StepReport};
 use crate::scene::Scene;
@@ -41,7 +40,7 @@ pub enum Ended {
 }
 
 /// What computes a scene; see [`Compute`].
-pub type Settle<'a> = dyn Fn(&Scene) -> Result<Compute, GpuError> + Sync + 'a;
+pub type Settle<'a> = dyn Fn(&Scene) -> Result<Compute, MemberError> + Sync + 'a;
 
 /// Looks on, from several threads, and can stop it all.
 pub trait Watch: Sync {
