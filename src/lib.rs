@@ -45,6 +45,7 @@
 //! The step itself is [`relcp::step`], over the verbs of [`backend::Backend`].
 
 pub mod backend;
+pub mod batch;
 pub mod bodies;
 pub mod broad_phase;
 pub mod cli;

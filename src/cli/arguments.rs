@@ -28,6 +28,8 @@ Exit status:
 pub(super) enum Command {
     /// Run a scene
     Run(Run),
+    /// Run many variants of a scene from one file, one folder each
+    Batch(Batch),
     /// List the built-in scenes, or print one
     Scenes(Scenes),
     /// Read and validate a scene, run nothing
@@ -40,8 +42,12 @@ pub(super) enum Command {
     Study(Study),
     /// List the adapters of this machine, and which one would be taken
     Devices(Devices),
-    /// Print the JSON Schema of scene files
-    Schema,
+    /// Print the JSON Schema of scene files, or of sweep files
+    Schema(Schema),
+    /// Print a script that completes commands and options in a shell
+    Completions(Completions),
+    /// Print a page of the manual, for `man`
+    Man(Man),
 }
 
 /// How to compute.
@@ -119,6 +125,86 @@ pub(super) struct Run {
     pub(super) compute: Compute,
     #[command(flatten)]
     pub(super) print: Print,
+}
+
+const BATCH_EXAMPLES: &str = "\
+Examples:
+  relcp batch rates.json                               every member, as many at a time as there are cores
+  relcp batch rates.json --list                        what would be run, and where
+  relcp batch rates.json --index 3 --threads 4         one member, as a job of a cluster
+  relcp batch rates.json --table                       the table of what is there so far
+
+A sweep file: {\"name\": \"rates\", \"scene\": \"colony\", \"set\": {\"time.end\": 4},
+  \"grid\": {\"growth.rate\": [0.5, 1, 2]}, \"seeds\": {\"from\": 1, \"count\": 5}}
+The same command again leaves finished members alone and goes on with those that were stopped.
+Ctrl-C stops all of them with checkpoints. The exit status is the worst of the members'.";
+
+#[derive(Args, Debug)]
+#[command(after_help = BATCH_EXAMPLES)]
+pub(super) struct Batch {
+    /// A sweep file; `relcp schema --sweep` describes it
+    #[arg(value_name = "SWEEP")]
+    pub(super) sweep: PathBuf,
+    /// The folder with the members' folders; without it, runs/NAME
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+    /// Most members at a time; without it, one a core, and on a device one. The results are the same bits for any number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub(super) jobs: Option<u16>,
+    /// Go on with members that failed, too, from their last good state
+    #[arg(long)]
+    pub(super) retry: bool,
+    /// Run this member alone, from 0, and write no table
+    #[arg(long, value_name = "K", group = "part")]
+    pub(super) index: Option<usize>,
+    /// Print how many members there are, run nothing
+    #[arg(long, group = "part")]
+    pub(super) count: bool,
+    /// Print the members, what they vary, and their folders, run nothing
+    #[arg(long, group = "part")]
+    pub(super) list: bool,
+    /// Make the table of what is there, run nothing
+    #[arg(long, group = "part")]
+    pub(super) table: bool,
+    #[command(flatten)]
+    pub(super) compute: Compute,
+    #[command(flatten)]
+    pub(super) print: Print,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  relcp schema > scene.schema.json")]
+pub(super) struct Schema {
+    /// That of sweep files, for `relcp batch`
+    #[arg(long)]
+    pub(super) sweep: bool,
+}
+
+const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  relcp completions bash > ~/.local/share/bash-completion/completions/relcp
+  relcp completions zsh > ~/.zfunc/_relcp
+  relcp completions fish > ~/.config/fish/completions/relcp.fish";
+
+#[derive(Args, Debug)]
+#[command(after_help = COMPLETIONS_EXAMPLES)]
+pub(super) struct Completions {
+    /// Which shell
+    #[arg(value_enum)]
+    pub(super) shell: clap_complete::Shell,
+}
+
+const MAN_EXAMPLES: &str = "\
+Examples:
+  relcp man | man -l -
+  relcp man run > relcp-run.1";
+
+#[derive(Args, Debug)]
+#[command(after_help = MAN_EXAMPLES)]
+pub(super) struct Man {
+    /// The page of this command; without it, that of the program
+    #[arg(value_name = "COMMAND")]
+    pub(super) command: Option<String>,
 }
 
 #[derive(Args, Debug)]

@@ -4,11 +4,11 @@ use super::arguments::{Backend, Compute as Arguments, Precision as Wanted};
 use super::exit::CliError;
 use super::output;
 use crate::constraint::RowSource;
-use crate::gpu::{Choice, Gpu, GpuError, Precision, adapters};
+use crate::gpu::{AdapterReport, Choice, Gpu, GpuError, Precision, adapters};
 use crate::lcp;
 use crate::relcp::Compute;
 use crate::scene::Scene;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Settles how many threads there are.
 pub(super) fn set_threads(arguments: &Arguments) -> Result<(), CliError> {
@@ -52,12 +52,14 @@ fn cpu(arguments: &Arguments) -> Result<Compute, CliError> {
 
 /// A hardware GPU if there is one that can do it, else the CPU. What was asked for beside it is not given up silently.
 fn automatic(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> {
-    let hardware = adapters(&choice(arguments)).into_iter().find(|adapter| adapter.automatic);
-    let Some(adapter) = hardware else { return cpu(arguments) };
+    // Looked for once, also where there are many runs.
+    static HARDWARE: OnceLock<Option<AdapterReport>> = OnceLock::new();
+    let find = || adapters(&choice(arguments)).into_iter().find(|adapter| adapter.automatic);
+    let Some(adapter) = HARDWARE.get_or_init(find) else { return cpu(arguments) };
     match open(arguments, scene) {
         Ok(compute) => Ok(compute),
         Err(fault) => {
-            output::message(&format!("{} is not used: {fault}", adapter.name));
+            output::message_once(&format!("{} is not used: {fault}", adapter.name));
             cpu(arguments)
         }
     }
@@ -70,7 +72,7 @@ fn open(arguments: &Arguments, scene: &Scene) -> Result<Compute, GpuError> {
     lcp::gpu::Solver::check(scene.solver.kind)?;
     let gpu = Gpu::open(&choice(arguments))?;
     for warning in gpu.warnings() {
-        output::message(&format!("warning: {warning}"));
+        output::message_once(&format!("warning: {warning}"));
     }
     let precision = match arguments.precision {
         None | Some(Wanted::F32) => Precision::F32,

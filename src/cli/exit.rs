@@ -1,8 +1,9 @@
 //! Exit statuses, and what leads to them.
 
+use crate::batch::{BatchError, Ended, MemberError};
 use crate::export::ExportError;
 use crate::gpu::GpuError;
-use crate::record::{RecordError, RunError};
+use crate::record::{RecordError, RunError, RunStatus};
 use crate::relcp::Fault;
 use crate::scene::SceneError;
 use crate::study::StudyError;
@@ -38,6 +39,51 @@ impl Exit {
             _ => Exit::Internal,
         }
     }
+
+    /// Of two members' ends, the batch's: an interruption first, as it is the user's, then what most needs to be looked at.
+    pub(super) fn worse(self, other: Exit) -> Exit {
+        let rank = |exit: Exit| match exit {
+            Exit::Done => 0,
+            Exit::OutOfTolerance => 1,
+            Exit::Usage => 2,
+            Exit::Internal => 3,
+            Exit::Device => 4,
+            Exit::File => 5,
+            Exit::Interrupted => 6,
+        };
+        if rank(other) > rank(self) { other } else { self }
+    }
+
+    /// Of a member of a batch.
+    pub(super) fn of_member(ended: &Ended) -> Exit {
+        match ended {
+            Ended::Before(status) | Ended::Now(status) => (*status).into(),
+            Ended::NotBegun => Exit::Interrupted,
+            Ended::Failed(MemberError::Scene(error)) => Exit::of(error.exit_code()),
+            Ended::Failed(MemberError::Start(Fault::Device(_)) | MemberError::Device(_)) => Exit::Device,
+            Ended::Failed(MemberError::Start(_) | MemberError::Unfit(_)) => Exit::Usage,
+            Ended::Failed(MemberError::Run(error)) => Exit::of_run(error),
+        }
+    }
+
+    fn of_run(error: &RunError) -> Exit {
+        match error {
+            RunError::Record(error) => Exit::of(error.exit_code()),
+            RunError::Fault(Fault::Device(_)) => Exit::Device,
+            RunError::Fault(_) => Exit::Internal,
+        }
+    }
+}
+
+impl From<RunStatus> for Exit {
+    fn from(status: RunStatus) -> Exit {
+        match status {
+            RunStatus::Done => Exit::Done,
+            RunStatus::OutOfTolerance => Exit::OutOfTolerance,
+            RunStatus::Interrupted => Exit::Interrupted,
+            RunStatus::Fault => Exit::Internal,
+        }
+    }
 }
 
 /// Why a command ends early.
@@ -55,6 +101,9 @@ pub(super) enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Export(#[from] ExportError),
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Batch(#[from] BatchError),
     #[error(transparent)]
     Start(Fault),
     #[error("{0}")]
@@ -83,9 +132,10 @@ impl CliError {
         match self {
             CliError::Scene(error) => Exit::of(error.exit_code()),
             CliError::Export(error) => Exit::of(error.exit_code()),
-            CliError::Record(error) | CliError::Run(RunError::Record(error)) => Exit::of(error.exit_code()),
-            CliError::Run(RunError::Fault(Fault::Device(_))) | CliError::Device(_) => Exit::Device,
-            CliError::Run(RunError::Fault(_)) => Exit::Internal,
+            CliError::Record(error) => Exit::of(error.exit_code()),
+            CliError::Run(error) => Exit::of_run(error),
+            CliError::Batch(error) => Exit::of(error.exit_code()),
+            CliError::Device(_) => Exit::Device,
             CliError::Study(StudyError::Gpu(_) | StudyError::Fault(Fault::Device(_))) => Exit::Device,
             CliError::Study(StudyError::Io { .. }) => Exit::File,
             CliError::Study(_) => Exit::Internal,

@@ -1,12 +1,15 @@
 //! The program: arguments, messages and exit statuses around the library.
 
 mod arguments;
+mod batch;
+mod batch_progress;
 mod compute;
 mod contacts;
 mod devices;
 mod exit;
 mod export;
 mod interrupt;
+mod manual;
 mod output;
 mod progress;
 mod run;
@@ -36,12 +39,15 @@ pub fn main() -> ExitCode {
 fn dispatch(command: Command) -> Result<Exit, CliError> {
     match command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Batch(arguments) => batch::batch(&arguments),
         Command::Scenes(arguments) => scenes::scenes(&arguments),
         Command::Check(arguments) => scenes::check(&arguments),
         Command::Contacts(arguments) => contacts::contacts(&arguments),
         Command::Export(arguments) => export::export(&arguments),
         Command::Study(arguments) => study::study(&arguments),
         Command::Devices(arguments) => devices::devices(&arguments),
-        Command::Schema => scenes::schema(),
+        Command::Schema(arguments) => scenes::schema(&arguments),
+        Command::Completions(arguments) => manual::completions(&arguments),
+        Command::Man(arguments) => manual::man(&arguments),
     }
 }

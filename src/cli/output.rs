@@ -2,7 +2,9 @@
 
 use super::exit::CliError;
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::io::{self, BufWriter, ErrorKind, Write};
+use std::sync::{Mutex, PoisonError};
 
 /// Writes to standard output. That its reader has gone away is no fault.
 pub(super) fn write(with: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), CliError> {
@@ -32,6 +34,14 @@ pub(super) fn count(number: usize, one: &str, many: &str) -> String {
 /// Writes a line to standard error.
 pub(super) fn message(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Writes a line to standard error, unless it was written there before: of many runs each may have it to say.
+pub(super) fn message_once(text: &str) {
+    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    if SAID.lock().unwrap_or_else(PoisonError::into_inner).insert(text.to_owned()) {
+        message(text);
+    }
 }
 
 /// Writes an error to standard error, with its causes, its place and what would be right.

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// Where runs go that are not told where.
-const RUNS: &str = "runs";
+pub(super) const RUNS: &str = "runs";
 
 /// What `--json` prints: the summary, and where the run is.
 #[derive(Serialize)]
@@ -51,12 +51,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let profile = profile.map(|gpu| Profile::of(gpu, simulation.steps() - first));
     let summary = run.finish()?;
     show(arguments, folder.path(), &summary, profile.as_ref())?;
-    Ok(match summary.status {
-        RunStatus::Done => Exit::Done,
-        RunStatus::OutOfTolerance => Exit::OutOfTolerance,
-        RunStatus::Interrupted => Exit::Interrupted,
-        RunStatus::Fault => Exit::Internal,
-    })
+    Ok(summary.status.into())
 }
 
 fn start(arguments: &Arguments) -> Result<Run, CliError> {

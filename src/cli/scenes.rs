@@ -1,9 +1,9 @@
 //! `relcp scenes`, `relcp check` and `relcp schema`.
 
-use super::arguments::{Check, Scenes};
+use super::arguments::{Check, Scenes, Schema};
 use super::exit::{CliError, Exit};
 use super::output;
-use crate::scene;
+use crate::{batch, scene};
 use serde_json::json;
 
 pub(super) fn scenes(arguments: &Scenes) -> Result<Exit, CliError> {
@@ -35,7 +35,7 @@ pub(super) fn check(arguments: &Check) -> Result<Exit, CliError> {
     Ok(Exit::Done)
 }
 
-pub(super) fn schema() -> Result<Exit, CliError> {
-    output::json(&scene::schema())?;
+pub(super) fn schema(arguments: &Schema) -> Result<Exit, CliError> {
+    output::json(&if arguments.sweep { batch::schema() } else { scene::schema() })?;
     Ok(Exit::Done)
 }

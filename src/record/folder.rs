@@ -2,7 +2,7 @@
 
 use super::durable;
 use super::error::RecordError;
-use std::fs;
+use std::fs::{self, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
@@ -14,6 +14,11 @@ const LONGEST_NAME: usize = 100;
 pub struct Folder(PathBuf);
 
 impl Folder {
+    /// The folder `path` as it is, if it is there.
+    pub(crate) fn at(path: &Path) -> Self {
+        Folder(path.into())
+    }
+
     /// Makes the folder `path` for a new run. One that is there already must be empty.
     pub fn create(path: &Path) -> Result<Self, RecordError> {
         match fs::read_dir(path) {
@@ -77,6 +82,31 @@ impl Folder {
         }
         found.sort();
         Ok(found)
+    }
+
+    /// The folder of a run that stopped before its first checkpoint, emptied for a new start. Refused where anything else is in it.
+    ///
+    /// # Errors
+    /// [`RecordError::InUse`] where a run is just starting in it, [`RecordError::NotEmpty`] where it holds what no such run left.
+    pub fn restart(path: &Path) -> Result<Self, RecordError> {
+        let folder = Folder(path.into()).with_states()?;
+        let rows = folder.steps();
+        // Held until the file is gone, so that of two that restart one gives way.
+        let held = fs::File::open(&rows).ok();
+        if held.as_ref().is_some_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock))) {
+            return Err(RecordError::InUse { path: path.into() });
+        }
+        durable::sweep(path)?;
+        durable::sweep(&folder.states())?;
+        let (own, states) = ([folder.scene(), rows, folder.states()], list(&folder.states())?);
+        let foreign = list(path)?.iter().any(|entry| !own.contains(entry));
+        if foreign || states.iter().any(|state| step_of(state) != Some(0)) {
+            return Err(RecordError::NotEmpty { path: path.into() });
+        }
+        for file in states.iter().chain(&own[..2]).filter(|file| file.exists()) {
+            fs::remove_file(file).map_err(RecordError::io(file, "remove it"))?;
+        }
+        Ok(folder)
     }
 
     /// Removes what a crash left half-written, and the states of steps after `step`.
@@ -149,6 +179,11 @@ impl Folder {
     }
 }
 
+fn list(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {
+    let entries = fs::read_dir(folder).map_err(RecordError::io(folder, "list it"))?;
+    entries.map(|entry| Ok(entry.map_err(RecordError::io(folder, "list it"))?.path())).collect()
+}
+
 fn step_of(path: &Path) -> Option<u64> {
     path.file_name()?.to_str()?.strip_prefix("state_")?.strip_suffix(".npz")?.parse().ok()
 }
@@ -160,7 +195,7 @@ fn candidates(parent: &Path, name: &str) -> impl Iterator<Item = PathBuf> {
 }
 
 /// A scene's name as the name of a folder on any system.
-fn folder_name(name: &str) -> String {
+pub(crate) fn folder_name(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
     let name: String = name.chars().take(LONGEST_NAME).map(plain).collect();
     let name = name.trim_matches(['-', '.']);
@@ -219,6 +254,32 @@ mod tests {
         }
         let listed: Vec<u64> = folder.recorded().unwrap().into_iter().map(|(step, _)| step).collect();
         assert_eq!(listed, [0, 9, 10, 12_345_678_901]);
+    }
+
+    #[test]
+    fn a_folder_without_a_checkpoint_is_emptied_and_others_are_not() {
+        let parent = tempfile::tempdir().unwrap();
+        let path = parent.path().join("run");
+        let folder = Folder::create(&path).unwrap();
+        let fill = || {
+            for file in [folder.scene(), folder.steps(), folder.state(0), path.join(".relcp-x.part")] {
+                fs::write(file, b"x").unwrap();
+            }
+        };
+        fill();
+        assert_eq!(Folder::restart(&path).unwrap(), folder);
+        assert_eq!((list(&path).unwrap(), list(&folder.states()).unwrap()), (vec![folder.states()], vec![]));
+        for foreign in [path.join("notes.txt"), folder.state(5), folder.checkpoint()] {
+            fill();
+            fs::write(&foreign, b"x").unwrap();
+            assert!(matches!(Folder::restart(&path), Err(RecordError::NotEmpty { .. })), "{foreign:?}");
+            assert!(folder.scene().exists() && folder.steps().exists());
+            fs::remove_file(&foreign).unwrap();
+        }
+        fill();
+        let busy = fs::File::open(folder.steps()).unwrap();
+        busy.lock().unwrap();
+        assert!(matches!(Folder::restart(&path), Err(RecordError::InUse { .. })));
     }
 
     #[test]

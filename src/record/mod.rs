@@ -32,8 +32,10 @@ mod tests;
 mod totals;
 
 pub use container::{FORMAT, Header, VERSION, decode, encode, read_state, write_state};
+pub(crate) use difference::differing_keys;
 pub use error::{RecordError, RunError, StateError};
 pub use folder::Folder;
+pub(crate) use folder::folder_name;
 pub use hash::{scene_hash, state_hash};
 pub use memory::peak_bytes;
 pub use run::{CHECKPOINT_EVERY, Run};

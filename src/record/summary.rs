@@ -6,10 +6,10 @@ use super::totals::{OverStep, Totals, UnconvergedStep, WallSeconds};
 use crate::bodies::Bodies;
 use crate::relcp::{Fault, Simulation, contacts};
 use crate::scene::{Method, SolverKind, Stepping};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// How a run stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RunStatus {
     /// It went to its end, and every step met its tolerances.

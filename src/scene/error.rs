@@ -73,7 +73,7 @@ impl fmt::Display for Fault {
 }
 
 impl SceneError {
-    pub(super) fn new(kind: FaultKind, key: impl fmt::Display, message: impl Into<String>) -> Self {
+    pub(crate) fn new(kind: FaultKind, key: impl fmt::Display, message: impl Into<String>) -> Self {
         SceneError(Box::new(Fault {
             kind,
             origin: None,
@@ -86,23 +86,23 @@ impl SceneError {
         }))
     }
 
-    pub(super) fn bad(key: impl fmt::Display, message: impl Into<String>) -> Self {
+    pub(crate) fn bad(key: impl fmt::Display, message: impl Into<String>) -> Self {
         Self::new(FaultKind::BadValue, key, message)
     }
 
-    pub(super) fn with_help(mut self, help: impl Into<String>) -> Self {
+    pub(crate) fn with_help(mut self, help: impl Into<String>) -> Self {
         self.0.help = Some(help.into());
         self
     }
 
     /// Says what text the fault stands in, without a place in it.
-    pub(super) fn of(mut self, origin: &str) -> Self {
+    pub(crate) fn of(mut self, origin: &str) -> Self {
         self.0.origin = Some(origin.to_owned());
         self
     }
 
     /// Points at a stretch of bytes of the text.
-    pub(super) fn at(mut self, origin: &str, text: &str, place: Place) -> Self {
+    pub(crate) fn at(mut self, origin: &str, text: &str, place: Place) -> Self {
         self.0.line_column = Some(place::line_column(text, place.start));
         self.0.place = Some(place);
         self.0.text = Some(NamedSource::new(origin, text.to_owned()).with_language("json"));

@@ -21,7 +21,9 @@ mod write;
 
 pub use built_in::{BuiltIn, built_in};
 pub use error::{FaultKind, SceneError};
+pub(crate) use read::Source;
 pub use read::{MAX_FILE_BYTES, load, parse, read};
+pub(crate) use set::Override;
 pub use validate::{LARGEST_NUMBER, MAX_BODIES, MAX_STATES, MAX_STEPS, SMALLEST_NUMBER, SMALLEST_QUATERNION};
 pub use write::schema;
 

@@ -5,7 +5,7 @@
 
 /// A stretch of bytes of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Place {
+pub(crate) struct Place {
     /// First byte.
     pub start: usize,
     /// One past the last byte.
@@ -49,19 +49,28 @@ pub(super) fn byte_of(text: &str, line: usize, column: usize) -> usize {
     byte
 }
 
-/// Finds the value at `path`, or its nearest ancestor that is there. `None` where the text is not JSON up to that place.
+/// Finds the value at `path`, or its nearest ancestor that is there. `None` where the text is not JSON up to that place. A key with dots in
+/// it, as a sweep has them, is found by its parts.
 pub(super) fn locate(text: &str, path: &[String]) -> Option<Found> {
     let mut scan = Scan { text, at: 0 };
     scan.space();
     let mut found = Found { key: None, value: Place { start: scan.at, end: text.len() }, depth: 0 };
-    for segment in path {
-        let entered = match scan.peek() {
-            Some(b'{') => scan.enter_object(segment)?,
-            Some(b'[') => scan.enter_array(segment)?,
-            _ => None,
-        };
+    while found.depth < path.len() {
+        let rest = &path[found.depth..];
+        let start = scan.at;
+        let mut entered = None;
+        let mut taken = 0;
+        while entered.is_none() && taken < rest.len() {
+            taken += 1;
+            scan.at = start;
+            entered = match scan.peek() {
+                Some(b'{') => scan.enter_object(&rest[..taken].join("."))?,
+                Some(b'[') if taken == 1 => scan.enter_array(&rest[0])?,
+                _ => None,
+            };
+        }
         let Some(key) = entered else { break };
-        found = Found { key: key.0, value: Place { start: scan.at, end: scan.at }, depth: found.depth + 1 };
+        found = Found { key: key.0, value: Place { start: scan.at, end: scan.at }, depth: found.depth + taken };
     }
     scan.at = found.value.start;
     scan.skip_value()?;
@@ -272,6 +281,8 @@ mod tests {
         assert_eq!(at(text, "a.2.1"), ("3.5e1".into(), 3));
         assert_eq!(at(text, "c.d"), ("true".into(), 2));
         assert_eq!(at(text, "c.missing"), (r#"{"d": true}"#.into(), 1));
+        assert_eq!(at(r#"{"g": {"a": 0, "a.b.c": [5, 6]}}"#, "g.a.b.c.1"), ("0".into(), 2));
+        assert_eq!(at(r#"{"g": {"a.b.c": [5, 6]}}"#, "g.a.b.c.1"), ("6".into(), 5));
         assert_eq!(at(text, "a.7"), (r#"[1, {"b,}": "x\"]"}, [2, 3.5e1]]"#.into(), 1));
     }
 

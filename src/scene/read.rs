@@ -10,6 +10,8 @@ use super::set::Override;
 use super::translate::{Misread, translate, translate_syntax};
 use super::tree::Tree;
 use super::{Scene, built_in};
+use serde::de::DeserializeOwned;
+use serde_json::Value;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -24,7 +26,7 @@ pub const MAX_FILE_BYTES: u64 = 8 << 30;
 /// [`SceneError`] with its place: a file that cannot be read ([`SceneError::exit_code`] 4), text that is not JSON, unknown, missing and
 /// repeated keys, wrong types, and everything that [`Scene::validate`] refuses (2).
 pub fn read(path: &Path) -> Result<Scene, SceneError> {
-    read_with(path, &[])
+    Source::file(path)?.scene(&[])
 }
 
 /// Reads and validates a scene from JSON text; `origin` names the text in messages.
@@ -60,23 +62,80 @@ pub fn load(source: &str, sets: &[String]) -> Result<Scene, SceneError> {
     let sets = sets.iter().map(|s| Override::parse(s)).collect::<Result<Vec<_>, _>>()?;
     match built_in().iter().find(|b| b.name == source) {
         Some(scene) => parse_with(scene.text, source, &sets),
-        None => read_with(Path::new(source), &sets),
+        None => Source::file(Path::new(source))?.scene(&sets),
     }
 }
 
-fn read_with(path: &Path, sets: &[Override]) -> Result<Scene, SceneError> {
-    let origin = path.display().to_string();
-    let bytes = read_bytes(path, &origin)?;
-    match std::str::from_utf8(&bytes) {
-        Ok(text) => parse_with(text, &origin, sets),
-        Err(e) => {
-            let start = e.valid_up_to();
-            let text = String::from_utf8_lossy(&bytes);
-            let fault = SceneError::new(FaultKind::Syntax, "", "the file is not UTF-8 text");
-            // Up to the fault the lossy text is the file's, and there it has the three bytes of U+FFFD.
-            Err(fault.at(&origin, &text, Place { start, end: (start + 3).min(text.len()) }))
+/// A text that is read once, and the name that it has in messages.
+pub(crate) struct Source {
+    origin: String,
+    text: String,
+}
+
+impl Source {
+    /// A text that is there already. A byte order mark, as some editors write it, is not part of it.
+    pub fn new(text: &str, origin: &str) -> Self {
+        Source { origin: origin.to_owned(), text: unmarked(text).to_owned() }
+    }
+
+    /// A file's text.
+    pub fn file(path: &Path) -> Result<Self, SceneError> {
+        let origin = path.display().to_string();
+        match String::from_utf8(read_bytes(path, &origin)?) {
+            Ok(text) if unmarked(&text).len() == text.len() => Ok(Source { origin, text }),
+            Ok(text) => Ok(Source::new(&text, &origin)),
+            Err(e) => {
+                let start = e.utf8_error().valid_up_to();
+                let text = String::from_utf8_lossy(e.as_bytes());
+                let fault = SceneError::new(FaultKind::Syntax, "", "the file is not UTF-8 text");
+                // Up to the fault the lossy text is the file's, and there it has the three bytes of U+FFFD.
+                Err(fault.at(&origin, &text, Place { start, end: (start + 3).min(text.len()) }))
+            }
         }
     }
+
+    /// Its name in messages.
+    pub fn origin(&self) -> &str {
+        &self.origin
+    }
+
+    /// The text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The scene that it is, after overrides.
+    pub fn scene(&self, sets: &[Override]) -> Result<Scene, SceneError> {
+        parse_with(&self.text, &self.origin, sets)
+    }
+
+    /// The document of another type that it is, read as strictly as a scene: an object, no key unknown or repeated.
+    pub fn document<T: DeserializeOwned>(&self) -> Result<T, SceneError> {
+        let read = || {
+            let value = tree(&self.text)?;
+            if value.is_array() {
+                let error = SceneError::new(FaultKind::WrongType, "", "expected an object, found a list");
+                return Err(Misread { error, byte: None });
+            }
+            // From the text, where keys stand in their order; from the tree, where a fault has its path.
+            serde_json::from_str(&self.text).or_else(|_| from_tree(value, &self.text))
+        };
+        read().map_err(|misread| misplaced(misread, &self.origin, &self.text, &[]))
+    }
+
+    /// Says where a fault of that document, known by its key, stands.
+    pub fn put(&self, error: SceneError) -> SceneError {
+        put(error, &self.origin, &self.text, &[])
+    }
+
+    /// Points at a stretch of the text.
+    pub fn at(&self, error: SceneError, place: Place) -> SceneError {
+        error.at(&self.origin, &self.text, narrowed(&self.text, place))
+    }
+}
+
+fn unmarked(text: &str) -> &str {
+    text.strip_prefix('\u{feff}').unwrap_or(text)
 }
 
 fn read_bytes(path: &Path, origin: &str) -> Result<Vec<u8>, SceneError> {
@@ -105,15 +164,18 @@ fn read_bytes(path: &Path, origin: &str) -> Result<Vec<u8>, SceneError> {
 }
 
 fn parse_with(text: &str, origin: &str, sets: &[Override]) -> Result<Scene, SceneError> {
-    // A byte order mark, as some editors write it, is not part of the text.
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut scene = typed(text, sets).map_err(|misread| match misread.byte {
-        Some(byte) => misread.error.at(origin, text, character(text, byte)),
-        None => put(misread.error, origin, text, sets),
-    })?;
+    let text = unmarked(text);
+    let mut scene = typed(text, sets).map_err(|misread| misplaced(misread, origin, text, sets))?;
     scene.validate().map_err(|error| put(error, origin, text, sets))?;
     scene.normalize_orientations();
     Ok(scene)
+}
+
+fn misplaced(misread: Misread, origin: &str, text: &str, sets: &[Override]) -> SceneError {
+    match misread.byte {
+        Some(byte) => misread.error.at(origin, text, character(text, byte)),
+        None => put(misread.error, origin, text, sets),
+    }
 }
 
 fn typed(text: &str, sets: &[Override]) -> Result<Scene, Misread> {
@@ -123,21 +185,29 @@ fn typed(text: &str, sets: &[Override]) -> Result<Scene, Misread> {
         return refuse_lists(text).map(|()| scene);
     }
     // The slow way, for overrides and for the place and the wording of a fault: by a tree.
+    let mut value = tree(text)?;
+    for set in sets {
+        set.apply(&mut value).map_err(|error| Misread { error, byte: None })?;
+    }
+    let effective = value.to_string();
+    let scene = from_tree(value, text)?;
+    refuse_lists(&effective).map(|()| scene)
+}
+
+fn tree(text: &str) -> Result<Value, Misread> {
     if text.trim().is_empty() {
-        let error = SceneError::new(FaultKind::Syntax, "", "the text is empty; a scene is a JSON object");
+        let error = SceneError::new(FaultKind::Syntax, "", "the text is empty; expected a JSON object");
         return Err(Misread { error, byte: Some(0) });
     }
     let mut deserializer = serde_json::Deserializer::from_str(text);
     let tree: Tree =
         serde_path_to_error::deserialize(&mut deserializer).map_err(|e| translate(e.path(), e.inner(), text))?;
     deserializer.end().map_err(|e| translate_syntax(&e, text))?;
-    let mut value = tree.0;
-    for set in sets {
-        set.apply(&mut value).map_err(|error| Misread { error, byte: None })?;
-    }
-    let effective = value.to_string();
-    let scene = serde_path_to_error::deserialize(value).map_err(|e| translate(e.path(), e.inner(), text))?;
-    refuse_lists(&effective).map(|()| scene)
+    Ok(tree.0)
+}
+
+fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread> {
+    serde_path_to_error::deserialize(value).map_err(|e| translate(e.path(), e.inner(), text))
 }
 
 /// The keys whose values are lists.
@@ -174,15 +244,17 @@ fn put(error: SceneError, origin: &str, text: &str, sets: &[Override]) -> SceneE
     let found = place::locate(text, &path);
     let whole = found.is_some_and(|f| f.depth == path.len());
     if let Some(set) = sets.iter().rev().find(|s| s.made(&path) || (!whole && s.passed(&path))) {
-        return error.of(&set.origin());
+        return set.blame(error);
     }
     let Some(found) = found else { return error.of(origin) };
     let key_is_wrong = matches!(error.kind(), FaultKind::UnknownKey) || !whole;
-    let mut place = found.key.filter(|_| key_is_wrong).unwrap_or(found.value);
-    if text[place.start..place.end].contains('\n') {
-        place = character(text, place.start);
-    }
-    error.at(origin, text, place)
+    let place = found.key.filter(|_| key_is_wrong).unwrap_or(found.value);
+    error.at(origin, text, narrowed(text, place))
+}
+
+/// A place on one line: of a longer one the first character.
+fn narrowed(text: &str, place: Place) -> Place {
+    if text[place.start..place.end].contains('\n') { character(text, place.start) } else { place }
 }
 
 fn character(text: &str, byte: usize) -> Place {

@@ -1,14 +1,25 @@
 //! Overrides `KEY=VALUE` of a scene's values, applied to its JSON before it is typed.
 
 use super::error::{FaultKind, SceneError};
+use super::place;
+use super::read::Source;
 use super::tree::Tree;
 use serde_json::{Map, Value};
+use std::sync::Arc;
 
 /// One override.
-pub(super) struct Override {
-    text: String,
+pub(crate) struct Override {
+    origin: Origin,
     key: Vec<String>,
     value: Value,
+}
+
+/// Where an override stands.
+enum Origin {
+    /// In an argument `--set KEY=VALUE`.
+    Argument(String),
+    /// In another text, at a path of keys and indices.
+    Text(Arc<Source>, Vec<String>),
 }
 
 /// Most segments of an override's key; a scene's deepest key has six.
@@ -17,32 +28,43 @@ const MAX_SEGMENTS: usize = 32;
 impl Override {
     /// Reads `KEY=VALUE`. A value that does not begin like a JSON object, list or string and is not JSON is a string.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
-        let refuse = |key: &str, message: &str| {
-            Err(SceneError::new(FaultKind::BadOverride, key, message).of(&format!("--set {text}")))
-        };
+        let origin = Origin::Argument(format!("--set {text}"));
         let Some((dotted, value)) = text.split_once('=') else {
-            return refuse("", "expected KEY=VALUE, for example time.dt=0.01");
+            let message = "expected KEY=VALUE, for example time.dt=0.01";
+            return Err(origin.blame(SceneError::new(FaultKind::BadOverride, "", message)));
         };
-        let key: Vec<String> = dotted.split('.').map(|s| s.trim().to_owned()).collect();
-        if key.iter().any(String::is_empty) {
-            return refuse(dotted, "expected a dotted key without empty parts, for example bodies.0.position.1");
-        }
-        if key.len() > MAX_SEGMENTS {
-            return refuse(dotted, "the key is deeper than any key of a scene");
-        }
-        let value = match serde_json::from_str::<Tree>(value) {
+        let mut set = Override::new(origin, dotted, Value::Null)?;
+        set.value = match serde_json::from_str::<Tree>(value) {
             Ok(tree) => tree.0,
             Err(e) if value.trim_start().starts_with(['{', '[', '"']) => {
-                return refuse(dotted, &format!("the value is not JSON: {e}"));
+                let message = format!("the value is not JSON: {e}");
+                return Err(set.blame(SceneError::new(FaultKind::BadOverride, dotted, message)));
             }
             Err(_) => Value::String(value.to_owned()),
         };
-        Ok(Override { text: text.to_owned(), key, value })
+        Ok(set)
     }
 
-    /// What stands before the colon of a message about this override.
-    pub fn origin(&self) -> String {
-        format!("--set {}", self.text)
+    /// Gives the dotted key `dotted` the value that stands in a text at a path.
+    pub fn in_text(text: &Arc<Source>, path: Vec<String>, dotted: &str, value: Value) -> Result<Self, SceneError> {
+        Override::new(Origin::Text(text.clone(), path), dotted, value)
+    }
+
+    fn new(origin: Origin, dotted: &str, value: Value) -> Result<Self, SceneError> {
+        let refuse = |message: &str| Err(origin.blame(SceneError::new(FaultKind::BadOverride, dotted, message)));
+        let key: Vec<String> = dotted.split('.').map(|s| s.trim().to_owned()).collect();
+        if key.iter().any(String::is_empty) {
+            return refuse("expected a dotted key without empty parts, for example bodies.0.position.1");
+        }
+        if key.len() > MAX_SEGMENTS {
+            return refuse("the key is deeper than any key of a scene");
+        }
+        Ok(Override { origin, key, value })
+    }
+
+    /// Says of a fault that it stands in this override.
+    pub fn blame(&self, error: SceneError) -> SceneError {
+        self.origin.blame(error)
     }
 
     /// Whether the value at `path` is this override's, whole or in part.
@@ -91,7 +113,24 @@ impl Override {
 
     fn refuse(&self, depth: usize, message: &str) -> SceneError {
         let key = self.key[..=depth].join(".");
-        SceneError::new(FaultKind::BadOverride, key, message).of(&self.origin())
+        self.blame(SceneError::new(FaultKind::BadOverride, key, message))
+    }
+}
+
+impl Origin {
+    fn blame(&self, error: SceneError) -> SceneError {
+        let (text, path) = match self {
+            Origin::Argument(argument) => return error.of(argument),
+            Origin::Text(text, path) => (text, path),
+        };
+        let key_is_wrong = matches!(error.kind(), FaultKind::UnknownKey | FaultKind::BadOverride);
+        let find = |path: &[String]| place::locate(text.text(), path);
+        // An element of a list has no key of its own: its list's is meant.
+        let key = || find(path)?.key.or_else(|| find(&path[..path.len().saturating_sub(1)])?.key);
+        match key().filter(|_| key_is_wrong).or_else(|| Some(find(path)?.value)) {
+            Some(place) => text.at(error, place),
+            None => error.of(text.origin()),
+        }
     }
 }
 

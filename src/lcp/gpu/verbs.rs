@@ -238,7 +238,7 @@ impl Verbs for Device<'_> {
             Number::Known(x) => x,
             Number::At(nth) => {
                 let place = super::number::place(nth);
-                self.run(&[place..place + 1])[0]
+                self.run(std::slice::from_ref(&(place..place + 1)))[0]
             }
         }
     }
@@ -252,7 +252,7 @@ impl Verbs for Device<'_> {
     fn looks(&mut self) -> Vec<f64> {
         let looked = std::mem::take(&mut self.looked);
         self.batches += 1;
-        let numbers = self.run(&[HALT..HALT + 1 + looked.len() as u32]);
+        let numbers = self.run(std::slice::from_ref(&(HALT..HALT + 1 + looked.len() as u32)));
         let mut looks = numbers[1..].to_vec();
         if numbers[0] >= 1.0 && numbers[0] <= looks.len() as f64 {
             looks.truncate(numbers[0] as usize);

@@ -1,0 +1,55 @@
+//! Why a batch, or a member of one, could not be run.
+
+use crate::gpu::GpuError;
+use crate::record::{RecordError, RunError};
+use crate::relcp::Fault;
+use crate::scene::SceneError;
+use miette::Diagnostic;
+use thiserror::Error;
+
+/// Why no member was run, or no table made.
+#[derive(Debug, Error, Diagnostic)]
+pub enum BatchError {
+    /// The sweep, its scene, or a member's scene is refused.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    /// A folder is refused, or a file could not be read or written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Record(#[from] RecordError),
+    /// The threads cannot be had.
+    #[error("the threads cannot be had: {0}")]
+    Threads(String),
+}
+
+impl BatchError {
+    /// The program's exit status: 2 for what was asked for, 4 for a file, 1 for the system.
+    pub fn exit_code(&self) -> i32 {
+        match self {
+            BatchError::Scene(error) => error.exit_code(),
+            BatchError::Record(error) => error.exit_code(),
+            BatchError::Threads(_) => 1,
+        }
+    }
+}
+
+/// Why a member was not run to its end.
+#[derive(Debug, Error)]
+pub enum MemberError {
+    /// Its bodies could not be placed.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// Its simulation could not be started.
+    #[error(transparent)]
+    Start(Fault),
+    /// What is to compute it cannot.
+    #[error(transparent)]
+    Device(#[from] GpuError),
+    /// What was asked to compute it does not fit it.
+    #[error("{0}")]
+    Unfit(String),
+    /// A step or a file failed.
+    #[error(transparent)]
+    Run(#[from] RunError),
+}

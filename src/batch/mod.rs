@@ -1,0 +1,32 @@
+//! Many runs from one file: a sweep's members, the folder that each leaves, and the table of what they came to.
+//!
+//! A [`Sweep`] is one scene in many variants. A [`Plan`] is a sweep with every member's scene read and validated; [`run`] runs the members,
+//! several at a time, each in a folder of its own that is guarded by the hash of its scene: what is finished is left alone, what was
+//! stopped goes on from its checkpoint. A [`Table`] is made from what the folders hold.
+//!
+//! ```
+//! use relcp::batch::Plan;
+//! let sweep = r#"{ "name": "steps", "scene": "three-capsules", "grid": { "time.dt": [0.1, 0.05] }, "seeds": [1, 2] }"#;
+//! let plan = Plan::parse(sweep, "sweep.json", std::path::Path::new("."))?;
+//! assert_eq!(plan.columns(), ["time.dt", "seed"]);
+//! assert_eq!(plan.members()[2].label(), "time.dt=0.05, seed=1");
+//! assert_eq!(plan.scene(2)?.time.dt, 0.05);
+//! # Ok::<(), relcp::batch::BatchError>(())
+//! ```
+
+mod error;
+mod members;
+mod ordered;
+mod plan;
+mod run;
+mod standing;
+mod sweep;
+mod table;
+
+pub use error::{BatchError, MemberError};
+pub use ordered::Ordered;
+pub use plan::{Member, Plan};
+pub use run::{Ended, Options, Settle, Watch, run};
+pub use standing::{Folders, Outcome, Products, Recursions, Standing, Wall};
+pub use sweep::{MAX_MEMBERS, SeedRow, Seeds, Sweep, schema};
+pub use table::{Row, RowStatus, Table};

@@ -1,0 +1,192 @@
+//! A plan: a sweep with every member's scene read, validated and told apart from all others.
+
+use super::error::BatchError;
+use super::members::{Pick, values};
+use super::ordered::Ordered;
+use super::sweep::Sweep;
+use crate::record::{folder_name, scene_hash};
+use crate::scene::{self, FaultKind, Override, Scene, SceneError, Source};
+use rayon::prelude::*;
+use serde::Serialize;
+use serde_json::Value;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Digits of the scene's hash in a folder's name. The index beside it keeps names apart, and the whole hash is compared before use.
+pub(super) const HASH_DIGITS: usize = 8;
+/// Digits of the index in a folder's name: those of most sweeps, so that names sort. It does not depend on the number of members, so a
+/// sweep that is added to at its end keeps its names.
+pub(super) const INDEX_DIGITS: usize = 4;
+
+/// One run of a sweep.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Member {
+    /// Its number, from 0.
+    pub index: usize,
+    /// What it varies, in the order in which it is applied.
+    pub set: Ordered<Value>,
+    /// The values that its scene has for the plan's columns, whether it sets them or not; null where the scene has none.
+    pub values: Ordered<Value>,
+    /// Hash of its scene.
+    pub scene_hash: String,
+    /// Steps of its scene.
+    pub steps: u64,
+}
+
+impl Member {
+    /// The name of its folder: its index and the first digits of its scene's hash.
+    pub fn name(&self) -> String {
+        format!("{:0INDEX_DIGITS$}-{}", self.index, self.short_hash())
+    }
+
+    pub(super) fn short_hash(&self) -> &str {
+        self.scene_hash.get(..HASH_DIGITS).unwrap_or(&self.scene_hash)
+    }
+
+    /// What it varies, in words.
+    pub fn label(&self) -> String {
+        label(self.set.0.iter())
+    }
+}
+
+fn label<'a>(sets: impl Iterator<Item = &'a (String, Value)>) -> String {
+    let named: Vec<String> = sets.map(|(key, value)| format!("{key}={value}")).collect();
+    named.join(", ")
+}
+
+/// A sweep, ready to run.
+pub struct Plan {
+    sweep: Sweep,
+    text: Arc<Source>,
+    scene: Source,
+    columns: Vec<String>,
+    members: Vec<Member>,
+}
+
+impl Plan {
+    /// Reads a sweep file, its scene, and validates every member.
+    ///
+    /// # Errors
+    /// [`BatchError::Scene`] with its place, in the sweep or in the scene; two members that are the same scene are refused too.
+    pub fn open(path: &Path) -> Result<Self, BatchError> {
+        Ok(Plan::new(Source::file(path)?, path.parent().unwrap_or(Path::new("")))?)
+    }
+
+    /// As [`Plan::open`], from a text. `origin` names it in messages, and scene files are looked for from the folder `base`.
+    ///
+    /// # Errors
+    /// As [`Plan::open`].
+    pub fn parse(text: &str, origin: &str, base: &Path) -> Result<Self, BatchError> {
+        Ok(Plan::new(Source::new(text, origin), base)?)
+    }
+
+    fn new(text: Source, base: &Path) -> Result<Self, SceneError> {
+        let sweep: Sweep = text.document()?;
+        sweep.validate().map_err(|error| text.put(error))?;
+        let text = Arc::new(text);
+        let scene = scene_of(&sweep, &text, base)?;
+        let mut plan = Plan { columns: sweep.columns(), sweep, text, scene, members: Vec::new() };
+        // The bound was checked.
+        let count = plan.sweep.count().unwrap_or(0) as usize;
+        let members: Vec<_> = (0..count).into_par_iter().map(|index| plan.member(index)).collect();
+        plan.members = members.into_iter().collect::<Result<_, _>>()?;
+        plan.refuse_duplicates()?;
+        Ok(plan)
+    }
+
+    fn member(&self, index: usize) -> Result<Member, SceneError> {
+        let picks = self.sweep.picks(index);
+        let set = values(&picks);
+        let scene = self.scene_with(picks).map_err(|error| match error.help_text() {
+            Some(_) => error,
+            None => error.with_help(format!("member {index}: {}", label(set.0.iter()))),
+        })?;
+        let values = Ordered(self.values_of(&scene, &set));
+        Ok(Member { index, set, values, scene_hash: scene_hash(&scene), steps: scene.time.steps() })
+    }
+
+    fn scene_with(&self, picks: Vec<Pick>) -> Result<Scene, SceneError> {
+        let picks = self.sweep.common().chain(picks);
+        let sets: Vec<Override> = picks.map(|pick| pick.into_override(&self.text)).collect::<Result<_, _>>()?;
+        self.scene.scene(&sets)
+    }
+
+    /// What a scene has for the columns.
+    fn values_of(&self, scene: &Scene, set: &Ordered<Value>) -> Vec<(String, Value)> {
+        let unset = self.columns.iter().any(|column| set.get(column).is_none());
+        // As large as the scene: only where it is needed.
+        let whole = if unset { serde_json::to_value(scene.with_defaults()).unwrap_or_default() } else { Value::Null };
+        let in_scene = |column: &str| value_at(&whole, column).cloned().unwrap_or_default();
+        let value = |column: &String| (column.clone(), set.get(column).cloned().unwrap_or_else(|| in_scene(column)));
+        self.columns.iter().map(value).collect()
+    }
+
+    fn refuse_duplicates(&self) -> Result<(), SceneError> {
+        let mut seen: HashMap<&str, &Member> = HashMap::new();
+        for member in &self.members {
+            if let Some(first) = seen.insert(&member.scene_hash, member) {
+                let (a, b) = (first.index, member.index);
+                let message = format!("members {a} and {b} are the same scene ({}; {})", first.label(), member.label());
+                return Err(SceneError::bad("", message).of(self.text.origin()));
+            }
+        }
+        Ok(())
+    }
+
+    /// The sweep.
+    pub fn sweep(&self) -> &Sweep {
+        &self.sweep
+    }
+
+    /// The keys that are varied: the grid's, the list's, and `seed`.
+    pub fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// The members, in their order.
+    pub fn members(&self) -> &[Member] {
+        &self.members
+    }
+
+    /// The scene of a member.
+    ///
+    /// # Errors
+    /// None for the index of a member; beyond them, [`FaultKind::BadValue`].
+    pub fn scene(&self, index: usize) -> Result<Scene, SceneError> {
+        if index >= self.members.len() {
+            return Err(SceneError::bad("", format!("there is no member {index}")).of(self.text.origin()));
+        }
+        self.scene_with(self.sweep.picks(index))
+    }
+
+    /// The folder that a sweep has in `parent` where none is named.
+    pub fn folder_in(&self, parent: &Path) -> PathBuf {
+        parent.join(folder_name(&self.sweep.name))
+    }
+}
+
+fn value_at<'v>(whole: &'v Value, dotted: &str) -> Option<&'v Value> {
+    dotted.split('.').map(str::trim).try_fold(whole, |here, part| match here {
+        Value::Array(elements) => elements.get(part.parse::<usize>().ok()?),
+        other => other.get(part),
+    })
+}
+
+/// The scene's text: a built-in one, or a file seen from the sweep's folder.
+fn scene_of(sweep: &Sweep, text: &Source, base: &Path) -> Result<Source, SceneError> {
+    if let Some(built_in) = scene::built_in().iter().find(|b| b.name == sweep.scene) {
+        return Ok(Source::new(built_in.text, built_in.name));
+    }
+    Source::file(&base.join(&sweep.scene)).map_err(|error| match error.kind() {
+        FaultKind::Io => {
+            let file = error.origin().unwrap_or_default();
+            let fault = SceneError::new(FaultKind::Io, "scene", format!("{file} {}", error.message()));
+            text.put(match error.help_text() {
+                Some(help) => fault.with_help(help),
+                None => fault.with_help("a built-in scene by its name, or a file seen from the sweep's folder"),
+            })
+        }
+        _ => error,
+    })
+}

@@ -1,0 +1,174 @@
+//! Runs members, several at a time.
+//!
+//! Each member is a run like any other, so its bits do not depend on how many run beside it nor on its threads. One that fails does not stop
+//! the others.
+
+use super::error::{BatchError, MemberError};
+use super::plan::{Member, Plan};
+use super::standing::{Folders, Standing};
+use crate::record::{Folder, Run, RunError, RunStatus};
+use crate::relcp::{Compute, Simulation, StepReport};
+use crate::scene::Scene;
+use rayon::ThreadPool;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+/// How to run them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// Most members at a time; never more than there are to run.
+    pub jobs: usize,
+    /// Threads of all of them together; each gets its part, at least one.
+    pub threads: usize,
+    /// Members that failed are gone on with, from their last good state.
+    pub retry: bool,
+}
+
+/// How a member ended.
+#[derive(Debug)]
+pub enum Ended {
+    /// It was left alone: an earlier run has ended like this.
+    Before(RunStatus),
+    /// It was run, and stands like this.
+    Now(RunStatus),
+    /// It was not begun, as the batch was stopped.
+    NotBegun,
+    /// It failed.
+    Failed(MemberError),
+}
+
+/// What computes a scene; see [`Compute`].
+pub type Settle<'a> = dyn Fn(&Scene) -> Result<Compute, MemberError> + Sync + 'a;
+
+/// Looks on, from several threads, and can stop it all.
+pub trait Watch: Sync {
+    /// Whether all members are to stop after the step that they take, with a checkpoint.
+    fn stop(&self) -> bool {
+        false
+    }
+    /// So many members are to be run, with so many steps in all.
+    fn planned(&self, _members: usize, _steps: u64) {}
+    /// A member begins or goes on.
+    fn begun(&self, _member: &Member, _run: &Run) {}
+    /// A member took a step.
+    fn stepped(&self, _member: &Member, _report: &StepReport) {}
+    /// A member ended, or was left alone.
+    fn ended(&self, _member: &Member, _ended: &Ended) {}
+}
+
+/// A member that is to be run.
+struct Task<'a> {
+    place: usize,
+    member: &'a Member,
+    folder: PathBuf,
+    standing: Standing,
+}
+
+struct Crew<'a> {
+    plan: &'a Plan,
+    tasks: Vec<Task<'a>>,
+    next: AtomicUsize,
+    settle: &'a Settle<'a>,
+    watch: &'a dyn Watch,
+    ended: Mutex<Vec<(usize, Ended)>>,
+}
+
+/// Runs these members of a plan in folders under `out`, and says how each ended, in the order of `members`.
+///
+/// Every folder is looked at before anything is run. A finished member is left alone, one that was stopped goes on from its checkpoint.
+///
+/// # Errors
+/// A folder that is of another scene or of something else, which is then left as it is, and so are all others. What befalls a member once it
+/// runs is in its [`Ended`].
+pub fn run(
+    plan: &Plan,
+    out: &Path,
+    members: &[Member],
+    options: Options,
+    settle: &Settle,
+    watch: &dyn Watch,
+) -> Result<Vec<Ended>, BatchError> {
+    let (tasks, mut ended) = tasks(plan, out, members, options.retry)?;
+    let steps = tasks.iter().map(|task| task.member.steps).sum();
+    watch.planned(tasks.len(), steps);
+    for (place, ended) in &ended {
+        watch.ended(&members[*place], ended);
+    }
+    let jobs = options.jobs.clamp(1, tasks.len().max(1));
+    let pools: Vec<ThreadPool> = (0..jobs)
+        .map(|_| rayon::ThreadPoolBuilder::new().num_threads((options.threads / jobs).max(1)).build())
+        .collect::<Result<_, _>>()
+        .map_err(|e| BatchError::Threads(e.to_string()))?;
+    let crew = Crew { plan, tasks, next: AtomicUsize::new(0), settle, watch, ended: Mutex::default() };
+    std::thread::scope(|scope| {
+        for pool in &pools {
+            scope.spawn(|| pool.install(|| crew.work()));
+        }
+    });
+    ended.extend(crew.ended.into_inner().unwrap_or_else(PoisonError::into_inner));
+    ended.sort_by_key(|(place, _)| *place);
+    Ok(ended.into_iter().map(|(_, ended)| ended).collect())
+}
+
+type Sorted<'a> = (Vec<Task<'a>>, Vec<(usize, Ended)>);
+
+/// Which members are to be run, and how the others have ended.
+fn tasks<'a>(plan: &Plan, out: &Path, members: &'a [Member], retry: bool) -> Result<Sorted<'a>, BatchError> {
+    let folders = Folders::read(out)?;
+    let (mut tasks, mut ended) = (Vec::new(), Vec::new());
+    for (place, member) in members.iter().enumerate() {
+        let (folder, standing) = folders.of(plan, member)?;
+        match &standing {
+            Standing::Summed(outcome) if outcome.completed || (outcome.status == RunStatus::Fault && !retry) => {
+                ended.push((place, Ended::Before(outcome.status)));
+            }
+            _ => tasks.push(Task { place, member, folder, standing }),
+        }
+    }
+    Ok((tasks, ended))
+}
+
+impl Crew<'_> {
+    /// Takes one task after the other until there is none.
+    fn work(&self) {
+        while let Some(task) = self.tasks.get(self.next.fetch_add(1, Ordering::Relaxed)) {
+            let ended = if self.watch.stop() { Ended::NotBegun } else { self.end(task) };
+            self.watch.ended(task.member, &ended);
+            self.ended.lock().unwrap_or_else(PoisonError::into_inner).push((task.place, ended));
+        }
+    }
+
+    fn end(&self, task: &Task) -> Ended {
+        self.step(task).map_or_else(Ended::Failed, Ended::Now)
+    }
+
+    fn step(&self, task: &Task) -> Result<RunStatus, MemberError> {
+        let mut run = self.begin(task)?;
+        self.watch.begun(task.member, &run);
+        while !run.done() && !self.watch.stop() {
+            let report = run.advance()?;
+            self.watch.stepped(task.member, &report);
+        }
+        Ok(run.finish()?.status)
+    }
+
+    fn begin(&self, task: &Task) -> Result<Run, MemberError> {
+        let begun = Instant::now();
+        let scene = self.plan.scene(task.member.index)?;
+        let compute = (self.settle)(&scene)?;
+        if matches!(task.standing, Standing::Unfinished | Standing::Summed(_)) {
+            let folder = Folder::open(&task.folder).map_err(RunError::from)?;
+            return Ok(Run::resume_on(&compute, scene, folder)?);
+        }
+        let bodies = scene.build()?;
+        let simulation = Simulation::new_on(&compute, scene, bodies).map_err(MemberError::Start)?;
+        // The folder comes last, so that nothing is left of a member that cannot be begun.
+        let folder = match task.standing {
+            Standing::Unstarted => Folder::restart(&task.folder),
+            _ => Folder::create(&task.folder),
+        };
+        Ok(Run::start(simulation, folder.map_err(RunError::from)?, begun.elapsed())?)
+    }
+}

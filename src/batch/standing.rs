@@ -1,0 +1,189 @@
+//! How a member stands: what its folder holds.
+
+use super::plan::{HASH_DIGITS, INDEX_DIGITS, Member, Plan};
+use crate::record::{Folder, RecordError, RunStatus, differing_keys, scene_hash};
+use crate::scene;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, HashSet};
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+/// What a run's `summary.json` says, as far as a table shows it. A length that was not finite is `None`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Outcome {
+    /// How the run stands.
+    pub status: RunStatus,
+    /// Whether it went to its end.
+    pub completed: bool,
+    /// Hash of its scene.
+    pub scene_hash: String,
+    /// Hash of the state that it stands at.
+    pub state_hash: String,
+    /// Steps taken.
+    pub steps: u64,
+    /// Bodies now.
+    pub bodies: u64,
+    /// Largest overlap that a step left.
+    pub max_overlap: Option<f64>,
+    /// Recursions.
+    pub recursions: Recursions,
+    /// The solver.
+    pub solver: Products,
+    /// Wall time.
+    pub wall_seconds: Wall,
+    /// What computed it.
+    pub backend: String,
+    /// In which numbers.
+    pub precision: String,
+    /// By which version.
+    pub version: String,
+}
+
+/// Recursions of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Recursions {
+    /// A step's, on average.
+    pub mean: f64,
+}
+
+/// What the solver did.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Products {
+    /// Applications of `A` over all solves.
+    pub products: u64,
+}
+
+/// Wall time of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Wall {
+    /// Seconds, over all resumptions.
+    pub total: f64,
+}
+
+/// What a member's folder holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Standing {
+    /// Nothing, or there is no folder.
+    Missing,
+    /// A run that stopped before its first checkpoint.
+    Unstarted,
+    /// A run with a checkpoint and without a summary: it is running, or was killed.
+    Unfinished,
+    /// A run with a summary.
+    Summed(Outcome),
+}
+
+/// The folders that are there for the members of a plan.
+#[derive(Debug, Default)]
+pub struct Folders {
+    root: PathBuf,
+    /// By the digits of the hash in their names.
+    named: BTreeMap<String, Vec<PathBuf>>,
+}
+
+impl Folders {
+    /// Looks into the folder `root` of a batch, which need not be there yet.
+    ///
+    /// # Errors
+    /// [`RecordError::Io`] where it cannot be listed.
+    pub fn read(root: &Path) -> Result<Self, RecordError> {
+        let mut folders = Folders { root: root.into(), named: BTreeMap::new() };
+        let entries = match fs::read_dir(root) {
+            Err(e) if e.kind() == ErrorKind::NotFound => return Ok(folders),
+            entries => entries.map_err(RecordError::io(root, "use it as a folder"))?,
+        };
+        for entry in entries {
+            let path = entry.map_err(RecordError::io(root, "list it"))?.path();
+            if let Some(digits) = digits_of(&path) {
+                folders.named.entry(digits).or_default().push(path);
+            }
+        }
+        folders.named.values_mut().for_each(|paths| paths.sort());
+        Ok(folders)
+    }
+
+    /// The folder of a member, and how it stands: the one that bears its name, or one of the same scene under another index, which it had
+    /// before the sweep was changed.
+    ///
+    /// # Errors
+    /// [`RecordError::OtherScene`] where the run in the folder of its name is of another scene, [`RecordError::NotEmpty`] where there is no
+    /// run in it but something else, and files that cannot be read.
+    pub fn of(&self, plan: &Plan, member: &Member) -> Result<(PathBuf, Standing), RecordError> {
+        let own = self.root.join(member.name());
+        let standing = standing(plan, member, &own)?;
+        if standing != Standing::Missing {
+            return Ok((own, standing));
+        }
+        for path in self.named.get(member.short_hash()).into_iter().flatten().filter(|path| **path != own) {
+            match self::standing(plan, member, path) {
+                Ok(Standing::Missing) | Err(RecordError::OtherScene { .. }) => {}
+                found => return Ok((path.clone(), found?)),
+            }
+        }
+        Ok((own, Standing::Missing))
+    }
+
+    /// Folders with names like those of members that are of no member of this plan.
+    pub fn strangers(&self, plan: &Plan) -> Vec<&Path> {
+        let known: HashSet<&str> = plan.members().iter().map(Member::short_hash).collect();
+        let strange = self.named.iter().filter(|(digits, _)| !known.contains(digits.as_str()));
+        strange.flat_map(|(_, paths)| paths).map(PathBuf::as_path).collect()
+    }
+}
+
+/// The digits of the hash in the name of a member's folder.
+fn digits_of(path: &Path) -> Option<String> {
+    let (index, digits) = path.file_name()?.to_str()?.split_once('-')?;
+    let named = index.len() >= INDEX_DIGITS && index.bytes().all(|b| b.is_ascii_digit());
+    let hashed = digits.len() == HASH_DIGITS && digits.bytes().all(|b| b.is_ascii_hexdigit());
+    (named && hashed && path.is_dir()).then(|| digits.to_owned())
+}
+
+fn standing(plan: &Plan, member: &Member, path: &Path) -> Result<Standing, RecordError> {
+    let folder = Folder::at(path);
+    match fs::read_dir(path) {
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Standing::Missing),
+        Err(e) => return Err(RecordError::io(path, "use it as a folder")(e)),
+        Ok(mut entries) => {
+            if entries.next().is_none() {
+                return Ok(Standing::Missing);
+            }
+        }
+    }
+    let guard = |hash: &str| if hash == member.scene_hash { Ok(()) } else { Err(other_scene(plan, member, &folder)) };
+    if let Some(outcome) = outcome(&folder)? {
+        guard(&outcome.scene_hash)?;
+        return Ok(Standing::Summed(outcome));
+    }
+    if folder.scene().exists() {
+        let recorded = scene::read(&folder.scene());
+        let recorded =
+            recorded.map_err(|e| RecordError::Mangled { path: folder.scene(), what: e.message().to_owned() })?;
+        guard(&scene_hash(&recorded))?;
+        let begun = folder.checkpoint().exists() || folder.previous_checkpoint().exists();
+        return Ok(if begun { Standing::Unfinished } else { Standing::Unstarted });
+    }
+    // A run's first file is steps.csv, its second scene.json.
+    if folder.steps().exists() || folder.states().exists() {
+        return Ok(Standing::Unstarted);
+    }
+    Err(RecordError::NotEmpty { path: path.into() })
+}
+
+fn other_scene(plan: &Plan, member: &Member, folder: &Folder) -> RecordError {
+    let keys = plan.scene(member.index).map(|scene| differing_keys(&folder.scene(), &scene));
+    RecordError::OtherScene { path: folder.path().into(), keys: keys.unwrap_or_default() }
+}
+
+fn outcome(folder: &Folder) -> Result<Option<Outcome>, RecordError> {
+    let path = folder.summary();
+    match fs::read(&path) {
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(RecordError::io(&path, "read it")(e)),
+        Ok(bytes) => match serde_json::from_slice(&bytes) {
+            Ok(outcome) => Ok(Some(outcome)),
+            Err(e) => Err(RecordError::Mangled { path, what: format!("it is not a run's summary: {e}") }),
+        },
+    }
+}

@@ -1,0 +1,149 @@
+//! `relcp batch`: many runs from one file.
+
+use super::arguments::{Backend, Batch as Arguments, Compute as ComputeArguments};
+use super::batch_progress::{BatchProgress, chain};
+use super::compute;
+use super::exit::{CliError, Exit};
+use super::output;
+use super::run::RUNS;
+use crate::batch::{BatchError, Ended, Folders, Member, MemberError, Options, Plan, RowStatus, Table, run};
+use crate::relcp::Compute;
+use crate::scene::Scene;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+pub(super) fn batch(arguments: &Arguments) -> Result<Exit, CliError> {
+    compute::set_threads(&arguments.compute)?;
+    let plan = Plan::open(&arguments.sweep)?;
+    let out = arguments.out.clone().unwrap_or_else(|| plan.folder_in(Path::new(RUNS)));
+    let members = match arguments.index {
+        None => plan.members(),
+        Some(index) => plan.members().get(index..=index).ok_or_else(|| {
+            let count = plan.members().len();
+            CliError::Usage(format!("there is no member {index}; the sweep has {count}, numbered from 0"))
+        })?,
+    };
+    if arguments.count {
+        return count(arguments, members.len());
+    }
+    if arguments.list {
+        return list(arguments, &plan, &out);
+    }
+    let silent = arguments.print.quiet || arguments.index.is_some();
+    for stranger in Folders::read(&out).map_err(BatchError::from)?.strangers(&plan).iter().filter(|_| !silent) {
+        output::message(&format!("{} is of no member of this sweep, and left alone", stranger.display()));
+    }
+    if arguments.table {
+        return table(arguments, &plan, &out);
+    }
+    run_members(arguments, &plan, &out, members)
+}
+
+fn count(arguments: &Arguments, members: usize) -> Result<Exit, CliError> {
+    if arguments.print.json {
+        output::json(&json!({ "members": members }))?;
+    } else {
+        output::write(|out| writeln!(out, "{members}"))?;
+    }
+    Ok(Exit::Done)
+}
+
+fn list(arguments: &Arguments, plan: &Plan, out: &Path) -> Result<Exit, CliError> {
+    let folders = Folders::read(out).map_err(BatchError::from)?;
+    let folder = |member: &Member| -> PathBuf {
+        folders.of(plan, member).map_or_else(|_| out.join(member.name()), |(folder, _)| folder)
+    };
+    let members = plan.members();
+    if arguments.print.json {
+        let entry = |m: &Member| {
+            let (index, set, values, hash) = (m.index, &m.set, &m.values, &m.scene_hash);
+            json!({ "index": index, "folder": folder(m), "set": set, "values": values, "scene_hash": hash, "steps": m.steps })
+        };
+        let members: Vec<_> = members.iter().map(entry).collect();
+        output::json(&json!({ "name": plan.sweep().name, "out": out, "columns": plan.columns(), "members": members }))?;
+    } else {
+        let width = members.len().saturating_sub(1).to_string().len();
+        output::write(|out| {
+            let mut line = |m: &Member| writeln!(out, "{:>width$}  {}  {}", m.index, folder(m).display(), m.label());
+            members.iter().try_for_each(&mut line)
+        })?;
+    }
+    Ok(Exit::Done)
+}
+
+fn table(arguments: &Arguments, plan: &Plan, out: &Path) -> Result<Exit, CliError> {
+    let table = Table::of(plan, out, plan.members())?;
+    table.write(out)?;
+    print(arguments, &table)?;
+    let left = table.rows.iter().filter(|row| !row.status.finished()).count();
+    if left > 0 {
+        output::message(&format!("{left} of {} members have not gone to their end", table.rows.len()));
+    }
+    Ok(table.rows.iter().map(|row| standing(row.status)).fold(Exit::Done, Exit::worse))
+}
+
+/// What a member that is not being run counts for: what is still to be run is no fault.
+fn standing(status: RowStatus) -> Exit {
+    match status {
+        RowStatus::OutOfTolerance => Exit::OutOfTolerance,
+        RowStatus::Fault | RowStatus::Failed => Exit::Internal,
+        RowStatus::Refused => Exit::Usage,
+        RowStatus::Done | RowStatus::Interrupted | RowStatus::Unfinished | RowStatus::Missing => Exit::Done,
+    }
+}
+
+fn run_members(arguments: &Arguments, plan: &Plan, out: &Path, members: &[Member]) -> Result<Exit, CliError> {
+    let on_device = on_device(&arguments.compute, plan)?;
+    let threads = arguments.compute.threads.map_or_else(cores, usize::from);
+    // Members on one device would wait for each other.
+    let jobs = arguments.jobs.map_or(if on_device { 1 } else { threads }, usize::from);
+    let progress = BatchProgress::new(arguments.print.quiet);
+    let settle = |scene: &Scene| compute::settle(&arguments.compute, scene).map_err(unfit);
+    let options = Options { jobs, threads, retry: arguments.retry };
+    let ended = run(plan, out, members, options, &settle, &progress)?;
+    progress.end();
+    let mut table = Table::of(plan, out, members)?;
+    for (member, ended) in members.iter().zip(&ended) {
+        if let Ended::Failed(error) = ended {
+            table.failed(member.index, chain(error));
+        }
+    }
+    if arguments.index.is_none() && out.is_dir() {
+        table.write(out)?;
+    }
+    print(arguments, &table)?;
+    let exit = ended.iter().map(Exit::of_member).fold(Exit::Done, Exit::worse);
+    if exit == Exit::Interrupted {
+        output::message("stopped; the same command goes on");
+    }
+    Ok(exit)
+}
+
+fn print(arguments: &Arguments, table: &Table) -> Result<(), CliError> {
+    if arguments.print.json {
+        return output::json(table);
+    }
+    if arguments.print.quiet {
+        return Ok(());
+    }
+    output::write(|out| write!(out, "{table}"))
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// Whether a device computes, by the first member; what cannot be had is told before anything is run.
+fn on_device(arguments: &ComputeArguments, plan: &Plan) -> Result<bool, CliError> {
+    if arguments.backend == Backend::Cpu && arguments.precision.is_none() && arguments.adapter.is_none() {
+        return Ok(false);
+    }
+    Ok(matches!(compute::settle(arguments, &plan.scene(0)?)?, Compute::Gpu { .. }))
+}
+
+fn unfit(error: CliError) -> MemberError {
+    match error {
+        CliError::Device(fault) => MemberError::Device(fault),
+        other => MemberError::Unfit(other.to_string()),
+    }
+}
