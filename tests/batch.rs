@@ -289,11 +289,12 @@ fn only_what_is_missing_is_run() {
 }
 
 /// Members that take long enough to be stopped in the middle.
-const LONG: &str = r#"{ "name": "long", "scene": "rods.json", "set": { "time.dt": 0.0001, "time.end": 0.3 },
+const LONG: &str = r#"{ "name": "long", "scene": "rods.json", "set": { "time.dt": 0.0001, "output.every": 0.01 },
                         "seeds": [1, 2, 3] }"#;
 
 #[cfg(unix)]
 fn stopped(place: &Place, out: &str, signal: &str) -> (Option<i32>, String) {
+    let started = SystemTime::now();
     let child = std::process::Command::new(assert_cmd::cargo::cargo_bin("relcp"))
         .current_dir(&place.0)
         .args(["batch", "sweep.json", "--backend", "cpu", "--jobs", "2", "--out", out])
@@ -302,7 +303,11 @@ fn stopped(place: &Place, out: &str, signal: &str) -> (Option<i32>, String) {
         .spawn()
         .unwrap();
     let begun = Instant::now();
-    let in_the_middle = |name: &String| place.at(out).join(name).join("states/state_0000000100.npz").exists();
+    // A state of this time, not one that an earlier time left.
+    let written = |name: &String| {
+        fs::metadata(place.at(out).join(name).join("states/state_0000000500.npz")).ok()?.modified().ok()
+    };
+    let in_the_middle = |name: &String| written(name).is_some_and(|at| at > started);
     while !place.at(out).is_dir() || !place.folders(out).iter().any(in_the_middle) {
         assert!(begun.elapsed() < Duration::from_secs(600), "the batch does not get on");
         std::thread::sleep(Duration::from_millis(1));
