@@ -13,7 +13,7 @@ fn written(folder: &tempfile::TempDir, states: &States) -> (PathBuf, relcp::expo
     let path = folder.path().join("out.gsd");
     let done = gsd(states, &path, &mut |_, _| true).unwrap();
     assert_eq!(done.bytes, std::fs::metadata(&path).unwrap().len());
-    assert_eq!(done.files, [path.clone()]);
+    assert_eq!(done.files, std::slice::from_ref(&path));
     (path, done)
 }
 

@@ -111,7 +111,9 @@ fn stored_systems_are_solved() {
             STORED.into_iter().filter(|name| std::env::var("LCP").is_err() || std::env::var("LCP").unwrap() == *name)
         {
             let stored = stored(name);
-            for start in [stored.start.clone(), Vec::new()] {
+            // The largest takes long: once is enough.
+            let starts = if name.contains("4096") { 1 } else { 2 };
+            for start in [stored.start.clone(), Vec::new()].into_iter().take(starts) {
                 let solved = solve(gpu, precision, &mut solver, &stored.problem, &start);
                 let mut gamma = start.clone();
                 let cpu = lcp::Solver::new(SolverKind::Auto, settings).solve(&stored.problem, &mut gamma);
@@ -134,6 +136,8 @@ fn stored_systems_are_solved() {
                 assert_eq!(solved.outcome.status, Status::Solved, "{name}");
                 assert!(rechecked <= 1.1 * tolerance, "{name}: {rechecked:e}");
                 assert!(error(&solved.velocity, &velocity(&stored.problem, &solved.gamma)) < 1e-5);
+                // What 1e-5 leaves of the velocity; on the CPU 8e-4 at worst.
+                assert!(error(&solved.velocity, &stored.velocity) < 4e-3, "{name}");
             }
         }
     }
@@ -362,103 +366,4 @@ fn more_rows_than_invocations_are_solved() {
 
 fn words(words: &[u32]) -> Vec<u8> {
     words.iter().flat_map(|word| word.to_le_bytes()).collect()
-}
-
-/// Seconds of processor time that this process used.
-fn used() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
-    let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
-    (fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap()) / 100.0
-}
-
-#[test]
-#[ignore = "a measurement"]
-fn profile() {
-    let Some(gpu) = device() else { return };
-    let max_iterations = std::env::var("ITS").map_or(100, |n| n.parse().unwrap());
-    let settings = Settings { tolerance: 1e-12, max_iterations };
-    let name = std::env::var("LCP").unwrap_or("colony1024_rec1".into());
-    let stored = stored(&name);
-    let precision = if std::env::var("F64").is_ok() { Precision::F64 } else { Precision::F32 };
-    let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
-    if std::env::var("SMALL").is_ok() {
-        solver.set_largest_small(u64::MAX);
-    }
-    for timed in [false, false, true] {
-        if timed && std::env::var("STAGES").is_ok() {
-            gpu.start_timing();
-        }
-        let before = used();
-        let solved = solve(gpu, precision, &mut solver, &stored.problem, &stored.start);
-        let each = 1e6 / solved.outcome.iterations as f64;
-        println!(
-            "{:?} {:.0} us wall, {:.0} us of processors an iteration",
-            solved.outcome,
-            solved.seconds * each,
-            (used() - before) * each
-        );
-    }
-    for pipeline in gpu.pipelines() {
-        print!("{} {:.3}; ", pipeline.name, pipeline.seconds);
-    }
-    println!();
-    for stage in gpu.stage_times() {
-        println!("{} {:.1} us each, {} passes", stage.stage, 1e6 * stage.seconds / stage.passes as f64, stage.passes);
-    }
-}
-
-#[test]
-#[ignore = "a measurement"]
-fn paths() {
-    let Some(gpu) = device() else { return };
-    for precision in precisions(gpu) {
-        for rows in [16, 32, 64, 128, 256, 512, 1024, 2048, 4096] {
-            let settings = Settings { tolerance: 1e-30, max_iterations: 200 };
-            let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
-            let problem = random::<3>(3, (rows as u32 * 2 / 3).max(4), rows);
-            let mut line = format!("{} {rows} rows:", precision.name());
-            for (largest, path) in [(0, "large"), (u64::MAX, "small")] {
-                solver.set_largest_small(largest);
-                solve(gpu, precision, &mut solver, &problem, &[]);
-                let solved = solve(gpu, precision, &mut solver, &problem, &[]);
-                let each = 1e6 * solved.seconds / solved.outcome.iterations as f64;
-                line += &format!(
-                    " {path} {each:.0} us an iteration ({:.1} dispatches, {} its),",
-                    solved.dispatches as f64 / solved.outcome.iterations as f64,
-                    solved.outcome.iterations
-                );
-            }
-            println!("{line}");
-        }
-    }
-}
-
-#[test]
-#[ignore = "a measurement"]
-fn reach() {
-    let Some(gpu) = device() else { return };
-    let precision = Precision::F32;
-    for name in
-        STORED.into_iter().filter(|name| std::env::var("LCP").is_err() || std::env::var("LCP").unwrap() == *name)
-    {
-        for tolerance in [1e-6] {
-            let settings = Settings { tolerance, max_iterations: 6_000 };
-            let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
-            let stored = stored(name);
-            let solved = solve(gpu, precision, &mut solver, &stored.problem, &stored.start);
-            let mut gamma = stored.start.clone();
-            let cpu = lcp::Solver::new(SolverKind::Auto, settings).solve(&stored.problem, &mut gamma);
-            println!(
-                "{name} to {tolerance:e}: {:?} {} its {} products (CPU {}), residual {:.2e} rechecked {:.2e}, v {:.1e} (CPU {:.1e})",
-                solved.outcome.status,
-                solved.outcome.iterations,
-                solved.outcome.products,
-                cpu.products,
-                solved.outcome.residual,
-                residual(&stored.problem, &solved.gamma),
-                error(&velocity(&stored.problem, &solved.gamma), &stored.velocity),
-                error(&velocity(&stored.problem, &gamma), &stored.velocity),
-            );
-        }
-    }
 }
