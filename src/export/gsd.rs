@@ -1,6 +1,6 @@
 //! GSD, the format of HOOMD-blue, which OVITO and the Python package `gsd` read: schema `hoomd` 1.4, one frame a state.
 //!
-//! Positions, orientations and velocities are 32-bit floats, as the schema has them. Shapes belong to [types](super::classes), which
+//! Positions, orientations and velocities are 32-bit floats, as the schema has them. Shapes belong to types, which
 //! stand in the first frame, for all. What the schema has no place for is in `log/`:
 //!
 //! | chunk | rows | what |

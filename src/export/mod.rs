@@ -1,6 +1,6 @@
 //! The states of a run in formats that other programs read: GSD for OVITO and HOOMD's tools, VTK's for ParaView.
 //!
-//! [`States`] finds the states, [`gsd`] and [`vtk`] write them. Each file is there whole or not at all. Shapes are exact wherever the
+//! [`States`] finds the states, [`gsd()`] and [`vtk()`] write them. Each file is there whole or not at all. Shapes are exact wherever the
 //! format has them: see [`gsd`](mod@gsd) and [`vtk`](mod@vtk) for what is where, and how rods and rings are expressed.
 //!
 //! ```
