@@ -77,6 +77,19 @@ struct Crew<'a> {
 
 /// Runs these members of a plan in folders under `out`, and says how each ended, in the order of `members`.
 ///
+/// ```no_run
+/// use relcp::batch::{Options, Plan, Table, Watch, run};
+/// use relcp::relcp::Compute;
+/// struct Nobody;
+/// impl Watch for Nobody {}
+/// let plan = Plan::open("rates.json".as_ref())?;
+/// let out = plan.folder_in("runs".as_ref());
+/// let options = Options { jobs: 2, threads: 4, retry: false };
+/// run(&plan, &out, plan.members(), options, &|_| Ok(Compute::Cpu), &Nobody)?;
+/// print!("{}", Table::of(&plan, &out, plan.members())?);
+/// # Ok::<(), relcp::batch::BatchError>(())
+/// ```
+///
 /// Every folder is looked at before anything is run. A finished member is left alone, one that was stopped goes on from its checkpoint.
 ///
 /// # Errors
