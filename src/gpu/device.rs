@@ -56,7 +56,7 @@ pub(super) struct Shared {
 pub struct PipelineReport {
     /// The kernel's name.
     pub name: String,
-    /// Seconds to validate and translate it; drivers may compile later, at first use.
+    /// Seconds to validate and translate it; drivers may compile later, at first use, unless told to at once.
     pub seconds: f64,
 }
 
@@ -83,6 +83,7 @@ pub struct Gpu {
     least_capacity: AtomicU64,
     most_bank_bytes: AtomicU64,
     patience_ms: AtomicU64,
+    compile_at_once: AtomicBool,
 }
 
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -142,6 +143,7 @@ impl Gpu {
             least_capacity: AtomicU64::new(1024),
             most_bank_bytes: AtomicU64::new(u64::MAX),
             patience_ms: AtomicU64::new(PATIENCE.as_millis() as u64),
+            compile_at_once: AtomicBool::new(false),
         };
         gpu.warnings = self_test::run(&gpu)?;
         *lock(&gpu.counters) = Counters::default();
@@ -213,6 +215,16 @@ impl Gpu {
     /// The most elements of `bytes` each that one buffer may hold.
     pub fn most_elements(&self, bytes: usize) -> u64 {
         self.limits.max_buffer_size.min(MOST_BANKS * self.bank_bytes()) / bytes as u64
+    }
+
+    /// Makes drivers compile every kernel when it is made, not at its first use: one workgroup of it is run on zeros. Then the seconds in
+    /// [`PipelineReport`] are all that a kernel costs.
+    pub fn compile_at_once(&self) {
+        self.compile_at_once.store(true, Ordering::Relaxed);
+    }
+
+    pub(super) fn compiles_at_once(&self) -> bool {
+        self.compile_at_once.load(Ordering::Relaxed)
     }
 
     /// Bytes that are bound at once: buffers that are larger are bound in several banks. A power of two.

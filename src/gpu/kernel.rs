@@ -198,7 +198,55 @@ fn compile(gpu: &Gpu, name: &str, code: &str, bindings: &[Binding]) -> Result<Co
         (layout, pipeline)
     });
     let (layout, pipeline) = made.map_err(|e| e.to_string())?;
+    if gpu.compiles_at_once() {
+        use_once(gpu, name, &layout, &pipeline, bindings).map_err(|e| e.to_string())?;
+    }
     let seconds = begun.elapsed().as_secs_f64();
     lock(&gpu.pipelines).push(PipelineReport { name: name.to_owned(), seconds });
     Ok(Compiled { id: gpu.new_id(), pipeline, layout })
+}
+
+/// Dispatches one workgroup with parameters and buffers of zeros, and waits: the driver has compiled it then.
+fn use_once(
+    gpu: &Gpu,
+    name: &str,
+    layout: &wgpu::BindGroupLayout,
+    pipeline: &wgpu::ComputePipeline,
+    bindings: &[Binding],
+) -> Result<(), GpuError> {
+    /// Enough for what a kernel binds beside arrays whose length it is told.
+    const BYTES: u64 = 4096;
+    gpu.scoped(name, || {
+        let buffer = |b: &Binding| {
+            let usage = if b.uniform { wgpu::BufferUsages::UNIFORM } else { wgpu::BufferUsages::STORAGE };
+            let size = b.bytes.max(BYTES).next_multiple_of(16);
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(name),
+                size,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let buffers: Vec<wgpu::Buffer> = bindings.iter().map(buffer).collect();
+        let entries: Vec<_> = bindings
+            .iter()
+            .zip(&buffers)
+            .map(|(b, buffer)| {
+                let size = std::num::NonZeroU64::new(if b.uniform { b.bytes } else { buffer.size() });
+                let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size });
+                wgpu::BindGroupEntry { binding: b.number, resource }
+            })
+            .collect();
+        let descriptor = wgpu::BindGroupDescriptor { label: Some(name), layout, entries: &entries };
+        let group = gpu.device.create_bind_group(&descriptor);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(pipeline);
+        let offsets: &[u32] = if bindings.iter().any(|b| b.uniform) { &[0] } else { &[] };
+        pass.set_bind_group(0, &group, offsets);
+        pass.dispatch_workgroups(1, 1, 1);
+        drop(pass);
+        gpu.queue.submit([encoder.finish()]);
+    })?;
+    gpu.wait()
 }
