@@ -3,7 +3,7 @@
 pub mod cpu;
 pub mod gpu;
 
-use crate::lcp::Outcome;
+use crate::lcp::{Outcome, Stored};
 use crate::relcp::{Fault, Phases, State};
 
 /// What a trial configuration looks like: every pair of bodies, also those that were not near at the step's start.
@@ -33,6 +33,10 @@ pub trait Backend: Send {
     fn append_violations(&mut self) -> Result<(), Fault>;
     /// Makes the trial the state and returns the step's wall time by phase.
     fn accept(&mut self) -> Result<Phases, Fault>;
+    /// The present multipliers, a row each.
+    fn multipliers(&self) -> Result<Vec<f64>, Fault>;
+    /// The present LCP with its multipliers and the `start` that they came from, rows in the order of [`Backend::multipliers`].
+    fn stored_lcp(&self, start: Vec<f64>) -> Result<Stored, Fault>;
     /// How many rows there are.
     fn constraints(&self) -> usize;
     /// Steps accepted so far, those before a resumption too.

@@ -1,23 +1,23 @@
 //! One timestep: Algorithm 1 of the paper, written once for every backend.
 
-use super::{Fault, StepReport};
+use super::{Fault, Keep, StepReport};
 use crate::backend::Backend;
 use crate::lcp::{Outcome, Status};
 use crate::scene::Contact;
 
-/// Takes one step and says what it did. A fault leaves the last accepted state.
-pub fn step(backend: &mut dyn Backend, contact: &Contact) -> Result<StepReport, Fault> {
+/// Takes one step and says what it did. A fault leaves the last accepted state. LCPs that `keep` wants are kept there.
+pub fn step(backend: &mut dyn Backend, contact: &Contact, keep: &mut Keep) -> Result<StepReport, Fault> {
     let mut report = StepReport::default();
     backend.begin()?; // growth, forces, effective mobility, free velocity at C^k
     backend.append_near()?; // A_0: one row a near pair
-    report.count(backend.solve()?); // gamma_0, U_0
+    report.count(keep.solve(backend, 0)?); // gamma_0, U_0
     let mut overlap = backend.trial()?; // C_1 = C(U_0), every pair looked at
     while overlap.violations > 0
         && report.recursions < contact.method.most_recursions(contact.max_recursions)
         && !report.contradicted(contact.overlap_tolerance)
     {
         backend.append_violations()?; // A_n+1: one more row a violating pair, linearised at C_n+1
-        report.count(backend.solve()?); // gamma_n+1 from gamma_n, U_n+1
+        report.count(keep.solve(backend, report.recursions + 1)?); // gamma_n+1 from gamma_n, U_n+1
         overlap = backend.trial()?; // C_n+2 = C(U_n+1), from C^k with the total velocity
         report.recursions += 1;
     }

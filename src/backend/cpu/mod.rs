@@ -11,7 +11,7 @@ use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{self, FEATURE_OF_SURFACES, RowSource, RowSourceError, sub_sphere_separations};
 use crate::dynamics::{self, ForceField, Law, Load, Motion, Pose, Twist};
 use crate::freedom::PLANAR;
-use crate::lcp::{self, Outcome, Problem};
+use crate::lcp::{self, Outcome, Problem, Stored};
 use crate::relcp::{Fault, Phases, State};
 use crate::scene::{Growth, Scene};
 use crate::separation::{Placed, planar_separation, separation};
@@ -292,6 +292,16 @@ impl<const D: usize> Backend for Cpu<D> {
         self.state.step += 1;
         self.phases.integrate += begun.elapsed();
         Ok(self.phases)
+    }
+
+    fn multipliers(&self) -> Result<Vec<f64>, Fault> {
+        let mut start = self.gamma.clone();
+        start.resize(self.problem.q.len(), 0.0);
+        Ok(start)
+    }
+
+    fn stored_lcp(&self, start: Vec<f64>) -> Result<Stored, Fault> {
+        Ok(Stored::new(&self.problem, start, &self.gamma))
     }
 
     fn constraints(&self) -> usize {

@@ -15,9 +15,9 @@ use super::{Backend, Overlap};
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
 use crate::dynamics::ForceField;
-use crate::freedom::PLANAR;
+use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Recorder};
-use crate::lcp::{self, Outcome, Problem};
+use crate::lcp::{self, Outcome, Problem, Stored};
 use crate::relcp::{Fault, Phases, State, Warm};
 use crate::scene::{Dynamics, Force, Growth, Scene};
 use crate::shape::Shape;
@@ -552,6 +552,22 @@ impl Backend for Device {
         self.state = OnceLock::new();
         self.phases.integrate += begun.elapsed();
         Ok(self.phases)
+    }
+
+    fn multipliers(&self) -> Result<Vec<f64>, Fault> {
+        let problem = &self.rows.problem;
+        let bytes = problem.rows * problem.gamma.element() as u64;
+        let read = self.gpu.record().read(&[(&problem.gamma, 0..bytes)])?;
+        Ok(self.setup.precision.decode(&read[0]))
+    }
+
+    fn stored_lcp(&self, start: Vec<f64>) -> Result<Stored, Fault> {
+        if self.setup.planar {
+            let (problem, gamma) = self.lcp::<PLANAR>()?;
+            return Ok(Stored::new(&problem, start, &gamma));
+        }
+        let (problem, gamma) = self.lcp::<SPATIAL>()?;
+        Ok(Stored::new(&problem, start, &gamma))
     }
 
     fn constraints(&self) -> usize {
