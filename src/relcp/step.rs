@@ -5,8 +5,10 @@ use crate::backend::{Backend, Overlap};
 use crate::lcp::{Outcome, Status};
 use crate::scene::{Contact, Stepping};
 
-/// Trials of a midpoint step that may move the offsets of its rows, before it appends rows as the paper does.
-const MOST_CORRECTIONS: u32 = 4;
+/// Recursions of a midpoint step that may move the offsets of its rows, before it appends rows as the paper does. Two ellipsoids at an overlap
+/// tolerance of 1e-9 fall to first order with one, and keep the second with two (at 1e-5 one does). Each more costs nothing where it is not needed and a
+/// recursion where bodies are crowded: a colony to 32 cells takes 7,219, 8,419, 8,377, 8,049 and 9,968 products with 1, 2, 3, 4 and 8.
+const MOST_CORRECTIONS: u32 = 3;
 
 /// Takes one step and says what it did. A fault leaves the last accepted state.
 pub fn step(backend: &mut dyn Backend, contact: &Contact, stepping: Stepping) -> Result<StepReport, Fault> {

@@ -1,7 +1,7 @@
 //! The rows of a step on the CPU: made from near pairs and from violations, and what of them the next step starts from.
 
-use super::{At, Cpu};
 use super::narrow_phase::{self, Known, Near};
+use super::{At, Cpu};
 use crate::constraint::{self, FEATURE_OF_SURFACES, Mover, sub_sphere_separations};
 use crate::dynamics;
 use crate::relcp::Warm;
