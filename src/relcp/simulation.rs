@@ -198,7 +198,7 @@ impl Simulation {
     /// # Errors
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
-        let mut report = step(self.backend.as_mut(), &self.scene.contact, &mut self.keep)?;
+        let mut report = step(self.backend.as_mut(), &self.scene.contact, self.scene.time.stepping, &mut self.keep)?;
         report.time = self.scene.time.after(report.step);
         Ok(report)
     }

@@ -19,7 +19,7 @@ use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Recorder};
 use crate::lcp::{self, Outcome, Problem, Stored};
 use crate::relcp::{Fault, Phases, State, Warm};
-use crate::scene::{Dynamics, Force, Growth, Scene};
+use crate::scene::{Dynamics, Force, Growth, Scene, Stepping};
 use crate::shape::Shape;
 use bytemuck::Zeroable;
 use candidates::Candidates;
@@ -170,6 +170,9 @@ impl Device {
         gpu.check(precision)?;
         if scene.contact.method.row_source() != RowSource::Surfaces {
             return Err(GpuError::Unsupported { what: "multi-sphere rows".into() });
+        }
+        if scene.time.stepping == Stepping::Midpoint {
+            return Err(GpuError::Unsupported { what: "midpoint stepping".into() });
         }
         let setup = Setup::new(scene, &state.bodies.shape, precision)?;
         let (real, bodies) = (precision.bytes(), state.bodies.len() as u64);
@@ -462,6 +465,14 @@ impl Backend for Device {
         record.submit()?;
         self.phases.integrate += begun.elapsed();
         Ok(())
+    }
+
+    fn middle(&mut self) -> Result<(), Fault> {
+        Err(GpuError::Unsupported { what: "midpoint stepping".into() }.into())
+    }
+
+    fn tighten_violations(&mut self) -> Result<(), Fault> {
+        Err(GpuError::Unsupported { what: "midpoint stepping".into() }.into())
     }
 
     fn append_near(&mut self) -> Result<(), Fault> {
