@@ -10,7 +10,7 @@ use crate::scene::Dump;
 pub struct Kept {
     /// The step that was being taken, from 1.
     pub step: u64,
-    /// Recursions before this solve.
+    /// Recursions before this solve; the half step of a midpoint step counts as one.
     pub recursion: u32,
     /// How the solve ended.
     pub outcome: Outcome,
