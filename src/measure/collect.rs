@@ -4,6 +4,9 @@ use super::{Cell, Column, Found, Frame, LeftOut, Measure, MeasureError, Settings
 use crate::bodies::Bodies;
 use crate::export::{States, Watch};
 
+/// How far the square of an orientation's length may be from 1: states in f32 are within 1e-6.
+const UNIT_TOLERANCE: f64 = 1e-4;
+
 /// What was measured of which states.
 pub struct Measured {
     /// What all states share.
@@ -97,13 +100,16 @@ pub(super) fn measure_in(
 }
 
 fn check(bodies: &Bodies, origin: &dyn Fn() -> String) -> Result<(), MeasureError> {
-    let fault = |body: usize, what: &'static str| Err(MeasureError::NotFinite { origin: origin(), body, what });
+    let fault = |body: usize, what: String| Err(MeasureError::Unfit { origin: origin(), body, what });
     for i in 0..bodies.len() {
         if !bodies.position[i].is_finite() {
-            return fault(i, "position");
+            return fault(i, "position is not finite".into());
         }
-        if !(bodies.orientation[i].is_finite() && bodies.orientation[i].length_squared() > 0.0) {
-            return fault(i, "orientation");
+        if !((bodies.orientation[i].length_squared() - 1.0).abs() < UNIT_TOLERANCE) {
+            return fault(i, "orientation is not a unit quaternion".into());
+        }
+        if let Err(wrong) = bodies.shape[i].validate() {
+            return fault(i, format!("shape cannot be: {wrong}"));
         }
     }
     Ok(())

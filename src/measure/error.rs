@@ -34,15 +34,15 @@ pub enum MeasureError {
         /// What was asked for.
         name: String,
     },
-    /// A body that is nowhere.
-    #[error("{origin}: body {body}: its {what} is not finite")]
-    NotFinite {
+    /// A body that cannot be measured.
+    #[error("{origin}: body {body}: its {what}")]
+    Unfit {
         /// The state.
         origin: String,
         /// The first body concerned, by its row.
         body: usize,
-        /// Which quantity.
-        what: &'static str,
+        /// Which quantity is wrong, and how.
+        what: String,
     },
     /// A table or a plot could not be made.
     #[error("{}: it could not be made: {what}", path.display())]
@@ -78,7 +78,7 @@ impl MeasureError {
             MeasureError::States(error) => error.exit_code(),
             MeasureError::Record(error) => error.exit_code(),
             MeasureError::Unknown { .. } => 2,
-            MeasureError::NoState { .. } | MeasureError::NotFinite { .. } | MeasureError::Unmade { .. } => 4,
+            MeasureError::NoState { .. } | MeasureError::Unfit { .. } | MeasureError::Unmade { .. } => 4,
             MeasureError::Stopped { .. } => 130,
         }
     }

@@ -22,6 +22,12 @@ const COLUMNS: [Column; 6] = [
     Column { name: "nematic_local_neighbours", what: "mean number of others in a neighbourhood" },
 ];
 
+/// Most pairs that are listed for local order: a gigabyte.
+const MOST_PAIRS: f64 = (1_u32 << 27) as f64;
+
+/// Bodies whose neighbours are counted before they are listed.
+const ASKED: usize = 64;
+
 /// Nematic order.
 pub(super) struct Nematic;
 
@@ -54,7 +60,10 @@ impl Measure for Nematic {
             .settings
             .neighbourhood
             .unwrap_or_else(|| median(view.bodies().shape.iter().map(|shape| shape.major_axis())));
-        let (local, neighbours) = local(view, &among, &axes, radius);
+        let (local, neighbours) = match crowd(view, &among, radius) {
+            pairs if pairs > MOST_PAIRS => (None, f64::NAN),
+            _ => local(view, &among, &axes, radius),
+        };
         let director = view.planar().then(|| all.director_degrees()).flatten();
         Ok(Found {
             values: vec![
@@ -65,10 +74,26 @@ impl Measure for Nematic {
                 cell(radius),
                 cell(neighbours),
             ],
-            remark: local.is_none().then(|| "no body has a neighbour with an axis, so there is no local order".into()),
+            remark: local.is_none().then(|| no_local(neighbours)),
             ..Found::default()
         })
     }
+}
+
+fn no_local(neighbours: f64) -> String {
+    if neighbours.is_nan() {
+        return "the neighbourhoods hold too many pairs for a local order; choose smaller ones".into();
+    }
+    "no body has a neighbour with an axis, so there is no local order".into()
+}
+
+/// About how many pairs the search for neighbours would list: from some of the bodies, evenly spaced in their order.
+fn crowd(view: &View<'_>, among: &[usize], radius: f64) -> f64 {
+    let position = |i: &usize| view.bodies().position[*i];
+    let asked = || among.iter().step_by(among.len().div_ceil(ASKED));
+    let near = |i: &usize| among.iter().filter(|j| (position(i) - position(j)).abs().max_element() <= radius).count() - 1;
+    let found: usize = asked().map(near).sum();
+    0.5 * found as f64 * among.len() as f64 / asked().count() as f64
 }
 
 /// The mean order of the neighbourhoods that have a neighbour in them, and the mean number of neighbours.

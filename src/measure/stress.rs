@@ -63,6 +63,9 @@ impl Measure for Stress {
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {
         let position = &view.bodies().position;
+        if position.is_empty() {
+            return Err("there is no body".into());
+        }
         let mut virial = DMat3::ZERO;
         let mut of_body = vec![0.0; position.len()];
         let (mut sum, mut most, mut pairs) = (0.0, 0.0_f64, 0_usize);
@@ -115,6 +118,10 @@ fn trace(m: DMat3) -> f64 {
 fn shear(stress: DMat3, planar: bool) -> f64 {
     if planar {
         return (0.5 * (stress.x_axis.x - stress.y_axis.y)).hypot(stress.y_axis.x);
+    }
+    // The search for eigenvalues does not end where there are none.
+    if !stress.is_finite() {
+        return f64::NAN;
     }
     let principal = nalgebra::Matrix3::from_column_slice(&stress.to_cols_array()).symmetric_eigenvalues();
     0.5 * (principal.max() - principal.min())
