@@ -45,7 +45,10 @@ fn a_run_is_measured_into_its_folder() {
     colony(place.path());
     let (out, err) = relcp(place.path(), &["measure", "run", "--threads", "1"], 0);
     assert!(out.starts_with("11 states; the last, of 8 bodies at time 2.5:") && err.is_empty(), "{out}{err}");
-    assert!(out.contains("note: stress: the state has no contact forces: only a checkpoint has (10 of 11 states)"), "{out}");
+    assert!(
+        out.contains("note: stress: the state has no contact forces: only a checkpoint has (10 of 11 states)"),
+        "{out}"
+    );
     let folder = place.path().join("run/measures");
     let rows = table(&folder.join("measures.csv"));
     assert_eq!(rows.len(), 11);
@@ -65,7 +68,9 @@ fn a_run_is_measured_into_its_folder() {
     assert!((last["length_mean"].unwrap() - lengths.sum::<f64>() / 8.0).abs() < 1e-12);
     // The first state is one cell: of what it has no more than one of, there is nothing.
     let first = &rows[0];
-    for column in ["nematic_local", "correlation_length", "packing_core", "pushing", "pressure", "chains", "dissipation"] {
+    for column in
+        ["nematic_local", "correlation_length", "packing_core", "pushing", "pressure", "chains", "dissipation"]
+    {
         assert_eq!(first[column], None, "{column}");
     }
     assert!((first["packing_hull"].unwrap() - 1.0).abs() < 1e-6);
@@ -102,7 +107,10 @@ fn the_files_are_the_same_for_any_number_of_threads_and_those_not_made_again_go(
     assert!(plots.clone().count() > 10);
     for (name, bytes) in plots {
         let text = std::str::from_utf8(bytes).unwrap();
-        assert!(text.starts_with("<svg") && text.trim_end().ends_with("</svg>") && text.contains("<polyline"), "{name}");
+        assert!(
+            text.starts_with("<svg") && text.trim_end().ends_with("</svg>") && text.contains("<polyline"),
+            "{name}"
+        );
         assert!(!text.contains("NaN") && !text.contains("inf"), "{name}");
     }
     fs::write(place.path().join("run/measures/mine.svg"), b"note").unwrap();

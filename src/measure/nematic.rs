@@ -91,7 +91,8 @@ fn no_local(neighbours: f64) -> String {
 fn crowd(view: &View<'_>, among: &[usize], radius: f64) -> f64 {
     let position = |i: &usize| view.bodies().position[*i];
     let asked = || among.iter().step_by(among.len().div_ceil(ASKED));
-    let near = |i: &usize| among.iter().filter(|j| (position(i) - position(j)).abs().max_element() <= radius).count() - 1;
+    let near =
+        |i: &usize| among.iter().filter(|j| (position(i) - position(j)).abs().max_element() <= radius).count() - 1;
     let found: usize = asked().map(near).sum();
     0.5 * found as f64 * among.len() as f64 / asked().count() as f64
 }
