@@ -82,7 +82,12 @@ fn print(measured: &Measured, folder: &Path, files: &[PathBuf]) -> Result<(), Cl
     })
 }
 
-/// Six digits; whole numbers as such.
+/// Six digits, with an exponent where zeros would fill the line; whole numbers as such.
 fn digits(value: f64) -> String {
-    if value == value.trunc() && value.abs() < 1e15 { value.to_string() } else { format!("{value:.5e}") }
+    let short = format!("{value:.5e}");
+    match short.parse::<f64>() {
+        _ if value == value.trunc() && value.abs() < 1e15 => value.to_string(),
+        Ok(rounded) if (1e-4..1e6).contains(&rounded.abs()) => rounded.to_string(),
+        _ => short,
+    }
 }

@@ -6,9 +6,15 @@
 use crate::shape::{Centreline, Geometry, Shape};
 use glam::{DQuat, DVec3};
 use std::f64::consts::{PI, TAU};
+use std::sync::LazyLock;
 
-/// Points tried a body. Of a colony's ring of one diameter's width the fraction filled differs by less than 1e-3 from that with 1,024.
-const TRIED: u32 = 64;
+/// Points tried a body. In a colony of 512 cells the part filled of rings of one diameter's width is within 0.004 from the fifth ring on and
+/// within 0.01 in the first four (0.003 and 0.003 with 1,024, 0.016 and 0.032 with 64), compared with points on a grid of 1/50 of a diameter.
+const TRIED: usize = 512;
+
+/// The points in the box from -1 to 1.
+static IN_BOX: LazyLock<Vec<DVec3>> =
+    LazyLock::new(|| (1..=TRIED).map(|k| DVec3::new(halton(k, 2), halton(k, 3), halton(k, 5))).collect());
 
 /// Fills `out` with points, from the body's centre, that stand for equal parts of it.
 pub(super) fn points(shape: &Shape, orientation: DQuat, axis: Option<DVec3>, planar: bool, out: &mut Vec<DVec3>) {
@@ -28,13 +34,13 @@ fn ring(radius: f64, orientation: DQuat, planar: bool, out: &mut Vec<DVec3>) {
         out.extend([-side, side]);
         return;
     }
-    let angle = |k: u32| TAU * f64::from(k) / f64::from(TRIED);
+    let angle = |k: usize| TAU * k as f64 / TRIED as f64;
     out.extend((0..TRIED).map(|k| orientation * (radius * DVec3::new(angle(k).cos(), angle(k).sin(), 0.0))));
 }
 
 fn in_space(shape: &Shape, orientation: DQuat, out: &mut Vec<DVec3>) {
     let half = shape.half_extents(DQuat::IDENTITY);
-    let tried = (1..=TRIED).map(|k| half * DVec3::new(halton(k, 2), halton(k, 3), halton(k, 5)));
+    let tried = IN_BOX.iter().map(|point| half * *point);
     out.extend(tried.filter(|point| holds(shape, *point)).map(|point| orientation * point));
 }
 
@@ -42,7 +48,7 @@ fn in_plane(shape: &Shape, orientation: DQuat, axis: Option<DVec3>, out: &mut Ve
     // The box is laid along the axis, so that a long body fills it.
     let turn = DQuat::from_rotation_z(axis.map_or(0.0, |axis| axis.y.atan2(axis.x)));
     let half = shape.half_extents(turn.inverse() * orientation);
-    let tried = (1..=TRIED).map(|k| turn * DVec3::new(half.x * halton(k, 2), half.y * halton(k, 3), 0.0));
+    let tried = IN_BOX.iter().map(|point| turn * (half * *point).with_z(0.0));
     let to_body = orientation.inverse();
     out.extend(tried.filter(|point| holds(shape, to_body * *point)));
 }
@@ -63,11 +69,11 @@ fn holds(shape: &Shape, point: DVec3) -> bool {
 }
 
 /// The radical inverse of `k` in a base, from -1 to 1.
-fn halton(mut k: u32, base: u32) -> f64 {
+fn halton(mut k: usize, base: usize) -> f64 {
     let (mut value, mut part) = (0.0, 1.0);
     while k > 0 {
-        part /= f64::from(base);
-        value += part * f64::from(k % base);
+        part /= base as f64;
+        value += part * (k % base) as f64;
         k /= base;
     }
     2.0 * value - 1.0
@@ -92,13 +98,9 @@ pub(super) fn section(shape: &Shape, orientation: DQuat) -> f64 {
     }
 }
 
-/// The body's point farthest from `from`, as a distance.
-///
-/// Of a centreline it is closed; of an ellipsoid the supporting point along the last one's direction is taken again and again, from both tips and
-/// from outwards, which never comes nearer.
+/// The distance from `from` to the body's farthest point.
 pub(super) fn farthest(shape: &Shape, position: DVec3, orientation: DQuat, from: DVec3) -> f64 {
-    let to_body = orientation.inverse();
-    let from = to_body * (from - position);
+    let from = orientation.inverse() * (from - position);
     match shape.geometry() {
         Geometry::Centreline { curve, radius } => {
             radius
@@ -108,27 +110,40 @@ pub(super) fn farthest(shape: &Shape, position: DVec3, orientation: DQuat, from:
                     Centreline::Circle { radius } => (from.truncate().length() + radius).hypot(from.z),
                 }
         }
-        Geometry::Ellipsoid { radii } => {
-            let tips = DVec3::AXES.map(|axis| axis * radii);
-            let starts = tips.into_iter().flat_map(|tip| [tip, -tip]).chain([-from]);
-            starts.map(|start| climb(radii, start, from)).fold(0.0, f64::max)
-        }
+        Geometry::Ellipsoid { radii } => farthest_of_ellipsoid(radii, from),
     }
 }
 
-/// Steps towards an ellipsoid's farthest point. After 30, a point of a spheroid of 1:5 near its own centre is found to 1e-9 of its size.
-const STEPS: usize = 30;
+/// Halvings of the multiplier's range: more than the bits that a number has.
+const HALVINGS: usize = 100;
 
-fn climb(radii: DVec3, start: DVec3, from: DVec3) -> f64 {
-    let mut point = start;
-    for _ in 0..STEPS {
-        let scaled = radii * (point - from);
-        if scaled.length_squared() == 0.0 {
-            break;
+/// By Lagrange's multiplier: the farthest point `p` has `p - from = (a^2 + m) p / radii^2` with the longest radius `a` and `m >= 0`, and
+/// `p` is on the ellipsoid for one `m` only. Along the longest axes `p` is what the others leave, so that it is on the ellipsoid also where `from` has
+/// no part along them and `m` is 0.
+fn farthest_of_ellipsoid(radii: DVec3, from: DVec3) -> f64 {
+    let longest = radii.max_element();
+    let gap = (DVec3::splat(longest) - radii) * (DVec3::splat(longest) + radii);
+    let pull = radii * from;
+    let (mut low, mut high) = (0.0, pull.length());
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if (pull / (gap + middle)).length_squared() > 1.0 {
+            low = middle;
+        } else {
+            high = middle;
         }
-        point = radii * scaled.normalize();
     }
-    point.distance(from)
+    let (mut left, mut along, mut across) = (1.0, 0.0, 0.0);
+    for i in 0..3 {
+        if gap[i] == 0.0 {
+            along += from[i] * from[i];
+        } else {
+            let part = pull[i] / (gap[i] + high);
+            left -= part * part;
+            across += (from[i] + radii[i] * part).powi(2);
+        }
+    }
+    (longest * left.max(0.0).sqrt() + along.sqrt()).hypot(across.sqrt())
 }
 
 /// The body's farthest point along a unit vector, from its centre.
@@ -201,13 +216,16 @@ mod tests {
             Shape::Sphere { radius: 1.0 },
             Shape::Spherocylinder { diameter: 0.5, length: 4.0 },
             Shape::Ellipsoid { radii: [0.5, 1.0, 2.0] },
+            Shape::Ellipsoid { radii: [1.0, 1.0, 1.01] },
+            Shape::Ellipsoid { radii: [2.0, 2.0, 1.0] },
             Shape::Torus { major_radius: 1.0, minor_radius: 0.2 },
         ];
         for shape in shapes {
-            for from in [DVec3::new(3.0, -1.0, 2.0), DVec3::new(0.0, 0.3, 0.1), DVec3::ZERO] {
+            let near = lying() * DVec3::new(0.004, 0.0, 0.003);
+            for from in [DVec3::new(3.0, -1.0, 2.0), DVec3::new(0.0, 0.3, 0.1), near, lying() * DVec3::X, DVec3::ZERO] {
                 let found = farthest(&shape, DVec3::new(1.0, 2.0, 3.0), lying(), from + DVec3::new(1.0, 2.0, 3.0));
                 // The farthest of a body is what its support function says of some direction, and no direction says more.
-                let steps = 400;
+                let steps = 200;
                 let mut best = 0.0_f64;
                 for i in 0..steps {
                     for j in 0..2 * steps {

@@ -45,8 +45,8 @@ pub use frame::Frame;
 pub use output::{Document, write};
 pub use view::View;
 
-/// Pairs whose orientations are compared for C(r) of one state, at most: 131,072 bodies take less than half a second.
-/// Up to 8,192 bodies have no more pairs than this.
+/// Pairs whose orientations are compared for C(r) of one state, at most. Up to 8,192 bodies have no more; of 131,072 bodies they take 0.7 s
+/// of a core at 2.5 GHz.
 pub const CORRELATION_PAIRS: usize = 1 << 25;
 
 /// Two touching bodies whose axes differ by less than this belong to one microdomain, without another angle; degrees.

@@ -70,7 +70,8 @@ fn core(view: &View<'_>) -> Option<f64> {
     if gyration > 0.0 { cell(filled[0] / view.ball(gyration)) } else { None }
 }
 
-/// The volume of all bodies shared out to `count` places: `place` says where a distance from the centre belongs.
+/// The volume of all bodies shared out to `count` places: `place` says where a distance from the centre belongs, and the distances of a place
+/// are an interval.
 pub(super) fn spread(view: &View<'_>, count: usize, place: impl Fn(f64) -> Option<usize> + Sync) -> Vec<f64> {
     let bodies = view.bodies();
     let starts: Vec<usize> = (0..bodies.len()).step_by(CHUNK).collect();
@@ -78,6 +79,12 @@ pub(super) fn spread(view: &View<'_>, count: usize, place: impl Fn(f64) -> Optio
         let mut sums = vec![0.0; count];
         let mut points: Vec<DVec3> = Vec::new();
         for i in start..bodies.len().min(start + CHUNK) {
+            let (distance, reach) = (view.distance(i), bodies.shape[i].bounding_radius());
+            let nearest = place((distance - reach).max(0.0));
+            if nearest == place(distance + reach) {
+                nearest.into_iter().for_each(|place| sums[place] += view.volumes[i]);
+                continue;
+            }
             interior::points(&bodies.shape[i], bodies.orientation[i], view.axes[i], view.planar(), &mut points);
             let share = view.volumes[i] / points.len() as f64;
             let from_centre = bodies.position[i] - view.centre;

@@ -71,13 +71,23 @@ fn profiles(measured: &Measured, at: usize, drawn: usize) -> Vec<Curve> {
         (!points.is_empty()).then(|| (format!("time {}", round(measured.times[state])), points))
     };
     let curves: Vec<Curve> = (0..measured.len()).filter_map(curve).collect();
-    let spaced = |k: usize| (k + 1) * curves.len() / STATES.min(curves.len()) - 1;
-    (0..STATES.min(curves.len())).map(|k| curves[spaced(k)].clone()).collect()
+    spaced(curves.len()).into_iter().map(|k| curves[k].clone()).collect()
+}
+
+/// Which of `all` states are drawn: up to [`STATES`], evenly spaced, and the last.
+fn spaced(all: usize) -> Vec<usize> {
+    let drawn = STATES.min(all);
+    (1..=drawn).map(|k| k * all / drawn - 1).collect()
 }
 
 /// Six digits, as times like 0.30000000000000004 are called 0.3.
 fn round(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
+}
+
+/// The label of a tick of an axis of this span: what is left of zero where steps are added up is zero.
+fn label(value: f64, span: f64) -> String {
+    if value.abs() < 1e-9 * span { "0".into() } else { round(value).to_string() }
 }
 
 /// The range of values, widened where it is empty.
@@ -108,14 +118,14 @@ fn draw(title: &str, [x_name, y_name]: &[String; 2], curves: &[Curve]) -> Result
             .y_label_area_size(72)
             .build_cartesian_2d(x_low..x_high, y_low..y_high + 0.05 * (y_high - y_low))
             .map_err(|e| failed(&e))?;
-        let number = |value: &f64| round(*value).to_string();
+        let tick = |span: f64| move |value: &f64| label(*value, span);
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
             .x_desc(x_name)
             .y_desc(y_name)
-            .x_label_formatter(&number)
-            .y_label_formatter(&number)
+            .x_label_formatter(&tick(x_high - x_low))
+            .y_label_formatter(&tick(y_high - y_low))
             .draw()
             .map_err(|e| failed(&e))?;
         for (k, (name, points)) in curves.iter().enumerate() {
@@ -129,6 +139,7 @@ fn draw(title: &str, [x_name, y_name]: &[String; 2], curves: &[Curve]) -> Result
         }
         chart
             .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
             .background_style(WHITE.mix(0.8))
             .border_style(BLACK.mix(0.2))
             .draw()
@@ -136,4 +147,21 @@ fn draw(title: &str, [x_name, y_name]: &[String; 2], curves: &[Curve]) -> Result
         area.present().map_err(|e| failed(&e))?;
     }
     Ok(svg)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_short() {
+        assert_eq!(label(1.1102230246251565e-16, 1.8), "0");
+        assert_eq!((label(0.30000000000000004, 1.0), label(-2e-7, 1e-6)), ("0.3".into(), "-0.0000002".into()));
+    }
+
+    #[test]
+    fn the_curves_drawn_are_spread_over_the_states_and_the_last_is_among_them() {
+        assert_eq!(spaced(12), [1, 3, 6, 8, 11]);
+        assert_eq!((spaced(3), spaced(0)), (vec![0, 1, 2], vec![]));
+    }
 }
