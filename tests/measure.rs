@@ -17,8 +17,14 @@ fn relcp(folder: &Path, arguments: &[&str], status: i32) -> (String, String) {
 
 /// A colony from one cell to eight, in eleven states.
 fn colony(folder: &Path) {
-    let sets = ["time.dt=0.02", "time.end=2.5", "growth.reorientation_degrees=20", "output.every=0.25"];
-    let mut arguments = vec!["run", "colony", "--out", "run", "--quiet", "--backend", "cpu"];
+    colony_to(folder, "run", "2.5", false);
+}
+
+/// The same to time `end`, whose states may hold contact forces.
+fn colony_to(folder: &Path, run: &str, end: &str, forces: bool) {
+    let (end, forces) = (format!("time.end={end}"), format!("output.forces={forces}"));
+    let sets = ["time.dt=0.02", &end, "growth.reorientation_degrees=20", "output.every=0.25", &forces];
+    let mut arguments = vec!["run", "colony", "--out", run, "--quiet", "--backend", "cpu"];
     arguments.extend(sets.iter().flat_map(|set| ["--set", set]));
     relcp(folder, &arguments, 0);
 }
@@ -46,7 +52,7 @@ fn a_run_is_measured_into_its_folder() {
     let (out, err) = relcp(place.path(), &["measure", "run", "--threads", "1"], 0);
     assert!(out.starts_with("11 states; the last, of 8 bodies at time 2.5:") && err.is_empty(), "{out}{err}");
     assert!(
-        out.contains("note: stress: the state has no contact forces: only a checkpoint has (10 of 11 states)"),
+        out.contains("note: stress: the state has no contact forces: only a checkpoint has, and states of a run with output.forces (10 of 11 states)"),
         "{out}"
     );
     let folder = place.path().join("run/measures");
@@ -174,6 +180,30 @@ fn what_cannot_be_measured_is_said() {
     // A bad scene, as everywhere.
     let (_, err) = relcp(place.path(), &["measure", "run"], 2);
     assert!(err.contains("scene.json:1:1"), "{err}");
+}
+
+#[test]
+fn states_with_forces_are_measured_as_a_checkpoint_of_their_step() {
+    let place = tempfile::tempdir().unwrap();
+    colony_to(place.path(), "with", "2.5", true);
+    colony_to(place.path(), "without", "2", false);
+    let rows = ["with", "without"].map(|run| {
+        relcp(place.path(), &["measure", run, "--quiet"], 0);
+        table(&place.path().join(run).join("measures/measures.csv"))
+    });
+    let [with, without] = &rows;
+    assert!(with[2..].iter().any(|row| row["pressure"].unwrap() > 0.0 && row["chains"].is_some()));
+    assert!(with[1..].iter().all(|row| row["pressure"].is_some() && row["pushing"].is_some()));
+    // The checkpoint at the end of the shorter run is at the ninth state of the longer; its rate is not that of an end.
+    for (column, value) in without[8].iter().filter(|(name, _)| *name != "expansion_rate") {
+        assert_eq!(*value, with[8][column], "{column}");
+    }
+    assert!(without[8]["pressure"].unwrap() > 0.0 && without[7]["pressure"].is_none());
+    assert!(place.path().join("with/measures/pressure.svg").is_file());
+    assert!(!place.path().join("without/measures/pressure.svg").is_file());
+    // A scene that does not ask for them is written as before.
+    let scene = |run: &str| fs::read_to_string(place.path().join(run).join("scene.json")).unwrap();
+    assert!(scene("with").contains("\"forces\": true") && !scene("without").contains("\"forces\": false"));
 }
 
 #[test]

@@ -36,7 +36,7 @@ impl Measure for ForceChains {
     }
 
     fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[]
+        &[&["chain_mean", "chain_largest"]]
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

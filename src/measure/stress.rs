@@ -58,7 +58,7 @@ impl Measure for Stress {
     }
 
     fn plots(&self) -> &'static [&'static [&'static str]] {
-        &[]
+        &[&["pressure", "shear"], &["force_mean", "force_most"]]
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {

@@ -101,7 +101,9 @@ impl<'a> View<'a> {
     /// [`LeftOut`] where the state does not know its contact forces, or knows those of sub-spheres.
     pub fn pushing(&self) -> Result<impl Iterator<Item = &Contact>, LeftOut> {
         let Some(warm) = &self.state.warm else {
-            return Err("the state has no contact forces: only a checkpoint has".into());
+            return Err(
+                "the state has no contact forces: only a checkpoint has, and states of a run with output.forces".into(),
+            );
         };
         if self.state.step == 0 {
             return Err("no step has been taken, so there are no contact forces".into());
