@@ -346,13 +346,13 @@ pub(super) struct Export {
 const MEASURE_EXAMPLES: &str = "\
 Examples:
   relcp measure runs/colony                      every measure of every state, into runs/colony/measures
-  relcp measure runs/colony --only nematic --only correlation
+  relcp measure runs/colony --only nematic,correlation
   relcp measure runs/colony --last --json | jq '.states[0].values'
   relcp measure runs/colony/states/state_0000000100.npz --domain-angle 5 --out at-100
 
 measures.csv has a row a state, NAME.csv the rows of a profile by state, measures.json all of it; plots are SVG.
 What a state cannot give is an empty cell, and the reason stands in measures.json. Contact forces are known
-in the checkpoint only, so stress and force chains are measured of the state that the run stands at.";
+in the checkpoint, and in all states of a run with output.forces; stress and force chains are measured of these.";
 
 #[derive(Args, Debug)]
 #[command(after_help = MEASURE_EXAMPLES)]
@@ -360,9 +360,9 @@ pub(super) struct Measure {
     /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
     #[arg(value_name = "RUN")]
     pub(super) run: String,
-    /// This measure only, as often as needed: nematic, correlation, radius, packing, density, length, contacts, stress,
-    /// force_chains, microdomains, dissipation
-    #[arg(long, value_name = "MEASURE")]
+    /// These measures only, by commas or as often as needed: nematic, correlation, radius, packing, density, length,
+    /// contacts, stress, force_chains, microdomains, dissipation
+    #[arg(long, value_name = "MEASURE", value_delimiter = ',')]
     pub(super) only: Vec<String>,
     /// The last state only
     #[arg(long)]

@@ -371,6 +371,51 @@ fn the_expansion_rate_of_a_parabola_is_exact_inside() {
 }
 
 #[test]
+fn the_expansion_rate_of_exponential_growth_is_that_of_its_chords() {
+    let (growth, step) = (0.7_f64, 0.1);
+    let times: Vec<f64> = (0..20).map(|k| step * k as f64).collect();
+    // Rods that grow; one alone is half as long as it is from its centre.
+    let rod = |t: &f64| Shape::Spherocylinder { diameter: 1.0, length: 2.0 * (growth * t).exp() };
+    let mut found: Vec<_> =
+        times.iter().map(|t| Ok(of("radius", &state(bodies([(rod(t), DVec3::Y, lying(0.2))]), None), true))).collect();
+    radius::Radius.over_time(&times, &mut found);
+    for (t, found) in times.iter().zip(&found).skip(1).take(18) {
+        let [radius, rate] = [1, 2].map(|column| found.as_ref().unwrap().values[column].unwrap());
+        assert!((radius - (growth * t).exp()).abs() < 1e-14 * radius);
+        // A central difference of the exponential: its own rate by sinh(x) / x.
+        let expected = radius * (growth * step).sinh() / step;
+        assert!((rate - expected).abs() < 1e-12 && (rate / radius / growth - 1.0).abs() < 1e-3, "{rate} {expected}");
+    }
+}
+
+#[test]
+fn a_lattice_of_equal_forces_has_the_pressure_of_its_cell_and_columns_are_chains() {
+    let side = 11_u32;
+    let right = (0..side * side).filter(|k| k % side + 1 < side).map(|k| [k, k + 1]);
+    let up = (0..side * (side - 1)).map(|k| [k, k + side]);
+    let lattice = |beside: f64, above: f64| {
+        let mut forces: Vec<_> = right.clone().map(|pair| (pair, beside)).collect();
+        forces.extend(up.clone().map(|pair| (pair, above)));
+        state(square(side as usize, BALL, |_| DQuat::IDENTITY), Some(&forces))
+    };
+    // Of a cell of side 1 with a force of 3 across each of its sides.
+    let settings = Settings { bin: Some(1.0), ..Settings::default() };
+    let even = of_settings("stress", &lattice(3.0, 3.0), true, &settings).unwrap();
+    for row in &even.rows[..5] {
+        assert!((row[2].unwrap() - 3.0 / (0.25 * PI)).abs() < 1e-12, "{row:?}");
+    }
+    let contacts = f64::from(2 * side * (side - 1));
+    let area = f64::from(side * side) * 0.25 * PI;
+    assert_near(value(&even, "stress", "pressure"), 3.0 * contacts / (2.0 * area), 1e-12);
+    assert_near(value(&even, "stress", "shear"), 0.0, 1e-12);
+    // No contact is over the mean of equal ones; strong columns that weak rows connect are a chain each.
+    assert_eq!(value(&of("force_chains", &lattice(3.0, 3.0), true), "force_chains", "chains"), Some(0.0));
+    let columns = of("force_chains", &lattice(1.0, 5.0), true);
+    assert_eq!(columns.values, [3.0, contacts / 2.0, 0.5, 11.0, 11.0, 11.0].map(Some));
+    assert_eq!(columns.rows, [[Some(11.0), Some(11.0)]]);
+}
+
+#[test]
 fn the_table_is_sound_and_documented() {
     let page = include_str!("../../docs/measures.md");
     let mut names = BTreeSet::new();
