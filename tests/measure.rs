@@ -144,6 +144,10 @@ fn states_and_scenes_are_measured_too() {
     let alone: Value = serde_json::from_str(&out).unwrap();
     assert_eq!((&alone["frame"]["planar"], &alone["frame"]["drag"]), (&true.into(), &Value::Null));
     assert_eq!(alone["states"][0]["values"]["packing_hull"], values["packing_hull"]);
+    let (out, _) = relcp(place.path(), &["measure", "alone.npz", "--only", "length,radius", "--json"], 0);
+    let two: Value = serde_json::from_str(&out).unwrap();
+    let names: Vec<_> = two["measures"].as_array().unwrap().iter().map(|measure| &measure["name"]).collect();
+    assert_eq!(names, ["radius", "length"]);
     let (out, _) = relcp(place.path(), &["measure", "two-ellipsoids", "--json"], 0);
     let scene: Value = serde_json::from_str(&out).unwrap();
     assert_eq!(scene["frame"]["planar"], false);

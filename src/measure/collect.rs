@@ -106,7 +106,8 @@ fn check(bodies: &Bodies, origin: &dyn Fn() -> String) -> Result<(), MeasureErro
         if !bodies.position[i].is_finite() {
             return fault(i, "position is not finite".into());
         }
-        if !((bodies.orientation[i].length_squared() - 1.0).abs() < UNIT_TOLERANCE) {
+        let off = (bodies.orientation[i].length_squared() - 1.0).abs();
+        if off.is_nan() || off >= UNIT_TOLERANCE {
             return fault(i, "orientation is not a unit quaternion".into());
         }
         if let Err(wrong) = bodies.shape[i].validate() {

@@ -49,7 +49,8 @@ pub use view::View;
 /// of a core at 2.5 GHz.
 pub const CORRELATION_PAIRS: usize = 1 << 25;
 
-/// Two touching bodies whose axes differ by less than this belong to one microdomain, without another angle; degrees.
+/// Two touching bodies whose axes differ by less than this belong to one microdomain, without another angle; degrees. A choice: the sizes
+/// depend on it, as `docs/measures.md` shows.
 pub const DOMAIN_ANGLE: f64 = 3.0;
 
 /// What one may choose of the measures.

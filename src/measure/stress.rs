@@ -92,10 +92,10 @@ impl Measure for Stress {
 fn profile(view: &View<'_>, virial: &[f64]) -> Vec<Vec<super::Cell>> {
     let Some(bins) = Bins::new(view.bin(), radius::outermost(view)) else { return Vec::new() };
     let mut sums = vec![(0.0, 0.0, 0_usize); bins.count];
-    for i in 0..view.bodies().len() {
+    for (i, (own, space)) in virial.iter().zip(&view.volumes).enumerate() {
         if let Some(bin) = bins.of(view.distance(i)) {
             let (all, volume, bodies) = sums[bin];
-            sums[bin] = (all + virial[i], volume + view.volumes[i], bodies + 1);
+            sums[bin] = (all + own, volume + space, bodies + 1);
         }
     }
     let row = |(bin, &(virial, volume, bodies)): (usize, &(f64, f64, usize))| {
