@@ -313,3 +313,42 @@ fn a_run_goes_on_from_its_state() {
         assert!(off < 1e-6, "{off:e}");
     }
 }
+
+/// The LCPs that a scene asks to be kept are those that the device solved: the same rows as the CPU's, and multipliers that solve them.
+#[test]
+fn lcps_are_kept() {
+    let Some(gpu) = device() else { return };
+    let sets = ["solver.dump.when=all".to_string(), "solver.dump.most=2".into()];
+    for (name, planar) in [("three-capsules", false), ("colony", true)] {
+        let mut scene = scene::load(name, &sets).unwrap();
+        if planar {
+            // A daughter each side of the division: two bodies that push.
+            scene.growth.as_mut().unwrap().division_length = 2.001;
+        }
+        let kept = |compute: &Compute| {
+            let mut simulation = Simulation::new_on(compute, scene.clone(), scene.build().unwrap()).unwrap();
+            (0..4).for_each(|_| drop(simulation.step().unwrap()));
+            simulation.take_lcps()
+        };
+        let cpu = kept(&Compute::Cpu);
+        assert_eq!(cpu.len(), 2);
+        for precision in precisions(gpu) {
+            let device = kept(&compute(gpu, precision));
+            assert_eq!(device.len(), 2);
+            for (ours, theirs) in device.iter().zip(&cpu) {
+                assert_eq!((ours.step, ours.recursion), (theirs.step, theirs.recursion));
+                assert_eq!(ours.lcp.unknowns, if planar { 3 } else { 6 });
+                assert_eq!((ours.lcp.bodies, ours.lcp.q.len()), (theirs.lcp.bodies, theirs.lcp.q.len()));
+                assert_eq!(ours.lcp.start.len(), ours.lcp.gamma.len());
+                // What the device measured of its own numbers, up to their rounding.
+                let bound = if precision == Precision::F32 { 2e-6 } else { 1.001e-6 };
+                let residual = ours.lcp.residual(&ours.lcp.gamma);
+                assert!(residual <= bound, "{name} {precision:?}: {residual:e}");
+                let largest = |v: &[f64]| v.iter().fold(0.0_f64, |worst, x| worst.max(x.abs()));
+                let apart: Vec<f64> =
+                    ours.lcp.velocity.iter().zip(&theirs.lcp.velocity).map(|(a, b)| a - b).collect();
+                assert!(largest(&apart) <= 1e-3 * largest(&theirs.lcp.velocity).max(1e-3), "{name} {precision:?}");
+            }
+        }
+    }
+}
