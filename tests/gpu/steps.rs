@@ -327,7 +327,7 @@ fn lcps_are_kept() {
         }
         let kept = |compute: &Compute| {
             let mut simulation = Simulation::new_on(compute, scene.clone(), scene.build().unwrap()).unwrap();
-            (0..4).for_each(|_| drop(simulation.step().unwrap()));
+            (0..4).for_each(|_| assert!(simulation.step().unwrap().max_overlap <= 1e-5));
             simulation.take_lcps()
         };
         let cpu = kept(&Compute::Cpu);
