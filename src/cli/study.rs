@@ -58,13 +58,20 @@ fn throughput(arguments: &Study) -> Result<Found, CliError> {
                     output::message(&format!("{kind:?} of {bodies}: {step_ms:.2} ms a step on {computed_by}"));
                 }
                 rows.push(row);
+                // After each row, as later ones take longer: what was measured stays when the study is interrupted.
+                write_rows(&rows, arguments)?;
             }
         }
     }
-    let text = page(&rows, arguments);
-    write_all(&arguments.out, [("throughput.md", text.as_bytes()), ("throughput.json", &pretty(&rows)?)])?;
+    write_rows(&rows, arguments)?;
     let missed = rows.iter().any(|row| row.unconverged > 0 || row.max_overlap > 1e-5);
-    Ok(Found { text, numbers: value(&rows)?, missed })
+    Ok(Found { text: page(&rows, arguments), numbers: value(&rows)?, missed })
+}
+
+/// The page and the numbers of the rows so far.
+fn write_rows(rows: &[Row], arguments: &Study) -> Result<(), CliError> {
+    let (text, numbers) = (page(rows, arguments), pretty(&rows)?);
+    write_all(&arguments.out, [("throughput.md", text.as_bytes()), ("throughput.json", &numbers)])
 }
 
 /// The CPU, and the device where there is one.

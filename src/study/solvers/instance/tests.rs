@@ -56,7 +56,11 @@ fn a_solve_that_is_not_repeated_is_what_it_would_have_been() {
         let settings = Settings { tolerance: attempt.tolerance, max_iterations: 5 };
         let Ok(again) = solve(&named.lcp, kind, attempt.start, settings, &Compute::Cpu).unwrap() else { continue };
         let outcome = again.outcome;
-        assert_eq!((outcome.status.name(), outcome.products), (attempt.status.as_str(), attempt.products), "{attempt:?}");
+        assert_eq!(
+            (outcome.status.name(), outcome.products),
+            (attempt.status.as_str(), attempt.products),
+            "{attempt:?}"
+        );
         assert_eq!(Some(named.lcp.residual(&again.gamma)), attempt.residual, "{attempt:?}");
     }
 }
