@@ -5,6 +5,7 @@ use super::compute;
 use super::exit::{CliError, Exit};
 use super::output;
 use super::study_solvers::solvers;
+use crate::record::{RecordError, durable};
 use crate::relcp::Compute;
 use crate::study::StudyError;
 use crate::study::throughput::{Kind, Row, measure, table};
@@ -92,19 +93,14 @@ fn page(rows: &[Row], arguments: &Study) -> String {
     )
 }
 
-/// Writes the files of a study into its folder.
+/// Writes the files of a study into its folder, each whole or not at all.
 pub(super) fn write_all<'a>(
     folder: &Path,
     files: impl IntoIterator<Item = (&'a str, &'a [u8])>,
 ) -> Result<(), CliError> {
-    let failed = |path: &Path| {
-        let path = path.display().to_string();
-        move |source: std::io::Error| CliError::Study(StudyError::Io { path, source })
-    };
-    fs::create_dir_all(folder).map_err(failed(folder))?;
+    fs::create_dir_all(folder).map_err(RecordError::io(folder, "create the folder"))?;
     for (name, bytes) in files {
-        let path = folder.join(name);
-        fs::write(&path, bytes).map_err(failed(&path))?;
+        durable::place(&folder.join(name), bytes)?;
     }
     Ok(())
 }

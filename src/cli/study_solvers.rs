@@ -8,9 +8,9 @@ use crate::lcp::Status;
 use crate::record::{Folder, RecordError, read_lcp};
 use crate::study::StudyError;
 use crate::study::solvers::{
-    Attempt, Instance, Named, Size, attempts_csv, built_in, measure, page, plot, run_cases, runs_csv,
+    Attempt, Instance, Named, RunRow, Size, attempts_csv, built_in, measure, page, plot, run_cases, runs_csv,
 };
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// A residual that is claimed and one that is computed anew may differ by this part: both are sums in an order of their own. On a device
@@ -22,6 +22,7 @@ pub(super) fn solvers(arguments: &Study) -> Result<Found, CliError> {
     // Before anything is measured, so that a file that cannot be read costs nothing.
     let lcps = if arguments.files.is_empty() { built_in().map_err(StudyError::from)? } else { read(&arguments.files)? };
     let computes = computes(arguments)?;
+    write_all(&arguments.out, [])?;
     let say = |text: String| {
         if !arguments.print.quiet {
             output::message(&text);
@@ -31,6 +32,8 @@ pub(super) fn solvers(arguments: &Study) -> Result<Found, CliError> {
     for lcp in &lcps {
         say(format!("{}: {} rows", lcp.name, lcp.lcp.q.len()));
         instances.push(measure(lcp, &computes, size.iterations).map_err(StudyError::from)?);
+        // After each, so that what was measured stays when the study is interrupted.
+        written(&size, &instances, &[], arguments)?;
     }
     let runs = if arguments.files.is_empty() {
         run_cases(&size, &computes, |row| {
@@ -39,21 +42,32 @@ pub(super) fn solvers(arguments: &Study) -> Result<Found, CliError> {
     } else {
         Vec::new()
     };
-    let text = page(&instances, &runs, &size);
+    let (text, numbers) = written(&size, &instances, &runs, arguments)?;
+    let missed = instances.iter().flat_map(|instance| &instance.attempts).any(false_claim);
+    Ok(Found { text, numbers, missed })
+}
+
+/// Writes what was measured so far; the page without its plots, and the numbers.
+fn written(
+    size: &Size,
+    instances: &[Instance],
+    runs: &[RunRow],
+    arguments: &Study,
+) -> Result<(String, Value), CliError> {
+    let text = page(instances, runs, size);
     let numbers = json!({ "size": size, "lcps": value(&instances)?, "runs": value(&runs)? });
     let plots = instances.iter().map(|instance| Ok((plot_name(instance), plot(instance)?)));
     let plots = plots.collect::<Result<Vec<(String, String)>, StudyError>>()?;
     let shown = plots.iter().map(|(name, _)| format!("\n![]({name})")).collect::<String>();
-    let (page, table) = (format!("{text}\n## Plots\n{shown}\n"), attempts_csv(&instances)?);
-    let (json, runs) = (pretty(&numbers)?, runs_csv(&runs)?);
+    let (page, table) = (format!("{text}\n## Plots\n{shown}\n"), attempts_csv(instances)?);
+    let (json, runs) = (pretty(&numbers)?, runs_csv(runs)?);
     let mut files = vec![("solvers.md", page.as_bytes()), ("solvers.json", &json[..]), ("solvers.csv", &table[..])];
     if !runs.is_empty() {
         files.push(("solvers-runs.csv", &runs[..]));
     }
     files.extend(plots.iter().map(|(name, svg)| (name.as_str(), svg.as_bytes())));
     write_all(&arguments.out, files)?;
-    let missed = instances.iter().flat_map(|instance| &instance.attempts).any(false_claim);
-    Ok(Found { text, numbers, missed })
+    Ok((text, numbers))
 }
 
 /// Whether a solve on the CPU says that it attained what it did not.

@@ -37,14 +37,6 @@ pub enum StudyError {
     /// A table could not be made.
     #[error("a table could not be made: {0}")]
     Table(String),
-    /// A result could not be written.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file.
-        path: String,
-        /// What the system says.
-        source: std::io::Error,
-    },
 }
 
 /// Side by side copies of a stored state, `count` bodies in all: in a square where it lies in the plane z = 0, else in a cube. The
