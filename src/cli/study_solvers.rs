@@ -31,7 +31,7 @@ pub(super) fn solvers(arguments: &Study) -> Result<Found, CliError> {
     let mut instances = Vec::new();
     for lcp in &lcps {
         say(format!("{}: {} rows", lcp.name, lcp.lcp.q.len()));
-        instances.push(measure(lcp, &computes, size.iterations).map_err(StudyError::from)?);
+        instances.push(measure(lcp, &computes, &size).map_err(StudyError::from)?);
         // After each, so that what was measured stays when the study is interrupted.
         written(&size, &instances, &[], arguments)?;
     }

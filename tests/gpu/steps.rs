@@ -10,7 +10,7 @@ use relcp::lcp::Stored;
 use relcp::record::{read_lcp, state_hash};
 use relcp::relcp::{Compute, Fault, Kept, Simulation, State, StepReport, contacts};
 use relcp::scene::{self, Scene};
-use relcp::study::solvers::{Named, measure};
+use relcp::study::solvers::{Named, Size, measure};
 use std::sync::Arc;
 
 fn compute(gpu: &Arc<Gpu>, precision: Precision) -> Compute {
@@ -405,7 +405,7 @@ fn lcps_are_kept() {
 /// The study's default solver solves an LCP of the device on the CPU and on the device.
 fn studied(kept: &Kept, compute: &Compute) {
     let named = Named { name: "kept".into(), lcp: kept.lcp.clone() };
-    let instance = measure(&named, &[Compute::Cpu, compute.clone()], 2_000).unwrap();
+    let instance = measure(&named, &[Compute::Cpu, compute.clone()], &Size::QUICK).unwrap();
     let ours: Vec<_> = instance.attempts.iter().filter(|attempt| attempt.solver == "pair_block_cg").collect();
     assert_eq!(ours.len(), 12);
     for attempt in ours {

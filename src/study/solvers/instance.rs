@@ -1,6 +1,6 @@
 //! Every solver on one stored LCP.
 
-use super::{Named, TOLERANCES};
+use super::{Named, Size, TOLERANCES};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::GpuError;
 use crate::lcp::gpu::DeviceProblem;
@@ -19,10 +19,6 @@ const MADE_TO: f64 = 1e-10;
 
 /// Most iterations of a reference.
 const MADE_WITHIN: u64 = 200_000;
-
-/// More rows than this the exact solver is not given: it keeps a dense column of all unknowns for each active row, and its time grows with
-/// the cube of the rows. The 684 rows of `compaction-last` take it some 1.5 s in a build that is barely optimized.
-const MOST_ROWS_OF_DENSE: usize = 2_000;
 
 /// A solve is repeated, and its shortest time kept, until this long was spent or so many times.
 const REPEAT_WITHIN: Duration = Duration::from_millis(50);
@@ -140,11 +136,11 @@ struct Solved {
     history: Vec<Look>,
 }
 
-/// Solves an LCP by every solver from both starts to all residuals, on each of `computes`, in at most `iterations` iterations.
+/// Solves an LCP by every solver from both starts to all residuals, on each of `computes`.
 ///
 /// # Errors
 /// A device that fails. What it does not do is refused, and listed.
-pub fn measure(named: &Named, computes: &[Compute], iterations: u64) -> Result<Instance, GpuError> {
+pub fn measure(named: &Named, computes: &[Compute], size: &Size) -> Result<Instance, GpuError> {
     let lcp = &named.lcp;
     let (reference, velocity) = reference(lcp)?;
     let finite = |x: f64| x.is_finite().then_some(x);
@@ -168,11 +164,15 @@ pub fn measure(named: &Named, computes: &[Compute], iterations: u64) -> Result<I
             for start in Start::BOTH {
                 let mut last: Option<Attempt> = None;
                 for tolerance in TOLERANCES {
-                    let settings = Settings { tolerance, max_iterations: iterations };
+                    let settings = Settings { tolerance, max_iterations: size.iterations };
                     let attempt = match last.filter(|last| last.settles(tolerance)) {
                         Some(last) => Attempt { tolerance, ..last },
                         None => {
-                            let solved = solve(lcp, kind, start, settings, compute)?;
+                            let large = kind == SolverKind::Dense && lcp.q.len() > size.rows_of_dense;
+                            let solved = match large {
+                                true => Err(format!("too large, it is given at most {} rows", size.rows_of_dense)),
+                                false => solve(lcp, kind, start, settings, compute)?,
+                            };
                             if let Ok(Solved { history, .. }) = &solved {
                                 instance.draw(&solver, start, history);
                             }
@@ -270,9 +270,6 @@ fn solve_with<const D: usize>(
     compute: &Compute,
 ) -> Result<Result<Solved, String>, GpuError> {
     let Some(problem) = lcp.problem::<D>() else { return Ok(Err(format!("{} unknowns a body", lcp.unknowns))) };
-    if kind == SolverKind::Dense && problem.q.len() > MOST_ROWS_OF_DENSE {
-        return Ok(Err(format!("it is given at most {MOST_ROWS_OF_DENSE} rows")));
-    }
     let start = match start {
         Start::Cold => vec![0.0; problem.q.len()],
         Start::Warm => lcp.start.clone(),

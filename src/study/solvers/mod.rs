@@ -25,6 +25,9 @@ pub const TOLERANCES: [f64; 3] = [1e-3, 1e-5, 1e-6];
 pub struct Size {
     /// Most iterations of a solve of a stored LCP.
     pub iterations: u64,
+    /// Most rows of an LCP that the exact solver is given. It keeps a dense column of all unknowns for each active row, and its time grows
+    /// with the cube of the rows.
+    pub rows_of_dense: usize,
     /// Most iterations of a solve in a run.
     pub run_iterations: u64,
     /// Steps of the runs that start crowded; the others take more for each of these.
@@ -33,9 +36,9 @@ pub struct Size {
 
 impl Size {
     /// Some minutes.
-    pub const FULL: Size = Size { iterations: 20_000, run_iterations: 5_000, steps: 5 };
+    pub const FULL: Size = Size { iterations: 20_000, rows_of_dense: 1_000, run_iterations: 5_000, steps: 5 };
     /// Under a minute.
-    pub const QUICK: Size = Size { iterations: 2_000, run_iterations: 2_000, steps: 1 };
+    pub const QUICK: Size = Size { iterations: 2_000, rows_of_dense: 300, run_iterations: 2_000, steps: 1 };
 }
 
 /// A stored LCP and its name.

@@ -117,7 +117,10 @@ fn run(case: &Case, solver: &str, size: &Size, compute: &Compute) -> Result<RunR
         solve_milliseconds: 0.0,
     };
     if exact {
-        return Ok(RunRow { refused: Some(format!("it is given at most {MOST_BODIES_OF_DENSE} bodies")), ..row });
+        return Ok(RunRow {
+            refused: Some(format!("too large, it is given at most {MOST_BODIES_OF_DENSE} bodies")),
+            ..row
+        });
     }
     let mut simulation = match Simulation::new_on(compute, scene, bodies) {
         Ok(simulation) => simulation,
@@ -151,7 +154,7 @@ fn run(case: &Case, solver: &str, size: &Size, compute: &Compute) -> Result<RunR
 mod tests {
     use super::*;
 
-    const SMALL: Size = Size { iterations: 500, run_iterations: 500, steps: 1 };
+    const SMALL: Size = Size { iterations: 500, run_iterations: 500, steps: 1, ..Size::QUICK };
 
     #[test]
     fn every_solver_gets_through_a_small_run() {

@@ -2,6 +2,10 @@ use super::super::{Size, attempts_csv, page, plot, runs_csv, solvers};
 use super::*;
 use crate::lcp::Problem;
 
+fn within(iterations: u64) -> Size {
+    Size { iterations, ..Size::FULL }
+}
+
 /// A row of bodies that push each other apart, with a repeated contact; a solution by the exact solver.
 fn chain(bodies: usize) -> Named {
     let mut problem = Problem::<3> { bodies, ..Problem::default() };
@@ -23,7 +27,7 @@ fn chain(bodies: usize) -> Named {
 #[test]
 fn every_solver_is_measured_from_both_starts_to_all_residuals() {
     let named = chain(12);
-    let instance = measure(&named, &[Compute::Cpu], 20_000).unwrap();
+    let instance = measure(&named, &[Compute::Cpu], &within(20_000)).unwrap();
     assert_eq!((instance.rows, instance.pairs, instance.reference), (22, 11, Reference::Stored));
     assert_eq!(instance.attempts.len(), solvers().len() * 2 * TOLERANCES.len());
     let mut errors = Vec::new();
@@ -49,7 +53,7 @@ fn every_solver_is_measured_from_both_starts_to_all_residuals() {
 #[test]
 fn a_solve_that_is_not_repeated_is_what_it_would_have_been() {
     let named = chain(12);
-    let instance = measure(&named, &[Compute::Cpu], 5).unwrap();
+    let instance = measure(&named, &[Compute::Cpu], &within(5)).unwrap();
     assert!(instance.attempts.iter().any(|attempt| attempt.status == "max_iterations"));
     for attempt in &instance.attempts {
         let kind = solvers().into_iter().find(|(name, _)| *name == attempt.solver).unwrap().1;
@@ -82,7 +86,7 @@ fn a_poor_stored_solution_is_not_what_velocities_are_compared_with() {
         q: vec![-0.1, -0.1],
     };
     named.lcp = Stored::new(&contradiction, vec![0.0; 2], &[0.0; 2]);
-    let instance = measure(&named, &[Compute::Cpu], 100).unwrap();
+    let instance = measure(&named, &[Compute::Cpu], &within(100)).unwrap();
     assert_eq!(instance.reference, Reference::None);
     assert!(instance.attempts.iter().all(|attempt| attempt.status != "solved" && attempt.velocity_error.is_none()));
 }
@@ -91,7 +95,7 @@ fn a_poor_stored_solution_is_not_what_velocities_are_compared_with() {
 fn numbers_that_are_not_finite_are_told() {
     let mut named = chain(4);
     named.lcp.q[1] = f64::NAN;
-    let instance = measure(&named, &[Compute::Cpu], 100).unwrap();
+    let instance = measure(&named, &[Compute::Cpu], &within(100)).unwrap();
     assert_eq!((instance.stored_residual, instance.reference), (None, Reference::None));
     assert!(instance.attempts.iter().all(|a| a.status == "not_finite" || a.refused.is_some()), "{instance:?}");
     assert!(page(&[instance], &[], &Size::QUICK).contains("not finite"));
@@ -100,7 +104,7 @@ fn numbers_that_are_not_finite_are_told() {
 #[test]
 fn page_tables_and_plot_say_what_was_measured() {
     // Far apart, so that the exact solver alone has anything to fear of so many rows.
-    let bodies = MOST_ROWS_OF_DENSE as u32 + 2;
+    let bodies = Size::FULL.rows_of_dense as u32 + 2;
     let mut problem = Problem::<3> { bodies: bodies as usize, ..Problem::default() };
     for body in 1..bodies {
         problem.pair.push([body - 1, body]);
@@ -109,14 +113,14 @@ fn page_tables_and_plot_say_what_was_measured() {
     }
     let zero = vec![0.0; problem.q.len()];
     let named = Named { name: "open <chain>".into(), lcp: Stored::new(&problem, zero.clone(), &zero) };
-    let instance = measure(&named, &[Compute::Cpu], 2_000).unwrap();
+    let instance = measure(&named, &[Compute::Cpu], &within(2_000)).unwrap();
     let dense: Vec<&Attempt> = instance.attempts.iter().filter(|a| a.solver == "dense").collect();
-    assert!(dense.iter().all(|a| a.status == "refused" && a.refused.as_ref().unwrap().contains("2000 rows")));
+    assert!(dense.iter().all(|a| a.status == "refused" && a.refused.as_ref().unwrap().contains("1000 rows")));
     let instances = [instance];
     let text = page(&instances, &[], &Size::FULL);
     let csv = String::from_utf8(attempts_csv(&instances).unwrap()).unwrap();
     let svg = plot(&instances[0]).unwrap();
-    assert!(text.contains("Refused: dense: it is given at most 2000 rows."), "{text}");
+    assert!(text.contains("Refused: dense: too large, it is given at most 1000 rows."), "{text}");
     assert_eq!(csv.lines().count(), 1 + instances[0].attempts.len());
     assert!(csv.starts_with("lcp,solver,computed_by,start,tolerance,status,refused,"), "{csv}");
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
@@ -131,7 +135,7 @@ fn page_tables_and_plot_say_what_was_measured() {
 #[test]
 fn a_plot_of_nothing_is_a_plot() {
     let named = Named { name: "empty".into(), lcp: Stored { unknowns: 6, ..Stored::default() } };
-    let instance = measure(&named, &[Compute::Cpu], 10).unwrap();
+    let instance = measure(&named, &[Compute::Cpu], &within(10)).unwrap();
     assert!(plot(&instance).unwrap().contains("empty: 0 rows"));
     assert!(plot(&Instance { curves: Vec::new(), ..instance }).unwrap().ends_with("</svg>\n"));
 }
