@@ -374,8 +374,26 @@ fn lcps_of_a_run_are_saved_and_studied() {
         let refused = place.relcp(&[&study[..], &[file]].concat()).expect(status);
         // Messages are wrapped to the terminal.
         let words = refused.err.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
-        assert!(words.contains(says), "{words}");
+        assert!(words.contains(says) && words.contains(file), "{words}");
     }
+    // Nothing is measured for tables that have no place.
+    let nowhere = place.relcp(&["study", "solvers", "run", "--backend", "cpu", "--out", "rods.json/st"]).expect(4);
+    assert!(nowhere.err.contains("rods.json/st") && !nowhere.err.contains("rows"), "{}", nowhere.err);
     let refused = place.relcp(&["study", "throughput", "cut.npz"]).expect(2);
     assert!(refused.err.contains("relcp study solvers"), "{}", refused.err);
+}
+
+#[test]
+fn throughput_is_measured_of_what_is_asked_for() {
+    let place = Place::new();
+    let study = ["study", "throughput", "--of", "colony", "--smallest", "1024", "--largest", "2000", "--steps", "1"];
+    let ran = place.relcp(&[&study[..], &["--warm-up", "0", "--backend", "cpu", "--json"]].concat());
+    assert!(matches!(ran.status, Some(0 | 3)), "{ran:?}");
+    let rows: Value = serde_json::from_str(&ran.out).unwrap();
+    let [row] = &rows.as_array().unwrap()[..] else { panic!("{rows}") };
+    assert_eq!((&row["kind"], &row["bodies"], &row["steps"]), (&"colony".into(), &1024.into(), &1.into()));
+    assert!(row["constraints"].as_u64().unwrap() > 1024 && row["products"].as_f64().unwrap() > 1.0, "{row}");
+    assert_eq!(place.json("studies/throughput.json"), rows);
+    let page = fs::read_to_string(place.at("studies/throughput.md")).unwrap();
+    assert!(page.contains("1 steps timed after 0") && page.contains("| Colony | 1024 |"), "{page}");
 }
