@@ -26,7 +26,8 @@ pub struct Size {
     /// Most iterations of a solve of a stored LCP.
     pub iterations: u64,
     /// Most rows of an LCP that the exact solver is given. It keeps a dense column of all unknowns for each active row, and its time grows
-    /// with the cube of the rows.
+    /// with the cube of the rows: 0.04 s for the 264 of `chainmail-first`, 3 s for the 898 of `colony-last` in a release build, and
+    /// minutes for some thousand.
     pub rows_of_dense: usize,
     /// Most iterations of a solve in a run.
     pub run_iterations: u64,
