@@ -316,8 +316,11 @@ fn a_run_goes_on_from_its_state() {
     }
 }
 
+/// The two bodies of a row, its two blocks of `J`, and `q`.
+type Row = ([u32; 2], [Vec<f64>; 2], f64);
+
 /// An LCP's rows in an order that does not depend on what made it: by bodies, then by gap; both blocks of each row and `q`.
-fn ordered(lcp: &Stored) -> Vec<([u32; 2], [Vec<f64>; 2], f64)> {
+fn ordered(lcp: &Stored) -> Vec<Row> {
     let block = |row: usize, side: usize| lcp.rows[side][row * lcp.unknowns..(row + 1) * lcp.unknowns].to_vec();
     let mut rows: Vec<_> = (0..lcp.q.len()).map(|i| (lcp.pair[i], [block(i, 0), block(i, 1)], lcp.q[i])).collect();
     rows.sort_by(|a, b| (a.0, a.2).partial_cmp(&(b.0, b.2)).unwrap());
@@ -328,9 +331,7 @@ fn ordered(lcp: &Stored) -> Vec<([u32; 2], [Vec<f64>; 2], f64)> {
 fn rows_apart(ours: &Stored, theirs: &Stored) -> (f64, f64) {
     let (ours, theirs) = (ordered(ours), ordered(theirs));
     assert_eq!(ours.iter().map(|row| row.0).collect::<Vec<_>>(), theirs.iter().map(|row| row.0).collect::<Vec<_>>());
-    let numbers = |rows: &[([u32; 2], [Vec<f64>; 2], f64)]| -> Vec<f64> {
-        rows.iter().flat_map(|row| row.1.iter().flatten().copied()).collect()
-    };
+    let numbers = |rows: &[Row]| -> Vec<f64> { rows.iter().flat_map(|row| row.1.iter().flatten().copied()).collect() };
     let (a, b) = (numbers(&ours), numbers(&theirs));
     let largest = b.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let jacobian = a.iter().zip(&b).fold(0.0_f64, |worst, (x, y)| worst.max((x - y).abs())) / largest.max(1e-3);
