@@ -332,3 +332,68 @@ fn an_interrupted_run_goes_on_to_the_same_bits() {
     assert_eq!(rows(&place.at("broken")), rows(&place.at("whole")));
     assert_eq!(fs::read(place.at("broken/final.json")).unwrap(), fs::read(place.at("whole/final.json")).unwrap());
 }
+
+/// The LCPs of a run, and the study of the solvers on them, as users would have both.
+#[test]
+fn lcps_of_a_run_are_saved_and_studied() {
+    let place = Place::new();
+    let run = ["run", "three-capsules", "--backend", "cpu", "--quiet", "--out", "run"];
+    place.relcp(&[&run[..], &["--set", "solver.dump.when=all", "--set", "solver.dump.most=3"]].concat()).expect(0);
+    let study = ["study", "solvers", "--quick", "--backend", "cpu", "--out", "st"];
+    let out = place.relcp(&[&study[..], &["run", "run/lcps/step-000001-rec-0.npz", "--json", "--quiet"]].concat());
+    let numbers: Value = serde_json::from_str(&out.expect(0).out).unwrap();
+    let lcps = numbers["lcps"].as_array().unwrap();
+    let names: Vec<&str> = lcps.iter().map(|lcp| lcp["lcp"].as_str().unwrap()).collect();
+    let repeated = "step-000001-rec-0-2";
+    assert_eq!(names, ["step-000001-rec-0", "step-000001-rec-1", "step-000002-rec-0", repeated]);
+    for lcp in lcps {
+        for attempt in lcp["attempts"].as_array().unwrap() {
+            let solved = attempt["status"] == "solved" && attempt["residual"].as_f64() <= attempt["tolerance"].as_f64();
+            assert!(solved || attempt["status"] == "refused", "{attempt}");
+        }
+    }
+    assert_eq!(numbers["runs"].as_array().unwrap().len(), 0);
+    assert_eq!(place.json("st/solvers.json"), numbers);
+    let page = fs::read_to_string(place.at("st/solvers.md")).unwrap();
+    for name in names {
+        assert!(page.contains(&format!("### {name} on CPU f64")) && page.contains(&format!("solvers-{name}.svg")));
+        assert!(fs::read_to_string(place.at(&format!("st/solvers-{name}.svg"))).unwrap().starts_with("<svg"));
+    }
+    assert!(fs::read_to_string(place.at("st/solvers.csv")).unwrap().lines().count() > 4 * 30);
+    assert!(!place.at("st/solvers-runs.csv").exists());
+
+    fs::write(place.at("cut.npz"), &fs::read(place.at("run/lcps/step-000001-rec-0.npz")).unwrap()[..900]).unwrap();
+    fs::create_dir(place.at("empty")).unwrap();
+    for (file, status, says) in [
+        ("cut.npz", 4, "the end of the file is damaged"),
+        ("rods.json", 4, "it is not the .npz of an LCP: it is no zip"),
+        ("run/checkpoint.npz", 4, "it is a `relcp-state`"),
+        ("absent.npz", 4, "could not read it"),
+        ("empty", 2, "there is no .npz in it"),
+    ] {
+        let refused = place.relcp(&[&study[..], &[file]].concat()).expect(status);
+        // Messages are wrapped to the terminal.
+        let words = refused.err.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+        assert!(words.contains(says) && words.contains(file), "{words}");
+    }
+    // Nothing is measured for tables that have no place.
+    let nowhere = place.relcp(&["study", "solvers", "run", "--backend", "cpu", "--out", "rods.json/st"]).expect(4);
+    assert!(nowhere.err.contains("rods.json/st") && !nowhere.err.contains("rows"), "{}", nowhere.err);
+    let refused = place.relcp(&["study", "throughput", "cut.npz"]).expect(2);
+    assert!(refused.err.contains("relcp study solvers"), "{}", refused.err);
+}
+
+#[test]
+fn throughput_is_measured_of_what_is_asked_for() {
+    let place = Place::new();
+    let study = ["study", "throughput", "--of", "colony", "--smallest", "1024", "--largest", "2000", "--steps", "1"];
+    let ran = place.relcp(&[&study[..], &["--warm-up", "0", "--backend", "cpu", "--json"]].concat());
+    assert!(matches!(ran.status, Some(0 | 3)), "{ran:?}");
+    let rows: Value = serde_json::from_str(&ran.out).unwrap();
+    let [row] = &rows.as_array().unwrap()[..] else { panic!("{rows}") };
+    assert_eq!((&row["kind"], &row["bodies"], &row["steps"]), (&"colony".into(), &1024.into(), &1.into()));
+    assert!(row["constraints"].as_u64().unwrap() > 1024 && row["products"].as_f64().unwrap() > 1.0, "{row}");
+    assert_eq!(place.json("studies/throughput.json"), rows);
+    let page = fs::read_to_string(place.at("studies/throughput.md")).unwrap();
+    assert!(page.contains("1 steps timed after 0") && page.contains("| Colony | 1024 |"), "{page}");
+}

@@ -224,31 +224,46 @@ pub(super) struct Scenes {
 pub(super) enum StudyName {
     /// What a step costs by the number of bodies, on the CPU and on a device
     Throughput,
+    /// What each solver needs, and what it attains, on stored LCPs and on short runs
+    Solvers,
     /// All of them
     All,
 }
 
+const STUDY_EXAMPLES: &str = "\
+Examples:
+  relcp study throughput --backend gpu --largest 131072
+  relcp study solvers --quick
+  relcp run colony --set solver.dump.when=slow --out runs/slow
+  relcp study solvers runs/slow                        every solver on the LCPs that were slow there";
+
 #[derive(Args, Debug)]
-#[command(after_help = "Example:\n  relcp study throughput --backend gpu --largest 131072")]
+#[command(after_help = STUDY_EXAMPLES)]
 pub(super) struct Study {
     /// Which study
     #[arg(value_enum)]
     pub(super) name: StudyName,
-    /// The largest number of bodies
+    /// For solvers: files of LCPs, folders of them, or runs with them (see solver.dump), in place of the built-in ones
+    #[arg(value_name = "FILES")]
+    pub(super) files: Vec<PathBuf>,
+    /// For throughput: the largest number of bodies
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     pub(super) largest: usize,
-    /// The smallest number of bodies
+    /// For throughput: the smallest number of bodies
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(super) smallest: usize,
-    /// What is stepped, if not both
+    /// For throughput: what is stepped, if not both
     #[arg(long, value_enum, value_name = "WHAT")]
     pub(super) of: Option<crate::study::throughput::Kind>,
-    /// Steps timed of each size
+    /// For throughput: steps timed of each size
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) steps: u32,
-    /// Steps taken before those
+    /// For throughput: steps taken before those
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub(super) warm_up: u32,
+    /// For solvers: fewer iterations and shorter runs, for under a minute
+    #[arg(long)]
+    pub(super) quick: bool,
     /// Where the tables go
     #[arg(long, value_name = "DIR", default_value = "studies")]
     pub(super) out: PathBuf,

@@ -142,7 +142,7 @@ impl CliError {
             CliError::Batch(error) => Exit::of(error.exit_code()),
             CliError::Device(_) => Exit::Device,
             CliError::Study(StudyError::Gpu(_) | StudyError::Fault(Fault::Device(_))) => Exit::Device,
-            CliError::Study(StudyError::Io { .. }) => Exit::File,
+            CliError::Study(StudyError::Record(error)) => Exit::of(error.exit_code()),
             CliError::Study(_) => Exit::Internal,
             CliError::Start(_) | CliError::Usage(_) | CliError::NoScene(_) => Exit::Usage,
             CliError::Output(_) => Exit::File,

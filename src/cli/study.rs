@@ -4,22 +4,50 @@ use super::arguments::{Study, StudyName};
 use super::compute;
 use super::exit::{CliError, Exit};
 use super::output;
+use super::study_solvers::solvers;
+use crate::record::{RecordError, durable};
 use crate::relcp::Compute;
+use crate::study::StudyError;
 use crate::study::throughput::{Kind, Row, measure, table};
+use serde::Serialize;
+use serde_json::{Value, json};
 use std::fs;
 use std::path::Path;
 
-pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
-    compute::set_threads(&arguments.compute)?;
-    match arguments.name {
-        StudyName::Throughput | StudyName::All => throughput(arguments),
-    }
+/// What a study found: its page, its numbers, and whether anything in it missed what it should hold.
+pub(super) struct Found {
+    pub(super) text: String,
+    pub(super) numbers: Value,
+    pub(super) missed: bool,
 }
 
-fn throughput(arguments: &Study) -> Result<Exit, CliError> {
-    let device = compute::settle(&arguments.compute, &crate::scene::load("colony", &[])?)?;
-    let mut computes = vec![Compute::Cpu];
-    computes.extend(matches!(device, Compute::Gpu { .. }).then_some(device));
+pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
+    compute::set_threads(&arguments.compute)?;
+    if arguments.name != StudyName::Solvers && !arguments.files.is_empty() {
+        return Err(CliError::Usage("files are for `relcp study solvers`".into()));
+    }
+    let found = match arguments.name {
+        StudyName::Throughput => throughput(arguments)?,
+        StudyName::Solvers => solvers(arguments)?,
+        StudyName::All => {
+            let (a, b) = (throughput(arguments)?, solvers(arguments)?);
+            Found {
+                text: format!("{}\n{}", a.text, b.text),
+                numbers: json!({ "throughput": a.numbers, "solvers": b.numbers }),
+                missed: a.missed || b.missed,
+            }
+        }
+    };
+    if arguments.print.json {
+        output::json(&found.numbers)?;
+    } else if !arguments.print.quiet {
+        output::write(|out| write!(out, "{}", found.text))?;
+    }
+    Ok(if found.missed { Exit::OutOfTolerance } else { Exit::Done })
+}
+
+fn throughput(arguments: &Study) -> Result<Found, CliError> {
+    let computes = computes(arguments)?;
     let mut rows = Vec::new();
     let kinds = [Kind::Colony, Kind::Compaction].into_iter().filter(|kind| arguments.of.is_none_or(|of| of == *kind));
     for kind in kinds {
@@ -31,18 +59,28 @@ fn throughput(arguments: &Study) -> Result<Exit, CliError> {
                     output::message(&format!("{kind:?} of {bodies}: {step_ms:.2} ms a step on {computed_by}"));
                 }
                 rows.push(row);
+                // After each row, as later ones take longer: what was measured stays when the study is interrupted.
+                write_rows(&rows, arguments)?;
             }
         }
     }
-    let text = page(&rows, arguments);
-    write(&arguments.out, &rows, &text)?;
-    if arguments.print.json {
-        output::json(&rows)?;
-    } else if !arguments.print.quiet {
-        output::write(|out| write!(out, "{text}"))?;
-    }
+    write_rows(&rows, arguments)?;
     let missed = rows.iter().any(|row| row.unconverged > 0 || row.max_overlap > 1e-5);
-    Ok(if missed { Exit::OutOfTolerance } else { Exit::Done })
+    Ok(Found { text: page(&rows, arguments), numbers: value(&rows)?, missed })
+}
+
+/// The page and the numbers of the rows so far.
+fn write_rows(rows: &[Row], arguments: &Study) -> Result<(), CliError> {
+    let (text, numbers) = (page(rows, arguments), pretty(&rows)?);
+    write_all(&arguments.out, [("throughput.md", text.as_bytes()), ("throughput.json", &numbers)])
+}
+
+/// The CPU, and the device where there is one.
+pub(super) fn computes(arguments: &Study) -> Result<Vec<Compute>, CliError> {
+    let device = compute::settle(&arguments.compute, &crate::scene::load("colony", &[])?)?;
+    let mut computes = vec![Compute::Cpu];
+    computes.extend(matches!(device, Compute::Gpu { .. }).then_some(device));
+    Ok(computes)
 }
 
 fn page(rows: &[Row], arguments: &Study) -> String {
@@ -55,15 +93,24 @@ fn page(rows: &[Row], arguments: &Study) -> String {
     )
 }
 
-fn write(folder: &Path, rows: &[Row], text: &str) -> Result<(), CliError> {
-    let failed = |path: &Path| {
-        let path = path.display().to_string();
-        move |e: std::io::Error| CliError::Study(crate::study::StudyError::Io { path, source: e })
-    };
-    fs::create_dir_all(folder).map_err(failed(folder))?;
-    let page = folder.join("throughput.md");
-    fs::write(&page, text).map_err(failed(&page))?;
-    let json = folder.join("throughput.json");
-    let numbers = serde_json::to_vec_pretty(rows).map_err(|e| failed(&json)(e.into()))?;
-    fs::write(&json, numbers).map_err(failed(&json))
+/// Writes the files of a study into its folder, each whole or not at all.
+pub(super) fn write_all<'a>(
+    folder: &Path,
+    files: impl IntoIterator<Item = (&'a str, &'a [u8])>,
+) -> Result<(), CliError> {
+    fs::create_dir_all(folder).map_err(RecordError::io(folder, "create the folder"))?;
+    for (name, bytes) in files {
+        durable::place(&folder.join(name), bytes)?;
+    }
+    Ok(())
+}
+
+/// Numbers as JSON.
+pub(super) fn value<T: Serialize>(of: &T) -> Result<Value, CliError> {
+    serde_json::to_value(of).map_err(|e| CliError::Study(StudyError::Table(e.to_string())))
+}
+
+/// Numbers as the text of a JSON file.
+pub(super) fn pretty<T: Serialize>(of: &T) -> Result<Vec<u8>, CliError> {
+    serde_json::to_vec_pretty(of).map_err(|e| CliError::Study(StudyError::Table(e.to_string())))
 }

@@ -1,6 +1,7 @@
 //! Measured studies: what a table of the documentation is made from.
 
 mod bandwidth;
+pub mod solvers;
 mod state;
 pub mod throughput;
 

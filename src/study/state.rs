@@ -2,7 +2,7 @@
 
 use crate::bodies::{Bodies, Lineage};
 use crate::gpu::GpuError;
-use crate::record::{RecordError, RunError, StateError, decode};
+use crate::record::{LcpFileError, RecordError, RunError, StateError, decode};
 use crate::relcp::Fault;
 use crate::scene::SceneError;
 use glam::DVec3;
@@ -28,14 +28,15 @@ pub enum StudyError {
     /// The device refused something.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// A result could not be written.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file.
-        path: String,
-        /// What the system says.
-        source: std::io::Error,
-    },
+    /// A stored LCP could not be read.
+    #[error(transparent)]
+    Lcp(#[from] LcpFileError),
+    /// A plot could not be drawn.
+    #[error("a plot could not be drawn: {0}")]
+    Plot(String),
+    /// A table could not be made.
+    #[error("a table could not be made: {0}")]
+    Table(String),
 }
 
 /// Side by side copies of a stored state, `count` bodies in all: in a square where it lies in the plane z = 0, else in a cube. The

@@ -6,9 +6,11 @@ use glam::{DQuat, DVec3};
 use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
 use relcp::gpu::{Choice, Gpu, GpuError, Precision};
-use relcp::record::state_hash;
-use relcp::relcp::{Compute, Fault, Simulation, State, StepReport, contacts};
+use relcp::lcp::Stored;
+use relcp::record::{read_lcp, state_hash};
+use relcp::relcp::{Compute, Fault, Kept, Simulation, State, StepReport, contacts};
 use relcp::scene::{self, Scene};
+use relcp::study::solvers::{Named, Size, measure};
 use std::sync::Arc;
 
 fn compute(gpu: &Arc<Gpu>, precision: Precision) -> Compute {
@@ -312,4 +314,125 @@ fn a_run_goes_on_from_its_state() {
         // As far as solves within the tolerance may differ, here 1e-6.
         assert!(off < 1e-6, "{off:e}");
     }
+}
+
+/// The two bodies of a row, its two blocks of `J`, and `q`.
+type Row = ([u32; 2], [Vec<f64>; 2], f64);
+
+/// An LCP's rows in an order that does not depend on what made it: by bodies, then by gap; both blocks of each row and `q`.
+fn ordered(lcp: &Stored) -> Vec<Row> {
+    let block = |row: usize, side: usize| lcp.rows[side][row * lcp.unknowns..(row + 1) * lcp.unknowns].to_vec();
+    let mut rows: Vec<_> = (0..lcp.q.len()).map(|i| (lcp.pair[i], [block(i, 0), block(i, 1)], lcp.q[i])).collect();
+    rows.sort_by(|a, b| (a.0, a.2).partial_cmp(&(b.0, b.2)).unwrap());
+    rows
+}
+
+/// How far the rows of two LCPs are apart: blocks of `J` as a part of the largest number in them, and `q`.
+fn rows_apart(ours: &Stored, theirs: &Stored) -> (f64, f64) {
+    let (ours, theirs) = (ordered(ours), ordered(theirs));
+    assert_eq!(ours.iter().map(|row| row.0).collect::<Vec<_>>(), theirs.iter().map(|row| row.0).collect::<Vec<_>>());
+    let numbers = |rows: &[Row]| -> Vec<f64> { rows.iter().flat_map(|row| row.1.iter().flatten().copied()).collect() };
+    let (a, b) = (numbers(&ours), numbers(&theirs));
+    let largest = b.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let jacobian = a.iter().zip(&b).fold(0.0_f64, |worst, (x, y)| worst.max((x - y).abs())) / largest.max(1e-3);
+    (jacobian, ours.iter().zip(&theirs).fold(0.0_f64, |worst, (x, y)| worst.max((x.2 - y.2).abs())))
+}
+
+/// The LCPs that a scene asks to be kept are those that the device solved: the same rows as the CPU's, multipliers that solve them, and
+/// the study reads them.
+#[test]
+fn lcps_are_kept() {
+    let Some(gpu) = device() else { return };
+    let sets = ["solver.dump.when=all".to_string(), "solver.dump.most=4".into()];
+    let mut divided = scene::load("colony", &sets).unwrap();
+    divided.growth.as_mut().unwrap().division_length = 2.001;
+    let mut many = patch(8, DVec3::ZERO);
+    many.solver.dump = divided.solver.dump;
+    let capsules = scene::load("three-capsules", &sets).unwrap();
+    for (scene, unknowns) in [(capsules, 6), (divided, 3), (many, 3)] {
+        let kept = |compute: &Compute| {
+            let mut simulation = Simulation::new_on(compute, scene.clone(), scene.build().unwrap()).unwrap();
+            (0..4).for_each(|_| assert!(simulation.step().unwrap().max_overlap <= 1e-5));
+            simulation.take_lcps()
+        };
+        let cpu = kept(&Compute::Cpu);
+        assert_eq!(cpu.len(), 4);
+        for precision in precisions(gpu) {
+            let device = kept(&compute(gpu, precision));
+            assert_eq!(device.len(), 4);
+            for (ours, theirs) in device.iter().zip(&cpu) {
+                let name = format!("{} {precision:?} {}.{}", scene.name, ours.step, ours.recursion);
+                assert_eq!((ours.step, ours.recursion), (theirs.step, theirs.recursion), "{name}");
+                assert_eq!((ours.lcp.unknowns, ours.lcp.bodies), (unknowns, theirs.lcp.bodies), "{name}");
+                assert_eq!(ours.lcp.start.len(), ours.lcp.gamma.len());
+                let exact = precision == Precision::F64;
+                let (jacobian, q) = rows_apart(&ours.lcp, &theirs.lcp);
+                let residual = ours.lcp.residual(&ours.lcp.gamma);
+                let largest = |v: &[f64]| v.iter().fold(0.0_f64, |worst, x| worst.max(x.abs()));
+                let apart: Vec<f64> = ours.lcp.velocity.iter().zip(&theirs.lcp.velocity).map(|(a, b)| a - b).collect();
+                let v = largest(&apart) / largest(&theirs.lcp.velocity).max(1e-3);
+                println!(
+                    "{name}: {} rows, J apart {jacobian:.1e}, q {q:.1e}, v {v:.1e}, residual {residual:.1e}",
+                    ours.lcp.q.len()
+                );
+                // What the device measured of its own numbers, up to their rounding.
+                assert!(residual <= if exact { 1.001e-6 } else { 1.1e-6 }, "{name}: {residual:e}");
+                // From the second step on the states differ by what the solves may, and in f32 with them where parallel rods touch.
+                match (exact, ours.step) {
+                    (true, _) => assert!(jacobian <= 1e-12 && q <= 1e-12 && v <= 1e-9, "{name}"),
+                    (false, 1) => assert!(jacobian <= 1e-6 && q <= 1e-6 && v <= 1e-4, "{name}"),
+                    (false, _) => assert!(q <= 1e-5, "{name}"),
+                }
+            }
+            // The first solve starts from nothing, the next one of its step from what the first ended with, and new rows from zero.
+            let [first, second] = [&device[0], &device[1]];
+            assert!(first.lcp.start.iter().all(|x| *x == 0.0));
+            if second.recursion == 1 {
+                let held = |gamma: &[f64]| {
+                    let mut held: Vec<f64> = gamma.iter().copied().filter(|x| *x > 0.0).collect();
+                    held.sort_by(f64::total_cmp);
+                    held
+                };
+                assert_eq!(held(&second.lcp.start), held(&first.lcp.gamma));
+                assert!(!held(&first.lcp.gamma).is_empty());
+            }
+            if scene.bodies.len() > 3 {
+                studied(second, &compute(gpu, precision));
+            }
+        }
+    }
+}
+
+/// The study's default solver solves an LCP of the device on the CPU and on the device.
+fn studied(kept: &Kept, compute: &Compute) {
+    let named = Named { name: "kept".into(), lcp: kept.lcp.clone() };
+    let instance = measure(&named, &[Compute::Cpu, compute.clone()], &Size::QUICK).unwrap();
+    let ours: Vec<_> = instance.attempts.iter().filter(|attempt| attempt.solver == "pair_block_cg").collect();
+    assert_eq!(ours.len(), 12);
+    for attempt in ours {
+        assert_eq!(attempt.status, "solved", "{attempt:?}");
+        assert!(attempt.residual.unwrap() <= 1.1 * attempt.tolerance, "{attempt:?}");
+    }
+}
+
+#[test]
+fn lcps_of_a_run_on_the_device_are_files_that_the_study_reads() {
+    let Some(gpu) = device() else { return };
+    let place = tempfile::tempdir().unwrap();
+    let relcp = |arguments: &[&str]| {
+        let mut command = assert_cmd::Command::cargo_bin("relcp").unwrap();
+        let output = command.current_dir(&place).args(arguments).args(["--backend", "gpu", "--quiet"]);
+        let output = output.args(["--adapter", gpu.name()]).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    let dump = ["--set", "solver.dump.when=all", "--set", "solver.dump.most=2"];
+    relcp(&[&["run", "three-capsules", "--out", "run"], &dump[..]].concat());
+    let (lcp, header) = read_lcp(&place.path().join("run/lcps/step-000001-rec-1.npz")).unwrap();
+    let header = header.unwrap();
+    assert_eq!((header.precision.as_str(), header.status.as_str(), header.step), ("f32", "solved", 1));
+    assert!(lcp.residual(&lcp.gamma) <= 1.1e-6 && lcp.q.len() == 5 && lcp.bodies == 3);
+    relcp(&["study", "solvers", "run", "--quick", "--out", "studies"]);
+    let text = std::fs::read_to_string(place.path().join("studies/solvers.csv")).unwrap();
+    let of = |computed_by: &str| text.lines().filter(|line| line.contains(computed_by)).count();
+    assert!(of("CPU f64") >= 2 * 36 && of(" f32") == of("CPU f64"), "{text}");
 }
