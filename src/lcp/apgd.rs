@@ -8,7 +8,7 @@ use super::drive::{Method, Point};
 use super::verbs::{Metric, Scalar, Verbs};
 
 /// `L` shrinks by this factor an accepted step, so that it follows the curvature down again. On the stored systems 0.9 to 0.995 cost the
-/// same products within a fifth.
+/// same products within a third.
 const RELAX: f64 = 0.98;
 
 /// Margin over the curvature measured when a step was refused, so that the next one is not.

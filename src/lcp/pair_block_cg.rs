@@ -13,8 +13,8 @@
 use super::drive::{Method, Point};
 use super::verbs::{Metric, Scalar, Verbs};
 
-/// Bounds of the remembered trial length. On the stored systems a longest of 1 costs a tenth more products on first solves (one row
-/// a pair), and 2 to 64 cost the same.
+/// Bounds of the remembered trial length. On the stored systems a longest of 1 costs up to a fifth more products where pairs have
+/// several rows, and 2 to 64 cost the same.
 const SHORTEST: f64 = 0.05;
 const LONGEST: f64 = 8.0;
 

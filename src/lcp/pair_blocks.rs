@@ -8,8 +8,8 @@ use super::product::{dot, fill};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Relative addition to the diagonal of a block. On the stored colonies 1e-6, 1e-7 and 1e-8 cost the same products within a tenth;
-/// the largest of them keeps most digits of the Cholesky factor of a block with repeated rows.
+/// Relative addition to the diagonal of a block. On the stored systems 1e-6, 1e-7 and 1e-8 cost the same products within a quarter, the
+/// largest of them the least where a pair has many rows; it keeps most digits of the Cholesky factor of a block with repeated rows.
 const REGULARIZATION: f64 = 1e-6;
 
 /// How many blocks one parallel task takes.
