@@ -15,6 +15,7 @@ mod apgd;
 mod bbpgd;
 mod dense;
 mod drive;
+mod interior_point;
 mod pair_block_cg;
 mod projected_gauss_seidel;
 mod projected_jacobi;

@@ -5,6 +5,7 @@ use super::bbpgd::Bbpgd;
 use super::cpu::Cpu;
 use super::dense::Dense;
 use super::drive::Drive;
+use super::interior_point::InteriorPoint;
 use super::pair_block_cg::PairBlockCg;
 use super::projected_gauss_seidel::ProjectedGaussSeidel;
 use super::projected_jacobi::ProjectedJacobi;
@@ -49,6 +50,7 @@ enum Engine<const D: usize> {
     Bbpgd(Bbpgd<Cpu<D>>),
     PairBlockCg(PairBlockCg<Cpu<D>>),
     Dense(Dense),
+    InteriorPoint(InteriorPoint<D>),
 }
 
 impl<const D: usize> Solver<D> {
@@ -61,6 +63,7 @@ impl<const D: usize> Solver<D> {
             SolverKind::Bbpgd => Engine::Bbpgd(Bbpgd::new()),
             SolverKind::Auto | SolverKind::PairBlockCg => Engine::PairBlockCg(PairBlockCg::new()),
             SolverKind::Dense => Engine::Dense(Dense::default()),
+            SolverKind::InteriorPoint => Engine::InteriorPoint(InteriorPoint::default()),
         };
         Solver { settings, cpu: Cpu::default(), drive: Drive::default(), engine }
     }
@@ -97,6 +100,7 @@ impl<const D: usize> Solver<D> {
                 Engine::Bbpgd(method) => drive.run(cpu, method, settings, 1),
                 Engine::PairBlockCg(method) => drive.run(cpu, method, settings, 1),
                 Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
+                Engine::InteriorPoint(method) => method.run(cpu, &mut drive.at, settings),
             }
         };
         self.cpu.export(&self.drive.at.x, gamma);

@@ -210,6 +210,8 @@ pub enum SolverKind {
     PairBlockCg,
     /// Dense pivoting, for tests and small systems.
     Dense,
+    /// Primal-dual interior point with a sparse factorization: few iterations, whatever the conditioning.
+    InteriorPoint,
 }
 
 /// An external force.

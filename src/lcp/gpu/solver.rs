@@ -31,6 +31,7 @@ impl Solver {
         let what = match kind {
             SolverKind::ProjectedGaussSeidel => "solver projected_gauss_seidel",
             SolverKind::Dense => "solver dense",
+            SolverKind::InteriorPoint => "solver interior_point",
             _ => return Ok(()),
         };
         Err(GpuError::Unsupported { what: what.into() })

@@ -221,7 +221,7 @@ fn other_solvers_reach_the_first_stored_system() {
     }
 }
 
-const ALL: [SolverKind; 7] = [
+const ALL: [SolverKind; 8] = [
     SolverKind::Auto,
     SolverKind::ProjectedJacobi,
     SolverKind::ProjectedGaussSeidel,
@@ -229,6 +229,7 @@ const ALL: [SolverKind; 7] = [
     SolverKind::Bbpgd,
     SolverKind::PairBlockCg,
     SolverKind::Dense,
+    SolverKind::InteriorPoint,
 ];
 
 /// Two bodies, one unknown used.
@@ -373,5 +374,28 @@ fn a_solver_keeps_nothing_of_an_earlier_problem() {
         let first = used.solve(&stored.problem, &mut a);
         let second = Solver::new(kind, settings).solve(&stored.problem, &mut b);
         assert!(first == second && a == b, "{kind:?}: {first:?}, {second:?}");
+    }
+}
+
+#[test]
+fn experiment() {
+    let tolerance: f64 = std::env::var("TOL").ok().and_then(|t| t.parse().ok()).unwrap_or(1e-9);
+    for (name, _, _) in STORED {
+        let stored = stored(name);
+        let mut gamma = Vec::new();
+        let t = std::time::Instant::now();
+        let outcome = solve(SolverKind::InteriorPoint, &stored.problem, &mut gamma, tolerance);
+        eprintln!("{name} {outcome:?} {:.1e} {:?}", error(&stored.problem, &gamma, &stored.velocity), t.elapsed());
+    }
+}
+#[test]
+fn experiment_small() {
+    for apart in [0.3, 1e-3] {
+    for seed in 0..6 {
+        agree::<3>(&[SolverKind::InteriorPoint], seed, 20, 30, apart);
+        agree::<6>(&[SolverKind::InteriorPoint], seed, 12, 40, apart);
+        agree::<3>(&[SolverKind::InteriorPoint], seed, 60, 200, apart);
+        agree::<6>(&[SolverKind::InteriorPoint], seed, 30, 200, apart);
+    }
     }
 }
