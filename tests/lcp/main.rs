@@ -399,3 +399,34 @@ fn experiment_small() {
     }
     }
 }
+#[test]
+fn experiment_survey() {
+    let (mut count, mut failed) = (0, 0);
+    for apart in [0.3, 1e-3] {
+    for seed in 0..60 {
+    for (bodies, rows) in [(20, 30), (12, 40), (60, 200), (30, 200), (100, 120)] {
+        let problem = random::<3>(seed, bodies, rows, apart);
+        let tolerance = std::env::var("TOL").ok().and_then(|t| t.parse().ok()).unwrap_or(1e-10);
+        let mut exact = Vec::new();
+        let settings = Settings { tolerance: 1e-12, max_iterations: 10_000 };
+        let exact_outcome = Solver::new(SolverKind::Dense, settings).solve(&problem, &mut exact);
+        let reference = velocity(&problem, &exact);
+        let settings = Settings { tolerance, max_iterations: 400_000 };
+        let mut gamma = Vec::new();
+        let outcome = Solver::new(SolverKind::InteriorPoint, settings).solve(&problem, &mut gamma);
+        let error = error(&problem, &gamma, &reference);
+        count += 1;
+        if outcome.status != Status::Solved || !(error < 1e-8) { failed += 1; eprintln!("BAD {apart} {seed} {bodies} {rows} {outcome:?} {error:.1e} dense {exact_outcome:?} {:.1e}", gamma.iter().fold(0.0f64, |a, b| a.max(*b))); }
+    }
+    }
+    }
+    for scale in [1.0, 1e-3, 1e-6] {
+        for rows in [vec![(1.0, -0.1), (-1.0, -0.1)], vec![(1.0, -0.1), (-1.0, 0.1)], vec![(1.0, -0.1), (-1.0, 0.0999)], vec![(1.0, -0.1), (-0.01, 0.000999)],vec![(1.0, -0.1), (-1.0, 0.1-1e-7)], vec![(1.0, 0.0), (-1.0, -1.0)]] {
+            let rows: Vec<_> = rows.iter().map(|(j, q)| (j * scale, *q)).collect();
+            let mut gamma = Vec::new();
+            let outcome = solve(SolverKind::InteriorPoint, &line(&rows), &mut gamma, 1e-10);
+            eprintln!("JAM {rows:?} {outcome:?} {gamma:?}");
+        }
+    }
+    eprintln!("BAD {failed} of {count}");
+}

@@ -5,7 +5,7 @@ use super::rows::UnitRows;
 use crate::lcp::product::dot;
 
 fn delta() -> f64 { std::env::var("DELTA").ok().and_then(|d| d.parse().ok()).unwrap_or(1e-10) }
-fn theta() -> f64 { std::env::var("THETA").ok().and_then(|d| d.parse().ok()).unwrap_or(1.0) }
+fn theta() -> f64 { std::env::var("THETA").ok().and_then(|d| d.parse().ok()).unwrap_or(10.0) }
 
 pub(super) struct Step;
 
@@ -31,22 +31,24 @@ impl<const D: usize> Iterate<D> {
             x.clear();
             x.resize(m, 0.0);
         }
-        self.weight.fill(1.0);
+        for i in 0..m {
+            self.weight[i] = if rows.q[i] < 0.0 { 1.0 } else { 0.0 };
+            self.work[i] = -rows.q[i].min(0.0);
+        }
         matrix.factorize(rows, &self.weight)?;
-        for i in 0..m { self.work[i] = -rows.q[i]; }
         rows.velocity(&self.work, &mut self.v);
         matrix.solve(&mut self.v);
-        let mut worst: f64 = 0.0;
+        let mut shift: f64 = 0.0;
         for i in 0..m {
-            let w = rows.q[i] + rows.along(i, &self.v);
-            worst = worst.max(w.abs());
-            self.gamma[i] = (-w).max(0.0);
-            self.slack[i] = w.max(0.0);
+            let moved = rows.along(i, &self.v);
+            self.slack[i] = rows.q[i] + moved;
+            shift = shift.max(moved.abs()).max(-rows.q[i]);
         }
-        let shift = theta() * worst;
+        shift *= theta();
         for i in 0..m {
-            self.gamma[i] += shift;
-            self.slack[i] += shift;
+            let w = self.slack[i];
+            self.slack[i] = w.max(0.0) + shift;
+            self.gamma[i] = (-w).max(0.0) + shift * (shift / self.slack[i]);
         }
         Ok(())
     }
@@ -56,6 +58,7 @@ impl<const D: usize> Iterate<D> {
         for i in 0..rows.len() { self.g[i] = rows.q[i] + rows.along(i, &self.v); }
     }
 
+    pub fn infeasibility(&self) -> f64 { self.g.iter().zip(&self.slack).fold(0.0f64, |w, (a, b)| w.max((a - b).abs())) }
     pub fn describe(&self) -> String {
         let m = self.gamma.len() as f64;
         let mu = self.gamma.iter().zip(&self.slack).map(|(a, b)| a * b).sum::<f64>() / m;
@@ -129,7 +132,7 @@ impl<const D: usize> Iterate<D> {
         }
         self.newton(rows, matrix);
         for i in 0..m { self.ds[i] -= self.slack[i] * (1.0 + self.dg[i] / self.gamma[i]); }
-        let step = (0.995 * self.room()).min(1.0);
+        let step = ((1.0 - (1.0 - part).clamp(1e-6, 0.005)) * self.room()).min(1.0);
         for i in 0..m {
             self.gamma[i] += step * self.dg[i];
             self.slack[i] += step * self.ds[i];

@@ -13,7 +13,7 @@ use normal_matrix::{NormalMatrix, Refused};
 use rows::UnitRows;
 
 const MOST_ITERATIONS: u64 = 200;
-const PATIENCE: u64 = 30;
+const PATIENCE: u64 = 15;
 
 #[derive(Default)]
 pub(crate) struct InteriorPoint<const D: usize> {
@@ -50,7 +50,7 @@ impl<const D: usize> InteriorPoint<D> {
         if let Err(_) = self.iterate.begin(&self.rows, &mut self.matrix) {
             return (Status::NotFinite, 0);
         }
-        let mut marked = (f64::INFINITY, 0);
+        let mut marked = (f64::INFINITY, 0); let mut marked_rp = f64::INFINITY;
         let mut k = 0;
         loop {
             self.iterate.look(&self.rows);
@@ -66,6 +66,7 @@ impl<const D: usize> InteriorPoint<D> {
                 *residual = now;
                 self.best.clone_from(&at.x);
             }
+            let rp = self.iterate.infeasibility(); if rp < 0.5 * marked_rp { marked_rp = rp; marked.1 = k; }
             if now < 0.5 * marked.0 { marked = (now, k); }
             let end = if self.iterate.reach(&self.rows) > 1e10 {
                 eprintln!("certificate");
