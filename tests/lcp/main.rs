@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used)]
 
+mod interior_point;
+
 use npyz::NpyFile;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -232,6 +234,11 @@ const ALL: [SolverKind; 8] = [
     SolverKind::InteriorPoint,
 ];
 
+/// How a solver ends where the rows contradict each other: the interior-point method proves it, the others see no progress.
+fn contradicted(kind: SolverKind) -> Status {
+    if matches!(kind, SolverKind::Auto | SolverKind::InteriorPoint) { Status::Infeasible } else { Status::NoProgress }
+}
+
 /// Two bodies, one unknown used.
 fn line(rows: &[(f64, f64)]) -> Problem<3> {
     Problem {
@@ -258,7 +265,7 @@ fn opposite_rows_without_room_are_not_solved() {
         let problem = line(&[(1.0, -0.1), (-1.0, -0.1)]);
         let mut gamma = Vec::new();
         let outcome = solve(kind, &problem, &mut gamma, 1e-8);
-        assert_eq!(outcome.status, Status::NoProgress, "{kind:?}: {outcome:?}");
+        assert_eq!(outcome.status, contradicted(kind), "{kind:?}: {outcome:?}");
         assert!(outcome.iterations <= 50_000, "{kind:?}: {outcome:?}");
         assert!(gamma.iter().all(|x| x.is_finite()), "{kind:?}");
         assert!(outcome.residual > 0.05 && outcome.residual <= 0.1, "{kind:?}: {outcome:?}");
@@ -274,7 +281,7 @@ fn zero_rows_are_judged_by_their_gap() {
         assert_eq!(outcome.status, Status::Solved, "{kind:?}: {outcome:?}");
         assert!((gamma[0] - 0.05).abs() < 1e-11, "{kind:?}: {gamma:?}");
         let outcome = solve(kind, &line(&[(1.0, -0.1), (0.0, -0.25)]), &mut gamma, 1e-12);
-        assert_eq!(outcome.status, Status::NoProgress, "{kind:?}: {outcome:?}");
+        assert_eq!(outcome.status, contradicted(kind), "{kind:?}: {outcome:?}");
         assert_eq!(outcome.residual, 0.25, "{kind:?}");
     }
 }
@@ -375,58 +382,4 @@ fn a_solver_keeps_nothing_of_an_earlier_problem() {
         let second = Solver::new(kind, settings).solve(&stored.problem, &mut b);
         assert!(first == second && a == b, "{kind:?}: {first:?}, {second:?}");
     }
-}
-
-#[test]
-fn experiment() {
-    let tolerance: f64 = std::env::var("TOL").ok().and_then(|t| t.parse().ok()).unwrap_or(1e-9);
-    for (name, _, _) in STORED {
-        let stored = stored(name);
-        let mut gamma = Vec::new();
-        let t = std::time::Instant::now();
-        let outcome = solve(SolverKind::InteriorPoint, &stored.problem, &mut gamma, tolerance);
-        eprintln!("{name} {outcome:?} {:.1e} {:?}", error(&stored.problem, &gamma, &stored.velocity), t.elapsed());
-    }
-}
-#[test]
-fn experiment_small() {
-    for apart in [0.3, 1e-3] {
-    for seed in 0..6 {
-        agree::<3>(&[SolverKind::InteriorPoint], seed, 20, 30, apart);
-        agree::<6>(&[SolverKind::InteriorPoint], seed, 12, 40, apart);
-        agree::<3>(&[SolverKind::InteriorPoint], seed, 60, 200, apart);
-        agree::<6>(&[SolverKind::InteriorPoint], seed, 30, 200, apart);
-    }
-    }
-}
-#[test]
-fn experiment_survey() {
-    let (mut count, mut failed) = (0, 0);
-    for apart in [0.3, 1e-3] {
-    for seed in 0..60 {
-    for (bodies, rows) in [(20, 30), (12, 40), (60, 200), (30, 200), (100, 120)] {
-        let problem = random::<3>(seed, bodies, rows, apart);
-        let tolerance = std::env::var("TOL").ok().and_then(|t| t.parse().ok()).unwrap_or(1e-10);
-        let mut exact = Vec::new();
-        let settings = Settings { tolerance: 1e-12, max_iterations: 10_000 };
-        let exact_outcome = Solver::new(SolverKind::Dense, settings).solve(&problem, &mut exact);
-        let reference = velocity(&problem, &exact);
-        let settings = Settings { tolerance, max_iterations: 400_000 };
-        let mut gamma = Vec::new();
-        let outcome = Solver::new(SolverKind::InteriorPoint, settings).solve(&problem, &mut gamma);
-        let error = error(&problem, &gamma, &reference);
-        count += 1;
-        if outcome.status != Status::Solved || !(error < 1e-8) { failed += 1; eprintln!("BAD {apart} {seed} {bodies} {rows} {outcome:?} {error:.1e} dense {exact_outcome:?} {:.1e}", gamma.iter().fold(0.0f64, |a, b| a.max(*b))); }
-    }
-    }
-    }
-    for scale in [1.0, 1e-3, 1e-6] {
-        for rows in [vec![(1.0, -0.1), (-1.0, -0.1)], vec![(1.0, -0.1), (-1.0, 0.1)], vec![(1.0, -0.1), (-1.0, 0.0999)], vec![(1.0, -0.1), (-0.01, 0.000999)],vec![(1.0, -0.1), (-1.0, 0.1-1e-7)], vec![(1.0, 0.0), (-1.0, -1.0)]] {
-            let rows: Vec<_> = rows.iter().map(|(j, q)| (j * scale, *q)).collect();
-            let mut gamma = Vec::new();
-            let outcome = solve(SolverKind::InteriorPoint, &line(&rows), &mut gamma, 1e-10);
-            eprintln!("JAM {rows:?} {outcome:?} {gamma:?}");
-        }
-    }
-    eprintln!("BAD {failed} of {count}");
 }

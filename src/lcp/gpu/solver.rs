@@ -99,7 +99,7 @@ impl Solver {
         if status == Status::NotFinite && iterations == 0 {
             residual = f64::INFINITY;
         }
-        Ok(Outcome { status, iterations, products: device.products(), residual })
+        Ok(Outcome { status, iterations, products: device.products(), factorizations: 0, fallback: false, residual })
     }
 
     /// Computes `velocity` from `gamma`, of which what is not finite or negative counts as zero.

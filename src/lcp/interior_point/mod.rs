@@ -1,89 +1,220 @@
-//! header TODO
+//! The reference solver: a primal-dual interior-point method in the unknowns of the bodies, for sparse systems of any conditioning.
+//!
+//! The LCP's multipliers are those of the strictly convex program `min 1/2 |v|^2` subject to `J v + q >= 0`, whose solution is
+//! `v = J^T gamma`. Steps are Mehrotra's (On the implementation of a primal-dual interior point method, 1992), with the weight of the
+//! second-order correction searched as by Colombo and Gondzio (Further development of multiple centrality correctors for interior
+//! point methods, 2008). Each factorizes one matrix `I + J^T W J`, a block a body and a pair (see [`normal_matrix`]), so that the
+//! size of the factor does not grow with rows of the same pair. The proximal term of Friedlander and Orban (A primal-dual
+//! regularized interior-point method for convex quadratic programs, 2012) on the multipliers bounds `W`, so that rows may repeat,
+//! be parallel or opposite without room between them. Rows are scaled to length one first; zero rows are left out and judged by
+//! their gap.
+//!
+//! It takes some 15 to 35 factorizations whatever the conditioning, starts from the violations alone, never from `gamma`, and runs
+//! on one thread.
 
+mod contradiction;
 mod iterate;
 mod normal_matrix;
 mod rows;
 
 use super::cpu::Cpu;
 use super::drive::Point;
+use super::residual::{of_row, worse};
 use super::verbs::Verbs;
 use super::{Settings, Status};
-use iterate::{Iterate, Step};
+use iterate::Iterate;
 use normal_matrix::{NormalMatrix, Refused};
 use rows::UnitRows;
 
-const MOST_ITERATIONS: u64 = 200;
+/// Most numbers in the factor: 256 MiB. TODO evidence
+const LARGEST_FACTOR: usize = 1 << 25;
+
+/// Most iterations. TODO evidence
+pub(crate) const MOST_ITERATIONS: u64 = 200;
+
+/// Iterations in which neither the residual nor the infeasibility is halved, after which there is no hope. TODO evidence
 const PATIENCE: u64 = 15;
 
-#[derive(Default)]
+/// The part of the best residual, and of the least infeasibility, that counts as a gain.
+const GAIN: f64 = 0.5;
+
+/// The solver. Its buffers are used again for the next problem.
 pub(crate) struct InteriorPoint<const D: usize> {
     rows: UnitRows<D>,
     matrix: NormalMatrix<D>,
     iterate: Iterate<D>,
+    /// The best multipliers so far, and the residual of the rows that are not zero there.
     best: Vec<f64>,
-    /// Factorizations of the last solve.
-    pub factorizations: u64,
+    residual: f64,
+    largest_factor: usize,
+}
+
+impl<const D: usize> Default for InteriorPoint<D> {
+    fn default() -> Self {
+        InteriorPoint {
+            rows: UnitRows::default(),
+            matrix: NormalMatrix::default(),
+            iterate: Iterate::default(),
+            best: Vec::new(),
+            residual: 0.0,
+            largest_factor: LARGEST_FACTOR,
+        }
+    }
 }
 
 impl<const D: usize> InteriorPoint<D> {
-    pub fn run(&mut self, cpu: &mut Cpu<D>, at: &mut Point<Vec<f64>>, settings: &Settings) -> (Status, u64, f64) {
-        self.factorizations = 0;
+    /// Solves; `at.x` becomes the solution, or the best iterate, never worse than it was. Iterations are steps.
+    pub fn run(
+        &mut self,
+        cpu: &mut Cpu<D>,
+        at: &mut Point<Vec<f64>>,
+        settings: &Settings,
+    ) -> (Status, u64, f64) {
+        self.iterate.reset();
+        self.matrix.factorizations = 0;
         cpu.clear(&mut at.g);
         cpu.gradient(&at.x, &mut at.g);
-        let mut residual = cpu.residual(&at.x, &at.g);
-        if residual <= settings.tolerance {
-            return (Status::Solved, 0, residual);
+        let start = cpu.residual(&at.x, &at.g);
+        if start <= settings.tolerance {
+            return (Status::Solved, 0, start);
         }
         self.rows.rebuild(&cpu.rows());
-        let (status, iterations) = self.iterate(cpu, at, settings, &mut residual);
+        self.best.clone_from(&at.x);
+        self.residual = self.live_residual(cpu, at);
+        let (end, iterations) = self.search(cpu, at, settings);
+        self.settle(cpu, at);
+        cpu.count(self.iterate.products);
+        let residual = cpu.residual(&at.x, &at.g);
+        let status = match end {
+            _ if residual <= settings.tolerance => Status::Solved,
+            // All rows that move anything are solved: what is left is a zero row whose gap is closed.
+            Status::Solved => Status::Infeasible,
+            end => end,
+        };
         (status, iterations, residual)
     }
 
-    fn iterate(&mut self, cpu: &mut Cpu<D>, at: &mut Point<Vec<f64>>, settings: &Settings, residual: &mut f64) -> (Status, u64) {
-        if self.matrix.analyse(&self.rows).is_err() {
-            return (Status::NoProgress, 0);
+    /// Factorizations of the last solve.
+    pub fn factorizations(&self) -> u64 {
+        self.matrix.factorizations
+    }
+
+    /// Looks for multipliers with a residual of at most the tolerance on the rows that are not zero.
+    fn search(&mut self, cpu: &mut Cpu<D>, at: &mut Point<Vec<f64>>, settings: &Settings) -> (Status, u64) {
+        if self.residual <= settings.tolerance {
+            return (Status::Solved, 0);
         }
-        eprintln!("rows {} bodies {} factor {}", self.rows.len(), self.rows.bodies, self.matrix.factor_len());
-        self.best.clone_from(&at.x);
-        let tolerance = settings.tolerance;
-        self.factorizations += 1;
-        if let Err(_) = self.iterate.begin(&self.rows, &mut self.matrix) {
-            return (Status::NotFinite, 0);
+        if self.rows.deepest == 0.0 {
+            // No row is violated at rest.
+            at.x.fill(0.0);
+            self.best.fill(0.0);
+            self.residual = 0.0;
+            return (Status::Solved, 0);
         }
-        let mut marked = (f64::INFINITY, 0); let mut marked_rp = f64::INFINITY;
-        let mut k = 0;
-        loop {
-            self.iterate.look(&self.rows);
+        let most = settings.max_iterations.min(MOST_ITERATIONS);
+        if most == 0 {
+            return (Status::MaxIterations, 0);
+        }
+        let ready = self.matrix.analyse(&self.rows, self.largest_factor);
+        if let Err(refused) = ready.and_then(|()| self.iterate.begin(&self.rows, &mut self.matrix)) {
+            return (refused.status(), 0);
+        }
+        let (mut residual, mut infeasibility, mut gained_at) = (f64::INFINITY, f64::INFINITY, 0);
+        for iteration in 0.. {
             self.iterate.export(&self.rows, &mut at.x);
             cpu.gradient(&at.x, &mut at.g);
-            let now = cpu.residual(&at.x, &at.g);
-            eprintln!("{k} residual {now:.3e} {}", self.iterate.describe());
-            if now <= tolerance {
-                *residual = now;
-                return (Status::Solved, k);
+            self.iterate.look(&self.rows, &at.g);
+            let now = self.live_residual(cpu, at);
+            if !now.is_finite() {
+                return (Status::NotFinite, iteration);
             }
-            if now < *residual {
-                *residual = now;
+            if now < self.residual {
+                self.residual = now;
                 self.best.clone_from(&at.x);
             }
-            let rp = self.iterate.infeasibility(); if rp < 0.5 * marked_rp { marked_rp = rp; marked.1 = k; }
-            if now < 0.5 * marked.0 { marked = (now, k); }
-            let end = if self.iterate.reach(&self.rows) > 1e10 {
-                eprintln!("certificate");
-                Some(Status::NoProgress)
-            } else if k - marked.1 > PATIENCE { Some(Status::NoProgress) }
-            else if k >= settings.max_iterations.min(MOST_ITERATIONS) { Some(Status::MaxIterations) } else { None };
-            if let Some(end) = end {
-                at.x.clone_from(&self.best);
-                return (end, k);
+            if now <= settings.tolerance {
+                return (Status::Solved, iteration);
             }
-            self.factorizations += 1;
-            if let Err(e) = self.iterate.advance(&self.rows, &mut self.matrix) {
-                eprintln!("{e:?}");
-                at.x.clone_from(&self.best);
-                return (Status::NotFinite, k);
+            if self.iterate.contradicts(&self.rows) {
+                return (Status::Infeasible, iteration);
             }
-            k += 1;
+            for (least, now) in [(&mut residual, now), (&mut infeasibility, self.iterate.infeasibility())] {
+                if now <= GAIN * *least {
+                    (*least, gained_at) = (now, iteration);
+                }
+            }
+            if iteration >= most {
+                return (Status::MaxIterations, iteration);
+            }
+            if iteration - gained_at >= PATIENCE {
+                return (Status::NoProgress, iteration);
+            }
+            if let Err(refused) = self.iterate.advance(&self.rows, &mut self.matrix) {
+                return (refused.status(), iteration);
+            }
         }
+        (Status::MaxIterations, most)
+    }
+
+    /// The natural residual of the rows that are not zero.
+    fn live_residual(&self, cpu: &Cpu<D>, at: &Point<Vec<f64>>) -> f64 {
+        let diagonal = cpu.rows().diagonal;
+        let share = |row: &u32| {
+            let row = *row as usize;
+            of_row(at.g[row], diagonal[row], at.x[row])
+        };
+        self.rows.row.iter().map(share).fold(0.0, worse)
+    }
+
+    /// Goes back to the best multipliers, those of open rows set to zero where that makes nothing worse.
+    fn settle(&mut self, cpu: &mut Cpu<D>, at: &mut Point<Vec<f64>>) {
+        at.x.clone_from(&self.best);
+        cpu.gradient(&at.x, &mut at.g);
+        let diagonal = cpu.rows().diagonal;
+        let open = at.x.iter().zip(&at.g).zip(diagonal).map(|((x, g), s)| s * x < *g || *s == 0.0);
+        let open: Vec<bool> = open.collect();
+        for (x, _) in at.x.iter_mut().zip(open).filter(|(_, open)| *open) {
+            *x = 0.0;
+        }
+        cpu.gradient(&at.x, &mut at.g);
+        if self.live_residual(cpu, at) > self.residual {
+            at.x.clone_from(&self.best);
+            cpu.gradient(&at.x, &mut at.g);
+        }
+    }
+}
+
+impl Refused {
+    fn status(self) -> Status {
+        match self {
+            Refused::TooLarge => Status::TooLarge,
+            Refused::NotPositive => Status::NoProgress,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lcp::Problem;
+
+    #[test]
+    fn a_factor_over_the_bound_is_refused_and_the_start_kept() {
+        let problem = Problem::<3> {
+            bodies: 3,
+            pair: vec![[0, 1], [1, 2]],
+            jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]; 2],
+            q: vec![-0.1, -0.2],
+        };
+        let (mut cpu, mut at) = (Cpu::default(), Point::default());
+        cpu.rebuild(&problem);
+        cpu.import(&[0.05, 0.0], &mut at.x);
+        let mut solver = InteriorPoint { largest_factor: 10, ..InteriorPoint::default() };
+        let settings = Settings { tolerance: 1e-9, max_iterations: 100 };
+        let (status, iterations, residual) = solver.run(&mut cpu, &mut at, &settings);
+        assert_eq!((status, iterations, solver.factorizations()), (Status::TooLarge, 0, 0));
+        assert_eq!((at.x.as_slice(), residual), ([0.05, 0.0].as_slice(), 0.25));
+        solver.largest_factor = LARGEST_FACTOR;
+        assert_eq!(solver.run(&mut cpu, &mut at, &settings).0, Status::Solved);
     }
 }

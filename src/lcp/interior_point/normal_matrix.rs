@@ -12,16 +12,13 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side, Spec};
 
-/// Most numbers in the factor: 256 MiB. TODO evidence
-pub(super) const LARGEST_FACTOR: usize = 1 << 25;
-
 /// A row one of whose blocks is zero joins no two bodies.
 const NONE: u32 = u32::MAX;
 
 /// Why there is no factor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Refused {
-    /// It would be over [`LARGEST_FACTOR`], or memory was refused.
+    /// It, or the matrix, would be over the bound; or memory was refused.
     TooLarge,
     /// A pivot was not positive: a number is not finite, or out of all proportion.
     NotPositive,
@@ -36,21 +33,25 @@ pub(super) struct NormalMatrix<const D: usize> {
     first_link: Vec<u32>,
     /// Each row's link.
     link: Vec<u32>,
+    /// Where each column begins; one more at the end.
     column: Vec<u32>,
+    /// The row of each number, and the numbers.
     entry: Vec<u32>,
     value: Vec<f64>,
     symbolic: Option<SymbolicCholesky<u32>>,
     factor: Vec<f64>,
     memory: Option<MemBuffer>,
+    /// Factorizations made, for its owner to reset.
+    pub factorizations: u64,
 }
 
 impl<const D: usize> NormalMatrix<D> {
-    /// Finds the patterns for some rows.
-    pub fn analyse(&mut self, rows: &UnitRows<D>) -> Result<(), Refused> {
+    /// Finds the patterns for some rows. Neither the matrix nor the factor may have more than `largest` numbers.
+    pub fn analyse(&mut self, rows: &UnitRows<D>, largest: usize) -> Result<(), Refused> {
         (self.symbolic, self.memory) = (None, None);
         self.find_links(rows);
         let entries = rows.bodies * (D * (D + 1) / 2) + self.links.len() * D * D;
-        if entries > LARGEST_FACTOR {
+        if entries > largest {
             return Err(Refused::TooLarge);
         }
         self.lay_out(rows.bodies, entries);
@@ -59,7 +60,7 @@ impl<const D: usize> NormalMatrix<D> {
         let parameters = CholeskySymbolicParams::default();
         let symbolic = factorize_symbolic_cholesky(pattern, Side::Lower, SymmetricOrdering::Amd, parameters)
             .map_err(|_| Refused::TooLarge)?;
-        if symbolic.len_val() > LARGEST_FACTOR {
+        if symbolic.len_val() > largest {
             return Err(Refused::TooLarge);
         }
         let memory = StackReq::or(
@@ -116,6 +117,7 @@ impl<const D: usize> NormalMatrix<D> {
     /// Factorizes for some weights of the rows.
     pub fn factorize(&mut self, rows: &UnitRows<D>, weight: &[f64]) -> Result<(), Refused> {
         self.fill(rows, weight);
+        self.factorizations += 1;
         let n = D * rows.bodies;
         let (Some(symbolic), Some(memory)) = (&self.symbolic, &mut self.memory) else {
             return Err(Refused::TooLarge);
@@ -176,9 +178,71 @@ impl<const D: usize> NormalMatrix<D> {
         let right = MatMut::from_column_major_slice_mut(v.as_flattened_mut(), n, 1);
         LltRef::new(symbolic, &self.factor).solve_in_place_with_conj(Conj::No, right, Par::Seq, MemStack::new(memory));
     }
+}
 
-    /// Numbers in the factor.
-    pub fn factor_len(&self) -> usize {
-        self.factor.len()
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lcp::cpu::Cpu;
+    use crate::lcp::{Problem, product::dot};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    fn rows<const D: usize>(bodies: u32, count: usize) -> UnitRows<D> {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut problem = Problem::<D> { bodies: bodies as usize, q: vec![0.0; count], ..Problem::default() };
+        for row in 0..count {
+            let a = rng.random_range(0..bodies);
+            let b = (a + rng.random_range(1..bodies)) % bodies;
+            problem.pair.push([a, b]);
+            let mut block = || std::array::from_fn(|_| rng.random::<f64>() - 0.5);
+            // Some bodies do not move.
+            problem.jacobian.push([block(), if row % 5 == 0 { [0.0; D] } else { block() }]);
+        }
+        let mut cpu = Cpu::default();
+        cpu.rebuild(&problem);
+        let mut rows = UnitRows::default();
+        rows.rebuild(&cpu.rows());
+        rows
+    }
+
+    fn solutions_solve<const D: usize>(bodies: u32, count: usize) {
+        let rows = rows::<D>(bodies, count);
+        let weight: Vec<f64> = (0..count).map(|row| [1e-6, 1.0, 30.0][row % 3]).collect();
+        let mut matrix = NormalMatrix::default();
+        assert_eq!(matrix.analyse(&rows, 1 << 20), Ok(()));
+        assert_eq!(matrix.factorize(&rows, &weight), Ok(()));
+        let right: Vec<[f64; D]> = (0..rows.bodies).map(|i| std::array::from_fn(|k| (i * D + k) as f64)).collect();
+        let mut v = right.clone();
+        matrix.solve(&mut v);
+        let mut back = Vec::new();
+        let pull: Vec<f64> = (0..count).map(|row| weight[row] * rows.along(row, &v)).collect();
+        rows.velocity(&pull, &mut back);
+        let size = right.iter().map(|x| dot(x, x)).sum::<f64>().sqrt();
+        for ((v, back), right) in v.iter().zip(&back).zip(&right) {
+            for k in 0..D {
+                assert!((v[k] + back[k] - right[k]).abs() < 1e-12 * size);
+            }
+        }
+    }
+
+    #[test]
+    fn solutions_solve_the_matrix_of_the_rows() {
+        solutions_solve::<3>(2, 1);
+        solutions_solve::<3>(30, 100);
+        solutions_solve::<6>(30, 100);
+        solutions_solve::<6>(200, 1_500);
+    }
+
+    #[test]
+    fn what_would_be_too_large_is_refused() {
+        let rows = rows::<3>(30, 100);
+        let mut matrix = NormalMatrix::default();
+        for largest in [0, 100, 1_000] {
+            assert_eq!(matrix.analyse(&rows, largest), Err(Refused::TooLarge), "{largest}");
+            assert_eq!(matrix.factorize(&rows, &[1.0; 100]), Err(Refused::TooLarge));
+        }
+        assert_eq!(matrix.analyse(&rows, 10_000), Ok(()));
+        assert_eq!(matrix.factorize(&rows, &[f64::NAN; 100]), Err(Refused::NotPositive));
     }
 }

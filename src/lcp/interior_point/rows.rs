@@ -21,6 +21,8 @@ pub(super) struct UnitRows<const D: usize> {
     pub q: Vec<f64>,
     /// How many bodies the rows refer to.
     pub bodies: usize,
+    /// The deepest violation at rest, zero where there is none.
+    pub deepest: f64,
     place: Vec<u32>,
 }
 
@@ -30,7 +32,7 @@ impl<const D: usize> UnitRows<D> {
         let bodies = rows.pair.as_flattened().iter().max().map_or(0, |body| *body as usize + 1);
         self.place.clear();
         self.place.resize(bodies, NONE);
-        self.bodies = 0;
+        (self.bodies, self.deepest) = (0, 0.0);
         self.row.clear();
         self.row.extend((0..rows.q.len() as u32).filter(|row| rows.inverse[*row as usize] > 0.0));
         self.pair.clear();
@@ -51,6 +53,7 @@ impl<const D: usize> UnitRows<D> {
             self.jacobian.push(rows.jacobian[row].map(|block| block.map(|number| number * inverse_length)));
             self.inverse_length.push(inverse_length);
             self.q.push(rows.q[row] * inverse_length);
+            self.deepest = self.deepest.max(-rows.q[row] * inverse_length);
         }
     }
 
