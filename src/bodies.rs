@@ -1,5 +1,6 @@
 //! The state of all bodies, one array a quantity: the configuration `C^k` of the method.
 
+use crate::dynamics::Twist;
 use crate::separation::Placed;
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
@@ -61,6 +62,11 @@ impl Bodies {
         self.group.push(group);
         self.lineage.push(Lineage { id: index as u64, parent: None, birth: 0.0, generation: 0 });
         index
+    }
+
+    /// Body `i`'s velocity.
+    pub fn twist(&self, i: usize) -> Twist {
+        Twist { linear: self.velocity[i], angular: self.angular_velocity[i] }
     }
 
     /// Body `i`'s shape where it is.

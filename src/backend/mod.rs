@@ -3,7 +3,7 @@
 pub mod cpu;
 pub mod gpu;
 
-use crate::lcp::Outcome;
+use crate::lcp::{Outcome, Stored};
 use crate::relcp::{Fault, Phases, State};
 
 /// What a trial configuration looks like: every pair of bodies, also those that were not near at the step's start.
@@ -21,18 +21,30 @@ pub struct Overlap {
 
 /// The verbs of a timestep, in the order in which a step uses them.
 pub trait Backend: Send {
-    /// Growth and division, then forces, effective mobilities and free velocities at `C^k`.
+    /// Growth and division, then forces, effective mobilities and free velocities at `C^k`: those of the whole step, or where it has a
+    /// middle those of its first half.
     fn begin(&mut self) -> Result<(), Fault>;
-    /// Finds all near pairs at `C^k` and makes their rows, with the multipliers that these pairs ended the last step with.
+    /// Makes `C(U)` of the first half the step's middle `C_h`: forces and effective mobilities there, the free velocity of the whole step from
+    /// `C^k`. No row is left.
+    fn middle(&mut self) -> Result<(), Fault>;
+    /// Finds all near pairs at `C^k`, or at `C_h` where the middle is made, and makes their rows, with the multipliers that these pairs ended the
+    /// last step or the first half with.
     fn append_near(&mut self) -> Result<(), Fault>;
-    /// Solves the LCP of all rows from the present multipliers, for the step's total velocity `U`.
+    /// Solves the LCP of all rows from the present multipliers, for the total velocity `U`.
     fn solve(&mut self) -> Result<Outcome, Fault>;
     /// Moves to the trial `C(U)` and measures all overlaps there.
     fn trial(&mut self) -> Result<Overlap, Fault>;
     /// Makes one row for every pair that overlaps by more than the tolerance at the trial, with multiplier zero.
     fn append_violations(&mut self) -> Result<(), Fault>;
+    /// For every pair that overlaps by more than the tolerance at the trial: moves the offset of its first row so that it is exact there, where
+    /// that row has the overlap's direction; else makes one more row, as [`Backend::append_violations`].
+    fn tighten_violations(&mut self) -> Result<(), Fault>;
     /// Makes the trial the state and returns the step's wall time by phase.
     fn accept(&mut self) -> Result<Phases, Fault>;
+    /// The present multipliers, a row each.
+    fn multipliers(&self) -> Result<Vec<f64>, Fault>;
+    /// The present LCP with its multipliers and the `start` that they came from, rows in the order of [`Backend::multipliers`].
+    fn stored_lcp(&self, start: Vec<f64>) -> Result<Stored, Fault>;
     /// How many rows there are.
     fn constraints(&self) -> usize;
     /// Steps accepted so far, those before a resumption too.

@@ -235,6 +235,18 @@ pub(super) struct Study {
     /// The largest number of bodies
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     pub(super) largest: usize,
+    /// The smallest number of bodies
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(super) smallest: usize,
+    /// What is stepped, if not both
+    #[arg(long, value_enum, value_name = "WHAT")]
+    pub(super) of: Option<crate::study::throughput::Kind>,
+    /// Steps timed of each size
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) steps: u32,
+    /// Steps taken before those
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    pub(super) warm_up: u32,
     /// Where the tables go
     #[arg(long, value_name = "DIR", default_value = "studies")]
     pub(super) out: PathBuf,

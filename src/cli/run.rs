@@ -8,7 +8,7 @@ use super::output;
 use super::progress::Progress;
 use crate::gpu::Profile;
 use crate::record::{Folder, RecordError, Run, RunStatus, Summary};
-use crate::relcp::Simulation;
+use crate::relcp::{Compute, Simulation};
 use crate::scene::{self, Scene};
 use serde::Serialize;
 use std::io::{self, Write};
@@ -61,7 +61,7 @@ fn start(arguments: &Arguments) -> Result<Run, CliError> {
     let begun = Instant::now();
     let scene = scene::load(source, &arguments.sets)?;
     let bodies = scene.build()?;
-    let compute = compute::settle(&arguments.compute, &scene)?;
+    let compute = settle(arguments, &scene)?;
     let simulation = Simulation::new_on(&compute, scene, bodies).map_err(CliError::start)?;
     let folder = match &arguments.out {
         Some(path) => Folder::create(path)?,
@@ -87,8 +87,17 @@ fn resume(arguments: &Arguments) -> Result<Run, CliError> {
             (latest(&scene)?, scene)
         }
     };
-    let compute = compute::settle(&arguments.compute, &scene)?;
+    let compute = settle(arguments, &scene)?;
     Ok(Run::resume_on(&compute, scene, folder)?)
+}
+
+/// What computes; for a profile kernels are compiled when they are made, so that it tells how long that took.
+fn settle(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> {
+    let compute = compute::settle(&arguments.compute, scene)?;
+    if let (true, Compute::Gpu { gpu, .. }) = (arguments.profile, &compute) {
+        gpu.compile_at_once();
+    }
+    Ok(compute)
 }
 
 fn latest(scene: &Scene) -> Result<Folder, RecordError> {

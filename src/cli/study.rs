@@ -9,9 +9,6 @@ use crate::study::throughput::{Kind, Row, measure, table};
 use std::fs;
 use std::path::Path;
 
-/// Steps timed of each size.
-const STEPS: usize = 5;
-
 pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
     compute::set_threads(&arguments.compute)?;
     match arguments.name {
@@ -24,10 +21,11 @@ fn throughput(arguments: &Study) -> Result<Exit, CliError> {
     let mut computes = vec![Compute::Cpu];
     computes.extend(matches!(device, Compute::Gpu { .. }).then_some(device));
     let mut rows = Vec::new();
-    for kind in [Kind::Colony, Kind::Compaction] {
-        for bodies in kind.sizes(arguments.largest) {
+    let kinds = [Kind::Colony, Kind::Compaction].into_iter().filter(|kind| arguments.of.is_none_or(|of| of == *kind));
+    for kind in kinds {
+        for bodies in kind.sizes(arguments.largest).into_iter().filter(|n| *n >= arguments.smallest) {
             for compute in &computes {
-                let row = measure(kind, bodies, STEPS, compute)?;
+                let row = measure(kind, bodies, [arguments.warm_up as usize, arguments.steps as usize], compute)?;
                 if !arguments.print.quiet {
                     let Row { step_ms, computed_by, .. } = &row;
                     output::message(&format!("{kind:?} of {bodies}: {step_ms:.2} ms a step on {computed_by}"));
@@ -36,7 +34,7 @@ fn throughput(arguments: &Study) -> Result<Exit, CliError> {
             }
         }
     }
-    let text = page(&rows);
+    let text = page(&rows, arguments);
     write(&arguments.out, &rows, &text)?;
     if arguments.print.json {
         output::json(&rows)?;
@@ -47,10 +45,11 @@ fn throughput(arguments: &Study) -> Result<Exit, CliError> {
     Ok(if missed { Exit::OutOfTolerance } else { Exit::Done })
 }
 
-fn page(rows: &[Row]) -> String {
+fn page(rows: &[Row], arguments: &Study) -> String {
+    let Study { steps, warm_up, .. } = arguments;
     format!(
         "# Throughput\n\nCopies of a stored colony of 1,024 cells and of a stored jammed compaction of 1,000 ellipsoids, side by side; dt = 0.001, overlap \
-         tolerance 1e-5, {STEPS} steps timed after 2. \"x copy floor\": an iteration's time over the time in which the device copies the bytes of one product with A. \
+         tolerance 1e-5, {steps} steps timed after {warm_up}. \"x copy floor\": an iteration's time over the time in which the device copies the bytes of one product with A. \
          Times are of this machine in this run.\n\n{}",
         table(rows)
     )

@@ -32,6 +32,10 @@ pub fn torque_arm(lever: DVec3, normal: DVec3, angular: DVec3, dt: f64) -> DVec3
     (arm - half.cross(arm)) / (1.0 + half.length_squared())
 }
 
+/// Least cosine between a row's normal and an overlap's for the overlap to be taken for that row's: a contact turns by less in half a step that its
+/// linearisation is good for, and the other contacts of a pair of rings point elsewhere.
+const LEAST_ALIGNED: f64 = 0.9;
+
 /// One body's part in a row: how it moves in this step and the velocity that its configuration was reached with.
 #[derive(Clone, Copy, Debug)]
 pub struct Mover<'a> {
@@ -47,6 +51,25 @@ pub fn clear<const D: usize>(problem: &mut Problem<D>, bodies: usize) {
     problem.pair.clear();
     problem.jacobian.clear();
     problem.q.clear();
+}
+
+/// Moves the offset of row `row` so that `g = separation` at the total velocity whose scaled contact velocities are `scaled`, if the row has the
+/// direction of `normal` and this makes it tighter; says whether it did.
+pub fn tighten<const D: usize>(
+    problem: &mut Problem<D>,
+    row: usize,
+    (separation, normal): (f64, DVec3),
+    scaled: &[[f64; D]],
+) -> bool {
+    let ([a, b], [ja, jb]) = (problem.pair[row], &problem.jacobian[row]);
+    let direction = unpack(jb).0.normalize_or_zero();
+    let dot = |j: &[f64; D], v: &[f64; D]| j.iter().zip(v).map(|(j, v)| j * v).sum::<f64>();
+    let g = problem.q[row] + dot(ja, &scaled[a as usize]) + dot(jb, &scaled[b as usize]);
+    let tightens = direction.dot(normal) > LEAST_ALIGNED && separation < g;
+    if tightens {
+        problem.q[row] += separation - g;
+    }
+    tightens
 }
 
 /// Appends the row of pair `pair` with separation `found` to `problem`.

@@ -7,6 +7,8 @@
 
 use crate::bodies::{Bodies, Lineage};
 use crate::scene::Growth;
+use crate::separation::Placed;
+use crate::shape::Shape;
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -21,12 +23,33 @@ pub fn grow(bodies: &mut Bodies, growth: &Growth, planar: bool, seed: u64, time:
             divide(bodies, mother, growth, planar, seed, time, next_id);
         }
     }
+    lengthen(bodies, growth, dt);
+}
+
+/// Grows all cells over `dt`; none divides.
+pub fn lengthen(bodies: &mut Bodies, growth: &Growth, dt: f64) {
     let factor = (growth.rate * dt).exp();
     for shape in &mut bodies.shape {
         if let Some(grown) = shape.growing_length().and_then(|length| shape.grown(length * factor)) {
             *shape = grown;
         }
     }
+}
+
+/// How far the surface of `placed` moves where `lever` touches it with the outward normal `normal`, as the body grows to the shape `to`.
+///
+/// Between its middle and a tip a point of the axis moves in proportion to its place. As the separation is an extremum over all points of the axis, this
+/// displacement along the normal is the exact derivative of the separation with respect to the length.
+pub fn stretch(placed: &Placed, to: &Shape, lever: DVec3, normal: DVec3) -> DVec3 {
+    let (Some(length), Some(grown)) = (placed.shape.growing_length(), to.growing_length()) else { return DVec3::ZERO };
+    let axis = placed.orientation * DVec3::Z;
+    let half = 0.5 * (length - placed.shape.thickness());
+    // A cell as long as it is thick has its whole axis in its middle: it grows to the side that is touched.
+    let share = match half > 0.0 {
+        true => (axis.dot(lever - 0.5 * placed.shape.thickness() * normal) / half).clamp(-1.0, 1.0),
+        false => axis.dot(normal).signum(),
+    };
+    0.5 * (grown - length) * share * axis
 }
 
 /// Body `mother` becomes the daughter at its lower end; the one at its upper end is added last.

@@ -14,6 +14,10 @@ pub struct Inertial {
 }
 
 impl Law for Inertial {
+    fn inertia(&self) -> bool {
+        true
+    }
+
     fn motion(&self, bodies: &Bodies, i: usize, load: Load, dt: f64) -> Motion {
         let shape = bodies.shape[i];
         let mass = self.density * shape.volume();

@@ -13,12 +13,14 @@ mod force;
 pub(crate) mod growth;
 mod inertial;
 mod integrate;
+mod midpoint;
 mod overdamped;
 
 pub use force::{ForceField, Load, from_scene as forces_from_scene};
-pub use growth::grow;
+pub use growth::{grow, lengthen, stretch};
 pub use inertial::Inertial;
 pub use integrate::{Pose, advance};
+pub use midpoint::{arrived, of_whole_step};
 pub use overdamped::Overdamped;
 
 use crate::bodies::Bodies;
@@ -59,6 +61,11 @@ pub struct Motion {
 pub trait Law: Send + Sync {
     /// Body `i`'s motion over a step of `dt` from its present state under `load`.
     fn motion(&self, bodies: &Bodies, i: usize, load: Load, dt: f64) -> Motion;
+
+    /// Whether velocity is a part of the state.
+    fn inertia(&self) -> bool {
+        false
+    }
 }
 
 /// The law that a scene names.

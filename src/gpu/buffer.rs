@@ -111,9 +111,19 @@ impl Buffer {
         Ok(true)
     }
 
+    /// Room to grow into, though not beyond one binding for that.
     fn grown(&self, gpu: &Gpu, needed: u64) -> u64 {
         let more = (needed as f64 * GROWTH) as u64;
-        needed.max(more.min(gpu.most_elements(self.element)))
+        needed.max(more.min(gpu.bank_bytes() / self.element as u64))
+    }
+
+    /// The parts that it is bound in: offset and bytes of each. One, but for a buffer larger than a binding may be.
+    pub(super) fn banks(&self, bank_bytes: u64) -> impl Iterator<Item = (u64, u64)> {
+        let size = self.raw.size();
+        (0..size.div_ceil(bank_bytes)).map(move |bank| {
+            let offset = bank * bank_bytes;
+            (offset, bank_bytes.min(size - offset))
+        })
     }
 
     /// Writes bytes before the work that is submitted next.

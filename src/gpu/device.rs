@@ -13,6 +13,12 @@ use std::time::{Duration, Instant};
 /// million rows on a software adapter, takes some 10 s.
 const PATIENCE: Duration = Duration::from_secs(120);
 
+/// Bindings of one buffer at most; adapters with more than 32 for one kernel are rare, and a kernel has up to eight buffers.
+const MOST_BANKS: u64 = 16;
+
+/// Offsets of bindings are multiples of this on every adapter.
+const LEAST_BANK_BYTES: u64 = 256;
+
 /// What a device did since it was opened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Counters {
@@ -50,7 +56,7 @@ pub(super) struct Shared {
 pub struct PipelineReport {
     /// The kernel's name.
     pub name: String,
-    /// Seconds to validate and translate it; drivers may compile later, at first use.
+    /// Seconds to validate and translate it; drivers may compile later, at first use, unless told to at once.
     pub seconds: f64,
 }
 
@@ -75,7 +81,9 @@ pub struct Gpu {
     pub(super) timer: Mutex<Option<Timer>>,
     warnings: Vec<String>,
     least_capacity: AtomicU64,
+    most_bank_bytes: AtomicU64,
     patience_ms: AtomicU64,
+    compile_at_once: AtomicBool,
 }
 
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -97,6 +105,7 @@ impl Gpu {
             let has = adapter.limits();
             limits.max_buffer_size = has.max_buffer_size;
             limits.max_storage_buffer_binding_size = has.max_storage_buffer_binding_size;
+            limits.max_storage_buffers_per_shader_stage = has.max_storage_buffers_per_shader_stage;
         }
         let features = adapter.features() & (wgpu::Features::SHADER_F64 | wgpu::Features::TIMESTAMP_QUERY);
         let descriptor = wgpu::DeviceDescriptor {
@@ -132,7 +141,9 @@ impl Gpu {
             timer: Mutex::default(),
             warnings: Vec::new(),
             least_capacity: AtomicU64::new(1024),
+            most_bank_bytes: AtomicU64::new(u64::MAX),
             patience_ms: AtomicU64::new(PATIENCE.as_millis() as u64),
+            compile_at_once: AtomicBool::new(false),
         };
         gpu.warnings = self_test::run(&gpu)?;
         *lock(&gpu.counters) = Counters::default();
@@ -203,7 +214,29 @@ impl Gpu {
 
     /// The most elements of `bytes` each that one buffer may hold.
     pub fn most_elements(&self, bytes: usize) -> u64 {
-        self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size) / bytes as u64
+        self.limits.max_buffer_size.min(MOST_BANKS * self.bank_bytes()) / bytes as u64
+    }
+
+    /// Makes drivers compile every kernel when it is made, not at its first use: one workgroup of it is run on zeros. Then the seconds in
+    /// [`PipelineReport`] are all that a kernel costs.
+    pub fn compile_at_once(&self) {
+        self.compile_at_once.store(true, Ordering::Relaxed);
+    }
+
+    pub(super) fn compiles_at_once(&self) -> bool {
+        self.compile_at_once.load(Ordering::Relaxed)
+    }
+
+    /// Bytes that are bound at once: buffers that are larger are bound in several banks. A power of two.
+    pub fn bank_bytes(&self) -> u64 {
+        let most = self.limits.max_storage_buffer_binding_size.min(self.most_bank_bytes.load(Ordering::Relaxed));
+        1 << most.max(LEAST_BANK_BYTES).ilog2()
+    }
+
+    /// Binds at most so many bytes at once from now on, rounded down to a power of two; at least 256. For tests: kernels made before
+    /// for several banks do not fit afterwards, so it must be called before any work.
+    pub fn set_bank_bytes(&self, most: u64) {
+        self.most_bank_bytes.store(most, Ordering::Relaxed);
     }
 
     /// Elements that growing buffers begin with at least. Tests make it small, so that everything overflows.
@@ -295,7 +328,7 @@ impl Gpu {
 
 impl Shared {
     /// Keeps the first fault.
-    fn fail(&self, fault: GpuError) {
+    pub(super) fn fail(&self, fault: GpuError) {
         lock(&self.fault).get_or_insert(fault);
     }
 }

@@ -33,6 +33,20 @@ pub enum GpuError {
         /// The adapter.
         adapter: String,
     },
+    /// A kernel would need more bindings than the adapter has, because its buffers are larger than one binding may be.
+    #[error(
+        "the kernel {kernel} needs {needs} storage buffers at this size and {adapter} allows {has}; use a smaller scene, another adapter or --backend cpu"
+    )]
+    Bindings {
+        /// The kernel.
+        kernel: String,
+        /// Bindings needed.
+        needs: u32,
+        /// Bindings allowed.
+        has: u32,
+        /// The adapter.
+        adapter: String,
+    },
     /// The device is out of memory.
     #[error("the device is out of memory ({what}); use a smaller scene, another adapter or --backend cpu")]
     OutOfMemory {

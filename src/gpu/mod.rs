@@ -4,6 +4,7 @@
 //! where the adapter has it, `f64` ([`Precision`]). Nothing here waits for ever, and every fault of a device is a [`GpuError`].
 
 mod adapter;
+mod banks;
 mod buffer;
 mod device;
 mod error;

@@ -85,8 +85,12 @@ impl fmt::Display for Profile {
             let times = if buffer.count > 1 { format!(" ({} of them)", buffer.count) } else { String::new() };
             writeln!(out, "    {:>12} bytes  {}{times}", buffer.bytes, buffer.label)?;
         }
-        let names: Vec<&str> = self.pipelines.iter().map(|p| p.name.as_str()).collect();
-        writeln!(out, "  {} pipelines: {}", names.len(), names.join(", "))
+        let seconds: f64 = self.pipelines.iter().map(|p| p.seconds).sum();
+        writeln!(out, "  {} pipelines, made in {seconds:.2} s:", self.pipelines.len())?;
+        for pipeline in &self.pipelines {
+            writeln!(out, "    {:>10.3} s  {}", pipeline.seconds, pipeline.name)?;
+        }
+        Ok(())
     }
 }
 

@@ -1,6 +1,7 @@
 //! Records dispatches and copies, submits them together, and reads back.
 
 use super::device::lock;
+use super::kernel::Compiled;
 use super::{Buffer, Gpu, GpuError, Kernel};
 use std::ops::Range;
 use std::sync::atomic::Ordering;
@@ -64,7 +65,9 @@ impl<'g> Recorder<'g> {
         if groups == 0 {
             return;
         }
-        self.bind(kernel, parameters, buffers);
+        if !self.bind(kernel, parameters, buffers) {
+            return;
+        }
         let rows = groups.div_ceil(MOST_GROUPS);
         let columns = groups.div_ceil(rows);
         self.pass().dispatch_workgroups(columns as u32, rows as u32, 1);
@@ -79,7 +82,9 @@ impl<'g> Recorder<'g> {
         groups: &Buffer,
         offset: u64,
     ) {
-        self.bind(kernel, parameters, buffers);
+        if !self.bind(kernel, parameters, buffers) {
+            return;
+        }
         self.pass().dispatch_workgroups_indirect(&groups.raw, offset);
     }
 
@@ -204,7 +209,8 @@ impl<'g> Recorder<'g> {
         })
     }
 
-    fn bind(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer]) {
+    /// Says whether there is something to dispatch; a kernel that cannot be made for these buffers is the device's fault.
+    fn bind(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer]) -> bool {
         debug_assert_eq!(buffers.len(), kernel.storages, "{}", kernel.name);
         debug_assert_eq!(parameters.len() as u64, kernel.parameters, "{}", kernel.name);
         if self.parameters.len() >= PARAMETER_SLOTS * ALIGNMENT {
@@ -216,37 +222,48 @@ impl<'g> Recorder<'g> {
             self.parameters.extend_from_slice(parameters);
             self.parameters.resize(self.parameters.len().next_multiple_of(ALIGNMENT), 0);
         }
-        let group = self.bind_group(kernel, buffers);
+        let bank_bytes = self.gpu.bank_bytes();
+        let banks: Vec<u32> = buffers.iter().map(|b| b.banks(bank_bytes).count() as u32).collect();
+        let compiled = match kernel.compiled(self.gpu, &banks) {
+            Ok(compiled) => compiled,
+            Err(fault) => {
+                self.gpu.shared.fail(fault);
+                return false;
+            }
+        };
+        let group = self.bind_group(kernel, &compiled, buffers);
         self.dispatches += 1;
         let offsets: &[u32] = if kernel.parameters > 0 { &[offset] } else { &[] };
         let pass = self.pass();
-        pass.set_pipeline(&kernel.pipeline);
+        pass.set_pipeline(&compiled.pipeline);
         pass.set_bind_group(0, &group, offsets);
+        true
     }
 
-    fn bind_group(&self, kernel: &Kernel, buffers: &[&Buffer]) -> wgpu::BindGroup {
+    fn bind_group(&self, kernel: &Kernel, compiled: &Compiled, buffers: &[&Buffer]) -> wgpu::BindGroup {
         let mut groups = lock(&self.gpu.bind_groups);
         if self.gpu.shared.stale.swap(false, Ordering::Relaxed) || groups.len() > MOST_BIND_GROUPS {
             groups.clear();
         }
-        let key = (kernel.id, buffers.iter().map(|b| b.id).collect());
+        let key = (compiled.id, buffers.iter().map(|b| b.id).collect());
         let make = || {
             let parameters = (kernel.parameters > 0).then(|| self.parameter_buffer());
-            let uniform = parameters.as_ref().map(|buffer| wgpu::BindGroupEntry {
-                binding: 0,
+            let part = |binding, buffer, offset, size| wgpu::BindGroupEntry {
+                binding,
                 resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                     buffer,
-                    offset: 0,
-                    size: std::num::NonZeroU64::new(kernel.parameters),
+                    offset,
+                    size: std::num::NonZeroU64::new(size),
                 }),
-            });
+            };
+            let uniform = parameters.as_ref().map(|buffer| part(0, buffer, 0, kernel.parameters));
             let first = u32::from(kernel.parameters > 0);
-            let storages = (first..)
-                .zip(buffers)
-                .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.raw.as_entire_binding() });
+            let bank_bytes = self.gpu.bank_bytes();
+            let banks = buffers.iter().flat_map(|b| b.banks(bank_bytes).map(|(offset, size)| (&b.raw, offset, size)));
+            let storages = (first..).zip(banks).map(|(binding, (raw, offset, size))| part(binding, raw, offset, size));
             let entries: Vec<_> = uniform.into_iter().chain(storages).collect();
             let descriptor =
-                wgpu::BindGroupDescriptor { label: Some(&kernel.name), layout: &kernel.layout, entries: &entries };
+                wgpu::BindGroupDescriptor { label: Some(&kernel.name), layout: &compiled.layout, entries: &entries };
             self.gpu.device.create_bind_group(&descriptor)
         };
         groups.entry(key).or_insert_with(make).clone()

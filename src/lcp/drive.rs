@@ -45,6 +45,17 @@ pub(crate) trait Method<V: Verbs> {
     }
 }
 
+/// What a solve had come to where its residual was read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// Iterations taken.
+    pub iterations: u64,
+    /// Products made. On a device, which reads many residuals at once, those until it read this one.
+    pub products: u64,
+    /// The residual of the iterate: that of a gradient kept by recurrence, where a method keeps one.
+    pub residual: f64,
+}
+
 /// The vectors of the driver.
 #[derive(Default)]
 pub(crate) struct Drive<T> {
@@ -52,6 +63,8 @@ pub(crate) struct Drive<T> {
     pub at: Point<T>,
     best: T,
     start: T,
+    /// The looks of the last solve, where someone asked for them.
+    pub history: Option<Vec<Look>>,
 }
 
 impl<T> Drive<T> {
@@ -102,6 +115,9 @@ impl<T> Drive<T> {
             let (mut now, mut fresh) = (f64::NAN, true);
             for (residual, (taken, was_fresh)) in verbs.looks().into_iter().zip(pending.drain(..)) {
                 (now, iteration, fresh) = (residual, taken, was_fresh);
+                if let Some(history) = &mut self.history {
+                    history.push(Look { iterations: taken, products: verbs.products(), residual });
+                }
                 at_start.get_or_insert(now);
                 if now.is_finite() && now > settings.tolerance && now <= PROGRESS * marked {
                     (marked, marked_at) = (now, iteration);

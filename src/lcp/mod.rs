@@ -21,8 +21,11 @@ mod projected_gauss_seidel;
 mod projected_jacobi;
 mod residual;
 mod solver;
+mod stored;
 
+pub use drive::Look;
 pub use solver::Solver;
+pub use stored::Stored;
 
 /// One LCP. `g`, `q` are lengths; `D` is the number of unknowns of a body.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -61,6 +64,18 @@ pub enum Status {
     TooLarge,
     /// A number that is not finite turned up; the best iterate before it is returned.
     NotFinite,
+}
+
+impl Status {
+    /// As files and tables say it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Status::Solved => "solved",
+            Status::MaxIterations => "max_iterations",
+            Status::NoProgress => "no_progress",
+            Status::NotFinite => "not_finite",
+        }
+    }
 }
 
 /// What a solve did.

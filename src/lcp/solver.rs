@@ -4,7 +4,7 @@ use super::apgd::Apgd;
 use super::bbpgd::Bbpgd;
 use super::cpu::Cpu;
 use super::dense::Dense;
-use super::drive::Drive;
+use super::drive::{Drive, Look};
 use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
 use super::pair_block_cg::PairBlockCg;
 use super::projected_gauss_seidel::ProjectedGaussSeidel;
@@ -82,6 +82,16 @@ impl<const D: usize> Solver<D> {
         self.settings = settings;
     }
 
+    /// Keeps the residuals that are looked at during solves from now on.
+    pub fn keep_history(&mut self) {
+        self.drive.history = Some(Vec::new());
+    }
+
+    /// The residuals that were looked at during the last solve, where they are kept. The exact solver looks at none.
+    pub fn history(&self) -> &[Look] {
+        self.drive.history.as_deref().unwrap_or_default()
+    }
+
     /// Solves a problem. `gamma` is the start (missing numbers are taken as zero, so are negative ones and ones that are not
     /// finite) and becomes the solution, or the best iterate found, never worse than the start.
     ///
@@ -91,6 +101,7 @@ impl<const D: usize> Solver<D> {
     /// If the lengths in the problem differ, or a row names a body that is not there.
     pub fn solve(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>) -> Outcome {
         gamma.resize(problem.q.len(), 0.0);
+        self.drive.history.iter_mut().for_each(Vec::clear);
         self.cpu.rebuild(problem);
         self.cpu.import(gamma, &mut self.drive.at.x);
         let (cpu, drive, settings) = (&mut self.cpu, &mut self.drive, &self.settings);

@@ -1,5 +1,6 @@
 //! What can go wrong with a run's files.
 
+use super::lcp_file::LcpFileError;
 use crate::relcp::Fault;
 use miette::Diagnostic;
 use std::fmt::Display;
@@ -68,6 +69,14 @@ pub enum RecordError {
         path: PathBuf,
         /// What is wrong with it.
         fault: StateError,
+    },
+    /// A file with an LCP cannot be used.
+    #[error("{}: {fault}", path.display())]
+    Lcp {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        fault: LcpFileError,
     },
     /// A file of a run is not what the run left.
     #[error("{}: {what}", path.display())]

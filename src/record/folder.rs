@@ -109,9 +109,31 @@ impl Folder {
         Ok(folder)
     }
 
-    /// Removes what a crash left half-written, and the states of steps after `step`.
+    /// How many LCPs are there.
+    pub(super) fn count_lcps(&self) -> Result<usize, RecordError> {
+        let folder = self.lcps();
+        if !folder.exists() {
+            return Ok(0);
+        }
+        Ok(list(&folder)?.iter().filter(|path| lcp_of(path).is_some()).count())
+    }
+
+    fn rewind_lcps(&self, step: u64) -> Result<(), RecordError> {
+        let folder = self.lcps();
+        if !folder.exists() {
+            return Ok(());
+        }
+        durable::sweep(&folder)?;
+        for path in list(&folder)?.iter().filter(|path| lcp_of(path).is_some_and(|of| of > step)) {
+            fs::remove_file(path).map_err(RecordError::io(path, "remove it"))?;
+        }
+        Ok(())
+    }
+
+    /// Removes what a crash left half-written, and the states and LCPs of steps after `step`.
     pub(super) fn rewind(&self, step: u64) -> Result<(), RecordError> {
         durable::sweep(&self.0)?;
+        self.rewind_lcps(step)?;
         let states = self.states();
         durable::sweep(&states)?;
         for entry in fs::read_dir(&states).map_err(RecordError::io(&states, "list it"))? {
@@ -153,6 +175,16 @@ impl Folder {
         self.states().join(format!("state_{step:010}.npz"))
     }
 
+    /// The folder of the LCPs that the scene asks to be saved.
+    pub fn lcps(&self) -> PathBuf {
+        self.0.join("lcps")
+    }
+
+    /// The LCP of step `step`, from 1, after `recursion` recursions.
+    pub fn lcp(&self, step: u64, recursion: u32) -> PathBuf {
+        self.lcps().join(format!("step-{step:06}-rec-{recursion}.npz"))
+    }
+
     /// What the run goes on from.
     pub fn checkpoint(&self) -> PathBuf {
         self.0.join("checkpoint.npz")
@@ -177,6 +209,14 @@ impl Folder {
     pub fn summary(&self) -> PathBuf {
         self.0.join("summary.json")
     }
+}
+
+/// The step that the file of an LCP belongs to, where it is one.
+fn lcp_of(path: &Path) -> Option<u64> {
+    let name = path.file_name()?.to_str()?;
+    let (step, recursion) = name.strip_prefix("step-")?.strip_suffix(".npz")?.split_once("-rec-")?;
+    let digits = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    (digits(step) && digits(recursion)).then(|| step.parse().ok())?
 }
 
 fn list(folder: &Path) -> Result<Vec<PathBuf>, RecordError> {

@@ -53,6 +53,8 @@ pub fn state_hash(state: &State) -> String {
             Data::F64(values) => values.iter().for_each(|v| hash.update(&v.to_le_bytes())),
             Data::U64(values) => values.iter().for_each(|v| hash.update(&v.to_le_bytes())),
             Data::U32(values) => values.iter().for_each(|v| hash.update(&v.to_le_bytes())),
+            Data::I64(values) => values.iter().for_each(|v| hash.update(&v.to_le_bytes())),
+            Data::I32(values) => values.iter().for_each(|v| hash.update(&v.to_le_bytes())),
         }
     }
     hash.hex()

@@ -1,7 +1,7 @@
 //! A run's folder and the states in it: what is written, so that it is there whole or not at all, and read back.
 //!
 //! [`Run`] steps a simulation and leaves its [`Folder`]: `scene.json`, `steps.csv`, `states/state_NNNNNNNNNN.npz`,
-//! `checkpoint.npz` and the one before it, `final.json`, `final.png` and `summary.json`. States are
+//! `checkpoint.npz` and the one before it, `final.json`, `final.png` and `summary.json`, and `lcps/` where the scene asks for it. States are
 //! [one container](encode) that numpy opens as `.npz`.
 //!
 //! ```
@@ -21,6 +21,7 @@ pub(crate) mod durable;
 mod error;
 mod folder;
 mod hash;
+mod lcp_file;
 mod memory;
 mod npz;
 mod run;
@@ -37,6 +38,7 @@ pub use error::{RecordError, RunError, StateError};
 pub use folder::Folder;
 pub(crate) use folder::folder_name;
 pub use hash::{scene_hash, state_hash};
+pub use lcp_file::{LCP_FORMAT, LCP_VERSION, LcpFileError, LcpHeader, decode_lcp, encode_lcp, read_lcp, write_lcp};
 pub use memory::peak_bytes;
 pub use run::{CHECKPOINT_EVERY, Run};
 pub use steps::{COLUMNS, StepRow};

@@ -29,9 +29,11 @@ pub(super) enum Data {
     F64(Vec<f64>),
     U64(Vec<u64>),
     U32(Vec<u32>),
+    I64(Vec<i64>),
+    I32(Vec<i32>),
 }
 
-/// A named array of `columns` numbers a row; one column is a plain vector.
+/// A named array of `columns` numbers a row; one column is a plain vector, none a single number.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Block {
     pub(super) name: &'static str,
@@ -65,6 +67,12 @@ fn seal(bytes: &[u8]) -> String {
     hash.hex()
 }
 
+/// Whether the seal of a file holds, where it has one: `None` for files of other programs.
+pub(super) fn seal_holds(bytes: &[u8]) -> Option<bool> {
+    let split = bytes.len().saturating_sub(DIGITS);
+    bytes[..split].ends_with(SEAL).then(|| seal(&bytes[..split]).as_bytes() == &bytes[split..])
+}
+
 fn options(size: usize) -> SimpleFileOptions {
     SimpleFileOptions::default()
         .compression_method(CompressionMethod::Stored)
@@ -78,13 +86,19 @@ fn npy(block: &Block) -> std::io::Result<Vec<u8>> {
         Data::F64(values) => array("<f8", block.columns, values),
         Data::U64(values) => array("<u8", block.columns, values),
         Data::U32(values) => array("<u4", block.columns, values),
+        Data::I64(values) => array("<i8", block.columns, values),
+        Data::I32(values) => array("<i4", block.columns, values),
     }
 }
 
 fn array<T: npyz::Serialize + Copy>(descr: &str, columns: usize, values: &[T]) -> std::io::Result<Vec<u8>> {
     let ty = descr.parse().map_err(|e| std::io::Error::other(format!("{descr}: {e}")))?;
-    let rows = (values.len() / columns) as u64;
-    let shape = if columns == 1 { vec![rows] } else { vec![rows, columns as u64] };
+    let rows = (values.len() / columns.max(1)) as u64;
+    let shape = match columns {
+        0 => vec![],
+        1 => vec![rows],
+        columns => vec![rows, columns as u64],
+    };
     let mut bytes = Vec::with_capacity(std::mem::size_of_val(values) + 128);
     let out = BufWriter::new(&mut bytes);
     let mut writer = npyz::WriteOptions::new().dtype(npyz::DType::Plain(ty)).shape(&shape).writer(out).begin_nd()?;
@@ -112,16 +126,15 @@ impl<'a> Archive<'a> {
         if !bytes.starts_with(MAGIC) {
             return Err(StateError::NotAState);
         }
-        let split = bytes.len().saturating_sub(DIGITS);
-        let closed = bytes[..split].ends_with(SEAL);
+        let sealed = seal_holds(bytes);
         let zip = match ZipArchive::new(Cursor::new(bytes)) {
             Ok(zip) => zip,
-            Err(_) if !closed => return Err(StateError::Truncated),
+            Err(_) if sealed.is_none() => return Err(StateError::Truncated),
             Err(e) => return Err(StateError::damaged("the directory", e)),
         };
         let mut archive = Archive { zip, size: bytes.len() as u64 };
         let header = accept(&archive.entry(HEADER)?)?;
-        if !closed || seal(&bytes[..split]).as_bytes() != &bytes[split..] {
+        if sealed != Some(true) {
             return Err(archive.find_damage());
         }
         Ok((archive, header))
@@ -190,7 +203,7 @@ impl<'a> Archive<'a> {
 }
 
 /// The description in a `.npy` entry, without blanks and trailing commas, and how many bytes follow it.
-fn header_text(bytes: &[u8]) -> Option<(String, usize)> {
+pub(super) fn header_text(bytes: &[u8]) -> Option<(String, usize)> {
     let rest = bytes.strip_prefix(NPY_MAGIC)?;
     let (length, rest) = rest.split_first_chunk::<2>()?;
     let (text, data) = rest.split_at_checked(u16::from_le_bytes(*length).into())?;

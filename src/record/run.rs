@@ -6,6 +6,7 @@ use super::durable;
 use super::error::{RecordError, RunError};
 use super::folder::Folder;
 use super::hash::scene_hash;
+use super::lcp_file::{LcpHeader, write_lcp};
 use super::schedule::Schedule;
 use super::steps::Steps;
 use super::summary::{RunStatus, Summary, max_overlap};
@@ -107,7 +108,9 @@ impl Run {
         let setup = begun.elapsed().as_secs_f64();
         totals.wall.setup += setup;
         totals.wall.total += setup;
+        let saved = folder.count_lcps()?;
         let mut run = Run::new(simulation, folder, steps, schedule, scene_hash, totals);
+        run.simulation.count_lcps(saved);
         run.notes = notes;
         Ok(run)
     }
@@ -165,7 +168,9 @@ impl Run {
     /// Where the step cannot be taken, the state before it is made the checkpoint and the summary says so.
     pub fn advance(&mut self) -> Result<StepReport, RunError> {
         let begun = Instant::now();
-        let report = match self.simulation.step() {
+        let stepped = self.simulation.step();
+        self.save_lcps()?;
+        let report = match stepped {
             Ok(report) => report,
             // A device that failed has no state to give: the last checkpoint stays.
             Err(fault @ Fault::Device(_)) => return Err(fault.into()),
@@ -193,6 +198,23 @@ impl Run {
         if self.last_checkpoint.elapsed() >= self.checkpoint_every {
             self.checkpoint()?;
         }
+        Ok(())
+    }
+
+    /// Saves what the scene's `solver.dump` asks for.
+    fn save_lcps(&mut self) -> Result<(), RunError> {
+        let begun = Instant::now();
+        let kept = self.simulation.take_lcps();
+        if kept.is_empty() {
+            return Ok(());
+        }
+        let folder = self.folder.lcps();
+        std::fs::create_dir_all(&folder).map_err(RecordError::io(&folder, "create the folder"))?;
+        for kept in kept {
+            let header = LcpHeader::new(&self.simulation, &kept);
+            write_lcp(&self.folder.lcp(kept.step, kept.recursion), &kept.lcp, &header)?;
+        }
+        self.count_output(begun);
         Ok(())
     }
 

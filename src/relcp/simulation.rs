@@ -1,6 +1,6 @@
 //! A simulation: a scene's bodies and the backend that steps them.
 
-use super::{StepReport, step};
+use super::{Keep, Kept, StepReport, step};
 use crate::backend::{self, Backend, cpu::Cpu};
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid};
@@ -103,6 +103,7 @@ pub enum Compute {
 pub struct Simulation {
     scene: Scene,
     backend: Box<dyn Backend>,
+    keep: Keep,
 }
 
 impl Simulation {
@@ -146,7 +147,8 @@ impl Simulation {
                 Box::new(backend::gpu::Device::new(gpu.clone(), *precision, &scene, state)?)
             }
         };
-        Ok(Simulation { scene, backend })
+        let keep = Keep::new(scene.solver.dump);
+        Ok(Simulation { scene, backend, keep })
     }
 
     /// The scene.
@@ -204,9 +206,20 @@ impl Simulation {
     /// # Errors
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
-        let mut report = step(self.backend.as_mut(), &self.scene.contact)?;
+        let mut report = step(self.backend.as_mut(), &self.scene.contact, self.scene.time.stepping, &mut self.keep)?;
         report.time = self.scene.time.after(report.step);
         Ok(report)
+    }
+
+    /// The LCPs that the scene's `solver.dump` asks for, of the steps taken since the last call: those of a step that ended in a fault
+    /// too.
+    pub fn take_lcps(&mut self) -> Vec<Kept> {
+        self.keep.take()
+    }
+
+    /// Counts LCPs of this run that were saved before, so that no more are kept than the scene asks for.
+    pub fn count_lcps(&mut self, saved: usize) {
+        self.keep.count(saved);
     }
 
     /// Every pair of bodies whose separation is at most `cutoff`, sorted by pair. See [`contacts`].

@@ -5,6 +5,7 @@
 
 mod build;
 mod built_in;
+mod dump;
 mod error;
 mod generate;
 mod key;
@@ -20,6 +21,7 @@ mod validate;
 mod write;
 
 pub use built_in::{BuiltIn, built_in};
+pub use dump::{Dump, DumpWhen};
 pub use error::{FaultKind, SceneError};
 pub(crate) use read::Source;
 pub use read::{MAX_FILE_BYTES, load, parse, read};
@@ -131,6 +133,9 @@ pub enum Stepping {
     /// The first-order step of the paper.
     #[default]
     Euler,
+    /// Second order: forces, mobilities and first rows are taken at the middle of the step, which half a step leads to. It costs about
+    /// twice as much a step. Where bodies have inertia, contact falls to first order.
+    Midpoint,
 }
 
 /// How contacts are resolved, and how well.
@@ -189,6 +194,9 @@ pub struct Solver {
     #[schemars(range(min = 1))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_iterations: Option<u64>,
+    /// Which LCPs are saved into the run's folder `lcps`. Without it: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dump: Option<Dump>,
 }
 
 /// The LCP solvers.
@@ -212,6 +220,25 @@ pub enum SolverKind {
     Dense,
     /// Primal-dual interior point with a sparse factorization: few iterations, whatever the conditioning.
     InteriorPoint,
+}
+
+impl SolverKind {
+    /// All solvers that a scene may name but `auto`, which is one of them, with their names there. They are those of the schema, so
+    /// that a new one is among them.
+    ///
+    /// ```
+    /// # use relcp::scene::SolverKind;
+    /// assert!(SolverKind::named().contains(&("bbpgd".into(), SolverKind::Bbpgd)));
+    /// ```
+    pub fn named() -> Vec<(String, SolverKind)> {
+        let schema = schemars::schema_for!(SolverKind).to_value();
+        let variants = schema["oneOf"].as_array().map(Vec::as_slice).unwrap_or_default();
+        let names = variants.iter().filter_map(|variant| variant["const"].as_str());
+        names
+            .filter_map(|name| Some((name.to_owned(), serde_json::from_value(name.into()).ok()?)))
+            .filter(|(_, kind)| *kind != SolverKind::Auto)
+            .collect()
+    }
 }
 
 /// An external force.

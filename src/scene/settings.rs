@@ -1,6 +1,6 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
-use super::{Method, Scene};
+use super::{Dump, Method, Scene};
 use crate::constraint::RowSource;
 use crate::lcp::Settings;
 use crate::shape::Shape;
@@ -65,6 +65,7 @@ impl Scene {
         let Settings { tolerance, max_iterations } = self.lcp_settings();
         scene.solver.tolerance = Some(tolerance);
         scene.solver.max_iterations = Some(max_iterations);
+        scene.solver.dump = self.solver.dump.map(Dump::with_defaults);
         scene.contact.cutoff = Some(self.cutoff());
         scene.output.every = self.output_every();
         scene

@@ -11,11 +11,8 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
-/// Steps taken before any is timed: pipelines are compiled and multipliers remembered in them.
-const WARM_UP: usize = 2;
-
 /// What is measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
     /// Growing cells in the plane.
@@ -93,13 +90,14 @@ fn product_bytes(constraints: usize, planar: bool, number: usize) -> f64 {
     constraints as f64 * (4 * block + 2 * block + 2 * 4 + 8 + 4 * number) as f64
 }
 
-/// Steps `bodies` bodies of a kind and times `steps` of them.
-pub fn measure(kind: Kind, bodies: usize, steps: usize, compute: &Compute) -> Result<Row, StudyError> {
+/// Steps `bodies` bodies of a kind and times `steps` steps after `warm_up` others, in which pipelines are compiled and multipliers
+/// remembered.
+pub fn measure(kind: Kind, bodies: usize, [warm_up, steps]: [usize; 2], compute: &Compute) -> Result<Row, StudyError> {
     let scene = scene::load(kind.scene(), &["time.end=1".into(), "time.dt=0.001".into()])?;
     let planar = scene.planar;
     let start = tiled(kind.state(), bodies)?;
     let mut simulation = Simulation::new_on(compute, scene, start)?;
-    for _ in 0..WARM_UP {
+    for _ in 0..warm_up {
         simulation.step()?;
     }
     let before = simulation.device().map(Gpu::counters).unwrap_or_default();

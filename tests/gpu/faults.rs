@@ -41,7 +41,7 @@ fn a_device_opened_with_the_least_limits_runs_a_scene() {
     let Some(gpu) = device() else { return };
     let choice = Choice { name: Some(gpu.name().to_owned()), software: true, default_limits: true };
     let gpu = Arc::new(Gpu::open(&choice).unwrap());
-    assert_eq!(gpu.most_elements(1), 128 << 20);
+    assert_eq!((gpu.bank_bytes(), gpu.most_elements(1)), (128 << 20, 256 << 20));
     let scene = scene::load("three-capsules", &[]).unwrap();
     let bodies = scene.build().unwrap();
     let compute = Compute::Gpu { gpu, precision: Precision::F32 };

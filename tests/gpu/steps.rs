@@ -215,6 +215,51 @@ fn buffers_that_overflow_drop_nothing() {
     assert_eq!(state_hash(&a), state_hash(&b));
 }
 
+/// A device of a test's own that binds at most so many bytes at once.
+fn with_banks(gpu: &Gpu, bytes: u64, default_limits: bool) -> Arc<Gpu> {
+    let choice = Choice { name: Some(gpu.name().to_owned()), software: true, default_limits };
+    let banked = Arc::new(Gpu::open(&choice).unwrap());
+    banked.set_bank_bytes(bytes);
+    banked
+}
+
+#[test]
+fn buffers_larger_than_a_binding_give_the_same_bits() {
+    let Some(gpu) = device() else { return };
+    // In the plane and in space, large enough for a dispatch a stage.
+    let mut space = patch(24, DVec3::ZERO);
+    space.planar = false;
+    for scene in [patch(24, DVec3::ZERO), space] {
+        for precision in precisions(gpu) {
+            let bytes = (1 << 13) * precision.bytes() as u64;
+            let banked = with_banks(gpu, bytes, false);
+            let (one, reports) = steps(&compute(gpu, precision), &scene, 2);
+            let mut simulation =
+                Simulation::new_on(&compute(&banked, precision), scene.clone(), scene.build().unwrap()).unwrap();
+            for _ in 0..2 {
+                simulation.step().unwrap();
+            }
+            let many = simulation.state().unwrap();
+            let most = banked.buffers().iter().map(|(_, size)| size.div_ceil(bytes)).max().unwrap();
+            println!("{} rows, {most} banks at most", reports[1].constraints);
+            assert!(most > 2, "{most} banks");
+            assert_eq!(state_hash(&one), state_hash(many), "{precision:?}");
+        }
+    }
+}
+
+#[test]
+fn too_many_bindings_are_refused_by_name() {
+    let Some(gpu) = device() else { return };
+    let scene = patch(40, DVec3::ZERO);
+    let least = with_banks(gpu, 1 << 13, true);
+    let mut simulation =
+        Simulation::new_on(&compute(&least, Precision::F32), scene.clone(), scene.build().unwrap()).unwrap();
+    let fault = simulation.step().unwrap_err();
+    let Fault::Device(GpuError::Bindings { kernel, needs, has: 8, .. }) = &fault else { panic!("{fault}") };
+    assert!(!kernel.is_empty() && *needs > 8);
+}
+
 #[test]
 fn a_fault_leaves_the_last_accepted_state() {
     let Some(gpu) = device() else { return };

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::dynamics::grow;
 use relcp::relcp::{Simulation, State, contacts};
-use relcp::scene::{self, Growth, Scene};
+use relcp::scene::{self, Dynamics, Growth, Scene, Stepping};
 use relcp::separation::Placed;
 use relcp::shape::Shape;
 use serde_json::json;
@@ -227,7 +227,13 @@ fn scenes_with_memory() -> Vec<Scene> {
         &["generate.0.chainmail.columns=4".into(), "time.dt=0.01".into(), "time.end=2".into()],
     )
     .unwrap();
+    let midpoint = |mut scene: Scene| {
+        scene.time.stepping = Stepping::Midpoint;
+        scene
+    };
     vec![
+        midpoint(colony(true, json!({"overdamped": {"drag": 1.0}}), 1, after_division(4))),
+        midpoint(Scene { dynamics: Dynamics::Inertial { density: 0.2 }, ..ellipsoids(json!("relcp"), 600, 5) }),
         colony(true, json!({"overdamped": {"drag": 1.0}}), 1, after_division(5)),
         ellipsoids(json!("relcp"), 1100, 8),
         ellipsoids(json!({"multisphere": {"count": 5}}), 600, 8),

@@ -4,6 +4,7 @@
 mod growth;
 mod hard_cases;
 mod laws;
+mod midpoint;
 mod paper_scenes;
 mod promises;
 mod random;

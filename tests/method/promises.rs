@@ -8,17 +8,17 @@ use relcp::lcp::{Problem, velocity};
 use relcp::relcp::{Simulation, State};
 use relcp::scene::{Scene, SolverKind};
 
-const HEAPS: [&[&str]; 4] =
+pub const HEAPS: [&[&str]; 4] =
     [&["sphere"], &["spherocylinder"], &["ellipsoid"], &["sphere", "spherocylinder", "ellipsoid"]];
 
-fn backend(scene: &Scene) -> Cpu<SPATIAL> {
+pub fn backend(scene: &Scene) -> Cpu<SPATIAL> {
     let bodies = scene.build().unwrap();
     let state = State { step: 0, next_id: bodies.len() as u64, bodies, warm: Vec::new() };
     Cpu::new(scene, state).unwrap()
 }
 
 /// `f = 1/2 gamma^T A gamma + q^T gamma`, and the least `g` of the rows before `rows`.
-fn objective(problem: &Problem<SPATIAL>, gamma: &[f64]) -> (f64, f64) {
+pub fn objective(problem: &Problem<SPATIAL>, gamma: &[f64]) -> (f64, f64) {
     let v = velocity(problem, gamma);
     let norm: f64 = v.as_flattened().iter().map(|x| x * x).sum();
     let mut least = f64::INFINITY;

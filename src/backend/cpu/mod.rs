@@ -11,11 +11,11 @@ use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{self, FEATURE_OF_SURFACES, RowSource, RowSourceError, sub_sphere_separations};
 use crate::dynamics::{self, ForceField, Law, Load, Motion, Pose, Twist};
 use crate::freedom::PLANAR;
-use crate::lcp::{self, Outcome, Problem, Status};
-use crate::relcp::{Fault, Phases, State};
-use crate::scene::{Growth, Scene};
+use crate::lcp::{self, Outcome, Problem, Status, Stored};
+use crate::relcp::{Fault, Phases, State, Warm};
+use crate::scene::{Growth, Scene, Stepping};
 use crate::separation::{Placed, planar_separation, separation};
-use crate::shape::ProxySphere;
+use crate::shape::{ProxySphere, Shape};
 use glam::DVec3;
 use narrow_phase::{Known, Near};
 use rayon::prelude::*;
@@ -24,6 +24,14 @@ use std::time::{Duration, Instant};
 /// A loop over fewer bodies than this runs on one thread: below it, handing out the work costs more than it saves
 /// (a body's share of any of these loops is 20 to 100 ns, waking a thread some 5 us).
 const LEAST_BODIES_A_TASK: usize = 512;
+
+/// Where a row is made.
+#[derive(Clone, Copy)]
+enum At {
+    /// At the step's start, or in its middle.
+    FirstRows,
+    Trial,
+}
 
 /// The CPU backend. `D` is [`crate::freedom::PLANAR`] or [`crate::freedom::SPATIAL`].
 pub struct Cpu<const D: usize> {
@@ -41,9 +49,19 @@ pub struct Cpu<const D: usize> {
     candidates: Candidates,
     /// The last accepted state.
     state: State,
-    /// `C^k` with the bodies and lengths of this step, and the next free id.
+    midpoint: bool,
+    /// The length of the part of the step that is being computed.
+    interval: f64,
+    /// `C^k` with the bodies of this step and the lengths at the end of the part, and the next free id.
     start: Bodies,
     next_id: u64,
+    /// `C_h` with the lengths there, once it is made, and what of `dt U` leads to it.
+    middle: Option<Bodies>,
+    reached: Vec<Twist>,
+    /// What the next first rows start from.
+    recalled: Vec<Warm>,
+    /// How many rows `append_near` made.
+    first_rows: usize,
     motion: Vec<Motion>,
     reach: Vec<f64>,
     proxies: Vec<Vec<ProxySphere>>,
@@ -81,9 +99,15 @@ impl<const D: usize> Cpu<D> {
             source,
             solver: lcp::Solver::new(scene.solver.kind, scene.lcp_settings()),
             candidates: Candidates::default(),
+            midpoint: scene.time.stepping == Stepping::Midpoint,
+            interval: scene.time.dt,
             start: Bodies::default(),
             next_id: state.next_id,
             state,
+            middle: None,
+            reached: Vec::new(),
+            recalled: Vec::new(),
+            first_rows: 0,
             motion: Vec::new(),
             reach: Vec::new(),
             proxies: Vec::new(),
@@ -108,48 +132,75 @@ impl<const D: usize> Cpu<D> {
         self.start_time + self.state.step as f64 * self.dt
     }
 
-    /// Loads, effective mobilities, free velocities, and how far each body's surface may move on its own.
+    /// Where forces, mobilities and first rows are taken: the middle where it is made, else the start.
+    fn here(&self) -> &Bodies {
+        self.middle.as_ref().unwrap_or(&self.start)
+    }
+
+    /// Loads, effective mobilities, free velocities, and how far each body's surface may still move on its own.
     fn set_motion(&mut self) {
-        let (time, dt) = (self.step_start(), self.dt);
-        let (start, law, forces) = (&self.start, &self.law, &self.forces);
+        let dt = self.interval;
+        let time = self.step_start() + if self.middle.is_some() { 0.5 * dt } else { 0.0 };
+        let (mut motion, mut reach) = (std::mem::take(&mut self.motion), std::mem::take(&mut self.reach));
+        let (here, law, forces) = (self.here(), &self.law, &self.forces);
         let of_body = |i: usize| {
             let mut load = Load::default();
             for force in forces {
-                load += force.load(start, i, time);
+                load += force.load(here, i, time);
             }
-            let motion = law.motion(start, i, load, dt);
-            let speed = motion.free.linear.length() + motion.free.angular.length() * start.shape[i].bounding_radius();
-            (motion, dt * speed)
+            let mut motion = law.motion(here, i, load, dt);
+            if self.middle.is_some() {
+                motion = dynamics::of_whole_step(law.as_ref(), motion, here.twist(i), self.start.twist(i));
+            }
+            let reached = self.reached_at(i, At::FirstRows);
+            let linear = (motion.free.linear - reached.linear).length();
+            let angular = (motion.free.angular - reached.angular).length();
+            (motion, dt * (linear + angular * here.shape[i].bounding_radius()))
         };
-        (0..start.len())
+        (0..here.len())
             .into_par_iter()
             .with_min_len(LEAST_BODIES_A_TASK)
             .map(of_body)
-            .unzip_into_vecs(&mut self.motion, &mut self.reach);
+            .unzip_into_vecs(&mut motion, &mut reach);
+        (self.motion, self.reach) = (motion, reach);
+    }
+
+    /// The velocity that leads body `i` from the start to where a row is made, in the length of the present part.
+    fn reached_at(&self, i: usize, at: At) -> Twist {
+        match at {
+            At::Trial => self.twist[i],
+            At::FirstRows if self.middle.is_some() => self.reached[i],
+            At::FirstRows => Twist::default(),
+        }
     }
 
     /// The boxes of all bodies in the poses `pose(i)`, each widened by `margin(i)`.
-    fn boxes(&self, pose: impl Fn(usize) -> Pose + Sync, margin: impl Fn(usize) -> f64 + Sync) -> Vec<Aabb> {
+    fn boxes(
+        &self,
+        shapes: &[Shape],
+        pose: impl Fn(usize) -> Pose + Sync,
+        margin: impl Fn(usize) -> f64 + Sync,
+    ) -> Vec<Aabb> {
         let of_body = |i: usize| {
             let pose = pose(i);
-            let half = self.start.shape[i].half_extents(pose.orientation) + DVec3::splat(margin(i));
+            let half = shapes[i].half_extents(pose.orientation) + DVec3::splat(margin(i));
             Aabb { min: pose.position - half, max: pose.position + half }
         };
-        (0..self.start.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK).map(of_body).collect()
+        (0..shapes.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK).map(of_body).collect()
     }
 
-    fn at_start(&self, i: usize) -> Pose {
-        Pose { position: self.start.position[i], orientation: self.start.orientation[i] }
+    fn pose_in(bodies: &Bodies, i: usize) -> Pose {
+        Pose { position: bodies.position[i], orientation: bodies.orientation[i] }
     }
 
     /// The trial's twists and poses, or the first body that has none.
     fn set_trial(&mut self) -> Result<(), Fault> {
         lcp::velocity_into(&self.problem, &self.gamma, &mut self.scaled);
         let (mut twist, mut trial) = (std::mem::take(&mut self.twist), std::mem::take(&mut self.trial));
-        let (dt, scaled) = (self.dt, &self.scaled);
+        let (dt, scaled) = (self.interval, &self.scaled);
         let of_body = |i: usize| {
             let twist = constraint::velocity(&self.motion[i], &scaled[i], dt);
-            (twist, dynamics::advance(self.at_start(i), twist, dt))
+            (twist, dynamics::advance(Self::pose_in(&self.start, i), twist, dt))
         };
         (0..self.start.len())
             .into_par_iter()
@@ -204,13 +255,41 @@ impl<const D: usize> Backend for Cpu<D> {
         self.phases = Phases::default();
         self.start.clone_from(&self.state.bodies);
         self.next_id = self.state.next_id;
+        self.middle = None;
+        self.interval = if self.midpoint { 0.5 * self.dt } else { self.dt };
+        self.recalled.clone_from(&self.state.warm);
         if let Some(growth) = self.growth {
             let time = self.step_start();
-            dynamics::grow(&mut self.start, &growth, self.planar, self.seed, time, self.dt, &mut self.next_id);
+            dynamics::grow(&mut self.start, &growth, self.planar, self.seed, time, self.interval, &mut self.next_id);
         }
         self.proxies = self.source.proxies(&self.start.shape).map_err(Fault::NoProxy)?;
         self.phases.growth += begun.elapsed();
         let begun = Instant::now();
+        self.set_motion();
+        self.phases.integrate += begun.elapsed();
+        Ok(())
+    }
+
+    fn middle(&mut self) -> Result<(), Fault> {
+        let begun = Instant::now();
+        self.set_trial()?;
+        self.recalled = self.remember();
+        let mut middle = self.start.clone();
+        for (i, (pose, twist)) in self.trial.iter().zip(&self.twist).enumerate() {
+            middle.position[i] = pose.position;
+            middle.orientation[i] = pose.orientation;
+            middle.velocity[i] = twist.linear;
+            middle.angular_velocity[i] = twist.angular;
+        }
+        self.middle = Some(middle);
+        self.interval = self.dt;
+        // `dt/2 U_h` is `dt` times half of it.
+        let half = |t: &Twist| Twist { linear: 0.5 * t.linear, angular: 0.5 * t.angular };
+        self.reached.clear();
+        self.reached.extend(self.twist.iter().map(half));
+        if let Some(growth) = self.growth {
+            dynamics::lengthen(&mut self.start, &growth, 0.5 * self.dt);
+        }
         self.set_motion();
         self.phases.integrate += begun.elapsed();
         Ok(())
@@ -221,7 +300,8 @@ impl<const D: usize> Backend for Cpu<D> {
         constraint::clear(&mut self.problem, self.start.len());
         self.feature.clear();
         self.gamma.clear();
-        let boxes = self.boxes(|i| self.at_start(i), |i| 0.5 * self.cutoff + self.reach[i]);
+        let here = self.here();
+        let boxes = self.boxes(&here.shape, |i| Self::pose_in(here, i), |i| 0.5 * self.cutoff + self.reach[i]);
         let mut candidates = std::mem::take(&mut self.candidates);
         let pairs = candidates.ensure(&boxes);
         self.phases.broad_phase += begun.elapsed();
@@ -231,6 +311,10 @@ impl<const D: usize> Backend for Cpu<D> {
             RowSource::SubSpheres { .. } => self.append_near_sub_spheres(pairs),
         }
         self.candidates = candidates;
+        self.first_rows = self.gamma.len();
+        if self.middle.is_some() {
+            self.proxies = self.source.proxies(&self.start.shape).map_err(Fault::NoProxy)?;
+        }
         self.phases.narrow_phase += begun.elapsed();
         Ok(())
     }
@@ -249,7 +333,7 @@ impl<const D: usize> Backend for Cpu<D> {
         self.set_trial()?;
         self.phases.integrate += begun.elapsed();
         let begun = Instant::now();
-        let boxes = self.boxes(|i| self.trial[i], |_| 0.0);
+        let boxes = self.boxes(&self.start.shape, |i| self.trial[i], |_| 0.0);
         let mut candidates = std::mem::take(&mut self.candidates);
         let pairs = candidates.ensure(&boxes);
         self.phases.broad_phase += begun.elapsed();
@@ -275,7 +359,21 @@ impl<const D: usize> Backend for Cpu<D> {
         let overlapping = std::mem::take(&mut self.overlapping);
         let tolerance = self.overlap_tolerance;
         for near in overlapping.iter().filter(|near| near.found.separation < -tolerance) {
-            self.append(near, FEATURE_OF_SURFACES, 0.0, true);
+            self.append(near, FEATURE_OF_SURFACES, 0.0, At::Trial);
+        }
+        self.overlapping = overlapping;
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(())
+    }
+
+    fn tighten_violations(&mut self) -> Result<(), Fault> {
+        let begun = Instant::now();
+        let overlapping = std::mem::take(&mut self.overlapping);
+        let tolerance = self.overlap_tolerance;
+        for near in overlapping.iter().filter(|near| near.found.separation < -tolerance) {
+            if !self.tighten(near) {
+                self.append(near, FEATURE_OF_SURFACES, 0.0, At::Trial);
+            }
         }
         self.overlapping = overlapping;
         self.phases.narrow_phase += begun.elapsed();
@@ -288,14 +386,28 @@ impl<const D: usize> Backend for Cpu<D> {
         for (i, (pose, twist)) in self.trial.iter().zip(&self.twist).enumerate() {
             self.start.position[i] = pose.position;
             self.start.orientation[i] = pose.orientation;
-            self.start.velocity[i] = twist.linear;
-            self.start.angular_velocity[i] = twist.angular;
+            let ends_with = match self.middle {
+                Some(_) => dynamics::arrived(self.law.as_ref(), &self.motion[i], self.start.twist(i), *twist),
+                None => *twist,
+            };
+            self.start.velocity[i] = ends_with.linear;
+            self.start.angular_velocity[i] = ends_with.angular;
         }
         std::mem::swap(&mut self.state.bodies, &mut self.start);
         self.state.next_id = self.next_id;
         self.state.step += 1;
         self.phases.integrate += begun.elapsed();
         Ok(self.phases)
+    }
+
+    fn multipliers(&self) -> Result<Vec<f64>, Fault> {
+        let mut start = self.gamma.clone();
+        start.resize(self.problem.q.len(), 0.0);
+        Ok(start)
+    }
+
+    fn stored_lcp(&self, start: Vec<f64>) -> Result<Stored, Fault> {
+        Ok(Stored::new(&self.problem, start, &self.gamma))
     }
 
     fn constraints(&self) -> usize {

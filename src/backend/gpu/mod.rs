@@ -15,11 +15,11 @@ use super::{Backend, Overlap};
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
 use crate::dynamics::ForceField;
-use crate::freedom::PLANAR;
+use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Recorder};
-use crate::lcp::{self, Outcome, Problem};
+use crate::lcp::{self, Outcome, Problem, Stored};
 use crate::relcp::{Fault, Phases, State, Warm};
-use crate::scene::{Dynamics, Force, Growth, Scene};
+use crate::scene::{Dynamics, Force, Growth, Scene, Stepping};
 use crate::shape::Shape;
 use bytemuck::Zeroable;
 use candidates::Candidates;
@@ -170,6 +170,9 @@ impl Device {
         gpu.check(precision)?;
         if scene.contact.method.row_source() != RowSource::Surfaces {
             return Err(GpuError::Unsupported { what: "multi-sphere rows".into() });
+        }
+        if scene.time.stepping == Stepping::Midpoint {
+            return Err(GpuError::Unsupported { what: "midpoint stepping".into() });
         }
         let setup = Setup::new(scene, &state.bodies.shape, precision)?;
         let (real, bodies) = (precision.bytes(), state.bodies.len() as u64);
@@ -464,6 +467,14 @@ impl Backend for Device {
         Ok(())
     }
 
+    fn middle(&mut self) -> Result<(), Fault> {
+        Err(GpuError::Unsupported { what: "midpoint stepping".into() }.into())
+    }
+
+    fn tighten_violations(&mut self) -> Result<(), Fault> {
+        Err(GpuError::Unsupported { what: "midpoint stepping".into() }.into())
+    }
+
     fn append_near(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         let gpu = self.gpu.clone();
@@ -552,6 +563,22 @@ impl Backend for Device {
         self.state = OnceLock::new();
         self.phases.integrate += begun.elapsed();
         Ok(self.phases)
+    }
+
+    fn multipliers(&self) -> Result<Vec<f64>, Fault> {
+        let problem = &self.rows.problem;
+        let bytes = problem.rows * problem.gamma.element() as u64;
+        let read = self.gpu.record().read(&[(&problem.gamma, 0..bytes)])?;
+        Ok(self.setup.precision.decode(&read[0]))
+    }
+
+    fn stored_lcp(&self, start: Vec<f64>) -> Result<Stored, Fault> {
+        if self.setup.planar {
+            let (problem, gamma) = self.lcp::<PLANAR>()?;
+            return Ok(Stored::new(&problem, start, &gamma));
+        }
+        let (problem, gamma) = self.lcp::<SPATIAL>()?;
+        Ok(Stored::new(&problem, start, &gamma))
     }
 
     fn constraints(&self) -> usize {

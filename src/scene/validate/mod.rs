@@ -99,7 +99,7 @@ impl Scene {
         if self.solver.max_iterations == Some(0) {
             return Err(SceneError::bad(key.field("max_iterations"), "must be at least 1"));
         }
-        Ok(())
+        self.solver.dump.map_or(Ok(()), |dump| dump.check(&key.field("dump")))
     }
 
     fn check_output(&self, key: &Key) -> Result<(), SceneError> {

@@ -1,0 +1,346 @@
+//! One LCP as a file that numpy opens as `.npz`, for a look at a solver outside a run.
+//!
+//! Arrays, little-endian: `bodies` (how many), `a`, `b` (the bodies of each row), `row_a`, `row_b` (rows x unknowns: the two blocks of
+//! each row of `J`, scaled so that `A = J J^T`; 3 unknowns a body in the plane, 6 in space), `q` (`g` at `gamma = 0`, a length), `gamma0`
+//! (the start), `gamma` (what the solver ended with), `v` (`J^T gamma`, bodies x unknowns).
+//!
+//! Files written here have a `header.json` beside them and the seal of states. Files of other programs need neither, may be deflated, and
+//! their numbers may be of 4 or 8 bytes.
+
+use super::durable;
+use super::error::RecordError;
+use super::npz::{Block, Data, HEADER, MAGIC, header_text, seal_holds, write};
+use crate::freedom::{PLANAR, SPATIAL};
+use crate::lcp::Stored;
+use crate::relcp::{Kept, Simulation};
+use serde::{Deserialize, Serialize};
+use std::fmt::Display;
+use std::io::{Cursor, Read};
+use std::path::Path;
+use thiserror::Error;
+use zip::{CompressionMethod, ZipArchive};
+
+/// The name of the format, in a file's header.
+pub const LCP_FORMAT: &str = "relcp-lcp";
+/// The version that this program writes; it reads those up to it.
+pub const LCP_VERSION: u64 = 1;
+
+/// Deflate cannot pack tighter (RFC 1951: 258 bytes from two bits, less the block's head).
+const TIGHTEST: u64 = 1_032;
+
+/// What a file says of its LCP.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LcpHeader {
+    /// [`LCP_FORMAT`].
+    pub format: String,
+    /// Version of the format.
+    pub version: u64,
+    /// Version of the program that wrote it.
+    pub program: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// The step that was being taken, from 1.
+    pub step: u64,
+    /// Recursions before this solve.
+    pub recursion: u32,
+    /// The solver, as a scene names it.
+    pub solver: String,
+    /// The residual that it was to reach, a length.
+    pub tolerance: f64,
+    /// The numbers that it computed with: `f32` or `f64`.
+    pub precision: String,
+    /// How it ended.
+    pub status: String,
+    /// Applications of `A`.
+    pub products: u64,
+}
+
+impl LcpHeader {
+    pub(super) fn new(simulation: &Simulation, kept: &Kept) -> Self {
+        let scene = simulation.scene();
+        let name = |value: serde_json::Result<serde_json::Value>| match value {
+            Ok(serde_json::Value::String(name)) => name,
+            _ => String::new(),
+        };
+        LcpHeader {
+            format: LCP_FORMAT.into(),
+            version: LCP_VERSION,
+            program: env!("CARGO_PKG_VERSION").into(),
+            scene: scene.name.clone(),
+            step: kept.step,
+            recursion: kept.recursion,
+            solver: name(serde_json::to_value(scene.solver.kind)),
+            tolerance: scene.lcp_settings().tolerance,
+            precision: simulation.precision().name().into(),
+            status: kept.outcome.status.name().into(),
+            products: kept.outcome.products,
+        }
+    }
+}
+
+/// What is wrong with the bytes of an LCP.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum LcpFileError {
+    /// The bytes are of something else.
+    #[error("it is not the .npz of an LCP: {0}")]
+    NotAnLcp(String),
+    /// Some bytes are missing, or not those that were written, or say what cannot be.
+    #[error("{place} is damaged: {what}")]
+    Damaged {
+        /// Which part.
+        place: String,
+        /// What does not hold.
+        what: String,
+    },
+    /// A later program wrote it.
+    #[error("it has version {found} of the format; this program reads versions up to {known}")]
+    Newer {
+        /// The file's version.
+        found: u64,
+        /// The newest that can be read.
+        known: u64,
+    },
+    /// It cannot be made into bytes.
+    #[error("the LCP cannot be packed: {0}")]
+    Unwritable(String),
+}
+
+fn damaged(place: &str, what: impl Display) -> LcpFileError {
+    LcpFileError::Damaged { place: place.into(), what: what.to_string() }
+}
+
+/// The bytes of an LCP.
+///
+/// ```
+/// use relcp::lcp::{Problem, Stored};
+/// use relcp::record::{LCP_FORMAT, LCP_VERSION, LcpHeader, decode_lcp, encode_lcp};
+/// let problem = Problem { bodies: 2, pair: vec![[0, 1]], jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]], q: vec![-0.1] };
+/// let lcp = Stored::new(&problem, vec![0.0], &[0.05]);
+/// let header = LcpHeader {
+///     format: LCP_FORMAT.into(), version: LCP_VERSION, program: "mine".into(), scene: "two".into(), step: 1, recursion: 0,
+///     solver: "apgd".into(), tolerance: 1e-6, precision: "f64".into(), status: "solved".into(), products: 3,
+/// };
+/// assert_eq!(decode_lcp(&encode_lcp(&lcp, &header)?)?, (lcp, Some(header)));
+/// # Ok::<(), relcp::record::LcpFileError>(())
+/// ```
+///
+/// # Errors
+/// [`LcpFileError::Unwritable`].
+pub fn encode_lcp(lcp: &Stored, header: &LcpHeader) -> Result<Vec<u8>, LcpFileError> {
+    let unwritable = |what: String| LcpFileError::Unwritable(what);
+    let json = serde_json::to_vec_pretty(header).map_err(|e| unwritable(e.to_string()))?;
+    let side = |side: usize| Data::I32(lcp.pair.iter().map(|pair| pair[side] as i32).collect());
+    let reals = |name, columns, values: &[f64]| Block { name, columns, data: Data::F64(values.to_vec()) };
+    let blocks = [
+        Block { name: "bodies", columns: 0, data: Data::I64(vec![lcp.bodies as i64]) },
+        Block { name: "a", columns: 1, data: side(0) },
+        Block { name: "b", columns: 1, data: side(1) },
+        reals("row_a", lcp.unknowns, &lcp.rows[0]),
+        reals("row_b", lcp.unknowns, &lcp.rows[1]),
+        reals("q", 1, &lcp.q),
+        reals("gamma0", 1, &lcp.start),
+        reals("gamma", 1, &lcp.gamma),
+        reals("v", lcp.unknowns, &lcp.velocity),
+    ];
+    write(&json, &blocks).map_err(|e| unwritable(e.to_string()))
+}
+
+/// Reads the bytes of an LCP, and its header where it has one. Numbers that are not finite are read as they are: they may be what is
+/// to be looked at.
+///
+/// # Errors
+/// [`LcpFileError`] for bytes that are something else, damaged, cut short, or that no LCP can have.
+pub fn decode_lcp(bytes: &[u8]) -> Result<(Stored, Option<LcpHeader>), LcpFileError> {
+    let mut arrays = Arrays::open(bytes)?;
+    let header = arrays.header()?;
+    // A file that was written here has both, whatever is left of them.
+    let sealed = seal_holds(bytes);
+    if sealed == Some(false) || (header.is_some() && sealed.is_none()) {
+        return Err(arrays.find_damage());
+    }
+    let (bodies, shape) = arrays.integers("bodies")?;
+    let bodies = match (shape.as_slice(), bodies.as_slice()) {
+        ([] | [1], [n]) if u32::try_from(*n).is_ok() => *n as usize,
+        _ => return Err(damaged("bodies", "it is not one number of bodies")),
+    };
+    let (q, shape) = arrays.reals("q")?;
+    let [rows] = shape[..] else { return Err(damaged("q", "it is not one number a row")) };
+    let (row_a, shape) = arrays.reals("row_a")?;
+    let unknowns = match shape[..] {
+        [of, unknowns @ (PLANAR | SPATIAL)] if of == rows => unknowns,
+        _ => return Err(damaged("row_a", format!("it is not {rows} rows of {PLANAR} or {SPATIAL} numbers"))),
+    };
+    let [a, b] = [arrays.bodies("a", rows, bodies)?, arrays.bodies("b", rows, bodies)?];
+    let pair: Vec<[u32; 2]> = a.into_iter().zip(b).map(|(a, b)| [a, b]).collect();
+    if let Some(row) = pair.iter().position(|[a, b]| a == b) {
+        return Err(damaged("b", format!("row {row} has the same body twice")));
+    }
+    let lcp = Stored {
+        unknowns,
+        bodies,
+        pair,
+        rows: [row_a, arrays.shaped("row_b", &[rows, unknowns])?],
+        q,
+        start: arrays.shaped("gamma0", &[rows])?,
+        gamma: arrays.shaped("gamma", &[rows])?,
+        velocity: arrays.shaped("v", &[bodies, unknowns])?,
+    };
+    Ok((lcp, header))
+}
+
+/// Writes an LCP, whole or not at all.
+///
+/// # Errors
+/// [`RecordError`] with the file.
+pub fn write_lcp(path: &Path, lcp: &Stored, header: &LcpHeader) -> Result<(), RecordError> {
+    let fault = |fault| RecordError::Lcp { path: path.into(), fault };
+    durable::write(path, &encode_lcp(lcp, header).map_err(fault)?)
+}
+
+/// Reads the file of an LCP. Of a file that is no zip, only the start.
+///
+/// # Errors
+/// [`RecordError`] with the file.
+pub fn read_lcp(path: &Path) -> Result<(Stored, Option<LcpHeader>), RecordError> {
+    let fault = || RecordError::io(path, "read it");
+    let mut file = std::fs::File::open(path).map_err(fault())?;
+    let mut bytes = Vec::new();
+    file.by_ref().take(MAGIC.len() as u64).read_to_end(&mut bytes).map_err(fault())?;
+    if bytes == MAGIC {
+        file.read_to_end(&mut bytes).map_err(fault())?;
+    }
+    decode_lcp(&bytes).map_err(|fault| RecordError::Lcp { path: path.into(), fault })
+}
+
+/// The arrays of any program's `.npz`.
+struct Arrays<'a>(ZipArchive<Cursor<&'a [u8]>>);
+
+impl<'a> Arrays<'a> {
+    fn open(bytes: &'a [u8]) -> Result<Self, LcpFileError> {
+        if !bytes.starts_with(MAGIC) {
+            return Err(LcpFileError::NotAnLcp("it is no zip".into()));
+        }
+        // A zip's directory is its end.
+        ZipArchive::new(Cursor::new(bytes)).map(Arrays).map_err(|e| damaged("the end of the file", e))
+    }
+
+    fn header(&mut self) -> Result<Option<LcpHeader>, LcpFileError> {
+        #[derive(Deserialize)]
+        struct Kind {
+            format: String,
+            version: u64,
+        }
+        if self.0.index_for_name(HEADER).is_none() {
+            return Ok(None);
+        }
+        let json = self.entry(HEADER)?;
+        let kind: Kind = serde_json::from_slice(&json).map_err(|e| damaged(HEADER, e))?;
+        if kind.format != LCP_FORMAT {
+            return Err(LcpFileError::NotAnLcp(format!("it is a `{}`", kind.format)));
+        }
+        if kind.version > LCP_VERSION {
+            return Err(LcpFileError::Newer { found: kind.version, known: LCP_VERSION });
+        }
+        serde_json::from_slice(&json).map(Some).map_err(|e| damaged(HEADER, e))
+    }
+
+    /// The first entry whose CRC does not hold, where the seal does not.
+    fn find_damage(&mut self) -> LcpFileError {
+        let names: Vec<String> = self.0.file_names().filter_map(|n| n.ok().map(|n| n.into_owned())).collect();
+        let broken = names.iter().find_map(|name| self.entry(name).err());
+        broken.unwrap_or_else(|| damaged("the seal", "the bytes are not those that were written"))
+    }
+
+    /// An entry whole, its CRC checked. No more is allocated than its packed bytes can hold.
+    fn entry(&mut self, name: &str) -> Result<Vec<u8>, LcpFileError> {
+        let entry = self.0.by_name(name).map_err(|e| match e {
+            zip::result::ZipError::FileNotFound => LcpFileError::NotAnLcp(format!("it has no {name}")),
+            e => damaged(name, e),
+        })?;
+        let most = match entry.compression() {
+            CompressionMethod::Stored => entry.compressed_size(),
+            CompressionMethod::Deflated => entry.compressed_size().saturating_mul(TIGHTEST),
+            other => return Err(damaged(name, format!("it is packed by {other}, which is not read"))),
+        };
+        let size = entry.size();
+        if size > most {
+            return Err(damaged(name, "its size cannot be"));
+        }
+        let mut bytes = Vec::new();
+        entry.take(size + 1).read_to_end(&mut bytes).map_err(|e| damaged(name, e))?;
+        if bytes.len() as u64 != size {
+            return Err(damaged(name, "its size is not what the directory says"));
+        }
+        Ok(bytes)
+    }
+
+    /// An array: the type of its numbers, its shape, its bytes.
+    fn array(&mut self, name: &str) -> Result<(String, Vec<usize>, Vec<u8>), LcpFileError> {
+        let mut bytes = self.entry(&format!("{name}.npy"))?;
+        let wrong = || damaged(name, "it is no array of numbers by rows");
+        let (text, data) = header_text(&bytes).ok_or_else(wrong)?;
+        let (kind, shape) = description(&text).ok_or_else(wrong)?;
+        let width: usize = kind[2..].parse().map_err(|_| wrong())?;
+        let wanted = shape.iter().try_fold(width, |bytes, n| bytes.checked_mul(*n));
+        if wanted != Some(data) {
+            return Err(damaged(name, "its shape is not that of its numbers"));
+        }
+        bytes.drain(..bytes.len() - data);
+        Ok((kind, shape, bytes))
+    }
+
+    fn reals(&mut self, name: &str) -> Result<(Vec<f64>, Vec<usize>), LcpFileError> {
+        let (kind, shape, bytes) = self.array(name)?;
+        let numbers = match kind.as_str() {
+            "<f8" => bytes.as_chunks().0.iter().map(|b| f64::from_le_bytes(*b)).collect(),
+            "<f4" => bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b).into()).collect(),
+            _ => return Err(damaged(name, format!("its numbers are {kind}, not reals"))),
+        };
+        Ok((numbers, shape))
+    }
+
+    fn integers(&mut self, name: &str) -> Result<(Vec<i64>, Vec<usize>), LcpFileError> {
+        let (kind, shape, bytes) = self.array(name)?;
+        let numbers = match kind.as_str() {
+            "<i8" => bytes.as_chunks().0.iter().map(|b| i64::from_le_bytes(*b)).collect(),
+            "<i4" => bytes.as_chunks().0.iter().map(|b| i32::from_le_bytes(*b).into()).collect(),
+            "<u4" => bytes.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b).into()).collect(),
+            _ => return Err(damaged(name, format!("its numbers are {kind}, not whole"))),
+        };
+        Ok((numbers, shape))
+    }
+
+    fn shaped(&mut self, name: &str, shape: &[usize]) -> Result<Vec<f64>, LcpFileError> {
+        match self.reals(name)? {
+            (numbers, found) if found == shape => Ok(numbers),
+            (_, found) => Err(damaged(name, format!("its shape is {found:?}, not {shape:?}"))),
+        }
+    }
+
+    /// The bodies of one side of the rows.
+    fn bodies(&mut self, name: &str, rows: usize, bodies: usize) -> Result<Vec<u32>, LcpFileError> {
+        let (numbers, shape) = self.integers(name)?;
+        if shape != [rows] {
+            return Err(damaged(name, format!("its shape is {shape:?}, not [{rows}]")));
+        }
+        let body = |(row, n): (usize, &i64)| match u32::try_from(*n) {
+            Ok(body) if (body as usize) < bodies => Ok(body),
+            _ => Err(damaged(name, format!("row {row} has body {n} of {bodies}"))),
+        };
+        numbers.iter().enumerate().map(body).collect()
+    }
+}
+
+/// The type and the shape in the description of an array, as numpy writes it.
+fn description(text: &str) -> Option<(String, Vec<usize>)> {
+    let rest = text.strip_prefix("{'descr':'")?;
+    let (kind, rest) = rest.split_once("','fortran_order':False,'shape':(")?;
+    let shape = rest.strip_suffix(")}")?;
+    let known = ["<f4", "<f8", "<i4", "<i8", "<u4"].contains(&kind);
+    let sides = shape.split(',').filter(|_| !shape.is_empty());
+    let sides: Option<Vec<usize>> = sides.map(|n| n.parse().ok()).collect();
+    Some((kind.to_owned(), sides?)).filter(|_| known)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,104 @@
+//! Which LCPs of a run are saved into its folder, for a look at a solver that does not get on.
+
+use super::error::SceneError;
+use super::key::Key;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Products from which on a solve counts as slow, where a scene does not say: the default solver needs 1,052 at most for stored systems of a colony of
+/// 1,024 cells at 1e-6, and 1,539 for one of 4,096.
+const SLOW_PRODUCTS: u64 = 2_000;
+
+/// LCPs saved of one run, where a scene does not say: enough to see whether they are alike.
+const MOST: u32 = 10;
+
+/// The largest number of LCPs that may be asked for: each is a file of some 100 bytes a row.
+const MOST_OF_ALL: u32 = 10_000;
+
+/// Which LCPs of a run are saved into its folder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Dump {
+    /// Which solves.
+    pub when: DumpWhen,
+    /// Products from which on a solve is slow; for `slow` only. Without it: 2,000.
+    #[schemars(range(min = 1))]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub products: Option<u64>,
+    /// Most LCPs that are saved, the first that there are. Without it: 10.
+    #[schemars(range(min = 1, max = 10_000))]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub most: Option<u32>,
+}
+
+/// Which solves are saved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum DumpWhen {
+    /// Those that did not reach the tolerance.
+    Unconverged,
+    /// Those, and those that took many products.
+    Slow,
+    /// All.
+    All,
+}
+
+impl Dump {
+    /// Most LCPs that are saved.
+    pub fn at_most(&self) -> usize {
+        self.most.unwrap_or(MOST) as usize
+    }
+
+    /// Whether a solve is saved.
+    pub fn wants(&self, solved: bool, products: u64) -> bool {
+        match self.when {
+            DumpWhen::Unconverged => !solved,
+            DumpWhen::Slow => !solved || products >= self.products.unwrap_or(SLOW_PRODUCTS),
+            DumpWhen::All => true,
+        }
+    }
+
+    /// This with its defaults written out.
+    pub(super) fn with_defaults(self) -> Dump {
+        let products = (self.when == DumpWhen::Slow).then(|| self.products.unwrap_or(SLOW_PRODUCTS));
+        Dump { products, most: Some(self.most.unwrap_or(MOST)), ..self }
+    }
+
+    pub(super) fn check(&self, key: &Key) -> Result<(), SceneError> {
+        if self.products.is_some() && self.when != DumpWhen::Slow {
+            let message = "is for `when`: \"slow\", the solves that take at least so many products";
+            return Err(SceneError::bad(key.field("products"), message));
+        }
+        if self.products == Some(0) {
+            return Err(SceneError::bad(key.field("products"), "must be at least 1"));
+        }
+        if self.most.is_some_and(|most| most == 0 || most > MOST_OF_ALL) {
+            return Err(SceneError::bad(key.field("most"), format!("must be from 1 to {MOST_OF_ALL}")));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_when_wants_what_it_says() {
+        let wants = |when, products: Option<u64>| {
+            let dump = Dump { when, products, most: None };
+            [(true, 5), (true, 5_000), (false, 5)].map(|(solved, products)| dump.wants(solved, products))
+        };
+        assert_eq!(wants(DumpWhen::Unconverged, None), [false, false, true]);
+        assert_eq!(wants(DumpWhen::Slow, None), [false, true, true]);
+        assert_eq!(wants(DumpWhen::Slow, Some(5)), [true, true, true]);
+        assert_eq!(wants(DumpWhen::All, None), [true; 3]);
+    }
+
+    #[test]
+    fn defaults_are_written_out_where_they_count() {
+        let dump = |when| Dump { when, products: None, most: None }.with_defaults();
+        assert_eq!(dump(DumpWhen::All), Dump { when: DumpWhen::All, products: None, most: Some(MOST) });
+        assert_eq!(dump(DumpWhen::Slow).products, Some(SLOW_PRODUCTS));
+    }
+}
