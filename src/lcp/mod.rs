@@ -73,6 +73,8 @@ impl Status {
             Status::Solved => "solved",
             Status::MaxIterations => "max_iterations",
             Status::NoProgress => "no_progress",
+            Status::Infeasible => "infeasible",
+            Status::TooLarge => "too_large",
             Status::NotFinite => "not_finite",
         }
     }
