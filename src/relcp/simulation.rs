@@ -56,7 +56,9 @@ pub enum Fault {
         body: usize,
     },
     /// The solver that the scene asks for needs more memory than it takes.
-    #[error("step {step}: the factor of solver interior_point would be over its bound for {rows} rows; auto needs none")]
+    #[error(
+        "step {step}: the factor of solver interior_point would be over its bound for {rows} rows; auto needs none"
+    )]
     TooLarge {
         /// The step that was being taken.
         step: u64,

@@ -104,7 +104,11 @@ fn rows_said_again_change_nothing() {
             }
         }
         let ((outcome, gamma), (outcome_again, gamma_again)) = (solve(&problem, 1e-12), solve(&again, 1e-12));
-        assert_eq!((outcome.status, outcome_again.status), (Status::Solved, Status::Solved), "{seed}: {outcome_again:?}");
+        assert_eq!(
+            (outcome.status, outcome_again.status),
+            (Status::Solved, Status::Solved),
+            "{seed}: {outcome_again:?}"
+        );
         let error = apart(&velocity(&again, &gamma_again), &velocity(&problem, &gamma));
         assert!(error < 1e-8, "{seed}: {outcome:?}, {outcome_again:?}, {error:.1e}");
     }

@@ -4,23 +4,21 @@ use super::contradiction;
 use super::normal_matrix::{NormalMatrix, Refused};
 use super::rows::UnitRows;
 
-/// The proximal term: `A + REGULARIZATION` stands for `A` in a step. TODO evidence
-const REGULARIZATION: f64 = 1e-10;
+/// The proximal term: `A + REGULARIZATION` stands for `A` in a step, rows having length one. Measured (November 2026) on the five
+/// stored systems, 700 random ones whose rows repeat, oppose or nearly oppose each other, and 120 contradictory ones: 1e-10, 1e-11 and
+/// 1e-12 take 105, 97 and 95 steps for the stored ones, at most 33, 25 and 23 for one; the others differ by 3 %. At 1e-8 some need three
+/// times the steps, and velocities of nearly parallel rows are off by 3e-7.
+const REGULARIZATION: f64 = 1e-12;
 
-/// Where multipliers and slacks start, in units of the violations and what mends them. On the stored systems 1, 10 and 100 take 115, 96
-/// and 107 factorizations in all.
+/// Where multipliers and slacks start, in units of the violations and what mends them. On the stored systems 1, 3, 10, 30 and 100 take
+/// 134, 103, 95, 98 and 108 steps in all; the small random ones like smaller ones.
 const START: f64 = 10.0;
 
 /// A step leaves at least and at most this part of the way to the first bound, between them the part by which the predicted step fell
-/// short. 
+/// short. Where at most 0.005 or 0.01 is left, some random systems cycle for up to 45 steps, one without end; 0.1 costs a tenth more.
+/// At least 1e-3 costs 5 %, 1e-9 changes nothing.
 const SHORTEST_OF: f64 = 1e-6;
-const LONGEST_OF: f64 = 5e-3;
-
-/// Weights of the second-order correction that are tried, from one to zero in equal steps. TODO evidence
-const BLENDS: u32 = 4;
-
-/// A smaller weight must lengthen the step by this factor.
-const LONGER: f64 = 1.01;
+const LONGEST_OF: f64 = 3e-2;
 
 /// A direction in multipliers and slacks.
 #[derive(Default)]
@@ -40,8 +38,8 @@ pub(super) struct Iterate<const D: usize> {
     right: Vec<f64>,
     work: Vec<f64>,
     velocity: Vec<[f64; D]>,
-    first: Direction,
-    second: Direction,
+    predicted: Direction,
+    step: Direction,
     /// Products with a half of `A` made since [`Iterate::reset`].
     pub products: u64,
 }
@@ -50,7 +48,7 @@ impl<const D: usize> Iterate<D> {
     /// Forgets all.
     pub fn reset(&mut self) {
         self.products = 0;
-        self.first.gamma.clear();
+        self.step.gamma.clear();
     }
 
     /// Starts where the violated rows alone, as springs, would push; all rows equally complementary where they can be.
@@ -99,11 +97,11 @@ impl<const D: usize> Iterate<D> {
 
     /// Whether the last step proves that the rows have no solution.
     pub fn contradicts(&mut self, rows: &UnitRows<D>) -> bool {
-        if self.first.gamma.is_empty() {
+        if self.step.gamma.is_empty() {
             return false;
         }
         self.work.clear();
-        self.work.extend(self.first.gamma.iter().map(|change| change.max(0.0)));
+        self.work.extend(self.step.gamma.iter().map(|change| change.max(0.0)));
         rows.velocity(&self.work, &mut self.velocity);
         self.products += 1;
         contradiction::proven(rows, &self.work, &self.velocity)
@@ -115,56 +113,44 @@ impl<const D: usize> Iterate<D> {
             *weight = 1.0 / (REGULARIZATION + slack / gamma);
         }
         matrix.factorize(rows, &self.weight)?;
-        let (mut first, mut second) = (std::mem::take(&mut self.first), std::mem::take(&mut self.second));
+        let (mut predicted, mut step) = (std::mem::take(&mut self.predicted), std::mem::take(&mut self.step));
         // The predictor aims at the bounds; how far it gets says how much centring the step needs.
-        self.newton(rows, matrix, |_| 0.0, true, &mut first);
-        let part = self.room(&first, &second, 0.0).min(1.0);
-        let centre = self.centre(&first, part);
-        self.newton(rows, matrix, |i| -first.gamma[i] * first.slack[i], false, &mut second);
-        self.newton(rows, matrix, |_| centre, true, &mut first);
-        let blend = self.blend(&first, &second);
-        for (first, second) in [(&mut first.gamma, &second.gamma), (&mut first.slack, &second.slack)] {
-            for (first, second) in first.iter_mut().zip(second) {
-                *first += blend * second;
-            }
-        }
+        self.newton(rows, matrix, |_| 0.0, &mut predicted);
+        let part = self.room(&predicted).min(1.0);
+        let centre = self.centre(&predicted, part);
+        self.newton(rows, matrix, |i| centre - predicted.gamma[i] * predicted.slack[i], &mut step);
         let short = (1.0 - part).clamp(SHORTEST_OF, LONGEST_OF);
-        let step = ((1.0 - short) * self.room(&first, &second, 0.0)).min(1.0);
-        for (x, change) in [(&mut self.gamma, &first.gamma), (&mut self.slack, &first.slack)] {
+        let length = ((1.0 - short) * self.room(&step)).min(1.0);
+        for (x, change) in [(&mut self.gamma, &step.gamma), (&mut self.slack, &step.slack)] {
             for (x, change) in x.iter_mut().zip(change) {
-                *x += step * change;
+                *x += length * change;
             }
         }
-        (self.first, self.second) = (first, second);
+        (self.predicted, self.step) = (predicted, step);
         Ok(())
     }
 
-    /// The Newton direction towards `gamma slack = pull`, and towards slacks equal to the gaps, if `whole`; otherwise only what a
-    /// change of `gamma slack` by `pull` adds to it.
+    /// The Newton direction towards `gamma slack = pull` and slacks equal to the gaps.
     fn newton(
         &mut self,
         rows: &UnitRows<D>,
         matrix: &mut NormalMatrix<D>,
         pull: impl Fn(usize) -> f64,
-        whole: bool,
         out: &mut Direction,
     ) {
         for i in 0..rows.len() {
-            let gap = if whole { self.g[i] } else { 0.0 };
-            self.right[i] = pull(i) / self.gamma[i] - gap;
+            self.right[i] = pull(i) / self.gamma[i] - self.g[i];
             self.work[i] = self.weight[i] * self.right[i];
         }
         rows.velocity(&self.work, &mut self.velocity);
         matrix.solve(&mut self.velocity);
         self.products += 2;
-        let away = if whole { 1.0 } else { 0.0 };
-        let mut change = std::mem::take(&mut out.gamma);
-        change.clear();
-        change.extend((0..rows.len()).map(|i| self.weight[i] * (self.right[i] - rows.along(i, &self.velocity))));
-        out.slack.clear();
-        let slack = |i: usize| (pull(i) - self.slack[i] * change[i]) / self.gamma[i] - away * self.slack[i];
-        out.slack.extend((0..rows.len()).map(slack));
-        out.gamma = change;
+        let Direction { gamma, slack } = out;
+        gamma.clear();
+        gamma.extend((0..rows.len()).map(|i| self.weight[i] * (self.right[i] - rows.along(i, &self.velocity))));
+        slack.clear();
+        let change = |i: usize| (pull(i) - self.slack[i] * gamma[i]) / self.gamma[i] - self.slack[i];
+        slack.extend((0..rows.len()).map(change));
     }
 
     /// `gamma slack` that a step aims at, Mehrotra's cubic rule.
@@ -177,32 +163,12 @@ impl<const D: usize> Iterate<D> {
         (then / now).powi(3) * now / self.gamma.len() as f64
     }
 
-    /// The weight of the second-order correction that allows the longest step.
-    fn blend(&self, first: &Direction, second: &Direction) -> f64 {
-        let (mut longest, mut best) = (0.0, 1.0);
-        for k in 0..=BLENDS {
-            let blend = 1.0 - f64::from(k) / f64::from(BLENDS);
-            let room = self.room(first, second, blend).min(1.0);
-            if room > LONGER * longest {
-                (longest, best) = (room, blend);
-            }
-            if room >= 1.0 {
-                break;
-            }
-        }
-        best
-    }
-
-    /// How far `first + blend second` goes before a multiplier or a slack is zero.
-    fn room(&self, first: &Direction, second: &Direction, blend: f64) -> f64 {
+    /// How far a direction goes before a multiplier or a slack is zero.
+    fn room(&self, along: &Direction) -> f64 {
         let mut room = f64::INFINITY;
-        let halves = [(&self.gamma, &first.gamma, &second.gamma), (&self.slack, &first.slack, &second.slack)];
-        for (x, first, second) in halves {
-            for i in 0..x.len() {
-                let change = if blend == 0.0 { first[i] } else { first[i] + blend * second[i] };
-                if change < 0.0 {
-                    room = room.min(-x[i] / change);
-                }
+        for (x, change) in [(&self.gamma, &along.gamma), (&self.slack, &along.slack)] {
+            for (x, change) in x.iter().zip(change).filter(|(_, change)| **change < 0.0) {
+                room = room.min(-x / change);
             }
         }
         room
