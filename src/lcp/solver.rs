@@ -52,7 +52,7 @@ enum Engine<const D: usize> {
     Bbpgd(Bbpgd<Cpu<D>>),
     PairBlockCg(PairBlockCg<Cpu<D>>),
     Dense(Dense),
-    InteriorPoint(InteriorPoint<D>),
+    InteriorPoint(Box<InteriorPoint<D>>),
 }
 
 impl<const D: usize> Solver<D> {
@@ -66,7 +66,7 @@ impl<const D: usize> Solver<D> {
             SolverKind::Bbpgd => Engine::Bbpgd(Bbpgd::new()),
             SolverKind::Auto | SolverKind::PairBlockCg => Engine::PairBlockCg(PairBlockCg::new()),
             SolverKind::Dense => Engine::Dense(Dense::default()),
-            SolverKind::InteriorPoint => Engine::InteriorPoint(InteriorPoint::default()),
+            SolverKind::InteriorPoint => Engine::InteriorPoint(Box::default()),
         };
         let safeguard = (kind == SolverKind::Auto).then(InteriorPoint::default);
         Solver { settings, cpu: Cpu::default(), drive: Drive::default(), engine, safeguard }

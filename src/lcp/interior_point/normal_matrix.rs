@@ -116,6 +116,9 @@ impl<const D: usize> NormalMatrix<D> {
 
     /// Factorizes for some weights of the rows.
     pub fn factorize(&mut self, rows: &UnitRows<D>, weight: &[f64]) -> Result<(), Refused> {
+        if self.symbolic.is_none() {
+            return Err(Refused::TooLarge);
+        }
         self.fill(rows, weight);
         self.factorizations += 1;
         let n = D * rows.bodies;
@@ -150,9 +153,9 @@ impl<const D: usize> NormalMatrix<D> {
             if self.link[row] != NONE {
                 let (low, j_low, j_high) = if a < b { (a, ja, jb) } else { (b, jb, ja) };
                 let below = D * (self.link[row] - self.first_link[low as usize]) as usize;
-                for k in 0..D {
+                for (k, number) in j_low.iter().enumerate() {
                     let start = self.column[D * low as usize + k] as usize + D - k + below;
-                    let scaled = weight * j_low[k];
+                    let scaled = weight * number;
                     for (value, number) in self.value[start..start + D].iter_mut().zip(j_high) {
                         *value += scaled * number;
                     }
