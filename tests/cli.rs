@@ -253,6 +253,25 @@ fn steps_out_of_tolerance_are_status_3_and_named() {
 }
 
 #[test]
+fn solves_that_fall_back_are_counted() {
+    let place = Place::new();
+    fs::write(place.at("pressed.json"), PRESSED).unwrap();
+    let run = |kind: &str, status: i32| {
+        let set = format!("solver.kind={kind}");
+        let ran =
+            place.relcp(&["run", "pressed.json", "--backend", "cpu", "--set", &set, "--out", kind]).expect(status);
+        (ran.out, place.json(&format!("{kind}/summary.json"))["solver"].clone())
+    };
+    let (out, solver) = run("auto", 0);
+    let fallbacks = solver["fallbacks"].as_u64().unwrap();
+    assert!(fallbacks > 0 && solver["unconverged"] == 0, "{solver}");
+    assert!(out.contains(&format!("{fallbacks} solves went on with the interior-point method")), "{out}");
+    let (out, solver) = run("pair_block_cg", 3);
+    assert!(solver["fallbacks"] == 0 && solver["unconverged"].as_u64().unwrap() > 0, "{solver}");
+    assert!(!out.contains("interior-point"), "{out}");
+}
+
+#[test]
 fn a_resumed_run_must_be_of_the_same_scene() {
     let place = Place::new();
     place.relcp(&["run", "rods.json", "--out", "run", "--quiet"]).expect(0);

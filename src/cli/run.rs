@@ -174,6 +174,9 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
         let (count, list) = (s.steps_over_tolerance, list(named, s.first_over_tolerance.len(), s.steps_over_tolerance));
         writeln!(out, "  {count} of {} steps left more overlap than allowed: {list}", s.steps)?;
     }
+    if s.solver.fallbacks > 0 {
+        writeln!(out, "  {} solves went on with the interior-point method", s.solver.fallbacks)?;
+    }
     if s.solver.unconverged > 0 {
         let steps = &s.solver.unconverged_steps;
         let named = steps.iter().map(|step| format!("{} ({:.2e})", step.step, step.residual));

@@ -71,7 +71,8 @@ impl<const D: usize> Cpu<D> {
 
     /// The rows, for solvers that must look at them one by one.
     pub(crate) fn rows(&self) -> Rows<'_, D> {
-        Rows { pair: self.product.pair(), jacobian: self.product.jacobian(), q: &self.q, inverse: &self.inverse }
+        let (diagonal, inverse) = (&self.diagonal, &self.inverse);
+        Rows { pair: self.product.pair(), jacobian: self.product.jacobian(), q: &self.q, diagonal, inverse }
     }
 
     /// Counts work like that of `n` products.
@@ -92,6 +93,8 @@ pub(crate) struct Rows<'a, const D: usize> {
     pub pair: &'a [[u32; 2]],
     pub jacobian: &'a [[[f64; D]; 2]],
     pub q: &'a [f64],
+    /// `A_ii`.
+    pub diagonal: &'a [f64],
     /// `1 / A_ii`, zero for zero rows.
     pub inverse: &'a [f64],
 }

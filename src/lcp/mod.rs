@@ -15,6 +15,7 @@ mod apgd;
 mod bbpgd;
 mod dense;
 mod drive;
+mod interior_point;
 mod pair_block_cg;
 mod projected_gauss_seidel;
 mod projected_jacobi;
@@ -57,6 +58,10 @@ pub enum Status {
     MaxIterations,
     /// No iterate improved on the best one for long; the best iterate is returned.
     NoProgress,
+    /// No velocity of ordinary size satisfies all rows: proven, by a solver that can; the best iterate is returned.
+    Infeasible,
+    /// The factor that the solver needs would be over its bound; the start is returned.
+    TooLarge,
     /// A number that is not finite turned up; the best iterate before it is returned.
     NotFinite,
 }
@@ -68,6 +73,8 @@ impl Status {
             Status::Solved => "solved",
             Status::MaxIterations => "max_iterations",
             Status::NoProgress => "no_progress",
+            Status::Infeasible => "infeasible",
+            Status::TooLarge => "too_large",
             Status::NotFinite => "not_finite",
         }
     }
@@ -82,6 +89,10 @@ pub struct Outcome {
     pub iterations: u64,
     /// Applications of `A`, of either half counted as one whole.
     pub products: u64,
+    /// Factorizations of sparse matrices.
+    pub factorizations: u64,
+    /// Whether [`auto`](crate::scene::SolverKind::Auto) went on with the interior-point method.
+    pub fallback: bool,
     /// Natural residual of the returned `gamma`, a length.
     pub residual: f64,
 }

@@ -5,6 +5,7 @@ use super::bbpgd::Bbpgd;
 use super::cpu::Cpu;
 use super::dense::Dense;
 use super::drive::{Drive, Look};
+use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
 use super::pair_block_cg::PairBlockCg;
 use super::projected_gauss_seidel::ProjectedGaussSeidel;
 use super::projected_jacobi::ProjectedJacobi;
@@ -40,6 +41,8 @@ pub struct Solver<const D: usize> {
     cpu: Cpu<D>,
     drive: Drive<Vec<f64>>,
     engine: Engine<D>,
+    /// Goes on where the engine of `auto` gives up.
+    safeguard: Option<InteriorPoint<D>>,
 }
 
 enum Engine<const D: usize> {
@@ -49,10 +52,12 @@ enum Engine<const D: usize> {
     Bbpgd(Bbpgd<Cpu<D>>),
     PairBlockCg(PairBlockCg<Cpu<D>>),
     Dense(Dense),
+    InteriorPoint(Box<InteriorPoint<D>>),
 }
 
 impl<const D: usize> Solver<D> {
-    /// A solver of a kind; [`SolverKind::Auto`] is projected nonlinear conjugate gradients with the blocks of the pairs.
+    /// A solver of a kind; [`SolverKind::Auto`] is projected nonlinear conjugate gradients with the blocks of the pairs, and where they end
+    /// with [`Status::NoProgress`] or [`Status::MaxIterations`], the interior-point method.
     pub fn new(kind: SolverKind, settings: Settings) -> Self {
         let engine = match kind {
             SolverKind::ProjectedJacobi => Engine::ProjectedJacobi(ProjectedJacobi::default()),
@@ -61,8 +66,10 @@ impl<const D: usize> Solver<D> {
             SolverKind::Bbpgd => Engine::Bbpgd(Bbpgd::new()),
             SolverKind::Auto | SolverKind::PairBlockCg => Engine::PairBlockCg(PairBlockCg::new()),
             SolverKind::Dense => Engine::Dense(Dense::default()),
+            SolverKind::InteriorPoint => Engine::InteriorPoint(Box::default()),
         };
-        Solver { settings, cpu: Cpu::default(), drive: Drive::default(), engine }
+        let safeguard = (kind == SolverKind::Auto).then(InteriorPoint::default);
+        Solver { settings, cpu: Cpu::default(), drive: Drive::default(), engine, safeguard }
     }
 
     /// When the solver stops.
@@ -98,7 +105,7 @@ impl<const D: usize> Solver<D> {
         self.cpu.rebuild(problem);
         self.cpu.import(gamma, &mut self.drive.at.x);
         let (cpu, drive, settings) = (&mut self.cpu, &mut self.drive, &self.settings);
-        let (status, iterations, residual) = if !cpu.is_finite() {
+        let ended = if !cpu.is_finite() {
             (Status::NotFinite, 0, f64::INFINITY)
         } else {
             match &mut self.engine {
@@ -108,9 +115,34 @@ impl<const D: usize> Solver<D> {
                 Engine::Bbpgd(method) => drive.run(cpu, method, settings, 1),
                 Engine::PairBlockCg(method) => drive.run(cpu, method, settings, 1),
                 Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
+                Engine::InteriorPoint(method) => method.run(cpu, &mut drive.at, settings),
             }
         };
+        let outcome = self.finish(ended);
         self.cpu.export(&self.drive.at.x, gamma);
-        Outcome { status, iterations, products: self.cpu.products(), residual }
+        outcome
+    }
+
+    /// Calls the safeguard where it is needed.
+    fn finish(&mut self, (mut status, mut iterations, mut residual): (Status, u64, f64)) -> Outcome {
+        let mut factorizations = match &self.engine {
+            Engine::InteriorPoint(method) => method.factorizations(),
+            _ => 0,
+        };
+        let mut fallback = false;
+        if let Some(safeguard) = &mut self.safeguard
+            && matches!(status, Status::NoProgress | Status::MaxIterations)
+        {
+            let settings = Settings { max_iterations: MOST_ITERATIONS, ..self.settings };
+            let (ended, more, found) = safeguard.run(&mut self.cpu, &mut self.drive.at, &settings);
+            factorizations = safeguard.factorizations();
+            fallback = factorizations > 0;
+            iterations += more;
+            residual = found;
+            if matches!(ended, Status::Solved | Status::Infeasible) {
+                status = ended;
+            }
+        }
+        Outcome { status, iterations, products: self.cpu.products(), factorizations, fallback, residual }
     }
 }

@@ -54,6 +54,8 @@ pub struct SolverSummary {
     pub iterations: u64,
     /// Applications of `A` over all solves.
     pub products: u64,
+    /// Solves that the safeguard of `auto` went on with.
+    pub fallbacks: u64,
     /// Largest residual that a solve ended with, a length; null where it was not finite.
     pub worst_residual: f64,
     /// Solves that did not reach the solver's tolerance.
@@ -207,6 +209,7 @@ impl SolverSummary {
             kind,
             iterations: totals.iterations,
             products: totals.products,
+            fallbacks: totals.fallbacks,
             worst_residual: totals.worst_residual,
             unconverged: totals.unconverged,
             unconverged_steps: totals.unconverged_steps.clone(),

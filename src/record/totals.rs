@@ -104,6 +104,9 @@ pub struct Totals {
     pub iterations: u64,
     /// Applications of `A`, summed.
     pub products: u64,
+    /// Solves that the safeguard of the solver `auto` went on with.
+    #[serde(default)]
+    pub fallbacks: u64,
     /// Largest residual that a solve ended with, a length.
     #[serde(deserialize_with = "or_infinite")]
     pub worst_residual: f64,
@@ -153,6 +156,7 @@ impl Totals {
     fn add_solves(&mut self, report: &StepReport) {
         self.iterations += report.iterations;
         self.products += report.products;
+        self.fallbacks += u64::from(report.fallbacks);
         self.worst_residual = worse(self.worst_residual, report.residual);
         self.unconverged += u64::from(report.unconverged);
         if report.unconverged > 0 && self.unconverged_steps.len() < NAMED {

@@ -36,6 +36,8 @@ pub struct StepReport {
     pub iterations: u64,
     /// Applications of `A`, over all its solves.
     pub products: u64,
+    /// Solves that the safeguard of the solver `auto` went on with.
+    pub fallbacks: u32,
     /// Largest residual that one of its solves ended with, a length.
     pub residual: f64,
     /// Solves that did not reach the solver's tolerance.
@@ -62,6 +64,7 @@ impl Default for StepReport {
             recursions: 0,
             iterations: 0,
             products: 0,
+            fallbacks: 0,
             residual: 0.0,
             unconverged: 0,
             status: Status::Solved,

@@ -55,6 +55,16 @@ pub enum Fault {
         /// The first body concerned.
         body: usize,
     },
+    /// The solver that the scene asks for needs more memory than it takes.
+    #[error(
+        "step {step}: the factor of solver interior_point would be over its bound for {rows} rows; auto needs none"
+    )]
+    TooLarge {
+        /// The step that was being taken.
+        step: u64,
+        /// How many rows there are.
+        rows: usize,
+    },
     /// A body has no multi-sphere proxy of the count that the scene asks for.
     #[error("no multi-sphere proxy: {0}")]
     NoProxy(#[from] RowSourceError),

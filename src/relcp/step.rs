@@ -89,13 +89,15 @@ impl StepReport {
     /// Whether the last solve stalled with a row violated by more than `tolerance`: its rows have no common solution, and as rows
     /// are never changed, more of them will not give them one. It happens where a body fits a hole nowhere.
     fn contradicted(&self, tolerance: f64) -> bool {
-        matches!(self.status, Status::NoProgress | Status::NotFinite) && self.residual > tolerance
+        let stalled = matches!(self.status, Status::NoProgress | Status::Infeasible | Status::NotFinite);
+        stalled && self.residual > tolerance
     }
 
     /// Adds one solve.
     fn count(&mut self, outcome: Outcome) {
         self.iterations += outcome.iterations;
         self.products += outcome.products;
+        self.fallbacks += u32::from(outcome.fallback);
         self.residual = self.residual.max(outcome.residual);
         if outcome.status != Status::Solved {
             self.unconverged += 1;

@@ -203,7 +203,7 @@ pub struct Solver {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SolverKind {
-    /// The program's choice.
+    /// The program's choice: `pair_block_cg`. Where it ends without reaching the tolerance, `interior_point` goes on; not on a GPU.
     #[default]
     Auto,
     /// Projected Jacobi with a safe step.
@@ -218,6 +218,8 @@ pub enum SolverKind {
     PairBlockCg,
     /// Dense pivoting, for tests and small systems.
     Dense,
+    /// Primal-dual interior point with a sparse factorization: few iterations, whatever the conditioning. Not on a GPU.
+    InteriorPoint,
 }
 
 impl SolverKind {

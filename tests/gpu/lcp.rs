@@ -231,7 +231,7 @@ fn all_solvers_solve_small_problems_on_both_paths() {
 fn kinds_that_look_at_single_rows_are_refused() {
     let Some(gpu) = device() else { return };
     let settings = Settings { tolerance: 1e-5, max_iterations: 10 };
-    for kind in [SolverKind::ProjectedGaussSeidel, SolverKind::Dense] {
+    for kind in [SolverKind::ProjectedGaussSeidel, SolverKind::Dense, SolverKind::InteriorPoint] {
         let refused = Solver::new(gpu, Precision::F32, true, kind, settings);
         assert!(matches!(refused, Err(GpuError::Unsupported { .. })), "{kind:?}");
     }

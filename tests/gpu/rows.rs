@@ -17,7 +17,7 @@ const BOUNDS: [(Precision, f64, f64); 2] = [(Precision::F32, 1e-5, 5e-7), (Preci
 fn scenes() -> Vec<Scene> {
     let crowd = |name: &str, shape: &str, more: &str| {
         let text = format!(
-            r#"{{"name": "{name}", "seed": 4, "time": {{"dt": 1.5, "end": 15}}, "solver": {{"max_iterations": 1}}, "forces": [{{"radial_inward": {{}}}}],
+            r#"{{"name": "{name}", "seed": 4, "time": {{"dt": 1.5, "end": 15}}, "solver": {{"kind": "pair_block_cg", "max_iterations": 1}}, "forces": [{{"radial_inward": {{}}}}],
             "generate": [{{"isotropic": {{"count": 60, "shape": {shape}, "volume_fraction": 0.15}}}}] {more}}}"#
         );
         scene::parse(&text, name).unwrap()

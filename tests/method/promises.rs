@@ -94,7 +94,14 @@ fn the_step_does_not_depend_on_the_solver() {
             positions(scene, 2)
         };
         let reference = with(SolverKind::Auto).unwrap();
-        for kind in [SolverKind::ProjectedGaussSeidel, SolverKind::Apgd, SolverKind::Bbpgd, SolverKind::Dense] {
+        let kinds = [
+            SolverKind::ProjectedGaussSeidel,
+            SolverKind::Apgd,
+            SolverKind::Bbpgd,
+            SolverKind::Dense,
+            SolverKind::InteriorPoint,
+        ];
+        for kind in kinds {
             let Some(found) = with(kind) else {
                 // Rows of a deep overlap are parallel to 1e-4, where Barzilai-Borwein steps may make no headway; they say so.
                 assert_eq!(kind, SolverKind::Bbpgd, "seed {seed}");

@@ -9,12 +9,13 @@ use relcp::relcp::State;
 use relcp::scene::{self, Scene, SolverKind};
 use serde_json::json;
 
-const SOLVERS: [SolverKind; 5] = [
+const SOLVERS: [SolverKind; 6] = [
     SolverKind::ProjectedJacobi,
     SolverKind::ProjectedGaussSeidel,
     SolverKind::Apgd,
     SolverKind::Bbpgd,
     SolverKind::PairBlockCg,
+    SolverKind::InteriorPoint,
 ];
 
 /// The largest systems of a scene's steps from `from` to `to`, as they stand at the last recursion.

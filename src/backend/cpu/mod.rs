@@ -11,7 +11,7 @@ use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{self, FEATURE_OF_SURFACES, RowSource, RowSourceError, sub_sphere_separations};
 use crate::dynamics::{self, ForceField, Law, Load, Motion, Pose, Twist};
 use crate::freedom::PLANAR;
-use crate::lcp::{self, Outcome, Problem, Stored};
+use crate::lcp::{self, Outcome, Problem, Status, Stored};
 use crate::relcp::{Fault, Phases, State, Warm};
 use crate::scene::{Growth, Scene, Stepping};
 use crate::separation::{Placed, planar_separation, separation};
@@ -321,7 +321,11 @@ impl<const D: usize> Backend for Cpu<D> {
 
     fn solve(&mut self) -> Result<Outcome, Fault> {
         let Cpu { phases, solver, problem, gamma, .. } = self;
-        Ok(timed(&mut phases.solve, || solver.solve(problem, gamma)))
+        let outcome = timed(&mut phases.solve, || solver.solve(problem, gamma));
+        if outcome.status == Status::TooLarge {
+            return Err(Fault::TooLarge { step: self.steps() + 1, rows: self.constraints() });
+        }
+        Ok(outcome)
     }
 
     fn trial(&mut self) -> Result<Overlap, Fault> {

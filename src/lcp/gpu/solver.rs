@@ -31,6 +31,7 @@ impl Solver {
         let what = match kind {
             SolverKind::ProjectedGaussSeidel => "solver projected_gauss_seidel",
             SolverKind::Dense => "solver dense",
+            SolverKind::InteriorPoint => "solver interior_point",
             _ => return Ok(()),
         };
         Err(GpuError::Unsupported { what: what.into() })
@@ -98,7 +99,7 @@ impl Solver {
         if status == Status::NotFinite && iterations == 0 {
             residual = f64::INFINITY;
         }
-        Ok(Outcome { status, iterations, products: device.products(), residual })
+        Ok(Outcome { status, iterations, products: device.products(), factorizations: 0, fallback: false, residual })
     }
 
     /// Computes `velocity` from `gamma`, of which what is not finite or negative counts as zero.

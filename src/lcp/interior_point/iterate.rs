@@ -1,0 +1,176 @@
+//! An iterate and the step from it: multipliers and slacks of unit rows, all positive.
+
+use super::contradiction;
+use super::normal_matrix::{NormalMatrix, Refused};
+use super::rows::UnitRows;
+
+/// The proximal term: `A + REGULARIZATION` stands for `A` in a step, rows having length one. Measured (November 2026) on the five
+/// stored systems, 700 random ones whose rows repeat, oppose or nearly oppose each other, and 120 contradictory ones: 1e-10, 1e-11 and
+/// 1e-12 take 105, 97 and 95 steps for the stored ones, at most 33, 25 and 23 for one; the others differ by 3 %. At 1e-8 some need three
+/// times the steps, and velocities of nearly parallel rows are off by 3e-7.
+const REGULARIZATION: f64 = 1e-12;
+
+/// Where multipliers and slacks start, in units of the violations and what mends them. On the stored systems 1, 3, 10, 30 and 100 take
+/// 134, 103, 95, 98 and 108 steps in all; the small random ones like smaller ones.
+const START: f64 = 10.0;
+
+/// A step leaves at least and at most this part of the way to the first bound, between them the part by which the predicted step fell
+/// short. Where at most 0.005 or 0.01 is left, some random systems cycle for up to 45 steps, one without end; 0.1 costs a tenth more.
+/// At least 1e-3 costs 5 %, 1e-9 changes nothing.
+const SHORTEST_OF: f64 = 1e-6;
+const LONGEST_OF: f64 = 3e-2;
+
+/// A direction in multipliers and slacks.
+#[derive(Default)]
+struct Direction {
+    gamma: Vec<f64>,
+    slack: Vec<f64>,
+}
+
+/// The iterate, and room for its step.
+#[derive(Default)]
+pub(super) struct Iterate<const D: usize> {
+    gamma: Vec<f64>,
+    slack: Vec<f64>,
+    /// `q + A gamma`.
+    g: Vec<f64>,
+    weight: Vec<f64>,
+    right: Vec<f64>,
+    work: Vec<f64>,
+    velocity: Vec<[f64; D]>,
+    predicted: Direction,
+    step: Direction,
+    /// Products with a half of `A` made since [`Iterate::reset`].
+    pub products: u64,
+}
+
+impl<const D: usize> Iterate<D> {
+    /// Forgets all.
+    pub fn reset(&mut self) {
+        self.products = 0;
+        self.step.gamma.clear();
+    }
+
+    /// Starts where the violated rows alone, as springs, would push; all rows equally complementary where they can be.
+    pub fn begin(&mut self, rows: &UnitRows<D>, matrix: &mut NormalMatrix<D>) -> Result<(), Refused> {
+        let fill = |x: &mut Vec<f64>, value: &dyn Fn(f64) -> f64| {
+            x.clear();
+            x.extend(rows.q.iter().map(|q| value(*q)));
+        };
+        fill(&mut self.weight, &|q| if q < 0.0 { 1.0 } else { 0.0 });
+        fill(&mut self.work, &|q| (-q).max(0.0));
+        fill(&mut self.right, &|_| 0.0);
+        matrix.factorize(rows, &self.weight)?;
+        rows.velocity(&self.work, &mut self.velocity);
+        matrix.solve(&mut self.velocity);
+        self.products += 2;
+        self.g.clear();
+        self.g.extend((0..rows.len()).map(|i| rows.along(i, &self.velocity)));
+        let shift = START * self.g.iter().fold(rows.deepest, |largest, moved| largest.max(moved.abs()));
+        let gap = || rows.q.iter().zip(&self.g).map(|(q, moved)| q + moved);
+        self.slack.clear();
+        self.slack.extend(gap().map(|gap| gap.max(0.0) + shift));
+        self.gamma.clear();
+        self.gamma.extend(gap().zip(&self.slack).map(|(gap, slack)| (-gap).max(0.0) + shift * (shift / slack)));
+        Ok(())
+    }
+
+    /// The multipliers of the problem's rows.
+    pub fn export(&self, rows: &UnitRows<D>, x: &mut [f64]) {
+        x.fill(0.0);
+        for ((row, gamma), inverse) in rows.row.iter().zip(&self.gamma).zip(&rows.inverse_length) {
+            x[*row as usize] = gamma * inverse;
+        }
+    }
+
+    /// Takes `g` of the problem's rows.
+    pub fn look(&mut self, rows: &UnitRows<D>, g: &[f64]) {
+        for ((own, row), inverse) in self.g.iter_mut().zip(&rows.row).zip(&rows.inverse_length) {
+            *own = g[*row as usize] * inverse;
+        }
+    }
+
+    /// How far slacks are from the gaps, at most.
+    pub fn infeasibility(&self) -> f64 {
+        self.g.iter().zip(&self.slack).fold(0.0, |largest, (g, slack)| largest.max((g - slack).abs()))
+    }
+
+    /// Whether the last step proves that the rows have no solution.
+    pub fn contradicts(&mut self, rows: &UnitRows<D>) -> bool {
+        if self.step.gamma.is_empty() {
+            return false;
+        }
+        self.work.clear();
+        self.work.extend(self.step.gamma.iter().map(|change| change.max(0.0)));
+        rows.velocity(&self.work, &mut self.velocity);
+        self.products += 1;
+        contradiction::proven(rows, &self.work, &self.velocity)
+    }
+
+    /// Takes one step.
+    pub fn advance(&mut self, rows: &UnitRows<D>, matrix: &mut NormalMatrix<D>) -> Result<(), Refused> {
+        for (weight, (gamma, slack)) in self.weight.iter_mut().zip(self.gamma.iter().zip(&self.slack)) {
+            *weight = 1.0 / (REGULARIZATION + slack / gamma);
+        }
+        matrix.factorize(rows, &self.weight)?;
+        let (mut predicted, mut step) = (std::mem::take(&mut self.predicted), std::mem::take(&mut self.step));
+        // The predictor aims at the bounds; how far it gets says how much centring the step needs.
+        self.newton(rows, matrix, |_| 0.0, &mut predicted);
+        let part = self.room(&predicted).min(1.0);
+        let centre = self.centre(&predicted, part);
+        self.newton(rows, matrix, |i| centre - predicted.gamma[i] * predicted.slack[i], &mut step);
+        let short = (1.0 - part).clamp(SHORTEST_OF, LONGEST_OF);
+        let length = ((1.0 - short) * self.room(&step)).min(1.0);
+        for (x, change) in [(&mut self.gamma, &step.gamma), (&mut self.slack, &step.slack)] {
+            for (x, change) in x.iter_mut().zip(change) {
+                *x += length * change;
+            }
+        }
+        (self.predicted, self.step) = (predicted, step);
+        Ok(())
+    }
+
+    /// The Newton direction towards `gamma slack = pull` and slacks equal to the gaps.
+    fn newton(
+        &mut self,
+        rows: &UnitRows<D>,
+        matrix: &mut NormalMatrix<D>,
+        pull: impl Fn(usize) -> f64,
+        out: &mut Direction,
+    ) {
+        for i in 0..rows.len() {
+            self.right[i] = pull(i) / self.gamma[i] - self.g[i];
+            self.work[i] = self.weight[i] * self.right[i];
+        }
+        rows.velocity(&self.work, &mut self.velocity);
+        matrix.solve(&mut self.velocity);
+        self.products += 2;
+        let Direction { gamma, slack } = out;
+        gamma.clear();
+        gamma.extend((0..rows.len()).map(|i| self.weight[i] * (self.right[i] - rows.along(i, &self.velocity))));
+        slack.clear();
+        let change = |i: usize| (pull(i) - self.slack[i] * gamma[i]) / self.gamma[i] - self.slack[i];
+        slack.extend((0..rows.len()).map(change));
+    }
+
+    /// `gamma slack` that a step aims at, Mehrotra's cubic rule.
+    fn centre(&self, predicted: &Direction, part: f64) -> f64 {
+        let (mut now, mut then) = (0.0, 0.0);
+        for i in 0..self.gamma.len() {
+            now += self.gamma[i] * self.slack[i];
+            then += (self.gamma[i] + part * predicted.gamma[i]) * (self.slack[i] + part * predicted.slack[i]);
+        }
+        (then / now).powi(3) * now / self.gamma.len() as f64
+    }
+
+    /// How far a direction goes before a multiplier or a slack is zero.
+    fn room(&self, along: &Direction) -> f64 {
+        let mut room = f64::INFINITY;
+        for (x, change) in [(&self.gamma, &along.gamma), (&self.slack, &along.slack)] {
+            for (x, change) in x.iter().zip(change).filter(|(_, change)| **change < 0.0) {
+                room = room.min(-x / change);
+            }
+        }
+        room
+    }
+}

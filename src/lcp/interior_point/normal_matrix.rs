@@ -1,0 +1,251 @@
+//! The matrix `I + J^T W J` of an iteration, body by body, and its sparse Cholesky factor.
+//!
+//! Its pattern is that of the pairs, so the ordering (approximate minimum degree) and the pattern of the factor are found once a
+//! solve. Columns hold the lower triangle: a body's own block, then one block for each later body that it shares a row with.
+
+use super::rows::UnitRows;
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par, Side, Spec};
+
+/// A row one of whose blocks is zero joins no two bodies.
+const NONE: u32 = u32::MAX;
+
+/// Why there is no factor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Refused {
+    /// It, or the matrix, would be over the bound; or memory was refused.
+    TooLarge,
+    /// A pivot was not positive: a number is not finite, or out of all proportion.
+    NotPositive,
+}
+
+/// The matrix, its factor, and what solving needs.
+#[derive(Default)]
+pub(super) struct NormalMatrix<const D: usize> {
+    /// Distinct pairs of places, the smaller one first, ascending.
+    links: Vec<[u32; 2]>,
+    /// Where each body's links begin; one more at the end.
+    first_link: Vec<u32>,
+    /// Each row's link.
+    link: Vec<u32>,
+    /// Where each column begins; one more at the end.
+    column: Vec<u32>,
+    /// The row of each number, and the numbers.
+    entry: Vec<u32>,
+    value: Vec<f64>,
+    symbolic: Option<SymbolicCholesky<u32>>,
+    factor: Vec<f64>,
+    memory: Option<MemBuffer>,
+    /// Factorizations made, for its owner to reset.
+    pub factorizations: u64,
+}
+
+impl<const D: usize> NormalMatrix<D> {
+    /// Finds the patterns for some rows. Neither the matrix nor the factor may have more than `largest` numbers.
+    pub fn analyse(&mut self, rows: &UnitRows<D>, largest: usize) -> Result<(), Refused> {
+        (self.symbolic, self.memory) = (None, None);
+        self.find_links(rows);
+        let entries = rows.bodies * (D * (D + 1) / 2) + self.links.len() * D * D;
+        if entries > largest {
+            return Err(Refused::TooLarge);
+        }
+        self.lay_out(rows.bodies, entries);
+        let n = D * rows.bodies;
+        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.column, None, &self.entry);
+        let parameters = CholeskySymbolicParams::default();
+        let symbolic = factorize_symbolic_cholesky(pattern, Side::Lower, SymmetricOrdering::Amd, parameters)
+            .map_err(|_| Refused::TooLarge)?;
+        if symbolic.len_val() > largest {
+            return Err(Refused::TooLarge);
+        }
+        let memory = StackReq::or(
+            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default()),
+            symbolic.solve_in_place_scratch::<f64>(1, Par::Seq),
+        );
+        self.memory = Some(MemBuffer::try_new(memory).map_err(|_| Refused::TooLarge)?);
+        self.factor.clear();
+        self.factor.try_reserve_exact(symbolic.len_val()).map_err(|_| Refused::TooLarge)?;
+        self.factor.resize(symbolic.len_val(), 0.0);
+        self.symbolic = Some(symbolic);
+        Ok(())
+    }
+
+    fn find_links(&mut self, rows: &UnitRows<D>) {
+        let joined = |row: usize| {
+            let zero = |block: &[f64; D]| block.iter().all(|number| *number == 0.0);
+            let [a, b] = rows.pair[row];
+            (!rows.jacobian[row].iter().any(zero)).then_some([a.min(b), a.max(b)])
+        };
+        self.links.clear();
+        self.links.extend((0..rows.len()).filter_map(joined));
+        self.links.sort_unstable();
+        self.links.dedup();
+        self.link.clear();
+        let find = |pair: [u32; 2]| self.links.binary_search(&pair).map_or(NONE, |link| link as u32);
+        self.link.extend((0..rows.len()).map(|row| joined(row).map_or(NONE, find)));
+        self.first_link.clear();
+        self.first_link.resize(rows.bodies + 1, 0);
+        for [low, _] in &self.links {
+            self.first_link[*low as usize + 1] += 1;
+        }
+        for body in 0..rows.bodies {
+            self.first_link[body + 1] += self.first_link[body];
+        }
+    }
+
+    fn lay_out(&mut self, bodies: usize, entries: usize) {
+        self.column.clear();
+        self.entry.clear();
+        self.value.clear();
+        self.value.resize(entries, 0.0);
+        for body in 0..bodies {
+            let links = &self.links[self.first_link[body] as usize..self.first_link[body + 1] as usize];
+            for k in 0..D {
+                self.column.push(self.entry.len() as u32);
+                self.entry.extend((D * body + k..D * (body + 1)).map(|entry| entry as u32));
+                self.entry.extend(links.iter().flat_map(|[_, high]| D as u32 * high..D as u32 * (high + 1)));
+            }
+        }
+        self.column.push(self.entry.len() as u32);
+    }
+
+    /// Factorizes for some weights of the rows.
+    pub fn factorize(&mut self, rows: &UnitRows<D>, weight: &[f64]) -> Result<(), Refused> {
+        if self.symbolic.is_none() {
+            return Err(Refused::TooLarge);
+        }
+        self.fill(rows, weight);
+        self.factorizations += 1;
+        let n = D * rows.bodies;
+        let (Some(symbolic), Some(memory)) = (&self.symbolic, &mut self.memory) else {
+            return Err(Refused::TooLarge);
+        };
+        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.column, None, &self.entry);
+        let matrix = SparseColMatRef::new(pattern, &self.value);
+        let factor = symbolic.factorize_numeric_llt(
+            &mut self.factor,
+            matrix,
+            Side::Lower,
+            LltRegularization::default(),
+            Par::Seq,
+            MemStack::new(memory),
+            Spec::default(),
+        );
+        factor.map(|_| ()).map_err(|_| Refused::NotPositive)
+    }
+
+    fn fill(&mut self, rows: &UnitRows<D>, weight: &[f64]) {
+        self.value.fill(0.0);
+        for body in 0..rows.bodies {
+            for k in 0..D {
+                self.value[self.column[D * body + k] as usize] = 1.0;
+            }
+        }
+        for (row, weight) in weight.iter().enumerate() {
+            let ([a, b], [ja, jb]) = (rows.pair[row], &rows.jacobian[row]);
+            self.add_own(a as usize, ja, *weight);
+            self.add_own(b as usize, jb, *weight);
+            if self.link[row] != NONE {
+                let (low, j_low, j_high) = if a < b { (a, ja, jb) } else { (b, jb, ja) };
+                let below = D * (self.link[row] - self.first_link[low as usize]) as usize;
+                for (k, number) in j_low.iter().enumerate() {
+                    let start = self.column[D * low as usize + k] as usize + D - k + below;
+                    let scaled = weight * number;
+                    for (value, number) in self.value[start..start + D].iter_mut().zip(j_high) {
+                        *value += scaled * number;
+                    }
+                }
+            }
+        }
+    }
+
+    fn add_own(&mut self, body: usize, block: &[f64; D], weight: f64) {
+        for k in 0..D {
+            let start = self.column[D * body + k] as usize;
+            let scaled = weight * block[k];
+            for (value, number) in self.value[start..start + D - k].iter_mut().zip(&block[k..]) {
+                *value += scaled * number;
+            }
+        }
+    }
+
+    /// Solves with the last factor.
+    pub fn solve(&mut self, v: &mut [[f64; D]]) {
+        let (Some(symbolic), Some(memory)) = (&self.symbolic, &mut self.memory) else { return };
+        let n = symbolic.nrows();
+        let right = MatMut::from_column_major_slice_mut(v.as_flattened_mut(), n, 1);
+        LltRef::new(symbolic, &self.factor).solve_in_place_with_conj(Conj::No, right, Par::Seq, MemStack::new(memory));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lcp::cpu::Cpu;
+    use crate::lcp::{Problem, product::dot};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    fn rows<const D: usize>(bodies: u32, count: usize) -> UnitRows<D> {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let mut problem = Problem::<D> { bodies: bodies as usize, q: vec![0.0; count], ..Problem::default() };
+        for row in 0..count {
+            let a = rng.random_range(0..bodies);
+            let b = (a + rng.random_range(1..bodies)) % bodies;
+            problem.pair.push([a, b]);
+            let mut block = || std::array::from_fn(|_| rng.random::<f64>() - 0.5);
+            // Some bodies do not move.
+            problem.jacobian.push([block(), if row % 5 == 0 { [0.0; D] } else { block() }]);
+        }
+        let mut cpu = Cpu::default();
+        cpu.rebuild(&problem);
+        let mut rows = UnitRows::default();
+        rows.rebuild(&cpu.rows());
+        rows
+    }
+
+    fn solutions_solve<const D: usize>(bodies: u32, count: usize) {
+        let rows = rows::<D>(bodies, count);
+        let weight: Vec<f64> = (0..count).map(|row| [1e-6, 1.0, 30.0][row % 3]).collect();
+        let mut matrix = NormalMatrix::default();
+        assert_eq!(matrix.analyse(&rows, 1 << 20), Ok(()));
+        assert_eq!(matrix.factorize(&rows, &weight), Ok(()));
+        let right: Vec<[f64; D]> = (0..rows.bodies).map(|i| std::array::from_fn(|k| (i * D + k) as f64)).collect();
+        let mut v = right.clone();
+        matrix.solve(&mut v);
+        let mut back = Vec::new();
+        let pull: Vec<f64> = (0..count).map(|row| weight[row] * rows.along(row, &v)).collect();
+        rows.velocity(&pull, &mut back);
+        let size = right.iter().map(|x| dot(x, x)).sum::<f64>().sqrt();
+        for ((v, back), right) in v.iter().zip(&back).zip(&right) {
+            for k in 0..D {
+                assert!((v[k] + back[k] - right[k]).abs() < 1e-12 * size);
+            }
+        }
+    }
+
+    #[test]
+    fn solutions_solve_the_matrix_of_the_rows() {
+        solutions_solve::<3>(2, 1);
+        solutions_solve::<3>(30, 100);
+        solutions_solve::<6>(30, 100);
+        solutions_solve::<6>(200, 1_500);
+    }
+
+    #[test]
+    fn what_would_be_too_large_is_refused() {
+        let rows = rows::<3>(30, 100);
+        let mut matrix = NormalMatrix::default();
+        for largest in [0, 100, 1_000] {
+            assert_eq!(matrix.analyse(&rows, largest), Err(Refused::TooLarge), "{largest}");
+            assert_eq!(matrix.factorize(&rows, &[1.0; 100]), Err(Refused::TooLarge));
+        }
+        assert_eq!(matrix.analyse(&rows, 10_000), Ok(()));
+        assert_eq!(matrix.factorize(&rows, &[f64::NAN; 100]), Err(Refused::NotPositive));
+    }
+}
