@@ -16,6 +16,9 @@ use crate::scene::SolverKind;
 /// How many sweeps of Gauss-Seidel are made for one look at the residual, which costs a product more.
 const SWEEPS: u64 = 4;
 
+/// Iterations after which the safeguard is called even where there is progress.
+const ITERATIONS_BEFORE_SAFEGUARD: u64 = 1_000;
+
 /// A solver of LCPs on the CPU. It keeps its buffers from one problem to the next.
 ///
 /// ```
@@ -104,26 +107,32 @@ impl<const D: usize> Solver<D> {
         self.drive.history.iter_mut().for_each(Vec::clear);
         self.cpu.rebuild(problem);
         self.cpu.import(gamma, &mut self.drive.at.x);
-        let (cpu, drive, settings) = (&mut self.cpu, &mut self.drive, &self.settings);
-        let ended = if !cpu.is_finite() {
-            (Status::NotFinite, 0, f64::INFINITY)
-        } else {
-            match &mut self.engine {
-                Engine::ProjectedJacobi(method) => drive.run(cpu, method, settings, 1),
-                Engine::ProjectedGaussSeidel(method) => drive.run(cpu, method, settings, SWEEPS),
-                Engine::Apgd(method) => drive.run(cpu, method, settings, 1),
-                Engine::Bbpgd(method) => drive.run(cpu, method, settings, 1),
-                Engine::PairBlockCg(method) => drive.run(cpu, method, settings, 1),
-                Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
-                Engine::InteriorPoint(method) => method.run(cpu, &mut drive.at, settings),
-            }
-        };
+        let soon = if self.safeguard.is_some() { ITERATIONS_BEFORE_SAFEGUARD } else { u64::MAX };
+        let ended = self.iterate(self.settings.max_iterations.min(soon));
         let outcome = self.finish(ended);
         self.cpu.export(&self.drive.at.x, gamma);
         outcome
     }
 
-    /// Calls the safeguard where it is needed.
+    /// Goes on from the present iterate with the solver's own method.
+    fn iterate(&mut self, max_iterations: u64) -> (Status, u64, f64) {
+        let (cpu, drive) = (&mut self.cpu, &mut self.drive);
+        let settings = &Settings { max_iterations, ..self.settings };
+        if !cpu.is_finite() {
+            return (Status::NotFinite, 0, f64::INFINITY);
+        }
+        match &mut self.engine {
+            Engine::ProjectedJacobi(method) => drive.run(cpu, method, settings, 1),
+            Engine::ProjectedGaussSeidel(method) => drive.run(cpu, method, settings, SWEEPS),
+            Engine::Apgd(method) => drive.run(cpu, method, settings, 1),
+            Engine::Bbpgd(method) => drive.run(cpu, method, settings, 1),
+            Engine::PairBlockCg(method) => drive.run(cpu, method, settings, 1),
+            Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
+            Engine::InteriorPoint(method) => method.run(cpu, &mut drive.at, settings),
+        }
+    }
+
+    /// Calls the safeguard where it is needed. Where it is of no help either, the solver's own method goes on as long as it may.
     fn finish(&mut self, (mut status, mut iterations, mut residual): (Status, u64, f64)) -> Outcome {
         let mut factorizations = match &self.engine {
             Engine::InteriorPoint(method) => method.factorizations(),
@@ -139,8 +148,13 @@ impl<const D: usize> Solver<D> {
             fallback = factorizations > 0;
             iterations += more;
             residual = found;
+            let left = self.settings.max_iterations.saturating_sub(iterations);
             if matches!(ended, Status::Solved | Status::Infeasible) {
                 status = ended;
+            } else if status == Status::MaxIterations && left > 0 {
+                let (ended, more, found) = self.iterate(left);
+                (status, residual) = (ended, found);
+                iterations += more;
             }
         }
         Outcome { status, iterations, products: self.cpu.products(), factorizations, fallback, residual }
