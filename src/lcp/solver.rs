@@ -160,3 +160,48 @@ impl<const D: usize> Solver<D> {
         Outcome { status, iterations, products: self.cpu.products(), factorizations, fallback, residual }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Spheres in a line, each too near the next, the ends least: an iteration carries news by one body.
+    fn chain(links: u32) -> Problem<3> {
+        let along = |x: f64| [x, 0.0, 0.0];
+        Problem {
+            bodies: links as usize + 1,
+            pair: (0..links).map(|i| [i, i + 1]).collect(),
+            jacobian: vec![[along(-1.0), along(1.0)]; links as usize],
+            q: (0..links).map(|i| -1.0 - f64::from(i * 7_919 % links) / f64::from(links)).collect(),
+        }
+    }
+
+    #[test]
+    fn a_slow_solve_goes_on_with_the_safeguard_and_without_its_help_alone() {
+        let problem = chain(3_000);
+        let settings = Settings { tolerance: 1e-6, max_iterations: 100_000 };
+        let mut solver = Solver::new(SolverKind::Auto, settings);
+        let mut gamma = Vec::new();
+        let rescued = solver.solve(&problem, &mut gamma);
+        assert_eq!((rescued.status, rescued.fallback), (Status::Solved, true), "{rescued:?}");
+        assert!(rescued.iterations < ITERATIONS_BEFORE_SAFEGUARD + 100, "{rescued:?}");
+
+        solver.safeguard = Some(InteriorPoint::with_largest_factor(10));
+        let mut other = Vec::new();
+        let alone = solver.solve(&problem, &mut other);
+        assert_eq!((alone.status, alone.fallback), (Status::Solved, false), "{alone:?}");
+        assert!(alone.iterations > ITERATIONS_BEFORE_SAFEGUARD && alone.residual <= 1e-6, "{alone:?}");
+        let (v, w) = (crate::lcp::velocity(&problem, &gamma), crate::lcp::velocity(&problem, &other));
+        let apart = v.iter().zip(&w).map(|(v, w)| (v[0] - w[0]).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-2, "{apart:e}");
+    }
+
+    #[test]
+    fn the_last_iteration_allowed_is_not_exceeded_where_nothing_helps() {
+        let settings = Settings { tolerance: 1e-12, max_iterations: ITERATIONS_BEFORE_SAFEGUARD + 20 };
+        let mut solver = Solver::new(SolverKind::Auto, settings);
+        solver.safeguard = Some(InteriorPoint::with_largest_factor(10));
+        let outcome = solver.solve(&chain(6_000), &mut Vec::new());
+        assert_eq!((outcome.status, outcome.iterations), (Status::MaxIterations, settings.max_iterations));
+    }
+}

@@ -63,6 +63,12 @@ impl<const D: usize> Default for InteriorPoint<D> {
 }
 
 impl<const D: usize> InteriorPoint<D> {
+    /// One that refuses factors of more numbers than this.
+    #[cfg(test)]
+    pub fn with_largest_factor(largest_factor: usize) -> Self {
+        InteriorPoint { largest_factor, ..InteriorPoint::default() }
+    }
+
     /// Solves; `at.x` becomes the solution, or the best iterate, never worse than it was. Iterations are steps.
     pub fn run(&mut self, cpu: &mut Cpu<D>, at: &mut Point<Vec<f64>>, settings: &Settings) -> (Status, u64, f64) {
         self.iterate.reset();
@@ -204,7 +210,7 @@ mod tests {
         let (mut cpu, mut at) = (Cpu::default(), Point::default());
         cpu.rebuild(&problem);
         cpu.import(&[0.05, 0.0], &mut at.x);
-        let mut solver = InteriorPoint { largest_factor: 10, ..InteriorPoint::default() };
+        let mut solver = InteriorPoint::with_largest_factor(10);
         let settings = Settings { tolerance: 1e-9, max_iterations: 100 };
         let (status, iterations, residual) = solver.run(&mut cpu, &mut at, &settings);
         assert_eq!((status, iterations, solver.factorizations()), (Status::TooLarge, 0, 0));
