@@ -55,6 +55,7 @@ pub mod export;
 pub mod freedom;
 pub mod gpu;
 pub mod lcp;
+pub mod measure;
 pub mod record;
 pub mod relcp;
 pub mod render;

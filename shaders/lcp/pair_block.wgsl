@@ -42,53 +42,53 @@ fn triangle(i: u32, j: u32) -> u32 {
 
 fn has(rows: u32, i: u32) -> bool { return (rows & (1u << i)) != 0u; }
 
+// Entry of B of the part that begins at a row.
+fn entry(first: u32, i: u32, j: u32) -> real {
+    return entries[(first + max(i, j)) * MOST_EXACT + min(i, j)];
+}
+
+fn slope_of(row: u32, g: u32, step: real) -> real {
+    return select(real(0.0), step * vectors[at(g, row)], inverse_of(row) > 0.0);
+}
+
+// Data are read where they are and loops do several things at once: what takes a driver long to compile is accesses by index.
 fn minimize_exactly(first: u32, m: u32, x: u32, g: u32, step: real, out: u32) {
-    var b: array<real, ENTRIES>;
     var l: array<real, ENTRIES>;
-    var start: array<real, MOST_EXACT>;
-    var slope: array<real, MOST_EXACT>;
+    // y - x; rows that are not free are held at y = 0.
     var change: array<real, MOST_EXACT>;
     var aim: array<real, MOST_EXACT>;
     var free = 0u;
     for (var i = 0u; i < m; i += 1u) {
-        let row = first + i;
-        let s = vectors[at(x, row)];
-        start[i] = s;
-        change[i] = max(-s, 0.0);
-        slope[i] = select(real(0.0), step * vectors[at(g, row)], inverse_of(row) > 0.0);
-        free |= select(0u, 1u << i, s > 0.0);
-        for (var j = 0u; j <= i; j += 1u) {
-            b[triangle(i, j)] = entries[row * MOST_EXACT + j];
-        }
+        let start = vectors[at(x, first + i)];
+        change[i] = max(-start, 0.0);
+        free |= select(0u, 1u << i, start > 0.0);
     }
     // The objective never rises; the bound on rounds only matters to rounding.
     for (var round = 0u; round < 4u * m + 4u; round += 1u) {
-        for (var i = 0u; i < m; i += 1u) {
-            if !has(free, i) { change[i] = -start[i]; }
-        }
         // The minimum over the free rows, by Cholesky.
         for (var i = 0u; i < m; i += 1u) {
             if !has(free, i) { continue; }
-            var right = -slope[i];
+            var right = -slope_of(first + i, g, step);
+            var root = real(1.0);
             for (var j = 0u; j < m; j += 1u) {
-                if !has(free, j) { right -= b[triangle(i, j)] * change[j]; }
-            }
-            for (var j = 0u; j <= i; j += 1u) {
-                if !has(free, j) { continue; }
-                var sum = b[triangle(i, j)];
+                var sum = entry(first, i, j);
+                if !has(free, j) { right -= sum * change[j]; }
+                if !has(free, j) || j > i { continue; }
                 let least = LEAST_PIVOT * sum;
                 for (var k = 0u; k < j; k += 1u) {
                     if has(free, k) { sum -= l[triangle(i, k)] * l[triangle(j, k)]; }
                 }
                 // The regularization keeps pivots above that part of the diagonal, up to rounding.
-                let part = select(sum / l[triangle(j, j)], sqrt(max(sum, least)), i == j);
-                l[triangle(i, j)] = part;
                 if i == j {
-                    aim[i] = right / part;
+                    root = sqrt(max(sum, least));
+                    sum = root;
                 } else {
-                    right -= part * aim[j];
+                    sum /= l[triangle(j, j)];
+                    right -= sum * aim[j];
                 }
+                l[triangle(i, j)] = sum;
             }
+            aim[i] = right / root;
         }
         var part = HUGE;
         var hit = m;
@@ -101,10 +101,10 @@ fn minimize_exactly(first: u32, m: u32, x: u32, g: u32, step: real, out: u32) {
             }
             a = a / l[triangle(i, i)];
             aim[i] = a;
-            let s = start[i];
-            let c = change[i];
+            let s = vectors[at(x, first + i)];
             if s + a <= 0.0 {
-                let bound = select(real(0.0), (s + c) / (c - a), s + c > 0.0);
+                let y = s + change[i];
+                let bound = select(real(0.0), y / (change[i] - a), y > 0.0);
                 if bound <= part {
                     part = bound;
                     hit = i;
@@ -112,27 +112,34 @@ fn minimize_exactly(first: u32, m: u32, x: u32, g: u32, step: real, out: u32) {
             }
         }
         let blocked = hit < m;
-        part = select(real(1.0), part, blocked);
         for (var i = 0u; i < m; i += 1u) {
-            if !has(free, i) { continue; }
-            let c = select(aim[i], change[i] + part * (aim[i] - change[i]), blocked);
-            change[i] = c;
-            if blocked && (i == hit || !(start[i] + c > 0.0)) { free &= ~(1u << i); }
+            let s = vectors[at(x, first + i)];
+            if has(free, i) {
+                var c = aim[i];
+                if blocked {
+                    c = change[i] + part * (c - change[i]);
+                    if i == hit || !(s + c > 0.0) {
+                        free &= ~(1u << i);
+                        c = -s;
+                    }
+                }
+                change[i] = c;
+            }
         }
         if blocked { continue; }
         var steepest = real(0.0);
         var entering = m;
         for (var i = 0u; i < m; i += 1u) {
             if has(free, i) { continue; }
-            var rise = slope[i];
+            var rise = slope_of(first + i, g, step);
             var size = abs(rise);
             for (var j = 0u; j < m; j += 1u) {
-                let term = b[triangle(i, j)] * change[j];
+                let term = entry(first, i, j) * change[j];
                 rise += term;
                 size += abs(term);
             }
             // What rounding makes of nothing is no slope.
-            rise = (rise + EPSILON * (4.0 * size)) / sqrt(b[triangle(i, i)]);
+            rise = (rise + EPSILON * (4.0 * size)) / sqrt(entry(first, i, i));
             if rise < steepest {
                 steepest = rise;
                 entering = i;
@@ -142,7 +149,7 @@ fn minimize_exactly(first: u32, m: u32, x: u32, g: u32, step: real, out: u32) {
         free |= 1u << entering;
     }
     for (var i = 0u; i < m; i += 1u) {
-        vectors[at(out, first + i)] = max(start[i] + change[i], 0.0);
+        vectors[at(out, first + i)] = max(vectors[at(x, first + i)] + change[i], 0.0);
     }
 }
 

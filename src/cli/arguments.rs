@@ -38,6 +38,8 @@ pub(super) enum Command {
     Contacts(Contacts),
     /// Write a run's states in another format, for OVITO or ParaView
     Export(Export),
+    /// Measure a run's states: order, correlation, packing, contacts, stress and more
+    Measure(Measure),
     /// Measure, and write tables
     Study(Study),
     /// List the adapters of this machine, and which one would be taken
@@ -354,6 +356,62 @@ pub(super) struct Export {
     pub(super) threads: Option<u16>,
     #[command(flatten)]
     pub(super) print: Print,
+}
+
+const MEASURE_EXAMPLES: &str = "\
+Examples:
+  relcp measure runs/colony                      every measure of every state, into runs/colony/measures
+  relcp measure runs/colony --only nematic,correlation
+  relcp measure runs/colony --last --json | jq '.states[0].values'
+  relcp measure runs/colony/states/state_0000000100.npz --domain-angle 5 --out at-100
+
+measures.csv has a row a state, NAME.csv the rows of a profile by state, measures.json all of it; plots are SVG.
+What a state cannot give is an empty cell, and the reason stands in measures.json. Contact forces are known
+in the checkpoint, and in all states of a run with output.forces; stress and force chains are measured of these.";
+
+#[derive(Args, Debug)]
+#[command(after_help = MEASURE_EXAMPLES)]
+pub(super) struct Measure {
+    /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
+    #[arg(value_name = "RUN")]
+    pub(super) run: String,
+    /// These measures only, by commas or as often as needed: nematic, correlation, radius, packing, density, length,
+    /// contacts, stress, force_chains, microdomains, dissipation
+    #[arg(long, value_name = "MEASURE", value_delimiter = ',')]
+    pub(super) only: Vec<String>,
+    /// The last state only
+    #[arg(long)]
+    pub(super) last: bool,
+    /// Where the files go; without it RUN/measures, and for what is no folder NAME-measures here
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+    /// Width of the bins of distance, a length; without it the median thickness of the bodies
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    pub(super) bin: Option<f64>,
+    /// Radius of the neighbourhood of local order, a length; without it the median largest extent of the bodies
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    pub(super) neighbourhood: Option<f64>,
+    /// Largest angle between touching bodies of one microdomain, in degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = crate::measure::DOMAIN_ANGLE, value_parser = positive)]
+    pub(super) domain_angle: f64,
+    /// Pairs nearer than this touch, a length; without it a thousandth of the thinnest body
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = length)]
+    pub(super) cutoff: Option<f64>,
+    /// What bodies are drawn by where the correlation is sampled
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(super) seed: u64,
+    /// How many threads; without it, one a core. The results are the same bits for any number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub(super) threads: Option<u16>,
+    #[command(flatten)]
+    pub(super) print: Print,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match length(text)? {
+        value if value > 0.0 => Ok(value),
+        _ => Err("it is not above zero".into()),
+    }
 }
 
 fn length(text: &str) -> Result<f64, String> {

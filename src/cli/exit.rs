@@ -3,6 +3,7 @@
 use crate::batch::{BatchError, Ended, MemberError};
 use crate::export::ExportError;
 use crate::gpu::GpuError;
+use crate::measure::MeasureError;
 use crate::record::{RecordError, RunError, RunStatus};
 use crate::relcp::Fault;
 use crate::scene::SceneError;
@@ -103,6 +104,9 @@ pub(super) enum CliError {
     Export(#[from] ExportError),
     #[error(transparent)]
     #[diagnostic(transparent)]
+    Measure(#[from] MeasureError),
+    #[error(transparent)]
+    #[diagnostic(transparent)]
     Batch(#[from] BatchError),
     #[error(transparent)]
     Start(Fault),
@@ -132,6 +136,7 @@ impl CliError {
         match self {
             CliError::Scene(error) => Exit::of(error.exit_code()),
             CliError::Export(error) => Exit::of(error.exit_code()),
+            CliError::Measure(error) => Exit::of(error.exit_code()),
             CliError::Record(error) => Exit::of(error.exit_code()),
             CliError::Run(error) => Exit::of_run(error),
             CliError::Batch(error) => Exit::of(error.exit_code()),

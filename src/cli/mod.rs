@@ -10,6 +10,7 @@ mod exit;
 mod export;
 mod interrupt;
 mod manual;
+mod measure;
 mod output;
 mod progress;
 mod run;
@@ -45,6 +46,7 @@ fn dispatch(command: Command) -> Result<Exit, CliError> {
         Command::Check(arguments) => scenes::check(&arguments),
         Command::Contacts(arguments) => contacts::contacts(&arguments),
         Command::Export(arguments) => export::export(&arguments),
+        Command::Measure(arguments) => measure::measure(&arguments),
         Command::Study(arguments) => study::study(&arguments),
         Command::Devices(arguments) => devices::devices(&arguments),
         Command::Schema(arguments) => scenes::schema(&arguments),

@@ -17,7 +17,7 @@ pub struct Snapshot {
     pub time: f64,
     /// The bodies.
     pub bodies: Bodies,
-    /// The multipliers of the step's near pairs, where they are known: those of a checkpoint.
+    /// The multipliers of the step's near pairs, where they are known: those of a checkpoint, and of states recorded with `output.forces`.
     pub warm: Option<Vec<Warm>>,
 }
 

@@ -4,7 +4,7 @@
 //! | --- | --- | --- |
 //! | `bodies.pvd` | the centres | `orientation` (`[w, x, y, z]`, a "Quaternion" of 3D glyphs), `shape` (0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus), `size` (as a scene gives them), `glyph` (the axes of a sphere or an ellipsoid, by which a glyph of unit diameter is scaled; 0 for rods and rings), `id`, `parent` (-1: none), `birth`, `generation`, `group` (-1: none), `velocity`, `angular_velocity` |
 //! | `axes.pvd` | a line a rod or ring | `radius` (of the tube), `cap` (the diameter of the sphere that closes a rod's end; 0 on rings), `body` (its row), `shape`, `id`, `generation`, `birth` |
-//! | `contacts.pvd` | half-way between the surfaces | `separation`, `normal` (from `a` to `b`), `a` and `b` (rows), `gamma` (the force; not a number where it is not known: only a checkpoint knows) |
+//! | `contacts.pvd` | half-way between the surfaces | `separation`, `normal` (from `a` to `b`), `a` and `b` (rows), `gamma` (the force; not a number where it is not known: only a checkpoint and states recorded with `output.forces` know) |
 //!
 //! With tubes around the axes, spheres at their ends and glyphs at the bodies, the shapes are exact but for the facets of what
 //! ParaView draws: the corners lie on the true surface. [`SCRIPT`], written beside them, sets that up.

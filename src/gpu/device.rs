@@ -78,6 +78,7 @@ pub struct Gpu {
     pub(super) bind_groups: Mutex<BindGroups>,
     pub(super) staging: Mutex<Staging>,
     pub(super) reading: Mutex<()>,
+    submissions: Mutex<Vec<wgpu::SubmissionIndex>>,
     pub(super) timer: Mutex<Option<Timer>>,
     warnings: Vec<String>,
     least_capacity: AtomicU64,
@@ -138,6 +139,7 @@ impl Gpu {
             bind_groups: Mutex::default(),
             staging: Mutex::default(),
             reading: Mutex::default(),
+            submissions: Mutex::default(),
             timer: Mutex::default(),
             warnings: Vec::new(),
             least_capacity: AtomicU64::new(1024),
@@ -248,7 +250,7 @@ impl Gpu {
         self.least_capacity.load(Ordering::Relaxed)
     }
 
-    /// Waits for the device no longer than this, instead of two minutes.
+    /// Waits for a submission no longer than this, instead of two minutes.
     pub fn set_patience(&self, patience: Duration) {
         self.patience_ms.store(patience.as_millis() as u64, Ordering::Relaxed);
     }
@@ -288,14 +290,28 @@ impl Gpu {
         lock(&self.shared.fault).clone().map_or(Ok(()), Err)
     }
 
-    /// Waits until all that was submitted is done.
+    /// Keeps a submission for [`Gpu::wait`].
+    pub(super) fn submitted(&self, index: wgpu::SubmissionIndex) {
+        lock(&self.submissions).push(index);
+    }
+
+    /// Waits until all that was submitted is done, for one submission after the other: a device that gets on does not hang, however
+    /// much there is to do.
     ///
     /// # Errors
-    /// [`GpuError::Hang`] after two minutes, or the fault that the device reported.
+    /// [`GpuError::Hang`] where a submission takes two minutes, or the fault that the device reported.
     pub fn wait(&self) -> Result<(), GpuError> {
+        let submissions = std::mem::take(&mut *lock(&self.submissions));
+        for index in submissions.into_iter().map(Some).chain([None]) {
+            self.wait_for(index)?;
+        }
+        Ok(())
+    }
+
+    fn wait_for(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), GpuError> {
         let begun = Instant::now();
         let timeout = Some(Duration::from_millis(self.patience_ms.load(Ordering::Relaxed)));
-        let polled = self.device.poll(wgpu::PollType::Wait { submission_index: None, timeout });
+        let polled = self.device.poll(wgpu::PollType::Wait { submission_index, timeout });
         self.health()?;
         match polled {
             Ok(_) => Ok(()),

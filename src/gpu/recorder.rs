@@ -15,6 +15,11 @@ const ALIGNMENT: usize = 256;
 /// Parameters of this many dispatches fit one submission.
 const PARAMETER_SLOTS: usize = 1024;
 
+/// Invocations of one submission, about. Systems take a device away from a program whose submission lasts seconds, and waiting tells a hang
+/// from much work only between submissions. A software adapter on two shared cores does so many of the slowest kernel in 5 s; a discrete GPU takes
+/// longer for them than for another submission.
+const INVOCATIONS: u64 = 1 << 25;
+
 /// Bind groups kept at most.
 const MOST_BIND_GROUPS: usize = 4096;
 
@@ -32,12 +37,21 @@ pub struct Recorder<'g> {
     pass: Option<wgpu::ComputePass<'static>>,
     parameters: Vec<u8>,
     dispatches: u64,
+    invocations: u64,
     stage: &'static str,
 }
 
 impl<'g> Recorder<'g> {
     pub(super) fn new(gpu: &'g Gpu) -> Self {
-        Recorder { gpu, encoder: None, pass: None, parameters: Vec::new(), dispatches: 0, stage: "other" }
+        Recorder {
+            gpu,
+            encoder: None,
+            pass: None,
+            parameters: Vec::new(),
+            dispatches: 0,
+            invocations: 0,
+            stage: "other",
+        }
     }
 
     /// The device.
@@ -71,21 +85,32 @@ impl<'g> Recorder<'g> {
         let rows = groups.div_ceil(MOST_GROUPS);
         let columns = groups.div_ceil(rows);
         self.pass().dispatch_workgroups(columns as u32, rows as u32, 1);
+        self.divide(kernel, groups);
     }
 
-    /// Dispatches as many workgroups as three words at `offset` bytes of a buffer say when it comes to it.
+    /// Dispatches as many workgroups as three words at `offset` bytes of a buffer say when it comes to it, some `expected` or none.
     pub fn run_indirect(
         &mut self,
         kernel: &Kernel,
         parameters: &[u8],
         buffers: &[&Buffer],
-        groups: &Buffer,
-        offset: u64,
+        (groups, offset): (&Buffer, u64),
+        expected: u64,
     ) {
         if !self.bind(kernel, parameters, buffers) {
             return;
         }
         self.pass().dispatch_workgroups_indirect(&groups.raw, offset);
+        self.divide(kernel, expected);
+    }
+
+    /// Submits what was recorded, where it has become much.
+    fn divide(&mut self, kernel: &Kernel, groups: u64) {
+        self.invocations += groups * u64::from(kernel.workgroup);
+        if self.invocations > INVOCATIONS {
+            // A fault shows at the next submission or read.
+            let _ = self.submit();
+        }
     }
 
     /// Copies bytes between buffers.
@@ -118,7 +143,8 @@ impl<'g> Recorder<'g> {
             self.gpu.queue.write_buffer(buffer, 0, &self.parameters);
         }
         self.parameters.clear();
-        self.gpu.queue.submit([encoder.finish()]);
+        self.gpu.submitted(self.gpu.queue.submit([encoder.finish()]));
+        self.invocations = 0;
         drop(staging);
         let mut counters = lock(&self.gpu.counters);
         counters.submissions += 1;

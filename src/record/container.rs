@@ -4,7 +4,8 @@
 //! `orientation` (N x 4, `[w, x, y, z]`), `velocity`, `angular_velocity` (N x 3), `shape` (tag: 0 sphere,
 //! 1 spherocylinder, 2 ellipsoid, 3 torus), `size` (N x 3, the shape's sizes in the order of a scene), `group` (2^32 - 1:
 //! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`. A checkpoint has `warm_pair`, `warm_feature`,
-//! `warm_gamma`, `warm_normal` as well, a row a near pair, and the run's totals in its header. `header.json` is the [`Header`].
+//! `warm_gamma`, `warm_normal` as well, a row a near pair, and the run's totals in its header; a state has the former where the scene's
+//! `output.forces` asks for it. `header.json` is the [`Header`].
 
 use super::blocks::{blocks, read_bodies, read_warm};
 use super::durable;
@@ -43,7 +44,7 @@ pub struct Header {
     pub next_id: u64,
     /// Rows of the arrays of bodies.
     pub bodies: u64,
-    /// Rows of the arrays of near pairs; absent in a state that is not a checkpoint.
+    /// Rows of the arrays of near pairs; absent in a state that holds no contact forces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warm: Option<u64>,
     /// What the run did up to here; in a checkpoint only.
@@ -62,6 +63,24 @@ pub struct Header {
 /// # Ok::<(), relcp::record::StateError>(())
 /// ```
 pub fn encode(state: &State, scene: &str, time: f64, totals: Option<&Totals>) -> Result<Vec<u8>, StateError> {
+    pack(state, scene, time, totals.is_some(), totals)
+}
+
+/// As [`encode`], of a state that is no checkpoint but holds the contact forces.
+///
+/// # Errors
+/// As [`encode`].
+pub fn encode_with_forces(state: &State, scene: &str, time: f64) -> Result<Vec<u8>, StateError> {
+    pack(state, scene, time, true, None)
+}
+
+fn pack(
+    state: &State,
+    scene: &str,
+    time: f64,
+    with_warm: bool,
+    totals: Option<&Totals>,
+) -> Result<Vec<u8>, StateError> {
     let header = Header {
         format: FORMAT.into(),
         version: VERSION,
@@ -71,11 +90,11 @@ pub fn encode(state: &State, scene: &str, time: f64, totals: Option<&Totals>) ->
         time,
         next_id: state.next_id,
         bodies: state.bodies.len() as u64,
-        warm: totals.map(|_| state.warm.len() as u64),
+        warm: with_warm.then_some(state.warm.len() as u64),
         totals: totals.cloned(),
     };
     let json = serde_json::to_vec_pretty(&header).map_err(|e| StateError::Unwritable(e.to_string()))?;
-    write(&json, &blocks(state, totals.is_some()))
+    write(&json, &blocks(state, with_warm))
 }
 
 /// Reads the bytes of a state.

@@ -32,7 +32,7 @@ mod summary;
 mod tests;
 mod totals;
 
-pub use container::{FORMAT, Header, VERSION, decode, encode, read_state, write_state};
+pub use container::{FORMAT, Header, VERSION, decode, encode, encode_with_forces, read_state, write_state};
 pub(crate) use difference::differing_keys;
 pub use error::{RecordError, RunError, StateError};
 pub use folder::Folder;

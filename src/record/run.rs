@@ -1,6 +1,6 @@
 //! A run: a simulation that is stepped to its end and leaves its folder.
 
-use super::container::{Header, encode, read_state, write_state};
+use super::container::{Header, encode, encode_with_forces, read_state, write_state};
 use super::difference::differing_keys;
 use super::durable;
 use super::error::{RecordError, RunError};
@@ -221,7 +221,12 @@ impl Run {
     fn record_state(&self) -> Result<(), RunError> {
         let state = self.simulation.state()?;
         let path = self.folder.state(state.step);
-        let bytes = encode(state, &self.scene_hash, self.simulation.time(), None).map_err(RecordError::state(&path))?;
+        let (hash, time) = (&self.scene_hash, self.simulation.time());
+        let bytes = match self.simulation.scene().output.forces {
+            true => encode_with_forces(state, hash, time),
+            false => encode(state, hash, time, None),
+        };
+        let bytes = bytes.map_err(RecordError::state(&path))?;
         Ok(durable::place(&path, &bytes)?)
     }
 

@@ -397,10 +397,13 @@ pub struct Output {
     /// Steps between rows of `steps.csv`.
     #[schemars(range(min = 1))]
     pub step_stride: u64,
+    /// Whether recorded states hold the contact forces, as the checkpoint does. Without them `relcp measure` tells stresses of the last state only.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub forces: bool,
 }
 
 impl Default for Output {
     fn default() -> Self {
-        Output { every: None, step_stride: 1 }
+        Output { every: None, step_stride: 1, forces: false }
     }
 }

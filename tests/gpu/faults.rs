@@ -116,3 +116,27 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     assert!(matches!(fault, GpuError::Hang { .. }), "{fault}");
     assert_eq!(gpu.health().unwrap_err(), fault);
 }
+
+#[test]
+fn much_work_is_handed_over_in_parts() {
+    let Some(gpu) = own() else { return };
+    let text = "
+@group(0) @binding(0) var<storage, read_write> out: array<u32>;
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x == 0u && id.y == 0u { out[0] += 1u; }
+}";
+    let kernel = Kernel::new(&gpu, &Source::new("counts", Precision::F32).text(text)).unwrap();
+    let out = Buffer::new(&gpu, "out", 4, 1).unwrap();
+    out.write(&gpu, 0, &[0; 4]);
+    let before = gpu.counters();
+    let mut record = gpu.record();
+    for _ in 0..100 {
+        record.run(&kernel, &[], &[&out], 1_000_000);
+    }
+    let read = record.read(&[(&out, 0..4)]).unwrap();
+    assert_eq!(read[0], 100u32.to_le_bytes());
+    let after = gpu.counters();
+    assert_eq!(after.dispatches - before.dispatches, 100);
+    assert!((3..=5).contains(&(after.submissions - before.submissions)), "{}", after.submissions - before.submissions);
+}

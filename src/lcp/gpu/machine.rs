@@ -245,7 +245,8 @@ impl Run<'_, '_> {
     fn dispatch(&mut self, kernel: &Kernel, parameters: &Parameters, buffers: &[&Buffer], grid: usize) {
         let parameters = bytemuck::bytes_of(parameters);
         if self.looked {
-            self.record.run_indirect(kernel, parameters, buffers, &self.machine.grid, 12 * grid as u64);
+            let groups = (&self.machine.grid, 12 * grid as u64);
+            self.record.run_indirect(kernel, parameters, buffers, groups, self.groups[grid]);
         } else {
             self.record.run_groups(kernel, parameters, buffers, self.groups[grid]);
         }

@@ -1,0 +1,93 @@
+//! `relcp measure`: measures of a run's states.
+
+use super::arguments::Measure as Arguments;
+use super::compute;
+use super::exit::{CliError, Exit};
+use super::interrupt::Interrupt;
+use super::output;
+use crate::export::States;
+use crate::measure::{Document, MeasureError, Measured, Settings, measure as measure_all, measure_last, select, write};
+use indicatif::ProgressBar;
+use serde::Serialize;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+/// What `--json` prints: the document, with where its files are.
+#[derive(Serialize)]
+struct Printed<'a> {
+    folder: &'a Path,
+    files: &'a [PathBuf],
+    #[serde(flatten)]
+    document: Document<'a>,
+}
+
+pub(super) fn measure(arguments: &Arguments) -> Result<Exit, CliError> {
+    compute::set_thread_count(arguments.threads)?;
+    let measures = select(&arguments.only)?;
+    let settings = Settings {
+        bin: arguments.bin,
+        neighbourhood: arguments.neighbourhood,
+        domain_angle_degrees: arguments.domain_angle,
+        cutoff: arguments.cutoff,
+        seed: arguments.seed,
+        ..Settings::default()
+    };
+    let states = States::open(&arguments.run).map_err(MeasureError::from)?;
+    let folder = arguments.out.clone().unwrap_or_else(|| place(&arguments.run, states.name()));
+    let interrupt = Interrupt::listen();
+    let bar = (!arguments.print.quiet && std::io::stderr().is_terminal()).then(|| ProgressBar::new(0));
+    let mut watch = |done, all| {
+        if let Some(bar) = &bar {
+            bar.set_length(all as u64);
+            bar.set_position(done as u64);
+        }
+        !interrupt.asked()
+    };
+    let run = if arguments.last { measure_last } else { measure_all };
+    let measured = run(&arguments.run, &states, &measures, &settings, &mut watch);
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    let measured = measured?;
+    let files = write(&measured, &folder)?;
+    if arguments.print.json {
+        output::json(&Printed { folder: &folder, files: &files, document: Document::new(&measured) })?;
+    } else if !arguments.print.quiet {
+        print(&measured, &folder, &files)?;
+    }
+    Ok(Exit::Done)
+}
+
+/// In a run's folder, or else here, named after what is measured.
+fn place(run: &str, name: &str) -> PathBuf {
+    let path = Path::new(run);
+    if path.is_dir() { path.join("measures") } else { PathBuf::from(format!("{name}-measures")) }
+}
+
+/// The numbers of the last state, and where the others are.
+fn print(measured: &Measured, folder: &Path, files: &[PathBuf]) -> Result<(), CliError> {
+    let Some(last) = measured.len().checked_sub(1) else { return Ok(()) };
+    let width = measured.columns().map(|column| column.name.len()).max().unwrap_or(0);
+    output::write(|out| {
+        let (states, bodies) =
+            (output::count(measured.len(), "state", "states"), output::count(measured.bodies[last], "body", "bodies"));
+        writeln!(out, "{states}; the last, of {bodies} at time {}:", measured.times[last])?;
+        for (column, value) in measured.columns().zip(measured.values(last)) {
+            if let Some(value) = value {
+                writeln!(out, "  {:width$}  {}", column.name, digits(value))?;
+            }
+        }
+        measured.notes.iter().try_for_each(|note| writeln!(out, "  note: {note}"))?;
+        writeln!(out, "{} in {}", output::count(files.len(), "file", "files"), folder.display())
+    })
+}
+
+/// Six digits, with an exponent where zeros would fill the line; whole numbers as such.
+fn digits(value: f64) -> String {
+    let short = format!("{value:.5e}");
+    match short.parse::<f64>() {
+        _ if value == value.trunc() && value.abs() < 1e15 => value.to_string(),
+        Ok(rounded) if (1e-4..1e6).contains(&rounded.abs()) => rounded.to_string(),
+        _ => short,
+    }
+}

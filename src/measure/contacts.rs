@@ -1,0 +1,91 @@
+//! Contacts of the bodies: mean coordination `2 N_c / N`, how many bodies have none, and how many have each number.
+//!
+//! Two bodies touch where their separation is at most the cutoff, which every state tells; they push each other where the multiplier of
+//! their rows is above zero, which a checkpoint tells. M. van Hecke, J. Phys. Condens. Matter 22, 033101 (2010) for the coordination number.
+
+use super::{Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
+
+const COLUMNS: [Column; 7] = [
+    Column { name: "contact_cutoff", what: "separation up to which a pair touches; a length" },
+    Column { name: "touching", what: "pairs that touch" },
+    Column { name: "touching_per_body", what: "mean number of bodies that a body touches" },
+    Column { name: "touching_none", what: "bodies that touch none" },
+    Column { name: "pushing", what: "pairs with a contact force above zero" },
+    Column { name: "pushing_per_body", what: "mean number of bodies that push a body" },
+    Column { name: "pushing_none", what: "bodies that none pushes" },
+];
+
+const PROFILE: [Column; 3] = [
+    Column { name: "contacts", what: "contacts of a body" },
+    Column { name: "touching", what: "bodies that touch so many" },
+    Column { name: "pushing", what: "bodies that so many push" },
+];
+
+/// Contacts of the bodies.
+pub(super) struct Contacts;
+
+impl Measure for Contacts {
+    fn name(&self) -> &'static str {
+        "contacts"
+    }
+
+    fn about(&self) -> &'static str {
+        "contacts per body: those that touch, and those that push"
+    }
+
+    fn columns(&self) -> &'static [Column] {
+        &COLUMNS
+    }
+
+    fn profile(&self) -> Option<Profile> {
+        Some(Profile { columns: &PROFILE, drawn: 1 })
+    }
+
+    fn plots(&self) -> &'static [&'static [&'static str]] {
+        &[&["touching_per_body", "pushing_per_body"]]
+    }
+
+    fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {
+        let bodies = view.bodies().len();
+        if bodies == 0 {
+            return Err("there is no body".into());
+        }
+        let touching = Coordination::of(bodies, view.touching().map(|contact| contact.pair));
+        let (pushing, remark) = match view.pushing() {
+            Ok(pushing) => (Some(Coordination::of(bodies, pushing.map(|contact| contact.pair))), None),
+            Err(LeftOut(reason)) => (None, Some(format!("pushing: {reason}"))),
+        };
+        let mut values = vec![cell(view.cutoff())];
+        values.extend(touching.values());
+        values.extend(pushing.as_ref().map_or([None; 3], Coordination::values));
+        let most = touching.histogram.len().max(pushing.as_ref().map_or(0, |pushing| pushing.histogram.len()));
+        let row = |n: usize| vec![count(n), touching.with(n), pushing.as_ref().and_then(|pushing| pushing.with(n))];
+        Ok(Found { values, rows: (0..most).map(row).collect(), remark })
+    }
+}
+
+/// How many contacts the bodies have.
+struct Coordination {
+    bodies: usize,
+    pairs: usize,
+    /// Bodies by their number of contacts.
+    histogram: Vec<usize>,
+}
+
+impl Coordination {
+    fn of(bodies: usize, pairs: impl Iterator<Item = [usize; 2]>) -> Self {
+        let mut contacts = vec![0_usize; bodies];
+        let pairs = pairs.inspect(|pair| pair.iter().for_each(|&body| contacts[body] += 1)).count();
+        let mut histogram = vec![0; contacts.iter().max().map_or(0, |most| most + 1)];
+        contacts.iter().for_each(|&number| histogram[number] += 1);
+        Coordination { bodies, pairs, histogram }
+    }
+
+    fn values(&self) -> [Cell; 3] {
+        [count(self.pairs), cell(2.0 * self.pairs as f64 / self.bodies as f64), self.with(0)]
+    }
+
+    fn with(&self, contacts: usize) -> Cell {
+        count(self.histogram.get(contacts).copied().unwrap_or(0))
+    }
+}

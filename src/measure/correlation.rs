@@ -1,0 +1,173 @@
+//! Orientational correlation by distance, and its length.
+//!
+//! `C(r) = <cos 2 (theta_i - theta_j)>` in the plane, `<P_2(n_i . n_j)>` in space, over the pairs whose centres are `r` apart; the length is
+//! where `C` first falls to `1/e`, from `C(0) = 1`, straight between the bins' mean distances. D. Frenkel, R. Eppenga, Phys. Rev. A 31, 1776
+//! (1985) for `g_2(r)` in the plane; for colonies R. Los et al., arXiv:2003.10509 (2020).
+//!
+//! Where there are more pairs than [`super::CORRELATION_PAIRS`], those of some bodies with all others are counted, the bodies drawn by a seed: a
+//! pair's chance does not depend on its distance, so the mean is not shifted. The column of pairs tells how much a bin is worth.
+
+use super::bins::Bins;
+use super::{Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
+use glam::DVec3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use std::f64::consts::E;
+
+const COLUMNS: [Column; 4] = [
+    Column { name: "correlation_length", what: "where C(r) first falls to 1/e; a length" },
+    Column { name: "correlation_bin", what: "width of the bins of C(r); a length" },
+    Column { name: "correlation_pairs", what: "pairs that C(r) is made from" },
+    Column {
+        name: "correlation_references",
+        what: "bodies whose pairs with all others are counted: all, or those drawn",
+    },
+];
+
+const PROFILE: [Column; 3] = [
+    Column { name: "distance", what: "mean distance of the bin's pairs; a length" },
+    Column { name: "correlation", what: "C(r)" },
+    Column { name: "pairs", what: "pairs in the bin" },
+];
+
+/// Bodies whose pairs are summed together: fixed, so that sums do not depend on the number of threads.
+const CHUNK: usize = 32;
+
+/// Orientational correlation.
+pub(super) struct Correlation;
+
+impl Measure for Correlation {
+    fn name(&self) -> &'static str {
+        "correlation"
+    }
+
+    fn about(&self) -> &'static str {
+        "orientational correlation by distance, and its length"
+    }
+
+    fn columns(&self) -> &'static [Column] {
+        &COLUMNS
+    }
+
+    fn profile(&self) -> Option<Profile> {
+        Some(Profile { columns: &PROFILE, drawn: 1 })
+    }
+
+    fn plots(&self) -> &'static [&'static [&'static str]] {
+        &[&["correlation_length"]]
+    }
+
+    fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {
+        let bodies: Vec<(DVec3, DVec3)> =
+            view.bodies().position.iter().zip(&view.axes).filter_map(|(x, axis)| Some((*x, (*axis)?))).collect();
+        if bodies.len() < 2 {
+            return Err("fewer than two bodies have an axis".into());
+        }
+        let reach = bodies.iter().map(|(x, _)| x.distance(view.centre)).fold(0.0, f64::max);
+        let bins = Bins::new(view.bin(), 2.0 * reach).ok_or("the bodies have no extent")?;
+        let references = references(bodies.len(), view.settings.seed, view.settings.correlation_pairs);
+        let all = references.len() == bodies.len();
+        let sums = sum(&bodies, &references, all, bins, view.planar());
+        let length = length(&sums);
+        let pairs: f64 = sums.iter().map(|sum| sum.pairs).sum();
+        let mut remark = Vec::new();
+        if length.is_none() {
+            remark.push("C(r) does not fall to 1/e".to_owned());
+        }
+        if !all {
+            let (drawn, of) = (references.len(), bodies.len());
+            remark.push(format!(
+                "C(r) is sampled: the pairs of {drawn} bodies of {of}, drawn by seed {}",
+                view.settings.seed
+            ));
+        }
+        Ok(Found {
+            values: vec![length, cell(bins.width), cell(pairs), count(references.len())],
+            rows: sums.iter().filter(|sum| sum.pairs > 0.0).map(Sum::row).collect(),
+            remark: (!remark.is_empty()).then(|| remark.join("; ")),
+        })
+    }
+}
+
+/// All bodies where their pairs are no more than `most`; else as many, drawn, as have so many pairs, at least one.
+fn references(bodies: usize, seed: u64, most: usize) -> Vec<usize> {
+    let mut indices: Vec<usize> = (0..bodies).collect();
+    if bodies * (bodies - 1) / 2 <= most {
+        return indices;
+    }
+    // The first places of a Fisher-Yates shuffle.
+    let wanted = (most / (bodies - 1)).max(1);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    for place in 0..wanted {
+        let from = place + (random.random::<f64>() * (bodies - place) as f64) as usize;
+        indices.swap(place, from.min(bodies - 1));
+    }
+    indices.truncate(wanted);
+    indices.sort_unstable();
+    indices
+}
+
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    pairs: f64,
+    distance: f64,
+    correlation: f64,
+}
+
+impl Sum {
+    fn mean(&self) -> (f64, f64) {
+        (self.distance / self.pairs, self.correlation / self.pairs)
+    }
+
+    fn row(&self) -> Vec<Cell> {
+        let (distance, correlation) = self.mean();
+        vec![cell(distance), cell(correlation), cell(self.pairs)]
+    }
+}
+
+fn sum(bodies: &[(DVec3, DVec3)], references: &[usize], all: bool, bins: Bins, planar: bool) -> Vec<Sum> {
+    let parts: Vec<Vec<Sum>> = references
+        .par_chunks(CHUNK)
+        .map(|chunk| {
+            let mut sums = vec![Sum::default(); bins.count];
+            for &i in chunk {
+                let (position, axis) = bodies[i];
+                let from = if all { i + 1 } else { 0 };
+                for (j, (other, turned)) in bodies.iter().enumerate().skip(from) {
+                    let distance = other.distance(position);
+                    let Some(bin) = bins.of(distance).filter(|_| j != i) else { continue };
+                    let cosine = axis.dot(*turned);
+                    let square = cosine * cosine;
+                    sums[bin].pairs += 1.0;
+                    sums[bin].distance += distance;
+                    sums[bin].correlation += if planar { 2.0 * square - 1.0 } else { 1.5 * square - 0.5 };
+                }
+            }
+            sums
+        })
+        .collect();
+    let mut total = vec![Sum::default(); bins.count];
+    for part in &parts {
+        for (total, part) in total.iter_mut().zip(part) {
+            total.pairs += part.pairs;
+            total.distance += part.distance;
+            total.correlation += part.correlation;
+        }
+    }
+    total
+}
+
+/// Where the means first cross `1/e`.
+fn length(sums: &[Sum]) -> Option<f64> {
+    let mut before = (0.0, 1.0);
+    for sum in sums.iter().filter(|sum| sum.pairs > 0.0) {
+        let here = sum.mean();
+        if here.1 <= 1.0 / E {
+            let part = (before.1 - 1.0 / E) / (before.1 - here.1);
+            return cell(before.0 + part * (here.0 - before.0));
+        }
+        before = here;
+    }
+    None
+}

@@ -1,0 +1,42 @@
+//! Power that drag takes, under the overdamped law: `sum of F . u + T . w = xi (L |u|^2 + L^3 |w|^2 / 12)` with the velocities of the last
+//! step (Palmer, Aktulga, Gao 2026 for the drag; Rayleigh's dissipation function is half of it).
+
+use super::{Column, Found, LeftOut, Measure, View, cell};
+
+const COLUMNS: [Column; 1] =
+    [Column { name: "dissipation", what: "power that the bodies' drag takes; force times length over time" }];
+
+/// Power that drag takes.
+pub(super) struct Dissipation;
+
+impl Measure for Dissipation {
+    fn name(&self) -> &'static str {
+        "dissipation"
+    }
+
+    fn about(&self) -> &'static str {
+        "power that drag takes, under the overdamped law"
+    }
+
+    fn columns(&self) -> &'static [Column] {
+        &COLUMNS
+    }
+
+    fn plots(&self) -> &'static [&'static [&'static str]] {
+        &[&["dissipation"]]
+    }
+
+    fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {
+        let drag = view.frame.drag.ok_or("the run's scene is not there, or its law is not overdamped")?;
+        if view.state.step == 0 {
+            return Err("no step has been taken, so there are no velocities".into());
+        }
+        let bodies = view.bodies();
+        let of = |i: usize| {
+            let length = bodies.shape[i].major_axis();
+            let (u, w) = (bodies.velocity[i].length_squared(), bodies.angular_velocity[i].length_squared());
+            drag * (length * u + length.powi(3) * w / 12.0)
+        };
+        Ok(Found { values: vec![cell((0..bodies.len()).map(of).sum())], ..Found::default() })
+    }
+}

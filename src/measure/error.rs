@@ -1,0 +1,85 @@
+//! Why states could not be measured.
+
+use super::ALL;
+use crate::export::ExportError;
+use crate::record::RecordError;
+use miette::Diagnostic;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Why states could not be measured. The files that are complete by then stay.
+#[derive(Debug, Error, Diagnostic)]
+pub enum MeasureError {
+    /// A state could not be found or read.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    States(ExportError),
+    /// The folder is not that of a run.
+    #[error("{}: there is no state to measure", path.display())]
+    #[diagnostic(help(
+        "name a run's folder (it has states/, checkpoint.npz or final.json), a state (.npz), a scene file or a built-in scene"
+    ))]
+    NoState {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A file could not be written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Record(#[from] RecordError),
+    /// There is no such measure.
+    #[error("there is no measure `{name}`")]
+    #[diagnostic(help("the measures are {}", ALL.map(|measure| measure.name()).join(", ")))]
+    Unknown {
+        /// What was asked for.
+        name: String,
+    },
+    /// A body that cannot be measured.
+    #[error("{origin}: body {body}: its {what}")]
+    Unfit {
+        /// The state.
+        origin: String,
+        /// The first body concerned, by its row.
+        body: usize,
+        /// Which quantity is wrong, and how.
+        what: String,
+    },
+    /// A table or a plot could not be made.
+    #[error("{}: it could not be made: {what}", path.display())]
+    Unmade {
+        /// The file.
+        path: PathBuf,
+        /// What went wrong.
+        what: String,
+    },
+    /// Whoever asked for it asked to stop.
+    #[error("stopped after {done} of {all} states; nothing was written")]
+    Stopped {
+        /// States done.
+        done: usize,
+        /// States in all.
+        all: usize,
+    },
+}
+
+impl From<ExportError> for MeasureError {
+    fn from(error: ExportError) -> Self {
+        match error {
+            ExportError::NoState { path } => MeasureError::NoState { path },
+            other => MeasureError::States(other),
+        }
+    }
+}
+
+impl MeasureError {
+    /// The program's exit status: 4 where a file is at fault, 2 where an argument or a scene is, 130 where it was stopped.
+    pub fn exit_code(&self) -> i32 {
+        match self {
+            MeasureError::States(error) => error.exit_code(),
+            MeasureError::Record(error) => error.exit_code(),
+            MeasureError::Unknown { .. } => 2,
+            MeasureError::NoState { .. } | MeasureError::Unfit { .. } | MeasureError::Unmade { .. } => 4,
+            MeasureError::Stopped { .. } => 130,
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! What a run's scene says that its states do not: whether it is planar, and the drag.
+
+use crate::bodies::Bodies;
+use crate::export::{ExportError, States};
+use crate::record::Folder;
+use crate::scene::{self, Dynamics, Scene};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// What all states of a run share.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Frame {
+    /// Whether it is measured as a planar run: areas instead of volumes, angles in the plane.
+    pub planar: bool,
+    /// What that was found in.
+    pub planar_from: String,
+    /// The drag coefficient of the overdamped law, where that is the run's law and its scene is there.
+    pub drag: Option<f64>,
+}
+
+impl Frame {
+    /// The frame of `states`, which were [opened](States::open) from `source`: from the scene, which of a run's folder or of a state in one
+    /// is `scene.json`. Without a scene it is planar where all bodies of the last state lie in one plane of constant z and are mirrored by it.
+    ///
+    /// # Errors
+    /// A scene or a state that cannot be read.
+    pub fn of(source: &str, states: &States) -> Result<Frame, ExportError> {
+        if let Some(path) = scene_of(Path::new(source)) {
+            return Ok(Frame::of_scene(&scene::read(&path)?, path.display().to_string()));
+        }
+        let path = Path::new(source);
+        if !path.is_dir() && path.extension().is_none_or(|extension| extension != "npz") {
+            return Ok(Frame::of_scene(&scene::load(source, &[])?, source.into()));
+        }
+        let planar = match states.len() {
+            0 => false,
+            all => flat(&states.read(all - 1)?.bodies),
+        };
+        Ok(Frame { planar, planar_from: "the bodies of the last state".into(), drag: None })
+    }
+
+    /// The frame of a scene named `origin`.
+    pub fn of_scene(scene: &Scene, origin: String) -> Frame {
+        let drag = match scene.dynamics {
+            Dynamics::Overdamped { drag } => Some(drag),
+            Dynamics::Inertial { .. } => None,
+        };
+        Frame { planar: scene.planar, planar_from: origin, drag }
+    }
+}
+
+/// The `scene.json` that belongs to a run's folder, or to a state in one.
+fn scene_of(source: &Path) -> Option<PathBuf> {
+    let found = |folder: &Path| Some(Folder::view(folder).scene()).filter(|scene| scene.is_file());
+    if source.is_dir() {
+        return found(source);
+    }
+    if source.extension()? != "npz" {
+        return None;
+    }
+    let folder = source.canonicalize().ok()?.parent()?.to_path_buf();
+    found(&folder).or_else(|| found(folder.parent()?))
+}
+
+fn flat(bodies: &Bodies) -> bool {
+    let plane = bodies.position.first().map(|position| position.z);
+    plane.is_some()
+        && bodies.position.iter().all(|position| Some(position.z) == plane)
+        && bodies.shape.iter().zip(&bodies.orientation).all(|(shape, q)| shape.is_planar_symmetric(*q))
+}

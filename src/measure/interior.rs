@@ -1,0 +1,258 @@
+//! Where the matter of a body lies: its farthest points, points that stand for equal parts of it, and the area of its section with the plane of a planar run.
+//!
+//! Points of rods, spheres and ellipsoids are those of a Halton sequence in the box of the body that lie inside it (J. H. Halton, Numer.
+//! Math. 2, 84 (1960)); those of a ring lie on its centreline.
+
+use crate::shape::{Centreline, Geometry, Shape};
+use glam::{DQuat, DVec3};
+use std::f64::consts::{PI, TAU};
+use std::sync::LazyLock;
+
+/// Points tried a body. In a colony of 512 cells the part filled of rings of one diameter's width is within 0.004 from the fifth ring on and
+/// within 0.01 in the first four (0.003 and 0.003 with 1,024, 0.016 and 0.032 with 64), compared with points on a grid of 1/50 of a diameter.
+const TRIED: usize = 512;
+
+/// The points in the box from -1 to 1.
+static IN_BOX: LazyLock<Vec<DVec3>> =
+    LazyLock::new(|| (1..=TRIED).map(|k| DVec3::new(halton(k, 2), halton(k, 3), halton(k, 5))).collect());
+
+/// Fills `out` with points, from the body's centre, that stand for equal parts of it.
+pub(super) fn points(shape: &Shape, orientation: DQuat, axis: Option<DVec3>, planar: bool, out: &mut Vec<DVec3>) {
+    out.clear();
+    match shape.geometry() {
+        Geometry::Centreline { curve: Centreline::Circle { radius }, .. } => ring(radius, orientation, planar, out),
+        _ if planar => in_plane(shape, orientation, axis, out),
+        _ => in_space(shape, orientation, out),
+    }
+}
+
+fn ring(radius: f64, orientation: DQuat, planar: bool, out: &mut Vec<DVec3>) {
+    let axis = orientation * DVec3::Z;
+    if planar && axis.z.abs() < 0.5 {
+        // It stands on the plane and meets it in two discs.
+        let side = DVec3::Z.cross(axis).normalize() * radius;
+        out.extend([-side, side]);
+        return;
+    }
+    let angle = |k: usize| TAU * k as f64 / TRIED as f64;
+    out.extend((0..TRIED).map(|k| orientation * (radius * DVec3::new(angle(k).cos(), angle(k).sin(), 0.0))));
+}
+
+fn in_space(shape: &Shape, orientation: DQuat, out: &mut Vec<DVec3>) {
+    let half = shape.half_extents(DQuat::IDENTITY);
+    let tried = IN_BOX.iter().map(|point| half * *point);
+    out.extend(tried.filter(|point| holds(shape, *point)).map(|point| orientation * point));
+}
+
+fn in_plane(shape: &Shape, orientation: DQuat, axis: Option<DVec3>, out: &mut Vec<DVec3>) {
+    // The box is laid along the axis, so that a long body fills it.
+    let turn = DQuat::from_rotation_z(axis.map_or(0.0, |axis| axis.y.atan2(axis.x)));
+    let half = shape.half_extents(turn.inverse() * orientation);
+    let tried = IN_BOX.iter().map(|point| turn * (half * *point).with_z(0.0));
+    let to_body = orientation.inverse();
+    out.extend(tried.filter(|point| holds(shape, to_body * *point)));
+}
+
+/// Whether a point in body axes is inside a convex shape.
+fn holds(shape: &Shape, point: DVec3) -> bool {
+    match shape.geometry() {
+        Geometry::Ellipsoid { radii } => (point / radii).length_squared() <= 1.0,
+        Geometry::Centreline { curve, radius } => {
+            let half = match curve {
+                Centreline::Segment { half } => half,
+                Centreline::Point | Centreline::Circle { .. } => 0.0,
+            };
+            let nearest = DVec3::Z * point.z.clamp(-half, half);
+            point.distance_squared(nearest) <= radius * radius
+        }
+    }
+}
+
+/// The radical inverse of `k` in a base, from -1 to 1.
+fn halton(mut k: usize, base: usize) -> f64 {
+    let (mut value, mut part) = (0.0, 1.0);
+    while k > 0 {
+        part /= base as f64;
+        value += part * (k % base) as f64;
+        k /= base;
+    }
+    2.0 * value - 1.0
+}
+
+/// Area of the section of a body with the plane through its centre that mirrors it.
+pub(super) fn section(shape: &Shape, orientation: DQuat) -> f64 {
+    let upright = (orientation * DVec3::Z).z.abs() > 0.5;
+    match *shape {
+        Shape::Sphere { radius } => PI * radius * radius,
+        Shape::Spherocylinder { diameter, length } => {
+            let disc = 0.25 * PI * diameter * diameter;
+            if upright { disc } else { disc + diameter * (length - diameter) }
+        }
+        Shape::Ellipsoid { radii } => {
+            let across = DVec3::AXES.map(|axis| (orientation * axis).z.abs());
+            let k = (0..3).max_by(|i, j| across[*i].total_cmp(&across[*j])).unwrap_or(2);
+            PI * radii[(k + 1) % 3] * radii[(k + 2) % 3]
+        }
+        Shape::Torus { major_radius, minor_radius } if upright => 4.0 * PI * major_radius * minor_radius,
+        Shape::Torus { minor_radius, .. } => TAU * minor_radius * minor_radius,
+    }
+}
+
+/// The distance from `from` to the body's farthest point.
+pub(super) fn farthest(shape: &Shape, position: DVec3, orientation: DQuat, from: DVec3) -> f64 {
+    let from = orientation.inverse() * (from - position);
+    match shape.geometry() {
+        Geometry::Centreline { curve, radius } => {
+            radius
+                + match curve {
+                    Centreline::Point => from.length(),
+                    Centreline::Segment { half } => DVec3::new(from.x, from.y, from.z.abs() + half).length(),
+                    Centreline::Circle { radius } => (from.truncate().length() + radius).hypot(from.z),
+                }
+        }
+        Geometry::Ellipsoid { radii } => farthest_of_ellipsoid(radii, from),
+    }
+}
+
+/// Halvings of the multiplier's range: more than the bits that a number has.
+const HALVINGS: usize = 100;
+
+/// By Lagrange's multiplier: the farthest point `p` has `p - from = (a^2 + m) p / radii^2` with the longest radius `a` and `m >= 0`, and
+/// `p` is on the ellipsoid for one `m` only. Along the longest axes `p` is what the others leave, so that it is on the ellipsoid also where `from` has
+/// no part along them and `m` is 0.
+fn farthest_of_ellipsoid(radii: DVec3, from: DVec3) -> f64 {
+    let longest = radii.max_element();
+    let gap = (DVec3::splat(longest) - radii) * (DVec3::splat(longest) + radii);
+    let pull = radii * from;
+    let (mut low, mut high) = (0.0, pull.length());
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if (pull / (gap + middle)).length_squared() > 1.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let (mut left, mut along, mut across) = (1.0, 0.0, 0.0);
+    for i in 0..3 {
+        if gap[i] == 0.0 {
+            along += from[i] * from[i];
+        } else {
+            let part = pull[i] / (gap[i] + high);
+            left -= part * part;
+            across += (from[i] + radii[i] * part).powi(2);
+        }
+    }
+    (longest * left.max(0.0).sqrt() + along.sqrt()).hypot(across.sqrt())
+}
+
+/// The body's farthest point along a unit vector, from its centre.
+pub(super) fn support(shape: &Shape, orientation: DQuat, normal: DVec3) -> DVec3 {
+    let axis = orientation * DVec3::Z;
+    match shape.geometry() {
+        Geometry::Centreline { curve, radius } => {
+            let on_curve = match curve {
+                Centreline::Point => DVec3::ZERO,
+                Centreline::Segment { half } => axis * half.copysign(axis.dot(normal)),
+                Centreline::Circle { radius } => radius * normal.reject_from_normalized(axis).normalize_or_zero(),
+            };
+            on_curve + radius * normal
+        }
+        Geometry::Ellipsoid { radii } => {
+            let scaled = radii * (orientation.inverse() * normal);
+            orientation * (radii * scaled.normalize())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    fn lying() -> DQuat {
+        DQuat::from_rotation_z(0.7) * DQuat::from_rotation_y(FRAC_PI_2)
+    }
+
+    #[test]
+    fn sections_are_those_of_the_plane() {
+        let rod = Shape::Spherocylinder { diameter: 1.0, length: 3.0 };
+        assert!((section(&rod, lying()) - (2.0 + 0.25 * PI)).abs() < 1e-15);
+        assert!((section(&rod, DQuat::IDENTITY) - 0.25 * PI).abs() < 1e-15);
+        let egg = Shape::Ellipsoid { radii: [1.0, 2.0, 3.0] };
+        assert!((section(&egg, DQuat::IDENTITY) - 2.0 * PI).abs() < 1e-15);
+        assert!((section(&egg, lying()) - 6.0 * PI).abs() < 1e-14);
+        let ring = Shape::Torus { major_radius: 2.0, minor_radius: 0.5 };
+        assert!((section(&ring, DQuat::IDENTITY) - PI * (2.5_f64.powi(2) - 1.5_f64.powi(2))).abs() < 1e-14);
+        assert!((section(&ring, lying()) - 2.0 * PI * 0.25).abs() < 1e-15);
+    }
+
+    #[test]
+    fn points_lie_inside_about_the_centre() {
+        let mut found = Vec::new();
+        let shapes = [
+            Shape::Sphere { radius: 1.0 },
+            Shape::Spherocylinder { diameter: 0.5, length: 4.0 },
+            Shape::Ellipsoid { radii: [0.5, 1.0, 2.0] },
+            Shape::Torus { major_radius: 1.0, minor_radius: 0.01 },
+        ];
+        for shape in shapes {
+            for planar in [false, true] {
+                let axis = crate::measure::axis(&shape, lying(), planar);
+                points(&shape, lying(), axis, planar, &mut found);
+                let least = if matches!(shape, Shape::Torus { .. }) { 2 } else { 25 };
+                assert!(found.len() >= least, "{shape:?} {}", found.len());
+                let size = shape.bounding_radius();
+                assert!(found.iter().all(|point| point.length() <= size && !(planar && point.z.abs() > 1e-12)));
+                let mean = found.iter().sum::<DVec3>() / found.len() as f64;
+                assert!(mean.length() < 0.1 * size, "{shape:?} {mean}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_farthest_point_is_the_farthest_of_many() {
+        let shapes = [
+            Shape::Sphere { radius: 1.0 },
+            Shape::Spherocylinder { diameter: 0.5, length: 4.0 },
+            Shape::Ellipsoid { radii: [0.5, 1.0, 2.0] },
+            Shape::Ellipsoid { radii: [1.0, 1.0, 1.01] },
+            Shape::Ellipsoid { radii: [2.0, 2.0, 1.0] },
+            Shape::Torus { major_radius: 1.0, minor_radius: 0.2 },
+        ];
+        for shape in shapes {
+            let near = lying() * DVec3::new(0.004, 0.0, 0.003);
+            for from in [DVec3::new(3.0, -1.0, 2.0), DVec3::new(0.0, 0.3, 0.1), near, lying() * DVec3::X, DVec3::ZERO] {
+                let found = farthest(&shape, DVec3::new(1.0, 2.0, 3.0), lying(), from + DVec3::new(1.0, 2.0, 3.0));
+                // The farthest of a body is what its support function says of some direction, and no direction says more.
+                let steps = 200;
+                let mut best = 0.0_f64;
+                for i in 0..steps {
+                    for j in 0..2 * steps {
+                        let (a, b) = (PI * i as f64 / steps as f64, PI * j as f64 / steps as f64);
+                        let n = DVec3::new(a.sin() * b.cos(), a.sin() * b.sin(), a.cos());
+                        let to_x = DQuat::from_rotation_arc(n, DVec3::X);
+                        best = best.max(shape.half_extents(to_x * lying()).x - n.dot(from));
+                    }
+                }
+                assert!((found - best).abs() < 1e-3 && found > best - 1e-9, "{shape:?} {from}: {found} {best}");
+            }
+        }
+    }
+
+    #[test]
+    fn supports_agree_with_boxes() {
+        let shapes = [
+            Shape::Sphere { radius: 1.0 },
+            Shape::Spherocylinder { diameter: 0.5, length: 4.0 },
+            Shape::Ellipsoid { radii: [0.5, 1.0, 2.0] },
+            Shape::Torus { major_radius: 1.0, minor_radius: 0.2 },
+        ];
+        for shape in shapes {
+            for (k, normal) in DVec3::AXES.into_iter().enumerate() {
+                let found = support(&shape, lying(), normal).dot(normal);
+                assert!((found - shape.half_extents(lying())[k]).abs() < 1e-12, "{shape:?} {normal}");
+            }
+        }
+    }
+}

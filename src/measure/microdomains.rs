@@ -1,0 +1,76 @@
+//! Microdomains: bodies connected by contacts of nearly parallel ones.
+//!
+//! As Z. You, D. J. G. Pearce, A. Sengupta, L. Giomi, Phys. Rev. X 8, 031065 (2018) speak of them in colonies: domains of highly aligned cells.
+//! Two bodies that touch, and whose axes make less than a stated angle, are of one domain; the angle is the user's to choose. A body with an
+//! axis that is aligned with none that it touches is a domain of one.
+
+use super::clusters::{SIZE_COLUMNS, components, rows, sizes, summary};
+use super::{Cell, Column, Found, LeftOut, Measure, Profile, View, cell};
+
+const COLUMNS: [Column; 6] = [
+    Column { name: "domain_angle_degrees", what: "largest angle between touching bodies of one domain" },
+    Column { name: "domains", what: "domains" },
+    Column { name: "domain_mean", what: "mean number of bodies of a domain" },
+    Column { name: "domain_largest", what: "bodies of the largest domain" },
+    Column { name: "domain_volume", what: "mean volume of a domain's bodies; in the plane area" },
+    Column {
+        name: "domain_volume_weighted",
+        what: "the same over the bodies by their volume: that of the domain which a point of a body is in",
+    },
+];
+
+/// Microdomains.
+pub(super) struct Microdomains;
+
+impl Measure for Microdomains {
+    fn name(&self) -> &'static str {
+        "microdomains"
+    }
+
+    fn about(&self) -> &'static str {
+        "microdomains: touching bodies that are nearly parallel"
+    }
+
+    fn columns(&self) -> &'static [Column] {
+        &COLUMNS
+    }
+
+    fn profile(&self) -> Option<Profile> {
+        Some(Profile { columns: &SIZE_COLUMNS, drawn: 1 })
+    }
+
+    fn plots(&self) -> &'static [&'static [&'static str]] {
+        &[&["domains"], &["domain_mean", "domain_largest"]]
+    }
+
+    fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {
+        if view.axes.iter().all(Option::is_none) {
+            return Err("no body has an axis".into());
+        }
+        let angle = view.settings.domain_angle_degrees;
+        let aligned = |[a, b]: &[usize; 2]| {
+            let (Some(a), Some(b)) = (view.axes[*a], view.axes[*b]) else { return false };
+            // By the sine as well as the cosine: a small angle has a cosine of 1 up to rounding.
+            a.cross(b).length().atan2(a.dot(b).abs()).to_degrees() < angle
+        };
+        let links = view.touching().map(|contact| contact.pair).filter(aligned);
+        let roots = components(view.bodies().len(), links);
+        let sizes = sizes(&roots, |root| view.axes[root].is_some());
+        let mut values = vec![cell(angle)];
+        values.extend(summary(&sizes));
+        values.extend(volumes(view, &roots));
+        Ok(Found { values, rows: rows(&sizes), remark: None })
+    }
+}
+
+/// The domains' mean volume, and that weighted by volume.
+fn volumes(view: &View<'_>, roots: &[usize]) -> [Cell; 2] {
+    let mut volume = vec![0.0; roots.len()];
+    for ((root, own), _) in roots.iter().zip(&view.volumes).zip(&view.axes).filter(|(_, axis)| axis.is_some()) {
+        volume[*root] += own;
+    }
+    let domains: Vec<f64> = volume.into_iter().filter(|volume| *volume > 0.0).collect();
+    let all: f64 = domains.iter().sum();
+    let squares: f64 = domains.iter().map(|volume| volume * volume).sum();
+    [cell(all / domains.len() as f64), cell(squares / all)]
+}

@@ -1,0 +1,186 @@
+//! Measures of recorded states: what papers on colonies, packings and nematic order report of a run.
+//!
+//! One file is one [`Measure`], and [`ALL`] is their table. A measure sees one state as a [`View`] and gives numbers for the state's row of
+//! `measures.csv`, and for some a profile: rows over distance, length or size. A measure that a state cannot give is left out with the
+//! reason ([`LeftOut`]); a number that cannot be given is an empty cell, never 0 or NaN. Formulas with their sources: `docs/measures.md`.
+//!
+//! ```
+//! use relcp::export::States;
+//! use relcp::measure::{Settings, measure, select};
+//! let states = States::open("three-capsules")?;
+//! let measured = measure("three-capsules", &states, &select(&["radius".into()])?, &Settings::default(), &mut |_done, _all| true)?;
+//! assert!(measured.value(0, "radius_outermost").is_some_and(|radius| radius > 0.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod axis;
+mod bins;
+mod clusters;
+mod collect;
+mod contacts;
+mod correlation;
+mod density;
+mod dissipation;
+mod error;
+mod force_chains;
+mod frame;
+mod hull;
+mod interior;
+mod length;
+mod microdomains;
+mod nematic;
+mod output;
+mod packing;
+mod plot;
+mod radius;
+mod stress;
+#[cfg(test)]
+mod tests;
+mod view;
+
+pub use axis::axis;
+pub use collect::{Measured, measure, measure_last};
+pub use error::MeasureError;
+pub use frame::Frame;
+pub use output::{Document, write};
+pub use view::View;
+
+/// Pairs whose orientations are compared for C(r) of one state, at most. Up to 8,192 bodies have no more; of 131,072 bodies they take 0.7 s
+/// of a core at 2.5 GHz.
+pub const CORRELATION_PAIRS: usize = 1 << 25;
+
+/// Two touching bodies whose axes differ by less than this belong to one microdomain, without another angle; degrees. A choice: the sizes
+/// depend on it, as `docs/measures.md` shows.
+pub const DOMAIN_ANGLE: f64 = 3.0;
+
+/// What one may choose of the measures.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Settings {
+    /// Width of distance bins; without it the median thickness of the bodies.
+    pub bin: Option<f64>,
+    /// Radius of the neighbourhood of the local order; without it the median largest extent of the bodies.
+    pub neighbourhood: Option<f64>,
+    /// Largest angle between touching bodies of one microdomain, in degrees.
+    pub domain_angle_degrees: f64,
+    /// Pairs nearer than this touch; without it [`crate::export::TOUCHING`] of the least thickness.
+    pub cutoff: Option<f64>,
+    /// What the bodies are drawn by where C(r) is sampled.
+    pub seed: u64,
+    /// Most pairs of C(r) of a state.
+    pub correlation_pairs: usize,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            bin: None,
+            neighbourhood: None,
+            domain_angle_degrees: DOMAIN_ANGLE,
+            cutoff: None,
+            seed: 1,
+            correlation_pairs: CORRELATION_PAIRS,
+        }
+    }
+}
+
+/// A column of a table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Column {
+    /// Its name, which no other column of the table has.
+    pub name: &'static str,
+    /// What it holds.
+    pub what: &'static str,
+}
+
+/// The columns of a profile, and which of them are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Profile {
+    /// The columns; the first is drawn along x.
+    pub columns: &'static [Column],
+    /// The column drawn along y.
+    pub drawn: usize,
+}
+
+/// A number of a table; `None` where there is none.
+pub type Cell = Option<f64>;
+
+/// What a measure found in one state.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Found {
+    /// A number a column.
+    pub values: Vec<Cell>,
+    /// The rows of the profile.
+    pub rows: Vec<Vec<Cell>>,
+    /// Why some of it is not there, or what one should know of it.
+    pub remark: Option<String>,
+}
+
+/// Why a measure is left out of a state.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftOut(pub String);
+
+impl From<&str> for LeftOut {
+    fn from(reason: &str) -> Self {
+        LeftOut(reason.into())
+    }
+}
+
+/// A measure.
+pub trait Measure: Sync {
+    /// Its name: what `--only` takes, and what its profile's file is called.
+    fn name(&self) -> &'static str;
+    /// What it tells, in a line.
+    fn about(&self) -> &'static str;
+    /// The columns of its numbers.
+    fn columns(&self) -> &'static [Column];
+    /// Its profile, where it has one.
+    fn profile(&self) -> Option<Profile> {
+        None
+    }
+    /// The columns to be drawn over time, those in one plot together; a plot is named after its first column.
+    fn plots(&self) -> &'static [&'static [&'static str]];
+    /// Measures a state.
+    ///
+    /// # Errors
+    /// [`LeftOut`] where the state does not have what it takes.
+    fn of(&self, view: &View<'_>) -> Result<Found, LeftOut>;
+    /// Adds what takes more than one state; `found` has the state of each time.
+    fn over_time(&self, _times: &[f64], _found: &mut [Result<Found, LeftOut>]) {}
+}
+
+/// The measures: to add one, write its file and name it here.
+pub static ALL: [&dyn Measure; 11] = [
+    &nematic::Nematic,
+    &correlation::Correlation,
+    &radius::Radius,
+    &packing::Packing,
+    &density::Density,
+    &length::Length,
+    &contacts::Contacts,
+    &stress::Stress,
+    &force_chains::ForceChains,
+    &microdomains::Microdomains,
+    &dissipation::Dissipation,
+];
+
+/// The measures of these names, in the order of the table; all where no name is given.
+///
+/// # Errors
+/// [`MeasureError::Unknown`] for a name that no measure has.
+pub fn select(names: &[String]) -> Result<Vec<&'static dyn Measure>, MeasureError> {
+    if let Some(name) = names.iter().find(|name| ALL.iter().all(|measure| measure.name() != name.as_str())) {
+        return Err(MeasureError::Unknown { name: name.clone() });
+    }
+    let asked = |measure: &&&dyn Measure| names.is_empty() || names.iter().any(|name| name == measure.name());
+    Ok(ALL.iter().filter(asked).copied().collect())
+}
+
+/// A number as a cell: what is not finite is none.
+fn cell(value: f64) -> Cell {
+    value.is_finite().then_some(value)
+}
+
+/// A count as a cell.
+fn count(value: usize) -> Cell {
+    Some(value as f64)
+}

@@ -1,0 +1,103 @@
+//! Packing fraction, of the whole and of its core.
+//!
+//! Of the whole: the bodies' area over that of their convex hull, in the plane. Of the core: the part that bodies fill of the disc, in space
+//! of the ball, whose radius is the radius of gyration about the mean of the centres, so that neither the outline nor what lies beyond it counts; a
+//! uniform disc has half of its area in it. Fractions of sections through windows inside a packing: S. Torquato, "Random Heterogeneous
+//! Materials", 2002, section 2.6; the hull as a colony's outline is a choice of this program.
+
+use super::{Column, Found, LeftOut, Measure, View, cell, hull, interior, radius};
+use glam::DVec3;
+use rayon::prelude::*;
+
+const COLUMNS: [Column; 4] = [
+    Column { name: "body_volume", what: "volume of all bodies; in the plane the area of their sections" },
+    Column { name: "hull_area", what: "area of the convex hull of all bodies; in the plane" },
+    Column { name: "packing_hull", what: "area of the bodies over that of their convex hull; in the plane" },
+    Column {
+        name: "packing_core",
+        what: "part of the disc (in space the ball) of the radius of gyration that bodies fill",
+    },
+];
+
+/// Bodies whose points are summed together: fixed, so that sums do not depend on the number of threads.
+const CHUNK: usize = 1024;
+
+/// Packing fraction.
+pub(super) struct Packing;
+
+impl Measure for Packing {
+    fn name(&self) -> &'static str {
+        "packing"
+    }
+
+    fn about(&self) -> &'static str {
+        "packing fraction, of the convex hull and of the core"
+    }
+
+    fn columns(&self) -> &'static [Column] {
+        &COLUMNS
+    }
+
+    fn plots(&self) -> &'static [&'static [&'static str]] {
+        &[&["packing_hull", "packing_core"]]
+    }
+
+    fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {
+        if view.bodies().is_empty() {
+            return Err("there is no body".into());
+        }
+        let volume: f64 = view.volumes.iter().sum();
+        let hull = view.planar().then(|| hull::area(view));
+        let core = core(view);
+        let mut remark = Vec::new();
+        if hull.is_none() {
+            remark.push("the convex hull is measured in the plane only");
+        }
+        if core.is_none() {
+            remark.push("the radius of gyration is zero, so there is no core");
+        }
+        Ok(Found {
+            values: vec![cell(volume), hull.and_then(cell), hull.and_then(|hull| cell(volume / hull)), core],
+            remark: (!remark.is_empty()).then(|| remark.join("; ")),
+            ..Found::default()
+        })
+    }
+}
+
+fn core(view: &View<'_>) -> Option<f64> {
+    let gyration = radius::gyration(view);
+    let filled = spread(view, 1, |distance| (distance <= gyration).then_some(0));
+    if gyration > 0.0 { cell(filled[0] / view.ball(gyration)) } else { None }
+}
+
+/// The volume of all bodies shared out to `count` places: `place` says where a distance from the centre belongs, and the distances of a place
+/// are an interval.
+pub(super) fn spread(view: &View<'_>, count: usize, place: impl Fn(f64) -> Option<usize> + Sync) -> Vec<f64> {
+    let bodies = view.bodies();
+    let starts: Vec<usize> = (0..bodies.len()).step_by(CHUNK).collect();
+    let part = |&start: &usize| {
+        let mut sums = vec![0.0; count];
+        let mut points: Vec<DVec3> = Vec::new();
+        for i in start..bodies.len().min(start + CHUNK) {
+            let (distance, reach) = (view.distance(i), bodies.shape[i].bounding_radius());
+            let nearest = place((distance - reach).max(0.0));
+            if nearest == place(distance + reach) {
+                nearest.into_iter().for_each(|place| sums[place] += view.volumes[i]);
+                continue;
+            }
+            interior::points(&bodies.shape[i], bodies.orientation[i], view.axes[i], view.planar(), &mut points);
+            let share = view.volumes[i] / points.len() as f64;
+            let from_centre = bodies.position[i] - view.centre;
+            for place in points.iter().filter_map(|point| place((from_centre + *point).length())) {
+                sums[place] += share;
+            }
+        }
+        sums
+    };
+    let parts: Vec<Vec<f64>> = starts.par_iter().map(part).collect();
+    let mut total = vec![0.0; count];
+    for part in &parts {
+        total.iter_mut().zip(part).for_each(|(total, part)| *total += part);
+    }
+    total
+}

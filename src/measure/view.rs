@@ -1,0 +1,137 @@
+//! A state as the measures see it: what several of them need is computed once.
+
+use super::{Frame, LeftOut, Settings, axis, interior};
+use crate::bodies::Bodies;
+use crate::broad_phase::{Aabb, BroadPhase, Grid};
+use crate::constraint::FEATURE_OF_SURFACES;
+use crate::export::{Contact, Snapshot, TOUCHING, contacts};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use std::sync::OnceLock;
+
+/// A state, and what all measures of it share.
+pub struct View<'a> {
+    /// The state.
+    pub state: &'a Snapshot,
+    /// What its run's scene says.
+    pub frame: &'a Frame,
+    /// What the user chose.
+    pub settings: &'a Settings,
+    /// The mean of the bodies' centres.
+    pub centre: DVec3,
+    /// The bodies' axes as unit vectors; see [`axis`].
+    pub axes: Vec<Option<DVec3>>,
+    /// The bodies' volumes; in the plane the areas of their sections.
+    pub volumes: Vec<f64>,
+    contacts: OnceLock<Vec<Contact>>,
+}
+
+impl<'a> View<'a> {
+    /// The view of a state.
+    pub fn new(state: &'a Snapshot, frame: &'a Frame, settings: &'a Settings) -> Self {
+        let bodies = &state.bodies;
+        let each = || bodies.shape.par_iter().zip(&bodies.orientation);
+        let centre = bodies.position.iter().sum::<DVec3>() / bodies.len().max(1) as f64;
+        let volume = |(shape, q): (&crate::shape::Shape, &glam::DQuat)| match frame.planar {
+            true => interior::section(shape, *q),
+            false => shape.volume(),
+        };
+        View {
+            state,
+            frame,
+            settings,
+            centre,
+            axes: each().map(|(shape, q)| axis(shape, *q, frame.planar)).collect(),
+            volumes: each().map(volume).collect(),
+            contacts: OnceLock::new(),
+        }
+    }
+
+    /// The bodies.
+    pub fn bodies(&self) -> &'a Bodies {
+        &self.state.bodies
+    }
+
+    /// Whether it is a state of a planar run.
+    pub fn planar(&self) -> bool {
+        self.frame.planar
+    }
+
+    /// Two or three.
+    pub fn dimension(&self) -> f64 {
+        if self.planar() { 2.0 } else { 3.0 }
+    }
+
+    /// Volume of a ball of this radius; in the plane the area of a disc.
+    pub fn ball(&self, radius: f64) -> f64 {
+        if self.planar() { PI * radius * radius } else { 4.0 / 3.0 * PI * radius.powi(3) }
+    }
+
+    /// Distance of body `i`'s centre from the centre of all.
+    pub fn distance(&self, i: usize) -> f64 {
+        self.bodies().position[i].distance(self.centre)
+    }
+
+    /// Width of bins of distance.
+    pub fn bin(&self) -> f64 {
+        self.settings.bin.unwrap_or_else(|| median(self.bodies().shape.iter().map(|shape| shape.thickness())))
+    }
+
+    /// The distance up to which pairs touch.
+    pub fn cutoff(&self) -> f64 {
+        let thinnest = self.bodies().shape.iter().map(|shape| shape.thickness()).reduce(f64::min);
+        self.settings.cutoff.unwrap_or(TOUCHING * thinnest.unwrap_or(0.0))
+    }
+
+    /// The contacts, as an export has them.
+    pub fn contacts(&self) -> &[Contact] {
+        self.contacts.get_or_init(|| contacts(self.state, Some(self.cutoff())))
+    }
+
+    /// The contacts nearer than the cutoff.
+    pub fn touching(&self) -> impl Iterator<Item = &Contact> {
+        let cutoff = self.cutoff();
+        self.contacts().iter().filter(move |contact| contact.separation <= cutoff)
+    }
+
+    /// The contacts that push, with forces above zero.
+    ///
+    /// # Errors
+    /// [`LeftOut`] where the state does not know its contact forces, or knows those of sub-spheres.
+    pub fn pushing(&self) -> Result<impl Iterator<Item = &Contact>, LeftOut> {
+        let Some(warm) = &self.state.warm else {
+            return Err(
+                "the state has no contact forces: only a checkpoint has, and states of a run with output.forces".into(),
+            );
+        };
+        if self.state.step == 0 {
+            return Err("no step has been taken, so there are no contact forces".into());
+        }
+        if warm.iter().any(|warm| warm.feature != FEATURE_OF_SURFACES) {
+            return Err("the contact forces are those of sub-spheres".into());
+        }
+        Ok(self.contacts().iter().filter(|contact| contact.gamma > 0.0))
+    }
+
+    /// The pairs of the bodies in `among` whose centres are at most `radius` apart, by their places in it.
+    pub fn neighbours(&self, among: &[usize], radius: f64) -> Vec<[u32; 2]> {
+        let at = |i: u32| self.bodies().position[among[i as usize]];
+        let half = DVec3::splat(0.5 * radius);
+        let boxes: Vec<Aabb> = among.iter().map(|&i| Aabb::from_centre(self.bodies().position[i], half)).collect();
+        let mut pairs = Vec::new();
+        Grid::default().pairs(&boxes, &mut pairs);
+        pairs.retain(|[a, b]| at(*a).distance_squared(at(*b)) <= radius * radius);
+        pairs
+    }
+}
+
+/// The median; the lower of the two where their number is even. Zero of nothing.
+pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = (values.len() - 1) / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
