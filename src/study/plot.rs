@@ -52,8 +52,8 @@ pub(super) struct Panel {
     pub(super) title: String,
     pub(super) axes: [Axis; 2],
     pub(super) curves: Vec<Curve>,
-    /// Whether the names of the curves are written in it.
-    pub(super) named: bool,
+    /// Where the names of the curves are written, if they are.
+    pub(super) names: Option<SeriesLabelPosition>,
 }
 
 /// Draws rows of panels, each row as long as the first. Points that a logarithmic axis does not have are left out.
@@ -151,20 +151,21 @@ where
         .y_label_formatter(&|value| y_axis.label(*value))
         .x_labels(8)
         .light_line_style(WHITE)
+        .max_light_lines(1)
         .draw()?;
     for (curve, colour) in panel.curves.iter().zip(COLOURS.iter().cycle()) {
         let style = colour.stroke_width(2);
         let points = curve.points.iter().copied().filter(|point| panel.shows(*point));
         let line = LineSeries::new(points, style).point_size(if curve.marked { 3 } else { 0 });
         let drawn = chart.draw_series(line)?;
-        if panel.named {
+        if panel.names.is_some() {
             drawn.label(&curve.name).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
         }
     }
-    if panel.named {
+    if let Some(position) = &panel.names {
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::LowerLeft)
+            .position(position.clone())
             .background_style(WHITE.mix(0.8))
             .border_style(BLACK.mix(0.3))
             .draw()?;
@@ -179,7 +180,12 @@ mod tests {
     fn panel(points: Vec<(f64, f64)>, logarithmic: bool) -> Panel {
         let axis = |name| Axis { name, logarithmic };
         let curve = Curve { name: "one".into(), points, marked: true };
-        Panel { title: "panel".into(), axes: [axis("x"), axis("y")], curves: vec![curve], named: true }
+        Panel {
+            title: "panel".into(),
+            axes: [axis("x"), axis("y")],
+            curves: vec![curve],
+            names: Some(SeriesLabelPosition::LowerLeft),
+        }
     }
 
     #[test]

@@ -24,17 +24,17 @@ pub struct Size {
     pub alone: &'static [f64],
     /// How many of each are taken.
     pub steps_alone: u64,
-    /// Steps of the capsules that are pressed together.
+    /// Steps of the capsules that are pressed together. With one of 0.1 a capsule is through the next after the first.
     pub pressed: &'static [f64],
-    /// The time for which they are.
+    /// The time for which they are; after 3 they slide off each other with the longest of these steps.
     pub end: f64,
 }
 
 impl Size {
     /// Some seconds.
-    pub const FULL: Size = Size { alone: &[1e-2, 1e-4], steps_alone: 40, pressed: &[1e-1, 1e-2, 1e-3, 1e-4], end: 3.0 };
+    pub const FULL: Size = Size { alone: &[1e-2, 1e-4], steps_alone: 40, pressed: &[2e-2, 1e-2, 1e-3, 1e-4], end: 2.0 };
     /// A second.
-    pub const QUICK: Size = Size { alone: &[1e-2, 1e-4], steps_alone: 40, pressed: &[1e-1, 1e-2], end: 3.0 };
+    pub const QUICK: Size = Size { alone: &[1e-2, 1e-4], steps_alone: 40, pressed: &[2e-2, 1e-2], end: 2.0 };
 
     /// All runs, in the order in which they are made.
     pub fn cases(&self) -> Vec<Case> {

@@ -3,6 +3,7 @@
 use super::{Capsules, Method, Run, Study, Window};
 use crate::study::StudyError;
 use crate::study::plot::{Axis, Curve, Panel, draw};
+use plotters::prelude::SeriesLabelPosition;
 
 /// What is drawn in place of anything smaller, zero too: a logarithm has no place for it.
 const FLOOR: f64 = 1e-9;
@@ -40,6 +41,6 @@ fn panel(study: &Study, capsules: Capsules, name: &'static str, of: fn(&Window) 
             Axis { name, logarithmic: true },
         ],
         curves: of_method(Method::Relcp).chain(of_method(Method::Snsd)).collect(),
-        named: true,
+        names: Some(SeriesLabelPosition::LowerLeft),
     }
 }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 /// Most lines of a run's course over time: steps are taken together where there are more.
-const MOST_WINDOWS: u64 = 150;
+const MOST_WINDOWS: u64 = 100;
 
 /// The forces that press: on the outer capsules, along y.
 pub(super) const PRESS: [&str; 3] = [

@@ -40,18 +40,18 @@ fn left_alone_the_step_length_does_not_matter() {
 
 #[test]
 fn pressed_capsules_shake_without_recursion() {
-    let mut study = Study::begin(Size { alone: &[], steps_alone: 0, pressed: &[1e-2], end: 3.0 });
+    let mut study = Study::begin(Size { alone: &[], steps_alone: 0, pressed: &[1e-2], end: 2.0 });
     for case in study.size().cases() {
         study.run(case).unwrap();
     }
     let [relcp, snsd] = study.runs() else { panic!("{:?}", study.runs()) };
-    assert_eq!((relcp.steps, relcp.windows.len()), (300, 150));
+    assert_eq!((relcp.steps, relcp.windows.len()), (200, 100));
     assert!(relcp.windows.iter().all(|window| window.steps == 2) && relcp.steps_over == 0);
     assert!(snsd.late_overlap > 1e-3 && snsd.late.jitter() > 10.0 * relcp.late.jitter(), "{snsd:?}");
     assert!(!study.missed() && study.targets().iter().all(|target| target.met == Some(true)), "{:?}", study.targets());
     let page = study.page();
-    assert!(page.contains("| LCP-SNSD | 1e-2 |") && page.contains("300 of 300"), "{page}");
+    assert!(page.contains("| LCP-SNSD | 1e-2 |") && page.contains("200 of 200"), "{page}");
     assert!(study.plot().unwrap().starts_with("<svg"));
     assert_eq!(String::from_utf8(study.csv().unwrap()).unwrap().lines().count(), 3);
-    assert_eq!(String::from_utf8(study.steps_csv().unwrap()).unwrap().lines().count(), 301);
+    assert_eq!(String::from_utf8(study.steps_csv().unwrap()).unwrap().lines().count(), 201);
 }

@@ -50,8 +50,8 @@ impl Size {
         midpoint: &[0.4, 0.2, 0.1, 0.05, 0.025, 0.0125],
         spheres: &[3, 7, 13],
         multisphere_dt: 1e-2,
-        reference_midpoint: 6.25e-3,
-        reference_euler: 1e-2,
+        reference_midpoint: 3.125e-3,
+        reference_euler: 4e-3,
     };
 
     /// All runs, in the order in which they are made.
@@ -150,7 +150,7 @@ impl Study {
     /// # Errors
     /// [`StudyError`] where it cannot be made.
     pub fn run(&mut self, case: Case) -> Result<(), StudyError> {
-        self.runs.push(follow(case, None)?);
+        self.runs.push(follow(case)?);
         Ok(())
     }
 

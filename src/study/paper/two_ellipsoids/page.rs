@@ -19,7 +19,7 @@ pub(super) fn page(study: &Study) -> String {
     let fine = rows.iter().find(|row| row.scheme == Scheme::Euler && row.dt == study.size().multisphere_dt);
     let own = fine.map_or(String::new(), |row| format!(" ReLCP errs {:.1e} at that step.", row.worst));
     let about = format!(
-        "Rows of sub-spheres on the long axis, steps of {:.0e} (the paper's are 1e-5; with {} spheres that would take {:.0} minutes here).{own}",
+        "Rows of sub-spheres on the long axis, inside the surface and tangent to it; how the paper spaces them is not stated there, here all grooves are equally deep. Steps of {:.0e} (the paper's are 1e-5; with {} spheres that would take {:.0} minutes here).{own}",
         study.size().multisphere_dt,
         study.size().spheres.last().copied().unwrap_or_default(),
         at_paper_step(&of(Scheme::Multisphere))
@@ -51,13 +51,14 @@ fn head(study: &Study) -> String {
          * {}. Computed by {COMPUTED_BY}. Times are of this machine in this run, which it may have shared; of short runs the shortest of some.\n\
          * An error is `sqrt(integral of (x - reference)^2 dt)` over the run, of the upper body's x and y and of the angle of its long axis in radians. The paper says \
          \"L2 norms\" and no more. In the CSV are also the errors over the norm of the reference.\n\
-         * The reference: midpoint steps of {} at overlap tolerance {:.0e}. The paper's steps of {} and {}, extrapolated to zero, are {x:.1e}, {y:.1e} and {angle:.1e} \
+         * The reference: midpoint steps of {} at overlap tolerance {:.0e} and residual {:.0e}. The paper's steps of {} and {} at that residual, extrapolated to zero, are {x:.1e}, {y:.1e} and {angle:.1e} \
          away in x, y and angle.\n",
         reference.overlap_tolerance,
         reference.solver_tolerance,
         machine(),
         reference.midpoint_dt,
         reference.tight_overlap_tolerance,
+        reference.tight_solver_tolerance,
         reference.euler_dt,
         0.5 * reference.euler_dt,
     )

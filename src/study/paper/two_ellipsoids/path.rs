@@ -65,17 +65,17 @@ impl Case {
         }
     }
 
-    /// The scene, its tolerance replaced where one is given.
-    pub(super) fn scene(&self, overlap_tolerance: Option<f64>) -> Result<Scene, StudyError> {
+    /// The scene.
+    ///
+    /// # Errors
+    /// [`StudyError::Scene`], which the tests rule out.
+    pub fn scene(&self) -> Result<Scene, StudyError> {
         let mut scene = scene::load("two-ellipsoids", &[format!("time.dt={}", self.dt)])?;
         if self.scheme == Scheme::Midpoint {
             scene.time.stepping = Stepping::Midpoint;
         }
         if let Some(count) = self.spheres {
             scene.contact.method = Method::Multisphere { count };
-        }
-        if let Some(tolerance) = overlap_tolerance {
-            scene.contact.overlap_tolerance = tolerance;
         }
         Ok(scene)
     }
@@ -151,30 +151,31 @@ pub struct Run {
     pub unconverged: u64,
 }
 
-/// Makes a run; at another overlap tolerance than the scene's where one is given. A short one is made several times, for its time.
+/// Makes a run. A short one is made several times, for its time.
 ///
 /// # Errors
 /// [`StudyError`] where a step cannot be taken.
-pub fn follow(case: Case, overlap_tolerance: Option<f64>) -> Result<Run, StudyError> {
+pub fn follow(case: Case) -> Result<Run, StudyError> {
+    let scene = case.scene()?;
     let begun = Instant::now();
-    let mut run = once(case, overlap_tolerance)?;
+    let mut run = once(case, &scene)?;
     for _ in 1..REPEATS {
         if begun.elapsed() > REPEAT_WITHIN {
             break;
         }
-        run.time = run.time.min(once(case, overlap_tolerance)?.time);
+        run.time = run.time.min(once(case, &scene)?.time);
     }
     Ok(run)
 }
 
-fn once(case: Case, overlap_tolerance: Option<f64>) -> Result<Run, StudyError> {
-    let scene = case.scene(overlap_tolerance)?;
+/// Makes a run of a case in a scene that is at most in its tolerances another.
+pub(super) fn once(case: Case, scene: &Scene) -> Result<Run, StudyError> {
     let stride = ((INTERVAL / case.dt).round() as u64).max(1);
     let mut path = Path::new(stride as f64 * case.dt);
     let begun = Instant::now();
     let bodies = scene.build()?;
     path.push(&bodies.placed(0));
-    let mut simulation = Simulation::new(scene, bodies)?;
+    let mut simulation = Simulation::new(scene.clone(), bodies)?;
     let mut run = Run {
         case,
         path,

@@ -4,6 +4,7 @@ use super::targets::of;
 use super::{Row, Run, Scheme, Study};
 use crate::study::StudyError;
 use crate::study::plot::{Axis, Curve, Panel, draw};
+use plotters::prelude::SeriesLabelPosition;
 
 /// Time between the points of a drawn path.
 const DRAWN: f64 = 0.4;
@@ -23,7 +24,7 @@ pub(super) fn work(study: &Study) -> Result<String, StudyError> {
         title: title.into(),
         axes: [Axis { name, logarithmic: true }, Axis { name: "largest error of x, y, angle", logarithmic: true }],
         curves: [Scheme::Euler, Scheme::Midpoint, Scheme::Multisphere].map(|scheme| curve(scheme, work)).into(),
-        named: true,
+        names: Some(SeriesLabelPosition::LowerLeft),
     };
     let time = panel("over wall time", "milliseconds of all steps", |row| row.milliseconds);
     let products = panel("over products", "products with A of all steps", |row| row.products as f64);
@@ -59,6 +60,6 @@ fn panel(study: &Study, runs: &[&Run], scheme: Scheme, quantity: usize, name: &'
         title: format!("{}: {name}", scheme.name()),
         axes: [Axis { name: "time", logarithmic: false }, Axis { name, logarithmic: false }],
         curves,
-        named: quantity == 0,
+        names: (quantity == 0).then_some(SeriesLabelPosition::UpperLeft),
     }
 }

@@ -32,6 +32,7 @@ fn made_up() -> Study {
         midpoint_dt: 0.0,
         euler_dt: 0.0,
         tight_overlap_tolerance: 1e-9,
+        tight_solver_tolerance: 1e-10,
         overlap_tolerance: 1e-5,
         solver_tolerance: 1e-6,
         difference: [1e-9; 3],
@@ -101,7 +102,7 @@ fn an_axis_is_followed_through_turns() {
 fn runs_are_sampled_at_the_same_times_whatever_their_steps() {
     let first = |scheme, dt| {
         let case = Case { scheme, dt, spheres: None };
-        follow(case, None).unwrap()
+        follow(case).unwrap()
     };
     let (coarse, fine) = (first(Scheme::Midpoint, 0.4), first(Scheme::Midpoint, 0.05));
     assert_eq!((coarse.path.samples[0].len(), fine.path.samples[0].len(), fine.steps), (101, 401, 800));
