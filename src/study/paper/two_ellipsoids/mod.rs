@@ -48,10 +48,10 @@ impl Size {
     pub const QUICK: Size = Size {
         euler: &[1e-1, 1e-2, 1e-3],
         midpoint: &[0.4, 0.2, 0.1, 0.05, 0.025, 0.0125],
-        spheres: &[3, 7, 13],
+        spheres: &[3, 7],
         multisphere_dt: 1e-2,
         reference_midpoint: 3.125e-3,
-        reference_euler: 4e-3,
+        reference_euler: 5e-3,
     };
 
     /// All runs, in the order in which they are made.

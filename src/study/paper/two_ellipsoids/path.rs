@@ -197,7 +197,7 @@ pub(super) fn once(case: Case, scene: &Scene) -> Result<Run, StudyError> {
         run.max_overlap = run.max_overlap.max(report.max_overlap);
         run.proxy_overlap = report.proxy_overlap.map(|overlap| overlap.max(run.proxy_overlap.unwrap_or(0.0)));
         run.unconverged += u64::from(report.unconverged);
-        if run.steps % stride == 0 {
+        if run.steps.is_multiple_of(stride) {
             run.path.push(&simulation.state()?.bodies.placed(0));
         }
     }
