@@ -402,6 +402,63 @@ fn lcps_of_a_run_are_saved_and_studied() {
     assert!(refused.err.contains("relcp study solvers"), "{}", refused.err);
 }
 
+/// The paper's own tests, at their quick size.
+#[test]
+fn the_papers_tests_are_studied() {
+    let place = Place::new();
+    let study = |name: &str| -> Value {
+        let out =
+            place.relcp(&["study", name, "--quick", "--backend", "cpu", "--out", "st", "--json", "--quiet"]).expect(0);
+        assert_eq!(out.err, "");
+        let numbers: Value = serde_json::from_str(&out.out).unwrap();
+        assert_eq!(place.json(&format!("st/{name}.json")), numbers);
+        numbers
+    };
+    let numbers = study("two-ellipsoids");
+    let rows = numbers["rows"].as_array().unwrap();
+    let errors = |scheme: &str| -> Vec<f64> {
+        let of = rows.iter().filter(|row| row["scheme"] == scheme);
+        of.map(|row| row["worst"].as_f64().unwrap()).collect()
+    };
+    let (euler, midpoint) = (errors("euler"), errors("midpoint"));
+    assert_eq!((euler.len(), midpoint.len(), errors("multisphere").len()), (3, 6, 2));
+    assert!((8.0..12.0).contains(&(euler[1] / euler[2])), "{euler:?}");
+    assert!(midpoint.windows(2).all(|pair| pair[0] / pair[1] >= 2f64.powf(1.8)), "{midpoint:?}");
+    assert!(errors("multisphere").iter().all(|error| *error > euler[2]));
+    let apart = numbers["reference"]["difference"].as_array().unwrap();
+    assert!(apart.iter().all(|d| d.as_f64().unwrap() < midpoint[5]), "{apart:?}");
+    let page = fs::read_to_string(place.at("st/two-ellipsoids.md")).unwrap();
+    for part in ["| 1e-2 |", "0.0256, 0.0243, 0.0041", "two-ellipsoids-work.svg", "two-ellipsoids-paths.svg"] {
+        assert!(page.contains(part), "{part}: {page}");
+    }
+
+    let numbers = study("jitter");
+    let runs = numbers["runs"].as_array().unwrap();
+    for run in runs {
+        let over = run["steps_over"].as_u64().unwrap();
+        assert_eq!(over > 0, run["case"]["method"] == "snsd", "{run}");
+    }
+    assert!(numbers["targets"].as_array().unwrap().iter().all(|target| target["met"] == true), "{numbers}");
+    assert!(fs::read_to_string(place.at("st/jitter.md")).unwrap().contains("![](jitter.svg)"));
+    for (name, lines) in [("jitter.csv", runs.len()), ("jitter-steps.csv", 500), ("two-ellipsoids.csv", rows.len())] {
+        assert!(fs::read_to_string(place.at(&format!("st/{name}"))).unwrap().lines().count() > lines, "{name}");
+    }
+    for name in ["jitter.svg", "two-ellipsoids-work.svg", "two-ellipsoids-paths.svg"] {
+        assert!(fs::read_to_string(place.at(&format!("st/{name}"))).unwrap().starts_with("<svg"), "{name}");
+    }
+
+    for (arguments, status, says) in [
+        (["--backend", "gpu"], 2, "computed on the CPU"),
+        (["--precision", "f32"], 2, "the CPU computes in f64"),
+        (["--adapter", "any"], 2, "--adapter names a device"),
+        (["--out", "rods.json/st"], 4, "rods.json/st"),
+        (["rods.json", "--quick"], 2, "relcp study solvers"),
+    ] {
+        let refused = place.relcp(&[&["study", "jitter"], &arguments[..]].concat()).expect(status);
+        assert!(refused.err.contains(says) && refused.out.is_empty(), "{}", refused.err);
+    }
+}
+
 #[test]
 fn throughput_is_measured_of_what_is_asked_for() {
     let place = Place::new();

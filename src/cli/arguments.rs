@@ -226,6 +226,10 @@ pub(super) enum StudyName {
     Throughput,
     /// What each solver needs, and what it attains, on stored LCPs and on short runs
     Solvers,
+    /// Two ellipsoids pushed past each other: errors by step, by scheme and by sub-spheres, and what they cost
+    TwoEllipsoids,
+    /// Three capsules with and without recursion: overlaps, and how they shake from step to step
+    Jitter,
     /// All of them
     All,
 }
@@ -234,6 +238,7 @@ const STUDY_EXAMPLES: &str = "\
 Examples:
   relcp study throughput --backend gpu --largest 131072
   relcp study solvers --quick
+  relcp study two-ellipsoids --out docs/studies/two-ellipsoids
   relcp run colony --set solver.dump.when=slow --out runs/slow
   relcp study solvers runs/slow                        every solver on the LCPs that were slow there";
 
@@ -261,7 +266,7 @@ pub(super) struct Study {
     /// For throughput: steps taken before those
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub(super) warm_up: u32,
-    /// For solvers: fewer iterations and shorter runs, for under a minute
+    /// For solvers, two-ellipsoids and jitter: fewer iterations, or fewer and shorter runs, for under a minute
     #[arg(long)]
     pub(super) quick: bool,
     /// Where the tables go

@@ -38,7 +38,8 @@ pub(super) fn settle(arguments: &Arguments, scene: &Scene) -> Result<Compute, Cl
     }
 }
 
-fn cpu(arguments: &Arguments) -> Result<Compute, CliError> {
+/// The CPU, if nothing is asked for that it has not.
+pub(super) fn cpu(arguments: &Arguments) -> Result<Compute, CliError> {
     if arguments.precision == Some(Wanted::F32) {
         return Err(CliError::Usage("the CPU computes in f64; leave --precision out, or say --backend gpu".into()));
     }

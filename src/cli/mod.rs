@@ -16,6 +16,7 @@ mod progress;
 mod run;
 mod scenes;
 mod study;
+mod study_paper;
 mod study_solvers;
 
 use arguments::{Arguments, Command};

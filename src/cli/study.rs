@@ -4,6 +4,7 @@ use super::arguments::{Study, StudyName};
 use super::compute;
 use super::exit::{CliError, Exit};
 use super::output;
+use super::study_paper::paper;
 use super::study_solvers::solvers;
 use crate::record::{RecordError, durable};
 use crate::relcp::Compute;
@@ -29,12 +30,16 @@ pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
     let found = match arguments.name {
         StudyName::Throughput => throughput(arguments)?,
         StudyName::Solvers => solvers(arguments)?,
+        name @ (StudyName::TwoEllipsoids | StudyName::Jitter) => paper(name, arguments)?,
         StudyName::All => {
             let (a, b) = (throughput(arguments)?, solvers(arguments)?);
+            let (c, d) = (paper(StudyName::Jitter, arguments)?, paper(StudyName::TwoEllipsoids, arguments)?);
             Found {
-                text: format!("{}\n{}", a.text, b.text),
-                numbers: json!({ "throughput": a.numbers, "solvers": b.numbers }),
-                missed: a.missed || b.missed,
+                text: [a.text, b.text, c.text, d.text].join("\n"),
+                numbers: json!({
+                    "throughput": a.numbers, "solvers": b.numbers, "jitter": c.numbers, "two-ellipsoids": d.numbers
+                }),
+                missed: a.missed || b.missed || c.missed || d.missed,
             }
         }
     };

@@ -1,8 +1,11 @@
 //! Measured studies: what a table of the documentation is made from.
 
 mod bandwidth;
+pub mod paper;
+mod plot;
 pub mod solvers;
 mod state;
+mod table;
 pub mod throughput;
 
 pub use bandwidth::copy_bandwidth;

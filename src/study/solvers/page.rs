@@ -3,7 +3,7 @@
 use super::{Attempt, Instance, Reference, RunRow, Size, Start, TOLERANCES};
 use crate::lcp::Status;
 use crate::study::StudyError;
-use serde::Serialize;
+use crate::study::table::csv_table;
 use std::fmt::Write as _;
 
 /// What was measured, on what, as a page.
@@ -126,7 +126,7 @@ fn write_runs(out: &mut String, runs: &[RunRow], size: &Size) {
 /// # Errors
 /// [`StudyError::Table`].
 pub fn attempts_csv(instances: &[Instance]) -> Result<Vec<u8>, StudyError> {
-    table(instances.iter().flat_map(|instance| &instance.attempts))
+    csv_table(instances.iter().flat_map(|instance| &instance.attempts))
 }
 
 /// The runs as CSV.
@@ -134,14 +134,5 @@ pub fn attempts_csv(instances: &[Instance]) -> Result<Vec<u8>, StudyError> {
 /// # Errors
 /// [`StudyError::Table`].
 pub fn runs_csv(runs: &[RunRow]) -> Result<Vec<u8>, StudyError> {
-    table(runs.iter())
-}
-
-fn table<'a, T: Serialize + 'a>(rows: impl Iterator<Item = &'a T>) -> Result<Vec<u8>, StudyError> {
-    let fault = |e: csv::Error| StudyError::Table(e.to_string());
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for row in rows {
-        writer.serialize(row).map_err(fault)?;
-    }
-    writer.into_inner().map_err(|e| StudyError::Table(e.to_string()))
+    csv_table(runs.iter())
 }

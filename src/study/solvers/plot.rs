@@ -2,22 +2,11 @@
 
 use super::{Curve, Instance, Start, TOLERANCES};
 use crate::study::StudyError;
+use crate::study::plot::COLOURS;
 use plotters::prelude::*;
 
 /// Pixels.
 const SIZE: (u32, u32) = (1200, 520);
-
-/// Colours that stay apart for most eyes (Okabe and Ito 2008), for as many solvers as there may be in turn.
-const COLOURS: [RGBColor; 8] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(0, 0, 0),
-    RGBColor(150, 150, 0),
-];
 
 /// How far the axes go beyond the curves.
 const MARGIN: f64 = 2.0;

@@ -1,0 +1,119 @@
+//! `relcp study two-ellipsoids` and `relcp study jitter`: the paper's tests.
+
+use super::arguments::{Backend, Study as Arguments, StudyName};
+use super::compute;
+use super::exit::CliError;
+use super::output;
+use super::study::{Found, pretty, value, write_all};
+use crate::study::paper::{COMPUTED_BY, jitter, two_ellipsoids};
+use serde_json::{Value, json};
+
+/// The study that is asked for, or one of them where all are.
+pub(super) fn paper(name: StudyName, arguments: &Arguments) -> Result<Found, CliError> {
+    if arguments.name != StudyName::All {
+        on_the_cpu(arguments)?;
+    }
+    // Before anything is measured, so that a folder that cannot be written to costs nothing.
+    write_all(&arguments.out, [])?;
+    match name {
+        StudyName::Jitter => jitter(arguments),
+        _ => two_ellipsoids(arguments),
+    }
+}
+
+/// Sub-spheres and midpoint steps are on the CPU only: nothing is computed elsewhere than it was asked for.
+fn on_the_cpu(arguments: &Arguments) -> Result<(), CliError> {
+    if arguments.compute.backend == Backend::Gpu {
+        return Err(CliError::Usage(
+            "this study is computed on the CPU; leave --backend out, or say --backend cpu".into(),
+        ));
+    }
+    compute::cpu(&arguments.compute).map(|_| ())
+}
+
+fn say(arguments: &Arguments, text: &str) {
+    if !arguments.print.quiet {
+        output::message(text);
+    }
+}
+
+fn two_ellipsoids(arguments: &Arguments) -> Result<Found, CliError> {
+    use two_ellipsoids::{Size, Study};
+    let size = if arguments.quick { Size::QUICK } else { Size::FULL };
+    say(arguments, "two-ellipsoids: the reference");
+    let mut study = Study::begin(size)?;
+    let mut found = written_two_ellipsoids(&study, arguments)?;
+    for case in size.cases() {
+        study.run(case)?;
+        if let Some(row) = study.rows().last() {
+            say(arguments, &format!("{}: error {:.1e} in {:.0} ms", case.name(), row.worst, row.milliseconds));
+        }
+        // After each, as later ones take longer: what was measured stays when the study is interrupted.
+        found = written_two_ellipsoids(&study, arguments)?;
+    }
+    let (text, numbers) = found;
+    Ok(Found { text, numbers, missed: study.missed() })
+}
+
+fn written_two_ellipsoids(study: &two_ellipsoids::Study, arguments: &Arguments) -> Result<(String, Value), CliError> {
+    let text = study.page();
+    let numbers = json!({
+        "computed_by": COMPUTED_BY,
+        "size": value(study.size())?,
+        "reference": value(study.reference())?,
+        "rows": value(&study.rows())?,
+        "targets": value(&study.targets())?,
+    });
+    let plots = study.plots()?;
+    let page = with_plots(&text, plots.iter().map(|(name, _)| *name));
+    let (json, table) = (pretty(&numbers)?, study.csv()?);
+    let files: [(&str, &[u8]); 3] =
+        [("two-ellipsoids.md", page.as_bytes()), ("two-ellipsoids.json", &json), ("two-ellipsoids.csv", &table)];
+    let plots = plots.iter().map(|(name, svg)| (*name, svg.as_bytes()));
+    write_all(&arguments.out, files.into_iter().chain(plots))?;
+    Ok((text, numbers))
+}
+
+fn jitter(arguments: &Arguments) -> Result<Found, CliError> {
+    use jitter::{Size, Study};
+    let size = if arguments.quick { Size::QUICK } else { Size::FULL };
+    let mut study = Study::begin(size);
+    let mut found = written_jitter(&study, arguments)?;
+    for case in size.cases() {
+        study.run(case)?;
+        if let Some(run) = study.runs().last() {
+            let (over, steps) = (run.steps_over, run.steps);
+            say(arguments, &format!("{}: {over} of {steps} steps leave too much overlap", case.name()));
+        }
+        found = written_jitter(&study, arguments)?;
+    }
+    let (text, numbers) = found;
+    Ok(Found { text, numbers, missed: study.missed() })
+}
+
+fn written_jitter(study: &jitter::Study, arguments: &Arguments) -> Result<(String, Value), CliError> {
+    const PLOT: &str = "jitter.svg";
+    let text = study.page();
+    let numbers = json!({
+        "computed_by": COMPUTED_BY,
+        "size": value(study.size())?,
+        "runs": value(&study.runs())?,
+        "targets": value(&study.targets())?,
+    });
+    let page = with_plots(&text, [PLOT]);
+    let (json, table, steps, plot) = (pretty(&numbers)?, study.csv()?, study.steps_csv()?, study.plot()?);
+    let files: [(&str, &[u8]); 5] = [
+        ("jitter.md", page.as_bytes()),
+        ("jitter.json", &json),
+        ("jitter.csv", &table),
+        ("jitter-steps.csv", &steps),
+        (PLOT, plot.as_bytes()),
+    ];
+    write_all(&arguments.out, files)?;
+    Ok((text, numbers))
+}
+
+fn with_plots<'a>(text: &str, plots: impl IntoIterator<Item = &'a str>) -> String {
+    let shown: String = plots.into_iter().map(|name| format!("\n![]({name})")).collect();
+    format!("{text}\n## Plots\n{shown}\n")
+}

@@ -1,0 +1,13 @@
+//! The paper's own tests, measured and set beside its figures (Palmer, Aktulga, Gao: "Smooth-Rigid-Body Contact as a ReLCP", 2026).
+
+pub mod jitter;
+mod machine;
+mod norms;
+mod target;
+pub mod two_ellipsoids;
+
+pub use norms::{Cost, Reached, cost_at, extrapolated, l2, order};
+pub use target::Target;
+
+/// What these studies are computed by: sub-spheres and midpoint steps are not on a device.
+pub const COMPUTED_BY: &str = "CPU f64";
