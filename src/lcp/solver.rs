@@ -130,7 +130,7 @@ impl<const D: usize> Solver<D> {
             Engine::Bbpgd(method) => drive.run(cpu, method, settings, 1),
             Engine::PairBlockCg(method) => drive.run(cpu, method, settings, 1),
             Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
-            Engine::InteriorPoint(method) => method.run(cpu, &mut drive.at, settings),
+            Engine::InteriorPoint(method) => method.run(cpu, drive, settings),
         }
     }
 
@@ -145,7 +145,7 @@ impl<const D: usize> Solver<D> {
             && matches!(status, Status::NoProgress | Status::MaxIterations)
         {
             let settings = Settings { max_iterations: MOST_ITERATIONS, ..self.settings };
-            let (ended, more, found) = safeguard.run(&mut self.cpu, &mut self.drive.at, &settings);
+            let (ended, more, found) = safeguard.run(&mut self.cpu, &mut self.drive, &settings);
             factorizations = safeguard.factorizations();
             fallback = factorizations > 0;
             iterations += more;

@@ -16,7 +16,7 @@ mod normal_matrix;
 mod rows;
 
 use super::cpu::Cpu;
-use super::drive::Point;
+use super::drive::{Drive, Look, Point};
 use super::residual::{of_row, worse};
 use super::verbs::Verbs;
 use super::{Settings, Status};
@@ -69,8 +69,9 @@ impl<const D: usize> InteriorPoint<D> {
         InteriorPoint { largest_factor, ..InteriorPoint::default() }
     }
 
-    /// Solves; `at.x` becomes the solution, or the best iterate, never worse than it was. Iterations are steps.
-    pub fn run(&mut self, cpu: &mut Cpu<D>, at: &mut Point<Vec<f64>>, settings: &Settings) -> (Status, u64, f64) {
+    /// Solves; `drive.at.x` becomes the solution, or the best iterate, never worse than it was. Iterations are steps.
+    pub fn run(&mut self, cpu: &mut Cpu<D>, drive: &mut Drive<Vec<f64>>, settings: &Settings) -> (Status, u64, f64) {
+        let Drive { at, history, .. } = drive;
         self.iterate.reset();
         self.matrix.factorizations = 0;
         cpu.clear(&mut at.g);
@@ -82,7 +83,7 @@ impl<const D: usize> InteriorPoint<D> {
         self.rows.rebuild(&cpu.rows());
         self.best.clone_from(&at.x);
         self.residual = self.live_residual(cpu, at);
-        let (end, iterations) = self.search(cpu, at, settings);
+        let (end, iterations) = self.search(cpu, at, history, settings);
         self.settle(cpu, at, settings.tolerance);
         cpu.count(self.iterate.products);
         let residual = cpu.residual(&at.x, &at.g);
@@ -101,7 +102,13 @@ impl<const D: usize> InteriorPoint<D> {
     }
 
     /// Looks for multipliers with a residual of at most the tolerance on the rows that are not zero.
-    fn search(&mut self, cpu: &mut Cpu<D>, at: &mut Point<Vec<f64>>, settings: &Settings) -> (Status, u64) {
+    fn search(
+        &mut self,
+        cpu: &mut Cpu<D>,
+        at: &mut Point<Vec<f64>>,
+        history: &mut Option<Vec<Look>>,
+        settings: &Settings,
+    ) -> (Status, u64) {
         if self.residual <= settings.tolerance {
             return (Status::Solved, 0);
         }
@@ -128,6 +135,10 @@ impl<const D: usize> InteriorPoint<D> {
             let now = self.live_residual(cpu, at);
             if !now.is_finite() {
                 return (Status::NotFinite, iteration);
+            }
+            if let Some(history) = history {
+                let products = cpu.products() + self.iterate.products;
+                history.push(Look { iterations: iteration, products, residual: now });
             }
             if now < self.residual {
                 self.residual = now;
@@ -207,15 +218,15 @@ mod tests {
             jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]; 2],
             q: vec![-0.1, -0.2],
         };
-        let (mut cpu, mut at) = (Cpu::default(), Point::default());
+        let (mut cpu, mut drive) = (Cpu::default(), Drive::default());
         cpu.rebuild(&problem);
-        cpu.import(&[0.05, 0.0], &mut at.x);
+        cpu.import(&[0.05, 0.0], &mut drive.at.x);
         let mut solver = InteriorPoint::with_largest_factor(10);
         let settings = Settings { tolerance: 1e-9, max_iterations: 100 };
-        let (status, iterations, residual) = solver.run(&mut cpu, &mut at, &settings);
+        let (status, iterations, residual) = solver.run(&mut cpu, &mut drive, &settings);
         assert_eq!((status, iterations, solver.factorizations()), (Status::TooLarge, 0, 0));
-        assert_eq!((at.x.as_slice(), residual), ([0.05, 0.0].as_slice(), 0.25));
+        assert_eq!((drive.at.x.as_slice(), residual), ([0.05, 0.0].as_slice(), 0.25));
         solver.largest_factor = LARGEST_FACTOR;
-        assert_eq!(solver.run(&mut cpu, &mut at, &settings).0, Status::Solved);
+        assert_eq!(solver.run(&mut cpu, &mut drive, &settings).0, Status::Solved);
     }
 }
