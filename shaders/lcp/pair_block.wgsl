@@ -51,7 +51,7 @@ fn slope_of(row: u32, g: u32, step: real) -> real {
     return select(real(0.0), step * vectors[at(g, row)], inverse_of(row) > 0.0);
 }
 
-// Data are read where they are and loops do several things at once: what takes a driver long to compile is accesses by index.
+// Data are read where they are: of what is private, only what changes is kept.
 fn minimize_exactly(first: u32, m: u32, x: u32, g: u32, step: real, out: u32) {
     var l: array<real, ENTRIES>;
     // y - x; rows that are not free are held at y = 0.

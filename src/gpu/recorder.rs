@@ -16,8 +16,7 @@ const ALIGNMENT: usize = 256;
 const PARAMETER_SLOTS: usize = 1024;
 
 /// Invocations of one submission, about. Systems take a device away from a program whose submission lasts seconds, and waiting tells a hang
-/// from much work only between submissions. A software adapter on two shared cores does so many of the slowest kernel in 5 s; a discrete GPU takes
-/// longer for them than for another submission.
+/// from much work only between submissions. A software adapter on two shared cores does so many of the slowest kernel in 5 s.
 const INVOCATIONS: u64 = 1 << 25;
 
 /// Bind groups kept at most.

@@ -16,8 +16,8 @@ use crate::scene::SolverKind;
 /// How many sweeps of Gauss-Seidel are made for one look at the residual, which costs a product more.
 const SWEEPS: u64 = 4;
 
-/// Iterations after which the safeguard is called even where there is progress: about what it costs itself, so that a solve takes at most twice the
-/// time of the better of both. Steps of 4,096 crowded rods at an overlap of 1e-5 take 6,200 products and 4 calls in place of 22,400 products, and
+/// Iterations after which the safeguard is called even where there is progress: about what it costs itself, so that a solve takes about twice the
+/// time of the better of both at most. Steps of 4,096 crowded rods at an overlap of 1e-5 take 6,200 products and 4 calls in place of 22,400 products, and
 /// two fifths of the time.
 const ITERATIONS_BEFORE_SAFEGUARD: u64 = 1_000;
 
@@ -62,7 +62,7 @@ enum Engine<const D: usize> {
 
 impl<const D: usize> Solver<D> {
     /// A solver of a kind; [`SolverKind::Auto`] is projected nonlinear conjugate gradients with the blocks of the pairs, and where they end
-    /// with [`Status::NoProgress`] or [`Status::MaxIterations`], the interior-point method.
+    /// with [`Status::NoProgress`] or [`Status::MaxIterations`], or are not done after 1,000 iterations, the interior-point method.
     pub fn new(kind: SolverKind, settings: Settings) -> Self {
         let engine = match kind {
             SolverKind::ProjectedJacobi => Engine::ProjectedJacobi(ProjectedJacobi::default()),
@@ -167,7 +167,7 @@ impl<const D: usize> Solver<D> {
 mod tests {
     use super::*;
 
-    /// Spheres in a line, each too near the next, the ends least: an iteration carries news by one body.
+    /// Spheres in a line, each too near the next by one to two lengths: an iteration carries news by one body.
     fn chain(links: u32) -> Problem<3> {
         let along = |x: f64| [x, 0.0, 0.0];
         Problem {
