@@ -17,7 +17,7 @@ const PARAMETER_SLOTS: usize = 1024;
 
 /// Invocations of one submission, about. Systems take a device away from a program whose submission lasts seconds, and waiting tells a hang
 /// from much work only between submissions. A software adapter on two shared cores does so many of the slowest kernel in 5 s.
-const INVOCATIONS: u64 = 1 << 25;
+const INVOCATIONS: u64 = 1 << 23;
 
 /// Bind groups kept at most.
 const MOST_BIND_GROUPS: usize = 4096;

@@ -82,6 +82,21 @@ impl<T> Drive<T> {
     where
         T: Default,
     {
+        self.run_while(verbs, method, settings, check_every, |_, _| true)
+    }
+
+    /// [`Drive::run`] that ends as if the iterations were used up where `goes_on`, which is told their number, says so.
+    pub fn run_while<V: Verbs<Vector = T>>(
+        &mut self,
+        verbs: &mut V,
+        method: &mut impl Method<V>,
+        settings: &Settings,
+        check_every: u64,
+        mut goes_on: impl FnMut(&V, u64) -> bool,
+    ) -> (Status, u64, f64)
+    where
+        T: Default,
+    {
         let at = &mut self.at;
         verbs.clear(&mut at.g);
         verbs.gradient(&at.x, &mut at.g);
@@ -142,7 +157,7 @@ impl<T> Drive<T> {
                 pending.push((iteration, true));
                 continue;
             }
-            if iteration >= settings.max_iterations {
+            if iteration >= settings.max_iterations || !goes_on(verbs, iteration) {
                 break Status::MaxIterations;
             }
             if iteration - marked_at >= method.patience().max(marked_at) {

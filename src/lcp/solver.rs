@@ -16,10 +16,12 @@ use crate::scene::SolverKind;
 /// How many sweeps of Gauss-Seidel are made for one look at the residual, which costs a product more.
 const SWEEPS: u64 = 4;
 
-/// Iterations after which the safeguard is called even where there is progress: about what it costs itself, so that a solve takes about twice the
-/// time of the better of both at most. Steps of 4,096 crowded rods at an overlap of 1e-5 take 6,200 products and 4 calls in place of 22,400 products, and
-/// two fifths of the time.
-const ITERATIONS_BEFORE_SAFEGUARD: u64 = 1_000;
+/// Iterations that `auto` takes before it asks what the interior-point method would cost: as many as finding out costs, and more than that method
+/// ever costs less than.
+const ITERATIONS_BEFORE_FORECAST: u64 = 200;
+
+/// Nanoseconds of an iteration of the conjugate gradients for each row: 60 to 110 on one core (November 2026), whatever the unknowns.
+const NANOSECONDS_OF_A_ROW: f64 = 60.0;
 
 /// A solver of LCPs on the CPU. It keeps its buffers from one problem to the next.
 ///
@@ -48,6 +50,8 @@ pub struct Solver<const D: usize> {
     engine: Engine<D>,
     /// Goes on where the engine of `auto` gives up.
     safeguard: Option<InteriorPoint<D>>,
+    /// Whether the last problem was solved by the safeguard.
+    guarded: bool,
 }
 
 enum Engine<const D: usize> {
@@ -61,8 +65,8 @@ enum Engine<const D: usize> {
 }
 
 impl<const D: usize> Solver<D> {
-    /// A solver of a kind; [`SolverKind::Auto`] is projected nonlinear conjugate gradients with the blocks of the pairs, and where they end
-    /// with [`Status::NoProgress`] or [`Status::MaxIterations`], or are not done after 1,000 iterations, the interior-point method.
+    /// A solver of a kind. [`SolverKind::Auto`] is projected nonlinear conjugate gradients with the blocks of the pairs, and the interior-point method
+    /// where those end with [`Status::NoProgress`] or [`Status::MaxIterations`], or have cost as much as that method would.
     pub fn new(kind: SolverKind, settings: Settings) -> Self {
         let engine = match kind {
             SolverKind::ProjectedJacobi => Engine::ProjectedJacobi(ProjectedJacobi::default()),
@@ -74,7 +78,7 @@ impl<const D: usize> Solver<D> {
             SolverKind::InteriorPoint => Engine::InteriorPoint(Box::default()),
         };
         let safeguard = (kind == SolverKind::Auto).then(InteriorPoint::default);
-        Solver { settings, cpu: Cpu::default(), drive: Drive::default(), engine, safeguard }
+        Solver { settings, cpu: Cpu::default(), drive: Drive::default(), engine, safeguard, guarded: false }
     }
 
     /// When the solver stops.
@@ -105,19 +109,85 @@ impl<const D: usize> Solver<D> {
     /// # Panics
     /// If the lengths in the problem differ, or a row names a body that is not there.
     pub fn solve(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>) -> Outcome {
+        self.guarded = false;
+        self.solve_next(problem, gamma)
+    }
+
+    /// [`Solver::solve`] for a problem much like the last one, as that with rows added. Where that one was too much for conjugate gradients,
+    /// `auto` begins with the interior-point method.
+    ///
+    /// # Panics
+    /// As [`Solver::solve`].
+    pub fn solve_next(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>) -> Outcome {
         gamma.resize(problem.q.len(), 0.0);
         self.drive.history.iter_mut().for_each(Vec::clear);
         self.cpu.rebuild(problem);
         self.cpu.import(gamma, &mut self.drive.at.x);
-        let soon = if self.safeguard.is_some() { ITERATIONS_BEFORE_SAFEGUARD } else { u64::MAX };
-        let ended = self.iterate(self.settings.max_iterations.min(soon));
-        let outcome = self.finish(ended);
+        if let Some(safeguard) = &mut self.safeguard {
+            safeguard.forget();
+        }
+        let outcome = if self.guarded { self.begin_guarded() } else { self.begin() };
+        self.guarded = outcome.fallback && outcome.status == Status::Solved;
         self.cpu.export(&self.drive.at.x, gamma);
         outcome
     }
 
-    /// Goes on from the present iterate with the solver's own method.
-    fn iterate(&mut self, max_iterations: u64) -> (Status, u64, f64) {
+    /// Begins with the solver's own method, and calls the safeguard where it is needed. Where that is of no help, the method goes on as
+    /// long as it may.
+    fn begin(&mut self) -> Outcome {
+        let (mut status, mut iterations, mut residual) = self.iterate(self.settings.max_iterations, true);
+        let unsolved = matches!(status, Status::NoProgress | Status::MaxIterations);
+        if self.safeguard.is_none() || !unsolved {
+            let factorizations = match &self.engine {
+                Engine::InteriorPoint(method) => method.factorizations(),
+                _ => 0,
+            };
+            return self.outcome(status, iterations, residual, factorizations);
+        }
+        let (ended, more, found, factorizations) = self.guard();
+        iterations += more;
+        residual = found;
+        let left = self.settings.max_iterations.saturating_sub(iterations);
+        if matches!(ended, Status::Solved | Status::Infeasible) {
+            status = ended;
+        } else if status == Status::MaxIterations && left > 0 {
+            let (ended, more, found) = self.iterate(left, false);
+            (status, residual) = (ended, found);
+            iterations += more;
+        }
+        self.outcome(status, iterations, residual, factorizations)
+    }
+
+    /// Begins with the safeguard.
+    fn begin_guarded(&mut self) -> Outcome {
+        if !self.cpu.is_finite() {
+            return self.outcome(Status::NotFinite, 0, f64::INFINITY, 0);
+        }
+        let (mut status, mut iterations, mut residual, factorizations) = self.guard();
+        if !matches!(status, Status::Solved | Status::Infeasible) {
+            let (ended, more, found) = self.iterate(self.settings.max_iterations, false);
+            (status, residual) = (ended, found);
+            iterations += more;
+        }
+        self.outcome(status, iterations, residual, factorizations)
+    }
+
+    fn outcome(&self, status: Status, iterations: u64, residual: f64, factorizations: u64) -> Outcome {
+        let fallback = factorizations > 0 && self.safeguard.is_some();
+        Outcome { status, iterations, products: self.cpu.products(), factorizations, fallback, residual }
+    }
+
+    /// Goes on from the present iterate with the safeguard. The last number is how many factorizations that took.
+    fn guard(&mut self) -> (Status, u64, f64, u64) {
+        let Some(safeguard) = &mut self.safeguard else { return (Status::NoProgress, 0, f64::INFINITY, 0) };
+        let settings = Settings { max_iterations: MOST_ITERATIONS, ..self.settings };
+        let (ended, more, found) = safeguard.run(&mut self.cpu, &mut self.drive, &settings);
+        (ended, more, found, safeguard.factorizations())
+    }
+
+    /// Goes on from the present iterate with the solver's own method; if there is a safeguard and it is wanted, until that one would have
+    /// been done.
+    fn iterate(&mut self, max_iterations: u64, guarded: bool) -> (Status, u64, f64) {
         let (cpu, drive) = (&mut self.cpu, &mut self.drive);
         let settings = &Settings { max_iterations, ..self.settings };
         if !cpu.is_finite() {
@@ -128,38 +198,27 @@ impl<const D: usize> Solver<D> {
             Engine::ProjectedGaussSeidel(method) => drive.run(cpu, method, settings, SWEEPS),
             Engine::Apgd(method) => drive.run(cpu, method, settings, 1),
             Engine::Bbpgd(method) => drive.run(cpu, method, settings, 1),
-            Engine::PairBlockCg(method) => drive.run(cpu, method, settings, 1),
+            Engine::PairBlockCg(method) => match self.safeguard.as_mut().filter(|_| guarded) {
+                Some(safeguard) => drive.run_while(cpu, method, settings, 1, affordable(safeguard)),
+                None => drive.run(cpu, method, settings, 1),
+            },
             Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
             Engine::InteriorPoint(method) => method.run(cpu, drive, settings),
         }
     }
+}
 
-    /// Calls the safeguard where it is needed. Where it is of no help either, the solver's own method goes on as long as it may.
-    fn finish(&mut self, (mut status, mut iterations, mut residual): (Status, u64, f64)) -> Outcome {
-        let mut factorizations = match &self.engine {
-            Engine::InteriorPoint(method) => method.factorizations(),
-            _ => 0,
-        };
-        let mut fallback = false;
-        if let Some(safeguard) = &mut self.safeguard
-            && matches!(status, Status::NoProgress | Status::MaxIterations)
-        {
-            let settings = Settings { max_iterations: MOST_ITERATIONS, ..self.settings };
-            let (ended, more, found) = safeguard.run(&mut self.cpu, &mut self.drive, &settings);
-            factorizations = safeguard.factorizations();
-            fallback = factorizations > 0;
-            iterations += more;
-            residual = found;
-            let left = self.settings.max_iterations.saturating_sub(iterations);
-            if matches!(ended, Status::Solved | Status::Infeasible) {
-                status = ended;
-            } else if status == Status::MaxIterations && left > 0 {
-                let (ended, more, found) = self.iterate(left);
-                (status, residual) = (ended, found);
-                iterations += more;
-            }
+/// Says for a number of iterations whether one more is worth it: as long as all of them cost less than the safeguard would, so that a
+/// solve that ends there costs at most twice what the better method alone does.
+fn affordable<const D: usize>(safeguard: &mut InteriorPoint<D>) -> impl FnMut(&Cpu<D>, u64) -> bool {
+    let mut most = None;
+    move |cpu, iterations| {
+        if iterations < ITERATIONS_BEFORE_FORECAST {
+            return true;
         }
-        Outcome { status, iterations, products: self.cpu.products(), factorizations, fallback, residual }
+        let iteration = || NANOSECONDS_OF_A_ROW * cpu.rows().q.len() as f64;
+        let forecast = || safeguard.forecast(cpu).map_or(f64::INFINITY, |cost| cost / iteration());
+        (iterations as f64) < *most.get_or_insert_with(forecast)
     }
 }
 
@@ -186,21 +245,38 @@ mod tests {
         let mut gamma = Vec::new();
         let rescued = solver.solve(&problem, &mut gamma);
         assert_eq!((rescued.status, rescued.fallback), (Status::Solved, true), "{rescued:?}");
-        assert!(rescued.iterations < ITERATIONS_BEFORE_SAFEGUARD + 100, "{rescued:?}");
+        assert!(rescued.iterations < 1_000, "{rescued:?}");
 
         solver.safeguard = Some(InteriorPoint::with_largest_factor(10));
         let mut other = Vec::new();
         let alone = solver.solve(&problem, &mut other);
         assert_eq!((alone.status, alone.fallback), (Status::Solved, false), "{alone:?}");
-        assert!(alone.iterations > ITERATIONS_BEFORE_SAFEGUARD && alone.residual <= 1e-6, "{alone:?}");
+        assert!(alone.iterations > 1_000 && alone.residual <= 1e-6, "{alone:?}");
         let (v, w) = (crate::lcp::velocity(&problem, &gamma), crate::lcp::velocity(&problem, &other));
         let apart = v.iter().zip(&w).map(|(v, w)| (v[0] - w[0]).abs()).fold(0.0, f64::max);
         assert!(apart < 1e-2, "{apart:e}");
     }
 
     #[test]
+    fn a_problem_after_a_hard_one_begins_with_the_safeguard() {
+        let problem = chain(3_000);
+        let settings = Settings { tolerance: 1e-6, max_iterations: 100_000 };
+        let mut solver = Solver::new(SolverKind::Auto, settings);
+        let hard = solver.solve(&problem, &mut Vec::new());
+        let mut gamma = Vec::new();
+        let next = solver.solve_next(&problem, &mut gamma);
+        assert!(hard.fallback && next.fallback, "{hard:?} {next:?}");
+        assert_eq!((next.status, next.iterations + 1), (Status::Solved, next.factorizations));
+        let alone = Solver::new(SolverKind::Auto, settings).solve_next(&problem, &mut Vec::new());
+        assert_eq!(alone, hard);
+        assert_eq!(solver.solve(&problem, &mut Vec::new()), hard);
+        // One that is solved at its start needs nobody.
+        assert!(solver.guarded && !solver.solve_next(&problem, &mut gamma).fallback && !solver.guarded);
+    }
+
+    #[test]
     fn the_last_iteration_allowed_is_not_exceeded_where_nothing_helps() {
-        let settings = Settings { tolerance: 1e-12, max_iterations: ITERATIONS_BEFORE_SAFEGUARD + 20 };
+        let settings = Settings { tolerance: 1e-12, max_iterations: ITERATIONS_BEFORE_FORECAST + 20 };
         let mut solver = Solver::new(SolverKind::Auto, settings);
         solver.safeguard = Some(InteriorPoint::with_largest_factor(10));
         let outcome = solver.solve(&chain(6_000), &mut Vec::new());

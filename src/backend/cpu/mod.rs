@@ -46,6 +46,8 @@ pub struct Cpu<const D: usize> {
     forces: Vec<Box<dyn ForceField>>,
     source: RowSource,
     solver: lcp::Solver<D>,
+    /// Whether there was a solve in this step.
+    solved: bool,
     candidates: Candidates,
     /// The last accepted state.
     state: State,
@@ -98,6 +100,7 @@ impl<const D: usize> Cpu<D> {
             forces: dynamics::forces_from_scene(&scene.forces, &scene.group_names(), &scene.dynamics),
             source,
             solver: lcp::Solver::new(scene.solver.kind, scene.lcp_settings()),
+            solved: false,
             candidates: Candidates::default(),
             midpoint: scene.time.stepping == Stepping::Midpoint,
             interval: scene.time.dt,
@@ -255,6 +258,7 @@ impl<const D: usize> Backend for Cpu<D> {
         self.phases = Phases::default();
         self.start.clone_from(&self.state.bodies);
         self.next_id = self.state.next_id;
+        self.solved = false;
         self.middle = None;
         self.interval = if self.midpoint { 0.5 * self.dt } else { self.dt };
         self.recalled.clone_from(&self.state.warm);
@@ -320,8 +324,11 @@ impl<const D: usize> Backend for Cpu<D> {
     }
 
     fn solve(&mut self) -> Result<Outcome, Fault> {
-        let Cpu { phases, solver, problem, gamma, .. } = self;
-        let outcome = timed(&mut phases.solve, || solver.solve(problem, gamma));
+        let Cpu { phases, solver, problem, gamma, solved, .. } = self;
+        let first = !std::mem::replace(solved, true);
+        let outcome = timed(&mut phases.solve, || {
+            if first { solver.solve(problem, gamma) } else { solver.solve_next(problem, gamma) }
+        });
         if outcome.status == Status::TooLarge {
             return Err(Fault::TooLarge { step: self.steps() + 1, rows: self.constraints() });
         }
