@@ -79,6 +79,8 @@ pub struct Row {
     pub reads: f64,
     /// Largest overlap of all steps.
     pub max_overlap: f64,
+    /// Largest residual of all solves, as the solver saw it.
+    pub worst_residual: f64,
     /// Solves that did not converge.
     pub unconverged: u32,
 }
@@ -102,7 +104,8 @@ pub fn measure(kind: Kind, bodies: usize, [warm_up, steps]: [usize; 2], compute:
     }
     let before = simulation.device().map(Gpu::counters).unwrap_or_default();
     let (mut phases, mut recursions, mut products, mut iterations) = (Phases::default(), 0, 0, 0);
-    let (mut max_overlap, mut unconverged, mut constraints, mut pairs) = (0.0f64, 0, 0, 0usize);
+    let (mut max_overlap, mut worst_residual, mut unconverged) = (0.0f64, 0.0f64, 0);
+    let (mut constraints, mut pairs) = (0, 0usize);
     let begun = Instant::now();
     for _ in 0..steps {
         let report = simulation.step()?;
@@ -117,6 +120,7 @@ pub fn measure(kind: Kind, bodies: usize, [warm_up, steps]: [usize; 2], compute:
         constraints = report.constraints;
         pairs += constraints * (2 + report.recursions as usize);
         max_overlap = max_overlap.max(report.max_overlap);
+        worst_residual = worst_residual.max(report.residual);
         unconverged += report.unconverged;
     }
     let wall = begun.elapsed();
@@ -151,6 +155,7 @@ pub fn measure(kind: Kind, bodies: usize, [warm_up, steps]: [usize; 2], compute:
         dispatches: counted(|c| c.dispatches),
         reads: counted(|c| c.reads),
         max_overlap,
+        worst_residual,
         unconverged,
     })
 }
@@ -158,13 +163,13 @@ pub fn measure(kind: Kind, bodies: usize, [warm_up, steps]: [usize; 2], compute:
 /// The rows as a Markdown table.
 pub fn table(rows: &[Row]) -> String {
     let mut out = String::from(
-        "| what | bodies | computed by | rows | ms a step | broad / narrow / solve / integrate / growth, ms | recursions | products | us an iteration | x copy floor | pairs/s | dispatches | read-backs | worst overlap | unconverged |\n| --- | ---: | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",
+        "| what | bodies | computed by | rows | ms a step | broad / narrow / solve / integrate / growth, ms | recursions | products | us an iteration | x copy floor | pairs/s | dispatches | read-backs | worst overlap | worst residual | unconverged |\n| --- | ---: | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",
     );
     for row in rows {
         let stages: Vec<String> = row.stages_ms.iter().map(|ms| format!("{ms:.2}")).collect();
         let _ = writeln!(
             out,
-            "| {:?} | {} | {} | {} | {:.2} | {} | {:.2} | {:.0} | {:.1} | {:.1} | {:.2e} | {:.0} | {:.1} | {:.2e} | {} |",
+            "| {:?} | {} | {} | {} | {:.2} | {} | {:.2} | {:.0} | {:.1} | {:.1} | {:.2e} | {:.0} | {:.1} | {:.2e} | {:.2e} | {} |",
             row.kind,
             row.bodies,
             row.computed_by,
@@ -179,6 +184,7 @@ pub fn table(rows: &[Row]) -> String {
             row.dispatches,
             row.reads,
             row.max_overlap,
+            row.worst_residual,
             row.unconverged
         );
     }
