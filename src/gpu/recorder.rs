@@ -15,9 +15,9 @@ const ALIGNMENT: usize = 256;
 /// Parameters of this many dispatches fit one submission.
 const PARAMETER_SLOTS: usize = 1024;
 
-/// Invocations of one submission, about. Systems take a device away from a program whose submission lasts seconds, and waiting tells a hang
-/// from much work only between submissions. A software adapter on two shared cores does so many of the slowest kernel in 5 s.
-const INVOCATIONS: u64 = 1 << 23;
+/// Invocations of one submission, about, each with one row or body. Systems take a device away from a program whose submission lasts seconds, and
+/// waiting tells a hang from much work only between submissions. A software adapter on two shared cores does so many of the slowest kernel in 3 s.
+const INVOCATIONS: u64 = 1 << 24;
 
 /// Bind groups kept at most.
 const MOST_BIND_GROUPS: usize = 4096;
@@ -101,6 +101,11 @@ impl<'g> Recorder<'g> {
         }
         self.pass().dispatch_workgroups_indirect(&groups.raw, offset);
         self.divide(kernel, expected);
+    }
+
+    /// Counts work of the dispatch recorded next, beyond one row or body an invocation.
+    pub fn weigh(&mut self, invocations: u64) {
+        self.invocations += invocations;
     }
 
     /// Submits what was recorded, where it has become much.

@@ -46,6 +46,8 @@ struct Run<'a, 'g> {
     base: Parameters,
     /// Workgroups for rows and pairs, and for bodies.
     groups: [u64; 2],
+    /// Rows or pairs, and bodies, beyond one an invocation.
+    beyond: [u64; 2],
     /// Whether a look was made, so that the rest may be skipped.
     looked: bool,
 }
@@ -120,8 +122,8 @@ impl Machine {
         if self.variant.slots.coupling.is_some() {
             self.entries.reserve(gpu, problem.rows * u64::from(MOST_EXACT))?;
         }
-        let groups = [problem.rows.max(problem.pairs), problem.bodies]
-            .map(|n| n.div_ceil(u64::from(WORKGROUP)).clamp(1, MOST_GROUPS));
+        let items = [problem.rows.max(problem.pairs), problem.bodies];
+        let groups = items.map(|n| n.div_ceil(u64::from(WORKGROUP)).clamp(1, MOST_GROUPS));
         let base = Parameters {
             rows: problem.rows as u32,
             pairs: problem.pairs as u32,
@@ -154,7 +156,8 @@ impl Machine {
         for told in told.iter().flatten() {
             self.kernels.make(gpu, self.variant, &told.shape)?;
         }
-        let mut run = Run { machine: self, problem, tape, record, base, groups, looked: false };
+        let beyond = [0, 1].map(|grid| items[grid].saturating_sub(groups[grid] * u64::from(WORKGROUP)));
+        let mut run = Run { machine: self, problem, tape, record, base, groups, beyond, looked: false };
         if small {
             run.small(&parts)
         } else {
@@ -244,6 +247,7 @@ impl Run<'_, '_> {
     /// Dispatches a stage: directly, until it may have to be skipped. Grid 0 is for rows and pairs, 1 for bodies.
     fn dispatch(&mut self, kernel: &Kernel, parameters: &Parameters, buffers: &[&Buffer], grid: usize) {
         let parameters = bytemuck::bytes_of(parameters);
+        self.record.weigh(self.beyond[grid]);
         if self.looked {
             let groups = (&self.machine.grid, 12 * grid as u64);
             self.record.run_indirect(kernel, parameters, buffers, groups, self.groups[grid]);
