@@ -137,27 +137,59 @@ pub(crate) fn fill<T: Send>(parallel: bool, out: &mut [T], value: impl Fn(usize)
     }
 }
 
-/// Folds `value(0..n)` with `join`: within a task by eight interleaved parts, then the tasks in order, so that the bits do not
-/// depend on threads.
-pub(crate) fn fold(
+/// `out[i] = value(inputs[..][i])`, by slices of equal length, so that the loop has no checks and the compiler can make vectors of it.
+pub(crate) fn map<const N: usize>(
     parallel: bool,
-    n: usize,
+    out: &mut [f64],
+    inputs: [&[f64]; N],
+    value: impl Fn([f64; N]) -> f64 + Sync,
+) {
+    update(parallel, out, inputs, |_, numbers| value(numbers));
+}
+
+/// `out[i] = value(out[i], inputs[..][i])`.
+pub(crate) fn update<const N: usize>(
+    parallel: bool,
+    out: &mut [f64],
+    inputs: [&[f64]; N],
+    value: impl Fn(f64, [f64; N]) -> f64 + Sync,
+) {
+    let task = |first: usize, out: &mut [f64]| {
+        let inputs = inputs.map(|input| &input[first..][..out.len()]);
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = value(*out, std::array::from_fn(|k| inputs[k][i]));
+        }
+    };
+    if parallel {
+        out.par_chunks_mut(TASK).enumerate().for_each(|(k, out)| task(k * TASK, out));
+    } else {
+        task(0, out);
+    }
+}
+
+/// Folds `value(inputs[..][i])` over all `i` with `join`: within a task by eight interleaved parts, then the tasks in order, so that
+/// the bits do not depend on threads. The parts are independent, so the compiler can make vectors of them.
+pub(crate) fn fold<const N: usize>(
+    parallel: bool,
+    inputs: [&[f64]; N],
     start: f64,
     join: impl Fn(f64, f64) -> f64 + Sync,
-    value: impl Fn(usize) -> f64 + Sync,
+    value: impl Fn([f64; N]) -> f64 + Sync,
 ) -> f64 {
     const PARTS: usize = 8;
+    let n = inputs[0].len();
     let task = |task: usize| {
         let range = task * TASK..((task + 1) * TASK).min(n);
+        let chunks = inputs.map(|input| input[range.clone()].as_chunks::<PARTS>());
         let mut parts = [start; PARTS];
-        let whole = range.start + range.len() / PARTS * PARTS;
-        for i in (range.start..whole).step_by(PARTS) {
+        for c in 0..range.len() / PARTS {
+            let chunk = chunks.map(|(whole, _)| whole[c]);
             for (k, part) in parts.iter_mut().enumerate() {
-                *part = join(*part, value(i + k));
+                *part = join(*part, value(std::array::from_fn(|n| chunk[n][k])));
             }
         }
-        for (i, part) in (whole..range.end).zip(&mut parts) {
-            *part = join(*part, value(i));
+        for (k, part) in parts.iter_mut().enumerate().take(range.len() % PARTS) {
+            *part = join(*part, value(std::array::from_fn(|n| chunks[n].1[k])));
         }
         parts.into_iter().fold(start, &join)
     };
