@@ -62,12 +62,21 @@ impl<const D: usize> Product<D> {
             scatter(&self.pair, &self.jacobian, x, &mut self.velocity);
         }
         let (pair, jacobian, velocity) = (&self.pair, &self.jacobian, &self.velocity);
-        let row = |i: usize| {
-            let ([a, b], [ja, jb]) = (pair[i], &jacobian[i]);
-            let g = dot(ja, &velocity[a as usize]) + dot(jb, &velocity[b as usize]);
-            g + offset.map_or(0.0, |q| q[i])
+        let task = |first: usize, out: &mut [f64]| {
+            let range = first..first + out.len();
+            for (out, ([a, b], blocks)) in out.iter_mut().zip(pair[range.clone()].iter().zip(&jacobian[range.clone()]))
+            {
+                *out = row(blocks, &velocity[*a as usize], &velocity[*b as usize]);
+            }
+            if let Some(q) = offset {
+                out.iter_mut().zip(&q[range]).for_each(|(out, q)| *out += q);
+            }
         };
-        fill(self.parallel, out, row);
+        if self.parallel {
+            out.par_chunks_mut(TASK).enumerate().for_each(|(k, out)| task(k * TASK, out));
+        } else {
+            task(0, out);
+        }
     }
 
     fn gather(&mut self, x: &[f64]) {
@@ -112,6 +121,22 @@ pub(crate) fn dot<const D: usize>(x: &[f64; D], y: &[f64; D]) -> f64 {
         sum += x[k] * y[k];
     }
     sum
+}
+
+/// A row of `J v`, from its blocks and the velocities of its bodies, in two interleaved sums of which the compiler makes one vector.
+#[inline]
+fn row<const D: usize>([ja, jb]: &[[f64; D]; 2], va: &[f64; D], vb: &[f64; D]) -> f64 {
+    let mut sum = [0.0; 2];
+    for k in (0..D / 2 * 2).step_by(2) {
+        for (lane, sum) in sum.iter_mut().enumerate() {
+            *sum += ja[k + lane] * va[k + lane] + jb[k + lane] * vb[k + lane];
+        }
+    }
+    if D % 2 == 1 {
+        sum[0] += ja[D - 1] * va[D - 1];
+        sum[1] += jb[D - 1] * vb[D - 1];
+    }
+    sum[0] + sum[1]
 }
 
 /// `y += a x`.
