@@ -85,24 +85,24 @@ pub(super) struct Packed<const M: usize, const K: usize> {
     matrix: [f64; K],
     /// The rows that were free in the last solution of a projected step, marked by one.
     free: [f64; M],
-    /// The inverse of the matrix of those rows, zero in the other rows.
-    inverse: [f64; K],
+    /// With `F` these rows and `C` the others: `B_FF^-1`, `B_CF B_FF^-1` and, not read, a zero. To be multiplied with slopes of free rows.
+    pivoted: [f64; K],
 }
 
 impl<const M: usize, const K: usize> Block<M> for Packed<M, K> {
+    /// With the free rows of the last step: `y_F = x_F - B_FF^-1 s_F` and the slope of the others there, `s_C - B_CF B_FF^-1 s_F`, where `s`
+    /// is the slope after the others are taken to zero.
     #[inline]
     fn proximal(&mut self, x: [f64; M], slope: [f64; M]) -> [f64; M] {
-        let held: [f64; M] = std::array::from_fn(|i| (self.free[i] - 1.0) * x[i]);
+        let free = self.free;
+        let held: [f64; M] = std::array::from_fn(|i| (free[i] - 1.0) * x[i]);
         // Nearly always: rows that stay at zero.
         let none = held.iter().fold(true, |none, held| none & (*held == 0.0));
         let rise = if none { [0.0; M] } else { times(&self.matrix, held) };
-        let t: [f64; M] = times(&self.inverse, std::array::from_fn(|i| -slope[i] - rise[i]));
-        let change = std::array::from_fn(|i| held[i] + t[i]);
-        let right = self.right(self.free, x, change, slope);
-        if none_negative(right) {
-            return std::array::from_fn(|i| self.free[i] * (x[i] + change[i]));
-        }
-        self.change_rows(x, slope)
+        let there: [f64; M] = std::array::from_fn(|i| slope[i] + rise[i]);
+        let moved: [f64; M] = times(&self.pivoted, std::array::from_fn(|i| free[i] * there[i]));
+        let right: [f64; M] = std::array::from_fn(|i| if free[i] > 0.0 { x[i] } else { there[i] } - moved[i]);
+        if none_negative(right) { std::array::from_fn(|i| free[i] * right[i]) } else { self.change_rows(x, slope) }
     }
 
     #[inline]
@@ -119,7 +119,7 @@ impl<const M: usize, const K: usize> Packed<M, K> {
         for (place, (i, j)) in entries.iter_mut().zip(places) {
             *place = entry(i, j);
         }
-        Packed { matrix: entries, free: [0.0; M], inverse: [0.0; K] }
+        Packed { matrix: entries, free: [0.0; M], pivoted: [0.0; K] }
     }
 
     /// What is not negative in a solution: `y` of free rows, the slope there of the others.
@@ -136,9 +136,12 @@ impl<const M: usize, const K: usize> Packed<M, K> {
         let (free, y) = self.pivot(x, slope);
         if free != self.free {
             self.free = free;
-            for i in 0..M {
+            for i in (0..M).filter(|i| free[*i] > 0.0) {
                 let column = self.solve(free, std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }));
-                self.inverse[i * (i + 1) / 2..][..=i].copy_from_slice(&column[..=i]);
+                let across: [f64; M] = times(&self.matrix, column);
+                for j in 0..M {
+                    self.pivoted[at(i, j)] = if free[j] > 0.0 { column[j] } else { across[j] };
+                }
             }
         }
         y
