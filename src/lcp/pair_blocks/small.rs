@@ -1,9 +1,9 @@
 //! The small problem of one pair, `argmin over y >= 0 of slope . (y - x) + 1/2 (y - x) . B (y - x)`, for pairs of one to eight rows: in
 //! registers, without branches where the answer is the usual one.
 //!
-//! The usual answer of a projected step is that the rows with `x > 0` stay free and the others stay at zero: so it was in 93 to 99
-//! of 100 blocks of three rows and more on the way to the solutions of the stored systems. It is computed first, checked, and only where
-//! it is wrong the active set method goes on.
+//! The usual answer of a projected step is that the rows stay free that were free in the step before: so it was in 99 of 100 blocks of three
+//! rows and more on the way to the solutions of the stored systems (in 93 to 99 it was the rows with `x > 0`). It is computed first and
+//! checked; block pivoting and the active set method mend it where it is wrong.
 
 use super::REGULARIZATION;
 
