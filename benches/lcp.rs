@@ -2,7 +2,9 @@
 //! `cargo bench --bench lcp`.
 #![allow(clippy::unwrap_used)]
 
+use relcp::lcp::cpu::Cpu;
 use relcp::lcp::product::Product;
+use relcp::lcp::verbs::{Metric, Verbs};
 use relcp::lcp::{Problem, Settings, Solver};
 use relcp::scene::SolverKind;
 use std::hint::black_box;
@@ -13,6 +15,7 @@ fn main() {
     // `cargo test --benches` runs this file too, without `--bench`: nothing to time then.
     if std::env::args().any(|argument| argument == "--bench") {
         products();
+        iterations();
         solvers();
     }
 }
@@ -87,16 +90,115 @@ fn products() {
     }
 }
 
+/// Bytes a second of one thread's `a = b + s c` on arrays of so many bytes together: a cache's speed where they fit one.
+fn triad_of(bytes: usize) -> f64 {
+    let n = (bytes / 24).max(64);
+    let (mut a, b, c) = (vec![0.0; n], vec![1.0; n], vec![2.0; n]);
+    let repeats = (200_000 / n).max(1);
+    let seconds = shortest(30, || {
+        for _ in 0..repeats {
+            let s = black_box(3.0);
+            for ((a, b), c) in a.iter_mut().zip(&b).zip(&c) {
+                *a = b + s * c;
+            }
+            black_box(&mut a);
+        }
+    });
+    (24 * n * repeats) as f64 / seconds
+}
+
+/// Copies of a system beside each other.
+fn copies<const D: usize>(problem: &Problem<D>, n: usize) -> Problem<D> {
+    let mut all = Problem { bodies: n * problem.bodies, ..Problem::default() };
+    for first in (0..n).map(|copy| (copy * problem.bodies) as u32) {
+        all.pair.extend(problem.pair.iter().map(|[a, b]| [a + first, b + first]));
+        all.jacobian.extend(&problem.jacobian);
+        all.q.extend(&problem.q);
+    }
+    all
+}
+
+/// What the parts of an iteration of `pair_block_cg` cost one thread.
+fn iterations() {
+    println!(
+        "one thread; a product against the triad on arrays of the same size; the small problems against a product"
+    );
+    println!(
+        "system                  rows  D  product, us  of the triad's time  proximal, us  project, us  of a product"
+    );
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    one.install(|| {
+        for (name, n) in
+            [("colony1024_rec5", 1), ("colony1024_rec5", 4), ("colony4096_rec1", 1), ("colony1024_rec5", 40)]
+        {
+            iteration(name, &copies(&stored::<3>(&format!("tests/data/lcp/{name}")).0, n));
+        }
+        for (name, n) in [("compaction-last", 8), ("packing-last", 8), ("chainmail-last", 10), ("packing-last", 100)] {
+            iteration(name, &copies(&stored::<6>(&format!("assets/lcps/{name}")).0, n));
+        }
+    });
+}
+
+fn iteration<const D: usize>(name: &str, problem: &Problem<D>) {
+    let rows = problem.q.len();
+    let mut cpu = Cpu::default();
+    cpu.rebuild(problem);
+    // Iterates, their gradients, and points beyond their projected steps, as the solver projects them.
+    let mut gamma = vec![0.0; rows];
+    let mut points = Vec::new();
+    for _ in 0..6 {
+        let mut solver = Solver::new(SolverKind::PairBlockCg, Settings { tolerance: 1e-12, max_iterations: 8 });
+        solver.solve(problem, &mut gamma);
+        let [mut x, mut g, mut next, mut beyond] = std::array::from_fn(|_| Vec::new());
+        cpu.import(&gamma, &mut x);
+        for vector in [&mut g, &mut next, &mut beyond] {
+            cpu.clear(vector);
+        }
+        cpu.gradient(&x, &mut g);
+        cpu.proximal(Metric::PairBlocks, &x, 1.0, &g, &mut next);
+        cpu.combine(1.2, &next, -0.2, &x, &mut beyond);
+        points.push((x, g, beyond));
+    }
+    let mut out = vec![0.0; rows];
+    let mut least = [0.0; 3];
+    for (x, g, beyond) in &points {
+        let calls = 200_000 / rows + 5;
+        let mut other = vec![0.0; rows];
+        least[0] += shortest(calls, || cpu.product(black_box(x), &mut out));
+        // The step of the first iterate before each call: the blocks of this one are not those of the last call.
+        let mut times = [f64::INFINITY; 2];
+        for _ in 0..calls {
+            cpu.proximal(Metric::PairBlocks, &points[0].0, 1.0, &points[0].1, &mut other);
+            times[0] = times[0].min(shortest(1, || cpu.proximal(Metric::PairBlocks, black_box(x), 1.0, g, &mut out)));
+            times[1] = times[1].min(shortest(1, || cpu.project(Metric::PairBlocks, black_box(beyond), &mut out)));
+        }
+        (least[1], least[2]) = (least[1] + times[0], least[2] + times[1]);
+    }
+    let [product, proximal, project] = least.map(|seconds| seconds / points.len() as f64);
+    // Every block of J twice, x twice, the result once, the numbers of bodies twice, velocities twice.
+    let bytes = rows * (2 * 2 * D * 8 + 2 * 8 + 8 + 2 * 8) + problem.bodies * 2 * D * 8;
+    let limit = bytes as f64 / triad_of(bytes);
+    println!(
+        "{name:18} {rows:9}  {D}  {:11.0}  {:19.2}  {:12.0}  {:11.0}  {:12.2}",
+        product * 1e6,
+        product / limit,
+        proximal * 1e6,
+        project * 1e6,
+        (proximal + project) / product
+    );
+}
+
 fn block<T: npyz::Deserialize>(archive: &mut zip::ZipArchive<std::fs::File>, name: &str) -> Vec<T> {
     let mut bytes = Vec::new();
     archive.by_name(&format!("{name}.npy")).unwrap().read_to_end(&mut bytes).unwrap();
     npyz::NpyFile::new(&bytes[..]).unwrap().into_vec().unwrap()
 }
 
-fn stored(name: &str) -> (Problem<3>, Vec<f64>) {
-    let path = format!("{}/tests/data/lcp/{name}.npz", env!("CARGO_MANIFEST_DIR"));
+/// A stored system and its start.
+fn stored<const D: usize>(name: &str) -> (Problem<D>, Vec<f64>) {
+    let path = format!("{}/{name}.npz", env!("CARGO_MANIFEST_DIR"));
     let archive = &mut zip::ZipArchive::new(std::fs::File::open(path).unwrap()).unwrap();
-    let blocks = |numbers: Vec<f64>| -> Vec<[f64; 3]> { numbers.chunks(3).map(|c| [c[0], c[1], c[2]]).collect() };
+    let blocks = |numbers: Vec<f64>| -> Vec<[f64; D]> { numbers.as_chunks().0.to_vec() };
     let (a, b) = (block::<i32>(archive, "a"), block::<i32>(archive, "b"));
     let (row_a, row_b) = (blocks(block(archive, "row_a")), blocks(block(archive, "row_b")));
     let problem = Problem {
@@ -119,7 +221,7 @@ fn solvers() {
         SolverKind::PairBlockCg,
     ];
     for name in ["colony1024_rec0", "colony1024_rec1", "colony1024_rec5", "colony1024_seeded", "colony4096_rec1"] {
-        let (problem, start) = stored(name);
+        let (problem, start) = stored::<3>(&format!("tests/data/lcp/{name}"));
         for kind in kinds {
             print!("{name:18} {:22}", format!("{kind:?}"));
             for tolerance in [1e-3, 1e-5, 1e-6] {

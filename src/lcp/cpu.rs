@@ -4,7 +4,7 @@
 
 use super::Problem;
 use super::pair_blocks::{self, PairBlocks};
-use super::product::{PARALLEL_ROWS, Product, fill, fold};
+use super::product::{PARALLEL_ROWS, Product, fold, map, update};
 use super::residual::{of_row, worse};
 use super::verbs::{Metric, Verbs};
 
@@ -133,20 +133,19 @@ impl<const D: usize> Verbs for Cpu<D> {
     }
 
     fn dot(&mut self, x: &Vec<f64>, y: &Vec<f64>) -> f64 {
-        fold(self.parallel, x.len(), 0.0, |a, b| a + b, |i| x[i] * y[i])
+        fold(self.parallel, [x, y], 0.0, |a, b| a + b, |[x, y]| x * y)
     }
 
     fn twice_objective(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {
-        let q = &self.q;
-        fold(self.parallel, x.len(), 0.0, |a, b| a + b, |i| x[i] * (q[i] + g[i]))
+        fold(self.parallel, [x, &self.q, g], 0.0, |a, b| a + b, |[x, q, g]| x * (q + g))
     }
 
     fn combine(&mut self, a: f64, x: &Vec<f64>, b: f64, y: &Vec<f64>, out: &mut Vec<f64>) {
-        fill(self.parallel, out, |i| a * x[i] + b * y[i]);
+        map(self.parallel, out, [x, y], |[x, y]| a * x + b * y);
     }
 
     fn add(&mut self, a: f64, x: &Vec<f64>, y: &mut Vec<f64>) {
-        update(self.parallel, y, |i, y| y + a * x[i]);
+        update(self.parallel, y, [x], |y, [x]| y + a * x);
     }
 
     fn proximal(&mut self, metric: Metric, x: &Vec<f64>, step: f64, g: &Vec<f64>, out: &mut Vec<f64>) {
@@ -154,34 +153,34 @@ impl<const D: usize> Verbs for Cpu<D> {
             return self.blocks.proximal(x, step, g, out);
         }
         let (_, inverse) = self.diagonal_of(metric);
-        fill(self.parallel, out, |i| (x[i] - step * g[i] * inverse[i]).max(0.0));
+        map(self.parallel, out, [x, g, inverse], |[x, g, inverse]| (x - step * g * inverse).max(0.0));
     }
 
     fn project(&mut self, metric: Metric, x: &Vec<f64>, out: &mut Vec<f64>) {
         if metric == Metric::PairBlocks {
             return self.blocks.project(x, out);
         }
-        fill(self.parallel, out, |i| x[i].max(0.0));
+        map(self.parallel, out, [x], |[x]| x.max(0.0));
     }
 
     fn square(&mut self, metric: Metric, x: &Vec<f64>) -> f64 {
         let (diagonal, _) = self.diagonal_of(metric);
-        fold(self.parallel, x.len(), 0.0, |a, b| a + b, |i| diagonal[i] * x[i] * x[i])
+        fold(self.parallel, [diagonal, x], 0.0, |a, b| a + b, |[s, x]| s * x * x)
     }
 
     fn inverse_square(&mut self, metric: Metric, x: &Vec<f64>) -> f64 {
         let (_, inverse) = self.diagonal_of(metric);
-        fold(self.parallel, x.len(), 0.0, |a, b| a + b, |i| inverse[i] * x[i] * x[i])
+        fold(self.parallel, [inverse, x], 0.0, |a, b| a + b, |[s, x]| s * x * x)
     }
 
     fn room(&mut self, x: &Vec<f64>, d: &Vec<f64>) -> f64 {
-        let row = |i: usize| if d[i] < 0.0 { x[i] / -d[i] } else { f64::INFINITY };
-        fold(self.parallel, x.len(), f64::INFINITY, f64::min, row)
+        // Both sides are computed and no branch is taken: which rows come down is not predictable. A quotient that is not a number is no bound.
+        let row = |[x, d]: [f64; 2]| if d < 0.0 { x / -d } else { f64::INFINITY };
+        fold(self.parallel, [x, d], f64::INFINITY, |a, b| if b < a { b } else { a }, row)
     }
 
     fn residual(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {
-        let s = &self.diagonal;
-        fold(self.parallel, x.len(), 0.0, worse, |i| of_row(g[i], s[i], x[i]))
+        fold(self.parallel, [g, &self.diagonal, x], 0.0, worse, |[g, s, x]| of_row(g, s, x))
     }
 
     fn read(&mut self, scalar: f64) -> f64 {
@@ -198,16 +197,5 @@ impl<const D: usize> Verbs for Cpu<D> {
 
     fn products(&self) -> u64 {
         self.products
-    }
-}
-
-fn update(parallel: bool, y: &mut [f64], value: impl Fn(usize, f64) -> f64 + Sync) {
-    use rayon::prelude::*;
-    if parallel {
-        y.par_iter_mut().with_min_len(4_096).enumerate().for_each(|(i, y)| *y = value(i, *y));
-    } else {
-        for (i, y) in y.iter_mut().enumerate() {
-            *y = value(i, *y);
-        }
     }
 }

@@ -62,12 +62,21 @@ impl<const D: usize> Product<D> {
             scatter(&self.pair, &self.jacobian, x, &mut self.velocity);
         }
         let (pair, jacobian, velocity) = (&self.pair, &self.jacobian, &self.velocity);
-        let row = |i: usize| {
-            let ([a, b], [ja, jb]) = (pair[i], &jacobian[i]);
-            let g = dot(ja, &velocity[a as usize]) + dot(jb, &velocity[b as usize]);
-            g + offset.map_or(0.0, |q| q[i])
+        let task = |first: usize, out: &mut [f64]| {
+            let range = first..first + out.len();
+            for (out, ([a, b], blocks)) in out.iter_mut().zip(pair[range.clone()].iter().zip(&jacobian[range.clone()]))
+            {
+                *out = row(blocks, &velocity[*a as usize], &velocity[*b as usize]);
+            }
+            if let Some(q) = offset {
+                out.iter_mut().zip(&q[range]).for_each(|(out, q)| *out += q);
+            }
         };
-        fill(self.parallel, out, row);
+        if self.parallel {
+            out.par_chunks_mut(TASK).enumerate().for_each(|(k, out)| task(k * TASK, out));
+        } else {
+            task(0, out);
+        }
     }
 
     fn gather(&mut self, x: &[f64]) {
@@ -114,6 +123,22 @@ pub(crate) fn dot<const D: usize>(x: &[f64; D], y: &[f64; D]) -> f64 {
     sum
 }
 
+/// A row of `J v`, from its blocks and the velocities of its bodies, in two interleaved sums of which the compiler makes one vector.
+#[inline]
+fn row<const D: usize>([ja, jb]: &[[f64; D]; 2], va: &[f64; D], vb: &[f64; D]) -> f64 {
+    let mut sum = [0.0; 2];
+    for k in (0..D / 2 * 2).step_by(2) {
+        for (lane, sum) in sum.iter_mut().enumerate() {
+            *sum += ja[k + lane] * va[k + lane] + jb[k + lane] * vb[k + lane];
+        }
+    }
+    if D % 2 == 1 {
+        sum[0] += ja[D - 1] * va[D - 1];
+        sum[1] += jb[D - 1] * vb[D - 1];
+    }
+    sum[0] + sum[1]
+}
+
 /// `y += a x`.
 #[inline]
 pub(crate) fn add<const D: usize>(y: &mut [f64; D], a: f64, x: &[f64; D]) {
@@ -137,27 +162,59 @@ pub(crate) fn fill<T: Send>(parallel: bool, out: &mut [T], value: impl Fn(usize)
     }
 }
 
-/// Folds `value(0..n)` with `join`: within a task by eight interleaved parts, then the tasks in order, so that the bits do not
-/// depend on threads.
-pub(crate) fn fold(
+/// `out[i] = value(inputs[..][i])`, by slices of equal length, so that the loop has no checks and the compiler can make vectors of it.
+pub(crate) fn map<const N: usize>(
     parallel: bool,
-    n: usize,
+    out: &mut [f64],
+    inputs: [&[f64]; N],
+    value: impl Fn([f64; N]) -> f64 + Sync,
+) {
+    update(parallel, out, inputs, |_, numbers| value(numbers));
+}
+
+/// `out[i] = value(out[i], inputs[..][i])`.
+pub(crate) fn update<const N: usize>(
+    parallel: bool,
+    out: &mut [f64],
+    inputs: [&[f64]; N],
+    value: impl Fn(f64, [f64; N]) -> f64 + Sync,
+) {
+    let task = |first: usize, out: &mut [f64]| {
+        let inputs = inputs.map(|input| &input[first..][..out.len()]);
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = value(*out, std::array::from_fn(|k| inputs[k][i]));
+        }
+    };
+    if parallel {
+        out.par_chunks_mut(TASK).enumerate().for_each(|(k, out)| task(k * TASK, out));
+    } else {
+        task(0, out);
+    }
+}
+
+/// Folds `value(inputs[..][i])` over all `i` with `join`: within a task by eight interleaved parts, then the tasks in order, so that
+/// the bits do not depend on threads. The parts are independent, so the compiler can make vectors of them.
+pub(crate) fn fold<const N: usize>(
+    parallel: bool,
+    inputs: [&[f64]; N],
     start: f64,
     join: impl Fn(f64, f64) -> f64 + Sync,
-    value: impl Fn(usize) -> f64 + Sync,
+    value: impl Fn([f64; N]) -> f64 + Sync,
 ) -> f64 {
     const PARTS: usize = 8;
+    let n = inputs[0].len();
     let task = |task: usize| {
         let range = task * TASK..((task + 1) * TASK).min(n);
+        let chunks = inputs.map(|input| input[range.clone()].as_chunks::<PARTS>());
         let mut parts = [start; PARTS];
-        let whole = range.start + range.len() / PARTS * PARTS;
-        for i in (range.start..whole).step_by(PARTS) {
+        for c in 0..range.len() / PARTS {
+            let chunk = chunks.map(|(whole, _)| whole[c]);
             for (k, part) in parts.iter_mut().enumerate() {
-                *part = join(*part, value(i + k));
+                *part = join(*part, value(std::array::from_fn(|n| chunk[n][k])));
             }
         }
-        for (i, part) in (whole..range.end).zip(&mut parts) {
-            *part = join(*part, value(i));
+        for (k, part) in parts.iter_mut().enumerate().take(range.len() % PARTS) {
+            *part = join(*part, value(std::array::from_fn(|n| chunks[n].1[k])));
         }
         parts.into_iter().fold(start, &join)
     };

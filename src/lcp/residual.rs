@@ -6,20 +6,15 @@
 #[inline]
 pub(crate) fn of_row(g: f64, s: f64, gamma: f64) -> f64 {
     let scaled = s * gamma;
-    // Not `f64::min`, which would hide a NaN.
-    if g <= scaled {
-        g.abs()
-    } else if scaled < g {
-        scaled.abs()
-    } else {
-        f64::NAN
-    }
+    // Not `f64::min`, which would hide a NaN; and no branches, which of the two is smaller is not predictable.
+    let least = if (g < scaled) | g.is_nan() { g } else { scaled };
+    least.abs()
 }
 
 /// The larger of two residuals, NaN if one is.
 #[inline]
 pub(crate) fn worse(a: f64, b: f64) -> f64 {
-    if a >= b || a.is_nan() { a } else { b }
+    if (a >= b) | a.is_nan() { a } else { b }
 }
 
 #[cfg(test)]
