@@ -114,6 +114,22 @@ impl<'a> View<'a> {
         Ok(self.contacts().iter().filter(|contact| contact.gamma > 0.0))
     }
 
+    /// The virial of each body's own contacts, the sum of force times lever: over its volume and the dimension it is the body's pressure.
+    ///
+    /// # Errors
+    /// As [`View::pushing`].
+    pub fn virials(&self) -> Result<Vec<f64>, LeftOut> {
+        let position = &self.bodies().position;
+        let mut virials = vec![0.0; position.len()];
+        for contact in self.pushing()? {
+            let [a, b] = contact.pair;
+            let force = contact.gamma * contact.normal;
+            virials[a] += force.dot(contact.point - position[a]);
+            virials[b] -= force.dot(contact.point - position[b]);
+        }
+        Ok(virials)
+    }
+
     /// The pairs of the bodies in `among` whose centres are at most `radius` apart, by their places in it.
     pub fn neighbours(&self, among: &[usize], radius: f64) -> Vec<[u32; 2]> {
         let at = |i: u32| self.bodies().position[among[i as usize]];
