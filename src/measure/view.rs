@@ -32,7 +32,6 @@ impl<'a> View<'a> {
     pub fn new(state: &'a Snapshot, frame: &'a Frame, settings: &'a Settings) -> Self {
         let bodies = &state.bodies;
         let each = || bodies.shape.par_iter().zip(&bodies.orientation);
-        let centre = bodies.position.iter().sum::<DVec3>() / bodies.len().max(1) as f64;
         let volume = |(shape, q): (&crate::shape::Shape, &glam::DQuat)| match frame.planar {
             true => interior::section(shape, *q),
             false => shape.volume(),
@@ -41,7 +40,7 @@ impl<'a> View<'a> {
             state,
             frame,
             settings,
-            centre,
+            centre: centre(bodies),
             axes: each().map(|(shape, q)| axis(shape, *q, frame.planar)).collect(),
             volumes: each().map(volume).collect(),
             contacts: OnceLock::new(),
@@ -140,6 +139,11 @@ impl<'a> View<'a> {
         pairs.retain(|[a, b]| at(*a).distance_squared(at(*b)) <= radius * radius);
         pairs
     }
+}
+
+/// The mean of the centres.
+pub(super) fn centre(bodies: &Bodies) -> DVec3 {
+    bodies.position.iter().sum::<DVec3>() / bodies.len().max(1) as f64
 }
 
 /// The median; the lower of the two where their number is even. Zero of nothing.
