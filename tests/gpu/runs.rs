@@ -4,7 +4,7 @@ use crate::device::{device, precisions};
 use glam::DVec3;
 use relcp::gpu::{Gpu, Precision};
 use relcp::relcp::{Compute, Simulation, StepReport, contacts};
-use relcp::scene;
+use relcp::scene::{self, StopReason};
 use std::sync::Arc;
 
 /// A run's end and its reports.
@@ -107,6 +107,42 @@ fn colony_of_32_cells() {
         println!("  {bodies} cells, radius of gyration off by {off:.1e}");
         assert!(off < 1e-3, "{off:e}");
     });
+}
+
+/// Lengths are prescribed, so that the same cells divide in the same steps as on the CPU.
+#[test]
+fn colony_of_uneven_cells_to_a_population() {
+    let sets =
+        ["growth.division_length_noise=0.2", "growth.rate_noise=0.3", "growth.stop.population=24", "time.dt=0.002"];
+    both("colony", &sets, |_, ran, cpu| {
+        let [on_device, on_cpu] = [ran, cpu].map(|ran| ran.simulation.state().unwrap().bodies.clone());
+        assert_eq!(ran.simulation.stopped_by(), Some(StopReason::Population));
+        assert_eq!((ran.simulation.steps(), &on_device.lineage), (cpu.simulation.steps(), &on_cpu.lineage));
+        let lengths = on_device.shape.iter().zip(&on_cpu.shape);
+        let off = lengths.map(|(a, b)| (a.growing_length().unwrap() / b.growing_length().unwrap() - 1.0).abs());
+        let off = off.fold(0.0, f64::max);
+        println!("  {} cells, lengths off by {off:.1e}", on_device.len());
+        assert!(on_device.len() >= 24 && off < 1e-6, "{off:e}");
+    });
+}
+
+#[test]
+fn colony_to_a_radius_and_to_a_time() {
+    for (stop, reason) in [("growth.stop.radius=3", StopReason::Radius), ("growth.stop.time=1.5", StopReason::Time)] {
+        both("colony", &["time.dt=0.01", stop], |_, ran, cpu| {
+            assert_eq!(ran.simulation.stopped_by(), Some(reason));
+            assert_eq!(ran.simulation.steps(), cpu.simulation.steps());
+        });
+    }
+}
+
+#[test]
+fn growth_under_pressure_is_refused_before_the_run() {
+    let Some(gpu) = device() else { return };
+    let scene = scene::load("colony", &["growth.stress_sensitivity=0.1".into()]).unwrap();
+    let bodies = scene.build().unwrap();
+    let refused = Simulation::new_on(&on_device(gpu, Precision::F32), scene, bodies).err().unwrap().to_string();
+    assert!(refused.contains("growth.stress_sensitivity"), "{refused}");
 }
 
 #[test]
