@@ -26,7 +26,8 @@ pub struct Growth {
     #[serde(default, skip_serializing_if = "is_zero")]
     pub rate_noise: f64,
     /// Growth slows under pressure: the rate of each cell is multiplied by `exp(-stress_sensitivity * pressure)`, with the pressure of the last
-    /// step's contact forces on it. One over a pressure: force over area, in a planar scene over length. Not on a GPU.
+    /// step's contact forces on it. One over a pressure: force over area, in a planar scene over length. On a GPU the state is read back for it
+    /// after every step.
     #[schemars(range(min = 0))]
     #[serde(default, skip_serializing_if = "is_zero")]
     pub stress_sensitivity: f64,

@@ -1,5 +1,6 @@
 //! Growth and division on the device. Who divides and by which random turns is settled on the host, from lengths that are prescribed and
-//! so known without asking the device; what moves and turns the daughters is a kernel.
+//! so known without asking the device; what moves and turns the daughters is a kernel. Only where pressure slows growth is the state read back
+//! for it, each step.
 
 use super::state::split_length;
 use super::{Ancestry, Device, Setup, words};
@@ -17,6 +18,7 @@ impl Device {
             self.ancestry = before;
             self.write_growths()?;
         }
+        let pressures = self.press()?;
         let old = self.accepted_bodies;
         let Ancestry { length, division, .. } = &self.ancestry;
         let due: Vec<usize> = (0..old as usize).filter(|i| length[*i] >= division[*i]).collect();
@@ -34,7 +36,7 @@ impl Device {
         self.start_shapes().copy_from(&mut record, &self.shapes[0], old);
         self.bodies = bodies;
         if !due.is_empty() {
-            self.divide(&mut record, &due)?;
+            self.divide(&mut record, &due, &pressures)?;
         }
         if let Some([grow, _]) = &self.kernels.grow {
             let shapes = self.start_shapes();
@@ -55,7 +57,28 @@ impl Device {
         Ok(())
     }
 
-    fn divide(&mut self, record: &mut crate::gpu::Recorder<'_>, due: &[usize]) -> Result<(), GpuError> {
+    /// The pressures that slow growth, where the cells feel them, and the rates under them: computed on the host, from the state that is read
+    /// back.
+    fn press(&mut self) -> Result<Vec<f64>, GpuError> {
+        let Some(cells) = self.setup.growth.filter(|cells| cells.growth.stress_sensitivity > 0.0) else {
+            return Ok(Vec::new());
+        };
+        let state = self.known_state()?;
+        let pressures = cells.pressures(&state.bodies, &state.warm);
+        let Ancestry { rate, lineage, .. } = &mut self.ancestry;
+        for ((rate, line), pressure) in rate.iter_mut().zip(lineage).zip(&pressures) {
+            *rate = cells.rate(line.id, *pressure);
+        }
+        self.write_growths()?;
+        Ok(pressures)
+    }
+
+    fn divide(
+        &mut self,
+        record: &mut crate::gpu::Recorder<'_>,
+        due: &[usize],
+        pressures: &[f64],
+    ) -> Result<(), GpuError> {
         let (Some(cells), Some([_, kernel])) = (self.setup.growth, &self.kernels.grow) else { return Ok(()) };
         self.before = Some(self.ancestry.clone());
         let time = self.step_start();
@@ -81,7 +104,7 @@ impl Device {
             }
             for (daughter, id) in [(mother, first.id), (upper, second.id)] {
                 ancestry.division[daughter] = cells.division_length(id);
-                ancestry.rate[daughter] = cells.rate(id, 0.0);
+                ancestry.rate[daughter] = cells.rate(id, pressures.get(mother).copied().unwrap_or(0.0));
             }
             let [coarse, fine] = split_length(half, self.setup.length_pitch);
             numbers.extend([coarse, fine, 0.0, 0.0]);

@@ -122,7 +122,7 @@ struct Ancestry {
     group: Vec<u32>,
     /// Growing lengths, NaN for bodies that do not grow.
     length: Vec<f64>,
-    /// The lengths at which they divide, and their rates of growth; empty where no body grows.
+    /// The lengths at which they divide, and their rates of growth in the step; empty where no body grows.
     division: Vec<f64>,
     rate: Vec<f64>,
     next_id: u64,
@@ -175,8 +175,6 @@ impl Device {
             "multi-sphere rows"
         } else if scene.time.stepping == Stepping::Midpoint {
             "midpoint stepping"
-        } else if scene.growth.is_some_and(|growth| growth.stress_sensitivity > 0.0) {
-            "growth that slows under pressure (growth.stress_sensitivity)"
         } else {
             return Ok(());
         };
@@ -354,6 +352,15 @@ impl Device {
             group: ancestry.group.clone(),
             lineage: ancestry.lineage.clone(),
         })
+    }
+
+    /// The state after the last accepted step, read where it is not known yet.
+    fn known_state(&self) -> Result<&State, GpuError> {
+        if self.state.get().is_none() {
+            let state = self.read_state()?;
+            let _ = self.state.set(state);
+        }
+        self.state.get().ok_or_else(|| GpuError::Refused { message: "the state is not there".into() })
     }
 
     fn read_state(&self) -> Result<State, GpuError> {
@@ -617,11 +624,7 @@ impl Backend for Device {
     }
 
     fn state(&self) -> Result<&State, Fault> {
-        if self.state.get().is_none() {
-            let state = self.read_state()?;
-            let _ = self.state.set(state);
-        }
-        self.state.get().ok_or_else(|| GpuError::Refused { message: "the state is not there".into() }.into())
+        Ok(self.known_state()?)
     }
 
     fn add_force(&mut self, force: Box<dyn ForceField>) {
