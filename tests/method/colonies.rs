@@ -155,11 +155,11 @@ fn growth_slows_under_the_pressure_that_is_measured() {
         }
         simulation.step().unwrap();
         let after = &simulation.state().unwrap().bodies;
-        for i in 0..bodies.len() {
+        for (i, felt) in felt.iter().enumerate() {
             let line = bodies.lineage[i];
             if after.lineage[i].id == line.id {
                 let own = cells.rate(line.id, 0.0);
-                let expected = (own * (-0.2 * felt[i]).exp() * dt).exp();
+                let expected = (own * (-0.2 * felt).exp() * dt).exp();
                 let grown = after.shape[i].growing_length().unwrap() / bodies.shape[i].growing_length().unwrap();
                 assert!((grown - expected).abs() < 1e-14);
                 slowest = slowest.min(grown.ln() / (own * dt));
