@@ -283,6 +283,24 @@ fn a_resumed_run_must_be_of_the_same_scene() {
 }
 
 #[test]
+fn a_run_that_its_scene_stops_is_done() {
+    let place = Place::new();
+    let sets = ["--set", "time.dt=0.02", "--set", "growth.stop.population=4", "--backend", "cpu", "--out", "run"];
+    let ran = place.relcp(&[&["run", "colony"], &sets[..]].concat()).expect(0);
+    assert!(ran.out.contains("stopped by growth.stop.population"), "{}", ran.out);
+    let summary = place.json("run/summary.json");
+    assert_eq!((&summary["status"], &summary["completed"]), (&"done".into(), &true.into()));
+    assert_eq!((&summary["stopped_by"], &summary["bodies"]), (&"population".into(), &4.into()));
+    let steps = summary["steps"].as_u64().unwrap();
+    assert!(steps < 100 && place.at(&format!("run/states/state_{steps:010}.npz")).is_file());
+    let again = place.relcp(&["run", "--resume", "--out", "run", "--json"]).expect(0).out;
+    assert_eq!(serde_json::from_str::<Value>(&again).unwrap()["steps"], steps);
+    assert_eq!(place.json("run/scene.json")["growth"]["stop"]["population"], 4);
+    place.relcp(&["run", "rods.json", "--out", "other", "--quiet"]).expect(0);
+    assert_eq!(place.json("other/summary.json")["stopped_by"], Value::Null);
+}
+
+#[test]
 fn a_closed_pipe_is_no_fault() {
     let place = Place::new();
     for arguments in [&["schema"] as &[&str], &["run", "rods.json", "--json"]] {

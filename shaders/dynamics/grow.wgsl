@@ -6,6 +6,8 @@ struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read_write> shapes: array<vec4r>;
 @group(0) @binding(2) var<storage, read_write> lengths: array<vec2r>;
+// What each body grows by in a step, as a part of its length.
+@group(0) @binding(3) var<storage, read> growths: array<real>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -16,7 +18,7 @@ fn main(
     let i = invocation(group, groups, local);
     if i >= parameters.bodies || !grows(shapes[i]) { return; }
     let before = lengths[i];
-    let fine = before.y + (before.x + before.y) * GROWTH;
+    let fine = before.y + (before.x + before.y) * growths[i];
     let whole = floor(fine / LENGTH_PITCH + 0.5);
     let after = vec2r(before.x + whole * LENGTH_PITCH, fine - whole * LENGTH_PITCH);
     lengths[i] = after;

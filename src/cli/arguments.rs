@@ -1,10 +1,14 @@
 //! The program's arguments.
 
+use crate::render::{Background, Fit, Quantity, Side, View};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
 /// More threads than this are a slip of the pen.
 const MOST_THREADS: i64 = 1024;
+
+/// No screen shows more pictures a second than this.
+const MOST_A_SECOND: i64 = 240;
 
 /// Rigid smooth bodies in contact: spheres, spherocylinders, ellipsoids and rings that do not overlap.
 #[derive(Debug, Parser)]
@@ -40,6 +44,8 @@ pub(super) enum Command {
     Export(Export),
     /// Measure a run's states: order, correlation, packing, contacts, stress and more
     Measure(Measure),
+    /// Make pictures of a run's states, and a movie
+    Render(Render),
     /// Measure, and write tables
     Study(Study),
     /// List the adapters of this machine, and which one would be taken
@@ -410,6 +416,90 @@ pub(super) struct Measure {
     pub(super) threads: Option<u16>,
     #[command(flatten)]
     pub(super) print: Print,
+}
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  relcp render runs/colony                       every state, into runs/colony/render/frames, and movie.mp4
+  relcp render runs/colony --colour age --size 1280x720 --fps 30 --movie colony.mp4
+  relcp render runs/colony --colour pressure     of a run with --set output.forces=true
+  relcp render runs/colony --from 2 --to 4 --every 5 --fit each --background dark
+  relcp render runs/colony/final.json --out final
+
+frames/000000.png and so on have one camera and one scale of colours, fitted to all of them; frames.json says
+which state each shows. What an earlier rendering left in the folder, whole or not, is replaced.
+A movie is made where `ffmpeg` is on the path.";
+
+#[derive(Args, Debug)]
+#[command(after_help = RENDER_EXAMPLES)]
+pub(super) struct Render {
+    /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
+    #[arg(value_name = "RUN")]
+    pub(super) run: String,
+    /// Where the files go; without it RUN/render, and for what is no folder NAME-render here
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+    /// What the colours tell
+    #[arg(long, value_enum, default_value = "orientation")]
+    pub(super) colour: Quantity,
+    /// The ends of the scale of colours, as in 0:2.5; without it the values of all states fit, but for the largest
+    /// hundredth of speeds, overlaps, forces and pressures
+    #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true, value_parser = range)]
+    pub(super) range: Option<[f64; 2]>,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = size)]
+    pub(super) size: [u32; 2],
+    /// Where bodies are seen from; without it the top in a planar run, else obliquely
+    #[arg(long, value_enum)]
+    pub(super) view: Option<Side>,
+    /// What stands behind the bodies
+    #[arg(long, value_enum, default_value = "white")]
+    pub(super) background: Background,
+    /// What camera and scale of colours are fitted to
+    #[arg(long, value_enum, default_value = "run")]
+    pub(super) fit: Fit,
+    /// No words in the pictures: neither time, number of bodies, bar of length nor scale of colours
+    #[arg(long)]
+    pub(super) bare: bool,
+    /// Every so many states
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) every: u32,
+    /// From this time on
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = length)]
+    pub(super) from: Option<f64>,
+    /// Up to this time
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = length)]
+    pub(super) to: Option<f64>,
+    /// Pictures a second of the movie
+    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=MOST_A_SECOND))]
+    pub(super) fps: u32,
+    /// The movie, .mp4, .mov or .mkv; without it movie.mp4 beside frames, where there is `ffmpeg`
+    #[arg(long, value_name = "FILE", conflicts_with = "no_movie")]
+    pub(super) movie: Option<PathBuf>,
+    /// No movie, also where there is `ffmpeg`
+    #[arg(long)]
+    pub(super) no_movie: bool,
+    /// How many threads; without it, one a core. The results are the same bits for any number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub(super) threads: Option<u16>,
+    #[command(flatten)]
+    pub(super) print: Print,
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match sides {
+        Some(sides) if sides.iter().all(|side| (1..=View::LARGEST_SIDE).contains(side)) => Ok(sides),
+        _ => Err(format!("it is not two numbers of pixels from 1 to {}, as in 1920x1080", View::LARGEST_SIDE)),
+    }
+}
+
+fn range(text: &str) -> Result<[f64; 2], String> {
+    let (low, high) = text.split_once(':').ok_or("it is not two numbers, as in 0:2.5")?;
+    match [length(low)?, length(high)?] {
+        [low, high] if low < high => Ok([low, high]),
+        _ => Err("the first number is not below the second".into()),
+    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {

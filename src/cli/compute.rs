@@ -3,7 +3,7 @@
 use super::arguments::{Backend, Compute as Arguments, Precision as Wanted};
 use super::exit::CliError;
 use super::output;
-use crate::constraint::RowSource;
+use crate::backend::gpu::Device;
 use crate::gpu::{AdapterReport, Choice, Gpu, GpuError, Precision, adapters};
 use crate::lcp;
 use crate::relcp::Compute;
@@ -67,9 +67,7 @@ fn automatic(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> 
 }
 
 fn open(arguments: &Arguments, scene: &Scene) -> Result<Compute, GpuError> {
-    if scene.contact.method.row_source() != RowSource::Surfaces {
-        return Err(GpuError::Unsupported { what: "multi-sphere rows".into() });
-    }
+    Device::check(scene)?;
     lcp::gpu::Solver::check(scene.solver.kind)?;
     let gpu = Gpu::open(&choice(arguments))?;
     for warning in gpu.warnings() {

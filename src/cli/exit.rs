@@ -6,6 +6,7 @@ use crate::gpu::GpuError;
 use crate::measure::MeasureError;
 use crate::record::{RecordError, RunError, RunStatus};
 use crate::relcp::Fault;
+use crate::render::RenderError;
 use crate::scene::SceneError;
 use crate::study::StudyError;
 use miette::Diagnostic;
@@ -107,6 +108,9 @@ pub(super) enum CliError {
     Measure(#[from] MeasureError),
     #[error(transparent)]
     #[diagnostic(transparent)]
+    Render(#[from] RenderError),
+    #[error(transparent)]
+    #[diagnostic(transparent)]
     Batch(#[from] BatchError),
     #[error(transparent)]
     Start(Fault),
@@ -137,6 +141,7 @@ impl CliError {
             CliError::Scene(error) => Exit::of(error.exit_code()),
             CliError::Export(error) => Exit::of(error.exit_code()),
             CliError::Measure(error) => Exit::of(error.exit_code()),
+            CliError::Render(error) => Exit::of(error.exit_code()),
             CliError::Record(error) => Exit::of(error.exit_code()),
             CliError::Run(error) => Exit::of_run(error),
             CliError::Batch(error) => Exit::of(error.exit_code()),

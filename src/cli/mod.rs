@@ -13,6 +13,7 @@ mod manual;
 mod measure;
 mod output;
 mod progress;
+mod render;
 mod run;
 mod scenes;
 mod study;
@@ -48,6 +49,7 @@ fn dispatch(command: Command) -> Result<Exit, CliError> {
         Command::Contacts(arguments) => contacts::contacts(&arguments),
         Command::Export(arguments) => export::export(&arguments),
         Command::Measure(arguments) => measure::measure(&arguments),
+        Command::Render(arguments) => render::render(&arguments),
         Command::Study(arguments) => study::study(&arguments),
         Command::Devices(arguments) => devices::devices(&arguments),
         Command::Schema(arguments) => scenes::schema(&arguments),

@@ -134,6 +134,9 @@ fn show(arguments: &Arguments, folder: &Path, summary: &Summary, device: Option<
 
 fn print(out: &mut dyn Write, folder: &Path, s: &Summary) -> io::Result<()> {
     writeln!(out, "{}: {} steps to time {} with {} bodies", s.name, s.steps, s.time, s.bodies)?;
+    if let Some(reason) = s.stopped_by {
+        writeln!(out, "  stopped by growth.stop.{}", reason.name())?;
+    }
     let (rows, recursions) = (&s.constraints, &s.recursions);
     writeln!(out, "  constraints {} at the end, {:.1} on average, {} at most", rows.last, rows.mean, rows.max)?;
     writeln!(

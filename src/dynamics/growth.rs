@@ -4,36 +4,112 @@
 //! random angle; then every cell takes its end-of-step length `length e^(rate dt)`. The step's separations, mobilities and
 //! trials all use that length. Against extrapolating `Phi + dt dPhi/dlength length'` from the old one, this is equal to first
 //! order and exact in the length; and every accepted state has been through a solve with the lengths and bodies that it holds.
+//!
+//! A cell's rate may differ from the mean by a draw of its own, and fall with the pressure on it as `e^(-lambda pressure)`, the law of S. Weady,
+//! B. Palmer, A. Lamson, T. Kim, R. Farhadifar, M. J. Shelley (arXiv:2405.10158) with [another stress](super::pressures) than theirs.
 
+use super::pressures;
 use crate::bodies::{Bodies, Lineage};
-use crate::scene::Growth;
+use crate::relcp::Warm;
+use crate::scene::{Growth, Scene};
 use crate::separation::Placed;
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Divides and grows all cells over the step of `dt` that begins at `time`. `next_id` is the id of the next cell born.
-///
-/// Random angles are drawn from a stream of `seed` that belongs to the dividing cell's id, so they depend on nothing else.
-pub fn grow(bodies: &mut Bodies, growth: &Growth, planar: bool, seed: u64, time: f64, dt: f64, next_id: &mut u64) {
-    for mother in 0..bodies.len() {
-        if bodies.shape[mother].growing_length().is_some_and(|length| length >= growth.division_length) {
-            divide(bodies, mother, growth, planar, seed, time, next_id);
-        }
-    }
-    lengthen(bodies, growth, dt);
+/// Where in a cell's random stream its own length and rate are, in words of 32 bits: its turns when it divides take the first eight at most.
+const OWN_WORDS: u128 = 64;
+
+/// A loop over fewer cells than this runs on one thread.
+const LEAST_CELLS_A_TASK: usize = 512;
+
+/// How the cells of a scene grow. What is random of a cell is drawn from a stream of the seed that belongs to its id (ChaCha, which counts: any
+/// part of any stream is there without those before it), so that it depends on nothing else.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cells {
+    /// The scene's growth.
+    pub growth: Growth,
+    /// Whether the scene is planar.
+    pub planar: bool,
+    /// The scene's seed.
+    pub seed: u64,
 }
 
-/// Grows all cells over `dt`; none divides.
-pub fn lengthen(bodies: &mut Bodies, growth: &Growth, dt: f64) {
-    let factor = (growth.rate * dt).exp();
-    for shape in &mut bodies.shape {
-        if let Some(grown) = shape.growing_length().and_then(|length| shape.grown(length * factor)) {
-            *shape = grown;
+impl Cells {
+    /// Those of a scene, where it has any that grow.
+    pub fn of(scene: &Scene) -> Option<Cells> {
+        scene.growth.map(|growth| Cells { growth, planar: scene.planar, seed: scene.seed })
+    }
+
+    /// What slows the growth of each body in the step after the one that left `bodies` and `warm`: its pressure, where the scene's cells feel
+    /// it; else nothing.
+    pub fn pressures(&self, bodies: &Bodies, warm: &[Warm]) -> Vec<f64> {
+        if self.growth.stress_sensitivity == 0.0 { Vec::new() } else { pressures(bodies, warm, self.planar) }
+    }
+
+    /// The length at which the cell `id` divides.
+    pub fn division_length(&self, id: u64) -> f64 {
+        match self.growth.division_length_noise {
+            0.0 => self.growth.division_length,
+            noise => self.growth.division_length * (1.0 + noise * self.own(id)[0]),
         }
     }
+
+    /// The relative growth per time of the cell `id` under `pressure`.
+    pub fn rate(&self, id: u64, pressure: f64) -> f64 {
+        let mut rate = self.growth.rate;
+        if self.growth.rate_noise > 0.0 {
+            rate *= 1.0 + self.growth.rate_noise * self.own(id)[1];
+        }
+        if self.growth.stress_sensitivity > 0.0 {
+            rate *= (-self.growth.stress_sensitivity * pressure).exp();
+        }
+        rate
+    }
+
+    /// The cell's own draws, uniform from -1 to 1: one for its division length, one for its rate.
+    fn own(&self, id: u64) -> [f64; 2] {
+        let mut random = Turn::stream(self.seed, id);
+        random.set_word_pos(OWN_WORDS);
+        [(); 2].map(|()| 2.0 * random.random::<f64>() - 1.0)
+    }
+
+    /// Divides and grows all cells over the step of `dt` that begins at `time`. `next_id` is the id of the next cell born; `pressures` are
+    /// [those](Cells::pressures) of the bodies before, to which daughters are added with their mother's.
+    pub fn grow(&self, bodies: &mut Bodies, time: f64, dt: f64, next_id: &mut u64, pressures: &mut Vec<f64>) {
+        let length = |i: usize, bodies: &Bodies| bodies.shape[i].growing_length();
+        let due = |i: &usize| length(*i, bodies).is_some_and(|l| l >= self.division_length(bodies.lineage[*i].id));
+        let due: Vec<usize> = (0..bodies.len()).into_par_iter().with_min_len(LEAST_CELLS_A_TASK).filter(due).collect();
+        for mother in due {
+            let before = bodies.len();
+            divide(bodies, mother, self, time, next_id);
+            if let Some(pressure) = pressures.get(mother).copied() {
+                pressures.resize(pressures.len() + bodies.len() - before, pressure);
+            }
+        }
+        self.lengthen(bodies, dt, pressures);
+    }
+
+    /// Grows all cells over `dt`; none divides.
+    pub fn lengthen(&self, bodies: &mut Bodies, dt: f64, pressures: &[f64]) {
+        let lengthen = |(i, (shape, line)): (usize, (&mut Shape, &Lineage))| {
+            let Some(length) = shape.growing_length() else { return };
+            let rate = self.rate(line.id, pressures.get(i).copied().unwrap_or(0.0));
+            if let Some(grown) = shape.grown(length * (rate * dt).exp()) {
+                *shape = grown;
+            }
+        };
+        let shapes = bodies.shape.par_iter_mut().zip(&bodies.lineage).enumerate();
+        shapes.with_min_len(LEAST_CELLS_A_TASK).for_each(lengthen);
+    }
+}
+
+/// As [`Cells::grow`], of cells that are not pressed.
+pub fn grow(bodies: &mut Bodies, growth: &Growth, planar: bool, seed: u64, time: f64, dt: f64, next_id: &mut u64) {
+    Cells { growth: *growth, planar, seed }.grow(bodies, time, dt, next_id, &mut Vec::new());
 }
 
 /// How far the surface of `placed` moves where `lever` touches it with the outward normal `normal`, as the body grows to the shape `to`.
@@ -53,7 +129,8 @@ pub fn stretch(placed: &Placed, to: &Shape, lever: DVec3, normal: DVec3) -> DVec
 }
 
 /// Body `mother` becomes the daughter at its lower end; the one at its upper end is added last.
-fn divide(bodies: &mut Bodies, mother: usize, growth: &Growth, planar: bool, seed: u64, time: f64, next_id: &mut u64) {
+fn divide(bodies: &mut Bodies, mother: usize, cells: &Cells, time: f64, next_id: &mut u64) {
+    let Cells { growth, planar, seed } = *cells;
     let placed = bodies.placed(mother);
     let Some(length) = placed.shape.growing_length() else { return };
     let Some(shape) = placed.shape.grown(0.5 * length) else { return };

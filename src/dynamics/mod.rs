@@ -15,13 +15,15 @@ mod inertial;
 mod integrate;
 mod midpoint;
 mod overdamped;
+mod pressure;
 
 pub use force::{ForceField, Load, from_scene as forces_from_scene};
-pub use growth::{grow, lengthen, stretch};
+pub use growth::{Cells, grow, stretch};
 pub use inertial::Inertial;
 pub use integrate::{Pose, advance};
 pub use midpoint::{arrived, of_whole_step};
 pub use overdamped::Overdamped;
+pub use pressure::pressures;
 
 use crate::bodies::Bodies;
 use crate::scene::Dynamics;

@@ -43,6 +43,7 @@ pub use collect::{Measured, measure, measure_last};
 pub use error::MeasureError;
 pub use frame::Frame;
 pub use output::{Document, write};
+pub(crate) use radius::colony_radius;
 pub use view::View;
 
 /// Pairs whose orientations are compared for C(r) of one state, at most. Up to 8,192 bodies have no more; of 131,072 bodies they take 0.7 s

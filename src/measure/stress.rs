@@ -67,14 +67,11 @@ impl Measure for Stress {
             return Err("there is no body".into());
         }
         let mut virial = DMat3::ZERO;
-        let mut of_body = vec![0.0; position.len()];
         let (mut sum, mut most, mut pairs) = (0.0, 0.0_f64, 0_usize);
         for contact in view.pushing()? {
             let [a, b] = contact.pair;
             let force = contact.gamma * contact.normal;
             virial += dyad(force, position[b] - position[a]);
-            of_body[a] += force.dot(contact.point - position[a]);
-            of_body[b] -= force.dot(contact.point - position[b]);
             (sum, most, pairs) = (sum + contact.gamma, most.max(contact.gamma), pairs + 1);
         }
         let stress = 0.5 * (virial + virial.transpose()) * (1.0 / view.volumes.iter().sum::<f64>());
@@ -85,7 +82,7 @@ impl Measure for Stress {
             vec![mean, mean.map(|_| most), cell(trace(stress) / view.dimension()), cell(shear(stress, view.planar()))];
         values.extend([at(0, 0), at(0, 1), at(1, 1), in_space(0, 2), in_space(1, 2), in_space(2, 2)]);
         let remark = (pairs == 0).then(|| "no pair pushes".to_owned());
-        Ok(Found { values, rows: profile(view, &of_body), remark })
+        Ok(Found { values, rows: profile(view, &view.virials()?), remark })
     }
 }
 

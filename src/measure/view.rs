@@ -32,7 +32,6 @@ impl<'a> View<'a> {
     pub fn new(state: &'a Snapshot, frame: &'a Frame, settings: &'a Settings) -> Self {
         let bodies = &state.bodies;
         let each = || bodies.shape.par_iter().zip(&bodies.orientation);
-        let centre = bodies.position.iter().sum::<DVec3>() / bodies.len().max(1) as f64;
         let volume = |(shape, q): (&crate::shape::Shape, &glam::DQuat)| match frame.planar {
             true => interior::section(shape, *q),
             false => shape.volume(),
@@ -41,7 +40,7 @@ impl<'a> View<'a> {
             state,
             frame,
             settings,
-            centre,
+            centre: centre(bodies),
             axes: each().map(|(shape, q)| axis(shape, *q, frame.planar)).collect(),
             volumes: each().map(volume).collect(),
             contacts: OnceLock::new(),
@@ -114,6 +113,22 @@ impl<'a> View<'a> {
         Ok(self.contacts().iter().filter(|contact| contact.gamma > 0.0))
     }
 
+    /// The virial of each body's own contacts, the sum of force times lever: over its volume and the dimension it is the body's pressure.
+    ///
+    /// # Errors
+    /// As [`View::pushing`].
+    pub fn virials(&self) -> Result<Vec<f64>, LeftOut> {
+        let position = &self.bodies().position;
+        let mut virials = vec![0.0; position.len()];
+        for contact in self.pushing()? {
+            let [a, b] = contact.pair;
+            let force = contact.gamma * contact.normal;
+            virials[a] += force.dot(contact.point - position[a]);
+            virials[b] -= force.dot(contact.point - position[b]);
+        }
+        Ok(virials)
+    }
+
     /// The pairs of the bodies in `among` whose centres are at most `radius` apart, by their places in it.
     pub fn neighbours(&self, among: &[usize], radius: f64) -> Vec<[u32; 2]> {
         let at = |i: u32| self.bodies().position[among[i as usize]];
@@ -124,6 +139,11 @@ impl<'a> View<'a> {
         pairs.retain(|[a, b]| at(*a).distance_squared(at(*b)) <= radius * radius);
         pairs
     }
+}
+
+/// The mean of the centres.
+pub(super) fn centre(bodies: &Bodies) -> DVec3 {
+    bodies.position.iter().sum::<DVec3>() / bodies.len().max(1) as f64
 }
 
 /// The median; the lower of the two where their number is even. Zero of nothing.

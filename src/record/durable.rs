@@ -22,6 +22,18 @@ pub fn place(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
 
 /// As [`place`], written by `fill`, for what is too large to be held as bytes. Where `fill` fails there is no file.
 pub fn place_with<T, E: From<RecordError>>(path: &Path, fill: impl FnOnce(&mut File) -> Result<T, E>) -> Result<T, E> {
+    place_part(path, |part| fill(part.as_file_mut()))
+}
+
+/// As [`place_with`], written by its name, for what another program writes.
+pub fn place_by<T, E: From<RecordError>>(path: &Path, fill: impl FnOnce(&Path) -> Result<T, E>) -> Result<T, E> {
+    place_part(path, |part| fill(part.path()))
+}
+
+fn place_part<T, E: From<RecordError>>(
+    path: &Path,
+    fill: impl FnOnce(&mut tempfile::NamedTempFile) -> Result<T, E>,
+) -> Result<T, E> {
     let folder = folder_of(path);
     let fault = |action| RecordError::io(path, action);
     let mut builder = tempfile::Builder::new();
@@ -33,7 +45,7 @@ pub fn place_with<T, E: From<RecordError>>(path: &Path, fill: impl FnOnce(&mut F
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     let mut part = builder.tempfile_in(folder).map_err(fault("create it"))?;
-    let made = fill(part.as_file_mut())?;
+    let made = fill(&mut part)?;
     part.as_file().sync_all().map_err(fault("write it"))?;
     part.persist(path).map_err(|e| fault("put it in place")(e.error))?;
     Ok(made)

@@ -102,7 +102,11 @@ impl Run {
         }
         let schedule = Schedule::new(&scene);
         let simulation = Simulation::resume_on(compute, scene, state)?;
-        let steps = Steps::reopen(&folder.steps(), schedule.last_row(header.step))?;
+        let last_row = match simulation.stopped_by() {
+            Some(_) => Some(header.step).filter(|step| *step > 0),
+            None => schedule.last_row(header.step),
+        };
+        let steps = Steps::reopen(&folder.steps(), last_row)?;
         folder.rewind(header.step)?;
         let mut totals = header.totals.unwrap_or_default();
         let setup = begun.elapsed().as_secs_f64();
@@ -187,10 +191,12 @@ impl Run {
 
     fn record(&mut self, report: &StepReport, wall: Duration) -> Result<(), RunError> {
         let begun = Instant::now();
-        if self.schedule.row_due(report.step) {
+        // Where it ends is not known to the schedule before it is there.
+        let done = self.simulation.done();
+        if done || self.schedule.row_due(report.step) {
             self.steps.push(report, wall.as_secs_f64())?;
         }
-        if self.schedule.state_due(report.step) {
+        if done || self.schedule.state_due(report.step) {
             self.record_state()?;
             self.steps.flush()?;
         }

@@ -5,7 +5,7 @@ use super::memory::peak_bytes;
 use super::totals::{OverStep, Totals, UnconvergedStep, WallSeconds};
 use crate::bodies::Bodies;
 use crate::relcp::{Fault, Simulation, contacts};
-use crate::scene::{Method, SolverKind, Stepping};
+use crate::scene::{Method, SolverKind, Stepping, StopReason};
 use serde::{Deserialize, Serialize};
 
 /// How a run stands.
@@ -82,6 +82,8 @@ pub struct Summary {
     pub status: RunStatus,
     /// Whether it went to its end.
     pub completed: bool,
+    /// Which part of the scene's `growth.stop` ended it before `time.end`; null where none did.
+    pub stopped_by: Option<StopReason>,
     /// `relcp`, `snsd` or `multisphere`.
     pub method: &'static str,
     /// The stepping scheme.
@@ -165,6 +167,7 @@ impl Summary {
             name: scene.name.clone(),
             status,
             completed: simulation.done(),
+            stopped_by: simulation.stopped_by(),
             method: method_name(scene.contact.method),
             stepping: scene.time.stepping,
             backend: if device.is_some() { "gpu" } else { "cpu" },

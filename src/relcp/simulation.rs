@@ -8,7 +8,8 @@ use crate::constraint::RowSourceError;
 use crate::dynamics::ForceField;
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Gpu, GpuError, Precision};
-use crate::scene::Scene;
+use crate::measure::colony_radius;
+use crate::scene::{Scene, StopReason};
 use crate::separation::{Separation, separation};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -106,6 +107,7 @@ pub struct Simulation {
     scene: Scene,
     backend: Box<dyn Backend>,
     keep: Keep,
+    stopped_by: Option<StopReason>,
 }
 
 impl Simulation {
@@ -150,7 +152,17 @@ impl Simulation {
             }
         };
         let keep = Keep::new(scene.solver.dump);
-        Ok(Simulation { scene, backend, keep })
+        let mut simulation = Simulation { scene, backend, keep, stopped_by: None };
+        simulation.look_for_stop()?;
+        Ok(simulation)
+    }
+
+    /// Settles whether the scene's `growth.stop` is reached.
+    fn look_for_stop(&mut self) -> Result<(), Fault> {
+        let Some(stop) = self.scene.growth.and_then(|growth| growth.stop) else { return Ok(()) };
+        let radius = || self.state().map(|state| colony_radius(&state.bodies));
+        self.stopped_by = stop.reached(self.bodies(), self.time(), self.scene.time.dt, radius)?;
+        Ok(())
     }
 
     /// The scene.
@@ -191,9 +203,14 @@ impl Simulation {
         self.scene.time.after(self.steps())
     }
 
-    /// Whether the scene's end is reached.
+    /// Whether the scene's end is reached, or what its `growth.stop` ends it at.
     pub fn done(&self) -> bool {
-        self.steps() >= self.scene.time.steps()
+        self.stopped_by.is_some() || self.steps() >= self.scene.time.steps()
+    }
+
+    /// What of the scene's `growth.stop` is reached.
+    pub fn stopped_by(&self) -> Option<StopReason> {
+        self.stopped_by
     }
 
     /// Adds an external force, beside the scene's own.
@@ -210,6 +227,7 @@ impl Simulation {
     pub fn step(&mut self) -> Result<StepReport, Fault> {
         let mut report = step(self.backend.as_mut(), &self.scene.contact, self.scene.time.stepping, &mut self.keep)?;
         report.time = self.scene.time.after(report.step);
+        self.look_for_stop()?;
         Ok(report)
     }
 

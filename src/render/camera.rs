@@ -1,7 +1,7 @@
 //! The camera: orthographic, so that a length is the same everywhere in a picture.
 
-use super::View;
 use super::intersect::reach;
+use super::{Side, View};
 use crate::bodies::Bodies;
 use crate::shape::Geometry;
 use glam::{DVec2, DVec3};
@@ -55,22 +55,8 @@ impl Camera {
     }
 
     /// As [`Camera::fit`], along other axes: right, up and toward.
-    pub(super) fn along([right, up, toward]: [DVec3; 3], pixels: [u32; 2], bodies: &Bodies) -> Camera {
-        let camera = Camera { centre: DVec3::ZERO, right, up, toward, scale: 1.0 };
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for i in 0..bodies.len() {
-            if let Some(bounds) = camera.bounds(bodies, i) {
-                low = low.min(bounds.centre - bounds.reach);
-                high = high.max(bounds.centre + bounds.reach);
-            }
-        }
-        if low.x > high.x {
-            (low, high) = (DVec3::NEG_ONE, DVec3::ONE);
-        }
-        let pixels = DVec2::from_array(pixels.map(|side| f64::from(side.max(1)) * (1.0 - 2.0 * MARGIN)));
-        let scale = (pixels / (high - low).truncate()).min_element();
-        let middle = (low + high) / 2.0;
-        Camera { centre: camera.to_space(middle), scale, ..camera }
+    pub(super) fn along(axes: [DVec3; 3], pixels: [u32; 2], bodies: &Bodies) -> Camera {
+        Extent::of(axes, bodies).fit(axes, pixels)
     }
 
     /// How many pixels a length of one takes.
@@ -119,6 +105,55 @@ pub(super) struct Bounds {
     pub centre: DVec3,
     /// Half the extent along right, up and toward.
     pub reach: DVec3,
+}
+
+/// How far bodies reach along a camera's right, up and toward, from the origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Extent {
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Extent {
+    /// That of no body.
+    pub const NONE: Extent = Extent { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+
+    /// That of all bodies that can be drawn.
+    pub fn of([right, up, toward]: [DVec3; 3], bodies: &Bodies) -> Extent {
+        let camera = Camera { centre: DVec3::ZERO, right, up, toward, scale: 1.0 };
+        let mut all = Extent::NONE;
+        for bounds in (0..bodies.len()).filter_map(|i| camera.bounds(bodies, i)) {
+            all = all.with(Extent { low: bounds.centre - bounds.reach, high: bounds.centre + bounds.reach });
+        }
+        all
+    }
+
+    /// That of both.
+    pub fn with(self, other: Extent) -> Extent {
+        Extent { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// The camera with these axes that shows all of it in a picture of so many pixels.
+    pub fn fit(self, [right, up, toward]: [DVec3; 3], pixels: [u32; 2]) -> Camera {
+        let (mut low, mut high) = (self.low, self.high);
+        if low.x > high.x {
+            (low, high) = (DVec3::NEG_ONE, DVec3::ONE);
+        }
+        let pixels = DVec2::from_array(pixels.map(|side| f64::from(side.max(1)) * (1.0 - 2.0 * MARGIN)));
+        let scale = (pixels / (high - low).truncate()).min_element();
+        let camera = Camera { centre: DVec3::ZERO, right, up, toward, scale };
+        Camera { centre: camera.to_space((low + high) / 2.0), ..camera }
+    }
+}
+
+/// The axes of the camera that looks from a side.
+pub(super) fn axes_from(side: Side) -> [DVec3; 3] {
+    match side {
+        Side::Top => DVec3::AXES,
+        Side::Front => [DVec3::X, DVec3::Z, DVec3::NEG_Y],
+        Side::Right => [DVec3::Y, DVec3::Z, DVec3::X],
+        Side::Oblique => axes(false),
+    }
 }
 
 fn axes(planar: bool) -> [DVec3; 3] {

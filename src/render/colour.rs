@@ -38,10 +38,14 @@ fn by_axis(bodies: &Bodies, i: usize) -> Vec3 {
     let Some(axis) = axis(&bodies.shape[i].geometry()) else { return linear(PLAIN) };
     let Some(axis) = (bodies.orientation[i] * axis).try_normalize() else { return linear(PLAIN) };
     let (x, y) = (axis.x as f32, axis.y as f32);
+    hue([x, y], (axis.z * axis.z) as f32)
+}
+
+/// The hue of an axis with these parts in the plane, `pale` being the squared part out of it.
+pub(super) fn hue([x, y]: [f32; 2], pale: f32) -> Vec3 {
     let (cos, sin) = (HUE_START.cos(), HUE_START.sin());
     // (cos, sin) of twice the angle, times the squared part in the plane.
     let (a, b) = (x * x - y * y, 2.0 * x * y);
-    let pale = (axis.z * axis.z) as f32;
     linear([
         HUE_LIGHTNESS + 0.16 * pale,
         HUE_CHROMA * (a * cos - b * sin),
@@ -72,12 +76,17 @@ fn on_ramp(values: &[f64]) -> Vec<Vec3> {
     let last = distinct.len().saturating_sub(1).max(1) as f32;
     let at = |value: &f64| {
         let rank = distinct.partition_point(|v| v < value).min(distinct.len().saturating_sub(1));
-        let place = rank as f32 / last * (RAMP.len() - 1) as f32;
-        let below = (place as usize).min(RAMP.len() - 2);
-        let (from, to) = (Vec3::from(RAMP[below]), Vec3::from(RAMP[below + 1]));
-        linear(from.lerp(to, place - below as f32).to_array())
+        ramp(rank as f32 / last)
     };
     values.par_iter().map(at).collect()
+}
+
+/// The ramp's colour at a part of its way, from 0 to 1.
+pub(super) fn ramp(part: f32) -> Vec3 {
+    let place = part * (RAMP.len() - 1) as f32;
+    let below = (place as usize).min(RAMP.len() - 2);
+    let (from, to) = (Vec3::from(RAMP[below]), Vec3::from(RAMP[below + 1]));
+    linear(from.lerp(to, place - below as f32).to_array())
 }
 
 /// Oklab to linear sRGB, cut to what sRGB can show.

@@ -2,18 +2,33 @@
 //!
 //! Rays are parallel, two by two to a pixel, and meet each body where its surface is, by the closed form of its family
 //! (`intersect`). A picture's bytes are the same for any number of threads.
+//!
+//! [`picture`] is of bodies; [`render`](fn@render) makes those of a run's states, and [`fn@movie`] a movie of them.
 
 mod camera;
+mod caption;
 mod colour;
+mod error;
+mod frames;
 mod image;
 mod intersect;
+mod movie;
+mod quantity;
 mod raster;
+mod scale;
 mod scale_bar;
 mod shade;
 mod shadow;
+mod text;
 
 pub use camera::Camera;
+pub use error::RenderError;
+pub(crate) use frames::MOVIE;
+pub use frames::{Fit, Frames, Rendered, RenderedFrame, render};
 pub use image::Image;
+pub use movie::{Encoder, movie};
+pub use quantity::Quantity;
+pub use scale::Scale;
 
 use crate::bodies::Bodies;
 use glam::Vec3;
@@ -52,6 +67,31 @@ pub enum Background {
     White,
     /// Nearly black.
     Dark,
+}
+
+impl Background {
+    /// The linear light of words and of what is behind them.
+    fn ink_and_paper(self) -> [Vec3; 2] {
+        match self {
+            Background::White => [[0.25, 0.0, 0.0], [1.0, 0.0, 0.0]],
+            Background::Dark => [[0.85, 0.0, 0.0], [0.17, 0.0, -0.015]],
+        }
+        .map(colour::linear)
+    }
+}
+
+/// The side from which bodies are seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, clap::ValueEnum)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// Against z: x to the right, y up.
+    Top,
+    /// Along y: x to the right, z up.
+    Front,
+    /// Against x: y to the right, z up.
+    Right,
+    /// From the front and above, z up.
+    Oblique,
 }
 
 /// The size and the looks of a picture.
@@ -109,6 +149,11 @@ pub fn picture(bodies: &Bodies, view: &View) -> Image {
 
 /// As [`picture`], by a camera of one's own: one camera for all pictures of a movie keeps them still.
 pub fn picture_by(bodies: &Bodies, view: &View, camera: &Camera) -> Image {
+    painted(bodies, view, camera, &colour::of_bodies(bodies, view.colour))
+}
+
+/// As [`picture_by`], with a linear colour a body.
+fn painted(bodies: &Bodies, view: &View, camera: &Camera, colours: &[Vec3]) -> Image {
     let [width, height] = [view.width, view.height].map(|side| side.clamp(1, View::LARGEST_SIDE));
     let samples = Samples::cast(bodies, camera, width, height);
     let scale = camera.pixels_per_length();
@@ -119,16 +164,12 @@ pub fn picture_by(bodies: &Bodies, view: &View, camera: &Camera) -> Image {
         let light = camera.to_space(shade::KEY_LIGHT.as_dvec3()).normalize();
         Shadow::cast(bodies, light, f64::from(typical) / scale, width.max(height) / SHADOW_COARSENESS)
     });
-    let [ink, paper] = match view.background {
-        Background::White => [[0.25, 0.0, 0.0], [1.0, 0.0, 0.0]],
-        Background::Dark => [[0.85, 0.0, 0.0], [0.17, 0.0, -0.015]],
-    }
-    .map(colour::linear);
+    let [ink, paper] = view.background.ink_and_paper();
     let shading = Shading {
         samples: &samples,
         camera,
         shadow: shadow.as_ref(),
-        colours: &colour::of_bodies(bodies, view.colour),
+        colours,
         thickness: &thickness,
         background: paper,
         sample_length: (1.0 / (scale * raster::SUPERSAMPLING as f64)) as f32,

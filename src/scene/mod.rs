@@ -8,6 +8,7 @@ mod built_in;
 mod dump;
 mod error;
 mod generate;
+mod growth;
 mod key;
 mod nearest;
 mod orientation;
@@ -23,6 +24,7 @@ mod write;
 pub use built_in::{BuiltIn, built_in};
 pub use dump::{Dump, DumpWhen};
 pub use error::{FaultKind, SceneError};
+pub use growth::{Growth, Stop, StopReason};
 pub(crate) use read::Source;
 pub use read::{MAX_FILE_BYTES, load, parse, read};
 pub(crate) use set::Override;
@@ -273,22 +275,6 @@ pub enum Force {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         group: Option<String>,
     },
-}
-
-/// Growth and division of spherocylinders: `length' = rate * length` between divisions.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Growth {
-    /// Relative growth per time.
-    #[schemars(range(min = 0))]
-    pub rate: f64,
-    /// Tip-to-tip length at which a cell divides into two of half its length.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub division_length: f64,
-    /// Each daughter turns by an angle drawn uniformly from plus and minus this, in degrees.
-    #[schemars(range(min = 0, max = 180))]
-    #[serde(default)]
-    pub reorientation_degrees: f64,
 }
 
 /// One body.

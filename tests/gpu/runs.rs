@@ -4,7 +4,7 @@ use crate::device::{device, precisions};
 use glam::DVec3;
 use relcp::gpu::{Gpu, Precision};
 use relcp::relcp::{Compute, Simulation, StepReport, contacts};
-use relcp::scene;
+use relcp::scene::{self, StopReason};
 use std::sync::Arc;
 
 /// A run's end and its reports.
@@ -106,6 +106,56 @@ fn colony_of_32_cells() {
         let off = (ran.gyration() / cpu.gyration() - 1.0).abs();
         println!("  {bodies} cells, radius of gyration off by {off:.1e}");
         assert!(off < 1e-3, "{off:e}");
+    });
+}
+
+/// Lengths are prescribed, so that the same cells divide in the same steps as on the CPU.
+#[test]
+fn colony_of_uneven_cells_to_a_population() {
+    let sets =
+        ["growth.division_length_noise=0.2", "growth.rate_noise=0.3", "growth.stop.population=24", "time.dt=0.002"];
+    both("colony", &sets, |_, ran, cpu| {
+        let [on_device, on_cpu] = [ran, cpu].map(|ran| ran.simulation.state().unwrap().bodies.clone());
+        assert_eq!(ran.simulation.stopped_by(), Some(StopReason::Population));
+        assert_eq!((ran.simulation.steps(), &on_device.lineage), (cpu.simulation.steps(), &on_cpu.lineage));
+        let lengths = on_device.shape.iter().zip(&on_cpu.shape);
+        let off = lengths.map(|(a, b)| (a.growing_length().unwrap() / b.growing_length().unwrap() - 1.0).abs());
+        let off = off.fold(0.0, f64::max);
+        println!("  {} cells, lengths off by {off:.1e}", on_device.len());
+        assert!(on_device.len() >= 24 && off < 1e-6, "{off:e}");
+    });
+}
+
+#[test]
+fn colony_to_a_radius_and_to_a_time() {
+    for (stop, reason) in [("growth.stop.radius=3", StopReason::Radius), ("growth.stop.time=1.5", StopReason::Time)] {
+        both("colony", &["time.dt=0.01", stop], |_, ran, cpu| {
+            assert_eq!(ran.simulation.stopped_by(), Some(reason));
+            assert_eq!(ran.simulation.steps(), cpu.simulation.steps());
+        });
+    }
+}
+
+#[test]
+fn colony_that_pressure_slows() {
+    let sets = ["growth.stress_sensitivity=0.2", "growth.reorientation_degrees=5", "time.dt=0.005", "time.end=3.5"];
+    both("colony", &sets, |precision, ran, cpu| {
+        let lengths = |ran: &Ran| {
+            let bodies = &ran.simulation.state().unwrap().bodies;
+            bodies
+                .lineage
+                .iter()
+                .zip(&bodies.shape)
+                .map(|(l, s)| (l.id, s.growing_length().unwrap()))
+                .collect::<Vec<_>>()
+        };
+        let (on_device, on_cpu) = (lengths(ran), lengths(cpu));
+        assert_eq!(on_device.len(), on_cpu.len());
+        let off = on_device.iter().zip(&on_cpu).map(|(a, b)| (a.1 / b.1 - 1.0).abs()).fold(0.0, f64::max);
+        let free = 2.0 * (1.0f64 * 3.5).exp() / on_cpu.iter().map(|(_, length)| length).sum::<f64>();
+        println!("  {} cells, lengths off by {off:.1e}, {free:.2} times as much without pressure", on_device.len());
+        // What the cells press each other with depends on how exactly they lie.
+        assert!(off < if precision == Precision::F32 { 1e-3 } else { 1e-7 } && free > 1.1, "{off:e} {free}");
     });
 }
 

@@ -13,7 +13,15 @@ use serde_json::json;
 use std::collections::HashSet;
 use std::f64::consts::{FRAC_PI_2, LN_2};
 
-const GROWTH: Growth = Growth { rate: 1.0, division_length: 4.0, reorientation_degrees: 0.01 };
+const GROWTH: Growth = Growth {
+    rate: 1.0,
+    division_length: 4.0,
+    reorientation_degrees: 0.01,
+    division_length_noise: 0.0,
+    rate_noise: 0.0,
+    stress_sensitivity: 0.0,
+    stop: None,
+};
 
 fn cells(poses: &[(u64, f64, DVec3, DQuat)]) -> Bodies {
     let mut bodies = Bodies::default();
@@ -235,6 +243,8 @@ fn scenes_with_memory() -> Vec<Scene> {
         midpoint(colony(true, json!({"overdamped": {"drag": 1.0}}), 1, after_division(4))),
         midpoint(Scene { dynamics: Dynamics::Inertial { density: 0.2 }, ..ellipsoids(json!("relcp"), 600, 5) }),
         colony(true, json!({"overdamped": {"drag": 1.0}}), 1, after_division(5)),
+        crate::colonies::uneven(Stepping::Euler),
+        crate::colonies::uneven(Stepping::Midpoint),
         ellipsoids(json!("relcp"), 1100, 8),
         ellipsoids(json!({"multisphere": {"count": 5}}), 600, 8),
         chainmail,

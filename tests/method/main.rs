@@ -1,6 +1,7 @@
 //! The method as a whole: rows against finite differences, the paper's cases against independent figures, and what the theory promises.
 #![allow(clippy::unwrap_used)]
 
+mod colonies;
 mod growth;
 mod hard_cases;
 mod laws;

@@ -9,11 +9,11 @@ use super::{Backend, Overlap};
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{self, FEATURE_OF_SURFACES, RowSource, RowSourceError, sub_sphere_separations};
-use crate::dynamics::{self, ForceField, Law, Load, Motion, Pose, Twist};
+use crate::dynamics::{self, Cells, ForceField, Law, Load, Motion, Pose, Twist};
 use crate::freedom::PLANAR;
 use crate::lcp::{self, Outcome, Problem, Status, Stored};
 use crate::relcp::{Fault, Phases, State, Warm};
-use crate::scene::{Growth, Scene, Stepping};
+use crate::scene::{Scene, Stepping};
 use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::{ProxySphere, Shape};
 use glam::DVec3;
@@ -37,9 +37,9 @@ enum At {
 pub struct Cpu<const D: usize> {
     dt: f64,
     start_time: f64,
-    planar: bool,
-    seed: u64,
-    growth: Option<Growth>,
+    growth: Option<Cells>,
+    /// What slows the growth of this step's bodies, where something does.
+    pressures: Vec<f64>,
     overlap_tolerance: f64,
     cutoff: f64,
     law: Box<dyn Law>,
@@ -91,9 +91,8 @@ impl<const D: usize> Cpu<D> {
         Ok(Cpu {
             dt: scene.time.dt,
             start_time: scene.time.start,
-            planar: scene.planar,
-            seed: scene.seed,
-            growth: scene.growth,
+            growth: Cells::of(scene),
+            pressures: Vec::new(),
             overlap_tolerance: scene.contact.overlap_tolerance,
             cutoff: scene.cutoff_of(state.bodies.shape.iter().copied()),
             law: dynamics::law(&scene.dynamics),
@@ -264,7 +263,8 @@ impl<const D: usize> Backend for Cpu<D> {
         self.recalled.clone_from(&self.state.warm);
         if let Some(growth) = self.growth {
             let time = self.step_start();
-            dynamics::grow(&mut self.start, &growth, self.planar, self.seed, time, self.interval, &mut self.next_id);
+            self.pressures = growth.pressures(&self.state.bodies, &self.state.warm);
+            growth.grow(&mut self.start, time, self.interval, &mut self.next_id, &mut self.pressures);
         }
         self.proxies = self.source.proxies(&self.start.shape).map_err(Fault::NoProxy)?;
         self.phases.growth += begun.elapsed();
@@ -292,7 +292,7 @@ impl<const D: usize> Backend for Cpu<D> {
         self.reached.clear();
         self.reached.extend(self.twist.iter().map(half));
         if let Some(growth) = self.growth {
-            dynamics::lengthen(&mut self.start, &growth, 0.5 * self.dt);
+            growth.lengthen(&mut self.start, 0.5 * self.dt, &self.pressures);
         }
         self.set_motion();
         self.phases.integrate += begun.elapsed();

@@ -14,12 +14,12 @@ mod tests;
 use super::{Backend, Overlap};
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
-use crate::dynamics::ForceField;
+use crate::dynamics::{Cells, ForceField};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Recorder};
 use crate::lcp::{self, Outcome, Problem, Stored};
 use crate::relcp::{Fault, Phases, State, Warm};
-use crate::scene::{Dynamics, Force, Growth, Scene, Stepping};
+use crate::scene::{Dynamics, Force, Scene, Stepping};
 use crate::shape::Shape;
 use bytemuck::Zeroable;
 use candidates::Candidates;
@@ -43,7 +43,7 @@ pub(crate) struct Setup {
     pub dynamics: Dynamics,
     pub forces: Vec<Force>,
     pub groups: Vec<String>,
-    pub growth: Option<Growth>,
+    pub growth: Option<Cells>,
     pub length_pitch: f64,
     pub shapes: Vec<Shape>,
 }
@@ -56,7 +56,7 @@ impl Setup {
     pub fn new(scene: &Scene, shapes: &[Shape], precision: Precision) -> Result<Self, GpuError> {
         let thickness = shapes.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
         let lengths = shapes.iter().filter_map(Shape::growing_length);
-        let longest = lengths.chain(scene.growth.map(|g| g.division_length)).fold(0.0, f64::max);
+        let longest = lengths.chain(scene.growth.map(|g| g.division_lengths()[1])).fold(0.0, f64::max);
         Ok(Setup {
             precision,
             planar: scene.planar,
@@ -67,7 +67,7 @@ impl Setup {
             dynamics: scene.dynamics,
             forces: scene.forces.clone(),
             groups: scene.group_names(),
-            growth: scene.growth,
+            growth: Cells::of(scene),
             length_pitch: (longest / LENGTHS).max(f64::MIN_POSITIVE).log2().ceil().exp2(),
             shapes: shapes.to_vec(),
         })
@@ -122,6 +122,9 @@ struct Ancestry {
     group: Vec<u32>,
     /// Growing lengths, NaN for bodies that do not grow.
     length: Vec<f64>,
+    /// The lengths at which they divide, and their rates of growth in the step; empty where no body grows.
+    division: Vec<f64>,
+    rate: Vec<f64>,
     next_id: u64,
 }
 
@@ -131,7 +134,6 @@ pub struct Device {
     setup: Setup,
     kernels: Kernels,
     start_time: f64,
-    seed: u64,
     plugged: Vec<Box<dyn ForceField>>,
     /// Whether the kernel of forces reads loads from the host.
     takes_loads: bool,
@@ -147,6 +149,8 @@ pub struct Device {
     /// That of the last accepted state, where this step's differs.
     before: Option<Ancestry>,
     groups_of: Buffer,
+    /// What each body grows by in a step, as a part of its length.
+    growths: Buffer,
     loads: Buffer,
     motions: Buffer,
     boxes: Buffer,
@@ -162,18 +166,28 @@ pub struct Device {
 }
 
 impl Device {
+    /// Whether a device can do all that a scene asks for.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] for what only the CPU does.
+    pub fn check(scene: &Scene) -> Result<(), GpuError> {
+        let what = if scene.contact.method.row_source() != RowSource::Surfaces {
+            "multi-sphere rows"
+        } else if scene.time.stepping == Stepping::Midpoint {
+            "midpoint stepping"
+        } else {
+            return Ok(());
+        };
+        Err(GpuError::Unsupported { what: what.into() })
+    }
+
     /// A backend for `scene` in `state` on `gpu`.
     ///
     /// # Errors
     /// [`GpuError::Unsupported`] for what only the CPU does, or what the device refuses.
     pub fn new(gpu: Arc<Gpu>, precision: Precision, scene: &Scene, state: State) -> Result<Self, GpuError> {
         gpu.check(precision)?;
-        if scene.contact.method.row_source() != RowSource::Surfaces {
-            return Err(GpuError::Unsupported { what: "multi-sphere rows".into() });
-        }
-        if scene.time.stepping == Stepping::Midpoint {
-            return Err(GpuError::Unsupported { what: "midpoint stepping".into() });
-        }
+        Device::check(scene)?;
         let setup = Setup::new(scene, &state.bodies.shape, precision)?;
         let (real, bodies) = (precision.bytes(), state.bodies.len() as u64);
         let grows = setup.growth.is_some();
@@ -187,7 +201,14 @@ impl Device {
             shapes.push(Shapes::new(&gpu, precision, bodies, grows)?);
         }
         shapes[0].write(&gpu, precision, &state.bodies.shape, grows.then_some(setup.length_pitch));
+        let cells = setup.growth;
+        let own = |of: &dyn Fn(&Cells, u64) -> f64| -> Vec<f64> {
+            let of_each = |cells: &Cells| state.bodies.lineage.iter().map(|line| of(cells, line.id)).collect();
+            cells.as_ref().map(of_each).unwrap_or_default()
+        };
         let ancestry = Ancestry {
+            division: own(&|cells, id| cells.division_length(id)),
+            rate: own(&|cells, id| cells.rate(id, 0.0)),
             lineage: state.bodies.lineage.clone(),
             group: state.bodies.group.clone(),
             length: state.bodies.shape.iter().map(|s| s.growing_length().unwrap_or(f64::NAN)).collect(),
@@ -196,7 +217,6 @@ impl Device {
         let width = setup.motion_width() as usize;
         Ok(Device {
             start_time: scene.time.start,
-            seed: scene.seed,
             plugged: Vec::new(),
             takes_loads: false,
             step: state.step,
@@ -204,6 +224,7 @@ impl Device {
             accepted_bodies: bodies,
             poses,
             shapes,
+            growths: growing::growths(&gpu, &setup, &ancestry)?,
             groups_of: Buffer::with(&gpu, "groups", 4, bytemuck::cast_slice(&ancestry.group))?,
             ancestry,
             before: None,
@@ -331,6 +352,15 @@ impl Device {
             group: ancestry.group.clone(),
             lineage: ancestry.lineage.clone(),
         })
+    }
+
+    /// The state after the last accepted step, read where it is not known yet.
+    fn known_state(&self) -> Result<&State, GpuError> {
+        if self.state.get().is_none() {
+            let state = self.read_state()?;
+            let _ = self.state.set(state);
+        }
+        self.state.get().ok_or_else(|| GpuError::Refused { message: "the state is not there".into() })
     }
 
     fn read_state(&self) -> Result<State, GpuError> {
@@ -594,11 +624,7 @@ impl Backend for Device {
     }
 
     fn state(&self) -> Result<&State, Fault> {
-        if self.state.get().is_none() {
-            let state = self.read_state()?;
-            let _ = self.state.set(state);
-        }
-        self.state.get().ok_or_else(|| GpuError::Refused { message: "the state is not there".into() }.into())
+        Ok(self.known_state()?)
     }
 
     fn add_force(&mut self, force: Box<dyn ForceField>) {

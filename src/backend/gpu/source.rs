@@ -156,13 +156,9 @@ pub(super) fn narrow_sources(setup: &Setup) -> Vec<Source> {
 
 /// The kernels of growth and division.
 pub(super) fn growth_sources(setup: &Setup) -> Option<[Source; 2]> {
-    let growth = setup.growth?;
-    let shaped = |name: &str| {
-        base(setup, name)
-            .real("GROWTH", (growth.rate * setup.dt).exp_m1())
-            .real("LENGTH_PITCH", setup.length_pitch)
-            .include(fragment!("shape/shape.wgsl"))
-    };
+    setup.growth?;
+    let shaped =
+        |name: &str| base(setup, name).real("LENGTH_PITCH", setup.length_pitch).include(fragment!("shape/shape.wgsl"));
     Some([
         shaped("grow").include(fragment!("dynamics/grow.wgsl")),
         shaped("divide").include(fragment!("dynamics/divide.wgsl")),

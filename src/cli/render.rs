@@ -1,0 +1,126 @@
+//! `relcp render`: pictures of a run's states, and a movie.
+
+use super::arguments::Render as Arguments;
+use super::compute;
+use super::exit::{CliError, Exit};
+use super::interrupt::Interrupt;
+use super::output;
+use crate::export::States;
+use crate::record::{RecordError, durable};
+use crate::render::{Encoder, Frames, MOVIE, RenderError, Rendered, movie, render as draw};
+use indicatif::ProgressBar;
+use serde::Serialize;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+/// What `--json` prints: the document, with where its files are.
+#[derive(Serialize)]
+struct Document<'a> {
+    folder: &'a Path,
+    movie: Option<&'a Path>,
+    #[serde(flatten)]
+    rendered: &'a Rendered,
+}
+
+pub(super) fn render(arguments: &Arguments) -> Result<Exit, CliError> {
+    compute::set_thread_count(arguments.threads)?;
+    let encoder = if arguments.no_movie { None } else { Encoder::find() };
+    if let Some(movie) = &arguments.movie {
+        check_movie(movie, encoder.as_ref())?;
+    }
+    let states = States::open(&arguments.run).map_err(RenderError::from)?;
+    let folder = arguments.out.clone().unwrap_or_else(|| place(&arguments.run, states.name()));
+    let mut rendered = watched(arguments, &states, &folder)?;
+    let movie = make_movie(arguments, encoder.as_ref(), &folder, &mut rendered)?;
+    if arguments.print.json {
+        output::json(&Document { folder: &folder, movie: movie.as_deref(), rendered: &rendered })?;
+    } else if !arguments.print.quiet {
+        print(&rendered, &folder, movie.as_deref())?;
+    }
+    Ok(Exit::Done)
+}
+
+/// What would keep a movie from being made, before any work.
+fn check_movie(movie: &Path, encoder: Option<&Encoder>) -> Result<(), CliError> {
+    if !Encoder::knows(movie) {
+        return Err(CliError::Usage("--movie: the name must end in .mp4, .mov or .mkv".into()));
+    }
+    if encoder.is_none() {
+        return Err(RenderError::NoEncoder.into());
+    }
+    let folder = durable::folder_of(movie);
+    let found = folder.metadata().map_err(RecordError::io(folder, "find the movie's folder"))?;
+    if !found.is_dir() {
+        return Err(CliError::Usage(format!("--movie: {} is not a folder", folder.display())));
+    }
+    Ok(())
+}
+
+fn watched(arguments: &Arguments, states: &States, folder: &Path) -> Result<Rendered, RenderError> {
+    let interrupt = Interrupt::listen();
+    let bar = (!arguments.print.quiet && std::io::stderr().is_terminal()).then(|| ProgressBar::new(0));
+    let mut watch = |done, all| {
+        if let Some(bar) = &bar {
+            bar.set_length(all as u64);
+            bar.set_position(done as u64);
+        }
+        !interrupt.asked()
+    };
+    let rendered = draw(&arguments.run, states, &frames(arguments), folder, &mut watch);
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    rendered
+}
+
+fn frames(arguments: &Arguments) -> Frames {
+    Frames {
+        colour: arguments.colour,
+        range: arguments.range,
+        size: arguments.size,
+        side: arguments.view,
+        background: arguments.background,
+        fit: arguments.fit,
+        words: !arguments.bare,
+        every: arguments.every as usize,
+        from: arguments.from.unwrap_or(f64::NEG_INFINITY),
+        to: arguments.to.unwrap_or(f64::INFINITY),
+    }
+}
+
+/// Makes the movie that is asked for, or where none is but could be, one of more than one picture.
+fn make_movie(
+    arguments: &Arguments,
+    encoder: Option<&Encoder>,
+    folder: &Path,
+    rendered: &mut Rendered,
+) -> Result<Option<PathBuf>, RenderError> {
+    if arguments.no_movie || (arguments.movie.is_none() && rendered.frames.len() < 2) {
+        return Ok(None);
+    }
+    let Some(encoder) = encoder else {
+        rendered.notes.push("no movie: there is no `ffmpeg` on the path".into());
+        return Ok(None);
+    };
+    let path = arguments.movie.clone().unwrap_or_else(|| folder.join(MOVIE));
+    movie(encoder, folder, arguments.fps, &path)?;
+    Ok(Some(path))
+}
+
+/// In a run's folder, or else here, named after what is drawn.
+fn place(run: &str, name: &str) -> PathBuf {
+    let path = Path::new(run);
+    if path.is_dir() { path.join("render") } else { PathBuf::from(format!("{name}-render")) }
+}
+
+fn print(rendered: &Rendered, folder: &Path, movie: Option<&Path>) -> Result<(), CliError> {
+    output::write(|out| {
+        let [width, height] = rendered.size;
+        let pictures = output::count(rendered.frames.len(), "picture", "pictures");
+        writeln!(out, "{pictures} of {width} x {height} in {}", folder.join("frames").display())?;
+        if let Some(movie) = movie {
+            writeln!(out, "{}", movie.display())?;
+        }
+        rendered.notes.iter().try_for_each(|note| writeln!(out, "note: {note}"))
+    })
+}

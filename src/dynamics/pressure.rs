@@ -1,0 +1,51 @@
+//! The contact pressure of each body, from the contact forces that a step ended with.
+//!
+//! With the force `gamma n` on b (and its opposite on a) and the levers from the centres to the contact, half-way between the surfaces, a body's
+//! virial is the sum of force times lever over its contacts, positive in compression; over its own volume and the dimension it is its pressure
+//! (J. Christoffersen, M. M. Mehrabadi, S. Nemat-Nasser, J. Appl. Mech. 48, 339 (1981); a body's own part of their stress). In a planar scene it is
+//! a force over a length, with the area of a rod's section. `relcp measure` and `relcp render` tell the same number.
+
+use crate::bodies::Bodies;
+use crate::relcp::Warm;
+use crate::separation::{planar_separation, separation};
+use crate::shape::Shape;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// A loop over fewer pairs than this runs on one thread: a separation of rods takes some 0.1 us.
+const LEAST_PAIRS_A_TASK: usize = 256;
+
+/// The pressure of each cell; zero for a body that does not grow. `warm` is what the step that left `bodies` remembers of its near pairs,
+/// sorted by pair, of smooth surfaces. The sums run in that order, so that the bits depend on nothing else.
+pub fn pressures(bodies: &Bodies, warm: &[Warm], planar: bool) -> Vec<f64> {
+    let separate = if planar { planar_separation } else { separation };
+    let grows = |i: usize| bodies.shape[i].growing_length().is_some();
+    let of_pair = |warm: &Warm| {
+        let [a, b] = warm.pair.map(|body| body as usize);
+        if !(warm.gamma > 0.0 && (grows(a) || grows(b))) {
+            return None;
+        }
+        let found = separate(&bodies.placed(a), &bodies.placed(b), Some(warm.normal).filter(|n| n.is_normalized()))?;
+        let delta = bodies.position[b] - bodies.position[a];
+        // From a's centre to the point half-way between the surfaces, and from b's.
+        let to_a = 0.5 * (found.lever_a + delta + found.lever_b);
+        let force = warm.gamma * found.normal;
+        Some([(a, force.dot(to_a)), (b, -force.dot(to_a - delta))])
+    };
+    let parts: Vec<_> = warm.par_iter().with_min_len(LEAST_PAIRS_A_TASK).map(of_pair).collect();
+    let mut pressures = vec![0.0; bodies.len()];
+    for (body, virial) in parts.into_iter().flatten().flatten() {
+        pressures[body] += virial;
+    }
+    for (pressure, shape) in pressures.iter_mut().zip(&bodies.shape) {
+        *pressure = volume(shape, planar).map_or(0.0, |volume| *pressure / volume);
+    }
+    pressures
+}
+
+/// The dimension times a cell's volume, or in the plane the area of its section.
+fn volume(shape: &Shape, planar: bool) -> Option<f64> {
+    let (length, diameter) = (shape.growing_length()?, shape.thickness());
+    let area = 0.25 * PI * diameter * diameter;
+    Some(if planar { 2.0 * (area + (length - diameter) * diameter) } else { 3.0 * shape.volume() })
+}

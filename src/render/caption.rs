@@ -1,0 +1,62 @@
+//! The words of a run's picture: time and number of bodies in the upper left corner, what the colours tell in the lower right one.
+
+use super::Image;
+use super::Quantity;
+use super::colour::{hue, ramp};
+use super::scale::Scale;
+use super::text::{self, GLYPH};
+use crate::export::Snapshot;
+use std::f32::consts::PI;
+
+/// The scale of colours takes this part of a picture's width.
+const WIDTH: f64 = 0.16;
+/// Its thickness, and the distance of all words from the border, in dots.
+const THICKNESS: usize = 5;
+const BORDER: usize = 14;
+/// Rows between words and what they belong to, in dots.
+const GAP: usize = 5;
+
+/// Ink, and what is behind it.
+pub(super) type Inks = [[u8; 3]; 2];
+
+/// Time and number of bodies.
+pub(super) fn state(image: &mut Image, state: &Snapshot, [ink, paper]: Inks) {
+    let Some(dot) = text::dot(image) else { return };
+    let words = format!("t={}  n={}", text::number(state.time, 6), state.bodies.len());
+    let marks = text::marks(&words, BORDER * dot, BORDER * dot, dot);
+    text::draw(image, &marks, dot, ink, paper);
+}
+
+/// The name of what the colours tell, and the scale with its ends.
+pub(super) fn legend(image: &mut Image, quantity: Quantity, scale: Option<Scale>, [ink, paper]: Inks) {
+    let Some(dot) = text::dot(image) else { return };
+    let ends = match (quantity, scale) {
+        (Quantity::Plain, _) => return,
+        (Quantity::Orientation, _) => ["0".into(), "180".into()],
+        (_, None) => return,
+        (_, Some(scale)) => {
+            let more = if scale.largest > scale.high { ">" } else { "" };
+            [text::number(scale.low, 4), format!("{more}{}", text::number(scale.high, 4))]
+        }
+    };
+    let width = (WIDTH * f64::from(image.width)) as usize;
+    let (right, bottom) = ((image.width as usize).saturating_sub(BORDER * dot), image.height as usize - BORDER * dot);
+    let (left, top) = (right.saturating_sub(width), bottom - THICKNESS * dot);
+    text::fill(image, [left - dot, top - dot, right - left + 2 * dot, (THICKNESS + 2) * dot], ink);
+    for x in left..right {
+        let part = (x - left) as f32 / (right - left - 1).max(1) as f32;
+        let light = match quantity {
+            Quantity::Orientation => hue([(PI * part).cos(), (PI * part).sin()], 0.0),
+            _ => ramp(part),
+        };
+        text::fill(image, [x, top, 1, THICKNESS * dot], super::bytes(light));
+    }
+    let [above, title] = [1, 2].map(|line| top - line * (GLYPH[1] + GAP) * dot);
+    let at_right = |words: &str| right.saturating_sub(text::width(words, dot));
+    let mut marks = text::marks(&ends[0], left, above, dot);
+    marks.extend(text::marks(&ends[1], at_right(&ends[1]), above, dot));
+    let name = quantity.name();
+    let middle = left + ((right - left).saturating_sub(text::width(name, dot))) / 2;
+    marks.extend(text::marks(name, middle, title, dot));
+    text::draw(image, &marks, dot, ink, paper);
+}

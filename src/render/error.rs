@@ -1,0 +1,118 @@
+//! Why the pictures of a run could not be made.
+
+use crate::export::ExportError;
+use crate::record::RecordError;
+use miette::Diagnostic;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Why the pictures of a run could not be made. But for [`RenderError::Record`], [`RenderError::Encoder`] and [`RenderError::Stopped`]
+/// nothing was written.
+#[derive(Debug, Error, Diagnostic)]
+pub enum RenderError {
+    /// A state could not be found or read.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    States(ExportError),
+    /// The folder is not that of a run.
+    #[error("{}: there is no state to draw", path.display())]
+    #[diagnostic(help(
+        "name a run's folder (it has states/, checkpoint.npz or final.json), a state (.npz), a scene file or a built-in scene"
+    ))]
+    NoState {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A file could not be written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Record(#[from] RecordError),
+    /// A state does not have what the colours are to tell.
+    #[error("{origin}: no colours by {colour}: {why}")]
+    Missing {
+        /// The state.
+        origin: String,
+        /// What the colours are to tell.
+        colour: &'static str,
+        /// What is not there.
+        why: String,
+        /// What would be right.
+        #[help]
+        help: &'static str,
+    },
+    /// The ends of a scale were given for colours that are on none.
+    #[error("colours by {colour} are on no scale, so that it has no ends")]
+    #[diagnostic(help("leave the range out, or choose other colours"))]
+    NoScale {
+        /// What the colours are to tell.
+        colour: &'static str,
+    },
+    /// No state is in the interval.
+    #[error("none of the {states} states is {interval}; they are from time {first} to {last}")]
+    #[diagnostic(help("leave out --from and --to for all states"))]
+    Nothing {
+        /// How many there are.
+        states: usize,
+        /// The interval, in words.
+        interval: String,
+        /// Time of the first state.
+        first: f64,
+        /// Time of the last state.
+        last: f64,
+    },
+    /// Pictures would be mixed with others, or replace them.
+    #[error("{}: numbered pictures are there that no `relcp render` has left", path.display())]
+    #[diagnostic(help("name another folder with --out"))]
+    Foreign {
+        /// Their folder.
+        path: PathBuf,
+    },
+    /// There is no encoder for a movie.
+    #[error("no movie can be made: there is no `ffmpeg` on the path")]
+    #[diagnostic(help("install ffmpeg, or leave --movie out for pictures only"))]
+    NoEncoder,
+    /// The encoder did not make the movie.
+    #[error("{}: ffmpeg made no movie: {what}", path.display())]
+    #[diagnostic(help("the pictures are there all the same"))]
+    Encoder {
+        /// The movie.
+        path: PathBuf,
+        /// What it said.
+        what: String,
+    },
+    /// Whoever asked for it asked to stop.
+    #[error("stopped after {done} of {all}")]
+    #[diagnostic(help("the same command again starts anew and replaces what is there"))]
+    Stopped {
+        /// How much was done.
+        done: usize,
+        /// Of how much.
+        all: usize,
+    },
+}
+
+impl From<ExportError> for RenderError {
+    fn from(error: ExportError) -> Self {
+        match error {
+            ExportError::NoState { path } => RenderError::NoState { path },
+            other => RenderError::States(other),
+        }
+    }
+}
+
+impl RenderError {
+    /// The program's exit status: 4 where a file is at fault, 2 where an argument is, 130 where it was stopped.
+    pub fn exit_code(&self) -> i32 {
+        match self {
+            RenderError::States(error) => error.exit_code(),
+            RenderError::Record(error) => error.exit_code(),
+            RenderError::NoState { .. } | RenderError::Encoder { .. } => 4,
+            RenderError::Missing { .. }
+            | RenderError::NoScale { .. }
+            | RenderError::Nothing { .. }
+            | RenderError::Foreign { .. }
+            | RenderError::NoEncoder => 2,
+            RenderError::Stopped { .. } => 130,
+        }
+    }
+}

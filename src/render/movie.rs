@@ -1,0 +1,83 @@
+//! A movie of pictures, by the program `ffmpeg` where it is on the path.
+
+use super::RenderError;
+use crate::record::RecordError;
+use crate::record::durable;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Endings of a movie's name, and what the encoder calls these formats.
+const FORMATS: [(&str, &str); 3] = [("mp4", "mp4"), ("mov", "mov"), ("mkv", "matroska")];
+/// Options of the video encoders, the first that the program has is taken: H.264 at its default quality, else MPEG-4.
+const CODECS: [&[&str]; 2] = [&["-c:v", "libx264"], &["-c:v", "mpeg4", "-q:v", "2"]];
+/// Players take even widths and heights only: one more column or row where it must be.
+const EVEN: &str = "pad=ceil(iw/2)*2:ceil(ih/2)*2";
+/// The last bytes of what the encoder says that a message has.
+const SAID: usize = 600;
+
+/// The program that makes movies.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Encoder(PathBuf);
+
+impl Encoder {
+    /// `ffmpeg`, in the first folder of the path that has it.
+    pub fn find() -> Option<Encoder> {
+        let path = std::env::var_os("PATH")?;
+        let name = format!("ffmpeg{}", std::env::consts::EXE_SUFFIX);
+        std::env::split_paths(&path).map(|folder| folder.join(&name)).find(|file| is_program(file)).map(Encoder)
+    }
+
+    /// Whether a movie of this name can be made, by its ending.
+    pub fn knows(movie: &Path) -> bool {
+        format(movie).is_some()
+    }
+}
+
+fn format(movie: &Path) -> Option<&'static str> {
+    let ending = movie.extension()?.to_str()?.to_ascii_lowercase();
+    FORMATS.iter().find(|(of, _)| *of == ending).map(|(_, format)| *format)
+}
+
+#[cfg(unix)]
+fn is_program(file: &Path) -> bool {
+    use std::os::unix::fs::PermissionsExt;
+    file.metadata().is_ok_and(|found| found.is_file() && found.permissions().mode() & 0o111 != 0)
+}
+
+#[cfg(not(unix))]
+fn is_program(file: &Path) -> bool {
+    file.is_file()
+}
+
+/// Makes a movie of the pictures that [`render`](super::render) left in `folder`, so many a second. It is there whole or not at all; a
+/// file of that name is replaced.
+///
+/// # Errors
+/// [`RenderError::Encoder`] where the program fails or knows no movie of that name; a file that cannot be written.
+pub fn movie(encoder: &Encoder, folder: &Path, frames_a_second: u32, movie: &Path) -> Result<(), RenderError> {
+    let fault = |what: String| RenderError::Encoder { path: movie.into(), what };
+    let format = format(movie).ok_or_else(|| fault("its name must end in .mp4, .mov or .mkv".into()))?;
+    let pictures = folder.join("frames").join("%06d.png");
+    durable::place_by(movie, |part| {
+        let mut said = String::new();
+        for codec in CODECS {
+            let mut command = Command::new(&encoder.0);
+            command.args(["-nostdin", "-hide_banner", "-loglevel", "error", "-y"]);
+            command.arg("-framerate").arg(frames_a_second.to_string()).arg("-i").arg(&pictures);
+            command.args(["-vf", EVEN]).args(codec).args(["-pix_fmt", "yuv420p", "-f", format]).arg(part);
+            let done = command.stdin(Stdio::null()).output();
+            let done = done.map_err(RecordError::io(&encoder.0, "run it")).map_err(RenderError::Record)?;
+            if done.status.success() {
+                return Ok(());
+            }
+            said = format!("{} ({})", last(&done.stderr), done.status);
+        }
+        Err(fault(said))
+    })
+}
+
+/// The end of what a program said, in one line.
+fn last(said: &[u8]) -> String {
+    let text = String::from_utf8_lossy(&said[said.len().saturating_sub(SAID)..]);
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}

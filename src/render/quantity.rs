@@ -1,0 +1,117 @@
+//! What the colours of a run's pictures tell: a number a body, from one recorded state.
+
+use crate::bodies::Bodies;
+use crate::export::Snapshot;
+use crate::measure::{Frame, LeftOut, Settings, View};
+
+/// What a body's colour tells in the pictures of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, clap::ValueEnum)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// Where its axis points: the hue turns once in half a turn in the x-y plane, and pales out of that plane.
+    #[default]
+    Orientation,
+    /// Time since its birth.
+    Age,
+    /// Divisions since its founder.
+    Generation,
+    /// Its longest extent, of a rod tip to tip.
+    Length,
+    /// Its centre's speed.
+    Speed,
+    /// How many bodies it touches.
+    Contacts,
+    /// Its deepest overlap with another body.
+    Overlap,
+    /// The sum of the contact forces on it, whatever their directions. Needs output.forces.
+    Force,
+    /// Its contact pressure: the virial of the contact forces on it over its own volume, in a planar run its area. Needs output.forces.
+    Pressure,
+    /// Nothing.
+    Plain,
+}
+
+/// How a quantity's values become the ends of a scale.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ends {
+    /// From the least to the largest.
+    Least,
+    /// From zero to the largest.
+    Zero,
+    /// From zero to what 99 of 100 bodies do not exceed: a few far ones would take all of the scale.
+    Most,
+}
+
+impl Quantity {
+    /// Its name, as an option has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quantity::Orientation => "orientation",
+            Quantity::Age => "age",
+            Quantity::Generation => "generation",
+            Quantity::Length => "length",
+            Quantity::Speed => "speed",
+            Quantity::Contacts => "contacts",
+            Quantity::Overlap => "overlap",
+            Quantity::Force => "force",
+            Quantity::Pressure => "pressure",
+            Quantity::Plain => "plain",
+        }
+    }
+
+    /// How its scale ends; `None` for those that are not on a scale.
+    pub(super) fn ends(self) -> Option<Ends> {
+        match self {
+            Quantity::Orientation | Quantity::Plain => None,
+            Quantity::Length => Some(Ends::Least),
+            Quantity::Age | Quantity::Generation | Quantity::Contacts => Some(Ends::Zero),
+            Quantity::Speed | Quantity::Overlap | Quantity::Force | Quantity::Pressure => Some(Ends::Most),
+        }
+    }
+
+    /// Whether it tells nothing where no body was ever born in a run.
+    pub(super) fn is_of_births(self) -> bool {
+        matches!(self, Quantity::Age | Quantity::Generation)
+    }
+
+    /// Its value of each body; none for those that are not on a scale.
+    ///
+    /// # Errors
+    /// [`LeftOut`] where the state does not have it.
+    pub fn of(self, state: &Snapshot, frame: &Frame) -> Result<Vec<f64>, LeftOut> {
+        let bodies = &state.bodies;
+        let settings = Settings::default();
+        let view = || View::new(state, frame, &settings);
+        Ok(match self {
+            Quantity::Orientation | Quantity::Plain => Vec::new(),
+            Quantity::Age => bodies.lineage.iter().map(|line| state.time - line.birth).collect(),
+            Quantity::Generation => bodies.lineage.iter().map(|line| f64::from(line.generation)).collect(),
+            Quantity::Length => bodies.shape.iter().map(|shape| shape.major_axis()).collect(),
+            Quantity::Speed => bodies.velocity.iter().map(|velocity| velocity.length()).collect(),
+            Quantity::Contacts => sums(bodies.len(), view().touching().map(|contact| (contact.pair, 1.0))),
+            Quantity::Overlap => overlaps(bodies),
+            Quantity::Force | Quantity::Pressure if state.step == 0 && state.warm.is_some() => vec![0.0; bodies.len()],
+            Quantity::Force => sums(bodies.len(), view().pushing()?.map(|contact| (contact.pair, contact.gamma))),
+            Quantity::Pressure => {
+                let seen = view();
+                let virials = seen.virials()?;
+                virials.iter().zip(&seen.volumes).map(|(virial, volume)| virial / (seen.dimension() * volume)).collect()
+            }
+        })
+    }
+}
+
+/// For each body, the sum over its pairs.
+fn sums(bodies: usize, pairs: impl Iterator<Item = ([usize; 2], f64)>) -> Vec<f64> {
+    let mut sums = vec![0.0; bodies];
+    pairs.for_each(|(pair, value)| pair.iter().for_each(|&body| sums[body] += value));
+    sums
+}
+
+fn overlaps(bodies: &Bodies) -> Vec<f64> {
+    let mut deepest = vec![0.0_f64; bodies.len()];
+    for (pair, found) in crate::relcp::contacts(bodies, 0.0) {
+        pair.iter().for_each(|&body| deepest[body] = deepest[body].max(-found.separation));
+    }
+    deepest
+}

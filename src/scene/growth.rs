@@ -1,0 +1,121 @@
+//! The section `growth` of a scene.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Growth and division of spherocylinders: `length' = rate * length` between divisions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Growth {
+    /// Relative growth per time.
+    #[schemars(range(min = 0))]
+    pub rate: f64,
+    /// Tip-to-tip length at which a cell divides into two of half its length.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub division_length: f64,
+    /// Each daughter turns by an angle drawn uniformly from plus and minus this, in degrees.
+    #[schemars(range(min = 0, max = 180))]
+    #[serde(default)]
+    pub reorientation_degrees: f64,
+    /// Each cell has a division length of its own, drawn uniformly from `division_length` plus and minus this part of it.
+    #[schemars(range(min = 0), extend("exclusiveMaximum" = MOST_LENGTH_NOISE))]
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub division_length_noise: f64,
+    /// Each cell has a rate of its own, drawn uniformly from `rate` plus and minus this part of it.
+    #[schemars(range(min = 0), extend("exclusiveMaximum" = 1))]
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rate_noise: f64,
+    /// Growth slows under pressure: the rate of each cell is multiplied by `exp(-stress_sensitivity * pressure)`, with the pressure of the last
+    /// step's contact forces on it. One over a pressure: force over area, in a planar scene over length. On a GPU the state is read back for it
+    /// after every step.
+    #[schemars(range(min = 0))]
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub stress_sensitivity: f64,
+    /// Ends the run before `time.end`. Without it: the run goes to `time.end`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stop: Option<Stop>,
+}
+
+/// A cell of the least division length is not shorter than a daughter of the greatest where noise is below this.
+pub(super) const MOST_LENGTH_NOISE: f64 = 1.0 / 3.0;
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+impl Growth {
+    /// The fastest that a cell grows.
+    pub fn fastest_rate(&self) -> f64 {
+        self.rate * (1.0 + self.rate_noise)
+    }
+
+    /// The least and the greatest length at which a cell divides.
+    pub fn division_lengths(&self) -> [f64; 2] {
+        [1.0 - self.division_length_noise, 1.0 + self.division_length_noise].map(|part| part * self.division_length)
+    }
+}
+
+/// What ends a run before `time.end`: the first of these that is reached, looked for at the start and after every step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Stop {
+    /// So many bodies, or more: a step may divide several cells.
+    #[schemars(range(min = 1))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub population: Option<u64>,
+    /// This time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
+    /// This distance of the farthest point of a body from the mean of the centres. On a GPU the state is read back for it after every step.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f64>,
+}
+
+/// What ended a run before `time.end`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StopReason {
+    /// [`Stop::population`].
+    Population,
+    /// [`Stop::time`].
+    Time,
+    /// [`Stop::radius`].
+    Radius,
+}
+
+impl StopReason {
+    /// Its name, as the scene has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            StopReason::Population => "population",
+            StopReason::Time => "time",
+            StopReason::Radius => "radius",
+        }
+    }
+}
+
+/// How far under a time the end of a step may be and still count as it, as a part of the step: as for `time.end`.
+const ROUNDING: f64 = 1e-6;
+
+impl Stop {
+    /// Which of them is reached by so many bodies at `time`, in steps of `dt`; `radius` is asked only where it decides.
+    pub fn reached<E>(
+        &self,
+        bodies: usize,
+        time: f64,
+        dt: f64,
+        radius: impl FnOnce() -> Result<f64, E>,
+    ) -> Result<Option<StopReason>, E> {
+        if self.population.is_some_and(|population| bodies as u64 >= population) {
+            return Ok(Some(StopReason::Population));
+        }
+        if self.time.is_some_and(|end| time >= end - ROUNDING * dt) {
+            return Ok(Some(StopReason::Time));
+        }
+        match self.radius {
+            Some(most) if radius()? >= most => Ok(Some(StopReason::Radius)),
+            _ => Ok(None),
+        }
+    }
+}
