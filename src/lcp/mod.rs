@@ -87,7 +87,7 @@ pub struct Outcome {
     pub status: Status,
     /// Iterations taken.
     pub iterations: u64,
-    /// Applications of `A`, of either half counted as one whole.
+    /// Applications of `A`; two of a half of it, `J^T x` or `J v`, count as one.
     pub products: u64,
     /// Factorizations of sparse matrices.
     pub factorizations: u64,

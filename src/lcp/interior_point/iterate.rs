@@ -40,14 +40,14 @@ pub(super) struct Iterate<const D: usize> {
     velocity: Vec<[f64; D]>,
     predicted: Direction,
     step: Direction,
-    /// Products with a half of `A` made since [`Iterate::reset`].
-    pub products: u64,
+    /// Products with a half of `A`, `J^T x` or `J v`, made since [`Iterate::reset`].
+    pub halves: u64,
 }
 
 impl<const D: usize> Iterate<D> {
     /// Forgets all.
     pub fn reset(&mut self) {
-        self.products = 0;
+        self.halves = 0;
         self.step.gamma.clear();
     }
 
@@ -63,7 +63,7 @@ impl<const D: usize> Iterate<D> {
         matrix.factorize(rows, &self.weight)?;
         rows.velocity(&self.work, &mut self.velocity);
         matrix.solve(&mut self.velocity);
-        self.products += 2;
+        self.halves += 2;
         self.g.clear();
         self.g.extend((0..rows.len()).map(|i| rows.along(i, &self.velocity)));
         let shift = START * self.g.iter().fold(rows.deepest, |largest, moved| largest.max(moved.abs()));
@@ -103,7 +103,7 @@ impl<const D: usize> Iterate<D> {
         self.work.clear();
         self.work.extend(self.step.gamma.iter().map(|change| change.max(0.0)));
         rows.velocity(&self.work, &mut self.velocity);
-        self.products += 1;
+        self.halves += 1;
         contradiction::proven(rows, &self.work, &self.velocity)
     }
 
@@ -144,7 +144,7 @@ impl<const D: usize> Iterate<D> {
         }
         rows.velocity(&self.work, &mut self.velocity);
         matrix.solve(&mut self.velocity);
-        self.products += 2;
+        self.halves += 2;
         let Direction { gamma, slack } = out;
         gamma.clear();
         gamma.extend((0..rows.len()).map(|i| self.weight[i] * (self.right[i] - rows.along(i, &self.velocity))));

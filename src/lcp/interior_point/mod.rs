@@ -111,7 +111,7 @@ impl<const D: usize> InteriorPoint<D> {
         self.residual = self.live_residual(cpu, at);
         let (end, iterations) = self.search(cpu, at, history, settings);
         self.settle(cpu, at, settings.tolerance);
-        cpu.count(self.iterate.products);
+        cpu.count(self.iterate.halves.div_ceil(2));
         let residual = cpu.residual(&at.x, &at.g);
         let status = match end {
             _ if residual <= settings.tolerance => Status::Solved,
@@ -163,7 +163,7 @@ impl<const D: usize> InteriorPoint<D> {
                 return (Status::NotFinite, iteration);
             }
             if let Some(history) = history {
-                let products = cpu.products() + self.iterate.products;
+                let products = cpu.products() + self.iterate.halves.div_ceil(2);
                 history.push(Look { iterations: iteration, products, residual: now });
             }
             if now < self.residual {
