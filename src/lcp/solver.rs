@@ -20,9 +20,9 @@ const SWEEPS: u64 = 4;
 const ITERATIONS_BEFORE_FORECAST: u64 = 200;
 
 /// The part of what the interior-point method would cost that `auto` spends on conjugate gradients first: a solve that needs both then costs a
-/// fifth more than with that method alone. In a crowded colony of 4,096 rods the first LCPs of a step take some 120 iterations and the others
-/// 760 to over 3,000, where this part is 290: more of it would be spent in vain.
-const PART_BEFORE_SAFEGUARD: f64 = 0.2;
+/// tenth more than with that method alone. In a crowded colony of 4,096 rods the first LCPs of a step take some 120 iterations and the others
+/// 760 to over 3,000, where a fifth is 290: more would be spent in vain.
+const PART_BEFORE_SAFEGUARD: f64 = 0.1;
 
 /// Nanoseconds of an iteration of the conjugate gradients for each row: 18 to 27 on one core while the rows fit its cache, 55 to 65
 /// beyond (November 2026), whatever the unknowns.
@@ -71,7 +71,7 @@ enum Engine<const D: usize> {
 
 impl<const D: usize> Solver<D> {
     /// A solver of a kind. [`SolverKind::Auto`] is projected nonlinear conjugate gradients with the blocks of the pairs, and the interior-point method
-    /// where those end with [`Status::NoProgress`] or [`Status::MaxIterations`], or have cost a fifth of what that method would.
+    /// where those end with [`Status::NoProgress`] or [`Status::MaxIterations`], or have cost a tenth of what that method would.
     pub fn new(kind: SolverKind, settings: Settings) -> Self {
         let engine = match kind {
             SolverKind::ProjectedJacobi => Engine::ProjectedJacobi(ProjectedJacobi::default()),
