@@ -6,8 +6,10 @@
 #![allow(clippy::unwrap_used)]
 
 mod archives;
+mod bombs;
 mod lcps;
 mod mutants;
+mod names;
 mod scenes;
 mod states;
 mod sweeps;

@@ -3,7 +3,7 @@
 use super::archives;
 use super::mutants::{Fate, each};
 use relcp::record::{Totals, decode, encode, encode_with_forces, state_hash};
-use relcp::relcp::Simulation;
+use relcp::relcp::{Simulation, contacts};
 use relcp::scene;
 
 /// A state with near pairs, as a checkpoint, with the forces, and without.
@@ -38,6 +38,7 @@ pub fn fate(bytes: &[u8]) -> Fate {
     let again = encode(&state, &header.scene, header.time, header.totals.as_ref()).unwrap();
     if let Ok((_, again)) = decode(&again) {
         assert_eq!(state_hash(&again), state_hash(&state));
+        let _near = contacts(bodies, 0.01);
         return Fate::Made;
     }
     Fate::Read
