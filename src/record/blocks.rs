@@ -82,7 +82,8 @@ pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, S
     let orientation = source.f64s::<4>("orientation", rows)?;
     let orientation: Vec<DQuat> = orientation.into_iter().map(|[w, x, y, z]| DQuat::from_xyzw(x, y, z, w)).collect();
     // NaN fails the comparison too.
-    if let Some(row) = orientation.iter().position(|q| !((q.length() - 1.0).abs() <= NORM_TOLERANCE)) {
+    let unit = |q: &DQuat| (q.length() - 1.0).abs() <= NORM_TOLERANCE;
+    if let Some(row) = orientation.iter().position(|q| !unit(q)) {
         return Err(StateError::row("orientation", row));
     }
     let mut vectors = |name: &'static str| {
