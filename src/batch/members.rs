@@ -4,6 +4,7 @@ use super::ordered::Ordered;
 use super::sweep::Sweep;
 use crate::scene::{Override, SceneError, Source};
 use serde_json::Value;
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// A key that is given a value, and the place of that value in the sweep file.
@@ -65,8 +66,9 @@ impl Sweep {
     /// The keys that are varied, in the order of the file.
     pub(super) fn columns(&self) -> Vec<String> {
         let mut columns: Vec<String> = self.grid.0.iter().map(|(key, _)| key.clone()).collect();
+        let mut seen: HashSet<&str> = self.grid.0.iter().map(|(key, _)| key.as_str()).collect();
         for (key, _) in self.list.iter().flatten().flat_map(|entry| &entry.0) {
-            if !columns.contains(key) {
+            if seen.insert(key) {
                 columns.push(key.clone());
             }
         }

@@ -2,6 +2,7 @@
 
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
 use serde::{Serialize, Serializer};
+use std::collections::HashSet;
 use std::fmt;
 use std::marker::PhantomData;
 
@@ -44,9 +45,9 @@ impl<'de, V: Deserialize<'de>> Visitor<'de> for Entries<V> {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Ordered<V>, A::Error> {
-        let mut entries = Ordered(Vec::new());
+        let (mut entries, mut seen) = (Ordered(Vec::new()), HashSet::new());
         while let Some((key, value)) = map.next_entry::<String, V>()? {
-            if entries.get(&key).is_some() {
+            if !seen.insert(key.clone()) {
                 return Err(A::Error::custom(format!("duplicate field `{key}`")));
             }
             entries.0.push((key, value));

@@ -114,11 +114,14 @@ impl Plan {
 
     /// What a scene has for the columns.
     fn values_of(&self, scene: &Scene, set: &Ordered<Value>) -> Vec<(String, Value)> {
-        let unset = self.columns.iter().any(|column| set.get(column).is_none());
+        let set: HashMap<&str, &Value> = set.0.iter().map(|(key, value)| (key.as_str(), value)).collect();
+        let unset = self.columns.iter().any(|column| !set.contains_key(column.as_str()));
         // As large as the scene: only where it is needed.
         let whole = if unset { serde_json::to_value(scene.with_defaults()).unwrap_or_default() } else { Value::Null };
         let in_scene = |column: &str| value_at(&whole, column).cloned().unwrap_or_default();
-        let value = |column: &String| (column.clone(), set.get(column).cloned().unwrap_or_else(|| in_scene(column)));
+        let value = |column: &String| {
+            (column.clone(), set.get(column.as_str()).map_or_else(|| in_scene(column), |value| (*value).clone()))
+        };
         self.columns.iter().map(value).collect()
     }
 

@@ -4,11 +4,22 @@ use super::error::StateError;
 use super::npz::{Archive, Block, Data};
 use crate::bodies::{Bodies, Lineage};
 use crate::relcp::{State, Warm};
+use crate::scene::LARGEST_NUMBER;
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
 
 /// The parent of a body that has none.
 const NO_PARENT: u64 = u64::MAX;
+
+/// How far the norm of an orientation may be from one: far above the rounding of 32-bit floats.
+const NORM_TOLERANCE: f64 = 1e-4;
+
+/// Refuses the first row that holds a number no scene could: not finite, or of no sane magnitude.
+fn sane<const N: usize>(name: &'static str, rows: Vec<[f64; N]>) -> Result<Vec<[f64; N]>, StateError> {
+    // NaN fails the comparison too.
+    let wild = rows.iter().position(|row| !row.iter().all(|x| x.abs() <= LARGEST_NUMBER));
+    wild.map_or(Ok(rows), |row| Err(StateError::row(name, row)))
+}
 
 fn f64s<const N: usize>(name: &'static str, rows: impl Iterator<Item = [f64; N]>) -> Block {
     Block { name, columns: N, data: Data::F64(rows.flatten().collect()) }
@@ -50,7 +61,7 @@ pub(super) fn warm_blocks(warm: &[Warm]) -> Vec<Block> {
 }
 
 fn shapes(source: &mut Archive, rows: usize) -> Result<Vec<Shape>, StateError> {
-    let sizes = source.f64s::<3>("size", rows)?;
+    let sizes = sane("size", source.f64s::<3>("size", rows)?)?;
     let tags = source.u32s::<1>("shape", rows)?;
     let pairs = tags.into_iter().zip(sizes).enumerate();
     pairs.map(|(row, ([tag], size))| Shape::from_code(tag, size).ok_or_else(|| StateError::row("shape", row))).collect()
@@ -58,7 +69,6 @@ fn shapes(source: &mut Archive, rows: usize) -> Result<Vec<Shape>, StateError> {
 
 /// Reads back what [`body_blocks`] made.
 pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, StateError> {
-    let vectors = |rows: Vec<[f64; 3]>| rows.into_iter().map(DVec3::from_array).collect::<Vec<_>>();
     let parents = source.u64s("parent", rows)?;
     let births = source.f64s::<1>("birth", rows)?;
     let generations = source.u32s::<1>("generation", rows)?;
@@ -70,12 +80,24 @@ pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, S
         generation: generations[i][0],
     });
     let orientation = source.f64s::<4>("orientation", rows)?;
+    let orientation: Vec<DQuat> = orientation.into_iter().map(|[w, x, y, z]| DQuat::from_xyzw(x, y, z, w)).collect();
+    // NaN fails the comparison too.
+    let unit = |q: &DQuat| (q.length() - 1.0).abs() <= NORM_TOLERANCE;
+    if let Some(row) = orientation.iter().position(|q| !unit(q)) {
+        return Err(StateError::row("orientation", row));
+    }
+    let mut vectors = |name: &'static str| {
+        let rows = sane(name, source.f64s::<3>(name, rows)?)?;
+        Ok::<_, StateError>(rows.into_iter().map(DVec3::from_array).collect::<Vec<_>>())
+    };
+    let [position, velocity, angular_velocity] =
+        [vectors("position")?, vectors("velocity")?, vectors("angular_velocity")?];
     Ok(Bodies {
         shape: shapes(source, rows)?,
-        position: vectors(source.f64s("position", rows)?),
-        orientation: orientation.into_iter().map(|[w, x, y, z]| DQuat::from_xyzw(x, y, z, w)).collect(),
-        velocity: vectors(source.f64s("velocity", rows)?),
-        angular_velocity: vectors(source.f64s("angular_velocity", rows)?),
+        position,
+        orientation,
+        velocity,
+        angular_velocity,
         group: source.u32s::<1>("group", rows)?.into_iter().map(|[g]| g).collect(),
         lineage: lineage.collect(),
     })

@@ -27,6 +27,11 @@ pub const LCP_VERSION: u64 = 1;
 
 /// Deflate cannot pack tighter (RFC 1951: 258 bytes from two bits, less the block's head).
 const TIGHTEST: u64 = 1_032;
+/// An array may unpack to this many bytes from however few.
+const LOOSE_BYTES: u64 = 64 << 20;
+/// Beyond that, most times that an array may unpack to its packed size. The arrays of LCPs of colonies unpack to 1 to 9 times; only a start of
+/// zeros to 175 times, which up to eight million rows are under the bound before.
+const LOOSEST: u64 = 100;
 
 /// What a file says of its LCP.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -246,6 +251,10 @@ impl<'a> Arrays<'a> {
 
     /// The first entry whose CRC does not hold, where the seal does not.
     fn find_damage(&mut self) -> LcpFileError {
+        // Entries that share bytes would be read as many times as there are of them.
+        if !matches!(self.0.has_overlapping_entries(), Ok(false)) {
+            return damaged("the directory", "its entries overlap");
+        }
         let names: Vec<String> = self.0.file_names().filter_map(|n| n.ok().map(|n| n.into_owned())).collect();
         let broken = names.iter().find_map(|name| self.entry(name).err());
         broken.unwrap_or_else(|| damaged("the seal", "the bytes are not those that were written"))
@@ -265,6 +274,11 @@ impl<'a> Arrays<'a> {
         let size = entry.size();
         if size > most {
             return Err(damaged(name, "its size cannot be"));
+        }
+        if size > LOOSE_BYTES && size > entry.compressed_size().saturating_mul(LOOSEST) {
+            let message =
+                format!("would unpack to {size} bytes, over {LOOSEST} times what it has here; save it without packing");
+            return Err(damaged(name, message));
         }
         let mut bytes = Vec::new();
         entry.take(size + 1).read_to_end(&mut bytes).map_err(|e| damaged(name, e))?;

@@ -142,6 +142,10 @@ impl<'a> Archive<'a> {
 
     /// The first entry whose CRC does not hold, where the seal does not.
     fn find_damage(&mut self) -> StateError {
+        // Entries that share bytes would be read as many times as there are of them.
+        if !matches!(self.zip.has_overlapping_entries(), Ok(false)) {
+            return StateError::damaged("the directory", "its entries overlap");
+        }
         let names: Vec<String> = self.zip.file_names().filter_map(|n| n.ok().map(|n| n.into_owned())).collect();
         let broken = names.iter().find_map(|name| self.entry(name).err());
         broken.unwrap_or_else(|| StateError::damaged("the seal", "the bytes are not those that were written"))

@@ -87,6 +87,10 @@ impl Steps {
         let mut file =
             OpenOptions::new().read(true).write(true).open(path).map_err(RecordError::io(path, "open it"))?;
         lock(&file, path)?;
+        // A device may have no end.
+        if !file.metadata().map_err(RecordError::io(path, "open it"))?.is_file() {
+            return Err(RecordError::Mangled { path: path.into(), what: "it is not a file".into() });
+        }
         let end = end_of(&file, path, last)?;
         file.set_len(end).map_err(RecordError::io(path, "cut it"))?;
         file.seek(SeekFrom::End(0)).map_err(RecordError::io(path, "write it"))?;

@@ -17,7 +17,7 @@ const HASH: &str = "0123456789abcdef";
 
 /// One body of every shape, with numbers that a decimal or narrower form would lose.
 fn state() -> State {
-    let awkward = [0.1 + 0.2, -0.0, f64::MIN_POSITIVE / 3.0, f64::MAX, 1.0 / 3.0, -1e-300, std::f64::consts::PI];
+    let awkward = [0.1 + 0.2, -0.0, f64::MIN_POSITIVE / 3.0, 0.9e60, 1.0 / 3.0, -1e-300, std::f64::consts::PI];
     let at = |i: usize| awkward[i % awkward.len()];
     let vector = |i: usize| DVec3::new(at(i), at(i + 1), at(i + 2));
     let shape = vec![
@@ -28,7 +28,7 @@ fn state() -> State {
     ];
     let bodies = Bodies {
         position: (0..4).map(vector).collect(),
-        orientation: (0..4).map(|i| DQuat::from_xyzw(at(i), at(i + 1), at(i + 2), at(i + 3))).collect(),
+        orientation: (0..4).map(|i| DQuat::from_xyzw(at(i), at(i + 1), at(i + 2), at(i + 3)).normalize()).collect(),
         velocity: (0..4).map(|i| vector(i + 1)).collect(),
         angular_velocity: (0..4).map(|i| vector(i + 2)).collect(),
         group: vec![0, NO_GROUP, 1, 2],
@@ -163,6 +163,24 @@ fn arrays_of_another_type_shape_or_meaning_are_refused() {
     }
     let missing: Vec<Block> = good.into_iter().filter(|block| block.name != "group").collect();
     assert!(matches!(forged(|_| {}, &missing), StateError::Damaged { place, .. } if place == "group.npy"));
+}
+
+#[test]
+fn numbers_that_no_body_can_have_are_refused_with_their_row() {
+    let cases: [(&str, fn(&mut State)); 6] = [
+        ("position", |s| s.bodies.position[2].y = f64::NAN),
+        ("position", |s| s.bodies.position[2].x = f64::MAX),
+        ("velocity", |s| s.bodies.velocity[2].z = f64::INFINITY),
+        ("orientation", |s| s.bodies.orientation[2] = DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0)),
+        ("orientation", |s| s.bodies.orientation[2].w = f64::NAN),
+        ("size", |s| s.bodies.shape[2] = Shape::Sphere { radius: 1e200 }),
+    ];
+    for (place, change) in cases {
+        let mut state = state();
+        change(&mut state);
+        let refused = decode(&encode(&state, HASH, 0.0, None).unwrap()).unwrap_err();
+        assert_eq!(refused, StateError::row(place, 2));
+    }
 }
 
 #[test]

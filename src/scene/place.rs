@@ -49,6 +49,9 @@ pub(super) fn byte_of(text: &str, line: usize, column: usize) -> usize {
     byte
 }
 
+/// Most parts of a key with dots in it that are tried together: an override's key has no more. Each try passes over the text.
+const MAX_PARTS: usize = 32;
+
 /// Finds the value at `path`, or its nearest ancestor that is there. `None` where the text is not JSON up to that place. A key with dots in
 /// it, as a sweep has them, is found by its parts.
 pub(super) fn locate(text: &str, path: &[String]) -> Option<Found> {
@@ -60,7 +63,7 @@ pub(super) fn locate(text: &str, path: &[String]) -> Option<Found> {
         let start = scan.at;
         let mut entered = None;
         let mut taken = 0;
-        while entered.is_none() && taken < rest.len() {
+        while entered.is_none() && taken < rest.len().min(MAX_PARTS) {
             taken += 1;
             scan.at = start;
             entered = match scan.peek() {

@@ -1,6 +1,6 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
-use super::{Dump, Method, Scene};
+use super::{Dump, Method, SMALLEST_NUMBER, Scene};
 use crate::constraint::RowSource;
 use crate::lcp::Settings;
 use crate::shape::Shape;
@@ -30,8 +30,10 @@ impl Scene {
     /// # Ok::<(), relcp::scene::SceneError>(())
     /// ```
     pub fn lcp_settings(&self) -> Settings {
+        // No smaller than a scene may say, so that what is written out can be read.
+        let default = (TOLERANCE_PER_OVERLAP * self.contact.overlap_tolerance).max(SMALLEST_NUMBER);
         Settings {
-            tolerance: self.solver.tolerance.unwrap_or(TOLERANCE_PER_OVERLAP * self.contact.overlap_tolerance),
+            tolerance: self.solver.tolerance.unwrap_or(default),
             max_iterations: self.solver.max_iterations.unwrap_or(MOST_ITERATIONS),
         }
     }
@@ -56,7 +58,7 @@ impl Scene {
     /// Time between recorded states: as given, or a hundredth of the run. `None` where the run has no duration.
     pub fn output_every(&self) -> Option<f64> {
         let duration = self.time.end - self.time.start;
-        self.output.every.or((duration > 0.0).then_some(duration / STATES))
+        self.output.every.or((duration > 0.0).then_some((duration / STATES).max(SMALLEST_NUMBER)))
     }
 
     /// This scene with every default that depends on other keys written out.

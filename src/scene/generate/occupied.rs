@@ -64,7 +64,8 @@ impl Grid {
         // A grid's capsules reach at most half a side from their centres.
         let reach = DVec3::splat(capsule.shape.bounding_radius() + 0.5 * self.side);
         let (low, high) = (self.cell(capsule.position - reach), self.cell(capsule.position + reach));
-        let cells = (high - low).as_dvec3() + DVec3::ONE;
+        // In floats: of a grid far finer than the capsule the cells are more than integers hold.
+        let cells = high.as_dvec3() - low.as_dvec3() + DVec3::ONE;
         if cells.element_product() > self.capsules.len() as f64 {
             return self.capsules.iter().any(|other| overlap(capsule, other));
         }
