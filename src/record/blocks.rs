@@ -63,8 +63,13 @@ pub(super) fn warm_blocks(warm: &[Warm]) -> Vec<Block> {
 fn shapes(source: &mut Archive, rows: usize) -> Result<Vec<Shape>, StateError> {
     let sizes = sane("size", source.f64s::<3>("size", rows)?)?;
     let tags = source.u32s::<1>("shape", rows)?;
+    // A rod shorter than it is thick is no shape.
+    let real = |shape: &Shape| shape.validate().is_ok();
     let pairs = tags.into_iter().zip(sizes).enumerate();
-    pairs.map(|(row, ([tag], size))| Shape::from_code(tag, size).ok_or_else(|| StateError::row("shape", row))).collect()
+    let shape = |(row, ([tag], size)): (usize, ([u32; 1], [f64; 3]))| {
+        Shape::from_code(tag, size).filter(real).ok_or_else(|| StateError::row("shape", row))
+    };
+    pairs.map(shape).collect()
 }
 
 /// Reads back what [`body_blocks`] made.
