@@ -27,7 +27,8 @@ fn taut() -> Vec<Case> {
     vec![
         of("two linked rings pulled taut", 2, 10.0, 0.01),
         of("chain of eight linked rings pulled taut", 8, 100.0, 0.01),
-        of("two linked rings, each pulled by 2.3 of its lengths a step", 2, 100.0, 0.05),
+        of("two linked rings, pulled by their size a step", 2, 100.0, 0.05),
+        of("chain of eight linked rings, pulled by a ring's size a step", 8, 100.0, 0.05),
     ]
 }
 

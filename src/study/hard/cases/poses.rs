@@ -100,9 +100,14 @@ fn inside() -> Vec<Case> {
         both("a rod in a rod", rod(2.0, 5.0), rod(0.2, 1.0), [0.1, 0.2, 0.3]),
         both("a ring in a ring", ring(1.0, 0.3), ring(1.1, 0.3), [0.05, 0.02, 0.01]),
         both("a rod through a ring's tube", ring(1.0, 0.3), rod(0.2, 2.0), [1.0, 0.0, 0.0]),
-        both("a sphere too large for the ring's hole that it is in", ring(1.0, 0.3), sphere(0.9), [0.02, 0.01, 0.1]),
-        both("the same, about the ring's centre", ring(1.0, 0.3), sphere(0.9), [0.0; 3]),
-        both("the same, beside the ring's centre", ring(1.0, 0.3), sphere(0.9), [0.05, 0.0, 0.0]),
+        both("a sphere too large for the ring's hole, askew", ring(1.0, 0.3), sphere(0.9), [0.02, 0.01, 0.1]),
+        both("a sphere too large for the ring's hole, about its centre", ring(1.0, 0.3), sphere(0.9), [0.0; 3]),
+        both(
+            "a sphere too large for the ring's hole, beside its centre",
+            ring(1.0, 0.3),
+            sphere(0.9),
+            [0.05, 0.0, 0.0],
+        ),
         both("spheres 1,000:1, the small one half in the large one", sphere(10.0), sphere(0.01), [10.0, 0.0, 0.0]),
     ]
 }
