@@ -59,7 +59,9 @@ impl Watch {
             Law::Linked => ("steps with a link lost", 0.0),
             Law::InOrder => ("steps with a body on the other side of another", 0.0),
             Law::Momentum => ("change of momentum in a step, of the sum of magnitudes", MOMENTUM_ROUNDING),
-            Law::Energy => ("energy that a step's contact adds, of that at the start", ENERGY_BOUND),
+            Law::Energy => {
+                ("energy that a step's contact adds beyond parting overlaps, of that at the start", ENERGY_BOUND)
+            }
         };
         Measure { what, value: self.worst, bound }
     }
