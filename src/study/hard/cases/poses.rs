@@ -23,7 +23,7 @@ fn shapes() -> Vec<Case> {
     let needle = ellipsoid([0.02, 0.02, 2.0]);
     let disc = ellipsoid([2.0, 2.0, 0.02]);
     let of = |name: &str, shapes: &[Shape]| {
-        let start = Start::still(DT, heap(11, shapes, 20, 1.5)).pulled(1.0);
+        let start = Start::still(DT, heap(11, shapes, 20, 1.5)).pulled(20.0);
         Case::contact("aspect ratio", format!("20 {name}, pulled together"), 10, start)
     };
     let mut stack: Vec<Body> = (0..8).map(|i| upright(disc, [0.0, 0.0, 0.02 * f64::from(i)])).collect();
