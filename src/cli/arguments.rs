@@ -236,6 +236,8 @@ pub(super) enum StudyName {
     TwoEllipsoids,
     /// Three capsules with and without recursion: overlaps, and how they shake from step to step
     Jitter,
+    /// Small scenes of the kinds that break contact codes, with a verdict on each
+    Hard,
     /// All of them
     All,
 }
@@ -245,6 +247,7 @@ Examples:
   relcp study throughput --backend gpu --largest 131072
   relcp study solvers --quick
   relcp study two-ellipsoids --out docs/studies/two-ellipsoids
+  relcp study hard --quick
   relcp run colony --set solver.dump.when=slow --out runs/slow
   relcp study solvers runs/slow                        every solver on the LCPs that were slow there";
 
@@ -272,7 +275,7 @@ pub(super) struct Study {
     /// For throughput: steps taken before those
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub(super) warm_up: u32,
-    /// For solvers, two-ellipsoids and jitter: fewer iterations, or fewer and shorter runs, for under a minute
+    /// For solvers, two-ellipsoids, jitter and hard: fewer iterations, or fewer and shorter runs, for under a minute
     #[arg(long)]
     pub(super) quick: bool,
     /// Where the tables go

@@ -4,6 +4,7 @@ use super::arguments::{Study, StudyName};
 use super::compute;
 use super::exit::{CliError, Exit};
 use super::output;
+use super::study_hard::hard;
 use super::study_paper::paper;
 use super::study_solvers::solvers;
 use crate::record::{RecordError, durable};
@@ -31,15 +32,18 @@ pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
         StudyName::Throughput => throughput(arguments)?,
         StudyName::Solvers => solvers(arguments)?,
         name @ (StudyName::TwoEllipsoids | StudyName::Jitter) => paper(name, arguments)?,
+        StudyName::Hard => hard(arguments)?,
         StudyName::All => {
             let (a, b) = (throughput(arguments)?, solvers(arguments)?);
             let (c, d) = (paper(StudyName::Jitter, arguments)?, paper(StudyName::TwoEllipsoids, arguments)?);
+            let e = hard(arguments)?;
             Found {
-                text: [a.text, b.text, c.text, d.text].join("\n"),
+                text: [a.text, b.text, c.text, d.text, e.text].join("\n"),
                 numbers: json!({
-                    "throughput": a.numbers, "solvers": b.numbers, "jitter": c.numbers, "two-ellipsoids": d.numbers
+                    "throughput": a.numbers, "solvers": b.numbers, "jitter": c.numbers, "two-ellipsoids": d.numbers,
+                    "hard": e.numbers
                 }),
-                missed: a.missed || b.missed || c.missed || d.missed,
+                missed: a.missed || b.missed || c.missed || d.missed || e.missed,
             }
         }
     };

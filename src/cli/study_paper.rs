@@ -22,7 +22,7 @@ pub(super) fn paper(name: StudyName, arguments: &Arguments) -> Result<Found, Cli
 }
 
 /// Sub-spheres and midpoint steps are on the CPU only: nothing is computed elsewhere than it was asked for.
-fn on_the_cpu(arguments: &Arguments) -> Result<(), CliError> {
+pub(super) fn on_the_cpu(arguments: &Arguments) -> Result<(), CliError> {
     if arguments.compute.backend == Backend::Gpu {
         return Err(CliError::Usage(
             "this study is computed on the CPU; leave --backend out, or say --backend cpu".into(),
@@ -31,7 +31,7 @@ fn on_the_cpu(arguments: &Arguments) -> Result<(), CliError> {
     compute::cpu(&arguments.compute).map(|_| ())
 }
 
-fn say(arguments: &Arguments, text: &str) {
+pub(super) fn say(arguments: &Arguments, text: &str) {
     if !arguments.print.quiet {
         output::message(text);
     }

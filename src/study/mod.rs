@@ -1,6 +1,8 @@
 //! Measured studies: what a table of the documentation is made from.
 
 mod bandwidth;
+pub mod hard;
+mod machine;
 pub mod paper;
 mod plot;
 pub mod solvers;

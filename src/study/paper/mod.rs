@@ -1,7 +1,6 @@
 //! The paper's own tests, measured and set beside its figures (Palmer, Aktulga, Gao: "Smooth-Rigid-Body Contact as a ReLCP", 2026).
 
 pub mod jitter;
-mod machine;
 mod norms;
 mod target;
 pub mod two_ellipsoids;

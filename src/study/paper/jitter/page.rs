@@ -2,7 +2,7 @@
 
 use super::run::PRESS;
 use super::{Capsules, Method, Run, Study};
-use crate::study::paper::machine::machine;
+use crate::study::machine::machine;
 use crate::study::paper::{COMPUTED_BY, Target, target};
 use std::fmt::Write as _;
 

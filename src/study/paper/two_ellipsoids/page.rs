@@ -2,7 +2,7 @@
 
 use super::targets::{of, of_paper};
 use super::{Row, Scheme, Study};
-use crate::study::paper::machine::machine;
+use crate::study::machine::machine;
 use crate::study::paper::{COMPUTED_BY, target};
 use std::fmt::Write as _;
 

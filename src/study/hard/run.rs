@@ -1,0 +1,215 @@
+//! A run of a case, and what is recorded of it: each accepted state is audited from its bodies alone.
+
+use super::Start;
+use crate::bodies::Bodies;
+use crate::relcp::{Fault, Simulation, StepReport, contacts};
+use crate::scene::SceneError;
+use serde::Serialize;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// All steps were taken.
+    Done,
+    /// The scene was refused, with a reason.
+    Refused(String),
+    /// A step could not be taken, and the program said why.
+    Fault(String),
+    /// The program panicked.
+    Panic(String),
+}
+
+/// What a run came to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Figures {
+    /// Bodies at the end.
+    pub bodies: usize,
+    /// Steps taken.
+    pub steps: u64,
+    /// The overlap tolerance.
+    pub overlap_tolerance: f64,
+    /// The tolerance of a solve, a length.
+    pub solver_tolerance: f64,
+    /// Largest overlap of all accepted states, recomputed from their bodies.
+    pub max_overlap: f64,
+    /// Steps that left more than the tolerance, recomputed.
+    pub steps_over: u64,
+    /// Steps of which the program said less overlap than there was, or none of a state that is over the tolerance.
+    pub steps_misreported: u64,
+    /// Recursions a step.
+    pub recursions_mean: f64,
+    /// The most of a step.
+    pub recursions_max: u32,
+    /// Applications of `A`.
+    pub products: u64,
+    /// Largest residual of a solve, a length.
+    pub worst_residual: f64,
+    /// Solves that did not converge, as the program said.
+    pub unconverged: u64,
+    /// Steps whose solves are said to have converged with a residual over the tolerance.
+    pub false_claims: u64,
+    /// How the last unconverged solve ended.
+    pub status: String,
+    /// Accepted states with a number that is not finite, or an orientation that is no rotation.
+    pub states_not_finite: u64,
+    /// How it ended.
+    pub end: End,
+}
+
+/// A run and its last state.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// What it came to.
+    pub figures: Figures,
+    /// The bodies at its end.
+    pub bodies: Bodies,
+}
+
+/// The overlap that a step reports and the one that is recomputed may differ by this part of the largest coordinate and size: both
+/// sum a few terms of that magnitude.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+/// Takes `steps` steps. `seen` is shown the bodies before each, and the simulation after it.
+pub fn follow(start: &Start, steps: u64, mut seen: impl FnMut(&Bodies, &Simulation)) -> Run {
+    let settings = start.scene.lcp_settings();
+    let mut run = Run {
+        figures: Figures::new(start.scene.contact.overlap_tolerance, settings.tolerance),
+        bodies: Bodies::default(),
+    };
+    let outcome = catch_unwind(AssertUnwindSafe(|| run.take(start, steps, &mut seen)));
+    run.figures.end = match outcome {
+        Ok(Ok(())) => End::Done,
+        Ok(Err(Stopped::Scene(refused))) => End::Refused(refused.to_string()),
+        Ok(Err(Stopped::Fault(fault))) => End::Fault(fault.to_string()),
+        Err(panic) => End::Panic(words(panic.as_ref())),
+    };
+    run.figures.recursions_mean /= run.figures.steps.max(1) as f64;
+    run
+}
+
+enum Stopped {
+    Scene(SceneError),
+    Fault(Fault),
+}
+
+impl From<SceneError> for Stopped {
+    fn from(error: SceneError) -> Self {
+        Stopped::Scene(error)
+    }
+}
+
+impl From<Fault> for Stopped {
+    fn from(fault: Fault) -> Self {
+        Stopped::Fault(fault)
+    }
+}
+
+fn words(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no words".into())
+}
+
+impl Run {
+    fn take(&mut self, start: &Start, steps: u64, seen: &mut dyn FnMut(&Bodies, &Simulation)) -> Result<(), Stopped> {
+        self.bodies = start.scene.build()?;
+        self.figures.bodies = self.bodies.len();
+        let mut simulation = Simulation::new(start.scene.clone(), self.bodies.clone())?;
+        if let Some(pull) = start.pull {
+            simulation.add_force(Box::new(pull));
+        }
+        for _ in 0..steps {
+            let report = simulation.step()?;
+            let after = &simulation.state()?.bodies;
+            self.figures.count(&report);
+            self.figures.audit(&report, after);
+            seen(&self.bodies, &simulation);
+            self.bodies.clone_from(after);
+        }
+        Ok(())
+    }
+}
+
+impl Figures {
+    /// Of no step.
+    pub fn new(overlap_tolerance: f64, solver_tolerance: f64) -> Figures {
+        Figures {
+            bodies: 0,
+            steps: 0,
+            overlap_tolerance,
+            solver_tolerance,
+            max_overlap: 0.0,
+            steps_over: 0,
+            steps_misreported: 0,
+            recursions_mean: 0.0,
+            recursions_max: 0,
+            products: 0,
+            worst_residual: 0.0,
+            unconverged: 0,
+            false_claims: 0,
+            status: crate::lcp::Status::Solved.name().into(),
+            states_not_finite: 0,
+            end: End::Done,
+        }
+    }
+
+    /// How the run ended, in words: an unconverged solve's status, where there was one.
+    pub fn ended(&self) -> String {
+        match &self.end {
+            End::Done if self.unconverged == 0 => "done".into(),
+            End::Done => format!("done, {}", self.status),
+            End::Refused(_) => "refused".into(),
+            End::Fault(_) => "typed error".into(),
+            End::Panic(_) => "panic".into(),
+        }
+    }
+
+    fn count(&mut self, report: &StepReport) {
+        self.steps += 1;
+        self.bodies = report.bodies;
+        self.recursions_mean += f64::from(report.recursions);
+        self.recursions_max = self.recursions_max.max(report.recursions);
+        self.products += report.products;
+        if exceeds(report.residual, self.worst_residual) {
+            self.worst_residual = report.residual;
+        }
+        self.unconverged += u64::from(report.unconverged);
+        if report.unconverged > 0 {
+            self.status = report.status.name().into();
+        } else if exceeds(report.residual, self.solver_tolerance) {
+            self.false_claims += 1;
+        }
+    }
+
+    /// Looks at an accepted state without anything that the step knows of it.
+    pub(super) fn audit(&mut self, report: &StepReport, after: &Bodies) {
+        let found = contacts(after, 0.0).iter().map(|(_, s)| -s.separation).fold(0.0, f64::max);
+        self.states_not_finite += u64::from(!finite(after));
+        self.max_overlap = self.max_overlap.max(found);
+        let rounding = ROUNDING * magnitude(after);
+        let over = found > self.overlap_tolerance + rounding;
+        self.steps_over += u64::from(over);
+        let said = (found - report.max_overlap).abs() <= rounding;
+        self.steps_misreported += u64::from(!said || (over && report.within(self.overlap_tolerance)));
+    }
+}
+
+/// Whether a value is over a bound: one that is not a number is, of any bound that is one.
+pub(super) fn exceeds(value: f64, bound: f64) -> bool {
+    value > bound || (value.is_nan() && !bound.is_nan())
+}
+
+/// The largest coordinate or size.
+fn magnitude(bodies: &Bodies) -> f64 {
+    let places = bodies.position.iter().map(|x| x.abs().max_element());
+    places.chain(bodies.shape.iter().map(|s| s.major_axis())).fold(0.0, f64::max)
+}
+
+fn finite(bodies: &Bodies) -> bool {
+    (0..bodies.len()).all(|i| {
+        let twist = bodies.twist(i);
+        let pose = bodies.position[i].is_finite() && bodies.orientation[i].is_finite();
+        pose && bodies.orientation[i].is_normalized() && twist.linear.is_finite() && twist.angular.is_finite()
+    })
+}
