@@ -167,7 +167,8 @@ fn arrays_of_another_type_shape_or_meaning_are_refused() {
 
 #[test]
 fn numbers_that_no_body_can_have_are_refused_with_their_row() {
-    let cases: [(&str, fn(&mut State)); 6] = [
+    type Case = (&'static str, fn(&mut State));
+    let cases: [Case; 6] = [
         ("position", |s| s.bodies.position[2].y = f64::NAN),
         ("position", |s| s.bodies.position[2].x = f64::MAX),
         ("velocity", |s| s.bodies.velocity[2].z = f64::INFINITY),
