@@ -284,8 +284,12 @@ fn auto_is_rescued_where_its_engine_gives_up() {
     assert!(error(&stored.problem, &gamma, &stored.velocity) < 1e-7);
     // Only where it is needed.
     solver.set_settings(Settings { tolerance: 1e-5, max_iterations: 100_000 });
-    let plain = solver.solve(&stored.problem, &mut Vec::new());
+    let plain = solver.solve(&self::stored("colony1024_rec0").problem, &mut Vec::new());
     assert_eq!((plain.status, plain.fallback, plain.factorizations), (Status::Solved, false, 0), "{plain:?}");
+    // Where conjugate gradients take over a thousand products, both together take a third.
+    solver.set_settings(Settings { tolerance: 1e-6, max_iterations: 100_000 });
+    let both = solver.solve(&stored.problem, &mut Vec::new());
+    assert!(both.status == Status::Solved && both.fallback && both.products < 400, "{both:?}");
 }
 
 #[test]
