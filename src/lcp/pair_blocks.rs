@@ -48,7 +48,7 @@ struct Step<'a> {
     live: &'a [f64],
 }
 
-/// Orders rows so that those of a pair stand together: pairs with one row first, then those with two, up to [`SMALL`], then the
+/// Orders rows so that those of a pair stand together: pairs with one row first, then those with two, up to eight, then the
 /// others, each by pair; the rows of a pair in their own order.
 pub fn order(pair: &[[u32; 2]], order: &mut Vec<u32>) {
     order.clear();
