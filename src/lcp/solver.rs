@@ -190,8 +190,8 @@ impl<const D: usize> Solver<D> {
         (ended, more, found, safeguard.factorizations())
     }
 
-    /// Goes on from the present iterate with the solver's own method; if there is a safeguard and it is wanted, until that one would have
-    /// been done.
+    /// Goes on from the present iterate with the solver's own method; if there is a safeguard and it is wanted, until its turn
+    /// has come.
     fn iterate(&mut self, max_iterations: u64, guarded: bool) -> (Status, u64, f64) {
         let (cpu, drive) = (&mut self.cpu, &mut self.drive);
         let settings = &Settings { max_iterations, ..self.settings };
