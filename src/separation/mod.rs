@@ -19,8 +19,10 @@ mod point_ellipsoid;
 mod segment_ellipsoid;
 mod segments;
 mod support;
+mod surface;
 
 pub use planar::planar_separation;
+pub use surface::Surface;
 
 use crate::shape::{Centreline, Geometry, Shape};
 use circles::Circle;
