@@ -19,6 +19,7 @@ mod settings;
 mod translate;
 mod tree;
 mod validate;
+mod wall;
 mod write;
 
 pub use built_in::{BuiltIn, built_in};
@@ -29,6 +30,7 @@ pub(crate) use read::Source;
 pub use read::{MAX_FILE_BYTES, load, parse, read};
 pub(crate) use set::Override;
 pub use validate::{LARGEST_NUMBER, MAX_BODIES, MAX_STATES, MAX_STEPS, SMALLEST_NUMBER, SMALLEST_QUATERNION};
+pub use wall::Wall;
 pub use write::schema;
 
 use crate::shape::Shape;
@@ -61,6 +63,9 @@ pub struct Scene {
     /// External forces.
     #[serde(default)]
     pub forces: Vec<Force>,
+    /// Fixed walls that bodies do not pass. On the CPU only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub walls: Vec<Wall>,
     /// Growth and division of spherocylinders.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub growth: Option<Growth>,

@@ -23,6 +23,7 @@ mod surface;
 
 pub use planar::planar_separation;
 pub use surface::Surface;
+pub(crate) use surface::reach_of_place;
 
 use crate::shape::{Centreline, Geometry, Shape};
 use circles::Circle;

@@ -5,11 +5,11 @@
 //! equation (`point_ellipsoid`). Across a cylinder's axis, ellipsoids and circles are seen as ellipses. At the farthest point the body's normal
 //! is the surface's, so the gap changes with the body's motion as that point's does, to first order.
 //!
-//! A body can touch in several places at once. Segments, and circles towards planes, are looked at in several (`places`), each with an exact gap
-//! of its own; the least is the body's separation.
+//! A body can touch in several places at once. Segments, and circles towards planes and in spheres, are looked at in several (`places`), each
+//! with an exact gap of its own; the least is the body's separation.
 //!
 //! Degenerate cases: a point at the centre or on the axis (a fixed direction); a point of a body that several are as far as (`point_ellipsoid`,
-//! `Circle::toward`); a circle parallel to a plane, all of which touches (its first direction).
+//! the first direction of a circle); a circle parallel to a plane, all of which touches (its first direction).
 
 use super::circles::Circle;
 use super::direction::perpendicular;
@@ -17,7 +17,7 @@ use super::point_ellipsoid::farthest_normal;
 use super::segments::Segment;
 use super::support::Support;
 use super::{Family, Placed, Separation};
-use glam::{DQuat, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
 /// A fixed surface and the side of it that bodies stay on.
@@ -48,8 +48,9 @@ pub enum Surface {
     },
 }
 
-/// Places of a circle that are looked at towards a plane: the farthest, and two a third of the way round from it, so that a ring that lies on a
-/// floor stands on three points.
+/// Places of a circle that are looked at towards a plane or in a sphere: the farthest, and two a third of the way round from it, so that a ring that
+/// lies flat stands on three points. With the farthest alone, six rings that fall onto a floor take 69 recursions in 120 steps and not 1, in a
+/// sphere 170 and not 40; in a tube further places save none. Six rods with one end alone take 91 and not 15.
 const PLACES_OF_CIRCLE: u32 = 3;
 
 impl Surface {
@@ -83,7 +84,7 @@ impl Surface {
         least
     }
 
-    /// The gaps of all places of a body that are looked at, numbered: both ends of a rod, and of a ring towards a plane three places.
+    /// The gaps of all places of a body that are looked at, numbered: both ends of a rod, and of a ring towards a plane or in a sphere three places.
     pub fn places(&self, body: &Placed, mut found: impl FnMut(u32, Separation)) {
         match Family::of(body) {
             Family::Segment(Segment { half, .. }, radius) if half == 0.0 => {
@@ -95,11 +96,11 @@ impl Surface {
             }
             Family::Circle(circle, radius) => {
                 let farthest = self.farthest_of_circle(body.position, &circle);
-                let places = if matches!(self, Surface::Plane { .. }) { PLACES_OF_CIRCLE } else { 1 };
+                let places = if matches!(self, Surface::Cylinder { .. }) { 1 } else { PLACES_OF_CIRCLE };
                 for place in 0..places {
-                    let turn =
-                        DQuat::from_axis_angle(circle.axis, TAU * f64::from(place) / f64::from(PLACES_OF_CIRCLE));
-                    found(place, self.at(body.position, circle.radius * (turn * farthest), radius));
+                    let turn = DVec2::from_angle(TAU * f64::from(place) / f64::from(PLACES_OF_CIRCLE));
+                    let DVec2 { x, y } = circle.radius * turn.rotate(farthest);
+                    found(place, self.at(body.position, x * circle.first + y * circle.second, radius));
                 }
             }
             Family::Ellipsoid(support) => {
@@ -130,11 +131,13 @@ impl Surface {
         }
     }
 
-    /// The direction from a circle's centre to its point that reaches farthest.
-    fn farthest_of_circle(&self, position: DVec3, circle: &Circle) -> DVec3 {
+    /// The direction from a circle's centre to its point that reaches farthest, in the two directions of its plane: so that the point is on the
+    /// circle, however badly the direction is known where the circle is nearly parallel to a plane.
+    fn farthest_of_circle(&self, position: DVec3, circle: &Circle) -> DVec2 {
+        let along = |v: DVec3| DVec2::new(v.dot(circle.first), v.dot(circle.second)).normalize_or(DVec2::X);
         match *self {
-            Surface::Plane { normal, .. } => -circle.toward(normal),
-            Surface::Sphere { centre, .. } => -circle.toward(centre - position),
+            Surface::Plane { normal, .. } => along(-normal),
+            Surface::Sphere { centre, .. } => along(position - centre),
             Surface::Cylinder { centre, axis, .. } => {
                 // Across the axis the circle is an ellipse: as wide as it is, and as high as it leans towards the axis.
                 let lean = circle.axis.dot(axis).abs();
@@ -142,7 +145,7 @@ impl Surface {
                 let high = axis.cross(wide);
                 let p = centre - position;
                 let [x, y] = farthest_normal([1.0, lean], [p.dot(wide), p.dot(high)].map(|c| c / circle.radius));
-                circle.toward(x * wide + y * high)
+                along(x * wide + y * high)
             }
         }
     }
@@ -162,6 +165,20 @@ impl Surface {
                 (x * first + y * second).normalize()
             }
         }
+    }
+}
+
+/// How far a body reaches from its centre along `normal` at one of the [places](Surface::places) that it touches a surface in, whose normal
+/// there is `normal`.
+pub(crate) fn reach_of_place(body: &Placed, place: u32, normal: DVec3) -> f64 {
+    match Family::of(body) {
+        Family::Segment(Segment { axis, half }, radius) => {
+            let end = if place == 0 { -half } else { half };
+            end * axis.dot(normal) + radius
+        }
+        // Where other places than the farthest touch too, the circle lies flat, and they reach as far as it does.
+        Family::Circle(circle, radius) => circle.radius * circle.axis.cross(normal).length() + radius,
+        Family::Ellipsoid(support) => support.value(normal),
     }
 }
 

@@ -13,3 +13,4 @@ mod rows;
 mod solvers_agree;
 mod three_capsules;
 mod two_ellipsoids;
+mod walls;

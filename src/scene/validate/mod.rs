@@ -7,6 +7,7 @@ mod forces;
 mod generate;
 mod planar;
 mod shapes;
+mod walls;
 
 use super::error::{FaultKind, SceneError};
 use super::key::Key;
@@ -51,6 +52,7 @@ impl Scene {
         self.check_solver(&root.field("solver"))?;
         self.check_forces(&root.field("forces"))?;
         self.check_growth(&root.field("growth"))?;
+        self.check_walls(root)?;
         if self.planar {
             self.check_planar(root)?;
         }
