@@ -87,7 +87,7 @@ impl Surface {
     /// The gaps of all places of a body that are looked at, numbered: both ends of a rod, and of a ring towards a plane or in a sphere three places.
     pub fn places(&self, body: &Placed, mut found: impl FnMut(u32, Separation)) {
         match Family::of(body) {
-            Family::Segment(Segment { half, .. }, radius) if half == 0.0 => {
+            Family::Segment(Segment { half: 0.0, .. }, radius) => {
                 found(0, self.at(body.position, DVec3::ZERO, radius));
             }
             Family::Segment(Segment { axis, half }, radius) => {

@@ -248,8 +248,8 @@ fn scenes_with_memory() -> Vec<Scene> {
         ellipsoids(json!("relcp"), 1100, 8),
         ellipsoids(json!({"multisphere": {"count": 5}}), 600, 8),
         chainmail,
-        crate::walls::a_pressed_colony(),
-        crate::walls::sub_spheres_in_a_box(),
+        crate::wall_steps::a_pressed_colony(),
+        crate::wall_steps::sub_spheres_in_a_box(),
         Scene {
             walls: vec![Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: -1.0 }],
             ..ellipsoids(json!("relcp"), 600, 8)

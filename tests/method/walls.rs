@@ -1,124 +1,15 @@
-//! Walls: rows against finite differences, and scenes in which no step leaves a body past a wall, audited by the bodies' own points.
+//! Walls: scenes in which no step leaves a body past a wall, audited by the bodies' own points.
 
 use crate::random::{Random, parse};
 use glam::DVec3;
-use relcp::constraint::{self, FIXED, Mover};
-use relcp::dynamics::pressures;
-use relcp::dynamics::{Factor, Motion, Pose, Twist, advance};
-use relcp::freedom::SPATIAL;
-use relcp::lcp::Problem;
 use relcp::relcp::{Simulation, contacts};
-use relcp::scene::{Dump, DumpWhen, Method, Scene, SolverKind, Stepping, Wall};
-use relcp::separation::{Placed, Separation, Surface};
+use relcp::scene::{Scene, Stepping, Wall};
+use relcp::separation::Placed;
 use relcp::shape::Shape;
-use relcp::walls::Walls;
 use serde_json::{Value, json};
 use std::f64::consts::{PI, TAU};
 
 const KINDS: [&str; 4] = ["sphere", "spherocylinder", "ellipsoid", "torus"];
-
-// ---- rows ----
-
-const POSES_A_KIND: usize = 40;
-/// Step of the fourth-order difference in units of the displacement `dt U`.
-const STEP: f64 = 5e-4;
-
-fn moved(placed: &Placed, twist: Twist, dt: f64) -> Placed {
-    let pose = advance(Pose { position: placed.position, orientation: placed.orientation }, twist, dt);
-    Placed { shape: placed.shape, position: pose.position, orientation: pose.orientation }
-}
-
-fn nudged(twist: Twist, axis: usize, by: f64) -> Twist {
-    let mut nudged = twist;
-    if axis < 3 {
-        nudged.linear[axis] += by
-    } else {
-        nudged.angular[axis - 3] += by
-    }
-    nudged
-}
-
-fn gap(surface: &Surface, placed: &Placed, place: u32) -> Option<Separation> {
-    let mut at = None;
-    surface.places(placed, |k, found| at = at.or((k == place).then_some(found)));
-    at
-}
-
-/// The gap at `to` of the place that a body at `from` touches in: of a ring's places beside the farthest that of the same part of its tube.
-fn gap_of_place(surface: &Surface, from: &Placed, to: &Placed, place: u32) -> Option<Separation> {
-    let (Shape::Torus { minor_radius, .. }, 1..) = (from.shape, place) else { return gap(surface, to, place) };
-    let found = gap(surface, from, place)?;
-    let arm = from.orientation.inverse() * (found.lever_a - minor_radius * found.normal);
-    let part =
-        Placed { shape: Shape::Sphere { radius: minor_radius }, position: to.position + to.orientation * arm, ..*to };
-    gap(surface, &part, 0)
-}
-
-/// Each place's row is the derivative of its gap along `C(U)`, at a start and at a trial, and the wall's block is zero.
-#[test]
-fn rows_of_walls_equal_finite_differences() {
-    let mut random = Random::new(3);
-    let motion =
-        Motion { free: Twist::default(), factor: Factor { translation: 1.0, rotation: glam::DMat3::IDENTITY } };
-    for kind in KINDS {
-        for which in 0..3 {
-            let (mut checked, mut worst) = (0, 0.0_f64);
-            while checked < POSES_A_KIND {
-                let dt = 10f64.powf(random.within(-3.0, 0.0));
-                let placed =
-                    Placed { shape: random.shape(kind), position: random.vector(), orientation: random.orientation() };
-                let surface = match which {
-                    0 => Surface::Plane { point: random.vector(), normal: random.direction() },
-                    1 => Surface::Sphere { centre: random.vector(), radius: random.within(1.0, 4.0) },
-                    _ => Surface::Cylinder {
-                        centre: random.vector(),
-                        axis: random.direction(),
-                        radius: random.within(1.0, 4.0),
-                    },
-                };
-                let trial = Twist { linear: random.vector() * 0.05 / dt, angular: random.vector() * 0.3 / dt };
-                let at = if checked % 2 == 0 { Twist::default() } else { trial };
-                for place in 0..3 {
-                    let Some(found) = gap(&surface, &moved(&placed, at, dt), place) else { continue };
-                    let mut problem = Problem::<SPATIAL> { bodies: 2, ..Problem::default() };
-                    let mover = Mover { motion: &motion, reached_with: at };
-                    constraint::append(&mut problem, [0, 1], &found, [mover, FIXED], dt);
-                    assert!(problem.jacobian[0][1].iter().all(|x| *x == 0.0));
-                    let derivative = problem.jacobian[0][0].map(|x| x * dt.sqrt());
-                    let mut expected = [0.0; 6];
-                    let mut jumps = false;
-                    for (axis, expected) in expected.iter_mut().enumerate() {
-                        let here = moved(&placed, at, dt);
-                        let phi = |k: f64| {
-                            let to = moved(&placed, nudged(at, axis, k * STEP / dt), dt);
-                            gap_of_place(&surface, &here, &to, place).unwrap()
-                        };
-                        let [a, b, c, d] = [-2.0, -1.0, 1.0, 2.0].map(phi);
-                        // Near where another point becomes the farthest.
-                        jumps |= a.lever_a.distance(d.lever_a) > 0.1;
-                        *expected =
-                            (8.0 * (c.separation - b.separation) - (d.separation - a.separation)) / (12.0 * STEP / dt);
-                    }
-                    if jumps {
-                        continue;
-                    }
-                    let scale = dt * expected.iter().fold(1.0_f64, |m, x| m.max((x / dt).abs()));
-                    for (row, expected) in derivative.iter().zip(expected) {
-                        worst = worst.max((row - expected).abs() / scale);
-                    }
-                    let u = [at.linear.to_array(), at.angular.to_array()].concat();
-                    let back: f64 = derivative.iter().zip(u).map(|(d, u)| d * u).sum();
-                    assert!((problem.q[0] - (found.separation - back)).abs() < 1e-12);
-                    checked += 1;
-                }
-            }
-            println!("{kind} {which}: worst {worst:.1e}");
-            assert!(worst < 1e-6, "{kind} {which}: {worst:e}");
-        }
-    }
-}
-
-// ---- scenes ----
 
 /// How far a body reaches past a wall of the scene, from points of its surface and the wall's definition: by none of what steps use.
 fn past(wall: &Wall, body: &Placed) -> f64 {
@@ -144,7 +35,8 @@ fn past(wall: &Wall, body: &Placed) -> f64 {
     worst
 }
 
-fn beyond(wall: &Wall, p: DVec3) -> f64 {
+/// How far a point is past a wall, by definition.
+pub fn beyond(wall: &Wall, p: DVec3) -> f64 {
     match *wall {
         Wall::HalfSpace { normal, offset } => offset - p.dot(DVec3::from(normal).normalize()),
         Wall::Channel { normal, center, width } => {
@@ -183,7 +75,7 @@ fn run_with(scene: Scene, audit_every: u64) -> Ran {
         ran.recursions += report.recursions;
         ran.products += report.products;
         ran.worst = ran.worst.max(report.max_overlap);
-        if report.step % audit_every != 0 && !simulation.done() {
+        if !report.step.is_multiple_of(audit_every) && !simulation.done() {
             continue;
         }
         let bodies = &simulation.state().unwrap().bodies;
@@ -213,7 +105,7 @@ fn along_x() -> Value {
 }
 
 /// A colony from one cell, to 2^5 cells or more.
-fn colony(planar: bool, dynamics: Value, walls: Value, stepping: Stepping) -> Scene {
+pub fn colony(planar: bool, dynamics: Value, walls: Value, stepping: Stepping) -> Scene {
     parse(&json!({
         "name": "colony", "seed": 4, "planar": planar, "dynamics": dynamics, "walls": walls,
         "time": {"dt": 0.01, "end": 3.6, "stepping": stepping},
@@ -222,7 +114,7 @@ fn colony(planar: bool, dynamics: Value, walls: Value, stepping: Stepping) -> Sc
     }))
 }
 
-fn overdamped() -> Value {
+pub fn overdamped() -> Value {
     json!({"overdamped": {"drag": 1.0}})
 }
 
@@ -269,7 +161,7 @@ fn a_colony_grows_in_a_box_of_the_plane_and_in_a_tube() {
 }
 
 /// Bodies of the given kinds that fall into a container and come to lie on each other.
-fn fall(kinds: &[&str], count: usize, dynamics: Value, walls: Value, steps: u32) -> Scene {
+pub fn fall(kinds: &[&str], count: usize, dynamics: Value, walls: Value, steps: u32) -> Scene {
     let mut random = Random::new(9);
     let bodies: Vec<Value> = (0..count)
         .map(|i| {
@@ -321,119 +213,5 @@ fn every_kind_comes_to_rest_in_every_container() {
         let ran = run_with(fall(&mixed, 8, inertial(), walls.clone(), 150), 5);
         println!("{name} mixed: {ran:?}");
         assert!(ran.at_walls >= 3, "{ran:?}");
-    }
-}
-
-// ---- what else of a step concerns walls ----
-
-/// A colony in a disc whose cells grow slower under pressure, in midpoint steps.
-pub fn a_pressed_colony() -> Scene {
-    let disc = json!([{"cylinder": {"center": [0, 0, 0], "axis": [0, 0, 1], "radius": 1.5}}]);
-    let mut scene = colony(true, overdamped(), disc, Stepping::Midpoint);
-    scene.time.end = 2.4;
-    scene.growth.as_mut().unwrap().stress_sensitivity = 0.05;
-    scene
-}
-
-/// Rows of sub-spheres with walls.
-pub fn sub_spheres_in_a_box() -> Scene {
-    let room = json!([{"box": {"minimum": [-1.8, -1.8, -1.8], "maximum": [1.8, 1.8, 8]}}]);
-    let mut scene = fall(&["ellipsoid", "spherocylinder"], 8, overdamped(), room, 60);
-    scene.contact.method = Method::Multisphere { count: 5 };
-    scene
-}
-
-#[test]
-fn sub_spheres_stay_inside_too() {
-    let scene = sub_spheres_in_a_box();
-    let bodies = scene.build().unwrap();
-    let walls = Walls::of(&scene);
-    let mut simulation = Simulation::new(scene, bodies).unwrap();
-    let (mut proxy, mut smooth, mut walls_worst) = (0.0_f64, 0.0_f64, 0);
-    while !simulation.done() {
-        let report = simulation.step().unwrap();
-        let bodies = &simulation.state().unwrap().bodies;
-        let outside = walls.max_overlap(bodies);
-        assert!(report.max_overlap >= outside, "{report:?} {outside}");
-        proxy = proxy.max(report.proxy_overlap.unwrap());
-        smooth = smooth.max(outside);
-        walls_worst += usize::from(report.worst_wall.is_some());
-        let past_proxy = past_of_sub_spheres(bodies);
-        assert!((past_proxy <= report.proxy_overlap.unwrap() + 1e-12) && past_proxy < 0.02, "{past_proxy} {report:?}");
-    }
-    println!("sub-spheres past walls {proxy:.1e}, surfaces {smooth:.1e}, {walls_worst} steps");
-    // Ellipsoids reach past the walls between their sub-spheres.
-    assert!(smooth > 1e-4 && walls_worst > 0);
-}
-
-/// How far a sub-sphere reaches out of the box of [`sub_spheres_in_a_box`].
-fn past_of_sub_spheres(bodies: &relcp::bodies::Bodies) -> f64 {
-    let room = Wall::Box { minimum: [-1.8; 3], maximum: [1.8, 1.8, 8.0] };
-    let of_body = |i: usize| {
-        let proxy = bodies.shape[i].proxy(5).unwrap();
-        let sphere = |s: &relcp::shape::ProxySphere| {
-            beyond(&room, bodies.position[i] + bodies.orientation[i] * s.centre) + s.radius
-        };
-        proxy.iter().map(sphere).fold(f64::NEG_INFINITY, f64::max)
-    };
-    (0..bodies.len()).map(of_body).fold(0.0, f64::max)
-}
-
-/// A rod that lies on a floor is pressed down, and pushed sideways: the forces of its ends carry its weight, and no more than normal forces act.
-#[test]
-fn a_floor_carries_the_weight() {
-    let scene = parse(&json!({
-        "name": "floor", "time": {"dt": 0.05, "end": 5},
-        "walls": [{"sphere": {"center": [0, 0, 0], "radius": 40}}, {"half_space": {"normal": [0, 0, 1], "offset": 1}}],
-        "forces": [{"uniform": {"force": [0.25, 0, -2]}}],
-        "bodies": [{"shape": {"spherocylinder": {"diameter": 1, "length": 4}}, "position": [0, 0, 2], "orientation": [0.8, 0, 0.6, 0]}]
-    }));
-    let bodies = scene.build().unwrap();
-    let mut simulation = Simulation::new(scene, bodies).unwrap();
-    while !simulation.done() {
-        assert!(simulation.step().unwrap().max_overlap <= 1e-5);
-    }
-    let state = simulation.state().unwrap();
-    let force: f64 = state.warm.iter().map(|w| w.gamma).sum();
-    assert!((force - 2.0).abs() < 1e-4, "{:?}", state.warm);
-    assert!(state.warm.iter().filter(|w| w.gamma > 0.1).count() == 2, "{:?}", state.warm);
-    assert!(state.warm.iter().all(|w| w.normal == DVec3::NEG_Z && w.pair[0] == 0));
-    // Without friction it slides at F / (xi L) all the while.
-    assert!((state.bodies.position[0].x - 0.25 / 4.0 * 5.0).abs() < 1e-3, "{}", state.bodies.position[0]);
-    assert!((state.bodies.position[0].z - 1.5).abs() < 1e-5);
-    // Its virial is the force times half its thickness.
-    let pressed = pressures(&state.bodies, &state.warm, false)[0];
-    assert!((pressed - 2.0 * 0.5 / (3.0 * state.bodies.shape[0].volume())).abs() < 1e-4, "{pressed}");
-}
-
-/// Every solver finds the velocities of a problem with walls, and what is stored of one is that problem.
-#[test]
-fn every_solver_solves_problems_with_walls() {
-    let run = |kind: SolverKind| {
-        let mut scene = a_pressed_colony();
-        scene.time.end = 1.6;
-        scene.time.stepping = Stepping::Euler;
-        scene.contact.overlap_tolerance = 1e-6;
-        scene.solver.kind = kind;
-        scene.solver.tolerance = Some(1e-10);
-        scene.solver.dump = Some(Dump { when: DumpWhen::All, products: None, most: Some(1000) });
-        let bodies = scene.build().unwrap();
-        let mut simulation = Simulation::new(scene, bodies).unwrap();
-        let mut worst = 0.0_f64;
-        while !simulation.done() {
-            assert_eq!(simulation.step().unwrap().unconverged, 0, "{kind:?}");
-            for kept in simulation.take_lcps() {
-                worst = worst.max(kept.lcp.residual(&kept.lcp.gamma));
-            }
-        }
-        assert!(worst <= 1.1e-10, "{kind:?} {worst:e}");
-        simulation.state().unwrap().bodies.position.clone()
-    };
-    let reference = run(SolverKind::InteriorPoint);
-    for kind in [SolverKind::PairBlockCg, SolverKind::ProjectedGaussSeidel, SolverKind::Bbpgd, SolverKind::Dense] {
-        let found = run(kind);
-        let off = found.iter().zip(&reference).map(|(p, q)| p.distance(*q)).fold(0.0, f64::max);
-        println!("{kind:?}: {off:.1e}");
-        assert!(off < 1e-6, "{kind:?} {off:e}");
     }
 }
