@@ -63,7 +63,8 @@ pub struct Scene {
     /// External forces.
     #[serde(default)]
     pub forces: Vec<Force>,
-    /// Fixed walls that bodies do not pass. On the CPU only.
+    /// Fixed walls that bodies do not pass, and inside of which they start; one with a `lineage`, which a run wrote, may start past a wall. On the
+    /// CPU only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<Wall>,
     /// Growth and division of spherocylinders.
@@ -72,7 +73,7 @@ pub struct Scene {
     /// Bodies placed one by one.
     #[serde(default)]
     pub bodies: Vec<Body>,
-    /// Bodies placed by rule, after `bodies`, drawn from `seed`.
+    /// Bodies placed by rule, after `bodies`, drawn from `seed`, inside of all walls.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub generate: Vec<Generate>,
     /// What is recorded, and how often.

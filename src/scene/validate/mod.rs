@@ -1,6 +1,6 @@
 //! What a scene must satisfy beyond its types, and the limits of a run.
 //!
-//! Every rule names its key. Starting bodies may overlap, even be concentric: the first step parts them.
+//! Every rule names its key. Starting bodies may overlap, even be concentric: the first step parts them. They may not reach past a wall.
 
 mod bodies;
 mod forces;
