@@ -63,6 +63,7 @@ pub mod scene;
 pub mod separation;
 pub mod shape;
 pub mod study;
+pub mod walls;
 
 /// The README's example compiles and runs with the others.
 #[cfg(doctest)]

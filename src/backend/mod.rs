@@ -6,13 +6,15 @@ pub mod gpu;
 use crate::lcp::{Outcome, Stored};
 use crate::relcp::{Fault, Phases, State};
 
-/// What a trial configuration looks like: every pair of bodies, also those that were not near at the step's start.
+/// What a trial configuration looks like: every pair of bodies, and every body with every wall, also those that were not near at the step's start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Overlap {
-    /// The largest overlap of two smooth surfaces, zero where none do; a length.
+    /// The largest overlap of two smooth surfaces, or of one with a wall, zero where none do; a length.
     pub worst: f64,
-    /// The pair that overlaps most.
+    /// The pair that overlaps most, where it is one of two bodies.
     pub pair: Option<[usize; 2]>,
+    /// The body and the wall that overlap most, where it is those.
+    pub wall: Option<[usize; 2]>,
     /// Pairs that overlap by more than the tolerance.
     pub violations: usize,
     /// The largest overlap of two sub-spheres, where rows are made from them.

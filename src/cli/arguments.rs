@@ -318,7 +318,7 @@ Examples:
 #[derive(Args, Debug)]
 #[command(after_help = CONTACTS_EXAMPLES)]
 pub(super) struct Contacts {
-    /// A scene file, a run's final.json, one of its states (.npz), or a run's folder: the state that it stands at
+    /// A scene file, a run's final.json, one of its states (.npz; it knows no walls), or a run's folder: the state that it stands at
     #[arg(value_name = "STATE")]
     pub(super) state: String,
     /// Pairs nearer than this, a length

@@ -4,9 +4,10 @@ use super::arguments::Contacts;
 use super::exit::{CliError, Exit};
 use super::output;
 use crate::bodies::Bodies;
-use crate::record::read_state;
+use crate::record::{Folder, read_state};
 use crate::relcp::contacts as near;
 use crate::scene;
+use crate::walls::Walls;
 use serde::Serialize;
 use std::path::Path;
 
@@ -21,15 +22,27 @@ struct Pair {
 }
 
 #[derive(Serialize)]
+struct AtWall {
+    body: usize,
+    wall: usize,
+    separation: f64,
+    normal: [f64; 3],
+    point: [f64; 3],
+}
+
+#[derive(Serialize)]
 struct Report {
     contacts: Vec<Pair>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    walls: Vec<AtWall>,
     max_overlap: f64,
 }
 
 pub(super) fn contacts(arguments: &Contacts) -> Result<Exit, CliError> {
     // Always in f64 on the CPU: it is what other results are audited by.
     super::compute::set_threads(&arguments.compute)?;
-    let report = find(&open(&arguments.state)?, arguments.cutoff);
+    let (bodies, walls) = open(&arguments.state)?;
+    let report = find(&bodies, &walls, arguments.cutoff);
     if arguments.print.json {
         output::json(&report)?;
     } else if !arguments.print.quiet {
@@ -38,21 +51,35 @@ pub(super) fn contacts(arguments: &Contacts) -> Result<Exit, CliError> {
     Ok(Exit::Done)
 }
 
-/// The bodies of a scene as they start, of a state file, or of the state that a run's folder stands at.
-fn open(state: &str) -> Result<Bodies, CliError> {
+/// The bodies of a scene as they start, of a state file, or of the state that a run's folder stands at; and the walls, of which a state file knows
+/// nothing.
+fn open(state: &str) -> Result<(Bodies, Walls), CliError> {
     let path = Path::new(state);
     if path.is_dir() {
-        return Ok(read_state(&path.join("checkpoint.npz"))?.1.bodies);
+        let bodies = read_state(&path.join("checkpoint.npz"))?.1.bodies;
+        let scene = Folder::view(path).scene();
+        let walls = if scene.exists() { Walls::of(&scene::read(&scene)?) } else { Walls::default() };
+        return Ok((bodies, walls));
     }
     if path.extension().is_some_and(|extension| extension == "npz") {
-        return Ok(read_state(path)?.1.bodies);
+        return Ok((read_state(path)?.1.bodies, Walls::default()));
     }
-    Ok(scene::load(state, &[])?.build()?)
+    let scene = scene::load(state, &[])?;
+    Ok((scene.build()?, Walls::of(&scene)))
 }
 
-fn find(bodies: &Bodies, cutoff: f64) -> Report {
+fn find(bodies: &Bodies, walls: &Walls, cutoff: f64) -> Report {
     let position = &bodies.position;
-    let mut report = Report { contacts: Vec::new(), max_overlap: 0.0 };
+    let mut report = Report { contacts: Vec::new(), walls: Vec::new(), max_overlap: walls.max_overlap(bodies) };
+    for near in walls.contacts(bodies, cutoff) {
+        report.walls.push(AtWall {
+            body: near.body,
+            wall: near.wall,
+            separation: near.found.separation,
+            normal: near.found.normal.to_array(),
+            point: (position[near.body] + near.found.lever_a).to_array(),
+        });
+    }
     // Asked for everything that overlaps even where the cutoff leaves some of it out.
     for ([a, b], s) in near(bodies, cutoff.max(0.0)) {
         if -s.separation > report.max_overlap {
@@ -78,6 +105,10 @@ fn print(report: &Report) -> Result<(), CliError> {
         for c in &report.contacts {
             let (normal, a, b) = (point(c.normal), point(c.point_a), point(c.point_b));
             writeln!(out, "{:>7} {:>7}  {:>13.6e}  normal {normal}  at {a}  and {b}", c.a, c.b, c.separation)?;
+        }
+        for c in &report.walls {
+            let (normal, at) = (point(c.normal), point(c.point));
+            writeln!(out, "{:>7} wall {:>2}  {:>13.6e}  normal {normal}  at {at}", c.body, c.wall, c.separation)?;
         }
         let pairs = output::count(report.contacts.len(), "pair", "pairs");
         writeln!(out, "{pairs}, largest overlap {:.3e}", report.max_overlap)

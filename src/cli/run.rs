@@ -170,9 +170,10 @@ fn print(out: &mut dyn Write, folder: &Path, s: &Summary) -> io::Result<()> {
 /// Says which steps did not meet their tolerances.
 fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     if s.steps_over_tolerance > 0 {
-        let named = s.first_over_tolerance.iter().map(|over| match over.pair {
-            Some([a, b]) => format!("{} ({:.2e}, bodies {a} and {b})", over.step, over.max_overlap),
-            None => format!("{} ({:.2e})", over.step, over.max_overlap),
+        let named = s.first_over_tolerance.iter().map(|over| match (over.pair, over.wall) {
+            (Some([a, b]), _) => format!("{} ({:.2e}, bodies {a} and {b})", over.step, over.max_overlap),
+            (None, Some([a, wall])) => format!("{} ({:.2e}, body {a} and wall {wall})", over.step, over.max_overlap),
+            (None, None) => format!("{} ({:.2e})", over.step, over.max_overlap),
         });
         let (count, list) = (s.steps_over_tolerance, list(named, s.first_over_tolerance.len(), s.steps_over_tolerance));
         writeln!(out, "  {count} of {} steps left more overlap than allowed: {list}", s.steps)?;

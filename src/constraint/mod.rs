@@ -14,11 +14,11 @@ mod source;
 
 pub use source::{FEATURE_OF_SURFACES, RowSource, RowSourceError, sub_sphere_separations};
 
-use crate::dynamics::{Motion, Twist};
+use crate::dynamics::{Factor, Motion, Twist};
 use crate::freedom::{pack, unpack};
 use crate::lcp::Problem;
 use crate::separation::Separation;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// The torque arm `t = r x n` of a row found at a configuration that was reached with angular velocity `w` in `dt`, as it acts on
 /// the velocity from the step's start: `(t - h x t) / (1 + |h|^2)` with `h = dt w / 2`.
@@ -44,6 +44,15 @@ pub struct Mover<'a> {
     /// `U_j`: zero for rows at the step's start.
     pub reached_with: Twist,
 }
+
+/// A wall's part: it does not move, so its block of `J` is zero.
+pub const FIXED: Mover<'static> = Mover {
+    motion: &Motion {
+        free: Twist { linear: DVec3::ZERO, angular: DVec3::ZERO },
+        factor: Factor { translation: 0.0, rotation: DMat3::ZERO },
+    },
+    reached_with: Twist { linear: DVec3::ZERO, angular: DVec3::ZERO },
+};
 
 /// Makes `problem` one of `bodies` bodies without rows, keeping its memory.
 pub fn clear<const D: usize>(problem: &mut Problem<D>, bodies: usize) {

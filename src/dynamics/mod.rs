@@ -24,6 +24,7 @@ pub use integrate::{Pose, advance};
 pub use midpoint::{arrived, of_whole_step};
 pub use overdamped::Overdamped;
 pub use pressure::pressures;
+pub(crate) use pressure::virial_of_wall;
 
 use crate::bodies::Bodies;
 use crate::scene::Dynamics;

@@ -7,8 +7,9 @@
 
 use crate::bodies::Bodies;
 use crate::relcp::Warm;
-use crate::separation::{planar_separation, separation};
+use crate::separation::{planar_separation, reach_of_place, separation};
 use crate::shape::Shape;
+use crate::walls::surface_of;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -22,6 +23,9 @@ pub fn pressures(bodies: &Bodies, warm: &[Warm], planar: bool) -> Vec<f64> {
     let grows = |i: usize| bodies.shape[i].growing_length().is_some();
     let of_pair = |warm: &Warm| {
         let [a, b] = warm.pair.map(|body| body as usize);
+        if surface_of(warm.pair[1]).is_some() {
+            return virial_of_wall(bodies, warm).map(|virial| [(a, virial), (a, 0.0)]);
+        }
         if !(warm.gamma > 0.0 && (grows(a) || grows(b))) {
             return None;
         }
@@ -41,6 +45,12 @@ pub fn pressures(bodies: &Bodies, warm: &[Warm], planar: bool) -> Vec<f64> {
         *pressure = volume(shape, planar).map_or(0.0, |volume| *pressure / volume);
     }
     pressures
+}
+
+/// The virial of a body's contact with a wall: the force is along the normal, so that the lever counts along it. None without a force.
+pub(crate) fn virial_of_wall(bodies: &Bodies, warm: &Warm) -> Option<f64> {
+    let reach = || reach_of_place(&bodies.placed(warm.pair[0] as usize), warm.feature, warm.normal);
+    (warm.gamma > 0.0 && warm.normal.is_normalized()).then(|| warm.gamma * reach())
 }
 
 /// The dimension times a cell's volume, or in the plane the area of its section.

@@ -3,6 +3,7 @@
 use super::states::Snapshot;
 use crate::relcp::contacts as near;
 use crate::separation::{Separation, separation};
+use crate::walls::surface_of;
 use glam::DVec3;
 use std::collections::BTreeMap;
 
@@ -28,7 +29,7 @@ pub struct Contact {
 }
 
 /// The contacts of a state, sorted by pair: pairs nearer than `cutoff` (without it, [`TOUCHING`] of the least thickness), and those
-/// that push each other, however far apart the step left them.
+/// that push each other, however far apart the step left them. Contacts with walls are not among them.
 ///
 /// ```
 /// use relcp::export::{States, contacts};
@@ -43,7 +44,7 @@ pub fn contacts(state: &Snapshot, cutoff: Option<f64>) -> Vec<Contact> {
     let cutoff = cutoff.unwrap_or(if thickness.is_finite() { TOUCHING * thickness } else { 0.0 });
     let mut found: BTreeMap<[usize; 2], Separation> = near(bodies, cutoff).into_iter().collect();
     let mut forces = BTreeMap::<[usize; 2], f64>::new();
-    for warm in state.warm.iter().flatten() {
+    for warm in state.warm.iter().flatten().filter(|warm| surface_of(warm.pair[1]).is_none()) {
         let pair = warm.pair.map(|body| body as usize);
         // A method that makes several rows of a pair remembers each.
         *forces.entry(pair).or_default() += warm.gamma;

@@ -4,7 +4,9 @@ use super::{Frame, LeftOut, Settings, axis, interior};
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid};
 use crate::constraint::FEATURE_OF_SURFACES;
+use crate::dynamics::virial_of_wall;
 use crate::export::{Contact, Snapshot, TOUCHING, contacts};
+use crate::walls::surface_of;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -107,13 +109,13 @@ impl<'a> View<'a> {
         if self.state.step == 0 {
             return Err("no step has been taken, so there are no contact forces".into());
         }
-        if warm.iter().any(|warm| warm.feature != FEATURE_OF_SURFACES) {
+        if warm.iter().any(|warm| surface_of(warm.pair[1]).is_none() && warm.feature != FEATURE_OF_SURFACES) {
             return Err("the contact forces are those of sub-spheres".into());
         }
         Ok(self.contacts().iter().filter(|contact| contact.gamma > 0.0))
     }
 
-    /// The virial of each body's own contacts, the sum of force times lever: over its volume and the dimension it is the body's pressure.
+    /// The virial of each body's own contacts, with walls too, the sum of force times lever: over its volume and the dimension it is the body's pressure.
     ///
     /// # Errors
     /// As [`View::pushing`].
@@ -125,6 +127,9 @@ impl<'a> View<'a> {
             let force = contact.gamma * contact.normal;
             virials[a] += force.dot(contact.point - position[a]);
             virials[b] -= force.dot(contact.point - position[b]);
+        }
+        for warm in self.state.warm.iter().flatten().filter(|warm| surface_of(warm.pair[1]).is_some()) {
+            virials[warm.pair[0] as usize] += virial_of_wall(self.bodies(), warm).unwrap_or(0.0);
         }
         Ok(virials)
     }

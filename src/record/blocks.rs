@@ -6,6 +6,7 @@ use crate::bodies::{Bodies, Lineage};
 use crate::relcp::{State, Warm};
 use crate::scene::LARGEST_NUMBER;
 use crate::shape::Shape;
+use crate::walls::surface_of;
 use glam::{DQuat, DVec3};
 
 /// The parent of a body that has none.
@@ -108,7 +109,8 @@ pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, S
     })
 }
 
-/// Reads back what [`warm_blocks`] made; every pair must be two of the `bodies` bodies, in ascending order.
+/// Reads back what [`warm_blocks`] made; every pair must be two of the `bodies` bodies, in ascending order, or one and a
+/// surface of a wall.
 pub(super) fn read_warm(source: &mut Archive, rows: usize, bodies: usize) -> Result<Vec<Warm>, StateError> {
     let pairs = source.u32s::<2>("warm_pair", rows)?;
     let features = source.u32s::<1>("warm_feature", rows)?;
@@ -116,7 +118,8 @@ pub(super) fn read_warm(source: &mut Archive, rows: usize, bodies: usize) -> Res
     let normals = source.f64s::<3>("warm_normal", rows)?;
     let rows = pairs.into_iter().zip(features).zip(gammas).zip(normals).enumerate();
     rows.map(|(row, (((pair, [feature]), [gamma]), normal))| {
-        if pair[0] >= pair[1] || pair[1] as usize >= bodies {
+        let known = |number: u32| (number as usize) < bodies;
+        if pair[0] >= pair[1] || !known(pair[0]) || !(known(pair[1]) || surface_of(pair[1]).is_some()) {
             return Err(StateError::row("warm_pair", row));
         }
         Ok(Warm { pair, feature, gamma, normal: DVec3::from_array(normal) })

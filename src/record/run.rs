@@ -61,7 +61,8 @@ impl Run {
         let scene = simulation.scene();
         let steps = Steps::create(&folder.steps())?;
         write_scene(&folder.scene(), &scene.with_defaults())?;
-        let mut totals = Totals { start_max_overlap: max_overlap(&simulation.state()?.bodies), ..Totals::default() };
+        let mut totals =
+            Totals { start_max_overlap: max_overlap(scene, &simulation.state()?.bodies), ..Totals::default() };
         totals.wall.setup = (setup + begun.elapsed()).as_secs_f64();
         totals.wall.total = totals.wall.setup;
         let (schedule, scene_hash) = (Schedule::new(scene), scene_hash(scene));
@@ -271,7 +272,7 @@ impl Run {
     fn close(&mut self, status: RunStatus) -> Result<Summary, RunError> {
         self.checkpoint()?;
         let begun = Instant::now();
-        let overlap = max_overlap(&self.simulation.state()?.bodies);
+        let overlap = max_overlap(self.simulation.scene(), &self.simulation.state()?.bodies);
         if self.simulation.done() {
             let bodies = &self.simulation.state()?.bodies;
             let last = self.simulation.scene().final_scene(bodies, self.simulation.time());

@@ -5,7 +5,9 @@ use super::memory::peak_bytes;
 use super::totals::{OverStep, Totals, UnconvergedStep, WallSeconds};
 use crate::bodies::Bodies;
 use crate::relcp::{Fault, Simulation, contacts};
-use crate::scene::{Method, SolverKind, Stepping, StopReason};
+use crate::scene::{Method, Scene, SolverKind, Stepping, StopReason};
+use crate::separation::Separation;
+use crate::walls::Walls;
 use serde::{Deserialize, Serialize};
 
 /// How a run stands.
@@ -147,9 +149,12 @@ fn method_name(method: Method) -> &'static str {
     }
 }
 
-/// The deepest overlap of bodies as they are, from [`contacts`] afresh: zero where none overlap.
-pub fn max_overlap(bodies: &Bodies) -> f64 {
-    contacts(bodies, 0.0).iter().fold(0.0, |worst, (_, s)| if -s.separation > worst { -s.separation } else { worst })
+/// The deepest overlap of bodies as they are, with each other and with the walls of their scene, from [`contacts`] and [`Walls::contacts`]
+/// afresh: zero where none overlap.
+pub fn max_overlap(scene: &Scene, bodies: &Bodies) -> f64 {
+    let past_walls = Walls::of(scene).max_overlap(bodies);
+    let deeper = |worst: f64, s: &Separation| if -s.separation > worst { -s.separation } else { worst };
+    contacts(bodies, 0.0).iter().fold(past_walls, |worst, (_, s)| deeper(worst, s))
 }
 
 impl Summary {

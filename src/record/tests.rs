@@ -45,6 +45,7 @@ fn state() -> State {
     let warm = vec![
         Warm { pair: [0, 2], feature: 7, gamma: 0.1 + 0.7, normal: vector(3) },
         Warm { pair: [1, 3], feature: u32::MAX, gamma: 0.0, normal: DVec3::NEG_X },
+        Warm { pair: [2, crate::walls::number_of(5)], feature: 1, gamma: 0.3, normal: DVec3::Y },
     ];
     State { step: 41, next_id: 99, bodies, warm }
 }

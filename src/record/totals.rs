@@ -59,8 +59,11 @@ pub struct OverStep {
     /// The overlap that it left, a length.
     #[serde(deserialize_with = "or_infinite")]
     pub max_overlap: f64,
-    /// The pair that overlaps by it.
+    /// The pair of bodies that overlaps by it.
     pub pair: Option<[usize; 2]>,
+    /// The body and the wall that overlap by it, where they do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wall: Option<[usize; 2]>,
 }
 
 /// A step with a solve that did not reach the solver's tolerance.
@@ -138,8 +141,8 @@ impl Totals {
         if !report.within(overlap_tolerance) {
             self.steps_over_tolerance += 1;
             if self.over.len() < NAMED {
-                let (step, pair) = (report.step, report.worst_pair);
-                self.over.push(OverStep { step, max_overlap: report.max_overlap, pair });
+                let (step, pair, wall) = (report.step, report.worst_pair, report.worst_wall);
+                self.over.push(OverStep { step, max_overlap: report.max_overlap, pair, wall });
             }
         }
         self.recursions += u64::from(report.recursions);

@@ -44,10 +44,12 @@ pub struct StepReport {
     pub unconverged: u32,
     /// `Solved`, or how the last of its solves that did not converge ended.
     pub status: Status,
-    /// Largest true overlap of smooth surfaces in the accepted configuration, a length.
+    /// Largest true overlap of smooth surfaces, with each other or with walls, in the accepted configuration, a length.
     pub max_overlap: f64,
-    /// The pair that overlaps by `max_overlap`, where one does.
+    /// The pair of bodies that overlaps by `max_overlap`, where one does.
     pub worst_pair: Option<[usize; 2]>,
+    /// The body and the wall (by its place in the scene's list) that overlap by it, where they do.
+    pub worst_wall: Option<[usize; 2]>,
     /// Largest overlap between sub-spheres, where the method makes its rows from them.
     pub proxy_overlap: Option<f64>,
     /// Wall time by phase.
@@ -70,6 +72,7 @@ impl Default for StepReport {
             status: Status::Solved,
             max_overlap: 0.0,
             worst_pair: None,
+            worst_wall: None,
             proxy_overlap: None,
             phases: Phases::default(),
         }
@@ -83,6 +86,7 @@ impl StepReport {
         self.bodies = bodies;
         self.max_overlap = overlap.worst;
         self.worst_pair = overlap.pair;
+        self.worst_wall = overlap.wall;
         self.proxy_overlap = overlap.proxy;
     }
 

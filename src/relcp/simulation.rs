@@ -11,6 +11,7 @@ use crate::gpu::{Gpu, GpuError, Precision};
 use crate::measure::colony_radius;
 use crate::scene::{Scene, StopReason};
 use crate::separation::{Separation, separation};
+use crate::walls::{WallContact, Walls};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -18,9 +19,9 @@ use std::sync::Arc;
 /// What a step remembers of a near pair, to start the next step from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Warm {
-    /// The pair, `a < b`.
+    /// The pair, `a < b`; or a body and a surface of a wall by its number ([`crate::walls::surface_of`]).
     pub pair: [u32; 2],
-    /// Which of the pair's contacts, where a method makes several at once.
+    /// Which of the pair's contacts, where several are made at once.
     pub feature: u32,
     /// The sum of its rows' multipliers.
     pub gamma: f64,
@@ -248,6 +249,14 @@ impl Simulation {
     /// As [`Simulation::state`].
     pub fn contacts(&self, cutoff: f64) -> Result<Vec<([usize; 2], Separation)>, Fault> {
         Ok(contacts(&self.state()?.bodies, cutoff))
+    }
+
+    /// Every body and surface of a wall whose separation is at most `cutoff`. See [`Walls::contacts`].
+    ///
+    /// # Errors
+    /// As [`Simulation::state`].
+    pub fn wall_contacts(&self, cutoff: f64) -> Result<Vec<WallContact>, Fault> {
+        Ok(Walls::of(&self.scene).contacts(&self.state()?.bodies, cutoff))
     }
 }
 

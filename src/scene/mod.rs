@@ -19,6 +19,7 @@ mod settings;
 mod translate;
 mod tree;
 mod validate;
+mod wall;
 mod write;
 
 pub use built_in::{BuiltIn, built_in};
@@ -29,6 +30,7 @@ pub(crate) use read::Source;
 pub use read::{MAX_FILE_BYTES, load, parse, read};
 pub(crate) use set::Override;
 pub use validate::{LARGEST_NUMBER, MAX_BODIES, MAX_STATES, MAX_STEPS, SMALLEST_NUMBER, SMALLEST_QUATERNION};
+pub use wall::Wall;
 pub use write::schema;
 
 use crate::shape::Shape;
@@ -61,13 +63,17 @@ pub struct Scene {
     /// External forces.
     #[serde(default)]
     pub forces: Vec<Force>,
+    /// Fixed walls that bodies do not pass, and inside of which they start; one with a `lineage`, which a run wrote, may start past a wall. On the
+    /// CPU only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub walls: Vec<Wall>,
     /// Growth and division of spherocylinders.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub growth: Option<Growth>,
     /// Bodies placed one by one.
     #[serde(default)]
     pub bodies: Vec<Body>,
-    /// Bodies placed by rule, after `bodies`, drawn from `seed`.
+    /// Bodies placed by rule, after `bodies`, drawn from `seed`, inside of all walls.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub generate: Vec<Generate>,
     /// What is recorded, and how often.

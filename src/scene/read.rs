@@ -211,7 +211,7 @@ fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread
 }
 
 /// The keys whose values are lists.
-const LISTS: [&str; 10] = [
+const LISTS: [&str; 16] = [
     "bodies",
     "forces",
     "generate",
@@ -222,6 +222,12 @@ const LISTS: [&str; 10] = [
     "force",
     "acceleration",
     "radii",
+    "walls",
+    "normal",
+    "center",
+    "axis",
+    "minimum",
+    "maximum",
 ];
 
 fn refuse_lists(text: &str) -> Result<(), Misread> {

@@ -19,8 +19,11 @@ mod point_ellipsoid;
 mod segment_ellipsoid;
 mod segments;
 mod support;
+mod surface;
 
 pub use planar::planar_separation;
+pub use surface::Surface;
+pub(crate) use surface::reach_of_place;
 
 use crate::shape::{Centreline, Geometry, Shape};
 use circles::Circle;

@@ -1,4 +1,4 @@
-//! A point and an ellipsoid, or an ellipse: the outward normal of the nearest surface point, from inside as well.
+//! A point and an ellipsoid, or an ellipse: the outward normal of the nearest surface point, from inside as well, and of the farthest.
 //!
 //! The nearest point `y` satisfies `p = y + t y / a^2` for the largest root `t` of `sum (a_i p_i / (t + a_i^2))^2 = 1`, and the normal
 //! is along `p_i / (t + a_i^2)` (D. Eberly, "Distance from a point to an ellipse, an ellipsoid, or a hyperellipsoid"). With
@@ -6,8 +6,11 @@
 //! nearly linear in `tau`, so Newton's method on it climbs to the root from below without a safeguard (J. More and
 //! D. Sorensen, SIAM J. Sci. Stat. Comput. 4, 553, 1983). This finds the nearest point of all, however deep the point is.
 //!
-//! Degenerate case: a point with no component along the least axis and within the focal set has two nearest points (or a
-//! whole circle of them, or the sphere): the one on the positive side of the first least axis is taken.
+//! The farthest point satisfies the same equation with its least root, `t` under `-a_max^2`. With `tau = -t - a_max^2` it is the same problem,
+//! its poles at `a_max^2 - a_i^2` and the normal turned round.
+//!
+//! Degenerate case: a point with no component along the least (greatest) axis and within the focal set has two nearest (farthest) points, or a
+//! whole circle of them, or the sphere: the nearest on the positive, the farthest on the negative side of the first such axis is taken.
 
 /// Steps at most; over thousands of random poses none took more than 20, at aspect ratios up to 1000.
 const MAX_STEPS: usize = 100;
@@ -15,7 +18,18 @@ const MAX_STEPS: usize = 100;
 /// The unit normal at the surface point nearest to `p`, in the ellipsoid's own axes.
 pub(super) fn normal<const N: usize>(radii: [f64; N], p: [f64; N]) -> [f64; N] {
     let least = radii.iter().copied().fold(f64::INFINITY, f64::min);
-    let excess = radii.map(|a| (a - least) * (a + least));
+    along_poles(radii, p, radii.map(|a| (a - least) * (a + least)))
+}
+
+/// The unit normal at the surface point farthest from `p`, in the ellipsoid's own axes. Radii but the greatest may be zero: of an ellipse seen
+/// from its side.
+pub(super) fn farthest_normal<const N: usize>(radii: [f64; N], p: [f64; N]) -> [f64; N] {
+    let greatest = radii.iter().copied().fold(0.0, f64::max);
+    along_poles(radii, p, radii.map(|a| (greatest - a) * (greatest + a))).map(|n| -n)
+}
+
+/// The unit vector along `p_i / (tau + excess_i)` for the root `tau` of `sum (a_i p_i / (tau + excess_i))^2 = 1`.
+fn along_poles<const N: usize>(radii: [f64; N], p: [f64; N], excess: [f64; N]) -> [f64; N] {
     let mut tau = f64::NEG_INFINITY;
     for i in 0..N {
         tau = tau.max(radii[i] * p[i].abs() - excess[i]);
@@ -56,8 +70,8 @@ fn sums<const N: usize>(radii: [f64; N], p: [f64; N], excess: [f64; N], tau: f64
     (sum, slope)
 }
 
-/// The nearest point of a point on the focal set: the other components are at the pole, and what is left to reach the
-/// surface goes along the first least axis, to the side that the point leans to, else the positive one.
+/// The nearest (or farthest) point of a point on the focal set: the other components are at the pole, and what is left to reach the
+/// surface goes along the first least (or greatest) axis, to the side that the point leans to, else the positive one.
 fn on_focal_set<const N: usize>(radii: [f64; N], p: [f64; N], excess: [f64; N], flat: f64) -> [f64; N] {
     let mut n = [0.0; N];
     let mut open = true;

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::dynamics::grow;
 use relcp::relcp::{Simulation, State, contacts};
-use relcp::scene::{self, Dynamics, Growth, Scene, Stepping};
+use relcp::scene::{self, Dynamics, Growth, Scene, Stepping, Wall};
 use relcp::separation::Placed;
 use relcp::shape::Shape;
 use serde_json::json;
@@ -248,6 +248,12 @@ fn scenes_with_memory() -> Vec<Scene> {
         ellipsoids(json!("relcp"), 1100, 8),
         ellipsoids(json!({"multisphere": {"count": 5}}), 600, 8),
         chainmail,
+        crate::wall_steps::a_pressed_colony(),
+        crate::wall_steps::sub_spheres_in_a_box(),
+        Scene {
+            walls: vec![Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: -1.0 }],
+            ..ellipsoids(json!("relcp"), 600, 8)
+        },
     ]
 }
 

@@ -13,3 +13,6 @@ mod rows;
 mod solvers_agree;
 mod three_capsules;
 mod two_ellipsoids;
+mod wall_rows;
+mod wall_steps;
+mod walls;

@@ -4,11 +4,12 @@
 
 mod narrow_phase;
 mod rows;
+mod walls;
 
 use super::{Backend, Overlap};
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, Candidates};
-use crate::constraint::{self, FEATURE_OF_SURFACES, RowSource, RowSourceError, sub_sphere_separations};
+use crate::constraint::{self, RowSource, RowSourceError, sub_sphere_separations};
 use crate::dynamics::{self, Cells, ForceField, Law, Load, Motion, Pose, Twist};
 use crate::freedom::PLANAR;
 use crate::lcp::{self, Outcome, Problem, Status, Stored};
@@ -16,6 +17,7 @@ use crate::relcp::{Fault, Phases, State, Warm};
 use crate::scene::{Scene, Stepping};
 use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::{ProxySphere, Shape};
+use crate::walls::{Walls, surface_of};
 use glam::DVec3;
 use narrow_phase::{Known, Near};
 use rayon::prelude::*;
@@ -44,6 +46,7 @@ pub struct Cpu<const D: usize> {
     cutoff: f64,
     law: Box<dyn Law>,
     forces: Vec<Box<dyn ForceField>>,
+    walls: Walls,
     source: RowSource,
     solver: lcp::Solver<D>,
     /// Whether there was a solve in this step.
@@ -85,10 +88,14 @@ impl<const D: usize> Cpu<D> {
     const SEPARATE: narrow_phase::Separate = if D == PLANAR { planar_separation } else { separation };
 
     /// A backend for `scene` in `state`.
-    pub fn new(scene: &Scene, state: State) -> Result<Self, RowSourceError> {
+    pub fn new(scene: &Scene, mut state: State) -> Result<Self, RowSourceError> {
         let source = scene.contact.method.row_source();
         source.proxies(&state.bodies.shape)?;
+        let walls = Walls::of(scene);
+        // What is remembered of another scene's walls is of no use.
+        state.warm.retain(|w| surface_of(w.pair[1]).is_none_or(|surface| surface < walls.len()));
         Ok(Cpu {
+            walls,
             dt: scene.time.dt,
             start_time: scene.time.start,
             growth: Cells::of(scene),
@@ -234,6 +241,10 @@ impl<const D: usize> Cpu<D> {
         // Sub-spheres lie inside their surfaces, so only pairs whose surfaces overlap can have sub-spheres that do.
         let mut worst = 0.0f64;
         for near in &self.overlapping {
+            if surface_of(near.pair[1]).is_some() {
+                worst = worst.max(self.proxy_past_wall(near));
+                continue;
+            }
             let [a, b] = near.pair.map(|i| i as usize);
             let placed = [&self.placed_at_trial(a), &self.placed_at_trial(b)];
             let proxies = [self.proxies[a].as_slice(), self.proxies[b].as_slice()];
@@ -301,7 +312,7 @@ impl<const D: usize> Backend for Cpu<D> {
 
     fn append_near(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
-        constraint::clear(&mut self.problem, self.start.len());
+        constraint::clear(&mut self.problem, self.start.len() + self.walls.len());
         self.feature.clear();
         self.gamma.clear();
         let here = self.here();
@@ -345,15 +356,17 @@ impl<const D: usize> Backend for Cpu<D> {
         let pairs = candidates.ensure(&boxes);
         self.phases.broad_phase += begun.elapsed();
         let begun = Instant::now();
-        let overlapping =
+        let mut overlapping =
             narrow_phase::within(pairs, &self.known, Self::SEPARATE, |i| self.placed_at_trial(i), |_, _| 0.0);
         self.candidates = candidates;
         narrow_phase::renew(&mut self.known, &overlapping);
+        rows::join(&mut overlapping, self.near_walls(|i| self.placed_at_trial(i), |_| 0.0));
         self.overlapping = overlapping;
         let worst = self.overlapping.iter().min_by(|p, q| p.found.separation.total_cmp(&q.found.separation));
         let overlap = Overlap {
             worst: worst.map_or(0.0, |near| (-near.found.separation).max(0.0)),
-            pair: worst.map(|near| near.pair.map(|i| i as usize)),
+            pair: worst.filter(|near| surface_of(near.pair[1]).is_none()).map(|near| near.pair.map(|i| i as usize)),
+            wall: worst.and_then(|near| Some([near.pair[0] as usize, self.walls.wall_of(surface_of(near.pair[1])?)])),
             violations: self.overlapping.iter().filter(|near| near.found.separation < -self.overlap_tolerance).count(),
             proxy: self.worst_proxy_overlap(),
         };
@@ -366,7 +379,7 @@ impl<const D: usize> Backend for Cpu<D> {
         let overlapping = std::mem::take(&mut self.overlapping);
         let tolerance = self.overlap_tolerance;
         for near in overlapping.iter().filter(|near| near.found.separation < -tolerance) {
-            self.append(near, FEATURE_OF_SURFACES, 0.0, At::Trial);
+            self.append(near, 0.0, At::Trial);
         }
         self.overlapping = overlapping;
         self.phases.narrow_phase += begun.elapsed();
@@ -379,7 +392,7 @@ impl<const D: usize> Backend for Cpu<D> {
         let tolerance = self.overlap_tolerance;
         for near in overlapping.iter().filter(|near| near.found.separation < -tolerance) {
             if !self.tighten(near) {
-                self.append(near, FEATURE_OF_SURFACES, 0.0, At::Trial);
+                self.append(near, 0.0, At::Trial);
             }
         }
         self.overlapping = overlapping;

@@ -1,5 +1,6 @@
 //! Narrow phase: the separations of candidate pairs that are within a limit, with every far pair left out as cheaply as it can be.
 
+use crate::constraint::FEATURE_OF_SURFACES;
 use crate::relcp::Warm;
 use crate::separation::{Placed, Separation, bound};
 use glam::DVec3;
@@ -11,10 +12,12 @@ pub type Separate = fn(&Placed, &Placed, Option<DVec3>) -> Option<Separation>;
 /// Candidate pairs a task: about 0.1 ms of work, long against handing it out.
 const PAIRS_A_TASK: usize = 512;
 
-/// A pair and its separation.
+/// A pair and its separation. The second of a pair may be a surface of a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Near {
     pub pair: [u32; 2],
+    /// Which of the pair's contacts.
+    pub feature: u32,
     pub found: Separation,
 }
 
@@ -58,7 +61,7 @@ pub fn within(
             let warm = known.get(cursor).filter(|k| k.pair == pair).map(|k| k.normal);
             let [a, b] = pair.map(|i| i as usize);
             if let Some(found) = pair_within(separate, [&placed(a), &placed(b)], warm, limit(a, b)) {
-                out.push(Near { pair, found });
+                out.push(Near { pair, feature: FEATURE_OF_SURFACES, found });
             }
         }
         out

@@ -107,7 +107,7 @@ impl Report {
     fn overlap(&self) -> Overlap {
         let pair = (self.worst_pair != u32::MAX).then_some([self.worst_a as usize, self.worst_b as usize]);
         let worst = f64::from(f32::from_bits(self.worst));
-        Overlap { worst, pair, violations: self.violations as usize, proxy: None }
+        Overlap { worst, pair, wall: None, violations: self.violations as usize, proxy: None }
     }
 }
 
@@ -175,6 +175,8 @@ impl Device {
             "multi-sphere rows"
         } else if scene.time.stepping == Stepping::Midpoint {
             "midpoint stepping"
+        } else if !scene.walls.is_empty() {
+            "walls"
         } else {
             return Ok(());
         };

@@ -5,6 +5,7 @@ use super::occupied::{Occupied, capsule, capsule_of};
 use crate::bodies::Bodies;
 use crate::separation::Placed;
 use crate::shape::Shape;
+use crate::walls::Walls;
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -26,8 +27,8 @@ pub(super) struct Order {
     pub rule: usize,
 }
 
-/// Places the bodies, clear of those already there.
-pub(super) fn add(order: &Order, bodies: &mut Bodies, group: u32) -> Result<(), SceneError> {
+/// Places the bodies, clear of those already there and inside of the walls.
+pub(super) fn add(order: &Order, walls: &Walls, bodies: &mut Bodies, group: u32) -> Result<(), SceneError> {
     let mut random = ChaCha8Rng::seed_from_u64(order.seed);
     random.set_stream(FIRST_STREAM + order.rule as u64);
     let side = side(order);
@@ -36,12 +37,16 @@ pub(super) fn add(order: &Order, bodies: &mut Bodies, group: u32) -> Result<(), 
         occupied.insert(capsule(&bodies.shape[i], bodies.position[i], bodies.orientation[i]));
     }
     for done in 0..order.count {
-        let Some((position, orientation, _)) = place(order, side, &occupied, &mut random) else {
+        let Some((position, orientation, _)) = place(order, side, &occupied, walls, &mut random) else {
             let key = format!("generate.{}.isotropic.volume_fraction", order.rule);
             let message = format!("no place for body {} of {} in {MAX_DRAWS} draws", done + 1, order.count);
-            return Err(
-                SceneError::new(FaultKind::Placement, key, message).with_help("a smaller volume fraction helps")
-            );
+            let help = match walls.is_empty() {
+                true => "a smaller volume fraction helps",
+                false => {
+                    "a smaller volume fraction helps, or walls that hold more of the cube about the origin whose volume is the bodies' over it"
+                }
+            };
+            return Err(SceneError::new(FaultKind::Placement, key, message).with_help(help));
         };
         occupied.insert(capsule(&order.shape, position, orientation));
         bodies.push(Placed { shape: order.shape, position, orientation }, group);
@@ -50,14 +55,21 @@ pub(super) fn add(order: &Order, bodies: &mut Bodies, group: u32) -> Result<(), 
 }
 
 /// A free place, and the draws that it took.
-fn place(order: &Order, side: f64, occupied: &Occupied, random: &mut ChaCha8Rng) -> Option<(DVec3, DQuat, u64)> {
+fn place(
+    order: &Order,
+    side: f64,
+    occupied: &Occupied,
+    walls: &Walls,
+    random: &mut ChaCha8Rng,
+) -> Option<(DVec3, DQuat, u64)> {
     (1..=MAX_DRAWS).find_map(|draws| {
         let mut position = side * (DVec3::from_array(random.random::<[f64; 3]>()) - 0.5);
         let orientation = rotation(random);
         if order.planar {
             position.z = 0.0;
         }
-        let free = !occupied.overlaps(&capsule(&order.shape, position, orientation));
+        let inside = || walls.deepest(&Placed { shape: order.shape, position, orientation }).is_none();
+        let free = !occupied.overlaps(&capsule(&order.shape, position, orientation)) && inside();
         free.then_some((position, orientation, draws))
     })
 }
@@ -121,7 +133,8 @@ mod tests {
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let (side, mut occupied, mut worst) = (side(&order), Occupied::default(), 0);
         for _ in 0..count {
-            let (position, orientation, draws) = place(&order, side, &occupied, &mut random).unwrap();
+            let (position, orientation, draws) =
+                place(&order, side, &occupied, &Walls::default(), &mut random).unwrap();
             occupied.insert(capsule(&shape, position, orientation));
             worst = worst.max(draws);
         }

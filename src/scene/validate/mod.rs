@@ -1,12 +1,13 @@
 //! What a scene must satisfy beyond its types, and the limits of a run.
 //!
-//! Every rule names its key. Starting bodies may overlap, even be concentric: the first step parts them.
+//! Every rule names its key. Starting bodies may overlap, even be concentric: the first step parts them. They may not reach past a wall.
 
 mod bodies;
 mod forces;
 mod generate;
 mod planar;
 mod shapes;
+mod walls;
 
 use super::error::{FaultKind, SceneError};
 use super::key::Key;
@@ -51,6 +52,7 @@ impl Scene {
         self.check_solver(&root.field("solver"))?;
         self.check_forces(&root.field("forces"))?;
         self.check_growth(&root.field("growth"))?;
+        self.check_walls(root)?;
         if self.planar {
             self.check_planar(root)?;
         }

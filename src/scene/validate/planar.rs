@@ -9,10 +9,7 @@ use glam::DVec3;
 
 impl Scene {
     pub(super) fn check_planar(&self, root: &Key) -> Result<(), SceneError> {
-        let plane = match self.bodies.first() {
-            Some(body) if self.generate.is_empty() => body.position[2],
-            _ => 0.0,
-        };
+        let plane = self.plane();
         for (i, body) in self.bodies.iter().enumerate() {
             check_body(&root.field("bodies").index(i), body, plane)?;
             self.check_growing(&root.field("bodies").index(i), body)?;
@@ -24,6 +21,14 @@ impl Scene {
             check_force(&root.field("forces").index(i), force, plane)?;
         }
         Ok(())
+    }
+
+    /// The z of all bodies of a planar scene.
+    pub(super) fn plane(&self) -> f64 {
+        match self.bodies.first() {
+            Some(body) if self.generate.is_empty() => body.position[2],
+            _ => 0.0,
+        }
     }
 
     /// A cell that stands upright in the plane is mirrored by it, but its daughters would not be.

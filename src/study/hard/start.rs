@@ -46,6 +46,7 @@ impl Start {
             planar: false,
             forces: Vec::new(),
             growth: None,
+            walls: Vec::new(),
             bodies,
             generate: Vec::new(),
             output: Output::default(),

@@ -1,0 +1,147 @@
+//! The rules of walls, and that the bodies given one by one are inside of them.
+
+use super::super::error::{FaultKind, SceneError};
+use super::super::key::Key;
+use super::super::orientation::unit;
+use super::super::wall::across;
+use super::super::{Scene, Wall};
+use super::{number, numbers, positive};
+use crate::separation::Placed;
+use crate::walls::Walls;
+use glam::DVec3;
+
+/// Most walls of a scene: each body is held against every one in every trial.
+const MAX_WALLS: usize = 1_000;
+
+/// Least length of a normal or an axis; below it the direction is made of rounding.
+const LEAST_DIRECTION: f64 = 1e-6;
+
+impl Scene {
+    pub(super) fn check_walls(&self, root: &Key) -> Result<(), SceneError> {
+        let list = root.field("walls");
+        if self.walls.len() > MAX_WALLS {
+            let message = format!("{} walls; at most {MAX_WALLS}", self.walls.len());
+            return Err(SceneError::new(FaultKind::TooLarge, list, message));
+        }
+        for (i, wall) in self.walls.iter().enumerate() {
+            let key = list.index(i);
+            let key = key.field(wall.name());
+            check_wall(&key, wall)?;
+            check_digits(&key, wall, self.contact.overlap_tolerance)?;
+            if self.planar {
+                check_upright(&key, wall, self.plane())?;
+            }
+        }
+        if self.walls.is_empty() { Ok(()) } else { self.check_inside(&root.field("bodies")) }
+    }
+
+    /// A body that a run wrote, which has a lineage, may reach past a wall as far as its method left it.
+    fn check_inside(&self, key: &Key) -> Result<(), SceneError> {
+        let walls = Walls::of(self);
+        for (i, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.lineage.is_none()) {
+            let placed =
+                Placed { shape: body.shape, position: DVec3::from(body.position), orientation: unit(body.orientation) };
+            if let Some((depth, wall)) = walls.deepest(&placed).filter(|(d, _)| *d > self.contact.overlap_tolerance) {
+                return Err(SceneError::bad(key.index(i).field("position"), self.outside(depth, wall)));
+            }
+        }
+        Ok(())
+    }
+
+    /// What is wrong with a body that reaches past a wall.
+    pub(in super::super) fn outside(&self, depth: f64, wall: usize) -> String {
+        format!(
+            "the body reaches {depth:.3e} past wall {wall} ({}); bodies start inside of all walls",
+            self.walls[wall].name()
+        )
+    }
+}
+
+fn direction(key: &Key, vector: &[f64; 3]) -> Result<(), SceneError> {
+    numbers(key, vector)?;
+    let length = DVec3::from(*vector).length();
+    if length < LEAST_DIRECTION {
+        let message = format!("has the length {length:e}; a direction needs at least {LEAST_DIRECTION:e}");
+        return Err(SceneError::bad(key, message));
+    }
+    Ok(())
+}
+
+fn check_wall(key: &Key, wall: &Wall) -> Result<(), SceneError> {
+    match wall {
+        Wall::HalfSpace { normal, offset } => {
+            direction(&key.field("normal"), normal)?;
+            number(&key.field("offset"), *offset)
+        }
+        Wall::Channel { normal, center, width } => {
+            direction(&key.field("normal"), normal)?;
+            numbers(&key.field("center"), center)?;
+            positive(&key.field("width"), *width)
+        }
+        Wall::Box { minimum, maximum } => {
+            numbers(&key.field("minimum"), minimum)?;
+            numbers(&key.field("maximum"), maximum)?;
+            for axis in 0..3 {
+                if maximum[axis] <= minimum[axis] {
+                    let message = format!("must be more than the minimum there, {:?}", minimum[axis]);
+                    return Err(SceneError::bad(key.field("maximum").index(axis), message));
+                }
+            }
+            Ok(())
+        }
+        Wall::Sphere { center, radius } => {
+            numbers(&key.field("center"), center)?;
+            positive(&key.field("radius"), *radius)
+        }
+        Wall::Cylinder { center, axis, radius, length } => {
+            numbers(&key.field("center"), center)?;
+            direction(&key.field("axis"), axis)?;
+            positive(&key.field("radius"), *radius)?;
+            length.map_or(Ok(()), |length| positive(&key.field("length"), length))
+        }
+    }
+}
+
+/// A wall so far away or so large that 64-bit floats cannot tell the overlap tolerance there.
+fn check_digits(key: &Key, wall: &Wall, tolerance: f64) -> Result<(), SceneError> {
+    let largest = |numbers: &[f64]| numbers.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+    let farthest = match wall {
+        Wall::HalfSpace { offset, .. } => offset.abs(),
+        Wall::Channel { center, width, .. } => largest(center).max(*width),
+        Wall::Box { minimum, maximum } => largest(minimum).max(largest(maximum)),
+        Wall::Sphere { center, radius } => largest(center).max(*radius),
+        Wall::Cylinder { center, radius, length, .. } => largest(center).max(*radius).max(length.unwrap_or(0.0)),
+    };
+    if farthest * f64::EPSILON > tolerance {
+        let message = format!(
+            "is so large or far, {farthest:e}, that 64-bit floats are coarser there than contact.overlap_tolerance"
+        );
+        return Err(SceneError::bad(key, message));
+    }
+    Ok(())
+}
+
+/// Walls of a planar scene are mirrored by its plane.
+fn check_upright(key: &Key, wall: &Wall, plane: f64) -> Result<(), SceneError> {
+    let in_plane = |name: &'static str, vector: &[f64; 3]| {
+        if vector[2] == 0.0 {
+            return Ok(());
+        }
+        let message = format!("must be 0 in a planar scene, where walls stand upright, not {:?}", vector[2]);
+        Err(SceneError::bad(key.field(name).index(2), message))
+    };
+    let on_plane = |center: &[f64; 3]| {
+        if center[2] == plane {
+            return Ok(());
+        }
+        let message = format!("must be on the scene's plane, z = {plane:?}, not {:?}", center[2]);
+        Err(SceneError::bad(key.field("center").index(2), message))
+    };
+    match wall {
+        Wall::HalfSpace { normal, .. } | Wall::Channel { normal, .. } => in_plane("normal", normal),
+        Wall::Box { .. } => Ok(()),
+        Wall::Sphere { center, .. } => on_plane(center),
+        Wall::Cylinder { axis, .. } if across(DVec3::from(*axis)) => Ok(()),
+        Wall::Cylinder { center, axis, .. } => in_plane("axis", axis).and_then(|()| on_plane(center)),
+    }
+}

@@ -1,0 +1,111 @@
+//! The section `walls` of a scene.
+
+use crate::separation::Surface;
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A fixed wall that bodies do not pass. In a planar scene walls stand upright on the plane; faces across it (of a box, the ends of a
+/// cylinder) are left out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Wall {
+    /// A plane with the bodies on one side.
+    HalfSpace {
+        /// The direction from the plane towards the bodies, of any length.
+        normal: [f64; 3],
+        /// How far the plane lies from the origin along the normal.
+        offset: f64,
+    },
+    /// Two parallel planes with the bodies between them.
+    Channel {
+        /// The direction across, of any length.
+        normal: [f64; 3],
+        /// A point half-way between the planes.
+        center: [f64; 3],
+        /// The distance of the planes.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        width: f64,
+    },
+    /// A box along the axes of space, with the bodies inside.
+    Box {
+        /// Its corner of the least coordinates.
+        minimum: [f64; 3],
+        /// Its corner of the greatest coordinates.
+        maximum: [f64; 3],
+    },
+    /// A sphere, with the bodies inside.
+    Sphere {
+        /// Its centre.
+        center: [f64; 3],
+        /// Its radius.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: f64,
+    },
+    /// A cylinder, with the bodies inside.
+    Cylinder {
+        /// The middle of its axis.
+        center: [f64; 3],
+        /// The direction of its axis, of any length.
+        axis: [f64; 3],
+        /// Its radius.
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        radius: f64,
+        /// The distance of its flat ends. Without it: no ends.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("exclusiveMinimum" = 0))]
+        length: Option<f64>,
+    },
+}
+
+/// Two planes at `reach` from `centre` along `normal` and against it, facing each other.
+fn facing(centre: DVec3, normal: DVec3, reach: f64) -> [Surface; 2] {
+    [normal, -normal].map(|normal| Surface::Plane { point: centre - reach * normal, normal })
+}
+
+impl Wall {
+    /// The wall's name, which is its key.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Wall::HalfSpace { .. } => "half_space",
+            Wall::Channel { .. } => "channel",
+            Wall::Box { .. } => "box",
+            Wall::Sphere { .. } => "sphere",
+            Wall::Cylinder { .. } => "cylinder",
+        }
+    }
+
+    /// The wall's surfaces; in a planar scene those that bodies can meet.
+    pub fn surfaces(&self, planar: bool) -> Vec<Surface> {
+        let unit = |v: [f64; 3]| DVec3::from(v).normalize_or(DVec3::X);
+        let mut surfaces = match *self {
+            Wall::HalfSpace { normal, offset } => {
+                let normal = unit(normal);
+                vec![Surface::Plane { point: offset * normal, normal }]
+            }
+            Wall::Channel { normal, center, width } => facing(center.into(), unit(normal), 0.5 * width).to_vec(),
+            Wall::Box { minimum, maximum } => {
+                let (low, high) = (DVec3::from(minimum), DVec3::from(maximum));
+                let faces = |normal: DVec3| {
+                    [Surface::Plane { point: low, normal }, Surface::Plane { point: high, normal: -normal }]
+                };
+                DVec3::AXES.into_iter().flat_map(faces).collect()
+            }
+            Wall::Sphere { center, radius } => vec![Surface::Sphere { centre: center.into(), radius }],
+            Wall::Cylinder { center, axis, radius, length } => {
+                let (centre, axis) = (DVec3::from(center), unit(axis));
+                let ends = length.into_iter().flat_map(|length| facing(centre, axis, 0.5 * length));
+                [Surface::Cylinder { centre, axis, radius }].into_iter().chain(ends).collect()
+            }
+        };
+        if planar {
+            surfaces.retain(|surface| !matches!(surface, Surface::Plane { normal, .. } if across(*normal)));
+        }
+        surfaces
+    }
+}
+
+/// Whether a unit vector is at right angles to the plane of a planar scene.
+pub(super) fn across(normal: DVec3) -> bool {
+    normal.x == 0.0 && normal.y == 0.0
+}

@@ -1,0 +1,118 @@
+//! The walls of a scene: fixed surfaces that bodies stay inside of, without unknowns.
+//!
+//! Each surface of a wall (a box has six) is to a body like another body that cannot move: it has a number in the place of a body's, so that pairs, rows
+//! and what a step remembers are the same for both, and in an LCP its block of `J` is zero.
+
+use crate::bodies::Bodies;
+use crate::scene::Scene;
+use crate::separation::{Placed, Separation, Surface};
+use rayon::prelude::*;
+
+/// The number of the first surface in the place of a body's. No scene has as many bodies ([`crate::scene::MAX_BODIES`]), and the numbers do not
+/// change as bodies divide.
+const FIRST: u32 = 1 << 31;
+
+/// A loop over fewer bodies than this runs on one thread; a body's gap to a surface takes some 20 ns.
+const LEAST_BODIES_A_TASK: usize = 512;
+
+/// Which surface a number in the place of a body's means; none for a body.
+#[inline]
+pub fn surface_of(number: u32) -> Option<usize> {
+    number.checked_sub(FIRST).map(|surface| surface as usize)
+}
+
+/// The number of a surface in the place of a body's.
+#[inline]
+pub fn number_of(surface: usize) -> u32 {
+    FIRST + surface as u32
+}
+
+/// A body near a wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WallContact {
+    /// The body.
+    pub body: usize,
+    /// The wall's place in the scene's list.
+    pub wall: usize,
+    /// The body's separation from one of the wall's surfaces, with the normal towards it; `lever_b` is zero.
+    pub found: Separation,
+}
+
+/// The surfaces of all walls of a scene, in order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Walls {
+    surfaces: Vec<Surface>,
+    /// The place of each one's wall in the scene's list.
+    wall: Vec<usize>,
+}
+
+impl Walls {
+    /// Those of a scene.
+    pub fn of(scene: &Scene) -> Walls {
+        let mut walls = Walls::default();
+        for (index, wall) in scene.walls.iter().enumerate() {
+            walls.surfaces.extend(wall.surfaces(scene.planar));
+            walls.wall.resize(walls.surfaces.len(), index);
+        }
+        walls
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.surfaces.is_empty()
+    }
+
+    /// How many surfaces there are.
+    pub fn len(&self) -> usize {
+        self.surfaces.len()
+    }
+
+    /// The surfaces, in order.
+    pub fn surfaces(&self) -> &[Surface] {
+        &self.surfaces
+    }
+
+    /// The place in the scene's list of the wall that a surface is of.
+    pub fn wall_of(&self, surface: usize) -> usize {
+        self.wall[surface]
+    }
+
+    /// How far a body reaches past the walls, and past which one most; none where it is inside of all.
+    pub fn deepest(&self, body: &Placed) -> Option<(f64, usize)> {
+        let deeper = |deepest: Option<(f64, usize)>, (surface, wall): (&Surface, &usize)| {
+            // Not a number counts as outside.
+            if surface.bound(body) >= 0.0 {
+                return deepest;
+            }
+            let depth = -surface.separation(body).separation;
+            if depth <= deepest.map_or(0.0, |(depth, _)| depth) { deepest } else { Some((depth, *wall)) }
+        };
+        self.surfaces.iter().zip(&self.wall).fold(None, deeper)
+    }
+
+    /// Every body and surface whose separation is at most `cutoff`, sorted by body, then surface, computed afresh from the bodies alone: it
+    /// audits the steps.
+    pub fn contacts(&self, bodies: &Bodies, cutoff: f64) -> Vec<WallContact> {
+        let of_body = |body: usize| {
+            let placed = bodies.placed(body);
+            let walls = self.surfaces.iter().zip(&self.wall);
+            walls
+                .filter(|(surface, _)| surface.bound(&placed) <= cutoff)
+                .map(|(surface, wall)| WallContact { body, wall: *wall, found: surface.separation(&placed) })
+                .filter(|contact| contact.found.separation <= cutoff)
+                .collect::<Vec<_>>()
+        };
+        if self.is_empty() {
+            return Vec::new();
+        }
+        (0..bodies.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK).flat_map_iter(of_body).collect()
+    }
+
+    /// How far the body that is farthest outside reaches past a wall; zero where all are inside.
+    pub fn max_overlap(&self, bodies: &Bodies) -> f64 {
+        self.contacts(bodies, 0.0).iter().fold(0.0, |worst, contact| {
+            let depth = -contact.found.separation;
+            if depth > worst { depth } else { worst }
+        })
+    }
+}
