@@ -31,7 +31,7 @@ pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
     let found = match arguments.name {
         StudyName::Throughput => throughput(arguments)?,
         StudyName::Solvers => solvers(arguments)?,
-        name @ (StudyName::TwoEllipsoids | StudyName::Jitter) => paper(name, arguments)?,
+        name @ (StudyName::TwoEllipsoids | StudyName::Jitter | StudyName::Packing) => paper(name, arguments)?,
         StudyName::Hard => hard(arguments)?,
         StudyName::All => {
             let (a, b) = (throughput(arguments)?, solvers(arguments)?);
