@@ -236,6 +236,8 @@ pub(super) enum StudyName {
     TwoEllipsoids,
     /// Three capsules with and without recursion: overlaps, and how they shake from step to step
     Jitter,
+    /// A sheet of rings that is stretched: overlaps by ReLCP, by sub-spheres and without recursion
+    Chainmail,
     /// Rods drawn into a ball: time of a step and overlap by the step's size, beside public engines
     Packing,
     /// Small scenes of the kinds that break contact codes, with a verdict on each

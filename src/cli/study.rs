@@ -31,7 +31,6 @@ pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
     let found = match arguments.name {
         StudyName::Throughput => throughput(arguments)?,
         StudyName::Solvers => solvers(arguments)?,
-        name @ (StudyName::TwoEllipsoids | StudyName::Jitter | StudyName::Packing) => paper(name, arguments)?,
         StudyName::Hard => hard(arguments)?,
         StudyName::All => {
             let (a, b) = (throughput(arguments)?, solvers(arguments)?);
@@ -46,6 +45,7 @@ pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
                 missed: a.missed || b.missed || c.missed || d.missed || e.missed,
             }
         }
+        name => paper(name, arguments)?,
     };
     if arguments.print.json {
         output::json(&found.numbers)?;

@@ -195,6 +195,19 @@ fn largest(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 /// # Errors
 /// [`StudyError`] where a step cannot be taken.
 pub fn follow(scene: Scene, from: Option<State>, width: u64) -> Result<(Course, Simulation), StudyError> {
+    follow_with(scene, from, width, |_, _| Ok(()))
+}
+
+/// As [`follow`], and lets `look` see the simulation after every step, with the number of the window that the step is in.
+///
+/// # Errors
+/// As [`follow`], and those of `look`.
+pub fn follow_with(
+    scene: Scene,
+    from: Option<State>,
+    width: u64,
+    mut look: impl FnMut(&Simulation, usize) -> Result<(), StudyError>,
+) -> Result<(Course, Simulation), StudyError> {
     let mut course = Course::new(&scene);
     let mut simulation = match from {
         Some(state) => Simulation::resume(scene, state)?,
@@ -216,6 +229,7 @@ pub fn follow(scene: Scene, from: Option<State>, width: u64) -> Result<(Course, 
         if let Some(window) = course.windows.last_mut() {
             window.count(&report, took);
         }
+        look(&simulation, course.windows.len() - 1)?;
     }
     let taken = processor.zip(cpu_time()).map(|(from, to)| 1e3 * to.saturating_sub(from).as_secs_f64());
     course.cpu_milliseconds = taken;
