@@ -238,6 +238,8 @@ pub(super) enum StudyName {
     Jitter,
     /// A sheet of rings that is stretched: overlaps by ReLCP, by sub-spheres and without recursion
     Chainmail,
+    /// Ellipsoids drawn into a ball: rows and time by ReLCP and by sub-spheres
+    Compaction,
     /// Rods drawn into a ball: time of a step and overlap by the step's size, beside public engines
     Packing,
     /// Small scenes of the kinds that break contact codes, with a verdict on each

@@ -1,11 +1,11 @@
-//! `relcp study two-ellipsoids`, `jitter`, `chainmail` and `packing`: the paper's tests, and what is measured in their manner.
+//! `relcp study two-ellipsoids`, `jitter`, `chainmail`, `compaction` and `packing`: the paper's tests, and what is measured in their manner.
 
 use super::arguments::{Backend, Study as Arguments, StudyName};
 use super::compute;
 use super::exit::CliError;
 use super::output;
 use super::study::{Found, pretty, value, write_all};
-use crate::study::paper::{COMPUTED_BY, Measured, chainmail, jitter, packing, two_ellipsoids};
+use crate::study::paper::{COMPUTED_BY, Measured, chainmail, compaction, jitter, packing, two_ellipsoids};
 use serde_json::{Value, json};
 
 /// The study that is asked for, or one of them where all are.
@@ -19,6 +19,9 @@ pub(super) fn paper(name: StudyName, arguments: &Arguments) -> Result<Found, Cli
         StudyName::Jitter => jitter(arguments),
         StudyName::Chainmail => {
             made(chainmail::Study::begin(size(arguments, chainmail::Size::QUICK, chainmail::Size::FULL)), arguments)
+        }
+        StudyName::Compaction => {
+            made(compaction::Study::begin(size(arguments, compaction::Size::QUICK, compaction::Size::FULL)), arguments)
         }
         StudyName::Packing => {
             made(packing::Study::begin(size(arguments, packing::Size::QUICK, packing::Size::FULL)), arguments)

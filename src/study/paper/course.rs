@@ -131,6 +131,12 @@ impl Course {
         self.cpu_milliseconds.unwrap_or(self.milliseconds) / self.steps.max(1) as f64
     }
 
+    /// The windows of this run and those of another that end at the same step, as far as both go.
+    pub fn beside<'a>(&'a self, other: &'a Course) -> impl Iterator<Item = (&'a Window, &'a Window)> {
+        let same = self.dt == other.dt;
+        self.windows.iter().zip(&other.windows).filter(move |(a, b)| same && a.step == b.step)
+    }
+
     fn count(&mut self, report: &StepReport, took: Duration) {
         let milliseconds = 1e3 * took.as_secs_f64();
         self.steps += 1;
