@@ -1,11 +1,11 @@
-//! `relcp study two-ellipsoids`, `jitter`, `chainmail`, `compaction` and `packing`: the paper's tests, and what is measured in their manner.
+//! `relcp study two-ellipsoids`, `jitter`, `chainmail`, `compaction`, `colony` and `packing`: the paper's tests, and what is measured in their manner.
 
 use super::arguments::{Backend, Study as Arguments, StudyName};
 use super::compute;
 use super::exit::CliError;
 use super::output;
 use super::study::{Found, pretty, value, write_all};
-use crate::study::paper::{COMPUTED_BY, Measured, chainmail, compaction, jitter, packing, two_ellipsoids};
+use crate::study::paper::{COMPUTED_BY, Measured, chainmail, colony, compaction, jitter, packing, two_ellipsoids};
 use serde_json::{Value, json};
 
 /// The study that is asked for, or one of them where all are.
@@ -22,6 +22,9 @@ pub(super) fn paper(name: StudyName, arguments: &Arguments) -> Result<Found, Cli
         }
         StudyName::Compaction => {
             made(compaction::Study::begin(size(arguments, compaction::Size::QUICK, compaction::Size::FULL)), arguments)
+        }
+        StudyName::Colony => {
+            made(colony::Study::begin(size(arguments, colony::Size::QUICK, colony::Size::FULL)), arguments)
         }
         StudyName::Packing => {
             made(packing::Study::begin(size(arguments, packing::Size::QUICK, packing::Size::FULL)), arguments)

@@ -1,6 +1,7 @@
 //! The paper's own tests, measured and set beside its figures (Palmer, Aktulga, Gao: "Smooth-Rigid-Body Contact as a ReLCP", 2026).
 
 pub mod chainmail;
+pub mod colony;
 pub mod compaction;
 mod course;
 pub mod jitter;
