@@ -121,9 +121,10 @@ impl Course {
         self.method == method_name(Method::Relcp)
     }
 
-    /// Whether ReLCP did not hold its overlap tolerance, or a solve its own.
+    /// Whether ReLCP did not hold its overlap tolerance, or a solve of it its own. What other methods miss is what a study shows.
     pub fn missed(&self) -> bool {
-        self.unconverged > 0 || (self.is_relcp() && self.max_overlap.max(self.last_overlap) > self.overlap_tolerance)
+        let over = self.max_overlap.max(self.last_overlap) > self.overlap_tolerance;
+        self.is_relcp() && (self.unconverged > 0 || over)
     }
 
     /// Milliseconds of a step: the processor's where they are known, else those of the clock.

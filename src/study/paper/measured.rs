@@ -15,7 +15,7 @@ pub trait Measured {
     /// [`StudyError`] where it cannot be made.
     fn next_run(&mut self) -> Result<Option<String>, StudyError>;
 
-    /// Whether ReLCP did not hold its overlap tolerance, or a solve its own.
+    /// Whether ReLCP did not hold its overlap tolerance, or a solve of it its own.
     fn missed(&self) -> bool;
 
     /// The page, without its plots.

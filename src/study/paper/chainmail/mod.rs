@@ -40,9 +40,9 @@ pub struct Size {
 }
 
 impl Size {
-    /// The built-in scene `chainmail`: some minutes.
-    pub const FULL: Size = Size { side: 6, dt: 1e-3, end: 10.0 };
-    /// A small sheet, until it is taut.
+    /// A sheet four times as large as the built-in one, until it is taut: half an hour or more.
+    pub const FULL: Size = Size { side: 12, dt: 1e-3, end: 10.0 };
+    /// A small sheet, until it is taut: some seconds.
     pub const QUICK: Size = Size { side: 3, dt: 1e-3, end: 4.0 };
 
     fn scene(&self, method: Method) -> Result<Scene, StudyError> {

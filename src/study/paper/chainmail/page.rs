@@ -38,14 +38,14 @@ pub(super) fn page(study: &Study) -> String {
 
 fn runs(out: &mut String, runs: &[Run]) {
     out.push_str(
-        "\n## Runs\n\n| method | overlap, at most | of the minor radius | overlap, at the end | overlap of spheres | steps over | rows a step | recursions a step | products a step | ms a step | \
-         extent x, y at the start | at the end |\n| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- | --- |\n",
+        "\n## Runs\n\n| method | overlap, at most | of the minor radius | overlap, at the end | overlap of spheres | steps over | unconverged solves | rows a step | recursions a step | products a step | ms a step | \
+         extent x, y at the start | at the end |\n| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- | --- |\n",
     );
     for Run { course, first, last, .. } in runs {
         let steps = course.steps.max(1) as f64;
         let _ = writeln!(
             out,
-            "| {} | {:.1e} | {:.1}% | {:.1e} | {} | {} of {} | {:.0} | {:.2} | {:.0} | {:.2} | {:.3}, {:.3} | {:.3}, {:.3} |",
+            "| {} | {:.1e} | {:.1}% | {:.1e} | {} | {} of {} | {} | {:.0} | {:.2} | {:.0} | {:.2} | {:.3}, {:.3} | {:.3}, {:.3} |",
             course.method,
             course.max_overlap,
             100.0 * course.max_overlap / MINOR_RADIUS,
@@ -53,6 +53,7 @@ fn runs(out: &mut String, runs: &[Run]) {
             course.proxy_overlap.map_or(String::new(), |overlap| format!("{overlap:.1e}")),
             course.steps_over,
             course.steps,
+            course.unconverged,
             course.constraints,
             course.recursions as f64 / steps,
             course.products as f64 / steps,

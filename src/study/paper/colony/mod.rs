@@ -71,14 +71,14 @@ impl Size {
             runs(Some(27), 6, 1),
         ],
     };
-    /// 128 cells, with 17 and 27 sub-spheres fewer: about a minute.
+    /// 256 cells, with 17 and 27 sub-spheres fewer: a minute or two.
     pub const QUICK: Size = Size {
         runs: &[
-            runs(None, 7, 1),
-            runs(Some(5), 7, 1),
-            runs(Some(SHOWN), 7, 1),
-            runs(Some(17), 5, 1),
-            runs(Some(27), 4, 1),
+            runs(None, 8, 2),
+            runs(Some(5), 8, 1),
+            runs(Some(SHOWN), 8, 2),
+            runs(Some(17), 6, 1),
+            runs(Some(27), 5, 1),
         ],
     };
 

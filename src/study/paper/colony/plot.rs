@@ -1,7 +1,9 @@
 //! Time over that of ReLCP and rows over time, as in the paper's Figure 5; and how cells are aligned, by generation.
 
-use super::{Morphology, Run, Study};
+use super::{Morphology, Run, SHOWN, Study};
+use crate::scene::Method;
 use crate::study::StudyError;
+use crate::study::paper::method_name;
 use crate::study::plot::{Axis, Curve, Panel, draw};
 use plotters::prelude::SeriesLabelPosition;
 
@@ -48,7 +50,10 @@ fn aligned(morphology: &[Morphology], quantity: &'static str) -> Panel {
     Panel {
         title: format!("{quantity}, after a division"),
         axes: [Axis { name: "cells", logarithmic: true }, Axis { name: quantity, logarithmic: false }],
-        curves: vec![curve("ReLCP", |m| m.relcp), curve("LCP-MS 7", |m| m.spheres)],
+        curves: vec![
+            curve(&method_name(Method::Relcp), |m| m.relcp),
+            curve(&method_name(Method::Multisphere { count: SHOWN }), |m| m.spheres),
+        ],
         names: Some(SeriesLabelPosition::UpperRight),
     }
 }

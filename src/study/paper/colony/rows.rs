@@ -52,6 +52,8 @@ pub struct Row {
     pub max_overlap: f64,
     /// The largest overlap of sub-spheres.
     pub proxy_overlap: Option<f64>,
+    /// Solves that did not reach the solver's tolerance.
+    pub unconverged: u64,
     /// Steps that left more than the tolerance between smooth surfaces.
     pub steps_over: u64,
     /// Steps taken.
@@ -95,6 +97,7 @@ fn row(course: &Course, relcp: Option<&Course>) -> Row {
         products: course.products as f64 / course.steps.max(1) as f64,
         max_overlap: course.max_overlap,
         proxy_overlap: course.proxy_overlap,
+        unconverged: course.unconverged,
         steps_over: course.steps_over,
         steps: course.steps,
     }

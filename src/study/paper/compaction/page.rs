@@ -80,7 +80,7 @@ fn head(study: &Study) -> String {
          * Settings: overlap tolerance {tolerance:.0e}, the default solver. Made by `relcp study compaction`.\n\
          * {}. Computed by {COMPUTED_BY}. Times are of the clock, of this machine in this run, which it may have shared; the paper's are of 64 threads, another program and another solver.\n\
          * Rows: of the last LCP of a step. Ratios are over ReLCP's. Paper: rows and time over ReLCP's in its Table 2, and in parentheses ours over the paper's. Overlaps are true ones of the smooth surfaces, and of the \
-         sub-spheres.\n",
+         sub-spheres. Unconverged: solves that did not reach the solver's tolerance.\n",
         size.bodies,
         100.0 * size.volume_fraction,
         machine(),
@@ -89,8 +89,8 @@ fn head(study: &Study) -> String {
 
 fn table(out: &mut String, rows: &[&Row]) {
     out.push_str(
-        "| method | rows | over ReLCP | paper | ms a step | over ReLCP | paper | all steps over ReLCP | products a step | recursions | overlap | of spheres | radius of gyration |\n\
-         | --- | ---: | ---: | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: |\n",
+        "| method | rows | over ReLCP | paper | ms a step | over ReLCP | paper | all steps over ReLCP | products a step | recursions | unconverged | overlap | of spheres | radius of gyration |\n\
+         | --- | ---: | ---: | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",
     );
     for row in rows {
         let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.2}"));
@@ -100,7 +100,7 @@ fn table(out: &mut String, rows: &[&Row]) {
         };
         let _ = writeln!(
             out,
-            "| {} | {:.0} | {} | {} | {:.2} | {} | {} | {} | {:.0} | {} | {:.1e} | {} | {} |",
+            "| {} | {:.0} | {} | {} | {:.2} | {} | {} | {} | {:.0} | {} | {} | {:.1e} | {} | {} |",
             row.method,
             row.constraints,
             number(row.relative_constraints),
@@ -111,6 +111,7 @@ fn table(out: &mut String, rows: &[&Row]) {
             number(row.relative_time_of_all),
             row.products,
             row.recursions,
+            row.unconverged,
             row.max_overlap,
             row.proxy_overlap.map_or(String::new(), |overlap| format!("{overlap:.1e}")),
             row.gyration.map_or(String::new(), |gyration| format!("{gyration:.4}")),
@@ -178,14 +179,6 @@ pub(super) fn targets(rows: &[Row], runs: &[Run]) -> Vec<Target> {
 
 /// Whether a number of each row is at least another.
 fn least(wanted: &str, rows: &[&Row], of: impl Fn(&Row) -> Option<[f64; 2]>) -> Target {
-    let found: Vec<(&Row, [f64; 2])> = rows.iter().filter_map(|row| Some((*row, of(row)?))).collect();
-    let words = found.iter().map(|(row, [own, bound])| {
-        let bound = if *bound == 1.0 { String::new() } else { format!(" of {bound:.1}") };
-        format!("{own:.2}{bound} ({} at {})", row.method, row.dt)
-    });
-    Target::new(
-        wanted,
-        words.collect::<Vec<String>>().join(", "),
-        (!found.is_empty()).then(|| found.iter().all(|(_, [own, bound])| own >= bound)),
-    )
+    let found = rows.iter().filter_map(|row| Some((format!("{} at {}", row.method, row.dt), of(row)?)));
+    Target::at_least(wanted, &found.collect::<Vec<_>>())
 }
