@@ -55,8 +55,11 @@ fn index(made: &[Made], arguments: &Arguments) -> String {
     let quick = if arguments.quick { " --quick" } else { "" };
     let whole: f64 = made.iter().map(|study| study.took.as_secs_f64()).sum();
     let mut out = format!(
-        "# Studies\n\nMade by `relcp study all{quick}` in {whole:.0} s. {}.\n\n\
+        "# Studies\n\nMade by `relcp study all{quick}`: {} of {} studies in {whole:.0} s. {}.\n\n\
          | study | what it tells | wanted and found | tolerances | seconds |\n| --- | --- | --- | --- | ---: |\n",
+        made.len(),
+        // All but the one that stands for all of them.
+        StudyName::value_variants().len() - 1,
         machine()
     );
     for Made { name, about, found, took } in made {
@@ -99,7 +102,7 @@ mod tests {
     fn the_index_leads_to_every_page_and_counts_what_was_wanted() {
         let targets = json!({ "targets": [{ "met": true }, { "met": false }, { "met": true }, { "met": null }] });
         let page = index(&[made("jitter", targets, false), made("solvers", json!({}), true)], &arguments(true));
-        assert!(page.contains("`relcp study all --quick` in 3 s."), "{page}");
+        assert!(page.contains("`relcp study all --quick`: 2 of 9 studies in 3 s."), "{page}");
         assert!(
             page.contains("| [jitter](jitter/jitter.md) | about it | 2 of 3, 1 not measured | held | 1.5 |"),
             "{page}"

@@ -117,7 +117,7 @@ fn of(runs: &[Run], method: Method) -> Option<&Course> {
 pub(super) fn targets(runs: &[Run]) -> Vec<Target> {
     let spheres = of(runs, Method::Multisphere { count: SPHERES });
     let snsd = of(runs, Method::Snsd);
-    let over = |course: &Course| format!("{:.1e} at most, {} steps over", course.max_overlap, course.steps_over);
+    let over = |course: &Course| format!("{:.3e} at most, {} steps over", course.max_overlap, course.steps_over);
     let relcp = of(runs, Method::Relcp);
     let proxy = spheres.and_then(|course| Some((course, course.proxy_overlap?)));
     let part = |course: &Course| format!("{:.1}% of the minor radius", 100.0 * course.max_overlap / MINOR_RADIUS);

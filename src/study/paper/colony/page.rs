@@ -189,7 +189,7 @@ pub(super) fn targets(study: &Study) -> Vec<Target> {
     let own = rows.iter().find(|row| row.spheres.is_none()).and_then(|row| row.row_microseconds);
     let mut targets = vec![Target::new(
         "ReLCP holds the overlap tolerance after every step",
-        format!("{largest:.1e} at most, {over} steps over"),
+        format!("{largest:.3e} at most, {over} steps over"),
         (!relcp.is_empty()).then_some(over == 0),
     )];
     let spheres: Vec<&Row> = rows.iter().filter(|row| row.spheres.is_some()).collect();

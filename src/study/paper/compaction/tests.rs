@@ -31,6 +31,13 @@ fn a_tiny_suspension_is_compacted() {
     assert!(dense[0] >= 8.0 && dense[2] > dense[1], "{dense:?}");
     assert_eq!(rows.iter().filter(|row| row.relative_constraints == Some(1.0)).count(), 4);
     assert!(!study.missed() && study.targets()[0].met == Some(true));
+    // Whole runs count where there are; else those from the dense state.
+    let rows_of = &study.targets()[1].found;
+    for (counts, times) in
+        [("(LCP-MS 3 at 0.2)", 1), ("(LCP-MS 7 at 0.2, dense)", 1), ("LCP-MS 3 at", 2), ("LCP-MS", 4)]
+    {
+        assert_eq!(rows_of.matches(counts).count(), times, "{counts}: {rows_of}");
+    }
     let page = study.page();
     assert!(page.contains("With 7 sub-spheres whole runs would take too long") && page.contains("| LCP-MS 7 | "));
     let files = study.files().unwrap();

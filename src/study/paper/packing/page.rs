@@ -93,7 +93,7 @@ pub(super) fn targets(runs: &[Run]) -> Vec<Target> {
     let held = |run: &Run| run.course.max_overlap.max(run.course.last_overlap) <= run.course.overlap_tolerance;
     let mut targets = vec![Target::new(
         "the overlap tolerance is held after every step at every dt, and at the end by an audit",
-        format!("{:.1e} at most, {:.1e} at the end", worst(|r| r.course.max_overlap), worst(|r| r.course.last_overlap)),
+        format!("{:.3e} at most, {:.3e} at the end", worst(|r| r.course.max_overlap), worst(|r| r.course.last_overlap)),
         (!runs.is_empty()).then(|| runs.iter().all(held)),
     )];
     let of_engines: Vec<(f64, f64)> = runs
