@@ -59,7 +59,7 @@ pub(super) enum Command {
 }
 
 /// How to compute.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(super) struct Compute {
     /// What computes: auto takes a hardware GPU if there is one, else the CPU; gpu takes a software adapter too
     #[arg(long, value_enum, default_value = "auto")]
@@ -89,7 +89,7 @@ pub(super) enum Precision {
 }
 
 /// What to print.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(super) struct Print {
     /// Print one JSON document on standard output and nothing else there
     #[arg(long)]
@@ -236,9 +236,17 @@ pub(super) enum StudyName {
     TwoEllipsoids,
     /// Three capsules with and without recursion: overlaps, and how they shake from step to step
     Jitter,
+    /// A sheet of rings that is stretched: overlaps by ReLCP, by sub-spheres and without recursion
+    Chainmail,
+    /// Ellipsoids drawn into a ball: rows and time by ReLCP and by sub-spheres
+    Compaction,
+    /// A cell that grows into a colony: rows, time and alignment by ReLCP and by sub-spheres
+    Colony,
+    /// Rods drawn into a ball: time of a step and overlap by the step's size, beside public engines
+    Packing,
     /// Small scenes of the kinds that break contact codes, with a verdict on each
     Hard,
-    /// All of them
+    /// All of them, each in a folder of its own, and an index of their pages
     All,
 }
 
@@ -248,10 +256,11 @@ Examples:
   relcp study solvers --quick
   relcp study two-ellipsoids --out docs/studies/two-ellipsoids
   relcp study hard --quick
+  relcp study all --quick --out studies                some minutes
   relcp run colony --set solver.dump.when=slow --out runs/slow
   relcp study solvers runs/slow                        every solver on the LCPs that were slow there";
 
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(after_help = STUDY_EXAMPLES)]
 pub(super) struct Study {
     /// Which study
@@ -275,10 +284,10 @@ pub(super) struct Study {
     /// For throughput: steps taken before those
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub(super) warm_up: u32,
-    /// For solvers, two-ellipsoids, jitter and hard: fewer iterations, or fewer and shorter runs, for under a minute
+    /// Fewer iterations, or fewer and shorter runs: a minute or two at most; of throughput with all only
     #[arg(long)]
     pub(super) quick: bool,
-    /// Where the tables go
+    /// Where the tables go; with all, a folder for each study in it
     #[arg(long, value_name = "DIR", default_value = "studies")]
     pub(super) out: PathBuf,
     #[command(flatten)]

@@ -17,6 +17,7 @@ mod render;
 mod run;
 mod scenes;
 mod study;
+mod study_all;
 mod study_hard;
 mod study_paper;
 mod study_solvers;

@@ -4,6 +4,7 @@ use super::arguments::{Study, StudyName};
 use super::compute;
 use super::exit::{CliError, Exit};
 use super::output;
+use super::study_all::all;
 use super::study_hard::hard;
 use super::study_paper::paper;
 use super::study_solvers::solvers;
@@ -12,7 +13,7 @@ use crate::relcp::Compute;
 use crate::study::StudyError;
 use crate::study::throughput::{Kind, Row, measure, table};
 use serde::Serialize;
-use serde_json::{Value, json};
+use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
@@ -29,23 +30,8 @@ pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
         return Err(CliError::Usage("files are for `relcp study solvers`".into()));
     }
     let found = match arguments.name {
-        StudyName::Throughput => throughput(arguments)?,
-        StudyName::Solvers => solvers(arguments)?,
-        name @ (StudyName::TwoEllipsoids | StudyName::Jitter) => paper(name, arguments)?,
-        StudyName::Hard => hard(arguments)?,
-        StudyName::All => {
-            let (a, b) = (throughput(arguments)?, solvers(arguments)?);
-            let (c, d) = (paper(StudyName::Jitter, arguments)?, paper(StudyName::TwoEllipsoids, arguments)?);
-            let e = hard(arguments)?;
-            Found {
-                text: [a.text, b.text, c.text, d.text, e.text].join("\n"),
-                numbers: json!({
-                    "throughput": a.numbers, "solvers": b.numbers, "jitter": c.numbers, "two-ellipsoids": d.numbers,
-                    "hard": e.numbers
-                }),
-                missed: a.missed || b.missed || c.missed || d.missed || e.missed,
-            }
-        }
+        StudyName::All => all(arguments)?,
+        name => one(name, arguments)?,
     };
     if arguments.print.json {
         output::json(&found.numbers)?;
@@ -53,6 +39,16 @@ pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
         output::write(|out| write!(out, "{}", found.text))?;
     }
     Ok(if found.missed { Exit::OutOfTolerance } else { Exit::Done })
+}
+
+/// Makes one study; which of them does not go by the name in the arguments, which may say all.
+pub(super) fn one(name: StudyName, arguments: &Study) -> Result<Found, CliError> {
+    match name {
+        StudyName::Throughput => throughput(arguments),
+        StudyName::Solvers => solvers(arguments),
+        StudyName::Hard => hard(arguments),
+        name => paper(name, arguments),
+    }
 }
 
 fn throughput(arguments: &Study) -> Result<Found, CliError> {

@@ -1,11 +1,11 @@
-//! `relcp study two-ellipsoids` and `relcp study jitter`: the paper's tests.
+//! `relcp study two-ellipsoids`, `jitter`, `chainmail`, `compaction`, `colony` and `packing`: the paper's tests, and what is measured in their manner.
 
 use super::arguments::{Backend, Study as Arguments, StudyName};
 use super::compute;
 use super::exit::CliError;
 use super::output;
 use super::study::{Found, pretty, value, write_all};
-use crate::study::paper::{COMPUTED_BY, jitter, two_ellipsoids};
+use crate::study::paper::{COMPUTED_BY, Measured, chainmail, colony, compaction, jitter, packing, two_ellipsoids};
 use serde_json::{Value, json};
 
 /// The study that is asked for, or one of them where all are.
@@ -17,6 +17,18 @@ pub(super) fn paper(name: StudyName, arguments: &Arguments) -> Result<Found, Cli
     write_all(&arguments.out, [])?;
     match name {
         StudyName::Jitter => jitter(arguments),
+        StudyName::Chainmail => {
+            made(chainmail::Study::begin(size(arguments, chainmail::Size::QUICK, chainmail::Size::FULL)), arguments)
+        }
+        StudyName::Compaction => {
+            made(compaction::Study::begin(size(arguments, compaction::Size::QUICK, compaction::Size::FULL)), arguments)
+        }
+        StudyName::Colony => {
+            made(colony::Study::begin(size(arguments, colony::Size::QUICK, colony::Size::FULL)), arguments)
+        }
+        StudyName::Packing => {
+            made(packing::Study::begin(size(arguments, packing::Size::QUICK, packing::Size::FULL)), arguments)
+        }
         _ => two_ellipsoids(arguments),
     }
 }
@@ -35,6 +47,33 @@ pub(super) fn say(arguments: &Arguments, text: &str) {
     if !arguments.print.quiet {
         output::message(text);
     }
+}
+
+fn size<S>(arguments: &Arguments, quick: S, full: S) -> S {
+    if arguments.quick { quick } else { full }
+}
+
+/// Makes a study run by run.
+fn made(mut study: impl Measured, arguments: &Arguments) -> Result<Found, CliError> {
+    let mut found = written(&study, arguments)?;
+    while let Some(said) = study.next_run()? {
+        say(arguments, &format!("{}: {said}", study.name()));
+        // After each, as later ones take longer: what was measured stays when the study is interrupted.
+        found = written(&study, arguments)?;
+    }
+    let (text, numbers) = found;
+    Ok(Found { text, numbers, missed: study.missed() })
+}
+
+fn written(study: &impl Measured, arguments: &Arguments) -> Result<(String, Value), CliError> {
+    let (text, numbers, plots) = (study.page(), study.numbers()?, study.plots()?);
+    let page = with_plots(&text, plots.iter().map(|(name, _)| *name));
+    let mut files = study.files()?;
+    files.push((format!("{}.md", study.name()), page.into_bytes()));
+    files.push((format!("{}.json", study.name()), pretty(&numbers)?));
+    files.extend(plots.into_iter().map(|(name, svg)| (name.to_owned(), svg.into_bytes())));
+    write_all(&arguments.out, files.iter().map(|(name, bytes)| (name.as_str(), &bytes[..])))?;
+    Ok((text, numbers))
 }
 
 fn two_ellipsoids(arguments: &Arguments) -> Result<Found, CliError> {

@@ -11,4 +11,5 @@ mod table;
 pub mod throughput;
 
 pub use bandwidth::copy_bandwidth;
+pub(crate) use machine::machine;
 pub use state::{StudyError, tiled};

@@ -1,10 +1,19 @@
 //! The paper's own tests, measured and set beside its figures (Palmer, Aktulga, Gao: "Smooth-Rigid-Body Contact as a ReLCP", 2026).
 
+pub mod chainmail;
+pub mod colony;
+pub mod compaction;
+mod course;
 pub mod jitter;
+mod look;
+mod measured;
 mod norms;
+pub mod packing;
 mod target;
 pub mod two_ellipsoids;
 
+pub use course::{Course, Window, follow, follow_with, method_name};
+pub use measured::Measured;
 pub use norms::{Cost, Reached, cost_at, extrapolated, l2, order};
 pub use target::Target;
 

@@ -18,6 +18,16 @@ impl Target {
     pub(super) fn new(wanted: impl Into<String>, found: impl Into<String>, met: Option<bool>) -> Self {
         Target { wanted: wanted.into(), found: found.into(), met }
     }
+
+    /// Each number is to be at least the one beside it, which is told where it is not 1; the words say whose they are.
+    pub(super) fn at_least(wanted: &str, found: &[(String, [f64; 2])]) -> Self {
+        let words = found.iter().map(|(whose, [own, bound])| {
+            let bound = if *bound == 1.0 { String::new() } else { format!(" of {bound:.1}") };
+            format!("{own:.2}{bound} ({whose})")
+        });
+        let met = (!found.is_empty()).then(|| found.iter().all(|(_, [own, bound])| own >= bound));
+        Target::new(wanted, words.collect::<Vec<String>>().join(", "), met)
+    }
 }
 
 /// The targets as a Markdown table.
@@ -28,4 +38,21 @@ pub(super) fn table(targets: &[Target]) -> String {
         let _ = writeln!(out, "| {wanted} | {found} | {met} |");
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_number_is_to_be_at_least_its_own_bound() {
+        let of = |numbers: &[[f64; 2]]| {
+            let found: Vec<(String, [f64; 2])> = numbers.iter().map(|pair| ("it".into(), *pair)).collect();
+            Target::at_least("wanted", &found)
+        };
+        assert_eq!(of(&[[2.0, 1.0], [3.5, 3.5]]).found, "2.00 (it), 3.50 of 3.5 (it)");
+        assert_eq!([of(&[[2.0, 1.0], [3.5, 3.5]]).met, of(&[[2.0, 1.0], [3.4, 3.5]]).met], [Some(true), Some(false)]);
+        assert_eq!(of(&[]).met, None);
+        assert!(table(&[of(&[[0.5, 1.0]]), of(&[])]).contains("| 0.50 (it) | **no** |\n| wanted |  | not measured |"));
+    }
 }

@@ -1,0 +1,206 @@
+//! The page of the study.
+
+use super::{Part, Row, Run, Size, Study};
+use crate::study::machine::machine;
+use crate::study::paper::{COMPUTED_BY, Target, order, target};
+use std::fmt::Write as _;
+
+/// Of the paper's Table 2: step, sub-spheres, rows at the end, and the time over that of ReLCP.
+pub(super) const PAPER: [(f64, u32, f64, f64); 10] = [
+    (0.01, 23, 3.0e6, 215.0),
+    (0.01, 17, 1.7e6, 67.0),
+    (0.01, 13, 9.9e5, 39.0),
+    (0.01, 7, 2.7e5, 7.0),
+    (0.01, 3, 5.8e4, 0.8),
+    (0.1, 23, 3.5e6, 642.0),
+    (0.1, 17, 1.8e6, 402.0),
+    (0.1, 13, 1.0e6, 174.0),
+    (0.1, 7, 2.8e5, 28.0),
+    (0.1, 3, 5.9e4, 1.9),
+];
+
+/// Rows of ReLCP at the end, at both steps.
+const PAPER_RELCP: f64 = 2.9e4;
+
+/// Bodies there.
+const PAPER_BODIES: f64 = 1e4;
+
+/// The paper's step at which "the initial SNSD-LCP solve was accepted without further augmentation".
+const PAPER_LINEAR_DT: f64 = 0.01;
+
+/// Rows and time over those of ReLCP in the paper.
+fn of_paper(row: &Row) -> Option<[f64; 2]> {
+    let same = |(dt, count, ..): &&(f64, u32, f64, f64)| *dt == row.dt && Some(*count) == row.spheres;
+    PAPER.iter().find(same).map(|(_, _, rows, time)| [rows / PAPER_RELCP, *time])
+}
+
+pub(super) fn page(study: &Study) -> String {
+    let (rows, size) = (study.rows(), study.size());
+    let mut out = head(study);
+    out.push_str("\n## What it shows\n\n");
+    out.push_str(&target::table(&study.targets()));
+    for (dt, counts) in size.steps {
+        let of = |part: Part| -> Vec<&Row> { rows.iter().filter(|row| row.dt == *dt && row.part == part).collect() };
+        if !of(Part::Whole).is_empty() {
+            whole(&mut out, &of(Part::Whole), size, (*dt, counts));
+        }
+        if !of(Part::Dense).is_empty() {
+            dense(&mut out, &of(Part::Dense), size, *dt);
+        }
+    }
+    out
+}
+
+fn whole(out: &mut String, rows: &[&Row], size: &Size, (dt, counts): (f64, &[u32])) {
+    let left_out: Vec<String> = size.dense.iter().filter(|count| !counts.contains(count)).map(u32::to_string).collect();
+    let shorter = match left_out[..] {
+        [] => String::new(),
+        _ => format!(
+            " With {} sub-spheres whole runs would take too long; they are below, from the dense state.",
+            left_out.join(", ")
+        ),
+    };
+    let _ = write!(
+        out,
+        "\n## dt {dt}, whole runs\n\nTo time {}. Rows and ms a step are averages of the last hundredth of the steps.{shorter}\n\n",
+        size.end
+    );
+    table(out, rows);
+}
+
+fn dense(out: &mut String, rows: &[&Row], size: &Size, dt: f64) {
+    let _ = write!(
+        out,
+        "\n## dt {dt}, from the dense state\n\nTime {} from the state that ReLCP came to, by every method without what earlier steps leave to start from. In the first half \
+         sub-spheres come into contact with each other; rows and ms a step are averages of the second. Few sub-spheres are so much smaller than the ellipsoid that the ball goes on shrinking (its radius of \
+         gyration tells); where there is a whole run, that is the one to go by.\n\n",
+        size.dense_time
+    );
+    table(out, rows);
+    growth(out, rows, dt);
+}
+
+fn head(study: &Study) -> String {
+    let size = study.size();
+    let tolerance = study.runs().first().map_or(0.0, |run| run.course.overlap_tolerance);
+    format!(
+        "# Compaction\n\n\
+         Ellipsoids are drawn from a dilute suspension into a dense ball: rows and time of ReLCP and of sub-spheres (LCP-MS), the paper's Table 2 and Figure 4.\n\n\
+         * Scene: the built-in `compaction` (`relcp scenes compaction`) with {} ellipsoids of radii 1, 1, 2 (the paper has {PAPER_BODIES:.0}) at {}% volume fraction (the paper 0.25%), seed 1; overdamped with drag 1, the \
+         field `radial_inward`. The paper gives neither drag nor duration, nor the distance within which it makes rows; here that is a tenth of a body's thickness (`contact.cutoff`), beside pairs \
+         that the free motion may bring into contact.\n\
+         * Settings: overlap tolerance {tolerance:.0e}, the default solver. Made by `relcp study compaction`.\n\
+         * {}. Computed by {COMPUTED_BY}. Times are of the clock, of this machine in this run, which it may have shared; the paper's are of 64 threads, another program and another solver.\n\
+         * Rows: of the last LCP of a step. Ratios are over ReLCP's. Paper: rows and time over ReLCP's in its Table 2, and in parentheses ours over the paper's. Overlaps are true ones of the smooth surfaces, and of the \
+         sub-spheres. Unconverged: solves that did not reach the solver's tolerance.\n",
+        size.bodies,
+        100.0 * size.volume_fraction,
+        machine(),
+    )
+}
+
+fn table(out: &mut String, rows: &[&Row]) {
+    out.push_str(
+        "| method | rows | over ReLCP | paper | ms a step | over ReLCP | paper | all steps over ReLCP | products a step | recursions | unconverged | overlap | of spheres | radius of gyration |\n\
+         | --- | ---: | ---: | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",
+    );
+    for row in rows {
+        let number = |value: Option<f64>| value.map_or(String::new(), |value| format!("{value:.2}"));
+        let paper = |at: usize, own: Option<f64>| match (of_paper(row), own) {
+            (Some(paper), Some(own)) => format!("{:.1} ({:.2})", paper[at], own / paper[at]),
+            _ => String::new(),
+        };
+        let _ = writeln!(
+            out,
+            "| {} | {:.0} | {} | {} | {:.2} | {} | {} | {} | {:.0} | {} | {} | {:.1e} | {} | {} |",
+            row.method,
+            row.constraints,
+            number(row.relative_constraints),
+            paper(0, row.relative_constraints),
+            row.milliseconds,
+            number(row.relative_time),
+            paper(1, row.relative_time),
+            number(row.relative_time_of_all),
+            row.products,
+            row.recursions,
+            row.unconverged,
+            row.max_overlap,
+            row.proxy_overlap.map_or(String::new(), |overlap| format!("{overlap:.1e}")),
+            row.gyration.map_or(String::new(), |gyration| format!("{gyration:.4}")),
+        );
+    }
+}
+
+/// How rows and time grow with the sub-spheres, here and in the paper.
+fn growth(out: &mut String, rows: &[&Row], dt: f64) {
+    let spheres: Vec<&&Row> = rows.iter().filter(|row| row.spheres.is_some()).collect();
+    let [first, .., last] = spheres[..] else { return };
+    let counts = [first, last].map(|row| f64::from(row.spheres.unwrap_or(1)));
+    let (Some([a, c]), Some([b, d])) = (of_paper(first), of_paper(last)) else { return };
+    let said = |pair: [f64; 2]| order(counts, pair).map_or("none".into(), |power| format!("{power:.2}"));
+    let relcp = rows.iter().find(|row| row.spheres.is_none()).map_or(0.0, |row| row.constraints);
+    let bodies = spheres_bodies(relcp);
+    let _ = writeln!(
+        out,
+        "\nFrom {} to {} sub-spheres rows grow with their number to the power {} and time a step to {}; at dt {dt} of the paper to {} and {}.{bodies}",
+        counts[0],
+        counts[1],
+        said([first.constraints, last.constraints]),
+        said([first.milliseconds, last.milliseconds]),
+        said([a, b]),
+        said([c, d]),
+    );
+}
+
+fn spheres_bodies(relcp: f64) -> String {
+    format!(" ReLCP has {relcp:.0} rows at the end; the paper's {:.2} a body.", PAPER_RELCP / PAPER_BODIES)
+}
+
+pub(super) fn targets(rows: &[Row], runs: &[Run]) -> Vec<Target> {
+    let relcp: Vec<&Run> = runs.iter().filter(|run| run.course.is_relcp()).collect();
+    let largest = relcp.iter().map(|run| run.course.max_overlap).fold(0.0, f64::max);
+    let over: u64 = relcp.iter().map(|run| run.course.steps_over).sum();
+    let spheres = || rows.iter().filter(|row| row.spheres.is_some());
+    let of_whole =
+        |row: &Row| spheres().any(|has| (has.part, has.dt, has.spheres) == (Part::Whole, row.dt, row.spheres));
+    let settled: Vec<&Row> = spheres().filter(|row| row.part == Part::Whole || !of_whole(row)).collect();
+    let mut targets = vec![Target::new(
+        "ReLCP holds the overlap tolerance after every step",
+        format!("{largest:.3e} at most, {over} steps over"),
+        (!relcp.is_empty()).then_some(over == 0),
+    )];
+    targets.push(least("ReLCP has fewer rows than LCP-MS at the end, at every dt", &settled, |row| {
+        Some([row.relative_constraints?, 1.0])
+    }));
+    let fine: Vec<&Row> = settled.iter().copied().filter(|row| row.spheres.is_some_and(|count| count > 3)).collect();
+    targets.push(least(
+        "ReLCP takes less time a step at the end than LCP-MS with more than 3 sub-spheres",
+        &fine,
+        |row| Some([row.relative_time?, 1.0]),
+    ));
+    targets.push(least("LCP-MS has as many rows over ReLCP's as in the paper at least", &settled, |row| {
+        Some([row.relative_constraints?, of_paper(row)?[0]])
+    }));
+    targets.push(least("LCP-MS takes as much time over ReLCP's as in the paper at least", &settled, |row| {
+        Some([row.relative_time?, of_paper(row)?[1]])
+    }));
+    let linear = relcp.iter().find(|run| run.case.dt == PAPER_LINEAR_DT && run.case.part == Part::Whole);
+    targets.push(Target::new(
+        format!("at dt {PAPER_LINEAR_DT} ReLCP's first solve is accepted at every step, as in the paper"),
+        linear
+            .map_or(String::new(), |run| format!("{} recursions in {} steps", run.course.recursions, run.course.steps)),
+        linear.map(|run| run.course.recursions == 0),
+    ));
+    targets
+}
+
+/// Whether a number of each row (of whole runs where there are, else from the dense state) is at least another.
+fn least(wanted: &str, rows: &[&Row], of: impl Fn(&Row) -> Option<[f64; 2]>) -> Target {
+    let found = rows.iter().filter_map(|row| {
+        Some((
+            format!("{} at {}{}", row.method, row.dt, if row.part == Part::Dense { ", dense" } else { "" }),
+            of(row)?,
+        ))
+    });
+    Target::at_least(wanted, &found.collect::<Vec<_>>())
+}
