@@ -2,9 +2,9 @@
 // trial, zero. Far pairs are left out as cheaply as they can be.
 //
 // A pair's contact is three vectors: (normal, separation), (lever of a, multiplier remembered), (lever of b, flag). The flag is FAR,
-// NEAR (within the limit) or VIOLATING (overlapping by more than the tolerance). The normal of a far pair is the last one found.
+// NEAR (within the limit) or VIOLATING (overlapping by more than `violating`). The normal of a far pair is the last one found.
 
-struct Parameters { pairs: u32, at_trial: u32, b: u32, c: u32 }
+struct Parameters { pairs: u32, at_trial: u32, violating: f32, c: u32 }
 
 const FAR: real = 0.0;
 const NEAR: real = 1.0;
@@ -58,5 +58,5 @@ fn main(
     contacts[3u * p] = vec4r(found.normal, found.separation);
     if !(found.separation <= limit) { return; }
     contacts[3u * p + 1u] = vec4r(found.lever_a, contacts[3u * p + 1u].w);
-    contacts[3u * p + 2u] = vec4r(found.lever_b, select(NEAR, VIOLATING, found.separation < -TOLERANCE));
+    contacts[3u * p + 2u] = vec4r(found.lever_b, select(NEAR, VIOLATING, found.separation < -real(parameters.violating)));
 }

@@ -15,7 +15,7 @@ pub struct Overlap {
     pub pair: Option<[usize; 2]>,
     /// The body and the wall that overlap most, where it is those.
     pub wall: Option<[usize; 2]>,
-    /// Pairs that overlap by more than the tolerance.
+    /// Pairs that overlap by more than was asked about.
     pub violations: usize,
     /// The largest overlap of two sub-spheres, where rows are made from them.
     pub proxy: Option<f64>,
@@ -32,13 +32,13 @@ pub trait Backend: Send {
     /// Finds all near pairs at `C^k`, or at `C_h` where the middle is made, and makes their rows, with the multipliers that these pairs ended the
     /// last step or the first half with.
     fn append_near(&mut self) -> Result<(), Fault>;
-    /// Solves the LCP of all rows from the present multipliers, for the total velocity `U`.
-    fn solve(&mut self) -> Result<Outcome, Fault>;
-    /// Moves to the trial `C(U)` and measures all overlaps there.
-    fn trial(&mut self) -> Result<Overlap, Fault>;
-    /// Makes one row for every pair that overlaps by more than the tolerance at the trial, with multiplier zero.
+    /// Solves the LCP of all rows to a residual, from the present multipliers, for the total velocity `U`.
+    fn solve(&mut self, tolerance: f64) -> Result<Outcome, Fault>;
+    /// Moves to the trial `C(U)` and measures all overlaps there; those of more than `violating` are violations.
+    fn trial(&mut self, violating: f64) -> Result<Overlap, Fault>;
+    /// Makes one row for every violation of the trial, with multiplier zero.
     fn append_violations(&mut self) -> Result<(), Fault>;
-    /// For every pair that overlaps by more than the tolerance at the trial: moves the offset of its first row so that it is exact there, where
+    /// For every violation of the trial: moves the offset of its first row so that it is exact there, where
     /// that row has the overlap's direction; else makes one more row, as [`Backend::append_violations`].
     fn tighten_violations(&mut self) -> Result<(), Fault>;
     /// Makes the trial the state and returns the step's wall time by phase.

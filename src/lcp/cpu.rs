@@ -4,7 +4,7 @@
 
 use super::Problem;
 use super::pair_blocks::{self, PairBlocks};
-use super::product::{PARALLEL_ROWS, Product, fold, map, update};
+use super::product::{PARALLEL_ROWS, Product, dots, fold, map, update};
 use super::residual::{of_row, worse};
 use super::verbs::{Metric, Verbs};
 
@@ -134,6 +134,10 @@ impl<const D: usize> Verbs for Cpu<D> {
 
     fn dot(&mut self, x: &Vec<f64>, y: &Vec<f64>) -> f64 {
         fold(self.parallel, [x, y], 0.0, |a, b| a + b, |[x, y]| x * y)
+    }
+
+    fn dots<const N: usize>(&mut self, pairs: [[&Vec<f64>; 2]; N]) -> [f64; N] {
+        dots(self.parallel, pairs.map(|pair| pair.map(Vec::as_slice)))
     }
 
     fn twice_objective(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {

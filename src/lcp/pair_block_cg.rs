@@ -61,23 +61,28 @@ impl<V: Verbs> PairBlockCg<V> {
         }
     }
 
-    /// The `a` and `b` of the direction.
-    fn parts(&mut self, verbs: &mut V, g: &V::Vector) -> [V::Scalar; 2] {
+    /// The `a` and `b` of the direction, and `g . z`.
+    fn parts(&mut self, verbs: &mut V, g: &V::Vector) -> ([V::Scalar; 2], V::Scalar) {
         let zero = V::Scalar::from(0.0);
-        let [d, e, _] = &self.made;
-        let slope = |verbs: &mut V, made: &Made<V::Vector>| {
-            -verbs.dot(g, &made.displacement) - verbs.dot(&self.gradient_step, &made.product)
-        };
-        let right = [slope(verbs, d), slope(verbs, e)];
+        let ([d, e, _], z) = (&self.made, &self.gradient_step);
+        let [g_d, z_ad, g_e, z_ae, across, g_z] = verbs.dots([
+            [g, &d.displacement],
+            [z, &d.product],
+            [g, &e.displacement],
+            [z, &e.product],
+            [&d.displacement, &e.product],
+            [g, z],
+        ]);
+        let right = [-g_d - z_ad, -g_e - z_ae];
         let shift = V::Scalar::from(1.0 + (ROUNDING * verbs.rounding()).max(REGULARIZATION));
         let diagonal = [self.bend[0] * shift, self.bend[1] * shift];
-        let across = verbs.dot(&d.displacement, &e.product);
         let det = diagonal[0] * diagonal[1] - across * across;
         let alone = self.bend[0].if_positive(right[0] / diagonal[0], zero);
-        [
+        let parts = [
             det.if_positive((right[0] * diagonal[1] - right[1] * across) / det, alone),
             det.if_positive((right[1] * diagonal[0] - right[0] * across) / det, zero),
-        ]
+        ];
+        (parts, g_z)
     }
 }
 
@@ -97,7 +102,7 @@ impl<V: Verbs> Method<V> for PairBlockCg<V> {
 
         verbs.proximal(Metric::PairBlocks, &at.x, one, &at.g, &mut self.trial);
         verbs.combine(one, &self.trial, -one, &at.x, &mut self.gradient_step);
-        let [a, b] = self.parts(verbs, &at.g);
+        let ([a, b], descent) = self.parts(verbs, &at.g);
 
         let [d, e, next] = &mut self.made;
         verbs.combine(one, &at.x, self.length, &self.gradient_step, &mut next.displacement);
@@ -105,13 +110,12 @@ impl<V: Verbs> Method<V> for PairBlockCg<V> {
         verbs.add(self.length * b, &e.displacement, &mut next.displacement);
         verbs.project(Metric::PairBlocks, &next.displacement, &mut self.trial);
         verbs.combine(one, &self.trial, -one, &at.x, &mut next.displacement);
-        let safe = verbs.dot(&at.g, &self.gradient_step) * V::Scalar::from(DESCENT);
+        let safe = descent * V::Scalar::from(DESCENT);
         let flat = verbs.dot(&at.g, &next.displacement) - safe;
         verbs.copy_if_positive(flat, &self.gradient_step, &mut next.displacement);
 
         verbs.product(&next.displacement, &mut next.product);
-        let slope = verbs.dot(&at.g, &next.displacement);
-        let bend = verbs.dot(&next.displacement, &next.product);
+        let [slope, bend] = verbs.dots([[&at.g, &next.displacement], [&next.displacement, &next.product]]);
         let best = bend.if_positive(-slope / bend, one).max(zero);
         let room = verbs.room(&at.x, &next.displacement);
         let part = best.min(room);

@@ -53,10 +53,14 @@ pub struct Solver<const D: usize> {
     cpu: Cpu<D>,
     drive: Drive<Vec<f64>>,
     engine: Engine<D>,
+    /// The tolerance that it was made with.
+    tightest: f64,
     /// Goes on where the engine of `auto` gives up.
     safeguard: Option<InteriorPoint<D>>,
     /// Whether the last problem was solved by the safeguard.
     guarded: bool,
+    /// What the safeguard would cost, where that was asked for since the last call of [`Solver::solve`].
+    forecast: Option<f64>,
 }
 
 enum Engine<const D: usize> {
@@ -83,7 +87,17 @@ impl<const D: usize> Solver<D> {
             SolverKind::InteriorPoint => Engine::InteriorPoint(Box::default()),
         };
         let safeguard = (kind == SolverKind::Auto).then(InteriorPoint::default);
-        Solver { settings, cpu: Cpu::default(), drive: Drive::default(), engine, safeguard, guarded: false }
+        let tightest = settings.tolerance;
+        Solver {
+            settings,
+            tightest,
+            cpu: Cpu::default(),
+            drive: Drive::default(),
+            engine,
+            safeguard,
+            guarded: false,
+            forecast: None,
+        }
     }
 
     /// When the solver stops.
@@ -115,6 +129,7 @@ impl<const D: usize> Solver<D> {
     /// If the lengths in the problem differ, or a row names a body that is not there.
     pub fn solve(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>) -> Outcome {
         self.guarded = false;
+        self.forecast = None;
         self.solve_next(problem, gamma)
     }
 
@@ -182,10 +197,12 @@ impl<const D: usize> Solver<D> {
         Outcome { status, iterations, products: self.cpu.products(), factorizations, fallback, residual }
     }
 
-    /// Goes on from the present iterate with the safeguard. The last number is how many factorizations that took.
+    /// Goes on from the present iterate with the safeguard, to the tolerance that this solver was made with if that is tighter: a few
+    /// factorizations more now save all of another solve. The last number is how many factorizations that took.
     fn guard(&mut self) -> (Status, u64, f64, u64) {
         let Some(safeguard) = &mut self.safeguard else { return (Status::NoProgress, 0, f64::INFINITY, 0) };
-        let settings = Settings { max_iterations: MOST_ITERATIONS, ..self.settings };
+        let tolerance = self.settings.tolerance.min(self.tightest);
+        let settings = Settings { tolerance, max_iterations: MOST_ITERATIONS };
         let (ended, more, found) = safeguard.run(&mut self.cpu, &mut self.drive, &settings);
         (ended, more, found, safeguard.factorizations())
     }
@@ -204,7 +221,7 @@ impl<const D: usize> Solver<D> {
             Engine::Apgd(method) => drive.run(cpu, method, settings, 1),
             Engine::Bbpgd(method) => drive.run(cpu, method, settings, 1),
             Engine::PairBlockCg(method) => match self.safeguard.as_mut().filter(|_| guarded) {
-                Some(safeguard) => drive.run_while(cpu, method, settings, 1, affordable(safeguard)),
+                Some(safeguard) => drive.run_while(cpu, method, settings, 1, affordable(safeguard, &mut self.forecast)),
                 None => drive.run(cpu, method, settings, 1),
             },
             Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
@@ -213,17 +230,18 @@ impl<const D: usize> Solver<D> {
     }
 }
 
-/// Says for a number of iterations whether one more is worth it: as long as all of them cost less than a part of what the safeguard would.
-fn affordable<const D: usize>(safeguard: &mut InteriorPoint<D>) -> impl FnMut(&Cpu<D>, u64) -> bool {
-    let mut most = None;
+/// Says for a number of iterations whether one more is worth it: as long as all of them cost less than a part of what the safeguard would. Later
+/// problems of a step keep its first forecast: they have the same pairs and few more.
+fn affordable<const D: usize>(
+    safeguard: &mut InteriorPoint<D>,
+    forecast: &mut Option<f64>,
+) -> impl FnMut(&Cpu<D>, u64) -> bool {
     move |cpu, iterations| {
         if iterations < ITERATIONS_BEFORE_FORECAST {
             return true;
         }
-        let iteration = || NANOSECONDS_OF_A_ROW * cpu.rows().q.len() as f64;
-        let forecast =
-            || safeguard.forecast(cpu).map_or(f64::INFINITY, |cost| PART_BEFORE_SAFEGUARD * cost / iteration());
-        (iterations as f64) < *most.get_or_insert_with(forecast)
+        let cost = *forecast.get_or_insert_with(|| safeguard.forecast(cpu).unwrap_or(f64::INFINITY));
+        NANOSECONDS_OF_A_ROW * cpu.rows().q.len() as f64 * (iterations as f64) < PART_BEFORE_SAFEGUARD * cost
     }
 }
 

@@ -71,6 +71,10 @@ pub trait Verbs {
     fn gradient(&mut self, x: &Self::Vector, g: &mut Self::Vector);
     /// `x . y`.
     fn dot(&mut self, x: &Self::Vector, y: &Self::Vector) -> Self::Scalar;
+    /// `x . y` of each pair.
+    fn dots<const N: usize>(&mut self, pairs: [[&Self::Vector; 2]; N]) -> [Self::Scalar; N] {
+        pairs.map(|[x, y]| self.dot(x, y))
+    }
     /// `x . (q + g)`, which is twice the objective `1/2 x . A x + q . x` when `g = q + A x`.
     fn twice_objective(&mut self, x: &Self::Vector, g: &Self::Vector) -> Self::Scalar;
     /// `out = a x + b y`.

@@ -46,7 +46,7 @@ pub struct LcpHeader {
     pub scene: String,
     /// The step that was being taken, from 1.
     pub step: u64,
-    /// Recursions before this solve.
+    /// Solves of the step before this one.
     pub recursion: u32,
     /// The solver, as a scene names it.
     pub solver: String,
@@ -75,7 +75,7 @@ impl LcpHeader {
             step: kept.step,
             recursion: kept.recursion,
             solver: name(serde_json::to_value(scene.solver.kind)),
-            tolerance: scene.lcp_settings().tolerance,
+            tolerance: kept.tolerance,
             precision: simulation.precision().name().into(),
             status: kept.outcome.status.name().into(),
             products: kept.outcome.products,

@@ -10,8 +10,10 @@ use crate::scene::Dump;
 pub struct Kept {
     /// The step that was being taken, from 1.
     pub step: u64,
-    /// Recursions before this solve; the half step of a midpoint step counts as one.
+    /// Solves of the step before this one: recursions, looser solves of the same rows, and the half step of a midpoint step.
     pub recursion: u32,
+    /// The residual that it was to reach, a length.
+    pub tolerance: f64,
     /// How the solve ended.
     pub outcome: Outcome,
     /// The LCP, its start and what the solver made of it.
@@ -24,23 +26,30 @@ pub struct Keep {
     dump: Option<Dump>,
     counted: usize,
     kept: Vec<Kept>,
+    /// The step that is being taken, and its solves so far.
+    solves: (u64, u32),
 }
 
 impl Keep {
     /// Keeps what `dump` asks for; without it, nothing.
     pub fn new(dump: Option<Dump>) -> Self {
-        Keep { dump, counted: 0, kept: Vec::new() }
+        Keep { dump, ..Keep::default() }
     }
 
-    /// Solves the present LCP of a step after so many recursions.
-    pub(super) fn solve(&mut self, backend: &mut dyn Backend, recursion: u32) -> Result<Outcome, Fault> {
-        let Some(dump) = self.dump.filter(|dump| self.counted < dump.at_most()) else { return backend.solve() };
+    /// Solves the present LCP of a step to a residual.
+    pub(super) fn solve(&mut self, backend: &mut dyn Backend, tolerance: f64) -> Result<Outcome, Fault> {
+        let step = backend.steps() + 1;
+        let recursion = if self.solves.0 == step { self.solves.1 } else { 0 };
+        self.solves = (step, recursion + 1);
+        let Some(dump) = self.dump.filter(|dump| self.counted < dump.at_most()) else {
+            return backend.solve(tolerance);
+        };
         let start = backend.multipliers()?;
-        let outcome = backend.solve()?;
+        let outcome = backend.solve(tolerance)?;
         if dump.wants(outcome.status == Status::Solved, outcome.products) {
             self.counted += 1;
             let lcp = backend.stored_lcp(start)?;
-            self.kept.push(Kept { step: backend.steps() + 1, recursion, outcome, lcp });
+            self.kept.push(Kept { step, recursion, tolerance, outcome, lcp });
         }
         Ok(outcome)
     }

@@ -1,5 +1,6 @@
 //! The timestep, the simulation that repeats it, and what it reports.
 
+mod accuracy;
 mod keep;
 mod report;
 mod simulation;

@@ -38,7 +38,7 @@ pub struct StepReport {
     pub products: u64,
     /// Solves that the safeguard of the solver `auto` went on with.
     pub fallbacks: u32,
-    /// Largest residual that one of its solves ended with, a length.
+    /// Residual that its last solve ended with, a length; the largest of those that did not reach their tolerance, where some did not.
     pub residual: f64,
     /// Solves that did not reach the solver's tolerance.
     pub unconverged: u32,

@@ -226,7 +226,11 @@ impl Simulation {
     /// # Errors
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
-        let mut report = step(self.backend.as_mut(), &self.scene.contact, self.scene.time.stepping, &mut self.keep)?;
+        let mut report = {
+            let Scene { contact, time, .. } = &self.scene;
+            let tolerance = self.scene.lcp_settings().tolerance;
+            step(self.backend.as_mut(), contact, tolerance, time.stepping, &mut self.keep)?
+        };
         report.time = self.scene.time.after(report.step);
         self.look_for_stop()?;
         Ok(report)

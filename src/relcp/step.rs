@@ -1,5 +1,6 @@
 //! One timestep: Algorithm 1 of the paper, and a step of second order made of two of its solves, each written once for every backend.
 
+use super::accuracy::Accuracy;
 use super::{Fault, Keep, StepReport};
 use crate::backend::{Backend, Overlap};
 use crate::lcp::{Outcome, Status};
@@ -10,17 +11,19 @@ use crate::scene::{Contact, Stepping};
 /// recursion where bodies are crowded: a colony to 32 cells takes 7,219, 8,419, 8,377, 8,049 and 9,968 products with 1, 2, 3, 4 and 8.
 const MOST_CORRECTIONS: u32 = 3;
 
-/// Takes one step and says what it did. A fault leaves the last accepted state. LCPs that `keep` wants are kept there.
+/// Takes one step and says what it did; its last LCP is solved to `tolerance`. A fault leaves the last accepted state. LCPs that `keep`
+/// wants are kept there.
 pub fn step(
     backend: &mut dyn Backend,
     contact: &Contact,
+    tolerance: f64,
     stepping: Stepping,
     keep: &mut Keep,
 ) -> Result<StepReport, Fault> {
     let mut report = StepReport::default();
     let overlap = match stepping {
-        Stepping::Euler => euler(backend, contact, keep, &mut report)?,
-        Stepping::Midpoint => midpoint(backend, contact, keep, &mut report)?,
+        Stepping::Euler => euler(backend, contact, tolerance, keep, &mut report)?,
+        Stepping::Midpoint => midpoint(backend, contact, tolerance, keep, &mut report)?,
     };
     report.constraints = backend.constraints();
     report.phases = backend.accept()?; // C^k+1
@@ -32,20 +35,28 @@ pub fn step(
 fn euler(
     backend: &mut dyn Backend,
     contact: &Contact,
+    tolerance: f64,
     keep: &mut Keep,
     report: &mut StepReport,
 ) -> Result<Overlap, Fault> {
     backend.begin()?; // growth, forces, effective mobility, free velocity at C^k
     backend.append_near()?; // A_0: one row a near pair
-    report.count(keep.solve(backend, 0)?); // gamma_0, U_0
-    let mut overlap = backend.trial()?; // C_1 = C(U_0), every pair looked at
-    while report.goes_on(&overlap, contact) {
-        backend.append_violations()?; // A_n+1: one more row a violating pair, linearised at C_n+1
-        report.count(keep.solve(backend, report.recursions + 1)?); // gamma_n+1 from gamma_n, U_n+1
-        overlap = backend.trial()?; // C_n+2 = C(U_n+1), from C^k with the total velocity
-        report.recursions += 1;
+    let mut accuracy = Accuracy::first(contact, tolerance);
+    loop {
+        let outcome = keep.solve(backend, accuracy.residual())?; // gamma_n from gamma_n-1, U_n
+        report.count(outcome);
+        accuracy.reached(outcome.residual);
+        let overlap = backend.trial(accuracy.of_rows())?; // C_n+1 = C(U_n), from C^k with the total velocity, every pair looked at
+        if report.contradicted(contact.overlap_tolerance) {
+            return Ok(overlap);
+        } else if accuracy.shows(&overlap) && report.may_recurse(contact) {
+            backend.append_violations()?; // A_n+1: one more row a violating pair, linearised at C_n+1
+            accuracy.follow(&overlap);
+            report.recursions += 1;
+        } else if !accuracy.tighten(&overlap) {
+            return Ok(overlap);
+        }
     }
-    Ok(overlap)
 }
 
 /// The midpoint rule: contact forces act along the normals in the middle of the step, `C_h = C(U_h)` after `dt/2`.
@@ -55,35 +66,34 @@ fn euler(
 fn midpoint(
     backend: &mut dyn Backend,
     contact: &Contact,
+    tolerance: f64,
     keep: &mut Keep,
     report: &mut StepReport,
 ) -> Result<Overlap, Fault> {
     backend.begin()?; // as a step of dt/2
     backend.append_near()?;
-    report.count(keep.solve(backend, 0)?); // U_h
+    report.count(keep.solve(backend, tolerance)?); // U_h
     backend.middle()?; // C_h; forces, effective mobility there, free velocity of the whole step
     backend.append_near()?; // one row a near pair of C_h, linearised there
-    report.count(keep.solve(backend, 1)?); // the half step's was the first
-    let mut overlap = backend.trial()?; // C_1 = C(U_0) after dt, from C^k
-    while report.goes_on(&overlap, contact) {
+    report.count(keep.solve(backend, tolerance)?);
+    let mut overlap = backend.trial(contact.overlap_tolerance)?; // C_1 = C(U_0) after dt, from C^k
+    while overlap.violations > 0 && report.may_recurse(contact) && !report.contradicted(contact.overlap_tolerance) {
         if report.recursions < MOST_CORRECTIONS {
             backend.tighten_violations()?;
         } else {
             backend.append_violations()?;
         }
-        report.count(keep.solve(backend, report.recursions + 2)?);
-        overlap = backend.trial()?;
+        report.count(keep.solve(backend, tolerance)?);
+        overlap = backend.trial(contact.overlap_tolerance)?;
         report.recursions += 1;
     }
     Ok(overlap)
 }
 
 impl StepReport {
-    /// Whether a trial asks for one more recursion, and may have it.
-    fn goes_on(&self, overlap: &Overlap, contact: &Contact) -> bool {
-        overlap.violations > 0
-            && self.recursions < contact.method.most_recursions(contact.max_recursions)
-            && !self.contradicted(contact.overlap_tolerance)
+    /// Whether the step may have one more recursion.
+    fn may_recurse(&self, contact: &Contact) -> bool {
+        self.recursions < contact.method.most_recursions(contact.max_recursions)
     }
 
     /// Whether the last solve stalled with a row violated by more than `tolerance`: its rows have no common solution, and as rows
@@ -98,10 +108,12 @@ impl StepReport {
         self.iterations += outcome.iterations;
         self.products += outcome.products;
         self.fallbacks += u32::from(outcome.fallback);
-        self.residual = self.residual.max(outcome.residual);
         if outcome.status != Status::Solved {
+            self.residual = if self.unconverged > 0 { self.residual.max(outcome.residual) } else { outcome.residual };
             self.unconverged += 1;
             self.status = outcome.status;
+        } else if self.unconverged == 0 {
+            self.residual = outcome.residual;
         }
     }
 }

@@ -96,6 +96,24 @@ fn two_ellipsoids_move_as_on_the_cpu() {
     });
 }
 
+/// Where early solves are loose, the trials depend on the last digits; what is promised does not.
+#[test]
+fn an_inexact_recursion_keeps_the_tolerances() {
+    let Some(gpu) = device() else { return };
+    let sets = ["contact.recursion=inexact", "time.end=2.9"];
+    let cpu = Ran::on(&Compute::Cpu, "colony", &sets);
+    for precision in precisions(gpu) {
+        let ran = Ran::on(&on_device(gpu, precision), "colony", &sets);
+        let worst = ran.reports.iter().map(|r| r.max_overlap).fold(0.0, f64::max);
+        let recursions = |ran: &Ran| ran.reports.iter().map(|r| r.recursions).sum::<u32>();
+        println!("{precision:?}: worst {worst:.3e}, recursions {} (CPU {})", recursions(&ran), recursions(&cpu));
+        assert!(ran.reports.iter().all(|r| r.unconverged == 0 && r.residual <= 1.000_001e-6));
+        assert!(worst <= 1e-5 && ran.audited() <= 1e-5 && recursions(&ran) > 0, "{worst:e} {:e}", ran.audited());
+        let off = (ran.gyration() / cpu.gyration() - 1.0).abs();
+        assert!(ran.simulation.bodies() == cpu.simulation.bodies() && off < 1e-3, "{off:e}");
+    }
+}
+
 #[test]
 fn colony_of_32_cells() {
     both("colony", &["time.end=3.5"], |_, ran, cpu| {

@@ -250,12 +250,12 @@ fn rows_only_tighten_and_the_recursion_ends() {
         for _ in 0..2 {
             backend.begin().unwrap();
             backend.append_near().unwrap();
-            backend.solve().unwrap();
+            backend.solve(scene.lcp_settings().tolerance).unwrap();
             backend.middle().unwrap();
             backend.append_near().unwrap();
             let (mut last, mut recursions) = (f64::INFINITY, 0);
             loop {
-                let outcome = backend.solve().unwrap();
+                let outcome = backend.solve(scene.lcp_settings().tolerance).unwrap();
                 assert!(outcome.residual <= 1e-10, "{outcome:?}");
                 let (problem, gamma) = backend.lcp();
                 let (objective, least) = objective(problem, gamma);
@@ -264,7 +264,7 @@ fn rows_only_tighten_and_the_recursion_ends() {
                 assert!(least >= -1e-9, "a retained row is violated by {least:e}");
                 last = objective;
                 let before = problem.clone();
-                let overlap = backend.trial().unwrap();
+                let overlap = backend.trial(scene.contact.overlap_tolerance).unwrap();
                 if overlap.violations == 0 {
                     break;
                 }

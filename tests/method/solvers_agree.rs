@@ -27,10 +27,10 @@ fn lcps<const D: usize>(scene: &Scene, from: usize, to: usize) -> Vec<Problem<D>
     for step in 0..to {
         backend.begin().unwrap();
         backend.append_near().unwrap();
-        backend.solve().unwrap();
-        while backend.trial().unwrap().violations > 0 {
+        backend.solve(scene.lcp_settings().tolerance).unwrap();
+        while backend.trial(scene.contact.overlap_tolerance).unwrap().violations > 0 {
             backend.append_violations().unwrap();
-            backend.solve().unwrap();
+            backend.solve(scene.lcp_settings().tolerance).unwrap();
         }
         if step >= from && backend.lcp().1.iter().any(|gamma| *gamma > 0.0) {
             taken.push(backend.lcp().0.clone());

@@ -12,7 +12,7 @@ use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{self, RowSource, RowSourceError, sub_sphere_separations};
 use crate::dynamics::{self, Cells, ForceField, Law, Load, Motion, Pose, Twist};
 use crate::freedom::PLANAR;
-use crate::lcp::{self, Outcome, Problem, Status, Stored};
+use crate::lcp::{self, Outcome, Problem, Settings, Status, Stored};
 use crate::relcp::{Fault, Phases, State, Warm};
 use crate::scene::{Scene, Stepping};
 use crate::separation::{Placed, planar_separation, separation};
@@ -42,7 +42,8 @@ pub struct Cpu<const D: usize> {
     growth: Option<Cells>,
     /// What slows the growth of this step's bodies, where something does.
     pressures: Vec<f64>,
-    overlap_tolerance: f64,
+    /// The overlap from which on a pair of the last trial is a violation.
+    violating: f64,
     cutoff: f64,
     law: Box<dyn Law>,
     forces: Vec<Box<dyn ForceField>>,
@@ -100,7 +101,7 @@ impl<const D: usize> Cpu<D> {
             start_time: scene.time.start,
             growth: Cells::of(scene),
             pressures: Vec::new(),
-            overlap_tolerance: scene.contact.overlap_tolerance,
+            violating: scene.contact.overlap_tolerance,
             cutoff: scene.cutoff_of(state.bodies.shape.iter().copied()),
             law: dynamics::law(&scene.dynamics),
             forces: dynamics::forces_from_scene(&scene.forces, &scene.group_names(), &scene.dynamics),
@@ -334,7 +335,8 @@ impl<const D: usize> Backend for Cpu<D> {
         Ok(())
     }
 
-    fn solve(&mut self) -> Result<Outcome, Fault> {
+    fn solve(&mut self, tolerance: f64) -> Result<Outcome, Fault> {
+        self.solver.set_settings(Settings { tolerance, ..self.solver.settings() });
         let Cpu { phases, solver, problem, gamma, solved, .. } = self;
         let first = !std::mem::replace(solved, true);
         let outcome = timed(&mut phases.solve, || {
@@ -346,7 +348,8 @@ impl<const D: usize> Backend for Cpu<D> {
         Ok(outcome)
     }
 
-    fn trial(&mut self) -> Result<Overlap, Fault> {
+    fn trial(&mut self, violating: f64) -> Result<Overlap, Fault> {
+        self.violating = violating;
         let begun = Instant::now();
         self.set_trial()?;
         self.phases.integrate += begun.elapsed();
@@ -367,7 +370,7 @@ impl<const D: usize> Backend for Cpu<D> {
             worst: worst.map_or(0.0, |near| (-near.found.separation).max(0.0)),
             pair: worst.filter(|near| surface_of(near.pair[1]).is_none()).map(|near| near.pair.map(|i| i as usize)),
             wall: worst.and_then(|near| Some([near.pair[0] as usize, self.walls.wall_of(surface_of(near.pair[1])?)])),
-            violations: self.overlapping.iter().filter(|near| near.found.separation < -self.overlap_tolerance).count(),
+            violations: self.overlapping.iter().filter(|near| near.found.separation < -violating).count(),
             proxy: self.worst_proxy_overlap(),
         };
         self.phases.narrow_phase += begun.elapsed();
@@ -377,7 +380,7 @@ impl<const D: usize> Backend for Cpu<D> {
     fn append_violations(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         let overlapping = std::mem::take(&mut self.overlapping);
-        let tolerance = self.overlap_tolerance;
+        let tolerance = self.violating;
         for near in overlapping.iter().filter(|near| near.found.separation < -tolerance) {
             self.append(near, 0.0, At::Trial);
         }
@@ -389,7 +392,7 @@ impl<const D: usize> Backend for Cpu<D> {
     fn tighten_violations(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         let overlapping = std::mem::take(&mut self.overlapping);
-        let tolerance = self.overlap_tolerance;
+        let tolerance = self.violating;
         for near in overlapping.iter().filter(|near| near.found.separation < -tolerance) {
             if !self.tighten(near) {
                 self.append(near, 0.0, At::Trial);

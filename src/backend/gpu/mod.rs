@@ -17,7 +17,7 @@ use crate::constraint::RowSource;
 use crate::dynamics::{Cells, ForceField};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Recorder};
-use crate::lcp::{self, Outcome, Problem, Stored};
+use crate::lcp::{self, Outcome, Problem, Settings, Stored};
 use crate::relcp::{Fault, Phases, State, Warm};
 use crate::scene::{Dynamics, Force, Scene, Stepping};
 use crate::shape::Shape;
@@ -39,7 +39,6 @@ pub(crate) struct Setup {
     pub lattice: Lattice,
     pub dt: f64,
     pub cutoff: f64,
-    pub overlap_tolerance: f64,
     pub dynamics: Dynamics,
     pub forces: Vec<Force>,
     pub groups: Vec<String>,
@@ -63,7 +62,6 @@ impl Setup {
             lattice: Lattice::for_thickness(if thickness.is_finite() { thickness } else { 1.0 })?,
             dt: scene.time.dt,
             cutoff: scene.cutoff_of(shapes.iter().copied()),
-            overlap_tolerance: scene.contact.overlap_tolerance,
             dynamics: scene.dynamics,
             forces: scene.forces.clone(),
             groups: scene.group_names(),
@@ -161,6 +159,8 @@ pub struct Device {
     solver: lcp::gpu::Solver,
     /// Rows that there will be once violations are appended.
     next_rows: u64,
+    /// The overlap from which on a pair of the last trial is a violation.
+    violating: f64,
     state: OnceLock<State>,
     phases: Phases,
 }
@@ -240,6 +240,7 @@ impl Device {
             solver: lcp::gpu::Solver::new(&gpu, precision, setup.planar, scene.solver.kind, scene.lcp_settings())?,
             kernels: Kernels::new(&gpu, &setup)?,
             next_rows: 0,
+            violating: scene.contact.overlap_tolerance,
             state: OnceLock::from(state),
             phases: Phases::default(),
             setup,
@@ -419,7 +420,7 @@ impl Device {
     fn record_separations(&mut self, gpu: &Gpu, record: &mut Recorder<'_>, at_trial: bool) -> Result<(), GpuError> {
         let poses = if at_trial { &self.poses[1] } else { self.start() };
         let (lists, pairs) = (&self.candidates.lists, self.candidates.lists.pairs_count);
-        let parameters = words([pairs as u32, u32::from(at_trial), 0, 0]);
+        let parameters = words([pairs as u32, u32::from(at_trial), (self.violating as f32).to_bits(), 0]);
         let shapes = &self.start_shapes().shapes;
         for kernel in &self.kernels.narrow {
             let buffers = [
@@ -521,14 +522,16 @@ impl Backend for Device {
         Ok(())
     }
 
-    fn solve(&mut self) -> Result<Outcome, Fault> {
+    fn solve(&mut self, tolerance: f64) -> Result<Outcome, Fault> {
         let begun = Instant::now();
+        self.solver.set_settings(Settings { tolerance, ..self.solver.settings() });
         let outcome = self.solver.solve(&self.gpu, &mut self.rows.problem)?;
         self.phases.solve += begun.elapsed();
         Ok(outcome)
     }
 
-    fn trial(&mut self) -> Result<Overlap, Fault> {
+    fn trial(&mut self, violating: f64) -> Result<Overlap, Fault> {
+        self.violating = violating;
         let begun = Instant::now();
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         let mut record = gpu.record();

@@ -13,7 +13,6 @@ pub(super) fn base(setup: &Setup, name: &str) -> Source {
         .real("DT", setup.dt)
         .real("ROOT_DT", setup.dt.sqrt())
         .real("CUTOFF", setup.cutoff)
-        .real("TOLERANCE", setup.overlap_tolerance)
         .integer("MOTION", setup.motion_width())
         .integer("NONE", u32::MAX)
         .flag("PLANAR", setup.planar)
