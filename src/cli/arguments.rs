@@ -3,6 +3,7 @@
 use crate::render::{Background, Fit, Quantity, Side, View};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// More threads than this are a slip of the pen.
 const MOST_THREADS: i64 = 1024;
@@ -126,6 +127,12 @@ pub(super) struct Run {
     /// or the latest of this scene in runs/
     #[arg(long)]
     pub(super) resume: bool,
+    /// Write a checkpoint at least so often; without it, every minute
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub(super) checkpoint_every: Option<Duration>,
+    /// Stop with a checkpoint, as by Ctrl-C, after the step in which this much time has passed
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub(super) max_wall: Option<Duration>,
     /// Print where the time went and the most memory held; on a device also pipelines, buffers, dispatches and read-backs
     #[arg(long)]
     pub(super) profile: bool,
@@ -133,6 +140,12 @@ pub(super) struct Run {
     pub(super) compute: Compute,
     #[command(flatten)]
     pub(super) print: Print,
+}
+
+/// A time span, in seconds.
+fn seconds(text: &str) -> Result<Duration, String> {
+    let number: f64 = text.parse().map_err(|_| "not a number of seconds".to_string())?;
+    Duration::try_from_secs_f64(number).map_err(|e| e.to_string())
 }
 
 const BATCH_EXAMPLES: &str = "\
@@ -181,11 +194,14 @@ pub(super) struct Batch {
 }
 
 #[derive(Args, Debug)]
-#[command(after_help = "Example:\n  relcp schema > scene.schema.json")]
+#[command(after_help = "Examples:\n  relcp schema > scene.schema.json\n  relcp schema --markdown | less")]
 pub(super) struct Schema {
     /// That of sweep files, for `relcp batch`
     #[arg(long)]
     pub(super) sweep: bool,
+    /// The keys of a scene as a page of Markdown instead
+    #[arg(long, conflicts_with = "sweep")]
+    pub(super) markdown: bool,
 }
 
 const COMPLETIONS_EXAMPLES: &str = "\

@@ -30,7 +30,7 @@ struct Document<'a> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     compute::set_threads(&arguments.compute)?;
-    let interrupt = Interrupt::listen();
+    let (interrupt, begun) = (Interrupt::listen(), Instant::now());
     let mut run = if arguments.resume { resume(arguments)? } else { start(arguments)? };
     for note in run.notes() {
         output::message(note);
@@ -40,7 +40,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     }
     let first = run.simulation().steps();
     let mut progress = Progress::new(&run, arguments.print.quiet);
-    while !run.done() && !interrupt.asked() {
+    if let Some(every) = arguments.checkpoint_every {
+        run.checkpoint_every(every);
+    }
+    let out_of_time = || arguments.max_wall.is_some_and(|most| begun.elapsed() >= most);
+    while !run.done() && !interrupt.asked() && !out_of_time() {
         let report = run.advance()?;
         progress.step(&run, &report);
     }

@@ -36,6 +36,10 @@ pub(super) fn check(arguments: &Check) -> Result<Exit, CliError> {
 }
 
 pub(super) fn schema(arguments: &Schema) -> Result<Exit, CliError> {
+    if arguments.markdown {
+        output::write(|out| write!(out, "{}", scene::reference()))?;
+        return Ok(Exit::Done);
+    }
     output::json(&if arguments.sweep { batch::schema() } else { scene::schema() })?;
     Ok(Exit::Done)
 }

@@ -14,6 +14,7 @@ mod nearest;
 mod orientation;
 mod place;
 mod read;
+mod reference;
 mod set;
 mod settings;
 mod translate;
@@ -28,6 +29,7 @@ pub use error::{FaultKind, SceneError};
 pub use growth::{Growth, Stop, StopReason};
 pub(crate) use read::Source;
 pub use read::{MAX_FILE_BYTES, load, parse, read};
+pub use reference::reference;
 pub(crate) use set::Override;
 pub use validate::{LARGEST_NUMBER, MAX_BODIES, MAX_STATES, MAX_STEPS, SMALLEST_NUMBER, SMALLEST_QUATERNION};
 pub use wall::Wall;
@@ -159,6 +161,7 @@ pub struct Contact {
     #[schemars(range(min = 1))]
     pub max_recursions: u32,
     /// How tightly the solves before a step's last one are made.
+    #[schemars(extend("default" = "exact"))]
     #[serde(skip_serializing_if = "Recursion::is_default")]
     pub recursion: Recursion,
     /// Pairs nearer than this at a step's start get a row (beside those that the free motion may bring into contact), a length.
