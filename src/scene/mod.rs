@@ -12,6 +12,7 @@ mod growth;
 mod key;
 mod nearest;
 mod orientation;
+mod periodic;
 mod place;
 mod read;
 mod set;
@@ -26,6 +27,7 @@ pub use built_in::{BuiltIn, built_in};
 pub use dump::{Dump, DumpWhen};
 pub use error::{FaultKind, SceneError};
 pub use growth::{Growth, Stop, StopReason};
+pub use periodic::Periodic;
 pub(crate) use read::Source;
 pub use read::{MAX_FILE_BYTES, load, parse, read};
 pub(crate) use set::Override;
@@ -67,6 +69,9 @@ pub struct Scene {
     /// CPU only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<Wall>,
+    /// Periods of space: bodies that leave through one side meet what is at the other. On the CPU only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub periodic: Option<Periodic>,
     /// Growth and division of spherocylinders.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub growth: Option<Growth>,

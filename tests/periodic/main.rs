@@ -1,0 +1,3 @@
+//! Periodic space: searches, images, scenes, steps and outputs.
+
+mod broad_phase;
