@@ -17,27 +17,27 @@ use glam::{DVec3, I64Vec3};
 
 /// The translations under which a periodic space is the same: those by whole lengths along the axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Lattice {
+pub struct Periods {
     /// The period along each axis, zero where there is none.
     length: DVec3,
     /// Its inverse, zero where there is none.
     inverse: DVec3,
 }
 
-impl Lattice {
+impl Periods {
     /// No periods.
-    pub const NONE: Lattice = Lattice { length: DVec3::ZERO, inverse: DVec3::ZERO };
+    pub const NONE: Periods = Periods { length: DVec3::ZERO, inverse: DVec3::ZERO };
 
-    /// The lattice of these periods; a number that is not a positive length is none.
-    pub fn new(lengths: [Option<f64>; 3]) -> Lattice {
+    /// The periods of these periods; a number that is not a positive length is none.
+    pub fn new(lengths: [Option<f64>; 3]) -> Periods {
         let length = lengths.map(|length| length.filter(|l| *l > 0.0 && l.is_finite()).unwrap_or(0.0));
         let inverse = length.map(|length| if length > 0.0 { 1.0 / length } else { 0.0 });
-        Lattice { length: length.into(), inverse: inverse.into() }
+        Periods { length: length.into(), inverse: inverse.into() }
     }
 
     /// That of a scene.
-    pub fn of(scene: &Scene) -> Lattice {
-        scene.periodic.map_or(Lattice::NONE, |periodic| Lattice::new(periodic.lengths))
+    pub fn of(scene: &Scene) -> Periods {
+        scene.periodic.map_or(Periods::NONE, |periodic| Periods::new(periodic.lengths))
     }
 
     /// Whether no axis has a period.
@@ -93,9 +93,9 @@ impl Lattice {
     ///
     /// ```
     /// use glam::{DVec3, I64Vec3};
-    /// use relcp::periodic::Lattice;
-    /// let lattice = Lattice::new([Some(4.0), None, None]);
-    /// let (position, image) = lattice.wrapped(DVec3::new(7.0, 7.0, 7.0));
+    /// use relcp::periodic::Periods;
+    /// let periods = Periods::new([Some(4.0), None, None]);
+    /// let (position, image) = periods.wrapped(DVec3::new(7.0, 7.0, 7.0));
     /// assert_eq!((position, image), (DVec3::new(-1.0, 7.0, 7.0), I64Vec3::new(2, 0, 0)));
     /// ```
     pub fn wrapped(&self, position: DVec3) -> (DVec3, I64Vec3) {

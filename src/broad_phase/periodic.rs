@@ -2,7 +2,7 @@
 //! testing every pair.
 
 use super::{Aabb, BroadPhase};
-use crate::periodic::Lattice;
+use crate::periodic::Periods;
 use rayon::prelude::*;
 
 /// Finds the pairs that touch through some image, by another search.
@@ -10,17 +10,17 @@ use rayon::prelude::*;
 /// ```
 /// use glam::DVec3;
 /// use relcp::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
-/// use relcp::periodic::Lattice;
+/// use relcp::periodic::Periods;
 ///
 /// let at = |x| Aabb::from_centre(DVec3::new(x, 0.0, 0.0), DVec3::splat(0.5));
 /// let mut pairs = Vec::new();
-/// Periodic::new(Grid::default(), Lattice::new([Some(8.0), None, None])).pairs(&[at(0.2), at(4.0), at(7.6)], &mut pairs);
+/// Periodic::new(Grid::default(), Periods::new([Some(8.0), None, None])).pairs(&[at(0.2), at(4.0), at(7.6)], &mut pairs);
 /// assert_eq!(pairs, [[0, 2]]);
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Periodic<S> {
     search: S,
-    lattice: Lattice,
+    periods: Periods,
     /// The boxes in one cell, then their images beyond it, and whose they are.
     boxes: Vec<Aabb>,
     body: Vec<u32>,
@@ -28,9 +28,9 @@ pub struct Periodic<S> {
 }
 
 impl<S> Periodic<S> {
-    /// A search of the space of `lattice` by `search`.
-    pub fn new(search: S, lattice: Lattice) -> Self {
-        Periodic { search, lattice, boxes: Vec::new(), body: Vec::new(), found: Vec::new() }
+    /// A search of the space of `periods` by `search`.
+    pub fn new(search: S, periods: Periods) -> Self {
+        Periodic { search, periods, boxes: Vec::new(), body: Vec::new(), found: Vec::new() }
     }
 
     fn unfold(&mut self, boxes: &[Aabb]) {
@@ -39,7 +39,7 @@ impl<S> Periodic<S> {
         let mut beyond = Vec::new();
         for (body, aabb) in (0u32..).zip(boxes).filter(|(_, aabb)| aabb.is_proper()) {
             let mut first = true;
-            self.lattice.unfold(aabb, |image| {
+            self.periods.unfold(aabb, |image| {
                 if std::mem::take(&mut first) {
                     self.boxes.push(image);
                     self.body.push(body);
@@ -55,7 +55,7 @@ impl<S> Periodic<S> {
 
 impl<S: BroadPhase> BroadPhase for Periodic<S> {
     fn pairs(&mut self, boxes: &[Aabb], pairs: &mut Vec<[u32; 2]>) {
-        if self.lattice.is_none() {
+        if self.periods.is_none() {
             return self.search.pairs(boxes, pairs);
         }
         self.unfold(boxes);
@@ -63,7 +63,7 @@ impl<S: BroadPhase> BroadPhase for Periodic<S> {
         pairs.clear();
         let of_bodies = self.found.iter().map(|pair| pair.map(|image| self.body[image as usize]));
         let ordered = of_bodies.filter(|[a, b]| a != b).map(|[a, b]| [a.min(b), a.max(b)]);
-        pairs.extend(ordered.filter(|[a, b]| self.lattice.touches(&boxes[*a as usize], &boxes[*b as usize])));
+        pairs.extend(ordered.filter(|[a, b]| self.periods.touches(&boxes[*a as usize], &boxes[*b as usize])));
         pairs.par_sort_unstable();
         pairs.dedup();
     }
@@ -73,7 +73,7 @@ impl<S: BroadPhase> BroadPhase for Periodic<S> {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PeriodicBruteForce {
     /// The periods.
-    pub lattice: Lattice,
+    pub periods: Periods,
 }
 
 impl BroadPhase for PeriodicBruteForce {
@@ -81,7 +81,7 @@ impl BroadPhase for PeriodicBruteForce {
         pairs.clear();
         for (a, first) in boxes.iter().enumerate().filter(|(_, first)| first.is_proper()) {
             for (b, second) in boxes.iter().enumerate().skip(a + 1).filter(|(_, second)| second.is_proper()) {
-                if self.lattice.touches(first, second) {
+                if self.periods.touches(first, second) {
                     pairs.push([a as u32, b as u32]);
                 }
             }

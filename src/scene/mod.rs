@@ -338,7 +338,8 @@ pub enum Generate {
     /// `count` bodies at random positions and isotropic random orientations, without overlap, in a cube centred on the origin
     /// whose volume is theirs over `volume_fraction`. Centres are in the cube; the bodies' ends may stick out. Each body keeps clear of the
     /// bounding capsules of all earlier ones, so rings do not interlock by chance. In a planar scene spheres only, in the square of z = 0
-    /// whose area is that of their discs over `volume_fraction`.
+    /// whose area is that of their discs over `volume_fraction`. In a periodic scene centres are spread over the whole period along each periodic axis, and
+    /// bodies keep clear of images too; where all axes are periodic, `volume_fraction` is what `count` bodies are of the cell.
     Isotropic {
         /// How many.
         #[schemars(range(min = 1))]
