@@ -5,6 +5,7 @@ use crate::periodic::Periods;
 use crate::separation::Placed;
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
+use std::borrow::Cow;
 
 /// Where a body comes from: enough to rebuild the lineage of a colony.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,6 +76,16 @@ impl Bodies {
     /// Two bodies as their separation is computed from: b at its image nearest to a. Only the difference of the two positions has a meaning.
     pub fn pair(&self, a: usize, b: usize) -> [Placed; 2] {
         self.periods.pair(self.placed(a), self.placed(b))
+    }
+
+    /// These bodies with each centre at its image in the cell about the origin ([`Periods::wrapped`]): for pictures, not for going on.
+    pub fn wrapped(&self) -> Cow<'_, Bodies> {
+        if self.periods.is_none() {
+            return Cow::Borrowed(self);
+        }
+        let mut wrapped = self.clone();
+        wrapped.position.iter_mut().for_each(|x| *x = self.periods.wrapped(*x).0);
+        Cow::Owned(wrapped)
     }
 
     /// Body `i`'s shape where it is.

@@ -79,6 +79,11 @@ impl Periods {
         if self.is_none() { delta } else { delta - self.length * self.cell(delta) }
     }
 
+    /// The periods by which what is at the distance `delta` is moved to its nearest image.
+    pub fn nearest_image(&self, delta: DVec3) -> I64Vec3 {
+        -self.cell(delta).as_i64vec3()
+    }
+
     /// A pair as its separation is computed from: with a period, a at the origin and the nearest image of b from there.
     #[inline]
     pub fn pair(&self, a: Placed, b: Placed) -> [Placed; 2] {

@@ -16,7 +16,6 @@ use crate::bodies::Bodies;
 use crate::periodic::Periods;
 use crate::relcp::State;
 use crate::scene::LARGEST_NUMBER;
-use crate::shape::Shape;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::Read;
@@ -26,6 +25,8 @@ use std::path::Path;
 pub const FORMAT: &str = "relcp-state";
 /// The version that this program writes; it reads those up to it.
 pub const VERSION: u64 = 1;
+/// The part of a period to which floats must tell where a body is.
+const LEAST_KNOWN: f64 = 0.1;
 /// The fewest bytes that a body, or a near pair, takes: what bounds the counts that a file may claim.
 const LEAST_ROW: u64 = 8;
 
@@ -117,7 +118,7 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
     }
     let rows = header.bodies as usize;
     let bodies = read_bodies(&mut archive, rows)?;
-    let periods = periods(&header, &bodies.shape)?;
+    let periods = periods(&header, &bodies)?;
     let state = State {
         step: header.step,
         next_id: header.next_id,
@@ -127,16 +128,20 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
     Ok((header, state))
 }
 
-/// The periods of a state's space. Bodies are at most half as long as the shortest, in every state that a run writes.
-fn periods(header: &Header, shapes: &[Shape]) -> Result<Periods, StateError> {
+/// The periods of a state's space. In every state that a run writes bodies are at most half as long as the shortest, and not so far away that floats
+/// no longer tell one image from the next.
+fn periods(header: &Header, bodies: &Bodies) -> Result<Periods, StateError> {
     let Some(lengths) = header.periodic else { return Ok(Periods::NONE) };
     let periods = Periods::new(lengths);
-    let longest = shapes.iter().map(|shape| 2.0 * shape.bounding_radius()).fold(0.0, f64::max);
-    let fits = |period: f64| longest <= 0.5 * period && period <= LARGEST_NUMBER;
+    let longest = bodies.shape.iter().map(|shape| 2.0 * shape.bounding_radius()).fold(0.0, f64::max);
+    let farthest = bodies.position.iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
+    let fits = |period: f64| {
+        longest <= 0.5 * period && period <= LARGEST_NUMBER && farthest * f64::EPSILON <= LEAST_KNOWN * period
+    };
     if periods.lengths() == lengths && periods.shortest().is_some_and(fits) {
         return Ok(periods);
     }
-    Err(StateError::damaged("the header", "its periods are none, or too short for its bodies"))
+    Err(StateError::damaged("the header", "its periods are none, or too short for its bodies and their places"))
 }
 
 /// Reads a header, its version first: the rest of a newer one may be anything.

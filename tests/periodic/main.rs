@@ -1,6 +1,8 @@
 //! Periodic space: searches, images, scenes, steps and outputs.
 
 mod broad_phase;
+mod outputs;
+mod scenes;
 mod steps;
 
 use glam::DVec3;
