@@ -25,7 +25,7 @@ pub struct Lineage {
 pub struct Bodies {
     /// Shapes, as they are now (a growing body's length changes).
     pub shape: Vec<Shape>,
-    /// Centres.
+    /// Centres; in periodic space as they went, not wrapped into a cell.
     pub position: Vec<DVec3>,
     /// Unit quaternions taking body axes to space.
     pub orientation: Vec<DQuat>,

@@ -28,7 +28,7 @@ impl Periods {
     /// No periods.
     pub const NONE: Periods = Periods { length: DVec3::ZERO, inverse: DVec3::ZERO };
 
-    /// The periods of these periods; a number that is not a positive length is none.
+    /// These periods; a number that is not a positive length is none.
     pub fn new(lengths: [Option<f64>; 3]) -> Periods {
         let length = lengths.map(|length| length.filter(|l| *l > 0.0 && l.is_finite()).unwrap_or(0.0));
         let inverse = length.map(|length| if length > 0.0 { 1.0 / length } else { 0.0 });
@@ -46,7 +46,7 @@ impl Periods {
         self.length == DVec3::ZERO
     }
 
-    /// The periods.
+    /// The period along each axis, where there is one.
     pub fn lengths(&self) -> [Option<f64>; 3] {
         self.length.to_array().map(|length| (length > 0.0).then_some(length))
     }
@@ -54,6 +54,11 @@ impl Periods {
     /// The period along each axis; zero where there is none.
     pub fn length(&self) -> DVec3 {
         self.length
+    }
+
+    /// The largest coordinate of a point along an axis with a period.
+    pub fn farthest(&self, x: DVec3) -> f64 {
+        DVec3::select(self.length.cmpgt(DVec3::ZERO), x.abs(), DVec3::ZERO).max_element()
     }
 
     /// The shortest period.

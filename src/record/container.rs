@@ -134,7 +134,7 @@ fn periods(header: &Header, bodies: &Bodies) -> Result<Periods, StateError> {
     let Some(lengths) = header.periodic else { return Ok(Periods::NONE) };
     let periods = Periods::new(lengths);
     let longest = bodies.shape.iter().map(|shape| 2.0 * shape.bounding_radius()).fold(0.0, f64::max);
-    let farthest = bodies.position.iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
+    let farthest = bodies.position.iter().map(|x| periods.farthest(*x)).fold(0.0, f64::max);
     let fits = |period: f64| {
         longest <= 0.5 * period && period <= LARGEST_NUMBER && farthest * f64::EPSILON <= LEAST_KNOWN * period
     };

@@ -2,11 +2,15 @@
 
 use crate::{audit, suspension};
 use glam::DVec3;
+use relcp::bodies::Bodies;
 use relcp::export::{Snapshot, States, contacts};
 use relcp::measure::{Settings, measure, select};
+use relcp::periodic::Periods;
 use relcp::record::{StateError, decode, encode, encode_with_forces, read_state};
-use relcp::relcp::{Simulation, image_contacts};
+use relcp::relcp::{Simulation, State, Warm, image_contacts};
 use relcp::scene;
+use relcp::separation::Placed;
+use relcp::shape::Shape;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -132,6 +136,50 @@ fn forces_balance_and_measures_know_the_cell() {
         }
     }
     assert!(compared > 25, "{compared}");
+}
+
+/// A cubic lattice of touching spheres that fills its cell, with the same force in each contact: the stress is known.
+#[test]
+fn a_lattice_without_a_boundary_has_its_stress() {
+    let at = |k: u32| [k % 3, k / 3 % 3, k / 9];
+    let mut bodies = Bodies { periods: Periods::new([Some(3.0); 3]), ..Bodies::default() };
+    for k in 0..27 {
+        let position = DVec3::from(at(k).map(f64::from)) + 3.0 * f64::from(k % 5);
+        bodies.push(Placed { shape: Shape::Sphere { radius: 0.5 }, position, orientation: glam::DQuat::IDENTITY }, 0);
+    }
+    let mut warm = Vec::new();
+    for k in 0..27 {
+        for axis in 0..3 {
+            let mut next = at(k);
+            next[axis] = (next[axis] + 1) % 3;
+            let other = next[0] + 3 * next[1] + 9 * next[2];
+            let pair = [k.min(other), k.max(other)];
+            warm.push(Warm { pair, feature: 0, gamma: [2.0, 3.0, 4.0][axis], normal: DVec3::ZERO });
+        }
+    }
+    warm.sort_by_key(|warm| warm.pair);
+    let place = tempfile::tempdir().unwrap();
+    let file = place.path().join("lattice.npz");
+    let state = State { step: 1, next_id: 27, bodies, warm };
+    std::fs::write(&file, encode_with_forces(&state, "0123", 1.0).unwrap()).unwrap();
+    let source = file.to_str().unwrap();
+    let measures = select(&["stress".into(), "contacts".into(), "packing".into()]).unwrap();
+    let settings = Settings::default();
+    let found = measure(source, &States::open(source).unwrap(), &measures, &settings, &mut |_, _| true).unwrap();
+    let value = |column: &str| found.value(0, column).unwrap();
+    let volume = std::f64::consts::PI / 6.0;
+    for (column, expected) in [
+        ("stress_xx", 2.0 / volume),
+        ("stress_yy", 3.0 / volume),
+        ("stress_zz", 4.0 / volume),
+        ("pressure", 3.0 / volume),
+        ("touching_per_body", 6.0),
+        ("pushing_per_body", 6.0),
+        ("packing_cell", volume),
+    ] {
+        assert!((value(column) - expected).abs() < 1e-12, "{column}: {} {expected}", value(column));
+    }
+    assert!(value("stress_xy").abs() < 1e-12);
 }
 
 #[test]

@@ -2,7 +2,6 @@
 
 use super::{Cpu, LEAST_BODIES_A_TASK};
 use crate::relcp::Fault;
-use glam::DVec3;
 use rayon::prelude::*;
 
 impl<const D: usize> Cpu<D> {
@@ -20,10 +19,7 @@ impl<const D: usize> Cpu<D> {
         if let Some(body) = parallel().find_first(|body| !fits(*body)) {
             return Err(Fault::PeriodTooShort { step, body, span: span(body), period });
         }
-        let far = |body: usize| {
-            let along = |x: DVec3| DVec3::select(periods.length().cmpgt(DVec3::ZERO), x.abs(), DVec3::ZERO);
-            along(self.start.position[body]).max_element() * f64::EPSILON > self.overlap_tolerance
-        };
+        let far = |body: usize| periods.farthest(self.start.position[body]) * f64::EPSILON > self.overlap_tolerance;
         match parallel().find_first(|body| far(*body)) {
             Some(body) => Err(Fault::TooFar { step, body }),
             None => Ok(()),
