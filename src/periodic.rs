@@ -129,7 +129,8 @@ impl Periods {
             } else {
                 let (low, high) = ((low / self.length[axis]).ceil(), (high / self.length[axis]).floor());
                 // Not a number is no image.
-                if !(low <= high) {
+                let meet = low <= high;
+                if !meet {
                     return None;
                 }
                 (first[axis], last[axis]) = (low as i64, high as i64);

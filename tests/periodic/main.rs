@@ -1,4 +1,5 @@
 //! Periodic space: searches, images, scenes, steps and outputs.
+#![allow(clippy::unwrap_used)]
 
 mod broad_phase;
 mod outputs;
