@@ -97,10 +97,10 @@ fn forces_balance_and_measures_know_the_cell() {
     println!("{pushing} push, {through} through a boundary");
     assert!(through >= 3 && pushing > through);
     let mut off = Vec::new();
-    for i in 0..30 {
+    for (i, contact) in force.into_iter().enumerate() {
         let outer = if i < 15 { DVec3::new(3.0, 1.0, 0.0) } else { DVec3::new(-3.0, 0.5, 0.0) };
         let drag = state.bodies.velocity[i] * state.bodies.shape[i].major_axis();
-        off.push((outer + force[i] - drag).length());
+        off.push((outer + contact - drag).length());
     }
     off.sort_by(f64::total_cmp);
     println!("forces are off by {:.3} at the median, {:.3} at most, of 3", off[15], off[29]);
