@@ -1,9 +1,11 @@
 //! The state of all bodies, one array a quantity: the configuration `C^k` of the method.
 
 use crate::dynamics::Twist;
+use crate::periodic::Periods;
 use crate::separation::Placed;
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
+use std::borrow::Cow;
 
 /// Where a body comes from: enough to rebuild the lineage of a colony.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,12 +20,12 @@ pub struct Lineage {
     pub generation: u32,
 }
 
-/// All bodies of a simulation. Arrays are indexed by body and have the same length.
+/// All bodies of a simulation, and the space that they are in. Arrays are indexed by body and have the same length.
 #[derive(Debug, Default, PartialEq)]
 pub struct Bodies {
     /// Shapes, as they are now (a growing body's length changes).
     pub shape: Vec<Shape>,
-    /// Centres.
+    /// Centres; in periodic space as they went, not wrapped into a cell.
     pub position: Vec<DVec3>,
     /// Unit quaternions taking body axes to space.
     pub orientation: Vec<DQuat>,
@@ -35,6 +37,8 @@ pub struct Bodies {
     pub group: Vec<u32>,
     /// Identity and ancestry.
     pub lineage: Vec<Lineage>,
+    /// The periods of the space that they are in. Positions are not wrapped.
+    pub periods: Periods,
 }
 
 /// The value of [`Bodies::group`] of a body that belongs to no group.
@@ -69,6 +73,21 @@ impl Bodies {
         Twist { linear: self.velocity[i], angular: self.angular_velocity[i] }
     }
 
+    /// Two bodies as their separation is computed from: b at its image nearest to a. Only the difference of the two positions has a meaning.
+    pub fn pair(&self, a: usize, b: usize) -> [Placed; 2] {
+        self.periods.pair(self.placed(a), self.placed(b))
+    }
+
+    /// These bodies with each centre at its image in the cell about the origin ([`Periods::wrapped`]): for pictures, not for going on.
+    pub fn wrapped(&self) -> Cow<'_, Bodies> {
+        if self.periods.is_none() {
+            return Cow::Borrowed(self);
+        }
+        let mut wrapped = self.clone();
+        wrapped.position.iter_mut().for_each(|x| *x = self.periods.wrapped(*x).0);
+        Cow::Owned(wrapped)
+    }
+
     /// Body `i`'s shape where it is.
     pub fn placed(&self, i: usize) -> Placed {
         Placed { shape: self.shape[i], position: self.position[i], orientation: self.orientation[i] }
@@ -91,5 +110,6 @@ impl Clone for Bodies {
         self.angular_velocity.clone_from(&from.angular_velocity);
         self.group.clone_from(&from.group);
         self.lineage.clone_from(&from.lineage);
+        self.periods = from.periods;
     }
 }

@@ -56,6 +56,7 @@ pub mod freedom;
 pub mod gpu;
 pub mod lcp;
 pub mod measure;
+pub mod periodic;
 pub mod record;
 pub mod relcp;
 pub mod render;

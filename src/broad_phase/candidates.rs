@@ -5,7 +5,8 @@
 //! every body's box lies inside its stored box, two boxes that touch belong to stored boxes that touch, so the list holds
 //! them: no bound on speeds, turns or growth is assumed. The first box found outside its stored box causes a new search.
 
-use super::{Aabb, BroadPhase};
+use super::{Aabb, BroadPhase, Grid, Periodic};
+use crate::periodic::Periods;
 use rayon::prelude::*;
 
 /// Calls that a search's margin is to last for, at the pace measured so far. `benches/broad_phase.rs` tells the cost by margin: for
@@ -50,6 +51,7 @@ const PARALLEL_MIN: usize = 16384;
 /// ```
 pub struct Candidates {
     search: Box<dyn BroadPhase + Send + Sync>,
+    periods: Periods,
     /// Boxes of the last search with its margin; empty when there is nothing to reuse.
     stored: Vec<Aabb>,
     listed: Vec<[u32; 2]>,
@@ -65,7 +67,7 @@ pub struct Candidates {
 impl Default for Candidates {
     /// Candidates by the [`Grid`](super::Grid).
     fn default() -> Self {
-        Candidates::new(Box::new(super::Grid::default()))
+        Candidates::new(Box::new(Grid::default()))
     }
 }
 
@@ -74,6 +76,7 @@ impl Candidates {
     pub fn new(search: Box<dyn BroadPhase + Send + Sync>) -> Self {
         Candidates {
             search,
+            periods: Periods::NONE,
             stored: Vec::new(),
             listed: Vec::new(),
             margin: 0.0,
@@ -88,6 +91,12 @@ impl Candidates {
     /// A list made by `search` with the margin `margin`, a length, not below zero.
     pub fn with_margin(search: Box<dyn BroadPhase + Send + Sync>, margin: f64) -> Self {
         Candidates { fixed: Some(margin.max(0.0)), ..Candidates::new(search) }
+    }
+
+    /// A list made by the [`Grid`] in the space of `periods`: of pairs that touch through some image. The boxes are not to be wrapped, so that
+    /// they do not jump.
+    pub fn in_space(periods: Periods) -> Self {
+        Candidates { periods, ..Candidates::new(Box::new(Periodic::new(Grid::default(), periods))) }
     }
 
     /// Pairs `[a, b]`, `a < b`, ascending, each once, among them every pair of touching boxes.
@@ -188,9 +197,10 @@ impl Candidates {
 impl BroadPhase for Candidates {
     fn pairs(&mut self, boxes: &[Aabb], pairs: &mut Vec<[u32; 2]>) {
         self.ensure(boxes);
+        let periods = self.periods;
         // All listed boxes are proper: a search lists no others, and none changed since without a new search.
         let touching = |part: &[[u32; 2]], pairs: &mut Vec<[u32; 2]>| {
-            pairs.extend(part.iter().filter(|[a, b]| boxes[*a as usize].touches(&boxes[*b as usize])));
+            pairs.extend(part.iter().filter(|[a, b]| periods.touches(&boxes[*a as usize], &boxes[*b as usize])));
         };
         pairs.clear();
         if self.listed.len() < PARALLEL_MIN {

@@ -1,7 +1,7 @@
 //! Broad phase: which pairs of bodies could be near, from their boxes alone.
 //!
 //! [`Grid`] is the search to use, [`BruteForce`] the oracle it is tested against, and [`Candidates`] keeps a list over
-//! several configurations, searching again only when a body has left its stored box.
+//! several configurations, searching again only when a body has left its stored box. [`Periodic`] makes any of them a search of periodic space.
 
 mod brute_force;
 mod candidates;
@@ -9,10 +9,12 @@ pub mod gpu;
 mod grid;
 mod levels;
 mod pair_order;
+mod periodic;
 
 pub use brute_force::BruteForce;
 pub use candidates::Candidates;
 pub use grid::Grid;
+pub use periodic::{Periodic, PeriodicBruteForce};
 
 use glam::DVec3;
 use rayon::prelude::*;

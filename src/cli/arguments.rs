@@ -346,7 +346,7 @@ pub(super) struct Contacts {
     /// A scene file, a run's final.json, one of its states (.npz; it knows no walls), or a run's folder: the state that it stands at
     #[arg(value_name = "STATE")]
     pub(super) state: String,
-    /// Pairs nearer than this, a length
+    /// Pairs nearer than this, a length; in a periodic scene at most the shortest period
     #[arg(long, value_name = "LENGTH", default_value_t = 0.0, allow_negative_numbers = true, value_parser = length)]
     pub(super) cutoff: f64,
     #[command(flatten)]

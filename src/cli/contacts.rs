@@ -5,7 +5,7 @@ use super::exit::{CliError, Exit};
 use super::output;
 use crate::bodies::Bodies;
 use crate::record::{Folder, read_state};
-use crate::relcp::contacts as near;
+use crate::relcp::image_contacts;
 use crate::scene;
 use crate::walls::Walls;
 use serde::Serialize;
@@ -15,6 +15,9 @@ use std::path::Path;
 struct Pair {
     a: usize,
     b: usize,
+    /// The periods by which b is moved to the image that a meets; in periodic space only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    image: Option<[i64; 3]>,
     separation: f64,
     normal: [f64; 3],
     point_a: [f64; 3],
@@ -81,7 +84,9 @@ fn find(bodies: &Bodies, walls: &Walls, cutoff: f64) -> Report {
         });
     }
     // Asked for everything that overlaps even where the cutoff leaves some of it out.
-    for ([a, b], s) in near(bodies, cutoff.max(0.0)) {
+    for near in image_contacts(bodies, cutoff.max(0.0)) {
+        let ([a, b], s) = (near.pair, near.found);
+        let image = (!bodies.periods.is_none()).then(|| near.image.to_array());
         if -s.separation > report.max_overlap {
             report.max_overlap = -s.separation;
         }
@@ -89,10 +94,11 @@ fn find(bodies: &Bodies, walls: &Walls, cutoff: f64) -> Report {
             report.contacts.push(Pair {
                 a,
                 b,
+                image,
                 separation: s.separation,
                 normal: s.normal.to_array(),
                 point_a: (position[a] + s.lever_a).to_array(),
-                point_b: (position[b] + s.lever_b).to_array(),
+                point_b: (position[b] + bodies.periods.shift(near.image) + s.lever_b).to_array(),
             });
         }
     }

@@ -36,7 +36,8 @@ impl AddAssign for Load {
 /// let _boxed: Box<dyn ForceField> = Box::new(spring);
 /// ```
 pub trait ForceField: Send + Sync {
-    /// The load on body `i` in the present state at `time`. It must depend on nothing else, or a run cannot be repeated.
+    /// The load on body `i` in the present state at `time`. It must depend on nothing else, or a run cannot be repeated. In periodic space positions are
+    /// not wrapped ([`Periods::wrapped`](crate::periodic::Periods::wrapped) does), and a field must have the space's periods.
     fn load(&self, bodies: &Bodies, i: usize, time: f64) -> Load;
 }
 

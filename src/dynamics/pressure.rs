@@ -29,8 +29,9 @@ pub fn pressures(bodies: &Bodies, warm: &[Warm], planar: bool) -> Vec<f64> {
         if !(warm.gamma > 0.0 && (grows(a) || grows(b))) {
             return None;
         }
-        let found = separate(&bodies.placed(a), &bodies.placed(b), Some(warm.normal).filter(|n| n.is_normalized()))?;
-        let delta = bodies.position[b] - bodies.position[a];
+        let [of_a, of_b] = bodies.pair(a, b);
+        let found = separate(&of_a, &of_b, Some(warm.normal).filter(|n| n.is_normalized()))?;
+        let delta = of_b.position - of_a.position;
         // From a's centre to the point half-way between the surfaces, and from b's.
         let to_a = 0.5 * (found.lever_a + delta + found.lever_b);
         let force = warm.gamma * found.normal;

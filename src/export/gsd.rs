@@ -13,7 +13,9 @@
 //! | `log/particles/angular_velocity` | N x 3 | |
 //! | `log/particles/Aspherical Shape` | N x 3, f32 | what OVITO draws instead of the types' shapes, where those are classes |
 //!
-//! The box is centred on the origin, as the schema wants it, holds every body of every state, and means nothing else.
+//! The box is centred on the origin, as the schema wants it. Along a period it is as long as that; positions are wrapped into it, and `particles/image`
+//! (N x 3, i32) says by how many periods a body is away. Along other axes it holds every body of every state, and means nothing else (the schema's
+//! boxes are periodic along all three).
 
 use super::classes::{Classes, Survey};
 use super::error::ExportError;
@@ -94,7 +96,8 @@ fn survey(states: &States, watch: Watch) -> Result<Common, ExportError> {
             fits(&state, k).map_err(|(what, value)| unfit(states.origin(i), k, what, value))?;
             let shape = &bodies.shape[k];
             sizes.add(shape);
-            half = half.max(bodies.position[k].abs() + shape.half_extents(bodies.orientation[k]));
+            let position = bodies.periods.wrapped(bodies.position[k]).0;
+            half = half.max(position.abs() + shape.half_extents(bodies.orientation[k]));
         }
     }
     Ok(Common { classes: sizes.classes(), half, bodies: most })
@@ -108,6 +111,10 @@ fn fits(state: &Snapshot, k: usize) -> Result<(), (&'static str, f64)> {
         if value.abs() <= f64::from(f32::MAX) / 4.0 { Ok(()) } else { Err((what, value)) }
     };
     bodies.position[k].to_array().into_iter().try_for_each(|x| refuse("position", x))?;
+    let image = bodies.periods.wrapped(bodies.position[k]).1;
+    if let Some(far) = image.to_array().into_iter().find(|n| i32::try_from(*n).is_err()) {
+        return Err(("image", far as f64));
+    }
     bodies.orientation[k].to_array().into_iter().try_for_each(|x| refuse("orientation", x))?;
     bodies.velocity[k].to_array().into_iter().try_for_each(|x| refuse("velocity", x))?;
     let sizes = bodies.shape[k].code().1.into_iter().filter(|size| *size != 0.0);
@@ -118,7 +125,7 @@ fn fits(state: &Snapshot, k: usize) -> Result<(), (&'static str, f64)> {
 }
 
 fn unfit(origin: String, body: usize, what: &'static str, value: f64) -> ExportError {
-    let why = if value.is_finite() { "does not fit GSD's 32-bit floats" } else { "is not finite" };
+    let why = if value.is_finite() { "does not fit GSD's 32 bits" } else { "is not finite" };
     ExportError::Unfit { origin, body, what, value, why }
 }
 
@@ -130,7 +137,9 @@ fn frame<W: io::Write + io::Seek>(
 ) -> io::Result<()> {
     let Snapshot { step, time, bodies, .. } = state;
     let classes = &common.classes;
-    let box_sides = (common.half * 2.0 * BOX_MARGIN).to_array().map(|x| x as f32);
+    let length = bodies.periods.length();
+    let sides = DVec3::select(length.cmpgt(DVec3::ZERO), length, common.half * 2.0 * BOX_MARGIN);
+    let box_sides = sides.to_array().map(|x| x as f32);
     file.chunk("configuration/step", 1, [*step])?;
     file.chunk("configuration/box", 1, box_sides.into_iter().chain([0.0; 3]))?;
     file.chunk("particles/N", 1, [bodies.len() as u32])?;
@@ -142,7 +151,11 @@ fn frame<W: io::Write + io::Seek>(
     if !bodies.is_empty() {
         let vectors = |vectors: &[DVec3]| -> Vec<f32> { vectors.iter().flat_map(|v| v.as_vec3().to_array()).collect() };
         file.chunk("particles/typeid", 1, bodies.shape.iter().map(|shape| classes.of(shape)))?;
-        file.chunk("particles/position", 3, vectors(&bodies.position))?;
+        file.chunk("particles/position", 3, vectors(&bodies.wrapped().position))?;
+        if !bodies.periods.is_none() {
+            let images = bodies.position.iter().map(|x| bodies.periods.wrapped(*x).1.to_array());
+            file.chunk("particles/image", 3, images.flatten().map(|n| n as i32))?;
+        }
         let turns = bodies.orientation.iter().flat_map(|q| [q.w, q.x, q.y, q.z].map(|x| x as f32));
         file.chunk("particles/orientation", 4, turns)?;
         file.chunk("particles/velocity", 3, vectors(&bodies.velocity))?;

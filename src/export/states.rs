@@ -21,6 +21,16 @@ pub struct Snapshot {
     pub warm: Option<Vec<Warm>>,
 }
 
+impl Snapshot {
+    /// This state with each centre in the cell about the origin ([`Bodies::wrapped`]).
+    pub fn wrapped(&self) -> Cow<'_, Snapshot> {
+        match self.bodies.wrapped() {
+            Cow::Borrowed(_) => Cow::Borrowed(self),
+            Cow::Owned(bodies) => Cow::Owned(Snapshot { bodies, warm: self.warm.clone(), ..*self }),
+        }
+    }
+}
+
 /// The states to export, in the order of their steps. They are read one at a time, so that a long run needs no more memory than
 /// its largest state.
 #[derive(Clone, Debug)]

@@ -6,6 +6,9 @@
 //! | `axes.pvd` | a line a rod or ring | `radius` (of the tube), `cap` (the diameter of the sphere that closes a rod's end; 0 on rings), `body` (its row), `shape`, `id`, `generation`, `birth` |
 //! | `contacts.pvd` | half-way between the surfaces | `separation`, `normal` (from `a` to `b`), `a` and `b` (rows), `gamma` (the force; not a number where it is not known: only a checkpoint and states recorded with `output.forces` know) |
 //!
+//! In periodic space centres are wrapped into the cell about the origin, and bodies have `image`, the numbers of periods by which each is away; a contact
+//! stands at `a` and at the image of `b` that it meets.
+//!
 //! With tubes around the axes, spheres at their ends and glyphs at the bodies, the shapes are exact but for the facets of what
 //! ParaView draws: the corners lie on the true surface. [`SCRIPT`], written beside them, sets that up.
 
@@ -65,7 +68,8 @@ pub fn vtk(states: &States, folder: &Path, cutoff: Option<f64>, watch: Watch) ->
         }
         let state = states.read(i)?;
         finite(&state, || states.origin(i))?;
-        for (name, data) in COLLECTIONS.into_iter().zip([bodies(&state), axes(&state), touching(&state, cutoff)]) {
+        let wrapped = state.wrapped();
+        for (name, data) in COLLECTIONS.into_iter().zip([bodies(&state), axes(&wrapped), touching(&wrapped, cutoff)]) {
             let packed = data.into_bytes();
             bytes += packed.len() as u64;
             durable::place(&inner.join(file_name(name, state.step)), &packed)?;
@@ -118,7 +122,7 @@ fn bodies(state: &Snapshot) -> PolyData {
     let bodies = &state.bodies;
     let lineage = || bodies.lineage.iter();
     let group = |group: &u32| if *group == NO_GROUP { -1 } else { *group as i32 };
-    let point_data = vec![
+    let mut point_data = vec![
         Array::rows("orientation", bodies.orientation.iter().map(|q| [q.w, q.x, q.y, q.z])),
         Array::new("shape", 1, Numbers::U8(bodies.shape.iter().map(|shape| shape.code().0 as u8).collect())),
         Array::rows("size", bodies.shape.iter().map(|shape| shape.code().1)),
@@ -131,8 +135,12 @@ fn bodies(state: &Snapshot) -> PolyData {
         Array::new("velocity", 3, Numbers::F64(flat(&bodies.velocity))),
         Array::new("angular_velocity", 3, Numbers::F64(flat(&bodies.angular_velocity))),
     ];
+    if !bodies.periods.is_none() {
+        let images = bodies.position.iter().flat_map(|x| bodies.periods.wrapped(*x).1.to_array());
+        point_data.push(Array::new("image", 3, Numbers::I64(images.collect())));
+    }
     PolyData {
-        points: flat(&bodies.position),
+        points: flat(&bodies.wrapped().position),
         vertices: Cells::each(bodies.len()),
         point_data,
         time: state.time,

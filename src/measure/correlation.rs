@@ -9,6 +9,7 @@
 
 use super::bins::Bins;
 use super::{Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
+use crate::periodic::Periods;
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -65,10 +66,12 @@ impl Measure for Correlation {
             return Err("fewer than two bodies have an axis".into());
         }
         let reach = bodies.iter().map(|(x, _)| x.distance(view.centre)).fold(0.0, f64::max);
-        let bins = Bins::new(view.bin(), 2.0 * reach).ok_or("the bodies have no extent")?;
+        let periods = view.bodies().periods;
+        let range = periods.shortest().map_or(2.0 * reach, half);
+        let bins = Bins::new(view.bin(), range).ok_or("the bodies have no extent")?;
         let references = references(bodies.len(), view.settings.seed, view.settings.correlation_pairs);
         let all = references.len() == bodies.len();
-        let sums = sum(&bodies, &references, all, bins, view.planar());
+        let sums = sum(&bodies, &references, all, (bins, periods), view.planar());
         let length = length(&sums);
         let pairs: f64 = sums.iter().map(|sum| sum.pairs).sum();
         let mut remark = Vec::new();
@@ -126,7 +129,19 @@ impl Sum {
     }
 }
 
-fn sum(bodies: &[(DVec3, DVec3)], references: &[usize], all: bool, bins: Bins, planar: bool) -> Vec<Sum> {
+/// The farthest that pairs of periodic space are counted: beyond, other images than the nearest are as far.
+fn half(period: f64) -> f64 {
+    0.5 * period
+}
+
+fn sum(
+    bodies: &[(DVec3, DVec3)],
+    references: &[usize],
+    all: bool,
+    (bins, periods): (Bins, Periods),
+    planar: bool,
+) -> Vec<Sum> {
+    let most = periods.shortest().map_or(f64::INFINITY, half);
     let parts: Vec<Vec<Sum>> = references
         .par_chunks(CHUNK)
         .map(|chunk| {
@@ -135,8 +150,8 @@ fn sum(bodies: &[(DVec3, DVec3)], references: &[usize], all: bool, bins: Bins, p
                 let (position, axis) = bodies[i];
                 let from = if all { i + 1 } else { 0 };
                 for (j, (other, turned)) in bodies.iter().enumerate().skip(from) {
-                    let distance = other.distance(position);
-                    let Some(bin) = bins.of(distance).filter(|_| j != i) else { continue };
+                    let distance = periods.nearest(*other - position).length();
+                    let Some(bin) = bins.of(distance).filter(|_| j != i && distance <= most) else { continue };
                     let cosine = axis.dot(*turned);
                     let square = cosine * cosine;
                     sums[bin].pairs += 1.0;

@@ -40,6 +40,7 @@ impl Measure for Density {
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {
+        view.in_open_space()?;
         let bins = Bins::new(view.bin(), radius::outermost(view)).ok_or("the bodies have no extent")?;
         let filled = spread(view, bins.count, |distance| bins.of(distance));
         let mut centres = vec![0_usize; bins.count];

@@ -60,6 +60,8 @@ impl Measure for Nematic {
             .settings
             .neighbourhood
             .unwrap_or_else(|| median(view.bodies().shape.iter().map(|shape| shape.major_axis())));
+        // Farther away other images than the nearest count too.
+        let radius = view.bodies().periods.shortest().map_or(radius, |period| radius.min(0.5 * period));
         let (local, neighbours) = match crowd(view, &among, radius) {
             pairs if pairs > MOST_PAIRS => (None, f64::NAN),
             _ => local(view, &among, &axes, radius),
@@ -90,9 +92,11 @@ fn no_local(neighbours: f64) -> String {
 /// About how many pairs the search for neighbours would list: from some of the bodies, evenly spaced in their order.
 fn crowd(view: &View<'_>, among: &[usize], radius: f64) -> f64 {
     let position = |i: &usize| view.bodies().position[*i];
+    let periods = view.bodies().periods;
     let asked = || among.iter().step_by(among.len().div_ceil(ASKED));
-    let near =
-        |i: &usize| among.iter().filter(|j| (position(i) - position(j)).abs().max_element() <= radius).count() - 1;
+    let near = |i: &usize| {
+        among.iter().filter(|j| periods.nearest(position(i) - position(j)).abs().max_element() <= radius).count() - 1
+    };
     let found: usize = asked().map(near).sum();
     0.5 * found as f64 * among.len() as f64 / asked().count() as f64
 }

@@ -1,4 +1,4 @@
-//! Packing fraction, of the whole and of its core.
+//! Packing fraction, of the whole and of its core, or of a periodic cell.
 //!
 //! Of the whole: the bodies' area over that of their convex hull, in the plane. Of the core: the part that bodies fill of the disc, in space
 //! of the ball, whose radius is the radius of gyration about the mean of the centres, so that neither the outline nor what lies beyond it counts; a
@@ -9,13 +9,17 @@ use super::{Column, Found, LeftOut, Measure, View, cell, hull, interior, radius}
 use glam::DVec3;
 use rayon::prelude::*;
 
-const COLUMNS: [Column; 4] = [
+const COLUMNS: [Column; 5] = [
     Column { name: "body_volume", what: "volume of all bodies; in the plane the area of their sections" },
     Column { name: "hull_area", what: "area of the convex hull of all bodies; in the plane" },
     Column { name: "packing_hull", what: "area of the bodies over that of their convex hull; in the plane" },
     Column {
         name: "packing_core",
         what: "part of the disc (in space the ball) of the radius of gyration that bodies fill",
+    },
+    Column {
+        name: "packing_cell",
+        what: "volume of all bodies over that of the periodic cell; in the plane areas; where all axes are periodic",
     },
 ];
 
@@ -47,6 +51,9 @@ impl Measure for Packing {
             return Err("there is no body".into());
         }
         let volume: f64 = view.volumes.iter().sum();
+        if view.in_open_space().is_err() {
+            return Ok(in_cell(view, volume));
+        }
         let hull = view.planar().then(|| hull::area(view));
         let core = core(view);
         let mut remark = Vec::new();
@@ -57,11 +64,22 @@ impl Measure for Packing {
             remark.push("the radius of gyration is zero, so there is no core");
         }
         Ok(Found {
-            values: vec![cell(volume), hull.and_then(cell), hull.and_then(|hull| cell(volume / hull)), core],
+            values: vec![cell(volume), hull.and_then(cell), hull.and_then(|hull| cell(volume / hull)), core, None],
             remark: (!remark.is_empty()).then(|| remark.join("; ")),
             ..Found::default()
         })
     }
+}
+
+/// In periodic space, where there is neither an outline nor a core.
+fn in_cell(view: &View<'_>, volume: f64) -> Found {
+    let periods = view.bodies().periods;
+    let packing = periods.volume(view.planar()).and_then(|whole| cell(volume / whole));
+    let remark = match packing {
+        Some(_) => "a periodic scene has no outline and no core",
+        None => "a periodic scene has no outline and no core, and one with an open axis has no cell",
+    };
+    Found { values: vec![cell(volume), None, None, None, packing], remark: Some(remark.into()), ..Found::default() }
 }
 
 fn core(view: &View<'_>) -> Option<f64> {

@@ -44,6 +44,7 @@ impl Measure for Radius {
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {
+        view.in_open_space()?;
         Ok(Found { values: vec![cell(gyration(view)), cell(outermost(view)), None], ..Found::default() })
     }
 

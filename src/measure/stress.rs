@@ -71,7 +71,7 @@ impl Measure for Stress {
         for contact in view.pushing()? {
             let [a, b] = contact.pair;
             let force = contact.gamma * contact.normal;
-            virial += dyad(force, position[b] - position[a]);
+            virial += dyad(force, position[b] + contact.shift - position[a]);
             (sum, most, pairs) = (sum + contact.gamma, most.max(contact.gamma), pairs + 1);
         }
         let stress = 0.5 * (virial + virial.transpose()) * (1.0 / view.volumes.iter().sum::<f64>());
@@ -81,12 +81,20 @@ impl Measure for Stress {
         let mut values =
             vec![mean, mean.map(|_| most), cell(trace(stress) / view.dimension()), cell(shear(stress, view.planar()))];
         values.extend([at(0, 0), at(0, 1), at(1, 1), in_space(0, 2), in_space(1, 2), in_space(2, 2)]);
-        let remark = (pairs == 0).then(|| "no pair pushes".to_owned());
+        let open = view.in_open_space();
+        let remark = match (pairs, open) {
+            (0, _) => Some("no pair pushes".to_owned()),
+            (_, Err(LeftOut(reason))) => Some(format!("profile: {reason}")),
+            _ => None,
+        };
         Ok(Found { values, rows: profile(view, &view.virials()?), remark })
     }
 }
 
 fn profile(view: &View<'_>, virial: &[f64]) -> Vec<Vec<super::Cell>> {
+    if view.in_open_space().is_err() {
+        return Vec::new();
+    }
     let Some(bins) = Bins::new(view.bin(), radius::outermost(view)) else { return Vec::new() };
     let mut sums = vec![(0.0, 0.0, 0_usize); bins.count];
     for (i, (own, space)) in virial.iter().zip(&view.volumes).enumerate() {

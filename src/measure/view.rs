@@ -2,7 +2,7 @@
 
 use super::{Frame, LeftOut, Settings, axis, interior};
 use crate::bodies::Bodies;
-use crate::broad_phase::{Aabb, BroadPhase, Grid};
+use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
 use crate::constraint::FEATURE_OF_SURFACES;
 use crate::dynamics::virial_of_wall;
 use crate::export::{Contact, Snapshot, TOUCHING, contacts};
@@ -57,6 +57,17 @@ impl<'a> View<'a> {
     /// Whether it is a state of a planar run.
     pub fn planar(&self) -> bool {
         self.frame.planar
+    }
+
+    /// Says that a measure of outlines or of distances from a centre is not for periodic space.
+    ///
+    /// # Errors
+    /// [`LeftOut`] in periodic space.
+    pub fn in_open_space(&self) -> Result<(), LeftOut> {
+        match self.bodies().periods.is_none() {
+            true => Ok(()),
+            false => Err("a periodic scene has no outline and no centre".into()),
+        }
     }
 
     /// Two or three.
@@ -126,7 +137,7 @@ impl<'a> View<'a> {
             let [a, b] = contact.pair;
             let force = contact.gamma * contact.normal;
             virials[a] += force.dot(contact.point - position[a]);
-            virials[b] -= force.dot(contact.point - position[b]);
+            virials[b] -= force.dot(contact.point - (position[b] + contact.shift));
         }
         for warm in self.state.warm.iter().flatten().filter(|warm| surface_of(warm.pair[1]).is_some()) {
             virials[warm.pair[0] as usize] += virial_of_wall(self.bodies(), warm).unwrap_or(0.0);
@@ -134,14 +145,15 @@ impl<'a> View<'a> {
         Ok(virials)
     }
 
-    /// The pairs of the bodies in `among` whose centres are at most `radius` apart, by their places in it.
+    /// The pairs of the bodies in `among` whose centres, or in periodic space nearest images of them, are at most `radius` apart, by their places in it.
     pub fn neighbours(&self, among: &[usize], radius: f64) -> Vec<[u32; 2]> {
         let at = |i: u32| self.bodies().position[among[i as usize]];
         let half = DVec3::splat(0.5 * radius);
         let boxes: Vec<Aabb> = among.iter().map(|&i| Aabb::from_centre(self.bodies().position[i], half)).collect();
         let mut pairs = Vec::new();
-        Grid::default().pairs(&boxes, &mut pairs);
-        pairs.retain(|[a, b]| at(*a).distance_squared(at(*b)) <= radius * radius);
+        let periods = self.bodies().periods;
+        Periodic::new(Grid::default(), periods).pairs(&boxes, &mut pairs);
+        pairs.retain(|[a, b]| periods.nearest(at(*b) - at(*a)).length_squared() <= radius * radius);
         pairs
     }
 }

@@ -3,6 +3,7 @@
 use super::error::StateError;
 use super::npz::{Archive, Block, Data};
 use crate::bodies::{Bodies, Lineage};
+use crate::periodic::Periods;
 use crate::relcp::{State, Warm};
 use crate::scene::LARGEST_NUMBER;
 use crate::shape::Shape;
@@ -106,6 +107,7 @@ pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, S
         angular_velocity,
         group: source.u32s::<1>("group", rows)?.into_iter().map(|[g]| g).collect(),
         lineage: lineage.collect(),
+        periods: Periods::NONE,
     })
 }
 

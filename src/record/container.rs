@@ -12,7 +12,10 @@ use super::durable;
 use super::error::{RecordError, StateError};
 use super::npz::{Archive, MAGIC, write};
 use super::totals::Totals;
+use crate::bodies::Bodies;
+use crate::periodic::Periods;
 use crate::relcp::State;
+use crate::scene::LARGEST_NUMBER;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::Read;
@@ -22,6 +25,8 @@ use std::path::Path;
 pub const FORMAT: &str = "relcp-state";
 /// The version that this program writes; it reads those up to it.
 pub const VERSION: u64 = 1;
+/// The part of a period to which floats must tell where a body is.
+const LEAST_KNOWN: f64 = 0.1;
 /// The fewest bytes that a body, or a near pair, takes: what bounds the counts that a file may claim.
 const LEAST_ROW: u64 = 8;
 
@@ -44,6 +49,9 @@ pub struct Header {
     pub next_id: u64,
     /// Rows of the arrays of bodies.
     pub bodies: u64,
+    /// The periods of space along its axes; absent where there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub periodic: Option<[Option<f64>; 3]>,
     /// Rows of the arrays of near pairs; absent in a state that holds no contact forces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warm: Option<u64>,
@@ -90,6 +98,7 @@ fn pack(
         time,
         next_id: state.next_id,
         bodies: state.bodies.len() as u64,
+        periodic: (!state.bodies.periods.is_none()).then(|| state.bodies.periods.lengths()),
         warm: with_warm.then_some(state.warm.len() as u64),
         totals: totals.cloned(),
     };
@@ -108,13 +117,31 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
         return Err(StateError::damaged("the header", "it claims more rows than the file can hold"));
     }
     let rows = header.bodies as usize;
+    let bodies = read_bodies(&mut archive, rows)?;
+    let periods = periods(&header, &bodies)?;
     let state = State {
         step: header.step,
         next_id: header.next_id,
-        bodies: read_bodies(&mut archive, rows)?,
+        bodies: Bodies { periods, ..bodies },
         warm: if warm > 0 { read_warm(&mut archive, warm as usize, rows)? } else { Vec::new() },
     };
     Ok((header, state))
+}
+
+/// The periods of a state's space. In every state that a run writes bodies are at most half as long as the shortest, and not so far away that floats
+/// no longer tell one image from the next.
+fn periods(header: &Header, bodies: &Bodies) -> Result<Periods, StateError> {
+    let Some(lengths) = header.periodic else { return Ok(Periods::NONE) };
+    let periods = Periods::new(lengths);
+    let longest = bodies.shape.iter().map(|shape| 2.0 * shape.bounding_radius()).fold(0.0, f64::max);
+    let farthest = bodies.position.iter().map(|x| periods.farthest(*x)).fold(0.0, f64::max);
+    let fits = |period: f64| {
+        longest <= 0.5 * period && period <= LARGEST_NUMBER && farthest * f64::EPSILON <= LEAST_KNOWN * period
+    };
+    if periods.lengths() == lengths && periods.shortest().is_some_and(fits) {
+        return Ok(periods);
+    }
+    Err(StateError::damaged("the header", "its periods are none, or too short for its bodies and their places"))
 }
 
 /// Reads a header, its version first: the rest of a newer one may be anything.

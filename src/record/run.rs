@@ -292,7 +292,7 @@ impl Run {
         let view = View { width, height, planar: self.simulation.scene().planar, ..View::default() };
         let path = self.folder.picture();
         let mut bytes = Vec::new();
-        let image = picture(&self.simulation.state()?.bodies, &view);
+        let image = picture(&self.simulation.state()?.bodies.wrapped(), &view);
         image.encode(&mut bytes).map_err(RecordError::io(&path, "pack it"))?;
         Ok(durable::write(&path, &bytes)?)
     }

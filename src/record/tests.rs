@@ -5,6 +5,7 @@ use super::npz::{Block, Data, write};
 use super::*;
 use crate::bodies::{Bodies, Lineage, NO_GROUP};
 use crate::dynamics::Load;
+use crate::periodic::Periods;
 use crate::relcp::{Fault, Simulation, State, Warm};
 use crate::scene;
 use crate::shape::Shape;
@@ -27,6 +28,7 @@ fn state() -> State {
         Shape::Torus { major_radius: 3.0, minor_radius: 0.7 },
     ];
     let bodies = Bodies {
+        periods: Periods::NONE,
         position: (0..4).map(vector).collect(),
         orientation: (0..4).map(|i| DQuat::from_xyzw(at(i), at(i + 1), at(i + 2), at(i + 3)).normalize()).collect(),
         velocity: (0..4).map(|i| vector(i + 1)).collect(),

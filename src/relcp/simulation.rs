@@ -1,19 +1,17 @@
 //! A simulation: a scene's bodies and the backend that steps them.
 
-use super::{Keep, Kept, StepReport, step};
+use super::{Keep, Kept, StepReport, contacts, step};
 use crate::backend::{self, Backend, cpu::Cpu};
 use crate::bodies::Bodies;
-use crate::broad_phase::{Aabb, BroadPhase, Grid};
 use crate::constraint::RowSourceError;
 use crate::dynamics::ForceField;
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Gpu, GpuError, Precision};
 use crate::measure::colony_radius;
 use crate::scene::{Scene, StopReason};
-use crate::separation::{Separation, separation};
+use crate::separation::Separation;
 use crate::walls::{WallContact, Walls};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// What a step remembers of a near pair, to start the next step from.
@@ -54,6 +52,30 @@ pub enum Fault {
         step: u64,
         /// Which quantity.
         what: &'static str,
+        /// The first body concerned.
+        body: usize,
+    },
+    /// A body reaches so far, or moves so far in the step, that it could meet another at two images.
+    #[error(
+        "step {step}: body {body} needs {span:.3e} with the cutoff and the way that it would go in the step, over half the period {period:.3e}; a smaller dt or a larger period helps"
+    )]
+    PeriodTooShort {
+        /// The step that was being taken.
+        step: u64,
+        /// The first body concerned.
+        body: usize,
+        /// Its length, the cutoff and twice its way in the step, a length.
+        span: f64,
+        /// The shortest period.
+        period: f64,
+    },
+    /// A body of a periodic scene has gone so far that its nearest images are not known to the overlap tolerance.
+    #[error(
+        "step {step}: body {body} is so far from the origin that 64-bit floats are coarser there than contact.overlap_tolerance; positions are not wrapped"
+    )]
+    TooFar {
+        /// The step that was being taken.
+        step: u64,
         /// The first body concerned.
         body: usize,
     },
@@ -262,23 +284,4 @@ impl Simulation {
     pub fn wall_contacts(&self, cutoff: f64) -> Result<Vec<WallContact>, Fault> {
         Ok(Walls::of(&self.scene).contacts(&self.state()?.bodies, cutoff))
     }
-}
-
-/// Every pair of bodies whose separation is at most `cutoff`, sorted by pair, computed afresh from the bodies alone: it shares no
-/// cached candidates, warm normals or shortcuts with the steps, so it audits them.
-pub fn contacts(bodies: &Bodies, cutoff: f64) -> Vec<([usize; 2], Separation)> {
-    let boxes: Vec<Aabb> = (0..bodies.len())
-        .map(|i| {
-            let half = bodies.shape[i].half_extents(bodies.orientation[i]) + DVec3::splat(0.5 * cutoff.max(0.0));
-            Aabb { min: bodies.position[i] - half, max: bodies.position[i] + half }
-        })
-        .collect();
-    let mut pairs = Vec::new();
-    Grid::default().pairs(&boxes, &mut pairs);
-    pairs
-        .par_iter()
-        .map(|pair| pair.map(|i| i as usize))
-        .filter_map(|[a, b]| Some(([a, b], separation(&bodies.placed(a), &bodies.placed(b), None)?)))
-        .filter(|(_, found)| found.separation <= cutoff)
-        .collect()
 }

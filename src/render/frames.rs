@@ -1,4 +1,5 @@
-//! The pictures of a run, one a recorded state, with one camera and one scale of colours for all of them.
+//! The pictures of a run, one a recorded state, with one camera and one scale of colours for all of them. In periodic space each body is drawn once,
+//! with its centre in the cell about the origin.
 //!
 //! All states are looked at before anything is written: for the space that they take, the values that their colours tell, and what they
 //! lack. Then the pictures are drawn, some at a time in parallel. A picture is there whole or not at all, and its bytes do not depend on
@@ -239,7 +240,7 @@ impl Painter<'_> {
         if outside {
             return Ok(Seen { index, time: state.time, extent: Extent::NONE, scale: None, births: false });
         }
-        let extent = Extent::of(axes_from(self.side), &state.bodies);
+        let extent = Extent::of(axes_from(self.side), &state.bodies.wrapped());
         let births = state.bodies.lineage.iter().any(|line| line.parent.is_some() || line.generation > 0);
         Ok(Seen { index, time: state.time, extent, scale: self.scale_of(&self.values(index, &state)?), births })
     }
@@ -308,7 +309,7 @@ impl Painter<'_> {
             scale_bar: self.frames.words,
             ..View::default()
         };
-        let mut image = painted(&state.bodies, &view, camera, &colours);
+        let mut image = painted(&state.bodies.wrapped(), &view, camera, &colours);
         if self.frames.words {
             let inks = self.frames.background.ink_and_paper().map(super::bytes);
             caption::state(&mut image, &state, inks);

@@ -12,6 +12,7 @@ mod growth;
 mod key;
 mod nearest;
 mod orientation;
+mod periodic;
 mod place;
 mod read;
 mod reference;
@@ -27,6 +28,7 @@ pub use built_in::{BuiltIn, built_in};
 pub use dump::{Dump, DumpWhen};
 pub use error::{FaultKind, SceneError};
 pub use growth::{Growth, Stop, StopReason};
+pub use periodic::Periodic;
 pub(crate) use read::Source;
 pub use read::{MAX_FILE_BYTES, load, parse, read};
 pub use reference::reference;
@@ -69,6 +71,9 @@ pub struct Scene {
     /// CPU only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<Wall>,
+    /// Periods of space: bodies that leave through one side meet what is at the other. On the CPU only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub periodic: Option<Periodic>,
     /// Growth and division of spherocylinders.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub growth: Option<Growth>,
@@ -359,7 +364,8 @@ pub enum Generate {
     /// `count` bodies at random positions and isotropic random orientations, without overlap, in a cube centred on the origin
     /// whose volume is theirs over `volume_fraction`. Centres are in the cube; the bodies' ends may stick out. Each body keeps clear of the
     /// bounding capsules of all earlier ones, so rings do not interlock by chance. In a planar scene spheres only, in the square of z = 0
-    /// whose area is that of their discs over `volume_fraction`.
+    /// whose area is that of their discs over `volume_fraction`. In a periodic scene centres are spread over the whole period along each periodic axis, and
+    /// bodies keep clear of images too; where all axes are periodic, `volume_fraction` is what `count` bodies are of the cell.
     Isotropic {
         /// How many.
         #[schemars(range(min = 1))]

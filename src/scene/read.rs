@@ -211,7 +211,7 @@ fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread
 }
 
 /// The keys whose values are lists.
-const LISTS: [&str; 16] = [
+const LISTS: [&str; 17] = [
     "bodies",
     "forces",
     "generate",
@@ -228,6 +228,7 @@ const LISTS: [&str; 16] = [
     "axis",
     "minimum",
     "maximum",
+    "lengths",
 ];
 
 fn refuse_lists(text: &str) -> Result<(), Misread> {

@@ -8,15 +8,20 @@ use relcp::scene;
 
 /// A state with near pairs, as a checkpoint, with the forces, and without.
 pub fn files() -> Vec<Vec<u8>> {
-    let scene = scene::load("three-capsules", &[]).unwrap();
-    let bodies = scene.build().unwrap();
-    let mut simulation = Simulation::new(scene, bodies).unwrap();
-    for _ in 0..3 {
-        simulation.step().unwrap();
-    }
-    let (state, hash) = (simulation.state().unwrap(), "0123456789abcdef");
-    assert!(!state.warm.is_empty());
+    let stepped = |sets: &[String]| {
+        let scene = scene::load("three-capsules", sets).unwrap();
+        let bodies = scene.build().unwrap();
+        let mut simulation = Simulation::new(scene, bodies).unwrap();
+        for _ in 0..3 {
+            simulation.step().unwrap();
+        }
+        simulation.state().unwrap().clone()
+    };
+    let (state, hash) = (&stepped(&[]), "0123456789abcdef");
+    let periodic = &stepped(&["periodic={\"lengths\":[9,null,10]}".into()]);
+    assert!(!state.warm.is_empty() && !periodic.bodies.periods.is_none());
     vec![
+        encode(periodic, hash, 0.3, Some(&Totals::default())).unwrap(),
         encode(state, hash, 0.3, Some(&Totals::default())).unwrap(),
         encode_with_forces(state, hash, 0.3).unwrap(),
         encode(state, hash, 0.3, None).unwrap(),

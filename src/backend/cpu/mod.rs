@@ -3,6 +3,7 @@
 //! Parallel loops write to places of their own or collect in order, so the bits do not depend on the number of threads.
 
 mod narrow_phase;
+mod periodic;
 mod rows;
 mod walls;
 
@@ -13,6 +14,7 @@ use crate::constraint::{self, RowSource, RowSourceError, sub_sphere_separations}
 use crate::dynamics::{self, Cells, ForceField, Law, Load, Motion, Pose, Twist};
 use crate::freedom::PLANAR;
 use crate::lcp::{self, Outcome, Problem, Settings, Status, Stored};
+use crate::periodic::Periods;
 use crate::relcp::{Fault, Phases, State, Warm};
 use crate::scene::{Scene, Stepping};
 use crate::separation::{Placed, planar_separation, separation};
@@ -42,6 +44,7 @@ pub struct Cpu<const D: usize> {
     growth: Option<Cells>,
     /// What slows the growth of this step's bodies, where something does.
     pressures: Vec<f64>,
+    overlap_tolerance: f64,
     /// The overlap from which on a pair of the last trial is a violation.
     violating: f64,
     cutoff: f64,
@@ -93,6 +96,8 @@ impl<const D: usize> Cpu<D> {
         let source = scene.contact.method.row_source();
         source.proxies(&state.bodies.shape)?;
         let walls = Walls::of(scene);
+        let periods = Periods::of(scene);
+        state.bodies.periods = periods;
         // What is remembered of another scene's walls is of no use.
         state.warm.retain(|w| surface_of(w.pair[1]).is_none_or(|surface| surface < walls.len()));
         Ok(Cpu {
@@ -101,6 +106,7 @@ impl<const D: usize> Cpu<D> {
             start_time: scene.time.start,
             growth: Cells::of(scene),
             pressures: Vec::new(),
+            overlap_tolerance: scene.contact.overlap_tolerance,
             violating: scene.contact.overlap_tolerance,
             cutoff: scene.cutoff_of(state.bodies.shape.iter().copied()),
             law: dynamics::law(&scene.dynamics),
@@ -108,7 +114,7 @@ impl<const D: usize> Cpu<D> {
             source,
             solver: lcp::Solver::new(scene.solver.kind, scene.lcp_settings()),
             solved: false,
-            candidates: Candidates::default(),
+            candidates: Candidates::in_space(periods),
             midpoint: scene.time.stepping == Stepping::Midpoint,
             interval: scene.time.dt,
             start: Bodies::default(),
@@ -235,6 +241,10 @@ impl<const D: usize> Cpu<D> {
         Placed { shape: self.start.shape[i], position, orientation }
     }
 
+    fn pair_at_trial(&self, a: usize, b: usize) -> [Placed; 2] {
+        self.start.periods.pair(self.placed_at_trial(a), self.placed_at_trial(b))
+    }
+
     fn worst_proxy_overlap(&self) -> Option<f64> {
         if self.proxies.is_empty() {
             return None;
@@ -247,9 +257,9 @@ impl<const D: usize> Cpu<D> {
                 continue;
             }
             let [a, b] = near.pair.map(|i| i as usize);
-            let placed = [&self.placed_at_trial(a), &self.placed_at_trial(b)];
+            let [of_a, of_b] = self.pair_at_trial(a, b);
             let proxies = [self.proxies[a].as_slice(), self.proxies[b].as_slice()];
-            sub_sphere_separations(placed, proxies, 0.0, |_, found| worst = worst.max(-found.separation));
+            sub_sphere_separations([&of_a, &of_b], proxies, 0.0, |_, found| worst = worst.max(-found.separation));
         }
         Some(worst)
     }
@@ -313,6 +323,7 @@ impl<const D: usize> Backend for Cpu<D> {
 
     fn append_near(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
+        self.check_periods()?;
         constraint::clear(&mut self.problem, self.start.len() + self.walls.len());
         self.feature.clear();
         self.gamma.clear();
@@ -360,7 +371,7 @@ impl<const D: usize> Backend for Cpu<D> {
         self.phases.broad_phase += begun.elapsed();
         let begun = Instant::now();
         let mut overlapping =
-            narrow_phase::within(pairs, &self.known, Self::SEPARATE, |i| self.placed_at_trial(i), |_, _| 0.0);
+            narrow_phase::within(pairs, &self.known, Self::SEPARATE, |a, b| self.pair_at_trial(a, b), |_, _| 0.0);
         self.candidates = candidates;
         narrow_phase::renew(&mut self.known, &overlapping);
         rows::join(&mut overlapping, self.near_walls(|i| self.placed_at_trial(i), |_| 0.0));

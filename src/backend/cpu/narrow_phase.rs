@@ -42,13 +42,13 @@ pub fn remembered(warm: &[Warm]) -> Vec<Known> {
     known
 }
 
-/// The separations of all `pairs` (sorted) that are at most `limit(a, b)`; sorted by pair.
+/// The separations of all `pairs` (sorted), placed as `placed(a, b)`, that are at most `limit(a, b)`; sorted by pair.
 /// `known` (sorted) are normals to start from.
 pub fn within(
     pairs: &[[u32; 2]],
     known: &[Known],
     separate: Separate,
-    placed: impl Fn(usize) -> Placed + Sync,
+    placed: impl Fn(usize, usize) -> [Placed; 2] + Sync,
     limit: impl Fn(usize, usize) -> f64 + Sync,
 ) -> Vec<Near> {
     let of_chunk = |chunk: &[[u32; 2]]| {
@@ -60,7 +60,7 @@ pub fn within(
             }
             let warm = known.get(cursor).filter(|k| k.pair == pair).map(|k| k.normal);
             let [a, b] = pair.map(|i| i as usize);
-            if let Some(found) = pair_within(separate, [&placed(a), &placed(b)], warm, limit(a, b)) {
+            if let Some(found) = pair_within(separate, &placed(a, b), warm, limit(a, b)) {
                 out.push(Near { pair, feature: FEATURE_OF_SURFACES, found });
             }
         }
@@ -73,7 +73,7 @@ pub fn within(
 }
 
 /// The pair's separation if it is at most `limit`; tests that only bound it from below come first.
-fn pair_within(separate: Separate, [a, b]: [&Placed; 2], warm: Option<DVec3>, limit: f64) -> Option<Separation> {
+fn pair_within(separate: Separate, [a, b]: &[Placed; 2], warm: Option<DVec3>, limit: f64) -> Option<Separation> {
     let delta = b.position - a.position;
     let reach = a.shape.bounding_radius() + b.shape.bounding_radius() + limit;
     let distance = delta.length();

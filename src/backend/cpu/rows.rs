@@ -82,7 +82,7 @@ impl<const D: usize> Cpu<D> {
         let known = narrow_phase::remembered(&self.recalled);
         let here = self.here();
         let limit = |a: usize, b: usize| self.cutoff + self.reach[a] + self.reach[b];
-        let mut near = narrow_phase::within(pairs, &known, Self::SEPARATE, |i| here.placed(i), limit);
+        let mut near = narrow_phase::within(pairs, &known, Self::SEPARATE, |a, b| here.pair(a, b), limit);
         let walls = self.near_walls(|i| here.placed(i), |i| self.cutoff + self.reach[i]);
         self.known = near.iter().map(Known::from).collect();
         join(&mut near, walls);
@@ -107,9 +107,11 @@ impl<const D: usize> Cpu<D> {
         for &pair in pairs {
             let [a, b] = pair.map(|i| i as usize);
             let limit = self.cutoff + self.reach[a] + self.reach[b];
-            let placed = [&here.placed(a), &here.placed(b)];
+            let [of_a, of_b] = here.pair(a, b);
             let proxies = [self.proxies[a].as_slice(), self.proxies[b].as_slice()];
-            sub_sphere_separations(placed, proxies, limit, |feature, found| rows.push(Near { pair, feature, found }));
+            sub_sphere_separations([&of_a, &of_b], proxies, limit, |feature, found| {
+                rows.push(Near { pair, feature, found })
+            });
         }
         join(&mut rows, self.sub_spheres_near_walls(|i| here.placed(i), |i| self.cutoff + self.reach[i]));
         let mut cursor = warm.iter().peekable();

@@ -18,6 +18,7 @@ use crate::dynamics::{Cells, ForceField};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Recorder};
 use crate::lcp::{self, Outcome, Problem, Settings, Stored};
+use crate::periodic::Periods;
 use crate::relcp::{Fault, Phases, State, Warm};
 use crate::scene::{Dynamics, Force, Scene, Stepping};
 use crate::shape::Shape;
@@ -177,6 +178,8 @@ impl Device {
             "midpoint stepping"
         } else if !scene.walls.is_empty() {
             "walls"
+        } else if scene.periodic.is_some() {
+            "periodic boundaries"
         } else {
             return Ok(());
         };
@@ -347,6 +350,7 @@ impl Device {
         let Setup { precision, lattice, .. } = &self.setup;
         let read = state::download(&self.gpu, *precision, lattice, poses, shapes, count, self.grows())?;
         Ok(Bodies {
+            periods: Periods::NONE,
             shape: read.shape,
             position: read.position,
             orientation: read.orientation,

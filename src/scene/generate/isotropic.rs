@@ -3,6 +3,7 @@
 use super::super::error::{FaultKind, SceneError};
 use super::occupied::{Occupied, capsule, capsule_of};
 use crate::bodies::Bodies;
+use crate::periodic::Periods;
 use crate::separation::Placed;
 use crate::shape::Shape;
 use crate::walls::Walls;
@@ -27,17 +28,17 @@ pub(super) struct Order {
     pub rule: usize,
 }
 
-/// Places the bodies, clear of those already there and inside of the walls.
+/// Places the bodies, clear of those already there and of their images, and inside of the walls.
 pub(super) fn add(order: &Order, walls: &Walls, bodies: &mut Bodies, group: u32) -> Result<(), SceneError> {
     let mut random = ChaCha8Rng::seed_from_u64(order.seed);
     random.set_stream(FIRST_STREAM + order.rule as u64);
-    let side = side(order);
-    let mut occupied = Occupied::default();
+    let sides = sides(order, bodies.periods);
+    let mut occupied = Occupied::new(bodies.periods);
     for i in 0..bodies.len() {
         occupied.insert(capsule(&bodies.shape[i], bodies.position[i], bodies.orientation[i]));
     }
     for done in 0..order.count {
-        let Some((position, orientation, _)) = place(order, side, &occupied, walls, &mut random) else {
+        let Some((position, orientation, _)) = place(order, sides, &occupied, walls, &mut random) else {
             let key = format!("generate.{}.isotropic.volume_fraction", order.rule);
             let message = format!("no place for body {} of {} in {MAX_DRAWS} draws", done + 1, order.count);
             let help = match walls.is_empty() {
@@ -57,13 +58,13 @@ pub(super) fn add(order: &Order, walls: &Walls, bodies: &mut Bodies, group: u32)
 /// A free place, and the draws that it took.
 fn place(
     order: &Order,
-    side: f64,
+    sides: DVec3,
     occupied: &Occupied,
     walls: &Walls,
     random: &mut ChaCha8Rng,
 ) -> Option<(DVec3, DQuat, u64)> {
     (1..=MAX_DRAWS).find_map(|draws| {
-        let mut position = side * (DVec3::from_array(random.random::<[f64; 3]>()) - 0.5);
+        let mut position = sides * (DVec3::from_array(random.random::<[f64; 3]>()) - 0.5);
         let orientation = rotation(random);
         if order.planar {
             position.z = 0.0;
@@ -74,15 +75,25 @@ fn place(
     })
 }
 
-/// Side of the cube (in a planar scene, of the square) that the centres are in.
-fn side(order: &Order) -> f64 {
-    let count = order.count as f64;
-    if order.planar {
-        let area = PI * order.shape.bounding_radius().powi(2); // discs: a planar scene draws spheres only
-        (count * area / order.volume_fraction).sqrt()
-    } else {
-        (count * order.shape.volume() / order.volume_fraction).cbrt()
+/// Sides of the box (in a planar scene, of the rectangle) that the centres are in: the periods, and along axes without one the same for all.
+fn sides(order: &Order, periods: Periods) -> DVec3 {
+    let whole = order.count as f64 * volume(&order.shape, order.planar) / order.volume_fraction;
+    let open = |axis: usize| periods.lengths()[axis].is_none() && !(order.planar && axis == 2);
+    let others: f64 = periods.lengths().into_iter().flatten().product();
+    let side = match (0..3).filter(|axis| open(*axis)).count() {
+        3 => whole.cbrt(),
+        2 => (whole / others).sqrt(),
+        _ => whole / others,
+    };
+    DVec3::from_array(periods.lengths().map(|length| length.unwrap_or(side)))
+}
+
+/// The volume that counts for a volume fraction, in a planar scene the area.
+pub(in super::super) fn volume(shape: &Shape, planar: bool) -> f64 {
+    if planar {
+        return PI * shape.bounding_radius().powi(2); // discs: a planar scene draws spheres only
     }
+    shape.volume()
 }
 
 /// An isotropic rotation: a uniform point of the three-sphere, from two uniform points of the disc (Marsaglia 1972).
@@ -131,10 +142,10 @@ mod tests {
         let volume_fraction = reachable_fraction(&shape, planar);
         let order = Order { count, shape, volume_fraction, planar, seed: 1, rule: 0 };
         let mut random = ChaCha8Rng::seed_from_u64(1);
-        let (side, mut occupied, mut worst) = (side(&order), Occupied::default(), 0);
+        let (sides, mut occupied, mut worst) = (sides(&order, Periods::NONE), Occupied::default(), 0);
         for _ in 0..count {
             let (position, orientation, draws) =
-                place(&order, side, &occupied, &Walls::default(), &mut random).unwrap();
+                place(&order, sides, &occupied, &Walls::default(), &mut random).unwrap();
             occupied.insert(capsule(&shape, position, orientation));
             worst = worst.max(draws);
         }

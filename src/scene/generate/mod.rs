@@ -5,7 +5,7 @@ mod isotropic;
 mod occupied;
 
 pub(super) use chainmail::MAX_RING_RATIO;
-pub(super) use isotropic::reachable_fraction;
+pub(super) use isotropic::{reachable_fraction, volume as isotropic_volume};
 
 use super::error::{FaultKind, SceneError};
 use super::{Generate, Scene};
@@ -18,12 +18,36 @@ use glam::{DQuat, DVec3};
 pub(super) fn add(scene: &Scene, index: usize, bodies: &mut Bodies, group: u32) -> Result<(), SceneError> {
     let (first, walls) = (bodies.len(), Walls::of(scene));
     place(scene, index, &walls, bodies, group)?;
+    check_sheet(scene, index, bodies, first)?;
     for i in first..bodies.len() {
         if let Some((depth, wall)) =
             walls.deepest(&bodies.placed(i)).filter(|(d, _)| *d > scene.contact.overlap_tolerance)
         {
             let key = format!("generate.{index}.{}", scene.generate[index].name());
             return Err(SceneError::new(FaultKind::Placement, key, scene.outside(depth, wall)));
+        }
+    }
+    Ok(())
+}
+
+/// A sheet of rings that is longer than a period would go through itself.
+fn check_sheet(scene: &Scene, index: usize, bodies: &Bodies, first: usize) -> Result<(), SceneError> {
+    let rule = &scene.generate[index];
+    if !matches!(rule, Generate::Chainmail { .. }) || bodies.periods.is_none() {
+        return Ok(());
+    }
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for i in first..bodies.len() {
+        let half = bodies.shape[i].half_extents(bodies.orientation[i]);
+        (low, high) = (low.min(bodies.position[i] - half), high.max(bodies.position[i] + half));
+    }
+    for (axis, length) in bodies.periods.lengths().into_iter().enumerate() {
+        if let Some(length) = length.filter(|length| high[axis] - low[axis] > *length) {
+            let message = format!(
+                "the sheet is {:.6} long along a periodic axis, over the period, {length:?}",
+                high[axis] - low[axis]
+            );
+            return Err(SceneError::new(FaultKind::Placement, format!("generate.{index}.{}", rule.name()), message));
         }
     }
     Ok(())

@@ -1,5 +1,6 @@
 //! Which places are taken already: bounding capsules in hash grids, one grid a size class.
 
+use crate::periodic::Periods;
 use crate::separation::{Placed, separation};
 use crate::shape::Shape;
 use glam::{DQuat, DVec3, I64Vec3};
@@ -91,19 +92,45 @@ impl Grid {
 pub(super) struct Occupied {
     /// By the power of two at or above twice the reach, which is the cells' side.
     grids: BTreeMap<i32, Grid>,
+    periods: Periods,
+    /// The farthest that one of them reaches from its centre.
+    reach: f64,
 }
 
 impl Occupied {
+    /// None yet, in the space of `periods`.
+    pub fn new(periods: Periods) -> Self {
+        Occupied { periods, ..Occupied::default() }
+    }
+
     /// Takes the capsule's place.
     pub fn insert(&mut self, capsule: Placed) {
+        let capsule = Placed { position: self.periods.wrapped(capsule.position).0, ..capsule };
+        self.reach = self.reach.max(capsule.shape.bounding_radius());
         let class = (2.0 * capsule.shape.bounding_radius()).log2().ceil() as i32;
         let grid = self.grids.entry(class).or_insert_with(|| Grid { side: f64::from(class).exp2(), ..Grid::default() });
         grid.insert(capsule);
     }
 
-    /// Whether the capsule overlaps one of those placed.
+    /// Whether the capsule overlaps one of those placed, or an image of one.
     pub fn overlaps(&self, capsule: &Placed) -> bool {
-        self.grids.values().any(|grid| grid.overlaps(capsule))
+        let overlaps = |capsule: &Placed| self.grids.values().any(|grid| grid.overlaps(capsule));
+        if self.periods.is_none() {
+            return overlaps(capsule);
+        }
+        let (position, length) = (self.periods.wrapped(capsule.position).0, self.periods.length());
+        // Centres of those placed are in the cell about the origin.
+        let reach = 0.5 * length + self.reach + capsule.shape.bounding_radius();
+        let near = |axis: usize| {
+            let here = position[axis];
+            let images = [0.0, -length[axis], length[axis]].map(|by| here + by);
+            images
+                .into_iter()
+                .take(if length[axis] > 0.0 { 3 } else { 1 })
+                .filter(move |x| *x == here || x.abs() <= reach[axis])
+        };
+        near(0)
+            .any(|x| near(1).any(|y| near(2).any(|z| overlaps(&Placed { position: DVec3::new(x, y, z), ..*capsule }))))
     }
 }
 

@@ -5,6 +5,7 @@
 mod bodies;
 mod forces;
 mod generate;
+mod periodic;
 mod planar;
 mod shapes;
 mod walls;
@@ -53,6 +54,7 @@ impl Scene {
         self.check_forces(&root.field("forces"))?;
         self.check_growth(&root.field("growth"))?;
         self.check_walls(root)?;
+        self.check_periodic(root)?;
         if self.planar {
             self.check_planar(root)?;
         }

@@ -47,6 +47,7 @@ impl Start {
             forces: Vec::new(),
             growth: None,
             walls: Vec::new(),
+            periodic: None,
             bodies,
             generate: Vec::new(),
             output: Output::default(),

@@ -1,0 +1,73 @@
+//! The contacts of a state, computed afresh: what audits the steps.
+
+use crate::bodies::Bodies;
+use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
+use crate::separation::{Placed, Separation, separation};
+use glam::{DVec3, I64Vec3};
+use rayon::prelude::*;
+
+/// A near pair, in periodic space at one of its images.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImageContact {
+    /// The bodies, `a <= b`: with a long cutoff a body of periodic space is near its own images, of which one of each two opposite ones is listed.
+    pub pair: [usize; 2],
+    /// The periods by which b is moved along each axis; zero in space without periods.
+    pub image: I64Vec3,
+    /// The separation there.
+    pub found: Separation,
+}
+
+/// Every pair of bodies whose separation is at most `cutoff`, sorted by pair, computed afresh from the bodies alone: it shares no
+/// cached candidates, warm normals or shortcuts with the steps, so it audits them. In periodic space a pair is listed once for each of its images
+/// that is near ([`image_contacts`]).
+pub fn contacts(bodies: &Bodies, cutoff: f64) -> Vec<([usize; 2], Separation)> {
+    image_contacts(bodies, cutoff).into_iter().map(|contact| (contact.pair, contact.found)).collect()
+}
+
+/// As [`contacts`], with the images; sorted by pair and image. In periodic space a cutoff over the shortest period counts as that.
+pub fn image_contacts(bodies: &Bodies, cutoff: f64) -> Vec<ImageContact> {
+    let periods = bodies.periods;
+    let cutoff = periods.shortest().map_or(cutoff, |period| cutoff.min(period));
+    let boxes: Vec<Aabb> = (0..bodies.len())
+        .map(|i| {
+            let half = bodies.shape[i].half_extents(bodies.orientation[i]) + DVec3::splat(0.5 * cutoff.max(0.0));
+            Aabb { min: bodies.position[i] - half, max: bodies.position[i] + half }
+        })
+        .collect();
+    let mut pairs = Vec::new();
+    Periodic::new(Grid::default(), periods).pairs(&boxes, &mut pairs);
+    if !periods.is_none() {
+        pairs.extend((0..boxes.len() as u32).map(|i| [i, i]));
+        pairs.par_sort_unstable();
+    }
+    let near = |pair: [usize; 2], image: I64Vec3| {
+        let [a, b] = pair.map(|i| bodies.placed(i));
+        let found = match periods.is_none() {
+            true => separation(&a, &b, None)?,
+            false => {
+                let delta = b.position - a.position + periods.shift(image);
+                separation(&Placed { position: DVec3::ZERO, ..a }, &Placed { position: delta, ..b }, None)?
+            }
+        };
+        (found.separation <= cutoff).then_some(ImageContact { pair, image, found })
+    };
+    let of_pair = |pair: &[u32; 2]| {
+        let pair = pair.map(|i| i as usize);
+        let images = if periods.is_none() {
+            vec![I64Vec3::ZERO]
+        } else {
+            let [first, last] =
+                periods.images(&boxes[pair[0]], &boxes[pair[1]]).unwrap_or([I64Vec3::ONE, I64Vec3::ZERO]);
+            all_between(first, last)
+        };
+        // Of a body and its own images, one of each two opposite ones.
+        let counts = |image: &I64Vec3| pair[0] != pair[1] || image.to_array() > [0; 3];
+        images.into_iter().filter(counts).filter_map(|image| near(pair, image)).collect::<Vec<_>>()
+    };
+    pairs.par_iter().flat_map_iter(of_pair).collect()
+}
+
+fn all_between(first: I64Vec3, last: I64Vec3) -> Vec<I64Vec3> {
+    let along = |axis: usize| first[axis]..=last[axis];
+    along(0).flat_map(|x| along(1).flat_map(move |y| along(2).map(move |z| I64Vec3::new(x, y, z)))).collect()
+}

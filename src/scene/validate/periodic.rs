@@ -1,0 +1,132 @@
+//! The rules of periodic scenes: that bodies meet at one image only, and that all else of the scene has the same periods.
+
+use super::super::error::{FaultKind, SceneError};
+use super::super::generate::isotropic_volume;
+use super::super::key::Key;
+use super::super::{Force, Generate, Scene};
+use super::positive;
+use crate::periodic::Periods;
+use crate::separation::Surface;
+use crate::shape::Shape;
+
+/// How far the volume fraction of a rule that fills a whole cell may be from what count and cell make of it, as a part of that: enough to write it
+/// with two digits and more.
+const FRACTION_SLACK: f64 = 0.02;
+
+/// The names of the axes.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+impl Scene {
+    pub(super) fn check_periodic(&self, root: &Key) -> Result<(), SceneError> {
+        let Some(periodic) = &self.periodic else { return Ok(()) };
+        let key = root.field("periodic");
+        let key = key.field("lengths");
+        for (axis, length) in periodic.lengths.into_iter().enumerate() {
+            let Some(length) = length else { continue };
+            let key = key.index(axis);
+            positive(&key, length)?;
+            if length * f64::EPSILON > self.contact.overlap_tolerance {
+                let message = "is so long that 64-bit floats are coarser there than contact.overlap_tolerance";
+                return Err(SceneError::bad(key, message));
+            }
+            if self.planar && axis == 2 {
+                return Err(SceneError::bad(key, "must be null in a planar scene, which has no extent along z"));
+            }
+            self.check_length(&key, length)?;
+        }
+        if periodic.lengths == [None; 3] {
+            return Err(SceneError::bad(
+                key,
+                "must name the period of at least one axis; leave `periodic` out for none",
+            ));
+        }
+        self.check_periodic_forces(root)?;
+        self.check_periodic_walls(root, Periods::new(periodic.lengths))?;
+        self.check_periodic_rules(root, Periods::new(periodic.lengths))
+    }
+
+    /// Bodies so long, or growing so long, that a pair could meet at two images.
+    fn check_length(&self, key: &Key, length: f64) -> Result<(), SceneError> {
+        let cutoff = self.cutoff();
+        for (list, index, shape) in self.shapes() {
+            let longest = 2.0 * self.longest(&shape).bounding_radius();
+            if longest + cutoff > 0.5 * length {
+                let message = format!(
+                    "must be at least {:?}, twice what the longest body and the cutoff take, not {length:?}: {list}.{index} {} {longest:?}, the cutoff is {cutoff:?}",
+                    2.0 * (longest + cutoff),
+                    if self.growth.is_some() && shape.growing_length().is_some() { "grows to" } else { "measures" },
+                );
+                return Err(SceneError::bad(key, message));
+            }
+        }
+        Ok(())
+    }
+
+    /// A shape at the longest that it grows to.
+    fn longest(&self, shape: &Shape) -> Shape {
+        let (Some(growth), Some(length)) = (&self.growth, shape.growing_length()) else { return *shape };
+        let [_, division] = growth.division_lengths();
+        shape.grown(length.max(division * (growth.fastest_rate() * self.time.dt).exp())).unwrap_or(*shape)
+    }
+
+    fn check_periodic_forces(&self, root: &Key) -> Result<(), SceneError> {
+        for (i, force) in self.forces.iter().enumerate() {
+            if matches!(force, Force::RadialInward { .. } | Force::RadialOutward { .. }) {
+                let message = "points from or to one point, which a periodic scene does not have";
+                return Err(SceneError::bad(root.field("forces").index(i).field(force.name()), message));
+            }
+        }
+        if self.growth.and_then(|growth| growth.stop).is_some_and(|stop| stop.radius.is_some()) {
+            let message = "is the radius of a colony, which a periodic scene does not have";
+            return Err(SceneError::bad(root.field("growth").field("stop").field("radius"), message));
+        }
+        Ok(())
+    }
+
+    /// Walls stand along all periodic axes.
+    fn check_periodic_walls(&self, root: &Key, periods: Periods) -> Result<(), SceneError> {
+        for (i, wall) in self.walls.iter().enumerate() {
+            for axis in (0..3).filter(|axis| periods.lengths()[*axis].is_some()) {
+                if wall.surfaces(self.planar).iter().any(|surface| ends(surface, axis)) {
+                    let message = format!(
+                        "ends space along {}, where the scene is periodic; a wall stands along every periodic axis, as a channel across another one",
+                        AXES[axis]
+                    );
+                    return Err(SceneError::bad(root.field("walls").index(i).field(wall.name()), message));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A rule that fills a whole cell has the volume fraction that its count makes there.
+    fn check_periodic_rules(&self, root: &Key, periods: Periods) -> Result<(), SceneError> {
+        let Some(cell) = periods.volume(self.planar) else { return Ok(()) };
+        for (i, rule) in self.generate.iter().enumerate() {
+            let Generate::Isotropic { count, shape, volume_fraction, .. } = rule else { continue };
+            let fraction = *count as f64 * isotropic_volume(shape, self.planar) / cell;
+            if (volume_fraction / fraction - 1.0).abs() > FRACTION_SLACK {
+                let message = format!(
+                    "must be {fraction:.4}, which {count} of these bodies are of the periodic cell, or another count or cell"
+                );
+                let key = root.field("generate");
+                let key = key.index(i);
+                return Err(SceneError::new(
+                    FaultKind::BadValue,
+                    key.field(rule.name()).field("volume_fraction"),
+                    message,
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a surface ends somewhere along an axis.
+fn ends(surface: &Surface, axis: usize) -> bool {
+    match surface {
+        Surface::Plane { normal, .. } => normal[axis] != 0.0,
+        Surface::Sphere { .. } => true,
+        Surface::Cylinder { axis: along, .. } => (0..3).any(|other| other != axis && along[other] != 0.0),
+    }
+}
