@@ -56,6 +56,8 @@ pub mod freedom;
 pub mod gpu;
 pub mod lcp;
 pub mod measure;
+#[cfg(feature = "python")]
+pub mod python;
 pub mod record;
 pub mod relcp;
 pub mod render;

@@ -1,13 +1,14 @@
 //! A simulation: a scene's bodies and the backend that steps them.
 
 use super::{Keep, Kept, StepReport, step};
-use crate::backend::{self, Backend, cpu::Cpu};
+use crate::backend::{Backend, cpu::Cpu, gpu::Device};
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid};
 use crate::constraint::RowSourceError;
 use crate::dynamics::ForceField;
 use crate::freedom::{PLANAR, SPATIAL};
-use crate::gpu::{Gpu, GpuError, Precision};
+use crate::gpu::{Choice, Gpu, GpuError, Precision};
+use crate::lcp;
 use crate::measure::colony_radius;
 use crate::scene::{Scene, StopReason};
 use crate::separation::{Separation, separation};
@@ -90,6 +91,20 @@ pub enum Compute {
     },
 }
 
+impl Compute {
+    /// Opens the first device that fits the choice, to compute a scene in a precision. What only the CPU does is refused before one is opened.
+    ///
+    /// # Errors
+    /// A [`GpuError`]: no device fits, or it cannot do what the scene asks for.
+    pub fn open(choice: &Choice, precision: Precision, scene: &Scene) -> Result<Self, GpuError> {
+        Device::check(scene)?;
+        lcp::gpu::Solver::check(scene.solver.kind)?;
+        let gpu = Gpu::open(choice)?;
+        gpu.check(precision)?;
+        Ok(Compute::Gpu { gpu: Arc::new(gpu), precision })
+    }
+}
+
 /// A scene's bodies and the backend that steps them.
 ///
 /// ```
@@ -149,7 +164,7 @@ impl Simulation {
             Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&scene, state)?),
             Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&scene, state)?),
             Compute::Gpu { gpu, precision } => {
-                Box::new(backend::gpu::Device::new(gpu.clone(), *precision, &scene, state)?)
+                Box::new(Device::new(gpu.clone(), *precision, &scene, state)?)
             }
         };
         let keep = Keep::new(scene.solver.dump);
