@@ -14,10 +14,7 @@ pub(super) fn column<T: Element>(py: Python<'_>, values: Vec<T>) -> Bound<'_, Py
 }
 
 /// `N` numbers a row.
-pub(super) fn table<T: Element, const N: usize>(
-    py: Python<'_>,
-    rows: Vec<[T; N]>,
-) -> PyResult<Bound<'_, PyArray2<T>>> {
+pub(super) fn table<T: Element, const N: usize>(py: Python<'_>, rows: Vec<[T; N]>) -> PyResult<Bound<'_, PyArray2<T>>> {
     let shape = [rows.len(), N];
     rows.into_flattened().into_pyarray(py).reshape(shape)
 }

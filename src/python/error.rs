@@ -22,7 +22,12 @@ create_exception!(
     Error,
     "A simulation could not be started or a step not be taken. The simulation keeps its last accepted state."
 );
-create_exception!(relcp, DeviceError, Error, "There is no usable GPU, it cannot do what the scene asks for, or it failed.");
+create_exception!(
+    relcp,
+    DeviceError,
+    Error,
+    "There is no usable GPU, it cannot do what the scene asks for, or it failed."
+);
 create_exception!(relcp, RecordError, Error, "A state file could not be read or written.");
 
 fn kind(kind: FaultKind) -> &'static str {

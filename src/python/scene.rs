@@ -25,7 +25,8 @@ fn dumps(value: &Bound<'_, PyAny>) -> PyResult<String> {
     match py.import("json")?.call_method("dumps", (value,), Some(&arguments)) {
         Ok(text) => text.extract(),
         Err(fault) if fault.is_instance_of::<PyException>(py) => {
-            let message = format!("expected dicts, lists, text, finite numbers, booleans and None: {}", fault.value(py));
+            let message =
+                format!("expected dicts, lists, text, finite numbers, booleans and None: {}", fault.value(py));
             Err(bad_scene(py, "wrong_type", message, fault))
         }
         Err(interrupt) => Err(interrupt),

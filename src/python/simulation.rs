@@ -53,7 +53,9 @@ impl PySimulation {
         if session.live() {
             return Ok(session);
         }
-        Err(SimulationError::new_err("this simulation's threads are in the process that this one was forked from; make it here, or save and resume it"))
+        Err(SimulationError::new_err(
+            "this simulation's threads are in the process that this one was forked from; make it here, or save and resume it",
+        ))
     }
 
     /// Computes something long, with the interpreter's lock released.
@@ -304,7 +306,8 @@ impl PySimulation {
         let cutoff = checked(cutoff)?;
         let found = self.compute(py, |session| {
             let walls = Walls::of(session.simulation().scene());
-            session.compute(move |simulation| simulation.state().map(|state| AtWalls::of(&walls, &state.bodies, cutoff)))
+            session
+                .compute(move |simulation| simulation.state().map(|state| AtWalls::of(&walls, &state.bodies, cutoff)))
         })?;
         WallContacts::new(py, found.map_err(fault)?)
     }

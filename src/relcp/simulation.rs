@@ -163,9 +163,7 @@ impl Simulation {
         let backend: Box<dyn Backend> = match compute {
             Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&scene, state)?),
             Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&scene, state)?),
-            Compute::Gpu { gpu, precision } => {
-                Box::new(Device::new(gpu.clone(), *precision, &scene, state)?)
-            }
+            Compute::Gpu { gpu, precision } => Box::new(Device::new(gpu.clone(), *precision, &scene, state)?),
         };
         let keep = Keep::new(scene.solver.dump);
         let mut simulation = Simulation { scene, backend, keep, stopped_by: None };

@@ -151,21 +151,18 @@ class Simulations(unittest.TestCase):
             relcp.Simulation(scene).save("/nowhere/at/all.npz")
 
     def test_a_step_that_cannot_be_taken(self):
-        ball = {"shape": {"sphere": {"radius": 1}}, "position": [0, 0, 0], "velocity": [1e100, 0, 0]}
+        # A ball so light that its velocity overflows.
         scene = {
             "name": "wild",
-            "dynamics": {"inertial": {"density": 1}},
-            "time": {"dt": 1e100, "end": 1e103},
-            "forces": [{"uniform": {"force": [1e100, 0, 0]}}],
-            "bodies": [ball],
+            "dynamics": {"inertial": {"density": 1e-60}},
+            "time": {"dt": 1e60, "end": 1e60},
+            "forces": [{"uniform": {"force": [1e60, 0, 0]}}],
+            "bodies": [{"shape": {"sphere": {"radius": 1e-60}}, "position": [0, 0, 0]}],
         }
-        try:
-            simulation = relcp.Simulation(relcp.Scene.from_dict(scene))
-        except relcp.SceneError as fault:
-            self.skipTest(f"refused as a scene: {fault}")
-        with self.assertRaises(relcp.SimulationError):
-            simulation.step(1000)
-        self.assertTrue(np.isfinite(simulation.positions).all())
+        simulation = relcp.Simulation(relcp.Scene.from_dict(scene))
+        with self.assertRaisesRegex(relcp.SimulationError, "step 1: .*not finite"):
+            simulation.step()
+        self.assertEqual((simulation.steps, simulation.positions.tolist()), (0, [[0.0, 0.0, 0.0]]))
 
 
 class Devices(unittest.TestCase):
@@ -199,6 +196,7 @@ class Devices(unittest.TestCase):
 
 
 class Process(unittest.TestCase):
+    @unittest.skipUnless(os.path.exists("/proc/self/statm"), "this system does not tell what is resident so")
     def test_reads_do_not_leak(self):
         simulation = relcp.Simulation(relcp.Scene.load("two-ellipsoids"))
         simulation.step(10)
@@ -218,6 +216,7 @@ class Process(unittest.TestCase):
         # One leaked array of 48 bytes a read would be 48 MB; allocators and threads keep some of their own.
         self.assertLess(after - before, 4_000_000)
 
+    @unittest.skipUnless(os.path.exists("/proc/self/statm"), "this system does not tell what is resident so")
     def test_simulations_do_not_leak(self):
         scene = relcp.Scene.load("three-capsules")
 
