@@ -86,7 +86,7 @@ class Simulations(unittest.TestCase):
         self.assertLess(np.abs(velocity - simulation.velocities).max(), 1e-9)
 
     def test_lineage(self):
-        simulation = relcp.Simulation(relcp.Scene.load("colony", {"time.end": 2.0}))
+        simulation = relcp.Simulation(relcp.Scene.load("colony", {"time.end": 3.0}))
         seen, parents = set(), set()
         while not simulation.done:
             simulation.step(50)
@@ -156,8 +156,9 @@ class Simulations(unittest.TestCase):
             "name": "wild",
             "dynamics": {"inertial": {"density": 1e-60}},
             "time": {"dt": 1e60, "end": 1e60},
+            "contact": {"overlap_tolerance": 1e-59},
             "forces": [{"uniform": {"force": [1e60, 0, 0]}}],
-            "bodies": [{"shape": {"sphere": {"radius": 1e-60}}, "position": [0, 0, 0]}],
+            "bodies": [{"shape": {"sphere": {"radius": 1e-58}}, "position": [0, 0, 0]}],
         }
         simulation = relcp.Simulation(relcp.Scene.from_dict(scene))
         with self.assertRaisesRegex(relcp.SimulationError, "step 1: .*not finite"):
