@@ -11,6 +11,24 @@ _Backend = Literal["cpu", "gpu", "auto"]
 _Precision = Optional[Literal["f32", "f64"]]
 _Floats = npt.NDArray[np.float64]
 
+__all__ = [
+    "NO_GROUP",
+    "NO_PARENT",
+    "Contacts",
+    "DeviceError",
+    "Error",
+    "RecordError",
+    "Scene",
+    "SceneError",
+    "Simulation",
+    "SimulationError",
+    "StepReport",
+    "WallContacts",
+    "__version__",
+    "devices",
+    "scenes",
+]
+
 __version__: str
 NO_GROUP: int
 """A body's group where it has none: 2^32 - 1."""
