@@ -57,6 +57,8 @@ pub mod gpu;
 pub mod lcp;
 pub mod measure;
 pub mod periodic;
+#[cfg(feature = "python")]
+pub mod python;
 pub mod record;
 pub mod relcp;
 pub mod render;

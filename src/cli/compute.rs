@@ -3,12 +3,10 @@
 use super::arguments::{Backend, Compute as Arguments, Precision as Wanted};
 use super::exit::CliError;
 use super::output;
-use crate::backend::gpu::Device;
-use crate::gpu::{AdapterReport, Choice, Gpu, GpuError, Precision, adapters};
-use crate::lcp;
+use crate::gpu::{AdapterReport, Choice, GpuError, Precision, adapters};
 use crate::relcp::Compute;
 use crate::scene::Scene;
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
 /// Settles how many threads there are.
 pub(super) fn set_threads(arguments: &Arguments) -> Result<(), CliError> {
@@ -67,16 +65,15 @@ fn automatic(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> 
 }
 
 fn open(arguments: &Arguments, scene: &Scene) -> Result<Compute, GpuError> {
-    Device::check(scene)?;
-    lcp::gpu::Solver::check(scene.solver.kind)?;
-    let gpu = Gpu::open(&choice(arguments))?;
-    for warning in gpu.warnings() {
-        output::message_once(&format!("warning: {warning}"));
-    }
     let precision = match arguments.precision {
         None | Some(Wanted::F32) => Precision::F32,
         Some(Wanted::F64) => Precision::F64,
     };
-    gpu.check(precision)?;
-    Ok(Compute::Gpu { gpu: Arc::new(gpu), precision })
+    let compute = Compute::open(&choice(arguments), precision, scene)?;
+    if let Compute::Gpu { gpu, .. } = &compute {
+        for warning in gpu.warnings() {
+            output::message_once(&format!("warning: {warning}"));
+        }
+    }
+    Ok(compute)
 }

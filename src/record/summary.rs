@@ -158,7 +158,11 @@ pub fn max_overlap(scene: &Scene, bodies: &Bodies) -> f64 {
 }
 
 impl Summary {
-    pub(super) fn new(
+    /// Of a simulation and the totals of its steps; `final_max_overlap` is [`max_overlap`] of its state.
+    ///
+    /// # Errors
+    /// As [`Simulation::state`].
+    pub(crate) fn new(
         simulation: &Simulation,
         totals: &Totals,
         scene_hash: &str,

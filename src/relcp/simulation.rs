@@ -1,12 +1,13 @@
 //! A simulation: a scene's bodies and the backend that steps them.
 
 use super::{Keep, Kept, StepReport, contacts, step};
-use crate::backend::{self, Backend, cpu::Cpu};
+use crate::backend::{Backend, cpu::Cpu, gpu::Device};
 use crate::bodies::Bodies;
 use crate::constraint::RowSourceError;
 use crate::dynamics::ForceField;
 use crate::freedom::{PLANAR, SPATIAL};
-use crate::gpu::{Gpu, GpuError, Precision};
+use crate::gpu::{Choice, Gpu, GpuError, Precision};
+use crate::lcp;
 use crate::measure::colony_radius;
 use crate::scene::{Scene, StopReason};
 use crate::separation::Separation;
@@ -112,6 +113,20 @@ pub enum Compute {
     },
 }
 
+impl Compute {
+    /// Opens the first device that fits the choice, to compute a scene in a precision. What only the CPU does is refused before one is opened.
+    ///
+    /// # Errors
+    /// A [`GpuError`]: no device fits, or it cannot do what the scene asks for.
+    pub fn open(choice: &Choice, precision: Precision, scene: &Scene) -> Result<Self, GpuError> {
+        Device::check(scene)?;
+        lcp::gpu::Solver::check(scene.solver.kind)?;
+        let gpu = Gpu::open(choice)?;
+        gpu.check(precision)?;
+        Ok(Compute::Gpu { gpu: Arc::new(gpu), precision })
+    }
+}
+
 /// A scene's bodies and the backend that steps them.
 ///
 /// ```
@@ -170,9 +185,7 @@ impl Simulation {
         let backend: Box<dyn Backend> = match compute {
             Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&scene, state)?),
             Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&scene, state)?),
-            Compute::Gpu { gpu, precision } => {
-                Box::new(backend::gpu::Device::new(gpu.clone(), *precision, &scene, state)?)
-            }
+            Compute::Gpu { gpu, precision } => Box::new(Device::new(gpu.clone(), *precision, &scene, state)?),
         };
         let keep = Keep::new(scene.solver.dump);
         let mut simulation = Simulation { scene, backend, keep, stopped_by: None };

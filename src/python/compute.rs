@@ -1,0 +1,113 @@
+//! What computes a simulation, as its arguments say.
+
+use super::error::device;
+use crate::gpu::{Choice, GpuError, Precision, adapters};
+use crate::relcp::Compute;
+use crate::scene::Scene;
+use pyo3::exceptions::{PyRuntimeWarning, PyValueError};
+use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::ffi::CString;
+use std::sync::OnceLock;
+
+/// More threads than any machine has cores for; the program's bound too.
+const MOST_THREADS: usize = 1024;
+
+/// The arguments of a simulation that say what computes it.
+pub(super) struct Wanted<'a> {
+    pub backend: &'a str,
+    pub threads: Option<usize>,
+    pub precision: Option<&'a str>,
+    pub adapter: Option<&'a str>,
+}
+
+impl Wanted<'_> {
+    /// What computes the scene; warns where that is not what one might expect.
+    pub fn settle(&self, py: Python<'_>, scene: &Scene) -> PyResult<Compute> {
+        let precision = self.precision()?;
+        match self.backend {
+            "cpu" => self.cpu(precision),
+            "gpu" => self.open(py, scene, precision, true),
+            "auto" => self.automatic(py, scene, precision),
+            other => Err(PyValueError::new_err(format!("backend: expected 'cpu', 'gpu' or 'auto', found {other:?}"))),
+        }
+    }
+
+    fn precision(&self) -> PyResult<Option<Precision>> {
+        match self.precision {
+            None => Ok(None),
+            Some("f32") => Ok(Some(Precision::F32)),
+            Some("f64") => Ok(Some(Precision::F64)),
+            Some(other) => Err(PyValueError::new_err(format!("precision: expected 'f32' or 'f64', found {other:?}"))),
+        }
+    }
+
+    fn cpu(&self, precision: Option<Precision>) -> PyResult<Compute> {
+        if precision == Some(Precision::F32) {
+            return Err(PyValueError::new_err("the CPU computes in f64; leave precision out, or say backend='gpu'"));
+        }
+        if self.adapter.is_some() {
+            return Err(PyValueError::new_err("adapter names a device; say backend='gpu'"));
+        }
+        Ok(Compute::Cpu)
+    }
+
+    /// A hardware GPU if there is one that can do it, else the CPU.
+    fn automatic(&self, py: Python<'_>, scene: &Scene, precision: Option<Precision>) -> PyResult<Compute> {
+        let choice = self.choice(false);
+        let Some(adapter) = py.detach(|| adapters(&choice)).into_iter().find(|adapter| adapter.automatic) else {
+            return self.cpu(precision);
+        };
+        match self.open(py, scene, precision, false) {
+            Ok(compute) => Ok(compute),
+            Err(fault) => {
+                let compute = self.cpu(precision)?;
+                warn(py, &format!("{} is not used: {}", adapter.name, fault.value(py)))?;
+                Ok(compute)
+            }
+        }
+    }
+
+    fn choice(&self, software: bool) -> Choice {
+        Choice { name: self.adapter.map(str::to_owned), software, ..Choice::default() }
+    }
+
+    fn open(&self, py: Python<'_>, scene: &Scene, precision: Option<Precision>, software: bool) -> PyResult<Compute> {
+        let choice = self.choice(software);
+        let opened = py.detach(|| Compute::open(&choice, precision.unwrap_or_default(), scene));
+        let compute = opened.map_err(|fault: GpuError| device(&fault))?;
+        if let Compute::Gpu { gpu, .. } = &compute {
+            gpu.warnings().iter().try_for_each(|warning| warn(py, warning))?;
+        }
+        Ok(compute)
+    }
+
+    /// Threads of the simulation's own, where their number is given; else those that the whole process shares.
+    pub fn pool(&self) -> PyResult<Option<ThreadPool>> {
+        match self.threads {
+            Some(threads) if !(1..=MOST_THREADS).contains(&threads) => {
+                Err(PyValueError::new_err(format!("threads: expected 1 to {MOST_THREADS}, found {threads}")))
+            }
+            // Those that are shared did not come along into a forked process.
+            None if !shared_threads_live() => pool(0).map(Some),
+            None => Ok(None),
+            Some(threads) => pool(threads).map(Some),
+        }
+    }
+}
+
+fn pool(threads: usize) -> PyResult<ThreadPool> {
+    let built = ThreadPoolBuilder::new().num_threads(threads).build();
+    built.map_err(|fault| super::error::SimulationError::new_err(format!("threads cannot be had: {fault}")))
+}
+
+/// Whether this process is the one whose threads are shared: the first that asks.
+pub(super) fn shared_threads_live() -> bool {
+    static FIRST: OnceLock<u32> = OnceLock::new();
+    *FIRST.get_or_init(std::process::id) == std::process::id()
+}
+
+fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+    let message = CString::new(message.replace('\0', " "))?;
+    PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &message, 1)
+}

@@ -1,0 +1,147 @@
+//! The contacts of a state, as arrays with a row a contact.
+
+use super::arrays::{column, table};
+use crate::bodies::Bodies;
+use crate::relcp::{State, Warm, contacts};
+use crate::walls::{Walls, surface_of};
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+use std::collections::HashMap;
+
+/// What [`Contacts`] is made of.
+#[derive(Default)]
+pub(super) struct Pairs {
+    pairs: Vec<[u64; 2]>,
+    separation: Vec<f64>,
+    normal: Vec<[f64; 3]>,
+    point_a: Vec<[f64; 3]>,
+    point_b: Vec<[f64; 3]>,
+    gamma: Vec<f64>,
+}
+
+impl Pairs {
+    /// The pairs whose separation is at most `cutoff`, from the bodies alone, with the forces that the last step remembers.
+    pub fn of(state: &State, cutoff: f64) -> Self {
+        let bodies = &state.bodies;
+        let mut forces = HashMap::<[usize; 2], f64>::new();
+        for Warm { pair, gamma, .. } in state.warm.iter().filter(|warm| surface_of(warm.pair[1]).is_none()) {
+            // A method that makes several rows of a pair remembers each.
+            *forces.entry(pair.map(|body| body as usize)).or_default() += gamma;
+        }
+        let mut found = Pairs::default();
+        for (pair, s) in contacts(bodies, cutoff) {
+            let [a, b] = pair;
+            found.pairs.push(pair.map(|body| body as u64));
+            found.separation.push(s.separation);
+            found.normal.push(s.normal.to_array());
+            found.point_a.push((bodies.position[a] + s.lever_a).to_array());
+            found.point_b.push((bodies.position[b] + s.lever_b).to_array());
+            found.gamma.push(forces.get(&pair).copied().unwrap_or(0.0));
+        }
+        found
+    }
+}
+
+/// Pairs of bodies that are near, a row each, sorted by pair. M is their number.
+#[pyclass(frozen, get_all, module = "relcp")]
+pub(super) struct Contacts {
+    /// (M, 2) uint64: the rows of both bodies, the lower first.
+    pairs: Py<PyArray2<u64>>,
+    /// (M,): the signed distance of the surfaces, a length; negative where they overlap.
+    separation: Py<PyArray1<f64>>,
+    /// (M, 3): unit normal from the first body to the second.
+    normal: Py<PyArray2<f64>>,
+    /// (M, 3): the contact point on the first body's surface, in space.
+    point_a: Py<PyArray2<f64>>,
+    /// (M, 3): the contact point on the second body's surface, in space.
+    point_b: Py<PyArray2<f64>>,
+    /// (M,): the force that the last step pushed the pair apart with, summed over its rows; zero where it did not.
+    gamma: Py<PyArray1<f64>>,
+}
+
+impl Contacts {
+    pub(super) fn new(py: Python<'_>, found: Pairs) -> PyResult<Self> {
+        Ok(Contacts {
+            pairs: table(py, found.pairs)?.unbind(),
+            separation: column(py, found.separation).unbind(),
+            normal: table(py, found.normal)?.unbind(),
+            point_a: table(py, found.point_a)?.unbind(),
+            point_b: table(py, found.point_b)?.unbind(),
+            gamma: column(py, found.gamma).unbind(),
+        })
+    }
+}
+
+#[pymethods]
+impl Contacts {
+    fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
+        self.pairs.bind(py).len()
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!("Contacts({} pairs)", self.__len__(py)?))
+    }
+}
+
+/// What [`WallContacts`] is made of.
+#[derive(Default)]
+pub(super) struct AtWalls {
+    body: Vec<u64>,
+    wall: Vec<u64>,
+    separation: Vec<f64>,
+    normal: Vec<[f64; 3]>,
+    point: Vec<[f64; 3]>,
+}
+
+impl AtWalls {
+    /// The bodies and surfaces of walls whose separation is at most `cutoff`.
+    pub fn of(walls: &Walls, bodies: &Bodies, cutoff: f64) -> Self {
+        let mut found = AtWalls::default();
+        for near in walls.contacts(bodies, cutoff) {
+            found.body.push(near.body as u64);
+            found.wall.push(near.wall as u64);
+            found.separation.push(near.found.separation);
+            found.normal.push(near.found.normal.to_array());
+            found.point.push((bodies.position[near.body] + near.found.lever_a).to_array());
+        }
+        found
+    }
+}
+
+/// Bodies that are near a wall's surface, a row each, sorted by body. M is their number.
+#[pyclass(frozen, get_all, module = "relcp")]
+pub(super) struct WallContacts {
+    /// (M,) uint64: the body's row.
+    body: Py<PyArray1<u64>>,
+    /// (M,) uint64: the wall's place in the scene's list.
+    wall: Py<PyArray1<u64>>,
+    /// (M,): the body's signed distance from the surface, a length.
+    separation: Py<PyArray1<f64>>,
+    /// (M, 3): unit normal towards the wall.
+    normal: Py<PyArray2<f64>>,
+    /// (M, 3): the contact point on the body's surface, in space.
+    point: Py<PyArray2<f64>>,
+}
+
+impl WallContacts {
+    pub(super) fn new(py: Python<'_>, found: AtWalls) -> PyResult<Self> {
+        Ok(WallContacts {
+            body: column(py, found.body).unbind(),
+            wall: column(py, found.wall).unbind(),
+            separation: column(py, found.separation).unbind(),
+            normal: table(py, found.normal)?.unbind(),
+            point: table(py, found.point)?.unbind(),
+        })
+    }
+}
+
+#[pymethods]
+impl WallContacts {
+    fn __len__(&self, py: Python<'_>) -> PyResult<usize> {
+        self.body.bind(py).len()
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        Ok(format!("WallContacts({})", self.__len__(py)?))
+    }
+}

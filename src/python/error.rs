@@ -1,0 +1,113 @@
+//! Faults as Python's exceptions.
+
+use crate::gpu::GpuError;
+use crate::record;
+use crate::relcp::Fault;
+use crate::scene::{self, FaultKind};
+use pyo3::create_exception;
+use pyo3::exceptions::PyException;
+use pyo3::prelude::*;
+
+create_exception!(relcp, Error, PyException, "What every exception of relcp is.");
+create_exception!(
+    relcp,
+    SceneError,
+    Error,
+    "A scene was refused. Attributes: kind (str), key (dotted, as overrides take it), message, help (str or None), origin (str or None), line and \
+     column (from 1; None where the scene is not text)."
+);
+create_exception!(
+    relcp,
+    SimulationError,
+    Error,
+    "A simulation could not be started or a step not be taken. The simulation keeps its last accepted state."
+);
+create_exception!(
+    relcp,
+    DeviceError,
+    Error,
+    "There is no usable GPU, it cannot do what the scene asks for, or it failed."
+);
+create_exception!(relcp, RecordError, Error, "A state file could not be read or written.");
+
+fn kind(kind: FaultKind) -> &'static str {
+    match kind {
+        FaultKind::Io => "io",
+        FaultKind::Syntax => "syntax",
+        FaultKind::UnknownKey => "unknown_key",
+        FaultKind::MissingKey => "missing_key",
+        FaultKind::DuplicateKey => "duplicate_key",
+        FaultKind::WrongType => "wrong_type",
+        FaultKind::BadValue => "bad_value",
+        FaultKind::TooLarge => "too_large",
+        FaultKind::BadOverride => "bad_override",
+        FaultKind::Placement => "placement",
+    }
+}
+
+/// A scene's fault with its place, where the scene is text that its user wrote.
+pub(super) fn scene_fault(py: Python<'_>, fault: &scene::SceneError, written: bool) -> PyErr {
+    let place = |number: Option<usize>| number.filter(|_| written);
+    let mut said = match (written, fault.key()) {
+        (true, _) => fault.to_string(),
+        (false, "") => fault.message().to_owned(),
+        (false, key) => format!("{key}: {}", fault.message()),
+    };
+    if let Some(help) = fault.help_text() {
+        said = format!("{said}\n{help}");
+    }
+    let error = SceneError::new_err(said);
+    let value = error.value(py);
+    let set = || {
+        value.setattr("kind", kind(fault.kind()))?;
+        value.setattr("key", fault.key())?;
+        value.setattr("message", fault.message())?;
+        value.setattr("help", fault.help_text())?;
+        value.setattr("origin", fault.origin())?;
+        value.setattr("line", place(fault.line()))?;
+        value.setattr("column", place(fault.column()))
+    };
+    match set() {
+        Ok(()) => error,
+        Err(fault) => fault,
+    }
+}
+
+/// A scene's fault that is known without reading it.
+pub(super) fn bad_scene(py: Python<'_>, kind: &str, message: String, cause: PyErr) -> PyErr {
+    let error = SceneError::new_err(message.clone());
+    error.set_cause(py, Some(cause));
+    let value = error.value(py);
+    let none = || py.None();
+    let set = || {
+        value.setattr("kind", kind)?;
+        value.setattr("key", "")?;
+        value.setattr("message", message)?;
+        ["help", "origin", "line", "column"].into_iter().try_for_each(|name| value.setattr(name, none()))
+    };
+    match set() {
+        Ok(()) => error,
+        Err(fault) => fault,
+    }
+}
+
+/// A step's fault, or a start's.
+pub(super) fn fault(fault: Fault) -> PyErr {
+    match fault {
+        Fault::Device(fault) => device(&fault),
+        fault => SimulationError::new_err(fault.to_string()),
+    }
+}
+
+/// A device's fault.
+pub(super) fn device(fault: &GpuError) -> PyErr {
+    DeviceError::new_err(fault.to_string())
+}
+
+/// A file's fault, with what the system says of it.
+pub(super) fn recorded(fault: &record::RecordError) -> PyErr {
+    match fault {
+        record::RecordError::Io { source, .. } => RecordError::new_err(format!("{fault}: {source}")),
+        fault => RecordError::new_err(fault.to_string()),
+    }
+}

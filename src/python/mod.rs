@@ -1,0 +1,58 @@
+//! The Python package `relcp`: scenes, simulations, their arrays and contacts, with the feature `python` only.
+//!
+//! It is thin: every number comes from [`crate::relcp::Simulation`], [`crate::record`] and [`crate::scene`]. The interpreter's lock is released while
+//! anything is computed. What belongs to Python itself, the package's entry and its stubs, is in the folder `relcp` beside this file;
+//! `pyproject.toml` builds both with maturin.
+
+mod arrays;
+mod compute;
+mod contacts;
+mod error;
+mod report;
+mod scene;
+mod session;
+mod simulation;
+
+use crate::gpu::{Choice, adapters};
+use pyo3::prelude::*;
+
+/// The GPU adapters of this machine, better ones first, each as a dict: `name`, `kind`, `interface`, `driver`, `f64`, `timestamps`, sizes in bytes,
+/// `lacks` (what keeps it from being used), `automatic` (whether `backend="auto"` takes it) and `taken` (whether `backend="gpu"` does).
+#[pyfunction]
+#[pyo3(signature = (adapter=None))]
+fn devices(py: Python<'_>, adapter: Option<String>) -> PyResult<Bound<'_, PyAny>> {
+    let choice = Choice { name: adapter, software: true, ..Choice::default() };
+    let found = py.detach(|| adapters(&choice));
+    arrays::json(py, &found)
+}
+
+/// The built-in scenes: what each shows, by its name.
+#[pyfunction]
+fn scenes() -> Vec<(&'static str, &'static str)> {
+    crate::scene::built_in().iter().map(|scene| (scene.name, scene.summary)).collect()
+}
+
+/// The compiled half of the package `relcp`.
+#[pymodule]
+mod _relcp {
+    #[pymodule_export]
+    use super::contacts::{Contacts, WallContacts};
+    #[pymodule_export]
+    use super::error::{DeviceError, Error, RecordError, SceneError, SimulationError};
+    #[pymodule_export]
+    use super::report::StepReport;
+    #[pymodule_export]
+    use super::scene::PyScene;
+    #[pymodule_export]
+    use super::simulation::PySimulation;
+    #[pymodule_export]
+    use super::{devices, scenes};
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn constants(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        module.add("NO_GROUP", crate::bodies::NO_GROUP)?;
+        module.add("NO_PARENT", super::arrays::NO_PARENT)
+    }
+}

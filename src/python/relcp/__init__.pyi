@@ -1,0 +1,343 @@
+import os
+from collections.abc import Iterable, Mapping
+from typing import Any, Literal, Optional, Union, final
+
+import numpy as np
+import numpy.typing as npt
+
+_Path = Union[str, os.PathLike[str]]
+_Overrides = Union[Mapping[str, Any], Iterable[str], None]
+_Backend = Literal["cpu", "gpu", "auto"]
+_Precision = Optional[Literal["f32", "f64"]]
+_Floats = npt.NDArray[np.float64]
+
+__all__ = [
+    "NO_GROUP",
+    "NO_PARENT",
+    "Contacts",
+    "DeviceError",
+    "Error",
+    "RecordError",
+    "Scene",
+    "SceneError",
+    "Simulation",
+    "SimulationError",
+    "StepReport",
+    "WallContacts",
+    "__version__",
+    "devices",
+    "scenes",
+]
+
+__version__: str
+NO_GROUP: int
+"""A body's group where it has none: 2^32 - 1."""
+NO_PARENT: int
+"""A founder's parent: 2^64 - 1."""
+
+class Error(Exception):
+    """What every exception of relcp is."""
+
+class SceneError(Error):
+    """A scene was refused."""
+
+    kind: str
+    """io, syntax, unknown_key, missing_key, duplicate_key, wrong_type, bad_value, too_large, bad_override or placement."""
+    key: str
+    """Dotted, as overrides take it; empty for the scene as a whole."""
+    message: str
+    help: Optional[str]
+    origin: Optional[str]
+    """The file, built-in scene, text or override concerned."""
+    line: Optional[int]
+    """From 1; None where the scene is not text."""
+    column: Optional[int]
+    """In characters, from 1; None where the scene is not text."""
+
+class SimulationError(Error):
+    """A simulation could not be started or a step not be taken."""
+
+class DeviceError(Error):
+    """There is no usable GPU, it cannot do what the scene asks for, or it failed."""
+
+class RecordError(Error):
+    """A state file could not be read or written."""
+
+@final
+class Scene:
+    """Everything that determines a run; read and validated, and never changed."""
+
+    @staticmethod
+    def load(source: _Path, overrides: _Overrides = None) -> Scene:
+        """A built-in scene by its name, or else a scene file by its path; `overrides` as the program's `--set`."""
+
+    @staticmethod
+    def from_json(text: str, overrides: _Overrides = None, origin: str = "text") -> Scene:
+        """A scene from JSON text; `origin` names the text in messages."""
+
+    @staticmethod
+    def from_dict(value: dict[str, Any], overrides: _Overrides = None) -> Scene:
+        """A scene from a dict with a scene file's keys; arrays of numpy may stand for lists."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def seed(self) -> int: ...
+    @property
+    def dt(self) -> float: ...
+    @property
+    def start(self) -> float: ...
+    @property
+    def end(self) -> float: ...
+    @property
+    def steps(self) -> int: ...
+    @property
+    def planar(self) -> bool: ...
+    @property
+    def group_names(self) -> list[str]: ...
+    @property
+    def hash(self) -> str: ...
+    def to_json(self) -> str:
+        """JSON with every default written out."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """A dict with every default written out."""
+
+@final
+class StepReport:
+    """What one step did; lengths in the scene's unit, wall times in seconds."""
+
+    @property
+    def step(self) -> int: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def bodies(self) -> int: ...
+    @property
+    def constraints(self) -> int:
+        """Rows of its last LCP."""
+
+    @property
+    def recursions(self) -> int:
+        """Recursions after its first solve."""
+
+    @property
+    def iterations(self) -> int:
+        """LCP iterations, over all its solves."""
+
+    @property
+    def products(self) -> int:
+        """Applications of the LCP's matrix, over all its solves."""
+
+    @property
+    def fallbacks(self) -> int: ...
+    @property
+    def residual(self) -> float:
+        """Largest residual that one of its solves ended with, a length."""
+
+    @property
+    def unconverged(self) -> int:
+        """Solves that did not reach the solver's tolerance."""
+
+    @property
+    def status(
+        self,
+    ) -> Literal["solved", "max_iterations", "no_progress", "infeasible", "too_large", "not_finite"]: ...
+    @property
+    def max_overlap(self) -> float:
+        """Largest true overlap of smooth surfaces in the accepted configuration, a length."""
+
+    @property
+    def worst_pair(self) -> Optional[tuple[int, int]]: ...
+    @property
+    def worst_wall(self) -> Optional[tuple[int, int]]: ...
+    @property
+    def proxy_overlap(self) -> Optional[float]: ...
+    @property
+    def wall_seconds(self) -> float: ...
+    @property
+    def broad_phase_seconds(self) -> float: ...
+    @property
+    def narrow_phase_seconds(self) -> float: ...
+    @property
+    def solve_seconds(self) -> float: ...
+    @property
+    def integrate_seconds(self) -> float: ...
+    @property
+    def growth_seconds(self) -> float: ...
+    def to_dict(self) -> dict[str, Any]: ...
+
+@final
+class Contacts:
+    """Pairs of bodies that are near, a row each, sorted by pair. M is their number."""
+
+    def __len__(self) -> int: ...
+    @property
+    def pairs(self) -> npt.NDArray[np.uint64]:
+        """(M, 2): the rows of both bodies, the lower first."""
+
+    @property
+    def separation(self) -> _Floats:
+        """(M,): signed distance of the surfaces, negative where they overlap."""
+
+    @property
+    def normal(self) -> _Floats:
+        """(M, 3): unit normal from the first body to the second."""
+
+    @property
+    def point_a(self) -> _Floats:
+        """(M, 3): the contact point on the first body's surface, in space."""
+
+    @property
+    def point_b(self) -> _Floats:
+        """(M, 3): the contact point on the second body's surface, in space."""
+
+    @property
+    def gamma(self) -> _Floats:
+        """(M,): the force that the last step pushed the pair apart with, summed over its rows; zero where it did not."""
+
+@final
+class WallContacts:
+    """Bodies that are near a wall's surface, a row each, sorted by body. M is their number."""
+
+    def __len__(self) -> int: ...
+    @property
+    def body(self) -> npt.NDArray[np.uint64]:
+        """(M,): the body's row."""
+
+    @property
+    def wall(self) -> npt.NDArray[np.uint64]:
+        """(M,): the wall's place in the scene's list."""
+
+    @property
+    def separation(self) -> _Floats:
+        """(M,): the body's signed distance from the surface."""
+
+    @property
+    def normal(self) -> _Floats:
+        """(M, 3): unit normal towards the wall."""
+
+    @property
+    def point(self) -> _Floats:
+        """(M, 3): the contact point on the body's surface, in space."""
+
+@final
+class Simulation:
+    """A scene's bodies and what steps them.
+
+    Every array is a copy of the state after the last accepted step, a row a body; N is the number of bodies.
+    """
+
+    def __new__(
+        cls,
+        scene: Scene,
+        backend: _Backend = "cpu",
+        threads: Optional[int] = None,
+        precision: _Precision = None,
+        adapter: Optional[str] = None,
+    ) -> Simulation: ...
+    @staticmethod
+    def resume(
+        scene: Scene,
+        path: _Path,
+        backend: _Backend = "cpu",
+        threads: Optional[int] = None,
+        precision: _Precision = None,
+        adapter: Optional[str] = None,
+    ) -> Simulation:
+        """Goes on from a state that `save` or the program wrote for the same scene."""
+
+    def step(self, n: int = 1) -> StepReport:
+        """Takes `n` steps, also past the scene's end, and returns the last one's report."""
+
+    def run(self) -> dict[str, Any]:
+        """Steps to the scene's end and returns the summary."""
+
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def steps(self) -> int: ...
+    @property
+    def bodies(self) -> int: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def done(self) -> bool: ...
+    @property
+    def backend(self) -> Literal["cpu", "gpu"]: ...
+    @property
+    def precision(self) -> Literal["f32", "f64"]: ...
+    @property
+    def adapter(self) -> Optional[str]: ...
+    @property
+    def positions(self) -> _Floats:
+        """(N, 3): centres."""
+
+    @property
+    def orientations(self) -> _Floats:
+        """(N, 4): unit quaternions [w, x, y, z], body axes to space."""
+
+    @property
+    def velocities(self) -> _Floats:
+        """(N, 3): length / time; under the overdamped law those of the last step."""
+
+    @property
+    def angular_velocities(self) -> _Floats:
+        """(N, 3): in space axes, 1 / time."""
+
+    @property
+    def lengths(self) -> _Floats:
+        """(N,): length of the major axis, tip to tip for a rod."""
+
+    @property
+    def shapes(self) -> npt.NDArray[np.uint32]:
+        """(N,): 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus."""
+
+    @property
+    def sizes(self) -> _Floats:
+        """(N, 3): radius; diameter, length; three radii; major and minor radius; zero where a shape has none."""
+
+    @property
+    def groups(self) -> npt.NDArray[np.uint32]:
+        """(N,): index into the scene's `group_names`, or NO_GROUP."""
+
+    @property
+    def ids(self) -> npt.NDArray[np.uint64]:
+        """(N,): unique over a run; a division ends one and begins two."""
+
+    @property
+    def parents(self) -> npt.NDArray[np.uint64]:
+        """(N,): the id that divided into this one, or NO_PARENT."""
+
+    @property
+    def births(self) -> _Floats:
+        """(N,): times of birth."""
+
+    @property
+    def generations(self) -> npt.NDArray[np.uint32]:
+        """(N,): divisions since the founder."""
+
+    @property
+    def state_hash(self) -> str:
+        """A hash of every bit of the state; `summary.json` has the same for the same state."""
+
+    def contacts(self, cutoff: float = 0.0) -> Contacts:
+        """All pairs of bodies whose separation is at most `cutoff`, computed afresh in f64."""
+
+    def wall_contacts(self, cutoff: float = 0.0) -> WallContacts:
+        """All bodies and surfaces of walls whose separation is at most `cutoff`, computed afresh in f64."""
+
+    def summary(self) -> dict[str, Any]:
+        """What the run did so far, with the keys of the program's `summary.json`."""
+
+    def final_scene(self) -> Scene:
+        """The state as a scene that goes on from it, as the program's `final.json`."""
+
+    def save(self, path: _Path) -> None:
+        """Writes the state as the program's checkpoint (`.npz`), whole or not at all."""
+
+def devices(adapter: Optional[str] = None) -> list[dict[str, Any]]:
+    """The GPU adapters of this machine, better ones first."""
+
+def scenes() -> dict[str, str]:
+    """The built-in scenes: what each shows, by its name."""

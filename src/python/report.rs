@@ -1,0 +1,127 @@
+//! What a step did, as Python has it.
+
+use crate::relcp;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::time::Duration;
+
+/// What one step did. Lengths are in the scene's unit, wall times in seconds.
+#[pyclass(frozen, get_all, module = "relcp")]
+pub(super) struct StepReport {
+    /// Its number, from 1.
+    step: u64,
+    /// Time after it.
+    time: f64,
+    /// Bodies after it.
+    bodies: usize,
+    /// Rows of its last LCP.
+    constraints: usize,
+    /// Recursions after its first solve.
+    recursions: u32,
+    /// LCP iterations, over all its solves.
+    iterations: u64,
+    /// Applications of the LCP's matrix, over all its solves.
+    products: u64,
+    /// Solves that the safeguard of the solver `auto` went on with.
+    fallbacks: u32,
+    /// Largest residual that one of its solves ended with, a length.
+    residual: f64,
+    /// Solves that did not reach the solver's tolerance.
+    unconverged: u32,
+    /// `solved`, or how the last of its solves that did not converge ended.
+    status: &'static str,
+    /// Largest true overlap of smooth surfaces, with each other or with walls, in the accepted configuration, a length.
+    max_overlap: f64,
+    /// The pair of bodies that overlaps by `max_overlap`, where one does.
+    worst_pair: Option<(usize, usize)>,
+    /// The body and the wall that overlap by it, where they do.
+    worst_wall: Option<(usize, usize)>,
+    /// Largest overlap between sub-spheres, where the method makes its rows from them.
+    proxy_overlap: Option<f64>,
+    /// Wall time of the step, seconds.
+    wall_seconds: f64,
+    /// Wall time of finding candidate pairs, seconds.
+    broad_phase_seconds: f64,
+    /// Wall time of separations, rows, violations, seconds.
+    narrow_phase_seconds: f64,
+    /// Wall time of the LCPs, seconds.
+    solve_seconds: f64,
+    /// Wall time of forces, mobilities, trial configurations, seconds.
+    integrate_seconds: f64,
+    /// Wall time of growth and division, seconds.
+    growth_seconds: f64,
+}
+
+impl StepReport {
+    pub(super) fn new(report: &relcp::StepReport, wall: Duration) -> Self {
+        let phases = &report.phases;
+        StepReport {
+            step: report.step,
+            time: report.time,
+            bodies: report.bodies,
+            constraints: report.constraints,
+            recursions: report.recursions,
+            iterations: report.iterations,
+            products: report.products,
+            fallbacks: report.fallbacks,
+            residual: report.residual,
+            unconverged: report.unconverged,
+            status: report.status.name(),
+            max_overlap: report.max_overlap,
+            worst_pair: report.worst_pair.map(<(usize, usize)>::from),
+            worst_wall: report.worst_wall.map(<(usize, usize)>::from),
+            proxy_overlap: report.proxy_overlap,
+            wall_seconds: wall.as_secs_f64(),
+            broad_phase_seconds: phases.broad_phase.as_secs_f64(),
+            narrow_phase_seconds: phases.narrow_phase.as_secs_f64(),
+            solve_seconds: phases.solve.as_secs_f64(),
+            integrate_seconds: phases.integrate.as_secs_f64(),
+            growth_seconds: phases.growth.as_secs_f64(),
+        }
+    }
+}
+
+#[pymethods]
+impl StepReport {
+    /// The report as a dict, with the attributes as keys.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        dict.set_item("step", self.step)?;
+        dict.set_item("time", self.time)?;
+        dict.set_item("bodies", self.bodies)?;
+        dict.set_item("constraints", self.constraints)?;
+        dict.set_item("recursions", self.recursions)?;
+        dict.set_item("iterations", self.iterations)?;
+        dict.set_item("products", self.products)?;
+        dict.set_item("fallbacks", self.fallbacks)?;
+        dict.set_item("residual", self.residual)?;
+        dict.set_item("unconverged", self.unconverged)?;
+        dict.set_item("status", self.status)?;
+        dict.set_item("max_overlap", self.max_overlap)?;
+        dict.set_item("worst_pair", self.worst_pair)?;
+        dict.set_item("worst_wall", self.worst_wall)?;
+        dict.set_item("proxy_overlap", self.proxy_overlap)?;
+        dict.set_item("wall_seconds", self.wall_seconds)?;
+        dict.set_item("broad_phase_seconds", self.broad_phase_seconds)?;
+        dict.set_item("narrow_phase_seconds", self.narrow_phase_seconds)?;
+        dict.set_item("solve_seconds", self.solve_seconds)?;
+        dict.set_item("integrate_seconds", self.integrate_seconds)?;
+        dict.set_item("growth_seconds", self.growth_seconds)?;
+        Ok(dict)
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "StepReport(step={}, time={}, bodies={}, constraints={}, recursions={}, iterations={}, residual={:.3e}, max_overlap={:.3e}, status={:?})",
+            self.step,
+            self.time,
+            self.bodies,
+            self.constraints,
+            self.recursions,
+            self.iterations,
+            self.residual,
+            self.max_overlap,
+            self.status
+        )
+    }
+}

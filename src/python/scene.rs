@@ -1,0 +1,162 @@
+//! Scenes from names, files, text and dicts.
+
+use super::arrays::loads;
+use super::error::{bad_scene, scene_fault};
+use crate::record::scene_hash;
+use crate::scene::{self, Override, Scene, Source};
+use pyo3::exceptions::{PyException, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+use std::path::PathBuf;
+
+/// The name that a scene without a text of its own has in messages.
+const DICT: &str = "dict";
+
+/// Everything that determines a run; read and validated, and never changed.
+#[pyclass(frozen, name = "Scene", module = "relcp")]
+pub(super) struct PyScene(pub Scene);
+
+/// A Python value as JSON text. Arrays and numbers of numpy become lists and numbers by their `tolist`.
+fn dumps(value: &Bound<'_, PyAny>) -> PyResult<String> {
+    let py = value.py();
+    let arguments = PyDict::new(py);
+    arguments.set_item("allow_nan", false)?;
+    arguments.set_item("default", py.import("operator")?.call_method1("methodcaller", ("tolist",))?)?;
+    match py.import("json")?.call_method("dumps", (value,), Some(&arguments)) {
+        Ok(text) => text.extract(),
+        Err(fault) if fault.is_instance_of::<PyException>(py) => {
+            let message =
+                format!("expected dicts, lists, text, finite numbers, booleans and None: {}", fault.value(py));
+            Err(bad_scene(py, "wrong_type", message, fault))
+        }
+        Err(interrupt) => Err(interrupt),
+    }
+}
+
+/// Overrides as the program's `--set` has them: a dict from dotted keys to values, or `KEY=VALUE` each.
+fn overrides(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
+    let Some(given) = given else { return Ok(Vec::new()) };
+    if let Ok(dict) = given.cast::<PyDict>() {
+        let set = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+            Ok(format!("{}={}", key.extract::<String>()?, dumps(&value)?))
+        };
+        return dict.iter().map(set).collect();
+    }
+    if given.is_instance_of::<PyString>() {
+        return Ok(vec![given.extract()?]);
+    }
+    given.try_iter()?.map(|set| set?.extract()).collect()
+}
+
+fn from_text(py: Python<'_>, text: &str, origin: &str, sets: &[String], written: bool) -> PyResult<PyScene> {
+    let read = || {
+        let sets = sets.iter().map(|set| Override::parse(set)).collect::<Result<Vec<_>, _>>()?;
+        Source::new(text, origin).scene(&sets)
+    };
+    // A fault in an override says so; only a place in the text is nothing to a dict.
+    py.detach(read).map(PyScene).map_err(|fault| {
+        let in_text = fault.origin() == Some(origin);
+        scene_fault(py, &fault, written || !in_text)
+    })
+}
+
+#[pymethods]
+impl PyScene {
+    /// Reads a built-in scene by its name, or else a scene file by its path.
+    ///
+    /// `overrides` gives keys other values, as the program's `--set`: `{"time.end": 20, "bodies.0.position.1": 2.5}` or `["time.end=20"]`.
+    /// Raises SceneError with the place of the fault.
+    #[staticmethod]
+    #[pyo3(signature = (source, overrides=None))]
+    fn load(py: Python<'_>, source: PathBuf, overrides: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let sets = self::overrides(overrides)?;
+        let Some(source) = source.to_str() else { return Err(PyValueError::new_err("the path is not Unicode")) };
+        py.detach(|| scene::load(source, &sets)).map(PyScene).map_err(|fault| scene_fault(py, &fault, true))
+    }
+
+    /// Reads a scene from JSON text; `origin` names the text in messages. Raises SceneError with line and column.
+    #[staticmethod]
+    #[pyo3(signature = (text, overrides=None, origin="text"))]
+    fn from_json(py: Python<'_>, text: &str, overrides: Option<&Bound<'_, PyAny>>, origin: &str) -> PyResult<Self> {
+        from_text(py, text, origin, &self::overrides(overrides)?, true)
+    }
+
+    /// Makes a scene from a dict with a scene file's keys; arrays of numpy may stand for lists. Raises SceneError with the key of the fault.
+    #[staticmethod]
+    #[pyo3(signature = (value, overrides=None))]
+    fn from_dict(value: &Bound<'_, PyDict>, overrides: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        from_text(value.py(), &dumps(value)?, DICT, &self::overrides(overrides)?, false)
+    }
+
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    /// What everything random is drawn from.
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.0.seed
+    }
+
+    /// Step size.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.0.time.dt
+    }
+
+    /// Time at which a run starts.
+    #[getter]
+    fn start(&self) -> f64 {
+        self.0.time.start
+    }
+
+    /// Time at which a run ends.
+    #[getter]
+    fn end(&self) -> f64 {
+        self.0.time.end
+    }
+
+    /// How many steps a run takes, where nothing stops it before.
+    #[getter]
+    fn steps(&self) -> u64 {
+        self.0.time.steps()
+    }
+
+    /// Whether bodies stay in the plane z = 0.
+    #[getter]
+    fn planar(&self) -> bool {
+        self.0.planar
+    }
+
+    /// Names of the groups; `Simulation.groups` indexes them.
+    #[getter]
+    fn group_names(&self) -> Vec<String> {
+        self.0.group_names()
+    }
+
+    /// A hash of the scene with every default written out; the program's `summary.json` has the same.
+    #[getter]
+    fn hash(&self) -> String {
+        scene_hash(&self.0)
+    }
+
+    /// The scene as JSON, every default written out, as a run's `scene.json`.
+    fn to_json(&self) -> String {
+        self.0.with_defaults().to_json()
+    }
+
+    /// The scene as a dict, every default written out.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        loads(py, &self.to_json())
+    }
+
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other.cast::<PyScene>().is_ok_and(|other| other.get().0.with_defaults() == self.0.with_defaults())
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Scene({:?}, dt={}, end={})", self.0.name, self.0.time.dt, self.0.time.end)
+    }
+}

@@ -1,0 +1,150 @@
+//! A simulation with what its run did so far, and the threads that compute it: what a Python object holds.
+
+use super::compute::shared_threads_live;
+use crate::record::{RecordError, RunStatus, Summary, Totals, max_overlap, scene_hash, write_state};
+use crate::relcp::{Compute, Fault, Simulation, State, StepReport};
+use crate::scene::{Scene, SceneError};
+use rayon::ThreadPool;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Why a session cannot be started.
+pub(super) enum NoStart {
+    /// The bodies cannot be placed.
+    Scene(SceneError),
+    /// The backend refuses.
+    Fault(Fault),
+}
+
+/// A simulation under way.
+pub(super) struct Session {
+    simulation: Simulation,
+    totals: Totals,
+    scene_hash: String,
+    threads: Threads,
+}
+
+/// The threads that compute a simulation, and the process that they are in: a fork has none of them.
+pub(super) struct Threads {
+    own: Option<ThreadPool>,
+    process: u32,
+}
+
+impl Threads {
+    pub fn new(own: Option<ThreadPool>) -> Self {
+        Threads { own, process: std::process::id() }
+    }
+
+    /// Whether they are there.
+    fn live(&self) -> bool {
+        self.process == std::process::id() && (self.own.is_some() || shared_threads_live())
+    }
+
+    fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match &self.own {
+            Some(pool) => pool.install(work),
+            None => work(),
+        }
+    }
+}
+
+/// What one batch of steps did.
+pub(super) struct Batch {
+    /// Steps taken.
+    pub taken: u64,
+    /// The last of them and its wall time.
+    pub last: Option<(StepReport, Duration)>,
+}
+
+impl Session {
+    /// Starts a scene from its own bodies.
+    pub fn start(compute: &Compute, scene: Scene, threads: Threads) -> Result<Self, NoStart> {
+        let begun = Instant::now();
+        let hash = scene_hash(&scene);
+        let (simulation, start_max_overlap) = threads.run(|| {
+            let bodies = scene.build().map_err(NoStart::Scene)?;
+            let start_max_overlap = max_overlap(&scene, &bodies);
+            Simulation::new_on(compute, scene, bodies).map_err(NoStart::Fault).map(|s| (s, start_max_overlap))
+        })?;
+        let mut totals = Totals { start_max_overlap, ..Totals::default() };
+        totals.wall.setup = begun.elapsed().as_secs_f64();
+        totals.wall.total = totals.wall.setup;
+        Ok(Session { simulation, totals, scene_hash: hash, threads })
+    }
+
+    /// Goes on from a state, and from the totals that it came with.
+    pub fn resume(
+        compute: &Compute,
+        scene: Scene,
+        state: State,
+        totals: Totals,
+        threads: Threads,
+    ) -> Result<Self, Fault> {
+        let hash = scene_hash(&scene);
+        let simulation = threads.run(|| Simulation::resume_on(compute, scene, state))?;
+        Ok(Session { simulation, totals, scene_hash: hash, threads })
+    }
+
+    /// Whether its threads are in this process.
+    pub fn live(&self) -> bool {
+        self.threads.live()
+    }
+
+    /// Takes at least one step, then as many as fit into `wall`, at most `most`; with `to_end` none past the scene's end.
+    pub fn advance(&mut self, most: u64, to_end: bool, wall: Duration) -> (Batch, Result<(), Fault>) {
+        let Session { simulation, totals, threads, .. } = self;
+        threads.run(move || {
+            let mut batch = Batch { taken: 0, last: None };
+            let begun = Instant::now();
+            while batch.taken < most && !(to_end && simulation.done()) {
+                let step_begun = Instant::now();
+                let stepped = simulation.step();
+                // A dump has no folder to go to.
+                simulation.take_lcps();
+                match stepped {
+                    Ok(report) => {
+                        let spent = step_begun.elapsed();
+                        totals.add(&report, simulation.scene().contact.overlap_tolerance, spent);
+                        (batch.taken, batch.last) = (batch.taken + 1, Some((report, spent)));
+                    }
+                    Err(fault) => return (batch, Err(fault)),
+                }
+                if begun.elapsed() >= wall {
+                    break;
+                }
+            }
+            (batch, Ok(()))
+        })
+    }
+
+    /// The simulation.
+    pub fn simulation(&self) -> &Simulation {
+        &self.simulation
+    }
+
+    /// Computes something from the simulation, on its threads.
+    pub fn compute<T: Send>(&mut self, of: impl FnOnce(&Simulation) -> T + Send) -> T {
+        let Session { simulation, threads, .. } = self;
+        threads.run(move || of(simulation))
+    }
+
+    /// What its run did so far, as the program's `summary.json`.
+    pub fn summary(&mut self) -> Result<Summary, Fault> {
+        let Session { simulation, totals, scene_hash, threads } = self;
+        let status = match (simulation.done(), totals.clean()) {
+            (false, _) => RunStatus::Interrupted,
+            (true, true) => RunStatus::Done,
+            (true, false) => RunStatus::OutOfTolerance,
+        };
+        threads.run(move || {
+            let overlap = max_overlap(simulation.scene(), &simulation.state()?.bodies);
+            Summary::new(simulation, totals, scene_hash, status, overlap)
+        })
+    }
+
+    /// Writes a checkpoint, whole or not at all.
+    pub fn save(&self, path: &Path) -> Result<Result<(), RecordError>, Fault> {
+        let state = self.simulation.state()?;
+        Ok(write_state(path, state, &self.scene_hash, self.simulation.time(), Some(&self.totals)))
+    }
+}
