@@ -34,6 +34,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         contact: Contact { overlap_tolerance: 1e-6, ..Contact::default() },
         solver: Solver::default(),
         planar: false,
+        periodic: None,
+        walls: Vec::new(),
         forces: vec![push("upper", -1.0), push("lower", 1.0)],
         growth: None,
         bodies: vec![rod("upper", 0.6, along_x), rod("lower", -0.6, along_y)],
