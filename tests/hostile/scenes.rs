@@ -91,7 +91,8 @@ fn mutated_scenes_are_read_or_refused() {
         |random, text| mutate(random, text, &WORDS),
         |bytes| fate(scene::parse(&String::from_utf8_lossy(bytes), "mutant.json")),
     );
-    assert!(tally.made > tally.refused / 20 && tally.refused > tally.made / 20, "{tally:?}");
+    // The mutants go both ways: about one in twenty is a scene.
+    assert!(tally.made > tally.refused / 40 && tally.refused > tally.made / 40, "{tally:?}");
 }
 
 #[test]
