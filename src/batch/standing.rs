@@ -2,7 +2,7 @@
 
 use super::plan::{HASH_DIGITS, INDEX_DIGITS, Member, Plan};
 use crate::record::{Folder, RecordError, RunStatus, differing_keys, scene_hash};
-use crate::scene;
+use crate::scene::{self, StopReason};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashSet};
 use std::fs;
@@ -16,6 +16,9 @@ pub struct Outcome {
     pub status: RunStatus,
     /// Whether it went to its end.
     pub completed: bool,
+    /// What of the scene's `growth.stop` ended it; summaries of earlier versions do not say.
+    #[serde(default)]
+    pub stopped_by: Option<StopReason>,
     /// Hash of its scene.
     pub scene_hash: String,
     /// Hash of the state that it stands at.

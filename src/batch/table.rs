@@ -5,14 +5,16 @@ use super::ordered::Ordered;
 use super::plan::{Member, Plan};
 use super::standing::{Folders, Outcome, Standing};
 use crate::record::{RecordError, RunStatus, durable};
+use crate::scene::StopReason;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// The columns of `batch.csv` after the index and the varied keys.
-const COLUMNS: [&str; 12] = [
+const COLUMNS: [&str; 13] = [
     "status",
+    "stopped_by",
     "steps",
     "bodies",
     "max_overlap",
@@ -205,6 +207,7 @@ impl Row {
         let of = |cell: fn(&Outcome) -> String| self.outcome.as_ref().map(cell).unwrap_or_default();
         [
             self.status.name().to_owned(),
+            of(|o| o.stopped_by.map_or("", StopReason::name).to_owned()),
             of(|o| o.steps.to_string()),
             of(|o| o.bodies.to_string()),
             of(|o| o.max_overlap.map_or("inf".into(), |overlap| format!("{overlap:e}"))),
@@ -271,6 +274,7 @@ struct Entry<'a> {
     values: &'a Ordered<Value>,
     scene_hash: &'a str,
     status: RowStatus,
+    stopped_by: Option<StopReason>,
     steps: Option<u64>,
     bodies: Option<u64>,
     max_overlap: Option<f64>,
@@ -294,6 +298,7 @@ impl Serialize for Row {
             values: &member.values,
             scene_hash: &member.scene_hash,
             status: self.status,
+            stopped_by: outcome.and_then(|o| o.stopped_by),
             steps: outcome.map(|o| o.steps),
             bodies: outcome.map(|o| o.bodies),
             max_overlap: outcome.and_then(|o| o.max_overlap),

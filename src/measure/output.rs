@@ -123,7 +123,8 @@ fn remove_others(folder: &Path, paths: &[PathBuf]) -> Result<(), RecordError> {
     Ok(())
 }
 
-fn field(cell: Cell) -> String {
+/// A number as text.
+pub(crate) fn field(cell: Cell) -> String {
     cell.map_or_else(String::new, |value| value.to_string())
 }
 

@@ -98,12 +98,13 @@ impl Folder {
         }
         durable::sweep(path)?;
         durable::sweep(&folder.states())?;
-        let (own, states) = ([folder.scene(), rows, folder.states()], list(&folder.states())?);
+        let own = [folder.scene(), rows, folder.measures(), folder.states()];
+        let states = list(&folder.states())?;
         let foreign = list(path)?.iter().any(|entry| !own.contains(entry));
         if foreign || states.iter().any(|state| step_of(state) != Some(0)) {
             return Err(RecordError::NotEmpty { path: path.into() });
         }
-        for file in states.iter().chain(&own[..2]).filter(|file| file.exists()) {
+        for file in states.iter().chain(&own[..3]).filter(|file| file.exists()) {
             fs::remove_file(file).map_err(RecordError::io(file, "remove it"))?;
         }
         Ok(folder)
@@ -163,6 +164,11 @@ impl Folder {
     /// A row a recorded step.
     pub fn steps(&self) -> PathBuf {
         self.0.join("steps.csv")
+    }
+
+    /// What the scene asks to be measured, a row a recorded step.
+    pub fn measures(&self) -> PathBuf {
+        self.0.join("measures.csv")
     }
 
     /// The folder of the states over time.
@@ -302,7 +308,8 @@ mod tests {
         let path = parent.path().join("run");
         let folder = Folder::create(&path).unwrap();
         let fill = || {
-            for file in [folder.scene(), folder.steps(), folder.state(0), path.join(".relcp-x.part")] {
+            for file in [folder.scene(), folder.steps(), folder.measures(), folder.state(0), path.join(".relcp-x.part")]
+            {
                 fs::write(file, b"x").unwrap();
             }
         };

@@ -1,7 +1,7 @@
 //! A run's folder and the states in it: what is written, so that it is there whole or not at all, and read back.
 //!
 //! [`Run`] steps a simulation and leaves its [`Folder`]: `scene.json`, `steps.csv`, `states/state_NNNNNNNNNN.npz`,
-//! `checkpoint.npz` and the one before it, `final.json`, `final.png` and `summary.json`, and `lcps/` where the scene asks for it. States are
+//! `checkpoint.npz` and the one before it, `final.json`, `final.png` and `summary.json`, and `measures.csv` and `lcps/` where the scene asks for them. States are
 //! [one container](encode) that numpy opens as `.npz`.
 //!
 //! ```
@@ -22,8 +22,10 @@ mod error;
 mod folder;
 mod hash;
 mod lcp_file;
+mod measured;
 mod memory;
 mod npz;
+mod rows;
 mod run;
 mod schedule;
 mod steps;

@@ -7,6 +7,7 @@ use super::error::{RecordError, RunError};
 use super::folder::Folder;
 use super::hash::scene_hash;
 use super::lcp_file::{LcpHeader, write_lcp};
+use super::measured::Measures;
 use super::schedule::Schedule;
 use super::steps::Steps;
 use super::summary::{RunStatus, Summary, max_overlap};
@@ -46,6 +47,7 @@ pub struct Run {
     simulation: Simulation,
     folder: Folder,
     steps: Steps,
+    measures: Option<Measures>,
     schedule: Schedule,
     scene_hash: String,
     totals: Totals,
@@ -60,13 +62,14 @@ impl Run {
         let begun = Instant::now();
         let scene = simulation.scene();
         let steps = Steps::create(&folder.steps())?;
+        let measures = Measures::create(&folder.measures(), scene)?;
         write_scene(&folder.scene(), &scene.with_defaults())?;
         let mut totals =
             Totals { start_max_overlap: max_overlap(scene, &simulation.state()?.bodies), ..Totals::default() };
         totals.wall.setup = (setup + begun.elapsed()).as_secs_f64();
         totals.wall.total = totals.wall.setup;
         let (schedule, scene_hash) = (Schedule::new(scene), scene_hash(scene));
-        let mut run = Run::new(simulation, folder, steps, schedule, scene_hash, totals);
+        let mut run = Run::new(simulation, folder, (steps, measures), schedule, scene_hash, totals);
         run.record_state()?;
         run.checkpoint()?;
         Ok(run)
@@ -108,13 +111,14 @@ impl Run {
             None => schedule.last_row(header.step),
         };
         let steps = Steps::reopen(&folder.steps(), last_row)?;
+        let measures = Measures::reopen(&folder.measures(), simulation.scene(), last_row)?;
         folder.rewind(header.step)?;
         let mut totals = header.totals.unwrap_or_default();
         let setup = begun.elapsed().as_secs_f64();
         totals.wall.setup += setup;
         totals.wall.total += setup;
         let saved = folder.count_lcps()?;
-        let mut run = Run::new(simulation, folder, steps, schedule, scene_hash, totals);
+        let mut run = Run::new(simulation, folder, (steps, measures), schedule, scene_hash, totals);
         run.simulation.count_lcps(saved);
         run.notes = notes;
         Ok(run)
@@ -123,14 +127,25 @@ impl Run {
     fn new(
         simulation: Simulation,
         folder: Folder,
-        steps: Steps,
+        (steps, measures): (Steps, Option<Measures>),
         schedule: Schedule,
         scene_hash: String,
         totals: Totals,
     ) -> Self {
         let (checkpoint_every, last_checkpoint) = (CHECKPOINT_EVERY, Instant::now());
         let notes = Vec::new();
-        Run { simulation, folder, steps, schedule, scene_hash, totals, checkpoint_every, last_checkpoint, notes }
+        Run {
+            simulation,
+            folder,
+            steps,
+            measures,
+            schedule,
+            scene_hash,
+            totals,
+            checkpoint_every,
+            last_checkpoint,
+            notes,
+        }
     }
 
     /// Makes checkpoints at another pace than [`CHECKPOINT_EVERY`].
@@ -196,10 +211,14 @@ impl Run {
         let done = self.simulation.done();
         if done || self.schedule.row_due(report.step) {
             self.steps.push(report, wall.as_secs_f64())?;
+            if let Some(measures) = &mut self.measures {
+                measures.push(&self.simulation)??;
+            }
         }
         if done || self.schedule.state_due(report.step) {
             self.record_state()?;
             self.steps.flush()?;
+            self.measures.as_mut().map_or(Ok(()), Measures::flush)?;
         }
         self.count_output(begun);
         if self.last_checkpoint.elapsed() >= self.checkpoint_every {
@@ -241,6 +260,7 @@ impl Run {
     pub fn checkpoint(&mut self) -> Result<(), RunError> {
         let begun = Instant::now();
         self.steps.sync()?;
+        self.measures.as_mut().map_or(Ok(()), Measures::sync)?;
         durable::sync_folder(&self.folder.states())?;
         let path = self.folder.checkpoint();
         if path.exists() {

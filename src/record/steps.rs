@@ -1,11 +1,10 @@
 //! `steps.csv`: one row a recorded step.
 
 use super::error::RecordError;
+use super::rows::Rows;
 use crate::relcp::StepReport;
 use serde::{Deserialize, Serialize};
-use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The columns, in their order.
 pub const COLUMNS: [&str; 10] = [
@@ -63,91 +62,33 @@ impl StepRow {
     }
 }
 
-/// The file, open for writing and locked against other processes for as long.
+/// The file, open for writing.
 #[derive(Debug)]
-pub(super) struct Steps {
-    path: PathBuf,
-    writer: csv::Writer<File>,
-}
+pub(super) struct Steps(Rows);
 
 impl Steps {
     /// Starts the file.
     pub(super) fn create(path: &Path) -> Result<Self, RecordError> {
-        let file = File::create_new(path).map_err(RecordError::io(path, "create it"))?;
-        lock(&file, path)?;
-        let mut steps = Steps { path: path.into(), writer: writer(file) };
-        steps.writer.write_record(COLUMNS).map_err(|e| steps.fault(e.into()))?;
-        steps.flush()?;
-        Ok(steps)
+        Rows::create(path, &COLUMNS).map(Steps)
     }
 
-    /// Takes the file up again as it was after step `last`, which was its last row where any was written: what follows
-    /// is cut off.
+    /// Takes the file up again as it was after step `last`: see [`Rows::reopen`].
     pub(super) fn reopen(path: &Path, last: Option<u64>) -> Result<Self, RecordError> {
-        let mut file =
-            OpenOptions::new().read(true).write(true).open(path).map_err(RecordError::io(path, "open it"))?;
-        lock(&file, path)?;
-        // A device may have no end.
-        if !file.metadata().map_err(RecordError::io(path, "open it"))?.is_file() {
-            return Err(RecordError::Mangled { path: path.into(), what: "it is not a file".into() });
-        }
-        let end = end_of(&file, path, last)?;
-        file.set_len(end).map_err(RecordError::io(path, "cut it"))?;
-        file.seek(SeekFrom::End(0)).map_err(RecordError::io(path, "write it"))?;
-        Ok(Steps { path: path.into(), writer: writer(file) })
+        Rows::reopen(path, &COLUMNS, last).map(Steps)
     }
 
     /// Adds a row.
     pub(super) fn push(&mut self, report: &StepReport, wall_seconds: f64) -> Result<(), RecordError> {
-        self.writer.serialize(StepRow::new(report, wall_seconds)).map_err(|e| self.fault(e.into()))
+        self.0.push(StepRow::new(report, wall_seconds))
     }
 
     /// Hands the rows so far to the system.
     pub(super) fn flush(&mut self) -> Result<(), RecordError> {
-        self.writer.flush().map_err(|e| self.fault(e))
+        self.0.flush()
     }
 
     /// Makes the rows so far last.
     pub(super) fn sync(&mut self) -> Result<(), RecordError> {
-        self.flush()?;
-        self.writer.get_ref().sync_data().map_err(|e| self.fault(e))
-    }
-
-    fn fault(&self, source: std::io::Error) -> RecordError {
-        RecordError::io(&self.path, "write it")(source)
-    }
-}
-
-fn writer(file: File) -> csv::Writer<File> {
-    csv::WriterBuilder::new().has_headers(false).from_writer(file)
-}
-
-/// Takes the file for this process. A file system that knows no locks cannot refuse, and is not refused.
-fn lock(file: &File, path: &Path) -> Result<(), RecordError> {
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => Err(RecordError::InUse { path: path.parent().unwrap_or(path).into() }),
-        _ => Ok(()),
-    }
-}
-
-/// Where the row of step `last` ends, or the heading where there is none.
-fn end_of(file: &File, path: &Path, last: Option<u64>) -> Result<u64, RecordError> {
-    let mangled = |what: String| RecordError::Mangled { path: path.into(), what };
-    let mut reader = csv::ReaderBuilder::new().from_reader(file);
-    let headings = reader.headers().map_err(|e| mangled(e.to_string()))?;
-    if headings.iter().ne(COLUMNS) {
-        return Err(mangled(format!("its columns are not {}", COLUMNS.join(","))));
-    }
-    let mut row = csv::StringRecord::new();
-    loop {
-        let end = reader.position().byte();
-        let found = reader.read_record(&mut row).unwrap_or(false);
-        let step = row.get(0).and_then(|text| text.parse::<u64>().ok()).filter(|_| found);
-        match (step, last) {
-            (_, None) => return Ok(end),
-            (Some(step), Some(last)) if step == last => return Ok(reader.position().byte()),
-            (Some(step), Some(last)) if step < last => {}
-            (_, Some(last)) => return Err(mangled(format!("the row of step {last} is missing"))),
-        }
+        self.0.sync()
     }
 }

@@ -270,6 +270,65 @@ fn a_run_that_crashed_after_a_checkpoint_goes_on_to_the_same_bits() {
 }
 
 #[test]
+fn what_is_measured_while_it_runs_is_what_is_measured_afterwards_and_survives_a_crash() {
+    let place = tempfile::tempdir().unwrap();
+    let scene = || {
+        let mut scene = rods_scene(place.path());
+        scene.output.measures = vec!["radius".into(), "contacts".into(), "stress".into()];
+        scene.output.step_stride = 4;
+        scene.output.every = Some(scene.time.dt);
+        scene
+    };
+    let start = |name: &str| {
+        let (scene, folder) = (scene(), Folder::create(&place.path().join(name)).unwrap());
+        let bodies = scene.build().unwrap();
+        Run::start(Simulation::new(scene, bodies).unwrap(), folder, Duration::ZERO).unwrap()
+    };
+    to_end(start("whole"));
+    let mut run = start("broken");
+    for step in 1..=33 {
+        run.advance().unwrap();
+        if step == 17 {
+            run.checkpoint().unwrap();
+        }
+    }
+    drop(run);
+    let broken = Folder::open(&place.path().join("broken")).unwrap();
+    to_end(Run::resume(scene(), broken.clone()).unwrap());
+    let whole = Folder::view(&place.path().join("whole"));
+    let measured = fs::read_to_string(whole.measures()).unwrap();
+    assert_eq!(fs::read_to_string(broken.measures()).unwrap(), measured);
+
+    let source = whole.path().to_str().unwrap();
+    let states = crate::export::States::open(source).unwrap();
+    let measures = crate::measure::select(&scene().output.measures).unwrap();
+    let after = crate::measure::measure(source, &states, &measures, &Default::default(), &mut |_, _| true).unwrap();
+    let mut reader = csv::Reader::from_reader(measured.as_bytes());
+    let columns: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+    let rows: Vec<csv::StringRecord> = reader.records().map(|row| row.unwrap()).collect();
+    assert_eq!(rows.len(), 15);
+    let mut compared = 0;
+    for row in rows {
+        let step: u64 = row[0].parse().unwrap();
+        let state = after.steps.iter().position(|of| *of == step).unwrap();
+        for (column, cell) in columns.iter().zip(&row).skip(3) {
+            let cell: Option<f64> = (!cell.is_empty()).then(|| cell.parse().unwrap());
+            // States do not hold the forces here, and rates take more than one state.
+            let both = cell.zip(after.value(state, column));
+            compared += usize::from(both.is_some());
+            assert!(both.is_none_or(|(now, then)| now == then), "{column} of step {step}: {cell:?}");
+        }
+        let pressure = columns.iter().position(|column| column == "pressure").unwrap();
+        assert!(!row[pressure].is_empty());
+    }
+    assert!(compared >= 15 * 3, "{compared}");
+    let text = r#"{"name": "a", "time": {"dt": 0.1, "end": 1}, "output": {"measures": ["radius", "size"]},
+        "bodies": [{"shape": {"sphere": {"radius": 1}}, "position": [0, 0, 0]}]}"#;
+    let refused = scene::parse(text, "a").unwrap_err().to_string();
+    assert!(refused.contains("there is no measure \"size\"") && refused.contains("nematic"), "{refused}");
+}
+
+#[test]
 fn a_step_that_cannot_be_taken_leaves_the_state_before_it() {
     let place = tempfile::tempdir().unwrap();
     let mut run = rods(place.path());

@@ -413,7 +413,7 @@ pub enum Generate {
 }
 
 /// What is recorded, and how often.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Output {
     /// Time between recorded states. Without it: a hundredth of the run.
@@ -426,10 +426,14 @@ pub struct Output {
     /// Whether recorded states hold the contact forces, as the checkpoint does. Without them `relcp measure` tells stresses of the last state only.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub forces: bool,
+    /// What of `relcp measure` is measured while it runs, by its names: `measures.csv` has a row for each of `steps.csv`. What takes more than one
+    /// state is left empty there. Each row costs what `relcp measure` takes for a state, and on a GPU the state is read back for it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub measures: Vec<String>,
 }
 
 impl Default for Output {
     fn default() -> Self {
-        Output { every: None, step_stride: 1, forces: false }
+        Output { every: None, step_stride: 1, forces: false, measures: Vec::new() }
     }
 }

@@ -211,7 +211,7 @@ fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread
 }
 
 /// The keys whose values are lists.
-const LISTS: [&str; 17] = [
+const LISTS: [&str; 18] = [
     "bodies",
     "forces",
     "generate",
@@ -229,6 +229,7 @@ const LISTS: [&str; 17] = [
     "minimum",
     "maximum",
     "lengths",
+    "measures",
 ];
 
 fn refuse_lists(text: &str) -> Result<(), Misread> {

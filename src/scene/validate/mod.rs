@@ -13,6 +13,7 @@ mod walls;
 use super::error::{FaultKind, SceneError};
 use super::key::Key;
 use super::{Dynamics, Scene};
+use crate::measure;
 use crate::shape;
 
 /// Most bodies of a scene. A body's state is about 200 bytes and its contacts some ten times that, so this many need tens of gigabytes.
@@ -117,6 +118,19 @@ impl Scene {
         }
         if self.output.step_stride == 0 {
             return Err(SceneError::bad(key.field("step_stride"), "must be at least 1"));
+        }
+        let (key, names) = (key.field("measures"), &self.output.measures);
+        for (i, name) in names.iter().enumerate() {
+            if measure::ALL.iter().all(|measure| measure.name() != name) {
+                let known = measure::ALL.map(|measure| measure.name()).join(", ");
+                return Err(SceneError::bad(
+                    key.index(i),
+                    format!("there is no measure {name:?}; the measures are {known}"),
+                ));
+            }
+            if names[..i].contains(name) {
+                return Err(SceneError::bad(key.index(i), "is there twice"));
+            }
         }
         Ok(())
     }

@@ -1,0 +1,96 @@
+//! A table that grows by a row a recorded step, and is cut back to a step where a run goes on. Its first column is the step's number.
+
+use super::error::RecordError;
+use serde::Serialize;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+/// The file, open for writing and locked against other processes for as long.
+#[derive(Debug)]
+pub(super) struct Rows {
+    path: PathBuf,
+    writer: csv::Writer<File>,
+}
+
+impl Rows {
+    /// Starts the file, with these columns.
+    pub(super) fn create(path: &Path, columns: &[&str]) -> Result<Self, RecordError> {
+        let file = File::create_new(path).map_err(RecordError::io(path, "create it"))?;
+        lock(&file, path)?;
+        let mut rows = Rows { path: path.into(), writer: writer(file) };
+        rows.writer.write_record(columns).map_err(|e| rows.fault(e.into()))?;
+        rows.flush()?;
+        Ok(rows)
+    }
+
+    /// Takes the file up again as it was after step `last`, which was its last row where any was written: what follows
+    /// is cut off.
+    pub(super) fn reopen(path: &Path, columns: &[&str], last: Option<u64>) -> Result<Self, RecordError> {
+        let mut file =
+            OpenOptions::new().read(true).write(true).open(path).map_err(RecordError::io(path, "open it"))?;
+        lock(&file, path)?;
+        // A device may have no end.
+        if !file.metadata().map_err(RecordError::io(path, "open it"))?.is_file() {
+            return Err(RecordError::Mangled { path: path.into(), what: "it is not a file".into() });
+        }
+        let end = end_of(&file, path, columns, last)?;
+        file.set_len(end).map_err(RecordError::io(path, "cut it"))?;
+        file.seek(SeekFrom::End(0)).map_err(RecordError::io(path, "write it"))?;
+        Ok(Rows { path: path.into(), writer: writer(file) })
+    }
+
+    /// Adds a row.
+    pub(super) fn push(&mut self, row: impl Serialize) -> Result<(), RecordError> {
+        self.writer.serialize(row).map_err(|e| self.fault(e.into()))
+    }
+
+    /// Hands the rows so far to the system.
+    pub(super) fn flush(&mut self) -> Result<(), RecordError> {
+        self.writer.flush().map_err(|e| self.fault(e))
+    }
+
+    /// Makes the rows so far last.
+    pub(super) fn sync(&mut self) -> Result<(), RecordError> {
+        self.flush()?;
+        self.writer.get_ref().sync_data().map_err(|e| self.fault(e))
+    }
+
+    fn fault(&self, source: std::io::Error) -> RecordError {
+        RecordError::io(&self.path, "write it")(source)
+    }
+}
+
+fn writer(file: File) -> csv::Writer<File> {
+    csv::WriterBuilder::new().has_headers(false).from_writer(file)
+}
+
+/// Takes the file for this process. A file system that knows no locks cannot refuse, and is not refused.
+fn lock(file: &File, path: &Path) -> Result<(), RecordError> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(RecordError::InUse { path: path.parent().unwrap_or(path).into() }),
+        _ => Ok(()),
+    }
+}
+
+/// Where the row of step `last` ends, or the heading where there is none.
+fn end_of(file: &File, path: &Path, columns: &[&str], last: Option<u64>) -> Result<u64, RecordError> {
+    let mangled = |what: String| RecordError::Mangled { path: path.into(), what };
+    let mut reader = csv::ReaderBuilder::new().from_reader(file);
+    let headings = reader.headers().map_err(|e| mangled(e.to_string()))?;
+    if headings.iter().ne(columns.iter().copied()) {
+        return Err(mangled(format!("its columns are not {}", columns.join(","))));
+    }
+    let mut row = csv::StringRecord::new();
+    loop {
+        let end = reader.position().byte();
+        let found = reader.read_record(&mut row).unwrap_or(false);
+        let step = row.get(0).and_then(|text| text.parse::<u64>().ok()).filter(|_| found);
+        match (step, last) {
+            (_, None) => return Ok(end),
+            (Some(step), Some(last)) if step == last => return Ok(reader.position().byte()),
+            (Some(step), Some(last)) if step < last => {}
+            (_, Some(last)) => return Err(mangled(format!("the row of step {last} is missing"))),
+        }
+    }
+}
