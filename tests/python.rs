@@ -35,7 +35,7 @@ fn the_python_package_does_what_its_tests_ask() {
     };
     let place = tempfile::tempdir().unwrap();
     let (wheels, site) = (place.path().join("wheels"), place.path().join("site"));
-    run(Command::new(&python).args(["-m", "maturin", "build", "--profile", "dev", "--out"]).arg(&wheels));
+    run(Command::new(&python).args(["-m", "maturin", "build", "--profile", "python", "--out"]).arg(&wheels));
     let pip = ["-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--target"];
     run(Command::new(&python).args(pip).arg(&site).arg(wheel(&wheels)));
     run(Command::new(&python)
