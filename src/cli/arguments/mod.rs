@@ -1,0 +1,144 @@
+//! The program's arguments: its commands, and those of them that are small.
+
+mod number;
+mod run;
+mod states;
+mod study;
+
+pub(super) use run::{Backend, Batch, Compute, Precision, Print, Run};
+pub(super) use states::{Contacts, Export, ExportFormat, Measure, Render};
+pub(super) use study::{Study, StudyName};
+
+use clap::{Args, Parser, Subcommand};
+
+/// More threads than this are a slip of the pen.
+const MOST_THREADS: i64 = 1024;
+
+/// Rigid smooth bodies in contact: spheres, spherocylinders, ellipsoids and rings that do not overlap.
+#[derive(Debug, Parser)]
+#[command(name = "relcp", version, max_term_width = 100, after_help = EXIT_STATUS)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub(super) command: Command,
+}
+
+const EXIT_STATUS: &str = "\
+Exit status:
+  0    done, and every step met its tolerances
+  1    an internal fault, or a step that could not be taken
+  2    bad arguments or a bad scene; nothing was written
+  3    the run went to its end, but some step did not meet its tolerances (the summary says which)
+  4    a file could not be read or written
+  5    no usable adapter, or the device was lost
+  130  interrupted; a checkpoint was written";
+
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Run a scene
+    Run(Run),
+    /// Run many variants of a scene from one file, one folder each
+    Batch(Batch),
+    /// List the built-in scenes, or print one
+    Scenes(Scenes),
+    /// Read and validate a scene, run nothing
+    Check(Check),
+    /// Print the pairs of bodies that are near or overlap
+    Contacts(Contacts),
+    /// Write a run's states in another format, for OVITO or ParaView
+    Export(Export),
+    /// Measure a run's states: order, correlation, packing, contacts, stress and more
+    Measure(Measure),
+    /// Make pictures of a run's states, and a movie
+    Render(Render),
+    /// Measure, and write tables
+    Study(Study),
+    /// List the adapters of this machine, and which one would be taken
+    Devices(Devices),
+    /// Print the JSON Schema of scene files, or of sweep files
+    Schema(Schema),
+    /// Print a script that completes commands and options in a shell
+    Completions(Completions),
+    /// Print a page of the manual, for `man`
+    Man(Man),
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  relcp schema > scene.schema.json\n  relcp schema --markdown | less")]
+pub(super) struct Schema {
+    /// That of sweep files, for `relcp batch`
+    #[arg(long)]
+    pub(super) sweep: bool,
+    /// The keys of a scene as a page of Markdown instead
+    #[arg(long, conflicts_with = "sweep")]
+    pub(super) markdown: bool,
+}
+
+const COMPLETIONS_EXAMPLES: &str = "\
+Examples:
+  relcp completions bash > ~/.local/share/bash-completion/completions/relcp
+  relcp completions zsh > ~/.zfunc/_relcp
+  relcp completions fish > ~/.config/fish/completions/relcp.fish";
+
+#[derive(Args, Debug)]
+#[command(after_help = COMPLETIONS_EXAMPLES)]
+pub(super) struct Completions {
+    /// Which shell
+    #[arg(value_enum)]
+    pub(super) shell: clap_complete::Shell,
+}
+
+const MAN_EXAMPLES: &str = "\
+Examples:
+  relcp man | man -l -
+  relcp man run > relcp-run.1";
+
+#[derive(Args, Debug)]
+#[command(after_help = MAN_EXAMPLES)]
+pub(super) struct Man {
+    /// The page of this command; without it, that of the program
+    #[arg(value_name = "COMMAND")]
+    pub(super) command: Option<String>,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  relcp scenes two-ellipsoids > mine.json")]
+pub(super) struct Scenes {
+    /// Print this one, as JSON
+    pub(super) name: Option<String>,
+    /// List them as JSON
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Devices {
+    /// Which one would be taken of those with this in their names
+    #[arg(long, value_name = "NAME")]
+    pub(super) adapter: Option<String>,
+    #[command(flatten)]
+    pub(super) print: Print,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  relcp check mine.json --set time.end=2")]
+pub(super) struct Check {
+    /// A scene file, or the name of a built-in scene
+    #[arg(value_name = "SCENE")]
+    pub(super) scene: String,
+    /// Replace a value of the scene by its dotted key
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(super) sets: Vec<String>,
+    #[command(flatten)]
+    pub(super) print: Print,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_is_sound() {
+        Arguments::command().debug_assert();
+    }
+}

@@ -1,0 +1,140 @@
+//! Arguments of commands that compute: what with, and what is run.
+
+use super::MOST_THREADS;
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// How to compute.
+#[derive(Args, Clone, Debug)]
+pub(in crate::cli) struct Compute {
+    /// What computes: auto takes a hardware GPU if there is one, else the CPU; gpu takes a software adapter too
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(in crate::cli) backend: Backend,
+    /// The adapter, by a part of its name; `relcp devices` lists them
+    #[arg(long, value_name = "NAME")]
+    pub(in crate::cli) adapter: Option<String>,
+    /// Which numbers to compute with; without it f32 on a GPU and f64 on the CPU
+    #[arg(long, value_enum)]
+    pub(in crate::cli) precision: Option<Precision>,
+    /// How many threads; without it, one a core. The results are the same bits for any number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub(in crate::cli) threads: Option<u16>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(in crate::cli) enum Backend {
+    Auto,
+    Cpu,
+    Gpu,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(in crate::cli) enum Precision {
+    F32,
+    F64,
+}
+
+/// What to print.
+#[derive(Args, Clone, Debug)]
+pub(in crate::cli) struct Print {
+    /// Print one JSON document on standard output and nothing else there
+    #[arg(long)]
+    pub(in crate::cli) json: bool,
+    /// Print no progress and no summary; messages of faults remain
+    #[arg(long)]
+    pub(in crate::cli) quiet: bool,
+}
+
+const RUN_EXAMPLES: &str = "\
+Examples:
+  relcp run two-ellipsoids                             a built-in scene, into runs/two-ellipsoids
+  relcp run colony.json --out runs/slow --set growth.rate=0.1
+  relcp run --resume --out runs/slow                   go on with a run that was stopped
+  relcp run colony.json --json | jq .max_overlap
+
+Ctrl-C ends the run after the step being taken and leaves a checkpoint, as every minute does;
+a second one quits at once.
+The folder has scene.json, steps.csv, states/, final.json, final.png, summary.json and the checkpoint.";
+
+#[derive(Args, Debug)]
+#[command(after_help = RUN_EXAMPLES)]
+pub(in crate::cli) struct Run {
+    /// A scene file, or the name of a built-in scene; with --resume and --out it may be left out
+    #[arg(value_name = "SCENE")]
+    pub(in crate::cli) scene: Option<String>,
+    /// The run's folder, new or empty; without it, runs/NAME, or runs/NAME-2 and so on where that is taken
+    #[arg(long, value_name = "DIR")]
+    pub(in crate::cli) out: Option<PathBuf>,
+    /// Replace a value of the scene by its dotted key, as in time.dt=0.01 or bodies.0.position=[0,0,1]
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(in crate::cli) sets: Vec<String>,
+    /// Go on with an earlier run from its checkpoint, to the same bits as if it had not stopped: the one in --out,
+    /// or the latest of this scene in runs/
+    #[arg(long)]
+    pub(in crate::cli) resume: bool,
+    /// Write a checkpoint at least so often; without it, every minute
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub(in crate::cli) checkpoint_every: Option<Duration>,
+    /// Stop with a checkpoint, as by Ctrl-C, after the step in which this much time has passed
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub(in crate::cli) max_wall: Option<Duration>,
+    /// Print where the time went and the most memory held; on a device also pipelines, buffers, dispatches and read-backs
+    #[arg(long)]
+    pub(in crate::cli) profile: bool,
+    #[command(flatten)]
+    pub(in crate::cli) compute: Compute,
+    #[command(flatten)]
+    pub(in crate::cli) print: Print,
+}
+
+/// A time span, in seconds.
+fn seconds(text: &str) -> Result<Duration, String> {
+    let number: f64 = text.parse().map_err(|_| "not a number of seconds".to_string())?;
+    Duration::try_from_secs_f64(number).map_err(|e| e.to_string())
+}
+
+const BATCH_EXAMPLES: &str = "\
+Examples:
+  relcp batch rates.json                               every member, as many at a time as there are cores
+  relcp batch rates.json --list                        what would be run, and where
+  relcp batch rates.json --index 3 --threads 4         one member, as a job of a cluster
+  relcp batch rates.json --table                       the table of what is there so far
+
+A sweep file: {\"name\": \"rates\", \"scene\": \"colony\", \"set\": {\"time.end\": 4},
+  \"grid\": {\"growth.rate\": [0.5, 1, 2]}, \"seeds\": {\"from\": 1, \"count\": 5}}
+The same command again leaves finished members alone and goes on with those that were stopped.
+Ctrl-C stops all of them with checkpoints. The exit status is the worst of the members'.";
+
+#[derive(Args, Debug)]
+#[command(after_help = BATCH_EXAMPLES)]
+pub(in crate::cli) struct Batch {
+    /// A sweep file; `relcp schema --sweep` describes it
+    #[arg(value_name = "SWEEP")]
+    pub(in crate::cli) sweep: PathBuf,
+    /// The folder with the members' folders; without it, runs/NAME
+    #[arg(long, value_name = "DIR")]
+    pub(in crate::cli) out: Option<PathBuf>,
+    /// Most members at a time; without it, one a core, and on a device one. The results are the same bits for any number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub(in crate::cli) jobs: Option<u16>,
+    /// Go on with members that failed, too, from their last good state
+    #[arg(long)]
+    pub(in crate::cli) retry: bool,
+    /// Run this member alone, from 0, and write no table
+    #[arg(long, value_name = "K", group = "part")]
+    pub(in crate::cli) index: Option<usize>,
+    /// Print how many members there are, run nothing
+    #[arg(long, group = "part")]
+    pub(in crate::cli) count: bool,
+    /// Print the members, what they vary, and their folders, run nothing
+    #[arg(long, group = "part")]
+    pub(in crate::cli) list: bool,
+    /// Make the table of what is there, run nothing
+    #[arg(long, group = "part")]
+    pub(in crate::cli) table: bool,
+    #[command(flatten)]
+    pub(in crate::cli) compute: Compute,
+    #[command(flatten)]
+    pub(in crate::cli) print: Print,
+}

@@ -1,0 +1,190 @@
+//! Arguments of commands that look at states: contacts, export, measure, render.
+
+use super::number::{length, positive, range, size};
+use super::{Compute, MOST_THREADS, Print};
+use crate::render::{Background, Fit, Quantity, Side};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// No screen shows more pictures a second than this.
+const MOST_A_SECOND: i64 = 240;
+
+const CONTACTS_EXAMPLES: &str = "\
+Examples:
+  relcp contacts runs/colony
+  relcp contacts runs/colony/final.json --json
+  relcp contacts runs/colony/states/state_0000000100.npz --cutoff 0.01";
+
+#[derive(Args, Debug)]
+#[command(after_help = CONTACTS_EXAMPLES)]
+pub(in crate::cli) struct Contacts {
+    /// A scene file, a run's final.json, one of its states (.npz; it knows no walls), or a run's folder: the state that it stands at
+    #[arg(value_name = "STATE")]
+    pub(in crate::cli) state: String,
+    /// Pairs nearer than this, a length; in a periodic scene at most the shortest period
+    #[arg(long, value_name = "LENGTH", default_value_t = 0.0, allow_negative_numbers = true, value_parser = length)]
+    pub(in crate::cli) cutoff: f64,
+    #[command(flatten)]
+    pub(in crate::cli) compute: Compute,
+    #[command(flatten)]
+    pub(in crate::cli) print: Print,
+}
+
+const EXPORT_EXAMPLES: &str = "\
+Examples:
+  relcp export runs/colony --format gsd          one file, runs/colony/gsd/colony.gsd: ovito runs/colony/gsd/colony.gsd
+  relcp export runs/colony --format vtk          collections of states: paraview --script=runs/colony/vtk/show.py
+  relcp export runs/colony/final.json --format gsd --out final
+  relcp export runs/colony --format vtk --cutoff 0.01 --json | jq .files
+
+gsd: a frame a state; a type of particles for each size of a shape (for growing rods, 256 classes; exact sizes in log/).
+vtk: bodies.pvd, axes.pvd and contacts.pvd with the times of the run, and show.py, which shows them in ParaView.
+Every file appears whole or not at all.";
+
+/// A format to export.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(in crate::cli) enum ExportFormat {
+    /// For OVITO and HOOMD's tools
+    Gsd,
+    /// For ParaView
+    Vtk,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = EXPORT_EXAMPLES)]
+pub(in crate::cli) struct Export {
+    /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
+    #[arg(value_name = "RUN")]
+    pub(in crate::cli) run: String,
+    /// The format
+    #[arg(long, value_enum)]
+    pub(in crate::cli) format: ExportFormat,
+    /// Where the files go; without it RUN/gsd or RUN/vtk, and for what is no folder NAME-gsd or NAME-vtk here
+    #[arg(long, value_name = "DIR")]
+    pub(in crate::cli) out: Option<PathBuf>,
+    /// Pairs nearer than this are contacts, a length; without it a thousandth of the thinnest body. With vtk only
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = length)]
+    pub(in crate::cli) cutoff: Option<f64>,
+    /// How many threads; without it, one a core
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub(in crate::cli) threads: Option<u16>,
+    #[command(flatten)]
+    pub(in crate::cli) print: Print,
+}
+
+const MEASURE_EXAMPLES: &str = "\
+Examples:
+  relcp measure runs/colony                      every measure of every state, into runs/colony/measures
+  relcp measure runs/colony --only nematic,correlation
+  relcp measure runs/colony --last --json | jq '.states[0].values'
+  relcp measure runs/colony/states/state_0000000100.npz --domain-angle 5 --out at-100
+
+measures.csv has a row a state, NAME.csv the rows of a profile by state, measures.json all of it; plots are SVG.
+What a state cannot give is an empty cell, and the reason stands in measures.json. Contact forces are known
+in the checkpoint, and in all states of a run with output.forces; stress and force chains are measured of these.";
+
+#[derive(Args, Debug)]
+#[command(after_help = MEASURE_EXAMPLES)]
+pub(in crate::cli) struct Measure {
+    /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
+    #[arg(value_name = "RUN")]
+    pub(in crate::cli) run: String,
+    /// These measures only, by commas or as often as needed: nematic, correlation, radius, packing, density, length,
+    /// contacts, stress, force_chains, microdomains, dissipation
+    #[arg(long, value_name = "MEASURE", value_delimiter = ',')]
+    pub(in crate::cli) only: Vec<String>,
+    /// The last state only
+    #[arg(long)]
+    pub(in crate::cli) last: bool,
+    /// Where the files go; without it RUN/measures, and for what is no folder NAME-measures here
+    #[arg(long, value_name = "DIR")]
+    pub(in crate::cli) out: Option<PathBuf>,
+    /// Width of the bins of distance, a length; without it the median thickness of the bodies
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    pub(in crate::cli) bin: Option<f64>,
+    /// Radius of the neighbourhood of local order, a length; without it the median largest extent of the bodies
+    #[arg(long, value_name = "LENGTH", value_parser = positive)]
+    pub(in crate::cli) neighbourhood: Option<f64>,
+    /// Largest angle between touching bodies of one microdomain, in degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = crate::measure::DOMAIN_ANGLE, value_parser = positive)]
+    pub(in crate::cli) domain_angle: f64,
+    /// Pairs nearer than this touch, a length; without it a thousandth of the thinnest body
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = length)]
+    pub(in crate::cli) cutoff: Option<f64>,
+    /// What bodies are drawn by where the correlation is sampled
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(in crate::cli) seed: u64,
+    /// How many threads; without it, one a core. The results are the same bits for any number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub(in crate::cli) threads: Option<u16>,
+    #[command(flatten)]
+    pub(in crate::cli) print: Print,
+}
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  relcp render runs/colony                       every state, into runs/colony/render/frames, and movie.mp4
+  relcp render runs/colony --colour age --size 1280x720 --fps 30 --movie colony.mp4
+  relcp render runs/colony --colour pressure     of a run with --set output.forces=true
+  relcp render runs/colony --from 2 --to 4 --every 5 --fit each --background dark
+  relcp render runs/colony/final.json --out final
+
+frames/000000.png and so on have one camera and one scale of colours, fitted to all of them; frames.json says
+which state each shows. What an earlier rendering left in the folder, whole or not, is replaced.
+A movie is made where `ffmpeg` is on the path.";
+
+#[derive(Args, Debug)]
+#[command(after_help = RENDER_EXAMPLES)]
+pub(in crate::cli) struct Render {
+    /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
+    #[arg(value_name = "RUN")]
+    pub(in crate::cli) run: String,
+    /// Where the files go; without it RUN/render, and for what is no folder NAME-render here
+    #[arg(long, value_name = "DIR")]
+    pub(in crate::cli) out: Option<PathBuf>,
+    /// What the colours tell
+    #[arg(long, value_enum, default_value = "orientation")]
+    pub(in crate::cli) colour: Quantity,
+    /// The ends of the scale of colours, as in 0:2.5; without it the values of all states fit, but for the largest
+    /// hundredth of speeds, overlaps, forces and pressures
+    #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true, value_parser = range)]
+    pub(in crate::cli) range: Option<[f64; 2]>,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = size)]
+    pub(in crate::cli) size: [u32; 2],
+    /// Where bodies are seen from; without it the top in a planar run, else obliquely
+    #[arg(long, value_enum)]
+    pub(in crate::cli) view: Option<Side>,
+    /// What stands behind the bodies
+    #[arg(long, value_enum, default_value = "white")]
+    pub(in crate::cli) background: Background,
+    /// What camera and scale of colours are fitted to
+    #[arg(long, value_enum, default_value = "run")]
+    pub(in crate::cli) fit: Fit,
+    /// No words in the pictures: neither time, number of bodies, bar of length nor scale of colours
+    #[arg(long)]
+    pub(in crate::cli) bare: bool,
+    /// Every so many states
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(in crate::cli) every: u32,
+    /// From this time on
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = length)]
+    pub(in crate::cli) from: Option<f64>,
+    /// Up to this time
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = length)]
+    pub(in crate::cli) to: Option<f64>,
+    /// Pictures a second of the movie
+    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=MOST_A_SECOND))]
+    pub(in crate::cli) fps: u32,
+    /// The movie, .mp4, .mov or .mkv; without it movie.mp4 beside frames, where there is `ffmpeg`
+    #[arg(long, value_name = "FILE", conflicts_with = "no_movie")]
+    pub(in crate::cli) movie: Option<PathBuf>,
+    /// No movie, also where there is `ffmpeg`
+    #[arg(long)]
+    pub(in crate::cli) no_movie: bool,
+    /// How many threads; without it, one a core. The results are the same bits for any number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub(in crate::cli) threads: Option<u16>,
+    #[command(flatten)]
+    pub(in crate::cli) print: Print,
+}

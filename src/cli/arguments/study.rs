@@ -1,0 +1,76 @@
+//! Arguments of studies.
+
+use super::{Compute, Print};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(in crate::cli) enum StudyName {
+    /// What a step costs by the number of bodies, on the CPU and on a device
+    Throughput,
+    /// What each solver needs, and what it attains, on stored LCPs and on short runs
+    Solvers,
+    /// Two ellipsoids pushed past each other: errors by step, by scheme and by sub-spheres, and what they cost
+    TwoEllipsoids,
+    /// Three capsules with and without recursion: overlaps, and how they shake from step to step
+    Jitter,
+    /// A sheet of rings that is stretched: overlaps by ReLCP, by sub-spheres and without recursion
+    Chainmail,
+    /// Ellipsoids drawn into a ball: rows and time by ReLCP and by sub-spheres
+    Compaction,
+    /// A cell that grows into a colony: rows, time and alignment by ReLCP and by sub-spheres
+    Colony,
+    /// Rods drawn into a ball: time of a step and overlap by the step's size, beside public engines
+    Packing,
+    /// Small scenes of the kinds that break contact codes, with a verdict on each
+    Hard,
+    /// All of them, each in a folder of its own, and an index of their pages
+    All,
+}
+
+const STUDY_EXAMPLES: &str = "\
+Examples:
+  relcp study throughput --backend gpu --largest 131072
+  relcp study solvers --quick
+  relcp study two-ellipsoids --out docs/studies/two-ellipsoids
+  relcp study hard --quick
+  relcp study all --quick --out studies                some minutes
+  relcp run colony --set solver.dump.when=slow --out runs/slow
+  relcp study solvers runs/slow                        every solver on the LCPs that were slow there";
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = STUDY_EXAMPLES)]
+pub(in crate::cli) struct Study {
+    /// Which study
+    #[arg(value_enum)]
+    pub(in crate::cli) name: StudyName,
+    /// For solvers: files of LCPs, folders of them, or runs with them (see solver.dump), in place of the built-in ones
+    #[arg(value_name = "FILES")]
+    pub(in crate::cli) files: Vec<PathBuf>,
+    /// For throughput: the largest number of bodies
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    pub(in crate::cli) largest: usize,
+    /// For throughput: the smallest number of bodies
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(in crate::cli) smallest: usize,
+    /// For throughput: what is stepped, if not both
+    #[arg(long, value_enum, value_name = "WHAT")]
+    pub(in crate::cli) of: Option<crate::study::throughput::Kind>,
+    /// For throughput: steps timed of each size
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(in crate::cli) steps: u32,
+    /// For throughput: steps taken before those
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    pub(in crate::cli) warm_up: u32,
+    /// Fewer iterations, or fewer and shorter runs: a minute or two at most; of throughput with all only
+    #[arg(long)]
+    pub(in crate::cli) quick: bool,
+    /// Where the tables go; with all, a folder for each study in it
+    #[arg(long, value_name = "DIR", default_value = "studies")]
+    pub(in crate::cli) out: PathBuf,
+    #[command(flatten)]
+    pub(in crate::cli) compute: Compute,
+    #[command(flatten)]
+    pub(in crate::cli) print: Print,
+}
