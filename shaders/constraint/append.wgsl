@@ -5,7 +5,7 @@
 // with the torque arms carried back through the quaternion update, t -> (t - h x t) / (1 + |h|^2), h = dt w_j / 2, and each block scaled by the
 // root of its body's effective mobility, J = sqrt(dt) D L.
 
-struct Parameters { pairs: u32, threshold: u32, warm: u32, c: u32 }
+struct Parameters { pairs: u32, threshold: u32, warm: u32, bodies: u32 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
@@ -43,8 +43,15 @@ fn main(
     let row = row_start[p + 1u] - 1u;
     let contact = contacts[3u * p];
     let a = part(pairs[p].x, -contact.xyz, contacts[3u * p + 1u].xyz);
-    let b = part(pairs[p].y, contact.xyz, contacts[3u * p + 2u].xyz);
-    row_pairs[row] = pairs[p];
+    // A surface does not move: its block is zero. In rows surfaces come after all bodies.
+    var second = pairs[p].y;
+    var b = Part(vec3r(), vec3r(), real(0.0));
+    if is_surface(second) {
+        second = parameters.bodies + surface_of(second);
+    } else {
+        b = part(second, contact.xyz, contacts[3u * p + 2u].xyz);
+    }
+    row_pairs[row] = vec2<u32>(pairs[p].x, second);
     if PLANAR {
         jacobian[2u * row] = vec4r(a.linear.xy, a.angular.z, 0.0);
         jacobian[2u * row + 1u] = vec4r(b.linear.xy, b.angular.z, 0.0);

@@ -1,4 +1,5 @@
-// Each pair of a new list in the old one, or NONE: looked for among the old pairs of that of its bodies that has fewer.
+// Each pair of a new list in the old one, or NONE: looked for among the old pairs of that of its bodies that has fewer, or of the
+// one where the other is a surface.
 
 struct Parameters { pairs: u32, old_bodies: u32, b: u32, c: u32 }
 
@@ -19,9 +20,10 @@ fn main(
     if p >= parameters.pairs { return; }
     let pair = pairs[p];
     var found = NONE;
-    if pair.x < parameters.old_bodies && pair.y < parameters.old_bodies {
+    let at_surface = is_surface(pair.y);
+    if pair.x < parameters.old_bodies && (at_surface || pair.y < parameters.old_bodies) {
         var body = pair.x;
-        if old_start[pair.y + 1u] - old_start[pair.y] < old_start[pair.x + 1u] - old_start[pair.x] {
+        if !at_surface && old_start[pair.y + 1u] - old_start[pair.y] < old_start[pair.x + 1u] - old_start[pair.x] {
             body = pair.y;
         }
         for (var k = old_start[body]; k < old_start[body + 1u]; k += 1u) {

@@ -1,4 +1,5 @@
-// Products of rows of J. A row has two blocks, one for each body of its pair, of WIDTH vectors of four each.
+// Products of rows of J. A row has two blocks, one for each body of its pair, of WIDTH vectors of four each. A second body beyond all bodies is one without
+// mobility: its block is zero, and it has no velocity.
 
 // g of a row without q: its two blocks times the velocities of its bodies.
 fn row_product(row: u32) -> real {
@@ -7,6 +8,7 @@ fn row_product(row: u32) -> real {
     for (var k = 0u; k < WIDTH; k += 1u) {
         g += dot(jacobian[2u * row * WIDTH + k], velocity[bodies.x * WIDTH + k]);
     }
+    if bodies.y >= parameters.bodies { return g; }
     for (var k = 0u; k < WIDTH; k += 1u) {
         g += dot(jacobian[(2u * row + 1u) * WIDTH + k], velocity[bodies.y * WIDTH + k]);
     }

@@ -1,7 +1,8 @@
 // The blocks of J in the order of the bodies' lists, so that the pass over the bodies reads them one after the other.
-@group(0) @binding(1) var<storage, read> incidence: array<u32>;
-@group(0) @binding(2) var<storage, read> jacobian: array<vec4r>;
-@group(0) @binding(3) var<storage, read_write> gathered: array<vec4r>;
+@group(0) @binding(1) var<storage, read> incidence_start: array<u32>;
+@group(0) @binding(2) var<storage, read> incidence: array<u32>;
+@group(0) @binding(3) var<storage, read> jacobian: array<vec4r>;
+@group(0) @binding(4) var<storage, read_write> gathered: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -10,7 +11,8 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let place = invocation(group, groups, local);
-    if place >= 2u * parameters.rows { return; }
+    // Bodies without mobility are in no list.
+    if place >= incidence_start[parameters.bodies] { return; }
     for (var k = 0u; k < WIDTH; k += 1u) {
         gathered[place * WIDTH + k] = jacobian[incidence[place] * WIDTH + k];
     }

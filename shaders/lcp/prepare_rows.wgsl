@@ -14,7 +14,9 @@ fn square(block: u32) -> real {
     return sum;
 }
 
+// A body without mobility has no list.
 fn count(body: u32) -> real {
+    if body >= parameters.bodies { return 0.0; }
     return real(incidence_start[body + 1u] - incidence_start[body]);
 }
 

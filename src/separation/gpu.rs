@@ -12,6 +12,8 @@
 use crate::gpu::{Fragment, Precision, Source, fragment};
 use crate::shape::Shape;
 
+pub use super::surface::gpu::{SURFACE_VECTORS, add_places_to, add_surfaces_to, surface_numbers};
+
 /// A pair of families of shapes that one kernel computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PairFamilies {
@@ -191,7 +193,7 @@ impl PairFamilies {
 }
 
 /// Adds the tolerances, each a number of roundings, but not less than what the CPU has for 64 bits.
-fn add_tolerances_to(source: Source) -> Source {
+pub(super) fn add_tolerances_to(source: Source) -> Source {
     let epsilon = source.precision().epsilon();
     let tolerances = [
         // Distances and maxima this close, as a fraction of the sizes, are equal: well above rounding.

@@ -11,6 +11,8 @@
 //! Degenerate cases: a point at the centre or on the axis (a fixed direction); a point of a body that several are as far as (`point_ellipsoid`,
 //! the first direction of a circle); a circle parallel to a plane, all of which touches (its first direction).
 
+pub(super) mod gpu;
+
 use super::circles::Circle;
 use super::direction::perpendicular;
 use super::point_ellipsoid::farthest_normal;

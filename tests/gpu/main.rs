@@ -13,3 +13,4 @@ mod runs;
 mod separation;
 mod sort;
 mod steps;
+mod walls;

@@ -3,11 +3,13 @@
 
 use super::rows::Rows;
 use super::source::Kernels;
-use super::state::Poses;
+use super::state::{Poses, Shapes};
+use super::walls::{FIRST_SURFACE, Surfaces, device_pair, surface_of};
 use super::{Setup, words};
 use crate::broad_phase::gpu::Search;
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
 use crate::relcp::Warm;
+use crate::walls::number_of;
 use std::collections::HashMap;
 
 /// Calls that a list should last for: a search costs about as much as a dozen narrow phases.
@@ -22,13 +24,15 @@ const LARGEST_SKIN: f64 = 0.2;
 
 /// Pairs, who has which of them, and what is known of each.
 pub(super) struct Lists {
+    /// Pairs of bodies, then places of bodies at surfaces.
     pub pairs_count: u64,
+    pub body_pairs: u64,
     pub pairs: Buffer,
     pub adjacency_start: Buffer,
     pub adjacency: Buffer,
     /// Three vectors a pair, see `shaders/separation/narrow.wgsl`.
     pub contacts: Buffer,
-    bodies: u64,
+    pub bodies: u64,
 }
 
 pub(super) struct Candidates {
@@ -36,6 +40,7 @@ pub(super) struct Candidates {
     old: Lists,
     old_pair: Buffer,
     search: Search,
+    pub surfaces: Option<Surfaces>,
     pub stored: [Buffer; 3],
     skin_buffer: Buffer,
     skin: Option<f64>,
@@ -49,6 +54,7 @@ impl Lists {
     fn new(gpu: &Gpu, setup: &Setup) -> Result<Self, GpuError> {
         Ok(Lists {
             pairs_count: 0,
+            body_pairs: 0,
             pairs: Buffer::new(gpu, "pairs", 8, 0)?,
             adjacency_start: Buffer::new(gpu, "adjacency starts", 4, 1)?,
             adjacency: Buffer::new(gpu, "adjacency", 4, 0)?,
@@ -66,6 +72,7 @@ impl Candidates {
             old: Lists::new(gpu, setup)?,
             old_pair: Buffer::new(gpu, "old pairs", 4, 0)?,
             search: Search::new(gpu, setup.precision, setup.planar, setup.lattice)?,
+            surfaces: Surfaces::new(gpu, setup)?,
             stored: [
                 Buffer::new(gpu, "stored cells", 16, 0)?,
                 Buffer::new(gpu, "stored remainders", 4 * real, 0)?,
@@ -114,7 +121,7 @@ impl Candidates {
         gpu: &Gpu,
         setup: &Setup,
         kernels: &Kernels,
-        (start, boxes, largest): (&Poses, &Buffer, f64),
+        (start, shapes, boxes, largest): (&Poses, &Shapes, &Buffer, f64),
         bodies: u64,
         rows: Option<&mut Rows>,
     ) -> Result<(), GpuError> {
@@ -134,7 +141,11 @@ impl Candidates {
         let found = self.search.run(gpu, cells, remainders, stored, bodies);
         self.search.exchange([&mut lists.pairs, &mut lists.adjacency_start, &mut lists.adjacency]);
         found?;
-        (lists.pairs_count, lists.bodies) = (self.search.count(), bodies);
+        (lists.body_pairs, lists.bodies) = (self.search.count(), bodies);
+        lists.pairs_count = lists.body_pairs;
+        if let (Some(surfaces), Some(kernels)) = (&mut self.surfaces, &kernels.walls) {
+            surfaces.extend(gpu, kernels, lists, &self.stored, shapes, bodies)?;
+        }
         lists.contacts.reserve(gpu, lists.pairs_count)?;
         self.searches += 1;
         self.calls = 0;
@@ -174,7 +185,8 @@ impl Candidates {
         let lists = &self.lists;
         let mut numbers = vec![0.0; 12 * lists.pairs_count as usize];
         if !self.warm.is_empty() {
-            let known: HashMap<[u32; 2], &Warm> = self.warm.iter().map(|w| (w.pair, w)).collect();
+            let key = |w| device_pair(w, &setup.walls).map(|pair| (pair, w));
+            let known: HashMap<[u32; 2], &Warm> = self.warm.iter().filter_map(key).collect();
             let read = gpu.record().read(&[(&lists.pairs, 0..8 * lists.pairs_count)])?;
             let pairs: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read[0]);
             for (pair, contact) in pairs.iter().zip(numbers.as_chunks_mut::<12>().0) {
@@ -216,11 +228,17 @@ impl Candidates {
         let contacts = setup.precision.decode(&read[1]);
         let warm = |(pair, contact): (&[u32; 2], &[f64; 12])| {
             let normal = glam::DVec3::new(contact[0], contact[1], contact[2]);
-            Warm { pair: *pair, feature: crate::constraint::FEATURE_OF_SURFACES, gamma: contact[7], normal }
+            let (second, feature) = match surface_of(pair[1]) {
+                Some((surface, place)) => (number_of(surface), place),
+                None => (pair[1], crate::constraint::FEATURE_OF_SURFACES),
+            };
+            Warm { pair: [pair[0], second], feature, gamma: contact[7], normal }
         };
+        // Places at surfaces have a normal however far they are.
+        let is_known = |w: &Warm| w.normal != glam::DVec3::ZERO && (w.pair[1] < FIRST_SURFACE || w.gamma > 0.0);
         let mut warm: Vec<Warm> = pairs.iter().zip(contacts.as_chunks().0).map(warm).collect();
-        warm.retain(|w| w.normal != glam::DVec3::ZERO);
-        warm.sort_by_key(|w| w.pair);
+        warm.retain(is_known);
+        warm.sort_by_key(|w| (w.pair, w.feature));
         Ok(warm)
     }
 }

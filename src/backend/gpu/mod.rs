@@ -10,6 +10,7 @@ mod source;
 mod state;
 #[cfg(test)]
 mod tests;
+mod walls;
 
 use super::{Backend, Overlap};
 use crate::bodies::{Bodies, Lineage};
@@ -22,6 +23,7 @@ use crate::periodic::Periods;
 use crate::relcp::{Fault, Phases, State, Warm};
 use crate::scene::{Dynamics, Force, Scene, Stepping};
 use crate::shape::Shape;
+use crate::walls::Walls;
 use bytemuck::Zeroable;
 use candidates::Candidates;
 use rows::Rows;
@@ -46,6 +48,7 @@ pub(crate) struct Setup {
     pub growth: Option<Cells>,
     pub length_pitch: f64,
     pub shapes: Vec<Shape>,
+    pub walls: Walls,
 }
 
 impl Setup {
@@ -69,6 +72,7 @@ impl Setup {
             growth: Cells::of(scene),
             length_pitch: (longest / LENGTHS).max(f64::MIN_POSITIVE).log2().ceil().exp2(),
             shapes: shapes.to_vec(),
+            walls: Walls::of(scene),
         })
     }
 
@@ -103,10 +107,13 @@ impl Report {
         Report { not_finite: u32::MAX, worst_pair: u32::MAX, ..Report::zeroed() }
     }
 
-    fn overlap(&self) -> Overlap {
-        let pair = (self.worst_pair != u32::MAX).then_some([self.worst_a as usize, self.worst_b as usize]);
+    fn overlap(&self, of: &Walls) -> Overlap {
+        let found = self.worst_pair != u32::MAX;
+        let surface = walls::surface_of(self.worst_b).filter(|_| found);
+        let wall = surface.map(|(surface, _)| [self.worst_a as usize, of.wall_of(surface)]);
+        let pair = (found && wall.is_none()).then_some([self.worst_a as usize, self.worst_b as usize]);
         let worst = f64::from(f32::from_bits(self.worst));
-        Overlap { worst, pair, wall: None, violations: self.violations as usize, proxy: None }
+        Overlap { worst, pair, wall, violations: self.violations as usize, proxy: None }
     }
 }
 
@@ -176,8 +183,6 @@ impl Device {
             "multi-sphere rows"
         } else if scene.time.stepping == Stepping::Midpoint {
             "midpoint stepping"
-        } else if !scene.walls.is_empty() {
-            "walls"
         } else if scene.periodic.is_some() {
             "periodic boundaries"
         } else {
@@ -286,7 +291,9 @@ impl Device {
         };
         let jacobian = (0..problem.rows as usize).map(|row| [block(row, 0), block(row, 1)]).collect();
         let pair = bytemuck::pod_collect_to_vec(&read[0]);
-        Ok((Problem { bodies: self.bodies as usize, pair, jacobian, q }, gamma))
+        // Surfaces come after all bodies.
+        let bodies = self.bodies as usize + self.setup.walls.len();
+        Ok((Problem { bodies, pair, jacobian, q }, gamma))
     }
 
     /// Each body's rows, `2 row + side`, read back for tests.
@@ -424,19 +431,23 @@ impl Device {
     fn record_separations(&mut self, gpu: &Gpu, record: &mut Recorder<'_>, at_trial: bool) -> Result<(), GpuError> {
         let poses = if at_trial { &self.poses[1] } else { self.start() };
         let (lists, pairs) = (&self.candidates.lists, self.candidates.lists.pairs_count);
-        let parameters = words([pairs as u32, u32::from(at_trial), (self.violating as f32).to_bits(), 0]);
-        let shapes = &self.start_shapes().shapes;
+        let of_bodies = lists.body_pairs;
+        let parameters = words([of_bodies as u32, u32::from(at_trial), (self.violating as f32).to_bits(), 0]);
+        let shapes = self.start_shapes();
         for kernel in &self.kernels.narrow {
             let buffers = [
                 &lists.pairs,
                 &poses.cells,
                 &poses.remainders,
                 &poses.orientations,
-                shapes,
+                &shapes.shapes,
                 &self.boxes,
                 &lists.contacts,
             ];
-            record.run(kernel, &parameters, &buffers, pairs);
+            record.run(kernel, &parameters, &buffers, of_bodies);
+        }
+        if let (Some(surfaces), Some(kernels)) = (&self.candidates.surfaces, &self.kernels.walls) {
+            surfaces.separate(kernels, record, lists, (poses, shapes, &self.boxes), (at_trial, self.violating));
         }
         if at_trial {
             for (pass, threads) in [(1, pairs), (2, pairs), (3, 1)] {
@@ -452,11 +463,11 @@ impl Device {
         let begun = Instant::now();
         let largest = f64::from(f32::from_bits(report.largest));
         let gpu = self.gpu.clone();
-        let start = self.start_index();
-        let Device { candidates, setup, kernels, boxes, rows, bodies, poses, .. } = &mut *self;
-        let start = &poses[start];
+        let (start, grows) = (self.start_index(), self.grows());
+        let Device { candidates, setup, kernels, boxes, rows, bodies, poses, shapes, .. } = &mut *self;
+        let (start, shapes) = (&poses[start], &shapes[usize::from(grows)]);
         let rows = at_trial.then_some(rows);
-        candidates.search(&gpu, setup, kernels, (start, boxes, largest), *bodies, rows)?;
+        candidates.search(&gpu, setup, kernels, (start, shapes, boxes, largest), *bodies, rows)?;
         let spent = begun.elapsed();
         self.phases.broad_phase += spent;
         // The caller counts all its time as narrow phase.
@@ -564,7 +575,7 @@ impl Backend for Device {
         record.run(&self.kernels.sweep, &self.parameters(), &buffers, bodies);
         let report = self.separate(record, true)?;
         self.phases.narrow_phase += begun.elapsed();
-        Ok(report.overlap())
+        Ok(report.overlap(&self.setup.walls))
     }
 
     fn append_violations(&mut self) -> Result<(), Fault> {

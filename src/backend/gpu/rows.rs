@@ -165,7 +165,7 @@ impl Rows {
         warm: bool,
     ) {
         let problem = &self.problem;
-        let parameters = words([lists.pairs_count as u32, threshold, u32::from(warm), 0]);
+        let parameters = words([lists.pairs_count as u32, threshold, u32::from(warm), lists.bodies as u32]);
         let buffers = [
             &lists.pairs,
             &problem.block_start,

@@ -1,6 +1,7 @@
 //! What every kernel of a step is assembled with: the scene's constants, forces and law.
 
 use super::Setup;
+use super::walls::FIRST_SURFACE;
 use crate::gpu::{Gpu, GpuError, Kernel, Source, fragment};
 use crate::scene::{Dynamics, Force};
 use crate::separation;
@@ -112,6 +113,15 @@ pub(super) struct Kernels {
     pub carry: Kernel,
     /// Growth and division, where bodies grow.
     pub grow: Option<[Kernel; 2]>,
+    /// Where the scene has walls.
+    pub walls: Option<WallKernels>,
+}
+
+/// The kernels of walls.
+pub(super) struct WallKernels {
+    pub find: Kernel,
+    pub adjoin: Kernel,
+    pub narrow: Kernel,
 }
 
 /// All sources of a scene, in the order of [`Kernels`], the kernels of pairs and of growth last.
@@ -120,6 +130,7 @@ pub(super) fn sources(setup: &Setup) -> Vec<Source> {
     let blocks = if setup.planar { 2 } else { 4 };
     let report = fragment!("relcp/report.wgsl");
     let factor = fragment!("dynamics/factor.wgsl");
+    let numbered = |name: &str| numbers(base(setup, name));
     vec![
         motion(setup, false),
         with_bodies(setup, "box").include(fragment!("broad_phase/box.wgsl")),
@@ -130,7 +141,7 @@ pub(super) fn sources(setup: &Setup) -> Vec<Source> {
         plain("accept", fragment!("dynamics/accept.wgsl")),
         base(setup, "overlap").real("VIOLATING", 2.0).include(report).include(fragment!("relcp/overlap.wgsl")),
         plain("count", fragment!("constraint/count.wgsl")),
-        base(setup, "append").include(factor).include(fragment!("constraint/append.wgsl")),
+        numbered("append").include(factor).include(fragment!("constraint/append.wgsl")),
         plain("target", fragment!("constraint/target.wgsl")),
         moved(setup, "move pairs", "vec2<u32>", 1),
         moved(setup, "move blocks", "vec4r", blocks),
@@ -138,7 +149,7 @@ pub(super) fn sources(setup: &Setup) -> Vec<Source> {
         plain("incidence count", fragment!("constraint/incidence_count.wgsl")),
         plain("incidence fill", fragment!("constraint/incidence_fill.wgsl")),
         plain("remember", fragment!("constraint/remember.wgsl")),
-        plain("find", fragment!("constraint/find.wgsl")),
+        numbered("find").include(fragment!("constraint/find.wgsl")),
         plain("carry", fragment!("constraint/carry.wgsl")),
     ]
 }
@@ -151,6 +162,28 @@ pub(super) fn narrow_sources(setup: &Setup) -> Vec<Source> {
         families.add_to(source, setup.planar).include(fragment!("separation/narrow.wgsl"))
     };
     families.into_iter().enumerate().map(source).collect()
+}
+
+/// Adds the numbers that surfaces have in the place of a second body's.
+fn numbers(source: Source) -> Source {
+    source.integer("FIRST_SURFACE", FIRST_SURFACE).include(fragment!("walls/number.wgsl"))
+}
+
+/// The kernels of walls, in the order of [`WallKernels`].
+pub(super) fn wall_sources(setup: &Setup) -> Option<[Source; 3]> {
+    let find = separation::gpu::add_surfaces_to(numbers(with_bodies(setup, "places")), &setup.lattice);
+    let narrow = separation::gpu::add_places_to(
+        numbers(with_bodies(setup, "separations from surfaces")),
+        &setup.lattice,
+        &setup.shapes,
+    );
+    (!setup.walls.is_empty()).then(|| {
+        [
+            find.include(fragment!("walls/find.wgsl")),
+            base(setup, "adjoin").include(fragment!("walls/adjoin.wgsl")),
+            narrow.include(fragment!("walls/narrow.wgsl")),
+        ]
+    })
 }
 
 /// The kernels of growth and division.
@@ -198,6 +231,12 @@ impl Kernels {
                 Some([grow, divide]) => Some([make(&grow)?, make(&divide)?]),
                 None => None,
             },
+            walls: match wall_sources(setup) {
+                Some([find, adjoin, narrow]) => {
+                    Some(WallKernels { find: make(&find)?, adjoin: make(&adjoin)?, narrow: make(&narrow)? })
+                }
+                None => None,
+            },
         })
     }
 }
@@ -207,14 +246,16 @@ mod tests {
     use super::*;
     use crate::backend::gpu::Report;
     use crate::gpu::{Precision, validate};
-    use crate::scene;
+    use crate::scene::{self, Wall};
     use std::mem::offset_of;
 
     fn setups() -> Vec<Setup> {
         let mut setups = Vec::new();
         for built_in in scene::built_in() {
-            let scene = scene::parse(built_in.text, built_in.name).unwrap();
+            let mut scene = scene::parse(built_in.text, built_in.name).unwrap();
             let shapes: Vec<_> = scene.build().unwrap().shape;
+            assert!(wall_sources(&Setup::new(&scene, &shapes, Precision::F32).unwrap()).is_none());
+            scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3 }];
             setups.extend([Precision::F32, Precision::F64].map(|p| Setup::new(&scene, &shapes, p).unwrap()));
         }
         setups
@@ -224,8 +265,13 @@ mod tests {
     fn every_kernel_of_every_built_in_scene_is_valid() {
         for setup in setups() {
             let growth = growth_sources(&setup).into_iter().flatten();
-            let all =
-                sources(&setup).into_iter().chain(narrow_sources(&setup)).chain(growth).chain([motion(&setup, true)]);
+            let walls = wall_sources(&setup).into_iter().flatten();
+            let all = sources(&setup)
+                .into_iter()
+                .chain(narrow_sources(&setup))
+                .chain(growth)
+                .chain(walls)
+                .chain([motion(&setup, true)]);
             for source in all {
                 validate(&source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
             }

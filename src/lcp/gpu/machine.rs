@@ -223,7 +223,8 @@ impl Run<'_, '_> {
                 }
                 Stage::PrepareRows => {
                     self.prepare_rows();
-                    let buffers = [&problem.incidence, &problem.jacobian, &machine.gathered];
+                    let lists = [&problem.incidence_start, &problem.incidence];
+                    let buffers = [lists[0], lists[1], &problem.jacobian, &machine.gathered];
                     let parameters = bytemuck::bytes_of(&self.base);
                     self.record.run(&kernels.prepare_entries, parameters, &buffers, 2 * problem.rows);
                 }

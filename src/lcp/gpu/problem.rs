@@ -17,7 +17,7 @@ pub struct DeviceProblem {
     pub pairs: u64,
     /// Three unknowns a body (x, y, turn) rather than six.
     pub planar: bool,
-    /// The two bodies of each row: two words.
+    /// The two bodies of each row: two words. A second one from `bodies` on has no mobility: its block is zero, and it is in no list.
     pub pair: Buffer,
     /// The two blocks of each row of `J`: vectors of four numbers, planar one a block (x, y, turn, 0), else two (linear, angular).
     pub jacobian: Buffer,
@@ -27,7 +27,7 @@ pub struct DeviceProblem {
     pub block_start: Buffer,
     /// Where the list of each body begins in `incidence`, and their end.
     pub incidence_start: Buffer,
-    /// `2 row + side` for each row of a body, ascending; `side` is the body's place in the row's pair. Two words a row in all.
+    /// `2 row + side` for each row of a body, ascending; `side` is the body's place in the row's pair. Two words a row at most.
     pub incidence: Buffer,
     /// The multipliers, a number a row: the start (what is not finite or negative counts as zero), then the result.
     pub gamma: Buffer,

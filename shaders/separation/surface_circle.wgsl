@@ -1,0 +1,39 @@
+// A ring touches a plane or a sphere in three places: where it reaches farthest, and a third of the way round to each side; a cylinder in the first alone.
+
+const THIRD_COSINE: real = -0.5;
+const THIRD_SINE: real = 0.86602540378443864676;
+
+// The direction in which a circle's point that reaches farthest into a cylinder lies: across the axis it is an ellipse, as wide as it is, and as high as
+// it leans towards the axis.
+fn across_cylinder(surface: Surface, offset: Offset, ring: Ring) -> vec3r {
+    let axis = cross(surface.first.unit, surface.second.unit);
+    let lean = abs(dot(ring.axes[2], axis));
+    let wide = unit_or(cross(axis, ring.axes[2]), surface.first.unit);
+    let high = cross(axis, wide);
+    let p = as_vector(offset) / -ring.radius;
+    let normal = farthest_normal(vec3r(1.0, lean, 0.0), vec3r(dot(p, wide), dot(p, high), 0.0));
+    return normal.x * wide + normal.y * high;
+}
+
+fn arm_of_circle(surface: Surface, offset: Offset, body: Placed, place: u32) -> Arm {
+    let ring = ring_of(body);
+    var toward = -surface.first.unit;
+    if surface.kind == SURFACE_SPHERE {
+        toward = as_vector(offset);
+    } else if surface.kind == SURFACE_CYLINDER {
+        toward = across_cylinder(surface, offset, ring);
+    }
+    // In the plane of the ring, so that the point is on it, however badly the direction is known where the ring lies flat.
+    let seen = vec2r(dot(toward, ring.axes[0]), dot(toward, ring.axes[1]));
+    let size = length(seen);
+    var at = vec2r(1.0, 0.0);
+    if size > 0.0 {
+        at = seen / size;
+    }
+    if place > 0u {
+        let sine = select(THIRD_SINE, -THIRD_SINE, place == 2u);
+        at = vec2r(THIRD_COSINE * at.x - sine * at.y, sine * at.x + THIRD_COSINE * at.y);
+    }
+    let arm = ring.radius * (at.x * ring.axes[0] + at.y * ring.axes[1]);
+    return Arm(arm, tube_radius(body), place == 0u || (place < 3u && surface.kind != SURFACE_CYLINDER));
+}

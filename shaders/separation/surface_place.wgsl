@@ -1,0 +1,16 @@
+// The separation of one place of a body from a surface. Which places there are for a shape is `arm_of`'s business, which is the scene's.
+
+// From a body's centre to the middle of a place, the radius about it, and whether there is such a place.
+struct Arm {
+    arm: vec3r,
+    radius: real,
+    there: bool,
+}
+
+// The separation is HUGE where the body has no such place.
+fn separate_place(surface: Surface, offset: Offset, body: Placed, place: u32) -> Separation {
+    let arm = arm_of(surface, offset, body, place);
+    let gap = gap_of(surface, Offset(offset.whole, offset.part + arm.arm));
+    let separation = select(HUGE, gap.distance - arm.radius, arm.there);
+    return Separation(separation, gap.normal, arm.arm + arm.radius * gap.normal, vec3r());
+}

@@ -1,0 +1,54 @@
+// The places of bodies that may come near a surface while their boxes stay inside the stored ones: first counted, then, by the same code, written
+// behind the pairs of bodies.
+
+struct Parameters { bodies: u32, surfaces: u32, fill: u32, first: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> stored_cells: array<vec4<i32>>;
+@group(0) @binding(2) var<storage, read> stored_remainders: array<vec4r>;
+@group(0) @binding(3) var<storage, read> stored_boxes: array<vec4r>;
+@group(0) @binding(4) var<storage, read> shapes: array<vec4r>;
+@group(0) @binding(5) var<storage, read> surfaces: array<vec4r>;
+// By body: how many places it found, or where they go.
+@group(0) @binding(6) var<storage, read_write> list: array<u32>;
+@group(0) @binding(7) var<storage, read_write> pairs: array<vec2<u32>>;
+
+// Places of a shape at a surface at most.
+fn places(kind: u32, surface: u32) -> u32 {
+    if kind == KIND_SPHEROCYLINDER { return 2u; }
+    if kind == KIND_TORUS && surface != SURFACE_CYLINDER { return 3u; }
+    return 1u;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = invocation(group, groups, local);
+    if i >= parameters.bodies { return; }
+    let half = stored_boxes[i].xyz;
+    var found = 0u;
+    var to = 0u;
+    if parameters.fill == 1u { to = parameters.first + list[i]; }
+    for (var k = 0u; k < parameters.surfaces; k += 1u) {
+        let surface = surface_at(k);
+        let room = gap_of(surface, offset_from(surface, stored_cells[i].xyz, stored_remainders[i].xyz)).distance;
+        // No point of the box is farther from its middle.
+        var reach = length(half);
+        if surface.kind == SURFACE_PLANE {
+            reach = dot(abs(surface.first.unit), half);
+        }
+        // A box has half the cutoff in it; the other half a pair has from its second body. Rounding may make the reach a little short.
+        reach += 0.5 * CUTOFF;
+        if room > reach + 64.0 * EPSILON * (reach + UNIT) { continue; }
+        for (var place = 0u; place < places(u32(shapes[i].w), surface.kind); place += 1u) {
+            if parameters.fill == 1u {
+                pairs[to + found] = vec2<u32>(i, number_of(k, place));
+            }
+            found += 1u;
+        }
+    }
+    if parameters.fill == 0u { list[i] = found; }
+}

@@ -1,0 +1,148 @@
+//! Walls on the device: the list of candidate pairs goes on with the places of bodies that may come near a surface, so that all that is made of pairs is
+//! made of them too. The second number of such a pair says which surface and which place.
+
+use super::candidates::Lists;
+use super::source::WallKernels;
+use super::state::{Poses, Shapes};
+use super::{Setup, words};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan};
+use crate::relcp::Warm;
+use crate::separation::gpu::surface_numbers;
+use crate::walls::{self, Walls};
+
+/// The number of the first place of the first surface in the place of a second body's.
+pub(super) const FIRST_SURFACE: u32 = 1 << 31;
+
+/// Room for the places of a surface in such numbers.
+const PLACES: u32 = 4;
+
+/// Places of bodies at surfaces and pairs at most: entries of lists are twice their numbers.
+const TOO_MANY_PAIRS: u64 = 1 << 31;
+
+/// The surfaces, and what the lists of their places are made with.
+pub(super) struct Surfaces {
+    surfaces: Buffer,
+    count: u64,
+    counts: Buffer,
+    starts: Buffer,
+    /// Lists of bodies to be taken into use, in exchange for those without places.
+    adjacency_start: Buffer,
+    adjacency: Buffer,
+    scan: Scan,
+}
+
+/// A device's number as a surface and a place.
+pub(super) fn surface_of(number: u32) -> Option<(usize, u32)> {
+    let number = number.checked_sub(FIRST_SURFACE)?;
+    Some(((number / PLACES) as usize, number % PLACES))
+}
+
+/// A remembered pair as the device has it; none where there is no such surface or place.
+pub(super) fn device_pair(warm: &Warm, walls: &Walls) -> Option<[u32; 2]> {
+    let Some(surface) = walls::surface_of(warm.pair[1]) else { return Some(warm.pair) };
+    let there = surface < walls.len() && warm.feature < PLACES;
+    there.then(|| [warm.pair[0], FIRST_SURFACE + PLACES * surface as u32 + warm.feature])
+}
+
+impl Surfaces {
+    /// Those of a scene; none where it has no walls.
+    pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Option<Self>, GpuError> {
+        if setup.walls.is_empty() {
+            return Ok(None);
+        }
+        let mut numbers = Vec::new();
+        for surface in setup.walls.surfaces() {
+            numbers.extend(surface_numbers(surface, &setup.lattice)?);
+        }
+        let words = |label| Buffer::new(gpu, label, 4, 1);
+        Ok(Some(Surfaces {
+            surfaces: Buffer::reals(gpu, "surfaces", setup.precision, 4, numbers)?,
+            count: setup.walls.len() as u64,
+            counts: words("places at surfaces")?,
+            starts: words("starts of places")?,
+            adjacency_start: words("adjacency starts")?,
+            adjacency: words("adjacency")?,
+            scan: Scan::new(gpu)?,
+        }))
+    }
+
+    /// Adds the places that may come near a surface to a list of pairs of bodies that was just made from the `stored` boxes.
+    pub fn extend(
+        &mut self,
+        gpu: &Gpu,
+        kernels: &WallKernels,
+        lists: &mut Lists,
+        stored: &[Buffer; 3],
+        shapes: &Shapes,
+        bodies: u64,
+    ) -> Result<(), GpuError> {
+        let first = lists.body_pairs;
+        self.counts.reserve(gpu, bodies)?;
+        self.starts.reserve(gpu, bodies + 1)?;
+        let mut record = gpu.record();
+        record.stage("broad phase");
+        self.find(kernels, &mut record, (stored, shapes, &self.counts, &lists.pairs), bodies, None);
+        self.scan.exclusive(&mut record, &self.counts, &self.starts, bodies)?;
+        let read = record.read(&[(&self.starts, 4 * bodies..4 * bodies + 4)])?;
+        let places = u64::from(bytemuck::pod_read_unaligned::<u32>(&read[0]));
+        let pairs = first + places;
+        if pairs >= TOO_MANY_PAIRS {
+            let (needs, has) = (8 * pairs, 8 * TOO_MANY_PAIRS);
+            return Err(GpuError::Limit { what: "pairs".into(), needs, has, adapter: gpu.name().into() });
+        }
+        let mut record = gpu.record();
+        record.stage("broad phase");
+        lists.pairs.reserve_and_keep(gpu, &mut record, pairs)?;
+        self.find(kernels, &mut record, (stored, shapes, &self.starts, &lists.pairs), bodies, Some(first));
+        self.adjacency_start.reserve(gpu, bodies + 1)?;
+        self.adjacency.reserve(gpu, 2 * first + places)?;
+        let buffers = [&lists.adjacency_start, &lists.adjacency, &self.starts, &self.adjacency_start, &self.adjacency];
+        record.run(&kernels.adjoin, &words([bodies as u32, first as u32, 0, 0]), &buffers, bodies + 1);
+        record.submit()?;
+        std::mem::swap(&mut lists.adjacency_start, &mut self.adjacency_start);
+        std::mem::swap(&mut lists.adjacency, &mut self.adjacency);
+        lists.pairs_count = pairs;
+        Ok(())
+    }
+
+    /// Counts the places of every body, or writes them from pair `first` on. One kernel does both, so that they agree to the bit.
+    fn find(
+        &self,
+        kernels: &WallKernels,
+        record: &mut Recorder<'_>,
+        (stored, shapes, list, pairs): (&[Buffer; 3], &Shapes, &Buffer, &Buffer),
+        bodies: u64,
+        first: Option<u64>,
+    ) {
+        let [cells, remainders, boxes] = stored;
+        let (fill, first) = (u32::from(first.is_some()), first.unwrap_or(0) as u32);
+        let parameters = words([bodies as u32, self.count as u32, fill, first]);
+        let buffers = [cells, remainders, boxes, &shapes.shapes, &self.surfaces, list, pairs];
+        record.run(&kernels.find, &parameters, &buffers, bodies);
+    }
+
+    /// Records the separations of the places in a list.
+    pub fn separate(
+        &self,
+        kernels: &WallKernels,
+        record: &mut Recorder<'_>,
+        lists: &Lists,
+        (poses, shapes, boxes): (&Poses, &Shapes, &Buffer),
+        (at_trial, violating): (bool, f64),
+    ) {
+        let first = lists.body_pairs;
+        let violating = (violating as f32).to_bits();
+        let parameters = words([lists.pairs_count as u32, first as u32, u32::from(at_trial), violating]);
+        let buffers = [
+            &lists.pairs,
+            &poses.cells,
+            &poses.remainders,
+            &poses.orientations,
+            &shapes.shapes,
+            boxes,
+            &self.surfaces,
+            &lists.contacts,
+        ];
+        record.run(&kernels.narrow, &parameters, &buffers, lists.pairs_count - first);
+    }
+}

@@ -1,0 +1,193 @@
+//! Separations from surfaces in WGSL: surfaces as numbers, and the fragments of a kernel that looks at one place of a body.
+//!
+//! In the kernel are the functions
+//!
+//! * `surface_at(index)`, `offset_from(surface, cell, remainder)` and `gap_of(surface, offset)`, the gap of a point on the lattice;
+//! * with the shapes, `separate_place(surface, offset, body, place) -> Separation`, as [`Surface::places`] has it; HUGE where there is no such place.
+//!
+//! Surfaces are read from an array `surfaces: array<vec4r>`, [`SURFACE_VECTORS`] each.
+
+use super::super::direction::perpendicular;
+use super::super::gpu::{add_bodies_to, add_tolerances_to};
+use super::Surface;
+use crate::gpu::{GpuError, Lattice, Source, fragment};
+use crate::shape::Shape;
+use glam::DVec3;
+
+/// Vectors of four numbers that a surface takes.
+pub const SURFACE_VECTORS: usize = 9;
+
+/// A unit of offsets is so many pitches, as powers of two: between half a thickness and one.
+const UNIT_BITS: u32 = 10;
+
+/// Unit vectors are multiples of `2^-COARSE_BITS` and what is left. Offsets on the lattice are of at most 2^21 units, so that what is left makes at most
+/// two units, and its rounding two of a unit; 32 bits hold sums of up to 2^12 units and tell them apart with 2^11 to spare for an estimate in floats.
+const COARSE_BITS: u32 = 20;
+
+/// A cell in two parts, the lower of 12 bits, so that 32-bit floats hold both.
+const CELL_BITS: u32 = 12;
+
+/// Radii in units at most, 2^22: farther than any two points of the lattice are apart, so that no body comes near a larger one.
+const LARGEST_RADIUS: f64 = 4_194_304.0;
+
+/// Differences of squares under this, in squares of units, are exact in 32 bits, with as much to spare for an estimate in floats.
+const LARGEST_SQUARE: f64 = 1_073_741_824.0;
+
+/// The families of shapes that a kernel is to know, by their tags.
+fn arms(shapes: &[Shape]) -> [(bool, &'static str, &'static str); 3] {
+    let any = |tags: [u32; 2]| shapes.iter().any(|shape| tags.contains(&shape.code().0));
+    [
+        (any([0, 1]), "body.kind < KIND_ELLIPSOID", "arm_of_segment(body, place)"),
+        (any([2, 2]), "body.kind == KIND_ELLIPSOID", "arm_of_ellipsoid(surface, offset, body, place)"),
+        (any([3, 3]), "body.kind == KIND_TORUS", "arm_of_circle(surface, offset, body, place)"),
+    ]
+}
+
+/// Adds surfaces, and the gaps of points, to a source that has this [lattice](Lattice::define).
+#[must_use]
+pub fn add_surfaces_to(source: Source, lattice: &Lattice) -> Source {
+    let coarse = f64::from(COARSE_BITS);
+    source
+        .integer("SURFACE_VECTORS", SURFACE_VECTORS as u32)
+        .integer("UNIT_BITS", UNIT_BITS)
+        .real("UNIT", unit(lattice))
+        .real("INVERSE_UNIT", 1.0 / unit(lattice))
+        .integer("COARSE_BITS", COARSE_BITS)
+        .real("COARSE_PITCH", (-coarse).exp2())
+        .real("TURNS_A_UNIT", (coarse - 32.0).exp2())
+        .real("LARGEST_SQUARE", LARGEST_SQUARE)
+        .text(&format!(
+            "const COARSE_MASK: i32 = {};\nconst UNITS_A_TURN: i32 = {};\nconst CELL_PARTS: i32 = {};\n",
+            (1 << COARSE_BITS) - 1,
+            1_i64 << (32 - COARSE_BITS),
+            1 << CELL_BITS
+        ))
+        .include(fragment!("separation/surface.wgsl"))
+}
+
+/// Adds the separations of bodies of these shapes too.
+#[must_use]
+pub fn add_places_to(source: Source, lattice: &Lattice, shapes: &[Shape]) -> Source {
+    let mut source = add_surfaces_to(add_tolerances_to(add_bodies_to(source)), lattice)
+        .include(fragment!("separation/nearest.wgsl"))
+        .include(fragment!("separation/basis.wgsl"))
+        .include(fragment!("separation/ring.wgsl"))
+        .include(fragment!("separation/point_ellipsoid.wgsl"))
+        .include(fragment!("separation/surface_place.wgsl"));
+    let [segment, ellipsoid, circle] = arms(shapes);
+    for (arm, fragment) in [
+        (segment, fragment!("separation/surface_segment.wgsl")),
+        (ellipsoid, fragment!("separation/surface_ellipsoid.wgsl")),
+        (circle, fragment!("separation/surface_circle.wgsl")),
+    ] {
+        if arm.0 {
+            source = source.include(fragment);
+        }
+    }
+    let mut text = "fn arm_of(surface: Surface, offset: Offset, body: Placed, place: u32) -> Arm {\n".to_owned();
+    for (_, test, call) in arms(shapes).into_iter().filter(|arm| arm.0) {
+        text.push_str(&format!("    if {test} {{ return {call}; }}\n"));
+    }
+    text.push_str("    return Arm(vec3r(), real(0.0), false);\n}\n");
+    source.text(&text)
+}
+
+/// The unit of offsets, a length.
+fn unit(lattice: &Lattice) -> f64 {
+    lattice.pitch() * f64::from(UNIT_BITS).exp2()
+}
+
+/// A surface as the kernels read it.
+///
+/// # Errors
+/// [`GpuError::Unsupported`] where its point or centre lies beyond the lattice.
+pub fn surface_numbers(surface: &Surface, lattice: &Lattice) -> Result<[f64; 4 * SURFACE_VECTORS], GpuError> {
+    let (kind, reference, radius, directions) = match *surface {
+        Surface::Plane { point, normal } => (0.0, point, 0.0, [normal, DVec3::ZERO]),
+        Surface::Sphere { centre, radius } => (1.0, centre, radius, [DVec3::ZERO; 2]),
+        Surface::Cylinder { centre, axis, radius } => {
+            (2.0, centre, radius, [perpendicular(axis), axis.cross(perpendicular(axis))])
+        }
+    };
+    let radius = (radius / unit(lattice)).min(LARGEST_RADIUS);
+    let whole = radius.round();
+    let (mut cells, mut remainders) = ([0; 3], [0.0; 3]);
+    for (axis, x) in reference.to_array().into_iter().enumerate() {
+        (cells[axis], remainders[axis]) = lattice.split(x)?;
+    }
+    let high = cells.map(|cell| cell >> CELL_BITS);
+    let low = std::array::from_fn(|axis| f64::from(cells[axis] - (high[axis] << CELL_BITS)));
+    let vector = |v: [f64; 3], last: f64| [v[0], v[1], v[2], last];
+    let parts = |direction: DVec3| {
+        let scale = f64::from(COARSE_BITS).exp2();
+        let coarse = (direction * scale).round();
+        [direction, coarse, direction - coarse / scale].map(|v| vector(v.to_array(), 0.0))
+    };
+    let [first, second] = directions.map(parts);
+    let head = [vector(remainders, kind), vector(high.map(f64::from), whole), vector(low, radius - whole)];
+    let mut numbers = [0.0; 4 * SURFACE_VECTORS];
+    for (to, from) in numbers.iter_mut().zip([head, first, second].as_flattened().as_flattened()) {
+        *to = *from;
+    }
+    Ok(numbers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{Precision, validate};
+
+    const MAIN: &str = "
+        @group(0) @binding(0) var<storage, read> surfaces: array<vec4r>;
+        @group(0) @binding(1) var<storage, read_write> out: array<vec4r>;
+        @compute @workgroup_size(WORKGROUP)
+        fn main(@builtin(local_invocation_index) i: u32) {
+            let body = Placed(i % 4u, out[i].xyz, out[i + 1u]);
+            let surface = surface_at(i);
+            let found = separate_place(surface, offset_from(surface, vec3<i32>(1), out[i].xyz), body, 1u);
+            out[i] = vec4r(found.normal, found.separation);
+        }";
+
+    #[test]
+    fn every_kernel_is_valid_in_both_precisions() {
+        let shapes = [
+            Shape::Sphere { radius: 1.0 },
+            Shape::Ellipsoid { radii: [1.0, 2.0, 3.0] },
+            Shape::Torus { major_radius: 2.0, minor_radius: 1.0 },
+        ];
+        let lattice = Lattice::for_thickness(1.0).unwrap();
+        for precision in [Precision::F32, Precision::F64] {
+            for shapes in [&shapes[..], &shapes[..1], &shapes[1..2], &shapes[2..], &[]] {
+                let source =
+                    add_places_to(lattice.define(Source::new("places", precision)), &lattice, shapes).text(MAIN);
+                validate(&source).unwrap_or_else(|e| panic!("{precision:?} {shapes:?}: {e}"));
+            }
+        }
+    }
+
+    /// What the kernel adds up again, in 32-bit floats, is the surface.
+    #[test]
+    fn floats_hold_the_numbers() {
+        let lattice = Lattice::for_thickness(0.7).unwrap();
+        let centre = DVec3::new(1e5 + 1.0 / 3.0, -3e4 - 0.1, 0.123_456_789);
+        let axis = DVec3::new(0.3, -0.5, 0.7).normalize();
+        let numbers = surface_numbers(&Surface::Cylinder { centre, axis, radius: 1234.567 }, &lattice).unwrap();
+        let floats = numbers.map(|x| f64::from(x as f32));
+        let unit = 1024.0 * lattice.pitch();
+        for k in 0..3 {
+            assert_eq!([floats[4 + k], floats[8 + k]], [numbers[4 + k], numbers[8 + k]]);
+            let cell = (4096.0 * floats[4 + k] + floats[8 + k]) as i32;
+            assert!((lattice.join(cell, floats[k]) - centre[k]).abs() < 1e-10);
+            for place in [12, 24] {
+                assert_eq!(floats[place + 4 + k], numbers[place + 4 + k]);
+                let split = floats[place + 4 + k] / 1_048_576.0 + floats[place + 8 + k];
+                assert!((split - numbers[place + k]).abs() < 1e-13);
+            }
+        }
+        assert!((unit * (floats[7] + floats[11]) - 1234.567).abs() < 1e-7 * unit);
+        let directions = [12, 24].map(|at| DVec3::from_slice(&numbers[at..]));
+        assert!(directions[0].cross(directions[1]).abs_diff_eq(axis, 1e-15));
+        let far = Surface::Sphere { centre: DVec3::X * 1e9, radius: 1.0 };
+        assert!(matches!(surface_numbers(&far, &lattice), Err(GpuError::Unsupported { .. })));
+    }
+}

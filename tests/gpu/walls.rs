@@ -1,0 +1,4 @@
+//! Walls on the device against the CPU's.
+
+mod runs;
+mod separation;
