@@ -65,7 +65,7 @@ impl Candidates {
             lists: Lists::new(gpu, setup)?,
             old: Lists::new(gpu, setup)?,
             old_pair: Buffer::new(gpu, "old pairs", 4, 0)?,
-            search: Search::new(gpu, setup.precision, setup.planar, setup.lattice)?,
+            search: Search::in_space(gpu, setup.precision, setup.planar, setup.lattice, setup.periods.lengths())?,
             stored: [
                 Buffer::new(gpu, "stored cells", 16, 0)?,
                 Buffer::new(gpu, "stored remainders", 4 * real, 0)?,
