@@ -3,8 +3,8 @@
 use super::{Device, Report};
 use crate::relcp::Fault;
 
-/// Roundings that half a period is longer by: the reach of a body is a sum of four products. At another image than the nearest, bodies that this
-/// lets through are near by as much at most, and cannot overlap, as scenes are held to on the CPU.
+/// Roundings that half a period is longer by: a body's reach is a radius, half the cutoff and two products, each rounded. Bodies that this lets
+/// through may be near at another image than the nearest by as much, but overlap at none: scenes whose bodies are that long are refused on reading.
 const ROUNDINGS: f64 = 8.0;
 
 impl Device {

@@ -148,6 +148,47 @@ fn faces_that_touch_through_boundaries() {
     assert_eq!(check(true, 1.0, [Some(period), None, None], &bodies), 28);
 }
 
+/// Boxes of a few lattice cells and less, about the boundary: the first and the last cells of the grid share columns of a table so small, and
+/// wrapped cells are lattice cells off.
+#[test]
+fn boxes_as_small_as_lattice_cells() {
+    let pitch = Lattice::for_thickness(1.0).unwrap().pitch();
+    for (seed, cells) in (20..).zip([2048.3, 2049.9, 2111.6, 4096.5]) {
+        let period = cells * pitch;
+        for size in [0.5, 4.0] {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            let mut draw = || random.random::<f64>();
+            let body = |_| {
+                let at = DVec3::new(draw(), draw(), draw()) - 0.5;
+                let turns = DVec3::new(draw(), draw(), draw()) * 40.0 - 20.0;
+                let half = DVec3::splat(size * draw() * pitch);
+                Body::new(turns.round() * period + at * 8.0 * pitch, half)
+            };
+            let bodies: Vec<Body> = (0..60).map(body).collect();
+            let count = check(false, 1.0, [Some(period); 3], &bodies);
+            assert!(device().is_none() || count > 20 || size < 1.0, "{size}: {count}");
+            check(true, 1.0, [Some(period), None, None], &bodies);
+        }
+    }
+}
+
+/// Points at images of one place: they touch, though wrapping leaves their lattice cells up to two apart and rounds their remainders.
+#[test]
+fn points_at_images_of_one_place() {
+    let Some(gpu) = device() else { return };
+    let lattice = Lattice::for_thickness(1.0).unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(31);
+    let mut draw = || DVec3::from(random.random::<[f64; 3]>());
+    for period in [10.0 / 3.0, 2.0006, 7.7] {
+        let place = period * draw();
+        let point = |_| Body::new(place + ((draw() - 0.5) * 1e5).round() * period, DVec3::ZERO);
+        let bodies: Vec<Body> = (0..60).map(point).collect();
+        let mut finder = Search::in_space(gpu, Precision::F32, false, lattice, [Some(period); 3]).unwrap();
+        let found = search(gpu, &mut finder, &upload(gpu, Precision::F32, lattice, &bodies));
+        assert_eq!(found.pairs.len(), 60 * 59 / 2);
+    }
+}
+
 #[test]
 fn far_outside_of_the_cell() {
     for lengths in cells(9.7) {
