@@ -71,7 +71,7 @@ pub struct Scene {
     /// CPU only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<Wall>,
-    /// Periods of space: bodies that leave through one side meet what is at the other. On the CPU only.
+    /// Periods of space: bodies that leave through one side meet what is at the other.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub periodic: Option<Periodic>,
     /// Growth and division of spherocylinders.

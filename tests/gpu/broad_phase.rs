@@ -10,21 +10,21 @@ use relcp::gpu::{Buffer, Gpu, Lattice, Precision};
 use std::time::Instant;
 
 /// How far apart boxes that are listed may be, in the sizes of the two.
-const SLACK: f64 = 1e-5;
+pub const SLACK: f64 = 1e-5;
 
 #[derive(Clone)]
-struct Body {
-    at: DVec3,
-    half: DVec3,
-    radius: f64,
+pub struct Body {
+    pub at: DVec3,
+    pub half: DVec3,
+    pub radius: f64,
 }
 
 impl Body {
-    fn new(at: DVec3, half: DVec3) -> Self {
+    pub fn new(at: DVec3, half: DVec3) -> Self {
         Body { at, half, radius: half.length() }
     }
 
-    fn aabb(&self, planar: bool) -> Aabb {
+    pub fn aabb(&self, planar: bool) -> Aabb {
         match planar {
             true => Aabb::from_centre(self.at.with_z(0.0), self.half.with_z(0.0)),
             false => Aabb::from_centre(self.at, self.half),
@@ -33,20 +33,20 @@ impl Body {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-struct Found {
-    pairs: Vec<[u32; 2]>,
+pub struct Found {
+    pub pairs: Vec<[u32; 2]>,
     start: Vec<u32>,
     adjacency: Vec<u32>,
 }
 
-struct Uploaded {
-    cell: Buffer,
-    remainder: Buffer,
-    boxes: Buffer,
+pub struct Uploaded {
+    pub cell: Buffer,
+    pub remainder: Buffer,
+    pub boxes: Buffer,
     bodies: u64,
 }
 
-fn upload(gpu: &Gpu, precision: Precision, lattice: Lattice, bodies: &[Body]) -> Uploaded {
+pub fn upload(gpu: &Gpu, precision: Precision, lattice: Lattice, bodies: &[Body]) -> Uploaded {
     let mut cells: Vec<i32> = Vec::new();
     let mut remainders = Vec::new();
     for body in bodies {
@@ -64,7 +64,7 @@ fn upload(gpu: &Gpu, precision: Precision, lattice: Lattice, bodies: &[Body]) ->
     }
 }
 
-fn search(gpu: &Gpu, search: &mut Search, input: &Uploaded) -> Found {
+pub fn search(gpu: &Gpu, search: &mut Search, input: &Uploaded) -> Found {
     search.run(gpu, &input.cell, &input.remainder, &input.boxes, input.bodies).unwrap();
     let count = search.count();
     let ranges = [
@@ -78,7 +78,7 @@ fn search(gpu: &Gpu, search: &mut Search, input: &Uploaded) -> Found {
 }
 
 /// The adjacency of pairs, from its definition.
-fn assert_connected(found: &Found, bodies: usize) {
+pub fn assert_connected(found: &Found, bodies: usize) {
     let mut lists = vec![Vec::new(); bodies];
     for (pair, [a, b]) in (0u32..).zip(&found.pairs) {
         lists[*a as usize].push(2 * pair);
@@ -133,7 +133,7 @@ fn check(planar: bool, thickness: f64, bodies: &[Body]) -> usize {
     counts.next().unwrap()
 }
 
-fn scattered(seed: u64, count: usize, span: DVec3, half: impl Fn(&mut ChaCha8Rng) -> DVec3) -> Vec<Body> {
+pub fn scattered(seed: u64, count: usize, span: DVec3, half: impl Fn(&mut ChaCha8Rng) -> DVec3) -> Vec<Body> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut body = |_| {
         let at = DVec3::from_array(std::array::from_fn(|_| rng.random::<f64>() - 0.5)) * span;
@@ -142,7 +142,7 @@ fn scattered(seed: u64, count: usize, span: DVec3, half: impl Fn(&mut ChaCha8Rng
     (0..count).map(&mut body).collect()
 }
 
-fn any_half(rng: &mut ChaCha8Rng) -> DVec3 {
+pub fn any_half(rng: &mut ChaCha8Rng) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|_| 0.1 + 0.9 * rng.random::<f64>()))
 }
 

@@ -8,6 +8,7 @@ mod device;
 mod faults;
 mod lattice;
 mod lcp;
+mod periodic;
 mod rows;
 mod runs;
 mod separation;

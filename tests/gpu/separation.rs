@@ -6,8 +6,8 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod harness;
-mod poses;
+pub mod harness;
+pub mod poses;
 
 use crate::device::{device, precisions};
 use glam::{DQuat, DVec3};

@@ -294,7 +294,6 @@ fn what_only_the_cpu_does_is_refused() {
         "solver.kind=dense",
         "solver.kind=interior_point",
         "walls=[{\"sphere\":{\"center\":[0,0,0],\"radius\":50}}]",
-        "periodic={\"lengths\":[50,null,50]}",
     ] {
         let scene = scene::load("three-capsules", &[set.into()]).unwrap();
         let bodies = scene.build().unwrap();

@@ -71,7 +71,7 @@ impl Candidates {
             lists: Lists::new(gpu, setup)?,
             old: Lists::new(gpu, setup)?,
             old_pair: Buffer::new(gpu, "old pairs", 4, 0)?,
-            search: Search::new(gpu, setup.precision, setup.planar, setup.lattice)?,
+            search: Search::in_space(gpu, setup.precision, setup.planar, setup.lattice, setup.periods.lengths())?,
             surfaces: Surfaces::new(gpu, setup)?,
             stored: [
                 Buffer::new(gpu, "stored cells", 16, 0)?,

@@ -5,6 +5,7 @@
 
 mod candidates;
 mod growing;
+mod periodic;
 mod rows;
 mod source;
 mod state;
@@ -17,7 +18,7 @@ use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
 use crate::dynamics::{Cells, ForceField};
 use crate::freedom::{PLANAR, SPATIAL};
-use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Recorder};
+use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, LatticePeriods, Precision, Recorder};
 use crate::lcp::{self, Outcome, Problem, Settings, Stored};
 use crate::periodic::Periods;
 use crate::relcp::{Fault, Phases, State, Warm};
@@ -40,6 +41,8 @@ pub(crate) struct Setup {
     pub precision: Precision,
     pub planar: bool,
     pub lattice: Lattice,
+    pub periods: Periods,
+    pub lattice_periods: LatticePeriods,
     pub dt: f64,
     pub cutoff: f64,
     pub dynamics: Dynamics,
@@ -60,10 +63,16 @@ impl Setup {
         let thickness = shapes.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
         let lengths = shapes.iter().filter_map(Shape::growing_length);
         let longest = lengths.chain(scene.growth.map(|g| g.division_lengths()[1])).fold(0.0, f64::max);
+        let periods = Periods::of(scene);
+        // Without bodies any lattice will do that has room for the periods.
+        let none = periods.shortest().map_or(1.0, |period| 0.5 * period);
+        let lattice = Lattice::for_thickness(if thickness.is_finite() { thickness } else { none })?;
         Ok(Setup {
             precision,
             planar: scene.planar,
-            lattice: Lattice::for_thickness(if thickness.is_finite() { thickness } else { 1.0 })?,
+            lattice,
+            periods,
+            lattice_periods: LatticePeriods::new(lattice, periods.lengths())?,
             dt: scene.time.dt,
             cutoff: scene.cutoff_of(shapes.iter().copied()),
             dynamics: scene.dynamics,
@@ -183,8 +192,6 @@ impl Device {
             "multi-sphere rows"
         } else if scene.time.stepping == Stepping::Midpoint {
             "midpoint stepping"
-        } else if scene.periodic.is_some() {
-            "periodic boundaries"
         } else {
             return Ok(());
         };
@@ -195,10 +202,11 @@ impl Device {
     ///
     /// # Errors
     /// [`GpuError::Unsupported`] for what only the CPU does, or what the device refuses.
-    pub fn new(gpu: Arc<Gpu>, precision: Precision, scene: &Scene, state: State) -> Result<Self, GpuError> {
+    pub fn new(gpu: Arc<Gpu>, precision: Precision, scene: &Scene, mut state: State) -> Result<Self, GpuError> {
         gpu.check(precision)?;
         Device::check(scene)?;
         let setup = Setup::new(scene, &state.bodies.shape, precision)?;
+        state.bodies.periods = setup.periods;
         let (real, bodies) = (precision.bytes(), state.bodies.len() as u64);
         let grows = setup.growth.is_some();
         let mut poses = Vec::new();
@@ -357,7 +365,7 @@ impl Device {
         let Setup { precision, lattice, .. } = &self.setup;
         let read = state::download(&self.gpu, *precision, lattice, poses, shapes, count, self.grows())?;
         Ok(Bodies {
-            periods: Periods::NONE,
+            periods: self.setup.periods,
             shape: read.shape,
             position: read.position,
             orientation: read.orientation,
@@ -418,6 +426,9 @@ impl Device {
             let report: Report = bytemuck::pod_read_unaligned(&read[0]);
             if report.not_finite != u32::MAX {
                 return Err(self.not_finite(report.not_finite));
+            }
+            if !at_trial {
+                self.check_periods(&report)?;
             }
             if listed && report.outside == 0 {
                 self.next_rows = u64::from(bytemuck::pod_read_unaligned::<u32>(&read[1]));

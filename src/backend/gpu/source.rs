@@ -9,7 +9,10 @@ use std::fmt::Write as _;
 
 /// A source with the constants of the scene.
 pub(super) fn base(setup: &Setup, name: &str) -> Source {
-    let source = setup.lattice.define(Source::new(name, setup.precision));
+    constants(setup, setup.lattice.define(Source::new(name, setup.precision)))
+}
+
+fn constants(setup: &Setup, source: Source) -> Source {
     source
         .real("DT", setup.dt)
         .real("ROOT_DT", setup.dt.sqrt())
@@ -23,7 +26,16 @@ pub(super) fn base(setup: &Setup, name: &str) -> Source {
 
 /// The same with shapes as separations know them.
 pub(super) fn with_bodies(setup: &Setup, name: &str) -> Source {
-    separation::gpu::add_bodies_to(base(setup, name)).include(fragment!("separation/placed.wgsl"))
+    placed(base(setup, name))
+}
+
+/// The same for kernels that compare two bodies: in periodic space differences are to the nearest image.
+fn of_pairs(setup: &Setup, name: &str) -> Source {
+    placed(constants(setup, setup.lattice_periods.define(Source::new(name, setup.precision))))
+}
+
+fn placed(source: Source) -> Source {
+    separation::gpu::add_bodies_to(source).include(fragment!("separation/placed.wgsl"))
 }
 
 /// The kernel of forces, free velocities and mobilities.
@@ -158,7 +170,7 @@ pub(super) fn sources(setup: &Setup) -> Vec<Source> {
 pub(super) fn narrow_sources(setup: &Setup) -> Vec<Source> {
     let families = separation::gpu::PairFamilies::needed(setup.shapes.iter().copied());
     let source = |(k, families): (usize, separation::gpu::PairFamilies)| {
-        let source = with_bodies(setup, &format!("separations {k}"));
+        let source = of_pairs(setup, &format!("separations {k}"));
         families.add_to(source, setup.planar).include(fragment!("separation/narrow.wgsl"))
     };
     families.into_iter().enumerate().map(source).collect()
@@ -245,7 +257,7 @@ impl Kernels {
 mod tests {
     use super::*;
     use crate::backend::gpu::Report;
-    use crate::gpu::{Precision, validate};
+    use crate::gpu::{LatticePeriods, Precision, validate};
     use crate::scene::{self, Wall};
     use std::mem::offset_of;
 
@@ -261,20 +273,36 @@ mod tests {
         setups
     }
 
+    fn every_source(setup: &Setup) -> Vec<Source> {
+        let growth = growth_sources(setup).into_iter().flatten();
+        let walls = wall_sources(setup).into_iter().flatten();
+        let steps = sources(setup).into_iter().chain(narrow_sources(setup)).chain(growth).chain(walls);
+        steps.chain([motion(setup, true)]).collect()
+    }
+
     #[test]
     fn every_kernel_of_every_built_in_scene_is_valid() {
         for setup in setups() {
-            let growth = growth_sources(&setup).into_iter().flatten();
-            let walls = wall_sources(&setup).into_iter().flatten();
-            let all = sources(&setup)
-                .into_iter()
-                .chain(narrow_sources(&setup))
-                .chain(growth)
-                .chain(walls)
-                .chain([motion(&setup, true)]);
-            for source in all {
+            for source in every_source(&setup) {
                 validate(&source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
             }
+        }
+    }
+
+    #[test]
+    fn periods_are_in_the_kernels_of_pairs_alone_and_only_where_there_are_some() {
+        for mut setup in setups() {
+            let open = every_source(&setup);
+            let pairs = narrow_sources(&setup).len();
+            let period = Some(5000.3 * setup.lattice.pitch());
+            setup.lattice_periods = LatticePeriods::new(setup.lattice, [period, None, None]).unwrap();
+            let periodic = every_source(&setup);
+            for source in narrow_sources(&setup) {
+                validate(&source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
+            }
+            assert!(open.iter().all(|source| !source.code().contains("PERIOD")));
+            let changed: Vec<_> = open.iter().zip(&periodic).filter(|(a, b)| a.code() != b.code()).collect();
+            assert!(changed.len() == pairs && changed.iter().all(|(_, b)| b.name().starts_with("separations")));
         }
     }
 

@@ -1,6 +1,6 @@
 //! The kernels of the search.
 
-use crate::gpu::{Fragment, Gpu, GpuError, Kernel, Lattice, MOST_CELL, Precision, Source, fragment};
+use crate::gpu::{Fragment, Gpu, GpuError, Kernel, Lattice, LatticePeriods, MOST_CELL, Precision, Source, fragment};
 
 /// Boxes that one body may look at. Mesa before version 23 ends loops after 65,535 rounds.
 const MOST_ROUNDS: u32 = 60_000;
@@ -10,6 +10,8 @@ const MOST_ROUNDS: u32 = 60_000;
 const FINER: u32 = 1;
 
 pub(super) struct Kernels {
+    /// Where space is periodic.
+    pub wrap: Option<Kernel>,
     pub classify: Kernel,
     pub place: Kernel,
     pub gather: Kernel,
@@ -26,6 +28,8 @@ const GRID: [Fragment; 4] = [
     fragment!("broad_phase/find.wgsl"),
 ];
 
+const PERIODIC: [Fragment; 2] = [fragment!("broad_phase/wrap.wgsl"), fragment!("broad_phase/find_periodic.wgsl")];
+
 const LISTS: [Fragment; 3] = [
     fragment!("broad_phase/incoming.wgsl"),
     fragment!("broad_phase/adjacency_start.wgsl"),
@@ -33,12 +37,23 @@ const LISTS: [Fragment; 3] = [
 ];
 
 fn grid_source(fragment: Fragment, precision: Precision, planar: bool, lattice: Lattice) -> Source {
-    let source = Source::new(fragment.name, precision)
+    levels(lattice.define(constants(fragment, precision, planar)), fragment)
+}
+
+fn periodic_source(fragment: Fragment, precision: Precision, planar: bool, periods: &LatticePeriods) -> Source {
+    levels(periods.define(constants(fragment, precision, planar)), fragment)
+}
+
+fn levels(source: Source, fragment: Fragment) -> Source {
+    source.include(fragment!("broad_phase/levels.wgsl")).include(fragment)
+}
+
+fn constants(fragment: Fragment, precision: Precision, planar: bool) -> Source {
+    Source::new(fragment.name, precision)
         .integer("PLANAR", u32::from(planar))
         .integer("FINER", FINER)
         .integer("MOST_ROUNDS", MOST_ROUNDS)
-        .text(&format!("const MOST_CELL: i32 = {MOST_CELL};\n"));
-    lattice.define(source).include(fragment!("broad_phase/levels.wgsl")).include(fragment)
+        .text(&format!("const MOST_CELL: i32 = {MOST_CELL};\n"))
 }
 
 fn list_source(fragment: Fragment) -> Source {
@@ -46,14 +61,28 @@ fn list_source(fragment: Fragment) -> Source {
 }
 
 impl Kernels {
-    pub fn new(gpu: &Gpu, precision: Precision, planar: bool, lattice: Lattice) -> Result<Self, GpuError> {
+    pub fn new(
+        gpu: &Gpu,
+        precision: Precision,
+        planar: bool,
+        lattice: Lattice,
+        periods: Option<&LatticePeriods>,
+    ) -> Result<Self, GpuError> {
         let grid = |k: usize| Kernel::new(gpu, &grid_source(GRID[k], precision, planar, lattice));
+        let periodic = |k: usize| match periods {
+            Some(periods) => Ok(Some(Kernel::new(gpu, &periodic_source(PERIODIC[k], precision, planar, periods))?)),
+            None => Ok(None),
+        };
         let list = |k: usize| Kernel::new(gpu, &list_source(LISTS[k]));
         Ok(Kernels {
+            wrap: periodic(0)?,
             classify: grid(0)?,
             place: grid(1)?,
             gather: grid(2)?,
-            find: grid(3)?,
+            find: match periodic(1)? {
+                Some(find) => find,
+                None => grid(3)?,
+            },
             incoming: list(0)?,
             adjacency_start: list(1)?,
             adjacency: list(2)?,
@@ -73,6 +102,8 @@ mod tests {
         for precision in [Precision::F32, Precision::F64] {
             for planar in [false, true] {
                 sources.extend(GRID.map(|fragment| grid_source(fragment, precision, planar, lattice)));
+                let periods = LatticePeriods::new(lattice, [Some(3.1), None, None]).unwrap();
+                sources.extend(PERIODIC.map(|fragment| periodic_source(fragment, precision, planar, &periods)));
             }
         }
         for source in sources {

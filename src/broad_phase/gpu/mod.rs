@@ -5,11 +5,15 @@
 //! look through is computed from positions on the integer lattice, in integers, and so is exact at any distance from the origin.
 //! Cells are hashed into a table of as many columns as there are bodies, and boxes sorted by column.
 //!
+//! In periodic space bodies are searched for where they are in one cell of it (`shaders/broad_phase/wrap.wgsl`), and the cells of the grid that a
+//! body looks through go round (`find_periodic.wgsl`), each looked through once however far the box reaches, so that a pair is found once though its boxes may
+//! touch through several images. The test of a pair is of the nearest image, along every axis the nearest of all.
+//!
 //! Sorted cells: S. Green, "Particle simulation using CUDA", 2010. Levels: as in [`Grid`](super::Grid).
 
 mod kernels;
 
-use crate::gpu::{Buffer, Gpu, GpuError, Lattice, Precision, Recorder, Scan, Sort};
+use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Precision, Recorder, Scan, Sort};
 use kernels::Kernels;
 
 /// The table has at least this many columns, more than the cells of any row that a body looks through.
@@ -36,6 +40,8 @@ pub struct Search {
     survey: Buffer,
     crowds: Buffer,
     classes: Buffer,
+    /// Bodies in one cell of periodic space.
+    wrapped: Option<[Buffer; 2]>,
     /// Column of every body; later the body found in every pair.
     keys: Buffer,
     /// Bodies with their levels; later the entry of every pair in the found body's list.
@@ -58,15 +64,37 @@ impl Search {
     /// # Errors
     /// [`GpuError::Kernel`], [`GpuError::NoF64`], [`GpuError::OutOfMemory`].
     pub fn new(gpu: &Gpu, precision: Precision, planar: bool, lattice: Lattice) -> Result<Self, GpuError> {
+        Search::in_space(gpu, precision, planar, lattice, [None; 3])
+    }
+
+    /// The same in space of these periods: pairs are those that touch through some image. Positions need not be wrapped.
+    ///
+    /// # Errors
+    /// Those of [`Search::new`], and [`GpuError::Unsupported`] for periods that the lattice has no room for.
+    pub fn in_space(
+        gpu: &Gpu,
+        precision: Precision,
+        planar: bool,
+        lattice: Lattice,
+        periods: [Option<f64>; 3],
+    ) -> Result<Self, GpuError> {
+        let periods = LatticePeriods::new(lattice, periods)?;
+        let periods = (!periods.is_none()).then_some(&periods);
         let words = |label| Buffer::new(gpu, label, 4, 1);
         let reals = |label| Buffer::new(gpu, label, 4 * precision.bytes(), 1);
         Ok(Search {
-            kernels: Kernels::new(gpu, precision, planar, lattice)?,
+            kernels: Kernels::new(gpu, precision, planar, lattice, periods)?,
             sort: Sort::new(gpu)?,
             scan: Scan::new(gpu)?,
             survey: Buffer::new(gpu, "search-survey", 4, SURVEY_WORDS)?,
             crowds: Buffer::new(gpu, "search-crowds", 4, 2)?,
             classes: words("search-classes")?,
+            wrapped: match periods {
+                Some(_) => {
+                    Some([Buffer::new(gpu, "search-wrapped-cells", 16, 1)?, reals("search-wrapped-remainders")?])
+                }
+                None => None,
+            },
             keys: words("search-keys")?,
             values: words("search-values")?,
             counts: words("search-counts")?,
@@ -156,7 +184,8 @@ impl Search {
     }
 
     fn reserve(&mut self, gpu: &Gpu, bodies: u64, columns: u64) -> Result<(), GpuError> {
-        for buffer in [&mut self.classes, &mut self.keys, &mut self.values].into_iter().chain(&mut self.sorted) {
+        let of_bodies = [&mut self.classes, &mut self.keys, &mut self.values].into_iter().chain(&mut self.sorted);
+        for buffer in of_bodies.chain(self.wrapped.iter_mut().flatten()) {
             buffer.reserve(gpu, bodies)?;
         }
         self.counts.reserve(gpu, columns)?;
@@ -179,6 +208,13 @@ impl Search {
         record.clear(&self.survey, 0..4 * SURVEY_WORDS);
         record.clear(&self.crowds, 0..8);
         record.clear(&self.counts, 0..4 * columns);
+        let [cell, remainder] = match (&self.kernels.wrap, &self.wrapped) {
+            (Some(wrap), Some([cells, remainders])) => {
+                record.run(wrap, parameters, &[cell, remainder, cells, remainders], bodies);
+                [cells, remainders]
+            }
+            _ => [cell, remainder],
+        };
         let buffers = [cell, remainder, boxes, &self.classes, &self.survey];
         record.run(&self.kernels.classify, parameters, &buffers, bodies);
         let buffers = [cell, &self.classes, &self.survey, &self.keys, &self.values, &self.counts];

@@ -1,0 +1,164 @@
+// As find.wgsl, in periodic space: the cells that a body looks through go round, each of them once, and a pair of one level is found by the body
+// of the lower number. A body's pairs are written in the order of the others' numbers, so that they do not depend on where the cell begins.
+struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+// In one cell of space and in the order of columns; the last word is body and level.
+@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
+@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
+@group(0) @binding(3) var<storage, read> boxes: array<vec4r>;
+@group(0) @binding(4) var<storage, read> starts: array<u32>;
+@group(0) @binding(5) var<storage, read> survey: array<u32>;
+@group(0) @binding(6) var<storage, read_write> list: array<u32>;
+@group(0) @binding(7) var<storage, read_write> pairs: array<vec2<u32>>;
+@group(0) @binding(8) var<storage, read_write> crowds: array<atomic<u32>, 2>;
+
+// Lattice cells that a search looks further by: two remainders of two and a half pitches, and a period that is not whole.
+const WRAPPED_SLACK: u32 = 6u;
+
+// Grid cells along the axes, from `start` on `count` of them; after `last` comes zero.
+struct Around { start: vec3<i32>, count: vec3<i32>, last: vec3<i32> }
+
+// Whether the box of the `q`th body touches this one, through the nearest image: no other is nearer along any axis. The slack is more than all
+// roundings of this, of wrapping, and of what was rounded to `real` before it.
+fn touches(cell: vec3<i32>, remainder: vec3r, half: vec3r, q: u32) -> bool {
+    let apart = abs(lattice_difference(cell, remainder, cells[q].xyz, remainders[q].xyz));
+    let reach = (half + boxes[q].xyz) * (1.0 + 4.0 * EPSILON) + 16.0 * EPSILON * PITCH;
+    return apart.x <= reach.x && apart.y <= reach.y && (PLANAR == 1u || apart.z <= reach.z);
+}
+
+fn level_reach(level: u32) -> vec3<u32> {
+    var reach = vec3<u32>(0u);
+    for (var axis = 0u; axis < 3u; axis += 1u) {
+        let word = REACH + 3u * level + axis;
+        reach[axis] = max(survey[word], survey[word - 3u]);
+    }
+    return reach;
+}
+
+// The grid cells within `span` lattice cells of one, of which those of a whole period are all.
+fn around(cell: vec3<i32>, span: vec3<i32>, level: u32) -> Around {
+    let periodic = PERIOD_CELLS > vec3<i32>(0);
+    let whole = periodic & (span >= PERIOD_CELLS / 2);
+    let before = periodic & (cell - span < vec3<i32>(0));
+    let after = periodic & (cell + span >= PERIOD_CELLS);
+    let low = grid_cell(cell - span + select(vec3<i32>(0), PERIOD_CELLS, before), level);
+    let high = grid_cell(cell + span - select(vec3<i32>(0), PERIOD_CELLS, after), level);
+    let end = grid_cell(PERIOD_CELLS + 1, level);
+    let cut = min(end - low + high + 2, end + 1);
+    return Around(
+        select(low, vec3<i32>(0), whole),
+        select(select(high - low + 1, cut, before | after), end + 1, whole),
+        select(vec3<i32>(2147483647), end, periodic),
+    );
+}
+
+// The `k`th cell of those along an axis.
+fn turned(start: i32, last: i32, k: i32) -> i32 {
+    if start + k > last { return start + k - last - 1; }
+    return start + k;
+}
+
+// Sorts a body's pairs by the other body: heapsort, for there may be tens of thousands.
+fn sort_pairs(first: u32, count: u32) {
+    var built = count / 2u;
+    var end = count;
+    while end > 1u {
+        if built > 0u {
+            built -= 1u;
+        } else {
+            end -= 1u;
+            let largest = pairs[first];
+            pairs[first] = pairs[first + end];
+            pairs[first + end] = largest;
+        }
+        // Sinks what stands at `built`. All pairs have the same body, so their sums are in the order of the other.
+        let sinking = pairs[first + built];
+        var hole = built;
+        while 2u * hole + 1u < end {
+            var child = 2u * hole + 1u;
+            if child + 1u < end && key(first + child) < key(first + child + 1u) { child += 1u; }
+            if key(first + child) <= sinking.x + sinking.y { break; }
+            pairs[first + hole] = pairs[first + child];
+            hole = child;
+        }
+        pairs[first + hole] = sinking;
+    }
+}
+
+fn key(pair: u32) -> u32 {
+    return pairs[pair].x + pairs[pair].y;
+}
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let p = invocation(group, groups, local);
+    if p >= parameters.bodies { return; }
+    let cell = cells[p].xyz;
+    let remainder = remainders[p].xyz;
+    var half = boxes[p].xyz;
+    if PLANAR == 1u { half.z = 0.0; }
+    let body = bitcast<u32>(cells[p].w) & BODY_MASK;
+    let level = bitcast<u32>(cells[p].w) >> LEVEL_SHIFT;
+    var found = 0u;
+    var to = 0u;
+    if parameters.fill == 1u { to = list[body]; }
+    var rounds = 0u;
+    var rest = 0u;
+    if level > 0u { rest = survey[CLASSES]; }
+    while rest != 0u && rounds <= MOST_ROUNDS {
+        let other_level = firstLeadingBit(rest);
+        if other_level < level { break; }
+        rest = finer(rest, other_level);
+        let reach = lattice_reach(half) + level_reach(other_level) + WRAPPED_SLACK;
+        let look = around(cell, vec3<i32>(min(reach, vec3<u32>(1073741824u))), other_level);
+        let x_end = look.start.x + look.count.x - 1;
+        let pieces = select(1u, 2u, x_end > look.last.x);
+        for (var kz = 0; kz < look.count.z && rounds <= MOST_ROUNDS; kz += 1) {
+            let z = turned(look.start.z, look.last.z, kz);
+            for (var ky = 0; ky < look.count.y && rounds <= MOST_ROUNDS; ky += 1) {
+                let y = turned(look.start.y, look.last.y, ky);
+                let base = row(other_level, y, z);
+                for (var piece = 0u; piece < pieces; piece += 1u) {
+                    let from_x = select(look.start.x, 0, piece == 1u);
+                    let to_x = select(min(x_end, look.last.x), x_end - look.last.x - 1, piece == 1u);
+                    let first = (base + bitcast<u32>(from_x)) & parameters.mask;
+                    let last = (base + bitcast<u32>(to_x)) & parameters.mask;
+                    // Where the table's end cuts the row, its other part is at the beginning.
+                    let parts = select(1u, 2u, first > last);
+                    for (var part = 0u; part < parts; part += 1u) {
+                        let begin = select(starts[first], 0u, part == 1u);
+                        let end = select(starts[last + 1u], parameters.bodies, part + 1u < parts);
+                        rounds += end - begin + 1u;
+                        if rounds > MOST_ROUNDS { break; }
+                        for (var q = begin; q < end; q += 1u) {
+                            let word = bitcast<u32>(cells[q].w);
+                            let other = word & BODY_MASK;
+                            let at = grid_cell(cells[q].xyz, other_level);
+                            // Other levels and cells may share the columns.
+                            if word >> LEVEL_SHIFT != other_level || at.y != y || at.z != z { continue; }
+                            if at.x < from_x || at.x > to_x { continue; }
+                            if other_level == level && other <= body { continue; }
+                            if !touches(cell, remainder, half, q) { continue; }
+                            if parameters.fill == 1u {
+                                pairs[to + found] = vec2<u32>(min(body, other), max(body, other));
+                            }
+                            found += 1u;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    if rounds > MOST_ROUNDS { atomicOr(&crowds[0], CROWDED); }
+    if parameters.fill == 1u {
+        sort_pairs(to, found);
+        return;
+    }
+    list[body] = found;
+    // As in find.wgsl.
+    if found >= parameters.large && atomicAdd(&crowds[1], found) >= 0x80000000u - found { atomicOr(&crowds[0], TOO_MANY); }
+}

@@ -1,0 +1,29 @@
+// Bodies in one cell of periodic space: along axes with a period moved to lattice cells from 0 to PERIOD_CELLS + 1, what is open left as it is.
+// Their remainders are of up to two and a half pitches.
+struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
+@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
+@group(0) @binding(3) var<storage, read_write> wrapped_cells: array<vec4<i32>>;
+@group(0) @binding(4) var<storage, read_write> wrapped_remainders: array<vec4r>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = invocation(group, groups, local);
+    if i >= parameters.bodies { return; }
+    var at = LatticePoint(cells[i].xyz, remainders[i].xyz);
+    // One too far out stays there and is refused.
+    if all(at.cell > vec3<i32>(-MOST_CELL)) && all(at.cell < vec3<i32>(MOST_CELL)) {
+        at = without_periods(at, vec3<i32>(floor(vec3r(at.cell) * PERIODS_A_CELL)));
+        // The count may have been one off.
+        let below = select(vec3<i32>(0), vec3<i32>(1), at.cell < vec3<i32>(0));
+        let above = select(vec3<i32>(0), vec3<i32>(1), at.cell > PERIOD_CELLS + 1);
+        at = without_periods(at, select(vec3<i32>(0), above - below, PERIOD_CELLS > vec3<i32>(0)));
+    }
+    wrapped_cells[i] = vec4<i32>(at.cell, 0);
+    wrapped_remainders[i] = vec4r(at.remainder, 0.0);
+}

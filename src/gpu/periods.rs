@@ -1,0 +1,140 @@
+//! Periods of space on the lattice of coordinates: as exact as coordinates are, at any number of periods from the origin.
+//!
+//! A period is in general no whole number of pitches. It is held as whole pitches and four parts of 11 bits, each 2^-11 of the one before. A
+//! period of 2^11 pitches and more, as a 64-bit float, has no digit below the last part, so this is the number itself, and `n` periods are made
+//! of it in 32-bit integers without rounding: differences are of at most 2^20 periods (`shaders/common/nearest_image.wgsl`).
+
+use super::{GpuError, Lattice, MOST_CELL, Source, fragment};
+
+/// Bits of a part. `n` times a part and what the next finer one carries into it fit 32 bits.
+const PART_BITS: i32 = 11;
+
+/// Pitches that a period has at least: then fewer than 2^31 pitches are at most 2^20 periods, and the parts hold all digits of a 64-bit float.
+/// Bodies are at most half a period long, and no thinner than 1024 pitches.
+const LEAST_CELLS: f64 = 2048.0;
+
+/// The periods of a scene on its lattice.
+///
+/// ```
+/// use relcp::gpu::{Lattice, LatticePeriods};
+///
+/// let lattice = Lattice::for_thickness(1.0)?;
+/// assert!(!LatticePeriods::new(lattice, [Some(7.3), None, None])?.is_none());
+/// assert!(LatticePeriods::new(lattice, [Some(1.9), None, None]).is_err());
+/// assert!(LatticePeriods::new(lattice, [Some(2e6), None, None]).is_err());
+/// # Ok::<(), relcp::gpu::GpuError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LatticePeriods {
+    lattice: Lattice,
+    /// Zero where there is no period.
+    length: [f64; 3],
+    cells: [i32; 3],
+    parts: [[i32; 3]; 4],
+}
+
+impl LatticePeriods {
+    /// The periods along each axis, where there is one.
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] where one is under 2^11 pitches of the lattice, or 2^30 or more.
+    pub fn new(lattice: Lattice, lengths: [Option<f64>; 3]) -> Result<Self, GpuError> {
+        let mut periods = LatticePeriods { lattice, length: [0.0; 3], cells: [0; 3], parts: [[0; 3]; 4] };
+        for (axis, length) in lengths.into_iter().enumerate() {
+            let Some(length) = length else { continue };
+            let pitches = length / lattice.pitch();
+            if !(LEAST_CELLS..f64::from(MOST_CELL)).contains(&pitches) {
+                let [least, most] = [LEAST_CELLS, f64::from(MOST_CELL)].map(|cells| cells * lattice.pitch());
+                let what =
+                    format!("period {length:e} for such bodies: it must be {least:e} or more and under {most:e}");
+                return Err(GpuError::Unsupported { what });
+            }
+            periods.length[axis] = length;
+            periods.cells[axis] = pitches as i32;
+            // Powers of two and differences of neighbours: nothing of this is rounded.
+            let mut rest = pitches - pitches.floor();
+            for part in &mut periods.parts {
+                rest *= f64::from(1 << PART_BITS);
+                part[axis] = rest as i32;
+                rest -= rest.floor();
+            }
+        }
+        Ok(periods)
+    }
+
+    /// Whether no axis has a period.
+    pub fn is_none(&self) -> bool {
+        self.length == [0.0; 3]
+    }
+
+    /// Adds, in the place of what [`Lattice::define`] adds, `lattice_difference` to the nearest image, for kernels that compare two bodies, and
+    /// `without_periods`. Without periods it adds the lattice.
+    #[must_use]
+    pub fn define(&self, source: Source) -> Source {
+        if self.is_none() {
+            return self.lattice.define(source);
+        }
+        let pitch = self.lattice.pitch();
+        let inverse = |by: f64| self.length.map(|length| if length > 0.0 { by / length } else { 0.0 });
+        let vector = |name: &str, [x, y, z]: [i32; 3]| format!("const {name} = vec3<i32>({x}, {y}, {z});\n");
+        let mut integers = vector("PERIOD_CELLS", self.cells);
+        for (k, part) in (1..).zip(self.parts) {
+            integers.push_str(&vector(&format!("PERIOD_PART_{k}"), part));
+        }
+        let two_parts = f64::from(1 << (2 * PART_BITS));
+        source
+            .real("PITCH", pitch)
+            .real("INVERSE_PITCH", 1.0 / pitch)
+            .real("UPPER_PARTS", pitch / two_parts)
+            .real("LOWER_PARTS", pitch / two_parts / two_parts)
+            .vector("INVERSE_PERIOD", inverse(1.0))
+            .vector("PERIODS_A_CELL", inverse(pitch))
+            .text(&integers)
+            .include(fragment!("common/nearest_image.wgsl"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{Precision, validate};
+
+    #[test]
+    fn the_parts_are_the_period() {
+        let lattice = Lattice::for_thickness(0.7).unwrap();
+        for length in [1.0, 1.0 + f64::EPSILON, 10.0 / 3.0, 1e3 / 7.0, 123_456.789, 5.2e5] {
+            let periods = LatticePeriods::new(lattice, [None, Some(length), None]).unwrap();
+            let part = |sum: f64, part: &[i32; 3]| (sum + f64::from(part[1])) / 2048.0;
+            let fraction = periods.parts.iter().rev().fold(0.0, part);
+            assert_eq!((f64::from(periods.cells[1]) + fraction) * lattice.pitch(), length);
+            assert!(periods.parts.iter().all(|part| (0..2048).contains(&part[1]) && part[0] == 0));
+        }
+    }
+
+    #[test]
+    fn refuses_what_integers_cannot_hold() {
+        let lattice = Lattice::for_thickness(1.0).unwrap();
+        for length in [2.0, 1_048_575.9] {
+            assert!(LatticePeriods::new(lattice, [None, None, Some(length)]).is_ok(), "{length}");
+        }
+        for length in [1.999, 1_048_576.0, f64::NAN, f64::INFINITY, -4.0] {
+            let refused = LatticePeriods::new(lattice, [None, None, Some(length)]).unwrap_err();
+            assert!(refused.to_string().contains("period"), "{refused}");
+        }
+    }
+
+    #[test]
+    fn its_source_is_valid_and_without_periods_that_of_the_lattice() {
+        for precision in [Precision::F32, Precision::F64] {
+            // The finest lattice there is has parts near the smallest floats.
+            for thickness in [1.0, 1e-21] {
+                let lattice = Lattice::for_thickness(thickness).unwrap();
+                let periods = LatticePeriods::new(lattice, [Some(7.3 * thickness), None, None]).unwrap();
+                let source = periods.define(Source::new("periods", precision));
+                validate(&source.text("@compute @workgroup_size(WORKGROUP) fn main() {}")).unwrap();
+                let none = LatticePeriods::new(lattice, [None; 3]).unwrap().define(Source::new("none", precision));
+                assert_eq!(none.code(), lattice.define(Source::new("none", precision)).code());
+            }
+        }
+    }
+}
