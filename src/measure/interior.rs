@@ -3,8 +3,9 @@
 //! Points of rods, spheres and ellipsoids are those of a Halton sequence in the box of the body that lie inside it (J. H. Halton, Numer.
 //! Math. 2, 84 (1960)); those of a ring lie on its centreline.
 
-use crate::shape::{Centreline, Geometry, Shape};
-use glam::{DQuat, DVec3};
+use crate::separation::{farthest_of_convex, point_to_convex};
+use crate::shape::{Centreline, Convex, Geometry, Shape};
+use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
@@ -57,6 +58,7 @@ fn in_plane(shape: &Shape, orientation: DQuat, axis: Option<DVec3>, out: &mut Ve
 fn holds(shape: &Shape, point: DVec3) -> bool {
     match shape.geometry() {
         Geometry::Ellipsoid { radii } => (point / radii).length_squared() <= 1.0,
+        Geometry::Convex(shape) => point_to_convex(shape, point).0 <= 0.0,
         Geometry::Centreline { curve, radius } => {
             let half = match curve {
                 Centreline::Segment { half } => half,
@@ -95,6 +97,7 @@ pub(super) fn section(shape: &Shape, orientation: DQuat) -> f64 {
         }
         Shape::Torus { major_radius, minor_radius } if upright => 4.0 * PI * major_radius * minor_radius,
         Shape::Torus { minor_radius, .. } => TAU * minor_radius * minor_radius,
+        Shape::Convex(shape) => section_of_convex(shape, orientation),
     }
 }
 
@@ -111,7 +114,22 @@ pub(super) fn farthest(shape: &Shape, position: DVec3, orientation: DQuat, from:
                 }
         }
         Geometry::Ellipsoid { radii } => farthest_of_ellipsoid(radii, from),
+        Geometry::Convex(shape) => farthest_of_convex(shape, from),
     }
+}
+
+/// Corners of the polygon that a custom shape's section is taken for: of a circle it is 1e-5 smaller, and as much of an ellipse of aspect ratio 2.
+const CORNERS: usize = 1024;
+
+/// The plane mirrors the body, so the points with normals in it are its section's outline.
+fn section_of_convex(shape: Convex, orientation: DQuat) -> f64 {
+    let corner = |k: usize| {
+        let angle = TAU * k as f64 / CORNERS as f64;
+        let normal = orientation.inverse() * DVec3::new(angle.cos(), angle.sin(), 0.0);
+        (orientation * shape.point(normal)).truncate()
+    };
+    let corners: Vec<DVec2> = (0..=CORNERS).map(corner).collect();
+    0.5 * corners.windows(2).map(|pair| pair[0].perp_dot(pair[1])).sum::<f64>()
 }
 
 /// Halvings of the multiplier's range: more than the bits that a number has.
@@ -162,6 +180,7 @@ pub(super) fn support(shape: &Shape, orientation: DQuat, normal: DVec3) -> DVec3
             let scaled = radii * (orientation.inverse() * normal);
             orientation * (radii * scaled.normalize())
         }
+        Geometry::Convex(shape) => orientation * shape.point(orientation.inverse() * normal),
     }
 }
 

@@ -11,6 +11,12 @@ use crate::shape::{ProxyError, Shape};
 const MAX_SUB_SPHERES: u64 = 1 << 26;
 /// The rules of one shape's sizes; `key` holds the sizes.
 pub(super) fn check_shape(key: &Key, shape: &Shape) -> Result<(), SceneError> {
+    if matches!(shape, Shape::Convex(_)) {
+        return Err(SceneError::bad(
+            key.clone(),
+            "a scene holds no custom shape; add the bodies in code, with Bodies::push",
+        ));
+    }
     shape.validate().map_err(|error| SceneError::bad(key.field(error.field()), error.to_string()))
 }
 
@@ -100,7 +106,7 @@ impl Scene {
                 let body = Key::ROOT.field(list);
                 let body = body.index(index);
                 return Err(match error {
-                    ProxyError::NoMajorAxis => SceneError::bad(body, error.to_string()),
+                    ProxyError::NoMajorAxis | ProxyError::Custom => SceneError::bad(body, error.to_string()),
                     ProxyError::Even { .. } | ProxyError::TooFew { .. } => {
                         SceneError::bad(key, format!("{error} (the shape of {body})"))
                     }
