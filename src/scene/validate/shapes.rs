@@ -11,12 +11,6 @@ use crate::shape::{ProxyError, Shape};
 const MAX_SUB_SPHERES: u64 = 1 << 26;
 /// The rules of one shape's sizes; `key` holds the sizes.
 pub(super) fn check_shape(key: &Key, shape: &Shape) -> Result<(), SceneError> {
-    if matches!(shape, Shape::Convex(_)) {
-        return Err(SceneError::bad(
-            key.clone(),
-            "a scene holds no custom shape; add the bodies in code, with Bodies::push",
-        ));
-    }
     shape.validate().map_err(|error| SceneError::bad(key.field(error.field()), error.to_string()))
 }
 
