@@ -1,10 +1,11 @@
-//! Steps of custom shapes, audited by contacts that are computed afresh.
+//! Steps of custom shapes, audited by contacts that are computed afresh, and a picture.
 
-use crate::bodies::{die, egg, placed, random, turn};
+use crate::bodies::{die, direction, egg, ellipsoid, placed, random, turn};
 use glam::{DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::dynamics::Load;
 use relcp::relcp::{Simulation, contacts};
+use relcp::render::{Colour, View, picture};
 use relcp::scene::{self, Scene};
 use relcp::shape::Shape;
 
@@ -85,7 +86,7 @@ fn custom_ellipsoids_go_the_way_of_ellipsoids() {
         let mut bodies = scene.build().unwrap();
         for shape in bodies.shape.iter_mut().filter(|_| custom) {
             if let Shape::Ellipsoid { radii } = *shape {
-                *shape = Shape::Convex(crate::bodies::ellipsoid(radii));
+                *shape = Shape::Convex(ellipsoid(radii));
             }
         }
         let mut simulation = Simulation::new(scene, bodies).unwrap();
@@ -121,3 +122,25 @@ fn a_run_is_the_same_on_any_number_of_threads() {
 
 /// The same shapes for both runs: two that are made alike are not equal.
 static BODIES: std::sync::LazyLock<Bodies> = std::sync::LazyLock::new(|| crowd(2, 3.5));
+
+#[test]
+fn the_picture_of_custom_ellipsoids_is_that_of_ellipsoids() {
+    let radii = [0.5, 0.8, 1.2];
+    let random = &mut random(33);
+    let poses: Vec<_> = (0..20).map(|_| (2.0 * direction(random), turn(random))).collect();
+    let drawn = |shape: Shape| {
+        let mut bodies = Bodies::default();
+        for (position, orientation) in &poses {
+            bodies.push(placed(shape, *position, *orientation), NO_GROUP);
+        }
+        picture(&bodies, &View { width: 120, height: 90, colour: Colour::Plain, ..View::default() })
+    };
+    let (own, custom) = (drawn(Shape::Ellipsoid { radii }), drawn(Shape::Convex(ellipsoid(radii))));
+    let pixels = || (0..own.height()).flat_map(|y| (0..own.width()).map(move |x| (x, y)));
+    let differ = |(x, y): (u32, u32)| {
+        let [a, b] = [&own, &custom].map(|image| image.pixel(x, y).unwrap());
+        a.into_iter().zip(b).any(|(a, b)| a.abs_diff(b) > 1)
+    };
+    assert!(pixels().filter(|(x, y)| own.pixel(*x, *y) != Some([255; 3])).count() > 2000);
+    assert_eq!(pixels().filter(|at| differ(*at)).count(), 0);
+}
