@@ -68,6 +68,11 @@ impl Bodies {
         index
     }
 
+    /// The first body with a custom shape, which no file holds and no device computes with.
+    pub fn first_custom(&self) -> Option<usize> {
+        self.shape.iter().position(|shape| matches!(shape, Shape::Convex(_)))
+    }
+
     /// Body `i`'s velocity.
     pub fn twist(&self, i: usize) -> Twist {
         Twist { linear: self.velocity[i], angular: self.angular_velocity[i] }

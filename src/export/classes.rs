@@ -222,6 +222,8 @@ fn definition(shape: &Shape) -> Value {
             let (vertices, indices) = ring(major_radius, minor_radius);
             json!({"type": "Mesh", "vertices": vertices, "indices": indices})
         }
+        // States with custom shapes are refused before.
+        Shape::Convex(shape) => json!({"type": "Sphere", "diameter": 2.0 * shape.bounding_radius()}),
     }
 }
 

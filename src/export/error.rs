@@ -40,6 +40,14 @@ pub enum ExportError {
         /// What is wrong with it.
         why: &'static str,
     },
+    /// A shape that no format has.
+    #[error("{origin}: body {body} has a custom shape, which no file holds")]
+    Custom {
+        /// The state.
+        origin: String,
+        /// The first body concerned, by its row.
+        body: usize,
+    },
     /// Whoever asked for it asked to stop.
     #[error("stopped after {done} of {all} states")]
     Stopped {
@@ -57,7 +65,7 @@ impl ExportError {
             ExportError::Record(error) => error.exit_code(),
             ExportError::Scene(error) => error.exit_code(),
             ExportError::NoState { .. } => 4,
-            ExportError::Unfit { .. } => 2,
+            ExportError::Unfit { .. } | ExportError::Custom { .. } => 2,
             ExportError::Stopped { .. } => 130,
         }
     }

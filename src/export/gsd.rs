@@ -90,6 +90,7 @@ fn survey(states: &States, watch: Watch) -> Result<Common, ExportError> {
     for i in 0..states.len() {
         watched(watch, i, 0, states.len())?;
         let state = states.read(i)?;
+        state.refuse_custom(|| states.origin(i))?;
         let bodies = &state.bodies;
         most = most.max(bodies.len());
         for k in 0..bodies.len() {
@@ -191,7 +192,7 @@ fn aspherical(shape: &Shape) -> [f64; 3] {
         Shape::Sphere { radius } => [radius; 3],
         Shape::Spherocylinder { diameter, length } => [0.5 * diameter, 0.0, length - diameter],
         Shape::Ellipsoid { radii } => radii,
-        Shape::Torus { .. } => [0.0; 3],
+        Shape::Torus { .. } | Shape::Convex(_) => [0.0; 3],
     }
 }
 

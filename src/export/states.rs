@@ -29,6 +29,12 @@ impl Snapshot {
             Cow::Owned(bodies) => Cow::Owned(Snapshot { bodies, warm: self.warm.clone(), ..*self }),
         }
     }
+
+    /// Refuses a state whose shapes no format has.
+    pub(super) fn refuse_custom(&self, origin: impl Fn() -> String) -> Result<(), ExportError> {
+        let refused = |body| Err(ExportError::Custom { origin: origin(), body });
+        self.bodies.first_custom().map_or(Ok(()), refused)
+    }
 }
 
 /// The states to export, in the order of their steps. They are read one at a time, so that a long run needs no more memory than

@@ -68,6 +68,7 @@ pub fn vtk(states: &States, folder: &Path, cutoff: Option<f64>, watch: Watch) ->
         }
         let state = states.read(i)?;
         finite(&state, || states.origin(i))?;
+        state.refuse_custom(|| states.origin(i))?;
         let wrapped = state.wrapped();
         for (name, data) in COLLECTIONS.into_iter().zip([bodies(&state), axes(&wrapped), touching(&wrapped, cutoff)]) {
             let packed = data.into_bytes();
@@ -153,7 +154,7 @@ fn glyph(shape: &Shape) -> [f64; 3] {
     match *shape {
         Shape::Sphere { radius } => [2.0 * radius; 3],
         Shape::Ellipsoid { radii } => radii.map(|radius| 2.0 * radius),
-        Shape::Spherocylinder { .. } | Shape::Torus { .. } => [0.0; 3],
+        Shape::Spherocylinder { .. } | Shape::Torus { .. } | Shape::Convex(_) => [0.0; 3],
     }
 }
 
@@ -211,7 +212,9 @@ fn axes(state: &Snapshot) -> PolyData {
                 // A segment too many at each end: a tube is cut at right angles to its first and last, which then lie inside it.
                 axes.add(i, (-1..=RING_SEGMENTS as i32 + 1).map(point), radius, 0.0);
             }
-            Geometry::Centreline { curve: Centreline::Point, .. } | Geometry::Ellipsoid { .. } => {}
+            Geometry::Centreline { curve: Centreline::Point, .. }
+            | Geometry::Ellipsoid { .. }
+            | Geometry::Convex(_) => {}
         }
     }
     let lineage = |i: &u32| bodies.lineage[*i as usize];

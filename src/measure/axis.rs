@@ -1,7 +1,7 @@
 //! The axis of a body, which order is measured by: a line without head or tail.
 //!
 //! Of a rod its centreline, of a ring its axis of symmetry, of a spheroid likewise, of other ellipsoids the longest axis. In the plane,
-//! the longer direction of its outline. A sphere, and whatever looks like a disc in the plane, has none.
+//! the longer direction of its outline. A sphere, a custom shape, and whatever looks like a disc in the plane, has none.
 
 use crate::shape::{PLANAR_TOLERANCE, Shape};
 use glam::{DQuat, DVec3};
@@ -22,7 +22,7 @@ const SAME: f64 = 1e-9;
 /// ```
 pub fn axis(shape: &Shape, orientation: DQuat, planar: bool) -> Option<DVec3> {
     let axis = match *shape {
-        Shape::Sphere { .. } => return None,
+        Shape::Sphere { .. } | Shape::Convex(_) => return None,
         Shape::Spherocylinder { diameter, length } if same(diameter, length) => return None,
         Shape::Spherocylinder { .. } | Shape::Torus { .. } => DVec3::Z,
         Shape::Ellipsoid { radii } if planar => return in_plane(radii, orientation),

@@ -3,7 +3,8 @@
 //! Points of rods, spheres and ellipsoids are those of a Halton sequence in the box of the body that lie inside it (J. H. Halton, Numer.
 //! Math. 2, 84 (1960)); those of a ring lie on its centreline.
 
-use crate::shape::{Centreline, Geometry, Shape};
+use crate::separation::{farthest_of_convex, point_to_convex};
+use crate::shape::{Centreline, Convex, Geometry, Shape};
 use glam::{DQuat, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
@@ -57,6 +58,7 @@ fn in_plane(shape: &Shape, orientation: DQuat, axis: Option<DVec3>, out: &mut Ve
 fn holds(shape: &Shape, point: DVec3) -> bool {
     match shape.geometry() {
         Geometry::Ellipsoid { radii } => (point / radii).length_squared() <= 1.0,
+        Geometry::Convex(shape) => point_to_convex(shape, point).0 <= 0.0,
         Geometry::Centreline { curve, radius } => {
             let half = match curve {
                 Centreline::Segment { half } => half,
@@ -95,6 +97,7 @@ pub(super) fn section(shape: &Shape, orientation: DQuat) -> f64 {
         }
         Shape::Torus { major_radius, minor_radius } if upright => 4.0 * PI * major_radius * minor_radius,
         Shape::Torus { minor_radius, .. } => TAU * minor_radius * minor_radius,
+        Shape::Convex(shape) => section_of_convex(shape, orientation),
     }
 }
 
@@ -111,7 +114,23 @@ pub(super) fn farthest(shape: &Shape, position: DVec3, orientation: DQuat, from:
                 }
         }
         Geometry::Ellipsoid { radii } => farthest_of_ellipsoid(radii, from),
+        Geometry::Convex(shape) => farthest_of_convex(shape, from),
     }
+}
+
+/// Normals that a custom shape's section is integrated over. The integrand is periodic: the area of an ellipse of aspect ratio 50 is good to 1e-6.
+const NORMALS: usize = 1024;
+
+/// The plane mirrors the body, so the points with normals in it are its section's outline: with the support function `h` of the angle the area is half the
+/// integral of `h^2 - h'^2`.
+fn section_of_convex(shape: Convex, orientation: DQuat) -> f64 {
+    let part = |k: usize| {
+        let angle = TAU * k as f64 / NORMALS as f64;
+        let normal = DVec3::new(angle.cos(), angle.sin(), 0.0);
+        let point = orientation * shape.point(orientation.inverse() * normal);
+        point.dot(normal).powi(2) - point.dot(DVec3::new(-normal.y, normal.x, 0.0)).powi(2)
+    };
+    PI / NORMALS as f64 * (0..NORMALS).map(part).sum::<f64>()
 }
 
 /// Halvings of the multiplier's range: more than the bits that a number has.
@@ -162,6 +181,7 @@ pub(super) fn support(shape: &Shape, orientation: DQuat, normal: DVec3) -> DVec3
             let scaled = radii * (orientation.inverse() * normal);
             orientation * (radii * scaled.normalize())
         }
+        Geometry::Convex(shape) => orientation * shape.point(orientation.inverse() * normal),
     }
 }
 
@@ -188,13 +208,35 @@ mod tests {
     }
 
     #[test]
+    fn a_custom_ellipsoid_has_the_ellipsoids_section_and_farthest_point() {
+        let radii = DVec3::new(1.0, 2.0, 3.0);
+        let custom = Convex::new(move |n: DVec3| radii * radii * n / (radii * n).length()).unwrap();
+        let (custom, own) = (Shape::Convex(custom), Shape::Ellipsoid { radii: radii.to_array() });
+        for turn in [DQuat::IDENTITY, lying()] {
+            assert!((section(&custom, turn) / section(&own, turn) - 1.0).abs() < 1e-14);
+        }
+        let flat = DVec3::new(1.0, 50.0, 50.0);
+        let flat = Shape::Convex(Convex::new(move |n: DVec3| flat * flat * n / (flat * n).length()).unwrap());
+        let off = section(&flat, DQuat::IDENTITY) / (50.0 * PI) - 1.0;
+        assert!(off.abs() < 1e-6, "{off:e}");
+        for from in [DVec3::new(3.0, -1.0, 2.0), DVec3::new(0.0, 0.3, 0.1), DVec3::ZERO, DVec3::X * 9.0] {
+            let far = |shape: &Shape| farthest(shape, DVec3::new(1.0, 2.0, 3.0), lying(), from);
+            assert!((far(&custom) - far(&own)).abs() < 1e-12, "{from}: {} {}", far(&custom), far(&own));
+        }
+        let normal = DVec3::new(0.6, 0.0, -0.8);
+        assert!(support(&custom, lying(), normal).abs_diff_eq(support(&own, lying(), normal), 1e-13));
+    }
+
+    #[test]
     fn points_lie_inside_about_the_centre() {
+        let egg = DVec3::new(0.5, 0.5, 1.5);
         let mut found = Vec::new();
         let shapes = [
             Shape::Sphere { radius: 1.0 },
             Shape::Spherocylinder { diameter: 0.5, length: 4.0 },
             Shape::Ellipsoid { radii: [0.5, 1.0, 2.0] },
             Shape::Torus { major_radius: 1.0, minor_radius: 0.01 },
+            Shape::Convex(Convex::new(move |n: DVec3| n + egg * egg * n / (egg * n).length()).unwrap()),
         ];
         for shape in shapes {
             for planar in [false, true] {

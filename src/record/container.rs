@@ -62,6 +62,9 @@ pub struct Header {
 
 /// The bytes of a state of the scene with hash `scene`, at `time`. With `totals` it is a checkpoint.
 ///
+/// # Errors
+/// [`StateError::Custom`] where a body has a custom shape.
+///
 /// ```
 /// use relcp::record::{decode, encode};
 /// use relcp::relcp::State;
@@ -89,6 +92,9 @@ fn pack(
     with_warm: bool,
     totals: Option<&Totals>,
 ) -> Result<Vec<u8>, StateError> {
+    if let Some(body) = state.bodies.first_custom() {
+        return Err(StateError::Custom { body });
+    }
     let header = Header {
         format: FORMAT.into(),
         version: VERSION,

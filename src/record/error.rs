@@ -33,6 +33,12 @@ pub enum StateError {
         /// The newest that can be read.
         known: u64,
     },
+    /// A body's shape is the user's own.
+    #[error("body {body} has a custom shape, which no file holds")]
+    Custom {
+        /// The first body concerned.
+        body: usize,
+    },
     /// It cannot be made into bytes.
     #[error("the state cannot be packed: {0}")]
     Unwritable(String),

@@ -3,7 +3,7 @@
 use super::container::{Header, encode, encode_with_forces, read_state, write_state};
 use super::difference::differing_keys;
 use super::durable;
-use super::error::{RecordError, RunError};
+use super::error::{RecordError, RunError, StateError};
 use super::folder::Folder;
 use super::hash::scene_hash;
 use super::lcp_file::{LcpHeader, write_lcp};
@@ -58,8 +58,14 @@ pub struct Run {
 
 impl Run {
     /// Starts a run in a new folder. `setup` is the wall time that its bodies took to place.
+    ///
+    /// # Errors
+    /// A file that cannot be written; [`StateError::Custom`] where a body has a custom shape, before anything is written.
     pub fn start(simulation: Simulation, folder: Folder, setup: Duration) -> Result<Self, RunError> {
         let begun = Instant::now();
+        if let Some(body) = simulation.state()?.bodies.first_custom() {
+            return Err(RecordError::state(folder.path())(StateError::Custom { body }).into());
+        }
         let scene = simulation.scene();
         let steps = Steps::create(&folder.steps())?;
         let measures = Measures::create(&folder.measures(), scene)?;

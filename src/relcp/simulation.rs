@@ -10,9 +10,10 @@ use crate::gpu::{Choice, Gpu, GpuError, Precision};
 use crate::lcp;
 use crate::measure::colony_radius;
 use crate::scene::{Scene, StopReason};
-use crate::separation::Separation;
+use crate::separation::{Separation, supports};
 use crate::walls::{WallContact, Walls};
 use glam::DVec3;
+use std::mem::discriminant;
 use std::sync::Arc;
 
 /// What a step remembers of a near pair, to start the next step from.
@@ -90,6 +91,14 @@ pub enum Fault {
         /// How many rows there are.
         rows: usize,
     },
+    /// Two bodies whose shapes have no separation.
+    #[error("bodies {} and {}: there is no separation of a {} and a {}", .pair[0], .pair[1], .shapes[0], .shapes[1])]
+    NoSeparation {
+        /// The first of each kind.
+        pair: [usize; 2],
+        /// The shapes' names.
+        shapes: [&'static str; 2],
+    },
     /// A body has no multi-sphere proxy of the count that the scene asks for.
     #[error("no multi-sphere proxy: {0}")]
     NoProxy(#[from] RowSourceError),
@@ -152,7 +161,8 @@ impl Simulation {
     /// Starts a validated scene from the bodies that [`Scene::build`] made.
     ///
     /// # Errors
-    /// [`Fault::NoProxy`] where the method is multi-sphere and a body has no proxy of that count.
+    /// [`Fault::NoProxy`] where the method is multi-sphere and a body has no proxy of that count; [`Fault::NoSeparation`] where two of the shapes
+    /// have no separation.
     pub fn new(scene: Scene, bodies: Bodies) -> Result<Self, Fault> {
         Self::new_on(&Compute::Cpu, scene, bodies)
     }
@@ -182,6 +192,7 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new_on`].
     pub fn resume_on(compute: &Compute, scene: Scene, state: State) -> Result<Self, Fault> {
+        check_pairs(&state.bodies)?;
         let backend: Box<dyn Backend> = match compute {
             Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&scene, state)?),
             Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&scene, state)?),
@@ -297,4 +308,19 @@ impl Simulation {
     pub fn wall_contacts(&self, cutoff: f64) -> Result<Vec<WallContact>, Fault> {
         Ok(Walls::of(&self.scene).contacts(&self.state()?.bodies, cutoff))
     }
+}
+
+/// Refuses bodies of two kinds that have no separation: a scene's rules see to its own bodies, not to those that were added in code.
+fn check_pairs(bodies: &Bodies) -> Result<(), Fault> {
+    let mut kinds: Vec<usize> = Vec::new();
+    for (i, shape) in bodies.shape.iter().enumerate() {
+        let known = |k: &usize| discriminant(&bodies.shape[*k]) == discriminant(shape);
+        if !kinds.iter().any(known) {
+            kinds.push(i);
+        }
+    }
+    let unsupported = |(a, b): &(usize, usize)| !supports(&bodies.shape[*a], &bodies.shape[*b]);
+    let pairs = kinds.iter().flat_map(|a| kinds.iter().map(move |b| (*a, *b))).filter(|(a, b)| a < b);
+    let Some((a, b)) = pairs.into_iter().find(unsupported) else { return Ok(()) };
+    Err(Fault::NoSeparation { pair: [a, b], shapes: [a, b].map(|i| bodies.shape[i].name()) })
 }

@@ -56,7 +56,7 @@ pub(super) fn hue([x, y]: [f32; 2], pale: f32) -> Vec3 {
 /// The body's axis of orientation in its own axes; a ball has none.
 fn axis(geometry: &Geometry) -> Option<DVec3> {
     match *geometry {
-        Geometry::Centreline { curve: Centreline::Point, .. } => None,
+        Geometry::Centreline { curve: Centreline::Point, .. } | Geometry::Convex(_) => None,
         Geometry::Centreline { .. } => Some(DVec3::Z),
         Geometry::Ellipsoid { radii } => {
             let longest = radii.max_element();

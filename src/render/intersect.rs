@@ -1,10 +1,12 @@
 //! Where a line first meets a body, by family of shapes, and how far a body reaches in a direction.
 //!
-//! All of it in body axes and in closed form, but for the circle, whose surface is of fourth degree:
+//! All of it in body axes and in closed form, but for custom shapes (`convex_hit`) and the circle, whose surface is of fourth degree:
 //! `(|p|^2 + R^2 - r^2)^2 = 4 R^2 (x^2 + y^2)`. Along a line measured from its point nearest to the centre that is a
 //! quartic without a cubic term, so its second derivative has two opposite roots or none; between them it is concave
 //! and outside them convex, and in each of the three parts Newton's iteration from the right end is monotone.
 
+use super::convex_hit;
+use crate::separation::point_to_convex;
 use crate::shape::{Centreline, Geometry};
 use glam::DVec3;
 
@@ -23,6 +25,7 @@ pub(super) fn first_hit(geometry: &Geometry, origin: DVec3, direction: DVec3) ->
             circle(major, radius, origin, direction)
         }
         Geometry::Ellipsoid { radii } => ellipsoid(radii, origin, direction),
+        Geometry::Convex(shape) => convex_hit::first_hit(shape, origin, direction),
     }
 }
 
@@ -38,10 +41,11 @@ pub(super) fn normal(geometry: &Geometry, point: DVec3) -> DVec3 {
             (point - foot).normalize_or_zero()
         }
         Geometry::Ellipsoid { radii } => (point / (radii * radii)).normalize_or_zero(),
+        Geometry::Convex(shape) => point_to_convex(shape, point).1,
     }
 }
 
-/// The support function: how far the body reaches from its centre along a unit vector.
+/// How far the body reaches from its centre along a unit vector or its opposite, whichever is farther.
 pub(super) fn reach(geometry: &Geometry, direction: DVec3) -> f64 {
     match *geometry {
         Geometry::Centreline { curve, radius } => {
@@ -53,6 +57,7 @@ pub(super) fn reach(geometry: &Geometry, direction: DVec3) -> f64 {
                 }
         }
         Geometry::Ellipsoid { radii } => (radii * direction).length(),
+        Geometry::Convex(shape) => shape.reach(direction).max(shape.reach(-direction)),
     }
 }
 
@@ -197,6 +202,7 @@ mod tests {
                 (p.truncate().length() - major).hypot(p.z) - radius
             }
             Geometry::Ellipsoid { radii } => (p / radii).length() - 1.0,
+            Geometry::Convex(shape) => point_to_convex(shape, p).0,
         }
     }
 

@@ -8,6 +8,7 @@
 mod camera;
 mod caption;
 mod colour;
+mod convex_hit;
 mod error;
 mod frames;
 mod image;

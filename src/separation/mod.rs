@@ -10,12 +10,15 @@
 
 mod circle_segment;
 mod circles;
+mod convex;
 mod direction;
 mod ellipsoids;
+mod farthest;
 pub mod gpu;
 mod peak;
 mod planar;
 mod point_ellipsoid;
+mod segment_convex;
 mod segment_ellipsoid;
 mod segments;
 mod support;
@@ -25,8 +28,20 @@ pub use planar::planar_separation;
 pub use surface::Surface;
 pub(crate) use surface::reach_of_place;
 
-use crate::shape::{Centreline, Geometry, Shape};
+/// The distance of a point from a custom shape's surface, both in the body's axes, negative inside; and the outward normal of the point nearest to it.
+pub(crate) fn point_to_convex(shape: Convex, p: DVec3) -> (f64, DVec3) {
+    let peak = segment_convex::of_point(p, Posed::new(shape, DQuat::IDENTITY));
+    (peak.value, peak.normal)
+}
+
+/// The distance from a point to a custom shape's farthest point, in the body's axes.
+pub(crate) fn farthest_of_convex(shape: Convex, from: DVec3) -> f64 {
+    farthest::from_point(-from, Posed::new(shape, DQuat::IDENTITY)).1
+}
+
+use crate::shape::{Centreline, Convex, Geometry, Shape};
 use circles::Circle;
+use convex::{Body, Posed};
 use glam::{DQuat, DVec3};
 use segments::Segment;
 use std::cmp::Ordering;
@@ -72,8 +87,10 @@ enum Family {
     Segment(Segment, f64),
     /// A circle thickened by a radius.
     Circle(Circle, f64),
-    /// A support function.
+    /// An ellipsoid's support function.
     Ellipsoid(Support),
+    /// A support function of the user's own.
+    Convex(Posed),
 }
 
 impl Family {
@@ -88,6 +105,7 @@ impl Family {
                 Family::Circle(Circle::new(ring, body.orientation), radius)
             }
             Geometry::Ellipsoid { radii } => Family::Ellipsoid(Support::new(radii, body.orientation)),
+            Geometry::Convex(shape) => Family::Convex(Posed::new(shape, body.orientation)),
         }
     }
 
@@ -98,6 +116,7 @@ impl Family {
             Family::Segment(..) => 0,
             Family::Circle(..) => 1,
             Family::Ellipsoid(..) => 2,
+            Family::Convex(..) => 3,
         }
     }
 
@@ -108,6 +127,7 @@ impl Family {
             Family::Segment(segment, radius) => segment.half * segment.axis.dot(n).abs() + radius,
             Family::Circle(circle, radius) => circle.radius * circle.axis.cross(n).length() + radius,
             Family::Ellipsoid(support) => support.value(n),
+            Family::Convex(posed) => posed.value(n),
         }
     }
 }
@@ -115,7 +135,7 @@ impl Family {
 /// The separation of a pair; `None` where the pair of families is not supported (see [`supports`]).
 ///
 /// `warm` is a unit normal from a to b near the one sought, from an earlier configuration of the same pair. It saves
-/// iterations for two ellipsoids and is not used otherwise. It changes the result by no more than rounding.
+/// iterations for two ellipsoids or custom shapes and is not used otherwise. It changes the result by no more than rounding.
 ///
 /// Deep overlap. Where convex bodies overlap by more than the sum of their least radii of curvature, the maximum need not
 /// be unique: the largest of several local ones is returned, and of equal ones always the same, whatever `warm` is.
@@ -150,7 +170,7 @@ pub fn separation(a: &Placed, b: &Placed, warm: Option<DVec3>) -> Option<Separat
     }
 }
 
-/// Whether [`separation`] supports a pair of these shapes: every pair except a ring with an ellipsoid.
+/// Whether [`separation`] supports a pair of these shapes: every pair except a ring with an ellipsoid or a custom shape.
 ///
 /// ```
 /// use relcp::{separation::supports, shape::Shape};
@@ -160,8 +180,8 @@ pub fn separation(a: &Placed, b: &Placed, warm: Option<DVec3>) -> Option<Separat
 /// ```
 pub fn supports(a: &Shape, b: &Shape) -> bool {
     let ring = |s: &Shape| matches!(s.geometry(), Geometry::Centreline { curve: Centreline::Circle { .. }, .. });
-    let ellipsoid = |s: &Shape| matches!(s.geometry(), Geometry::Ellipsoid { .. });
-    !(ring(a) && ellipsoid(b) || ellipsoid(a) && ring(b))
+    let convex = |s: &Shape| matches!(s.geometry(), Geometry::Ellipsoid { .. } | Geometry::Convex(_));
+    !(ring(a) && convex(b) || convex(a) && ring(b))
 }
 
 /// A lower bound of the separation from one unit normal: `n . (x_b - x_a) - h_a(n) - h_b(-n)`, of the convex hulls.
@@ -179,7 +199,7 @@ pub fn supports(a: &Shape, b: &Shape) -> bool {
 /// ```
 #[inline]
 pub fn bound(a: &Placed, b: &Placed, normal: DVec3) -> f64 {
-    normal.dot(b.position - a.position) - Family::of(a).hull(normal) - Family::of(b).hull(normal)
+    normal.dot(b.position - a.position) - Family::of(a).hull(normal) - Family::of(b).hull(-normal)
 }
 
 /// The pair table. Families come in the order of their ranks.
@@ -198,16 +218,24 @@ fn of_families(delta: DVec3, a: Family, b: Family, warm: Option<DVec3>) -> Optio
         }
         (Family::Circle(a, ra), Family::Circle(b, rb)) => Some(circles::nearest(delta, a, b).thickened(ra, rb)),
         (Family::Ellipsoid(a), Family::Ellipsoid(b)) => Some(ellipsoids::separation(delta, a, b, warm)),
+        (Family::Segment(a, ra), Family::Convex(b)) => Some(segment_convex::separation(-delta, b, a, ra).flipped()),
+        (Family::Ellipsoid(a), Family::Convex(b)) => {
+            Some(convex::separation(delta, Body::Ellipsoid(a), Body::Custom(b), warm))
+        }
+        (Family::Convex(a), Family::Convex(b)) => {
+            Some(convex::separation(delta, Body::Custom(a), Body::Custom(b), warm))
+        }
         _ => None,
     }
 }
 
 /// Whether b comes before a in the fixed order of a pair of one family: by their places, and where those are the same by
-/// bounding radius, orientation and thickness.
+/// bounding radius, orientation and thickness; custom shapes at last by the order in which they were made.
 fn out_of_order(delta: DVec3, a: &Placed, b: &Placed) -> bool {
     let key = |p: &Placed| {
         let [x, y, z, w] = p.orientation.to_array();
-        [p.shape.bounding_radius(), x, y, z, w, p.shape.thickness()]
+        let made = if let Shape::Convex(shape) = p.shape { shape.id() } else { 0 };
+        [p.shape.bounding_radius(), x, y, z, w, p.shape.thickness(), made as f64]
     };
     let order = |d: f64| d.partial_cmp(&0.0).unwrap_or(Ordering::Equal);
     let places = order(delta.x).then_with(|| order(delta.y)).then_with(|| order(delta.z));

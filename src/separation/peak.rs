@@ -4,9 +4,22 @@
 //! definite wherever `f > -rho`, with `rho` the sum of the bodies' least radii of curvature: shrink each body by its ball,
 //! and `f + rho` is the same function of the shrunken bodies, concave and positively homogeneous, so that one maximum at
 //! most is above `-rho`. A step that does not raise `f` is shortened.
+//!
+//! It is written over what it asks of a body, [`Supporting`], of which ellipsoids and custom shapes are two.
 
-use super::support::Support;
 use glam::DVec3;
+
+/// A body about the origin, as far as the maximum depends on it.
+pub(super) trait Supporting: Copy {
+    /// The support function at a unit normal, and the surface point whose outward normal it is.
+    fn value_and_point(self, normal: DVec3) -> (f64, DVec3);
+    /// The Hessian across the normal in a tangent basis, as (11, 12, 22), given the value there.
+    fn hessian(self, normal: DVec3, value: f64, basis: (DVec3, DVec3)) -> (f64, f64, f64);
+    /// How far it reaches at most.
+    fn size(self) -> f64;
+    /// The largest over the smallest size.
+    fn aspect(self) -> f64;
+}
 
 /// Steps at most. Over thousands of random poses in contact range none took more than 3 at aspect ratio 2, 12 at 100 and
 /// 53 at 1000; deep overlap, from every start, up to 128.
@@ -35,7 +48,7 @@ pub(super) struct Peak<const N: usize> {
 impl<const N: usize> Peak<N> {
     /// `f` and its points at one normal.
     #[inline]
-    pub fn at(delta: DVec3, bodies: &[Support; N], normal: DVec3) -> Self {
+    pub fn at(delta: DVec3, bodies: &[impl Supporting; N], normal: DVec3) -> Self {
         let supports = bodies.map(|body| body.value_and_point(normal));
         let value = normal.dot(delta) - supports.iter().map(|s| s.0).sum::<f64>();
         Peak { normal, value, points: supports.map(|s| s.1), heights: supports.map(|s| s.0) }
@@ -78,9 +91,9 @@ fn newton_step((g1, g2): (f64, f64), (h11, h12, h22): (f64, f64, f64)) -> (f64, 
 }
 
 /// Climbs from `start` (a unit vector) to a local maximum.
-pub(super) fn climb<const N: usize>(delta: DVec3, bodies: &[Support; N], start: DVec3) -> Peak<N> {
+pub(super) fn climb<const N: usize>(delta: DVec3, bodies: &[impl Supporting; N], start: DVec3) -> Peak<N> {
     let mut peak = Peak::at(delta, bodies, start);
-    let size = delta.length() + bodies.iter().map(|b| b.radii.max_element()).sum::<f64>();
+    let size = delta.length() + bodies.iter().map(|b| b.size()).sum::<f64>();
     let aspect = bodies.iter().map(|b| b.aspect()).fold(1.0, f64::max);
     for _ in 0..MAX_STEPS {
         let basis = peak.normal.any_orthonormal_pair();
@@ -91,7 +104,7 @@ pub(super) fn climb<const N: usize>(delta: DVec3, bodies: &[Support; N], start: 
         }
         let mut hessian = (peak.value, 0.0, peak.value);
         for (body, height) in bodies.iter().zip(peak.heights) {
-            let h = body.hessian(height, basis);
+            let h = body.hessian(peak.normal, height, basis);
             hessian = (hessian.0 + h.0, hessian.1 + h.1, hessian.2 + h.2);
         }
         let step = newton_step(gradient, hessian);
@@ -110,7 +123,7 @@ pub(super) fn climb<const N: usize>(delta: DVec3, bodies: &[Support; N], start: 
 #[inline]
 fn advance<const N: usize>(
     delta: DVec3,
-    bodies: &[Support; N],
+    bodies: &[impl Supporting; N],
     peak: &Peak<N>,
     (e1, e2): (DVec3, DVec3),
     (g1, g2): (f64, f64),
@@ -133,4 +146,38 @@ fn advance<const N: usize>(
         }
         fraction *= SHORTEN;
     }
+}
+
+/// As [`climb`], of one body and over the normals at right angles to the unit vector `axis` alone, of which `start` is one.
+pub(super) fn climb_across(delta: DVec3, body: impl Supporting, axis: DVec3, start: DVec3) -> Peak<1> {
+    let size = delta.length() + body.size();
+    let slope_of = |peak: &Peak<1>| axis.cross(peak.normal).dot(delta - peak.points[0]);
+    let mut peak = Peak::at(delta, &[body], start);
+    'steps: for _ in 0..MAX_STEPS {
+        let (along, slope) = (axis.cross(peak.normal), slope_of(&peak));
+        if slope.abs() <= GRADIENT_FLOOR * size {
+            break;
+        }
+        let bend = peak.value + body.hessian(peak.normal, peak.heights[0], (along, axis)).0;
+        let newton = if bend > 0.0 { slope / bend } else { LONGEST_STEP.copysign(slope) };
+        let mut step = newton.clamp(-LONGEST_STEP, LONGEST_STEP);
+        let last = slope * step * body.aspect() <= GRADIENT_FLOOR * size;
+        loop {
+            let next = Peak::at(delta, &[body], (peak.normal + along * step).normalize());
+            let visible = slope * step > VALUE_FLOOR * size;
+            let calmer = slope_of(&next).abs() < slope.abs() && next.value >= peak.value - VALUE_FLOOR * size;
+            if if visible { next.value > peak.value } else { calmer } {
+                peak = next;
+                break;
+            }
+            if !visible {
+                break 'steps;
+            }
+            step *= SHORTEN;
+        }
+        if last {
+            break;
+        }
+    }
+    peak
 }

@@ -8,6 +8,7 @@
 //! Degenerate cases: a normal at right angles to a segment, whose contact point is then the one nearest to the other body's; equal
 //! maxima, of which the first in order of angle is taken.
 
+use super::peak::Supporting;
 use super::{Family, Placed, Separation, separation};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -52,7 +53,7 @@ fn over_angles(delta: DVec3, families: &[Family; 2]) -> Separation {
     let direction = |angle: f64| DVec3::new(angle.cos(), angle.sin(), 0.0);
     let value = |angle: f64| {
         let n = direction(angle);
-        n.dot(delta) - families[0].hull(n) - families[1].hull(n)
+        n.dot(delta) - families[0].hull(n) - families[1].hull(-n)
     };
     let mut angles: Vec<f64> = (0..SAMPLES).map(|k| TAU * k as f64 / SAMPLES as f64).collect();
     for family in families {
@@ -132,6 +133,7 @@ fn support_point(family: &Family, normal: DVec3) -> DVec3 {
         }
         Family::Circle(circle, radius) => (circle.radius + radius) * normal,
         Family::Ellipsoid(support) => support.value_and_point(normal).1,
+        Family::Convex(posed) => posed.value_and_point(normal).1,
     }
 }
 

@@ -9,7 +9,7 @@
 //! first of equal ones is taken); a point or a line through the centre (see `point_ellipsoid`).
 
 use super::Separation;
-use super::peak::climb;
+use super::peak::{Supporting, climb};
 use super::point_ellipsoid;
 use super::segments::Segment;
 use super::support::Support;

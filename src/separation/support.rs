@@ -4,6 +4,7 @@
 //! cofactors of `M`: for tangents `e_1, e_2` and `K = diag(bc, ca, ab) R^T`, `H_11 = |K e_2|^2 / h^3`,
 //! `H_12 = -K e_1 . K e_2 / h^3`, `H_22 = |K e_1|^2 / h^3`. The textbook form `(B - y y^T) / h` loses all digits for flat bodies.
 
+use super::peak::Supporting;
 use glam::{DMat3, DQuat, DVec3, Vec3Swizzles};
 
 /// An ellipsoid about the origin.
@@ -33,23 +34,6 @@ impl Support {
         (self.radii * self.to_body(n)).length()
     }
 
-    /// The support function at `n`, and the surface point whose outward normal is `n`.
-    #[inline]
-    pub fn value_and_point(self, n: DVec3) -> (f64, DVec3) {
-        let scaled = self.radii * self.to_body(n);
-        let value = scaled.length();
-        (value, self.axes * (self.radii * scaled) / value)
-    }
-
-    /// The Hessian across `n` in the tangent basis, as (11, 12, 22), given the value at `n`.
-    #[inline]
-    pub fn hessian(self, value: f64, (e1, e2): (DVec3, DVec3)) -> (f64, f64, f64) {
-        let cofactors = self.radii.yzx() * self.radii.zxy();
-        let (k1, k2) = (cofactors * self.to_body(e1), cofactors * self.to_body(e2));
-        let scale = 1.0 / (value * value * value);
-        (k2.length_squared() * scale, -k1.dot(k2) * scale, k1.length_squared() * scale)
-    }
-
     /// `M M^T`, whose quadratic form is the squared support function.
     #[inline]
     pub fn square(self) -> DMat3 {
@@ -64,10 +48,31 @@ impl Support {
         let least = self.radii.min_element();
         least * least / self.radii.max_element()
     }
+}
 
-    /// Largest over smallest semi-axis.
+impl Supporting for Support {
     #[inline]
-    pub fn aspect(self) -> f64 {
+    fn value_and_point(self, n: DVec3) -> (f64, DVec3) {
+        let scaled = self.radii * self.to_body(n);
+        let value = scaled.length();
+        (value, self.axes * (self.radii * scaled) / value)
+    }
+
+    #[inline]
+    fn hessian(self, _: DVec3, value: f64, (e1, e2): (DVec3, DVec3)) -> (f64, f64, f64) {
+        let cofactors = self.radii.yzx() * self.radii.zxy();
+        let (k1, k2) = (cofactors * self.to_body(e1), cofactors * self.to_body(e2));
+        let scale = 1.0 / (value * value * value);
+        (k2.length_squared() * scale, -k1.dot(k2) * scale, k1.length_squared() * scale)
+    }
+
+    #[inline]
+    fn size(self) -> f64 {
+        self.radii.max_element()
+    }
+
+    #[inline]
+    fn aspect(self) -> f64 {
         self.radii.max_element() / self.radii.min_element()
     }
 }

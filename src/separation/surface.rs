@@ -2,7 +2,7 @@
 //!
 //! Towards a plane that is the support function at the plane's outward normal. Inside of a sphere or a cylinder it is the body's point farthest
 //! from the centre or the axis: an end of a segment; the point of a circle opposite to the centre; of an ellipsoid the root of a secular
-//! equation (`point_ellipsoid`). Across a cylinder's axis, ellipsoids and circles are seen as ellipses. At the farthest point the body's normal
+//! equation (`point_ellipsoid`); of a custom shape a search (`farthest`). Across a cylinder's axis, ellipsoids and circles are seen as ellipses. At the farthest point the body's normal
 //! is the surface's, so the gap changes with the body's motion as that point's does, to first order.
 //!
 //! A body can touch in several places at once. Segments, and circles towards planes and in spheres, are looked at in several (`places`), each
@@ -14,7 +14,10 @@
 pub(super) mod gpu;
 
 use super::circles::Circle;
+use super::convex::Posed;
 use super::direction::perpendicular;
+use super::farthest;
+use super::peak::Supporting;
 use super::point_ellipsoid::farthest_normal;
 use super::segments::Segment;
 use super::support::Support;
@@ -109,6 +112,10 @@ impl Surface {
                 let normal = self.farthest_of_ellipsoid(body.position, &support);
                 found(0, self.at(body.position, support.value_and_point(normal).1, 0.0));
             }
+            Family::Convex(posed) => {
+                let normal = self.farthest_of_convex(body.position, posed);
+                found(0, self.at(body.position, posed.value_and_point(normal).1, 0.0));
+            }
         }
     }
 
@@ -168,6 +175,15 @@ impl Surface {
             }
         }
     }
+
+    /// The same of a custom shape.
+    fn farthest_of_convex(&self, position: DVec3, posed: Posed) -> DVec3 {
+        match *self {
+            Surface::Plane { normal, .. } => -normal,
+            Surface::Sphere { centre, .. } => farthest::from_point(position - centre, posed).0,
+            Surface::Cylinder { centre, axis, .. } => farthest::from_line(position - centre, posed, axis),
+        }
+    }
 }
 
 /// How far a body reaches from its centre along `normal` at one of the [places](Surface::places) that it touches a surface in, whose normal
@@ -181,6 +197,7 @@ pub(crate) fn reach_of_place(body: &Placed, place: u32, normal: DVec3) -> f64 {
         // Where other places than the farthest touch too, the circle lies flat, and they reach as far as it does.
         Family::Circle(circle, radius) => circle.radius * circle.axis.cross(normal).length() + radius,
         Family::Ellipsoid(support) => support.value(normal),
+        Family::Convex(posed) => posed.value(normal),
     }
 }
 

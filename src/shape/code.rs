@@ -2,18 +2,22 @@
 
 use super::Shape;
 
+/// The tag of all custom shapes, which none comes back from.
+const CUSTOM: u32 = 4;
+
 impl Shape {
-    /// The shape's tag and sizes, in the order of its fields; what a shape does not need is zero.
+    /// The shape's tag and sizes, in the order of its fields; what a shape does not need is zero. Of a custom shape it is not all there is.
     pub fn code(&self) -> (u32, [f64; 3]) {
         match *self {
             Shape::Sphere { radius } => (0, [radius, 0.0, 0.0]),
             Shape::Spherocylinder { diameter, length } => (1, [diameter, length, 0.0]),
             Shape::Ellipsoid { radii } => (2, radii),
             Shape::Torus { major_radius, minor_radius } => (3, [major_radius, minor_radius, 0.0]),
+            Shape::Convex(convex) => (CUSTOM, [convex.bounding_radius(), convex.thickness(), convex.volume()]),
         }
     }
 
-    /// The shape of a [tag and sizes](Shape::code); `None` where no shape has them: an unknown tag, or a size that is not
+    /// The shape of a [tag and sizes](Shape::code); `None` where no shape has them: an unknown or a custom tag, or a size that is not
     /// finite and positive.
     ///
     /// ```

@@ -89,4 +89,7 @@ pub enum ProxyError {
     /// Two equal largest radii: no line of spheres fills a disc.
     #[error("an oblate ellipsoid has no major axis to put spheres on")]
     NoMajorAxis,
+    /// A shape of the user's own.
+    #[error("a custom shape has no multi-sphere proxy")]
+    Custom,
 }

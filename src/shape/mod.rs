@@ -4,12 +4,14 @@
 //! a segment or a circle) thickened by a radius, and a strictly convex body given by its *support function*.
 
 mod code;
+mod convex;
 mod ellipsoid;
 mod error;
 mod sphere;
 mod spherocylinder;
 mod torus;
 
+pub use convex::{Convex, ConvexError, SupportFunction};
 pub use error::{ProxyError, ShapeError};
 
 use glam::{DQuat, DVec3};
@@ -50,6 +52,10 @@ pub enum Shape {
         #[schemars(extend("exclusiveMinimum" = 0))]
         minor_radius: f64,
     },
+    /// A shape of one's own, made in code by [`Convex::new`]: no file holds one, and only the CPU computes with it.
+    #[serde(skip)]
+    #[schemars(skip)]
+    Convex(Convex),
 }
 
 /// The curve that a shape of the centreline family is thickened around, in body axes.
@@ -84,6 +90,8 @@ pub enum Geometry {
         /// The three semi-axes.
         radii: DVec3,
     },
+    /// A support function of the user's own.
+    Convex(Convex),
 }
 
 /// One sphere of a multi-sphere proxy, in body axes.
@@ -130,6 +138,8 @@ impl Shape {
             Shape::Spherocylinder { diameter, length } => spherocylinder::validate(diameter, length),
             Shape::Ellipsoid { radii } => ellipsoid::validate(radii),
             Shape::Torus { major_radius, minor_radius } => torus::validate(major_radius, minor_radius),
+            // It was looked at when it was made.
+            Shape::Convex(_) => Ok(()),
         }
     }
 
@@ -140,6 +150,7 @@ impl Shape {
             Shape::Spherocylinder { .. } => "spherocylinder",
             Shape::Ellipsoid { .. } => "ellipsoid",
             Shape::Torus { .. } => "torus",
+            Shape::Convex(_) => "custom shape",
         }
     }
 
@@ -155,6 +166,7 @@ impl Shape {
             Shape::Torus { major_radius, minor_radius } => {
                 Geometry::Centreline { curve: Centreline::Circle { radius: major_radius }, radius: minor_radius }
             }
+            Shape::Convex(convex) => Geometry::Convex(convex),
         }
     }
 
@@ -166,6 +178,7 @@ impl Shape {
             Shape::Spherocylinder { length, .. } => 0.5 * length,
             Shape::Ellipsoid { radii } => DVec3::from_array(radii).max_element(),
             Shape::Torus { major_radius, minor_radius } => major_radius + minor_radius,
+            Shape::Convex(convex) => convex.bounding_radius(),
         }
     }
 
@@ -177,6 +190,7 @@ impl Shape {
             Shape::Spherocylinder { diameter, .. } => diameter,
             Shape::Ellipsoid { radii } => 2.0 * DVec3::from_array(radii).min_element(),
             Shape::Torus { minor_radius, .. } => 2.0 * minor_radius,
+            Shape::Convex(convex) => convex.thickness(),
         }
     }
 
@@ -193,6 +207,7 @@ impl Shape {
             Shape::Spherocylinder { diameter, length } => spherocylinder::volume(diameter, length),
             Shape::Ellipsoid { radii } => ellipsoid::volume(radii),
             Shape::Torus { major_radius, minor_radius } => torus::volume(major_radius, minor_radius),
+            Shape::Convex(convex) => convex.volume(),
         }
     }
 
@@ -209,6 +224,7 @@ impl Shape {
             Shape::Spherocylinder { diameter, length } => spherocylinder::unit_inertia(diameter, length),
             Shape::Ellipsoid { radii } => ellipsoid::unit_inertia(radii),
             Shape::Torus { major_radius, minor_radius } => torus::unit_inertia(major_radius, minor_radius),
+            Shape::Convex(convex) => convex.unit_inertia(),
         }
     }
 
@@ -220,6 +236,7 @@ impl Shape {
             Shape::Spherocylinder { diameter, length } => spherocylinder::half_extents(diameter, length, orientation),
             Shape::Ellipsoid { radii } => ellipsoid::half_extents(radii, orientation),
             Shape::Torus { major_radius, minor_radius } => torus::half_extents(major_radius, minor_radius, orientation),
+            Shape::Convex(convex) => convex.half_extents(orientation),
         }
     }
 
@@ -276,6 +293,7 @@ impl Shape {
             Shape::Spherocylinder { diameter, length } => spherocylinder::proxy(diameter, length, count),
             Shape::Ellipsoid { radii } => ellipsoid::proxy(radii, count),
             Shape::Torus { major_radius, minor_radius } => torus::proxy(major_radius, minor_radius, count),
+            Shape::Convex(_) => Err(ProxyError::Custom),
         }
     }
 
@@ -289,6 +307,7 @@ impl Shape {
             Shape::Spherocylinder { .. } => check_axis_count(count),
             Shape::Ellipsoid { radii } => ellipsoid::check_proxy(radii, count),
             Shape::Torus { major_radius, minor_radius } => torus::check_proxy(major_radius, minor_radius, count),
+            Shape::Convex(_) => Err(ProxyError::Custom),
         }
     }
 
@@ -311,6 +330,7 @@ impl Shape {
                 DVec3::new(axis.x, axis.y, 0.0).length() * axis.z.abs() <= PLANAR_TOLERANCE
             }
             Shape::Ellipsoid { radii } => ellipsoid::is_planar_symmetric(radii, orientation),
+            Shape::Convex(convex) => convex.is_planar_symmetric(orientation),
         }
     }
 }

@@ -58,8 +58,11 @@ impl Setup {
     /// The scene's, for bodies of these shapes.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] where the bodies are too thin or too thick for 32-bit floats.
+    /// [`GpuError::Unsupported`] where a shape is a custom one, or the bodies are too thin or too thick for 32-bit floats.
     pub fn new(scene: &Scene, shapes: &[Shape], precision: Precision) -> Result<Self, GpuError> {
+        if shapes.iter().any(|shape| matches!(shape, Shape::Convex(_))) {
+            return Err(GpuError::Unsupported { what: "custom shapes".into() });
+        }
         let thickness = shapes.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
         let lengths = shapes.iter().filter_map(Shape::growing_length);
         let longest = lengths.chain(scene.growth.map(|g| g.division_lengths()[1])).fold(0.0, f64::max);

@@ -1,7 +1,9 @@
 //! Small steps add up on the device: positions, orientations and lengths.
 
+use super::Setup;
 use super::state::split_length;
-use crate::gpu::{Buffer, Gpu, Kernel, Lattice, Precision, Source, fragment, precisions, test_device};
+use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Source, fragment, precisions, test_device};
+use crate::shape::{Convex, Shape};
 use glam::{DQuat, DVec3};
 
 /// Steps a dispatch and dispatches: a million steps.
@@ -95,4 +97,13 @@ fn lengths_split_exactly() {
     assert_eq!(coarse + fine, 3.217_592_653_589_793);
     assert_eq!(f64::from(coarse as f32), coarse);
     assert!(fine.abs() <= 0.5 * pitch);
+}
+
+#[test]
+fn custom_shapes_are_refused_before_a_device_is_asked() {
+    let scene = crate::scene::load("two-ellipsoids", &[]).unwrap();
+    let shapes = [Shape::Sphere { radius: 1.0 }, Shape::Convex(Convex::new(|n: DVec3| n).unwrap())];
+    let refused = Setup::new(&scene, &shapes, Precision::F32).err();
+    assert_eq!(refused, Some(GpuError::Unsupported { what: "custom shapes".into() }));
+    assert!(Setup::new(&scene, &shapes[..1], Precision::F32).is_ok());
 }

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, HashMap};
 ///
 /// It is the body itself for spheres and spherocylinders. For an ellipsoid it has the longest radius for its half length and the middle
 /// one for its radius, which holds the ellipsoid because the end's radius of curvature, at most `b^2 / c`, is not above `b`.
-/// For a ring it is the bounding sphere, so that rings do not interlock by chance.
+/// For a ring or a custom shape it is the bounding sphere, so that rings do not interlock by chance.
 pub(super) fn capsule_of(shape: &Shape) -> (Shape, DVec3) {
     match *shape {
         Shape::Sphere { .. } | Shape::Spherocylinder { .. } => (*shape, DVec3::Z),
@@ -21,7 +21,7 @@ pub(super) fn capsule_of(shape: &Shape) -> (Shape, DVec3) {
             let [diameter, length] = [2.0 * radii[middle], 2.0 * radii[longest]];
             (Shape::Spherocylinder { diameter, length }, DVec3::AXES[longest])
         }
-        Shape::Torus { .. } => (Shape::Sphere { radius: shape.bounding_radius() }, DVec3::Z),
+        Shape::Torus { .. } | Shape::Convex(_) => (Shape::Sphere { radius: shape.bounding_radius() }, DVec3::Z),
     }
 }
 

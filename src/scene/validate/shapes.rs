@@ -100,7 +100,7 @@ impl Scene {
                 let body = Key::ROOT.field(list);
                 let body = body.index(index);
                 return Err(match error {
-                    ProxyError::NoMajorAxis => SceneError::bad(body, error.to_string()),
+                    ProxyError::NoMajorAxis | ProxyError::Custom => SceneError::bad(body, error.to_string()),
                     ProxyError::Even { .. } | ProxyError::TooFew { .. } => {
                         SceneError::bad(key, format!("{error} (the shape of {body})"))
                     }

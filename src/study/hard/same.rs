@@ -168,6 +168,8 @@ fn scale(body: &mut Body, s: f64) {
             *major_radius *= s;
             *minor_radius *= s;
         }
+        // No scene holds one.
+        Shape::Convex(_) => {}
     }
 }
 

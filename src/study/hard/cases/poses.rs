@@ -71,6 +71,7 @@ fn one_place() -> Vec<Case> {
             Shape::Sphere { .. } => "spheres".into(),
             Shape::Spherocylinder { .. } => "rods".into(),
             Shape::Torus { .. } => "rings".into(),
+            Shape::Convex(_) => "custom shapes".into(),
         };
         [
             still("one place", format!("three identical {name}"), vec![at(turned); 3]),

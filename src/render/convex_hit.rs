@@ -1,0 +1,181 @@
+//! Where a line first meets a custom shape.
+//!
+//! In a normal that faces the line's start, scaled to `w - d` with `w` at right angles to the line's direction `d`, the body's tangent plane is crossed at
+//! `t(w) = (w - d) . o - h(w - d)`. The line is outside before every such plane, and `t` is concave in `w`, so that its maximum over the plane of `w` is the
+//! first hit: Newton's method with steps that are halved until they gain. A line that misses has planes as far along it as one likes; it is given up
+//! where it has passed the bounding sphere.
+
+use crate::shape::Convex;
+use glam::DVec3;
+
+/// Steps at most; a line that touches the body takes MEASURE.
+const STEPS: usize = 100;
+/// Gain in `t`, as a part of the bounding radius, that is rounding.
+const GAIN: f64 = 1e-14;
+/// Step of the central differences, as a part of the normal's length.
+const DIFFERENCE: f64 = 1e-5;
+
+/// The least `t` for which `origin + t * direction` (a unit vector) lies on the surface; `None` where the line misses.
+pub(super) fn first_hit(shape: Convex, origin: DVec3, direction: DVec3) -> Option<f64> {
+    let radius = shape.bounding_radius();
+    let along = origin.dot(direction);
+    let o = origin - direction * along;
+    let left = radius * radius - o.length_squared();
+    if left.is_nan() || left < 0.0 {
+        return None;
+    }
+    let line = Line { shape, o, direction, basis: direction.any_orthonormal_pair() };
+    let mut at = line.plane(DVec3::ZERO);
+    for _ in 0..STEPS {
+        if at.t > left.sqrt() {
+            return None;
+        }
+        let Some(next) = line.better(&at, GAIN * radius) else { break };
+        at = next;
+    }
+    Some(at.t - along)
+}
+
+struct Line {
+    shape: Convex,
+    /// Its point nearest to the body's centre.
+    o: DVec3,
+    direction: DVec3,
+    basis: (DVec3, DVec3),
+}
+
+/// A tangent plane: its `w`, where it is crossed, and the body's point.
+struct Plane {
+    w: DVec3,
+    t: f64,
+    point: DVec3,
+}
+
+impl Line {
+    fn point(&self, w: DVec3) -> DVec3 {
+        self.shape.point((w - self.direction).normalize())
+    }
+
+    fn plane(&self, w: DVec3) -> Plane {
+        let point = self.point(w);
+        Plane { w, t: (w - self.direction).dot(self.o - point), point }
+    }
+
+    /// The plane after a step of Newton's method; none where no step gains more than `least`.
+    fn better(&self, at: &Plane, least: f64) -> Option<Plane> {
+        let (e1, e2) = self.basis;
+        let gap = self.o - at.point;
+        let (g1, g2) = (gap.dot(e1), gap.dot(e2));
+        let step = DIFFERENCE * (at.w - self.direction).length();
+        let change = |e: DVec3| (self.point(at.w + e * step) - self.point(at.w - e * step)) / (2.0 * step);
+        let (along_1, along_2) = (change(e1), change(e2));
+        let (h11, h12, h22) = (along_1.dot(e1), 0.5 * (along_1.dot(e2) + along_2.dot(e1)), along_2.dot(e2));
+        let determinant = h11 * h22 - h12 * h12;
+        let (mut s1, mut s2) = ((h22 * g1 - h12 * g2) / determinant, (h11 * g2 - h12 * g1) / determinant);
+        // Where rounding leaves no curvature, straight up.
+        if !(determinant > 0.0 && s1 * g1 + s2 * g2 > 0.0) {
+            (s1, s2) = (g1 / self.shape.bounding_radius(), g2 / self.shape.bounding_radius());
+        }
+        while s1 * g1 + s2 * g2 > least {
+            let next = self.plane(at.w + e1 * s1 + e2 * s2);
+            if next.t > at.t {
+                return Some(next);
+            }
+            (s1, s2) = (0.5 * s1, 0.5 * s2);
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::intersect;
+    use super::*;
+    use crate::separation::point_to_convex;
+    use crate::shape::Geometry;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    fn ellipsoid(radii: DVec3, n: DVec3) -> DVec3 {
+        radii * radii * n / (radii * n).length()
+    }
+
+    fn unit(rng: &mut ChaCha8Rng) -> DVec3 {
+        loop {
+            let v = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-1.0..1.0)));
+            if (0.01..1.0).contains(&v.length_squared()) {
+                return v.normalize();
+            }
+        }
+    }
+
+    #[test]
+    fn a_line_meets_a_custom_ellipsoid_where_it_meets_the_ellipsoid() {
+        let mut rng = ChaCha8Rng::seed_from_u64(41);
+        for radii in [[1.0, 1.0, 1.0], [0.5, 0.8, 2.0], [2.0, 0.05, 1.0]].map(DVec3::from_array) {
+            let shape = Convex::new(move |n: DVec3| ellipsoid(radii, n)).unwrap();
+            let (mut hits, mut misses) = (0, 0);
+            for k in 0..3000 {
+                let direction = if k % 5 == 0 { DVec3::AXES[k % 3] } else { unit(&mut rng) };
+                let origin = 1.8 * radii.max_element() * rng.random_range(0.0..1.0) * unit(&mut rng);
+                let own = Geometry::Ellipsoid { radii };
+                let grazing = (
+                    intersect::first_hit(&own, origin * 1.00001, direction).is_some(),
+                    intersect::first_hit(&own, origin * 0.99999, direction).is_some(),
+                );
+                match (first_hit(shape, origin, direction), intersect::first_hit(&own, origin, direction)) {
+                    (Some(t), Some(expected)) => {
+                        // A grazing line is nearly along the surface: there `t` is known to the root of rounding.
+                        let point = origin + expected * direction;
+                        let steep = intersect::normal(&own, point).dot(direction).abs();
+                        assert!((t - expected).abs() * steep < 1e-9, "{radii} {origin} {direction}: {t} {expected}");
+                        let normal = intersect::normal(&Geometry::Convex(shape), point);
+                        assert!(normal.distance(intersect::normal(&own, point)) < 1e-6, "{radii} {point} {normal}");
+                        hits += 1;
+                    }
+                    (None, None) => misses += 1,
+                    (found, expected) => {
+                        assert!(grazing.0 != grazing.1, "{radii} {origin} {direction}: {found:?} {expected:?}")
+                    }
+                }
+            }
+            assert!(hits > 300 && misses > 300, "{radii}: {hits} hits, {misses} misses");
+        }
+    }
+
+    /// An egg with one end blunter: each hit is on the surface and the line is outside before, each miss is outside all along.
+    #[test]
+    fn an_asymmetric_body_is_met_where_it_is() {
+        let blunt = |n: DVec3| {
+            let cubic = 0.06 * (3.0 * n.z * n.z * DVec3::Z - 2.0 * n.z.powi(3) * n);
+            ellipsoid(DVec3::new(1.0, 1.0, 1.3), n) + cubic - 0.030510133683 * DVec3::Z
+        };
+        let shape = Convex::new(blunt).unwrap();
+        let mut rng = ChaCha8Rng::seed_from_u64(42);
+        let mut counts = [0; 2];
+        for _ in 0..1000 {
+            let (origin, direction) = (1.5 * rng.random_range(0.0..1.0) * unit(&mut rng), unit(&mut rng));
+            let hit = first_hit(shape, origin, direction);
+            let gap = |t: f64| point_to_convex(shape, origin + t * direction).0;
+            let nearest = -origin.dot(direction);
+            if let Some(t) = hit {
+                assert!(gap(t).abs() < 1e-9, "{origin} {direction}: {}", gap(t));
+            }
+            let end = hit.unwrap_or(nearest + 2.0);
+            let least =
+                (0..=40).map(|k| gap(nearest - 2.0 + (end - nearest + 2.0) * f64::from(k) / 40.0)).fold(1.0, f64::min);
+            assert!(least > -1e-9, "{origin} {direction} {hit:?}: {least}");
+            counts[usize::from(hit.is_some())] += 1;
+        }
+        assert!(counts[0] > 100 && counts[1] > 100, "{counts:?}");
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_do_not_panic() {
+        let shape = Convex::new(|n: DVec3| n).unwrap();
+        for bad in [f64::NAN, f64::INFINITY, 1e300] {
+            assert_eq!(first_hit(shape, DVec3::new(bad, 0.0, 0.1), DVec3::Z), None);
+            first_hit(shape, DVec3::ZERO, DVec3::new(0.0, bad, 1.0));
+        }
+    }
+}

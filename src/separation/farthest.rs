@@ -1,0 +1,63 @@
+//! The normal of a custom shape at its point farthest from a point or a line: the largest `n . d + h(n)` over unit normals, with `d` from the point to the
+//! body's centre; across the line for a line.
+//!
+//! For the distance of a point `y` is the largest `n . (y - p)`, and of these the support function is the largest. So it is the search of `peak` with the
+//! support function's sign turned round. There are several local maxima, the body's ends among them: the best of fixed starts are climbed from.
+//!
+//! Degenerate case: points that are equally far, of which the first in the order of starts is taken.
+
+use super::convex::{Posed, TIE, highest};
+use super::direction::perpendicular;
+use super::peak::{Peak, Supporting, climb_across};
+use glam::{DVec2, DVec3};
+use std::f64::consts::TAU;
+
+/// Starts round a line.
+pub(super) const ROUND: u32 = 32;
+
+/// A body with its support function's sign turned round.
+#[derive(Clone, Copy)]
+struct Outward(Posed);
+
+impl Supporting for Outward {
+    fn value_and_point(self, n: DVec3) -> (f64, DVec3) {
+        let (value, point) = self.0.value_and_point(n);
+        (-value, -point)
+    }
+
+    fn hessian(self, n: DVec3, value: f64, basis: (DVec3, DVec3)) -> (f64, f64, f64) {
+        let (h11, h12, h22) = self.0.hessian(n, -value, basis);
+        (-h11, -h12, -h22)
+    }
+
+    fn size(self) -> f64 {
+        self.0.size()
+    }
+
+    fn aspect(self) -> f64 {
+        self.0.aspect()
+    }
+}
+
+/// The normal at the point farthest from `-delta`, and how far that is.
+pub(super) fn from_point(delta: DVec3, body: Posed) -> (DVec3, f64) {
+    let starts = delta.try_normalize().into_iter().chain(body.starts());
+    highest(delta, &[Outward(body)], starts).map_or((DVec3::X, 0.0), |peak| (peak.normal, peak.value))
+}
+
+/// The normal, at right angles to the unit vector `axis`, at the point farthest from the line along it through `-delta`.
+pub(super) fn from_line(delta: DVec3, body: Posed, axis: DVec3) -> DVec3 {
+    highest_across(delta, Outward(body), axis).normal
+}
+
+/// The highest peak over the normals at right angles to `axis`, the first of equal ones.
+pub(super) fn highest_across(delta: DVec3, body: impl Supporting, axis: DVec3) -> Peak<1> {
+    let first = perpendicular(axis);
+    let second = axis.cross(first);
+    let peak_from = |k: u32| {
+        let turn = DVec2::from_angle(TAU * f64::from(k) / f64::from(ROUND));
+        climb_across(delta, body, axis, first * turn.x + second * turn.y)
+    };
+    let tie = TIE * (delta.length() + body.size());
+    (1..ROUND).map(peak_from).fold(peak_from(0), |best, peak| if peak.value > best.value + tie { peak } else { best })
+}

@@ -1,0 +1,10 @@
+//! Custom shapes: what is measured of them, what is refused, separations, walls and steps.
+
+#![allow(clippy::unwrap_used)]
+
+mod bodies;
+mod refusals;
+mod separation;
+mod shape;
+mod steps;
+mod walls;
