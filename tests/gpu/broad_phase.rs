@@ -43,7 +43,7 @@ pub struct Uploaded {
     pub cell: Buffer,
     pub remainder: Buffer,
     pub boxes: Buffer,
-    bodies: u64,
+    pub bodies: u64,
 }
 
 pub fn upload(gpu: &Gpu, precision: Precision, lattice: Lattice, bodies: &[Body]) -> Uploaded {
