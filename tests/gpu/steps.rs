@@ -293,7 +293,6 @@ fn what_only_the_cpu_does_is_refused() {
         "contact.method={\"multisphere\":{\"count\":7}}",
         "solver.kind=dense",
         "solver.kind=interior_point",
-        "walls=[{\"sphere\":{\"center\":[0,0,0],\"radius\":50}}]",
         "periodic={\"lengths\":[50,null,50]}",
     ] {
         let scene = scene::load("three-capsules", &[set.into()]).unwrap();
