@@ -67,8 +67,7 @@ pub struct Scene {
     /// External forces.
     #[serde(default)]
     pub forces: Vec<Force>,
-    /// Fixed walls that bodies do not pass, and inside of which they start; one with a `lineage`, which a run wrote, may start past a wall. On the
-    /// CPU only.
+    /// Fixed walls that bodies do not pass, and inside of which they start; one with a `lineage`, which a run wrote, may start past a wall.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub walls: Vec<Wall>,
     /// Periods of space: bodies that leave through one side meet what is at the other.

@@ -554,7 +554,18 @@ impl Backend for Device {
     fn solve(&mut self, tolerance: f64) -> Result<Outcome, Fault> {
         let begun = Instant::now();
         self.solver.set_settings(Settings { tolerance, ..self.solver.settings() });
-        let outcome = self.solver.solve(&self.gpu, &mut self.rows.problem)?;
+        let Device { gpu, kernels, candidates, rows, solver, .. } = &mut *self;
+        let problem = &mut rows.problem;
+        let outcome = match (&mut candidates.surfaces, &kernels.walls) {
+            (Some(surfaces), Some(kernels)) => {
+                surfaces.join_places(gpu, kernels, &candidates.lists, &problem.block_start)?;
+                surfaces.exchange_starts(&mut problem.block_start);
+                let outcome = solver.solve(gpu, problem);
+                surfaces.exchange_starts(&mut problem.block_start);
+                outcome?
+            }
+            _ => solver.solve(gpu, problem)?,
+        };
         self.phases.solve += begun.elapsed();
         Ok(outcome)
     }

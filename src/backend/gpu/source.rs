@@ -134,6 +134,7 @@ pub(super) struct WallKernels {
     pub find: Kernel,
     pub adjoin: Kernel,
     pub narrow: Kernel,
+    pub blocks: Kernel,
 }
 
 /// All sources of a scene, in the order of [`Kernels`], the kernels of pairs and of growth last.
@@ -182,7 +183,7 @@ fn numbers(source: Source) -> Source {
 }
 
 /// The kernels of walls, in the order of [`WallKernels`].
-pub(super) fn wall_sources(setup: &Setup) -> Option<[Source; 3]> {
+pub(super) fn wall_sources(setup: &Setup) -> Option<[Source; 4]> {
     let find = separation::gpu::add_surfaces_to(numbers(with_bodies(setup, "places")), &setup.lattice);
     let narrow = separation::gpu::add_places_to(
         numbers(with_bodies(setup, "separations from surfaces")),
@@ -194,6 +195,7 @@ pub(super) fn wall_sources(setup: &Setup) -> Option<[Source; 3]> {
             find.include(fragment!("walls/find.wgsl")),
             base(setup, "adjoin").include(fragment!("walls/adjoin.wgsl")),
             narrow.include(fragment!("walls/narrow.wgsl")),
+            numbers(base(setup, "blocks")).include(fragment!("walls/blocks.wgsl")),
         ]
     })
 }
@@ -244,8 +246,14 @@ impl Kernels {
                 None => None,
             },
             walls: match wall_sources(setup) {
-                Some([find, adjoin, narrow]) => {
-                    Some(WallKernels { find: make(&find)?, adjoin: make(&adjoin)?, narrow: make(&narrow)? })
+                Some(sources) => {
+                    let [find, adjoin, narrow, blocks] = &sources;
+                    Some(WallKernels {
+                        find: make(find)?,
+                        adjoin: make(adjoin)?,
+                        narrow: make(narrow)?,
+                        blocks: make(blocks)?,
+                    })
                 }
                 None => None,
             },

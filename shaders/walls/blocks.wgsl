@@ -1,0 +1,24 @@
+// Where the rows of each pair begin to a solver: those of all places of a body at a surface are one block, that of the first place, and the others' are
+// empty. The places of a body at a surface stand one after the other, the first numbered zero.
+
+struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read> row_start: array<u32>;
+@group(0) @binding(3) var<storage, read_write> block_start: array<u32>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let p = invocation(group, groups, local);
+    if p > parameters.pairs { return; }
+    var next = p;
+    while next < parameters.pairs && is_surface(pairs[next].y) && place_of(pairs[next].y) > 0u {
+        next += 1u;
+    }
+    block_start[p] = row_start[next];
+}
