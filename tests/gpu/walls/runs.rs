@@ -6,7 +6,7 @@ use relcp::dynamics::pressures;
 use relcp::gpu::{Gpu, Precision};
 use relcp::record::state_hash;
 use relcp::relcp::{Compute, Simulation, StepReport, contacts};
-use relcp::scene::{self, Scene};
+use relcp::scene::{self, Force, Periodic, Scene};
 use relcp::walls::{Walls, surface_of};
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -177,6 +177,29 @@ fn mixed_bodies_fall_into_round_containers() {
     both(&fall("sphere", &[rod(), ball(), ellipsoid()], (8, 80), "inertial", sphere.clone()), [1e-3, 2e-6], |_, _| ());
     both(&fall("cup", &[rod(), ball(), ring()], (6, 80), "overdamped", cup), [1e-3, 2e-6], |_, _| ());
     both(&fall("rings", &[ring()], (6, 80), "overdamped", sphere), [1e-3, 2e-6], |_, _| ());
+}
+
+/// Bodies that slide along a floor and leave their cell on one side, to meet each other through it.
+#[test]
+fn bodies_slide_on_a_floor_through_the_boundaries_of_a_cell() {
+    let mut scene = fall(
+        "floor",
+        &[rod(), ball()],
+        (8, 100),
+        "overdamped",
+        json!([{"half_space": {"normal": [0, 0, 1], "offset": -1.6}}]),
+    );
+    let Force::Uniform { force, .. } = &mut scene.forces[0] else { panic!("{:?}", scene.forces) };
+    force[0] = 3.0;
+    scene.periodic = Some(Periodic { lengths: [Some(4.2), Some(4.4), None] });
+    scene.validate().unwrap();
+    both(&scene, [1e-3, 2e-6], |ran, _| {
+        let bodies = &ran.simulation.state().unwrap().bodies;
+        assert!(bodies.position.iter().any(|x| x.x > 2.1), "{:?}", bodies.position);
+        let through =
+            |[a, b]: [usize; 2]| (bodies.position[a] - bodies.position[b]).truncate().abs().max_element() > 2.2;
+        assert!(contacts(bodies, 1e-4).iter().any(|(pair, _)| through(*pair)));
+    });
 }
 
 /// Rods on the bottom of a sphere of 5,000 diameters, and its centre as far away: the overlap is that of the audit, not of rounding.
