@@ -39,6 +39,15 @@ pub fn egg() -> Convex {
     Convex::new(egg_point).unwrap()
 }
 
+/// `x^4 + y^4 + z^4 = 1`: smooth and strictly convex, but without curvature where it meets the axes.
+pub fn superball() -> Convex {
+    Convex::new(|n: DVec3| {
+        let sum = n.abs().powf(4.0 / 3.0).element_sum();
+        n.signum() * n.abs().powf(1.0 / 3.0) / sum.powf(0.25)
+    })
+    .unwrap()
+}
+
 pub fn random(seed: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(seed)
 }

@@ -1,6 +1,6 @@
 //! Separations of custom shapes.
 
-use crate::bodies::{die, direction, egg, ellipsoid, placed, random, turn};
+use crate::bodies::{die, direction, egg, ellipsoid, placed, random, superball, turn};
 use glam::{DQuat, DVec3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -46,7 +46,7 @@ fn twins(aspect: f64, count: usize, random: &mut ChaCha8Rng) -> Vec<[Shape; 2]> 
 #[test]
 fn ellipsoids_by_their_support_functions_are_as_far_apart_as_ellipsoids() {
     let random = &mut random(11);
-    for (aspect, depths) in [(2.0, [-0.5, 0.5]), (5.0, [-0.3, 0.5]), (100.0, [-0.05, 0.5])] {
+    for (aspect, depths) in [(2.0, [-0.5, 0.5]), (5.0, [-0.3, 0.5]), (100.0, [-0.05, 0.5]), (1000.0, [-0.01, 0.5])] {
         let twins = twins(aspect, 6, random);
         let mut worst = 0_f64;
         for _ in 0..300 {
@@ -68,7 +68,7 @@ fn ellipsoids_by_their_support_functions_are_as_far_apart_as_ellipsoids() {
 #[test]
 fn rods_and_balls_are_as_far_from_a_custom_ellipsoid_as_from_an_ellipsoid() {
     let random = &mut random(12);
-    for (aspect, depths) in [(2.0, [-1.0, 0.5]), (5.0, [-0.8, 0.5]), (50.0, [-0.05, 0.5])] {
+    for (aspect, depths) in [(2.0, [-1.0, 0.5]), (5.0, [-0.8, 0.5]), (50.0, [-0.05, 0.5]), (1000.0, [-0.01, 0.5])] {
         let twins = twins(aspect, 6, random);
         let mut worst = 0_f64;
         for k in 0..400 {
@@ -106,9 +106,10 @@ fn several() -> [Shape; 6] {
 #[test]
 fn no_normal_has_a_larger_bound_and_points_are_on_the_surfaces() {
     let random = &mut random(13);
-    let shapes = several();
-    for _ in 0..300 {
-        let chosen = [random.random_range(0..3), random.random_range(0..shapes.len())];
+    let mut shapes = several().to_vec();
+    shapes.insert(0, Shape::Convex(superball()));
+    for _ in 0..400 {
+        let chosen = [random.random_range(0..4), random.random_range(0..shapes.len())];
         let [a, b] = brought(chosen.map(|k| shapes[k]), [-0.4, 0.4], random);
         let found = pair(&a, &b);
         assert!((bound(&a, &b, found.normal) - found.separation).abs() < 1e-12, "{a:?} {b:?} {found:?}");
@@ -119,7 +120,9 @@ fn no_normal_has_a_larger_bound_and_points_are_on_the_surfaces() {
             }
         }
         let between = b.position + found.lever_b - a.position - found.lever_a;
-        assert!(between.abs_diff_eq(found.separation * found.normal, 1e-6), "{a:?} {b:?} {found:?} {between}");
+        // Without curvature a point is known to the cube root of rounding.
+        let known = if chosen.contains(&0) { 1e-4 } else { 1e-6 };
+        assert!(between.abs_diff_eq(found.separation * found.normal, known), "{a:?} {b:?} {found:?} {between}");
     }
 }
 

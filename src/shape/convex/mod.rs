@@ -19,7 +19,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 ///
 /// A closure from the normal to the point is one. Where `h` is the support function, the point is its gradient; `h(n) = n . y(n)`, so that nothing
 /// else is needed. Sums of such functions are bodies too (Minkowski sums), which makes rounded ones easily:
-/// `r n + sum of a_i (e_i . n) e_i / sqrt((e_i . n)^2 + s^2) + ...`.
+/// ellipsoids' points `M M^T n / |M^T n|` added up, say. Where a body has no curvature at a point, as a superellipsoid on its axes, contact points near it are
+/// known to the root of rounding that the point changes with there, separations as elsewhere.
 pub trait SupportFunction: Send + Sync {
     /// The surface point whose outward normal is the unit vector `n`, both in body axes. The same `n` must always give the same point.
     fn point(&self, n: DVec3) -> DVec3;
@@ -74,9 +75,10 @@ impl Convex {
     /// use glam::DVec3;
     /// use relcp::shape::{Convex, ConvexError, Shape};
     /// // A rounded die: three needles along the axes, added up.
-    /// let die = Convex::new(|n: DVec3| n * 0.2 + DVec3::from_array(n.to_array().map(|c| c / c.hypot(0.1))))?;
+    /// let needle = |radii: DVec3, n: DVec3| radii * radii * n / (radii * n).length();
+    /// let die = Convex::new(move |n: DVec3| DVec3::AXES.map(|axis| needle(0.1 + 0.9 * axis, n)).into_iter().sum())?;
     /// let shape = Shape::Convex(die);
-    /// assert!((2.3..2.4).contains(&shape.thickness()) && shape.volume() > 11.0);
+    /// assert!((shape.thickness() - 2.4).abs() < 1e-12 && shape.volume() > 11.0);
     ///
     /// let displaced = Convex::new(|n: DVec3| n + 0.5 * DVec3::X);
     /// assert!(matches!(displaced, Err(ConvexError::OffCentre { .. })));

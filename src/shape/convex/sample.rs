@@ -4,7 +4,7 @@
 //! octahedron's grid, blown up to the sphere: so the points of a slender body are as evenly spread as a round one's.
 
 use super::{ConvexError, SupportFunction};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Intervals along an edge of the octahedron's grid; even, for the half as fine grid. 9,800 points in all.
 pub(super) const FREQUENCY: usize = 48;
@@ -143,10 +143,13 @@ impl Samples {
         for n in &self.normals {
             let (h11, h12, h22) = hessian(function, *n, n.any_orthonormal_pair(), step);
             let radius = 0.5 * (h11 + h22) - (0.5 * (h11 - h22)).hypot(h12);
-            if radius <= SHARP * self.size {
+            if radius.abs() <= SHARP * self.size {
                 return Err(ConvexError::Sharp { normal: n.to_array() });
             }
-            least = least.min(radius);
+            // Points that change so fast that differences tell no matrix, as a superellipsoid's on the axes, are not where it is most curved.
+            if radius > 0.0 {
+                least = least.min(radius);
+            }
         }
         self.least_curvature_radius = least;
         Ok(())
@@ -201,13 +204,41 @@ pub(super) fn curvature_step(aspect: f64) -> f64 {
     1e-5 / aspect
 }
 
+/// Turns of the basis at most that differences are taken in.
+const TURNS: usize = 3;
+/// The largest element beside the diagonal that is left after them, over the geometric mean of the diagonal.
+const LEFT: f64 = 0.5;
+
 /// The Hessian of the support function across `n` in a tangent basis, as (11, 12, 22), by central differences of the point.
-pub(super) fn hessian(
-    function: &dyn SupportFunction,
-    n: DVec3,
-    (e1, e2): (DVec3, DVec3),
-    step: f64,
-) -> (f64, f64, f64) {
+///
+/// A convex body's is definite. Differences are not where the point changes like a root of the normal, as a superellipsoid's on its axes: a direction
+/// at an angle to that change has nearly all of it. They are then taken again in the directions in which the matrix is diagonal.
+pub(super) fn hessian(function: &dyn SupportFunction, n: DVec3, basis: (DVec3, DVec3), step: f64) -> (f64, f64, f64) {
+    let (mut turned, mut turn) = (basis, DVec2::X);
+    let mut found = differences(function, n, basis, step);
+    for _ in 0..TURNS {
+        let (h11, h12, h22) = found;
+        if h12 * h12 < h11 * h22 {
+            break;
+        }
+        turn = turn.rotate(DVec2::from_angle(0.5 * (2.0 * h12).atan2(h11 - h22)));
+        turned = (basis.0 * turn.x + basis.1 * turn.y, basis.1 * turn.x - basis.0 * turn.y);
+        found = differences(function, n, turned, step);
+    }
+    if turn == DVec2::X {
+        return found;
+    }
+    let (k11, k12, k22) = found;
+    let most = LEFT * (k11 * k22).max(0.0).sqrt();
+    let (k12, DVec2 { x, y }) = (k12.clamp(-most, most), turn);
+    (
+        k11 * x * x - 2.0 * k12 * x * y + k22 * y * y,
+        (k11 - k22) * x * y + k12 * (x * x - y * y),
+        k11 * y * y + 2.0 * k12 * x * y + k22 * x * x,
+    )
+}
+
+fn differences(function: &dyn SupportFunction, n: DVec3, (e1, e2): (DVec3, DVec3), step: f64) -> (f64, f64, f64) {
     let change = |e: DVec3| {
         (function.point((n + e * step).normalize()) - function.point((n - e * step).normalize())) / (2.0 * step)
     };
