@@ -3,7 +3,7 @@
 //! In a normal that faces the line's start, scaled to `w - d` with `w` at right angles to the line's direction `d`, the body's tangent plane is crossed at
 //! `t(w) = (w - d) . o - h(w - d)`. The line is outside before every such plane, and `t` is concave in `w`, so that its maximum over the plane of `w` is the
 //! first hit: Newton's method with steps that are halved until they gain. A line that misses has planes as far along it as one likes; it is given up
-//! where it has passed the bounding sphere.
+//! where it has passed the bounding sphere. Hits are good to 1e-9 of the size, on bodies without curvature in places to 1e-6.
 
 use crate::shape::Convex;
 use glam::DVec3;
@@ -12,8 +12,6 @@ use glam::DVec3;
 const STEPS: usize = 100;
 /// Gain in `t`, as a part of the bounding radius, that is rounding.
 const GAIN: f64 = 1e-14;
-/// Step of the central differences, as a part of the normal's length.
-const DIFFERENCE: f64 = 1e-5;
 
 /// The least `t` for which `origin + t * direction` (a unit vector) lies on the surface; `None` where the line misses.
 pub(super) fn first_hit(shape: Convex, origin: DVec3, direction: DVec3) -> Option<f64> {
@@ -52,12 +50,8 @@ struct Plane {
 }
 
 impl Line {
-    fn point(&self, w: DVec3) -> DVec3 {
-        self.shape.point((w - self.direction).normalize())
-    }
-
     fn plane(&self, w: DVec3) -> Plane {
-        let point = self.point(w);
+        let point = self.shape.point((w - self.direction).normalize());
         Plane { w, t: (w - self.direction).dot(self.o - point), point }
     }
 
@@ -66,10 +60,16 @@ impl Line {
         let (e1, e2) = self.basis;
         let gap = self.o - at.point;
         let (g1, g2) = (gap.dot(e1), gap.dot(e2));
-        let step = DIFFERENCE * (at.w - self.direction).length();
-        let change = |e: DVec3| (self.point(at.w + e * step) - self.point(at.w - e * step)) / (2.0 * step);
-        let (along_1, along_2) = (change(e1), change(e2));
-        let (h11, h12, h22) = (along_1.dot(e1), 0.5 * (along_1.dot(e2) + along_2.dot(e1)), along_2.dot(e2));
+        // The Hessian in `w` is that across the normal, seen in the basis of `w` and divided by the normal's length.
+        let length = (at.w - self.direction).length();
+        let normal = (at.w - self.direction) / length;
+        let tangents = normal.any_orthonormal_pair();
+        let (k11, k12, k22) = self.shape.hessian(normal, tangents);
+        let seen = |e: DVec3| (e.dot(tangents.0), e.dot(tangents.1));
+        let form =
+            |a: (f64, f64), b: (f64, f64)| (k11 * a.0 * b.0 + k12 * (a.0 * b.1 + a.1 * b.0) + k22 * a.1 * b.1) / length;
+        let (a1, a2) = (seen(e1), seen(e2));
+        let (h11, h12, h22) = (form(a1, a1), form(a1, a2), form(a2, a2));
         let determinant = h11 * h22 - h12 * h12;
         let (mut s1, mut s2) = ((h22 * g1 - h12 * g2) / determinant, (h11 * g2 - h12 * g1) / determinant);
         // Where rounding leaves no curvature, straight up.
@@ -143,14 +143,22 @@ mod tests {
         }
     }
 
-    /// An egg with one end blunter: each hit is on the surface and the line is outside before, each miss is outside all along.
     #[test]
-    fn an_asymmetric_body_is_met_where_it_is() {
+    fn other_bodies_are_met_where_they_are() {
+        // An egg with one end blunter.
         let blunt = |n: DVec3| {
             let cubic = 0.06 * (3.0 * n.z * n.z * DVec3::Z - 2.0 * n.z.powi(3) * n);
             ellipsoid(DVec3::new(1.0, 1.0, 1.3), n) + cubic - 0.030510133683 * DVec3::Z
         };
-        let shape = Convex::new(blunt).unwrap();
+        // And `x^4 + y^4 + z^4 = 1`, which has no curvature on the axes.
+        let superball =
+            |n: DVec3| n.signum() * n.abs().powf(1.0 / 3.0) / n.abs().powf(4.0 / 3.0).element_sum().powf(0.25);
+        is_met_where_it_is(Convex::new(blunt).unwrap(), 1e-9);
+        is_met_where_it_is(Convex::new(superball).unwrap(), 1e-6);
+    }
+
+    /// Each hit is on the surface and the line is outside before, each miss is outside all along.
+    fn is_met_where_it_is(shape: Convex, known: f64) {
         let mut rng = ChaCha8Rng::seed_from_u64(42);
         let mut counts = [0; 2];
         for _ in 0..1000 {
@@ -159,15 +167,15 @@ mod tests {
             let gap = |t: f64| point_to_convex(shape, origin + t * direction).0;
             let nearest = -origin.dot(direction);
             if let Some(t) = hit {
-                assert!(gap(t).abs() < 1e-9, "{origin} {direction}: {}", gap(t));
+                assert!(gap(t).abs() < known, "{origin} {direction}: {}", gap(t));
             }
             let end = hit.unwrap_or(nearest + 2.0);
             let least =
                 (0..=40).map(|k| gap(nearest - 2.0 + (end - nearest + 2.0) * f64::from(k) / 40.0)).fold(1.0, f64::min);
-            assert!(least > -1e-9, "{origin} {direction} {hit:?}: {least}");
+            assert!(least > -known, "{origin} {direction} {hit:?}: {least}");
             counts[usize::from(hit.is_some())] += 1;
         }
-        assert!(counts[0] > 100 && counts[1] > 100, "{counts:?}");
+        assert!(counts[0] >= 50 && counts[1] >= 50, "{counts:?}");
     }
 
     #[test]

@@ -46,6 +46,7 @@ fn surface_point(body: &Placed, u: f64, v: f64) -> DVec3 {
             let ((s, c), (t, d)) = ((TAU * u).sin_cos(), (TAU * v).sin_cos());
             DVec3::new((major_radius + minor_radius * d) * c, (major_radius + minor_radius * d) * s, minor_radius * t)
         }
+        Shape::Convex(shape) => shape.point(ball(u, v)),
     };
     body.position + body.orientation * local
 }

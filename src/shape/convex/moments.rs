@@ -28,14 +28,13 @@ impl Samples {
     pub fn moments(&self, function: &dyn SupportFunction, size: f64) -> Result<(f64, DVec3), ConvexError> {
         let Integrals { volume, first, second } = self.extrapolated();
         let centre = first / volume;
-        // Not a number counts as elsewhere.
-        if !(centre.length() <= CENTRED * size) {
+        if centre.is_nan() || centre.length() > CENTRED * size {
             return Err(ConvexError::OffCentre { centre: centre.to_array() });
         }
         let [xx, yy, zz] = [second.x_axis.x, second.y_axis.y, second.z_axis.z];
         let inertia = DVec3::new(yy + zz, zz + xx, xx + yy);
         let products = DVec3::new(second.y_axis.z, second.z_axis.x, second.x_axis.y) / inertia.element_sum();
-        if !(products.abs().max_element() <= CENTRED) {
+        if products.is_nan() || products.abs().max_element() > CENTRED {
             return Err(ConvexError::Tilted { products: products.to_array() });
         }
         let checked = |what: &'static str, given: f64, measured: f64| {

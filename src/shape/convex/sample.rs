@@ -214,7 +214,7 @@ const LEFT: f64 = 0.5;
 /// A convex body's is definite. Differences are not where the point changes like a root of the normal, as a superellipsoid's on its axes: a direction
 /// at an angle to that change has nearly all of it. They are then taken again in the directions in which the matrix is diagonal.
 pub(super) fn hessian(function: &dyn SupportFunction, n: DVec3, basis: (DVec3, DVec3), step: f64) -> (f64, f64, f64) {
-    let (mut turned, mut turn) = (basis, DVec2::X);
+    let mut turn = DVec2::X;
     let mut found = differences(function, n, basis, step);
     for _ in 0..TURNS {
         let (h11, h12, h22) = found;
@@ -222,7 +222,7 @@ pub(super) fn hessian(function: &dyn SupportFunction, n: DVec3, basis: (DVec3, D
             break;
         }
         turn = turn.rotate(DVec2::from_angle(0.5 * (2.0 * h12).atan2(h11 - h22)));
-        turned = (basis.0 * turn.x + basis.1 * turn.y, basis.1 * turn.x - basis.0 * turn.y);
+        let turned = (basis.0 * turn.x + basis.1 * turn.y, basis.1 * turn.x - basis.0 * turn.y);
         found = differences(function, n, turned, step);
     }
     if turn == DVec2::X {
