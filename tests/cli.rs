@@ -65,6 +65,31 @@ fn help_and_version() {
 }
 
 #[test]
+fn what_goes_on_is_told_by_level() {
+    let place = Place::new();
+    let lines = |arguments: &[&str], level: &str| {
+        let ran = place.relcp(arguments).expect(0);
+        ran.err.lines().filter(|line| line.split_whitespace().nth(1) == Some(level)).count()
+    };
+    let counts = |log: &[&str]| {
+        let out = format!("out{}", log.join("").replace('=', ""));
+        let run = [&["run", "rods.json", "--quiet", "--backend", "cpu", "--out", &out], log].concat();
+        let counts = ["INFO", "DEBUG", "TRACE"].map(|level| {
+            let _ = fs::remove_dir_all(place.at(&out));
+            lines(&run, level)
+        });
+        counts
+    };
+    assert_eq!(counts(&[]), [0, 0, 0]);
+    assert_eq!(counts(&["--log", "warn"]), [0, 0, 0]);
+    let [states, steps, solves] = counts(&["--log=trace"]);
+    assert!(states >= 3 && steps == 60 && solves >= 60, "{states} {steps} {solves}");
+    assert_eq!(counts(&["--log", "info"]), [states, 0, 0]);
+    assert_eq!(counts(&["--log", "debug"]), [states, 60, 0]);
+    place.relcp(&["scenes", "--log", "loud"]).expect(2);
+}
+
+#[test]
 fn bad_arguments_are_status_2_and_write_nothing() {
     let place = Place::new();
     for arguments in [

@@ -9,6 +9,7 @@ mod devices;
 mod exit;
 mod export;
 mod interrupt;
+mod log;
 mod manual;
 mod measure;
 mod output;
@@ -34,6 +35,7 @@ pub fn main() -> ExitCode {
         std::process::exit(Exit::Internal as i32);
     }));
     let arguments = Arguments::parse();
+    log::start(arguments.log);
     let exit = dispatch(arguments.command).unwrap_or_else(|error| {
         let exit = error.exit();
         output::report(error);

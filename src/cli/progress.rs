@@ -27,7 +27,9 @@ impl Progress {
     pub(super) fn new(run: &Run, quiet: bool) -> Self {
         let scene = run.simulation().scene();
         let steps = scene.time.steps();
-        let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
+        // Lines of a log would cut through a bar.
+        let logs = log::max_level() > log::LevelFilter::Off;
+        let bar = (!quiet && !logs && std::io::stderr().is_terminal()).then(|| {
             let style = ProgressStyle::with_template("{bar:24} {percent:>3}%  {msg}");
             let bar = ProgressBar::new(steps).with_position(run.simulation().steps());
             bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))

@@ -114,7 +114,9 @@ impl Buffer {
     /// Room to grow into, though not beyond one binding for that.
     fn grown(&self, gpu: &Gpu, needed: u64) -> u64 {
         let more = (needed as f64 * GROWTH) as u64;
-        needed.max(more.min(gpu.bank_bytes() / self.element as u64))
+        let grown = needed.max(more.min(gpu.bank_bytes() / self.element as u64));
+        log::debug!("buffer {}: from {} to {grown} elements of {} bytes", self.label, self.capacity, self.element);
+        grown
     }
 
     /// The parts that it is bound in: offset and bytes of each. One, but for a buffer larger than a binding may be.

@@ -147,6 +147,7 @@ impl Gpu {
             patience_ms: AtomicU64::new(PATIENCE.as_millis() as u64),
             compile_at_once: AtomicBool::new(false),
         };
+        log::info!("opened {} ({}), {:?}", gpu.name, gpu.driver, gpu.features);
         gpu.warnings = self_test::run(&gpu)?;
         *lock(&gpu.counters) = Counters::default();
         lock(&gpu.pipelines).clear();

@@ -213,6 +213,7 @@ impl Run {
 
     fn record(&mut self, report: &StepReport, wall: Duration) -> Result<(), RunError> {
         let begun = Instant::now();
+        tell(report, self.simulation.scene().contact.overlap_tolerance, wall);
         // Where it ends is not known to the schedule before it is there.
         let done = self.simulation.done();
         if done || self.schedule.row_due(report.step) {
@@ -253,6 +254,7 @@ impl Run {
     fn record_state(&self) -> Result<(), RunError> {
         let state = self.simulation.state()?;
         let path = self.folder.state(state.step);
+        log::info!("state of step {} into {}", state.step, path.display());
         let (hash, time) = (&self.scene_hash, self.simulation.time());
         let bytes = match self.simulation.scene().output.forces {
             true => encode_with_forces(state, hash, time),
@@ -269,6 +271,7 @@ impl Run {
         self.measures.as_mut().map_or(Ok(()), Measures::sync)?;
         durable::sync_folder(&self.folder.states())?;
         let path = self.folder.checkpoint();
+        log::info!("checkpoint into {}", path.display());
         if path.exists() {
             durable::rename(&path, &self.folder.previous_checkpoint())?;
         }
@@ -321,6 +324,22 @@ impl Run {
         let image = picture(&self.simulation.state()?.bodies.wrapped(), &view);
         image.encode(&mut bytes).map_err(RecordError::io(&path, "pack it"))?;
         Ok(durable::write(&path, &bytes)?)
+    }
+}
+
+/// Logs a step.
+fn tell(report: &StepReport, tolerance: f64, wall: Duration) {
+    let StepReport { step, bodies, constraints, recursions, products, residual, max_overlap, .. } = report;
+    log::debug!(
+        "step {step}: {bodies} bodies, {constraints} constraints, {recursions} recursions, {products} products, residual {residual:.2e}, \
+        overlap {max_overlap:.2e}, {:.3} s",
+        wall.as_secs_f64()
+    );
+    if report.unconverged > 0 {
+        log::warn!("step {step}: a solve ended as {:?} with a residual of {residual:.2e}", report.status);
+    }
+    if *max_overlap > tolerance {
+        log::warn!("step {step}: overlap {max_overlap:.3e} of {tolerance:.1e} allowed, {:?}", report.worst_pair);
     }
 }
 

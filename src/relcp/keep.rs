@@ -41,11 +41,17 @@ impl Keep {
         let step = backend.steps() + 1;
         let recursion = if self.solves.0 == step { self.solves.1 } else { 0 };
         self.solves = (step, recursion + 1);
-        let Some(dump) = self.dump.filter(|dump| self.counted < dump.at_most()) else {
-            return backend.solve(tolerance);
+        let solve = |backend: &mut dyn Backend| {
+            let outcome = backend.solve(tolerance)?;
+            let (rows, Outcome { status, iterations, products, residual, .. }) = (backend.constraints(), outcome);
+            log::trace!(
+                "step {step}, solve {recursion}: {rows} rows to {tolerance:.1e}: {status:?}, {iterations} iterations, {products} products, residual {residual:.2e}"
+            );
+            Ok::<_, Fault>(outcome)
         };
+        let Some(dump) = self.dump.filter(|dump| self.counted < dump.at_most()) else { return solve(backend) };
         let start = backend.multipliers()?;
-        let outcome = backend.solve(tolerance)?;
+        let outcome = solve(backend)?;
         if dump.wants(outcome.status == Status::Solved, outcome.products) {
             self.counted += 1;
             let lcp = backend.stored_lcp(start)?;

@@ -9,7 +9,7 @@ pub(super) use run::{Backend, Batch, Compute, Precision, Print, Run};
 pub(super) use states::{Contacts, Export, ExportFormat, Measure, Render};
 pub(super) use study::{Study, StudyName};
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// More threads than this are a slip of the pen.
 const MOST_THREADS: i64 = 1024;
@@ -20,6 +20,19 @@ const MOST_THREADS: i64 = 1024;
 pub(super) struct Arguments {
     #[command(subcommand)]
     pub(super) command: Command,
+    /// Say on standard error what goes on: info tells of states and checkpoints, debug of every step, trace of every solve
+    #[arg(long, global = true, value_name = "LEVEL", help_heading = "Logging")]
+    pub(super) log: Option<Level>,
+}
+
+/// How much is said of what goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Level {
+    Error,
+    Warn,
+    Info,
+    Debug,
+    Trace,
 }
 
 const EXIT_STATUS: &str = "\
