@@ -50,6 +50,7 @@ fn draws(of: &Value, shape: &Shape, off: f64) -> bool {
             let corners = of["vertices"].as_array().unwrap();
             of["type"] == "Mesh" && corners.len() == 96 * 24 && corners.iter().all(on)
         }
+        Shape::Convex(_) => false,
     }
 }
 

@@ -28,7 +28,7 @@ fn past(wall: &Wall, body: &Placed) -> f64 {
                     let (sine, cosine) = (TAU * f64::from(i) / 80.0).sin_cos();
                     DVec3::new(cosine, sine, 0.0) * (major_radius + minor_radius * d) + DVec3::Z * (minor_radius * t)
                 }
-                Shape::Convex(_) => panic!("no scene has one"),
+                Shape::Convex(shape) => shape.point(n),
             };
             worst = worst.max(beyond(wall, body.position + body.orientation * local));
         }

@@ -10,10 +10,9 @@ use glam::{DVec2, DVec3};
 pub(super) const FREQUENCY: usize = 48;
 /// The same of the grid whose points are all compared with one another: 360.
 const COARSE: usize = 8;
-/// By how much of the body's size a point may lie farther than the one whose normal it is: rounding of a function of some ten operations is under
-/// 1e-14, and a sphere with a dent or a bump of 1e-6 is found out.
+/// By how much of the body's size a point may lie farther than the one whose normal it is: rounding of a function of some ten operations is under 1e-14.
 const FARTHER: f64 = 1e-11;
-/// Halvings of the angle between two normals that a jump is looked for with: it is then 1e-13.
+/// Halvings of the angle between two normals that a jump is looked for with: it is then 3e-14.
 const HALVINGS: usize = 40;
 /// A jump, as a part of the size. After the halvings the point of a superellipsoid of degree 4, whose curvature is zero where it meets the axes, has
 /// moved by 3e-5, that of any body with a greater curvature by less.
