@@ -21,8 +21,6 @@ fn written(folder: &tempfile::TempDir, states: &States) -> (PathBuf, relcp::expo
 fn draws(of: &Value, shape: &Shape, off: f64) -> bool {
     let near = |value: &Value, to: f64| (value.as_f64().unwrap() - to).abs() <= off;
     match *shape {
-        // No state holds one.
-        Shape::Convex(_) => false,
         Shape::Sphere { radius } => of["type"] == "Sphere" && near(&of["diameter"], 2.0 * radius),
         Shape::Spherocylinder { diameter, length } if diameter == length => {
             of["type"] == "Sphere" && near(&of["diameter"], diameter)
