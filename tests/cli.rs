@@ -74,11 +74,10 @@ fn what_goes_on_is_told_by_level() {
     let counts = |log: &[&str]| {
         let out = format!("out{}", log.join("").replace('=', ""));
         let run = [&["run", "rods.json", "--quiet", "--backend", "cpu", "--out", &out], log].concat();
-        let counts = ["INFO", "DEBUG", "TRACE"].map(|level| {
+        ["INFO", "DEBUG", "TRACE"].map(|level| {
             let _ = fs::remove_dir_all(place.at(&out));
             lines(&run, level)
-        });
-        counts
+        })
     };
     assert_eq!(counts(&[]), [0, 0, 0]);
     assert_eq!(counts(&["--log", "warn"]), [0, 0, 0]);
