@@ -1,17 +1,19 @@
 //! `relcp render`: pictures of a run's states, and a movie.
 
-use super::arguments::Render as Arguments;
+use super::arguments::{Backend, Render as Arguments};
 use super::compute;
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::output;
 use crate::export::States;
+use crate::gpu::{Choice, Gpu, GpuError, adapters};
 use crate::record::{RecordError, durable};
-use crate::render::{Encoder, Frames, MOVIE, RenderError, Rendered, movie, render as draw};
+use crate::render::{Encoder, Frames, MOVIE, Rays, RenderError, Rendered, movie, render_on};
 use indicatif::ProgressBar;
 use serde::Serialize;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What `--json` prints: the document, with where its files are.
 #[derive(Serialize)]
@@ -28,9 +30,10 @@ pub(super) fn render(arguments: &Arguments) -> Result<Exit, CliError> {
     if let Some(movie) = &arguments.movie {
         check_movie(movie, encoder.as_ref())?;
     }
+    let rays = rays(arguments)?;
     let states = States::open(&arguments.run).map_err(RenderError::from)?;
     let folder = arguments.out.clone().unwrap_or_else(|| place(&arguments.run, states.name()));
-    let mut rendered = watched(arguments, &states, &folder)?;
+    let mut rendered = watched(arguments, rays.as_ref(), &states, &folder)?;
     let movie = make_movie(arguments, encoder.as_ref(), &folder, &mut rendered)?;
     if arguments.print.json {
         output::json(&Document { folder: &folder, movie: movie.as_deref(), rendered: &rendered })?;
@@ -56,7 +59,34 @@ fn check_movie(movie: &Path, encoder: Option<&Encoder>) -> Result<(), CliError> 
     Ok(())
 }
 
-fn watched(arguments: &Arguments, states: &States, folder: &Path) -> Result<Rendered, RenderError> {
+/// The device that casts the rays, where one does.
+fn rays(arguments: &Arguments) -> Result<Option<Rays>, CliError> {
+    let software = arguments.backend == Backend::Gpu;
+    let choice = Choice { name: arguments.adapter.clone(), software, ..Choice::default() };
+    let open = || Gpu::open(&choice).and_then(|gpu| Rays::new(Arc::new(gpu)));
+    let none = || {
+        let usage = "--adapter names a device, and these pictures are drawn by the CPU; say --backend gpu";
+        arguments.adapter.as_ref().map_or(Ok(None), |_| Err(CliError::Usage(usage.into())))
+    };
+    match arguments.backend {
+        Backend::Cpu => none(),
+        Backend::Gpu => Ok(Some(open()?)),
+        Backend::Auto => match adapters(&choice).into_iter().find(|adapter| adapter.automatic) {
+            None => none(),
+            Some(adapter) => open().map(Some).or_else(|fault: GpuError| {
+                output::message_once(&format!("{} is not used: {fault}", adapter.name));
+                none()
+            }),
+        },
+    }
+}
+
+fn watched(
+    arguments: &Arguments,
+    rays: Option<&Rays>,
+    states: &States,
+    folder: &Path,
+) -> Result<Rendered, RenderError> {
     let interrupt = Interrupt::listen();
     let bar = (!arguments.print.quiet && std::io::stderr().is_terminal()).then(|| ProgressBar::new(0));
     let mut watch = |done, all| {
@@ -66,7 +96,7 @@ fn watched(arguments: &Arguments, states: &States, folder: &Path) -> Result<Rend
         }
         !interrupt.asked()
     };
-    let rendered = draw(&arguments.run, states, &frames(arguments), folder, &mut watch);
+    let rendered = render_on(rays, &arguments.run, states, &frames(arguments), folder, &mut watch);
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }

@@ -1,6 +1,7 @@
 //! Why the pictures of a run could not be made.
 
 use crate::export::ExportError;
+use crate::gpu::GpuError;
 use crate::record::RecordError;
 use miette::Diagnostic;
 use std::path::PathBuf;
@@ -27,6 +28,9 @@ pub enum RenderError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Record(#[from] RecordError),
+    /// The device that was to cast the rays failed.
+    #[error(transparent)]
+    Device(#[from] GpuError),
     /// A state does not have what the colours are to tell.
     #[error("{origin}: no colours by {colour}: {why}")]
     Missing {
@@ -101,7 +105,7 @@ impl From<ExportError> for RenderError {
 }
 
 impl RenderError {
-    /// The program's exit status: 4 where a file is at fault, 2 where an argument is, 130 where it was stopped.
+    /// The program's exit status: 4 where a file is at fault, 2 where an argument is, 5 where a device is, 130 where it was stopped.
     pub fn exit_code(&self) -> i32 {
         match self {
             RenderError::States(error) => error.exit_code(),
@@ -112,6 +116,7 @@ impl RenderError {
             | RenderError::Nothing { .. }
             | RenderError::Foreign { .. }
             | RenderError::NoEncoder => 2,
+            RenderError::Device(_) => 5,
             RenderError::Stopped { .. } => 130,
         }
     }

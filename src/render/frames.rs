@@ -8,7 +8,7 @@
 use super::camera::{Extent, axes_from};
 use super::quantity::Quantity;
 use super::scale::{self, Scale};
-use super::{Background, Camera, Image, RenderError, Side, View, caption, painted};
+use super::{Background, Camera, Image, Rays, RenderError, Side, View, caption, on_cpu, on_device, painted};
 use crate::export::{Snapshot, States, Watch};
 use crate::measure::{Frame, LeftOut};
 use crate::record::{RecordError, durable};
@@ -108,6 +108,8 @@ pub struct RenderedFrame {
 pub struct Rendered {
     /// Whether all pictures are there.
     pub complete: bool,
+    /// The device that cast the rays; null on the CPU.
+    pub adapter: Option<String>,
     /// What the colours tell.
     pub colour: Quantity,
     /// Width and height in pixels.
@@ -156,16 +158,32 @@ pub fn render(
     folder: &Path,
     watch: Watch<'_>,
 ) -> Result<Rendered, RenderError> {
+    render_on(None, source, states, frames, folder, watch)
+}
+
+/// As [`render`], the rays cast by a device where there is one.
+///
+/// # Errors
+/// As [`render`], and [`RenderError::Device`].
+pub fn render_on(
+    rays: Option<&Rays>,
+    source: &str,
+    states: &States,
+    frames: &Frames,
+    folder: &Path,
+    watch: Watch<'_>,
+) -> Result<Rendered, RenderError> {
     if frames.range.is_some() && frames.colour.ends().is_none() {
         return Err(RenderError::NoScale { colour: frames.colour.name() });
     }
     let run = Frame::of(source, states)?;
     let side = frames.side.unwrap_or(if run.planar { Side::Top } else { Side::Oblique });
     let size = frames.size.map(|side| side.clamp(1, View::LARGEST_SIDE));
-    let painter = Painter { states, frames, run, side, size };
+    let painter = Painter { rays, states, frames, run, side, size };
     let seen = painter.look(&mut *watch)?;
     let mut rendered = Rendered {
         complete: false,
+        adapter: rays.map(|rays| rays.gpu().name().to_owned()),
         colour: frames.colour,
         size,
         side,
@@ -184,6 +202,7 @@ pub fn render(
 }
 
 struct Painter<'a> {
+    rays: Option<&'a Rays>,
     states: &'a States,
     frames: &'a Frames,
     run: Frame,
@@ -309,7 +328,14 @@ impl Painter<'_> {
             scale_bar: self.frames.words,
             ..View::default()
         };
-        let mut image = painted(&state.bodies.wrapped(), &view, camera, &colours);
+        let bodies = state.bodies.wrapped();
+        let mut image = match self.rays {
+            Some(rays) => painted(&bodies, &view, camera, &colours, on_device(rays))?,
+            None => {
+                let Ok(image) = painted(&bodies, &view, camera, &colours, on_cpu);
+                image
+            }
+        };
         if self.frames.words {
             let inks = self.frames.background.ink_and_paper().map(super::bytes);
             caption::state(&mut image, &state, inks);

@@ -1,7 +1,7 @@
-//! Pictures of bodies: rays against the smooth surfaces themselves, on the CPU.
+//! Pictures of bodies: rays against the smooth surfaces themselves, on the CPU or a device.
 //!
 //! Rays are parallel, two by two to a pixel, and meet each body where its surface is, by the closed form of its family
-//! (`intersect`). A picture's bytes are the same for any number of threads.
+//! (`intersect`). A picture's bytes are the same for any number of threads. A device may cast the rays ([`Rays`]).
 //!
 //! [`picture`] is of bodies; [`render`](fn@render) makes those of a run's states, and [`fn@movie`] a movie of them.
 
@@ -16,6 +16,7 @@ mod intersect;
 mod movie;
 mod quantity;
 mod raster;
+mod rays;
 mod scale;
 mod scale_bar;
 mod shade;
@@ -25,18 +26,21 @@ mod text;
 pub use camera::Camera;
 pub use error::RenderError;
 pub(crate) use frames::MOVIE;
-pub use frames::{Fit, Frames, Rendered, RenderedFrame, render};
+pub use frames::{Fit, Frames, Rendered, RenderedFrame, render, render_on};
 pub use image::Image;
 pub use movie::{Encoder, movie};
 pub use quantity::Quantity;
+pub use rays::Rays;
 pub use scale::Scale;
 
 use crate::bodies::Bodies;
+use crate::gpu::GpuError;
 use glam::Vec3;
 use raster::Samples;
 use rayon::prelude::*;
 use shade::Shading;
 use shadow::Shadow;
+use std::convert::Infallible;
 
 /// A middling body's thickness in pixels from which shadows are worth their time: finer ones are speckles.
 const SHADOW_FROM: f32 = 1.5;
@@ -150,21 +154,50 @@ pub fn picture(bodies: &Bodies, view: &View) -> Image {
 
 /// As [`picture`], by a camera of one's own: one camera for all pictures of a movie keeps them still.
 pub fn picture_by(bodies: &Bodies, view: &View, camera: &Camera) -> Image {
-    painted(bodies, view, camera, &colour::of_bodies(bodies, view.colour))
+    let Ok(image) = painted(bodies, view, camera, &colour::of_bodies(bodies, view.colour), on_cpu);
+    image
 }
 
-/// As [`picture_by`], with a linear colour a body.
-fn painted(bodies: &Bodies, view: &View, camera: &Camera, colours: &[Vec3]) -> Image {
+/// As [`picture_by`], the rays cast by a device. Its pixels differ from the CPU's by rounding.
+///
+/// # Errors
+/// A [`GpuError`] where the device fails.
+pub fn picture_on(rays: &Rays, bodies: &Bodies, view: &View, camera: &Camera) -> Result<Image, GpuError> {
+    painted(bodies, view, camera, &colour::of_bodies(bodies, view.colour), on_device(rays))
+}
+
+/// Casts rays on the CPU.
+fn on_cpu(bodies: &Bodies, camera: &Camera, width: u32, height: u32) -> Result<Samples, Infallible> {
+    Ok(Samples::cast(bodies, camera, width, height))
+}
+
+/// Casts rays on a device.
+fn on_device(rays: &Rays) -> impl Fn(&Bodies, &Camera, u32, u32) -> Result<Samples, GpuError> {
+    |bodies, camera, width, height| Samples::cast_on(rays, bodies, camera, width, height)
+}
+
+/// As [`picture_by`], with a linear colour a body, and what casts the rays.
+fn painted<E>(
+    bodies: &Bodies,
+    view: &View,
+    camera: &Camera,
+    colours: &[Vec3],
+    cast: impl Fn(&Bodies, &Camera, u32, u32) -> Result<Samples, E>,
+) -> Result<Image, E> {
     let [width, height] = [view.width, view.height].map(|side| side.clamp(1, View::LARGEST_SIDE));
-    let samples = Samples::cast(bodies, camera, width, height);
+    let samples = cast(bodies, camera, width, height)?;
     let scale = camera.pixels_per_length();
     let thickness: Vec<f32> = bodies.shape.iter().map(|s| (s.thickness() * scale) as f32).collect();
     let typical = median(&thickness);
     // Bodies in one plane throw hardly a shadow on each other.
-    let shadow = (!view.planar && typical >= SHADOW_FROM).then(|| {
-        let light = camera.to_space(shade::KEY_LIGHT.as_dvec3()).normalize();
-        Shadow::cast(bodies, light, f64::from(typical) / scale, width.max(height) / SHADOW_COARSENESS)
-    });
+    let shadow = match !view.planar && typical >= SHADOW_FROM {
+        true => {
+            let light = camera.to_space(shade::KEY_LIGHT.as_dvec3()).normalize();
+            let side = width.max(height) / SHADOW_COARSENESS;
+            Some(Shadow::cast(bodies, light, f64::from(typical) / scale, side, &cast)?)
+        }
+        false => None,
+    };
     let [ink, paper] = view.background.ink_and_paper();
     let shading = Shading {
         samples: &samples,
@@ -187,7 +220,7 @@ fn painted(bodies: &Bodies, view: &View, camera: &Camera, colours: &[Vec3]) -> I
     if view.scale_bar && !bodies.is_empty() {
         scale_bar::draw(&mut image, scale, bytes(ink), background);
     }
-    image
+    Ok(image)
 }
 
 fn bytes(light: Vec3) -> [u8; 3] {

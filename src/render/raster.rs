@@ -3,18 +3,22 @@
 
 use super::camera::{Bounds, Camera};
 use super::intersect::{first_hit, normal};
+use super::rays::Rays;
 use crate::bodies::Bodies;
+use crate::gpu::GpuError;
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
 /// Rays along a pixel's side: 2 x 2 to a pixel.
 pub(super) const SUPERSAMPLING: usize = 2;
 /// Rays along a tile's side. 64 x 64 samples of 16 bytes fill 64 KiB, about a core's own cache.
-const TILE: usize = 64;
+pub(super) const TILE: usize = 64;
 /// The value of [`Sample::body`] where no body is seen.
 pub(super) const NOTHING: u32 = u32::MAX;
 
 /// What one ray has met.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct Sample {
     /// The body's index, or [`NOTHING`].
     pub body: u32,
@@ -39,22 +43,26 @@ pub(super) struct Samples {
 impl Samples {
     /// Casts the rays of a picture of `width` times `height` pixels.
     pub fn cast(bodies: &Bodies, camera: &Camera, width: u32, height: u32) -> Samples {
-        let (width, height) = (width as usize * SUPERSAMPLING, height as usize * SUPERSAMPLING);
-        let grid = Grid {
-            size: [width, height],
-            tiles: [width.div_ceil(TILE), height.div_ceil(TILE)],
-            scale: camera.pixels_per_length() * SUPERSAMPLING as f64,
-        };
+        let grid = Grid::new(camera, width, height);
         let drawn = grid.front_to_back(bodies, camera);
         let (first, members) = grid.bin(&drawn);
-        let mut tiles = vec![EMPTY; grid.tiles[0] * grid.tiles[1] * TILE * TILE];
-        tiles.par_chunks_mut(TILE * TILE).enumerate().for_each(|(tile, samples)| {
-            let corner = [tile % grid.tiles[0] * TILE, tile / grid.tiles[0] * TILE];
-            for &member in &members[first[tile]..first[tile + 1]] {
-                grid.cast_one(&drawn[member as usize], corner, samples);
-            }
-        });
-        Samples { width, height, columns: grid.tiles[0], tiles }
+        grid.cast(&drawn, &first, &members)
+    }
+
+    /// The same on a device, but for what only the CPU casts.
+    pub fn cast_on(
+        rays: &Rays,
+        bodies: &Bodies,
+        camera: &Camera,
+        width: u32,
+        height: u32,
+    ) -> Result<Samples, GpuError> {
+        let grid = Grid::new(camera, width, height);
+        let drawn = grid.front_to_back(bodies, camera);
+        let (first, members) = grid.bin(&drawn);
+        let tiles = rays.cast(&drawn, (&first, &members), grid.tiles[0], grid.scale)?;
+        let cast = |tiles| Samples { width: grid.size[0], height: grid.size[1], columns: grid.tiles[0], tiles };
+        Ok(tiles.map_or_else(|| grid.cast(&drawn, &first, &members), cast))
     }
 
     /// What the ray in column `x` and row `y` from the top left has met.
@@ -76,15 +84,15 @@ impl Samples {
 }
 
 /// A body to draw and the samples it may cover.
-struct Drawn {
-    body: u32,
-    bounds: Bounds,
+pub(super) struct Drawn {
+    pub body: u32,
+    pub bounds: Bounds,
     /// Centre in samples from the top left.
-    x: f64,
-    y: f64,
+    pub x: f64,
+    pub y: f64,
     /// First and last covered column and row.
-    columns: [usize; 2],
-    rows: [usize; 2],
+    pub columns: [usize; 2],
+    pub rows: [usize; 2],
 }
 
 struct Grid {
@@ -95,6 +103,25 @@ struct Grid {
 }
 
 impl Grid {
+    fn new(camera: &Camera, width: u32, height: u32) -> Grid {
+        let size = [width, height].map(|side| side as usize * SUPERSAMPLING);
+        let scale = camera.pixels_per_length() * SUPERSAMPLING as f64;
+        Grid { size, tiles: size.map(|side| side.div_ceil(TILE)), scale }
+    }
+
+    /// Casts all rays, on the CPU.
+    fn cast(&self, drawn: &[Drawn], first: &[usize], members: &[u32]) -> Samples {
+        let grid = self;
+        let mut tiles = vec![EMPTY; grid.tiles[0] * grid.tiles[1] * TILE * TILE];
+        tiles.par_chunks_mut(TILE * TILE).enumerate().for_each(|(tile, samples)| {
+            let corner = [tile % grid.tiles[0] * TILE, tile / grid.tiles[0] * TILE];
+            for &member in &members[first[tile]..first[tile + 1]] {
+                grid.cast_one(&drawn[member as usize], corner, samples);
+            }
+        });
+        Samples { width: grid.size[0], height: grid.size[1], columns: grid.tiles[0], tiles }
+    }
+
     /// The bodies that cover a sample, the one that reaches nearest to the viewer first, equal ones by index.
     fn front_to_back(&self, bodies: &Bodies, camera: &Camera) -> Vec<Drawn> {
         let mut drawn: Vec<Drawn> =

@@ -27,13 +27,22 @@ pub(super) struct Shadow {
 impl Shadow {
     /// The shadows of light that comes from the unit vector `light`; `thickness` is a middling body's, and `side` the
     /// pixels along a side of the light's own picture.
-    pub fn cast(bodies: &Bodies, light: DVec3, thickness: f64, side: u32) -> Shadow {
+    ///
+    /// # Errors
+    /// What `cast`, which casts the rays of that picture, fails with.
+    pub fn cast<E>(
+        bodies: &Bodies,
+        light: DVec3,
+        thickness: f64,
+        side: u32,
+        cast: impl Fn(&Bodies, &Camera, u32, u32) -> Result<Samples, E>,
+    ) -> Result<Shadow, E> {
         let side = side.clamp(1, LARGEST_SIDE);
         let right = light.any_orthonormal_vector();
         let camera = Camera::along([right, light.cross(right), light], [side; 2], bodies);
-        let samples = Samples::cast(bodies, &camera, side, side);
+        let samples = cast(bodies, &camera, side, side)?;
         let softness = SOFTNESS * (thickness * camera.pixels_per_length()) as f32 * SUPERSAMPLING as f32;
-        Shadow { samples, camera, softness: softness.max(LEAST_SOFTNESS) }
+        Ok(Shadow { samples, camera, softness: softness.max(LEAST_SOFTNESS) })
     }
 
     /// The part of the main light, from 0 to 1, that reaches a point with this normal. `ray` is the ray's number in its pixel.
@@ -56,6 +65,7 @@ impl Shadow {
 mod tests {
     use super::*;
     use crate::bodies::NO_GROUP;
+    use crate::render::on_cpu;
     use crate::separation::Placed;
     use crate::shape::Shape;
     use glam::DQuat;
@@ -72,7 +82,8 @@ mod tests {
     #[test]
     fn a_body_shades_what_is_behind_it_and_nothing_else() {
         for light in [DVec3::Z, DVec3::new(0.6, 0.0, 0.8), DVec3::new(-0.48, 0.64, 0.6)] {
-            let shadow = Shadow::cast(&balls(&[(3.0, DVec3::ZERO), (1.0, light * 6.0)]), light, 2.0, 600);
+            let shadow = Shadow::cast(&balls(&[(3.0, DVec3::ZERO), (1.0, light * 6.0)]), light, 2.0, 600, on_cpu);
+            let Ok(shadow) = shadow;
             let side = light.any_orthonormal_vector();
             for ray in 0..4 {
                 for across in [-2.0, -1.5, -0.5, 0.0, 0.5, 1.5, 2.0_f64] {
@@ -88,7 +99,8 @@ mod tests {
     #[test]
     fn a_lone_body_does_not_shade_its_lit_side() {
         for radius in [0.01, 1.0, 50.0] {
-            let shadow = Shadow::cast(&balls(&[(radius, DVec3::ONE)]), DVec3::Z, 2.0 * radius, 600);
+            let shadow = Shadow::cast(&balls(&[(radius, DVec3::ONE)]), DVec3::Z, 2.0 * radius, 600, on_cpu);
+            let Ok(shadow) = shadow;
             for k in 0..=400 {
                 let slope = k as f64 / 400.0 * 1.4;
                 for turn in [0.0, 1.0, 2.0, 4.0] {

@@ -9,6 +9,7 @@ mod faults;
 mod lattice;
 mod lcp;
 mod periodic;
+mod render;
 mod rows;
 mod runs;
 mod separation;

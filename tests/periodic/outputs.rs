@@ -241,7 +241,7 @@ fn the_program_runs_resumes_exports_and_draws_a_periodic_scene() {
     let bodies_file = std::fs::read(place.path().join("one/vtk/states/bodies_0000000040.vtp")).unwrap();
     assert!(String::from_utf8_lossy(&bodies_file).contains("Name=\"image\""));
     let (status, _, error) = relcp(place.path(), &["run", "scene.json", "--out", "device", "--backend", "gpu"]);
-    assert!(status != 0 && (error.contains("periodic") || error.contains("adapter")), "{status} {error}");
+    assert!(status == 0 || status == 5 && error.contains("adapter"), "{status} {error}");
     let (status, _, error) = relcp(
         place.path(),
         &["run", "one/final.json", "--set", "time.end=2.5", "--out", "on", "--backend", "cpu", "--quiet"],

@@ -1,7 +1,7 @@
 //! Arguments of commands that look at states: contacts, export, measure, render.
 
 use super::number::{length, positive, range, size};
-use super::{Compute, MOST_THREADS, Print};
+use super::{Backend, Compute, MOST_THREADS, Print};
 use crate::render::{Background, Fit, Quantity, Side};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -131,7 +131,7 @@ Examples:
 
 frames/000000.png and so on have one camera and one scale of colours, fitted to all of them; frames.json says
 which state each shows. What an earlier rendering left in the folder, whole or not, is replaced.
-A movie is made where `ffmpeg` is on the path.";
+A movie is made where `ffmpeg` is on the path. A hardware GPU casts the rays if there is one.";
 
 #[derive(Args, Debug)]
 #[command(after_help = RENDER_EXAMPLES)]
@@ -182,6 +182,12 @@ pub(in crate::cli) struct Render {
     /// No movie, also where there is `ffmpeg`
     #[arg(long)]
     pub(in crate::cli) no_movie: bool,
+    /// What casts the rays: auto takes a hardware GPU if there is one, else the CPU; gpu takes a software adapter too
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(in crate::cli) backend: Backend,
+    /// The adapter, by a part of its name; `relcp devices` lists them
+    #[arg(long, value_name = "NAME")]
+    pub(in crate::cli) adapter: Option<String>,
     /// How many threads; without it, one a core. The results are the same bits for any number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) threads: Option<u16>,

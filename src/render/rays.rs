@@ -1,0 +1,184 @@
+//! The rays of a picture on a device, in f32: the same lists of bodies by tile as on the CPU, a workgroup a tile.
+//!
+//! Lengths are in units of each body's own size, and a ray's place is the difference of whole samples and a rest, so that 32 bits are enough however large
+//! or far away bodies are.
+
+use super::raster::{Drawn, NOTHING, Sample, TILE};
+use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Precision, Source, fragment};
+use crate::shape::{Centreline, Geometry};
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+use std::sync::{Arc, Mutex};
+
+/// Tiles of one dispatch: 32 MiB of samples, within every adapter's bounds.
+const BAND: usize = 512;
+/// Bodies of a tile that a device looks through: some drivers end loops after so many rounds.
+const MOST_OF_A_TILE: usize = 65_535;
+const WORKGROUP: u32 = 128;
+
+/// What casts rays on a device.
+pub struct Rays {
+    gpu: Arc<Gpu>,
+    /// Pictures may be drawn by several threads, and a device does one thing at a time.
+    kernel: Mutex<Kernel>,
+}
+
+/// As `Drawn` in `shaders/render/cast.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Cast {
+    right: [f32; 4],
+    up: [f32; 4],
+    toward: [f32; 4],
+    sizes: [f32; 4],
+    rest: [f32; 2],
+    kind: u32,
+    body: u32,
+    place: [i32; 2],
+    columns: [u32; 2],
+    rows: [u32; 2],
+    unused: [u32; 2],
+}
+
+fn source() -> Source {
+    Source::with_workgroup("cast", Precision::F32, WORKGROUP)
+        .integer("TILE", TILE as u32)
+        .integer("NOTHING", NOTHING)
+        .include(fragment!("render/intersect.wgsl"))
+        .include(fragment!("render/cast.wgsl"))
+}
+
+/// The tag of a geometry in the shader, and its numbers; none for one that the shader does not know.
+fn numbers(geometry: &Geometry) -> Option<(u32, DVec3)> {
+    match *geometry {
+        Geometry::Centreline { curve: Centreline::Point, radius } => Some((0, DVec3::new(0.0, radius, 0.0))),
+        Geometry::Centreline { curve: Centreline::Segment { half }, radius } => {
+            Some((1, DVec3::new(half, radius, 0.0)))
+        }
+        Geometry::Centreline { curve: Centreline::Circle { radius: ring }, radius } => {
+            Some((2, DVec3::new(ring, radius, 0.0)))
+        }
+        Geometry::Ellipsoid { radii } => Some((3, radii)),
+        Geometry::Convex(_) => None,
+    }
+}
+
+impl Cast {
+    /// A body as the device has it; `scale` is samples to a length.
+    fn new(drawn: &Drawn, scale: f64) -> Option<Cast> {
+        let bounds = &drawn.bounds;
+        let (kind, sizes) = numbers(&bounds.geometry)?;
+        let size = sizes.max_element();
+        let axis = |axis: DVec3, last: f64| axis.extend(last).as_vec4().to_array();
+        let [right, up, toward] = bounds.axes;
+        let place = [drawn.x.floor(), drawn.y.floor()];
+        Some(Cast {
+            right: axis(right, size),
+            up: axis(up, 1.0 / (scale * size)),
+            toward: axis(toward, bounds.centre.z + bounds.reach.z),
+            sizes: axis(sizes / size, bounds.centre.z),
+            rest: [(drawn.x - place[0]) as f32, (drawn.y - place[1]) as f32],
+            kind,
+            body: drawn.body,
+            place: place.map(|samples| samples as i32),
+            columns: drawn.columns.map(|column| column as u32),
+            rows: drawn.rows.map(|row| row as u32),
+            unused: [0; 2],
+        })
+    }
+}
+
+impl Rays {
+    /// Compiles the kernel.
+    ///
+    /// # Errors
+    /// [`GpuError::Kernel`], [`GpuError::OutOfMemory`].
+    pub fn new(gpu: Arc<Gpu>) -> Result<Self, GpuError> {
+        let kernel = Mutex::new(Kernel::new(&gpu, &source())?);
+        Ok(Rays { gpu, kernel })
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// The samples of all tiles, tile after tile; none where there is something that only the CPU casts.
+    pub(super) fn cast(
+        &self,
+        drawn: &[Drawn],
+        (first, members): (&[usize], &[u32]),
+        columns: usize,
+        scale: f64,
+    ) -> Result<Option<Vec<Sample>>, GpuError> {
+        let Some(bodies) = drawn.iter().map(|drawn| Cast::new(drawn, scale)).collect::<Option<Vec<_>>>() else {
+            return Ok(None);
+        };
+        let crowded = first.windows(2).any(|tile| tile[1] - tile[0] > MOST_OF_A_TILE);
+        let starts: Option<Vec<u32>> = first.iter().map(|start| u32::try_from(*start).ok()).collect();
+        let Some(starts) = starts.filter(|_| !crowded) else { return Ok(None) };
+        let kernel = self.kernel.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let gpu = &*self.gpu;
+        let buffers = [
+            Buffer::with(gpu, "tiles", 4, bytemuck::cast_slice(&starts))?,
+            Buffer::with(gpu, "bodies of tiles", 4, bytemuck::cast_slice(members))?,
+            Buffer::with(gpu, "drawn bodies", size_of::<Cast>(), bytemuck::cast_slice(&bodies))?,
+            Buffer::new(gpu, "samples", size_of::<Sample>(), (BAND * TILE * TILE) as u64)?,
+        ];
+        let tiles = first.len() - 1;
+        let mut samples: Vec<Sample> = Vec::with_capacity(tiles * TILE * TILE);
+        for band in (0..tiles).step_by(BAND) {
+            let count = BAND.min(tiles - band);
+            let parameters = [band as u32, columns as u32, count as u32, 0];
+            let mut record = gpu.record();
+            record.stage("cast");
+            let all: Vec<&Buffer> = buffers.iter().collect();
+            record.run_groups(&kernel, bytemuck::cast_slice(&parameters), &all, count as u64);
+            let bytes = (count * TILE * TILE * size_of::<Sample>()) as u64;
+            let read = record.read(&[(&buffers[3], 0..bytes)])?;
+            samples.extend(read.iter().flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, Sample>(bytes)));
+        }
+        Ok(Some(samples))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::validate;
+    use std::mem::offset_of;
+
+    #[test]
+    fn the_kernel_is_valid_and_its_bodies_and_samples_are_laid_out_as_here() {
+        let module = validate(&source()).unwrap();
+        let mut layouter = naga::proc::Layouter::default();
+        layouter.update(module.to_ctx()).unwrap();
+        let members = |of: &str| {
+            let (handle, found) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(of)).unwrap();
+            let naga::TypeInner::Struct { members, .. } = &found.inner else { panic!("not a struct") };
+            let members: Vec<_> = members.iter().map(|m| (m.name.clone().unwrap(), m.offset as usize)).collect();
+            (layouter[handle].size as usize, members)
+        };
+        let named = |(name, offset): (&str, usize)| (name.to_owned(), offset);
+        let cast = [
+            ("right", offset_of!(Cast, right)),
+            ("up", offset_of!(Cast, up)),
+            ("toward", offset_of!(Cast, toward)),
+            ("sizes", offset_of!(Cast, sizes)),
+            ("rest", offset_of!(Cast, rest)),
+            ("kind", offset_of!(Cast, kind)),
+            ("body", offset_of!(Cast, body)),
+            ("place", offset_of!(Cast, place)),
+            ("columns", offset_of!(Cast, columns)),
+            ("rows", offset_of!(Cast, rows)),
+            ("unused", offset_of!(Cast, unused)),
+        ];
+        assert_eq!(members("Drawn"), (size_of::<Cast>(), cast.map(named).to_vec()));
+        let sample = [
+            ("body", offset_of!(Sample, body)),
+            ("height", offset_of!(Sample, height)),
+            ("normal", offset_of!(Sample, normal)),
+        ];
+        assert_eq!(members("Sample"), (size_of::<Sample>(), sample.map(named).to_vec()));
+    }
+}
