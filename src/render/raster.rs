@@ -111,15 +111,14 @@ impl Grid {
 
     /// Casts all rays, on the CPU.
     fn cast(&self, drawn: &[Drawn], first: &[usize], members: &[u32]) -> Samples {
-        let grid = self;
-        let mut tiles = vec![EMPTY; grid.tiles[0] * grid.tiles[1] * TILE * TILE];
+        let mut tiles = vec![EMPTY; self.tiles[0] * self.tiles[1] * TILE * TILE];
         tiles.par_chunks_mut(TILE * TILE).enumerate().for_each(|(tile, samples)| {
-            let corner = [tile % grid.tiles[0] * TILE, tile / grid.tiles[0] * TILE];
+            let corner = [tile % self.tiles[0] * TILE, tile / self.tiles[0] * TILE];
             for &member in &members[first[tile]..first[tile + 1]] {
-                grid.cast_one(&drawn[member as usize], corner, samples);
+                self.cast_one(&drawn[member as usize], corner, samples);
             }
         });
-        Samples { width: grid.size[0], height: grid.size[1], columns: grid.tiles[0], tiles }
+        Samples { width: self.size[0], height: self.size[1], columns: self.tiles[0], tiles }
     }
 
     /// The bodies that cover a sample, the one that reaches nearest to the viewer first, equal ones by index.
