@@ -5,6 +5,7 @@
 
 mod candidates;
 mod growing;
+mod passing;
 mod periodic;
 mod rows;
 mod source;
@@ -21,7 +22,7 @@ use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, LatticePeriods, Precision, Recorder};
 use crate::lcp::{self, Outcome, Problem, Settings, Stored};
 use crate::periodic::Periods;
-use crate::relcp::{Fault, Phases, State, Warm};
+use crate::relcp::{Fault, Passed, Phases, State, Warm};
 use crate::scene::{Dynamics, Force, Scene, Stepping};
 use crate::shape::Shape;
 use crate::walls::Walls;
@@ -109,7 +110,8 @@ pub struct Report {
     worst_a: u32,
     worst_b: u32,
     largest: u32,
-    unused: [u32; 4],
+    farthest: u32,
+    unused: [u32; 3],
 }
 
 impl Report {
@@ -181,6 +183,8 @@ pub struct Device {
     next_rows: u64,
     /// The overlap from which on a pair of the last trial is a violation.
     violating: f64,
+    /// How far a point of a surface moves to the last trial, at most.
+    farthest: f64,
     state: OnceLock<State>,
     phases: Phases,
 }
@@ -260,6 +264,7 @@ impl Device {
             kernels: Kernels::new(&gpu, &setup)?,
             next_rows: 0,
             violating: scene.contact.overlap_tolerance,
+            farthest: 0.0,
             state: OnceLock::from(state),
             phases: Phases::default(),
             setup,
@@ -464,6 +469,8 @@ impl Device {
             surfaces.separate(kernels, record, lists, (poses, shapes, &self.boxes), (at_trial, self.violating));
         }
         if at_trial {
+            let buffers = [&shapes.shapes, &poses.orientations, &self.motions, &self.report];
+            record.run(&self.kernels.farthest, &self.parameters(), &buffers, self.bodies);
             for (pass, threads) in [(1, pairs), (2, pairs), (3, 1)] {
                 let buffers = [&lists.pairs, &lists.contacts, &self.report];
                 record.run(&self.kernels.overlap, &words([pairs as u32, pass, 0, 0]), &buffers, threads);
@@ -599,6 +606,7 @@ impl Backend for Device {
         ];
         record.run(&self.kernels.sweep, &self.parameters(), &buffers, bodies);
         let report = self.separate(record, true)?;
+        self.farthest = f64::from(f32::from_bits(report.farthest));
         self.phases.narrow_phase += begun.elapsed();
         Ok(report.overlap(&self.setup.walls))
     }
@@ -614,6 +622,13 @@ impl Backend for Device {
         record.submit()?;
         self.phases.narrow_phase += begun.elapsed();
         Ok(())
+    }
+
+    fn passed(&mut self) -> Result<Option<Passed>, Fault> {
+        let begun = Instant::now();
+        let passed = self.passed_on_the_way()?;
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(passed)
     }
 
     fn accept(&mut self) -> Result<Phases, Fault> {
