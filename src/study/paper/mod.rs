@@ -1,5 +1,6 @@
 //! The paper's own tests, measured and set beside its figures (Palmer, Aktulga, Gao: "Smooth-Rigid-Body Contact as a ReLCP", 2026).
 
+mod census;
 pub mod chainmail;
 pub mod colony;
 pub mod compaction;
@@ -12,6 +13,7 @@ pub mod packing;
 mod target;
 pub mod two_ellipsoids;
 
+pub use census::{Census, Count};
 pub use course::{Course, Window, follow, follow_with, method_name};
 pub use measured::Measured;
 pub use norms::{Cost, Reached, cost_at, extrapolated, l2, order};

@@ -14,7 +14,8 @@ pub use rows::{ByGeneration, Row, Spread};
 
 use super::look::look;
 use super::measured::value;
-use super::{COMPUTED_BY, Course, Measured, Target, follow_with};
+use super::{COMPUTED_BY, Census, Course, Measured, Target, follow_with};
+use crate::relcp::Fault;
 use crate::render::{View, picture};
 use crate::scene::{self, Method, Scene};
 use crate::study::StudyError;
@@ -25,6 +26,9 @@ use std::f64::consts::LN_2;
 
 /// Steps of a window. The paper's averages are over 100.
 const WIDTH: u64 = 50;
+
+/// Steps from one count of near pairs to the next: three or four in a generation.
+const COUNTED_EVERY: u64 = 200;
 
 /// The step, the built-in scene's.
 const DT: f64 = 1e-3;
@@ -139,12 +143,14 @@ impl Run {
 pub struct Study {
     size: Size,
     runs: Vec<Run>,
+    /// Of ReLCP's first run.
+    census: Census,
 }
 
 impl Study {
     /// Nothing yet.
     pub fn begin(size: Size) -> Self {
-        Study { size, runs: Vec::new() }
+        Study { size, runs: Vec::new(), census: Census::default() }
     }
 
     /// What it measures.
@@ -177,6 +183,11 @@ impl Study {
         page::targets(self)
     }
 
+    /// Separations of ReLCP's first colony over its last whole generation.
+    pub fn census(&self) -> &Census {
+        &self.census
+    }
+
     /// The first run of each method.
     fn first_runs(&self) -> impl Iterator<Item = &Run> {
         self.runs.iter().filter(|run| run.case.seed == 1)
@@ -190,7 +201,7 @@ impl Measured for Study {
 
     fn next_run(&mut self) -> Result<Option<String>, StudyError> {
         let Some(case) = self.size.cases().get(self.runs.len()).copied() else { return Ok(None) };
-        let run = make(case)?;
+        let run = make(case, &mut self.census)?;
         let Course { method, bodies, milliseconds, max_overlap, .. } = &run.course;
         let said = format!(
             "{method}, seed {}: {bodies} cells in {:.1} s, overlap {max_overlap:.1e} at most",
@@ -216,6 +227,7 @@ impl Measured for Study {
             "rows": value(&self.rows())?,
             "by_generation": value(&self.by_generation())?,
             "morphology": value(&self.morphology())?,
+            "near_rows": value(&self.census.counts(&page::PAPER_ROWS))?,
             "runs": value(&self.runs)?,
             "targets": value(&self.targets())?,
         }))
@@ -229,6 +241,7 @@ impl Measured for Study {
             ("colony-generations.csv".into(), csv_table(generations.iter())?),
             ("colony-morphology.csv".into(), csv_table(morphology.iter())?),
             ("colony-steps.csv".into(), csv_table(steps)?),
+            ("colony-near-rows.csv".into(), csv_table(self.census.counts(&page::PAPER_ROWS).iter())?),
         ];
         files.extend(self.first_runs().map(|run| (run.picture_name(), run.picture.clone())));
         Ok(files)
@@ -239,11 +252,18 @@ impl Measured for Study {
     }
 }
 
-fn make(case: Case) -> Result<Run, StudyError> {
+fn make(case: Case, census: &mut Census) -> Result<Run, StudyError> {
     let scene = case.scene()?;
     let mut generations: Vec<Generation> = Vec::new();
     let mut before = 1;
+    let counted = (case.method, case.seed) == (Method::Relcp, 1);
     let (course, simulation) = follow_with(scene, None, WIDTH, |simulation, _| {
+        let last = 2 * simulation.bodies() == 1 << case.generations;
+        if counted && last && simulation.steps().is_multiple_of(COUNTED_EVERY) {
+            census
+                .add(&simulation.state()?.bodies, &page::PAPER_ROWS.map(|(count, _)| count))
+                .map_err(Fault::NoProxy)?;
+        }
         if simulation.bodies() > before {
             before = simulation.bodies();
             let found = look(simulation, morphology::COLUMNS)?;

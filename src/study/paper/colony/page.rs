@@ -1,6 +1,6 @@
 //! The page of the study.
 
-use super::{ByGeneration, DT, Morphology, Row, SHOWN, Study, WIDTH};
+use super::{ByGeneration, COUNTED_EVERY, DT, Morphology, Row, SHOWN, Study, WIDTH};
 use crate::study::machine::machine;
 use crate::study::paper::{COMPUTED_BY, Target, order, target};
 use std::fmt::Write as _;
@@ -13,6 +13,9 @@ pub(super) const PAPER: [(Option<u32>, [f64; 2], [f64; 2]); 5] = [
     (Some(17), [101.0, 32.8], [20.6, 30.8]),
     (Some(27), [252.0, 78.0], [15.3, 20.1]),
 ];
+
+/// The rows over ReLCP's of that.
+pub(super) const PAPER_ROWS: [(u32, f64); 4] = [(5, 8.77), (7, 17.0), (17, 101.0), (27, 252.0)];
 
 /// Cells at the paper's end.
 const PAPER_CELLS: u32 = 131_072;
@@ -30,6 +33,8 @@ pub(super) fn page(study: &Study) -> String {
     out.push_str("\n## What it shows\n\n");
     out.push_str(&target::table(&study.targets()));
     statistics(&mut out, &rows);
+    let states = format!("ReLCP's first colony every {COUNTED_EVERY} steps of its last whole generation");
+    out.push_str(&study.census().page(&PAPER_ROWS, &states));
     generations(&mut out, &study.by_generation());
     aligned(&mut out, &study.morphology());
     let shown: Vec<String> =
@@ -202,6 +207,7 @@ pub(super) fn targets(study: &Study) -> Vec<Target> {
     targets.push(least("LCP-MS has as many rows over ReLCP's as in the paper at least, on average", &|row| {
         Some([row.relative_constraints?, of_paper(row)?[0][0]])
     }));
+    targets.push(study.census().target(&PAPER_ROWS));
     targets.push(least("LCP-MS takes more time a step than ReLCP at its end", &|row| {
         Some([row.relative_time_at_the_end?, 1.0])
     }));

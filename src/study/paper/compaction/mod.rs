@@ -9,8 +9,8 @@ mod plot;
 
 use super::look::look;
 use super::measured::value;
-use super::{COMPUTED_BY, Course, Measured, Target, Window, follow};
-use crate::relcp::State;
+use super::{COMPUTED_BY, Census, Course, Measured, Target, Window, follow};
+use crate::relcp::{Fault, State};
 use crate::scene::{self, Method, Scene};
 use crate::study::StudyError;
 use crate::study::table::csv_table;
@@ -160,12 +160,14 @@ pub struct Study {
     runs: Vec<Run>,
     /// The dense state of the step that is being measured.
     dense: Option<State>,
+    /// Of the dense state of the first step.
+    census: Census,
 }
 
 impl Study {
     /// Nothing yet.
     pub fn begin(size: Size) -> Self {
-        Study { size, runs: Vec::new(), dense: None }
+        Study { size, runs: Vec::new(), dense: None, census: Census::default() }
     }
 
     /// What it measures.
@@ -218,7 +220,7 @@ impl Study {
 
     /// What it is to show, and whether it does.
     pub fn targets(&self) -> Vec<Target> {
-        page::targets(&self.rows(), &self.runs)
+        page::targets(&self.rows(), &self.runs, &self.census)
     }
 
     fn make(&mut self, case: Case) -> Result<Run, StudyError> {
@@ -231,6 +233,10 @@ impl Study {
         let [gyration] = look(&simulation, ["radius_gyration"])?;
         if (case.part, case.method) == (Part::Whole, Method::Relcp) {
             // What a method remembers of its rows is of no use to another; so that none begins with an advantage, none has it.
+            if self.dense.is_none() {
+                let counts = page::PAPER_ROWS.map(|(count, _)| count);
+                self.census.add(&simulation.state()?.bodies, &counts).map_err(Fault::NoProxy)?;
+            }
             self.dense = Some(State { warm: Vec::new(), ..simulation.state()?.clone() });
         }
         Ok(Run { case, course, gyration })
@@ -268,6 +274,7 @@ impl Measured for Study {
             "computed_by": COMPUTED_BY,
             "size": value(&self.size)?,
             "rows": value(&self.rows())?,
+            "near_rows": value(&self.census.counts(&page::PAPER_ROWS))?,
             "runs": value(&self.runs)?,
             "targets": value(&self.targets())?,
         }))
@@ -277,7 +284,11 @@ impl Measured for Study {
         let rows = self.rows();
         let whole = self.runs.iter().filter(|run| run.case.part == Part::Whole);
         let steps = whole.flat_map(|run| &run.course.windows);
-        Ok(vec![("compaction.csv".into(), csv_table(rows.iter())?), ("compaction-steps.csv".into(), csv_table(steps)?)])
+        Ok(vec![
+            ("compaction.csv".into(), csv_table(rows.iter())?),
+            ("compaction-steps.csv".into(), csv_table(steps)?),
+            ("compaction-near-rows.csv".into(), csv_table(self.census.counts(&page::PAPER_ROWS).iter())?),
+        ])
     }
 
     fn plots(&self) -> Result<Vec<(&'static str, String)>, StudyError> {
