@@ -10,22 +10,20 @@ use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::gpu::Precision;
 use relcp::lcp::Problem;
 use relcp::relcp::State;
-use relcp::scene::{self, Scene};
+use relcp::scene::{self, Scene, SolverKind};
 use std::collections::HashMap;
 
-/// What rows may differ by, without solves, as `tests/gpu/rows.rs` has them: in blocks of J relative to the largest entry, and in q relative to sizes and moves.
-const BOUNDS: [(Precision, f64, f64); 2] = [(Precision::F32, 1e-5, 1e-6), (Precision::F64, 1e-13, 1e-13)];
+/// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to sizes and moves.
+const BOUNDS: [(Precision, f64, f64); 2] = [(Precision::F32, 3e-5, 1e-5), (Precision::F64, 1e-13, 1e-13)];
 
 /// The same after solves, whose multipliers are as good as the residual.
-const SOLVED_BOUNDS: [(Precision, f64, f64); 2] = [(Precision::F32, 1e-4, 2e-5), (Precision::F64, 1e-8, 1e-8)];
-
-/// What the solves of each precision are made to.
-const RESIDUALS: [f64; 2] = [1e-6, 1e-13];
+const SOLVED_BOUND: f64 = 1e-11;
+const RESIDUAL: f64 = 1e-13;
 
 const ROD: &str = r#"{"spherocylinder": {"diameter": 0.5, "length": 2}}"#;
 const ELLIPSOID: &str = r#"{"ellipsoid": {"radii": [0.5, 0.8, 1.1]}}"#;
 const RING: &str = r#"{"torus": {"major_radius": 0.7, "minor_radius": 0.2}}"#;
-const INERTIA: &str = r#", "dynamics": {"inertial": {"density": 2}}"#;
+const INERTIA: &str = r#", "dynamics": {"inertial": {"density": 0.5}}"#;
 const GROWTH: &str =
     r#", "growth": {"rate": 0.05, "division_length": 2.03, "division_length_noise": 0.05, "reorientation_degrees": 8}"#;
 
@@ -33,21 +31,21 @@ fn parse(name: &str, text: &str) -> Scene {
     scene::parse(&format!(r#"{{"name": "{name}", "seed": 4, {text}}}"#), name).unwrap()
 }
 
-/// Sixty bodies that are drawn together.
+/// Bodies that are drawn together.
 fn crowd(name: &str, shape: &str, dt: f64, more: &str) -> Scene {
     let text = format!(
         r#""time": {{"dt": {dt}, "end": 100, "stepping": "midpoint"}}, "forces": [{{"radial_inward": {{}}}}],
-        "generate": [{{"isotropic": {{"count": 60, "shape": {shape}, "volume_fraction": 0.15}}}}] {more}"#
+        "generate": [{{"isotropic": {{"count": 40, "shape": {shape}, "volume_fraction": 0.15}}}}] {more}"#
     );
     parse(name, &text)
 }
 
-/// Sixty bodies that are driven apart, into walls.
+/// Bodies that are driven apart, into walls.
 fn outward(name: &str, shape: &str, dt: f64, more: &str) -> Scene {
     let text = format!(
         r#""time": {{"dt": {dt}, "end": 100, "stepping": "midpoint"}}, "forces": [{{"radial_outward": {{}}}}],
         "walls": [{{"half_space": {{"normal": [1, 2, -1], "offset": -20}}}}, {{"sphere": {{"center": [0.3, 0, 0], "radius": 7}}}}],
-        "generate": [{{"isotropic": {{"count": 60, "shape": {shape}, "volume_fraction": 0.05}}}}] {more}"#
+        "generate": [{{"isotropic": {{"count": 40, "shape": {shape}, "volume_fraction": 0.05}}}}] {more}"#
     );
     parse(name, &text)
 }
@@ -55,8 +53,8 @@ fn outward(name: &str, shape: &str, dt: f64, more: &str) -> Scene {
 /// Cells in a cell of space, some of which divide at once.
 fn in_periods(name: &str, more: &str) -> Scene {
     let text = format!(
-        r#""time": {{"dt": 0.5, "end": 100, "stepping": "midpoint"}}, "periodic": {{"lengths": [8, 8, 8]}},
-        "forces": [{{"uniform": {{"force": [1.5, 0.5, 0], "group": "up"}}}}],
+        r#""time": {{"dt": 1, "end": 100, "stepping": "midpoint"}}, "periodic": {{"lengths": [8, 8, 8]}},
+        "forces": [{{"uniform": {{"force": [3, 1, 0.5], "group": "up"}}}}],
         "generate": [{{"isotropic": {{"count": 30, "shape": {ROD}, "volume_fraction": 0.0213, "group": "up"}}}},
                      {{"isotropic": {{"count": 30, "shape": {ROD}, "volume_fraction": 0.0213}}}}] {more}"#
     );
@@ -68,10 +66,10 @@ fn scenes() -> Vec<Scene> {
     vec![
         crowd("rods", ROD, 1.5, ""),
         crowd("ellipsoids with inertia", ELLIPSOID, 1.5, INERTIA),
-        crowd("growing cells with inertia", ROD, 1.0, &format!("{INERTIA}{GROWTH}")),
-        crowd("discs with inertia", r#"{"sphere": {"radius": 0.5}}"#, 1.5, &planar),
+        crowd("growing cells with inertia", ROD, 0.8, &format!("{INERTIA}{GROWTH}")),
+        crowd("discs with inertia", r#"{"sphere": {"radius": 0.5}}"#, 2.5, &planar),
         outward("rings in a ball", RING, 3.0, ""),
-        outward("growing cells with inertia in a ball", ROD, 1.5, &format!("{INERTIA}{GROWTH}")),
+        outward("growing cells with inertia in a ball", ROD, 1.0, &format!("{INERTIA}{GROWTH}")),
         in_periods("growing cells in periodic space", GROWTH),
     ]
 }
@@ -81,6 +79,7 @@ struct Pair<const D: usize> {
     what: String,
     ours: Device,
     theirs: Cpu<D>,
+    /// What is solved to; else every solve is of one iteration.
     residual: Option<f64>,
     bounds: (f64, f64),
 }
@@ -92,9 +91,11 @@ impl<const D: usize> Pair<D> {
     }
 
     fn solve(&mut self) {
-        if let Some(residual) = self.residual {
-            self.both(|backend| assert!(backend.solve(residual).unwrap().residual <= residual));
-        }
+        let residual = self.residual;
+        self.both(|backend| {
+            let outcome = backend.solve(residual.unwrap_or(1e-9)).unwrap();
+            assert!(residual.map_or(outcome.iterations == 1, |residual| outcome.residual <= residual), "{outcome:?}");
+        });
     }
 
     fn compare(&self, which: &str) {
@@ -123,7 +124,7 @@ impl<const D: usize> Pair<D> {
         self.compare("in the middle");
         let begun = self.multipliers();
         assert!(begun.iter().all(|(pair, gamma)| *gamma == ended.get(pair).copied().unwrap_or(0.0)));
-        assert!(self.residual.is_none() || begun.values().filter(|gamma| **gamma > 0.0).count() >= 5);
+        assert!(begun.values().filter(|gamma| **gamma > 0.0).count() >= 1);
     }
 
     /// Offsets that moved, and rows that were appended, in one recursion by `tighten_violations`.
@@ -137,7 +138,8 @@ impl<const D: usize> Pair<D> {
         self.both(|backend| backend.tighten_violations().unwrap());
         self.compare("tightened");
         let after = (self.ours.lcp::<D>().unwrap().0, self.theirs.lcp().0.clone());
-        let [ours, theirs] = [moved(&before.0, &after.0), moved(&before.1, &after.1)];
+        let bodies = self.ours.incidence().unwrap().len();
+        let [ours, theirs] = [moved(&before.0, &after.0, bodies), moved(&before.1, &after.1, bodies)];
         assert_eq!(ours, theirs, "{}", self.what);
         // Each violating pair has its turn.
         assert_eq!(ours[0] + ours[1], there.violations, "{}", self.what);
@@ -146,7 +148,7 @@ impl<const D: usize> Pair<D> {
 
     /// Where the step ends and how fast.
     fn accept(&mut self) {
-        self.both(|backend| drop(backend.accept().unwrap()));
+        self.both(|backend| assert!(backend.accept().is_ok()));
         let (a, b) = (&self.ours.state().unwrap().bodies, &self.theirs.state().unwrap().bodies);
         assert_eq!(a.lineage, b.lineage);
         let [places, turns, speeds] = apart(a, b);
@@ -162,18 +164,25 @@ impl<const D: usize> Pair<D> {
     }
 }
 
-/// How many rows have another offset than before, and how many are new.
-fn moved<const D: usize>(before: &Problem<D>, after: &Problem<D>) -> [usize; 2] {
-    // A row is known by its Jacobian, which does not change; a second row of a pair has another.
-    let key = |problem: &Problem<D>, row: usize| {
-        (problem.pair[row], problem.jacobian[row].as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<_>>())
+/// How many rows of two of the first `bodies` have another offset than before, and how many rows are new. Nothing else of a row has changed.
+fn moved<const D: usize>(before: &Problem<D>, after: &Problem<D>, bodies: usize) -> [usize; 2] {
+    let by_pair = |problem: &Problem<D>| {
+        let mut rows: HashMap<[u32; 2], Vec<_>> = HashMap::new();
+        for (row, pair) in problem.pair.iter().enumerate().filter(|(_, pair)| (pair[1] as usize) < bodies) {
+            rows.entry(*pair).or_default().push((problem.jacobian[row], problem.q[row]));
+        }
+        rows
     };
-    let old: HashMap<_, f64> = (0..before.q.len()).map(|row| (key(before, row), before.q[row])).collect();
-    assert_eq!(old.len(), before.q.len());
-    let now = (0..after.q.len()).filter_map(|row| old.get(&key(after, row)).map(|q| (*q, after.q[row])));
-    let now: Vec<_> = now.collect();
-    assert!(now.len() == old.len() && now.iter().all(|(before, after)| after <= before));
-    [now.iter().filter(|(before, after)| after < before).count(), after.q.len() - now.len()]
+    let now = by_pair(after);
+    let mut moved = 0;
+    for (pair, old) in by_pair(before) {
+        for ((block, before), (same, after)) in old.iter().zip(&now[&pair]) {
+            assert!(block == same && after <= before);
+            moved += usize::from(after < before);
+        }
+        assert!(now[&pair].len() >= old.len());
+    }
+    [moved, after.q.len() - before.q.len()]
 }
 
 /// How far positions, orientations and velocities are apart, the first and the last relative to one and their size.
@@ -193,55 +202,67 @@ fn apart(a: &Bodies, b: &Bodies) -> [f64; 3] {
     ]
 }
 
-/// One step, with solves or without: without them it is sharp to rounding, and trials are so far off that pairs have their turn with every
-/// kind of row. Returns how many offsets moved and how many rows were appended.
-fn check<const D: usize>(scene: &Scene, solved: bool) -> [usize; 2] {
-    let Some(gpu) = device() else { return [9; 2] };
+/// One step; without a `residual` its solves are of one iteration, whose multipliers are the CPU's to rounding, and its trials so far off that pairs
+/// have their turn with every kind of row. A solve that changes nothing leaves offsets exact, and which of them a second recursion finds so is up to
+/// rounding: there is one. Returns how many offsets moved and how many rows were appended.
+fn check<const D: usize>(
+    scene: &Scene,
+    (precision, blocks, lengths): (Precision, f64, f64),
+    residual: Option<f64>,
+) -> [usize; 2] {
     let mut counts = [0; 2];
-    let bounds = if solved { SOLVED_BOUNDS } else { BOUNDS };
-    let chosen = bounds.into_iter().zip(RESIDUALS).filter(|(bound, _)| precisions(gpu).contains(&bound.0));
-    for ((precision, blocks, lengths), residual) in chosen {
-        let state = || State { next_id: 1000, bodies: scene.build().unwrap(), ..State::default() };
-        let mut pair = Pair {
-            what: format!("{} {precision:?}", scene.name),
-            ours: Device::new(gpu.clone(), precision, scene, state()).unwrap(),
-            theirs: Cpu::<D>::new(scene, state()).unwrap(),
-            residual: solved.then_some(residual),
-            bounds: (blocks, lengths),
-        };
-        pair.middle();
-        pair.solve();
-        let violating = scene.contact.overlap_tolerance;
-        // Without a solve a second recursion would find the offsets where they are to rounding.
-        for _ in 0..if solved { 2 } else { 1 } {
-            let [tightened, appended] = pair.tighten(violating);
-            counts = [counts[0] + tightened, counts[1] + appended];
-            pair.solve();
-        }
-        pair.both(|backend| drop(backend.trial(violating).unwrap()));
-        pair.accept();
+    let Some(gpu) = device() else { return counts };
+    let mut scene = scene.clone();
+    scene.solver.kind = SolverKind::PairBlockCg;
+    if residual.is_none() {
+        scene.solver.max_iterations = Some(1);
     }
+    let state = || State { next_id: 1000, bodies: scene.build().unwrap(), ..State::default() };
+    let mut pair = Pair {
+        what: format!("{} {precision:?}", scene.name),
+        ours: Device::new(gpu.clone(), precision, &scene, state()).unwrap(),
+        theirs: Cpu::<D>::new(&scene, state()).unwrap(),
+        residual,
+        bounds: (blocks, lengths),
+    };
+    pair.middle();
+    pair.solve();
+    let violating = scene.contact.overlap_tolerance;
+    for _ in 0..if residual.is_some() { 2 } else { 1 } {
+        let [tightened, appended] = pair.tighten(violating);
+        counts = [counts[0] + tightened, counts[1] + appended];
+        pair.solve();
+    }
+    pair.both(|backend| assert!(backend.trial(violating).is_ok()));
+    pair.accept();
     counts
+}
+
+/// The scenes in every precision that there is a bound for.
+fn check_all(scenes: &[Scene], bounds: &[(Precision, f64, f64)], residual: Option<f64>, least: [usize; 2]) {
+    let Some(gpu) = device() else { return };
+    let mut counts = [0; 2];
+    for scene in scenes {
+        for bounds in bounds.iter().filter(|bound| precisions(gpu).contains(&bound.0)) {
+            let [tightened, appended] = if scene.planar {
+                check::<PLANAR>(scene, *bounds, residual)
+            } else {
+                check::<SPATIAL>(scene, *bounds, residual)
+            };
+            println!("{}: {tightened} offsets moved, {appended} rows appended", scene.name);
+            counts = [counts[0] + tightened, counts[1] + appended];
+        }
+    }
+    assert!(counts[0] >= least[0] && counts[1] >= least[1], "{counts:?}");
 }
 
 #[test]
 fn rows_of_the_middle_are_the_cpus_and_tightened_alike() {
-    for scene in scenes() {
-        let [tightened, appended] =
-            if scene.planar { check::<PLANAR>(&scene, false) } else { check::<SPATIAL>(&scene, false) };
-        println!("{}: {tightened} offsets moved, {appended} rows appended", scene.name);
-        assert!(tightened >= 5 && appended >= 5, "{}: {tightened} {appended}", scene.name);
-    }
+    check_all(&scenes(), &BOUNDS, None, [200, 100]);
 }
 
 #[test]
 fn solved_steps_are_the_cpus_verb_by_verb() {
-    let mut counts = [0; 2];
-    for scene in scenes() {
-        let [tightened, appended] =
-            if scene.planar { check::<PLANAR>(&scene, true) } else { check::<SPATIAL>(&scene, true) };
-        println!("{}: {tightened} offsets moved, {appended} rows appended", scene.name);
-        counts = [counts[0] + tightened, counts[1] + appended];
-    }
-    assert!(counts[0] >= 50, "{counts:?}");
+    // Contact in space, with inertia and with cells that divide.
+    check_all(&scenes()[..3], &[(Precision::F64, SOLVED_BOUND, SOLVED_BOUND)], Some(RESIDUAL), [50, 3]);
 }
