@@ -157,7 +157,7 @@ impl Rows {
         Ok(())
     }
 
-    /// Takes all rows over to a new list of pairs: `old_pair` says which pair of the old list each was, and `counts` how many rows it has.
+    /// Takes all rows whose pair is there over to a new list of pairs: `old_pair` says which pair of the old list each was, and `counts` how many rows it has.
     pub fn carry(
         &mut self,
         gpu: &Gpu,
@@ -237,6 +237,10 @@ impl Rows {
         self.spare_q.reserve(gpu, rows)?;
         self.spare_gamma.reserve(gpu, rows)?;
         let problem = &mut self.problem;
+        if old_pair.is_some() {
+            // In the middle of a step pairs that had rows may be far apart and in no list any more.
+            record.clear(&self.targets, 0..4 * old_rows);
+        }
         let parameters = words([pairs as u32, u32::from(old_pair.is_some()), 0, 0]);
         // Without a map the kernel does not look at it.
         let map = old_pair.unwrap_or(&self.counts);

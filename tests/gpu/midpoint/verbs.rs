@@ -26,6 +26,8 @@ const RING: &str = r#"{"torus": {"major_radius": 0.7, "minor_radius": 0.2}}"#;
 const INERTIA: &str = r#", "dynamics": {"inertial": {"density": 0.5}}"#;
 const GROWTH: &str =
     r#", "growth": {"rate": 0.05, "division_length": 2.03, "division_length_noise": 0.05, "reorientation_degrees": 8}"#;
+/// Without divisions, whose daughters lie in one line: in f32 it is then hardly settled where they touch.
+const LENGTHENING: &str = r#", "growth": {"rate": 0.05, "division_length": 4, "rate_noise": 0.3}"#;
 
 fn parse(name: &str, text: &str) -> Scene {
     scene::parse(&format!(r#"{{"name": "{name}", "seed": 4, {text}}}"#), name).unwrap()
@@ -53,10 +55,10 @@ fn outward(name: &str, shape: &str, dt: f64, more: &str) -> Scene {
 /// Cells in a cell of space, some of which divide at once.
 fn in_periods(name: &str, more: &str) -> Scene {
     let text = format!(
-        r#""time": {{"dt": 1, "end": 100, "stepping": "midpoint"}}, "periodic": {{"lengths": [8, 8, 8]}},
-        "forces": [{{"uniform": {{"force": [3, 1, 0.5], "group": "up"}}}}],
-        "generate": [{{"isotropic": {{"count": 30, "shape": {ROD}, "volume_fraction": 0.0213, "group": "up"}}}},
-                     {{"isotropic": {{"count": 30, "shape": {ROD}, "volume_fraction": 0.0213}}}}] {more}"#
+        r#""time": {{"dt": 1, "end": 100, "stepping": "midpoint"}}, "periodic": {{"lengths": [10, 10, 10]}},
+        "forces": [{{"uniform": {{"force": [2, 1, 0.5], "group": "up"}}}}],
+        "generate": [{{"isotropic": {{"count": 45, "shape": {ROD}, "volume_fraction": 0.0164, "group": "up"}}}},
+                     {{"isotropic": {{"count": 45, "shape": {ROD}, "volume_fraction": 0.0164}}}}] {more}"#
     );
     parse(name, &text)
 }
@@ -69,7 +71,7 @@ fn scenes() -> Vec<Scene> {
         crowd("growing cells with inertia", ROD, 0.8, &format!("{INERTIA}{GROWTH}")),
         crowd("discs with inertia", r#"{"sphere": {"radius": 0.5}}"#, 2.5, &planar),
         outward("rings in a ball", RING, 3.0, ""),
-        outward("growing cells with inertia in a ball", ROD, 1.0, &format!("{INERTIA}{GROWTH}")),
+        outward("growing cells with inertia in a ball", ROD, 1.0, &format!("{INERTIA}{LENGTHENING}")),
         in_periods("growing cells in periodic space", GROWTH),
     ]
 }
@@ -123,6 +125,7 @@ impl<const D: usize> Pair<D> {
         self.both(|backend| backend.append_near().unwrap());
         self.compare("in the middle");
         let begun = self.multipliers();
+        assert_eq!(self.ours.searches(), 2, "a list of the middle's own");
         assert!(begun.iter().all(|(pair, gamma)| *gamma == ended.get(pair).copied().unwrap_or(0.0)));
         assert!(begun.values().filter(|gamma| **gamma > 0.0).count() >= 1);
     }
@@ -258,7 +261,7 @@ fn check_all(scenes: &[Scene], bounds: &[(Precision, f64, f64)], residual: Optio
 
 #[test]
 fn rows_of_the_middle_are_the_cpus_and_tightened_alike() {
-    check_all(&scenes(), &BOUNDS, None, [200, 100]);
+    check_all(&scenes(), &BOUNDS, None, [15, 60]);
 }
 
 #[test]
