@@ -1,7 +1,7 @@
-// The box of each body at the step's start, widened by what may bring it into contact: half the cutoff and its own free motion in one
-// step. The fourth number bounds the box at every orientation.
+// The box of each body at the step's start, or in its middle, widened by what may bring it into contact: half the cutoff and what is left of its own free
+// motion in the step. The fourth number bounds the box at every orientation.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
+struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> orientations: array<vec4r>;
@@ -20,7 +20,9 @@ fn main(
     let body = placed(shapes[i], orientations[2u * i], orientations[2u * i + 1u]);
     let radius = bounding_radius(body);
     let first = MOTION * i;
-    let reach = DT * (length(motions[first].xyz) + length(motions[first + 1u].xyz) * radius);
+    let linear = motions[first].xyz - motions[first + 2u].xyz;
+    let angular = motions[first + 1u].xyz - motions[first + 3u].xyz;
+    let reach = parameters.dt * (length(linear) + length(angular) * radius);
     let margin = 0.5 * CUTOFF + reach;
     boxes[i] = vec4r(half_extents(body) + vec3r(margin), radius + margin);
 }

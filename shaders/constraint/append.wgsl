@@ -5,7 +5,7 @@
 // with the torque arms carried back through the quaternion update, t -> (t - h x t) / (1 + |h|^2), h = dt w_j / 2, and each block scaled by the
 // root of its body's effective mobility, J = sqrt(dt) D L.
 
-struct Parameters { pairs: u32, threshold: u32, warm: u32, bodies: u32 }
+struct Parameters { pairs: u32, threshold: u32, warm: u32, bodies: u32, dt: real, root_dt: real }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
@@ -26,10 +26,14 @@ fn part(body: u32, normal: vec3r, lever: vec3r) -> Part {
     let reached = motions[first + 2u].xyz;
     let turning = motions[first + 3u].xyz;
     let arm_there = cross(lever, normal);
-    let half = 0.5 * DT * turning;
+    let half = 0.5 * parameters.dt * turning;
     let arm = (arm_there - cross(half, arm_there)) / (1.0 + dot(half, half));
     let still = dot(normal, free.xyz - reached) + dot(arm, motions[first + 1u].xyz - turning);
-    return Part(ROOT_DT * free.w * normal, ROOT_DT * rotation_root(body, arm), DT * still);
+    return Part(
+        parameters.root_dt * free.w * normal,
+        parameters.root_dt * rotation_root(body, arm),
+        parameters.dt * still,
+    );
 }
 
 @compute @workgroup_size(WORKGROUP)

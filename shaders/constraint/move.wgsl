@@ -1,4 +1,4 @@
-// Moves the rows of one array to their targets; ELEMENT is its type, PER_ROW how many there are a row.
+// Moves the rows of one array to their targets, but those that have none; ELEMENT is its type, PER_ROW how many there are a row.
 
 struct Parameters { rows: u32, a: u32, b: u32, c: u32 }
 
@@ -15,7 +15,8 @@ fn main(
 ) {
     let row = invocation(group, groups, local);
     if row >= parameters.rows { return; }
-    let target_row = targets[row];
+    if targets[row] == 0u { return; }
+    let target_row = targets[row] - 1u;
     for (var k = 0u; k < PER_ROW; k += 1u) {
         moved[PER_ROW * target_row + k] = source[PER_ROW * row + k];
     }

@@ -1,4 +1,5 @@
-// Where each row goes when pairs get more rows, or other places: the rows of a pair keep their order, at the front of its new range.
+// Where each row goes when pairs get more rows, or other places: the rows of a pair keep their order, at the front of its new range. A target is a place
+// and one; those of rows whose pair is in no new place stay zero.
 
 struct Parameters { pairs: u32, mapped: u32, b: u32, c: u32 }
 
@@ -23,6 +24,6 @@ fn main(
     }
     let first = old_start[old];
     for (var k = 0u; k < old_start[old + 1u] - first; k += 1u) {
-        targets[first + k] = new_start[p] + k;
+        targets[first + k] = new_start[p] + k + 1u;
     }
 }

@@ -6,7 +6,7 @@ fn law(shape: vec4r, q: vec4r, load: Load, velocity: vec3r, angular_velocity: ve
     let turning = rotate_back(q, angular_velocity);
     let torque = rotate_back(q, load.torque) - cross(turning, moments * turning);
     let acceleration = rotate(q, torque / moments);
-    let root = sqrt(vec3r(DT) / moments);
+    let root = sqrt(vec3r(parameters.dt) / moments);
     let x = rotate(q, vec3r(1.0, 0.0, 0.0));
     let y = rotate(q, vec3r(0.0, 1.0, 0.0));
     let z = rotate(q, vec3r(0.0, 0.0, 1.0));
@@ -15,5 +15,5 @@ fn law(shape: vec4r, q: vec4r, load: Load, velocity: vec3r, angular_velocity: ve
         root.x * x.y * x + root.y * y.y * y + root.z * z.y * z,
         root.x * x.z * x + root.y * y.z * y + root.z * z.z * z,
     );
-    return Motion(velocity + DT / mass * load.force, angular_velocity + DT * acceleration, sqrt(DT / mass), 0.0, matrix);
+    return Motion(velocity + parameters.dt / mass * load.force, angular_velocity + parameters.dt * acceleration, sqrt(parameters.dt / mass), 0.0, matrix);
 }

@@ -1,10 +1,10 @@
-// Forces, free velocity and effective mobility of each body at the step's start. What `law` and `load_of` are is the scene's.
+// Forces, free velocity and effective mobility of each body at the step's start, or in its middle. What `law` and `load_of` are is the scene's.
 //
 // A body's motion is MOTION vectors: (free velocity, root of the translational mobility), (free angular velocity, root of the rotational
 // mobility), the velocity and the angular velocity that the present trial was reached with (zero here), and for laws that need them the six
 // numbers of the rotational root.
 
-struct Parameters { bodies: u32, time_low: u32, time_high: u32, unused: u32 }
+struct Parameters { bodies: u32, time_low: u32, time_high: u32, unused: u32, dt: real, root_dt: real }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;

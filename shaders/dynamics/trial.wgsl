@@ -1,6 +1,6 @@
 // The trial C(U): the total velocity U = U_free + L v / sqrt(dt), and the pose that it reaches from the step's start.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
+struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
@@ -35,18 +35,18 @@ fn main(
         linear = velocities[2u * i].xyz;
         angular = velocities[2u * i + 1u].xyz;
     }
-    var contact = rotation_root(i, angular) / ROOT_DT;
+    var contact = rotation_root(i, angular) / parameters.root_dt;
     if PLANAR {
         contact = vec3r(0.0, 0.0, contact.z);
     }
-    linear = free_linear + motions[first].w / ROOT_DT * linear;
+    linear = free_linear + motions[first].w / parameters.root_dt * linear;
     angular = free_angular + contact;
     motions[first + 2u] = vec4r(linear, 0.0);
     motions[first + 3u] = vec4r(angular, 0.0);
-    let place = lattice_add(cells[i].xyz, remainders[i].xyz, DT * linear);
+    let place = lattice_add(cells[i].xyz, remainders[i].xyz, parameters.dt * linear);
     trial_cells[i] = vec4<i32>(place.cell, 0);
     trial_remainders[i] = vec4r(place.remainder, 0.0);
-    let turned = orientation_advance(Orientation(orientations[2u * i], orientations[2u * i + 1u]), 0.5 * DT * angular);
+    let turned = orientation_advance(Orientation(orientations[2u * i], orientations[2u * i + 1u]), 0.5 * parameters.dt * angular);
     trial_orientations[2u * i] = turned.coarse;
     trial_orientations[2u * i + 1u] = turned.fine;
 }

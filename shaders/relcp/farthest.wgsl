@@ -1,6 +1,6 @@
 // How far a point of a surface moves in the step, at most, over all bodies: whether any two can have gone through each other.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
+struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> shapes: array<vec4r>;
@@ -18,6 +18,6 @@ fn main(
     if i >= parameters.bodies { return; }
     let radius = bounding_radius(placed(shapes[i], orientations[2u * i], orientations[2u * i + 1u]));
     let first = MOTION * i + 2u;
-    let motion = DT * (length(motions[first].xyz) + radius * length(motions[first + 1u].xyz));
+    let motion = parameters.dt * (length(motions[first].xyz) + radius * length(motions[first + 1u].xyz));
     atomicMax(&report.farthest, bitcast<u32>(f32(motion)));
 }

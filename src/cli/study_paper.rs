@@ -33,7 +33,7 @@ pub(super) fn paper(name: StudyName, arguments: &Arguments) -> Result<Found, Cli
     }
 }
 
-/// Sub-spheres and midpoint steps are on the CPU only: nothing is computed elsewhere than it was asked for.
+/// Sub-spheres are on the CPU only: nothing is computed elsewhere than it was asked for.
 pub(super) fn on_the_cpu(arguments: &Arguments) -> Result<(), CliError> {
     if arguments.compute.backend == Backend::Gpu {
         return Err(CliError::Usage(

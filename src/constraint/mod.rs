@@ -34,7 +34,7 @@ pub fn torque_arm(lever: DVec3, normal: DVec3, angular: DVec3, dt: f64) -> DVec3
 
 /// Least cosine between a row's normal and an overlap's for the overlap to be taken for that row's: a contact turns by less in half a step that its
 /// linearisation is good for, and the other contacts of a pair of rings point elsewhere.
-const LEAST_ALIGNED: f64 = 0.9;
+pub(crate) const LEAST_ALIGNED: f64 = 0.9;
 
 /// One body's part in a row: how it moves in this step and the velocity that its configuration was reached with.
 #[derive(Clone, Copy, Debug)]

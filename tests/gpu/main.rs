@@ -8,6 +8,7 @@ mod device;
 mod faults;
 mod lattice;
 mod lcp;
+mod midpoint;
 mod passing;
 mod periodic;
 mod render;

@@ -118,7 +118,7 @@ fn a_force_of_the_users_own() {
 }
 
 /// Rods packed side by side and end to end, each pressed by its neighbours from the start: `n x n` of them, some overlapping a little.
-fn patch(n: usize, offset: DVec3) -> Scene {
+pub fn patch(n: usize, offset: DVec3) -> Scene {
     let mut scene = scene::load("colony", &["time.end=1".into()]).unwrap();
     scene.generate.clear();
     let along = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);
@@ -218,7 +218,7 @@ fn buffers_that_overflow_drop_nothing() {
 }
 
 /// A device of a test's own that binds at most so many bytes at once.
-fn with_banks(gpu: &Gpu, bytes: u64, default_limits: bool) -> Arc<Gpu> {
+pub fn with_banks(gpu: &Gpu, bytes: u64, default_limits: bool) -> Arc<Gpu> {
     let choice = Choice { name: Some(gpu.name().to_owned()), software: true, default_limits };
     let banked = Arc::new(Gpu::open(&choice).unwrap());
     banked.set_bank_bytes(bytes);

@@ -277,9 +277,13 @@ fn a_stop_bounds_the_population_that_a_scene_may_ask_for() {
 
 #[test]
 fn a_device_refuses_what_only_the_cpu_does_before_the_run() {
-    assert!(Device::check(&uneven(Stepping::Euler)).is_ok());
-    let refused = Device::check(&uneven(Stepping::Midpoint)).unwrap_err().to_string();
-    assert!(refused.contains("midpoint stepping"), "{refused}");
+    for stepping in [Stepping::Euler, Stepping::Midpoint] {
+        assert!(Device::check(&uneven(stepping)).is_ok());
+    }
+    let mut scene = uneven(Stepping::Midpoint);
+    scene.contact.method = serde_json::from_value(json!({"multisphere": {"count": 7}})).unwrap();
+    let refused = Device::check(&scene).unwrap_err().to_string();
+    assert!(refused.contains("multi-sphere rows"), "{refused}");
 }
 
 #[test]

@@ -176,7 +176,7 @@ class Devices(unittest.TestCase):
             relcp.Simulation(relcp.Scene.load("three-capsules"), backend="gpu", adapter="no-such-adapter")
 
     def test_what_only_the_cpu_does(self):
-        scene = relcp.Scene.load("three-capsules", {"time.stepping": "midpoint"})
+        scene = relcp.Scene.load("three-capsules", {"contact.method": {"multisphere": {"count": 7}}})
         with self.assertRaises(relcp.DeviceError):
             relcp.Simulation(scene, backend="gpu")
 

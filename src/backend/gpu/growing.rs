@@ -5,7 +5,7 @@
 use super::state::split_length;
 use super::{Ancestry, Device, Setup, words};
 use crate::dynamics::growth::{Turn, daughters};
-use crate::gpu::{Buffer, Gpu, GpuError};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
 
 impl Device {
     /// The step's start: the accepted state with divided and grown bodies.
@@ -38,17 +38,24 @@ impl Device {
         if !due.is_empty() {
             self.divide(&mut record, &due, &pressures)?;
         }
-        if let Some([grow, _]) = &self.kernels.grow {
-            let shapes = self.start_shapes();
-            record.run(grow, &self.parameters(), &[&shapes.shapes, &shapes.lengths, &self.growths], bodies);
-        }
+        self.record_growth(&mut record);
         record.submit()
+    }
+
+    /// Records what the bodies grow by in a part of the step.
+    pub(super) fn record_growth(&self, record: &mut Recorder<'_>) {
+        let Some([grow, _]) = &self.kernels.grow else { return };
+        let shapes = self.start_shapes();
+        record.run(grow, &self.parameters(), &[&shapes.shapes, &shapes.lengths, &self.growths], self.bodies);
     }
 
     /// The growing lengths after an accepted step.
     pub(super) fn lengthen(&mut self) {
-        let (dt, Ancestry { length, rate, .. }) = (self.setup.dt, &mut self.ancestry);
-        length.iter_mut().zip(rate).for_each(|(length, rate)| *length *= (*rate * dt).exp());
+        let (interval, Ancestry { length, rate, .. }) = (growing_interval(&self.setup), &mut self.ancestry);
+        // Part by part, as on the CPU to the last bit: that says who divides.
+        for _ in 0..if self.setup.midpoint { 2 } else { 1 } {
+            length.iter_mut().zip(&*rate).for_each(|(length, rate)| *length *= (*rate * interval).exp());
+        }
     }
 
     /// What each body grows by, after divisions or without them.
@@ -73,12 +80,7 @@ impl Device {
         Ok(pressures)
     }
 
-    fn divide(
-        &mut self,
-        record: &mut crate::gpu::Recorder<'_>,
-        due: &[usize],
-        pressures: &[f64],
-    ) -> Result<(), GpuError> {
+    fn divide(&mut self, record: &mut Recorder<'_>, due: &[usize], pressures: &[f64]) -> Result<(), GpuError> {
         let (Some(cells), Some([_, kernel])) = (self.setup.growth, &self.kernels.grow) else { return Ok(()) };
         self.before = Some(self.ancestry.clone());
         let time = self.step_start();
@@ -134,8 +136,14 @@ impl Device {
     }
 }
 
-/// What each body grows by in a step, as a part of its length, on the device.
+/// The length of a part of a step, in each of which bodies grow.
+fn growing_interval(setup: &Setup) -> f64 {
+    setup.length_of(setup.first_part())
+}
+
+/// What each body grows by in a part of a step, as a part of its length, on the device.
 pub(super) fn growths(gpu: &Gpu, setup: &Setup, ancestry: &Ancestry) -> Result<Buffer, GpuError> {
-    let growths = ancestry.rate.iter().map(|rate| (rate * setup.dt).exp_m1());
+    let interval = growing_interval(setup);
+    let growths = ancestry.rate.iter().map(|rate| (rate * interval).exp_m1());
     Buffer::reals(gpu, "growths", setup.precision, 1, growths)
 }

@@ -5,9 +5,12 @@
 
 mod candidates;
 mod growing;
+mod midpoint;
 mod passing;
 mod periodic;
+mod read_back;
 mod rows;
+mod separations;
 mod source;
 mod state;
 #[cfg(test)]
@@ -19,16 +22,17 @@ use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
 use crate::dynamics::{Cells, ForceField};
 use crate::freedom::{PLANAR, SPATIAL};
-use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, LatticePeriods, Precision, Recorder};
-use crate::lcp::{self, Outcome, Problem, Settings, Stored};
+use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Precision};
+use crate::lcp::{self, Outcome, Settings, Stored};
 use crate::periodic::Periods;
 use crate::relcp::{Fault, Passed, Phases, State, Warm};
 use crate::scene::{Dynamics, Force, Scene, Stepping};
 use crate::shape::Shape;
 use crate::walls::Walls;
-use bytemuck::Zeroable;
 use candidates::Candidates;
-use rows::Rows;
+use midpoint::Part;
+use rows::{Made, Rows};
+use separations::Report;
 use source::Kernels;
 use state::{Poses, Shapes};
 use std::sync::{Arc, OnceLock};
@@ -45,6 +49,8 @@ pub(crate) struct Setup {
     pub periods: Periods,
     pub lattice_periods: LatticePeriods,
     pub dt: f64,
+    /// Whether a step has a middle.
+    pub midpoint: bool,
     pub cutoff: f64,
     pub dynamics: Dynamics,
     pub forces: Vec<Force>,
@@ -78,6 +84,7 @@ impl Setup {
             periods,
             lattice_periods: LatticePeriods::new(lattice, periods.lengths())?,
             dt: scene.time.dt,
+            midpoint: scene.time.stepping == Stepping::Midpoint,
             cutoff: scene.cutoff_of(shapes.iter().copied()),
             dynamics: scene.dynamics,
             forces: scene.forces.clone(),
@@ -95,39 +102,6 @@ impl Setup {
             Dynamics::Overdamped { .. } => 4,
             Dynamics::Inertial { .. } => 6,
         }
-    }
-}
-
-/// What the host reads of a stage: `Report` of `shaders/relcp/report.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct Report {
-    outside: u32,
-    not_finite: u32,
-    violations: u32,
-    worst: u32,
-    worst_pair: u32,
-    worst_a: u32,
-    worst_b: u32,
-    largest: u32,
-    farthest: u32,
-    unused: [u32; 3],
-}
-
-impl Report {
-    const BYTES: u64 = size_of::<Report>() as u64;
-
-    fn blank() -> Self {
-        Report { not_finite: u32::MAX, worst_pair: u32::MAX, ..Report::zeroed() }
-    }
-
-    fn overlap(&self, of: &Walls) -> Overlap {
-        let found = self.worst_pair != u32::MAX;
-        let surface = walls::surface_of(self.worst_b).filter(|_| found);
-        let wall = surface.map(|(surface, _)| [self.worst_a as usize, of.wall_of(surface)]);
-        let pair = (found && wall.is_none()).then_some([self.worst_a as usize, self.worst_b as usize]);
-        let worst = f64::from(f32::from_bits(self.worst));
-        Overlap { worst, pair, wall, violations: self.violations as usize, proxy: None }
     }
 }
 
@@ -161,15 +135,16 @@ pub struct Device {
     bodies: u64,
     /// Bodies of the last accepted state.
     accepted_bodies: u64,
-    /// States: the last accepted one, the trial, and where bodies grow the step's start.
+    part: Part,
+    /// States: the last accepted one, the trial, where bodies grow the step's start, and last the middle where steps have one.
     poses: Vec<Poses>,
-    /// Shapes: the last accepted ones, and where bodies grow those of this step.
+    /// Shapes: the last accepted ones, where bodies grow those at the end of the present part, and those in the middle where steps have one.
     shapes: Vec<Shapes>,
     ancestry: Ancestry,
     /// That of the last accepted state, where this step's differs.
     before: Option<Ancestry>,
     groups_of: Buffer,
-    /// What each body grows by in a step, as a part of its length.
+    /// What each body grows by in a part of a step, as a part of its length.
     growths: Buffer,
     loads: Buffer,
     motions: Buffer,
@@ -195,14 +170,10 @@ impl Device {
     /// # Errors
     /// [`GpuError::Unsupported`] for what only the CPU does.
     pub fn check(scene: &Scene) -> Result<(), GpuError> {
-        let what = if scene.contact.method.row_source() != RowSource::Surfaces {
-            "multi-sphere rows"
-        } else if scene.time.stepping == Stepping::Midpoint {
-            "midpoint stepping"
-        } else {
-            return Ok(());
-        };
-        Err(GpuError::Unsupported { what: what.into() })
+        match scene.contact.method.row_source() {
+            RowSource::Surfaces => Ok(()),
+            RowSource::SubSpheres { .. } => Err(GpuError::Unsupported { what: "multi-sphere rows".into() }),
+        }
     }
 
     /// A backend for `scene` in `state` on `gpu`.
@@ -217,12 +188,12 @@ impl Device {
         let (real, bodies) = (precision.bytes(), state.bodies.len() as u64);
         let grows = setup.growth.is_some();
         let mut poses = Vec::new();
-        for _ in 0..if grows { 3 } else { 2 } {
+        for _ in 0..2 + u32::from(grows) + u32::from(setup.midpoint) {
             poses.push(Poses::new(&gpu, precision, bodies)?);
         }
         poses[0].write(&gpu, precision, &setup.lattice, &state.bodies)?;
         let mut shapes = Vec::new();
-        for _ in 0..if grows { 2 } else { 1 } {
+        for _ in 0..1 + u32::from(grows) + u32::from(grows && setup.midpoint) {
             shapes.push(Shapes::new(&gpu, precision, bodies, grows)?);
         }
         shapes[0].write(&gpu, precision, &state.bodies.shape, grows.then_some(setup.length_pitch));
@@ -247,6 +218,7 @@ impl Device {
             step: state.step,
             bodies,
             accepted_bodies: bodies,
+            part: setup.first_part(),
             poses,
             shapes,
             growths: growing::growths(&gpu, &setup, &ancestry)?,
@@ -282,65 +254,8 @@ impl Device {
         self.candidates.searches
     }
 
-    /// The present LCP and its multipliers, read back for diagnosis and tests. The rows stand sorted by pair in the device's order.
-    ///
-    /// # Errors
-    /// What the device refuses.
-    ///
-    /// # Panics
-    /// If `D` is not the scene's number of unknowns.
-    pub fn lcp<const D: usize>(&self) -> Result<(Problem<D>, Vec<f64>), GpuError> {
-        assert_eq!(self.setup.planar, D == PLANAR, "the scene has another number of unknowns");
-        let problem = &self.rows.problem;
-        let whole = |buffer: &Buffer| 0..problem.rows * buffer.element() as u64;
-        let read = self.gpu.record().read(&[
-            (&problem.pair, whole(&problem.pair)),
-            (&problem.jacobian, whole(&problem.jacobian)),
-            (&problem.q, whole(&problem.q)),
-            (&problem.gamma, whole(&problem.gamma)),
-        ])?;
-        let [blocks, q, gamma] = [1, 2, 3].map(|i| self.setup.precision.decode(&read[i]));
-        // A block is one vector of four in the plane, and two in space, the last number of each unused.
-        let width = if D == PLANAR { 4 } else { 8 };
-        let block = |row: usize, side: usize| -> [f64; D] {
-            std::array::from_fn(|k| blocks[(2 * row + side) * width + k / 3 * 4 + k % 3])
-        };
-        let jacobian = (0..problem.rows as usize).map(|row| [block(row, 0), block(row, 1)]).collect();
-        let pair = bytemuck::pod_collect_to_vec(&read[0]);
-        // Surfaces come after all bodies.
-        let bodies = self.bodies as usize + self.setup.walls.len();
-        Ok((Problem { bodies, pair, jacobian, q }, gamma))
-    }
-
-    /// Each body's rows, `2 row + side`, read back for tests.
-    ///
-    /// # Errors
-    /// What the device refuses.
-    pub fn incidence(&self) -> Result<Vec<Vec<u32>>, GpuError> {
-        let problem = &self.rows.problem;
-        let read = self
-            .gpu
-            .record()
-            .read(&[(&problem.incidence_start, 0..4 * (self.bodies + 1)), (&problem.incidence, 0..8 * problem.rows)])?;
-        let [start, entries]: [Vec<u32>; 2] = [0, 1].map(|i| bytemuck::pod_collect_to_vec(&read[i]));
-        Ok(start.windows(2).map(|w| entries[w[0] as usize..w[1] as usize].to_vec()).collect())
-    }
-
     fn grows(&self) -> bool {
         self.setup.growth.is_some()
-    }
-
-    /// The state of the step's start: the accepted one, or where bodies grow one of its own.
-    fn start(&self) -> &Poses {
-        &self.poses[self.start_index()]
-    }
-
-    fn start_index(&self) -> usize {
-        if self.grows() { 2 } else { 0 }
-    }
-
-    fn start_shapes(&self) -> &Shapes {
-        &self.shapes[if self.grows() { 1 } else { 0 }]
     }
 
     fn step_start(&self) -> f64 {
@@ -349,24 +264,6 @@ impl Device {
 
     fn parameters(&self) -> [u8; 16] {
         words([self.bodies as u32, 0, 0, 0])
-    }
-
-    /// Forces of a library's user, computed on the host from the state there.
-    fn write_loads(&mut self) -> Result<(), GpuError> {
-        let bodies = self.download(self.start(), self.start_shapes(), self.bodies, &self.ancestry)?;
-        let time = self.step_start();
-        let load = |i: usize| {
-            let mut load = crate::dynamics::Load::default();
-            for force in &self.plugged {
-                load += force.load(&bodies, i, time);
-            }
-            let (f, t) = (load.force, load.torque);
-            [f.x, f.y, f.z, 0.0, t.x, t.y, t.z, 0.0]
-        };
-        let loads: Vec<f64> = (0..bodies.len()).flat_map(load).collect();
-        self.loads.reserve(&self.gpu, self.bodies)?;
-        self.loads.write(&self.gpu, 0, &self.setup.precision.encode(loads));
-        Ok(())
     }
 
     fn download(&self, poses: &Poses, shapes: &Shapes, count: u64, ancestry: &Ancestry) -> Result<Bodies, GpuError> {
@@ -410,138 +307,28 @@ impl Device {
     fn not_finite(&self, body: u32) -> Fault {
         Fault::NotFinite { step: self.step + 1, what: "velocity or pose", body: body as usize }
     }
-
-    /// The separations at the start or at the trial, with a list of candidates that is complete for it, and how many rows there will be.
-    /// `prepared` is what was recorded to be done before.
-    fn separate(&mut self, prepared: Recorder<'_>, at_trial: bool) -> Result<Report, Fault> {
-        let gpu = self.gpu.clone();
-        let mut prepared = Some(prepared);
-        loop {
-            let mut record = prepared.take().unwrap_or_else(|| gpu.record());
-            record.stage("narrow phase");
-            record.copy(&self.blank, 0, &self.report, 0, Report::BYTES);
-            let start = self.start_index();
-            let Device { candidates, kernels, bodies, boxes, report, poses, .. } = &mut *self;
-            let start = &poses[start];
-            candidates.inside(&gpu, kernels, &mut record, (start, boxes, report), *bodies)?;
-            let listed = candidates.is_for(*bodies);
-            if listed {
-                self.record_separations(&gpu, &mut record, at_trial)?;
-            }
-            let pairs = if listed { self.candidates.lists.pairs_count } else { 0 };
-            let total = if listed { 4 * pairs..4 * pairs + 4 } else { 0..0 };
-            let read = record.read(&[(&self.report, 0..Report::BYTES), (&self.rows.next_start, total)])?;
-            let report: Report = bytemuck::pod_read_unaligned(&read[0]);
-            if report.not_finite != u32::MAX {
-                return Err(self.not_finite(report.not_finite));
-            }
-            if !at_trial {
-                self.check_periods(&report)?;
-            }
-            if listed && report.outside == 0 {
-                self.next_rows = u64::from(bytemuck::pod_read_unaligned::<u32>(&read[1]));
-                self.candidates.used();
-                return Ok(report);
-            }
-            self.search(&report, at_trial)?;
-        }
-    }
-
-    fn record_separations(&mut self, gpu: &Gpu, record: &mut Recorder<'_>, at_trial: bool) -> Result<(), GpuError> {
-        let poses = if at_trial { &self.poses[1] } else { self.start() };
-        let (lists, pairs) = (&self.candidates.lists, self.candidates.lists.pairs_count);
-        let of_bodies = lists.body_pairs;
-        let parameters = words([of_bodies as u32, u32::from(at_trial), (self.violating as f32).to_bits(), 0]);
-        let shapes = self.start_shapes();
-        for kernel in &self.kernels.narrow {
-            let buffers = [
-                &lists.pairs,
-                &poses.cells,
-                &poses.remainders,
-                &poses.orientations,
-                &shapes.shapes,
-                &self.boxes,
-                &lists.contacts,
-            ];
-            record.run(kernel, &parameters, &buffers, of_bodies);
-        }
-        if let (Some(surfaces), Some(kernels)) = (&self.candidates.surfaces, &self.kernels.walls) {
-            surfaces.separate(kernels, record, lists, (poses, shapes, &self.boxes), (at_trial, self.violating));
-        }
-        if at_trial {
-            let buffers = [&shapes.shapes, &poses.orientations, &self.motions, &self.report];
-            record.run(&self.kernels.farthest, &self.parameters(), &buffers, self.bodies);
-            for (pass, threads) in [(1, pairs), (2, pairs), (3, 1)] {
-                let buffers = [&lists.pairs, &lists.contacts, &self.report];
-                record.run(&self.kernels.overlap, &words([pairs as u32, pass, 0, 0]), &buffers, threads);
-            }
-        }
-        let what = if at_trial { (true, 2) } else { (false, 1) };
-        self.rows.count(gpu, &self.kernels, record, &lists.contacts, pairs, what)
-    }
-
-    fn search(&mut self, report: &Report, at_trial: bool) -> Result<(), GpuError> {
-        let begun = Instant::now();
-        let largest = f64::from(f32::from_bits(report.largest));
-        let gpu = self.gpu.clone();
-        let (start, grows) = (self.start_index(), self.grows());
-        let Device { candidates, setup, kernels, boxes, rows, bodies, poses, shapes, .. } = &mut *self;
-        let (start, shapes) = (&poses[start], &shapes[usize::from(grows)]);
-        let rows = at_trial.then_some(rows);
-        candidates.search(&gpu, setup, kernels, (start, shapes, boxes, largest), *bodies, rows)?;
-        let spent = begun.elapsed();
-        self.phases.broad_phase += spent;
-        // The caller counts all its time as narrow phase.
-        self.phases.narrow_phase = self.phases.narrow_phase.saturating_sub(spent);
-        Ok(())
-    }
 }
 
 impl Backend for Device {
     fn begin(&mut self) -> Result<(), Fault> {
         self.phases = Phases::default();
+        self.part = self.setup.first_part();
         if self.grows() {
             let begun = Instant::now();
             self.grow()?;
             self.phases.growth += begun.elapsed();
         }
         let begun = Instant::now();
-        if !self.plugged.is_empty() {
-            if !std::mem::replace(&mut self.takes_loads, true) {
-                self.kernels.motion = Kernel::new(&self.gpu, &source::motion(&self.setup, true))?;
-            }
-            self.write_loads()?;
-        }
-        let (gpu, bodies) = (self.gpu.clone(), self.bodies);
-        self.motions.reserve(&gpu, bodies)?;
-        self.boxes.reserve(&gpu, bodies)?;
-        let mut record = gpu.record();
-        record.stage("integrate");
-        let (start, shapes) = (self.start(), &self.start_shapes().shapes);
-        let buffers = [
-            &start.cells,
-            &start.remainders,
-            &start.orientations,
-            shapes,
-            &start.twists,
-            &self.groups_of,
-            &self.loads,
-            &self.motions,
-        ];
-        record.run(&self.kernels.motion, &self.parameters(), &buffers, bodies);
-        let buffers = [&start.orientations, shapes, &self.motions, &self.boxes];
-        record.run(&self.kernels.boxes, &self.parameters(), &buffers, bodies);
-        record.submit()?;
+        self.set_motion()?;
         self.phases.integrate += begun.elapsed();
         Ok(())
     }
 
     fn middle(&mut self) -> Result<(), Fault> {
-        Err(GpuError::Unsupported { what: "midpoint stepping".into() }.into())
-    }
-
-    fn tighten_violations(&mut self) -> Result<(), Fault> {
-        Err(GpuError::Unsupported { what: "midpoint stepping".into() }.into())
+        let begun = Instant::now();
+        self.make_middle()?;
+        self.phases.integrate += begun.elapsed();
+        Ok(())
     }
 
     fn append_near(&mut self) -> Result<(), Fault> {
@@ -550,8 +337,8 @@ impl Backend for Device {
         self.separate(gpu.record(), false)?;
         let mut record = gpu.record();
         record.stage("narrow phase");
-        let Device { rows, kernels, candidates, motions, next_rows, bodies, .. } = &mut *self;
-        rows.begin(&gpu, kernels, &mut record, &candidates.lists, motions, *next_rows)?;
+        self.record_first_rows(&mut record)?;
+        let Device { rows, kernels, candidates, bodies, .. } = &mut *self;
         rows.incidence(&gpu, kernels, &mut record, &candidates.lists, *bodies)?;
         record.submit()?;
         self.phases.narrow_phase += begun.elapsed();
@@ -583,21 +370,11 @@ impl Backend for Device {
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         let mut record = gpu.record();
         record.stage("integrate");
-        let (start, trial) = (self.start(), &self.poses[1]);
+        let (here, trial) = (self.here(), &self.poses[1]);
+        self.record_move(&mut record, trial);
         let buffers = [
-            &start.cells,
-            &start.remainders,
-            &start.orientations,
-            &self.rows.problem.velocity,
-            &self.motions,
-            &trial.cells,
-            &trial.remainders,
-            &trial.orientations,
-        ];
-        record.run(&self.kernels.trial, &self.parameters(), &buffers, bodies);
-        let buffers = [
-            &start.cells,
-            &start.remainders,
+            &here.cells,
+            &here.remainders,
             &trial.cells,
             &trial.remainders,
             &trial.orientations,
@@ -616,8 +393,9 @@ impl Backend for Device {
         let gpu = self.gpu.clone();
         let mut record = gpu.record();
         record.stage("narrow phase");
-        let Device { rows, kernels, candidates, motions, next_rows, bodies, .. } = &mut *self;
-        rows.extend(&gpu, kernels, &mut record, &candidates.lists, motions, *next_rows)?;
+        let Device { rows, kernels, candidates, motions, next_rows, bodies, setup, part, .. } = &mut *self;
+        let made = Made { lists: &candidates.lists, motions, setup, interval: setup.length_of(*part) };
+        rows.extend(&gpu, kernels, &mut record, made, *next_rows)?;
         rows.incidence(&gpu, kernels, &mut record, &candidates.lists, *bodies)?;
         record.submit()?;
         self.phases.narrow_phase += begun.elapsed();
@@ -631,12 +409,19 @@ impl Backend for Device {
         Ok(passed)
     }
 
+    fn tighten_violations(&mut self) -> Result<(), Fault> {
+        let begun = Instant::now();
+        self.tighten()?;
+        self.phases.narrow_phase += begun.elapsed();
+        if self.next_rows > self.rows.problem.rows { self.append_violations() } else { Ok(()) }
+    }
+
     fn accept(&mut self) -> Result<Phases, Fault> {
         let begun = Instant::now();
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         let mut record = gpu.record();
         record.stage("integrate");
-        record.run(&self.kernels.accept, &self.parameters(), &[&self.motions, &self.poses[1].twists], bodies);
+        self.record_arrival(&mut record);
         let (lists, problem) = (&self.candidates.lists, &self.rows.problem);
         let buffers = [&problem.block_start, &problem.gamma, &lists.contacts];
         let parameters = words([lists.pairs_count as u32, 0, 0, 0]);

@@ -1,6 +1,7 @@
 //! What of a step on the device concerns periodic space: that a pair can meet at one image only.
 
-use super::{Device, Report};
+use super::Device;
+use super::separations::Report;
 use crate::relcp::Fault;
 
 /// Roundings that half a period is longer by: a body's reach is a radius, half the cutoff and two products, each rounded. Bodies that this lets

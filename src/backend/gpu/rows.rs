@@ -2,7 +2,7 @@
 //! rows, all rows move to their new places and are changed in no other way.
 
 use super::candidates::Lists;
-use super::source::Kernels;
+use super::source::{Kernels, MidpointKernels};
 use super::{Setup, words};
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan};
 use crate::lcp::gpu::DeviceProblem;
@@ -14,6 +14,8 @@ pub(super) struct Rows {
     spare_jacobian: Buffer,
     spare_q: Buffer,
     spare_gamma: Buffer,
+    /// Where steps have a middle: one for each row that was made there from a near pair, zero for the others; and a spare.
+    is_first: Option<[Buffer; 2]>,
     /// Where each pair's rows will begin.
     pub next_start: Buffer,
     pub counts: Buffer,
@@ -22,11 +24,22 @@ pub(super) struct Rows {
     scan: Scan,
 }
 
+/// What rows are made from.
+#[derive(Clone, Copy)]
+pub(super) struct Made<'a> {
+    pub lists: &'a Lists,
+    pub motions: &'a Buffer,
+    pub setup: &'a Setup,
+    /// The length of the part of the step that they are rows of.
+    pub interval: f64,
+}
+
 impl Rows {
     pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Self, GpuError> {
         let real = setup.precision.bytes();
         let blocks = if setup.planar { 8 } else { 16 };
         let vectors = if setup.planar { 1 } else { 2 };
+        let is_first = || Buffer::new(gpu, "first rows", real, 0);
         Ok(Rows {
             problem: DeviceProblem {
                 bodies: 0,
@@ -46,6 +59,7 @@ impl Rows {
             spare_jacobian: Buffer::new(gpu, "jacobian", blocks * real, 0)?,
             spare_q: Buffer::new(gpu, "q", real, 0)?,
             spare_gamma: Buffer::new(gpu, "gamma", real, 0)?,
+            is_first: if setup.midpoint { Some([is_first()?, is_first()?]) } else { None },
             next_start: Buffer::new(gpu, "row starts", 4, 1)?,
             counts: Buffer::new(gpu, "row counts", 4, 0)?,
             targets: Buffer::new(gpu, "row targets", 4, 0)?,
@@ -71,14 +85,13 @@ impl Rows {
         self.scan.exclusive(record, &self.counts, &self.next_start, pairs)
     }
 
-    /// The step's first rows, for which [`Rows::count`] found room.
+    /// The first rows of a part of the step, for which [`Rows::count`] found room.
     pub fn begin(
         &mut self,
         gpu: &Gpu,
         kernels: &Kernels,
         record: &mut Recorder<'_>,
-        lists: &Lists,
-        motions: &Buffer,
+        made: Made<'_>,
         rows: u64,
     ) -> Result<(), GpuError> {
         let problem = &mut self.problem;
@@ -86,9 +99,47 @@ impl Rows {
         problem.jacobian.reserve(gpu, rows)?;
         problem.q.reserve(gpu, rows)?;
         problem.gamma.reserve(gpu, rows)?;
-        self.take_starts(lists.pairs_count, rows);
-        self.append(kernels, record, lists, motions, 1, true);
+        self.take_starts(made.lists.pairs_count, rows);
+        self.append(kernels, record, made, 1, true);
         Ok(())
+    }
+
+    /// The first rows of the whole step in the place of those of its first half, from whose multipliers they start.
+    pub fn begin_again(
+        &mut self,
+        gpu: &Gpu,
+        kernels: &Kernels,
+        midpoint: &MidpointKernels,
+        record: &mut Recorder<'_>,
+        made: Made<'_>,
+        rows: u64,
+    ) -> Result<(), GpuError> {
+        std::mem::swap(&mut self.problem.gamma, &mut self.spare_gamma);
+        self.begin(gpu, kernels, record, made, rows)?;
+        let Some([is_first, _]) = &mut self.is_first else { return Ok(()) };
+        is_first.reserve(gpu, rows)?;
+        // The old rows' starts and multipliers are the spare ones now.
+        let Rows { problem, next_start, spare_gamma, .. } = self;
+        let pairs = made.lists.pairs_count;
+        let buffers = [&*next_start, spare_gamma, &problem.block_start, &problem.gamma, is_first];
+        record.run(&midpoint.recall, &words([pairs as u32, 0, 0, 0]), &buffers, pairs);
+        Ok(())
+    }
+
+    /// Moves the offsets of first rows to the violations among `contacts`, which are none any longer.
+    pub fn tighten(
+        &self,
+        midpoint: &MidpointKernels,
+        record: &mut Recorder<'_>,
+        contacts: &Buffer,
+        pairs: u64,
+        bodies: u64,
+    ) {
+        let Some([is_first, _]) = &self.is_first else { return };
+        let problem = &self.problem;
+        let buffers =
+            [&problem.block_start, is_first, &problem.pair, &problem.jacobian, &problem.velocity, &problem.q, contacts];
+        record.run(&midpoint.tighten, &words([pairs as u32, bodies as u32, 0, 0]), &buffers, pairs);
     }
 
     /// One more row for every violating pair, for which [`Rows::count`] found room.
@@ -97,17 +148,16 @@ impl Rows {
         gpu: &Gpu,
         kernels: &Kernels,
         record: &mut Recorder<'_>,
-        lists: &Lists,
-        motions: &Buffer,
+        made: Made<'_>,
         rows: u64,
     ) -> Result<(), GpuError> {
         // Rows keep their pairs, so there is no map from old pairs to new ones.
-        self.move_all(gpu, kernels, record, (lists.pairs_count, None), rows)?;
-        self.append(kernels, record, lists, motions, 2, false);
+        self.move_all(gpu, kernels, record, (made.lists.pairs_count, None), rows)?;
+        self.append(kernels, record, made, 2, false);
         Ok(())
     }
 
-    /// Takes all rows over to a new list of pairs: `old_pair` says which pair of the old list each was, and `counts` how many rows it has.
+    /// Takes all rows whose pair is there over to a new list of pairs: `old_pair` says which pair of the old list each was, and `counts` how many rows it has.
     pub fn carry(
         &mut self,
         gpu: &Gpu,
@@ -155,17 +205,10 @@ impl Rows {
         Ok(())
     }
 
-    fn append(
-        &self,
-        kernels: &Kernels,
-        record: &mut Recorder<'_>,
-        lists: &Lists,
-        motions: &Buffer,
-        threshold: u32,
-        warm: bool,
-    ) {
-        let problem = &self.problem;
-        let parameters = words([lists.pairs_count as u32, threshold, u32::from(warm), lists.bodies as u32]);
+    fn append(&self, kernels: &Kernels, record: &mut Recorder<'_>, made: Made<'_>, threshold: u32, warm: bool) {
+        let (problem, Made { lists, motions, setup, interval }) = (&self.problem, made);
+        let of_kernel = [lists.pairs_count as u32, threshold, u32::from(warm), lists.bodies as u32];
+        let parameters = setup.timed(of_kernel, interval);
         let buffers = [
             &lists.pairs,
             &problem.block_start,
@@ -194,6 +237,10 @@ impl Rows {
         self.spare_q.reserve(gpu, rows)?;
         self.spare_gamma.reserve(gpu, rows)?;
         let problem = &mut self.problem;
+        if old_pair.is_some() {
+            // In the middle of a step pairs that had rows may be far apart and in no list any more.
+            record.clear(&self.targets, 0..4 * old_rows);
+        }
         let parameters = words([pairs as u32, u32::from(old_pair.is_some()), 0, 0]);
         // Without a map the kernel does not look at it.
         let map = old_pair.unwrap_or(&self.counts);
@@ -208,6 +255,14 @@ impl Rows {
         ];
         for (kernel, from, to) in moves {
             record.run(kernel, &parameters, &[&self.targets, from, to], old_rows);
+            std::mem::swap(from, to);
+        }
+        if let Some([from, to]) = &mut self.is_first {
+            // New rows are not first ones.
+            from.reserve_and_keep(gpu, record, old_rows)?;
+            to.reserve(gpu, rows)?;
+            record.clear(to, 0..rows * to.element() as u64);
+            record.run(&kernels.move_reals, &parameters, &[&self.targets, from, to], old_rows);
             std::mem::swap(from, to);
         }
         self.take_starts(pairs, rows);

@@ -2,10 +2,15 @@
 
 use super::Setup;
 use super::walls::FIRST_SURFACE;
+use crate::constraint::LEAST_ALIGNED;
 use crate::gpu::{Gpu, GpuError, Kernel, Source, fragment};
 use crate::scene::{Dynamics, Force};
 use crate::separation;
 use std::fmt::Write as _;
+
+/// Flags of a pair's contact, as in `shaders/separation/narrow.wgsl`.
+const NEAR: f64 = 1.0;
+const VIOLATING: f64 = 2.0;
 
 /// A source with the constants of the scene.
 pub(super) fn base(setup: &Setup, name: &str) -> Source {
@@ -14,8 +19,6 @@ pub(super) fn base(setup: &Setup, name: &str) -> Source {
 
 fn constants(setup: &Setup, source: Source) -> Source {
     source
-        .real("DT", setup.dt)
-        .real("ROOT_DT", setup.dt.sqrt())
         .real("CUTOFF", setup.cutoff)
         .integer("MOTION", setup.motion_width())
         .integer("NONE", u32::MAX)
@@ -128,6 +131,19 @@ pub(super) struct Kernels {
     pub grow: Option<[Kernel; 2]>,
     /// Where the scene has walls.
     pub walls: Option<WallKernels>,
+    /// Where steps have a middle.
+    pub midpoint: Option<MidpointKernels>,
+}
+
+/// The kernels of the middle of a step.
+pub(super) struct MidpointKernels {
+    pub middle: Kernel,
+    pub recall: Kernel,
+    pub tighten: Kernel,
+    /// Where bodies have inertia.
+    pub arrive: Option<Kernel>,
+    /// Where bodies grow.
+    pub stretch: Option<Kernel>,
 }
 
 /// The kernels of walls.
@@ -153,7 +169,7 @@ pub(super) fn sources(setup: &Setup) -> Vec<Source> {
         plain("store", fragment!("broad_phase/store.wgsl")),
         base(setup, "trial").include(factor).include(fragment!("dynamics/trial.wgsl")),
         plain("accept", fragment!("dynamics/accept.wgsl")),
-        base(setup, "overlap").real("VIOLATING", 2.0).include(report).include(fragment!("relcp/overlap.wgsl")),
+        base(setup, "overlap").real("VIOLATING", VIOLATING).include(report).include(fragment!("relcp/overlap.wgsl")),
         with_bodies(setup, "farthest").include(report).include(fragment!("relcp/farthest.wgsl")),
         plain("count", fragment!("constraint/count.wgsl")),
         numbered("append").include(factor).include(fragment!("constraint/append.wgsl")),
@@ -213,6 +229,31 @@ pub(super) fn growth_sources(setup: &Setup) -> Option<[Source; 2]> {
     ])
 }
 
+/// The kernels of the middle of a step that every law needs, in the order of [`MidpointKernels`].
+pub(super) fn midpoint_sources(setup: &Setup) -> Option<[Source; 3]> {
+    let inertia = matches!(setup.dynamics, Dynamics::Inertial { .. });
+    let tighten = base(setup, "tighten").real("NEAR", NEAR).real("VIOLATING", VIOLATING);
+    setup.midpoint.then(|| {
+        [
+            base(setup, "middle").flag("INERTIA", inertia).include(fragment!("dynamics/middle.wgsl")),
+            base(setup, "recall").include(fragment!("constraint/recall.wgsl")),
+            tighten.real("LEAST_ALIGNED", LEAST_ALIGNED).include(fragment!("constraint/tighten.wgsl")),
+        ]
+    })
+}
+
+/// The kernel of what velocities change by after the move, where bodies have inertia and steps a middle.
+pub(super) fn arrive(setup: &Setup) -> Option<Source> {
+    let inertia = matches!(setup.dynamics, Dynamics::Inertial { .. });
+    (setup.midpoint && inertia).then(|| base(setup, "arrive").include(fragment!("dynamics/arrive.wgsl")))
+}
+
+/// The kernel of separations at later lengths, where bodies grow and steps have a middle.
+pub(super) fn stretch(setup: &Setup) -> Option<Source> {
+    let shaped = || numbers(base(setup, "stretch")).include(fragment!("shape/shape.wgsl"));
+    (setup.midpoint && setup.growth.is_some()).then(|| shaped().include(fragment!("dynamics/stretch.wgsl")))
+}
+
 impl Kernels {
     pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Self, GpuError> {
         let make = |source: &Source| Kernel::new(gpu, source);
@@ -260,6 +301,16 @@ impl Kernels {
                 }
                 None => None,
             },
+            midpoint: match midpoint_sources(setup) {
+                Some([middle, recall, tighten]) => Some(MidpointKernels {
+                    middle: make(&middle)?,
+                    recall: make(&recall)?,
+                    tighten: make(&tighten)?,
+                    arrive: arrive(setup).as_ref().map(make).transpose()?,
+                    stretch: stretch(setup).as_ref().map(make).transpose()?,
+                }),
+                None => None,
+            },
         })
     }
 }
@@ -267,9 +318,9 @@ impl Kernels {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::backend::gpu::Report;
+    use crate::backend::gpu::separations::Report;
     use crate::gpu::{LatticePeriods, Precision, validate};
-    use crate::scene::{self, Wall};
+    use crate::scene::{self, Stepping, Wall};
     use std::mem::offset_of;
 
     fn setups() -> Vec<Setup> {
@@ -277,18 +328,39 @@ mod tests {
         for built_in in scene::built_in() {
             let mut scene = scene::parse(built_in.text, built_in.name).unwrap();
             let shapes: Vec<_> = scene.build().unwrap().shape;
-            assert!(wall_sources(&Setup::new(&scene, &shapes, Precision::F32).unwrap()).is_none());
+            let plain = Setup::new(&scene, &shapes, Precision::F32).unwrap();
+            assert!(wall_sources(&plain).is_none() && of_middle(&plain).is_empty());
             scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3 }];
-            setups.extend([Precision::F32, Precision::F64].map(|p| Setup::new(&scene, &shapes, p).unwrap()));
+            scene.time.stepping = Stepping::Midpoint;
+            for dynamics in [Dynamics::Overdamped { drag: 1.0 }, Dynamics::Inertial { density: 2.0 }] {
+                scene.dynamics = dynamics;
+                setups.extend([Precision::F32, Precision::F64].map(|p| Setup::new(&scene, &shapes, p).unwrap()));
+            }
         }
         setups
+    }
+
+    fn of_middle(setup: &Setup) -> Vec<Source> {
+        midpoint_sources(setup).into_iter().flatten().chain(arrive(setup)).chain(stretch(setup)).collect()
+    }
+
+    #[test]
+    fn a_middle_has_the_kernels_that_its_scene_needs() {
+        let mut seen = [0; 4];
+        for setup in setups() {
+            let inertia = matches!(setup.dynamics, Dynamics::Inertial { .. });
+            let extra = usize::from(inertia) + usize::from(setup.growth.is_some());
+            assert_eq!(of_middle(&setup).len(), 3 + extra);
+            seen[usize::from(inertia) + 2 * usize::from(setup.growth.is_some())] += 1;
+        }
+        assert!(seen.iter().all(|n| *n > 0), "{seen:?}");
     }
 
     fn every_source(setup: &Setup) -> Vec<Source> {
         let growth = growth_sources(setup).into_iter().flatten();
         let walls = wall_sources(setup).into_iter().flatten();
         let steps = sources(setup).into_iter().chain(narrow_sources(setup)).chain(growth).chain(walls);
-        steps.chain([motion(setup, true)]).collect()
+        steps.chain(of_middle(setup)).chain([motion(setup, true)]).collect()
     }
 
     #[test]

@@ -19,5 +19,5 @@ pub use measured::Measured;
 pub use norms::{Cost, Reached, cost_at, extrapolated, l2, order};
 pub use target::Target;
 
-/// What these studies are computed by: sub-spheres and midpoint steps are not on a device.
+/// What these studies are computed by: sub-spheres are not on a device.
 pub const COMPUTED_BY: &str = "CPU f64";

@@ -1,0 +1,216 @@
+//! The parts of a step on the device: a step of first order has one, a midpoint step its first half and then the whole step with what is found in its
+//! middle. Forces, mobilities and first rows are those of where a part begins, `here`; moves are from the step's start.
+//!
+//! In the middle the device has a state more than the start and the trial, and where bodies grow the lengths there beside those at the step's end.
+
+use super::rows::Made;
+use super::source::{self, MidpointKernels};
+use super::state::{Poses, Shapes};
+use super::{Device, Setup, words};
+use crate::dynamics::Load;
+use crate::gpu::{GpuError, Kernel, Recorder};
+use bytemuck::pod_read_unaligned;
+
+/// What of a step is being computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// All of it, from its start.
+    Whole,
+    /// Its first half.
+    FirstHalf,
+    /// All of it, with forces, mobilities and first rows of its middle.
+    FromMiddle,
+}
+
+impl Setup {
+    /// The parameters of kernels that need the length of a part of the step: it and its root after four words.
+    pub(super) fn timed(&self, of_kernel: [u32; 4], interval: f64) -> Vec<u8> {
+        let mut bytes = words(of_kernel).to_vec();
+        bytes.extend(self.precision.encode([interval, interval.sqrt()]));
+        bytes
+    }
+
+    /// The part that a step begins with.
+    pub(super) fn first_part(&self) -> Part {
+        if self.midpoint { Part::FirstHalf } else { Part::Whole }
+    }
+
+    /// The length of a part.
+    pub(super) fn length_of(&self, part: Part) -> f64 {
+        if part == Part::FirstHalf { 0.5 * self.dt } else { self.dt }
+    }
+}
+
+impl Device {
+    /// The state of the step's start: the accepted one, or where bodies grow one of its own.
+    pub(super) fn start(&self) -> &Poses {
+        &self.poses[if self.grows() { 2 } else { 0 }]
+    }
+
+    /// What the bodies are at the end of the present part.
+    pub(super) fn start_shapes(&self) -> &Shapes {
+        &self.shapes[usize::from(self.grows())]
+    }
+
+    /// Where the present part begins: the middle where it is made, else the start.
+    pub(super) fn here(&self) -> &Poses {
+        &self.poses[self.here_index()]
+    }
+
+    pub(super) fn here_index(&self) -> usize {
+        match (self.part, self.grows()) {
+            (Part::FromMiddle, _) => self.poses.len() - 1,
+            (_, true) => 2,
+            (_, false) => 0,
+        }
+    }
+
+    /// What the bodies are in the first rows of the present part: with the lengths at its end, or in the middle with those there.
+    pub(super) fn here_shapes(&self) -> &Shapes {
+        match (self.part, self.grows()) {
+            (Part::FromMiddle, true) => &self.shapes[2],
+            _ => self.start_shapes(),
+        }
+    }
+
+    /// The parameters of kernels of the present part.
+    pub(super) fn timed(&self, of_kernel: [u32; 4]) -> Vec<u8> {
+        self.setup.timed(of_kernel, self.setup.length_of(self.part))
+    }
+
+    /// Forces of a library's user, computed on the host from the state there.
+    fn write_loads(&mut self) -> Result<(), GpuError> {
+        let bodies = self.download(self.here(), self.here_shapes(), self.bodies, &self.ancestry)?;
+        let time = self.step_start() + if self.part == Part::FromMiddle { 0.5 * self.setup.dt } else { 0.0 };
+        let load = |i: usize| {
+            let mut load = Load::default();
+            for force in &self.plugged {
+                load += force.load(&bodies, i, time);
+            }
+            let (f, t) = (load.force, load.torque);
+            [f.x, f.y, f.z, 0.0, t.x, t.y, t.z, 0.0]
+        };
+        let loads: Vec<f64> = (0..bodies.len()).flat_map(load).collect();
+        self.loads.reserve(&self.gpu, self.bodies)?;
+        self.loads.write(&self.gpu, 0, &self.setup.precision.encode(loads));
+        Ok(())
+    }
+
+    /// Forces, free velocities and mobilities where the present part begins, and the boxes there.
+    pub(super) fn set_motion(&mut self) -> Result<(), GpuError> {
+        if !self.plugged.is_empty() {
+            if !std::mem::replace(&mut self.takes_loads, true) {
+                self.kernels.motion = Kernel::new(&self.gpu, &source::motion(&self.setup, true))?;
+            }
+            self.write_loads()?;
+        }
+        let (gpu, bodies) = (self.gpu.clone(), self.bodies);
+        self.motions.reserve(&gpu, bodies)?;
+        self.boxes.reserve(&gpu, bodies)?;
+        let mut record = gpu.record();
+        record.stage("integrate");
+        let (here, shapes) = (self.here(), &self.here_shapes().shapes);
+        let parameters = self.timed([bodies as u32, 0, 0, 0]);
+        let buffers = [
+            &here.cells,
+            &here.remainders,
+            &here.orientations,
+            shapes,
+            &here.twists,
+            &self.groups_of,
+            &self.loads,
+            &self.motions,
+        ];
+        record.run(&self.kernels.motion, &parameters, &buffers, bodies);
+        if let (Part::FromMiddle, Some(kernels)) = (self.part, &self.kernels.midpoint) {
+            let buffers = [&self.start().twists, &here.twists, &self.motions];
+            record.run(&kernels.middle, &self.parameters(), &buffers, bodies);
+        }
+        let buffers = [&here.orientations, shapes, &self.motions, &self.boxes];
+        record.run(&self.kernels.boxes, &parameters, &buffers, bodies);
+        record.submit()
+    }
+
+    /// Records the move to `C(U)` over the present part, from the step's start.
+    pub(super) fn record_move(&self, record: &mut Recorder<'_>, to: &Poses) {
+        let start = self.start();
+        let buffers = [
+            &start.cells,
+            &start.remainders,
+            &start.orientations,
+            &self.rows.problem.velocity,
+            &self.motions,
+            &to.cells,
+            &to.remainders,
+            &to.orientations,
+        ];
+        record.run(&self.kernels.trial, &self.timed([self.bodies as u32, 0, 0, 0]), &buffers, self.bodies);
+    }
+
+    /// The first half's end as the step's middle, with the velocities there, and the lengths at the step's end.
+    pub(super) fn make_middle(&mut self) -> Result<(), GpuError> {
+        let gpu = self.gpu.clone();
+        let mut record = gpu.record();
+        record.stage("integrate");
+        let Some(middle) = self.poses.last() else { return Ok(()) };
+        self.record_move(&mut record, middle);
+        let buffers = [&self.motions, &middle.twists];
+        record.run(&self.kernels.accept, &self.parameters(), &buffers, self.bodies);
+        if self.grows() {
+            self.shapes[2].copy_from(&mut record, self.start_shapes(), self.bodies);
+            self.record_growth(&mut record);
+        }
+        record.submit()?;
+        self.part = Part::FromMiddle;
+        self.set_motion()
+    }
+
+    /// Records the first rows of the present part, for which there is room.
+    pub(super) fn record_first_rows(&mut self, record: &mut Recorder<'_>) -> Result<(), GpuError> {
+        let gpu = self.gpu.clone();
+        self.record_stretch(record);
+        let Device { rows, kernels, candidates, motions, next_rows, setup, part, .. } = &mut *self;
+        let made = Made { lists: &candidates.lists, motions, setup, interval: setup.length_of(*part) };
+        match (*part, &kernels.midpoint) {
+            (Part::FromMiddle, Some(midpoint)) => rows.begin_again(&gpu, kernels, midpoint, record, made, *next_rows),
+            _ => rows.begin(&gpu, kernels, record, made, *next_rows),
+        }
+    }
+
+    /// Records that separations found in the middle become those with the lengths at the step's end.
+    fn record_stretch(&self, record: &mut Recorder<'_>) {
+        let Some(MidpointKernels { stretch: Some(stretch), .. }) = &self.kernels.midpoint else { return };
+        if self.part != Part::FromMiddle {
+            return;
+        }
+        let lists = &self.candidates.lists;
+        let (here, grown) = (self.here_shapes(), self.start_shapes());
+        let buffers = [&lists.pairs, &self.here().orientations, &here.shapes, &grown.shapes, &lists.contacts];
+        record.run(stretch, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
+    }
+
+    /// Moves the offsets of rows to the violations of the trial, and finds room for the rows of those that have none to be moved.
+    pub(super) fn tighten(&mut self) -> Result<(), GpuError> {
+        let gpu = self.gpu.clone();
+        let mut record = gpu.record();
+        record.stage("narrow phase");
+        let Device { rows, kernels, candidates, bodies, .. } = &mut *self;
+        let (contacts, pairs) = (&candidates.lists.contacts, candidates.lists.pairs_count);
+        if let Some(midpoint) = &kernels.midpoint {
+            rows.tighten(midpoint, &mut record, contacts, pairs, *bodies);
+        }
+        rows.count(&gpu, kernels, &mut record, contacts, pairs, (true, 2))?;
+        let read = record.read(&[(&rows.next_start, 4 * pairs..4 * pairs + 4)])?;
+        self.next_rows = u64::from(pod_read_unaligned::<u32>(&read[0]));
+        Ok(())
+    }
+
+    /// Records the velocities that the step ends with, in the trial's state.
+    pub(super) fn record_arrival(&self, record: &mut Recorder<'_>) {
+        let twists = &self.poses[1].twists;
+        record.run(&self.kernels.accept, &self.parameters(), &[&self.motions, twists], self.bodies);
+        if let Some(MidpointKernels { arrive: Some(arrive), .. }) = &self.kernels.midpoint {
+            record.run(arrive, &self.parameters(), &[&self.motions, &self.start().twists, twists], self.bodies);
+        }
+    }
+}

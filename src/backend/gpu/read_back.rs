@@ -1,0 +1,52 @@
+//! What of the rows can be read back: for kept LCPs, diagnosis and tests.
+
+use super::Device;
+use crate::freedom::PLANAR;
+use crate::gpu::{Buffer, GpuError};
+use crate::lcp::Problem;
+
+impl Device {
+    /// The present LCP and its multipliers, read back for diagnosis and tests. The rows stand sorted by pair in the device's order.
+    ///
+    /// # Errors
+    /// What the device refuses.
+    ///
+    /// # Panics
+    /// If `D` is not the scene's number of unknowns.
+    pub fn lcp<const D: usize>(&self) -> Result<(Problem<D>, Vec<f64>), GpuError> {
+        assert_eq!(self.setup.planar, D == PLANAR, "the scene has another number of unknowns");
+        let problem = &self.rows.problem;
+        let whole = |buffer: &Buffer| 0..problem.rows * buffer.element() as u64;
+        let read = self.gpu.record().read(&[
+            (&problem.pair, whole(&problem.pair)),
+            (&problem.jacobian, whole(&problem.jacobian)),
+            (&problem.q, whole(&problem.q)),
+            (&problem.gamma, whole(&problem.gamma)),
+        ])?;
+        let [blocks, q, gamma] = [1, 2, 3].map(|i| self.setup.precision.decode(&read[i]));
+        // A block is one vector of four in the plane, and two in space, the last number of each unused.
+        let width = if D == PLANAR { 4 } else { 8 };
+        let block = |row: usize, side: usize| -> [f64; D] {
+            std::array::from_fn(|k| blocks[(2 * row + side) * width + k / 3 * 4 + k % 3])
+        };
+        let jacobian = (0..problem.rows as usize).map(|row| [block(row, 0), block(row, 1)]).collect();
+        let pair = bytemuck::pod_collect_to_vec(&read[0]);
+        // Surfaces come after all bodies.
+        let bodies = self.bodies as usize + self.setup.walls.len();
+        Ok((Problem { bodies, pair, jacobian, q }, gamma))
+    }
+
+    /// Each body's rows, `2 row + side`, read back for tests.
+    ///
+    /// # Errors
+    /// What the device refuses.
+    pub fn incidence(&self) -> Result<Vec<Vec<u32>>, GpuError> {
+        let problem = &self.rows.problem;
+        let read = self
+            .gpu
+            .record()
+            .read(&[(&problem.incidence_start, 0..4 * (self.bodies + 1)), (&problem.incidence, 0..8 * problem.rows)])?;
+        let [start, entries]: [Vec<u32>; 2] = [0, 1].map(|i| bytemuck::pod_collect_to_vec(&read[i]));
+        Ok(start.windows(2).map(|w| entries[w[0] as usize..w[1] as usize].to_vec()).collect())
+    }
+}
