@@ -277,6 +277,22 @@ fn steps_out_of_tolerance_are_status_3_and_named() {
 }
 
 #[test]
+fn bodies_that_went_through_each_other_are_status_3_and_named() {
+    let place = Place::new();
+    fs::write(place.at("torn.json"), include_str!("data/torn-chain.json")).unwrap();
+    let ran = place.relcp(&["run", "torn.json", "--backend", "cpu", "--out", "run"]).expect(3);
+    let summary = place.json("run/summary.json");
+    let [a, b] = [0, 1].map(|k| summary["first_passed"][0]["pair"][k].as_u64().unwrap());
+    assert!(
+        ran.out.contains("went through each other in") && ran.out.contains(&format!("1 (bodies {a} and {b}")),
+        "{}",
+        ran.out
+    );
+    assert_eq!((&summary["status"], &summary["steps_over_tolerance"]), (&"out_of_tolerance".into(), &0.into()));
+    assert!(summary["steps_passed"].as_u64().unwrap() > 0 && summary["first_passed"][0]["step"] == 1, "{summary}");
+}
+
+#[test]
 fn solves_that_fall_back_are_counted() {
     let place = Place::new();
     fs::write(place.at("pressed.json"), PRESSED).unwrap();

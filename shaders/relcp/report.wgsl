@@ -15,7 +15,8 @@ struct Report {
     worst_b: u32,
     // Bits of the largest radius of a box as a 32-bit float.
     largest: atomic<u32>,
-    unused_1: u32,
+    // Bits of the farthest that a point of a surface moves in the step, as a 32-bit float.
+    farthest: atomic<u32>,
     unused_2: u32,
     unused_3: u32,
     unused_4: u32,

@@ -4,7 +4,7 @@ pub mod cpu;
 pub mod gpu;
 
 use crate::lcp::{Outcome, Stored};
-use crate::relcp::{Fault, Phases, State};
+use crate::relcp::{Fault, Passed, Phases, State};
 
 /// What a trial configuration looks like: every pair of bodies, and every body with every wall, also those that were not near at the step's start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -41,6 +41,8 @@ pub trait Backend: Send {
     /// For every violation of the trial: moves the offset of its first row so that it is exact there, where
     /// that row has the overlap's direction; else makes one more row, as [`Backend::append_violations`].
     fn tighten_violations(&mut self) -> Result<(), Fault>;
+    /// The pairs that pass each other between the step's start and the trial.
+    fn passed(&mut self) -> Result<Option<Passed>, Fault>;
     /// Makes the trial the state and returns the step's wall time by phase.
     fn accept(&mut self) -> Result<Phases, Fault>;
     /// The present multipliers, a row each.

@@ -7,7 +7,7 @@ use super::interrupt::Interrupt;
 use super::output;
 use super::progress::Progress;
 use crate::gpu::Profile;
-use crate::record::{Folder, RecordError, Run, RunStatus, Summary};
+use crate::record::{Folder, PassedStep, RecordError, Run, RunStatus, Summary};
 use crate::relcp::{Compute, Simulation};
 use crate::scene::{self, Scene};
 use serde::Serialize;
@@ -181,6 +181,18 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
         });
         let (count, list) = (s.steps_over_tolerance, list(named, s.first_over_tolerance.len(), s.steps_over_tolerance));
         writeln!(out, "  {count} of {} steps left more overlap than allowed: {list}", s.steps)?;
+    }
+    if s.steps_passed > 0 {
+        let named = s.first_passed.iter().map(|PassedStep { step, pairs, pair: [a, b] }| {
+            let more = if *pairs > 1 { format!(" and {} pairs more", pairs - 1) } else { String::new() };
+            format!("{step} (bodies {a} and {b}{more})")
+        });
+        let list = list(named, s.first_passed.len(), s.steps_passed);
+        writeln!(
+            out,
+            "  bodies went through each other in {} of {} steps, a smaller dt helps: {list}",
+            s.steps_passed, s.steps
+        )?;
     }
     if s.solver.fallbacks > 0 {
         writeln!(out, "  {} solves went on with the interior-point method", s.solver.fallbacks)?;

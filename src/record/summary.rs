@@ -2,7 +2,7 @@
 
 use super::hash::state_hash;
 use super::memory::peak_bytes;
-use super::totals::{OverStep, Totals, UnconvergedStep, WallSeconds};
+use super::totals::{OverStep, PassedStep, Totals, UnconvergedStep, WallSeconds};
 use crate::bodies::Bodies;
 use crate::relcp::{Fault, Simulation, contacts};
 use crate::scene::{Method, Scene, SolverKind, Stepping, StopReason};
@@ -128,6 +128,10 @@ pub struct Summary {
     pub steps_over_tolerance: u64,
     /// The first of them.
     pub first_over_tolerance: Vec<OverStep>,
+    /// Steps in which bodies went through each other.
+    pub steps_passed: u64,
+    /// The first of them.
+    pub first_passed: Vec<PassedStep>,
     /// Recursions.
     pub recursions: Recursions,
     /// Rows.
@@ -198,6 +202,8 @@ impl Summary {
             proxy_max_overlap: totals.proxy_overlap,
             steps_over_tolerance: totals.steps_over_tolerance,
             first_over_tolerance: totals.over.clone(),
+            steps_passed: totals.steps_passed,
+            first_passed: totals.passed.clone(),
             recursions: Recursions {
                 mean: mean(totals.recursions),
                 max: totals.max_recursions,

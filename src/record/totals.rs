@@ -1,6 +1,6 @@
 //! What a run did so far: the sums and extremes of its steps' reports, which a checkpoint carries on.
 
-use crate::relcp::{Phases, StepReport};
+use crate::relcp::{Passed, Phases, StepReport};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;
 
@@ -66,6 +66,17 @@ pub struct OverStep {
     pub wall: Option<[usize; 2]>,
 }
 
+/// A step in which bodies went through each other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PassedStep {
+    /// Its number, from 1.
+    pub step: u64,
+    /// How many pairs did.
+    pub pairs: usize,
+    /// The first of them.
+    pub pair: [usize; 2],
+}
+
 /// A step with a solve that did not reach the solver's tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UnconvergedStep {
@@ -93,6 +104,12 @@ pub struct Totals {
     pub steps_over_tolerance: u64,
     /// The first of them.
     pub over: Vec<OverStep>,
+    /// Steps in which bodies went through each other.
+    #[serde(default)]
+    pub steps_passed: u64,
+    /// The first of them.
+    #[serde(default)]
+    pub passed: Vec<PassedStep>,
     /// Recursions, summed.
     pub recursions: u64,
     /// Most recursions of a step.
@@ -145,6 +162,12 @@ impl Totals {
                 self.over.push(OverStep { step, max_overlap: report.max_overlap, pair, wall });
             }
         }
+        if let Some(Passed { pairs, pair }) = report.passed {
+            self.steps_passed += 1;
+            if self.passed.len() < NAMED {
+                self.passed.push(PassedStep { step: report.step, pairs, pair });
+            }
+        }
         self.recursions += u64::from(report.recursions);
         self.max_recursions = self.max_recursions.max(report.recursions);
         let constraints = report.constraints as u64;
@@ -167,8 +190,8 @@ impl Totals {
         }
     }
 
-    /// Whether every step met its tolerances.
+    /// Whether every step met its tolerances, and no bodies went through each other.
     pub fn clean(&self) -> bool {
-        self.steps_over_tolerance == 0 && self.unconverged == 0
+        self.steps_over_tolerance == 0 && self.unconverged == 0 && self.steps_passed == 0
     }
 }

@@ -3,12 +3,15 @@
 mod accuracy;
 mod contacts;
 mod keep;
+mod passing;
 mod report;
 mod simulation;
 mod step;
 
 pub use contacts::{ImageContact, contacts, image_contacts};
 pub use keep::{Keep, Kept};
+pub(crate) use passing::may_pass;
+pub use passing::{Passed, passed};
 pub use report::{Phases, StepReport};
 pub use simulation::{Compute, Fault, Simulation, State, Warm};
 pub use step::step;

@@ -1,5 +1,6 @@
 //! What a step did: the figures that a run logs, sums up and is judged by.
 
+use super::Passed;
 use crate::backend::Overlap;
 use crate::lcp::Status;
 use std::time::Duration;
@@ -50,6 +51,8 @@ pub struct StepReport {
     pub worst_pair: Option<[usize; 2]>,
     /// The body and the wall (by its place in the scene's list) that overlap by it, where they do.
     pub worst_wall: Option<[usize; 2]>,
+    /// Pairs of bodies that went through each other on the step's way; none where no pair did.
+    pub passed: Option<Passed>,
     /// Largest overlap between sub-spheres, where the method makes its rows from them.
     pub proxy_overlap: Option<f64>,
     /// Wall time by phase.
@@ -73,6 +76,7 @@ impl Default for StepReport {
             max_overlap: 0.0,
             worst_pair: None,
             worst_wall: None,
+            passed: None,
             proxy_overlap: None,
             phases: Phases::default(),
         }

@@ -26,6 +26,7 @@ pub fn step(
         Stepping::Midpoint => midpoint(backend, contact, tolerance, keep, &mut report)?,
     };
     report.constraints = backend.constraints();
+    report.passed = backend.passed()?;
     report.phases = backend.accept()?; // C^k+1
     report.measure(&overlap, backend.steps(), backend.bodies());
     Ok(report)

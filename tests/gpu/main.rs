@@ -9,6 +9,7 @@ mod faults;
 mod lattice;
 mod lcp;
 mod midpoint;
+mod passing;
 mod periodic;
 mod render;
 mod rows;

@@ -7,6 +7,7 @@ mod hard_cases;
 mod laws;
 mod midpoint;
 mod paper_scenes;
+mod passing;
 mod promises;
 mod random;
 mod rows;

@@ -15,7 +15,7 @@ use crate::dynamics::{self, Cells, ForceField, Law, Load, Motion, Pose, Twist};
 use crate::freedom::PLANAR;
 use crate::lcp::{self, Outcome, Problem, Settings, Status, Stored};
 use crate::periodic::Periods;
-use crate::relcp::{Fault, Phases, State, Warm};
+use crate::relcp::{Fault, Passed, Phases, State, Warm, passed};
 use crate::scene::{Scene, Stepping};
 use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::{ProxySphere, Shape};
@@ -412,6 +412,11 @@ impl<const D: usize> Backend for Cpu<D> {
         self.overlapping = overlapping;
         self.phases.narrow_phase += begun.elapsed();
         Ok(())
+    }
+
+    fn passed(&mut self) -> Result<Option<Passed>, Fault> {
+        let Cpu { phases, start, twist, interval, .. } = self;
+        Ok(timed(&mut phases.narrow_phase, || passed(start, twist, *interval, |a, b| Self::SEPARATE(a, b, None))))
     }
 
     fn accept(&mut self) -> Result<Phases, Fault> {

@@ -6,6 +6,7 @@
 mod candidates;
 mod growing;
 mod midpoint;
+mod passing;
 mod periodic;
 mod read_back;
 mod rows;
@@ -24,7 +25,7 @@ use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
 use crate::periodic::Periods;
-use crate::relcp::{Fault, Phases, State, Warm};
+use crate::relcp::{Fault, Passed, Phases, State, Warm};
 use crate::scene::{Dynamics, Force, Scene, Stepping};
 use crate::shape::Shape;
 use crate::walls::Walls;
@@ -157,6 +158,8 @@ pub struct Device {
     next_rows: u64,
     /// The overlap from which on a pair of the last trial is a violation.
     violating: f64,
+    /// How far a point of a surface moves to the last trial, at most.
+    farthest: f64,
     state: OnceLock<State>,
     phases: Phases,
 }
@@ -233,6 +236,7 @@ impl Device {
             kernels: Kernels::new(&gpu, &setup)?,
             next_rows: 0,
             violating: scene.contact.overlap_tolerance,
+            farthest: 0.0,
             state: OnceLock::from(state),
             phases: Phases::default(),
             setup,
@@ -379,6 +383,7 @@ impl Backend for Device {
         ];
         record.run(&self.kernels.sweep, &self.parameters(), &buffers, bodies);
         let report = self.separate(record, true)?;
+        self.farthest = f64::from(f32::from_bits(report.farthest));
         self.phases.narrow_phase += begun.elapsed();
         Ok(report.overlap(&self.setup.walls))
     }
@@ -402,6 +407,13 @@ impl Backend for Device {
         self.tighten()?;
         self.phases.narrow_phase += begun.elapsed();
         if self.next_rows > self.rows.problem.rows { self.append_violations() } else { Ok(()) }
+    }
+
+    fn passed(&mut self) -> Result<Option<Passed>, Fault> {
+        let begun = Instant::now();
+        let passed = self.passed_on_the_way()?;
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(passed)
     }
 
     fn accept(&mut self) -> Result<Phases, Fault> {

@@ -21,7 +21,8 @@ pub struct Report {
     pub(super) worst_a: u32,
     pub(super) worst_b: u32,
     pub(super) largest: u32,
-    unused: [u32; 4],
+    pub(super) farthest: u32,
+    unused: [u32; 3],
 }
 
 impl Report {
@@ -99,6 +100,8 @@ impl Device {
             surfaces.separate(kernels, record, lists, (poses, shapes, &self.boxes), (at_trial, self.violating));
         }
         if at_trial {
+            let buffers = [&shapes.shapes, &poses.orientations, &self.motions, &self.report];
+            record.run(&self.kernels.farthest, &self.timed([self.bodies as u32, 0, 0, 0]), &buffers, self.bodies);
             for (pass, threads) in [(1, pairs), (2, pairs), (3, 1)] {
                 let buffers = [&lists.pairs, &lists.contacts, &self.report];
                 record.run(&self.kernels.overlap, &words([pairs as u32, pass, 0, 0]), &buffers, threads);

@@ -115,6 +115,7 @@ pub(super) struct Kernels {
     pub accept: Kernel,
     pub narrow: Vec<Kernel>,
     pub overlap: Kernel,
+    pub farthest: Kernel,
     pub count: Kernel,
     pub append: Kernel,
     pub target: Kernel,
@@ -169,6 +170,7 @@ pub(super) fn sources(setup: &Setup) -> Vec<Source> {
         base(setup, "trial").include(factor).include(fragment!("dynamics/trial.wgsl")),
         plain("accept", fragment!("dynamics/accept.wgsl")),
         base(setup, "overlap").real("VIOLATING", VIOLATING).include(report).include(fragment!("relcp/overlap.wgsl")),
+        with_bodies(setup, "farthest").include(report).include(fragment!("relcp/farthest.wgsl")),
         plain("count", fragment!("constraint/count.wgsl")),
         numbered("append").include(factor).include(fragment!("constraint/append.wgsl")),
         plain("target", fragment!("constraint/target.wgsl")),
@@ -270,6 +272,7 @@ impl Kernels {
             trial: next()?,
             accept: next()?,
             overlap: next()?,
+            farthest: next()?,
             count: next()?,
             append: next()?,
             target: next()?,
@@ -405,5 +408,6 @@ mod tests {
         assert_eq!(offset("worst_a"), Some(offset_of!(Report, worst_a)));
         assert_eq!(offset("worst_b"), Some(offset_of!(Report, worst_b)));
         assert_eq!(offset("largest"), Some(offset_of!(Report, largest)));
+        assert_eq!(offset("farthest"), Some(offset_of!(Report, farthest)));
     }
 }

@@ -63,7 +63,8 @@ impl Watch {
                 ("energy that a step's contact adds beyond parting overlaps, of that at the start", ENERGY_BOUND)
             }
         };
-        Measure { what, value: self.worst, bound }
+        let by_passing = matches!(self.law, Law::Linked | Law::InOrder);
+        Measure { what, value: self.worst, bound, by_passing }
     }
 
     /// Kinetic energy after the step's contact less that of the same step without it, less the work that parts overlaps.

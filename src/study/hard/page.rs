@@ -69,7 +69,7 @@ fn title(group: &str) -> String {
 }
 
 fn measured(measure: &Measure) -> String {
-    let Measure { what, value, bound } = measure;
+    let Measure { what, value, bound, .. } = measure;
     if *bound == 0.0 { format!("{what}: {value}") } else { format!("{what}: {value:.1e} (at most {bound:.0e})") }
 }
 

@@ -52,6 +52,10 @@ pub struct Figures {
     pub false_claims: u64,
     /// How the last unconverged solve ended.
     pub status: String,
+    /// Steps in which bodies went through each other, as the program said.
+    pub steps_passed: u64,
+    /// The pair that it named first.
+    pub passed: Option<[usize; 2]>,
     /// Accepted states with a number that is not finite, or an orientation that is no rotation.
     pub states_not_finite: u64,
     /// How it ended.
@@ -149,6 +153,8 @@ impl Figures {
             unconverged: 0,
             false_claims: 0,
             status: crate::lcp::Status::Solved.name().into(),
+            steps_passed: 0,
+            passed: None,
             states_not_finite: 0,
             end: End::Done,
         }
@@ -171,6 +177,10 @@ impl Figures {
         self.recursions_mean += f64::from(report.recursions);
         self.recursions_max = self.recursions_max.max(report.recursions);
         self.products += report.products;
+        if let Some(passed) = report.passed {
+            self.steps_passed += 1;
+            self.passed = self.passed.or(Some(passed.pair));
+        }
         if exceeds(report.residual, self.worst_residual) {
             self.worst_residual = report.residual;
         }

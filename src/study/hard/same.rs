@@ -78,7 +78,7 @@ pub(super) fn compare(start: &Start, change: Change, steps: u64) -> (Run, Measur
     } else {
         f64::NAN
     };
-    (changed, Measure { what, value, bound })
+    (changed, Measure { what, value, bound, by_passing: false })
 }
 
 fn rotation(vector: [f64; 3]) -> DQuat {

@@ -12,6 +12,8 @@ pub struct Measure {
     pub value: f64,
     /// The most that it may be.
     pub bound: f64,
+    /// Whether bodies that go through each other explain a larger value: the program tells of them.
+    pub by_passing: bool,
 }
 
 /// The verdict on a case.
@@ -51,7 +53,7 @@ pub fn judge(figures: &Figures, measure: Option<&Measure>) -> (Verdict, Vec<Stri
     if !fails.is_empty() {
         return (Verdict::Fails, fails);
     }
-    let told = told(figures);
+    let told = told(figures, measure);
     (if told.is_empty() { Verdict::Holds } else { Verdict::Reported }, told)
 }
 
@@ -75,14 +77,24 @@ fn failures(figures: &Figures, measure: Option<&Measure>) -> Vec<String> {
     if figures.end == End::Done && figures.steps == 0 {
         out.push("no step was taken".into());
     }
-    if let Some(measure) = measure.filter(|measure| exceeds(measure.value, measure.bound)) {
-        out.push(format!("{} is {:.1e}, over {:.0e}", measure.what, measure.value, measure.bound));
-    }
+    let told = |measure: &&Measure| measure.by_passing && figures.steps_passed > 0;
+    out.extend(measure.filter(|measure| !told(measure)).and_then(over));
     out
 }
 
-fn told(figures: &Figures) -> Vec<String> {
+/// Says that a measure is over its bound, where it is.
+fn over(measure: &Measure) -> Option<String> {
+    let Measure { what, value, bound, .. } = measure;
+    exceeds(*value, *bound).then(|| format!("{what} is {value:.1e}, over {bound:.0e}"))
+}
+
+fn told(figures: &Figures, measure: Option<&Measure>) -> Vec<String> {
     let mut out = Vec::new();
+    if let Some([a, b]) = figures.passed {
+        let steps = figures.steps_passed;
+        out.push(format!("bodies went through each other in {steps} steps, {a} and {b} first"));
+    }
+    out.extend(measure.and_then(over));
     match &figures.end {
         End::Refused(why) => out.push(format!("refused: {why}")),
         End::Fault(why) => out.push(format!("stopped: {why}")),

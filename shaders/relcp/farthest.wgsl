@@ -1,0 +1,23 @@
+// How far a point of a surface moves in the step, at most, over all bodies: whether any two can have gone through each other.
+
+struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> shapes: array<vec4r>;
+@group(0) @binding(2) var<storage, read> orientations: array<vec4r>;
+@group(0) @binding(3) var<storage, read> motions: array<vec4r>;
+@group(0) @binding(4) var<storage, read_write> report: Report;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = invocation(group, groups, local);
+    if i >= parameters.bodies { return; }
+    let radius = bounding_radius(placed(shapes[i], orientations[2u * i], orientations[2u * i + 1u]));
+    let first = MOTION * i + 2u;
+    let motion = parameters.dt * (length(motions[first].xyz) + radius * length(motions[first + 1u].xyz));
+    atomicMax(&report.farthest, bitcast<u32>(f32(motion)));
+}
