@@ -402,18 +402,18 @@ impl Backend for Device {
         Ok(())
     }
 
-    fn passed(&mut self) -> Result<Option<Passed>, Fault> {
-        let begun = Instant::now();
-        let passed = self.passed_on_the_way()?;
-        self.phases.narrow_phase += begun.elapsed();
-        Ok(passed)
-    }
-
     fn tighten_violations(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         self.tighten()?;
         self.phases.narrow_phase += begun.elapsed();
         if self.next_rows > self.rows.problem.rows { self.append_violations() } else { Ok(()) }
+    }
+
+    fn passed(&mut self) -> Result<Option<Passed>, Fault> {
+        let begun = Instant::now();
+        let passed = self.passed_on_the_way()?;
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(passed)
     }
 
     fn accept(&mut self) -> Result<Phases, Fault> {

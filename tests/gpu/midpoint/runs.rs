@@ -93,6 +93,8 @@ fn follows_the_cpu(scene: &Scene, bounds: [f64; 2], check: impl Fn(Precision, &R
         );
         assert_eq!((ran.reports.len(), &ran.bodies().lineage), (cpu.reports.len(), &cpu.bodies().lineage));
         assert!(ran.reports.iter().all(|r| r.unconverged == 0));
+        let told = |ran: &Ran| ran.sum(|r| u64::from(r.passed.is_some()));
+        assert_eq!(told(&ran), told(&cpu));
         assert!(part >= 0.95 && worst <= 1e-5 && found <= 1e-5, "{}: {part} {worst:e} {found:e}", scene.name);
         assert!(off < bounds[usize::from(precision == Precision::F64)], "{}: {off:e}", scene.name);
         check(precision, &ran, &cpu);
