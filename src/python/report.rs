@@ -30,6 +30,8 @@ pub(super) struct StepReport {
     unconverged: u32,
     /// `solved`, or how the last of its solves that did not converge ended.
     status: &'static str,
+    /// Largest overlap of smooth surfaces in the trial of its first solve, a length.
+    first_violation: f64,
     /// Largest true overlap of smooth surfaces, with each other or with walls, in the accepted configuration, a length.
     max_overlap: f64,
     /// The pair of bodies that overlaps by `max_overlap`, where one does.
@@ -67,6 +69,7 @@ impl StepReport {
             residual: report.residual,
             unconverged: report.unconverged,
             status: report.status.name(),
+            first_violation: report.first_violation,
             max_overlap: report.max_overlap,
             worst_pair: report.worst_pair.map(<(usize, usize)>::from),
             worst_wall: report.worst_wall.map(<(usize, usize)>::from),
@@ -97,6 +100,7 @@ impl StepReport {
         dict.set_item("residual", self.residual)?;
         dict.set_item("unconverged", self.unconverged)?;
         dict.set_item("status", self.status)?;
+        dict.set_item("first_violation", self.first_violation)?;
         dict.set_item("max_overlap", self.max_overlap)?;
         dict.set_item("worst_pair", self.worst_pair)?;
         dict.set_item("worst_wall", self.worst_wall)?;

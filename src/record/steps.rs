@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// The columns, in their order.
-pub const COLUMNS: [&str; 10] = [
+pub const COLUMNS: [&str; 11] = [
     "step",
     "time",
     "bodies",
@@ -16,6 +16,7 @@ pub const COLUMNS: [&str; 10] = [
     "iterations",
     "products",
     "residual",
+    "first_violation",
     "max_overlap",
     "wall_seconds",
 ];
@@ -39,6 +40,8 @@ pub struct StepRow {
     pub products: u64,
     /// Largest residual of its solves, a length.
     pub residual: f64,
+    /// Largest overlap in the trial of its first solve, a length.
+    pub first_violation: f64,
     /// Largest true overlap that it left, a length.
     pub max_overlap: f64,
     /// Wall time of this step, without its output.
@@ -56,6 +59,7 @@ impl StepRow {
             iterations: report.iterations,
             products: report.products,
             residual: report.residual,
+            first_violation: report.first_violation,
             max_overlap: report.max_overlap,
             wall_seconds,
         }

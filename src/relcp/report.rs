@@ -45,6 +45,8 @@ pub struct StepReport {
     pub unconverged: u32,
     /// `Solved`, or how the last of its solves that did not converge ended.
     pub status: Status,
+    /// Largest overlap of smooth surfaces in the trial of its first solve, a length: what the recursion then takes away. Of a midpoint step its second half's.
+    pub first_violation: f64,
     /// Largest true overlap of smooth surfaces, with each other or with walls, in the accepted configuration, a length.
     pub max_overlap: f64,
     /// The pair of bodies that overlaps by `max_overlap`, where one does.
@@ -73,6 +75,7 @@ impl Default for StepReport {
             residual: 0.0,
             unconverged: 0,
             status: Status::Solved,
+            first_violation: 0.0,
             max_overlap: 0.0,
             worst_pair: None,
             worst_wall: None,

@@ -43,11 +43,13 @@ fn euler(
     backend.begin()?; // growth, forces, effective mobility, free velocity at C^k
     backend.append_near()?; // A_0: one row a near pair
     let mut accuracy = Accuracy::first(contact, tolerance);
+    let mut first_violation = None;
     loop {
         let outcome = keep.solve(backend, accuracy.residual())?; // gamma_n from gamma_n-1, U_n
         report.count(outcome);
         accuracy.reached(outcome.residual);
         let overlap = backend.trial(accuracy.of_rows())?; // C_n+1 = C(U_n), from C^k with the total velocity, every pair looked at
+        report.first_violation = *first_violation.get_or_insert(overlap.worst);
         if report.contradicted(contact.overlap_tolerance) {
             return Ok(overlap);
         } else if accuracy.shows(&overlap) && report.may_recurse(contact) {
@@ -78,6 +80,7 @@ fn midpoint(
     backend.append_near()?; // one row a near pair of C_h, linearised there
     report.count(keep.solve(backend, tolerance)?);
     let mut overlap = backend.trial(contact.overlap_tolerance)?; // C_1 = C(U_0) after dt, from C^k
+    report.first_violation = overlap.worst;
     while overlap.violations > 0 && report.may_recurse(contact) && !report.contradicted(contact.overlap_tolerance) {
         if report.recursions < MOST_CORRECTIONS {
             backend.tighten_violations()?;

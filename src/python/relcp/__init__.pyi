@@ -144,6 +144,10 @@ class StepReport:
         self,
     ) -> Literal["solved", "max_iterations", "no_progress", "infeasible", "too_large", "not_finite"]: ...
     @property
+    def first_violation(self) -> float:
+        """Largest overlap of smooth surfaces in the trial of its first solve, a length."""
+
+    @property
     def max_overlap(self) -> float:
         """Largest true overlap of smooth surfaces in the accepted configuration, a length."""
 
