@@ -15,17 +15,28 @@ pub struct Cost {
     pub at_most: bool,
 }
 
-/// The cheapest way to an error.
+/// A curve and what an error costs along it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cheapest {
+    /// The curve.
+    pub curve: String,
+    /// The cost.
+    pub cost: Cost,
+    /// The largest overlap of smooth surfaces in any of its runs that are within the error, a length.
+    pub max_overlap: f64,
+}
+
+/// The cheapest ways to an error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Best {
     /// The scene.
     pub problem: &'static str,
     /// The error.
     pub error: f64,
-    /// By seconds of wall time: curve, and seconds.
-    pub by_wall: Option<(String, Cost)>,
-    /// By products with `A`: curve, and products.
-    pub by_products: Option<(String, Cost)>,
+    /// By seconds of wall time.
+    pub by_wall: Option<Cheapest>,
+    /// By products with `A`.
+    pub by_products: Option<Cheapest>,
 }
 
 /// A curve of the plots: runs from coarse to fine.
@@ -80,8 +91,12 @@ impl Curve<'_> {
 pub fn best(problem: &'static str, rows: &[&Row]) -> Vec<Best> {
     let curves: Vec<Curve> = curves(rows.iter().copied()).into_iter().filter(Curve::refines).collect();
     let cheapest = |error: f64, work: fn(&Row) -> f64| {
-        let costs = curves.iter().filter_map(|curve| Some((curve.name.clone(), curve.cost(error, work)?)));
-        costs.min_by(|(_, a), (_, b)| a.value.total_cmp(&b.value))
+        let costs = curves.iter().filter_map(|curve| {
+            let within = curve.rows.iter().filter(|row| row.error.is_some_and(|of_run| of_run <= error));
+            let max_overlap = within.map(|row| row.max_overlap).fold(0.0, f64::max);
+            Some(Cheapest { curve: curve.name.clone(), cost: curve.cost(error, work)?, max_overlap })
+        });
+        costs.min_by(|a, b| a.cost.value.total_cmp(&b.cost.value))
     };
     let of = |error: f64| Best {
         problem,

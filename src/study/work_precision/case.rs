@@ -70,8 +70,10 @@ pub struct Size {
     pub midpoint: u32,
     /// Steps of LCP-SNSD by either.
     pub snsd: u32,
-    /// Steps of LCP-MS.
+    /// Steps of LCP-MS, of each count of sub-spheres.
     pub multisphere: u32,
+    /// Counts of sub-spheres.
+    pub spheres: usize,
     /// Tolerances of the sweep.
     pub tolerances: u32,
     /// Halvings of the coarsest step at which that is made.
@@ -124,7 +126,7 @@ impl Size {
         for stepping in [Stepping::Euler, Stepping::Midpoint] {
             cases.extend(refined(Method::Snsd, stepping, self.snsd));
         }
-        for count in problem.spheres {
+        for count in problem.spheres.iter().take(self.spheres) {
             cases.extend(refined(Method::Multisphere { count: *count }, Stepping::Euler, self.multisphere));
         }
         cases

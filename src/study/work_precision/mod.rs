@@ -12,7 +12,7 @@ mod pose;
 mod problem;
 mod reference;
 
-pub use best::{Best, Cost, Curve, ERRORS, best, curves};
+pub use best::{Best, Cheapest, Cost, Curve, ERRORS, best, curves};
 pub use case::{CERTAINTY, Case, OVERLAP_TOLERANCE, Row, Size, Sweep, run};
 pub use pose::{Apart, Pose, apart, limit, poses};
 pub use problem::{PROBLEMS, Problem};
@@ -27,10 +27,10 @@ use serde_json::{Value, json};
 impl Size {
     /// Some minutes.
     pub const FULL: Size =
-        Size { euler: 8, midpoint: 8, snsd: 6, multisphere: 4, tolerances: 6, tolerances_at: 4, both: 8 };
+        Size { euler: 8, midpoint: 8, snsd: 6, multisphere: 4, spheres: 2, tolerances: 6, tolerances_at: 4, both: 8 };
     /// Some seconds.
     pub const QUICK: Size =
-        Size { euler: 4, midpoint: 4, snsd: 3, multisphere: 2, tolerances: 4, tolerances_at: 2, both: 4 };
+        Size { euler: 4, midpoint: 4, snsd: 3, multisphere: 2, spheres: 1, tolerances: 4, tolerances_at: 2, both: 4 };
 }
 
 /// What was measured so far.

@@ -1,6 +1,6 @@
 //! The page of the study.
 
-use super::best::{Cost, Curve, ERRORS, curves};
+use super::best::{Cheapest, Cost, Curve, ERRORS, curves};
 use super::case::{CERTAINTY, OVERLAP_TOLERANCE, Row, Sweep};
 use super::problem::Problem;
 use super::reference::{Making, Reference};
@@ -77,14 +77,15 @@ fn products(count: f64) -> String {
 fn cheapest(out: &mut String, best: &[Best]) {
     out.push_str(
         "\n## The cheapest way to an error\n\nAlong straight lines in logarithms between the runs of a curve, from where on all its finer runs are within the error. Where nothing is told, no curve gets there. \
-         \"At most\": the coarsest run of the curve is more exact already.\n\n\
-         | scene | error | by wall time | ms | by products | products |\n| --- | ---: | --- | ---: | --- | ---: |\n",
+         \"At most\": the coarsest run of the curve is more exact already. \
+         \"Overlap\": the largest of the smooth surfaces in the curve's runs that are within the error.\n\n\
+         | scene | error | by wall time | ms | overlap | by products | products | overlap |\n| --- | ---: | --- | ---: | ---: | --- | ---: | ---: |\n",
     );
+    let words = |found: &Option<Cheapest>, of: fn(f64) -> String| match found {
+        Some(Cheapest { curve, cost, max_overlap }) => format!("{curve} | {} | {max_overlap:.1e}", said(*cost, of)),
+        None => " |  | ".into(),
+    };
     for Best { problem, error, by_wall, by_products } in best {
-        let words = |found: &Option<(String, Cost)>, of: fn(f64) -> String| match found {
-            Some((curve, cost)) => format!("{curve} | {}", said(*cost, of)),
-            None => " | ".into(),
-        };
         let (wall, products) = (words(by_wall, milliseconds), words(by_products, products));
         let _ = writeln!(out, "| {problem} | {error:.0e} | {wall} | {products} |");
     }
