@@ -1,6 +1,7 @@
 //! What errors cost along each curve, and which curve is the cheapest.
 
 use super::case::{Row, Sweep};
+use super::reference::Reference;
 use serde::Serialize;
 
 /// The errors whose cost is told.
@@ -33,6 +34,8 @@ pub struct Best {
     pub problem: &'static str,
     /// The error.
     pub error: f64,
+    /// Whether it is so large that the reference's own does not count.
+    pub certain: bool,
     /// By seconds of wall time.
     pub by_wall: Option<Cheapest>,
     /// By products with `A`.
@@ -87,8 +90,8 @@ impl Curve<'_> {
     }
 }
 
-/// The cheapest ways to each of [`ERRORS`], by rows of one problem.
-pub fn best(problem: &'static str, rows: &[&Row]) -> Vec<Best> {
+/// The cheapest ways to each of [`ERRORS`], by rows of one problem with this reference.
+pub fn best(problem: &'static str, reference: &Reference, rows: &[&Row]) -> Vec<Best> {
     let curves: Vec<Curve> = curves(rows.iter().copied()).into_iter().filter(Curve::refines).collect();
     let cheapest = |error: f64, work: fn(&Row) -> f64| {
         let costs = curves.iter().filter_map(|curve| {
@@ -101,6 +104,7 @@ pub fn best(problem: &'static str, rows: &[&Row]) -> Vec<Best> {
     let of = |error: f64| Best {
         problem,
         error,
+        certain: reference.settles(error),
         by_wall: cheapest(error, |row| row.wall_seconds),
         by_products: cheapest(error, |row| row.products as f64),
     };

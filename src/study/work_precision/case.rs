@@ -31,9 +31,6 @@ const MOST_HALVINGS: u32 = 10;
 const REPEAT_WITHIN: Duration = Duration::from_millis(100);
 const REPEATS: usize = 5;
 
-/// A reference is good enough for an error of so many times its own estimate.
-pub const CERTAINTY: f64 = 3.0;
-
 /// What runs of one curve differ by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -236,7 +233,7 @@ pub fn run(problem: &Problem, reference: &Reference, case: &Case, compute: &Comp
     }
     row.error = error.map(|error| error.worst());
     (row.position_error, row.angle_error) = (error.map(|error| error.position), error.map(|error| error.angle));
-    row.certain = row.error.is_none_or(|error| error >= CERTAINTY * reference.estimate.worst());
+    row.certain = row.error.is_none_or(|error| reference.settles(error));
     Ok(row)
 }
 

@@ -13,10 +13,10 @@ mod problem;
 mod reference;
 
 pub use best::{Best, Cheapest, Cost, Curve, ERRORS, best, curves};
-pub use case::{CERTAINTY, Case, OVERLAP_TOLERANCE, Row, Size, Sweep, run};
+pub use case::{Case, OVERLAP_TOLERANCE, Row, Size, Sweep, run};
 pub use pose::{Apart, Pose, apart, limit, poses};
 pub use problem::{PROBLEMS, Problem};
-pub use reference::{Making, Reference};
+pub use reference::{CERTAINTY, Making, Reference};
 
 use super::StudyError;
 use super::paper::{Measured, Target, order};
@@ -84,7 +84,8 @@ impl Study {
 
     /// The cheapest ways to errors, for each scene.
     pub fn best(&self) -> Vec<Best> {
-        self.problems.iter().flat_map(|(problem, _)| best(problem.name, &self.of(problem))).collect()
+        let of = |(problem, reference): &(Problem, Reference)| best(problem.name, reference, &self.of(problem));
+        self.problems.iter().flat_map(of).collect()
     }
 
     /// What it is to show, and whether it does.

@@ -1,9 +1,9 @@
 //! The page of the study.
 
 use super::best::{Cheapest, Cost, Curve, ERRORS, curves};
-use super::case::{CERTAINTY, OVERLAP_TOLERANCE, Row, Sweep};
+use super::case::{OVERLAP_TOLERANCE, Row, Sweep};
 use super::problem::Problem;
-use super::reference::{Making, Reference};
+use super::reference::{CERTAINTY, Making, Reference};
 use super::{Best, Study};
 use crate::scene::Stepping;
 use crate::study::machine::machine;
@@ -21,7 +21,7 @@ pub(super) fn page(study: &Study) -> String {
     for (problem, reference) in study.problems() {
         let rows = study.of(problem);
         scene(&mut out, problem, reference);
-        costs(&mut out, &rows);
+        costs(&mut out, reference, &rows);
         runs(&mut out, &rows);
     }
     out
@@ -85,9 +85,10 @@ fn cheapest(out: &mut String, best: &[Best]) {
         Some(Cheapest { curve, cost, max_overlap }) => format!("{curve} | {} | {max_overlap:.1e}", said(*cost, of)),
         None => " |  | ".into(),
     };
-    for Best { problem, error, by_wall, by_products } in best {
+    for Best { problem, error, certain, by_wall, by_products } in best {
+        let unsure = if *certain { "" } else { "~" };
         let (wall, products) = (words(by_wall, milliseconds), words(by_products, products));
-        let _ = writeln!(out, "| {problem} | {error:.0e} | {wall} | {products} |");
+        let _ = writeln!(out, "| {problem} | {unsure}{error:.0e} | {wall} | {products} |");
     }
 }
 
@@ -114,12 +115,13 @@ fn scene(out: &mut String, problem: &Problem, reference: &Reference) {
 }
 
 /// What each curve costs.
-fn costs(out: &mut String, rows: &[&Row]) {
+fn costs(out: &mut String, reference: &Reference, rows: &[&Row]) {
     let curves: Vec<Curve> = curves(rows.iter().copied()).into_iter().filter(Curve::refines).collect();
     if curves.is_empty() {
         return;
     }
-    let errors = ERRORS.map(|error| format!("{error:.0e}")).join(" | ");
+    let unsure = |error: f64| if reference.settles(error) { "" } else { "~" };
+    let errors = ERRORS.map(|error| format!("{}{error:.0e}", unsure(error))).join(" | ");
     let _ = write!(
         out,
         "\nMilliseconds and products for an error of\n\n| curve | {errors} |\n| --- | ---: | ---: | ---: | ---: |\n"

@@ -12,6 +12,9 @@ use crate::scene::Stepping;
 use crate::study::StudyError;
 use serde::{Deserialize, Serialize};
 
+/// A reference is good enough for an error of so many times its own estimate.
+pub const CERTAINTY: f64 = 3.0;
+
 /// The format of a reference's file.
 const FORMAT: &str = "relcp-reference 1";
 
@@ -121,6 +124,11 @@ impl Reference {
     /// [`StudyError::Table`].
     pub fn text(&self) -> Result<String, StudyError> {
         serde_json::to_string_pretty(self).map(|text| text + "\n").map_err(|e| StudyError::Table(e.to_string()))
+    }
+
+    /// Whether an error is so large that this solution's own does not count.
+    pub fn settles(&self, error: f64) -> bool {
+        error >= CERTAINTY * self.estimate.worst()
     }
 
     /// How far an end of the same problem is from it; `None` where it is of other bodies.
