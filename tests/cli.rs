@@ -518,6 +518,42 @@ fn the_papers_tests_are_studied() {
     }
 }
 
+/// Work against precision, at its quick size, and what is refused of it.
+#[test]
+fn work_and_precision_are_studied() {
+    let place = Place::new();
+    let study = ["study", "work-precision", "--quick", "--backend", "cpu", "--out", "st", "--json", "--quiet"];
+    let out = place.relcp(&study).expect(0);
+    assert_eq!(out.err, "");
+    let numbers: Value = serde_json::from_str(&out.out).unwrap();
+    assert_eq!(place.json("st/work-precision.json"), numbers);
+    let (rows, problems) = (numbers["rows"].as_array().unwrap(), numbers["problems"].as_array().unwrap());
+    assert!(problems.len() == 5 && rows.iter().all(|row| row["error"].as_f64().is_some_and(f64::is_finite)));
+    let page = fs::read_to_string(place.at("st/work-precision.md")).unwrap();
+    for problem in problems {
+        let name = problem["problem"].as_str().unwrap();
+        let errors = |curve: &str| -> Vec<f64> {
+            let on = rows.iter().filter(|row| row["problem"] == name && row["curve"] == curve);
+            on.map(|row| row["error"].as_f64().unwrap()).collect()
+        };
+        let (euler, midpoint) = (errors("ReLCP"), errors("ReLCP, midpoint"));
+        assert_eq!((euler.len(), midpoint.len()), (4, 4), "{name}");
+        assert!(euler[3] < euler[0] && midpoint[3] < midpoint[0], "{name}: {euler:?} {midpoint:?}");
+        let plot = format!("work-precision-{name}.svg");
+        assert!(page.contains(&format!("![]({plot})")) && page.contains(&format!("\n## {name}\n")), "{page}");
+        assert!(fs::read_to_string(place.at(&format!("st/{plot}"))).unwrap().starts_with("<svg"));
+    }
+    assert_eq!(fs::read_to_string(place.at("st/work-precision.csv")).unwrap().lines().count(), 1 + rows.len());
+    for (arguments, status, says) in [
+        (["study", "jitter", "--make-references", "refs"], 2, "relcp study work-precision"),
+        (["study", "work-precision", "--make-references", "rods.json/refs"], 4, "rods.json/refs"),
+        (["study", "work-precision", "--out", "rods.json/st"], 4, "rods.json/st"),
+    ] {
+        let refused = place.relcp(&arguments).expect(status);
+        assert!(refused.err.contains(says) && refused.out.is_empty(), "{}", refused.err);
+    }
+}
+
 #[test]
 fn throughput_is_measured_of_what_is_asked_for() {
     let place = Place::new();

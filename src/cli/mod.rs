@@ -22,6 +22,7 @@ mod study_all;
 mod study_hard;
 mod study_paper;
 mod study_solvers;
+mod study_work_precision;
 
 use arguments::{Arguments, Command};
 use clap::Parser;

@@ -8,6 +8,7 @@ use super::study_all::all;
 use super::study_hard::hard;
 use super::study_paper::paper;
 use super::study_solvers::solvers;
+use super::study_work_precision::work_precision;
 use crate::record::{RecordError, durable};
 use crate::relcp::Compute;
 use crate::study::StudyError;
@@ -29,6 +30,9 @@ pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
     if arguments.name != StudyName::Solvers && !arguments.files.is_empty() {
         return Err(CliError::Usage("files are for `relcp study solvers`".into()));
     }
+    if arguments.name != StudyName::WorkPrecision && arguments.make_references.is_some() {
+        return Err(CliError::Usage("--make-references is for `relcp study work-precision`".into()));
+    }
     let found = match arguments.name {
         StudyName::All => all(arguments)?,
         name => one(name, arguments)?,
@@ -47,6 +51,7 @@ pub(super) fn one(name: StudyName, arguments: &Study) -> Result<Found, CliError>
         StudyName::Throughput => throughput(arguments),
         StudyName::Solvers => solvers(arguments),
         StudyName::Hard => hard(arguments),
+        StudyName::WorkPrecision => work_precision(arguments),
         name => paper(name, arguments),
     }
 }

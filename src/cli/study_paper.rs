@@ -49,12 +49,12 @@ pub(super) fn say(arguments: &Arguments, text: &str) {
     }
 }
 
-fn size<S>(arguments: &Arguments, quick: S, full: S) -> S {
+pub(super) fn size<S>(arguments: &Arguments, quick: S, full: S) -> S {
     if arguments.quick { quick } else { full }
 }
 
 /// Makes a study run by run.
-fn made(mut study: impl Measured, arguments: &Arguments) -> Result<Found, CliError> {
+pub(super) fn made(mut study: impl Measured, arguments: &Arguments) -> Result<Found, CliError> {
     let mut found = written(&study, arguments)?;
     while let Some(said) = study.next_run()? {
         say(arguments, &format!("{}: {said}", study.name()));

@@ -39,6 +39,7 @@ pub(crate) use difference::differing_keys;
 pub use error::{RecordError, RunError, StateError};
 pub use folder::Folder;
 pub(crate) use folder::folder_name;
+pub(crate) use hash::Fnv;
 pub use hash::{scene_hash, state_hash};
 pub use lcp_file::{LCP_FORMAT, LCP_VERSION, LcpFileError, LcpHeader, decode_lcp, encode_lcp, read_lcp, write_lcp};
 pub use memory::peak_bytes;

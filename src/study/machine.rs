@@ -20,7 +20,7 @@ pub(crate) fn machine() -> String {
 }
 
 /// The processor's name, where Linux tells it.
-fn processor() -> Option<String> {
+pub(super) fn processor() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;
     Some(line.split_once(':')?.1.trim().to_owned())

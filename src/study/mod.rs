@@ -9,6 +9,7 @@ pub mod solvers;
 mod state;
 mod table;
 pub mod throughput;
+pub mod work_precision;
 
 pub use bandwidth::copy_bandwidth;
 pub(crate) use machine::machine;

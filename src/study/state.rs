@@ -31,6 +31,9 @@ pub enum StudyError {
     /// A stored LCP could not be read.
     #[error(transparent)]
     Lcp(#[from] LcpFileError),
+    /// A stored reference solution is damaged, or not that of its scene.
+    #[error("reference solution of {0}")]
+    Reference(String),
     /// A plot could not be drawn.
     #[error("a plot could not be drawn: {0}")]
     Plot(String),

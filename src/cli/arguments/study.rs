@@ -23,6 +23,8 @@ pub(in crate::cli) enum StudyName {
     Colony,
     /// Rods drawn into a ball: time of a step and overlap by the step's size, beside public engines
     Packing,
+    /// What errors at the end of a run cost, by stepping scheme, contact method, step and overlap tolerance, on small scenes
+    WorkPrecision,
     /// Small scenes of the kinds that break contact codes, with a verdict on each
     Hard,
     /// All of them, each in a folder of its own, and an index of their pages
@@ -34,6 +36,7 @@ Examples:
   relcp study throughput --backend gpu --largest 131072
   relcp study solvers --quick
   relcp study two-ellipsoids --out docs/studies/two-ellipsoids
+  relcp study work-precision --backend gpu             on the CPU, and on a device too
   relcp study hard --quick
   relcp study all --quick --out studies                some minutes
   relcp run colony --set solver.dump.when=slow --out runs/slow
@@ -63,6 +66,9 @@ pub(in crate::cli) struct Study {
     /// For throughput: steps taken before those
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub(in crate::cli) warm_up: u32,
+    /// For work-precision: makes the reference solutions anew and writes them into this folder, in place of the study
+    #[arg(long, value_name = "DIR")]
+    pub(in crate::cli) make_references: Option<PathBuf>,
     /// Fewer iterations, or fewer and shorter runs: a minute or two at most; of throughput with all only
     #[arg(long)]
     pub(in crate::cli) quick: bool,

@@ -18,6 +18,7 @@ pub use course::{Course, Window, follow, follow_with, method_name};
 pub use measured::Measured;
 pub use norms::{Cost, Reached, cost_at, extrapolated, l2, order};
 pub use target::Target;
+pub(super) use target::table as target_table;
 
 /// What these studies are computed by: sub-spheres are not on a device.
 pub const COMPUTED_BY: &str = "CPU f64";

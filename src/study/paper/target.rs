@@ -15,7 +15,7 @@ pub struct Target {
 }
 
 impl Target {
-    pub(super) fn new(wanted: impl Into<String>, found: impl Into<String>, met: Option<bool>) -> Self {
+    pub(in crate::study) fn new(wanted: impl Into<String>, found: impl Into<String>, met: Option<bool>) -> Self {
         Target { wanted: wanted.into(), found: found.into(), met }
     }
 
@@ -31,7 +31,7 @@ impl Target {
 }
 
 /// The targets as a Markdown table.
-pub(super) fn table(targets: &[Target]) -> String {
+pub(in crate::study) fn table(targets: &[Target]) -> String {
     let mut out = String::from("| wanted | found | met |\n| --- | --- | --- |\n");
     for Target { wanted, found, met } in targets {
         let met = met.map_or("not measured", |met| if met { "yes" } else { "**no**" });

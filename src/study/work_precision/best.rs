@@ -1,0 +1,112 @@
+//! What errors cost along each curve, and which curve is the cheapest.
+
+use super::case::{Row, Sweep};
+use super::reference::Reference;
+use serde::Serialize;
+
+/// The errors whose cost is told.
+pub const ERRORS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
+
+/// A cost, and whether the curve's coarsest run is more exact than that already, so that it costs no more than this.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Cost {
+    /// The cost.
+    pub value: f64,
+    /// Whether it is a bound.
+    pub at_most: bool,
+}
+
+/// A curve and what an error costs along it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cheapest {
+    /// The curve.
+    pub curve: String,
+    /// The cost.
+    pub cost: Cost,
+    /// The largest overlap of smooth surfaces in any of its runs that are within the error, a length.
+    pub max_overlap: f64,
+}
+
+/// The cheapest ways to an error.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Best {
+    /// The scene.
+    pub problem: &'static str,
+    /// The error.
+    pub error: f64,
+    /// Whether it is so large that the reference's own does not count.
+    pub certain: bool,
+    /// By seconds of wall time.
+    pub by_wall: Option<Cheapest>,
+    /// By products with `A`.
+    pub by_products: Option<Cheapest>,
+}
+
+/// A curve of the plots: runs from coarse to fine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve<'a> {
+    /// Its name.
+    pub name: String,
+    /// Its runs.
+    pub rows: Vec<&'a Row>,
+}
+
+/// The curves of rows of one problem, in the order in which they begin.
+pub fn curves<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Vec<Curve<'a>> {
+    let mut curves: Vec<Curve> = Vec::new();
+    for row in rows {
+        let on = if row.computed_by.starts_with("CPU") { String::new() } else { format!(", {}", row.computed_by) };
+        let name = format!("{}{on}", row.curve);
+        match curves.iter_mut().find(|curve| curve.name == name) {
+            Some(curve) => curve.rows.push(row),
+            None => curves.push(Curve { name, rows: vec![row] }),
+        }
+    }
+    curves
+}
+
+impl Curve<'_> {
+    /// Whether it leads to the exact solution as it is refined: one of tolerances at one step does not.
+    pub fn refines(&self) -> bool {
+        self.rows.iter().all(|row| row.sweep != Sweep::Tolerance)
+    }
+
+    /// What it costs to come within `error` and stay there as the curve is refined further: along straight lines in logarithms. `None` where its
+    /// finest run is not that exact.
+    ///
+    /// A coarse run that is exact by chance does not count, as one cannot know of it beforehand.
+    pub fn cost(&self, error: f64, work: impl Fn(&Row) -> f64) -> Option<Cost> {
+        let runs = || self.rows.iter().map(|row| (work(row), row.error.unwrap_or(f64::INFINITY)));
+        let Some(last_above) = runs().rposition(|(_, of_run)| of_run > error) else {
+            return runs().next().map(|(value, _)| Cost { value, at_most: true });
+        };
+        let [above, within] = [runs().nth(last_above)?, runs().nth(last_above + 1)?];
+        let between = (error / above.1).ln() / (within.1 / above.1).ln();
+        // From a run that has no error, or to one that has none left, there is no such line: the second run's cost is a bound.
+        if !between.is_finite() || above.0 <= 0.0 {
+            return Some(Cost { value: within.0, at_most: true });
+        }
+        Some(Cost { value: above.0 * (within.0 / above.0).powf(between), at_most: false })
+    }
+}
+
+/// The cheapest ways to each of [`ERRORS`], by rows of one problem with this reference.
+pub fn best(problem: &'static str, reference: &Reference, rows: &[&Row]) -> Vec<Best> {
+    let curves: Vec<Curve> = curves(rows.iter().copied()).into_iter().filter(Curve::refines).collect();
+    let cheapest = |error: f64, work: fn(&Row) -> f64| {
+        let costs = curves.iter().filter_map(|curve| {
+            let within = curve.rows.iter().filter(|row| row.error.is_some_and(|of_run| of_run <= error));
+            let max_overlap = within.map(|row| row.max_overlap).fold(0.0, f64::max);
+            Some(Cheapest { curve: curve.name.clone(), cost: curve.cost(error, work)?, max_overlap })
+        });
+        costs.min_by(|a, b| a.cost.value.total_cmp(&b.cost.value))
+    };
+    let of = |error: f64| Best {
+        problem,
+        error,
+        certain: reference.settles(error),
+        by_wall: cheapest(error, |row| row.wall_seconds),
+        by_products: cheapest(error, |row| row.products as f64),
+    };
+    ERRORS.map(of).into()
+}
