@@ -17,25 +17,6 @@ struct Parameters { pairs: u32, threshold: u32, warm: u32, bodies: u32, dt: real
 @group(0) @binding(7) var<storage, read_write> q: array<real>;
 @group(0) @binding(8) var<storage, read_write> gamma: array<real>;
 
-struct Part { linear: vec3r, angular: vec3r, still_to_come: real }
-
-// One body's block and its share of dt D . (U_free - U_j), for the unit vector that its surface is pushed along.
-fn part(body: u32, normal: vec3r, lever: vec3r) -> Part {
-    let first = MOTION * body;
-    let free = motions[first];
-    let reached = motions[first + 2u].xyz;
-    let turning = motions[first + 3u].xyz;
-    let arm_there = cross(lever, normal);
-    let half = 0.5 * parameters.dt * turning;
-    let arm = (arm_there - cross(half, arm_there)) / (1.0 + dot(half, half));
-    let still = dot(normal, free.xyz - reached) + dot(arm, motions[first + 1u].xyz - turning);
-    return Part(
-        parameters.root_dt * free.w * normal,
-        parameters.root_dt * rotation_root(body, arm),
-        parameters.dt * still,
-    );
-}
-
 @compute @workgroup_size(WORKGROUP)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

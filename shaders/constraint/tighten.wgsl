@@ -2,10 +2,10 @@
 //
 //     q += Phi(C(U)) - g(U),   g(U) = q + J v,
 //
-// if that row was made from the pair's near surfaces, has the direction of the overlap, and becomes tighter. Such a pair is near then and no longer
-// violating: the others get a row.
+// if that row was made from the pair's near surfaces, has the direction of the row that the overlap would have, and becomes tighter. Such a pair is near
+// then and no longer violating: the others get a row.
 
-struct Parameters { pairs: u32, bodies: u32, b: u32, c: u32 }
+struct Parameters { pairs: u32, bodies: u32, b: u32, c: u32, dt: real, root_dt: real }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> row_start: array<u32>;
@@ -13,8 +13,30 @@ struct Parameters { pairs: u32, bodies: u32, b: u32, c: u32 }
 @group(0) @binding(3) var<storage, read> row_pairs: array<vec2<u32>>;
 @group(0) @binding(4) var<storage, read> jacobian: array<vec4r>;
 @group(0) @binding(5) var<storage, read> velocities: array<vec4r>;
-@group(0) @binding(6) var<storage, read_write> q: array<real>;
-@group(0) @binding(7) var<storage, read_write> contacts: array<vec4r>;
+@group(0) @binding(6) var<storage, read> motions: array<vec4r>;
+@group(0) @binding(7) var<storage, read_write> q: array<real>;
+@group(0) @binding(8) var<storage, read_write> contacts: array<vec4r>;
+
+// One body's share of g, and of the products that tell how the row's block stands to the one that the overlap would have: it with itself, with the
+// other, and the other with itself.
+struct Share { g: real, own: real, both: real, there: real }
+
+fn share(row: u32, side: u32, body: u32, normal: vec3r, lever: vec3r) -> Share {
+    let there = part(body, normal, lever);
+    if PLANAR {
+        let block = jacobian[2u * row + side].xyz;
+        let other = vec3r(there.linear.xy, there.angular.z);
+        return Share(dot(block, velocities[body].xyz), dot(block, block), dot(block, other), dot(other, other));
+    }
+    let linear = jacobian[4u * row + 2u * side].xyz;
+    let angular = jacobian[4u * row + 2u * side + 1u].xyz;
+    return Share(
+        dot(linear, velocities[2u * body].xyz) + dot(angular, velocities[2u * body + 1u].xyz),
+        dot(linear, linear) + dot(angular, angular),
+        dot(linear, there.linear) + dot(angular, there.angular),
+        dot(there.linear, there.linear) + dot(there.angular, there.angular),
+    );
+}
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -26,22 +48,16 @@ fn main(
     if p >= parameters.pairs || contacts[3u * p + 2u].w < VIOLATING { return; }
     let row = row_start[p];
     if row == row_start[p + 1u] || is_first[row] == 0.0 { return; }
-    let a = row_pairs[row].x;
-    let b = row_pairs[row].y;
-    // A surface's block is zero and has no direction.
-    if b >= parameters.bodies { return; }
-    var along: vec3r;
-    var g = q[row];
-    if PLANAR {
-        along = vec3r(jacobian[2u * row + 1u].xy, 0.0);
-        g += dot(jacobian[2u * row].xyz, velocities[a].xyz) + dot(jacobian[2u * row + 1u].xyz, velocities[b].xyz);
-    } else {
-        along = jacobian[4u * row + 2u].xyz;
-        g += dot(jacobian[4u * row].xyz, velocities[2u * a].xyz) + dot(jacobian[4u * row + 1u].xyz, velocities[2u * a + 1u].xyz);
-        g += dot(along, velocities[2u * b].xyz) + dot(jacobian[4u * row + 3u].xyz, velocities[2u * b + 1u].xyz);
-    }
     let contact = contacts[3u * p];
-    if dot(along, contact.xyz) > LEAST_ALIGNED * length(along) && contact.w < g {
+    let a = share(row, 0u, row_pairs[row].x, -contact.xyz, contacts[3u * p + 1u].xyz);
+    // A surface's block is zero. In rows surfaces come after all bodies.
+    var b = Share(real(0.0), real(0.0), real(0.0), real(0.0));
+    if row_pairs[row].y < parameters.bodies {
+        b = share(row, 1u, row_pairs[row].y, contact.xyz, contacts[3u * p + 2u].xyz);
+    }
+    let g = q[row] + (a.g + b.g);
+    let aligned = a.both + b.both > LEAST_ALIGNED * sqrt((a.own + b.own) * (a.there + b.there));
+    if aligned && contact.w < g {
         q[row] += contact.w - g;
         contacts[3u * p + 2u].w = NEAR;
     }

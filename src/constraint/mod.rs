@@ -32,8 +32,10 @@ pub fn torque_arm(lever: DVec3, normal: DVec3, angular: DVec3, dt: f64) -> DVec3
     (arm - half.cross(arm)) / (1.0 + half.length_squared())
 }
 
-/// Least cosine between a row's normal and an overlap's for the overlap to be taken for that row's: a contact turns by less in half a step that its
-/// linearisation is good for, and the other contacts of a pair of rings point elsewhere.
+/// Least cosine between a row's blocks and those of an overlap's own row for the overlap to be taken for that row's: a contact turns by less in half
+/// a step that its linearisation is good for. The other contacts of a pair of rings point elsewhere, and where rods lie side by side the nearest
+/// points jump from end to end: their normals stay and their torques do not. With the normals alone, 32 crowded cells come 2.1e-2, 4.5e-3 and
+/// 7.5e-4 from their places after a time of 0.05 at dt 0.01, 0.002 and 0.0005, with the torques 7.0e-4, 1.3e-4 and 3.2e-5.
 pub(crate) const LEAST_ALIGNED: f64 = 0.9;
 
 /// One body's part in a row: how it moves in this step and the velocity that its configuration was reached with.
@@ -63,18 +65,20 @@ pub fn clear<const D: usize>(problem: &mut Problem<D>, bodies: usize) {
 }
 
 /// Moves the offset of row `row` so that `g = separation` at the total velocity whose scaled contact velocities are `scaled`, if the row has the
-/// direction of `normal` and this makes it tighter; says whether it did.
+/// direction of the blocks `there`, those that a row of its own would have at that separation, and this makes it tighter; says whether it did.
 pub fn tighten<const D: usize>(
     problem: &mut Problem<D>,
     row: usize,
-    (separation, normal): (f64, DVec3),
+    (separation, there): (f64, &[[f64; D]; 2]),
     scaled: &[[f64; D]],
 ) -> bool {
     let ([a, b], [ja, jb]) = (problem.pair[row], &problem.jacobian[row]);
-    let direction = unpack(jb).0.normalize_or_zero();
     let dot = |j: &[f64; D], v: &[f64; D]| j.iter().zip(v).map(|(j, v)| j * v).sum::<f64>();
+    let both = |[a, b]: [&[f64; D]; 2], [c, d]: [&[f64; D]; 2]| dot(a, c) + dot(b, d);
+    let (own, other) = ([ja, jb], [&there[0], &there[1]]);
+    let aligned = both(own, other) > LEAST_ALIGNED * (both(own, own) * both(other, other)).sqrt();
     let g = problem.q[row] + dot(ja, &scaled[a as usize]) + dot(jb, &scaled[b as usize]);
-    let tightens = direction.dot(normal) > LEAST_ALIGNED && separation < g;
+    let tightens = aligned && separation < g;
     if tightens {
         problem.q[row] += separation - g;
     }
@@ -86,9 +90,17 @@ pub fn append<const D: usize>(
     problem: &mut Problem<D>,
     pair: [u32; 2],
     found: &Separation,
-    [a, b]: [Mover<'_>; 2],
+    movers: [Mover<'_>; 2],
     dt: f64,
 ) {
+    let (jacobian, q) = row(found, movers, dt);
+    problem.pair.push(pair);
+    problem.jacobian.push(jacobian);
+    problem.q.push(q);
+}
+
+/// The blocks and the offset of the row with separation `found`.
+pub fn row<const D: usize>(found: &Separation, [a, b]: [Mover<'_>; 2], dt: f64) -> ([[f64; D]; 2], f64) {
     let normal = found.normal;
     let arm_a = torque_arm(found.lever_a, normal, a.reached_with.angular, dt);
     let arm_b = torque_arm(found.lever_b, normal, b.reached_with.angular, dt);
@@ -100,9 +112,7 @@ pub fn append<const D: usize>(
         let factor = &mover.motion.factor;
         pack::<D>(root * factor.translation * normal, root * (factor.rotation * arm))
     };
-    problem.pair.push(pair);
-    problem.jacobian.push([block(&a, -normal, -arm_a), block(&b, normal, arm_b)]);
-    problem.q.push(found.separation + dt * still_to_come);
+    ([block(&a, -normal, -arm_a), block(&b, normal, arm_b)], found.separation + dt * still_to_come)
 }
 
 /// The velocity `U = U_free + L v / sqrt(dt)` of a body whose scaled contact velocity is `v`.

@@ -12,18 +12,24 @@ use glam::DVec3;
 impl<const D: usize> Cpu<D> {
     /// Appends the row of `near` with multiplier `gamma`; `at` says where it was found.
     pub(super) fn append(&mut self, near: &Near, gamma: f64, at: At) {
-        let reached = near.pair.map(|number| match surface_of(number) {
-            Some(_) => FIXED.reached_with,
-            None => self.reached_at(number as usize, at),
-        });
-        let pair = self.row_pair(near.pair);
-        let mover = |side: usize| match surface_of(near.pair[side]) {
-            Some(_) => FIXED,
-            None => Mover { motion: &self.motion[near.pair[side] as usize], reached_with: reached[side] },
-        };
-        constraint::append(&mut self.problem, pair, &near.found, [mover(0), mover(1)], self.interval);
+        let (jacobian, q) = self.row(near, at);
+        self.problem.pair.push(self.row_pair(near.pair));
+        self.problem.jacobian.push(jacobian);
+        self.problem.q.push(q);
         self.feature.push(near.feature);
         self.gamma.push(gamma);
+    }
+
+    /// The blocks and the offset of the row of `near`.
+    fn row(&self, near: &Near, at: At) -> ([[f64; D]; 2], f64) {
+        let mover = |number: u32| match surface_of(number) {
+            Some(_) => FIXED,
+            None => {
+                let body = number as usize;
+                Mover { motion: &self.motion[body], reached_with: self.reached_at(body, at) }
+            }
+        };
+        constraint::row(&near.found, near.pair.map(mover), self.interval)
     }
 
     /// A pair as rows have it: the surfaces of walls come after all bodies.
@@ -42,8 +48,8 @@ impl<const D: usize> Cpu<D> {
     /// Moves the offset of the first row of a pair that overlaps at the trial; `false` where that is not the row of this overlap.
     pub(super) fn tighten(&mut self, near: &Near) -> bool {
         let Some(row) = self.first_row(near) else { return false };
-        let found = (near.found.separation, near.found.normal);
-        constraint::tighten(&mut self.problem, row, found, &self.scaled)
+        let (there, _) = self.row(near, At::Trial);
+        constraint::tighten(&mut self.problem, row, (near.found.separation, &there), &self.scaled)
     }
 
     /// The first row of a pair's contact: they stand sorted.

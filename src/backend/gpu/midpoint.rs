@@ -194,10 +194,11 @@ impl Device {
         let gpu = self.gpu.clone();
         let mut record = gpu.record();
         record.stage("narrow phase");
-        let Device { rows, kernels, candidates, bodies, .. } = &mut *self;
+        let Device { rows, kernels, candidates, motions, bodies, setup, part, .. } = &mut *self;
         let (contacts, pairs) = (&candidates.lists.contacts, candidates.lists.pairs_count);
         if let Some(midpoint) = &kernels.midpoint {
-            rows.tighten(midpoint, &mut record, contacts, pairs, *bodies);
+            let made = Made { lists: &candidates.lists, motions, setup, interval: setup.length_of(*part) };
+            rows.tighten(midpoint, &mut record, made, *bodies);
         }
         rows.count(&gpu, kernels, &mut record, contacts, pairs, (true, 2))?;
         let read = record.read(&[(&rows.next_start, 4 * pairs..4 * pairs + 4)])?;

@@ -126,20 +126,28 @@ impl Rows {
         Ok(())
     }
 
-    /// Moves the offsets of first rows to the violations among `contacts`, which are none any longer.
+    /// Moves the offsets of first rows to the violations among the contacts, which are none any longer.
     pub fn tighten(
         &self,
         midpoint: &MidpointKernels,
         record: &mut Recorder<'_>,
-        contacts: &Buffer,
-        pairs: u64,
+        Made { lists, motions, setup, interval }: Made<'_>,
         bodies: u64,
     ) {
         let Some([is_first, _]) = &self.is_first else { return };
         let problem = &self.problem;
-        let buffers =
-            [&problem.block_start, is_first, &problem.pair, &problem.jacobian, &problem.velocity, &problem.q, contacts];
-        record.run(&midpoint.tighten, &words([pairs as u32, bodies as u32, 0, 0]), &buffers, pairs);
+        let buffers = [
+            &problem.block_start,
+            is_first,
+            &problem.pair,
+            &problem.jacobian,
+            &problem.velocity,
+            motions,
+            &problem.q,
+            &lists.contacts,
+        ];
+        let parameters = setup.timed([lists.pairs_count as u32, bodies as u32, 0, 0], interval);
+        record.run(&midpoint.tighten, &parameters, &buffers, lists.pairs_count);
     }
 
     /// One more row for every violating pair, for which [`Rows::count`] found room.

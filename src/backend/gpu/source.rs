@@ -159,7 +159,7 @@ pub(super) fn sources(setup: &Setup) -> Vec<Source> {
     let plain = |name: &str, fragment| base(setup, name).include(fragment);
     let blocks = if setup.planar { 2 } else { 4 };
     let report = fragment!("relcp/report.wgsl");
-    let factor = fragment!("dynamics/factor.wgsl");
+    let (factor, part) = (fragment!("dynamics/factor.wgsl"), fragment!("constraint/part.wgsl"));
     let numbered = |name: &str| numbers(base(setup, name));
     vec![
         motion(setup, false),
@@ -172,7 +172,7 @@ pub(super) fn sources(setup: &Setup) -> Vec<Source> {
         base(setup, "overlap").real("VIOLATING", VIOLATING).include(report).include(fragment!("relcp/overlap.wgsl")),
         with_bodies(setup, "farthest").include(report).include(fragment!("relcp/farthest.wgsl")),
         plain("count", fragment!("constraint/count.wgsl")),
-        numbered("append").include(factor).include(fragment!("constraint/append.wgsl")),
+        numbered("append").include(factor).include(part).include(fragment!("constraint/append.wgsl")),
         plain("target", fragment!("constraint/target.wgsl")),
         moved(setup, "move pairs", "vec2<u32>", 1),
         moved(setup, "move blocks", "vec4r", blocks),
@@ -232,12 +232,14 @@ pub(super) fn growth_sources(setup: &Setup) -> Option<[Source; 2]> {
 /// The kernels of the middle of a step that every law needs, in the order of [`MidpointKernels`].
 pub(super) fn midpoint_sources(setup: &Setup) -> Option<[Source; 3]> {
     let inertia = matches!(setup.dynamics, Dynamics::Inertial { .. });
-    let tighten = base(setup, "tighten").real("NEAR", NEAR).real("VIOLATING", VIOLATING);
+    let tighten =
+        base(setup, "tighten").real("NEAR", NEAR).real("VIOLATING", VIOLATING).real("LEAST_ALIGNED", LEAST_ALIGNED);
+    let tighten = tighten.include(fragment!("dynamics/factor.wgsl")).include(fragment!("constraint/part.wgsl"));
     setup.midpoint.then(|| {
         [
             base(setup, "middle").flag("INERTIA", inertia).include(fragment!("dynamics/middle.wgsl")),
             base(setup, "recall").include(fragment!("constraint/recall.wgsl")),
-            tighten.real("LEAST_ALIGNED", LEAST_ALIGNED).include(fragment!("constraint/tighten.wgsl")),
+            tighten.include(fragment!("constraint/tighten.wgsl")),
         ]
     })
 }
