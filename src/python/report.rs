@@ -38,6 +38,10 @@ pub(super) struct StepReport {
     worst_pair: Option<(usize, usize)>,
     /// The body and the wall that overlap by it, where they do.
     worst_wall: Option<(usize, usize)>,
+    /// Pairs of bodies that went through each other on the step's way.
+    passed: usize,
+    /// The first of them, where there is one.
+    passed_pair: Option<(usize, usize)>,
     /// Largest overlap between sub-spheres, where the method makes its rows from them.
     proxy_overlap: Option<f64>,
     /// Wall time of the step, seconds.
@@ -73,6 +77,8 @@ impl StepReport {
             max_overlap: report.max_overlap,
             worst_pair: report.worst_pair.map(<(usize, usize)>::from),
             worst_wall: report.worst_wall.map(<(usize, usize)>::from),
+            passed: report.passed.map_or(0, |passed| passed.pairs),
+            passed_pair: report.passed.map(|passed| <(usize, usize)>::from(passed.pair)),
             proxy_overlap: report.proxy_overlap,
             wall_seconds: wall.as_secs_f64(),
             broad_phase_seconds: phases.broad_phase.as_secs_f64(),
@@ -104,6 +110,8 @@ impl StepReport {
         dict.set_item("max_overlap", self.max_overlap)?;
         dict.set_item("worst_pair", self.worst_pair)?;
         dict.set_item("worst_wall", self.worst_wall)?;
+        dict.set_item("passed", self.passed)?;
+        dict.set_item("passed_pair", self.passed_pair)?;
         dict.set_item("proxy_overlap", self.proxy_overlap)?;
         dict.set_item("wall_seconds", self.wall_seconds)?;
         dict.set_item("broad_phase_seconds", self.broad_phase_seconds)?;

@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import pathlib
 import signal
 import sys
 import tempfile
@@ -62,6 +63,17 @@ class Simulations(unittest.TestCase):
             simulation.step(0)
         with self.assertRaises(OverflowError):
             simulation.step(-1)
+
+    def test_bodies_that_pass_are_told_of(self):
+        scene = relcp.Scene.load(str(pathlib.Path(__file__).parent.parent / "data" / "torn-chain.json"))
+        simulation = relcp.Simulation(scene)
+        report = simulation.step()
+        self.assertGreater(report.passed, 0)
+        self.assertIsNotNone(report.passed_pair)
+        self.assertLess(report.max_overlap, 1e-5)
+        summary = simulation.run()
+        self.assertEqual(summary["status"], "out_of_tolerance")
+        self.assertEqual(tuple(summary["first_passed"][0]["pair"]), report.passed_pair)
 
     def test_arrays(self):
         simulation = relcp.Simulation(relcp.Scene.load("two-ellipsoids"))
