@@ -85,15 +85,8 @@ pub fn tighten<const D: usize>(
     tightens
 }
 
-/// Appends the row of pair `pair` with separation `found` to `problem`.
-pub fn append<const D: usize>(
-    problem: &mut Problem<D>,
-    pair: [u32; 2],
-    found: &Separation,
-    movers: [Mover<'_>; 2],
-    dt: f64,
-) {
-    let (jacobian, q) = row(found, movers, dt);
+/// Appends the row of pair `pair` with these blocks and this offset to `problem`.
+pub fn append<const D: usize>(problem: &mut Problem<D>, pair: [u32; 2], (jacobian, q): ([[f64; D]; 2], f64)) {
     problem.pair.push(pair);
     problem.jacobian.push(jacobian);
     problem.q.push(q);

@@ -64,7 +64,7 @@ pub fn passed(
 
 /// Whether two bodies can pass where no point of a surface moves by more than `farthest` and no body is thinner than `thinnest`.
 pub(crate) fn may_pass(farthest: f64, thinnest: f64) -> bool {
-    2.0 * farthest >= 2.0 * DEEPER * thinnest
+    farthest >= DEEPER * thinnest
 }
 
 /// A body's way through a step.

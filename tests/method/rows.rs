@@ -37,7 +37,7 @@ fn row(a: &Placed, b: &Placed, at: [Twist; 2], dt: f64) -> ([[f64; 6]; 2], f64, 
     let motion = unit_motion();
     let movers = at.map(|reached_with| Mover { motion: &motion, reached_with });
     let mut problem = Problem::<SPATIAL>::default();
-    constraint::append(&mut problem, [0, 1], &found, movers, dt);
+    constraint::append(&mut problem, [0, 1], constraint::row(&found, movers, dt));
     let derivative = problem.jacobian[0].map(|block| block.map(|x| x * dt.sqrt()));
     (derivative, problem.q[0], found.separation)
 }

@@ -73,7 +73,7 @@ fn rows_of_walls_equal_finite_differences() {
                     let Some(found) = gap(&surface, &moved(&placed, at, dt), place) else { continue };
                     let mut problem = Problem::<SPATIAL> { bodies: 2, ..Problem::default() };
                     let mover = Mover { motion: &motion, reached_with: at };
-                    constraint::append(&mut problem, [0, 1], &found, [mover, FIXED], dt);
+                    constraint::append(&mut problem, [0, 1], constraint::row(&found, [mover, FIXED], dt));
                     assert!(problem.jacobian[0][1].iter().all(|x| *x == 0.0));
                     let derivative = problem.jacobian[0][0].map(|x| x * dt.sqrt());
                     let mut expected = [0.0; 6];

@@ -12,10 +12,8 @@ use glam::DVec3;
 impl<const D: usize> Cpu<D> {
     /// Appends the row of `near` with multiplier `gamma`; `at` says where it was found.
     pub(super) fn append(&mut self, near: &Near, gamma: f64, at: At) {
-        let (jacobian, q) = self.row(near, at);
-        self.problem.pair.push(self.row_pair(near.pair));
-        self.problem.jacobian.push(jacobian);
-        self.problem.q.push(q);
+        let (pair, row) = (self.row_pair(near.pair), self.row(near, at));
+        constraint::append(&mut self.problem, pair, row);
         self.feature.push(near.feature);
         self.gamma.push(gamma);
     }
