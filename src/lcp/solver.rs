@@ -16,13 +16,17 @@ use crate::scene::SolverKind;
 /// How many sweeps of Gauss-Seidel are made for one look at the residual, which costs a product more.
 const SWEEPS: u64 = 4;
 
-/// Iterations that `auto` takes before it asks what the interior-point method would cost: about as many as finding out costs.
+/// Iterations that `auto` takes, and those that it may still need, before it asks what the interior-point method would cost: about as many as finding out costs.
 const ITERATIONS_BEFORE_FORECAST: u64 = 200;
 
-/// The part of what the interior-point method would cost that `auto` spends on conjugate gradients first: a solve that needs both then costs a
-/// tenth more than with that method alone. In a crowded colony of 4,096 rods the first LCPs of a step take some 120 iterations and the others
-/// 760 to over 3,000, where a fifth is 290: more would be spent in vain.
-const PART_BEFORE_SAFEGUARD: f64 = 0.1;
+/// Iterations between two looks at how the residual falls: what is left is forecast from the last two of them.
+const WINDOW: u64 = 100;
+
+/// The least part of what the interior-point method would cost that `auto` spends on conjugate gradients first, since residuals pause: 0 to 0.3 cost the same within 3 %.
+const LEAST_BEFORE_SAFEGUARD: f64 = 0.1;
+
+/// And the part of it that conjugate gradients may still need. 148 LCPs of colonies and packings take the same time within 4 % with none to a half, and up to 8 % more with all of it.
+const HOPE: f64 = 0.25;
 
 /// Nanoseconds of an iteration of the conjugate gradients for each row: 18 to 27 on one core while the rows fit its cache, 55 to 65
 /// beyond (November 2026), whatever the unknowns.
@@ -75,7 +79,7 @@ enum Engine<const D: usize> {
 
 impl<const D: usize> Solver<D> {
     /// A solver of a kind. [`SolverKind::Auto`] is projected nonlinear conjugate gradients with the blocks of the pairs, and the interior-point method
-    /// where those end with [`Status::NoProgress`] or [`Status::MaxIterations`], or have cost a tenth of what that method would.
+    /// where those end with [`Status::NoProgress`] or [`Status::MaxIterations`], or their end is not in sight.
     pub fn new(kind: SolverKind, settings: Settings) -> Self {
         let engine = match kind {
             SolverKind::ProjectedJacobi => Engine::ProjectedJacobi(ProjectedJacobi::default()),
@@ -221,7 +225,13 @@ impl<const D: usize> Solver<D> {
             Engine::Apgd(method) => drive.run(cpu, method, settings, 1),
             Engine::Bbpgd(method) => drive.run(cpu, method, settings, 1),
             Engine::PairBlockCg(method) => match self.safeguard.as_mut().filter(|_| guarded) {
-                Some(safeguard) => drive.run_while(cpu, method, settings, 1, affordable(safeguard, &mut self.forecast)),
+                Some(safeguard) => drive.run_while(
+                    cpu,
+                    method,
+                    settings,
+                    1,
+                    affordable(safeguard, &mut self.forecast, settings.tolerance),
+                ),
                 None => drive.run(cpu, method, settings, 1),
             },
             Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
@@ -230,18 +240,30 @@ impl<const D: usize> Solver<D> {
     }
 }
 
-/// Says for a number of iterations whether one more is worth it: as long as all of them cost less than a part of what the safeguard would. Later
-/// problems of a step keep its first forecast: they have the same pairs and few more.
+/// Says for a number of iterations and the residual there whether one more is worth it: while what is left, as the last iterations make one expect, costs less
+/// than a part of what the safeguard would, and all of them have not cost as much yet. Later problems of a step keep its first forecast: they have the same pairs
+/// and few more.
 fn affordable<const D: usize>(
     safeguard: &mut InteriorPoint<D>,
     forecast: &mut Option<f64>,
-) -> impl FnMut(&Cpu<D>, u64) -> bool {
-    move |cpu, iterations| {
-        if iterations < ITERATIONS_BEFORE_FORECAST {
+    tolerance: f64,
+) -> impl FnMut(&Cpu<D>, u64, f64) -> bool {
+    let (mut best, mut marks) = (f64::INFINITY, [f64::INFINITY; 2]);
+    move |cpu, iterations, residual| {
+        best = best.min(residual);
+        if !iterations.is_multiple_of(WINDOW) {
+            return true;
+        }
+        let gain = (marks[0] / best).ln() / (2 * WINDOW) as f64;
+        marks = [marks[1], best];
+        let left = (best / tolerance).ln() / gain;
+        if iterations < ITERATIONS_BEFORE_FORECAST || left <= ITERATIONS_BEFORE_FORECAST as f64 {
             return true;
         }
         let cost = *forecast.get_or_insert_with(|| safeguard.forecast(cpu).unwrap_or(f64::INFINITY));
-        NANOSECONDS_OF_A_ROW * cpu.rows().q.len() as f64 * (iterations as f64) < PART_BEFORE_SAFEGUARD * cost
+        let instead = cost / (NANOSECONDS_OF_A_ROW * cpu.rows().q.len() as f64);
+        let taken = iterations as f64;
+        taken < LEAST_BEFORE_SAFEGUARD * instead || (taken < instead && left < HOPE * instead)
     }
 }
 
@@ -296,6 +318,25 @@ mod tests {
         // One that is solved at its start needs nobody.
         let again = solver.solve_next(&problem, &mut gamma);
         assert_eq!((again.iterations, again.fallback, solver.guarded), (0, false, false));
+    }
+
+    /// The iteration at which a residual that falls by a factor every hundred iterations is given up, where the safeguard costs as much as 2,000.
+    fn given_up(factor: f64) -> u64 {
+        let mut cpu = Cpu::default();
+        cpu.rebuild(&chain(1_000));
+        let mut forecast = Some(2_000.0 * NANOSECONDS_OF_A_ROW * 1_000.0);
+        let mut safeguard = InteriorPoint::default();
+        let mut goes_on = affordable(&mut safeguard, &mut forecast, 1e-6);
+        let goes_on = |iteration: &u64| goes_on(&cpu, *iteration, factor.powf(*iteration as f64 / -100.0));
+        (0..5_000).take_while(goes_on).count() as u64
+    }
+
+    #[test]
+    fn a_solve_is_handed_over_where_what_is_left_costs_more_than_it_may() {
+        assert_eq!(given_up(1.0), ITERATIONS_BEFORE_FORECAST);
+        assert_eq!(given_up(1.5), ITERATIONS_BEFORE_FORECAST);
+        // Four decades are left after 200 iterations, at one for every hundred.
+        assert_eq!(given_up(10.0), 5_000);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Choice, Gpu, GpuError, Precision};
 use crate::lcp;
 use crate::measure::colony_radius;
-use crate::scene::{Scene, StopReason};
+use crate::scene::{Contact, Scene, StopReason};
 use crate::separation::{Separation, supports};
 use crate::walls::{WallContact, Walls};
 use glam::DVec3;
@@ -152,6 +152,8 @@ impl Compute {
 /// ```
 pub struct Simulation {
     scene: Scene,
+    /// The scene's, with the cutoff that it leaves out.
+    contact: Contact,
     backend: Box<dyn Backend>,
     keep: Keep,
     stopped_by: Option<StopReason>,
@@ -193,13 +195,15 @@ impl Simulation {
     /// As [`Simulation::new_on`].
     pub fn resume_on(compute: &Compute, scene: Scene, state: State) -> Result<Self, Fault> {
         check_pairs(&state.bodies)?;
+        let cutoff = scene.cutoff_of(state.bodies.shape.iter().copied());
+        let contact = Contact { cutoff: Some(cutoff), ..scene.contact };
         let backend: Box<dyn Backend> = match compute {
             Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&scene, state)?),
             Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&scene, state)?),
             Compute::Gpu { gpu, precision } => Box::new(Device::new(gpu.clone(), *precision, &scene, state)?),
         };
         let keep = Keep::new(scene.solver.dump);
-        let mut simulation = Simulation { scene, backend, keep, stopped_by: None };
+        let mut simulation = Simulation { scene, contact, backend, keep, stopped_by: None };
         simulation.look_for_stop()?;
         Ok(simulation)
     }
@@ -273,9 +277,8 @@ impl Simulation {
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
         let mut report = {
-            let Scene { contact, time, .. } = &self.scene;
             let tolerance = self.scene.lcp_settings().tolerance;
-            step(self.backend.as_mut(), contact, tolerance, time.stepping, &mut self.keep)?
+            step(self.backend.as_mut(), &self.contact, tolerance, self.scene.time.stepping, &mut self.keep)?
         };
         report.time = self.scene.time.after(report.step);
         self.look_for_stop()?;
