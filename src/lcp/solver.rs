@@ -25,7 +25,7 @@ const WINDOW: u64 = 100;
 /// The least part of what the interior-point method would cost that `auto` spends on conjugate gradients first, since residuals pause: 0 to 0.3 cost the same within 3 %.
 const LEAST_BEFORE_SAFEGUARD: f64 = 0.1;
 
-/// And the part of it that conjugate gradients may still need. 148 LCPs of colonies and packings take the same time within 4 % with none to a half, and up to 8 % more with all of it.
+/// And the part of it that conjugate gradients may still need. 200 LCPs of colonies take the same time within 4 % with none to a half, and up to 8 % more with all of it.
 const HOPE: f64 = 0.25;
 
 /// Nanoseconds of an iteration of the conjugate gradients for each row: 18 to 27 on one core while the rows fit its cache, 55 to 65
