@@ -276,11 +276,9 @@ impl Simulation {
     /// # Errors
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
-        let mut report = {
-            let tolerance = self.scene.lcp_settings().tolerance;
-            step(self.backend.as_mut(), &self.contact, tolerance, self.scene.time.stepping, &mut self.keep)?
-        };
-        report.time = self.scene.time.after(report.step);
+        let (tolerance, time) = (self.scene.lcp_settings().tolerance, &self.scene.time);
+        let mut report = step(self.backend.as_mut(), &self.contact, tolerance, time.stepping, &mut self.keep)?;
+        report.time = time.after(report.step);
         self.look_for_stop()?;
         Ok(report)
     }
