@@ -207,7 +207,7 @@ impl<const D: usize> Solver<D> {
         let Some(safeguard) = &mut self.safeguard else { return (Status::NoProgress, 0, f64::INFINITY, 0) };
         let tolerance = self.settings.tolerance.min(self.tightest);
         let settings = Settings { tolerance, max_iterations: MOST_ITERATIONS };
-        let (ended, more, found) = safeguard.run(&mut self.cpu, &mut self.drive, &settings);
+        let (ended, more, found) = safeguard.run(&mut self.cpu, &mut self.drive, &settings, tolerance);
         (ended, more, found, safeguard.factorizations())
     }
 
@@ -235,7 +235,8 @@ impl<const D: usize> Solver<D> {
                 None => drive.run(cpu, method, settings, 1),
             },
             Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
-            Engine::InteriorPoint(method) => method.run(cpu, drive, settings),
+            // As in the drive: a start is no solution because multipliers of the last step are small.
+            Engine::InteriorPoint(method) => method.run(cpu, drive, settings, 0.0),
         }
     }
 }

@@ -8,7 +8,7 @@ use relcp::dynamics::Load;
 use relcp::gpu::{Choice, Gpu, GpuError, Precision};
 use relcp::lcp::Stored;
 use relcp::record::{read_lcp, state_hash};
-use relcp::relcp::{Compute, Fault, Kept, Simulation, State, StepReport, contacts};
+use relcp::relcp::{Compute, Fault, Kept, Simulation, State, StepReport, Warm, contacts};
 use relcp::scene::{self, Scene};
 use relcp::study::solvers::{Named, Size, measure};
 use std::sync::Arc;
@@ -412,6 +412,30 @@ fn studied(kept: &Kept, compute: &Compute) {
     for attempt in ours {
         assert_eq!(attempt.status, "solved", "{attempt:?}");
         assert!(attempt.residual.unwrap() <= 1.1 * attempt.tolerance, "{attempt:?}");
+    }
+}
+
+#[test]
+fn bodies_that_parted_do_not_go_on_pushing_each_other() {
+    let Some(gpu) = device() else { return };
+    let scene = parse(
+        r#"{"name": "parted", "time": {"dt": 1e-3, "end": 1},
+        "bodies": [{"shape": {"sphere": {"radius": 0.5}}, "position": [0, 0, 0]},
+                   {"shape": {"sphere": {"radius": 0.5}}, "position": [1.05, 0, 0]}]}"#,
+    );
+    for precision in precisions(gpu) {
+        let bodies = scene.build().unwrap();
+        let start = bodies.position[1];
+        // Within the solver's tolerance in one step.
+        let warm = vec![Warm { pair: [0, 1], feature: 0, gamma: 2e-4, normal: DVec3::X }];
+        let state = State { step: 0, next_id: 2, bodies, warm };
+        let mut simulation = Simulation::resume_on(&compute(gpu, precision), scene.clone(), state).unwrap();
+        for _ in 0..100 {
+            let report = simulation.step().unwrap();
+            assert_eq!((report.constraints, report.unconverged), (1, 0), "{report:?}");
+        }
+        let moved = (simulation.state().unwrap().bodies.position[1] - start).length();
+        assert!(moved < 1e-6, "{precision:?} moved it by {moved:e}");
     }
 }
 

@@ -141,6 +141,7 @@ fn agree<const D: usize>(kinds: &[SolverKind], seed: u64, bodies: u32, rows: usi
         let poor: Vec<f64> =
             exact.iter().enumerate().map(|(row, x)| if row % 3 == 0 { 0.7 * x } else { 0.01 }).collect();
         for start in [Vec::new(), poor, exact.clone()] {
+            let solved_at_start = start == exact;
             let mut gamma = start;
             let outcome = solver.solve(&problem, &mut gamma);
             let v = velocity(&problem, &gamma);
@@ -151,7 +152,8 @@ fn agree<const D: usize>(kinds: &[SolverKind], seed: u64, bodies: u32, rows: usi
             assert!(error < 1e-7, "{what}");
             assert!(gamma.iter().all(|x| *x >= 0.0), "{what}");
             assert!((residual(&problem, &gamma) - outcome.residual).abs() < 1e-10, "{what}");
-            assert!(gamma != exact || outcome.iterations == 0, "{what}");
+            // A start is looked at after one iteration; four sweeps of Gauss-Seidel are made before a look.
+            assert!(!solved_at_start || outcome.iterations <= 4, "{what}");
         }
     }
 }

@@ -2,10 +2,11 @@
 //! recursions, where rows of one pair are nearly the same and the system is singular.
 
 use crate::random::parse;
+use glam::DVec3;
 use relcp::backend::{Backend, cpu::Cpu};
 use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::lcp::{Problem, Settings, Solver, Status, velocity};
-use relcp::relcp::State;
+use relcp::relcp::{Simulation, State, Warm};
 use relcp::scene::{self, Scene, SolverKind};
 use serde_json::json;
 
@@ -103,4 +104,27 @@ fn on_a_compaction() {
 fn on_chainmail() {
     let sets = ["generate.0.chainmail.columns=3", "generate.0.chainmail.rows=3", "time.dt=0.01"];
     compare("chainmail", &lcps::<SPATIAL>(&small("chainmail", &sets), 300, 320));
+}
+
+#[test]
+fn bodies_that_parted_do_not_go_on_pushing_each_other() {
+    for kind in SOLVERS.into_iter().chain([SolverKind::Auto, SolverKind::Dense]) {
+        let mut scene = parse(&json!({
+            "name": "parted", "time": {"dt": 1e-3, "end": 1.0},
+            "bodies": [{"shape": {"sphere": {"radius": 0.5}}, "position": [0, 0, 0]},
+                       {"shape": {"sphere": {"radius": 0.5}}, "position": [1.05, 0, 0]}],
+        }));
+        scene.solver.kind = kind;
+        let bodies = scene.build().unwrap();
+        let start = bodies.position[1];
+        // It moves each by 2e-7 in a step, which a solver may do within its tolerance; in a hundred that would be 2e-5.
+        let warm = vec![Warm { pair: [0, 1], feature: 0, gamma: 2e-4, normal: DVec3::X }];
+        let mut simulation = Simulation::resume(scene, State { step: 0, next_id: 2, bodies, warm }).unwrap();
+        for _ in 0..100 {
+            let report = simulation.step().unwrap();
+            assert_eq!((report.constraints, report.unconverged), (1, 0), "{kind:?}: {report:?}");
+        }
+        let moved = (simulation.state().unwrap().bodies.position[1] - start).length();
+        assert!(moved < 1e-6, "{kind:?} moved it by {moved:e}");
+    }
 }

@@ -93,15 +93,22 @@ impl<const D: usize> InteriorPoint<D> {
         ready.is_ok().then_some(STEPS * step)
     }
 
-    /// Solves; `drive.at.x` becomes the solution, or the best iterate, never worse than it was. Iterations are steps.
-    pub fn run(&mut self, cpu: &mut Cpu<D>, drive: &mut Drive<Vec<f64>>, settings: &Settings) -> (Status, u64, f64) {
+    /// Solves; `drive.at.x` becomes the solution, or the best iterate, never worse than it was. Iterations are steps. A start whose residual is at most
+    /// `enough_at_start` is the solution.
+    pub fn run(
+        &mut self,
+        cpu: &mut Cpu<D>,
+        drive: &mut Drive<Vec<f64>>,
+        settings: &Settings,
+        enough_at_start: f64,
+    ) -> (Status, u64, f64) {
         let Drive { at, history, .. } = drive;
         self.iterate.reset();
         self.matrix.factorizations = 0;
         cpu.clear(&mut at.g);
         cpu.gradient(&at.x, &mut at.g);
         let start = cpu.residual(&at.x, &at.g);
-        if start <= settings.tolerance {
+        if start <= enough_at_start {
             return (Status::Solved, 0, start);
         }
         if self.analysed.is_none() {
@@ -109,7 +116,11 @@ impl<const D: usize> InteriorPoint<D> {
         }
         self.best.clone_from(&at.x);
         self.residual = self.live_residual(cpu, at);
-        let (end, iterations) = self.search(cpu, at, history, settings);
+        let (end, iterations) = if self.residual <= enough_at_start {
+            (Status::Solved, 0)
+        } else {
+            self.search(cpu, at, history, settings)
+        };
         self.settle(cpu, at, settings.tolerance);
         cpu.count(self.iterate.halves.div_ceil(2));
         let residual = cpu.residual(&at.x, &at.g);
@@ -135,9 +146,6 @@ impl<const D: usize> InteriorPoint<D> {
         history: &mut Option<Vec<Look>>,
         settings: &Settings,
     ) -> (Status, u64) {
-        if self.residual <= settings.tolerance {
-            return (Status::Solved, 0);
-        }
         if self.rows.deepest == 0.0 {
             // No row is violated at rest.
             at.x.fill(0.0);
@@ -249,10 +257,10 @@ mod tests {
         cpu.import(&[0.05, 0.0], &mut drive.at.x);
         let mut solver = InteriorPoint::with_largest_factor(10);
         let settings = Settings { tolerance: 1e-9, max_iterations: 100 };
-        let (status, iterations, residual) = solver.run(&mut cpu, &mut drive, &settings);
+        let (status, iterations, residual) = solver.run(&mut cpu, &mut drive, &settings, settings.tolerance);
         assert_eq!((status, iterations, solver.factorizations()), (Status::TooLarge, 0, 0));
         assert_eq!((drive.at.x.as_slice(), residual), ([0.05, 0.0].as_slice(), 0.25));
         solver.largest_factor = LARGEST_FACTOR;
-        assert_eq!(solver.run(&mut cpu, &mut drive, &settings).0, Status::Solved);
+        assert_eq!(solver.run(&mut cpu, &mut drive, &settings, settings.tolerance).0, Status::Solved);
     }
 }
