@@ -79,7 +79,7 @@ fn written(study: &impl Measured, arguments: &Arguments) -> Result<(String, Valu
 fn two_ellipsoids(arguments: &Arguments) -> Result<Found, CliError> {
     use two_ellipsoids::{Size, Study};
     let size = if arguments.quick { Size::QUICK } else { Size::FULL };
-    say(arguments, "two-ellipsoids: the reference");
+    say(arguments, "two-ellipsoids: the references");
     let mut study = Study::begin(size)?;
     let mut found = written_two_ellipsoids(&study, arguments)?;
     for case in size.cases() {
@@ -99,7 +99,7 @@ fn written_two_ellipsoids(study: &two_ellipsoids::Study, arguments: &Arguments) 
     let numbers = json!({
         "computed_by": COMPUTED_BY,
         "size": value(study.size())?,
-        "reference": value(study.reference())?,
+        "references": value(study.references())?,
         "rows": value(&study.rows())?,
         "targets": value(&study.targets())?,
     });

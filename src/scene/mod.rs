@@ -261,6 +261,9 @@ pub enum SolverKind {
 }
 
 impl SolverKind {
+    /// The one that public codes for contacts of rigid bodies solve their LCPs with: what measurements set the default beside.
+    pub(crate) const OF_PUBLIC_CODES: SolverKind = SolverKind::Bbpgd;
+
     /// All solvers that a scene may name but `auto`, which is one of them, with their names there. They are those of the schema, so
     /// that a new one is among them.
     ///

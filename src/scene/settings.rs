@@ -51,7 +51,7 @@ impl Scene {
     }
 
     /// The thinnest starting body's thickness; infinite where there is no body.
-    pub(super) fn thinnest(&self) -> f64 {
+    pub(crate) fn thinnest(&self) -> f64 {
         self.shapes().map(|(_, _, shape)| shape.thickness()).fold(f64::INFINITY, f64::min)
     }
 

@@ -18,7 +18,7 @@ const SHOWN: [f64; 7] = [0.1, 0.2, 0.5, 1.0, 1.5, 2.0, 2.5];
 const PITCH: f64 = 0.05;
 
 /// How near ratios of rows are to be to the paper's.
-const WITHIN: f64 = 0.2;
+pub(super) const WITHIN: f64 = 0.2;
 
 /// A line of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

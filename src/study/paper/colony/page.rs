@@ -1,8 +1,8 @@
 //! The page of the study.
 
-use super::{ByGeneration, COUNTED_EVERY, DT, Morphology, Row, SHOWN, Study, WIDTH};
+use super::{ByGeneration, COUNTED_EVERY, CUTOFF_PER_THICKNESS, DT, Morphology, Row, SHOWN, Study, WIDTH};
 use crate::study::machine::machine;
-use crate::study::paper::{COMPUTED_BY, Target, order, target};
+use crate::study::paper::{COMPUTED_BY, Target, WITHIN, order, target};
 use std::fmt::Write as _;
 
 /// Of the paper's Table 3: sub-spheres, rows over ReLCP's, microseconds a row; each with its standard deviation.
@@ -73,7 +73,8 @@ fn head(study: &Study, rows: &[Row]) -> String {
          One cell grows into a colony: rows, time and alignment by ReLCP and by rows of sub-spheres (LCP-MS), the paper's Table 3 and Figure 5.\n\n\
          * Scene: the built-in `colony` (`relcp scenes colony`): planar, cells of diameter 0.5 that grow from length 2 to 4 at rate 1 and divide all together, each daughter turned by up to 0.01 degrees; \
          overdamped with drag 1; dt {DT}, to {most} cells (the paper: {PAPER_CELLS}; it tells no dt).{fewer} Runs: {seeds}; tables of rows and time are of seed 1.\n\
-         * Settings: overlap tolerance {tolerance:.0e}, the default solver; rows of pairs nearer than a tenth of a diameter, and of those that the free motion may bring into contact. Unconverged: solves that did not reach the solver's tolerance. Made by `relcp study colony`.\n\
+         * Settings: overlap tolerance {tolerance:.0e}, the default solver; rows of pairs nearer than {CUTOFF_PER_THICKNESS} diameters (`contact.cutoff`; the program's default is 0.1), which fits the paper's numbers of rows best of the distances tried (the table of rows by distance), \
+         and of those that the free motion may bring into contact. Unconverged: solves that did not reach the solver's tolerance. Made by `relcp study colony`.\n\
          * {}. Computed by {COMPUTED_BY}. Times are of the clock, of this machine in this run, which it may have shared; the paper's are of 64 threads, another program and another solver.\n\
          * Rows: of the last LCP of a step. Means and standard deviations are over windows of {WIDTH} steps that have rows. Of a method that ended earlier, over the steps that it took.\n\
          * Sub-spheres lie equally spaced on the rod's axis: with fewer than {} there are gaps along a full-grown cell that another's end fits into; the overlaps below tell it.\n",
@@ -207,6 +208,17 @@ pub(super) fn targets(study: &Study) -> Vec<Target> {
     targets.push(least("LCP-MS has as many rows over ReLCP's as in the paper at least, on average", &|row| {
         Some([row.relative_constraints?, of_paper(row)?[0][0]])
     }));
+    let near = rows.iter().filter_map(|row| Some((&*row.method, row.relative_constraints? / of_paper(row)?[0][0])));
+    let near: Vec<_> = near.filter(|(method, _)| spheres.iter().any(|row| row.method == *method)).collect();
+    let found: Vec<String> = near.iter().map(|(method, ratio)| format!("{ratio:.2} ({method})")).collect();
+    targets.push(Target::new(
+        format!(
+            "rows over ReLCP's are within {:.0}% of the paper's, on average: ours over the paper's",
+            100.0 * WITHIN
+        ),
+        found.join(", "),
+        (!near.is_empty()).then(|| near.iter().all(|(_, ratio)| ratio.ln().abs() <= (1.0 + WITHIN).ln())),
+    ));
     targets.push(study.census().target(&PAPER_ROWS));
     targets.push(least("LCP-MS takes more time a step than ReLCP at its end", &|row| {
         Some([row.relative_time_at_the_end?, 1.0])

@@ -1,8 +1,9 @@
 //! The page of the study.
 
-use super::{Part, Row, Run, Size, Study};
+use super::{CUTOFF_PER_THICKNESS, Part, Row, Run, Size, Study};
+use crate::scene::SolverKind;
 use crate::study::machine::machine;
-use crate::study::paper::{COMPUTED_BY, Census, Target, order, target};
+use crate::study::paper::{COMPUTED_BY, Census, Target, WITHIN, order, target};
 use std::fmt::Write as _;
 
 /// Of the paper's Table 2: step, sub-spheres, rows at the end, and the time over that of ReLCP.
@@ -51,6 +52,9 @@ pub(super) fn page(study: &Study) -> String {
         if !of(Part::Dense).is_empty() {
             dense(&mut out, &of(Part::Dense), size, *dt);
         }
+        if !of(Part::Public).is_empty() {
+            public(&mut out, &of(Part::Public), *dt);
+        }
     }
     out.push_str(&study.census.page(&PAPER_ROWS, "the dense state that ReLCP came to"));
     out
@@ -85,6 +89,21 @@ fn dense(out: &mut String, rows: &[&Row], size: &Size, dt: f64) {
     growth(out, rows, dt);
 }
 
+fn public(out: &mut String, rows: &[&Row], dt: f64) {
+    let _ = write!(
+        out,
+        "\n## dt {dt}, from the dense state, by the solver of public codes\n\nThe same steps with `solver.kind` {}. Ratios are over ReLCP's by the default solver, above.\n\n",
+        solver_of_public_codes()
+    );
+    table(out, rows);
+}
+
+/// Its name in a scene.
+fn solver_of_public_codes() -> String {
+    let own = SolverKind::named().into_iter().find(|(_, kind)| *kind == SolverKind::OF_PUBLIC_CODES);
+    own.map_or(String::new(), |(name, _)| format!("`{name}`"))
+}
+
 fn head(study: &Study) -> String {
     let size = study.size();
     let tolerance = study.runs().first().map_or(0.0, |run| run.course.overlap_tolerance);
@@ -92,8 +111,8 @@ fn head(study: &Study) -> String {
         "# Compaction\n\n\
          Ellipsoids are drawn from a dilute suspension into a dense ball: rows and time of ReLCP and of sub-spheres (LCP-MS), the paper's Table 2 and Figure 4.\n\n\
          * Scene: the built-in `compaction` (`relcp scenes compaction`) with {} ellipsoids of radii 1, 1, 2 (the paper has {PAPER_BODIES:.0}) at {}% volume fraction (the paper 0.25%), seed 1; overdamped with drag 1, the \
-         field `radial_inward`. The paper gives neither drag nor duration, nor the distance within which it makes rows; here that is a tenth of a body's thickness (`contact.cutoff`), beside pairs \
-         that the free motion may bring into contact.\n\
+         field `radial_inward`. The paper gives neither drag nor duration, nor the distance within which it makes rows; here that is {CUTOFF_PER_THICKNESS} of a body's thickness \
+         (`contact.cutoff`; the program's default is 0.1), which fits its numbers of rows (the last table), beside pairs that the free motion may bring into contact.\n\
          * Settings: overlap tolerance {tolerance:.0e}, the default solver. Made by `relcp study compaction`.\n\
          * {}. Computed by {COMPUTED_BY}. Times are of the clock, of this machine in this run, which it may have shared; the paper's are of 64 threads, another program and another solver.\n\
          * Rows: of the last LCP of a step. Ratios are over ReLCP's. Paper: rows and time over ReLCP's in its Table 2, and in parentheses ours over the paper's. Overlaps are true ones of the smooth surfaces, and of the \
@@ -162,10 +181,11 @@ fn spheres_bodies(relcp: f64) -> String {
 }
 
 pub(super) fn targets(rows: &[Row], runs: &[Run], census: &Census) -> Vec<Target> {
-    let relcp: Vec<&Run> = runs.iter().filter(|run| run.course.is_relcp()).collect();
+    let own_solver = |run: &&Run| run.case.part != Part::Public;
+    let relcp: Vec<&Run> = runs.iter().filter(own_solver).filter(|run| run.course.is_relcp()).collect();
     let largest = relcp.iter().map(|run| run.course.max_overlap).fold(0.0, f64::max);
     let over: u64 = relcp.iter().map(|run| run.course.steps_over).sum();
-    let spheres = || rows.iter().filter(|row| row.spheres.is_some());
+    let spheres = || rows.iter().filter(|row| row.spheres.is_some() && row.part != Part::Public);
     let of_whole =
         |row: &Row| spheres().any(|has| (has.part, has.dt, has.spheres) == (Part::Whole, row.dt, row.spheres));
     let settled: Vec<&Row> = spheres().filter(|row| row.part == Part::Whole || !of_whole(row)).collect();
@@ -189,6 +209,14 @@ pub(super) fn targets(rows: &[Row], runs: &[Run], census: &Census) -> Vec<Target
     targets.push(least("LCP-MS takes as much time over ReLCP's as in the paper at least", &settled, |row| {
         Some([row.relative_time?, of_paper(row)?[1]])
     }));
+    let public: Vec<&Row> = rows.iter().filter(|row| row.spheres.is_some() && row.part == Part::Public).collect();
+    targets.push(least(
+        "LCP-MS by the solver of public codes takes as much time over ReLCP's as in the paper at least",
+        &public,
+        |row| Some([row.relative_time?, of_paper(row)?[1]]),
+    ));
+    let within = |row: &&&Row| row.spheres.is_some_and(|count| PAPER_ROWS.iter().any(|(own, _)| *own == count));
+    targets.push(near(&settled.iter().filter(within).copied().collect::<Vec<_>>()));
     targets.push(census.target(&PAPER_ROWS));
     let linear = relcp.iter().find(|run| run.case.dt == PAPER_LINEAR_DT && run.case.part == Part::Whole);
     targets.push(Target::new(
@@ -200,13 +228,33 @@ pub(super) fn targets(rows: &[Row], runs: &[Run], census: &Census) -> Vec<Target
     targets
 }
 
+/// Whether ratios of rows are the paper's; not those of 3 sub-spheres, see [`PAPER_ROWS`].
+fn near(rows: &[&Row]) -> Target {
+    let ratio = |row: &Row| Some(row.relative_constraints? / of_paper(row)?[0]);
+    let ratios: Vec<(String, f64)> = rows.iter().filter_map(|row| Some((label(row), ratio(row)?))).collect();
+    let found: Vec<String> = ratios.iter().map(|(whose, ratio)| format!("{ratio:.2} ({whose})")).collect();
+    let met = ratios.iter().all(|(_, ratio)| ratio.ln().abs() <= (1.0 + WITHIN).ln());
+    Target::new(
+        format!(
+            "rows over ReLCP's with more than 3 sub-spheres are within {:.0}% of the paper's: ours over the paper's",
+            100.0 * WITHIN
+        ),
+        found.join(", "),
+        (!ratios.is_empty()).then_some(met),
+    )
+}
+
+fn label(row: &Row) -> String {
+    let part = match row.part {
+        Part::Whole => "",
+        Part::Dense => ", dense",
+        Part::Public => ", public",
+    };
+    format!("{} at {}{part}", row.method, row.dt)
+}
+
 /// Whether a number of each row (of whole runs where there are, else from the dense state) is at least another.
 fn least(wanted: &str, rows: &[&Row], of: impl Fn(&Row) -> Option<[f64; 2]>) -> Target {
-    let found = rows.iter().filter_map(|row| {
-        Some((
-            format!("{} at {}{}", row.method, row.dt, if row.part == Part::Dense { ", dense" } else { "" }),
-            of(row)?,
-        ))
-    });
+    let found = rows.iter().filter_map(|row| Some((label(row), of(row)?)));
     Target::at_least(wanted, &found.collect::<Vec<_>>())
 }

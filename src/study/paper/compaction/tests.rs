@@ -7,6 +7,7 @@ const TINY: Size = Size {
     end: 20.0,
     steps: &[(0.2, &[3]), (0.1, &[])],
     dense: &[3, 7],
+    public: &[7],
     dense_time: 2.0,
 };
 
@@ -14,11 +15,11 @@ const TINY: Size = Size {
 fn a_tiny_suspension_is_compacted() {
     let mut study = Study::begin(TINY);
     let said: Vec<String> = std::iter::from_fn(|| study.next_run().unwrap()).collect();
-    assert_eq!((said.len(), TINY.cases().len()), (9, 9), "{said:?}");
+    assert_eq!((said.len(), TINY.cases().len()), (13, 13), "{said:?}");
     assert!(said[3].starts_with("LCP-MS 3, dt 0.2 from the dense state: "), "{said:?}");
     let rows = study.rows();
     let of = |part: Part, dt: f64| rows.iter().filter(move |row| row.part == part && row.dt == dt);
-    assert_eq!((of(Part::Whole, 0.2).count(), of(Part::Dense, 0.1).count()), (2, 3));
+    assert_eq!([of(Part::Whole, 0.2), of(Part::Dense, 0.1), of(Part::Public, 0.1)].map(Iterator::count), [2, 3, 2]);
     for (row, run) in rows.iter().zip(study.runs()) {
         let (steps, windows) = if row.part == Part::Whole { (20.0, 100) } else { (2.0, 2) };
         assert_eq!((row.steps, run.course.windows.len()), ((steps / row.dt).round() as u64, windows), "{row:?}");
@@ -26,10 +27,15 @@ fn a_tiny_suspension_is_compacted() {
     }
     // Every run from the dense state goes on from the one of its own step.
     let starts: Vec<f64> = study.runs().iter().map(|run| run.course.windows[0].time).collect();
-    assert!(starts[2..5].iter().all(|time| (*time - 21.0).abs() < 1e-9), "{starts:?}");
+    assert!(starts[2..7].iter().all(|time| (*time - 21.0).abs() < 1e-9), "{starts:?}");
     let dense: Vec<f64> = of(Part::Dense, 0.2).map(|row| row.constraints).collect();
     assert!(dense[0] >= 8.0 && dense[2] > dense[1], "{dense:?}");
-    assert_eq!(rows.iter().filter(|row| row.relative_constraints == Some(1.0)).count(), 4);
+    assert_eq!(rows.iter().filter(|row| row.part != Part::Public && row.relative_constraints == Some(1.0)).count(), 4);
+    // The solver of public codes comes to the same, and its time is over that of ReLCP by the default one.
+    let (own, public) = (&rows[4], &rows[6]);
+    assert_eq!([own, public].map(|row| (row.spheres, row.part)), [(Some(7), Part::Dense), (Some(7), Part::Public)]);
+    assert!((own.gyration.unwrap() - public.gyration.unwrap()).abs() < 1e-4, "{own:?} {public:?}");
+    assert_eq!(public.relative_time.unwrap(), public.milliseconds / rows[2].milliseconds);
     assert!(!study.missed() && study.targets()[0].met == Some(true));
     // Whole runs count where there are; else those from the dense state.
     let rows_of = &study.targets()[1].found;
@@ -42,13 +48,14 @@ fn a_tiny_suspension_is_compacted() {
     assert!(page.contains("With 7 sub-spheres whole runs would take too long") && page.contains("| LCP-MS 7 | "));
     let files = study.files().unwrap();
     let lines = |at: usize| String::from_utf8(files[at].1.clone()).unwrap().lines().count();
-    assert_eq!((lines(0), lines(1)), (10, 301));
+    assert_eq!((lines(0), lines(1)), (14, 301));
     assert!(study.plots().unwrap()[0].1.starts_with("<svg"));
 }
 
 #[test]
 fn the_papers_figures_stand_beside_ours() {
-    let mut study = Study::begin(Size { steps: &[(0.1, &[])], dense: &[3, 7], end: 2.0, dense_time: 0.4, ..TINY });
+    let mut study =
+        Study::begin(Size { steps: &[(0.1, &[])], dense: &[3, 7], public: &[], end: 2.0, dense_time: 0.4, ..TINY });
     while study.next_run().unwrap().is_some() {}
     let set = |run: &mut Run, rows: f64, milliseconds: f64| {
         let window = run.course.windows.last_mut().unwrap();
@@ -66,8 +73,8 @@ fn the_papers_figures_stand_beside_ours() {
         "{page}"
     );
     let met: Vec<Option<bool>> = study.targets().iter().map(|target| target.met).collect();
-    assert_eq!(met[1..5], [Some(true), Some(true), Some(true), Some(false)]);
-    assert_eq!(met[6], None);
+    assert_eq!(met[1..7], [Some(true), Some(true), Some(true), Some(false), None, Some(true)]);
+    assert_eq!(met[8], None);
     assert!(page.contains("| 0.10 | "), "{page}");
     assert!(
         PAPER

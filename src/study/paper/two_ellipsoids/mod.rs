@@ -1,7 +1,8 @@
 //! Two ellipsoids pushed past each other: the paper's refinement study (its Table 1 and Figure 3), and the midpoint step beside it.
 //!
 //! The upper body's centre `x`, `y` and the angle of its long axis are followed; the lower one's path is its mirror image. The paper's errors are "L2
-//! norms"; here that is `sqrt(integral of (x - reference)^2 dt)` over the whole run, the largest of the usual ones for a run of 40 time units.
+//! norms"; here that is `sqrt(integral of (x - reference)^2 dt)` over the whole run, the largest of the usual ones for a run of 40 time units. The
+//! refinements are made with the upper body to either side, as the paper does not say to which; midpoint steps to the right, the built-in scene.
 
 mod page;
 mod path;
@@ -9,7 +10,7 @@ mod plot;
 mod reference;
 mod targets;
 
-pub use path::{Case, Path, Run, Scheme, follow};
+pub use path::{Case, Path, Run, Scheme, Side, follow};
 pub use reference::Reference;
 
 use super::{Target, l2, order};
@@ -56,17 +57,25 @@ impl Size {
 
     /// All runs, in the order in which they are made.
     pub fn cases(&self) -> Vec<Case> {
-        let euler = self.euler.iter().map(|dt| Case { scheme: Scheme::Euler, dt: *dt, spheres: None });
-        let midpoint = self.midpoint.iter().map(|dt| Case { scheme: Scheme::Midpoint, dt: *dt, spheres: None });
-        let sub_spheres =
-            |count: &u32| Case { scheme: Scheme::Multisphere, dt: self.multisphere_dt, spheres: Some(*count) };
-        midpoint.chain(euler).chain(self.spheres.iter().map(sub_spheres)).collect()
+        let smooth = |scheme, side| move |dt: &f64| Case { scheme, dt: *dt, spheres: None, side };
+        let sub_spheres = |side| {
+            let dt = self.multisphere_dt;
+            move |count: &u32| Case { scheme: Scheme::Multisphere, dt, spheres: Some(*count), side }
+        };
+        let refined = |side| {
+            let euler = self.euler.iter().map(smooth(Scheme::Euler, side));
+            euler.chain(self.spheres.iter().map(sub_spheres(side)))
+        };
+        let midpoint = self.midpoint.iter().map(smooth(Scheme::Midpoint, Side::Right));
+        midpoint.chain(refined(Side::Right)).chain(refined(Side::Left)).collect()
     }
 }
 
 /// One run of the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
+    /// To which side the upper body was.
+    pub side: Side,
     /// How it was stepped.
     pub scheme: Scheme,
     /// Its step.
@@ -117,17 +126,19 @@ pub struct Row {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
     size: Size,
-    reference: Reference,
+    /// To the right, and to the left.
+    references: [Reference; 2],
     runs: Vec<Run>,
 }
 
 impl Study {
-    /// Makes the reference.
+    /// Makes the references.
     ///
     /// # Errors
     /// [`StudyError`] where a run of it cannot be made.
     pub fn begin(size: Size) -> Result<Self, StudyError> {
-        Ok(Study { size, reference: Reference::make(&size)?, runs: Vec::new() })
+        let references = [Reference::make(&size, Side::Right)?, Reference::make(&size, Side::Left)?];
+        Ok(Study { size, references, runs: Vec::new() })
     }
 
     /// What it measures.
@@ -135,9 +146,18 @@ impl Study {
         &self.size
     }
 
-    /// What errors are measured against.
-    pub fn reference(&self) -> &Reference {
-        &self.reference
+    /// What errors are measured against, with the upper body to the right and to the left.
+    pub fn references(&self) -> &[Reference; 2] {
+        &self.references
+    }
+
+    /// The same with it to one side.
+    pub fn reference(&self, side: Side) -> &Reference {
+        let [right, left] = &self.references;
+        match side {
+            Side::Right => right,
+            Side::Left => left,
+        }
     }
 
     /// The runs so far.
@@ -156,13 +176,15 @@ impl Study {
 
     /// The table.
     pub fn rows(&self) -> Vec<Row> {
-        let finest = self.size.euler.last().and_then(|dt| {
-            self.runs.iter().find(|run| run.case.scheme == Scheme::Euler && run.case.dt == *dt).map(|run| &run.path)
-        });
+        let finest = |side: Side| {
+            let case = Case { scheme: Scheme::Euler, dt: *self.size.euler.last()?, spheres: None, side };
+            self.runs.iter().find(|run| run.case == case).map(|run| &run.path)
+        };
         let mut rows: Vec<Row> = Vec::new();
         for run in &self.runs {
-            let mut row = self.row(run, finest);
-            let before = rows.last().filter(|before| before.scheme == row.scheme && row.scheme.has_an_order());
+            let mut row = self.row(run, finest(run.case.side));
+            let same = |before: &&Row| (before.side, before.scheme) == (row.side, row.scheme);
+            let before = rows.last().filter(|before| same(before) && row.scheme.has_an_order());
             row.order = before.and_then(|before| order([before.dt, row.dt], [before.worst, row.worst]));
             rows.push(row);
         }
@@ -170,10 +192,12 @@ impl Study {
     }
 
     fn row(&self, run: &Run, finest: Option<&Path>) -> Row {
-        let [x, y, angle] = run.path.errors(&self.reference.path);
-        let size = self.reference.path.norms();
+        let reference = &self.reference(run.case.side).path;
+        let [x, y, angle] = run.path.errors(reference);
+        let size = reference.norms();
         let to_finest = finest.map(|finest| run.path.errors(finest));
         Row {
+            side: run.case.side,
             scheme: run.case.scheme,
             dt: run.case.dt,
             spheres: run.case.spheres,
@@ -201,13 +225,14 @@ impl Study {
 
     /// What it is to show, and whether it does.
     pub fn targets(&self) -> Vec<Target> {
-        targets::targets(&self.rows(), &self.reference)
+        targets::targets(&self.rows(), &self.references)
     }
 
     /// Whether a run of smooth surfaces did not hold its overlap tolerance, or a solve its own.
     pub fn missed(&self) -> bool {
         self.runs.iter().any(|run| {
-            run.unconverged > 0 || (run.case.spheres.is_none() && run.max_overlap > self.reference.overlap_tolerance)
+            let allowed = self.reference(run.case.side).overlap_tolerance;
+            run.unconverged > 0 || (run.case.spheres.is_none() && run.max_overlap > allowed)
         })
     }
 

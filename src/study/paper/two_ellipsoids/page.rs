@@ -1,7 +1,7 @@
 //! The page of the study.
 
 use super::targets::{of, of_paper};
-use super::{Row, Scheme, Study};
+use super::{Row, Scheme, Side, Study};
 use crate::study::machine::machine;
 use crate::study::paper::{COMPUTED_BY, target};
 use std::fmt::Write as _;
@@ -11,12 +11,22 @@ pub(super) fn page(study: &Study) -> String {
     let mut out = head(study);
     out.push_str("\n## What it shows\n\n");
     out.push_str(&target::table(&study.targets()));
-    let of = |scheme| of(&rows, scheme);
+    for side in [Side::Left, Side::Right] {
+        refined(&mut out, study, &rows, side);
+    }
+    midpoint(&mut out, &of(&rows, Side::Right, Scheme::Midpoint));
+    work(&mut out, &rows);
+    out
+}
+
+/// The paper's two refinements, with the upper body to one side.
+fn refined(out: &mut String, study: &Study, rows: &[Row], side: Side) {
+    let of = |scheme| of(rows, side, scheme);
+    let title = |of: &str| format!("{of}, upper body to the {}", side.name());
     let about_euler = "Steps of the paper's scheme. Against the reference, and in the paper's manner against the finest of these runs; the paper's own \
         figures last. Error of the paper at its finest step is zero as it is the reference there.";
-    with_paper(&mut out, "ReLCP, refined in time", about_euler, &of(Scheme::Euler), |row| format!("{:.0e}", row.dt));
-    midpoint(&mut out, &of(Scheme::Midpoint));
-    let fine = rows.iter().find(|row| row.scheme == Scheme::Euler && row.dt == study.size().multisphere_dt);
+    with_paper(out, &title("ReLCP, refined in time"), about_euler, &of(Scheme::Euler), |row| format!("{:.0e}", row.dt));
+    let fine = of(Scheme::Euler).into_iter().find(|row| row.dt == study.size().multisphere_dt);
     let own = fine.map_or(String::new(), |row| format!(" ReLCP errs {:.1e} at that step.", row.worst));
     let about = format!(
         "Rows of sub-spheres on the long axis, inside the surface and tangent to it; how the paper spaces them is not stated there, here all grooves are equally deep. Steps of {:.0e} (the paper's are 1e-5; with {} spheres that would take {:.0} minutes here).{own}",
@@ -25,11 +35,9 @@ pub(super) fn page(study: &Study) -> String {
         at_paper_step(&of(Scheme::Multisphere))
     );
     let spheres = of(Scheme::Multisphere);
-    with_paper(&mut out, "LCP-MS, refined in shape", &about, &spheres, |row| {
+    with_paper(out, &title("LCP-MS, refined in shape"), &about, &spheres, |row| {
         row.spheres.unwrap_or_default().to_string()
     });
-    work(&mut out, &rows);
-    out
 }
 
 /// Minutes that the last run would take at the paper's step.
@@ -38,8 +46,8 @@ fn at_paper_step(rows: &[&Row]) -> f64 {
 }
 
 fn head(study: &Study) -> String {
-    let reference = study.reference();
-    let [x, y, angle] = reference.difference;
+    let reference = study.reference(Side::Right);
+    let [x, y, angle] = [0, 1, 2].map(|i| study.references().iter().map(|of| of.difference[i]).fold(0.0, f64::max));
     format!(
         "# Two ellipsoids\n\n\
          Two identical ellipsoids are pushed together, slide and turn past each other: the paper's refinement study (its Table 1 and Figure 3), and the midpoint step \
@@ -47,11 +55,13 @@ fn head(study: &Study) -> String {
          * Scene: the built-in `two-ellipsoids` (`relcp scenes two-ellipsoids`). Radii 1, 1, 2; long axes at 45 degrees in the x-y plane; centres apart by (1, 5); unit \
          forces along -y and +y; overdamped with drag 1; to time 40. The paper gives neither drag nor gap, and its figure has the passage from time 100 to 400, here 4 to \
          37.7: steps of the same number need not be equally fine there and here.\n\
+         * Sides: the long axes point to the upper right, and in the built-in scene the upper body is to the right: the bodies turn until they lie flat on each other, nearly balanced, and what decides how long they stay is small. \
+         To the left they slip past each other. The paper says that centres are \"offset by a unit distance along x\" and not to which side; refinements are made with both. Midpoint steps are of the built-in scene.\n\
          * Settings: overlap tolerance {:.0e} as in the paper, residual {:.0e}, the default solver. Made by `relcp study two-ellipsoids`.\n\
          * {}. Computed by {COMPUTED_BY}. Times are of this machine in this run, which it may have shared; of short runs the shortest of some.\n\
          * An error is `sqrt(integral of (x - reference)^2 dt)` over the run, of the upper body's x and y and of the angle of its long axis in radians. The paper says \
          \"L2 norms\" and no more. In the CSV are also the errors over the norm of the reference.\n\
-         * The reference: midpoint steps of {} at overlap tolerance {:.0e} and residual {:.0e}. The paper's steps of {} and {} at that residual, extrapolated to zero, are {x:.1e}, {y:.1e} and {angle:.1e} \
+         * The references, one a side: midpoint steps of {} at overlap tolerance {:.0e} and residual {:.0e}. The paper's steps of {} and {} at that residual, extrapolated to zero, are at most {x:.1e}, {y:.1e} and {angle:.1e} \
          away in x, y and angle.\n",
         reference.overlap_tolerance,
         reference.solver_tolerance,
@@ -107,7 +117,7 @@ fn work(out: &mut String, rows: &[Row]) {
          | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",
     );
     for row in rows {
-        let name = super::Case { scheme: row.scheme, dt: row.dt, spheres: row.spheres }.name();
+        let name = super::Case { scheme: row.scheme, dt: row.dt, spheres: row.spheres, side: row.side }.name();
         let proxy = row.proxy_overlap.map_or(String::new(), |overlap| format!("{overlap:.1e}"));
         let _ = writeln!(
             out,

@@ -45,6 +45,27 @@ impl Scheme {
     }
 }
 
+/// To which side of the lower body the upper one's centre is, by half a unit each. Both long axes point to the upper right. The paper says that
+/// "centers are offset by a unit distance along x", not to which side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// To the left: the bodies slip past each other.
+    Left,
+    /// To the right, as in the built-in scene: they turn until they lie flat on each other, and part slowly from there.
+    Right,
+}
+
+impl Side {
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Side::Left => "left",
+            Side::Right => "right",
+        }
+    }
+}
+
 /// A run that is to be made.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Case {
@@ -54,14 +75,17 @@ pub struct Case {
     pub dt: f64,
     /// Sub-spheres of a body.
     pub spheres: Option<u32>,
+    /// To which side the upper body is.
+    pub side: Side,
 }
 
 impl Case {
     /// Its name.
     pub fn name(&self) -> String {
+        let side = self.side.name();
         match self.spheres {
-            Some(count) => format!("{}, {count} spheres", self.scheme.name()),
-            None => format!("{}, dt {}", self.scheme.name(), self.dt),
+            Some(count) => format!("{side}: {}, {count} spheres", self.scheme.name()),
+            None => format!("{side}: {}, dt {}", self.scheme.name(), self.dt),
         }
     }
 
@@ -71,6 +95,11 @@ impl Case {
     /// [`StudyError::Scene`], which the tests rule out.
     pub fn scene(&self) -> Result<Scene, StudyError> {
         let mut scene = scene::load("two-ellipsoids", &[format!("time.dt={}", self.dt)])?;
+        if self.side == Side::Left {
+            for body in &mut scene.bodies {
+                body.position[0] *= -1.0;
+            }
+        }
         if self.scheme == Scheme::Midpoint {
             scene.time.stepping = Stepping::Midpoint;
         }

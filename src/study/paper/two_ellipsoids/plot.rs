@@ -1,7 +1,7 @@
 //! Error over work, and the paths.
 
 use super::targets::of;
-use super::{Row, Run, Scheme, Study};
+use super::{Row, Run, Scheme, Side, Study};
 use crate::study::StudyError;
 use crate::study::plot::{Axis, Curve, Panel, draw};
 use plotters::prelude::SeriesLabelPosition;
@@ -12,39 +12,51 @@ const DRAWN: f64 = 0.4;
 /// Error over wall time and over products, both logarithmic.
 pub(super) fn work(study: &Study) -> Result<String, StudyError> {
     let rows = study.rows();
-    let curve = |scheme: Scheme, work: fn(&Row) -> f64| Curve {
+    let curve = |side: Side, scheme: Scheme, work: fn(&Row) -> f64| Curve {
         name: match scheme {
             Scheme::Multisphere => format!("{}, dt {}", scheme.name(), study.size().multisphere_dt),
             _ => scheme.name().into(),
         },
-        points: of(&rows, scheme).into_iter().map(|row| (work(row), row.worst)).collect(),
+        points: of(&rows, side, scheme).into_iter().map(|row| (work(row), row.worst)).collect(),
         marked: true,
     };
-    let panel = |title: &str, name: &'static str, work: fn(&Row) -> f64| Panel {
-        title: title.into(),
+    let panel = |side: Side, title: &str, name: &'static str, work: fn(&Row) -> f64| Panel {
+        title: format!("{}: {title}", side.name()),
         axes: [Axis { name, logarithmic: true }, Axis { name: "largest error of x, y, angle", logarithmic: true }],
-        curves: [Scheme::Euler, Scheme::Midpoint, Scheme::Multisphere].map(|scheme| curve(scheme, work)).into(),
+        curves: [Scheme::Euler, Scheme::Midpoint, Scheme::Multisphere]
+            .map(|scheme| curve(side, scheme, work))
+            .into_iter()
+            .filter(|curve| !curve.points.is_empty())
+            .collect(),
         names: Some(SeriesLabelPosition::LowerLeft),
     };
-    let time = panel("over wall time", "milliseconds of all steps", |row| row.milliseconds);
-    let products = panel("over products", "products with A of all steps", |row| row.products as f64);
-    draw("Two ellipsoids: error over work", &[vec![time, products]])
+    let panels = [Side::Right, Side::Left].map(|side| {
+        vec![
+            panel(side, "over wall time", "milliseconds of all steps", |row| row.milliseconds),
+            panel(side, "over products", "products with A of all steps", |row| row.products as f64),
+        ]
+    });
+    draw("Two ellipsoids: error over work", &panels)
 }
 
-/// x, y and angle over time: the paper's steps, midpoint steps and sub-spheres below each other.
+/// x, y and angle over time: the paper's steps, midpoint steps and sub-spheres below each other, for both sides.
 pub(super) fn paths(study: &Study) -> Result<String, StudyError> {
-    let row = |scheme: Scheme| {
-        let runs: Vec<&Run> = study.runs().iter().filter(|run| run.case.scheme == scheme).collect();
+    let row = |side: Side, scheme: Scheme| {
+        let own = |run: &&Run| (run.case.side, run.case.scheme) == (side, scheme);
+        let runs: Vec<&Run> = study.runs().iter().filter(own).collect();
         ["x", "y", "angle, radians"]
             .into_iter()
             .enumerate()
-            .map(|(i, name)| panel(study, &runs, scheme, i, name))
+            .map(|(i, name)| panel(study, &runs, (side, scheme), i, name))
             .collect::<Vec<Panel>>()
     };
-    draw("Two ellipsoids: the upper body", &[row(Scheme::Euler), row(Scheme::Midpoint), row(Scheme::Multisphere)])
+    let right = [Scheme::Euler, Scheme::Midpoint, Scheme::Multisphere].map(|scheme| row(Side::Right, scheme));
+    let left = [Scheme::Euler, Scheme::Multisphere].map(|scheme| row(Side::Left, scheme));
+    draw("Two ellipsoids: the upper body", &right.into_iter().chain(left).collect::<Vec<_>>())
 }
 
-fn panel(study: &Study, runs: &[&Run], scheme: Scheme, quantity: usize, name: &'static str) -> Panel {
+fn panel(study: &Study, runs: &[&Run], of: (Side, Scheme), quantity: usize, name: &'static str) -> Panel {
+    let (side, scheme) = of;
     let curve = |name: String, path: &super::Path| {
         let path = path.every(DRAWN);
         let samples = path.samples[quantity].iter().enumerate();
@@ -55,9 +67,9 @@ fn panel(study: &Study, runs: &[&Run], scheme: Scheme, quantity: usize, name: &'
         None => format!("dt {}", run.case.dt),
     };
     let mut curves: Vec<Curve> = runs.iter().map(|run| curve(name_of(run), &run.path)).collect();
-    curves.push(curve("reference".into(), &study.reference().path));
+    curves.push(curve("reference".into(), &study.reference(side).path));
     Panel {
-        title: format!("{}: {name}", scheme.name()),
+        title: format!("{}: {}: {name}", side.name(), scheme.name()),
         axes: [Axis { name: "time", logarithmic: false }, Axis { name, logarithmic: false }],
         curves,
         names: (quantity == 0).then_some(SeriesLabelPosition::UpperLeft),

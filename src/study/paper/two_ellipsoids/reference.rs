@@ -1,6 +1,6 @@
 //! The path that errors are measured against, and how far it may be from the true one.
 
-use super::path::{Case, Path, Scheme, once};
+use super::path::{Case, Path, Scheme, Side, once};
 use super::{super::extrapolated, Size};
 use crate::study::StudyError;
 use serde::Serialize;
@@ -14,6 +14,8 @@ const SOLVER_TOLERANCE: f64 = 1e-10;
 /// The reference: fine midpoint steps. Another scheme extrapolated to `dt = 0` says how good it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Reference {
+    /// To which side the upper body is.
+    pub side: Side,
     /// The path.
     #[serde(skip)]
     pub path: Path,
@@ -34,9 +36,9 @@ pub struct Reference {
 }
 
 impl Reference {
-    pub(super) fn make(size: &Size) -> Result<Self, StudyError> {
+    pub(super) fn make(size: &Size, side: Side) -> Result<Self, StudyError> {
         let path = |scheme, dt| -> Result<Path, StudyError> {
-            let case = Case { scheme, dt, spheres: None };
+            let case = Case { scheme, dt, spheres: None, side };
             let mut scene = case.scene()?;
             scene.solver.tolerance = Some(SOLVER_TOLERANCE);
             if scheme == Scheme::Midpoint {
@@ -49,8 +51,9 @@ impl Reference {
         let (long, short) = (long?, short?);
         let samples = [0, 1, 2].map(|i| extrapolated(&long.samples[i], &short.samples[i], 2.0, 1.0));
         let other = Path { interval: long.interval, samples };
-        let scene = Case { scheme: Scheme::Euler, dt: size.reference_euler, spheres: None }.scene()?;
+        let scene = Case { scheme: Scheme::Euler, dt: size.reference_euler, spheres: None, side }.scene()?;
         Ok(Reference {
+            side,
             difference: fine.errors(&other),
             path: fine,
             midpoint_dt: size.reference_midpoint,

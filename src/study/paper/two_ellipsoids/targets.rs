@@ -1,7 +1,7 @@
 //! What the study is to show, and the paper's figures.
 
 use super::super::{Cost, Reached, Target, cost_at};
-use super::{Reference, Row, Scheme};
+use super::{Reference, Row, Scheme, Side};
 
 /// Errors of x, y and angle at steps of the paper's scheme, from its Table 1. That at 1e-5 is zero as it is the reference there.
 pub(super) const PAPER_EULER: [(f64, [f64; 3]); 5] = [
@@ -46,21 +46,29 @@ pub(super) fn of_paper(row: &Row) -> Option<[f64; 3]> {
     }
 }
 
-pub(super) fn of(rows: &[Row], scheme: Scheme) -> Vec<&Row> {
-    rows.iter().filter(|row| row.scheme == scheme).collect()
+pub(super) fn of(rows: &[Row], side: Side, scheme: Scheme) -> Vec<&Row> {
+    rows.iter().filter(|row| (row.side, row.scheme) == (side, scheme)).collect()
 }
 
-pub(super) fn targets(rows: &[Row], reference: &Reference) -> Vec<Target> {
-    let (euler, midpoint) = (of(rows, Scheme::Euler), of(rows, Scheme::Midpoint));
-    let mut targets = vec![below_paper(&euler), first_order(&euler), second_order(&midpoint), slow_spheres(rows)];
+pub(super) fn targets(rows: &[Row], references: &[Reference; 2]) -> Vec<Target> {
+    let mut targets = Vec::new();
+    for side in [Side::Left, Side::Right] {
+        let of = |scheme| of(rows, side, scheme);
+        let euler = of(Scheme::Euler);
+        let refined = [below_paper(&euler), first_order(&euler), slow_spheres(&euler, &of(Scheme::Multisphere))];
+        targets
+            .extend(refined.map(|target| Target { wanted: format!("{}: {}", side.name(), target.wanted), ..target }));
+    }
+    let (euler, midpoint) = (of(rows, Side::Right, Scheme::Euler), of(rows, Side::Right, Scheme::Midpoint));
+    targets.push(second_order(&midpoint));
     for (error, times) in LESS_TIME {
         targets.push(cheaper(&euler, &midpoint, error, times));
     }
-    let uncertainty = reference.worst_difference();
+    let uncertainty = references.iter().map(Reference::worst_difference).fold(0.0, f64::max);
     let finest = rows.iter().filter(|row| row.scheme != Scheme::Multisphere).map(|row| row.worst);
     let finest = finest.fold(f64::INFINITY, f64::min);
     targets.push(Target::new(
-        format!("two schemes agree on the reference to {:.0}% of the smallest error", 100.0 / CERTAINTY),
+        format!("two schemes agree on the references to {:.0}% of the smallest error", 100.0 / CERTAINTY),
         format!("{uncertainty:.1e} apart, smallest error {finest:.1e}"),
         finest.is_finite().then_some(CERTAINTY * uncertainty <= finest),
     ));
@@ -100,13 +108,12 @@ fn second_order(midpoint: &[&Row]) -> Target {
     )
 }
 
-fn slow_spheres(rows: &[Row]) -> Target {
+fn slow_spheres(euler: &[&Row], spheres: &[&Row]) -> Target {
     let wanted = format!(
         "LCP-MS converges slowly towards ReLCP: its errors fall with the spheres, and the most still err more than ReLCP at dt {FINE:.0e}"
     );
-    let spheres = of(rows, Scheme::Multisphere);
-    let fine = rows.iter().find(|row| row.scheme == Scheme::Euler && row.dt == FINE);
-    let ([.., last], Some(fine)) = (&spheres[..], fine) else { return Target::new(wanted, "", None) };
+    let fine = euler.iter().find(|row| row.dt == FINE);
+    let ([.., last], Some(fine)) = (spheres, fine) else { return Target::new(wanted, "", None) };
     let falling = spheres.windows(2).all(|pair| pair[1].worst < pair[0].worst);
     let found = format!(
         "{} at every count; {} spheres err {:.1e} in {:.0} ms, ReLCP at dt {FINE:.0e} {:.1e} in {:.0} ms",
