@@ -193,3 +193,47 @@ impl<T> Drive<T> {
         (if residual <= settings.tolerance { Status::Solved } else { status }, iteration, residual)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Problem;
+    use super::super::cpu::Cpu;
+    use super::*;
+
+    /// A method whose first iteration leads away from the solution, and the others nowhere.
+    struct Worse;
+
+    impl Method<Cpu<3>> for Worse {
+        fn begin(&mut self, _: &mut Cpu<3>, _: &Point<Vec<f64>>) {}
+        fn step(&mut self, _: &mut Cpu<3>, at: &mut Point<Vec<f64>>) {
+            at.x.fill(7.0);
+        }
+        fn refresh(&mut self, verbs: &mut Cpu<3>, at: &mut Point<Vec<f64>>) -> bool {
+            verbs.gradient(&at.x, &mut at.g);
+            true
+        }
+    }
+
+    fn run(start: f64, settings: Settings) -> (Vec<f64>, (Status, u64, f64)) {
+        let along = |x: f64| [x, 0.0, 0.0];
+        let jacobian = vec![[along(-1.0), along(1.0)]];
+        let mut cpu = Cpu::default();
+        cpu.rebuild(&Problem { bodies: 2, pair: vec![[0, 1]], jacobian, q: vec![-1.0] });
+        let mut drive = Drive::default();
+        cpu.import(&[start], &mut drive.at.x);
+        let ended = drive.run(&mut cpu, &mut Worse, &settings, 1);
+        (drive.at.x, ended)
+    }
+
+    #[test]
+    fn a_start_within_the_tolerance_is_what_remains_where_iterations_are_no_better() {
+        let settings = Settings { tolerance: 1e-3, max_iterations: 1_000 };
+        let (x, (status, iterations, residual)) = run(0.5001, settings);
+        assert_eq!((x[0], status, iterations), (0.5001, Status::Solved, ITERATIONS_FROM_A_SOLUTION));
+        assert!((residual - 2e-4).abs() < 1e-12, "{residual:e}");
+        // One that is exact is not iterated on, and none is where no iteration is allowed.
+        assert_eq!(run(0.5, settings).1, (Status::Solved, 0, 0.0));
+        assert_eq!(run(0.5001, Settings { max_iterations: 0, ..settings }).1.0, Status::Solved);
+        assert_eq!(run(0.6, Settings { max_iterations: 60, ..settings }).1.0, Status::MaxIterations);
+    }
+}
