@@ -2,7 +2,7 @@ use super::*;
 
 #[test]
 fn a_tiny_sheet_is_stretched_by_every_method() {
-    let mut study = Study::begin(Size { side: 2, dt: 5e-3, end: 2.0 });
+    let mut study = Study::begin(Size { side: 2, dt: 5e-3, end: 2.0, drag: 1.0 });
     let said: Vec<String> = std::iter::from_fn(|| study.next_run().unwrap()).collect();
     assert!(said.len() == 3 && said[0].starts_with("ReLCP: ") && said[2].starts_with("LCP-MS 32: "), "{said:?}");
     let [relcp, snsd, spheres] = study.runs() else { panic!("{said:?}") };
