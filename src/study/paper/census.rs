@@ -4,7 +4,7 @@
 //! Counted in states that ReLCP came to, a row for each pair of surfaces, or of sub-spheres, that is nearer than the distance. A recursion's further rows are not
 //! in it, nor are rows for the free motion.
 
-use super::Target;
+use super::target::{Target, WITHIN, is_near};
 use crate::bodies::Bodies;
 use crate::constraint::{RowSource, RowSourceError, sub_sphere_separations};
 use crate::relcp::contacts;
@@ -16,9 +16,6 @@ const SHOWN: [f64; 7] = [0.1, 0.2, 0.5, 1.0, 1.5, 2.0, 2.5];
 
 /// The distance that fits the paper best is one of the multiples of this, to the last of those shown.
 const PITCH: f64 = 0.05;
-
-/// How near ratios of rows are to be to the paper's.
-pub(super) const WITHIN: f64 = 0.2;
 
 /// A line of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -108,7 +105,7 @@ impl Census {
                 100.0 * WITHIN
             ),
             format!("{cutoff}{}", ratios.join(", ")),
-            (!best.is_empty()).then(|| farthest(&best) <= (1.0 + WITHIN).ln()),
+            (!best.is_empty()).then(|| best.iter().all(|of| is_near(of.relative / of.paper))),
         )
     }
 

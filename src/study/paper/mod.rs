@@ -13,7 +13,6 @@ pub mod packing;
 mod target;
 pub mod two_ellipsoids;
 
-use census::WITHIN;
 pub use census::{Census, Count};
 pub use course::{Course, Window, follow, follow_with, method_name};
 pub use measured::Measured;

@@ -6,6 +6,7 @@
 
 mod page;
 mod plot;
+mod targets;
 
 use super::look::look;
 use super::measured::value;
@@ -237,7 +238,7 @@ impl Study {
 
     /// What it is to show, and whether it does.
     pub fn targets(&self) -> Vec<Target> {
-        page::targets(&self.rows(), &self.runs, &self.census)
+        targets::targets(&self.rows(), &self.runs, &self.census)
     }
 
     fn make(&mut self, case: Case) -> Result<Run, StudyError> {

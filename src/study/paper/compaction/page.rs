@@ -1,9 +1,9 @@
 //! The page of the study.
 
-use super::{CUTOFF_PER_THICKNESS, Part, Row, Run, Size, Study};
+use super::{CUTOFF_PER_THICKNESS, Part, Row, Size, Study};
 use crate::scene::SolverKind;
 use crate::study::machine::machine;
-use crate::study::paper::{COMPUTED_BY, Census, Target, WITHIN, order, target};
+use crate::study::paper::{COMPUTED_BY, order, target};
 use std::fmt::Write as _;
 
 /// Of the paper's Table 2: step, sub-spheres, rows at the end, and the time over that of ReLCP.
@@ -31,10 +31,10 @@ const PAPER_RELCP: f64 = 2.9e4;
 const PAPER_BODIES: f64 = 1e4;
 
 /// The paper's step at which "the initial SNSD-LCP solve was accepted without further augmentation".
-const PAPER_LINEAR_DT: f64 = 0.01;
+pub(super) const PAPER_LINEAR_DT: f64 = 0.01;
 
 /// Rows and time over those of ReLCP in the paper.
-fn of_paper(row: &Row) -> Option<[f64; 2]> {
+pub(super) fn of_paper(row: &Row) -> Option<[f64; 2]> {
     let same = |(dt, count, ..): &&(f64, u32, f64, f64)| *dt == row.dt && Some(*count) == row.spheres;
     PAPER.iter().find(same).map(|(_, _, rows, time)| [rows / PAPER_RELCP, *time])
 }
@@ -178,83 +178,4 @@ fn growth(out: &mut String, rows: &[&Row], dt: f64) {
 
 fn spheres_bodies(relcp: f64) -> String {
     format!(" ReLCP has {relcp:.0} rows at the end; the paper's {:.2} a body.", PAPER_RELCP / PAPER_BODIES)
-}
-
-pub(super) fn targets(rows: &[Row], runs: &[Run], census: &Census) -> Vec<Target> {
-    let own_solver = |run: &&Run| run.case.part != Part::Public;
-    let relcp: Vec<&Run> = runs.iter().filter(own_solver).filter(|run| run.course.is_relcp()).collect();
-    let largest = relcp.iter().map(|run| run.course.max_overlap).fold(0.0, f64::max);
-    let over: u64 = relcp.iter().map(|run| run.course.steps_over).sum();
-    let spheres = || rows.iter().filter(|row| row.spheres.is_some() && row.part != Part::Public);
-    let of_whole =
-        |row: &Row| spheres().any(|has| (has.part, has.dt, has.spheres) == (Part::Whole, row.dt, row.spheres));
-    let settled: Vec<&Row> = spheres().filter(|row| row.part == Part::Whole || !of_whole(row)).collect();
-    let mut targets = vec![Target::new(
-        "ReLCP holds the overlap tolerance after every step",
-        format!("{largest:.3e} at most, {over} steps over"),
-        (!relcp.is_empty()).then_some(over == 0),
-    )];
-    targets.push(least("ReLCP has fewer rows than LCP-MS at the end, at every dt", &settled, |row| {
-        Some([row.relative_constraints?, 1.0])
-    }));
-    let fine: Vec<&Row> = settled.iter().copied().filter(|row| row.spheres.is_some_and(|count| count > 3)).collect();
-    targets.push(least(
-        "ReLCP takes less time a step at the end than LCP-MS with more than 3 sub-spheres",
-        &fine,
-        |row| Some([row.relative_time?, 1.0]),
-    ));
-    targets.push(least("LCP-MS has as many rows over ReLCP's as in the paper at least", &settled, |row| {
-        Some([row.relative_constraints?, of_paper(row)?[0]])
-    }));
-    targets.push(least("LCP-MS takes as much time over ReLCP's as in the paper at least", &settled, |row| {
-        Some([row.relative_time?, of_paper(row)?[1]])
-    }));
-    let public: Vec<&Row> = rows.iter().filter(|row| row.spheres.is_some() && row.part == Part::Public).collect();
-    targets.push(least(
-        "LCP-MS by the solver of public codes takes as much time over ReLCP's as in the paper at least",
-        &public,
-        |row| Some([row.relative_time?, of_paper(row)?[1]]),
-    ));
-    let within = |row: &&&Row| row.spheres.is_some_and(|count| PAPER_ROWS.iter().any(|(own, _)| *own == count));
-    targets.push(near(&settled.iter().filter(within).copied().collect::<Vec<_>>()));
-    targets.push(census.target(&PAPER_ROWS));
-    let linear = relcp.iter().find(|run| run.case.dt == PAPER_LINEAR_DT && run.case.part == Part::Whole);
-    targets.push(Target::new(
-        format!("at dt {PAPER_LINEAR_DT} ReLCP's first solve is accepted at every step, as in the paper"),
-        linear
-            .map_or(String::new(), |run| format!("{} recursions in {} steps", run.course.recursions, run.course.steps)),
-        linear.map(|run| run.course.recursions == 0),
-    ));
-    targets
-}
-
-/// Whether ratios of rows are the paper's; not those of 3 sub-spheres, see [`PAPER_ROWS`].
-fn near(rows: &[&Row]) -> Target {
-    let ratio = |row: &Row| Some(row.relative_constraints? / of_paper(row)?[0]);
-    let ratios: Vec<(String, f64)> = rows.iter().filter_map(|row| Some((label(row), ratio(row)?))).collect();
-    let found: Vec<String> = ratios.iter().map(|(whose, ratio)| format!("{ratio:.2} ({whose})")).collect();
-    let met = ratios.iter().all(|(_, ratio)| ratio.ln().abs() <= (1.0 + WITHIN).ln());
-    Target::new(
-        format!(
-            "rows over ReLCP's with more than 3 sub-spheres are within {:.0}% of the paper's: ours over the paper's",
-            100.0 * WITHIN
-        ),
-        found.join(", "),
-        (!ratios.is_empty()).then_some(met),
-    )
-}
-
-fn label(row: &Row) -> String {
-    let part = match row.part {
-        Part::Whole => "",
-        Part::Dense => ", dense",
-        Part::Public => ", public",
-    };
-    format!("{} at {}{part}", row.method, row.dt)
-}
-
-/// Whether a number of each row (of whole runs where there are, else from the dense state) is at least another.
-fn least(wanted: &str, rows: &[&Row], of: impl Fn(&Row) -> Option<[f64; 2]>) -> Target {
-    let found = rows.iter().filter_map(|row| Some((label(row), of(row)?)));
-    Target::at_least(wanted, &found.collect::<Vec<_>>())
 }
