@@ -185,11 +185,13 @@ impl<T> Drive<T> {
         verbs.gradient(&at.x, &mut at.g);
         let residual = verbs.residual(&at.x, &at.g);
         let best = verbs.read(residual);
-        if best > at_start {
+        let residual = if best <= at_start {
+            best
+        } else {
             verbs.copy(&self.start, &mut at.x);
             verbs.gradient(&at.x, &mut at.g);
-        }
-        let residual = if best > at_start { at_start } else { best };
+            at_start
+        };
         (if residual <= settings.tolerance { Status::Solved } else { status }, iteration, residual)
     }
 }
