@@ -22,7 +22,7 @@ use serde_json::{Value, json};
 const WINDOWS: u64 = 100;
 
 /// Rows are made of pairs within this part of a body's thickness. The paper does not give its distance; this one has as many rows of sub-spheres
-/// over those of surfaces as the paper, within 5 % for 7, 13, 17 and 23 of them (the table of rows by distance on the page).
+/// over those of surfaces as the paper, within 8 % for 7, 13, 17 and 23 of them (the table of rows by distance on the page).
 pub(super) const CUTOFF_PER_THICKNESS: f64 = 0.2;
 
 /// How much is measured.
@@ -45,7 +45,7 @@ pub struct Size {
 }
 
 impl Size {
-    /// The built-in scene `compaction`, a tenth of the paper's bodies: an hour or two.
+    /// The built-in scene `compaction`, a tenth of the paper's bodies: some hours.
     pub const FULL: Size = Size {
         bodies: 1000,
         volume_fraction: 0.0025,
