@@ -82,6 +82,9 @@ pub trait Backend: Send {
 pub trait Again: Backend {
     /// Says what the next [`Backend::begin`] begins: without it, the whole step with no cell waiting.
     fn prepare(&mut self, piece: Piece, waiting: &Waiting);
+    /// Says whether bodies are parted from now on: nothing drives them, they have drag and no inertia, and an accepted trial takes no time and leaves
+    /// velocities as they are.
+    fn part(&mut self, parting: bool);
     /// Goes back to an accepted state.
     fn restore(&mut self, state: &State);
     /// Takes these multipliers; rows beyond them have none.

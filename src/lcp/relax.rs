@@ -45,6 +45,7 @@ impl<const D: usize> Solver<D> {
         for compliance in COMPLIANCES {
             self.cpu.set_compliance(compliance);
             let outcome = self.relaxed(&mut method, gamma, allowed);
+            log::trace!("compliance {compliance:e}: {outcome:?}");
             best.iterations += outcome.iterations;
             best.factorizations += outcome.factorizations;
             best.products = outcome.products;

@@ -65,6 +65,8 @@ pub struct StepReport {
     pub failed_attempts: u32,
     /// Whether the CPU took it in the place of a device.
     pub by_cpu: bool,
+    /// Whether its bodies overlapped by more than it could undo, and were parted in no time before it.
+    pub parted: bool,
     /// Cells that had to wait, as there was no room for them.
     pub waiting: usize,
     /// `Solved`, or how the last of its solves that did not converge ended.
@@ -103,6 +105,7 @@ impl Default for StepReport {
             pieces: 0,
             failed_attempts: 0,
             by_cpu: false,
+            parted: false,
             waiting: 0,
             status: Status::Solved,
             first_violation: 0.0,

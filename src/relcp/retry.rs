@@ -7,28 +7,30 @@
 //! Nothing here depends on earlier steps, so that a run that goes on from a state takes the same pieces.
 
 use super::step::{Attempt, Plan, attempt};
-use super::{Crowd, Fault, Keep, Piece, StepReport, Unresolved, Waiting};
+use super::{Crowd, Fault, Keep, Phases, Piece, StepReport, Unresolved, Waiting};
 use crate::backend::{Again, Backend, Overlap};
-use crate::scene::OnNoRoom;
+use crate::scene::{OnNoRoom, Stepping};
 
 /// Where steps that do not hold are accepted, one that began with more overlap than the tolerance is not cut into pieces if it leaves at most this many times
 /// as much: it has no solution, nor have its pieces. A disc that its colony has filled gains a part of a percent a step.
 const NO_WORSE: f64 = 1.5;
 
+/// Rounds of parting. Of 14 crowded starts that one solve could not part, those that can be parted at all take 2 to 9.
+const MOST_ROUNDS_OF_PARTING: u32 = 32;
+
 /// What the CPU leaves of the overlap tolerance for a device's poses, which are rounded when it goes on: its numbers differ by some 1e-9 of a body.
 const LEFT_FOR_ROUNDING: f64 = 0.99;
 
-/// Takes the step that failed as `failed` says again, and accepts it.
+/// Takes the step that failed as `failed` says again, and accepts it; or first parts the bodies of one that is yet to be taken.
 pub(super) fn take_again(
     backend: &mut dyn Backend,
     plan: &Plan,
     keep: &mut Keep,
-    failed: Result<Attempt, Fault>,
+    mut failed: Option<Result<Attempt, Fault>>,
 ) -> Result<(StepReport, Overlap), Fault> {
     let mut plan = *plan;
     let by_cpu = backend.device().is_some();
     let mut report = StepReport::default();
-    let mut failed = Some(failed);
     if by_cpu {
         plan.contact.overlap_tolerance *= LEFT_FOR_ROUNDING;
         // What the device came to says nothing of what the CPU would.
@@ -64,6 +66,9 @@ struct Taking<'a> {
 impl Taking<'_> {
     fn step(&mut self, again: &mut dyn Again, first: Option<Result<Attempt, Fault>>) -> Result<Overlap, Fault> {
         let before = again.backend().state()?.clone();
+        if self.plan.parts_first {
+            self.parted(again)?;
+        }
         let taken = self.piece(again, Piece::WHOLE, first);
         match taken {
             Err(Fault::Unresolved(_)) if self.plan.accepts_the_least_bad() => {
@@ -103,6 +108,10 @@ impl Taking<'_> {
             failed => failed,
         };
         self.count_failure(&failed);
+        let overlaps = again.start_overlap() > self.plan.contact.overlap_tolerance;
+        if piece == Piece::WHOLE && overlaps && !self.report.parted && self.parted(again)?.is_some() {
+            return self.piece(again, piece, None);
+        }
         if let Some(overlap) = self.wait(again, piece)? {
             return Ok(overlap);
         }
@@ -113,6 +122,37 @@ impl Taking<'_> {
             }
             None => self.give_up(again, piece, failed),
         }
+    }
+
+    /// Parts bodies that overlap by more than the tolerance, in no time; what is left, or none where they cannot be, and then they are where they were. Each
+    /// round starts from the least bad trial of the last one, with rows made there.
+    fn parted(&mut self, again: &mut dyn Again) -> Result<Option<Overlap>, Fault> {
+        let before = again.backend().state()?.clone();
+        let plan = Plan { stepping: Stepping::Euler, keeps_least_bad: true, ..*self.plan };
+        again.part(true);
+        let mut left = None;
+        for _ in 0..MOST_ROUNDS_OF_PARTING {
+            again.prepare(Piece::WHOLE, &Waiting::All);
+            let Ok(mut tried) = attempt(again.backend(), &plan, self.keep) else { break };
+            self.report.add_cost(&tried.report);
+            if let Some((badness, gamma)) = tried.least_bad.take()
+                && badness < tried.badness()
+            {
+                again.set_multipliers(&gamma);
+                tried.overlap = again.backend().trial(plan.contact.overlap_tolerance)?;
+            }
+            self.report.phases += again.backend().accept()?;
+            if tried.overlap.worst <= plan.contact.overlap_tolerance {
+                left = Some(tried.overlap);
+                break;
+            }
+        }
+        again.part(false);
+        if left.is_none() {
+            again.restore(&before);
+        }
+        self.report.parted |= left.is_some();
+        Ok(left)
     }
 
     fn attempt(&mut self, again: &mut dyn Again, piece: Piece) -> Result<Attempt, Fault> {
@@ -208,18 +248,22 @@ impl Taking<'_> {
         failed: Result<Attempt, Fault>,
     ) -> Result<Overlap, Fault> {
         let tried = failed?;
+        if let Some(overlap) = self.squeeze(again, piece)? {
+            return Ok(overlap);
+        }
         let tolerance = self.plan.contact.overlap_tolerance;
         let only_passed = tried.overlap.worst <= tolerance && tried.report.settled(tolerance);
-        if self.plan.accepts_the_least_bad() && only_passed {
-            // What goes through others in short pieces is still less bad than what does in one.
+        let overlaps = again.start_overlap() > tolerance;
+        if only_passed && (overlaps || self.plan.accepts_the_least_bad()) {
+            // Bodies that overlap may have to. What goes through others in short pieces is still less bad than what does in one.
             let tried = self.attempt(again, piece)?;
             return self.accept(again, tried);
         }
         let unresolved = Unresolved {
             step: again.backend().steps() + 1,
             overlap: tried.overlap.worst,
-            pair: tried.overlap.pair.or(tried.report.passed.map(|passed| passed.pair)),
-            wall: tried.overlap.wall,
+            pair: tried.report.passed.filter(|_| only_passed).map(|passed| passed.pair).or(tried.overlap.pair),
+            wall: tried.overlap.wall.filter(|_| !only_passed),
             residual: tried.report.velocity_residual,
             passed: only_passed,
             tolerance: self.plan.contact.overlap_tolerance,
@@ -228,6 +272,38 @@ impl Taking<'_> {
             return Err(Fault::NoRoom { bodies: again.backend().bodies(), unresolved });
         }
         Err(Fault::Unresolved(unresolved))
+    }
+
+    /// Takes the shortest piece as well as it goes and parts what still overlaps. Daughters that turn as they are born overlap by as much in the shortest piece as in the
+    /// whole step, and rows that are made where they begin may contradict each other though there is room; made anew where the last ones led to, they do not.
+    fn squeeze(&mut self, again: &mut dyn Again, piece: Piece) -> Result<Option<Overlap>, Fault> {
+        let before = again.backend().state()?.clone();
+        let plan = Plan { keeps_least_bad: true, ..*self.plan };
+        again.prepare(piece, &self.waiting);
+        let Ok(mut tried) = attempt(again.backend(), &plan, self.keep) else { return Ok(None) };
+        self.report.add_cost(&tried.report);
+        if let Some((badness, gamma)) = tried.least_bad.take()
+            && badness < tried.badness()
+        {
+            again.set_multipliers(&gamma);
+            tried.overlap = again.backend().trial(plan.contact.overlap_tolerance)?;
+            tried.report.velocity_residual = badness;
+            tried.report.passed = again.backend().passed()?;
+        }
+        // Farther off, bodies may be parted to the wrong side.
+        let near = plan.contact.cutoff.is_some_and(|cutoff| tried.badness() <= cutoff);
+        if !near || tried.report.passed.is_some() {
+            return Ok(None);
+        }
+        self.report.phases += again.backend().accept()?;
+        let Some(overlap) = self.parted(again)? else {
+            again.restore(&before);
+            return Ok(None);
+        };
+        tried.report.velocity_residual = 0.0;
+        tried.report.phases = Phases::default();
+        self.report.add_piece(&tried.report);
+        Ok(Some(overlap))
     }
 
     /// Whether the piece can be taken if no cell grows or divides in it.

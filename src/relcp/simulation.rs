@@ -9,7 +9,8 @@ use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Choice, Gpu, GpuError, Precision};
 use crate::lcp;
 use crate::measure::colony_radius;
-use crate::scene::{Scene, StopReason};
+use crate::record::max_overlap;
+use crate::scene::{Dynamics, Scene, StopReason};
 use crate::separation::{Separation, supports};
 use crate::walls::{WallContact, Walls};
 use glam::DVec3;
@@ -237,7 +238,11 @@ impl Simulation {
     pub fn resume_on(compute: &Compute, scene: Scene, state: State) -> Result<Self, Fault> {
         check_pairs(&state.bodies)?;
         let cutoff = scene.cutoff_of(state.bodies.shape.iter().copied());
-        let plan = Plan::of(&scene, cutoff);
+        let mut plan = Plan::of(&scene, cutoff);
+        let inertia = matches!(scene.dynamics, Dynamics::Inertial { .. });
+        plan.parts_first = inertia && plan.promises() && state.step == 0 && {
+            max_overlap(&scene, &state.bodies) > scene.contact.overlap_tolerance
+        };
         let backend: Box<dyn Backend> = match compute {
             Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&scene, state)?),
             Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&scene, state)?),
@@ -318,6 +323,7 @@ impl Simulation {
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
         let mut report = step(self.backend.as_mut(), &self.plan, &mut self.keep)?;
+        self.plan.parts_first = false;
         report.time = self.scene.time.after(report.step);
         self.look_for_stop()?;
         Ok(report)

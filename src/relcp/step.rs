@@ -29,6 +29,10 @@ pub struct Plan {
     pub stepping: Stepping,
     /// What growing cells do where there is no room, in a scene whose space has an end; else none.
     pub on_no_room: Option<OnNoRoom>,
+    /// Whether bodies are parted before the step, in no time. Where bodies have inertia, a start that overlaps would become speed.
+    pub parts_first: bool,
+    /// Whether the least bad trial of an attempt is kept.
+    pub(super) keeps_least_bad: bool,
 }
 
 impl Plan {
@@ -40,6 +44,8 @@ impl Plan {
             tolerance: scene.lcp_settings().tolerance,
             stepping: scene.time.stepping,
             on_no_room: scene.growth.filter(|_| confined).map(|growth| growth.on_no_room),
+            parts_first: false,
+            keeps_least_bad: scene.contact.on_failure == OnFailure::Continue,
         }
     }
 
@@ -56,13 +62,13 @@ impl Plan {
 
 /// Takes one step and says what it did. A fault leaves the last accepted state. LCPs that `keep` wants are kept there.
 pub fn step(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -> Result<StepReport, Fault> {
-    let first = attempt(backend, plan, keep);
+    let first = if plan.parts_first { None } else { Some(attempt(backend, plan, keep)) };
     let (mut report, overlap) = match first {
-        Ok(mut tried) if !plan.promises() || tried.holds(plan) => {
+        Some(Ok(mut tried)) if !plan.promises() || tried.holds(plan) => {
             tried.report.phases = backend.accept()?; // C^k+1
             (tried.report, tried.overlap)
         }
-        Err(fault) if !fault.may_pass_with_smaller_steps() => return Err(fault),
+        Some(Err(fault)) if !fault.may_pass_with_smaller_steps() => return Err(fault),
         failed => retry::take_again(backend, plan, keep, failed)?,
     };
     report.measure(&overlap, backend.steps(), backend.bodies());
@@ -186,6 +192,9 @@ impl Attempt {
         let allowed = GIVEN_WAY * plan.contact.overlap_tolerance;
         let failed = outcome.status != Status::Solved && !(outcome.residual <= allowed);
         let relaxed = if failed && plan.promises() { backend.relax(allowed)? } else { None };
+        if let Some(Outcome { status, iterations, residual, .. }) = &relaxed {
+            log::trace!("least overlap: {status:?}, {iterations} iterations, residual {residual:.2e} of {allowed:.1e}");
+        }
         self.report.count(&outcome, relaxed.as_ref());
         Ok(relaxed.unwrap_or(outcome))
     }
@@ -193,7 +202,7 @@ impl Attempt {
     /// Takes note of a trial.
     fn see(&mut self, backend: &dyn Backend, plan: &Plan, overlap: Overlap) -> Result<(), Fault> {
         self.overlap = overlap;
-        if plan.accepts_the_least_bad() && plan.promises() {
+        if plan.keeps_least_bad && plan.promises() {
             let now = self.badness();
             if self.least_bad.as_ref().is_none_or(|(least, _)| now < *least) {
                 self.least_bad = Some((now, backend.multipliers()?));

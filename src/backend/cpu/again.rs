@@ -28,9 +28,13 @@ impl<const D: usize> Again for Cpu<D> {
         self.next = Some((piece, waiting.clone()));
     }
 
+    fn part(&mut self, parting: bool) {
+        self.parting = parting;
+    }
+
     fn restore(&mut self, state: &State) {
         self.state.clone_from(state);
-        self.next = None;
+        (self.next, self.parting) = (None, false);
     }
 
     fn set_multipliers(&mut self, gamma: &[f64]) {

@@ -12,7 +12,7 @@ use super::{Again, Backend, Overlap};
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{self, RowSource, RowSourceError, sub_sphere_separations};
-use crate::dynamics::{self, Cells, ForceField, Law, Load, Motion, Pose, Twist};
+use crate::dynamics::{self, Cells, ForceField, Law, Load, Motion, Overdamped, Pose, Twist};
 use crate::freedom::PLANAR;
 use crate::lcp::{self, Outcome, Problem, Settings, Status, Stored};
 use crate::periodic::Periods;
@@ -29,6 +29,9 @@ use std::time::{Duration, Instant};
 /// A loop over fewer bodies than this runs on one thread: below it, handing out the work costs more than it saves
 /// (a body's share of any of these loops is 20 to 100 ns, waking a thread some 5 us).
 const LEAST_BODIES_A_TASK: usize = 512;
+
+/// How bodies move that are parted: the long ones turn and move less easily. The drag cancels out.
+const PARTING: Overdamped = Overdamped { drag: 1.0 };
 
 /// Where a row is made.
 #[derive(Clone, Copy)]
@@ -61,6 +64,8 @@ pub struct Cpu<const D: usize> {
     piece: Piece,
     waiting: Waiting,
     next: Option<(Piece, Waiting)>,
+    /// Whether bodies are parted in no time.
+    parting: bool,
     /// The deepest overlap where first rows were made.
     start_overlap: f64,
     candidates: Candidates,
@@ -126,6 +131,7 @@ impl<const D: usize> Cpu<D> {
             piece: Piece::WHOLE,
             waiting: Waiting::None,
             next: None,
+            parting: false,
             start_overlap: 0.0,
             candidates: Candidates::in_space(periods),
             midpoint: scene.time.stepping == Stepping::Midpoint,
@@ -179,6 +185,10 @@ impl<const D: usize> Cpu<D> {
         let (mut motion, mut reach) = (std::mem::take(&mut self.motion), std::mem::take(&mut self.reach));
         let (here, law, forces) = (self.here(), &self.law, &self.forces);
         let of_body = |i: usize| {
+            if self.parting {
+                let Motion { factor, .. } = PARTING.motion(here, i, Load::default(), dt);
+                return (Motion { free: Twist::default(), factor }, 0.0);
+            }
             let mut load = Load::default();
             for force in forces {
                 load += force.load(here, i, time);
@@ -302,7 +312,7 @@ impl<const D: usize> Backend for Cpu<D> {
         self.middle = None;
         self.interval = if self.midpoint { 0.5 * self.piece_length() } else { self.piece_length() };
         self.recalled.clone_from(&self.state.warm);
-        if let Some(growth) = self.growth {
+        if let Some(growth) = self.growth.filter(|_| !self.parting) {
             let span = (self.piece_start(), self.interval);
             self.pressures = growth.pressures(&self.state.bodies, &self.state.warm);
             growth.grow(&mut self.start, span, &mut self.next_id, &mut self.pressures, &self.waiting);
@@ -453,10 +463,14 @@ impl<const D: usize> Backend for Cpu<D> {
 
     fn accept(&mut self) -> Result<Phases, Fault> {
         let begun = Instant::now();
-        self.state.warm = self.remember();
+        // What parts bodies in no time is no force.
+        self.state.warm = if self.parting { Vec::new() } else { self.remember() };
         for (i, (pose, twist)) in self.trial.iter().zip(&self.twist).enumerate() {
             self.start.position[i] = pose.position;
             self.start.orientation[i] = pose.orientation;
+            if self.parting {
+                continue;
+            }
             let ends_with = match self.middle {
                 Some(_) => dynamics::arrived(self.law.as_ref(), &self.motion[i], self.start.twist(i), *twist),
                 None => *twist,
@@ -466,7 +480,7 @@ impl<const D: usize> Backend for Cpu<D> {
         }
         std::mem::swap(&mut self.state.bodies, &mut self.start);
         self.state.next_id = self.next_id;
-        self.state.step += u64::from(self.piece.ends_step());
+        self.state.step += u64::from(self.piece.ends_step() && !self.parting);
         self.phases.integrate += begun.elapsed();
         Ok(std::mem::take(&mut self.phases))
     }
