@@ -1,14 +1,21 @@
 //! `relcp study hard`: numerical stability on hard cases.
 
 use super::arguments::{Study as Arguments, StudyName};
+use super::compute;
 use super::exit::CliError;
 use super::study::{Found, pretty, value, write_all};
 use super::study_paper::{on_the_cpu, say};
-use crate::study::hard::{Size, Study, all};
+use crate::relcp::Compute;
+use crate::scene;
+use crate::study::hard::random::{self, Options, Row, Ticket};
+use crate::study::hard::{Size, Study, Verdict, all};
 use crate::study::paper::COMPUTED_BY;
 use serde_json::{Value, json};
 
 pub(super) fn hard(arguments: &Arguments) -> Result<Found, CliError> {
+    if arguments.random.is_some() || arguments.confined.is_some() {
+        return drawn(arguments);
+    }
     if arguments.name != StudyName::All {
         on_the_cpu(arguments)?;
     }
@@ -38,4 +45,43 @@ fn written(study: &Study, arguments: &Arguments) -> Result<(String, Value), CliE
     let files: [(&str, &[u8]); 3] = [("hard.md", text.as_bytes()), ("hard.json", &json), ("hard.csv", &table)];
     write_all(&arguments.out, files)?;
     Ok((text, numbers))
+}
+
+/// Steps of a drawn scene at most where a quick study is asked for.
+const QUICK_STEPS: u64 = 20;
+
+/// Scenes drawn from a seed, in place of the cases.
+fn drawn(arguments: &Arguments) -> Result<Found, CliError> {
+    let compute = compute::settle(&arguments.compute, &scene::load("colony", &[])?)?;
+    // A device computes one scene after another.
+    let (threads, computed_by) = match &compute {
+        Compute::Cpu => (rayon::current_num_threads(), COMPUTED_BY.to_owned()),
+        Compute::Gpu { gpu, precision } => (1, format!("{} {}", gpu.name(), precision.name())),
+    };
+    let most_steps = if arguments.quick { QUICK_STEPS } else { u64::MAX };
+    let options = Options { seed: arguments.seed, threads, most_steps, compute };
+    // Before anything is run, so that a folder that cannot be written to costs nothing.
+    write_all(&arguments.out, [])?;
+    let tickets = Ticket::of(arguments.random.unwrap_or(0), arguments.confined.unwrap_or(0));
+    let rows = random::run_all(&tickets, &options, &|row| say_row(arguments, row))?;
+    let text = random::page(&rows, arguments.seed, &computed_by);
+    let numbers = json!({ "computed_by": computed_by, "seed": arguments.seed, "rows": value(&rows)? });
+    let (json, table) = (pretty(&numbers)?, random::csv(&rows)?);
+    let files: [(&str, &[u8]); 3] = [("drawn.md", text.as_bytes()), ("drawn.json", &json), ("drawn.csv", &table)];
+    write_all(&arguments.out, files)?;
+    let scenes: Vec<(String, String)> = rows.iter().filter_map(scene_file).collect();
+    let files = scenes.iter().map(|(name, text)| (name.as_str(), text.as_bytes()));
+    write_all(&arguments.out.join("failures"), files)?;
+    Ok(Found { text, numbers, missed: rows.iter().any(|row| row.verdict == Verdict::Fails) })
+}
+
+fn say_row(arguments: &Arguments, row: &Row) {
+    let why = row.why.first().map_or(String::new(), |against| format!(": {}", against.words));
+    say(arguments, &format!("{}: {}{why}", row.name, row.verdict.name().trim_matches('*')));
+}
+
+/// The scene of a row that something speaks against, as a file that `relcp run` takes.
+fn scene_file(row: &Row) -> Option<(String, String)> {
+    let scene = row.scene.as_ref()?;
+    Some((format!("{}.json", row.name), scene.to_json()))
 }

@@ -2,8 +2,10 @@
 
 use super::Start;
 use crate::bodies::Bodies;
-use crate::relcp::{Fault, Simulation, StepReport, contacts};
+use crate::gpu::Precision;
+use crate::relcp::{Compute, Fault, Simulation, StepReport, contacts};
 use crate::scene::SceneError;
+use crate::walls::Walls;
 use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -58,6 +60,10 @@ pub struct Figures {
     pub passed: Option<[usize; 2]>,
     /// Accepted states with a number that is not finite, or an orientation that is no rotation.
     pub states_not_finite: u64,
+    /// Whether the run is to stop at a step that would leave more than the tolerance.
+    pub binding: bool,
+    /// What kind of typed error stopped it, where one did.
+    pub stopped: Option<&'static str>,
     /// How it ended.
     pub end: End,
 }
@@ -71,22 +77,36 @@ pub struct Run {
     pub bodies: Bodies,
 }
 
-/// The overlap that a step reports and the one that is recomputed may differ by this part of the largest coordinate and size: both
+/// The overlap that a step reports and the one that is recomputed may differ by so many roundings of the largest coordinate and size: both
 /// sum a few terms of that magnitude.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
+const ROUNDINGS: f64 = 64.0;
 
-/// Takes `steps` steps. `seen` is shown the bodies before each, and the simulation after it.
-pub fn follow(start: &Start, steps: u64, mut seen: impl FnMut(&Bodies, &Simulation)) -> Run {
+/// Takes `steps` steps on the CPU. `seen` is shown the bodies before each, and the simulation after it.
+pub fn follow(start: &Start, steps: u64, seen: impl FnMut(&Bodies, &Simulation)) -> Run {
+    follow_on(&Compute::Cpu, start, [steps, u64::MAX], seen)
+}
+
+/// As [`follow`], computed by what `compute` says, to the scene's end at most. A run ends at the step that leaves more than the tolerance for
+/// the `over`th time.
+pub fn follow_on(
+    compute: &Compute,
+    start: &Start,
+    [steps, over]: [u64; 2],
+    mut seen: impl FnMut(&Bodies, &Simulation),
+) -> Run {
     let settings = start.scene.lcp_settings();
     let mut run = Run {
         figures: Figures::new(start.scene.contact.overlap_tolerance, settings.tolerance),
         bodies: Bodies::default(),
     };
-    let outcome = catch_unwind(AssertUnwindSafe(|| run.take(start, steps, &mut seen)));
+    let outcome = catch_unwind(AssertUnwindSafe(|| run.take(compute, start, [steps, over], &mut seen)));
     run.figures.end = match outcome {
         Ok(Ok(())) => End::Done,
         Ok(Err(Stopped::Scene(refused))) => End::Refused(refused.to_string()),
-        Ok(Err(Stopped::Fault(fault))) => End::Fault(fault.to_string()),
+        Ok(Err(Stopped::Fault(fault))) => {
+            run.figures.stopped = Some(kind(&fault));
+            End::Fault(fault.to_string())
+        }
         Err(panic) => End::Panic(words(panic.as_ref())),
     };
     run.figures.recursions_mean /= run.figures.steps.max(1) as f64;
@@ -110,24 +130,44 @@ impl From<Fault> for Stopped {
     }
 }
 
+/// A fault's kind, in a few words.
+fn kind(fault: &Fault) -> &'static str {
+    match fault {
+        Fault::NotFinite { .. } => "a number is not finite",
+        Fault::PeriodTooShort { .. } => "a period is too short",
+        Fault::TooFar { .. } => "a body is too far away",
+        Fault::TooLarge { .. } => "a factor is too large",
+        Fault::NoSeparation { .. } => "two shapes have no separation",
+        Fault::NoProxy(_) => "a body has no proxy",
+        Fault::Device(_) => "the device",
+    }
+}
+
 fn words(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no words".into())
 }
 
 impl Run {
-    fn take(&mut self, start: &Start, steps: u64, seen: &mut dyn FnMut(&Bodies, &Simulation)) -> Result<(), Stopped> {
+    fn take(
+        &mut self,
+        compute: &Compute,
+        start: &Start,
+        [steps, over]: [u64; 2],
+        seen: &mut dyn FnMut(&Bodies, &Simulation),
+    ) -> Result<(), Stopped> {
         self.bodies = start.scene.build()?;
         self.figures.bodies = self.bodies.len();
-        let mut simulation = Simulation::new(start.scene.clone(), self.bodies.clone())?;
+        let walls = Walls::of(&start.scene);
+        let mut simulation = Simulation::new_on(compute, start.scene.clone(), self.bodies.clone())?;
         if let Some(pull) = start.pull {
             simulation.add_force(Box::new(pull));
         }
-        for _ in 0..steps {
+        while self.figures.steps < steps && self.figures.steps_over < over && !simulation.done() {
             let report = simulation.step()?;
             let after = &simulation.state()?.bodies;
             self.figures.count(&report);
-            self.figures.audit(&report, after);
+            self.figures.audit(&report, after, &walls, simulation.precision());
             seen(&self.bodies, &simulation);
             self.bodies.clone_from(after);
         }
@@ -156,6 +196,8 @@ impl Figures {
             steps_passed: 0,
             passed: None,
             states_not_finite: 0,
+            binding: false,
+            stopped: None,
             end: End::Done,
         }
     }
@@ -193,11 +235,12 @@ impl Figures {
     }
 
     /// Looks at an accepted state without anything that the step knows of it.
-    pub(super) fn audit(&mut self, report: &StepReport, after: &Bodies) {
+    pub(super) fn audit(&mut self, report: &StepReport, after: &Bodies, walls: &Walls, precision: Precision) {
         let found = contacts(after, 0.0).iter().map(|(_, s)| -s.separation).fold(0.0, f64::max);
+        let found = found.max(walls.max_overlap(after));
         self.states_not_finite += u64::from(!finite(after));
         self.max_overlap = self.max_overlap.max(found);
-        let rounding = ROUNDING * magnitude(after);
+        let rounding = ROUNDINGS * epsilon(precision) * magnitude(after);
         let over = found > self.overlap_tolerance + rounding;
         self.steps_over += u64::from(over);
         let said = (found - report.max_overlap).abs() <= rounding;
@@ -208,6 +251,13 @@ impl Figures {
 /// Whether a value is over a bound: one that is not a number is, of any bound that is one.
 pub(super) fn exceeds(value: f64, bound: f64) -> bool {
     value > bound || (value.is_nan() && !bound.is_nan())
+}
+
+fn epsilon(precision: Precision) -> f64 {
+    match precision {
+        Precision::F32 => f32::EPSILON.into(),
+        Precision::F64 => f64::EPSILON,
+    }
 }
 
 /// The largest coordinate or size.
