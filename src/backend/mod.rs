@@ -4,7 +4,7 @@ pub mod cpu;
 pub mod gpu;
 
 use crate::lcp::{Outcome, Stored};
-use crate::relcp::{Fault, Passed, Phases, State};
+use crate::relcp::{Crowd, Fault, Passed, Phases, Piece, State, Waiting};
 
 /// What a trial configuration looks like: every pair of bodies, and every body with every wall, also those that were not near at the step's start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,6 +34,12 @@ pub trait Backend: Send {
     fn append_near(&mut self) -> Result<(), Fault>;
     /// Solves the LCP of all rows to a residual, from the present multipliers, for the total velocity `U`.
     fn solve(&mut self, tolerance: f64) -> Result<Outcome, Fault>;
+    /// Solves the LCP of all rows in the sense of the least overlap, where [`Backend::solve`] failed: rows that contradict each other are violated
+    /// as little as can be, by forces with a bound. A row is violated by up to `allowed` where that keeps forces small. None where the backend
+    /// cannot: [`Backend::take_again`] then has one that can.
+    fn relax(&mut self, _allowed: f64) -> Result<Option<Outcome>, Fault> {
+        Ok(None)
+    }
     /// Moves to the trial `C(U)` and measures all overlaps there; those of more than `violating` are violations.
     fn trial(&mut self, violating: f64) -> Result<Overlap, Fault>;
     /// Makes one row for every violation of the trial, with multiplier zero.
@@ -43,8 +49,11 @@ pub trait Backend: Send {
     fn tighten_violations(&mut self) -> Result<(), Fault>;
     /// The pairs that pass each other between the step's start and the trial.
     fn passed(&mut self) -> Result<Option<Passed>, Fault>;
-    /// Makes the trial the state and returns the step's wall time by phase.
+    /// Makes the trial the state and returns the wall time by phase since the last acceptance.
     fn accept(&mut self) -> Result<Phases, Fault>;
+    /// Has a step that failed taken again from the last accepted state: by this backend, or by the CPU in the place of a device, which then goes on
+    /// from the state that `take` leaves. A fault of `take` leaves the last accepted state.
+    fn take_again(&mut self, take: &mut dyn FnMut(&mut dyn Again) -> Result<(), Fault>) -> Result<(), Fault>;
     /// The present multipliers, a row each.
     fn multipliers(&self) -> Result<Vec<f64>, Fault>;
     /// The present LCP with its multipliers and the `start` that they came from, rows in the order of [`Backend::multipliers`].
@@ -67,4 +76,20 @@ pub trait Backend: Send {
     fn precision(&self) -> crate::gpu::Precision {
         crate::gpu::Precision::F64
     }
+}
+
+/// What a backend can do beside that to take a step that failed again, in pieces.
+pub trait Again: Backend {
+    /// Says what the next [`Backend::begin`] begins: without it, the whole step with no cell waiting.
+    fn prepare(&mut self, piece: Piece, waiting: &Waiting);
+    /// Goes back to an accepted state.
+    fn restore(&mut self, state: &State);
+    /// Takes these multipliers; rows beyond them have none.
+    fn set_multipliers(&mut self, gamma: &[f64]);
+    /// The ids of the bodies of a crowd at the last trial, sorted: of a daughter that was born in this piece, her mother's.
+    fn crowded(&self, crowd: Crowd) -> Vec<u64>;
+    /// The deepest overlap at the start of the present piece.
+    fn start_overlap(&self) -> f64;
+    /// This, as a backend.
+    fn backend(&mut self) -> &mut dyn Backend;
 }

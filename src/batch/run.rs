@@ -134,7 +134,7 @@ fn tasks<'a>(plan: &Plan, out: &Path, members: &'a [Member], retry: bool) -> Res
     for (place, member) in members.iter().enumerate() {
         let (folder, standing) = folders.of(plan, member)?;
         match &standing {
-            Standing::Summed(outcome) if outcome.completed || (outcome.status == RunStatus::Fault && !retry) => {
+            Standing::Summed(outcome) if outcome.completed || (outcome.status.is_stopped() && !retry) => {
                 ended.push((place, Ended::Before(outcome.status)));
             }
             _ => tasks.push(Task { place, member, folder, standing }),
@@ -161,8 +161,11 @@ impl Crew<'_> {
         let mut run = self.begin(task)?;
         self.watch.begun(task.member, &run);
         while !run.done() && !self.watch.stop() {
-            let report = run.advance()?;
-            self.watch.stepped(task.member, &report);
+            match run.advance() {
+                Ok(report) => self.watch.stepped(task.member, &report),
+                Err(RunError::Fault(fault)) if fault.is_of_scene() => break,
+                Err(error) => return Err(error.into()),
+            }
         }
         Ok(run.finish()?.status)
     }

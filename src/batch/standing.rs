@@ -19,6 +19,12 @@ pub struct Outcome {
     /// What of the scene's `growth.stop` ended it; summaries of earlier versions do not say.
     #[serde(default)]
     pub stopped_by: Option<StopReason>,
+    /// Why it is out of tolerance or stopped, in one word; summaries of earlier versions do not say.
+    #[serde(default)]
+    pub reason: Option<String>,
+    /// Why it stopped, in a sentence.
+    #[serde(default)]
+    pub message: Option<String>,
     /// Hash of its scene.
     pub scene_hash: String,
     /// Hash of the state that it stands at.

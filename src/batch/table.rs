@@ -12,7 +12,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// The columns of `batch.csv` after the index and the varied keys.
-const COLUMNS: [&str; 13] = [
+const COLUMNS: [&str; 14] = [
     "status",
     "stopped_by",
     "steps",
@@ -26,6 +26,7 @@ const COLUMNS: [&str; 13] = [
     "precision",
     "folder",
     "message",
+    "reason",
 ];
 /// Most characters of a value in the table for people.
 const WIDEST: usize = 32;
@@ -40,7 +41,9 @@ pub enum RowStatus {
     OutOfTolerance,
     /// It was stopped before its end, and goes on when the batch is run again.
     Interrupted,
-    /// A step could not be taken.
+    /// A step could not be taken within its tolerances.
+    Stopped,
+    /// A step could not be taken, by an earlier version.
     Fault,
     /// It is running, or was killed; it goes on when the batch is run again.
     Unfinished,
@@ -58,6 +61,7 @@ impl RowStatus {
             RowStatus::Done => "done",
             RowStatus::OutOfTolerance => "out_of_tolerance",
             RowStatus::Interrupted => "interrupted",
+            RowStatus::Stopped => "stopped",
             RowStatus::Fault => "fault",
             RowStatus::Unfinished => "unfinished",
             RowStatus::Missing => "missing",
@@ -78,6 +82,7 @@ impl From<RunStatus> for RowStatus {
             RunStatus::Done => RowStatus::Done,
             RunStatus::OutOfTolerance => RowStatus::OutOfTolerance,
             RunStatus::Interrupted => RowStatus::Interrupted,
+            RunStatus::Stopped => RowStatus::Stopped,
             RunStatus::Fault => RowStatus::Fault,
         }
     }
@@ -124,7 +129,7 @@ impl Table {
     /// Says of a member that it could not be run.
     pub fn failed(&mut self, index: usize, message: String) {
         for row in self.rows.iter_mut().filter(|row| row.member.index == index) {
-            if row.status != RowStatus::Fault {
+            if !matches!(row.status, RowStatus::Fault | RowStatus::Stopped) {
                 row.status = RowStatus::Failed;
             }
             row.message = Some(message.clone());
@@ -185,6 +190,7 @@ impl Row {
                     Standing::Unstarted | Standing::Unfinished => row.status = RowStatus::Unfinished,
                     Standing::Summed(outcome) => {
                         row.status = outcome.status.into();
+                        row.message.clone_from(&outcome.message);
                         row.outcome = Some(outcome);
                     }
                 }
@@ -219,6 +225,7 @@ impl Row {
             of(|o| o.precision.clone()),
             self.folder_name(),
             self.message.clone().unwrap_or_default(),
+            of(|o| o.reason.clone().unwrap_or_default()),
         ]
     }
 
@@ -226,7 +233,10 @@ impl Row {
     fn words(&self) -> [String; WORDS.len()] {
         let of = |cell: fn(&Outcome) -> String| self.outcome.as_ref().map(cell).unwrap_or_default();
         [
-            self.status.name().replace('_', " "),
+            match self.outcome.as_ref().and_then(|o| o.reason.as_deref()) {
+                Some(reason) => format!("{}: {}", self.status.name(), reason).replace('_', " "),
+                None => self.status.name().replace('_', " "),
+            },
             of(|o| o.steps.to_string()),
             of(|o| o.bodies.to_string()),
             of(|o| o.max_overlap.map_or("inf".into(), |overlap| format!("{overlap:.3e}"))),
@@ -286,6 +296,7 @@ struct Entry<'a> {
     precision: Option<&'a str>,
     version: Option<&'a str>,
     message: Option<&'a str>,
+    reason: Option<&'a str>,
 }
 
 impl Serialize for Row {
@@ -310,6 +321,7 @@ impl Serialize for Row {
             precision: outcome.map(|o| o.precision.as_str()),
             version: outcome.map(|o| o.version.as_str()),
             message: self.message.as_deref(),
+            reason: outcome.and_then(|o| o.reason.as_deref()),
         };
         entry.serialize(serializer)
     }

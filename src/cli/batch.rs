@@ -85,7 +85,7 @@ fn table(arguments: &Arguments, plan: &Plan, out: &Path) -> Result<Exit, CliErro
 /// What a member that is not being run counts for: what is still to be run is no fault.
 fn standing(status: RowStatus) -> Exit {
     match status {
-        RowStatus::OutOfTolerance => Exit::OutOfTolerance,
+        RowStatus::OutOfTolerance | RowStatus::Stopped => Exit::OutOfTolerance,
         RowStatus::Fault | RowStatus::Failed => Exit::Internal,
         RowStatus::Refused => Exit::Usage,
         RowStatus::Done | RowStatus::Interrupted | RowStatus::Unfinished | RowStatus::Missing => Exit::Done,

@@ -138,9 +138,9 @@ impl Watch for BatchProgress {
     fn ended(&self, member: &Member, ended: &Ended) {
         lock(&self.running).remove(&member.index);
         let how = match ended {
-            Ended::Before(RunStatus::Fault) => {
+            Ended::Before(RunStatus::Stopped | RunStatus::Fault) => {
                 return self
-                    .say(&format!("{} failed earlier; --retry goes on from its last good state", named(member)));
+                    .say(&format!("{} stopped earlier; --retry goes on from its last good state", named(member)));
             }
             Ended::Before(_) | Ended::NotBegun => return,
             Ended::Failed(error) => {
@@ -150,7 +150,7 @@ impl Watch for BatchProgress {
             Ended::Now(RunStatus::Done) => "done",
             Ended::Now(RunStatus::OutOfTolerance) => "ended out of tolerance",
             Ended::Now(RunStatus::Interrupted) => "stopped, with a checkpoint",
-            Ended::Now(RunStatus::Fault) => "failed",
+            Ended::Now(RunStatus::Stopped | RunStatus::Fault) => "stopped at a step that cannot be taken",
         };
         let count = self.ended.fetch_add(1, Relaxed) + 1;
         if !self.quiet {

@@ -22,7 +22,7 @@ pub(super) enum Exit {
     Internal = 1,
     /// Bad arguments or a bad scene; nothing is written.
     Usage = 2,
-    /// The run went to its end, but some step did not meet its tolerances.
+    /// The run went to its end, but some step did not meet its tolerances; or it stopped at a step that cannot.
     OutOfTolerance = 3,
     /// A file could not be read or written.
     File = 4,
@@ -72,6 +72,7 @@ impl Exit {
         match error {
             RunError::Record(error) => Exit::of(error.exit_code()),
             RunError::Fault(Fault::Device(_)) => Exit::Device,
+            RunError::Fault(fault) if fault.is_of_scene() => Exit::OutOfTolerance,
             RunError::Fault(_) => Exit::Internal,
         }
     }
@@ -81,7 +82,7 @@ impl From<RunStatus> for Exit {
     fn from(status: RunStatus) -> Exit {
         match status {
             RunStatus::Done => Exit::Done,
-            RunStatus::OutOfTolerance => Exit::OutOfTolerance,
+            RunStatus::OutOfTolerance | RunStatus::Stopped => Exit::OutOfTolerance,
             RunStatus::Interrupted => Exit::Interrupted,
             RunStatus::Fault => Exit::Internal,
         }

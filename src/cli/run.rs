@@ -7,7 +7,7 @@ use super::interrupt::Interrupt;
 use super::output;
 use super::progress::Progress;
 use crate::gpu::Profile;
-use crate::record::{Folder, PassedStep, RecordError, Run, RunStatus, Summary};
+use crate::record::{Folder, PassedStep, RecordError, Retried, Run, RunError, RunStatus, Summary};
 use crate::relcp::{Compute, Simulation};
 use crate::scene::{self, Scene};
 use serde::Serialize;
@@ -43,12 +43,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     if let Some(every) = arguments.checkpoint_every {
         run.checkpoint_every(every);
     }
+    let mut stopped = None;
     let out_of_time = || arguments.max_wall.is_some_and(|most| begun.elapsed() >= most);
     while !run.done() && !interrupt.asked() && !out_of_time() {
-        let report = run.advance()?;
-        progress.step(&run, &report);
+        match run.advance() {
+            Ok(report) => progress.step(&run, &report),
+            Err(RunError::Fault(fault)) if fault.is_of_scene() => {
+                stopped = Some(fault);
+                break;
+            }
+            Err(error) => return Err(error.into()),
+        }
     }
     progress.end();
+    if let Some(fault) = &stopped {
+        output::message(&format!("stopped: {fault}"));
+    }
     let folder = run.folder().clone();
     let simulation = run.simulation();
     let profile = simulation.device().filter(|_| arguments.profile);
@@ -168,7 +178,8 @@ fn print(out: &mut dyn Write, folder: &Path, s: &Summary) -> io::Result<()> {
     if let Some(adapter) = &s.adapter {
         writeln!(out, "  computed by {adapter}, in {}", s.precision)?;
     }
-    writeln!(out, "  in          {}", folder.display())
+    writeln!(out, "  in          {}", folder.display())?;
+    verdict(out, s)
 }
 
 /// Says which steps did not meet their tolerances.
@@ -181,6 +192,11 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
         });
         let (count, list) = (s.steps_over_tolerance, list(named, s.first_over_tolerance.len(), s.steps_over_tolerance));
         writeln!(out, "  {count} of {} steps left more overlap than allowed: {list}", s.steps)?;
+    }
+    if s.steps_unsettled > 0 {
+        let named = s.first_unsettled.iter().map(|step| format!("{} ({:.2e})", step.step, step.residual));
+        let list = list(named, s.first_unsettled.len(), s.steps_unsettled);
+        writeln!(out, "  {} of {} steps have velocities that are off by more than the tolerance: {list}", s.steps_unsettled, s.steps)?;
     }
     if s.steps_passed > 0 {
         let named = s.first_passed.iter().map(|PassedStep { step, pairs, pair: [a, b] }| {
@@ -203,7 +219,37 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
         let list = list(named, steps.len(), s.solver.unconverged);
         writeln!(out, "  {} unconverged solves, in steps {list}", s.solver.unconverged)?;
     }
+    retried(out, s)
+}
+
+/// Says which steps did not go at once.
+fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
+    let Retried { in_pieces, most_pieces, by_cpu, with_waiting_cells, relaxed_solves, .. } = s.retried;
+    if relaxed_solves > 0 {
+        writeln!(out, "  {relaxed_solves} solves of rows that contradict each other, or nearly do, with the least overlap")?;
+    }
+    if in_pieces > 0 {
+        writeln!(out, "  {in_pieces} of {} steps cut into pieces, {most_pieces} at most", s.steps)?;
+    }
+    if by_cpu > 0 {
+        writeln!(out, "  {by_cpu} of {} steps taken by the CPU in the place of the device", s.steps)?;
+    }
+    if with_waiting_cells > 0 {
+        writeln!(out, "  {with_waiting_cells} of {} steps with cells that had no room to grow", s.steps)?;
+    }
     Ok(())
+}
+
+/// The last line of a run that misses something: what.
+fn verdict(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
+    let (steps, Summary { steps_over_tolerance, steps_passed, steps_unsettled, .. }) = (s.steps, s);
+    match s.reason.as_deref() {
+        None => Ok(()),
+        Some(_) if s.message.is_some() => writeln!(out, "  stopped: {}", s.message.as_deref().unwrap_or_default()),
+        Some("overlap") => writeln!(out, "  out of tolerance: {steps_over_tolerance} of {steps} steps overlap by more than allowed"),
+        Some("passed") => writeln!(out, "  out of tolerance: bodies went through each other in {steps_passed} of {steps} steps"),
+        Some(_) => writeln!(out, "  out of tolerance: {steps_unsettled} of {steps} steps have velocities that are off"),
+    }
 }
 
 fn list(named: impl Iterator<Item = String>, shown: usize, all: u64) -> String {

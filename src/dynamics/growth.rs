@@ -10,7 +10,7 @@
 
 use super::pressures;
 use crate::bodies::{Bodies, Lineage};
-use crate::relcp::Warm;
+use crate::relcp::{Waiting, Warm};
 use crate::scene::{Growth, Scene};
 use crate::separation::Placed;
 use crate::shape::Shape;
@@ -78,10 +78,17 @@ impl Cells {
     }
 
     /// Divides and grows all cells over the step of `dt` that begins at `time`. `next_id` is the id of the next cell born; `pressures` are
-    /// [those](Cells::pressures) of the bodies before, to which daughters are added with their mother's.
-    pub fn grow(&self, bodies: &mut Bodies, time: f64, dt: f64, next_id: &mut u64, pressures: &mut Vec<f64>) {
-        let length = |i: usize, bodies: &Bodies| bodies.shape[i].growing_length();
-        let due = |i: &usize| length(*i, bodies).is_some_and(|l| l >= self.division_length(bodies.lineage[*i].id));
+    /// [those](Cells::pressures) of the bodies before, to which daughters are added with their mother's. Cells that wait neither divide nor grow.
+    pub fn grow(
+        &self,
+        bodies: &mut Bodies,
+        (time, dt): (f64, f64),
+        next_id: &mut u64,
+        pressures: &mut Vec<f64>,
+        waiting: &Waiting,
+    ) {
+        let long = |length: f64, id: u64| length >= self.division_length(id) && !waiting.holds(id);
+        let due = |i: &usize| bodies.shape[*i].growing_length().is_some_and(|l| long(l, bodies.lineage[*i].id));
         let due: Vec<usize> = (0..bodies.len()).into_par_iter().with_min_len(LEAST_CELLS_A_TASK).filter(due).collect();
         for mother in due {
             let before = bodies.len();
@@ -90,13 +97,13 @@ impl Cells {
                 pressures.resize(pressures.len() + bodies.len() - before, pressure);
             }
         }
-        self.lengthen(bodies, dt, pressures);
+        self.lengthen(bodies, dt, pressures, waiting);
     }
 
-    /// Grows all cells over `dt`; none divides.
-    pub fn lengthen(&self, bodies: &mut Bodies, dt: f64, pressures: &[f64]) {
+    /// Grows all cells over `dt` but those that wait; none divides.
+    pub fn lengthen(&self, bodies: &mut Bodies, dt: f64, pressures: &[f64], waiting: &Waiting) {
         let lengthen = |(i, (shape, line)): (usize, (&mut Shape, &Lineage))| {
-            let Some(length) = shape.growing_length() else { return };
+            let Some(length) = shape.growing_length().filter(|_| !waiting.holds(line.id)) else { return };
             let rate = self.rate(line.id, pressures.get(i).copied().unwrap_or(0.0));
             if let Some(grown) = shape.grown(length * (rate * dt).exp()) {
                 *shape = grown;
@@ -109,7 +116,7 @@ impl Cells {
 
 /// As [`Cells::grow`], of cells that are not pressed.
 pub fn grow(bodies: &mut Bodies, growth: &Growth, planar: bool, seed: u64, time: f64, dt: f64, next_id: &mut u64) {
-    Cells { growth: *growth, planar, seed }.grow(bodies, time, dt, next_id, &mut Vec::new());
+    Cells { growth: *growth, planar, seed }.grow(bodies, (time, dt), next_id, &mut Vec::new(), &Waiting::None);
 }
 
 /// How far the surface of `placed` moves where `lever` touches it with the outward normal `normal`, as the body grows to the shape `to`.

@@ -23,6 +23,8 @@ pub struct Cpu<const D: usize> {
     inverse: Vec<f64>,
     majorant: Vec<f64>,
     inverse_majorant: Vec<f64>,
+    /// The part of its diagonal that is added to `A`.
+    compliance: f64,
     product: Product<D>,
     blocks: PairBlocks,
     parallel: bool,
@@ -46,8 +48,26 @@ impl<const D: usize> Cpu<D> {
         self.majorant = self.product.majorant();
         self.inverse_majorant = invert(&self.majorant);
         self.blocks.rebuild(self.product.pair(), self.product.jacobian(), &live, self.parallel);
+        self.compliance = 0.0;
         self.products = 0;
         self.looks.clear();
+    }
+
+    /// Adds this part of the diagonal of `A` to it, until the next problem: a row then gives way by that part of what its own multiplier moves it by, so
+    /// that rows which contradict each other have a solution. The small problems of pairs, which only guide an iteration, stay as they are.
+    pub fn set_compliance(&mut self, compliance: f64) {
+        self.compliance = compliance;
+    }
+
+    /// The part of the diagonal that is added to `A`.
+    pub fn compliance(&self) -> f64 {
+        self.compliance
+    }
+
+    /// The most that a row gives way at these multipliers, a length.
+    pub fn given_way(&self, x: &[f64]) -> f64 {
+        let moved = self.diagonal.iter().zip(x).map(|(s, x)| s * x);
+        self.compliance * moved.fold(0.0, worse)
     }
 
     /// Whether every number of the problem is finite, and so is the diagonal.
@@ -75,9 +95,21 @@ impl<const D: usize> Cpu<D> {
         Rows { pair: self.product.pair(), jacobian: self.product.jacobian(), q: &self.q, diagonal, inverse }
     }
 
+    /// Products made since the problem was taken.
+    pub(crate) fn products_made(&self) -> u64 {
+        self.products
+    }
+
     /// Counts work like that of `n` products.
     pub(crate) fn count(&mut self, n: u64) {
         self.products += n;
+    }
+
+    fn give_way(&self, x: &[f64], ax: &mut [f64]) {
+        if self.compliance > 0.0 {
+            let part = self.compliance;
+            update(self.parallel, ax, [x, &self.diagonal], |ax, [x, s]| ax + part * s * x);
+        }
     }
 
     fn diagonal_of(&self, metric: Metric) -> (&[f64], &[f64]) {
@@ -125,11 +157,13 @@ impl<const D: usize> Verbs for Cpu<D> {
     fn product(&mut self, x: &Vec<f64>, ax: &mut Vec<f64>) {
         self.products += 1;
         self.product.apply(x, None, ax);
+        self.give_way(x, ax);
     }
 
     fn gradient(&mut self, x: &Vec<f64>, g: &mut Vec<f64>) {
         self.products += 1;
         self.product.apply(x, Some(&self.q), g);
+        self.give_way(x, g);
     }
 
     fn dot(&mut self, x: &Vec<f64>, y: &Vec<f64>) -> f64 {

@@ -19,6 +19,7 @@ mod interior_point;
 mod pair_block_cg;
 mod projected_gauss_seidel;
 mod projected_jacobi;
+mod relax;
 mod residual;
 mod solver;
 mod stored;
@@ -60,6 +61,8 @@ pub enum Status {
     NoProgress,
     /// No velocity of ordinary size satisfies all rows: proven, by a solver that can; the best iterate is returned.
     Infeasible,
+    /// Rows that contradict each other were violated as little as can be: the residual says by how much ([`Solver::relax`]).
+    LeastOverlap,
     /// The factor that the solver needs would be over its bound; the start is returned.
     TooLarge,
     /// A number that is not finite turned up; the best iterate before it is returned.
@@ -74,6 +77,7 @@ impl Status {
             Status::MaxIterations => "max_iterations",
             Status::NoProgress => "no_progress",
             Status::Infeasible => "infeasible",
+            Status::LeastOverlap => "least_overlap",
             Status::TooLarge => "too_large",
             Status::NotFinite => "not_finite",
         }

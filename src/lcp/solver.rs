@@ -54,8 +54,8 @@ const NANOSECONDS_OF_A_ROW: f64 = 20.0;
 /// ```
 pub struct Solver<const D: usize> {
     settings: Settings,
-    cpu: Cpu<D>,
-    drive: Drive<Vec<f64>>,
+    pub(super) cpu: Cpu<D>,
+    pub(super) drive: Drive<Vec<f64>>,
     engine: Engine<D>,
     /// The tolerance that it was made with.
     tightest: f64,
@@ -194,6 +194,12 @@ impl<const D: usize> Solver<D> {
             iterations += more;
         }
         self.outcome(status, iterations, residual, factorizations)
+    }
+
+    /// Conjugate gradients from the present iterate, whichever the solver's own method is.
+    pub(super) fn conjugate_gradients(&mut self, max_iterations: u64) -> (Status, u64, f64) {
+        let settings = Settings { max_iterations, ..self.settings };
+        self.drive.run(&mut self.cpu, &mut PairBlockCg::new(), &settings, 1)
     }
 
     fn outcome(&self, status: Status, iterations: u64, residual: f64, factorizations: u64) -> Outcome {

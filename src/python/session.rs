@@ -138,7 +138,7 @@ impl Session {
         };
         threads.run(move || {
             let overlap = max_overlap(simulation.scene(), &simulation.state()?.bodies);
-            Summary::new(simulation, totals, scene_hash, status, overlap)
+            Summary::new(simulation, totals, scene_hash, (status, None), overlap)
         })
     }
 

@@ -46,4 +46,4 @@ pub use memory::peak_bytes;
 pub use run::{CHECKPOINT_EVERY, Run};
 pub use steps::{COLUMNS, StepRow};
 pub use summary::{Constraints, PeakBytes, Recursions, RunStatus, SolverSummary, Summary, max_overlap};
-pub use totals::{OverStep, PassedStep, Totals, UnconvergedStep, WallSeconds};
+pub use totals::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds};

@@ -54,6 +54,8 @@ pub struct Run {
     checkpoint_every: Duration,
     last_checkpoint: Instant,
     notes: Vec<String>,
+    /// Of a run that stopped at a step.
+    stopped: Option<Summary>,
 }
 
 impl Run {
@@ -151,6 +153,7 @@ impl Run {
             checkpoint_every,
             last_checkpoint,
             notes,
+            stopped: None,
         }
     }
 
@@ -191,7 +194,7 @@ impl Run {
 
     /// Takes one step and records it.
     ///
-    /// Where the step cannot be taken, the state before it is made the checkpoint and the summary says so.
+    /// Where the step cannot be taken, the state before it is made the checkpoint and `final.json`, and the summary says why.
     pub fn advance(&mut self) -> Result<StepReport, RunError> {
         let begun = Instant::now();
         let stepped = self.simulation.step();
@@ -201,7 +204,7 @@ impl Run {
             // A device that failed has no state to give: the last checkpoint stays.
             Err(fault @ Fault::Device(_)) => return Err(fault.into()),
             Err(fault) => {
-                self.close(RunStatus::Fault)?;
+                self.stopped = Some(self.close(RunStatus::Stopped, Some(&fault))?);
                 return Err(fault.into());
             }
         };
@@ -288,27 +291,30 @@ impl Run {
     }
 
     /// Ends the run where it stands: at its end, or before it, to be resumed. Leaves a checkpoint, a picture and the
-    /// summary, and the final state where the end is reached.
+    /// summary, and the final state where the end is reached. A run that stopped at a step has left them.
     pub fn finish(mut self) -> Result<Summary, RunError> {
+        if let Some(summary) = self.stopped {
+            return Ok(summary);
+        }
         let status = match (self.simulation.done(), self.totals.clean()) {
             (false, _) => RunStatus::Interrupted,
             (true, true) => RunStatus::Done,
             (true, false) => RunStatus::OutOfTolerance,
         };
-        self.close(status)
+        self.close(status, None)
     }
 
-    fn close(&mut self, status: RunStatus) -> Result<Summary, RunError> {
+    fn close(&mut self, status: RunStatus, stopped: Option<&Fault>) -> Result<Summary, RunError> {
         self.checkpoint()?;
         let begun = Instant::now();
         let overlap = max_overlap(self.simulation.scene(), &self.simulation.state()?.bodies);
-        if self.simulation.done() {
+        if self.simulation.done() || stopped.is_some() {
             let bodies = &self.simulation.state()?.bodies;
             let last = self.simulation.scene().final_scene(bodies, self.simulation.time());
             write_scene(&self.folder.last(), &last)?;
         }
         // Before the picture, so that its memory does not count as the simulation's.
-        let mut summary = Summary::new(&self.simulation, &self.totals, &self.scene_hash, status, overlap)?;
+        let mut summary = Summary::new(&self.simulation, &self.totals, &self.scene_hash, (status, stopped), overlap)?;
         self.draw()?;
         self.count_output(begun);
         summary.wall_seconds = self.totals.wall;
@@ -335,6 +341,12 @@ fn tell(report: &StepReport, tolerance: f64, wall: Duration) {
         overlap {max_overlap:.2e}, {:.3} s",
         wall.as_secs_f64()
     );
+    if report.failed_attempts > 0 {
+        let StepReport { failed_attempts, pieces, waiting, by_cpu, .. } = report;
+        log::info!(
+            "step {step}: {failed_attempts} attempts failed; taken in {pieces} pieces, {waiting} cells waiting, by the CPU: {by_cpu}"
+        );
+    }
     if report.unconverged > 0 {
         log::warn!("step {step}: a solve ended as {:?} with a residual of {residual:.2e}", report.status);
     }

@@ -1,5 +1,6 @@
 //! `steps.csv`: one row a recorded step.
 
+use super::durable;
 use super::error::RecordError;
 use super::rows::Rows;
 use crate::relcp::StepReport;
@@ -7,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// The columns, in their order.
-pub const COLUMNS: [&str; 11] = [
+pub const COLUMNS: [&str; 12] = [
     "step",
     "time",
     "bodies",
@@ -19,6 +20,7 @@ pub const COLUMNS: [&str; 11] = [
     "first_violation",
     "max_overlap",
     "wall_seconds",
+    "pieces",
 ];
 
 /// A row: what one step did.
@@ -46,6 +48,13 @@ pub struct StepRow {
     pub max_overlap: f64,
     /// Wall time of this step, without its output.
     pub wall_seconds: f64,
+    /// Into how many pieces it was cut; files of earlier versions do not say.
+    #[serde(default = "one")]
+    pub pieces: u32,
+}
+
+fn one() -> u32 {
+    1
 }
 
 impl StepRow {
@@ -62,8 +71,23 @@ impl StepRow {
             first_violation: report.first_violation,
             max_overlap: report.max_overlap,
             wall_seconds,
+            pieces: report.pieces,
         }
     }
+}
+
+/// Gives a file of a version that took each step at once the column that says so.
+fn add_pieces(path: &Path) -> Result<(), RecordError> {
+    let (last, before) = (COLUMNS[COLUMNS.len() - 1], COLUMNS[..COLUMNS.len() - 1].join(","));
+    let Ok(text) = std::fs::read_to_string(path) else { return Ok(()) };
+    let mut lines = text.split_inclusive('\n');
+    if lines.next().map(str::trim_end) != Some(before.as_str()) {
+        return Ok(());
+    }
+    let mut longer = format!("{before},{last}\n");
+    // A row that was cut short stays as it is: it is cut off where the run goes on.
+    lines.for_each(|line| longer += &line.strip_suffix('\n').map_or(line.to_owned(), |row| format!("{row},1\n")));
+    durable::write(path, longer.as_bytes())
 }
 
 /// The file, open for writing.
@@ -78,6 +102,7 @@ impl Steps {
 
     /// Takes the file up again as it was after step `last`: see [`Rows::reopen`].
     pub(super) fn reopen(path: &Path, last: Option<u64>) -> Result<Self, RecordError> {
+        add_pieces(path)?;
         Rows::reopen(path, &COLUMNS, last).map(Steps)
     }
 

@@ -2,7 +2,7 @@
 
 use super::hash::state_hash;
 use super::memory::peak_bytes;
-use super::totals::{OverStep, PassedStep, Totals, UnconvergedStep, WallSeconds};
+use super::totals::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds};
 use crate::bodies::Bodies;
 use crate::relcp::{Fault, Simulation, contacts};
 use crate::scene::{Method, Scene, SolverKind, Stepping, StopReason};
@@ -20,8 +20,17 @@ pub enum RunStatus {
     OutOfTolerance,
     /// It was stopped before its end and can be resumed.
     Interrupted,
-    /// A step could not be taken.
+    /// A step could not be taken within its tolerances; it stands at the state before it.
+    Stopped,
+    /// A step could not be taken, of a run by an earlier version.
     Fault,
+}
+
+impl RunStatus {
+    /// Whether a step could not be taken: the run does not go on by itself.
+    pub fn is_stopped(self) -> bool {
+        matches!(self, RunStatus::Stopped | RunStatus::Fault)
+    }
 }
 
 /// Sum, mean and largest of a count over the steps.
@@ -86,6 +95,10 @@ pub struct Summary {
     pub completed: bool,
     /// Which part of the scene's `growth.stop` ended it before `time.end`; null where none did.
     pub stopped_by: Option<StopReason>,
+    /// Why it is out of tolerance or stopped, in one word; null where it is neither. [`Totals::reason`] and [`Fault::name`] say which there are.
+    pub reason: Option<String>,
+    /// The same in a sentence; null where no step was refused.
+    pub message: Option<String>,
     /// `relcp`, `snsd` or `multisphere`.
     pub method: &'static str,
     /// The stepping scheme.
@@ -132,6 +145,12 @@ pub struct Summary {
     pub steps_passed: u64,
     /// The first of them.
     pub first_passed: Vec<PassedStep>,
+    /// Steps whose velocities come from solves that are not right to the overlap tolerance.
+    pub steps_unsettled: u64,
+    /// The first of them.
+    pub first_unsettled: Vec<UnsettledStep>,
+    /// Steps that did not go at once.
+    pub retried: Retried,
     /// Recursions.
     pub recursions: Recursions,
     /// Rows.
@@ -170,7 +189,7 @@ impl Summary {
         simulation: &Simulation,
         totals: &Totals,
         scene_hash: &str,
-        status: RunStatus,
+        (status, stopped): (RunStatus, Option<&Fault>),
         final_max_overlap: f64,
     ) -> Result<Self, Fault> {
         let (scene, state) = (simulation.scene(), simulation.state()?);
@@ -181,6 +200,8 @@ impl Summary {
             status,
             completed: simulation.done(),
             stopped_by: simulation.stopped_by(),
+            reason: stopped.map(Fault::name).or_else(|| totals.reason()).map(str::to_owned),
+            message: stopped.map(Fault::to_string),
             method: method_name(scene.contact.method),
             stepping: scene.time.stepping,
             backend: if device.is_some() { "gpu" } else { "cpu" },
@@ -204,6 +225,9 @@ impl Summary {
             first_over_tolerance: totals.over.clone(),
             steps_passed: totals.steps_passed,
             first_passed: totals.passed.clone(),
+            steps_unsettled: totals.steps_unsettled,
+            first_unsettled: totals.unsettled.clone(),
+            retried: totals.retried,
             recursions: Recursions {
                 mean: mean(totals.recursions),
                 max: totals.max_recursions,

@@ -87,6 +87,47 @@ pub struct UnconvergedStep {
     pub residual: f64,
 }
 
+/// A step whose velocities come from a solve that is not right to the overlap tolerance.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UnsettledStep {
+    /// Its number, from 1.
+    pub step: u64,
+    /// What its velocities times `dt` may be off by, a length.
+    #[serde(deserialize_with = "or_infinite")]
+    pub residual: f64,
+}
+
+/// Steps that did not go at once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Retried {
+    /// Steps of which some attempt failed.
+    pub steps: u64,
+    /// Those that were cut into pieces.
+    pub in_pieces: u64,
+    /// Most pieces of a step.
+    pub most_pieces: u32,
+    /// Those that the CPU took in the place of a device.
+    pub by_cpu: u64,
+    /// Those in which cells had to wait for room.
+    pub with_waiting_cells: u64,
+    /// Attempts that failed, over all steps.
+    pub failed_attempts: u64,
+    /// Solves in the sense of the least overlap.
+    pub relaxed_solves: u64,
+}
+
+impl Retried {
+    fn add(&mut self, report: &StepReport) {
+        self.steps += u64::from(report.failed_attempts > 0);
+        self.in_pieces += u64::from(report.pieces > 1);
+        self.most_pieces = self.most_pieces.max(report.pieces);
+        self.by_cpu += u64::from(report.by_cpu);
+        self.with_waiting_cells += u64::from(report.waiting > 0);
+        self.failed_attempts += u64::from(report.failed_attempts);
+        self.relaxed_solves += u64::from(report.relaxed);
+    }
+}
+
 /// Sums and extremes over the steps of a run. JSON has no infinity: where a length is not finite, it says null.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Totals {
@@ -110,6 +151,15 @@ pub struct Totals {
     /// The first of them.
     #[serde(default)]
     pub passed: Vec<PassedStep>,
+    /// Steps whose velocities are not right to the overlap tolerance.
+    #[serde(default)]
+    pub steps_unsettled: u64,
+    /// The first of them.
+    #[serde(default)]
+    pub unsettled: Vec<UnsettledStep>,
+    /// Steps that did not go at once.
+    #[serde(default)]
+    pub retried: Retried,
     /// Recursions, summed.
     pub recursions: u64,
     /// Most recursions of a step.
@@ -168,6 +218,13 @@ impl Totals {
                 self.passed.push(PassedStep { step: report.step, pairs, pair });
             }
         }
+        if !report.settled(overlap_tolerance) {
+            self.steps_unsettled += 1;
+            if self.unsettled.len() < NAMED {
+                self.unsettled.push(UnsettledStep { step: report.step, residual: report.velocity_residual });
+            }
+        }
+        self.retried.add(report);
         self.recursions += u64::from(report.recursions);
         self.max_recursions = self.max_recursions.max(report.recursions);
         let constraints = report.constraints as u64;
@@ -192,6 +249,17 @@ impl Totals {
 
     /// Whether every step met its tolerances, and no bodies went through each other.
     pub fn clean(&self) -> bool {
-        self.steps_over_tolerance == 0 && self.unconverged == 0 && self.steps_passed == 0
+        self.reason().is_none()
+    }
+
+    /// What a run missed, in one word, the worst first: `overlap` where a step left more than the tolerance, `passed` where bodies went through each other,
+    /// `residual` where velocities come from a solve that is not right to the overlap tolerance.
+    pub fn reason(&self) -> Option<&'static str> {
+        let missed = [
+            ("overlap", self.steps_over_tolerance),
+            ("passed", self.steps_passed),
+            ("residual", self.steps_unsettled),
+        ];
+        missed.into_iter().find(|(_, steps)| *steps > 0).map(|(reason, _)| reason)
     }
 }

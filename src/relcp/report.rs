@@ -3,6 +3,7 @@
 use super::Passed;
 use crate::backend::Overlap;
 use crate::lcp::Status;
+use std::ops::AddAssign;
 use std::time::Duration;
 
 /// Wall time by phase.
@@ -18,6 +19,16 @@ pub struct Phases {
     pub integrate: Duration,
     /// Growth and division.
     pub growth: Duration,
+}
+
+impl AddAssign for Phases {
+    fn add_assign(&mut self, other: Phases) {
+        self.broad_phase += other.broad_phase;
+        self.narrow_phase += other.narrow_phase;
+        self.solve += other.solve;
+        self.integrate += other.integrate;
+        self.growth += other.growth;
+    }
 }
 
 /// What one step did.
@@ -43,6 +54,19 @@ pub struct StepReport {
     pub residual: f64,
     /// Solves that did not reach the solver's tolerance.
     pub unconverged: u32,
+    /// Solves whose rows contradict each other, or nearly do, and that were solved in the sense of the least overlap.
+    pub relaxed: u32,
+    /// Residual of the solves that its accepted velocities come from, a length: the last solve's, of a midpoint step the larger one of both halves',
+    /// of a step in pieces the largest one. It is what velocities times `dt` may be off by.
+    pub velocity_residual: f64,
+    /// Into how many pieces it was cut: 1 where it was taken at once.
+    pub pieces: u32,
+    /// Attempts that failed before it was taken.
+    pub failed_attempts: u32,
+    /// Whether the CPU took it in the place of a device.
+    pub by_cpu: bool,
+    /// Cells that had to wait, as there was no room for them.
+    pub waiting: usize,
     /// `Solved`, or how the last of its solves that did not converge ended.
     pub status: Status,
     /// Largest overlap of smooth surfaces in the trial of its first solve, a length: what the recursion then takes away. Of a midpoint step its second half's.
@@ -74,6 +98,12 @@ impl Default for StepReport {
             fallbacks: 0,
             residual: 0.0,
             unconverged: 0,
+            relaxed: 0,
+            velocity_residual: 0.0,
+            pieces: 0,
+            failed_attempts: 0,
+            by_cpu: false,
+            waiting: 0,
             status: Status::Solved,
             first_violation: 0.0,
             max_overlap: 0.0,
@@ -100,5 +130,11 @@ impl StepReport {
     /// Whether the accepted configuration holds the overlap tolerance.
     pub fn within(&self, overlap_tolerance: f64) -> bool {
         self.max_overlap <= overlap_tolerance
+    }
+
+    /// Whether the accepted velocities come from solves that are right to the overlap tolerance. One that missed the solver's own tolerance, a
+    /// tenth of it unless the scene says otherwise, and not this is worth a note, no more.
+    pub fn settled(&self, overlap_tolerance: f64) -> bool {
+        self.velocity_residual <= overlap_tolerance
     }
 }

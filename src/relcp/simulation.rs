@@ -1,6 +1,6 @@
 //! A simulation: a scene's bodies and the backend that steps them.
 
-use super::{Keep, Kept, StepReport, contacts, step};
+use super::{Keep, Kept, Plan, StepReport, Unresolved, contacts, step};
 use crate::backend::{Backend, cpu::Cpu, gpu::Device};
 use crate::bodies::Bodies;
 use crate::constraint::RowSourceError;
@@ -9,7 +9,7 @@ use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Choice, Gpu, GpuError, Precision};
 use crate::lcp;
 use crate::measure::colony_radius;
-use crate::scene::{Contact, Scene, StopReason};
+use crate::scene::{Scene, StopReason};
 use crate::separation::{Separation, supports};
 use crate::walls::{WallContact, Walls};
 use glam::DVec3;
@@ -81,6 +81,21 @@ pub enum Fault {
         /// The first body concerned.
         body: usize,
     },
+    /// A step that still misses a tolerance after it was cut into 64 pieces.
+    #[error(
+        "{0}; a smaller time.dt may help, or contact.on_failure = \"continue\", which accepts such steps and counts them"
+    )]
+    Unresolved(Unresolved),
+    /// A step that cannot be taken with the growth of its cells, and can without.
+    #[error(
+        "no room: the {bodies} cells fill their container; {unresolved} as long as cells grow. growth.on_no_room = \"stall\" lets those without room wait"
+    )]
+    NoRoom {
+        /// The cells.
+        bodies: usize,
+        /// What the step would leave.
+        unresolved: Unresolved,
+    },
     /// The solver that the scene asks for needs more memory than it takes.
     #[error(
         "step {step}: the factor of solver interior_point would be over its bound for {rows} rows; auto needs none"
@@ -105,6 +120,33 @@ pub enum Fault {
     /// The device failed, or cannot do what the scene asks for.
     #[error(transparent)]
     Device(#[from] GpuError),
+}
+
+impl Fault {
+    /// Whether a step with a smaller `dt` may go where this one did not: numbers that ran over, or a way too long for the period.
+    pub(super) fn may_pass_with_smaller_steps(&self) -> bool {
+        matches!(self, Fault::NotFinite { .. } | Fault::PeriodTooShort { .. })
+    }
+
+    /// Whether the scene asks for something that has no solution or leaves the range of numbers, rather than a program or a device that failed.
+    pub fn is_of_scene(&self) -> bool {
+        !matches!(self, Fault::Device(_))
+    }
+
+    /// Its name in files and tables.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Fault::NotFinite { .. } => "not_finite",
+            Fault::PeriodTooShort { .. } => "period_too_short",
+            Fault::TooFar { .. } => "too_far",
+            Fault::Unresolved(unresolved) => unresolved.name(),
+            Fault::NoRoom { .. } => "no_room",
+            Fault::TooLarge { .. } => "too_large",
+            Fault::NoSeparation { .. } => "no_separation",
+            Fault::NoProxy(_) => "no_proxy",
+            Fault::Device(_) => "device",
+        }
+    }
 }
 
 /// What computes the steps.
@@ -152,8 +194,7 @@ impl Compute {
 /// ```
 pub struct Simulation {
     scene: Scene,
-    /// The scene's, with the cutoff that it leaves out.
-    contact: Contact,
+    plan: Plan,
     backend: Box<dyn Backend>,
     keep: Keep,
     stopped_by: Option<StopReason>,
@@ -196,14 +237,14 @@ impl Simulation {
     pub fn resume_on(compute: &Compute, scene: Scene, state: State) -> Result<Self, Fault> {
         check_pairs(&state.bodies)?;
         let cutoff = scene.cutoff_of(state.bodies.shape.iter().copied());
-        let contact = Contact { cutoff: Some(cutoff), ..scene.contact };
+        let plan = Plan::of(&scene, cutoff);
         let backend: Box<dyn Backend> = match compute {
             Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&scene, state)?),
             Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&scene, state)?),
             Compute::Gpu { gpu, precision } => Box::new(Device::new(gpu.clone(), *precision, &scene, state)?),
         };
         let keep = Keep::new(scene.solver.dump);
-        let mut simulation = Simulation { scene, contact, backend, keep, stopped_by: None };
+        let mut simulation = Simulation { scene, plan, backend, keep, stopped_by: None };
         simulation.look_for_stop()?;
         Ok(simulation)
     }
@@ -276,9 +317,8 @@ impl Simulation {
     /// # Errors
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
-        let (tolerance, time) = (self.scene.lcp_settings().tolerance, &self.scene.time);
-        let mut report = step(self.backend.as_mut(), &self.contact, tolerance, time.stepping, &mut self.keep)?;
-        report.time = time.after(report.step);
+        let mut report = step(self.backend.as_mut(), &self.plan, &mut self.keep)?;
+        report.time = self.scene.time.after(report.step);
         self.look_for_stop()?;
         Ok(report)
     }

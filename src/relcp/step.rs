@@ -1,63 +1,136 @@
 //! One timestep: Algorithm 1 of the paper, and a step of second order made of two of its solves, each written once for every backend.
+//!
+//! An attempt at a step holds where no overlap is over the tolerance, the velocities come from solves that are right to it, and no body went through another.
+//! One that does not hold is never accepted: [`retry`] takes the step again.
 
 use super::accuracy::Accuracy;
-use super::{Fault, Keep, StepReport};
+use super::{Fault, Keep, StepReport, retry};
 use crate::backend::{Backend, Overlap};
 use crate::lcp::{Outcome, Status};
-use crate::scene::{Contact, Stepping};
+use crate::scene::{Contact, OnFailure, OnNoRoom, Scene, Stepping};
 
 /// Recursions of a midpoint step that may move the offsets of its rows, before it appends rows as the paper does. Two ellipsoids at an overlap
 /// tolerance of 1e-9 fall to first order with one, and keep the second with two (at 1e-5 one does). Each more costs nothing where it is not needed and a
 /// recursion where bodies are crowded: a colony to 32 cells takes 7,219, 8,419, 8,377, 8,049 and 9,968 products with 1, 2, 3, 4 and 8.
 const MOST_CORRECTIONS: u32 = 3;
 
-/// Takes one step and says what it did; its last LCP is solved to `tolerance`. A fault leaves the last accepted state. LCPs that `keep`
-/// wants are kept there.
-pub fn step(
-    backend: &mut dyn Backend,
-    contact: &Contact,
-    tolerance: f64,
-    stepping: Stepping,
-    keep: &mut Keep,
-) -> Result<StepReport, Fault> {
-    let mut report = StepReport::default();
-    let overlap = match stepping {
-        Stepping::Euler => euler(backend, contact, tolerance, keep, &mut report)?,
-        Stepping::Midpoint => midpoint(backend, contact, tolerance, keep, &mut report)?,
+/// The part of the overlap tolerance by which rows without a common solution may be violated, and over which the residual of a solve that ended without
+/// success is worth another by [`Backend::relax`]: what is left of the tolerance is for the curvature of the motion.
+const GIVEN_WAY: f64 = 0.5;
+
+/// What a step is to do.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
+    /// The scene's, with the cutoff that it leaves out.
+    pub contact: Contact,
+    /// What the step's last LCP is solved to, a length.
+    pub tolerance: f64,
+    /// The stepping scheme.
+    pub stepping: Stepping,
+    /// What growing cells do where there is no room, in a scene whose space has an end; else none.
+    pub on_no_room: Option<OnNoRoom>,
+}
+
+impl Plan {
+    /// Of a scene whose bodies have this cutoff.
+    pub fn of(scene: &Scene, cutoff: f64) -> Plan {
+        let confined = !scene.walls.is_empty() || scene.periodic.is_some();
+        Plan {
+            contact: Contact { cutoff: Some(cutoff), ..scene.contact },
+            tolerance: scene.lcp_settings().tolerance,
+            stepping: scene.time.stepping,
+            on_no_room: scene.growth.filter(|_| confined).map(|growth| growth.on_no_room),
+        }
+    }
+
+    /// Whether the method promises that steps hold the overlap tolerance: those without recursion do not, and are never taken again.
+    pub(super) fn promises(&self) -> bool {
+        self.contact.method.most_recursions(self.contact.max_recursions) > 0
+    }
+
+    /// Whether steps that do not hold are accepted after all.
+    pub(super) fn accepts_the_least_bad(&self) -> bool {
+        self.contact.on_failure == OnFailure::Continue
+    }
+}
+
+/// Takes one step and says what it did. A fault leaves the last accepted state. LCPs that `keep` wants are kept there.
+pub fn step(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -> Result<StepReport, Fault> {
+    let first = attempt(backend, plan, keep);
+    let (mut report, overlap) = match first {
+        Ok(mut tried) if !plan.promises() || tried.holds(plan) => {
+            tried.report.phases = backend.accept()?; // C^k+1
+            (tried.report, tried.overlap)
+        }
+        Err(fault) if !fault.may_pass_with_smaller_steps() => return Err(fault),
+        failed => retry::take_again(backend, plan, keep, failed)?,
     };
-    report.constraints = backend.constraints();
-    report.passed = backend.passed()?;
-    report.phases = backend.accept()?; // C^k+1
     report.measure(&overlap, backend.steps(), backend.bodies());
     Ok(report)
 }
 
+/// What an attempt at a step or at a piece of it came to.
+pub(super) struct Attempt {
+    pub report: StepReport,
+    pub overlap: Overlap,
+    /// The multipliers of the least bad trial and how bad it is, where steps that do not hold are accepted.
+    pub least_bad: Option<(f64, Vec<f64>)>,
+}
+
+impl Attempt {
+    /// Whether it may be accepted.
+    pub fn holds(&self, plan: &Plan) -> bool {
+        let tolerance = plan.contact.overlap_tolerance;
+        self.overlap.worst <= tolerance && self.report.settled(tolerance) && self.report.passed.is_none()
+    }
+
+    /// How far it is from holding, a length: by what surfaces overlap, or the velocities are off. Overlap alone would call a trial good
+    /// that throws all bodies far apart.
+    pub fn badness(&self) -> f64 {
+        badness(&self.overlap, self.report.velocity_residual)
+    }
+}
+
+fn badness(overlap: &Overlap, residual: f64) -> f64 {
+    // Not a number is as bad as can be.
+    if overlap.worst.is_nan() || residual.is_nan() { f64::INFINITY } else { overlap.worst.max(residual) }
+}
+
+/// Makes one attempt at what the backend begins next; nothing is accepted.
+pub(super) fn attempt(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -> Result<Attempt, Fault> {
+    let (report, least_bad) = (StepReport { pieces: 1, ..StepReport::default() }, None);
+    let mut tried = Attempt { report, overlap: Overlap::default(), least_bad };
+    match plan.stepping {
+        Stepping::Euler => euler(backend, plan, keep, &mut tried)?,
+        Stepping::Midpoint => midpoint(backend, plan, keep, &mut tried)?,
+    }
+    tried.report.constraints = backend.constraints();
+    tried.report.passed = backend.passed()?;
+    Ok(tried)
+}
+
 /// The paper's step.
-fn euler(
-    backend: &mut dyn Backend,
-    contact: &Contact,
-    tolerance: f64,
-    keep: &mut Keep,
-    report: &mut StepReport,
-) -> Result<Overlap, Fault> {
+fn euler(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut Attempt) -> Result<(), Fault> {
+    let contact = &plan.contact;
     backend.begin()?; // growth, forces, effective mobility, free velocity at C^k
     backend.append_near()?; // A_0: one row a near pair
-    let mut accuracy = Accuracy::first(contact, tolerance);
+    let mut accuracy = Accuracy::first(contact, plan.tolerance);
     let mut first_violation = None;
     loop {
-        let outcome = keep.solve(backend, accuracy.residual())?; // gamma_n from gamma_n-1, U_n
-        report.count(outcome);
+        let outcome = tried.solve(backend, plan, keep, accuracy.residual())?; // gamma_n from gamma_n-1, U_n
         accuracy.reached(outcome.residual);
+        tried.report.velocity_residual = outcome.residual;
         let overlap = backend.trial(accuracy.of_rows())?; // C_n+1 = C(U_n), from C^k with the total velocity, every pair looked at
-        report.first_violation = *first_violation.get_or_insert(overlap.worst);
-        if report.contradicted(contact.overlap_tolerance) {
-            return Ok(overlap);
-        } else if accuracy.shows(&overlap) && report.may_recurse(contact) {
+        tried.see(backend, plan, overlap)?;
+        tried.report.first_violation = *first_violation.get_or_insert(overlap.worst);
+        if contradicted(&outcome, contact) {
+            return Ok(());
+        } else if accuracy.shows(&overlap) && tried.report.may_recurse(contact) {
             backend.append_violations()?; // A_n+1: one more row a violating pair, linearised at C_n+1
             accuracy.follow(&overlap);
-            report.recursions += 1;
+            tried.report.recursions += 1;
         } else if !accuracy.tighten(&overlap) {
-            return Ok(overlap);
+            return Ok(());
         }
     }
 }
@@ -66,32 +139,68 @@ fn euler(
 ///
 /// A trial that still overlaps first moves the offsets of rows that keep their direction: always inwards, so no retained row is lost, and the
 /// order with it. Rows appended at a trial, along its own normals, end the recursion where that does not.
-fn midpoint(
-    backend: &mut dyn Backend,
-    contact: &Contact,
-    tolerance: f64,
-    keep: &mut Keep,
-    report: &mut StepReport,
-) -> Result<Overlap, Fault> {
+fn midpoint(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut Attempt) -> Result<(), Fault> {
+    let contact = &plan.contact;
     backend.begin()?; // as a step of dt/2
     backend.append_near()?;
-    report.count(keep.solve(backend, tolerance)?); // U_h
+    let half = tried.solve(backend, plan, keep, plan.tolerance)?; // U_h
     backend.middle()?; // C_h; forces, effective mobility there, free velocity of the whole step
     backend.append_near()?; // one row a near pair of C_h, linearised there
-    report.count(keep.solve(backend, tolerance)?);
+    let mut outcome = tried.solve(backend, plan, keep, plan.tolerance)?;
+    tried.report.velocity_residual = half.residual.max(outcome.residual);
     let mut overlap = backend.trial(contact.overlap_tolerance)?; // C_1 = C(U_0) after dt, from C^k
-    report.first_violation = overlap.worst;
-    while overlap.violations > 0 && report.may_recurse(contact) && !report.contradicted(contact.overlap_tolerance) {
-        if report.recursions < MOST_CORRECTIONS {
+    tried.report.first_violation = overlap.worst;
+    tried.see(backend, plan, overlap)?;
+    while overlap.violations > 0 && tried.report.may_recurse(contact) && !contradicted(&outcome, contact) {
+        if tried.report.recursions < MOST_CORRECTIONS {
             backend.tighten_violations()?;
         } else {
             backend.append_violations()?;
         }
-        report.count(keep.solve(backend, tolerance)?);
+        outcome = tried.solve(backend, plan, keep, plan.tolerance)?;
+        tried.report.velocity_residual = half.residual.max(outcome.residual);
         overlap = backend.trial(contact.overlap_tolerance)?;
-        report.recursions += 1;
+        tried.see(backend, plan, overlap)?;
+        tried.report.recursions += 1;
     }
-    Ok(overlap)
+    Ok(())
+}
+
+/// Whether a solve stalled with a row violated by more than the overlap tolerance: its rows have no common solution, and as rows
+/// are never changed, more of them will not give them one. It happens where a body fits a hole nowhere.
+fn contradicted(outcome: &Outcome, contact: &Contact) -> bool {
+    let stalled = matches!(outcome.status, Status::NoProgress | Status::Infeasible | Status::NotFinite);
+    stalled && outcome.residual > contact.overlap_tolerance
+}
+
+impl Attempt {
+    /// Solves the present LCP to a residual; in the sense of the least overlap, where that fails and the method promises something.
+    fn solve(
+        &mut self,
+        backend: &mut dyn Backend,
+        plan: &Plan,
+        keep: &mut Keep,
+        residual: f64,
+    ) -> Result<Outcome, Fault> {
+        let outcome = keep.solve(backend, residual)?;
+        let allowed = GIVEN_WAY * plan.contact.overlap_tolerance;
+        let failed = outcome.status != Status::Solved && !(outcome.residual <= allowed);
+        let relaxed = if failed && plan.promises() { backend.relax(allowed)? } else { None };
+        self.report.count(&outcome, relaxed.as_ref());
+        Ok(relaxed.unwrap_or(outcome))
+    }
+
+    /// Takes note of a trial.
+    fn see(&mut self, backend: &dyn Backend, plan: &Plan, overlap: Overlap) -> Result<(), Fault> {
+        self.overlap = overlap;
+        if plan.accepts_the_least_bad() && plan.promises() {
+            let now = self.badness();
+            if self.least_bad.as_ref().is_none_or(|(least, _)| now < *least) {
+                self.least_bad = Some((now, backend.multipliers()?));
+            }
+        }
+        Ok(())
+    }
 }
 
 impl StepReport {
@@ -100,24 +209,52 @@ impl StepReport {
         self.recursions < contact.method.most_recursions(contact.max_recursions)
     }
 
-    /// Whether the last solve stalled with a row violated by more than `tolerance`: its rows have no common solution, and as rows
-    /// are never changed, more of them will not give them one. It happens where a body fits a hole nowhere.
-    fn contradicted(&self, tolerance: f64) -> bool {
-        let stalled = matches!(self.status, Status::NoProgress | Status::Infeasible | Status::NotFinite);
-        stalled && self.residual > tolerance
+    /// Adds one solve, and where it failed the one in its place.
+    fn count(&mut self, outcome: &Outcome, relaxed: Option<&Outcome>) {
+        for outcome in [Some(outcome), relaxed].into_iter().flatten() {
+            self.iterations += outcome.iterations;
+            self.products += outcome.products;
+            self.fallbacks += u32::from(outcome.fallback);
+        }
+        let last = relaxed.unwrap_or(outcome);
+        match last.status {
+            Status::LeastOverlap => self.relaxed += 1,
+            Status::Solved if self.unconverged == 0 => self.residual = last.residual,
+            Status::Solved => {}
+            failed => {
+                self.residual = if self.unconverged > 0 { self.residual.max(last.residual) } else { last.residual };
+                self.unconverged += 1;
+                self.status = failed;
+            }
+        }
     }
 
-    /// Adds one solve.
-    fn count(&mut self, outcome: Outcome) {
-        self.iterations += outcome.iterations;
-        self.products += outcome.products;
-        self.fallbacks += u32::from(outcome.fallback);
-        if outcome.status != Status::Solved {
-            self.residual = if self.unconverged > 0 { self.residual.max(outcome.residual) } else { outcome.residual };
-            self.unconverged += 1;
-            self.status = outcome.status;
+    /// Adds the cost of an attempt that was not accepted.
+    pub(super) fn add_cost(&mut self, failed: &StepReport) {
+        self.iterations += failed.iterations;
+        self.products += failed.products;
+        self.fallbacks += failed.fallbacks;
+        self.failed_attempts += 1;
+    }
+
+    /// Adds a piece that was accepted after those that are in it.
+    pub(super) fn add_piece(&mut self, piece: &StepReport) {
+        self.iterations += piece.iterations;
+        self.products += piece.products;
+        self.fallbacks += piece.fallbacks;
+        self.recursions += piece.recursions;
+        self.pieces += 1;
+        self.relaxed += piece.relaxed;
+        self.velocity_residual = self.velocity_residual.max(piece.velocity_residual);
+        if piece.unconverged > 0 {
+            self.status = piece.status;
+            self.residual = if self.unconverged > 0 { self.residual.max(piece.residual) } else { piece.residual };
         } else if self.unconverged == 0 {
-            self.residual = outcome.residual;
+            self.residual = piece.residual;
         }
+        self.unconverged += piece.unconverged;
+        self.constraints = piece.constraints;
+        self.passed = self.passed.or(piece.passed);
+        self.phases += piece.phases;
     }
 }

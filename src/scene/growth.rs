@@ -31,9 +31,30 @@ pub struct Growth {
     #[schemars(range(min = 0))]
     #[serde(default, skip_serializing_if = "is_zero")]
     pub stress_sensitivity: f64,
+    /// What cells do that have no room to grow in a container, which walls or periods make.
+    #[schemars(extend("default" = "stop"))]
+    #[serde(default, skip_serializing_if = "OnNoRoom::is_default")]
+    pub on_no_room: OnNoRoom,
     /// Ends the run before `time.end`. Without it: the run goes to `time.end`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop: Option<Stop>,
+}
+
+/// What growth does where a container is full.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OnNoRoom {
+    /// The run ends with the state before the step, and says so.
+    #[default]
+    Stop,
+    /// Cells that have no room neither grow nor divide in that step. A GPU leaves such steps to the CPU.
+    Stall,
+}
+
+impl OnNoRoom {
+    fn is_default(&self) -> bool {
+        *self == OnNoRoom::default()
+    }
 }
 
 /// A cell of the least division length is not shorter than a daughter of the greatest where noise is below this.

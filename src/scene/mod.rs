@@ -27,7 +27,7 @@ mod write;
 pub use built_in::{BuiltIn, built_in};
 pub use dump::{Dump, DumpWhen};
 pub use error::{FaultKind, SceneError};
-pub use growth::{Growth, Stop, StopReason};
+pub use growth::{Growth, OnNoRoom, Stop, StopReason};
 pub use periodic::Periodic;
 pub(crate) use read::Source;
 pub use read::{MAX_FILE_BYTES, load, parse, read};
@@ -168,6 +168,10 @@ pub struct Contact {
     #[schemars(extend("default" = "exact"))]
     #[serde(skip_serializing_if = "Recursion::is_default")]
     pub recursion: Recursion,
+    /// What follows a step of the method `relcp` that still misses a tolerance after it was cut into 64 pieces.
+    #[schemars(extend("default" = "stop"))]
+    #[serde(skip_serializing_if = "OnFailure::is_default")]
+    pub on_failure: OnFailure,
     /// Pairs nearer than this at a step's start get a row (beside those that the free motion may bring into contact), a length.
     /// Without it: a tenth of the thinnest body's thickness.
     #[schemars(range(min = 0))]
@@ -178,7 +182,24 @@ pub struct Contact {
 impl Default for Contact {
     fn default() -> Self {
         let (method, recursion) = (Method::default(), Recursion::default());
-        Contact { method, overlap_tolerance: 1e-5, max_recursions: 64, recursion, cutoff: None }
+        Contact { method, overlap_tolerance: 1e-5, max_recursions: 64, recursion, on_failure: OnFailure::default(), cutoff: None }
+    }
+}
+
+/// What follows a step that cannot be taken within its tolerances.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OnFailure {
+    /// The run ends with the state before the step, and says why.
+    #[default]
+    Stop,
+    /// The least bad of what was tried is accepted and counted: overlaps are spread over all contacts, and no body is thrown.
+    Continue,
+}
+
+impl OnFailure {
+    fn is_default(&self) -> bool {
+        *self == OnFailure::default()
     }
 }
 

@@ -2,12 +2,13 @@
 //!
 //! Parallel loops write to places of their own or collect in order, so the bits do not depend on the number of threads.
 
+mod again;
 mod narrow_phase;
 mod periodic;
 mod rows;
 mod walls;
 
-use super::{Backend, Overlap};
+use super::{Again, Backend, Overlap};
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{self, RowSource, RowSourceError, sub_sphere_separations};
@@ -15,7 +16,7 @@ use crate::dynamics::{self, Cells, ForceField, Law, Load, Motion, Pose, Twist};
 use crate::freedom::PLANAR;
 use crate::lcp::{self, Outcome, Problem, Settings, Status, Stored};
 use crate::periodic::Periods;
-use crate::relcp::{Fault, Passed, Phases, State, Warm, passed};
+use crate::relcp::{Fault, Passed, Phases, Piece, State, Waiting, Warm, passed};
 use crate::scene::{Scene, Stepping};
 use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::{ProxySphere, Shape};
@@ -53,8 +54,15 @@ pub struct Cpu<const D: usize> {
     walls: Walls,
     source: RowSource,
     solver: lcp::Solver<D>,
-    /// Whether there was a solve in this step.
+    /// Whether there was a solve in this step, and the residual that the last one left.
     solved: bool,
+    residual: f64,
+    /// What of the step is being taken, and the cells that wait in it; and what comes next.
+    piece: Piece,
+    waiting: Waiting,
+    next: Option<(Piece, Waiting)>,
+    /// The deepest overlap where first rows were made.
+    start_overlap: f64,
     candidates: Candidates,
     /// The last accepted state.
     state: State,
@@ -114,6 +122,11 @@ impl<const D: usize> Cpu<D> {
             source,
             solver: lcp::Solver::new(scene.solver.kind, scene.lcp_settings()),
             solved: false,
+            residual: 0.0,
+            piece: Piece::WHOLE,
+            waiting: Waiting::None,
+            next: None,
+            start_overlap: 0.0,
             candidates: Candidates::in_space(periods),
             midpoint: scene.time.stepping == Stepping::Midpoint,
             interval: scene.time.dt,
@@ -144,8 +157,14 @@ impl<const D: usize> Cpu<D> {
         (&self.problem, &self.gamma)
     }
 
-    fn step_start(&self) -> f64 {
-        self.start_time + self.state.step as f64 * self.dt
+    /// When the present piece of the step begins.
+    fn piece_start(&self) -> f64 {
+        self.start_time + self.state.step as f64 * self.dt + self.piece.start * self.dt
+    }
+
+    /// How long it is.
+    fn piece_length(&self) -> f64 {
+        self.piece.length * self.dt
     }
 
     /// Where forces, mobilities and first rows are taken: the middle where it is made, else the start.
@@ -156,7 +175,7 @@ impl<const D: usize> Cpu<D> {
     /// Loads, effective mobilities, free velocities, and how far each body's surface may still move on its own.
     fn set_motion(&mut self) {
         let dt = self.interval;
-        let time = self.step_start() + if self.middle.is_some() { 0.5 * dt } else { 0.0 };
+        let time = self.piece_start() + if self.middle.is_some() { 0.5 * dt } else { 0.0 };
         let (mut motion, mut reach) = (std::mem::take(&mut self.motion), std::mem::take(&mut self.reach));
         let (here, law, forces) = (self.here(), &self.law, &self.forces);
         let of_body = |i: usize| {
@@ -276,17 +295,17 @@ fn timed<T>(total: &mut Duration, work: impl FnOnce() -> T) -> T {
 impl<const D: usize> Backend for Cpu<D> {
     fn begin(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
-        self.phases = Phases::default();
+        (self.piece, self.waiting) = self.next.take().unwrap_or((Piece::WHOLE, Waiting::None));
         self.start.clone_from(&self.state.bodies);
         self.next_id = self.state.next_id;
         self.solved = false;
         self.middle = None;
-        self.interval = if self.midpoint { 0.5 * self.dt } else { self.dt };
+        self.interval = if self.midpoint { 0.5 * self.piece_length() } else { self.piece_length() };
         self.recalled.clone_from(&self.state.warm);
         if let Some(growth) = self.growth {
-            let time = self.step_start();
+            let span = (self.piece_start(), self.interval);
             self.pressures = growth.pressures(&self.state.bodies, &self.state.warm);
-            growth.grow(&mut self.start, time, self.interval, &mut self.next_id, &mut self.pressures);
+            growth.grow(&mut self.start, span, &mut self.next_id, &mut self.pressures, &self.waiting);
         }
         self.proxies = self.source.proxies(&self.start.shape).map_err(Fault::NoProxy)?;
         self.phases.growth += begun.elapsed();
@@ -308,13 +327,13 @@ impl<const D: usize> Backend for Cpu<D> {
             middle.angular_velocity[i] = twist.angular;
         }
         self.middle = Some(middle);
-        self.interval = self.dt;
+        self.interval = self.piece_length();
         // `dt/2 U_h` is `dt` times half of it.
         let half = |t: &Twist| Twist { linear: 0.5 * t.linear, angular: 0.5 * t.angular };
         self.reached.clear();
         self.reached.extend(self.twist.iter().map(half));
         if let Some(growth) = self.growth {
-            growth.lengthen(&mut self.start, 0.5 * self.dt, &self.pressures);
+            growth.lengthen(&mut self.start, 0.5 * self.interval, &self.pressures, &self.waiting);
         }
         self.set_motion();
         self.phases.integrate += begun.elapsed();
@@ -353,10 +372,23 @@ impl<const D: usize> Backend for Cpu<D> {
         let outcome = timed(&mut phases.solve, || {
             if first { solver.solve(problem, gamma) } else { solver.solve_next(problem, gamma) }
         });
+        self.residual = outcome.residual;
         if outcome.status == Status::TooLarge {
             return Err(Fault::TooLarge { step: self.steps() + 1, rows: self.constraints() });
         }
         Ok(outcome)
+    }
+
+    fn relax(&mut self, allowed: f64) -> Result<Option<Outcome>, Fault> {
+        let Cpu { phases, solver, problem, gamma, residual, .. } = self;
+        let mut relaxed = gamma.clone();
+        let outcome = timed(&mut phases.solve, || solver.relax(problem, &mut relaxed, allowed));
+        // What no method improved on stays.
+        if residual.is_finite() && outcome.residual >= *residual {
+            return Ok(None);
+        }
+        *gamma = relaxed;
+        Ok(Some(outcome))
     }
 
     fn trial(&mut self, violating: f64) -> Result<Overlap, Fault> {
@@ -434,9 +466,13 @@ impl<const D: usize> Backend for Cpu<D> {
         }
         std::mem::swap(&mut self.state.bodies, &mut self.start);
         self.state.next_id = self.next_id;
-        self.state.step += 1;
+        self.state.step += u64::from(self.piece.ends_step());
         self.phases.integrate += begun.elapsed();
-        Ok(self.phases)
+        Ok(std::mem::take(&mut self.phases))
+    }
+
+    fn take_again(&mut self, take: &mut dyn FnMut(&mut dyn Again) -> Result<(), Fault>) -> Result<(), Fault> {
+        take(self)
     }
 
     fn multipliers(&self) -> Result<Vec<f64>, Fault> {

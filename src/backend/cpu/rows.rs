@@ -90,6 +90,9 @@ impl<const D: usize> Cpu<D> {
         let walls = self.near_walls(|i| here.placed(i), |i| self.cutoff + self.reach[i]);
         self.known = near.iter().map(Known::from).collect();
         join(&mut near, walls);
+        if self.middle.is_none() {
+            self.start_overlap = near.iter().fold(0.0, |deepest, near| deepest.max(-near.found.separation));
+        }
         let warm = std::mem::take(&mut self.recalled);
         let mut cursor = warm.iter().peekable();
         for near in &near {

@@ -46,7 +46,9 @@ pub(super) struct Candidates {
     skin: Option<f64>,
     calls: u64,
     pub searches: u64,
-    /// Pairs remembered by an earlier run, until the first search.
+    /// Whether the next search is the first one since the start, or since the host gave the device another state.
+    first: bool,
+    /// Pairs remembered by an earlier run or by the host, until that search.
     warm: Vec<Warm>,
 }
 
@@ -82,13 +84,19 @@ impl Candidates {
             skin: None,
             calls: 0,
             searches: 0,
+            first: true,
             warm,
         })
     }
 
+    /// Forgets the list, and has these pairs remembered in the place of its own.
+    pub fn forget(&mut self, warm: Vec<Warm>) {
+        (self.first, self.warm) = (true, warm);
+    }
+
     /// Whether there is a list of this many bodies.
     pub fn is_for(&self, bodies: u64) -> bool {
-        self.searches > 0 && self.lists.bodies == bodies
+        !self.first && self.lists.bodies == bodies
     }
 
     /// A look at the list that found it complete.
@@ -149,7 +157,7 @@ impl Candidates {
         lists.contacts.reserve(gpu, lists.pairs_count)?;
         self.searches += 1;
         self.calls = 0;
-        if self.searches == 1 {
+        if std::mem::replace(&mut self.first, false) {
             return self.recall(gpu, setup);
         }
         self.carry(gpu, kernels, rows)
@@ -218,7 +226,7 @@ impl Candidates {
     /// What is remembered of every pair that was found near.
     pub fn remembered(&self, gpu: &Gpu, setup: &Setup) -> Result<Vec<Warm>, GpuError> {
         let (lists, count) = (&self.lists, self.lists.pairs_count);
-        if self.searches == 0 {
+        if self.first {
             return Ok(self.warm.clone());
         }
         let read = gpu

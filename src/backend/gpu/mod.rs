@@ -3,6 +3,7 @@
 //!
 //! Only what the scene needs is made: kernels for the pairs that its shapes can form, buffers for the rows that there are.
 
+mod again;
 mod candidates;
 mod growing;
 mod midpoint;
@@ -17,7 +18,7 @@ mod state;
 mod tests;
 mod walls;
 
-use super::{Backend, Overlap};
+use super::{Again, Backend, Overlap};
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
 use crate::dynamics::{Cells, ForceField};
@@ -122,9 +123,29 @@ struct Ancestry {
     next_id: u64,
 }
 
+impl Ancestry {
+    /// That of the bodies of a state.
+    fn of(setup: &Setup, state: &State) -> Ancestry {
+        let own = |of: &dyn Fn(&Cells, u64) -> f64| -> Vec<f64> {
+            let of_each = |cells: &Cells| state.bodies.lineage.iter().map(|line| of(cells, line.id)).collect();
+            setup.growth.as_ref().map(of_each).unwrap_or_default()
+        };
+        Ancestry {
+            division: own(&|cells, id| cells.division_length(id)),
+            rate: own(&|cells, id| cells.rate(id, 0.0)),
+            lineage: state.bodies.lineage.clone(),
+            group: state.bodies.group.clone(),
+            length: state.bodies.shape.iter().map(|s| s.growing_length().unwrap_or(f64::NAN)).collect(),
+            next_id: state.next_id,
+        }
+    }
+}
+
 /// The GPU backend.
 pub struct Device {
     gpu: Arc<Gpu>,
+    /// For the CPU, which takes steps again that fail.
+    scene: Scene,
     setup: Setup,
     kernels: Kernels,
     start_time: f64,
@@ -197,19 +218,7 @@ impl Device {
             shapes.push(Shapes::new(&gpu, precision, bodies, grows)?);
         }
         shapes[0].write(&gpu, precision, &state.bodies.shape, grows.then_some(setup.length_pitch));
-        let cells = setup.growth;
-        let own = |of: &dyn Fn(&Cells, u64) -> f64| -> Vec<f64> {
-            let of_each = |cells: &Cells| state.bodies.lineage.iter().map(|line| of(cells, line.id)).collect();
-            cells.as_ref().map(of_each).unwrap_or_default()
-        };
-        let ancestry = Ancestry {
-            division: own(&|cells, id| cells.division_length(id)),
-            rate: own(&|cells, id| cells.rate(id, 0.0)),
-            lineage: state.bodies.lineage.clone(),
-            group: state.bodies.group.clone(),
-            length: state.bodies.shape.iter().map(|s| s.growing_length().unwrap_or(f64::NAN)).collect(),
-            next_id: state.next_id,
-        };
+        let ancestry = Ancestry::of(&setup, &state);
         let width = setup.motion_width() as usize;
         Ok(Device {
             start_time: scene.time.start,
@@ -240,6 +249,7 @@ impl Device {
             state: OnceLock::from(state),
             phases: Phases::default(),
             setup,
+            scene: scene.clone(),
             gpu,
         })
     }
@@ -311,7 +321,6 @@ impl Device {
 
 impl Backend for Device {
     fn begin(&mut self) -> Result<(), Fault> {
-        self.phases = Phases::default();
         self.part = self.setup.first_part();
         if self.grows() {
             let begun = Instant::now();
@@ -437,7 +446,11 @@ impl Backend for Device {
         self.step += 1;
         self.state = OnceLock::new();
         self.phases.integrate += begun.elapsed();
-        Ok(self.phases)
+        Ok(std::mem::take(&mut self.phases))
+    }
+
+    fn take_again(&mut self, take: &mut dyn FnMut(&mut dyn Again) -> Result<(), Fault>) -> Result<(), Fault> {
+        if self.setup.planar { self.take_on_cpu::<PLANAR>(take) } else { self.take_on_cpu::<SPATIAL>(take) }
     }
 
     fn multipliers(&self) -> Result<Vec<f64>, Fault> {

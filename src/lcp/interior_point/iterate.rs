@@ -40,13 +40,16 @@ pub(super) struct Iterate<const D: usize> {
     velocity: Vec<[f64; D]>,
     predicted: Direction,
     step: Direction,
+    /// What is added to the diagonal of `A`, which is one.
+    compliance: f64,
     /// Products with a half of `A`, `J^T x` or `J v`, made since [`Iterate::reset`].
     pub halves: u64,
 }
 
 impl<const D: usize> Iterate<D> {
     /// Forgets all.
-    pub fn reset(&mut self) {
+    pub fn reset(&mut self, compliance: f64) {
+        self.compliance = compliance;
         self.halves = 0;
         self.step.gamma.clear();
     }
@@ -97,7 +100,7 @@ impl<const D: usize> Iterate<D> {
 
     /// Whether the last step proves that the rows have no solution.
     pub fn contradicts(&mut self, rows: &UnitRows<D>) -> bool {
-        if self.step.gamma.is_empty() {
+        if self.step.gamma.is_empty() || self.compliance > 0.0 {
             return false;
         }
         self.work.clear();
@@ -109,8 +112,9 @@ impl<const D: usize> Iterate<D> {
 
     /// Takes one step.
     pub fn advance(&mut self, rows: &UnitRows<D>, matrix: &mut NormalMatrix<D>) -> Result<(), Refused> {
+        let added = REGULARIZATION + self.compliance;
         for (weight, (gamma, slack)) in self.weight.iter_mut().zip(self.gamma.iter().zip(&self.slack)) {
-            *weight = 1.0 / (REGULARIZATION + slack / gamma);
+            *weight = 1.0 / (added + slack / gamma);
         }
         matrix.factorize(rows, &self.weight)?;
         let (mut predicted, mut step) = (std::mem::take(&mut self.predicted), std::mem::take(&mut self.step));

@@ -103,7 +103,7 @@ impl<const D: usize> InteriorPoint<D> {
         enough_at_start: f64,
     ) -> (Status, u64, f64) {
         let Drive { at, history, .. } = drive;
-        self.iterate.reset();
+        self.iterate.reset(cpu.compliance());
         self.matrix.factorizations = 0;
         cpu.clear(&mut at.g);
         cpu.gradient(&at.x, &mut at.g);

@@ -1,0 +1,69 @@
+//! What the CPU does to take a step that failed again: on its own behalf, or on a device's.
+
+use super::Cpu;
+use crate::backend::{Again, Backend};
+use crate::dynamics::ForceField;
+use crate::relcp::{Crowd, Piece, State, Waiting};
+use std::collections::{BTreeSet, HashSet};
+
+impl<const D: usize> Cpu<D> {
+    /// Forces beside the scene's own are taken over, and given back by [`Cpu::give_forces`].
+    pub fn lend_forces(&mut self, forces: &mut Vec<Box<dyn ForceField>>) {
+        self.forces.append(forces);
+    }
+
+    /// Gives the last `count` forces back.
+    pub fn give_forces(&mut self, count: usize) -> Vec<Box<dyn ForceField>> {
+        self.forces.split_off(self.forces.len() - count)
+    }
+
+    /// The state, for a device to go on from.
+    pub fn into_state(self) -> State {
+        self.state
+    }
+}
+
+impl<const D: usize> Again for Cpu<D> {
+    fn prepare(&mut self, piece: Piece, waiting: &Waiting) {
+        self.next = Some((piece, waiting.clone()));
+    }
+
+    fn restore(&mut self, state: &State) {
+        self.state.clone_from(state);
+        self.next = None;
+    }
+
+    fn set_multipliers(&mut self, gamma: &[f64]) {
+        self.gamma.fill(0.0);
+        self.gamma.iter_mut().zip(gamma).for_each(|(own, gamma)| *own = *gamma);
+    }
+
+    fn crowded(&self, crowd: Crowd) -> Vec<u64> {
+        let bodies: BTreeSet<u32> = match crowd {
+            Crowd::Overlapping => {
+                let over = self.overlapping.iter().filter(|near| near.found.separation < -self.overlap_tolerance);
+                over.flat_map(|near| near.pair).collect()
+            }
+            Crowd::Pressed => {
+                let pressed = self.problem.pair.iter().zip(&self.gamma).filter(|(_, gamma)| **gamma > 0.0);
+                pressed.flat_map(|(pair, _)| *pair).collect()
+            }
+        };
+        let before: HashSet<u64> = self.state.bodies.lineage.iter().map(|line| line.id).collect();
+        let mother = |line: &crate::bodies::Lineage| match line.parent {
+            Some(parent) if !before.contains(&line.id) => parent,
+            _ => line.id,
+        };
+        // The surfaces of walls come after all bodies.
+        let lines = bodies.into_iter().filter_map(|body| self.start.lineage.get(body as usize));
+        lines.map(mother).collect::<BTreeSet<u64>>().into_iter().collect()
+    }
+
+    fn start_overlap(&self) -> f64 {
+        self.start_overlap
+    }
+
+    fn backend(&mut self) -> &mut dyn Backend {
+        self
+    }
+}

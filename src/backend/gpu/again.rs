@@ -1,0 +1,57 @@
+//! A step that fails on the device is taken by the CPU, in f64, from the state that the device had accepted; the device goes on from the state that it leaves.
+//!
+//! It costs the state's way to the host and back, and happens where the CPU would cut the step into pieces, or where the device's numbers or its
+//! solver, which has no factorization, end before the tolerance.
+
+use super::{Ancestry, Device, growing};
+use crate::backend::cpu::Cpu;
+use crate::backend::Again;
+use crate::gpu::GpuError;
+use crate::relcp::{Fault, State};
+use std::sync::OnceLock;
+
+impl Device {
+    pub(super) fn take_on_cpu<const D: usize>(
+        &mut self,
+        take: &mut dyn FnMut(&mut dyn Again) -> Result<(), Fault>,
+    ) -> Result<(), Fault> {
+        let mut state = self.known_state()?.clone();
+        // The list of a step whose cells divided knows of pairs of bodies that were not born.
+        let bodies = state.bodies.len() as u32;
+        state.warm.retain(|w| w.pair[0] < bodies && (w.pair[1] < bodies || crate::walls::surface_of(w.pair[1]).is_some()));
+        let mut cpu = Cpu::<D>::new(&self.scene, state)?;
+        let plugged = self.plugged.len();
+        cpu.lend_forces(&mut self.plugged);
+        let taken = take(&mut cpu);
+        self.plugged = cpu.give_forces(plugged);
+        self.restore(cpu.into_state())?;
+        taken
+    }
+
+    /// Goes on from a state of this scene.
+    fn restore(&mut self, state: State) -> Result<(), GpuError> {
+        let (gpu, bodies) = (self.gpu.clone(), state.bodies.len() as u64);
+        let mut record = gpu.record();
+        for poses in &mut self.poses {
+            poses.reserve(&gpu, &mut record, bodies)?;
+        }
+        for shapes in &mut self.shapes {
+            shapes.reserve(&gpu, &mut record, bodies)?;
+        }
+        record.submit()?;
+        let (precision, length_pitch) = (self.setup.precision, self.setup.length_pitch);
+        self.poses[0].write(&gpu, precision, &self.setup.lattice, &state.bodies)?;
+        self.shapes[0].write(&gpu, precision, &state.bodies.shape, self.grows().then_some(length_pitch));
+        self.ancestry = Ancestry::of(&self.setup, &state);
+        self.before = None;
+        self.growths = growing::growths(&gpu, &self.setup, &self.ancestry)?;
+        self.groups_of.reserve(&gpu, bodies)?;
+        self.groups_of.write(&gpu, 0, bytemuck::cast_slice(&self.ancestry.group));
+        (self.bodies, self.accepted_bodies, self.step) = (bodies, bodies, state.step);
+        self.part = self.setup.first_part();
+        self.candidates.forget(state.warm);
+        // What is known of the state from now on is what the device holds.
+        self.state = OnceLock::new();
+        Ok(())
+    }
+}

@@ -1,0 +1,147 @@
+//! LCPs whose rows contradict each other, in the sense of the least overlap.
+//!
+//! In the place of `0 <= q + A gamma  _|_  gamma >= 0` stands `0 <= q + (A + c S) gamma  _|_  gamma >= 0` with `S` the diagonal of `A`: a row
+//! gives way by the part `c` of what its own multiplier moves it by. It is the minimum over all velocities `v` of
+//! `|v|^2 / 2 + sum (violation of row i)^2 / (2 c S_ii)`, a quadratic penalty: there is always a solution, its `v` is unique, and no multiplier
+//! is larger than its row's violation over `c S_ii` (regularization: R. W. Cottle, J.-S. Pang, R. E. Stone, "The Linear Complementarity Problem", 1992,
+//! section 5.6).
+//!
+//! Rows that have a common solution are violated by `c` times what forces move them, so a small enough `c` leaves less than any tolerance; rows that
+//! have none are violated in the least-squares sense, which a smaller `c` changes little. So `c` falls until the violation is allowed, or no longer falls.
+
+use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
+use super::solver::Solver;
+use super::{Outcome, Problem, Settings, Status};
+
+/// The parts `c` that are tried. In a colony forces move rows by lengths of about 1, so that the first leaves about an overlap tolerance of 1e-5 and the second
+/// a hundredth of it. A stack of rods that is too tall by 1e-6 is left with 1e-6 to three digits by the second, with forces ten times those of the first.
+const COMPLIANCES: [f64; 3] = [1e-5, 1e-7, 1e-9];
+
+/// A violation that is not under this part of the last one is no longer falling.
+const GAIN: f64 = 0.5;
+
+impl<const D: usize> Solver<D> {
+    /// Solves a problem in the sense of the least overlap, from the start `gamma` that it replaces. Ends with [`Status::LeastOverlap`] where no row is
+    /// violated by more than `allowed`, a length, and the residual is then the largest violation; else with how the best of its solves ended.
+    ///
+    /// # Panics
+    /// As [`Solver::solve`].
+    pub fn relax(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
+        gamma.resize(problem.q.len(), 0.0);
+        self.cpu.rebuild(problem);
+        let nothing = Outcome {
+            status: Status::NotFinite,
+            iterations: 0,
+            products: 0,
+            factorizations: 0,
+            fallback: false,
+            residual: f64::INFINITY,
+        };
+        if !self.cpu.is_finite() {
+            return nothing;
+        }
+        let (mut best, mut found) = (nothing, gamma.clone());
+        let mut method = InteriorPoint::default();
+        for compliance in COMPLIANCES {
+            self.cpu.set_compliance(compliance);
+            let outcome = self.relaxed(&mut method, gamma, allowed);
+            best.iterations += outcome.iterations;
+            best.factorizations += outcome.factorizations;
+            best.products = outcome.products;
+            let falls = outcome.residual < GAIN * best.residual;
+            if falls {
+                (best.status, best.residual) = (outcome.status, outcome.residual);
+                self.cpu.export(&self.drive.at.x, &mut found);
+            }
+            if !falls || outcome.residual <= allowed {
+                break;
+            }
+        }
+        *gamma = found;
+        best
+    }
+
+    /// Solves with the present compliance. The residual is the larger of the solve's own and the largest violation.
+    fn relaxed(&mut self, method: &mut InteriorPoint<D>, start: &[f64], allowed: f64) -> Outcome {
+        self.cpu.import(start, &mut self.drive.at.x);
+        method.forget();
+        let settings = Settings { max_iterations: self.settings().max_iterations.min(MOST_ITERATIONS), ..self.settings() };
+        let (mut status, mut iterations, mut residual) = method.run(&mut self.cpu, &mut self.drive, &settings, 0.0);
+        if status == Status::TooLarge {
+            let most = self.settings().max_iterations;
+            (status, iterations, residual) = self.conjugate_gradients(most);
+        }
+        residual = residual.max(self.cpu.given_way(&self.drive.at.x));
+        if residual <= allowed {
+            status = Status::LeastOverlap;
+        } else if matches!(status, Status::Solved) {
+            status = Status::Infeasible;
+        }
+        let (products, factorizations) = (self.cpu.products_made(), method.factorizations());
+        Outcome { status, iterations, products, factorizations, fallback: false, residual }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::SolverKind;
+
+    const SETTINGS: Settings = Settings { tolerance: 1e-9, max_iterations: 10_000 };
+
+    /// Bodies in a line between two walls, which are bodies whose blocks are zero, each too near the next by `depth`.
+    fn squeezed(links: u32, depth: f64) -> Problem<3> {
+        let along = |x: f64| [x, 0.0, 0.0];
+        let mut problem = Problem { bodies: links as usize + 2, ..Problem::default() };
+        for i in 0..=links {
+            let block = |body: u32, x: f64| along(if body == 0 || body == links + 1 { 0.0 } else { x });
+            problem.pair.push([i, i + 1]);
+            problem.jacobian.push([block(i, -1.0), block(i + 1, 1.0)]);
+            problem.q.push(-depth);
+        }
+        problem
+    }
+
+    fn relax(problem: &Problem<3>, allowed: f64) -> (Outcome, Vec<f64>) {
+        let mut gamma = Vec::new();
+        let outcome = Solver::new(SolverKind::Auto, SETTINGS).relax(problem, &mut gamma, allowed);
+        (outcome, gamma)
+    }
+
+    #[test]
+    fn a_stack_that_is_too_tall_shares_the_overlap_evenly_and_stays_where_it_is() {
+        let problem = squeezed(7, 1e-6);
+        let plain = Solver::new(SolverKind::Auto, SETTINGS).solve(&problem, &mut Vec::new());
+        assert_ne!(plain.status, Status::Solved);
+        let (outcome, gamma) = relax(&problem, 5e-6);
+        assert_eq!(outcome.status, Status::LeastOverlap);
+        assert!((outcome.residual - 1e-6).abs() < 1e-7, "{outcome:?}");
+        let moved = crate::lcp::velocity(&problem, &gamma);
+        assert!(moved.iter().flatten().all(|v| v.abs() < 1e-6), "{moved:?}");
+    }
+
+    #[test]
+    fn a_stack_that_fits_nowhere_is_not_thrown_anywhere() {
+        let problem = squeezed(7, 0.1);
+        let (outcome, gamma) = relax(&problem, 5e-6);
+        assert_eq!(outcome.status, Status::Infeasible);
+        assert!((outcome.residual - 0.1).abs() < 1e-3, "{outcome:?}");
+        let moved = crate::lcp::velocity(&problem, &gamma);
+        assert!(moved.iter().flatten().all(|v| v.abs() < 0.1), "{moved:?}");
+        assert!(gamma.iter().all(|gamma| gamma.is_finite()));
+    }
+
+    #[test]
+    fn rows_that_have_a_solution_are_solved_to_what_is_allowed() {
+        let mut problem = squeezed(7, 0.1);
+        problem.jacobian[7] = [[0.0; 3]; 2];
+        problem.q[7] = 1.0;
+        let (outcome, gamma) = relax(&problem, 5e-6);
+        assert_eq!(outcome.status, Status::LeastOverlap);
+        let mut exact = Vec::new();
+        Solver::new(SolverKind::Auto, SETTINGS).solve(&problem, &mut exact);
+        let [v, w] = [&gamma, &exact].map(|gamma| crate::lcp::velocity(&problem, gamma));
+        let apart = v.iter().zip(&w).map(|(v, w)| (v[0] - w[0]).abs()).fold(0.0, f64::max);
+        assert!(apart < 5e-5, "{apart:e}");
+    }
+}

@@ -1,0 +1,89 @@
+//! What of a step is taken at once: all of it, or where that fails a piece of it, in which some cells may have to wait.
+
+/// A piece of a step, in parts of its `dt`. Pieces come from halving, so that their numbers are exact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// Where in the step it begins.
+    pub start: f64,
+    /// How long it is.
+    pub length: f64,
+}
+
+impl Piece {
+    /// The step in one.
+    pub const WHOLE: Piece = Piece { start: 0.0, length: 1.0 };
+
+    /// The shortest piece, a 64th: after it a step counts as one that cannot be taken. Six halvings make a way that leads through a body of the
+    /// usual steps (under 48 thicknesses a step) one that does not, and contradictions between rows 64 to 4,096 times smaller.
+    pub const SHORTEST: f64 = 1.0 / 64.0;
+
+    /// Its two halves; none of the shortest piece.
+    pub fn halves(self) -> Option<[Piece; 2]> {
+        let length = 0.5 * self.length;
+        let half = |start| Piece { start, length };
+        (length >= Piece::SHORTEST).then(|| [half(self.start), half(self.start + length)])
+    }
+
+    /// Whether the step is over after it.
+    pub fn ends_step(self) -> bool {
+        self.start + self.length >= 1.0
+    }
+}
+
+/// Cells that wait in a piece of a step: they neither grow nor divide.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Waiting {
+    /// None.
+    #[default]
+    None,
+    /// Those with these ids, sorted.
+    Some(Vec<u64>),
+    /// All of them.
+    All,
+}
+
+impl Waiting {
+    /// Whether the cell `id` waits.
+    pub fn holds(&self, id: u64) -> bool {
+        match self {
+            Waiting::None => false,
+            Waiting::Some(ids) => ids.binary_search(&id).is_ok(),
+            Waiting::All => true,
+        }
+    }
+}
+
+/// Which cells [`crowded`](crate::backend::Again::crowded) names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Crowd {
+    /// Those that overlap by more than the tolerance at the trial.
+    Overlapping,
+    /// Those on which a contact force acts.
+    Pressed,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_of_halves_fill_the_step_exactly_down_to_a_64th() {
+        let mut pieces = vec![Piece::WHOLE];
+        while let Some(halves) = pieces.iter().map(|piece| piece.halves()).collect::<Option<Vec<_>>>() {
+            pieces = halves.concat();
+        }
+        assert_eq!(pieces.len(), 64);
+        let mut at = 0.0;
+        for piece in &pieces {
+            assert_eq!((piece.start, piece.length), (at, Piece::SHORTEST));
+            at += piece.length;
+            assert_eq!(piece.ends_step(), at == 1.0);
+        }
+    }
+
+    #[test]
+    fn a_cell_waits_where_it_is_named_or_all_are() {
+        let some = Waiting::Some(vec![2, 5]);
+        assert!(some.holds(5) && !some.holds(3) && Waiting::All.holds(3) && !Waiting::None.holds(5));
+    }
+}
