@@ -11,6 +11,7 @@ use crate::study::hard::random::{self, Options, Row, Ticket};
 use crate::study::hard::{Size, Study, Verdict, all};
 use crate::study::paper::COMPUTED_BY;
 use serde_json::{Value, json};
+use std::sync::{Mutex, PoisonError};
 
 pub(super) fn hard(arguments: &Arguments) -> Result<Found, CliError> {
     if arguments.random.is_some() || arguments.confined.is_some() {
@@ -63,15 +64,22 @@ fn drawn(arguments: &Arguments) -> Result<Found, CliError> {
     // Before anything is run, so that a folder that cannot be written to costs nothing.
     write_all(&arguments.out, [])?;
     let tickets = Ticket::of(arguments.random.unwrap_or(0), arguments.confined.unwrap_or(0));
-    let rows = random::run_all(&tickets, &options, &|row| say_row(arguments, row))?;
+    let fault: Mutex<Option<CliError>> = Mutex::default();
+    let rows = random::run_all(&tickets, &options, &|row| {
+        say_row(arguments, row);
+        // As it ends, so that it stays when the study is interrupted.
+        if let Err(error) = write_scene(arguments, row) {
+            fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        }
+    })?;
+    if let Some(error) = fault.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        return Err(error);
+    }
     let text = random::page(&rows, arguments.seed, &computed_by);
     let numbers = json!({ "computed_by": computed_by, "seed": arguments.seed, "rows": value(&rows)? });
     let (json, table) = (pretty(&numbers)?, random::csv(&rows)?);
     let files: [(&str, &[u8]); 3] = [("drawn.md", text.as_bytes()), ("drawn.json", &json), ("drawn.csv", &table)];
     write_all(&arguments.out, files)?;
-    let scenes: Vec<(String, String)> = rows.iter().filter_map(scene_file).collect();
-    let files = scenes.iter().map(|(name, text)| (name.as_str(), text.as_bytes()));
-    write_all(&arguments.out.join("failures"), files)?;
     Ok(Found { text, numbers, missed: rows.iter().any(|row| row.verdict == Verdict::Fails) })
 }
 
@@ -80,8 +88,9 @@ fn say_row(arguments: &Arguments, row: &Row) {
     say(arguments, &format!("{}: {}{why}", row.name, row.verdict.name().trim_matches('*')));
 }
 
-/// The scene of a row that something speaks against, as a file that `relcp run` takes.
-fn scene_file(row: &Row) -> Option<(String, String)> {
-    let scene = row.scene.as_ref()?;
-    Some((format!("{}.json", row.name), scene.to_json()))
+/// Writes the scene of a row that something speaks against, as a file that `relcp run` takes.
+fn write_scene(arguments: &Arguments, row: &Row) -> Result<(), CliError> {
+    let Some(scene) = &row.scene else { return Ok(()) };
+    let (name, text) = (format!("{}.json", row.name), scene.to_json());
+    write_all(&arguments.out.join("failures"), [(name.as_str(), text.as_bytes())])
 }

@@ -4,7 +4,7 @@ use super::Start;
 use crate::bodies::Bodies;
 use crate::gpu::Precision;
 use crate::relcp::{Compute, Fault, Simulation, StepReport, contacts};
-use crate::scene::SceneError;
+use crate::scene::{Method, OnFailure, Scene, SceneError};
 use crate::walls::Walls;
 use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -58,6 +58,10 @@ pub struct Figures {
     pub steps_passed: u64,
     /// The pair that it named first.
     pub passed: Option<[usize; 2]>,
+    /// Steps that were taken in pieces.
+    pub steps_cut: u64,
+    /// The most pieces of a step.
+    pub most_pieces: u32,
     /// Accepted states with a number that is not finite, or an orientation that is no rotation.
     pub states_not_finite: u64,
     /// Whether the run is to stop at a step that would leave more than the tolerance.
@@ -96,7 +100,10 @@ pub fn follow_on(
 ) -> Run {
     let settings = start.scene.lcp_settings();
     let mut run = Run {
-        figures: Figures::new(start.scene.contact.overlap_tolerance, settings.tolerance),
+        figures: Figures {
+            binding: binds(&start.scene),
+            ..Figures::new(start.scene.contact.overlap_tolerance, settings.tolerance)
+        },
         bodies: Bodies::default(),
     };
     let outcome = catch_unwind(AssertUnwindSafe(|| run.take(compute, start, [steps, over], &mut seen)));
@@ -104,13 +111,18 @@ pub fn follow_on(
         Ok(Ok(())) => End::Done,
         Ok(Err(Stopped::Scene(refused))) => End::Refused(refused.to_string()),
         Ok(Err(Stopped::Fault(fault))) => {
-            run.figures.stopped = Some(kind(&fault));
+            run.figures.stopped = Some(fault.name());
             End::Fault(fault.to_string())
         }
         Err(panic) => End::Panic(words(panic.as_ref())),
     };
     run.figures.recursions_mean /= run.figures.steps.max(1) as f64;
     run
+}
+
+/// Whether a step that misses the overlap tolerance is to stop the run.
+fn binds(scene: &Scene) -> bool {
+    scene.contact.method == Method::Relcp && scene.contact.on_failure == OnFailure::Stop
 }
 
 enum Stopped {
@@ -127,19 +139,6 @@ impl From<SceneError> for Stopped {
 impl From<Fault> for Stopped {
     fn from(fault: Fault) -> Self {
         Stopped::Fault(fault)
-    }
-}
-
-/// A fault's kind, in a few words.
-fn kind(fault: &Fault) -> &'static str {
-    match fault {
-        Fault::NotFinite { .. } => "a number is not finite",
-        Fault::PeriodTooShort { .. } => "a period is too short",
-        Fault::TooFar { .. } => "a body is too far away",
-        Fault::TooLarge { .. } => "a factor is too large",
-        Fault::NoSeparation { .. } => "two shapes have no separation",
-        Fault::NoProxy(_) => "a body has no proxy",
-        Fault::Device(_) => "the device",
     }
 }
 
@@ -195,6 +194,8 @@ impl Figures {
             status: crate::lcp::Status::Solved.name().into(),
             steps_passed: 0,
             passed: None,
+            steps_cut: 0,
+            most_pieces: 0,
             states_not_finite: 0,
             binding: false,
             stopped: None,
@@ -219,6 +220,8 @@ impl Figures {
         self.recursions_mean += f64::from(report.recursions);
         self.recursions_max = self.recursions_max.max(report.recursions);
         self.products += report.products;
+        self.steps_cut += u64::from(report.pieces > 1);
+        self.most_pieces = self.most_pieces.max(report.pieces);
         if let Some(passed) = report.passed {
             self.steps_passed += 1;
             self.passed = self.passed.or(Some(passed.pair));

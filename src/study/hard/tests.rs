@@ -61,7 +61,12 @@ fn an_audit_finds_what_a_report_hides() {
     let overlapping = start.scene.build().unwrap();
     let said = |max_overlap: f64| {
         let mut figures = good();
-        figures.audit(&StepReport { max_overlap, ..StepReport::default() }, &overlapping, &Walls::default(), Precision::F64);
+        figures.audit(
+            &StepReport { max_overlap, ..StepReport::default() },
+            &overlapping,
+            &Walls::default(),
+            Precision::F64,
+        );
         figures
     };
     let honest = said(1.0 - 0.9);
@@ -74,13 +79,23 @@ fn an_audit_finds_what_a_report_hides() {
         let mut bodies = overlapping.clone();
         bodies.velocity[1] = broken;
         let mut figures = good();
-        figures.audit(&StepReport { max_overlap: 1.0 - 0.9, ..StepReport::default() }, &bodies, &Walls::default(), Precision::F64);
+        figures.audit(
+            &StepReport { max_overlap: 1.0 - 0.9, ..StepReport::default() },
+            &bodies,
+            &Walls::default(),
+            Precision::F64,
+        );
         assert_eq!((figures.states_not_finite, verdict(&figures)), (1, Verdict::Fails));
     }
     let mut bodies = overlapping;
     bodies.orientation[0] = DQuat::from_xyzw(0.0, 0.0, 0.0, 2.0);
     let mut figures = good();
-    figures.audit(&StepReport { max_overlap: 1.0 - 0.9, ..StepReport::default() }, &bodies, &Walls::default(), Precision::F64);
+    figures.audit(
+        &StepReport { max_overlap: 1.0 - 0.9, ..StepReport::default() },
+        &bodies,
+        &Walls::default(),
+        Precision::F64,
+    );
     assert_eq!(figures.states_not_finite, 1);
 }
 

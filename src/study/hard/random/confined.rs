@@ -1,7 +1,9 @@
 //! Colonies that fill a confined space: channels, discs, boxes and cups, to the end that there is no room.
 
 use super::{Drawn, draw};
-use crate::scene::{Body, Contact, Dynamics, Growth, Output, Scene, SceneError, Solver, Stepping, Stop, Time, Wall};
+use crate::scene::{
+    Body, Contact, Dynamics, Growth, OnNoRoom, Output, Scene, SceneError, Solver, Stepping, Stop, Time, Wall,
+};
 use crate::study::hard::start::{Random, body, rod};
 use glam::{DQuat, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -102,6 +104,7 @@ fn growth(random: &mut Random, division_length: f64) -> Growth {
         rate_noise: noise(random),
         stress_sensitivity: random.either(0.2, sensitivity, 0.0),
         stop: Some(Stop { population: Some(POPULATION), ..Stop::default() }),
+        on_no_room: OnNoRoom::Stop,
     }
 }
 

@@ -1,7 +1,9 @@
 //! What drives a drawn scene: the law, forces, growth, speeds, spins, the step and settings that are not the defaults.
 
 use super::shapes::Mixture;
-use crate::scene::{Body, Contact, Dynamics, Force, Growth, Recursion, Scene, Solver, SolverKind, Stepping, Stop};
+use crate::scene::{
+    Body, Contact, Dynamics, Force, Growth, OnFailure, OnNoRoom, Recursion, Scene, Solver, SolverKind, Stepping, Stop,
+};
 use crate::study::hard::start::Random;
 use glam::DVec3;
 
@@ -56,6 +58,7 @@ pub(super) fn growth(random: &mut Random, mixture: &Mixture, dt: f64, bodies: u6
         rate_noise: noise(random, 0.9),
         stress_sensitivity: random.either(0.3, sensitivity, 0.0),
         stop: Some(Stop { population: Some(bodies + POPULATION), ..Stop::default() }),
+        on_no_room: random.either(0.3, OnNoRoom::Stall, OnNoRoom::Stop),
     })
 }
 
@@ -135,7 +138,7 @@ pub(super) fn settings(random: &mut Random, thinnest: f64) -> (Contact, Solver, 
     if random.chance(0.8) {
         return (contact, solver, String::new());
     }
-    let what = match random.below(4) {
+    let what = match random.below(5) {
         0 => {
             contact.overlap_tolerance = random.log_within(TOLERANCE[0], TOLERANCE[1]).min(0.1 * thinnest);
             format!("tolerance {:.0e}", contact.overlap_tolerance)
@@ -148,6 +151,10 @@ pub(super) fn settings(random: &mut Random, thinnest: f64) -> (Contact, Solver, 
             let kinds = [SolverKind::PairBlockCg, SolverKind::Bbpgd, SolverKind::Apgd, SolverKind::InteriorPoint];
             solver.kind = kinds[random.below(kinds.len())];
             format!("solver {:?}", solver.kind)
+        }
+        3 => {
+            contact.on_failure = OnFailure::Continue;
+            "going on after failures".into()
         }
         _ => {
             contact.cutoff = Some(random.either(0.5, 0.0, 0.5 * thinnest));

@@ -108,9 +108,9 @@ fn attempt(random: &mut Random, name: String) -> Drawn {
 
 /// Half the longest that a cell grows to.
 fn longest(scene: &Scene) -> f64 {
-    scene.growth.map_or(0.0, |growth| {
-        0.5 * growth.division_lengths()[1] * (growth.fastest_rate() * scene.time.dt).exp()
-    })
+    scene
+        .growth
+        .map_or(0.0, |growth| 0.5 * growth.division_lengths()[1] * (growth.fastest_rate() * scene.time.dt).exp())
 }
 
 fn needs(random: &mut Random, mixture: &Mixture, count: f64, planar: bool, reach: f64) -> Needs {

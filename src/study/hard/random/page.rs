@@ -48,6 +48,10 @@ fn write_group(out: &mut String, from: From, rows: &[&Row]) {
         count(Verdict::Fails),
         rows.len()
     );
+    let cut = rows.iter().map(|row| row.figures.steps_cut);
+    let (cut, of) = (cut.clone().sum::<u64>(), cut.filter(|cut| *cut > 0).count());
+    let pieces = rows.iter().map(|row| row.figures.most_pieces).max().unwrap_or(0);
+    let _ = write!(out, "{cut} steps of {of} scenes were taken in pieces, {pieces} at most.\n");
     let ends = counted(rows.iter().map(|row| row.ended.as_str()));
     write_counts(out, "ended at", &ends);
     for (verdict, heading) in [(Verdict::Fails, "fails by"), (Verdict::Reported, "reported for")] {
@@ -80,11 +84,19 @@ fn write_counts(out: &mut String, heading: &str, counts: &[(&str, usize)]) {
 
 /// The largest value of a measure, and of which scene.
 fn write_worst(out: &mut String, what: &str, rows: &[&Row]) {
-    let of = |row: &&&Row| row.measures.iter().find(|measure| measure.what.starts_with(what)).map(|m| (m.clone(), row.name.clone()));
+    let of = |row: &&&Row| {
+        row.measures.iter().find(|measure| measure.what.starts_with(what)).map(|m| (m.clone(), row.name.clone()))
+    };
     let measured: Vec<_> = rows.iter().filter_map(|row| of(&row)).collect();
     let worst = measured.iter().max_by(|a, b| a.0.value.total_cmp(&b.0.value));
     if let Some((measure, name)) = worst {
-        let _ = write!(out, "\nLargest {}: {:.2e}, of {name}; {} scenes measured.\n", measure.what, measure.value, measured.len());
+        let _ = write!(
+            out,
+            "\nLargest {}: {:.2e}, of {name}; {} scenes measured.\n",
+            measure.what,
+            measure.value,
+            measured.len()
+        );
     }
 }
 
@@ -124,6 +136,8 @@ struct Line<'a> {
     worst_residual: f64,
     unconverged: u64,
     steps_passed: u64,
+    steps_cut: u64,
+    most_pieces: u32,
     ended: &'a str,
     thrown: Option<f64>,
     energy: Option<f64>,
@@ -149,6 +163,8 @@ pub fn csv(rows: &[Row]) -> Result<Vec<u8>, StudyError> {
         worst_residual: row.figures.worst_residual,
         unconverged: row.figures.unconverged,
         steps_passed: row.figures.steps_passed,
+        steps_cut: row.figures.steps_cut,
+        most_pieces: row.figures.most_pieces,
         ended: &row.ended,
         thrown: measured(row, "way of"),
         energy: measured(row, "energy from"),

@@ -95,7 +95,8 @@ impl<'a> Placer<'a> {
     fn gather(&mut self, random: &mut Random, manner: Manner, thickness: f64) {
         let down = random.chance(0.5).then(|| self.way(random));
         let mut order: Vec<usize> = (0..self.placed.len()).collect();
-        let height = |i: usize| down.map_or(self.placed[i].position.length(), |down| -down.dot(self.placed[i].position));
+        let height =
+            |i: usize| down.map_or(self.placed[i].position.length(), |down| -down.dot(self.placed[i].position));
         order.sort_by(|a, b| height(*a).total_cmp(&height(*b)));
         for i in order {
             let way = down.unwrap_or(-self.placed[i].position.normalize_or_zero());

@@ -70,11 +70,7 @@ pub struct Options {
 ///
 /// # Errors
 /// [`StudyError::Scene`] where no start of a scene is taken, [`StudyError::Threads`].
-pub fn run_all(
-    tickets: &[Ticket],
-    options: &Options,
-    seen: &(dyn Fn(&Row) + Sync),
-) -> Result<Vec<Row>, StudyError> {
+pub fn run_all(tickets: &[Ticket], options: &Options, seen: &(dyn Fn(&Row) + Sync)) -> Result<Vec<Row>, StudyError> {
     let next = AtomicUsize::new(0);
     let ended: Mutex<Vec<(usize, Result<Row, SceneError>)>> = Mutex::default();
     let work = || {
@@ -123,7 +119,7 @@ pub fn run(from: From, drawn: Drawn, most_steps: u64, compute: &Compute) -> Row 
     let mut watch = Watch::new(&scene);
     let start = Start { scene, pull: None };
     let run = follow_on(compute, &start, [most_steps, 1], |before, simulation| watch.see(before, simulation));
-    let figures = Figures { binding: true, ..run.figures };
+    let figures = run.figures;
     let measures = watch.measures();
     let (verdict, why) = weigh(&figures, &measures);
     let ended = ended(&start.scene, &figures, most_steps);
@@ -139,7 +135,9 @@ fn ended(scene: &Scene, figures: &Figures, most_steps: u64) -> String {
         End::Panic(_) => "a panic".into(),
         End::Refused(_) => "refused".into(),
         End::Done if figures.binding && figures.steps_over > 0 => "a step over the tolerance".into(),
-        End::Done if population.is_some_and(|most| figures.bodies as u64 >= most) => "all cells that it may have".into(),
+        End::Done if population.is_some_and(|most| figures.bodies as u64 >= most) => {
+            "all cells that it may have".into()
+        }
         End::Done if figures.steps >= most_steps && most_steps < scene.time.steps() => "the study's last step".into(),
         End::Done => "its end".into(),
     }

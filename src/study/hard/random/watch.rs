@@ -46,7 +46,9 @@ impl Watch {
             name.as_ref().and_then(|name| groups.iter().position(|group| group == name)).map(|index| index as u32)
         };
         let pull = |force: &Force| match force {
-            Force::Uniform { force, group } => Some(Pull { group: number(group), along: DVec3::from(*force), by_mass: false }),
+            Force::Uniform { force, group } => {
+                Some(Pull { group: number(group), along: DVec3::from(*force), by_mass: false })
+            }
             Force::Gravity { acceleration, group } => {
                 Some(Pull { group: number(group), along: DVec3::from(*acceleration), by_mass: true })
             }
@@ -77,7 +79,8 @@ impl Watch {
     fn see_ways(&mut self, before: &Bodies, after: &Bodies, scene: &Scene) {
         let (dt, time) = (scene.time.dt, 0.0);
         let free = |i: usize| {
-            let load = self.forces.iter().map(|force| force.load(before, i, time)).fold(Default::default(), |a, b| a + b);
+            let load =
+                self.forces.iter().map(|force| force.load(before, i, time)).fold(Default::default(), |a, b| a + b);
             dt * self.law.motion(before, i, load, dt).free.linear.length()
         };
         let free = (0..before.len()).map(free).fold(0.0, f64::max);
@@ -87,7 +90,8 @@ impl Watch {
         // Daughters are turned, and stand a quarter of their mother's length beside her centre.
         let division = if after.len() > before.len() { longest } else { 0.0 };
         let explained = after.len() as f64 * (free + overlap + growth + division) + scene.contact.overlap_tolerance;
-        let old: HashMap<u64, DVec3> = before.lineage.iter().zip(&before.position).map(|(line, x)| (line.id, *x)).collect();
+        let old: HashMap<u64, DVec3> =
+            before.lineage.iter().zip(&before.position).map(|(line, x)| (line.id, *x)).collect();
         let from = |i: usize| {
             let line = &after.lineage[i];
             old.get(&line.id).or_else(|| line.parent.and_then(|parent| old.get(&parent)))
