@@ -6,6 +6,7 @@
 //! itself says that a step or a solve missed its tolerance, refuses the scene, or stops with a typed error.
 
 mod cases;
+mod energy;
 mod laws;
 mod page;
 pub mod random;

@@ -151,3 +151,6 @@ fn described(scene: &Scene, mixture: &Mixture, room: &Room, manner: Manner, driv
     }
     out
 }
+
+#[cfg(test)]
+mod tests;

@@ -42,7 +42,7 @@ pub struct Row {
     pub verdict: Verdict,
     /// What speaks against it.
     pub why: Vec<Against>,
-    /// How it ended: a colony that is full and one that has its number of cells are no failures.
+    /// How it ended.
     pub ended: String,
     /// What the run came to.
     pub figures: Figures,
@@ -131,7 +131,7 @@ pub fn run(from: From, drawn: Drawn, most_steps: u64, compute: &Compute) -> Row 
 fn ended(scene: &Scene, figures: &Figures, most_steps: u64) -> String {
     let population = scene.growth.and_then(|growth| growth.stop).and_then(|stop| stop.population);
     match &figures.end {
-        End::Fault(_) => figures.stopped.unwrap_or("a typed error").into(),
+        End::Fault(_) => format!("a typed error: {}", figures.stopped.unwrap_or("of no name")),
         End::Panic(_) => "a panic".into(),
         End::Refused(_) => "refused".into(),
         End::Done if figures.binding && figures.steps_over > 0 => "a step over the tolerance".into(),
