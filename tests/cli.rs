@@ -561,6 +561,27 @@ fn work_and_precision_are_studied() {
     }
 }
 
+/// Scenes that a seed draws: one that is stopped is there as a scene that stops again.
+#[test]
+fn drawn_scenes_are_studied_and_those_that_stop_can_be_run_again() {
+    let place = Place::new();
+    let study = ["study", "hard", "--random", "12", "--confined", "2", "--seed", "2", "--quick"];
+    let ways = ["--backend", "cpu", "--out", "st", "--json", "--quiet"];
+    let out = place.relcp(&[&study[..], &ways[..]].concat()).expect(0);
+    let numbers: Value = serde_json::from_str(&out.out).unwrap();
+    assert_eq!(place.json("st/drawn.json"), numbers);
+    let rows = numbers["rows"].as_array().unwrap();
+    assert_eq!((rows.len(), rows[13]["name"].as_str()), (14, Some("confined-2-1")));
+    assert_eq!(fs::read_to_string(place.at("st/drawn.csv")).unwrap().lines().count(), 1 + rows.len());
+    assert!(fs::read_to_string(place.at("st/drawn.md")).unwrap().contains("12 scenes, "));
+    for row in rows.iter().filter(|row| row["verdict"] != "holds") {
+        let scene = format!("st/failures/{}.json", row["name"].as_str().unwrap());
+        place.relcp(&["check", &scene]).expect(0);
+    }
+    let refused = place.relcp(&["study", "jitter", "--random", "3"]).expect(2);
+    assert!(refused.err.contains("relcp study hard"), "{}", refused.err);
+}
+
 #[test]
 fn throughput_is_measured_of_what_is_asked_for() {
     let place = Place::new();

@@ -196,7 +196,11 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     if s.steps_unsettled > 0 {
         let named = s.first_unsettled.iter().map(|step| format!("{} ({:.2e})", step.step, step.residual));
         let list = list(named, s.first_unsettled.len(), s.steps_unsettled);
-        writeln!(out, "  {} of {} steps have velocities that are off by more than the tolerance: {list}", s.steps_unsettled, s.steps)?;
+        writeln!(
+            out,
+            "  {} of {} steps have velocities that are off by more than the tolerance: {list}",
+            s.steps_unsettled, s.steps
+        )?;
     }
     if s.steps_passed > 0 {
         let named = s.first_passed.iter().map(|PassedStep { step, pairs, pair: [a, b] }| {
@@ -226,7 +230,10 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
 fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     let Retried { in_pieces, most_pieces, by_cpu, with_waiting_cells, relaxed_solves, .. } = s.retried;
     if relaxed_solves > 0 {
-        writeln!(out, "  {relaxed_solves} solves of rows that contradict each other, or nearly do, with the least overlap")?;
+        writeln!(
+            out,
+            "  {relaxed_solves} solves of rows that contradict each other, or nearly do, with the least overlap"
+        )?;
     }
     if in_pieces > 0 {
         writeln!(out, "  {in_pieces} of {} steps cut into pieces, {most_pieces} at most", s.steps)?;
@@ -246,8 +253,12 @@ fn verdict(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     match s.reason.as_deref() {
         None => Ok(()),
         Some(_) if s.message.is_some() => writeln!(out, "  stopped: {}", s.message.as_deref().unwrap_or_default()),
-        Some("overlap") => writeln!(out, "  out of tolerance: {steps_over_tolerance} of {steps} steps overlap by more than allowed"),
-        Some("passed") => writeln!(out, "  out of tolerance: bodies went through each other in {steps_passed} of {steps} steps"),
+        Some("overlap") => {
+            writeln!(out, "  out of tolerance: {steps_over_tolerance} of {steps} steps overlap by more than allowed")
+        }
+        Some("passed") => {
+            writeln!(out, "  out of tolerance: bodies went through each other in {steps_passed} of {steps} steps")
+        }
         Some(_) => writeln!(out, "  out of tolerance: {steps_unsettled} of {steps} steps have velocities that are off"),
     }
 }

@@ -33,6 +33,10 @@ pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
     if arguments.name != StudyName::WorkPrecision && arguments.make_references.is_some() {
         return Err(CliError::Usage("--make-references is for `relcp study work-precision`".into()));
     }
+    let draws = arguments.random.is_some() || arguments.confined.is_some();
+    if arguments.name != StudyName::Hard && draws {
+        return Err(CliError::Usage("--random and --confined are for `relcp study hard`".into()));
+    }
     let found = match arguments.name {
         StudyName::All => all(arguments)?,
         name => one(name, arguments)?,

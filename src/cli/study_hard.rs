@@ -1,14 +1,22 @@
 //! `relcp study hard`: numerical stability on hard cases.
 
 use super::arguments::{Study as Arguments, StudyName};
+use super::compute;
 use super::exit::CliError;
 use super::study::{Found, pretty, value, write_all};
 use super::study_paper::{on_the_cpu, say};
-use crate::study::hard::{Size, Study, all};
+use crate::relcp::Compute;
+use crate::scene;
+use crate::study::hard::random::{self, Options, Row, Ticket};
+use crate::study::hard::{Size, Study, Verdict, all};
 use crate::study::paper::COMPUTED_BY;
 use serde_json::{Value, json};
+use std::sync::{Mutex, PoisonError};
 
 pub(super) fn hard(arguments: &Arguments) -> Result<Found, CliError> {
+    if arguments.random.is_some() || arguments.confined.is_some() {
+        return drawn(arguments);
+    }
     if arguments.name != StudyName::All {
         on_the_cpu(arguments)?;
     }
@@ -38,4 +46,51 @@ fn written(study: &Study, arguments: &Arguments) -> Result<(String, Value), CliE
     let files: [(&str, &[u8]); 3] = [("hard.md", text.as_bytes()), ("hard.json", &json), ("hard.csv", &table)];
     write_all(&arguments.out, files)?;
     Ok((text, numbers))
+}
+
+/// Steps of a drawn scene at most where a quick study is asked for.
+const QUICK_STEPS: u64 = 20;
+
+/// Scenes drawn from a seed, in place of the cases.
+fn drawn(arguments: &Arguments) -> Result<Found, CliError> {
+    let compute = compute::settle(&arguments.compute, &scene::load("colony", &[])?)?;
+    // A device computes one scene after another.
+    let (threads, computed_by) = match &compute {
+        Compute::Cpu => (rayon::current_num_threads(), COMPUTED_BY.to_owned()),
+        Compute::Gpu { gpu, precision } => (1, format!("{} {}", gpu.name(), precision.name())),
+    };
+    let most_steps = if arguments.quick { QUICK_STEPS } else { u64::MAX };
+    let options = Options { seed: arguments.seed, threads, most_steps, compute };
+    // Before anything is run, so that a folder that cannot be written to costs nothing.
+    write_all(&arguments.out, [])?;
+    let tickets = Ticket::of(arguments.random.unwrap_or(0), arguments.confined.unwrap_or(0));
+    let fault: Mutex<Option<CliError>> = Mutex::default();
+    let rows = random::run_all(&tickets, &options, &|row| {
+        say_row(arguments, row);
+        // As it ends, so that it stays when the study is interrupted.
+        if let Err(error) = write_scene(arguments, row) {
+            fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        }
+    })?;
+    if let Some(error) = fault.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        return Err(error);
+    }
+    let text = random::page(&rows, arguments.seed, &computed_by);
+    let numbers = json!({ "computed_by": computed_by, "seed": arguments.seed, "rows": value(&rows)? });
+    let (json, table) = (pretty(&numbers)?, random::csv(&rows)?);
+    let files: [(&str, &[u8]); 3] = [("drawn.md", text.as_bytes()), ("drawn.json", &json), ("drawn.csv", &table)];
+    write_all(&arguments.out, files)?;
+    Ok(Found { text, numbers, missed: rows.iter().any(|row| row.verdict == Verdict::Fails) })
+}
+
+fn say_row(arguments: &Arguments, row: &Row) {
+    let why = row.why.first().map_or(String::new(), |against| format!(": {}", against.words));
+    say(arguments, &format!("{}: {}{why}", row.name, row.verdict.name().trim_matches('*')));
+}
+
+/// Writes the scene of a row that something speaks against, as a file that `relcp run` takes.
+fn write_scene(arguments: &Arguments, row: &Row) -> Result<(), CliError> {
+    let Some(scene) = &row.scene else { return Ok(()) };
+    let (name, text) = (format!("{}.json", row.name), scene.to_json());
+    write_all(&arguments.out.join("failures"), [(name.as_str(), text.as_bytes())])
 }

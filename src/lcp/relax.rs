@@ -66,7 +66,8 @@ impl<const D: usize> Solver<D> {
     fn relaxed(&mut self, method: &mut InteriorPoint<D>, start: &[f64], allowed: f64) -> Outcome {
         self.cpu.import(start, &mut self.drive.at.x);
         method.forget();
-        let settings = Settings { max_iterations: self.settings().max_iterations.min(MOST_ITERATIONS), ..self.settings() };
+        let settings =
+            Settings { max_iterations: self.settings().max_iterations.min(MOST_ITERATIONS), ..self.settings() };
         let (mut status, mut iterations, mut residual) = method.run(&mut self.cpu, &mut self.drive, &settings, 0.0);
         if status == Status::TooLarge {
             let most = self.settings().max_iterations;

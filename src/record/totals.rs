@@ -255,11 +255,8 @@ impl Totals {
     /// What a run missed, in one word, the worst first: `overlap` where a step left more than the tolerance, `passed` where bodies went through each other,
     /// `residual` where velocities come from a solve that is not right to the overlap tolerance.
     pub fn reason(&self) -> Option<&'static str> {
-        let missed = [
-            ("overlap", self.steps_over_tolerance),
-            ("passed", self.steps_passed),
-            ("residual", self.steps_unsettled),
-        ];
+        let missed =
+            [("overlap", self.steps_over_tolerance), ("passed", self.steps_passed), ("residual", self.steps_unsettled)];
         missed.into_iter().find(|(_, steps)| *steps > 0).map(|(reason, _)| reason)
     }
 }

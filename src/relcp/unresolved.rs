@@ -45,7 +45,9 @@ impl fmt::Display for Unresolved {
         write!(f, "step {step}: {pair} ")?;
         match self.name() {
             "passed" => write!(f, "go through each other"),
-            "residual" => write!(f, "cannot be moved: the contact problem is solved to {residual:.2e} of {tolerance:.1e} only"),
+            "residual" => {
+                write!(f, "cannot be moved: the contact problem is solved to {residual:.2e} of {tolerance:.1e} only")
+            }
             _ => write!(f, "still overlap by {overlap:.2e} of {tolerance:.1e} allowed"),
         }?;
         write!(f, ", even in steps of dt/64")

@@ -182,7 +182,14 @@ pub struct Contact {
 impl Default for Contact {
     fn default() -> Self {
         let (method, recursion) = (Method::default(), Recursion::default());
-        Contact { method, overlap_tolerance: 1e-5, max_recursions: 64, recursion, on_failure: OnFailure::default(), cutoff: None }
+        Contact {
+            method,
+            overlap_tolerance: 1e-5,
+            max_recursions: 64,
+            recursion,
+            on_failure: OnFailure::default(),
+            cutoff: None,
+        }
     }
 }
 

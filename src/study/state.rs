@@ -37,6 +37,9 @@ pub enum StudyError {
     /// A plot could not be drawn.
     #[error("a plot could not be drawn: {0}")]
     Plot(String),
+    /// Threads could not be had.
+    #[error("threads: {0}")]
+    Threads(String),
     /// A table could not be made.
     #[error("a table could not be made: {0}")]
     Table(String),

@@ -4,8 +4,8 @@
 //! solver, which has no factorization, end before the tolerance.
 
 use super::{Ancestry, Device, growing};
-use crate::backend::cpu::Cpu;
 use crate::backend::Again;
+use crate::backend::cpu::Cpu;
 use crate::gpu::GpuError;
 use crate::relcp::{Fault, State};
 use std::sync::OnceLock;
@@ -18,7 +18,9 @@ impl Device {
         let mut state = self.known_state()?.clone();
         // The list of a step whose cells divided knows of pairs of bodies that were not born.
         let bodies = state.bodies.len() as u32;
-        state.warm.retain(|w| w.pair[0] < bodies && (w.pair[1] < bodies || crate::walls::surface_of(w.pair[1]).is_some()));
+        state
+            .warm
+            .retain(|w| w.pair[0] < bodies && (w.pair[1] < bodies || crate::walls::surface_of(w.pair[1]).is_some()));
         let mut cpu = Cpu::<D>::new(&self.scene, state)?;
         let plugged = self.plugged.len();
         cpu.lend_forces(&mut self.plugged);

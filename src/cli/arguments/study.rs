@@ -38,6 +38,7 @@ Examples:
   relcp study two-ellipsoids --out docs/studies/two-ellipsoids
   relcp study work-precision --backend gpu             on the CPU, and on a device too
   relcp study hard --quick
+  relcp study hard --random 200 --confined 40 --seed 3 scenes that nobody thought of
   relcp study all --quick --out studies                some minutes
   relcp run colony --set solver.dump.when=slow --out runs/slow
   relcp study solvers runs/slow                        every solver on the LCPs that were slow there";
@@ -69,6 +70,15 @@ pub(in crate::cli) struct Study {
     /// For work-precision: makes the reference solutions anew and writes them into this folder, in place of the study
     #[arg(long, value_name = "DIR")]
     pub(in crate::cli) make_references: Option<PathBuf>,
+    /// For hard: so many scenes drawn from --seed, in place of the cases
+    #[arg(long, value_name = "N")]
+    pub(in crate::cli) random: Option<u64>,
+    /// For hard: so many confined colonies drawn from --seed, in place of the cases
+    #[arg(long, value_name = "N")]
+    pub(in crate::cli) confined: Option<u64>,
+    /// For hard: what scenes are drawn from
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(in crate::cli) seed: u64,
     /// Fewer iterations, or fewer and shorter runs: a minute or two at most; of throughput with all only
     #[arg(long)]
     pub(in crate::cli) quick: bool,

@@ -6,8 +6,10 @@
 //! itself says that a step or a solve missed its tolerance, refuses the scene, or stops with a typed error.
 
 mod cases;
+mod energy;
 mod laws;
 mod page;
+pub mod random;
 mod run;
 mod same;
 mod start;
@@ -15,10 +17,10 @@ mod verdict;
 
 pub use cases::{Case, Test, all};
 pub use laws::Law;
-pub use run::{End, Figures, Run, follow};
+pub use run::{End, Figures, Run, follow, follow_on};
 pub use same::Change;
 pub use start::{Pull, Start};
-pub use verdict::{Measure, Verdict, judge};
+pub use verdict::{Against, Measure, Verdict, judge, weigh};
 
 use super::StudyError;
 use super::table::csv_table;

@@ -2,8 +2,10 @@
 
 use super::Start;
 use crate::bodies::Bodies;
-use crate::relcp::{Fault, Simulation, StepReport, contacts};
-use crate::scene::SceneError;
+use crate::gpu::Precision;
+use crate::relcp::{Compute, Fault, Simulation, StepReport, contacts};
+use crate::scene::{Method, OnFailure, Scene, SceneError};
+use crate::walls::Walls;
 use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -56,8 +58,16 @@ pub struct Figures {
     pub steps_passed: u64,
     /// The pair that it named first.
     pub passed: Option<[usize; 2]>,
+    /// Steps that were taken in pieces.
+    pub steps_cut: u64,
+    /// The most pieces of a step.
+    pub most_pieces: u32,
     /// Accepted states with a number that is not finite, or an orientation that is no rotation.
     pub states_not_finite: u64,
+    /// Whether the run is to stop at a step that would leave more than the tolerance.
+    pub binding: bool,
+    /// What kind of typed error stopped it, where one did.
+    pub stopped: Option<&'static str>,
     /// How it ended.
     pub end: End,
 }
@@ -71,26 +81,48 @@ pub struct Run {
     pub bodies: Bodies,
 }
 
-/// The overlap that a step reports and the one that is recomputed may differ by this part of the largest coordinate and size: both
+/// The overlap that a step reports and the one that is recomputed may differ by so many roundings of the largest coordinate and size: both
 /// sum a few terms of that magnitude.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
+const ROUNDINGS: f64 = 64.0;
 
-/// Takes `steps` steps. `seen` is shown the bodies before each, and the simulation after it.
-pub fn follow(start: &Start, steps: u64, mut seen: impl FnMut(&Bodies, &Simulation)) -> Run {
+/// Takes `steps` steps on the CPU. `seen` is shown the bodies before each, and the simulation after it.
+pub fn follow(start: &Start, steps: u64, seen: impl FnMut(&Bodies, &Simulation)) -> Run {
+    follow_on(&Compute::Cpu, start, [steps, u64::MAX], seen)
+}
+
+/// As [`follow`], computed by what `compute` says, to the scene's end at most. A run ends at the step that leaves more than the tolerance for
+/// the `over`th time.
+pub fn follow_on(
+    compute: &Compute,
+    start: &Start,
+    [steps, over]: [u64; 2],
+    mut seen: impl FnMut(&Bodies, &Simulation),
+) -> Run {
     let settings = start.scene.lcp_settings();
     let mut run = Run {
-        figures: Figures::new(start.scene.contact.overlap_tolerance, settings.tolerance),
+        figures: Figures {
+            binding: binds(&start.scene),
+            ..Figures::new(start.scene.contact.overlap_tolerance, settings.tolerance)
+        },
         bodies: Bodies::default(),
     };
-    let outcome = catch_unwind(AssertUnwindSafe(|| run.take(start, steps, &mut seen)));
+    let outcome = catch_unwind(AssertUnwindSafe(|| run.take(compute, start, [steps, over], &mut seen)));
     run.figures.end = match outcome {
         Ok(Ok(())) => End::Done,
         Ok(Err(Stopped::Scene(refused))) => End::Refused(refused.to_string()),
-        Ok(Err(Stopped::Fault(fault))) => End::Fault(fault.to_string()),
+        Ok(Err(Stopped::Fault(fault))) => {
+            run.figures.stopped = Some(fault.name());
+            End::Fault(fault.to_string())
+        }
         Err(panic) => End::Panic(words(panic.as_ref())),
     };
     run.figures.recursions_mean /= run.figures.steps.max(1) as f64;
     run
+}
+
+/// Whether a step that misses the overlap tolerance is to stop the run.
+fn binds(scene: &Scene) -> bool {
+    scene.contact.method == Method::Relcp && scene.contact.on_failure == OnFailure::Stop
 }
 
 enum Stopped {
@@ -116,18 +148,25 @@ fn words(panic: &(dyn std::any::Any + Send)) -> String {
 }
 
 impl Run {
-    fn take(&mut self, start: &Start, steps: u64, seen: &mut dyn FnMut(&Bodies, &Simulation)) -> Result<(), Stopped> {
+    fn take(
+        &mut self,
+        compute: &Compute,
+        start: &Start,
+        [steps, over]: [u64; 2],
+        seen: &mut dyn FnMut(&Bodies, &Simulation),
+    ) -> Result<(), Stopped> {
         self.bodies = start.scene.build()?;
         self.figures.bodies = self.bodies.len();
-        let mut simulation = Simulation::new(start.scene.clone(), self.bodies.clone())?;
+        let walls = Walls::of(&start.scene);
+        let mut simulation = Simulation::new_on(compute, start.scene.clone(), self.bodies.clone())?;
         if let Some(pull) = start.pull {
             simulation.add_force(Box::new(pull));
         }
-        for _ in 0..steps {
+        while self.figures.steps < steps && self.figures.steps_over < over && !simulation.done() {
             let report = simulation.step()?;
             let after = &simulation.state()?.bodies;
             self.figures.count(&report);
-            self.figures.audit(&report, after);
+            self.figures.audit(&report, after, &walls, simulation.precision());
             seen(&self.bodies, &simulation);
             self.bodies.clone_from(after);
         }
@@ -155,7 +194,11 @@ impl Figures {
             status: crate::lcp::Status::Solved.name().into(),
             steps_passed: 0,
             passed: None,
+            steps_cut: 0,
+            most_pieces: 0,
             states_not_finite: 0,
+            binding: false,
+            stopped: None,
             end: End::Done,
         }
     }
@@ -177,6 +220,8 @@ impl Figures {
         self.recursions_mean += f64::from(report.recursions);
         self.recursions_max = self.recursions_max.max(report.recursions);
         self.products += report.products;
+        self.steps_cut += u64::from(report.pieces > 1);
+        self.most_pieces = self.most_pieces.max(report.pieces);
         if let Some(passed) = report.passed {
             self.steps_passed += 1;
             self.passed = self.passed.or(Some(passed.pair));
@@ -193,11 +238,12 @@ impl Figures {
     }
 
     /// Looks at an accepted state without anything that the step knows of it.
-    pub(super) fn audit(&mut self, report: &StepReport, after: &Bodies) {
+    pub(super) fn audit(&mut self, report: &StepReport, after: &Bodies, walls: &Walls, precision: Precision) {
         let found = contacts(after, 0.0).iter().map(|(_, s)| -s.separation).fold(0.0, f64::max);
+        let found = found.max(walls.max_overlap(after));
         self.states_not_finite += u64::from(!finite(after));
         self.max_overlap = self.max_overlap.max(found);
-        let rounding = ROUNDING * magnitude(after);
+        let rounding = ROUNDINGS * epsilon(precision) * magnitude(after);
         let over = found > self.overlap_tolerance + rounding;
         self.steps_over += u64::from(over);
         let said = (found - report.max_overlap).abs() <= rounding;
@@ -208,6 +254,13 @@ impl Figures {
 /// Whether a value is over a bound: one that is not a number is, of any bound that is one.
 pub(super) fn exceeds(value: f64, bound: f64) -> bool {
     value > bound || (value.is_nan() && !bound.is_nan())
+}
+
+fn epsilon(precision: Precision) -> f64 {
+    match precision {
+        Precision::F32 => f32::EPSILON.into(),
+        Precision::F64 => f64::EPSILON,
+    }
 }
 
 /// The largest coordinate or size.

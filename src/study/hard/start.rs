@@ -132,6 +132,38 @@ impl Random {
         Random(ChaCha8Rng::seed_from_u64(seed))
     }
 
+    /// The stream of a seed that belongs to a number: each is there without those before it.
+    pub(super) fn of_stream(seed: u64, number: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(number);
+        Random(random)
+    }
+
+    /// Any number.
+    pub(super) fn any(&mut self) -> u64 {
+        u64::from(self.0.random::<u32>())
+    }
+
+    /// Whether something of probability `part` is so.
+    pub(super) fn chance(&mut self, part: f64) -> bool {
+        self.within(0.0, 1.0) < part
+    }
+
+    /// Uniform in the logarithm.
+    pub(super) fn log_within(&mut self, low: f64, high: f64) -> f64 {
+        self.within(low.ln(), high.ln()).exp()
+    }
+
+    /// A whole number under `count`, which is not zero.
+    pub(super) fn below(&mut self, count: usize) -> usize {
+        (self.within(0.0, count as f64) as usize).min(count.saturating_sub(1))
+    }
+
+    /// One of two.
+    pub(super) fn either<T>(&mut self, part: f64, one: T, other: T) -> T {
+        if self.chance(part) { one } else { other }
+    }
+
     pub(super) fn within(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.0.random::<f64>()
     }

@@ -39,6 +39,21 @@ impl Verdict {
     }
 }
 
+/// Something that speaks against a run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Against {
+    /// What kind of thing: runs are counted by it.
+    pub kind: &'static str,
+    /// What exactly.
+    pub words: String,
+}
+
+impl Against {
+    fn new(kind: &'static str, words: impl Into<String>) -> Against {
+        Against { kind, words: words.into() }
+    }
+}
+
 /// The verdict, and what speaks against the case: first what fails, else what is reported.
 ///
 /// ```
@@ -49,63 +64,80 @@ impl Verdict {
 /// assert_eq!(judge(&figures, None).0, Verdict::Fails);
 /// ```
 pub fn judge(figures: &Figures, measure: Option<&Measure>) -> (Verdict, Vec<String>) {
-    let fails = failures(figures, measure);
+    let (verdict, against) = weigh(figures, measure.map(std::slice::from_ref).unwrap_or_default());
+    (verdict, against.into_iter().map(|against| against.words).collect())
+}
+
+/// As [`judge`], by any number of measures, with the kind of each thing.
+pub fn weigh(figures: &Figures, measures: &[Measure]) -> (Verdict, Vec<Against>) {
+    let fails = failures(figures, measures);
     if !fails.is_empty() {
         return (Verdict::Fails, fails);
     }
-    let told = told(figures, measure);
+    let told = told(figures, measures);
     (if told.is_empty() { Verdict::Holds } else { Verdict::Reported }, told)
 }
 
-fn failures(figures: &Figures, measure: Option<&Measure>) -> Vec<String> {
+fn failures(figures: &Figures, measures: &[Measure]) -> Vec<Against> {
     let mut out = Vec::new();
     if let End::Panic(words) = &figures.end {
-        out.push(format!("it panicked: {words}"));
+        out.push(Against::new("panic", format!("it panicked: {words}")));
     }
     if figures.states_not_finite > 0 {
-        out.push(format!("{} accepted states are not finite", figures.states_not_finite));
+        let count = figures.states_not_finite;
+        out.push(Against::new("not finite", format!("{count} accepted states are not finite")));
+    }
+    if figures.binding && figures.steps_over > 0 {
+        out.push(over_tolerance(figures));
     }
     if figures.steps_misreported > 0 {
-        out.push(format!("{} steps report another overlap than they left", figures.steps_misreported));
+        let count = figures.steps_misreported;
+        out.push(Against::new("misreported", format!("{count} steps report another overlap than they left")));
     }
     if figures.false_claims > 0 {
-        out.push(format!(
-            "{} steps say that they are solved with residuals to {:.1e}",
-            figures.false_claims, figures.worst_residual
-        ));
+        let (count, worst) = (figures.false_claims, figures.worst_residual);
+        let words = format!("{count} steps say that they are solved with residuals to {worst:.1e}");
+        out.push(Against::new("false claim", words));
     }
     if figures.end == End::Done && figures.steps == 0 {
-        out.push("no step was taken".into());
+        out.push(Against::new("no step", "no step was taken"));
     }
     let told = |measure: &&Measure| measure.by_passing && figures.steps_passed > 0;
-    out.extend(measure.filter(|measure| !told(measure)).and_then(over));
+    out.extend(measures.iter().filter(|measure| !told(measure)).filter_map(over));
     out
 }
 
 /// Says that a measure is over its bound, where it is.
-fn over(measure: &Measure) -> Option<String> {
+fn over(measure: &Measure) -> Option<Against> {
     let Measure { what, value, bound, .. } = measure;
-    exceeds(*value, *bound).then(|| format!("{what} is {value:.1e}, over {bound:.0e}"))
+    exceeds(*value, *bound).then(|| Against::new(what, format!("{what} is {value:.1e}, over {bound:.0e}")))
 }
 
-fn told(figures: &Figures, measure: Option<&Measure>) -> Vec<String> {
+fn over_tolerance(figures: &Figures) -> Against {
+    let (over, of) = (figures.steps_over, figures.steps);
+    let words = format!("{over} of {of} steps over the tolerance, to {:.1e}", figures.max_overlap);
+    Against::new("over the tolerance", words)
+}
+
+fn told(figures: &Figures, measures: &[Measure]) -> Vec<Against> {
     let mut out = Vec::new();
     if let Some([a, b]) = figures.passed {
         let steps = figures.steps_passed;
-        out.push(format!("bodies went through each other in {steps} steps, {a} and {b} first"));
+        let words = format!("bodies went through each other in {steps} steps, {a} and {b} first");
+        out.push(Against::new("passed", words));
     }
-    out.extend(measure.and_then(over));
+    out.extend(measures.iter().filter_map(over));
     match &figures.end {
-        End::Refused(why) => out.push(format!("refused: {why}")),
-        End::Fault(why) => out.push(format!("stopped: {why}")),
+        End::Refused(why) => out.push(Against::new("refused", format!("refused: {why}"))),
+        End::Fault(why) => out.push(Against::new(figures.stopped.unwrap_or("stopped"), format!("stopped: {why}"))),
         End::Done | End::Panic(_) => {}
     }
     if figures.steps_over > 0 {
-        let (over, of) = (figures.steps_over, figures.steps);
-        out.push(format!("{over} of {of} steps over the tolerance, to {:.1e}", figures.max_overlap));
+        out.push(over_tolerance(figures));
     }
     if figures.unconverged > 0 {
-        out.push(format!("{} unconverged solves, {}", figures.unconverged, figures.status));
+        let words = format!("{} unconverged solves, {}", figures.unconverged, figures.status);
+        out.push(Against::new("unconverged", words));
     }
     out
 }

@@ -1,6 +1,8 @@
 //! The cases: one table a file.
 
+mod confined;
 mod crowds;
+mod inertial;
 mod motion;
 mod poses;
 
@@ -46,5 +48,6 @@ impl Case {
 
 /// All cases, in the order of the page.
 pub fn all() -> Vec<Case> {
-    [poses::cases(), crowds::cases(), motion::cases(), super::same::cases()].concat()
+    [poses::cases(), crowds::cases(), motion::cases(), confined::cases(), inertial::cases(), super::same::cases()]
+        .concat()
 }

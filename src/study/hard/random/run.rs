@@ -1,0 +1,144 @@
+//! Runs drawn scenes, each on a thread of its own, and says what became of each.
+
+use super::watch::Watch;
+use super::{Drawn, confined, random};
+use crate::relcp::Compute;
+use crate::scene::{Scene, SceneError};
+use crate::study::StudyError;
+use crate::study::hard::{Against, End, Figures, Measure, Start, Verdict, follow_on, weigh};
+use serde::Serialize;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+/// Where a scene comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum From {
+    /// [`random()`](super::random()).
+    Random,
+    /// [`confined()`](super::confined()).
+    Confined,
+}
+
+/// A scene that is to be run: its kind and its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Ticket {
+    /// Where it comes from.
+    pub from: From,
+    /// Its number.
+    pub number: u64,
+}
+
+/// A drawn scene that was run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Where it comes from.
+    pub from: From,
+    /// Its name.
+    pub name: String,
+    /// What was drawn.
+    pub what: String,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// What speaks against it.
+    pub why: Vec<Against>,
+    /// How it ended.
+    pub ended: String,
+    /// What the run came to.
+    pub figures: Figures,
+    /// What was measured beside contact.
+    pub measures: Vec<Measure>,
+    /// The scene, where something speaks against it.
+    #[serde(skip)]
+    pub scene: Option<Scene>,
+}
+
+/// How scenes are run.
+#[derive(Clone)]
+pub struct Options {
+    /// What they are drawn from.
+    pub seed: u64,
+    /// Scenes at once, each on one thread.
+    pub threads: usize,
+    /// Steps of each at most.
+    pub most_steps: u64,
+    /// What computes them.
+    pub compute: Compute,
+}
+
+/// Runs scenes. `seen` is told of each as it ends, in any order; the rows come in the order of `tickets`, the same whatever the threads.
+///
+/// # Errors
+/// [`StudyError::Scene`] where no start of a scene is taken, [`StudyError::Threads`].
+pub fn run_all(tickets: &[Ticket], options: &Options, seen: &(dyn Fn(&Row) + Sync)) -> Result<Vec<Row>, StudyError> {
+    let next = AtomicUsize::new(0);
+    let ended: Mutex<Vec<(usize, Result<Row, SceneError>)>> = Mutex::default();
+    let work = || {
+        loop {
+            let place = next.fetch_add(1, Ordering::Relaxed);
+            let Some(ticket) = tickets.get(place) else { break };
+            let drawn = ticket.draw(options.seed);
+            let row = drawn.map(|drawn| run(ticket.from, drawn, options.most_steps, &options.compute));
+            if let Ok(row) = &row {
+                seen(row);
+            }
+            ended.lock().unwrap_or_else(PoisonError::into_inner).push((place, row));
+        }
+    };
+    let jobs = options.threads.clamp(1, tickets.len().max(1));
+    let pools = (0..jobs).map(|_| rayon::ThreadPoolBuilder::new().num_threads(1).build());
+    let pools = pools.collect::<Result<Vec<_>, _>>().map_err(|e| StudyError::Threads(e.to_string()))?;
+    std::thread::scope(|scope| {
+        for pool in &pools {
+            scope.spawn(|| pool.install(work));
+        }
+    });
+    let mut rows = ended.into_inner().unwrap_or_else(PoisonError::into_inner);
+    rows.sort_by_key(|(place, _)| *place);
+    rows.into_iter().map(|(_, row)| row.map_err(StudyError::Scene)).collect()
+}
+
+impl Ticket {
+    /// So many scenes of each kind.
+    pub fn of(random: u64, confined: u64) -> Vec<Ticket> {
+        let of = |from: From, count: u64| (0..count).map(move |number| Ticket { from, number });
+        of(From::Random, random).chain(of(From::Confined, confined)).collect()
+    }
+
+    fn draw(self, seed: u64) -> Result<Drawn, SceneError> {
+        match self.from {
+            From::Random => random(seed, self.number),
+            From::Confined => confined(seed, self.number),
+        }
+    }
+}
+
+/// Runs a drawn scene to its end, or to the first step over its tolerance: the rest would be about a wreck.
+pub fn run(from: From, drawn: Drawn, most_steps: u64, compute: &Compute) -> Row {
+    let Drawn { what, scene } = drawn;
+    let mut watch = Watch::new(&scene);
+    let start = Start { scene, pull: None };
+    let run = follow_on(compute, &start, [most_steps, 1], |before, simulation| watch.see(before, simulation));
+    let figures = run.figures;
+    let measures = watch.measures();
+    let (verdict, why) = weigh(&figures, &measures);
+    let ended = ended(&start.scene, &figures, most_steps);
+    let name = start.scene.name.clone();
+    let scene = (verdict != Verdict::Holds).then_some(start.scene);
+    Row { from, name, what, verdict, why, ended, figures, measures, scene }
+}
+
+fn ended(scene: &Scene, figures: &Figures, most_steps: u64) -> String {
+    let population = scene.growth.and_then(|growth| growth.stop).and_then(|stop| stop.population);
+    match &figures.end {
+        End::Fault(_) => format!("a typed error: {}", figures.stopped.unwrap_or("of no name")),
+        End::Panic(_) => "a panic".into(),
+        End::Refused(_) => "refused".into(),
+        End::Done if figures.binding && figures.steps_over > 0 => "a step over the tolerance".into(),
+        End::Done if population.is_some_and(|most| figures.bodies as u64 >= most) => {
+            "all cells that it may have".into()
+        }
+        End::Done if figures.steps >= most_steps && most_steps < scene.time.steps() => "the study's last step".into(),
+        End::Done => "its end".into(),
+    }
+}

@@ -1,0 +1,92 @@
+//! What is looked at in every step of a drawn scene beside contact: how far bodies are thrown, and whether energy comes from nowhere.
+
+use crate::bodies::Bodies;
+use crate::dynamics::{ForceField, Law, forces_from_scene, law};
+use crate::relcp::{Simulation, contacts};
+use crate::scene::{Dynamics, Scene};
+use crate::study::hard::Measure;
+use crate::study::hard::energy::Energy;
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// A body is clearly thrown where it goes so many lengths of the longest body farther than what drives it explains.
+const THROWN: f64 = 10.0;
+/// Energy clearly comes from nowhere where it is so many times what was there.
+const CREATED: f64 = 1.0;
+
+/// The worst of a run so far.
+pub(super) struct Watch {
+    law: Box<dyn Law>,
+    forces: Vec<Box<dyn ForceField>>,
+    thrown: Option<f64>,
+    energy: Option<Energy>,
+}
+
+impl Watch {
+    pub(super) fn new(scene: &Scene) -> Watch {
+        Watch {
+            law: law(&scene.dynamics),
+            forces: forces_from_scene(&scene.forces, &scene.group_names(), &scene.dynamics),
+            thrown: None,
+            energy: Energy::of(scene),
+        }
+    }
+
+    /// Looks at a step: the bodies before it, and the simulation after it.
+    pub(super) fn see(&mut self, before: &Bodies, simulation: &Simulation) {
+        let Ok(state) = simulation.state() else { return };
+        let scene = simulation.scene();
+        if matches!(scene.dynamics, Dynamics::Overdamped { .. }) {
+            self.see_ways(before, &state.bodies, scene);
+        }
+        if let Some(energy) = &mut self.energy {
+            energy.see(before, &state.bodies, scene);
+        }
+    }
+
+    /// How much farther a body went than what drives it explains: each body may push the next by the largest free way, the largest overlap at the
+    /// start and the growth, so the last of a row goes by as many of those as there are bodies.
+    fn see_ways(&mut self, before: &Bodies, after: &Bodies, scene: &Scene) {
+        let (dt, time) = (scene.time.dt, 0.0);
+        let free = |i: usize| {
+            let load =
+                self.forces.iter().map(|force| force.load(before, i, time)).fold(Default::default(), |a, b| a + b);
+            dt * self.law.motion(before, i, load, dt).free.linear.length()
+        };
+        let free = (0..before.len()).map(free).fold(0.0, f64::max);
+        let overlap = contacts(before, 0.0).iter().map(|(_, found)| -found.separation).fold(0.0, f64::max);
+        let longest = after.shape.iter().chain(&before.shape).map(|shape| shape.major_axis()).fold(0.0, f64::max);
+        let growth = scene.growth.map_or(0.0, |growth| growth.fastest_rate() * dt * longest);
+        // Daughters are turned, and stand a quarter of their mother's length beside her centre.
+        let division = if after.len() > before.len() { longest } else { 0.0 };
+        let explained = after.len() as f64 * (free + overlap + growth + division) + scene.contact.overlap_tolerance;
+        let old: HashMap<u64, DVec3> =
+            before.lineage.iter().zip(&before.position).map(|(line, x)| (line.id, *x)).collect();
+        let from = |i: usize| {
+            let line = &after.lineage[i];
+            old.get(&line.id).or_else(|| line.parent.and_then(|parent| old.get(&parent)))
+        };
+        let way = |i: usize| from(i).map_or(0.0, |x| (after.position[i] - *x).length());
+        let farthest = (0..after.len()).map(way).fold(0.0, worse);
+        let beyond = (farthest - explained) / longest;
+        self.thrown = Some(self.thrown.map_or(beyond, |worst| worse(worst, beyond)));
+    }
+
+    pub(super) fn measures(&self) -> Vec<Measure> {
+        let mut out = Vec::new();
+        if let Some(value) = self.thrown {
+            let what = "way of a body in a step beyond what drives it, in lengths of the longest";
+            out.push(Measure { what, value, bound: THROWN, by_passing: false });
+        }
+        if let Some(value) = self.energy.as_ref().and_then(Energy::gain) {
+            let what = "energy from nowhere, of the most energy of motion before it";
+            out.push(Measure { what, value, bound: CREATED, by_passing: false });
+        }
+        out
+    }
+}
+
+/// The larger, and what is not a number before all.
+fn worse(a: f64, b: f64) -> f64 {
+    if b > a || b.is_nan() { b } else { a }
+}
