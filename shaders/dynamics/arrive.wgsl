@@ -1,12 +1,16 @@
-// The velocities that a whole step with a middle ends with, where bodies have inertia: the other half of the forces' impulse, U + (U_free - U^k).
-// They are already those that the bodies moved with.
+// The velocities that a part of a step ends with, where bodies have inertia: those that they moved with, after a whole step with a middle the other half
+// of the forces' impulse, U + (U_free - U^k), and of turns the angular momentum in space with what contact added to it.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
+struct Parameters { bodies: u32, by_middle: u32, b: u32, c: u32 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> motions: array<vec4r>;
 @group(0) @binding(2) var<storage, read> start_twists: array<vec4r>;
-@group(0) @binding(3) var<storage, read_write> twists: array<vec4r>;
+// Where mobilities were taken, and where the part ends.
+@group(0) @binding(3) var<storage, read> orientations: array<vec4r>;
+@group(0) @binding(4) var<storage, read> shapes: array<vec4r>;
+@group(0) @binding(5) var<storage, read> ended: array<vec4r>;
+@group(0) @binding(6) var<storage, read_write> twists: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -17,12 +21,23 @@ fn main(
     let i = invocation(group, groups, local);
     if i >= parameters.bodies { return; }
     let first = MOTION * i;
-    var linear = motions[first].xyz - start_twists[2u * i].xyz;
-    var angular = motions[first + 1u].xyz - start_twists[2u * i + 1u].xyz;
+    var linear = motions[first + 2u].xyz;
+    if parameters.by_middle > 0u {
+        linear += motions[first].xyz - start_twists[2u * i].xyz;
+    }
+    let moments = moments_of(shapes[i]);
+    let here = unit_quaternion(orientations[2u * i], orientations[2u * i + 1u]);
+    var free = motions[first + 1u].xyz;
+    if PLANAR {
+        free = vec3r(0.0, 0.0, free.z);
+    }
+    let by_contact = momentum_of(moments, here, motions[first + 3u].xyz - free);
+    let end = unit_quaternion(ended[2u * i], ended[2u * i + 1u]);
+    var angular = kept_of(moments, end, motions[first + 6u].xyz + by_contact);
     if PLANAR {
         linear.z = 0.0;
         angular = vec3r(0.0, 0.0, angular.z);
     }
-    twists[2u * i] = vec4r(twists[2u * i].xyz + linear, 0.0);
-    twists[2u * i + 1u] = vec4r(twists[2u * i + 1u].xyz + angular, 0.0);
+    twists[2u * i] = vec4r(linear, 0.0);
+    twists[2u * i + 1u] = vec4r(angular, 0.0);
 }

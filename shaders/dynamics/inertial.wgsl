@@ -1,11 +1,9 @@
-// Newton's and Euler's equations over one step: U + dt M^-1 (F - gyroscopic), effective mobility dt M^-1.
-fn law(shape: vec4r, q: vec4r, load: Load, velocity: vec3r, angular_velocity: vec3r) -> Motion {
+// Newton's and Euler's equations over one step: u + dt F / m, the mean angular velocity of a free turn from L + dt T, effective mobility dt M^-1. In the
+// step's middle the impulses alone, which `middle.wgsl` makes the motion of the step from its start.
+fn law(shape: vec4r, q: vec4r, load: Load, velocity: vec3r, kept: vec3r) -> Motion {
     let body = solid(shape);
     let mass = DENSITY * body.volume;
     let moments = DENSITY * body.inertia;
-    let turning = rotate_back(q, angular_velocity);
-    let torque = rotate_back(q, load.torque) - cross(turning, moments * turning);
-    let acceleration = rotate(q, torque / moments);
     let root = sqrt(vec3r(parameters.dt) / moments);
     let x = rotate(q, vec3r(1.0, 0.0, 0.0));
     let y = rotate(q, vec3r(0.0, 1.0, 0.0));
@@ -15,5 +13,13 @@ fn law(shape: vec4r, q: vec4r, load: Load, velocity: vec3r, angular_velocity: ve
         root.x * x.y * x + root.y * y.y * y + root.z * z.y * z,
         root.x * x.z * x + root.y * y.z * y + root.z * z.z * z,
     );
-    return Motion(velocity + parameters.dt / mass * load.force, angular_velocity + parameters.dt * acceleration, sqrt(parameters.dt / mass), 0.0, matrix);
+    let speeding = parameters.dt / mass * load.force;
+    let impulse = parameters.dt / moments.x * load.torque;
+    let translation = sqrt(parameters.dt / mass);
+    if parameters.in_middle > 0u {
+        return Motion(speeding, vec3r(), translation, 0.0, matrix, impulse);
+    }
+    let even = moments_of(shape);
+    let momentum = momentum_kept(even, q, kept) + impulse;
+    return Motion(velocity + speeding, turning_of(even, q, momentum, parameters.dt), translation, 0.0, matrix, momentum);
 }

@@ -8,4 +8,5 @@ struct Motion {
     translation: real,
     rotation: real,
     root: mat3r, // space axes, symmetric; used by laws whose rotational mobility is no multiple of one
+    momentum: vec3r, // with inertia: the angular momentum that the step ends with, or in its middle the impulse of torques
 }

@@ -1,15 +1,14 @@
-// The motion of a whole step whose forces and mobilities are those of its middle. `motions` holds the law's motion there over the whole step, from
-// the velocity that the first half ended with.
+// The motion, over a step with a middle, of bodies with inertia: `motions` holds the mobilities and the impulses of the forces that were found there.
 //
-// Bodies came to the middle with half of that velocity over the whole step. With inertia half of the forces' impulse comes after the move:
-// U_free = U^k + (U_law - U_h) / 2.
+// Half of the impulses comes before the move and half after it: u_free = u + dt F / 2 m, w_free is the mean velocity of a free turn from L + dt T / 2.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
+struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> start_twists: array<vec4r>;
+@group(0) @binding(1) var<storage, read> orientations: array<vec4r>;
 @group(0) @binding(2) var<storage, read> twists: array<vec4r>;
-@group(0) @binding(3) var<storage, read_write> motions: array<vec4r>;
+@group(0) @binding(3) var<storage, read> shapes: array<vec4r>;
+@group(0) @binding(4) var<storage, read_write> motions: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -20,14 +19,12 @@ fn main(
     let i = invocation(group, groups, local);
     if i >= parameters.bodies { return; }
     let first = MOTION * i;
-    let linear = twists[2u * i].xyz;
-    let angular = twists[2u * i + 1u].xyz;
-    if INERTIA {
-        let free = motions[first];
-        let turning = motions[first + 1u];
-        motions[first] = vec4r(start_twists[2u * i].xyz + 0.5 * (free.xyz - linear), free.w);
-        motions[first + 1u] = vec4r(start_twists[2u * i + 1u].xyz + 0.5 * (turning.xyz - angular), turning.w);
-    }
-    motions[first + 2u] = vec4r(0.5 * linear, 0.0);
-    motions[first + 3u] = vec4r(0.5 * angular, 0.0);
+    let speeding = motions[first];
+    let impulse = motions[first + 6u].xyz;
+    let moments = moments_of(shapes[i]);
+    let q = unit_quaternion(orientations[2u * i], orientations[2u * i + 1u]);
+    let momentum = momentum_kept(moments, q, twists[2u * i + 1u].xyz);
+    motions[first] = vec4r(twists[2u * i].xyz + 0.5 * speeding.xyz, speeding.w);
+    motions[first + 1u] = vec4r(turning_of(moments, q, momentum + 0.5 * impulse, parameters.dt), 0.0);
+    motions[first + 6u] = vec4r(momentum + impulse, 0.0);
 }

@@ -1,10 +1,10 @@
 // Forces, free velocity and effective mobility of each body at the step's start, or in its middle. What `law` and `load_of` are is the scene's.
 //
 // A body's motion is MOTION vectors: (free velocity, root of the translational mobility), (free angular velocity, root of the rotational
-// mobility), the velocity and the angular velocity that the present trial was reached with (zero here), and for laws that need them the six
-// numbers of the rotational root.
+// mobility), the velocity and the angular velocity that the present trial was reached with (none here; bodies came to the middle of a step with half of
+// the first half's velocity over the whole step), and with inertia the six numbers of the rotational root and the angular momentum at the step's end.
 
-struct Parameters { bodies: u32, time_low: u32, time_high: u32, unused: u32, dt: real, root_dt: real }
+struct Parameters { bodies: u32, in_middle: u32, b: u32, c: u32, dt: real, root_dt: real }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
@@ -36,10 +36,16 @@ fn main(
     let motion = law(shape, q, load, twists[2u * i].xyz, twists[2u * i + 1u].xyz);
     motions[first] = vec4r(motion.linear, motion.translation);
     motions[first + 1u] = vec4r(motion.angular, motion.rotation);
-    motions[first + 2u] = vec4r();
-    motions[first + 3u] = vec4r();
+    if parameters.in_middle > 0u {
+        motions[first + 2u] = 0.5 * motions[first + 2u];
+        motions[first + 3u] = 0.5 * motions[first + 3u];
+    } else {
+        motions[first + 2u] = vec4r();
+        motions[first + 3u] = vec4r();
+    }
     if MOTION > 4u {
         motions[first + 4u] = vec4r(motion.root[0].xyz, motion.root[1].y);
         motions[first + 5u] = vec4r(motion.root[1].z, motion.root[2].z, 0.0, 0.0);
+        motions[first + 6u] = vec4r(motion.momentum, 0.0);
     }
 }

@@ -20,6 +20,7 @@ mod scenes;
 mod study;
 mod study_all;
 mod study_hard;
+mod study_inertia;
 mod study_paper;
 mod study_solvers;
 mod study_work_precision;

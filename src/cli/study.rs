@@ -6,6 +6,7 @@ use super::exit::{CliError, Exit};
 use super::output;
 use super::study_all::all;
 use super::study_hard::hard;
+use super::study_inertia::inertia;
 use super::study_paper::paper;
 use super::study_solvers::solvers;
 use super::study_work_precision::work_precision;
@@ -56,6 +57,7 @@ pub(super) fn one(name: StudyName, arguments: &Study) -> Result<Found, CliError>
         StudyName::Solvers => solvers(arguments),
         StudyName::Hard => hard(arguments),
         StudyName::WorkPrecision => work_precision(arguments),
+        StudyName::Inertia => inertia(arguments),
         name => paper(name, arguments),
     }
 }

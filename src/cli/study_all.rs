@@ -102,7 +102,7 @@ mod tests {
     fn the_index_leads_to_every_page_and_counts_what_was_wanted() {
         let targets = json!({ "targets": [{ "met": true }, { "met": false }, { "met": true }, { "met": null }] });
         let page = index(&[made("jitter", targets, false), made("solvers", json!({}), true)], &arguments(true));
-        assert!(page.contains("`relcp study all --quick`: 2 of 10 studies in 3 s."), "{page}");
+        assert!(page.contains("`relcp study all --quick`: 2 of 11 studies in 3 s."), "{page}");
         assert!(
             page.contains("| [jitter](jitter/jitter.md) | about it | 2 of 3, 1 not measured | held | 1.5 |"),
             "{page}"

@@ -14,7 +14,7 @@ mod source;
 
 pub use source::{FEATURE_OF_SURFACES, RowSource, RowSourceError, sub_sphere_separations};
 
-use crate::dynamics::{Factor, Motion, Twist};
+use crate::dynamics::{Ending, Factor, Motion, Twist};
 use crate::freedom::{pack, unpack};
 use crate::lcp::Problem;
 use crate::separation::Separation;
@@ -52,6 +52,7 @@ pub const FIXED: Mover<'static> = Mover {
     motion: &Motion {
         free: Twist { linear: DVec3::ZERO, angular: DVec3::ZERO },
         factor: Factor { translation: 0.0, rotation: DMat3::ZERO },
+        ending: Ending { linear: DVec3::ZERO, momentum: DVec3::ZERO },
     },
     reached_with: Twist { linear: DVec3::ZERO, angular: DVec3::ZERO },
 };

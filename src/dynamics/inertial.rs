@@ -1,10 +1,19 @@
-//! Inertial motion: Newton's and Euler's equations, `U = U^k + dt M^-1 (F + D gamma)` with the gyroscopic torque in `F`.
+//! Inertial motion: Newton's and Euler's equations.
+//!
+//! The velocity is advanced, `U = U^k + dt M^-1 (F + D gamma)`; of the turn it is the angular momentum in space: `L^k+1 = L^k + dt (T + D gamma)`, and the
+//! state's angular velocity is what `L^k+1` gives in the attitude that the step ends with. The body turns with `w = w_free + E D gamma`: `w_free` is the
+//! [mean velocity](super::Spin) of a step without torque from `L^k + dt T`, and the effective mobility `E = dt I^-1` is that at the step's start, so that
+//! contact is affine in `gamma`. Without torque and contact, angular momentum and energy are kept to rounding; attitudes are of second order.
+//!
+//! Midpoint steps have the forces, torques and mobilities of the step's middle, and half of the forces' impulse comes after the move:
+//! `V = U^k + dt/2 M^-1 F`, `U^k+1 = V + dt/2 M^-1 F`, and `w_free` is that from `L^k + dt/2 T`. All of contact's impulse comes with the move, so that a
+//! contact that closes in the step is inelastic as in a step of first order.
 //!
 //! Contact is inelastic: the complementarity conditions bring approaching surfaces to rest against each other.
 
-use super::{Factor, Law, Load, Motion, Twist};
+use super::{Ending, Factor, Law, Load, Motion, Spin, Twist};
 use crate::bodies::Bodies;
-use glam::DMat3;
+use glam::{DMat3, DQuat};
 
 /// Solid bodies of one density.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,27 +22,52 @@ pub struct Inertial {
     pub density: f64,
 }
 
+impl Inertial {
+    /// The motion from `start` under a load found in `here`, of whose impulse over `dt` the part `before` comes before the move.
+    fn over(&self, [start, here]: [&Bodies; 2], i: usize, load: Load, dt: f64, before: f64) -> Motion {
+        let shape = here.shape[i];
+        let mass = self.density * shape.volume();
+        let moments = self.density * shape.unit_inertia();
+        let spin = Spin::new(moments);
+        let axes = DMat3::from_quat(here.orientation[i]);
+        let (orientation, twist) = (start.orientation[i], start.twist(i));
+        let momentum = spin.momentum(orientation, twist.angular);
+        let impulse = dt / moments.x * load.torque;
+        let speeding = dt / mass * load.force;
+        let root = (dt / moments).map(f64::sqrt);
+        Motion {
+            free: Twist {
+                linear: twist.linear + before * speeding,
+                angular: spin.turning(orientation, momentum + before * impulse, dt),
+            },
+            factor: Factor {
+                translation: (dt / mass).sqrt(),
+                rotation: axes * DMat3::from_diagonal(root) * axes.transpose(),
+            },
+            ending: Ending { linear: (1.0 - before) * speeding, momentum: momentum + impulse },
+        }
+    }
+}
+
 impl Law for Inertial {
     fn inertia(&self) -> bool {
         true
     }
 
     fn motion(&self, bodies: &Bodies, i: usize, load: Load, dt: f64) -> Motion {
-        let shape = bodies.shape[i];
-        let mass = self.density * shape.volume();
-        let moments = self.density * shape.unit_inertia();
-        let axes = DMat3::from_quat(bodies.orientation[i]);
-        let angular = bodies.angular_velocity[i];
-        let in_body = axes.transpose() * angular;
-        let gyroscopic = axes * in_body.cross(moments * in_body);
-        let acceleration = axes * ((axes.transpose() * (load.torque - gyroscopic)) / moments);
-        let root = (dt / moments).map(f64::sqrt);
-        Motion {
-            free: Twist { linear: bodies.velocity[i] + dt / mass * load.force, angular: angular + dt * acceleration },
-            factor: Factor {
-                translation: (dt / mass).sqrt(),
-                rotation: axes * DMat3::from_diagonal(root) * axes.transpose(),
-            },
+        self.over([bodies, bodies], i, load, dt, 1.0)
+    }
+
+    fn motion_by_middle(&self, start: &Bodies, middle: &Bodies, i: usize, load: Load, dt: f64) -> Motion {
+        self.over([start, middle], i, load, dt, 0.5)
+    }
+
+    fn arrived(&self, here: &Bodies, i: usize, motion: &Motion, moved: Twist, orientation: DQuat) -> Twist {
+        let spin = Spin::new(here.shape[i].unit_inertia());
+        let by_contact = spin.momentum(here.orientation[i], moved.angular - motion.free.angular);
+        Twist {
+            linear: moved.linear + motion.ending.linear,
+            angular: spin.velocity(orientation, motion.ending.momentum + by_contact),
         }
     }
 }

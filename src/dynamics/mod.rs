@@ -5,30 +5,33 @@
 //! | law | free velocity | effective mobility `E` |
 //! | --- | --- | --- |
 //! | overdamped | `M F` | `M` |
-//! | inertial | `U^k + dt M^-1 (F - gyroscopic)` | `dt M^-1` |
+//! | inertial | `u^k + dt F / m`, and the [mean angular velocity](Spin) of a free turn from `L^k + dt T` | `dt M^-1` |
 //!
-//! The velocity after contact is then `U = U_free + E D gamma` for both, and the LCP matrix is `A = dt D^T E D`.
+//! The velocity that the step moves with is then `U = U_free + E D gamma` for both, and the LCP matrix is `A = dt D^T E D`. With inertia the velocity that
+//! it ends with is [another](Law::arrived). In a midpoint step forces and mobilities are those of the step's middle, and half of the forces' impulse comes
+//! after the move.
 
 mod force;
 pub(crate) mod growth;
 mod inertial;
 mod integrate;
-mod midpoint;
 mod overdamped;
 mod pressure;
+mod spin;
 
 pub use force::{ForceField, Load, from_scene as forces_from_scene};
 pub use growth::{Cells, grow, stretch};
 pub use inertial::Inertial;
 pub use integrate::{Pose, advance};
-pub use midpoint::{arrived, of_whole_step};
 pub use overdamped::Overdamped;
 pub use pressure::pressures;
 pub(crate) use pressure::virial_of_wall;
+pub(crate) use spin::LAST_STEP;
+pub use spin::Spin;
 
 use crate::bodies::Bodies;
 use crate::scene::Dynamics;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
 /// A generalized velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -58,12 +61,33 @@ pub struct Motion {
     pub free: Twist,
     /// How readily contact moves it.
     pub factor: Factor,
+    /// What it would end with.
+    pub ending: Ending,
+}
+
+/// What the velocity at a step's end is made of, contact left out; zero where a law has no inertia.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ending {
+    /// What the velocity changes by after the move.
+    pub linear: DVec3,
+    /// The angular momentum, space axes, over the first principal moment of inertia (as [`Spin`] has it).
+    pub momentum: DVec3,
 }
 
 /// A law of motion.
 pub trait Law: Send + Sync {
     /// Body `i`'s motion over a step of `dt` from its present state under `load`.
     fn motion(&self, bodies: &Bodies, i: usize, load: Load, dt: f64) -> Motion;
+
+    /// Body `i`'s motion over a midpoint step of `dt` that begins in `start`, under a `load` found in its `middle`.
+    fn motion_by_middle(&self, _start: &Bodies, middle: &Bodies, i: usize, load: Load, dt: f64) -> Motion {
+        self.motion(middle, i, load, dt)
+    }
+
+    /// The velocity that body `i` ends the step with in `orientation`, after it `moved` with contact in it. Its `motion` was found in `here`.
+    fn arrived(&self, _here: &Bodies, _i: usize, _motion: &Motion, moved: Twist, _orientation: DQuat) -> Twist {
+        moved
+    }
 
     /// Whether velocity is a part of the state.
     fn inertia(&self) -> bool {

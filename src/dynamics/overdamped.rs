@@ -1,6 +1,6 @@
 //! Overdamped local drag: `u = F / (xi L)`, `w = 12 T / (xi L^3)`, `L` the major axis length (the paper's ellipsoid mobility).
 
-use super::{Factor, Law, Load, Motion, Twist};
+use super::{Ending, Factor, Law, Load, Motion, Twist};
 use crate::bodies::Bodies;
 use glam::DMat3;
 
@@ -22,6 +22,7 @@ impl Law for Overdamped {
                 translation: translation.sqrt(),
                 rotation: DMat3::from_diagonal(glam::DVec3::splat(rotation.sqrt())),
             },
+            ending: Ending::default(),
         }
     }
 }

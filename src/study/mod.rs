@@ -2,6 +2,7 @@
 
 mod bandwidth;
 pub mod hard;
+pub mod inertia;
 mod machine;
 pub mod paper;
 mod plot;

@@ -6,6 +6,7 @@
 mod broad_phase;
 mod device;
 mod faults;
+mod inertia;
 mod lattice;
 mod lcp;
 mod midpoint;

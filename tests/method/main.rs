@@ -5,6 +5,7 @@ mod colonies;
 mod first_violation;
 mod growth;
 mod hard_cases;
+mod inertia;
 mod laws;
 mod midpoint;
 mod paper_scenes;

@@ -3,7 +3,7 @@
 use crate::random::{KINDS, Random};
 use glam::{DMat3, DVec3};
 use relcp::constraint::{self, Mover};
-use relcp::dynamics::{Factor, Motion, Pose, Twist, advance};
+use relcp::dynamics::{Ending, Factor, Motion, Pose, Twist, advance};
 use relcp::freedom::SPATIAL;
 use relcp::lcp::Problem;
 use relcp::separation::{Placed, separation};
@@ -13,7 +13,11 @@ const PAIRS_A_KIND: usize = 40;
 const STEP: f64 = 5e-4;
 
 fn unit_motion() -> Motion {
-    Motion { free: Twist::default(), factor: Factor { translation: 1.0, rotation: DMat3::IDENTITY } }
+    Motion {
+        free: Twist::default(),
+        factor: Factor { translation: 1.0, rotation: DMat3::IDENTITY },
+        ending: Ending::default(),
+    }
 }
 
 fn moved(placed: &Placed, twist: Twist, dt: f64) -> Placed {

@@ -2,7 +2,7 @@
 
 use crate::random::Random;
 use relcp::constraint::{self, FIXED, Mover};
-use relcp::dynamics::{Factor, Motion, Pose, Twist, advance};
+use relcp::dynamics::{Ending, Factor, Motion, Pose, Twist, advance};
 use relcp::freedom::SPATIAL;
 use relcp::lcp::Problem;
 use relcp::separation::{Placed, Separation, Surface};
@@ -49,8 +49,11 @@ fn gap_of_place(surface: &Surface, from: &Placed, to: &Placed, place: u32) -> Op
 #[test]
 fn rows_of_walls_equal_finite_differences() {
     let mut random = Random::new(3);
-    let motion =
-        Motion { free: Twist::default(), factor: Factor { translation: 1.0, rotation: glam::DMat3::IDENTITY } };
+    let motion = Motion {
+        free: Twist::default(),
+        factor: Factor { translation: 1.0, rotation: glam::DMat3::IDENTITY },
+        ending: Ending::default(),
+    };
     for kind in KINDS {
         for which in 0..3 {
             let (mut checked, mut worst) = (0, 0.0_f64);

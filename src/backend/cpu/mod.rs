@@ -13,7 +13,7 @@ use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{self, RowSource, RowSourceError, sub_sphere_separations};
 use crate::dynamics::{self, Cells, ForceField, Law, Load, Motion, Overdamped, Pose, Twist};
-use crate::freedom::PLANAR;
+use crate::freedom::{PLANAR, pack, unpack};
 use crate::lcp::{self, Outcome, Problem, Settings, Status, Stored};
 use crate::periodic::Periods;
 use crate::relcp::{Fault, Passed, Phases, Piece, State, Waiting, Warm, passed};
@@ -183,20 +183,18 @@ impl<const D: usize> Cpu<D> {
         let dt = self.interval;
         let time = self.piece_start() + if self.middle.is_some() { 0.5 * dt } else { 0.0 };
         let (mut motion, mut reach) = (std::mem::take(&mut self.motion), std::mem::take(&mut self.reach));
-        let (here, law, forces) = (self.here(), &self.law, &self.forces);
+        let here = self.here();
+        let (law, forces): (&dyn Law, &[Box<dyn ForceField>]) =
+            if self.parting { (&PARTING, &[]) } else { (self.law.as_ref(), &self.forces) };
         let of_body = |i: usize| {
-            if self.parting {
-                let Motion { factor, .. } = PARTING.motion(here, i, Load::default(), dt);
-                return (Motion { free: Twist::default(), factor }, 0.0);
-            }
             let mut load = Load::default();
             for force in forces {
                 load += force.load(here, i, time);
             }
-            let mut motion = law.motion(here, i, load, dt);
-            if self.middle.is_some() {
-                motion = dynamics::of_whole_step(law.as_ref(), motion, here.twist(i), self.start.twist(i));
-            }
+            let motion = match &self.middle {
+                Some(middle) => law.motion_by_middle(&self.start, middle, i, load, dt),
+                None => law.motion(here, i, load, dt),
+            };
             let reached = self.reached_at(i, At::FirstRows);
             let linear = (motion.free.linear - reached.linear).length();
             let angular = (motion.free.angular - reached.angular).length();
@@ -265,6 +263,31 @@ impl<const D: usize> Cpu<D> {
         }
     }
 
+    /// The velocities that the present part ends with at the trial.
+    fn arrived(&self) -> Vec<Twist> {
+        let (here, law) = (self.here(), &self.law);
+        let of_body = |i: usize| {
+            if self.parting {
+                return self.start.twist(i);
+            }
+            let twist = law.arrived(here, i, &self.motion[i], self.twist[i], self.trial[i].orientation);
+            // What the scene does not carry is exactly zero.
+            let (linear, angular) = unpack::<D>(&pack(twist.linear, twist.angular));
+            Twist { linear, angular }
+        };
+        (0..self.start.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK).map(of_body).collect()
+    }
+
+    /// Takes bodies to the trial.
+    fn arrive(&self, bodies: &mut Bodies, arrived: &[Twist]) {
+        for (i, (pose, twist)) in self.trial.iter().zip(arrived).enumerate() {
+            bodies.position[i] = pose.position;
+            bodies.orientation[i] = pose.orientation;
+            bodies.velocity[i] = twist.linear;
+            bodies.angular_velocity[i] = twist.angular;
+        }
+    }
+
     fn placed_at_trial(&self, i: usize) -> Placed {
         let Pose { position, orientation } = self.trial[i];
         Placed { shape: self.start.shape[i], position, orientation }
@@ -329,13 +352,9 @@ impl<const D: usize> Backend for Cpu<D> {
         let begun = Instant::now();
         self.set_trial()?;
         self.recalled = self.remember();
+        let arrived = self.arrived();
         let mut middle = self.start.clone();
-        for (i, (pose, twist)) in self.trial.iter().zip(&self.twist).enumerate() {
-            middle.position[i] = pose.position;
-            middle.orientation[i] = pose.orientation;
-            middle.velocity[i] = twist.linear;
-            middle.angular_velocity[i] = twist.angular;
-        }
+        self.arrive(&mut middle, &arrived);
         self.middle = Some(middle);
         self.interval = self.piece_length();
         // `dt/2 U_h` is `dt` times half of it.
@@ -463,22 +482,12 @@ impl<const D: usize> Backend for Cpu<D> {
 
     fn accept(&mut self) -> Result<Phases, Fault> {
         let begun = Instant::now();
-        // What parts bodies in no time is no force.
+        // What parts bodies in no time is no force, and no motion.
         self.state.warm = if self.parting { Vec::new() } else { self.remember() };
-        for (i, (pose, twist)) in self.trial.iter().zip(&self.twist).enumerate() {
-            self.start.position[i] = pose.position;
-            self.start.orientation[i] = pose.orientation;
-            if self.parting {
-                continue;
-            }
-            let ends_with = match self.middle {
-                Some(_) => dynamics::arrived(self.law.as_ref(), &self.motion[i], self.start.twist(i), *twist),
-                None => *twist,
-            };
-            self.start.velocity[i] = ends_with.linear;
-            self.start.angular_velocity[i] = ends_with.angular;
-        }
-        std::mem::swap(&mut self.state.bodies, &mut self.start);
+        let arrived = self.arrived();
+        let mut end = std::mem::take(&mut self.start);
+        self.arrive(&mut end, &arrived);
+        self.start = std::mem::replace(&mut self.state.bodies, end);
         self.state.next_id = self.next_id;
         self.state.step += u64::from(self.piece.ends_step() && !self.parting);
         self.phases.integrate += begun.elapsed();

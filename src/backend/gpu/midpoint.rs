@@ -110,7 +110,7 @@ impl Device {
         let mut record = gpu.record();
         record.stage("integrate");
         let (here, shapes) = (self.here(), &self.here_shapes().shapes);
-        let parameters = self.timed([bodies as u32, 0, 0, 0]);
+        let parameters = self.timed([bodies as u32, u32::from(self.part == Part::FromMiddle), 0, 0]);
         let buffers = [
             &here.cells,
             &here.remainders,
@@ -122,9 +122,12 @@ impl Device {
             &self.motions,
         ];
         record.run(&self.kernels.motion, &parameters, &buffers, bodies);
-        if let (Part::FromMiddle, Some(kernels)) = (self.part, &self.kernels.midpoint) {
-            let buffers = [&self.start().twists, &here.twists, &self.motions];
-            record.run(&kernels.middle, &self.parameters(), &buffers, bodies);
+        if let (Part::FromMiddle, Some(MidpointKernels { middle: Some(middle), .. })) =
+            (self.part, &self.kernels.midpoint)
+        {
+            let start = self.start();
+            let buffers = [&start.orientations, &start.twists, shapes, &self.motions];
+            record.run(middle, &parameters, &buffers, bodies);
         }
         let buffers = [&here.orientations, shapes, &self.motions, &self.boxes];
         record.run(&self.kernels.boxes, &parameters, &buffers, bodies);
@@ -154,8 +157,7 @@ impl Device {
         record.stage("integrate");
         let Some(middle) = self.poses.last() else { return Ok(()) };
         self.record_move(&mut record, middle);
-        let buffers = [&self.motions, &middle.twists];
-        record.run(&self.kernels.accept, &self.parameters(), &buffers, self.bodies);
+        self.record_arrival(&mut record, middle);
         if self.grows() {
             self.shapes[2].copy_from(&mut record, self.start_shapes(), self.bodies);
             self.record_growth(&mut record);
@@ -206,12 +208,15 @@ impl Device {
         Ok(())
     }
 
-    /// Records the velocities that the step ends with, in the trial's state.
-    pub(super) fn record_arrival(&self, record: &mut Recorder<'_>) {
-        let twists = &self.poses[1].twists;
-        record.run(&self.kernels.accept, &self.parameters(), &[&self.motions, twists], self.bodies);
-        if let Some(MidpointKernels { arrive: Some(arrive), .. }) = &self.kernels.midpoint {
-            record.run(arrive, &self.parameters(), &[&self.motions, &self.start().twists, twists], self.bodies);
-        }
+    /// Records the velocities that the present part ends with, in the state that it moved `to`.
+    pub(super) fn record_arrival(&self, record: &mut Recorder<'_>, to: &Poses) {
+        let Some(arrive) = &self.kernels.arrive else {
+            record.run(&self.kernels.accept, &self.parameters(), &[&self.motions, &to.twists], self.bodies);
+            return;
+        };
+        let (here, shapes) = (self.here(), &self.here_shapes().shapes);
+        let buffers = [&self.motions, &self.start().twists, &here.orientations, shapes, &to.orientations, &to.twists];
+        let parameters = words([self.bodies as u32, u32::from(self.part == Part::FromMiddle), 0, 0]);
+        record.run(arrive, &parameters, &buffers, self.bodies);
     }
 }

@@ -97,12 +97,20 @@ impl Setup {
         })
     }
 
-    /// Vectors of a body's motion: laws whose rotational mobility is a matrix need two more.
+    /// Vectors of a body's motion: with inertia the rotational mobility is a matrix, and there is an angular momentum.
     pub fn motion_width(&self) -> u32 {
-        match self.dynamics {
-            Dynamics::Overdamped { .. } => 4,
-            Dynamics::Inertial { .. } => 6,
-        }
+        if self.inertia() { 7 } else { 4 }
+    }
+
+    /// Whether velocity is a part of the state.
+    pub fn inertia(&self) -> bool {
+        matches!(self.dynamics, Dynamics::Inertial { .. })
+    }
+
+    /// Whether states have angular momenta in the place of angular velocities: in f32, so that they are never rounded. A body that grows keeps its
+    /// velocity, not its momentum.
+    pub fn keeps_momentum(&self) -> bool {
+        self.inertia() && self.precision == Precision::F32 && self.growth.is_none()
     }
 }
 
@@ -212,7 +220,7 @@ impl Device {
         for _ in 0..2 + u32::from(grows) + u32::from(setup.midpoint) {
             poses.push(Poses::new(&gpu, precision, bodies)?);
         }
-        poses[0].write(&gpu, precision, &setup.lattice, &state.bodies)?;
+        poses[0].write(&gpu, &setup, &state.bodies)?;
         let mut shapes = Vec::new();
         for _ in 0..1 + u32::from(grows) + u32::from(grows && setup.midpoint) {
             shapes.push(Shapes::new(&gpu, precision, bodies, grows)?);
@@ -277,8 +285,7 @@ impl Device {
     }
 
     fn download(&self, poses: &Poses, shapes: &Shapes, count: u64, ancestry: &Ancestry) -> Result<Bodies, GpuError> {
-        let Setup { precision, lattice, .. } = &self.setup;
-        let read = state::download(&self.gpu, *precision, lattice, poses, shapes, count, self.grows())?;
+        let read = state::download(&self.gpu, &self.setup, poses, shapes, count)?;
         Ok(Bodies {
             periods: self.setup.periods,
             shape: read.shape,
@@ -430,7 +437,7 @@ impl Backend for Device {
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         let mut record = gpu.record();
         record.stage("integrate");
-        self.record_arrival(&mut record);
+        self.record_arrival(&mut record, &self.poses[1]);
         let (lists, problem) = (&self.candidates.lists, &self.rows.problem);
         let buffers = [&problem.block_start, &problem.gamma, &lists.contacts];
         let parameters = words([lists.pairs_count as u32, 0, 0, 0]);

@@ -3,7 +3,8 @@
 use super::Setup;
 use super::walls::FIRST_SURFACE;
 use crate::constraint::LEAST_ALIGNED;
-use crate::gpu::{Gpu, GpuError, Kernel, Source, fragment};
+use crate::dynamics::LAST_STEP;
+use crate::gpu::{Gpu, GpuError, Kernel, Precision, Source, fragment};
 use crate::scene::{Dynamics, Force};
 use crate::separation;
 use std::fmt::Write as _;
@@ -11,6 +12,9 @@ use std::fmt::Write as _;
 /// Flags of a pair's contact, as in `shaders/separation/narrow.wgsl`.
 const NEAR: f64 = 1.0;
 const VIOLATING: f64 = 2.0;
+
+/// [`LAST_STEP`] in 32-bit floats: the next of Newton's steps is its square, below a rounding.
+const LAST_STEP_F32: f64 = 2e-4;
 
 /// A source with the constants of the scene.
 pub(super) fn base(setup: &Setup, name: &str) -> Source {
@@ -41,6 +45,16 @@ fn placed(source: Source) -> Source {
     separation::gpu::add_bodies_to(source).include(fragment!("separation/placed.wgsl"))
 }
 
+/// Adds how a body turns without torque.
+pub(super) fn spinning(setup: &Setup, source: Source) -> Source {
+    let last_step = match setup.precision {
+        Precision::F32 => LAST_STEP_F32,
+        Precision::F64 => LAST_STEP,
+    };
+    let source = source.flag("KEEPS_MOMENTUM", setup.keeps_momentum()).real("LAST_STEP", last_step);
+    source.include(fragment!("dynamics/spin.wgsl"))
+}
+
 /// The kernel of forces, free velocities and mobilities.
 pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
     let source = base(setup, "motion")
@@ -49,7 +63,9 @@ pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
         .include(fragment!("dynamics/law.wgsl"));
     let source = match setup.dynamics {
         Dynamics::Overdamped { drag } => source.real("DRAG", drag).include(fragment!("dynamics/overdamped.wgsl")),
-        Dynamics::Inertial { density } => source.real("DENSITY", density).include(fragment!("dynamics/inertial.wgsl")),
+        Dynamics::Inertial { density } => {
+            spinning(setup, source).real("DENSITY", density).include(fragment!("dynamics/inertial.wgsl"))
+        }
     };
     let radial = |f: &Force| matches!(f, Force::RadialInward { .. } | Force::RadialOutward { .. });
     let source = match setup.forces.iter().any(radial) {
@@ -127,6 +143,8 @@ pub(super) struct Kernels {
     pub remember: Kernel,
     pub find: Kernel,
     pub carry: Kernel,
+    /// Where bodies have inertia, in the place of `accept`.
+    pub arrive: Option<Kernel>,
     /// Growth and division, where bodies grow.
     pub grow: Option<[Kernel; 2]>,
     /// Where the scene has walls.
@@ -137,11 +155,10 @@ pub(super) struct Kernels {
 
 /// The kernels of the middle of a step.
 pub(super) struct MidpointKernels {
-    pub middle: Kernel,
     pub recall: Kernel,
     pub tighten: Kernel,
     /// Where bodies have inertia.
-    pub arrive: Option<Kernel>,
+    pub middle: Option<Kernel>,
     /// Where bodies grow.
     pub stretch: Option<Kernel>,
 }
@@ -230,24 +247,31 @@ pub(super) fn growth_sources(setup: &Setup) -> Option<[Source; 2]> {
 }
 
 /// The kernels of the middle of a step that every law needs, in the order of [`MidpointKernels`].
-pub(super) fn midpoint_sources(setup: &Setup) -> Option<[Source; 3]> {
-    let inertia = matches!(setup.dynamics, Dynamics::Inertial { .. });
+pub(super) fn midpoint_sources(setup: &Setup) -> Option<[Source; 2]> {
     let tighten =
         base(setup, "tighten").real("NEAR", NEAR).real("VIOLATING", VIOLATING).real("LEAST_ALIGNED", LEAST_ALIGNED);
     let tighten = tighten.include(fragment!("dynamics/factor.wgsl")).include(fragment!("constraint/part.wgsl"));
     setup.midpoint.then(|| {
         [
-            base(setup, "middle").flag("INERTIA", inertia).include(fragment!("dynamics/middle.wgsl")),
             base(setup, "recall").include(fragment!("constraint/recall.wgsl")),
             tighten.include(fragment!("constraint/tighten.wgsl")),
         ]
     })
 }
 
-/// The kernel of what velocities change by after the move, where bodies have inertia and steps a middle.
+/// A source that knows how the scene's bodies turn without torque.
+fn turned(setup: &Setup, name: &str) -> Source {
+    spinning(setup, base(setup, name).include(fragment!("shape/shape.wgsl")))
+}
+
+/// The kernel of the motion over a step with a middle, where bodies have inertia.
+pub(super) fn middle(setup: &Setup) -> Option<Source> {
+    (setup.midpoint && setup.inertia()).then(|| turned(setup, "middle").include(fragment!("dynamics/middle.wgsl")))
+}
+
+/// The kernel of the velocities that a part of a step ends with, where bodies have inertia.
 pub(super) fn arrive(setup: &Setup) -> Option<Source> {
-    let inertia = matches!(setup.dynamics, Dynamics::Inertial { .. });
-    (setup.midpoint && inertia).then(|| base(setup, "arrive").include(fragment!("dynamics/arrive.wgsl")))
+    setup.inertia().then(|| turned(setup, "arrive").include(fragment!("dynamics/arrive.wgsl")))
 }
 
 /// The kernel of separations at later lengths, where bodies grow and steps have a middle.
@@ -287,6 +311,7 @@ impl Kernels {
             find: next()?,
             carry: next()?,
             narrow: narrow_sources(setup).iter().map(make).collect::<Result<_, _>>()?,
+            arrive: arrive(setup).as_ref().map(make).transpose()?,
             grow: match growth_sources(setup) {
                 Some([grow, divide]) => Some([make(&grow)?, make(&divide)?]),
                 None => None,
@@ -304,11 +329,10 @@ impl Kernels {
                 None => None,
             },
             midpoint: match midpoint_sources(setup) {
-                Some([middle, recall, tighten]) => Some(MidpointKernels {
-                    middle: make(&middle)?,
+                Some([recall, tighten]) => Some(MidpointKernels {
                     recall: make(&recall)?,
                     tighten: make(&tighten)?,
-                    arrive: arrive(setup).as_ref().map(make).transpose()?,
+                    middle: middle(setup).as_ref().map(make).transpose()?,
                     stretch: stretch(setup).as_ref().map(make).transpose()?,
                 }),
                 None => None,
@@ -343,17 +367,16 @@ mod tests {
     }
 
     fn of_middle(setup: &Setup) -> Vec<Source> {
-        midpoint_sources(setup).into_iter().flatten().chain(arrive(setup)).chain(stretch(setup)).collect()
+        midpoint_sources(setup).into_iter().flatten().chain(middle(setup)).chain(stretch(setup)).collect()
     }
 
     #[test]
     fn a_middle_has_the_kernels_that_its_scene_needs() {
         let mut seen = [0; 4];
         for setup in setups() {
-            let inertia = matches!(setup.dynamics, Dynamics::Inertial { .. });
-            let extra = usize::from(inertia) + usize::from(setup.growth.is_some());
-            assert_eq!(of_middle(&setup).len(), 3 + extra);
-            seen[usize::from(inertia) + 2 * usize::from(setup.growth.is_some())] += 1;
+            let extra = usize::from(setup.inertia()) + usize::from(setup.growth.is_some());
+            assert_eq!(of_middle(&setup).len(), 2 + extra);
+            seen[usize::from(setup.inertia()) + 2 * usize::from(setup.growth.is_some())] += 1;
         }
         assert!(seen.iter().all(|n| *n > 0), "{seen:?}");
     }
@@ -362,7 +385,7 @@ mod tests {
         let growth = growth_sources(setup).into_iter().flatten();
         let walls = wall_sources(setup).into_iter().flatten();
         let steps = sources(setup).into_iter().chain(narrow_sources(setup)).chain(growth).chain(walls);
-        steps.chain(of_middle(setup)).chain([motion(setup, true)]).collect()
+        steps.chain(of_middle(setup)).chain(arrive(setup)).chain([motion(setup, true)]).collect()
     }
 
     #[test]

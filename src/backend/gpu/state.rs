@@ -1,7 +1,9 @@
 //! The bodies on the device: positions as integer lattice cells and remainders, orientations and lengths as coarse and fine parts, so that
 //! neighbours' differences are exact at any distance from the origin and steps far under a rounding add up.
 
-use crate::gpu::{Buffer, Gpu, GpuError, Lattice, Precision, Recorder};
+use super::Setup;
+use crate::dynamics::Spin;
+use crate::gpu::{Buffer, Gpu, GpuError, Precision, Recorder};
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
 
@@ -14,7 +16,7 @@ pub(super) struct Poses {
     pub remainders: Buffer,
     /// Two vectors a body: coarse and fine.
     pub orientations: Buffer,
-    /// Two vectors a body: velocity and angular velocity.
+    /// Two vectors a body: velocity, and angular velocity or momentum, as [`Setup::keeps_momentum`] says.
     pub twists: Buffer,
 }
 
@@ -46,13 +48,8 @@ impl Poses {
         })
     }
 
-    pub fn write(
-        &self,
-        gpu: &Gpu,
-        precision: Precision,
-        lattice: &Lattice,
-        bodies: &crate::bodies::Bodies,
-    ) -> Result<(), GpuError> {
+    pub fn write(&self, gpu: &Gpu, setup: &Setup, bodies: &crate::bodies::Bodies) -> Result<(), GpuError> {
+        let (precision, lattice) = (setup.precision, &setup.lattice);
         let mut cells: Vec<i32> = Vec::with_capacity(4 * bodies.len());
         let mut remainders = Vec::with_capacity(4 * bodies.len());
         for position in &bodies.position {
@@ -73,9 +70,14 @@ impl Poses {
             [coarse, fine].concat()
         };
         self.orientations.write(gpu, 0, &precision.encode(bodies.orientation.iter().flat_map(parts)));
-        let twist = |(u, w): (&DVec3, &DVec3)| [u.x, u.y, u.z, 0.0, w.x, w.y, w.z, 0.0];
-        let twists = bodies.velocity.iter().zip(&bodies.angular_velocity).flat_map(twist);
-        self.twists.write(gpu, 0, &precision.encode(twists));
+        let twist = |i: usize| {
+            let (u, mut w) = (bodies.velocity[i], bodies.angular_velocity[i]);
+            if setup.keeps_momentum() {
+                w = Spin::new(bodies.shape[i].unit_inertia()).momentum(bodies.orientation[i], w);
+            }
+            [u.x, u.y, u.z, 0.0, w.x, w.y, w.z, 0.0]
+        };
+        self.twists.write(gpu, 0, &precision.encode((0..bodies.len()).flat_map(twist)));
         Ok(())
     }
 
@@ -141,13 +143,12 @@ pub(super) fn split_length(length: f64, pitch: f64) -> [f64; 2] {
 /// Reads bodies back: one wait.
 pub(super) fn download(
     gpu: &Gpu,
-    precision: Precision,
-    lattice: &Lattice,
+    setup: &Setup,
     poses: &Poses,
     shapes: &Shapes,
     bodies: u64,
-    growing: bool,
 ) -> Result<Downloaded, GpuError> {
+    let (precision, lattice, growing) = (setup.precision, &setup.lattice, setup.growth.is_some());
     let whole = |buffer| {
         let buffer: &Buffer = buffer;
         0..bodies * buffer.element() as u64
@@ -180,11 +181,17 @@ pub(super) fn download(
             false => shape,
         })
     };
+    let shape = (0..n).map(shape).collect::<Result<Vec<_>, GpuError>>()?;
+    let orientation: Vec<_> = (0..n).map(quaternion).collect();
+    let angular_velocity = |i: usize| {
+        let kept = vector(&twists[8 * i + 4..]);
+        if setup.keeps_momentum() { Spin::new(shape[i].unit_inertia()).velocity(orientation[i], kept) } else { kept }
+    };
     Ok(Downloaded {
         position: (0..n).map(|i| DVec3::new(axis(i, 0), axis(i, 1), axis(i, 2))).collect(),
-        orientation: (0..n).map(quaternion).collect(),
         velocity: (0..n).map(|i| vector(&twists[8 * i..])).collect(),
-        angular_velocity: (0..n).map(|i| vector(&twists[8 * i + 4..])).collect(),
-        shape: (0..n).map(shape).collect::<Result<_, GpuError>>()?,
+        angular_velocity: (0..n).map(angular_velocity).collect(),
+        orientation,
+        shape,
     })
 }

@@ -1,7 +1,9 @@
 //! Small steps add up on the device: positions, orientations and lengths.
 
 use super::Setup;
+use super::source::spinning;
 use super::state::split_length;
+use crate::dynamics::Spin;
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Source, fragment, precisions, test_device};
 use crate::shape::{Convex, Shape};
 use glam::{DQuat, DVec3};
@@ -87,6 +89,82 @@ fn large_turns_are_those_of_the_cpu() {
         let off = 2.0 * (turn - expected).length().min((turn + expected).length());
         println!("{precision:?}: {off:.1e} rad off after {angle:.1} rad");
         assert!(off < bound * angle, "{off}");
+    }
+}
+
+const TURNS: &str = "
+@group(0) @binding(0) var<storage, read> shapes: array<vec4r>;
+@group(0) @binding(1) var<storage, read> orientations: array<vec4r>;
+@group(0) @binding(2) var<storage, read> velocities: array<vec4r>;
+@group(0) @binding(3) var<storage, read_write> found: array<vec4r>;
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = invocation(group, groups, local);
+    if i >= BODIES { return; }
+    let moments = moments_of(shapes[i]);
+    let momentum = momentum_of(moments, orientations[i], velocities[i].xyz);
+    found[3u * i] = vec4r(momentum, 0.0);
+    found[3u * i + 1u] = vec4r(velocity_of(moments, orientations[i], momentum), 0.0);
+    found[3u * i + 2u] = vec4r(turning_of(moments, orientations[i], momentum, 1.0), 0.0);
+}
+";
+
+/// Momentum, velocity and mean turning velocity of bodies whose turns reach one a step, by the device.
+fn turns(gpu: &Gpu, precision: Precision, bodies: &[(Shape, DQuat, DVec3)]) -> Vec<f64> {
+    let scene = crate::scene::load("two-ellipsoids", &["dynamics={\"inertial\":{\"density\":1}}".into()]).unwrap();
+    let setup = Setup::new(&scene, &[Shape::Sphere { radius: 1.0 }], precision).unwrap();
+    let source = Source::new("turns", precision)
+        .integer("BODIES", bodies.len() as u32)
+        .include(fragment!("common/quaternion.wgsl"))
+        .include(fragment!("shape/shape.wgsl"));
+    let kernel = Kernel::new(gpu, &spinning(&setup, source).text(TURNS)).unwrap();
+    let shape = |(shape, _, _): &(Shape, DQuat, DVec3)| {
+        let (tag, [x, y, z]) = shape.code();
+        [x, y, z, f64::from(tag)]
+    };
+    let buffer = |name, numbers: Vec<f64>| Buffer::reals(gpu, name, precision, 4, numbers).unwrap();
+    let shapes = buffer("shapes", bodies.iter().flat_map(shape).collect());
+    let turned = buffer("orientations", bodies.iter().flat_map(|(_, q, _)| q.to_array()).collect());
+    let speeds = buffer("velocities", bodies.iter().flat_map(|(_, _, w)| [w.x, w.y, w.z, 0.0]).collect());
+    let found = buffer("found", vec![0.0; 12 * bodies.len()]);
+    let mut record = gpu.record();
+    record.run(&kernel, &[], &[&shapes, &turned, &speeds, &found], bodies.len() as u64);
+    precision.decode(&record.read(&[(&found, 0..12 * (bodies.len() * precision.bytes()) as u64)]).unwrap()[0])
+}
+
+#[test]
+fn turns_without_torque_are_those_of_the_cpu() {
+    let Some(gpu) = test_device() else { return };
+    let body = |i: usize| {
+        let t = i as f64;
+        let shape = match i % 4 {
+            0 => Shape::Sphere { radius: 0.1 + t.cos().abs() },
+            1 => Shape::Spherocylinder { diameter: 0.5, length: 0.5 + 4.0 * t.cos().abs() },
+            2 => Shape::Torus { major_radius: 1.0, minor_radius: 0.05 + 0.9 * t.cos().abs() },
+            _ => Shape::Ellipsoid { radii: [1.0, 0.1 + t.cos().abs(), 0.1 + (2.0 * t).cos().abs()] },
+        };
+        let velocity = DVec3::new((3.0 * t).sin(), (5.0 * t).sin(), (7.0 * t).sin()) * (t / 2000.0);
+        (shape, DQuat::from_scaled_axis(DVec3::new(t.sin(), (2.0 * t).sin(), t)), velocity)
+    };
+    let bodies: Vec<_> = (0..1000).map(body).collect();
+    for (precision, bound) in precisions(gpu).into_iter().zip([3e-6, 1e-14]) {
+        let found = turns(gpu, precision, &bodies);
+        let mut worst = [0.0f64; 3];
+        for (i, (shape, q, velocity)) in bodies.iter().enumerate() {
+            let spin = Spin::new(shape.unit_inertia());
+            let momentum = spin.momentum(*q, *velocity);
+            let expected = [momentum, spin.velocity(*q, momentum), spin.turning(*q, momentum, 1.0)];
+            for (k, expected) in expected.into_iter().enumerate() {
+                let found = DVec3::from_slice(&found[12 * i + 4 * k..]);
+                worst[k] = worst[k].max((found - expected).length() / (expected.length() + f64::MIN_POSITIVE));
+            }
+        }
+        println!("{precision:?}: momentum, velocity and turning off by {worst:?}");
+        assert!(worst.iter().all(|off| *off < bound), "{precision:?}: {worst:?}");
     }
 }
 

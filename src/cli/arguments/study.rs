@@ -27,6 +27,8 @@ pub(in crate::cli) enum StudyName {
     WorkPrecision,
     /// Small scenes of the kinds that break contact codes, with a verdict on each
     Hard,
+    /// What inertial motion keeps: angular momentum and energy of tops, the energy of heaps
+    Inertia,
     /// All of them, each in a folder of its own, and an index of their pages
     All,
 }

@@ -3,7 +3,7 @@
 use super::energy::{Energy, of_motion, turning};
 use super::verdict::Measure;
 use crate::bodies::Bodies;
-use crate::dynamics::{Load, Twist, law};
+use crate::dynamics::Twist;
 use crate::relcp::{Simulation, contacts};
 use crate::scene::Dynamics;
 use crate::shape::Shape;
@@ -98,23 +98,21 @@ impl Watch {
         let (Ok(state), Dynamics::Inertial { density }) = (simulation.state(), simulation.scene().dynamics) else {
             return f64::NAN;
         };
-        let dt = simulation.scene().time.dt;
-        let first = *self.first_energy.get_or_insert_with(|| energy(before, |i| before.twist(i), density));
-        let law = law(&simulation.scene().dynamics);
-        let free = energy(before, |i| law.motion(before, i, Load::default(), dt).free, density);
-        // With the inertia at the step's start, with which the step's equations are set up.
-        let with = energy(before, |i| state.bodies.twist(i), density);
+        // Without contact it would be kept.
+        let without = energy(before, density);
+        let first = *self.first_energy.get_or_insert(without);
+        let with = energy(&state.bodies, density);
         let force = |pair: [usize; 2]| -> f64 {
             state.warm.iter().filter(|warm| warm.pair.map(|i| i as usize) == pair).map(|warm| warm.gamma).sum()
         };
         let parting: f64 = contacts(before, 0.0).iter().map(|(pair, found)| -found.separation * force(*pair)).sum();
-        (with - free - parting) / first
+        (with - without - parting) / first
     }
 }
 
-fn energy(bodies: &Bodies, twist: impl Fn(usize) -> Twist, density: f64) -> f64 {
+fn energy(bodies: &Bodies, density: f64) -> f64 {
     let of_body = |i: usize| {
-        let Twist { linear, angular } = twist(i);
+        let Twist { linear, angular } = bodies.twist(i);
         let in_body = bodies.orientation[i].inverse() * angular;
         let shape = bodies.shape[i];
         0.5 * density * (shape.volume() * linear.length_squared() + (shape.unit_inertia() * in_body).dot(in_body))
@@ -214,7 +212,7 @@ mod tests {
         after.position[0].y = 10.0;
         assert!(in_order(&after), "squeezed out sideways");
         // A ball at rest that is set in motion gains what it then has.
-        let gain = energy(&after, |i| after.twist(i), 2.0);
+        let gain = energy(&after, 2.0);
         assert!((gain / (1e-6 * after.shape[1].volume()) - 1.0).abs() < 1e-12);
     }
 }
