@@ -42,7 +42,7 @@ impl Device {
         }
         record.submit()?;
         let (precision, length_pitch) = (self.setup.precision, self.setup.length_pitch);
-        self.poses[0].write(&gpu, precision, &self.setup.lattice, &state.bodies)?;
+        self.poses[0].write(&gpu, &self.setup, &state.bodies)?;
         self.shapes[0].write(&gpu, precision, &state.bodies.shape, self.grows().then_some(length_pitch));
         self.ancestry = Ancestry::of(&self.setup, &state);
         self.before = None;
