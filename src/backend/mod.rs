@@ -89,6 +89,8 @@ pub trait Again: Backend {
     fn restore(&mut self, state: &State);
     /// Takes these multipliers; rows beyond them have none.
     fn set_multipliers(&mut self, gamma: &[f64]);
+    /// Solves the LCP of all rows, which give way by the part `compliance` of what their own multipliers move them by.
+    fn give_way(&mut self, compliance: f64) -> Result<Outcome, Fault>;
     /// The ids of the bodies of a crowd at the last trial, sorted: of a daughter that was born in this piece, her mother's.
     fn crowded(&self, crowd: Crowd) -> Vec<u64>;
     /// The deepest overlap at the start of the present piece.

@@ -62,6 +62,21 @@ impl<const D: usize> Solver<D> {
         best
     }
 
+    /// Solves a problem whose rows give way by the part `compliance` of what their own multipliers move them by, from nothing. The larger it is, the less bodies
+    /// move.
+    ///
+    /// # Panics
+    /// As [`Solver::solve`].
+    pub fn relax_by(&mut self, compliance: f64, problem: &Problem<D>, gamma: &mut Vec<f64>) -> Outcome {
+        gamma.clear();
+        gamma.resize(problem.q.len(), 0.0);
+        self.cpu.rebuild(problem);
+        self.cpu.set_compliance(compliance);
+        let outcome = self.relaxed(&mut InteriorPoint::default(), gamma, f64::INFINITY);
+        self.cpu.export(&self.drive.at.x, gamma);
+        outcome
+    }
+
     /// Solves with the present compliance. The residual is the larger of the solve's own and the largest violation.
     fn relaxed(&mut self, method: &mut InteriorPoint<D>, start: &[f64], allowed: f64) -> Outcome {
         self.cpu.import(start, &mut self.drive.at.x);

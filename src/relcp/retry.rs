@@ -9,11 +9,16 @@
 use super::step::{Attempt, Plan, attempt};
 use super::{Crowd, Fault, Keep, Phases, Piece, StepReport, Unresolved, Waiting};
 use crate::backend::{Again, Backend, Overlap};
+use crate::lcp::Status;
 use crate::scene::{OnNoRoom, Stepping};
 
-/// Where steps that do not hold are accepted, one that began with more overlap than the tolerance is not cut into pieces if it leaves at most this many times
-/// as much: it has no solution, nor have its pieces. A disc that its colony has filled gains a part of a percent a step.
-const NO_WORSE: f64 = 1.5;
+/// By how much rows give way where a step without a solution is accepted. The first moves bodies by a tenth less than it takes to part a pair, the last one by what it takes
+/// to a millionth.
+const COMPLIANCES_OF_SPREADING: [f64; 4] = [1e-1, 1e-2, 1e-4, 1e-6];
+
+/// Rounds in which such a step's overlap is spread, and how much of it a round must leave at most to be worth it.
+const MOST_ROUNDS_OF_SPREADING: u32 = 4;
+const WORTH_A_ROUND: f64 = 0.8;
 
 /// Rounds of parting. Of 14 crowded starts that one solve could not part, those that can be parted at all take 2 to 9.
 const MOST_ROUNDS_OF_PARTING: u32 = 32;
@@ -69,14 +74,12 @@ impl Taking<'_> {
         if self.plan.parts_first {
             self.parted(again)?;
         }
-        let taken = self.piece(again, Piece::WHOLE, first);
-        match taken {
+        match self.piece(again, Piece::WHOLE, first) {
             Err(Fault::Unresolved(_)) if self.plan.accepts_the_least_bad() => {
                 again.restore(&before);
                 self.waiting = Waiting::None;
                 *self.report = StepReport { failed_attempts: self.report.failed_attempts, ..self.cost() };
-                let tried = self.attempt(again, Piece::WHOLE)?;
-                self.accept_least_bad(again, tried)
+                self.spread(again)
             }
             taken => taken,
         }
@@ -101,8 +104,9 @@ impl Taking<'_> {
         };
         let failed = match tried {
             Ok(tried) if tried.holds(self.plan) => return self.accept(again, tried),
-            Ok(tried) if piece == Piece::WHOLE && self.has_no_solution(again, &tried) => {
-                return self.accept_least_bad(again, tried);
+            Ok(tried) if piece == Piece::WHOLE && self.began_like_this(again) => {
+                self.report.add_cost(&tried.report);
+                return self.spread(again);
             }
             Err(fault) if !fault.may_pass_with_smaller_steps() => return Err(fault),
             failed => failed,
@@ -178,24 +182,64 @@ impl Taking<'_> {
         Ok(tried.overlap)
     }
 
-    /// Accepts the least bad trial of an attempt, which is the last one that was made.
-    fn accept_least_bad(&mut self, again: &mut dyn Again, mut tried: Attempt) -> Result<Overlap, Fault> {
-        if let Some((badness, gamma)) = tried.least_bad.take()
-            && badness < tried.badness()
-        {
-            again.set_multipliers(&gamma);
-            tried.overlap = again.backend().trial(self.plan.contact.overlap_tolerance)?;
-            tried.report.velocity_residual = badness;
-            tried.report.passed = again.backend().passed()?;
-        }
-        self.accept(again, tried)
+    /// Whether steps that do not hold are accepted and the one before was such a one: there is no solution, nor have pieces one.
+    fn began_like_this(&self, again: &dyn Again) -> bool {
+        self.plan.accepts_the_least_bad() && again.start_overlap() > self.plan.contact.overlap_tolerance
     }
 
-    /// Whether a whole step that does not hold is accepted at once, as its start held no better.
-    fn has_no_solution(&self, again: &dyn Again, tried: &Attempt) -> bool {
-        let start = again.start_overlap();
-        let over = start > self.plan.contact.overlap_tolerance;
-        self.plan.accepts_the_least_bad() && over && tried.badness() <= NO_WORSE * start
+    /// Accepts the step with the least overlap that was found, and spreads it over the contacts in no time: rows give way, and the softer they are the less
+    /// bodies move, so that there is always one among the trials that throws none.
+    fn spread(&mut self, again: &mut dyn Again) -> Result<Overlap, Fault> {
+        again.prepare(Piece::WHOLE, &self.waiting);
+        let mut taken = self.softened(again, self.plan.stepping)?;
+        taken.report.phases = again.backend().accept()?;
+        for _ in 0..MOST_ROUNDS_OF_SPREADING {
+            let before = again.backend().state()?.clone();
+            again.part(true);
+            again.prepare(Piece::WHOLE, &Waiting::All);
+            let spread = self.softened(again, Stepping::Euler)?;
+            if !(spread.overlap.worst < WORTH_A_ROUND * taken.overlap.worst) {
+                again.restore(&before);
+                break;
+            }
+            taken.report.phases += again.backend().accept()?;
+            again.part(false);
+            taken.overlap = spread.overlap;
+        }
+        taken.report.velocity_residual = taken.report.velocity_residual.max(taken.overlap.worst);
+        self.report.add_piece(&taken.report);
+        Ok(taken.overlap)
+    }
+
+    /// The trial with the least overlap of the first rows, by how much they give way; one in which bodies pass each other only where there is no other.
+    fn softened(&mut self, again: &mut dyn Again, stepping: Stepping) -> Result<Attempt, Fault> {
+        again.backend().begin()?;
+        again.backend().append_near()?;
+        if stepping == Stepping::Midpoint {
+            again.give_way(COMPLIANCES_OF_SPREADING[0])?;
+            again.backend().middle()?;
+            again.backend().append_near()?;
+        }
+        let mut best: Option<((bool, f64), Vec<f64>)> = None;
+        let mut report = StepReport { pieces: 1, unconverged: 1, status: Status::Infeasible, ..StepReport::default() };
+        for compliance in COMPLIANCES_OF_SPREADING {
+            let outcome = again.give_way(compliance)?;
+            report.iterations += outcome.iterations;
+            report.products += outcome.products;
+            let overlap = again.backend().trial(self.plan.contact.overlap_tolerance)?;
+            let bad = (again.backend().passed()?.is_some(), overlap.worst);
+            if best.as_ref().is_none_or(|(least, _)| bad < *least) {
+                report.residual = outcome.residual;
+                report.velocity_residual = outcome.residual;
+                best = Some((bad, again.backend().multipliers()?));
+            }
+        }
+        if let Some((_, gamma)) = &best {
+            again.set_multipliers(gamma);
+        }
+        let overlap = again.backend().trial(self.plan.contact.overlap_tolerance)?;
+        (report.passed, report.constraints) = (again.backend().passed()?, again.backend().constraints());
+        Ok(Attempt { report, overlap, least_bad: None })
     }
 
     /// Tries a piece with cells waiting that have no room, where the scene lets them: of a whole step first those that overlap, then those that are pressed, then
@@ -247,8 +291,8 @@ impl Taking<'_> {
         piece: Piece,
         failed: Result<Attempt, Fault>,
     ) -> Result<Overlap, Fault> {
-        let tried = failed?;
-        if let Some(overlap) = self.squeeze(again, piece)? {
+        let mut tried = failed?;
+        if let Some(overlap) = self.squeeze(again, piece, &mut tried)? {
             return Ok(overlap);
         }
         let tolerance = self.plan.contact.overlap_tolerance;
@@ -268,7 +312,8 @@ impl Taking<'_> {
             passed: only_passed,
             tolerance: self.plan.contact.overlap_tolerance,
         };
-        if self.plan.on_no_room == Some(OnNoRoom::Stop) && self.fails_by_growth(again, piece) {
+        let ends = !self.plan.accepts_the_least_bad();
+        if ends && self.plan.on_no_room == Some(OnNoRoom::Stop) && self.fails_by_growth(again, piece) {
             return Err(Fault::NoRoom { bodies: again.backend().bodies(), unresolved });
         }
         Err(Fault::Unresolved(unresolved))
@@ -276,11 +321,17 @@ impl Taking<'_> {
 
     /// Takes the shortest piece as well as it goes and parts what still overlaps. Daughters that turn as they are born overlap by as much in the shortest piece as in the
     /// whole step, and rows that are made where they begin may contradict each other though there is room; made anew where the last ones led to, they do not.
-    fn squeeze(&mut self, again: &mut dyn Again, piece: Piece) -> Result<Option<Overlap>, Fault> {
+    /// Where it fails, `tried` is the least bad that was found.
+    fn squeeze(
+        &mut self,
+        again: &mut dyn Again,
+        piece: Piece,
+        tried: &mut Attempt,
+    ) -> Result<Option<Overlap>, Fault> {
         let before = again.backend().state()?.clone();
         let plan = Plan { keeps_least_bad: true, ..*self.plan };
         again.prepare(piece, &self.waiting);
-        let Ok(mut tried) = attempt(again.backend(), &plan, self.keep) else { return Ok(None) };
+        *tried = attempt(again.backend(), &plan, self.keep)?;
         self.report.add_cost(&tried.report);
         if let Some((badness, gamma)) = tried.least_bad.take()
             && badness < tried.badness()

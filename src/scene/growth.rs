@@ -44,7 +44,7 @@ pub struct Growth {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OnNoRoom {
-    /// The run ends with the state before the step, and says so.
+    /// The run ends with the state before the step, and says so; with `contact.on_failure` `"continue"` cells overlap instead.
     #[default]
     Stop,
     /// Cells that have no room neither grow nor divide in that step. A GPU leaves such steps to the CPU.

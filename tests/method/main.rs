@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod colonies;
+mod failing;
 mod first_violation;
 mod growth;
 mod hard_cases;

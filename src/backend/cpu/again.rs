@@ -3,7 +3,8 @@
 use super::Cpu;
 use crate::backend::{Again, Backend};
 use crate::dynamics::ForceField;
-use crate::relcp::{Crowd, Piece, State, Waiting};
+use crate::lcp::Outcome;
+use crate::relcp::{Crowd, Fault, Piece, State, Waiting};
 use std::collections::{BTreeSet, HashSet};
 
 impl<const D: usize> Cpu<D> {
@@ -40,6 +41,10 @@ impl<const D: usize> Again for Cpu<D> {
     fn set_multipliers(&mut self, gamma: &[f64]) {
         self.gamma.fill(0.0);
         self.gamma.iter_mut().zip(gamma).for_each(|(own, gamma)| *own = *gamma);
+    }
+
+    fn give_way(&mut self, compliance: f64) -> Result<Outcome, Fault> {
+        Ok(self.solver.relax_by(compliance, &self.problem, &mut self.gamma))
     }
 
     fn crowded(&self, crowd: Crowd) -> Vec<u64> {
