@@ -14,7 +14,10 @@ fn law(shape: vec4r, q: vec4r, load: Load, velocity: vec3r, kept: vec3r) -> Moti
         root.x * x.z * x + root.y * y.z * y + root.z * z.z * z,
     );
     let speeding = parameters.dt / mass * load.force;
-    let impulse = parameters.dt / moments.x * load.torque;
+    var impulse = parameters.dt / moments.x * load.torque;
+    if PLANAR {
+        impulse = parameters.dt * rotate(q, rotate_back(q, load.torque) / moments);
+    }
     let translation = sqrt(parameters.dt / mass);
     if parameters.in_middle > 0u {
         return Motion(speeding, vec3r(), translation, 0.0, matrix, impulse);

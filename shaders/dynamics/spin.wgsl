@@ -1,10 +1,12 @@
 // How a body without torque turns in a step: the midpoint rule that keeps its angular momentum and its energy (src/dynamics/spin.rs has the equation and its
-// source). Moments of inertia are over the first one, and so are angular momenta: a ball's is its angular velocity.
+// source). Moments of inertia are over the first one, and so are angular momenta: a ball's is its angular velocity. In the plane bodies turn about one axis
+// alone, steadily: their moments are over that about it.
 
 // Newton's iterations at most.
 const MOST_ITERATIONS: u32 = 10u;
 
 fn moments_of(shape: vec4r) -> vec3r {
+    if PLANAR { return vec3r(1.0); }
     let m = solid(shape).inertia;
     // A quotient of equal numbers need not be one on every device.
     if m.x == m.y && m.x == m.z { return vec3r(1.0); }
@@ -34,7 +36,9 @@ fn momentum_kept(moments: vec3r, q: vec4r, kept: vec3r) -> vec3r {
 
 fn kept_of(moments: vec3r, q: vec4r, momentum: vec3r) -> vec3r {
     if KEEPS_MOMENTUM { return momentum; }
-    return velocity_of(moments, q, momentum);
+    let velocity = velocity_of(moments, q, momentum);
+    // Roundings lean to one side: the velocity is the one of which the next step makes this momentum.
+    return velocity + velocity_of(moments, q, momentum - momentum_of(moments, q, velocity));
 }
 
 // The constant angular velocity that turns the body through a step of `dt` without torque.

@@ -53,9 +53,16 @@ impl Spin {
         if self.is_even() { velocity } else { self.along_axes(orientation, velocity, self.moments) }
     }
 
-    /// The angular velocity that goes with such a momentum.
+    /// The angular velocity that goes with such a momentum, so near that [`Spin::momentum`] gives it back but for the rounding of the velocity itself: a state
+    /// has the velocity, and every step makes the momentum of it anew. Without the second look roundings lean to one side, and of a rod 5e-12 of the
+    /// momentum are lost in 12,570 steps; with it, 2e-14.
     pub fn velocity(&self, orientation: DQuat, momentum: DVec3) -> DVec3 {
-        if self.is_even() { momentum } else { self.along_axes(orientation, momentum, self.moments.recip()) }
+        if self.is_even() {
+            return momentum;
+        }
+        let near = |momentum| self.along_axes(orientation, momentum, self.moments.recip());
+        let velocity = near(momentum);
+        velocity + near(momentum - self.momentum(orientation, velocity))
     }
 
     fn along_axes(&self, orientation: DQuat, v: DVec3, factors: DVec3) -> DVec3 {

@@ -108,9 +108,9 @@ impl Setup {
     }
 
     /// Whether states have angular momenta in the place of angular velocities: in f32, so that they are never rounded. A body that grows keeps its
-    /// velocity, not its momentum.
+    /// velocity, not its momentum, and in the plane both are one.
     pub fn keeps_momentum(&self) -> bool {
-        self.inertia() && self.precision == Precision::F32 && self.growth.is_none()
+        self.inertia() && !self.planar && self.precision == Precision::F32 && self.growth.is_none()
     }
 }
 

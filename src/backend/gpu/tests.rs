@@ -119,6 +119,7 @@ fn turns(gpu: &Gpu, precision: Precision, bodies: &[(Shape, DQuat, DVec3)]) -> V
     let setup = Setup::new(&scene, &[Shape::Sphere { radius: 1.0 }], precision).unwrap();
     let source = Source::new("turns", precision)
         .integer("BODIES", bodies.len() as u32)
+        .flag("PLANAR", false)
         .include(fragment!("common/quaternion.wgsl"))
         .include(fragment!("shape/shape.wgsl"));
     let kernel = Kernel::new(gpu, &spinning(&setup, source).text(TURNS)).unwrap();
