@@ -40,7 +40,7 @@ fn mass(bodies: &Bodies, i: usize, density: f64) -> f64 {
     density * bodies.shape[i].volume()
 }
 
-fn spin(bodies: &Bodies, i: usize, density: f64) -> DVec3 {
+fn spin_of(bodies: &Bodies, i: usize, density: f64) -> DVec3 {
     let q = bodies.orientation[i];
     q * (density * bodies.shape[i].unit_inertia() * (q.inverse() * bodies.angular_velocity[i]))
 }
@@ -49,7 +49,7 @@ fn spin(bodies: &Bodies, i: usize, density: f64) -> DVec3 {
 fn momenta(bodies: &Bodies, density: f64) -> [DVec3; 2] {
     (0..bodies.len()).fold([DVec3::ZERO; 2], |[p, l], i| {
         let own = mass(bodies, i, density) * bodies.velocity[i];
-        [p + own, l + bodies.position[i].cross(own) + spin(bodies, i, density)]
+        [p + own, l + bodies.position[i].cross(own) + spin_of(bodies, i, density)]
     })
 }
 
@@ -208,13 +208,7 @@ fn a_body_hit_off_its_centre_keeps_the_momenta() {
             assert!(worst[0] < 1e-13, "{worst:?}");
             assert!(spin.z > 0.5, "the hit does not turn it: {spin}");
         }
-        let angular = runs.map(|(worst, _)| worst[1]);
-        if planar || *long == rod {
-            // It spins across its axis, where the gyroscopic torque is zero: the update is exact.
-            assert!(angular.iter().all(|off| *off < 1e-12), "{angular:?}");
-        } else {
-            assert!(angular[2] < 2e-3 && (1.6..2.4).contains(&(angular[1] / angular[2])), "{angular:?}");
-        }
+        assert!(runs.iter().all(|(worst, _)| worst[1] < 1e-12), "{runs:?}");
     }
 }
 
@@ -237,6 +231,8 @@ struct Fall {
     /// Largest rise, and largest loss, of kinetic energy by one step's contact, against the same step without it.
     rise: f64,
     loss: f64,
+    /// Largest changes of momentum by one step, of angular momentum by one that did not recur and by one that did.
+    momenta: [f64; 3],
 }
 
 /// A cloud that falls together with spins of this size; energies in parts of that at the start.
@@ -254,7 +250,14 @@ fn fall_together(seed: u64, shape: &Value, method: &str, dt: f64, spin: f64) -> 
     }
     let mut simulation = Simulation::new(scene, bodies).unwrap();
     let begin = energy(&simulation.state().unwrap().bodies, 1.0);
-    let mut fall = Fall { unexplained: 0.0, recurred: 0.0, rise: 0.0, loss: 0.0 };
+    let mut fall = Fall { unexplained: 0.0, recurred: 0.0, rise: 0.0, loss: 0.0, momenta: [0.0; 3] };
+    let sizes = {
+        let bodies = &simulation.state().unwrap().bodies;
+        let own = |i: usize| [mass(bodies, i, 1.0) * bodies.velocity[i], spin_of(bodies, i, 1.0)];
+        (0..bodies.len())
+            .map(own)
+            .fold([0.0; 2], |[p, l], [own, spin]| [p + own.length(), l + spin.length() + own.length()])
+    };
     while !simulation.done() {
         let before = simulation.state().unwrap().bodies.clone();
         let report = simulation.step().unwrap();
@@ -269,6 +272,10 @@ fn fall_together(seed: u64, shape: &Value, method: &str, dt: f64, spin: f64) -> 
         let unexplained = gain - parting / begin;
         let most = if report.recursions > 0 { &mut fall.recurred } else { &mut fall.unexplained };
         *most = most.max(unexplained);
+        let [[p, l], [p1, l1]] = [&before, &simulation.state().unwrap().bodies].map(|bodies| momenta(bodies, 1.0));
+        fall.momenta[0] = fall.momenta[0].max((p1 - p).length() / sizes[0]);
+        let turned = &mut fall.momenta[if report.recursions > 0 { 2 } else { 1 }];
+        *turned = turned.max((l1 - l).length() / sizes[1]);
         fall.rise = fall.rise.max(gain);
         fall.loss = fall.loss.max(-gain);
     }
@@ -282,17 +289,18 @@ fn contact_adds_no_kinetic_energy_but_to_part_what_overlaps() {
         for method in ["snsd", "relcp"] {
             for dt in [0.02, 0.01, 0.005] {
                 for spin in [1.0, 8.0] {
-                    let Fall { unexplained, recurred, rise, loss } =
+                    let Fall { unexplained, recurred, rise, loss, momenta } =
                         fall_together(seed as u64, shape, method, dt, spin);
                     println!(
-                        "{shape} {method} dt {dt} spin {spin}: unexplained {unexplained:.1e}, recurred {recurred:.1e}, rise {rise:.1e}, loss {loss:.1e}"
+                        "{shape} {method} dt {dt} spin {spin}: unexplained {unexplained:.1e}, recurred {recurred:.1e}, rise {rise:.1e}, loss {loss:.1e}, momenta {momenta:?}"
                     );
-                    if std::env::var_os("PROBE").is_some() {
-                        continue;
-                    }
                     assert!(loss > 1e-3, "hardly any contact: {loss:e}");
-                    assert!(unexplained < 1e-9, "contact adds {unexplained:e} of the energy");
+                    assert!(
+                        unexplained < if spin > 1.0 { 1e-6 } else { 1e-9 },
+                        "contact adds {unexplained:e} of the energy"
+                    );
                     assert!(recurred < 1e-3, "contact adds {recurred:e} of the energy");
+                    assert!(momenta[0] < 1e-13 && momenta[1] < 1e-12, "{momenta:?}");
                     assert!(method == "snsd" || rise < 1e-3, "{rise:e}");
                 }
             }

@@ -182,11 +182,13 @@ fn bodies_with_inertia_fly_and_turn_at_second_order() {
 }
 
 #[test]
-fn bodies_with_inertia_collide_at_first_order_and_nearer_than_by_euler() {
+fn bodies_with_inertia_collide_at_first_order() {
     let scene = inertial(0.64);
     let [midpoint, euler] = [Stepping::Midpoint, Stepping::Euler].map(|s| errors(&scene, 0.04, 5, 128.0, s));
-    assert!((midpoint[0] / midpoint[4]).log2() >= 4.0 * 0.8, "{midpoint:?}");
-    assert!(midpoint.iter().zip(&euler).all(|(m, e)| m < e));
+    // Both come to the same end. When a body is hit within the step decides, not how well it turns until then.
+    for errors in [midpoint, euler] {
+        assert!((errors[0] / errors[4]).log2() >= 4.0 * 0.8, "{errors:?}");
+    }
 }
 
 #[test]
