@@ -62,7 +62,10 @@ impl Energy {
         let mut account = self.account.take().unwrap_or_else(|| first(self));
         let rise = now - account.least;
         account.scale = account.scale.max(kinetic - rise.max(0.0));
-        let gain = rise / account.scale;
+        // The top of a stack is raised by as many tolerances as there are bodies below it.
+        let beyond = rise - after.len() as f64 * parting;
+        // Not `max`, which takes the other where one is not a number.
+        let gain = if beyond < 0.0 { 0.0 } else { beyond / account.scale };
         if gain > account.gain || gain.is_nan() {
             account.gain = gain;
         }

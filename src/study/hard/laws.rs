@@ -3,7 +3,6 @@
 use super::energy::{Energy, of_motion, turning};
 use super::verdict::Measure;
 use crate::bodies::Bodies;
-use crate::dynamics::Twist;
 use crate::relcp::{Simulation, contacts};
 use crate::scene::Dynamics;
 use crate::shape::Shape;
@@ -26,7 +25,7 @@ pub enum Law {
     Spin,
 }
 
-/// What parting overlaps within the tolerance adds to the energy, of that of motion, beside rounding: of the cases at most FIXME.
+/// Of the most energy of motion. The cases are at 6e-6 at most, and one with a scheme that gains energy is over 1 in some steps.
 const GAIN_BOUND: f64 = 1e-2;
 /// Some rounding a step, over a thousand steps.
 const SPIN_BOUND: f64 = 1e-10;
@@ -111,13 +110,7 @@ impl Watch {
 }
 
 fn energy(bodies: &Bodies, density: f64) -> f64 {
-    let of_body = |i: usize| {
-        let Twist { linear, angular } = bodies.twist(i);
-        let in_body = bodies.orientation[i].inverse() * angular;
-        let shape = bodies.shape[i];
-        0.5 * density * (shape.volume() * linear.length_squared() + (shape.unit_inertia() * in_body).dot(in_body))
-    };
-    (0..bodies.len()).map(of_body).sum()
+    (0..bodies.len()).map(|i| of_motion(bodies, i, density)).sum()
 }
 
 /// The largest change of a body's energy or angular momentum, of itself.

@@ -151,8 +151,8 @@ fn the_quick_study_says_of_every_case_what_it_is() {
     let fails: Vec<&str> = of(Verdict::Fails).map(|row| row.case.as_str()).collect();
     assert_eq!(fails, [""; 0], "{:#?}", of(Verdict::Fails).collect::<Vec<&Row>>());
     assert!(!study.missed());
-    let passing = study.rows().iter().filter(|row| row.figures.steps_passed > 0);
-    assert_eq!(passing.map(|row| row.case.as_str()).collect::<Vec<_>>(), PASSING);
+    // A step in which bodies go through each other is taken again in pieces.
+    assert!(study.rows().iter().all(|row| row.figures.steps_passed == 0));
     for row in study.rows() {
         let Figures { steps, end, bodies, .. } = &row.figures;
         assert!((*steps > 0 && *end == End::Done && *bodies > 0) || row.verdict != Verdict::Holds, "{row:?}");
@@ -167,13 +167,3 @@ fn the_quick_study_says_of_every_case_what_it_is() {
     }
     assert_eq!(String::from_utf8(study.csv().unwrap()).unwrap().lines().count(), 1 + study.rows().len());
 }
-
-/// Thin bodies that are thrown by many times their thickness in a step: free of overlap at its end, on the other side.
-const PASSING: &[&str] = &[
-    "20 discs 1:100, pulled together",
-    "20 rods 100:1 and discs 1:100, pulled together",
-    "60 discs 1:5 pulled into a jam",
-    "24 spheres, rods and ellipsoids, dt 1e1",
-    "24 rings, dt 1e0",
-    "chain of eight linked rings, pulled by a ring's size a step",
-];

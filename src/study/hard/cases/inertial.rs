@@ -174,7 +174,7 @@ fn single() -> Vec<Case> {
     let lance = rod(0.1, 2.0);
     let mut shot = above(37, ellipsoid([0.2, 0.3, 0.4]), 18, 3);
     let along = DQuat::from_rotation_y(FRAC_PI_2);
-    shot.push(moving(body(lance, [-4.0, 0.1, 1.0], along), [20.0, 0.0, 0.0], [0.0, 0.0, 3.0]));
+    shot.push(moving(body(lance, [-4.0, 0.1, 1.3], along), [20.0, 0.0, 0.0], [0.0, 0.0, 3.0]));
     vec![
         case("a coin 1:25 spins down on a floor", 300, on_floor(0.01, vec![coin]), Law::NoGain),
         case("a ring rolls on a floor, spinning", 300, on_floor(0.01, vec![wheel]), Law::NoGain),

@@ -16,7 +16,9 @@ const DIAMETER: f64 = 0.5;
 const DIVISION: [f64; 2] = [4.0, 8.0];
 /// Widths, in diameters.
 const WIDTH: [f64; 2] = [2.0, 12.0];
-/// Widths of discs and boxes, in diameters: the founder is in them however it lies.
+/// Discs and boxes are so many times as wide: some hundred cells find room in the largest.
+const CLOSED: f64 = 2.0;
+/// Widths of discs and boxes at least, in diameters: the founder is in them however it lies.
 const LEAST_CLOSED: f64 = 5.0;
 /// The same in lengths at which cells divide: those with the greatest length of their own fit too.
 const LEAST_IN_LENGTHS: f64 = 1.3;
@@ -57,7 +59,7 @@ fn attempt(random: &mut Random, name: String) -> Drawn {
     // Half of the widths are whole numbers of diameters: rows of cells then fit exactly.
     let width = random.within(WIDTH[0], WIDTH[1]);
     let width = DIAMETER * random.either(0.5, width.round(), width);
-    let (walls, founder, what) = space(random, width, division);
+    let (walls, founder, what, width) = space(random, width, division);
     let growth = growth(random, division);
     let dt = random.log_within(DT[0], DT[1]);
     let alone = (2.0 * POPULATION as f64).ln() / growth.rate;
@@ -108,8 +110,8 @@ fn growth(random: &mut Random, division_length: f64) -> Growth {
     }
 }
 
-/// A space of a width, a founder in it and what they are.
-fn space(random: &mut Random, width: f64, division: f64) -> (Vec<Wall>, Body, &'static str) {
+/// A space of a width, a founder in it, what they are, and the width, which of closed spaces is at least what a cell needs.
+fn space(random: &mut Random, width: f64, division: f64) -> (Vec<Wall>, Body, &'static str, f64) {
     let length = random.within(0.5, 0.95) * division;
     let angle = TAU * random.within(0.0, 1.0);
     let angle = random.either(0.5, 0.0, angle);
@@ -118,7 +120,7 @@ fn space(random: &mut Random, width: f64, division: f64) -> (Vec<Wall>, Body, &'
         let turned = DQuat::from_rotation_z(turn) * DQuat::from_rotation_y(FRAC_PI_2);
         body(rod(DIAMETER, length), [0.0; 3], turned.normalize())
     };
-    let closed = width.max(LEAST_CLOSED * DIAMETER).max(LEAST_IN_LENGTHS * division);
+    let closed = (CLOSED * width).max(LEAST_CLOSED * DIAMETER).max(LEAST_IN_LENGTHS * division);
     let along = DVec3::new(angle.cos(), angle.sin(), 0.0);
     let across = DVec3::new(-angle.sin(), angle.cos(), 0.0);
     let channel = Wall::Channel { normal: across.to_array(), center: [0.0; 3], width };
@@ -127,17 +129,17 @@ fn space(random: &mut Random, width: f64, division: f64) -> (Vec<Wall>, Body, &'
     let most = (width - DIAMETER) / length;
     let lying = lying.clamp(-most, most);
     match random.below(6) {
-        0 | 1 => (vec![channel], founder(angle + lying), "a channel"),
-        2 => (vec![channel, end(along)], founder(angle + lying), "a cup"),
-        3 => (vec![channel, end(along), end(-along)], founder(angle + lying), "a short closed channel"),
+        0 | 1 => (vec![channel], founder(angle + lying), "a channel", width),
+        2 => (vec![channel, end(along)], founder(angle + lying), "a cup", width),
+        3 => (vec![channel, end(along), end(-along)], founder(angle + lying), "a short closed channel", width),
         4 => {
-            let wall = Wall::Sphere { center: [0.0; 3], radius: 0.5 * closed.max(width) };
-            (vec![wall], founder(angle + lying), "a disc")
+            let wall = Wall::Sphere { center: [0.0; 3], radius: 0.5 * closed };
+            (vec![wall], founder(angle + lying), "a disc", closed)
         }
         _ => {
             let (w, h) = (0.5 * closed, 0.5 * closed * random.within(1.0, 3.0));
             let wall = Wall::Box { minimum: [-w, -h, -1.0], maximum: [w, h, 1.0] };
-            (vec![wall], founder(angle + lying), "a box")
+            (vec![wall], founder(angle + lying), "a box", closed)
         }
     }
 }

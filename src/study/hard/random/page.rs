@@ -51,7 +51,7 @@ fn write_group(out: &mut String, from: From, rows: &[&Row]) {
     let cut = rows.iter().map(|row| row.figures.steps_cut);
     let (cut, of) = (cut.clone().sum::<u64>(), cut.filter(|cut| *cut > 0).count());
     let pieces = rows.iter().map(|row| row.figures.most_pieces).max().unwrap_or(0);
-    let _ = write!(out, "{cut} steps of {of} scenes were taken in pieces, {pieces} at most.\n");
+    let _ = writeln!(out, "{cut} steps of {of} scenes were taken in pieces, {pieces} at most.");
     let ends = counted(rows.iter().map(|row| row.ended.as_str()));
     write_counts(out, "ended at", &ends);
     for (verdict, heading) in [(Verdict::Fails, "fails by"), (Verdict::Reported, "reported for")] {
