@@ -17,7 +17,7 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-/// Newton's iterations at most. From `W_k` on, 100,000 draws of moments and spins take at most five up to `dt |W_k|` of 1 and ten at 2.
+/// Newton's iterations at most. From `W_k` on, 20,000 draws of moments and spins take at most five up to `dt |W_k|` of 1 and ten at 2.
 const MOST_ITERATIONS: u32 = 10;
 
 /// A Newton step of this part of the solution is its last one: the next is its square, below a rounding.

@@ -91,7 +91,7 @@ fn a_free_step_is_the_cpus() {
                 }),
             ];
             println!("{stepping:?} {precision:?}: off by {off:?}");
-            let bound = if precision == Precision::F32 { 3e-6 } else { 1e-13 };
+            let bound = if precision == Precision::F32 { 1e-5 } else { 1e-13 };
             assert!(off.iter().all(|off| *off < bound), "{stepping:?} {precision:?}: {off:?}");
         }
     }
@@ -125,7 +125,7 @@ fn a_free_spin_does_not_gain_energy() {
             let energy = worst(end.len(), |i| (end[i].1 / begin[i].1 - 1.0).abs());
             println!("{stepping:?} {precision:?}: momentum off by {momentum:.1e}, energy by {energy:.1e}");
             // In f32 the momentum itself is kept.
-            let bounds = if precision == Precision::F32 { [1e-6, 1e-4] } else { [1e-11, 1e-11] };
+            let bounds = if precision == Precision::F32 { [1e-6, 2e-4] } else { [1e-11, 1e-11] };
             assert!(momentum < bounds[0] && energy < bounds[1], "{stepping:?} {precision:?}: {momentum:e} {energy:e}");
         }
     }

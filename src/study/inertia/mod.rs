@@ -46,7 +46,7 @@ impl Size {
     pub const FULL: Size = Size {
         angles: &[0.01, 0.1, 0.3, 1.0],
         turns: 1000.0,
-        device_steps: 60_000,
+        device_steps: 2000,
         orders: &[0.2, 0.1, 0.05, 0.025],
         heaps: 50,
         end: 2.5,

@@ -6,10 +6,10 @@ use crate::study::machine::machine;
 use crate::study::paper::{COMPUTED_BY, Target, target_table};
 use std::fmt::Write as _;
 
-/// What tops may drift by in 64-bit and in 32-bit floats. Roundings add up as a random walk: 1e-16 (6e-8) by the root of half a million (60,000) steps, times
-/// what a step amplifies.
+/// What tops may drift by in 64-bit and in 32-bit floats. Roundings of 1e-16 and 6e-8 add up as random walks of 630,000 and 2,000 steps; the rod's energy answers
+/// to a turn by 30 times, its ratio of moments.
 const DRIFT: f64 = 1e-11;
-const DRIFT_F32: f64 = 1e-4;
+const DRIFT_F32: f64 = 2e-4;
 /// How near to two the order of attitudes is to be.
 const ORDER: [f64; 2] = [1.9, 2.1];
 

@@ -181,7 +181,8 @@ fn growing_cells_with_inertia_between_walls() {
         let off = lengths.map(|(a, b)| (a.growing_length().unwrap() / b.growing_length().unwrap() - 1.0).abs());
         let off = off.fold(0.0, f64::max);
         println!("  lengths off by {off:.1e}");
-        assert!(off < if precision == Precision::F32 { 1e-4 } else { 1e-7 }, "{off:e}");
+        // They grow by their pressures, which in f32 are those of another contact a little apart.
+        assert!(off < if precision == Precision::F32 { 3e-4 } else { 1e-7 }, "{off:e}");
     });
 }
 
