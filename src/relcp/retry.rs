@@ -322,12 +322,7 @@ impl Taking<'_> {
     /// Takes the shortest piece as well as it goes and parts what still overlaps. Daughters that turn as they are born overlap by as much in the shortest piece as in the
     /// whole step, and rows that are made where they begin may contradict each other though there is room; made anew where the last ones led to, they do not.
     /// Where it fails, `tried` is the least bad that was found.
-    fn squeeze(
-        &mut self,
-        again: &mut dyn Again,
-        piece: Piece,
-        tried: &mut Attempt,
-    ) -> Result<Option<Overlap>, Fault> {
+    fn squeeze(&mut self, again: &mut dyn Again, piece: Piece, tried: &mut Attempt) -> Result<Option<Overlap>, Fault> {
         let before = again.backend().state()?.clone();
         let plan = Plan { keeps_least_bad: true, ..*self.plan };
         again.prepare(piece, &self.waiting);

@@ -10,10 +10,10 @@ pub(super) fn page(study: &Study) -> String {
     let mut out = format!(
         "# Hard cases\n\n\
          Small scenes of the kinds that break contact codes, by the default method (ReLCP, the default solver) with the overlap tolerance 1e-5 of lengths of about 1, unless a \
-         row says otherwise. After every step the overlaps are computed afresh from the accepted bodies alone; nothing that the step knows is used.\n\n\
+         row says otherwise. After every step the overlaps of bodies with each other and with walls are computed afresh from the accepted bodies alone; nothing that the step knows is used.\n\n\
          * **holds**: at every step the overlap is at most the tolerance, and every solve reached its own.\n\
          * **reported**: not so, and the program itself says it: by the step's overlap or the solve's status, by naming bodies that went through each other, by refusing the scene, or by a typed error.\n\
-         * **fails**: a state is not finite, a panic, more overlap than the step reports, a solve that claims a tolerance that it missed, or what is measured beside contact \
+         * **fails**: an accepted step is over the tolerance although the run was to stop there, a state is not finite, a panic, more overlap than the step reports, a solve that claims a tolerance that it missed, or what is measured beside contact \
          is over its bound.\n\n\
          {} cases: {} hold, {} are reported, {} fail.{} Made by `relcp study hard`. {}. Computed by CPU f64.\n",
         rows.len(),
