@@ -80,7 +80,7 @@ pub enum Standing {
     /// A run with a checkpoint and without a summary: it is running, or was killed.
     Unfinished,
     /// A run with a summary.
-    Summed(Outcome),
+    Summed(Box<Outcome>),
 }
 
 /// The folders that are there for the members of a plan.
@@ -163,7 +163,7 @@ fn standing(plan: &Plan, member: &Member, path: &Path) -> Result<Standing, Recor
     let guard = |hash: &str| if hash == member.scene_hash { Ok(()) } else { Err(other_scene(plan, member, &folder)) };
     if let Some(outcome) = outcome(&folder)? {
         guard(&outcome.scene_hash)?;
-        return Ok(Standing::Summed(outcome));
+        return Ok(Standing::Summed(Box::new(outcome)));
     }
     if folder.scene().exists() {
         let recorded = scene::read(&folder.scene());

@@ -191,7 +191,7 @@ impl Row {
                     Standing::Summed(outcome) => {
                         row.status = outcome.status.into();
                         row.message.clone_from(&outcome.message);
-                        row.outcome = Some(outcome);
+                        row.outcome = Some(*outcome);
                     }
                 }
             }

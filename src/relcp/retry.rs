@@ -198,7 +198,7 @@ impl Taking<'_> {
             again.part(true);
             again.prepare(Piece::WHOLE, &Waiting::All);
             let spread = self.softened(again, Stepping::Euler)?;
-            if !(spread.overlap.worst < WORTH_A_ROUND * taken.overlap.worst) {
+            if spread.overlap.worst.is_nan() || spread.overlap.worst >= WORTH_A_ROUND * taken.overlap.worst {
                 again.restore(&before);
                 break;
             }

@@ -190,7 +190,7 @@ impl Attempt {
     ) -> Result<Outcome, Fault> {
         let outcome = keep.solve(backend, residual)?;
         let allowed = GIVEN_WAY * plan.contact.overlap_tolerance;
-        let failed = outcome.status != Status::Solved && !(outcome.residual <= allowed);
+        let failed = outcome.status != Status::Solved && (outcome.residual.is_nan() || outcome.residual > allowed);
         let relaxed = if failed && plan.promises() { backend.relax(allowed)? } else { None };
         if let Some(Outcome { status, iterations, residual, .. }) = &relaxed {
             log::trace!("least overlap: {status:?}, {iterations} iterations, residual {residual:.2e} of {allowed:.1e}");

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::dynamics::grow;
 use relcp::relcp::{Simulation, State, contacts};
-use relcp::scene::{self, Dynamics, Growth, Scene, Stepping, Wall};
+use relcp::scene::{self, Dynamics, Growth, OnNoRoom, Scene, Stepping, Wall};
 use relcp::separation::Placed;
 use relcp::shape::Shape;
 use serde_json::json;
@@ -20,6 +20,7 @@ const GROWTH: Growth = Growth {
     division_length_noise: 0.0,
     rate_noise: 0.0,
     stress_sensitivity: 0.0,
+    on_no_room: OnNoRoom::Stop,
     stop: None,
 };
 

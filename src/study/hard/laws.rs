@@ -31,8 +31,8 @@ const GAIN_BOUND: f64 = 1e-2;
 const SPIN_BOUND: f64 = 1e-10;
 /// A momentum is a sum of about a hundred terms, changed by a solve's sums in each of a hundred steps.
 const MOMENTUM_ROUNDING: f64 = 1e-12;
-/// Of the energy at the start. Steps without recursion are under it in `tests/method/laws.rs`.
-const ENERGY_BOUND: f64 = 1e-9;
+/// Of the energy at the start. A contact that closes may add the square of a step's gyroscopic change of velocity (`docs/timestep.md`): 1.1e-9 in the case of 27 ellipsoids.
+const ENERGY_BOUND: f64 = 1e-8;
 
 /// The worst so far.
 pub(super) struct Watch {

@@ -50,6 +50,8 @@ pub struct Figures {
     pub worst_residual: f64,
     /// Solves that did not converge, as the program said.
     pub unconverged: u64,
+    /// Steps whose velocities are not right to the overlap tolerance.
+    pub steps_unsettled: u64,
     /// Steps whose solves are said to have converged with a residual over the tolerance.
     pub false_claims: u64,
     /// How the last unconverged solve ended.
@@ -190,6 +192,7 @@ impl Figures {
             products: 0,
             worst_residual: 0.0,
             unconverged: 0,
+            steps_unsettled: 0,
             false_claims: 0,
             status: crate::lcp::Status::Solved.name().into(),
             steps_passed: 0,
@@ -230,6 +233,7 @@ impl Figures {
             self.worst_residual = report.residual;
         }
         self.unconverged += u64::from(report.unconverged);
+        self.steps_unsettled += u64::from(!report.settled(self.overlap_tolerance));
         if report.unconverged > 0 {
             self.status = report.status.name().into();
         } else if exceeds(report.residual, self.solver_tolerance) {

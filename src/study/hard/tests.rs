@@ -42,7 +42,7 @@ fn each_rule_can_fail() {
 fn what_the_program_tells_is_reported_and_not_good() {
     let told = [
         Figures { steps_over: 1, max_overlap: 2e-5, ..good() },
-        Figures { unconverged: 1, status: Status::NoProgress.name().into(), ..good() },
+        Figures { steps_unsettled: 1, status: Status::NoProgress.name().into(), ..good() },
         Figures { end: End::Fault("step 4: not finite".into()), ..good() },
         Figures { end: End::Refused("too large".into()), steps: 0, ..good() },
     ];

@@ -135,9 +135,10 @@ fn told(figures: &Figures, measures: &[Measure]) -> Vec<Against> {
     if figures.steps_over > 0 {
         out.push(over_tolerance(figures));
     }
-    if figures.unconverged > 0 {
-        let words = format!("{} unconverged solves, {}", figures.unconverged, figures.status);
-        out.push(Against::new("unconverged", words));
+    // A solve that ended early in a step within the tolerance is a note.
+    if figures.steps_unsettled > 0 {
+        let (steps, status) = (figures.steps_unsettled, &figures.status);
+        out.push(Against::new("residual", format!("{steps} steps with velocities that are off, {status}")));
     }
     out
 }
