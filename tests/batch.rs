@@ -423,25 +423,30 @@ fn a_sweep_that_is_changed_keeps_what_is_done() {
 /// A body so light that it leaves the numbers there are, unless it is dragged.
 const BLOWS_UP: &str = r#"{ "name": "blow", "time": { "dt": 1e50, "end": 5e50 },
   "dynamics": { "inertial": { "density": 1e-60 } }, "contact": { "overlap_tolerance": 1e-50 },
-  "forces": [ { "uniform": { "force": [1, 0, 0] } } ],
+  "forces": [ { "uniform": { "force": [1e50, 0, 0] } } ],
   "bodies": [ { "shape": { "sphere": { "radius": 1e-40 } }, "position": [0, 0, 0] } ] }"#;
 
 #[test]
-fn a_member_that_fails_is_status_1_and_tried_again_when_asked() {
+fn a_member_that_stops_is_status_3_and_tried_again_when_asked() {
     let place = Place::new(r#"{"name": "b", "scene": "blow.json", "list": [{}, {"dynamics.overdamped.drag": 1}]}"#);
     fs::write(place.at("blow.json"), BLOWS_UP).unwrap();
-    let first = place.batch(&["--jobs", "1"]).expect(1);
-    assert!(first.err.contains("failed: step 1: the velocity of body 0 is not finite"), "{}", first.err);
+    let first = place.batch(&["--jobs", "1"]).expect(3);
+    assert!(
+        first.err.contains("stopped: step 1: the ") && first.err.contains("of body 0 is not finite"),
+        "{}",
+        first.err
+    );
     let table = place.json("runs/b/batch.json");
-    assert_eq!((&table["members"][0]["status"], &table["members"][1]["status"]), (&json!("fault"), &json!("done")));
+    assert_eq!((&table["members"][0]["status"], &table["members"][1]["status"]), (&json!("stopped"), &json!("done")));
     assert!(table["members"][0]["message"].as_str().unwrap().contains("not finite"));
     let before = place.hashes("runs/b");
-    let again = place.batch(&[]).expect(1);
-    assert!(again.err.contains("failed earlier; --retry"), "{}", again.err);
+    assert_eq!(table["members"][0]["reason"], "not_finite");
+    let again = place.batch(&[]).expect(3);
+    assert!(again.err.contains("stopped earlier; --retry"), "{}", again.err);
     assert_eq!(place.hashes("runs/b"), before);
-    let retried = place.batch(&["--retry"]).expect(1);
+    let retried = place.batch(&["--retry"]).expect(3);
     assert!(retried.err.contains("not finite") && place.hashes("runs/b") != before, "{}", retried.err);
-    place.batch(&["--table", "--quiet"]).expect(1);
+    place.batch(&["--table", "--quiet"]).expect(3);
 }
 
 /// Two overlapping spheres pushed together: without recursion, and with one iteration, they stay overlapped.

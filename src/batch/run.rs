@@ -161,11 +161,8 @@ impl Crew<'_> {
         let mut run = self.begin(task)?;
         self.watch.begun(task.member, &run);
         while !run.done() && !self.watch.stop() {
-            match run.advance() {
-                Ok(report) => self.watch.stepped(task.member, &report),
-                Err(RunError::Fault(fault)) if fault.is_of_scene() => break,
-                Err(error) => return Err(error.into()),
-            }
+            let report = run.advance()?;
+            self.watch.stepped(task.member, &report);
         }
         Ok(run.finish()?.status)
     }

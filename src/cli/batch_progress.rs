@@ -2,8 +2,8 @@
 
 use super::interrupt::Interrupt;
 use super::output;
-use crate::batch::{Ended, Member, Watch};
-use crate::record::{Run, RunStatus};
+use crate::batch::{Ended, Member, MemberError, Watch};
+use crate::record::{Run, RunError, RunStatus};
 use crate::relcp::StepReport;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeSet;
@@ -143,6 +143,10 @@ impl Watch for BatchProgress {
                     .say(&format!("{} stopped earlier; --retry goes on from its last good state", named(member)));
             }
             Ended::Before(_) | Ended::NotBegun => return,
+            Ended::Failed(MemberError::Run(RunError::Fault(fault))) if fault.is_of_scene() => {
+                self.ended.fetch_add(1, Relaxed);
+                return self.say(&format!("{} stopped: {fault}", named(member)));
+            }
             Ended::Failed(error) => {
                 self.ended.fetch_add(1, Relaxed);
                 return self.say(&format!("{} failed: {}", named(member), chain(error)));

