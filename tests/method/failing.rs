@@ -122,7 +122,7 @@ fn cells_that_have_no_room_wait_and_nothing_overlaps() {
 
 #[test]
 fn cells_that_must_grow_in_a_full_disc_overlap_and_none_is_thrown() {
-    let mut simulation = start(small_disc("", r#", "on_failure": "continue""#, 2.2));
+    let mut simulation = start(small_disc("", r#", "on_failure": "continue""#, 3.0));
     let (reports, fault) = run(&mut simulation);
     assert_eq!(fault, None);
     let over = reports.iter().filter(|report| !report.within(TOLERANCE)).count();
@@ -130,12 +130,14 @@ fn cells_that_must_grow_in_a_full_disc_overlap_and_none_is_thrown() {
     let state = simulation.state().unwrap();
     assert!(state.bodies.position.iter().all(|x| x.length() < 1.6), "{:?}", state.bodies.position);
     let worst = reports.iter().map(|report| report.max_overlap).fold(0.0, f64::max);
-    assert!(worst < 0.5, "{worst}");
+    println!("largest overlap {worst:.3}, {over} steps over");
+    // By then the cells cover more than the disc.
+    assert!(worst < 0.9, "{worst}");
 }
 
-/// A sphere of radius 0.6 in the hole of a ring that has room for 0.5.
+/// Thirteen spheres in a flat box that has room for nine.
 const HELD: &str = r#"{ "name": "held", "time": { "dt": 0.01, "end": 0.05 }, CONTACT
-    "walls": [ { "box": { "center": [0, 0, 0], "size": [3.2, 3.2, 1.0] } } ],
+    "walls": [ { "box": { "minimum": [-1.6, -1.6, -0.5], "maximum": [1.6, 1.6, 0.5] } } ],
     "bodies": [ { "shape": { "sphere": { "radius": 0.48 } }, "position": [0, 0, 0] },
                 { "shape": { "sphere": { "radius": 0.48 } }, "position": [0.9, 0, 0] },
                 { "shape": { "sphere": { "radius": 0.48 } }, "position": [-0.9, 0, 0] },

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use relcp::bodies::Bodies;
 use relcp::dynamics::{Load, Pose, Twist, advance};
 use relcp::relcp::{Simulation, StepReport, contacts};
-use relcp::scene::Scene;
+use relcp::scene::{OnFailure, Scene};
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -23,6 +23,13 @@ fn ellipsoid(radii: [f64; 3]) -> Value {
 
 fn scene(dt: f64, bodies: &[Value], forces: Value) -> Scene {
     parse(&json!({"name": "hard", "time": {"dt": dt, "end": 1000.0 * dt}, "bodies": bodies, "forces": forces}))
+}
+
+/// The same where steps that cannot be taken are accepted and reported.
+fn going_on(dt: f64, bodies: &[Value], forces: Value) -> Scene {
+    let mut scene = scene(dt, bodies, forces);
+    scene.contact.on_failure = OnFailure::Continue;
+    scene
 }
 
 fn assert_finite(bodies: &Bodies) {
@@ -147,7 +154,7 @@ fn bodies_inside_others_part() {
 fn a_sphere_too_large_for_the_hole_it_is_in_neither_hangs_the_step_nor_goes_unreported() {
     for x in [[0.0; 3], [0.05, 0.0, 0.0], [0.0, 0.0, 0.05], [0.02, 0.01, 0.1]] {
         let both = [body(ring(1.0, 0.3), [0.0; 3], DQuat::IDENTITY), body(sphere(0.9), x, DQuat::IDENTITY)];
-        let mut simulation = start(scene(1e-2, &both, json!([])));
+        let mut simulation = start(going_on(1e-2, &both, json!([])));
         let reports = audited(&mut simulation, 8);
         figures(&format!("sphere in a hole, at {x:?}"), &reports);
         println!("{:?} {:?} {:?}", simulation.state().unwrap().bodies.position, reports[0].status, reports[0].residual);
@@ -268,7 +275,7 @@ fn passings(shape: &Value, length: f64, jump: f64) -> usize {
         ];
         let push = way * (jump * length * length);
         let forces = pushed(&mut bodies, &[push.to_array(), (-push).to_array()]);
-        let mut simulation = start(scene(1.0, &bodies, forces));
+        let mut simulation = start(going_on(1.0, &bodies, forces));
         for _ in 0..2 {
             let before = simulation.state().unwrap().bodies.clone();
             audited(&mut simulation, 1);

@@ -69,13 +69,14 @@ fn the_objective_does_not_increase_and_retained_rows_stay_satisfied() {
     assert!(recursions > 20, "the heaps hardly tried the recursion: {recursions}");
 }
 
-/// The positions after `steps` steps, or none where a solve ended without converging, which the report says.
+/// The positions after `steps` steps, or none where a solve ended without converging, which the report says; one with the least overlap is as good as the
+/// overlap tolerance.
 fn positions(scene: Scene, steps: usize) -> Option<Vec<DVec3>> {
     let bodies = scene.build().unwrap();
     let mut simulation = Simulation::new(scene, bodies).unwrap();
     for _ in 0..steps {
         let report = simulation.step().unwrap();
-        if report.unconverged > 0 {
+        if report.unconverged > 0 || report.relaxed > 0 {
             return None;
         }
         assert!(report.max_overlap <= 1e-5);
