@@ -28,6 +28,14 @@ pub(super) struct StepReport {
     residual: f64,
     /// Solves that did not reach the solver's tolerance.
     unconverged: u32,
+    /// Solves whose rows contradict each other, or nearly do, solved with the least overlap.
+    relaxed: u32,
+    /// What its velocities times `dt` may be off by, a length.
+    velocity_residual: f64,
+    /// Into how many pieces it was cut: 1 where it was taken at once.
+    pieces: u32,
+    /// Cells that had to wait, as there was no room for them.
+    waiting: usize,
     /// `solved`, or how the last of its solves that did not converge ended.
     status: &'static str,
     /// Largest overlap of smooth surfaces in the trial of its first solve, a length.
@@ -72,6 +80,10 @@ impl StepReport {
             fallbacks: report.fallbacks,
             residual: report.residual,
             unconverged: report.unconverged,
+            relaxed: report.relaxed,
+            velocity_residual: report.velocity_residual,
+            pieces: report.pieces,
+            waiting: report.waiting,
             status: report.status.name(),
             first_violation: report.first_violation,
             max_overlap: report.max_overlap,
@@ -105,6 +117,10 @@ impl StepReport {
         dict.set_item("fallbacks", self.fallbacks)?;
         dict.set_item("residual", self.residual)?;
         dict.set_item("unconverged", self.unconverged)?;
+        dict.set_item("relaxed", self.relaxed)?;
+        dict.set_item("velocity_residual", self.velocity_residual)?;
+        dict.set_item("pieces", self.pieces)?;
+        dict.set_item("waiting", self.waiting)?;
         dict.set_item("status", self.status)?;
         dict.set_item("first_violation", self.first_violation)?;
         dict.set_item("max_overlap", self.max_overlap)?;

@@ -160,6 +160,22 @@ class StepReport:
         """Pairs of bodies that went through each other on the step's way."""
 
     @property
+    def relaxed(self) -> int:
+        """Solves whose rows contradict each other, or nearly do, solved with the least overlap."""
+
+    @property
+    def velocity_residual(self) -> float:
+        """What its velocities times `dt` may be off by, a length."""
+
+    @property
+    def pieces(self) -> int:
+        """Into how many pieces it was cut: 1 where it was taken at once."""
+
+    @property
+    def waiting(self) -> int:
+        """Cells that had to wait, as there was no room for them."""
+
+    @property
     def passed_pair(self) -> Optional[tuple[int, int]]: ...
     @property
     def proxy_overlap(self) -> Optional[float]: ...
