@@ -51,8 +51,8 @@ pub trait Backend: Send {
     fn passed(&mut self) -> Result<Option<Passed>, Fault>;
     /// Makes the trial the state and returns the wall time by phase since the last acceptance.
     fn accept(&mut self) -> Result<Phases, Fault>;
-    /// Has a step that failed taken again from the last accepted state: by this backend, or by the CPU in the place of a device, which then goes on
-    /// from the state that `take` leaves. A fault of `take` leaves the last accepted state.
+    /// Calls `take` to repeat a failed step from the last accepted state. The CPU passes itself; a device passes a CPU backend and loads the
+    /// state that `take` leaves. A fault of `take` leaves the last accepted state.
     fn take_again(&mut self, take: &mut dyn FnMut(&mut dyn Again) -> Result<(), Fault>) -> Result<(), Fault>;
     /// The present multipliers, a row each.
     fn multipliers(&self) -> Result<Vec<f64>, Fault>;

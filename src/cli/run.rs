@@ -228,7 +228,7 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
 
 /// Says which steps did not go at once.
 fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
-    let Retried { in_pieces, most_pieces, by_cpu, with_waiting_cells, relaxed_solves, .. } = s.retried;
+    let Retried { in_pieces, most_pieces, by_cpu, squeezed, with_waiting_cells, relaxed_solves, .. } = s.retried;
     if relaxed_solves > 0 {
         writeln!(
             out,
@@ -237,6 +237,9 @@ fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     }
     if in_pieces > 0 {
         writeln!(out, "  {in_pieces} of {} steps cut into pieces, {most_pieces} at most", s.steps)?;
+    }
+    if squeezed > 0 {
+        writeln!(out, "  {squeezed} of {} steps parted bodies that no motion could keep apart", s.steps)?;
     }
     if by_cpu > 0 {
         writeln!(out, "  {by_cpu} of {} steps taken by the CPU in the place of the device", s.steps)?;

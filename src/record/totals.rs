@@ -106,8 +106,11 @@ pub struct Retried {
     pub in_pieces: u64,
     /// Most pieces of a step.
     pub most_pieces: u32,
-    /// Those that the CPU took in the place of a device.
+    /// Those that the CPU took for a device.
     pub by_cpu: u64,
+    /// Those with a piece that was taken as well as it went, and then parted in no time.
+    #[serde(default)]
+    pub squeezed: u64,
     /// Those in which cells had to wait for room.
     pub with_waiting_cells: u64,
     /// Attempts that failed, over all steps.
@@ -122,6 +125,7 @@ impl Retried {
         self.in_pieces += u64::from(report.pieces > 1);
         self.most_pieces = self.most_pieces.max(report.pieces);
         self.by_cpu += u64::from(report.by_cpu);
+        self.squeezed += u64::from(report.squeezed > 0);
         self.with_waiting_cells += u64::from(report.waiting > 0);
         self.failed_attempts += u64::from(report.failed_attempts);
         self.relaxed_solves += u64::from(report.relaxed);

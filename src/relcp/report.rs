@@ -67,6 +67,8 @@ pub struct StepReport {
     pub by_cpu: bool,
     /// Whether its bodies overlapped by more than it could undo, and were parted in no time before it.
     pub parted: bool,
+    /// Pieces that were taken as well as they go, off by less than the cutoff, and then parted in no time.
+    pub squeezed: u32,
     /// Cells that had to wait, as there was no room for them.
     pub waiting: usize,
     /// `Solved`, or how the last of its solves that did not converge ended.
@@ -106,6 +108,7 @@ impl Default for StepReport {
             failed_attempts: 0,
             by_cpu: false,
             parted: false,
+            squeezed: 0,
             waiting: 0,
             status: Status::Solved,
             first_violation: 0.0,

@@ -7,7 +7,7 @@
 //! Nothing here depends on earlier steps, so that a run that goes on from a state takes the same pieces.
 
 use super::step::{Attempt, Plan, attempt};
-use super::{Crowd, Fault, Keep, Phases, Piece, StepReport, Unresolved, Waiting};
+use super::{Crowd, Fault, Keep, Phases, Piece, State, StepReport, Unresolved, Waiting};
 use crate::backend::{Again, Backend, Overlap};
 use crate::lcp::Status;
 use crate::scene::{OnNoRoom, Stepping};
@@ -48,7 +48,7 @@ pub(super) fn take_again(
     backend.take_again(&mut |again| {
         let before = again.backend().state()?.clone();
         let mut taken = Taking { plan: &plan, keep, report: &mut report, waiting: Waiting::None };
-        let result = taken.step(again, failed.take());
+        let result = taken.step(again, failed.take(), &before);
         if result.is_err() {
             again.restore(&before);
         }
@@ -57,6 +57,19 @@ pub(super) fn take_again(
     })?;
     report.by_cpu = by_cpu;
     Ok((report, overlap))
+}
+
+/// Goes back to the least bad trial of an attempt, where its last one is worse.
+fn go_to_least_bad(again: &mut dyn Again, plan: &Plan, tried: &mut Attempt) -> Result<(), Fault> {
+    if let Some((badness, gamma)) = tried.least_bad.take()
+        && badness < tried.badness()
+    {
+        again.set_multipliers(&gamma);
+        tried.overlap = again.backend().trial(plan.contact.overlap_tolerance)?;
+        tried.report.velocity_residual = badness;
+        tried.report.passed = again.backend().passed()?;
+    }
+    Ok(())
 }
 
 /// A step that is being taken in pieces.
@@ -69,14 +82,18 @@ struct Taking<'a> {
 }
 
 impl Taking<'_> {
-    fn step(&mut self, again: &mut dyn Again, first: Option<Result<Attempt, Fault>>) -> Result<Overlap, Fault> {
-        let before = again.backend().state()?.clone();
+    fn step(
+        &mut self,
+        again: &mut dyn Again,
+        first: Option<Result<Attempt, Fault>>,
+        before: &State,
+    ) -> Result<Overlap, Fault> {
         if self.plan.parts_first {
             self.parted(again)?;
         }
         match self.piece(again, Piece::WHOLE, first) {
             Err(Fault::Unresolved(_)) if self.plan.accepts_the_least_bad() => {
-                again.restore(&before);
+                again.restore(before);
                 self.waiting = Waiting::None;
                 *self.report = StepReport { failed_attempts: self.report.failed_attempts, ..self.cost() };
                 self.spread(again)
@@ -139,12 +156,7 @@ impl Taking<'_> {
             again.prepare(Piece::WHOLE, &Waiting::All);
             let Ok(mut tried) = attempt(again.backend(), &plan, self.keep) else { break };
             self.report.add_cost(&tried.report);
-            if let Some((badness, gamma)) = tried.least_bad.take()
-                && badness < tried.badness()
-            {
-                again.set_multipliers(&gamma);
-                tried.overlap = again.backend().trial(plan.contact.overlap_tolerance)?;
-            }
+            go_to_least_bad(again, &plan, &mut tried)?;
             self.report.phases += again.backend().accept()?;
             if tried.overlap.worst <= plan.contact.overlap_tolerance {
                 left = Some(tried.overlap);
@@ -328,14 +340,7 @@ impl Taking<'_> {
         again.prepare(piece, &self.waiting);
         *tried = attempt(again.backend(), &plan, self.keep)?;
         self.report.add_cost(&tried.report);
-        if let Some((badness, gamma)) = tried.least_bad.take()
-            && badness < tried.badness()
-        {
-            again.set_multipliers(&gamma);
-            tried.overlap = again.backend().trial(plan.contact.overlap_tolerance)?;
-            tried.report.velocity_residual = badness;
-            tried.report.passed = again.backend().passed()?;
-        }
+        go_to_least_bad(again, &plan, tried)?;
         // Farther off, bodies may be parted to the wrong side.
         let near = plan.contact.cutoff.is_some_and(|cutoff| tried.badness() <= cutoff);
         if !near || tried.report.passed.is_some() {
@@ -346,6 +351,8 @@ impl Taking<'_> {
             again.restore(&before);
             return Ok(None);
         };
+        tried.report.squeezed = 1;
+        // Parting has mended where bodies are; how they got near is in the count of squeezed pieces.
         tried.report.velocity_residual = 0.0;
         tried.report.phases = Phases::default();
         self.report.add_piece(&tried.report);

@@ -254,6 +254,7 @@ impl StepReport {
         self.recursions += piece.recursions;
         self.pieces += 1;
         self.relaxed += piece.relaxed;
+        self.squeezed += piece.squeezed;
         self.velocity_residual = self.velocity_residual.max(piece.velocity_residual);
         if piece.unconverged > 0 {
             self.status = piece.status;

@@ -1,4 +1,4 @@
-//! What the CPU does to take a step that failed again: on its own behalf, or on a device's.
+//! The CPU repeats failed steps, for itself and for a device.
 
 use super::Cpu;
 use crate::backend::{Again, Backend};

@@ -89,7 +89,7 @@ impl Candidates {
         })
     }
 
-    /// Forgets the list, and has these pairs remembered in the place of its own.
+    /// Forgets the list. The next search starts from these remembered pairs.
     pub fn forget(&mut self, warm: Vec<Warm>) {
         (self.first, self.warm) = (true, warm);
     }
