@@ -168,6 +168,10 @@ pub struct Contact {
     #[schemars(extend("default" = "exact"))]
     #[serde(skip_serializing_if = "Recursion::is_default")]
     pub recursion: Recursion,
+    /// How first rows are made and violations answered.
+    #[schemars(extend("default" = "auto"))]
+    #[serde(skip_serializing_if = "Rows::is_default")]
+    pub rows: Rows,
     /// What follows a step of the method `relcp` that still misses a tolerance after it was cut into 64 pieces.
     #[schemars(extend("default" = "stop"))]
     #[serde(skip_serializing_if = "OnFailure::is_default")]
@@ -187,9 +191,28 @@ impl Default for Contact {
             overlap_tolerance: 1e-5,
             max_recursions: 64,
             recursion,
+            rows: Rows::default(),
             on_failure: OnFailure::default(),
             cutoff: None,
         }
+    }
+}
+
+/// How the rows of smooth surfaces are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Rows {
+    /// One row for each smooth branch of a pair's separation that may become active in the step, linearised where the last velocities lead. A
+    /// violation first moves its own row.
+    #[default]
+    Auto,
+    /// The paper's: one row a pair, linearised at the step's start. Each violation appends one.
+    Paper,
+}
+
+impl Rows {
+    fn is_default(&self) -> bool {
+        *self == Rows::default()
     }
 }
 

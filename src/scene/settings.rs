@@ -1,6 +1,6 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
-use super::{Dump, Method, SMALLEST_NUMBER, Scene};
+use super::{Contact, Dump, Method, Rows, SMALLEST_NUMBER, Scene};
 use crate::constraint::RowSource;
 use crate::lcp::Settings;
 use crate::shape::Shape;
@@ -71,6 +71,13 @@ impl Scene {
         scene.contact.cutoff = Some(self.cutoff());
         scene.output.every = self.output_every();
         scene
+    }
+}
+
+impl Contact {
+    /// How rows are made: methods without recursion have the paper's.
+    pub fn rows_of_method(&self) -> Rows {
+        if self.method == Method::Relcp { self.rows } else { Rows::Paper }
     }
 }
 

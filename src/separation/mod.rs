@@ -8,6 +8,7 @@
 //! is put in one fixed order first, so swapping the bodies flips the normal and changes no bit else, unless they are the
 //! same body in the same place: then there is no side to prefer.
 
+mod branches;
 mod circle_segment;
 mod circles;
 mod convex;
@@ -24,6 +25,7 @@ mod segments;
 mod support;
 mod surface;
 
+pub use branches::{WHOLE, branch, branch_slack, branches, is_branch};
 pub use planar::planar_separation;
 pub use surface::Surface;
 pub(crate) use surface::reach_of_place;

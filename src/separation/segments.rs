@@ -55,6 +55,18 @@ pub(super) fn nearest(delta: DVec3, a: Segment, b: Segment) -> Nearest {
     Nearest { from: a.axis * s, to: b.axis * t, normal, distance }
 }
 
+/// Whether the common perpendicular of two segments ends inside of both.
+pub(super) fn cross_inside(delta: DVec3, a: Segment, b: Segment) -> bool {
+    let cross = a.axis.cross(b.axis);
+    let sine2 = cross.length_squared();
+    if sine2 < PARALLEL_SINE * PARALLEL_SINE {
+        return false;
+    }
+    let s = delta.dot(b.axis.cross(cross)) / sine2;
+    let t = delta.dot(a.axis.cross(cross)) / sine2;
+    s.abs() < a.half && t.abs() < b.half
+}
+
 /// The unit vector from the point on `a` to that on `b`. Where segments cross away from their ends it is their common
 /// perpendicular, turned towards `b`; where they meet otherwise (an end on the other segment, segments on one line that
 /// overlap, coinciding points) a fixed common perpendicular.

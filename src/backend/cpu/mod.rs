@@ -17,7 +17,7 @@ use crate::freedom::{PLANAR, pack, unpack};
 use crate::lcp::{self, Outcome, Problem, Settings, Status, Stored};
 use crate::periodic::Periods;
 use crate::relcp::{Fault, Passed, Phases, Piece, State, Waiting, Warm, passed};
-use crate::scene::{Scene, Stepping};
+use crate::scene::{Rows, Scene, Stepping};
 use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::{ProxySphere, Shape};
 use crate::walls::{Walls, surface_of};
@@ -33,12 +33,24 @@ const LEAST_BODIES_A_TASK: usize = 512;
 /// How bodies move that are parted: the long ones turn and move less easily. The drag cancels out.
 const PARTING: Overdamped = Overdamped { drag: 1.0 };
 
+/// First rows are made where the last velocities lead, if no overlap there is deeper than this part of the thinnest body: deeper, normals may point to
+/// the wrong side.
+const DEEPEST_AHEAD: f64 = 0.125;
+
 /// Where a row is made.
 #[derive(Clone, Copy)]
 enum At {
     /// At the step's start, or in its middle.
     FirstRows,
     Trial,
+}
+
+/// How far a body may still move on its own from where first rows are made, lengths: its centre, its surface as it turns, and both.
+#[derive(Clone, Copy, Default)]
+struct Reach {
+    linear: DVec3,
+    angular: f64,
+    either: f64,
 }
 
 /// The CPU backend. `D` is [`crate::freedom::PLANAR`] or [`crate::freedom::SPATIAL`].
@@ -52,10 +64,12 @@ pub struct Cpu<const D: usize> {
     /// The overlap from which on a pair of the last trial is a violation.
     violating: f64,
     cutoff: f64,
+    thinnest: f64,
     law: Box<dyn Law>,
     forces: Vec<Box<dyn ForceField>>,
     walls: Walls,
     source: RowSource,
+    rows: Rows,
     solver: lcp::Solver<D>,
     /// Whether there was a solve in this step, and the residual that the last one left.
     solved: bool,
@@ -77,15 +91,19 @@ pub struct Cpu<const D: usize> {
     /// `C^k` with the bodies of this step and the lengths at the end of the part, and the next free id.
     start: Bodies,
     next_id: u64,
-    /// `C_h` with the lengths there, once it is made, and what of `dt U` leads to it.
+    /// `C_h` with the lengths there, once it is made.
     middle: Option<Bodies>,
+    /// Whether first rows are made where the last velocities lead.
+    ahead: bool,
+    /// What of `dt U` leads to where first rows are made, and the poses there.
     reached: Vec<Twist>,
+    first: Vec<Pose>,
     /// What the next first rows start from.
     recalled: Vec<Warm>,
     /// How many rows `append_near` made.
     first_rows: usize,
     motion: Vec<Motion>,
-    reach: Vec<f64>,
+    reach: Vec<Reach>,
     proxies: Vec<Vec<ProxySphere>>,
     /// The trial: `U`, `C(U)`, and what overlaps there.
     twist: Vec<Twist>,
@@ -122,9 +140,11 @@ impl<const D: usize> Cpu<D> {
             overlap_tolerance: scene.contact.overlap_tolerance,
             violating: scene.contact.overlap_tolerance,
             cutoff: scene.cutoff_of(state.bodies.shape.iter().copied()),
+            thinnest: state.bodies.shape.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min),
             law: dynamics::law(&scene.dynamics),
             forces: dynamics::forces_from_scene(&scene.forces, &scene.group_names(), &scene.dynamics),
             source,
+            rows: scene.contact.rows_of_method(),
             solver: lcp::Solver::new(scene.solver.kind, scene.lcp_settings()),
             solved: false,
             residual: 0.0,
@@ -140,7 +160,9 @@ impl<const D: usize> Cpu<D> {
             next_id: state.next_id,
             state,
             middle: None,
+            ahead: false,
             reached: Vec::new(),
+            first: Vec::new(),
             recalled: Vec::new(),
             first_rows: 0,
             motion: Vec::new(),
@@ -196,9 +218,9 @@ impl<const D: usize> Cpu<D> {
                 None => law.motion(here, i, load, dt),
             };
             let reached = self.reached_at(i, At::FirstRows);
-            let linear = (motion.free.linear - reached.linear).length();
-            let angular = (motion.free.angular - reached.angular).length();
-            (motion, dt * (linear + angular * here.shape[i].bounding_radius()))
+            let linear = motion.free.linear - reached.linear;
+            let angular = (motion.free.angular - reached.angular).length() * here.shape[i].bounding_radius();
+            (motion, Reach { linear: dt * linear, angular: dt * angular, either: dt * (linear.length() + angular) })
         };
         (0..here.len())
             .into_par_iter()
@@ -208,12 +230,55 @@ impl<const D: usize> Cpu<D> {
         (self.motion, self.reach) = (motion, reach);
     }
 
+    /// Chooses where first rows are made: where the last velocities lead in this part of the step, or at its start.
+    fn predict(&mut self, ahead: bool) {
+        self.ahead = ahead;
+        let bodies = self.start.len();
+        self.reached.clear();
+        if ahead {
+            self.reached.extend((0..bodies).map(|i| self.start.twist(i)));
+        } else {
+            self.reached.resize(bodies, Twist::default());
+        }
+        let (start, reached, dt) = (&self.start, &self.reached, self.interval);
+        let of_body = |i: usize| match ahead {
+            true => dynamics::advance(Self::pose_in(start, i), reached[i], dt),
+            false => Self::pose_in(start, i),
+        };
+        (0..bodies).into_par_iter().with_min_len(LEAST_BODIES_A_TASK).map(of_body).collect_into_vec(&mut self.first);
+    }
+
+    /// Makes the first rows where [`Cpu::predict`] chose.
+    fn append_near_where_chosen(&mut self) -> Result<(), Fault> {
+        let begun = Instant::now();
+        self.check_periods()?;
+        constraint::clear(&mut self.problem, self.start.len() + self.walls.len());
+        self.feature.clear();
+        self.gamma.clear();
+        let shapes = &self.here().shape;
+        let boxes = self.boxes(shapes, |i| self.first[i], |i| 0.5 * self.cutoff + self.reach[i].either);
+        let mut candidates = std::mem::take(&mut self.candidates);
+        let pairs = candidates.ensure(&boxes);
+        self.phases.broad_phase += begun.elapsed();
+        let begun = Instant::now();
+        match self.source {
+            RowSource::Surfaces => self.append_near_surfaces(pairs),
+            RowSource::SubSpheres { .. } => self.append_near_sub_spheres(pairs),
+        }
+        self.candidates = candidates;
+        self.first_rows = self.gamma.len();
+        if self.middle.is_some() {
+            self.proxies = self.source.proxies(&self.start.shape).map_err(Fault::NoProxy)?;
+        }
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(())
+    }
+
     /// The velocity that leads body `i` from the start to where a row is made, in the length of the present part.
     fn reached_at(&self, i: usize, at: At) -> Twist {
         match at {
             At::Trial => self.twist[i],
-            At::FirstRows if self.middle.is_some() => self.reached[i],
-            At::FirstRows => Twist::default(),
+            At::FirstRows => self.reached[i],
         }
     }
 
@@ -328,6 +393,8 @@ fn timed<T>(total: &mut Duration, work: impl FnOnce() -> T) -> T {
 impl<const D: usize> Backend for Cpu<D> {
     fn begin(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
+        // A step that is taken again was led astray once: its pieces are linearised at their starts.
+        let ahead = D == PLANAR && self.rows == Rows::Auto && self.next.is_none() && !self.parting;
         (self.piece, self.waiting) = self.next.take().unwrap_or((Piece::WHOLE, Waiting::None));
         self.start.clone_from(&self.state.bodies);
         self.next_id = self.state.next_id;
@@ -343,6 +410,7 @@ impl<const D: usize> Backend for Cpu<D> {
         self.proxies = self.source.proxies(&self.start.shape).map_err(Fault::NoProxy)?;
         self.phases.growth += begun.elapsed();
         let begun = Instant::now();
+        self.predict(ahead);
         self.set_motion();
         self.phases.integrate += begun.elapsed();
         Ok(())
@@ -361,6 +429,7 @@ impl<const D: usize> Backend for Cpu<D> {
         let half = |t: &Twist| Twist { linear: 0.5 * t.linear, angular: 0.5 * t.angular };
         self.reached.clear();
         self.reached.extend(self.twist.iter().map(half));
+        self.first.clone_from(&self.trial);
         if let Some(growth) = self.growth {
             growth.lengthen(&mut self.start, 0.5 * self.interval, &self.pressures, &self.waiting);
         }
@@ -370,27 +439,12 @@ impl<const D: usize> Backend for Cpu<D> {
     }
 
     fn append_near(&mut self) -> Result<(), Fault> {
-        let begun = Instant::now();
-        self.check_periods()?;
-        constraint::clear(&mut self.problem, self.start.len() + self.walls.len());
-        self.feature.clear();
-        self.gamma.clear();
-        let here = self.here();
-        let boxes = self.boxes(&here.shape, |i| Self::pose_in(here, i), |i| 0.5 * self.cutoff + self.reach[i]);
-        let mut candidates = std::mem::take(&mut self.candidates);
-        let pairs = candidates.ensure(&boxes);
-        self.phases.broad_phase += begun.elapsed();
-        let begun = Instant::now();
-        match self.source {
-            RowSource::Surfaces => self.append_near_surfaces(pairs),
-            RowSource::SubSpheres { .. } => self.append_near_sub_spheres(pairs),
+        self.append_near_where_chosen()?;
+        if self.ahead && self.start_overlap > DEEPEST_AHEAD * self.thinnest {
+            self.predict(false);
+            self.set_motion();
+            self.append_near_where_chosen()?;
         }
-        self.candidates = candidates;
-        self.first_rows = self.gamma.len();
-        if self.middle.is_some() {
-            self.proxies = self.source.proxies(&self.start.shape).map_err(Fault::NoProxy)?;
-        }
-        self.phases.narrow_phase += begun.elapsed();
         Ok(())
     }
 
@@ -452,9 +506,8 @@ impl<const D: usize> Backend for Cpu<D> {
     fn append_violations(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         let overlapping = std::mem::take(&mut self.overlapping);
-        let tolerance = self.violating;
-        for near in overlapping.iter().filter(|near| near.found.separation < -tolerance) {
-            self.append(near, 0.0, At::Trial);
+        for near in self.violated(&overlapping) {
+            self.append(&near, 0.0, At::Trial);
         }
         self.overlapping = overlapping;
         self.phases.narrow_phase += begun.elapsed();
@@ -464,10 +517,9 @@ impl<const D: usize> Backend for Cpu<D> {
     fn tighten_violations(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         let overlapping = std::mem::take(&mut self.overlapping);
-        let tolerance = self.violating;
-        for near in overlapping.iter().filter(|near| near.found.separation < -tolerance) {
-            if !self.tighten(near) {
-                self.append(near, 0.0, At::Trial);
+        for near in self.violated(&overlapping) {
+            if !self.tighten(&near) {
+                self.append(&near, 0.0, At::Trial);
             }
         }
         self.overlapping = overlapping;

@@ -11,7 +11,8 @@ impl<const D: usize> Cpu<D> {
         let periods = self.state.bodies.periods;
         let Some(period) = periods.shortest() else { return Ok(()) };
         let step = self.state.step + 1;
-        let span = |body: usize| 2.0 * (self.start.shape[body].bounding_radius() + self.reach[body]) + self.cutoff;
+        let span =
+            |body: usize| 2.0 * (self.start.shape[body].bounding_radius() + self.reach[body].either) + self.cutoff;
         // Not a number is refused.
         let fits = |body: usize| span(body) <= 0.5 * period;
         let bodies = 0..self.start.len();

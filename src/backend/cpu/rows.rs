@@ -2,12 +2,17 @@
 
 use super::narrow_phase::{self, Known, Near};
 use super::{At, Cpu};
-use crate::constraint::{self, FEATURE_OF_SURFACES, FIXED, Mover, sub_sphere_separations};
-use crate::dynamics;
+use crate::constraint::{self, FIXED, Mover, sub_sphere_separations};
+use crate::dynamics::{self, Pose};
 use crate::relcp::Warm;
-use crate::separation::Separation;
+use crate::scene::Rows;
+use crate::separation::{Placed, Separation, branch_slack, branches};
 use crate::walls::{number_of, surface_of};
 use glam::DVec3;
+use rayon::prelude::*;
+
+/// A loop over fewer pairs than this runs on one thread: the branches of a pair of rods take some 50 ns.
+const LEAST_PAIRS_A_TASK: usize = 512;
 
 impl<const D: usize> Cpu<D> {
     /// Appends the row of `near` with multiplier `gamma`; `at` says where it was found.
@@ -81,46 +86,105 @@ impl<const D: usize> Cpu<D> {
         near
     }
 
+    /// Body `i` where first rows are made.
+    fn placed_first(&self, i: usize) -> Placed {
+        let Pose { position, orientation } = self.first[i];
+        Placed { shape: self.here().shape[i], position, orientation }
+    }
+
+    /// The distance within which a pair is near where first rows are made.
+    fn limit(&self, a: usize, b: usize) -> f64 {
+        let (a, b) = (&self.reach[a], &self.reach[b]);
+        match self.rows {
+            Rows::Paper => self.cutoff + a.either + b.either,
+            Rows::Auto => self.cutoff + (b.linear - a.linear).length() + a.angular + b.angular,
+        }
+    }
+
     /// Rows of the smooth surfaces of all near pairs, and of bodies near walls.
     pub(super) fn append_near_surfaces(&mut self, pairs: &[[u32; 2]]) {
         let known = narrow_phase::remembered(&self.recalled);
-        let here = self.here();
-        let limit = |a: usize, b: usize| self.cutoff + self.reach[a] + self.reach[b];
-        let mut near = narrow_phase::within(pairs, &known, Self::SEPARATE, |a, b| here.pair(a, b), limit);
-        let walls = self.near_walls(|i| here.placed(i), |i| self.cutoff + self.reach[i]);
+        let periods = self.start.periods;
+        let placed = |a: usize, b: usize| periods.pair(self.placed_first(a), self.placed_first(b));
+        let limit = |a: usize, b: usize| self.limit(a, b);
+        let mut near = narrow_phase::within(pairs, &known, Self::SEPARATE, placed, limit);
+        let walls = self.near_walls(|i| self.placed_first(i), |i| self.cutoff + self.reach[i].either);
         self.known = near.iter().map(Known::from).collect();
-        join(&mut near, walls);
         if self.middle.is_none() {
-            self.start_overlap = near.iter().fold(0.0, |deepest, near| deepest.max(-near.found.separation));
+            let deepest = |deepest: f64, near: &Near| deepest.max(-near.found.separation);
+            self.start_overlap = near.iter().chain(&walls).fold(0.0, deepest);
         }
         let warm = std::mem::take(&mut self.recalled);
-        let mut cursor = warm.iter().peekable();
-        for near in &near {
-            let mut gamma = 0.0;
-            while let Some(w) = cursor.next_if(|w| key_of_surfaces(w) <= (near.pair, near.feature)) {
-                if key_of_surfaces(w) == (near.pair, near.feature) {
-                    gamma += w.gamma;
-                }
-            }
+        if self.rows == Rows::Auto {
+            near = self.with_branches(&near, &warm);
+        }
+        join(&mut near, walls);
+        for (near, gamma) in near.iter().zip(multipliers(&near, &warm)) {
             self.append(&self.at_end_lengths(*near), gamma, At::FirstRows);
         }
+        self.recalled = warm;
+    }
+
+    /// The branches of near pairs (sorted) that may become active in the step, and those that ended the last one with a multiplier.
+    fn with_branches(&self, near: &[Near], warm: &[Warm]) -> Vec<Near> {
+        let of_pair = |near: &Near| {
+            let [a, b] = near.pair.map(|i| i as usize);
+            let [of_a, of_b] = self.start.periods.pair(self.placed_first(a), self.placed_first(b));
+            let [last_a, last_b] = [a, b].map(|i| self.start.twist(i));
+            let turned = self.interval * (last_b.angular - last_a.angular);
+            let slid = self.interval * (last_b.linear - last_a.linear).length();
+            let slack = near.found.separation + branch_slack(&of_a, &of_b, &near.found, turned, slid);
+            let first = warm.partition_point(|w| w.pair < near.pair);
+            let pushed = |feature: u32| {
+                let of_pair = warm[first..].iter().take_while(|w| w.pair == near.pair);
+                of_pair.filter(|w| w.feature == feature).any(|w| w.gamma > 0.0)
+            };
+            let mut rows = Vec::new();
+            branches(&of_a, &of_b, &near.found, self.limit(a, b) - near.found.separation, |feature, found| {
+                if found.separation <= slack || pushed(feature) {
+                    rows.push(Near { pair: near.pair, feature, found });
+                }
+            });
+            rows
+        };
+        near.par_iter().with_min_len(LEAST_PAIRS_A_TASK).flat_map_iter(of_pair).collect()
+    }
+
+    /// All violations of a trial: the overlaps of more than was asked about, with the paper's rows one a pair, else each branch.
+    pub(super) fn violated(&self, overlapping: &[Near]) -> Vec<Near> {
+        let over = overlapping.iter().filter(|near| near.found.separation < -self.violating);
+        if self.rows == Rows::Paper {
+            return over.copied().collect();
+        }
+        let mut violated = Vec::new();
+        for near in over {
+            if surface_of(near.pair[1]).is_some() {
+                violated.push(*near);
+                continue;
+            }
+            let [a, b] = near.pair.map(|i| i as usize);
+            let [of_a, of_b] = self.pair_at_trial(a, b);
+            branches(&of_a, &of_b, &near.found, -self.violating - near.found.separation, |feature, found| {
+                violated.push(Near { pair: near.pair, feature, found });
+            });
+        }
+        violated
     }
 
     /// Rows of all near pairs of sub-spheres.
     pub(super) fn append_near_sub_spheres(&mut self, pairs: &[[u32; 2]]) {
         let warm = std::mem::take(&mut self.recalled);
-        let here = self.here();
         let mut rows = Vec::new();
         for &pair in pairs {
             let [a, b] = pair.map(|i| i as usize);
-            let limit = self.cutoff + self.reach[a] + self.reach[b];
-            let [of_a, of_b] = here.pair(a, b);
+            let limit = self.cutoff + self.reach[a].either + self.reach[b].either;
+            let [of_a, of_b] = self.start.periods.pair(self.placed_first(a), self.placed_first(b));
             let proxies = [self.proxies[a].as_slice(), self.proxies[b].as_slice()];
             sub_sphere_separations([&of_a, &of_b], proxies, limit, |feature, found| {
                 rows.push(Near { pair, feature, found })
             });
         }
-        join(&mut rows, self.sub_spheres_near_walls(|i| here.placed(i), |i| self.cutoff + self.reach[i]));
+        join(&mut rows, self.sub_spheres_near_walls(|i| self.placed_first(i), |i| self.cutoff + self.reach[i].either));
         let mut cursor = warm.iter().peekable();
         for near in &rows {
             let key = (near.pair, near.feature);
@@ -167,7 +231,28 @@ pub(super) fn join(near: &mut Vec<Near>, walls: Vec<Near>) {
     }
 }
 
-/// Which first row of smooth surfaces takes up a multiplier: that of the pair, and of the place where a body touches a wall.
-fn key_of_surfaces(w: &Warm) -> ([u32; 2], u32) {
-    (w.pair, if surface_of(w.pair[1]).is_some() { w.feature } else { FEATURE_OF_SURFACES })
+/// The multipliers that first rows (sorted by pair and feature) start from: those that their branches ended the last step with. What a branch
+/// without a row ended with goes to the pair's nearest one.
+fn multipliers(rows: &[Near], warm: &[Warm]) -> Vec<f64> {
+    let mut gamma = vec![0.0; rows.len()];
+    let mut first = 0;
+    for of_pair in warm.chunk_by(|w, v| w.pair == v.pair) {
+        let pair = of_pair[0].pair;
+        first += rows[first..].partition_point(|near| near.pair < pair);
+        let count = rows[first..].partition_point(|near| near.pair == pair);
+        let of_rows = &rows[first..first + count];
+        let Some(nearest) =
+            (0..count).min_by(|i, j| of_rows[*i].found.separation.total_cmp(&of_rows[*j].found.separation))
+        else {
+            continue;
+        };
+        let wall = surface_of(pair[1]).is_some();
+        for w in of_pair {
+            let own = of_rows.iter().position(|near| near.feature == w.feature);
+            if let Some(row) = own.or((!wall).then_some(nearest)) {
+                gamma[first + row] += w.gamma;
+            }
+        }
+    }
+    gamma
 }
