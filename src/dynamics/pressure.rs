@@ -7,7 +7,7 @@
 
 use crate::bodies::Bodies;
 use crate::relcp::Warm;
-use crate::separation::{planar_separation, reach_of_place, separation};
+use crate::separation::{branch, planar_separation, reach_of_place, separation};
 use crate::shape::Shape;
 use crate::walls::surface_of;
 use rayon::prelude::*;
@@ -30,7 +30,8 @@ pub fn pressures(bodies: &Bodies, warm: &[Warm], planar: bool) -> Vec<f64> {
             return None;
         }
         let [of_a, of_b] = bodies.pair(a, b);
-        let found = separate(&of_a, &of_b, Some(warm.normal).filter(|n| n.is_normalized()))?;
+        let nearest = separate(&of_a, &of_b, Some(warm.normal).filter(|n| n.is_normalized()))?;
+        let found = branch(&of_a, &of_b, &nearest, warm.feature);
         let delta = of_b.position - of_a.position;
         // From a's centre to the point half-way between the surfaces, and from b's.
         let to_a = 0.5 * (found.lever_a + delta + found.lever_b);

@@ -2,7 +2,7 @@
 
 use super::states::Snapshot;
 use crate::relcp::image_contacts;
-use crate::separation::{Separation, separation};
+use crate::separation::{Separation, branch, separation};
 use crate::walls::surface_of;
 use glam::{DVec3, I64Vec3};
 use std::collections::BTreeMap;
@@ -30,6 +30,15 @@ pub struct Contact {
     pub gamma: f64,
 }
 
+/// The forces of a pair: their sum, over how many places, and the sums of normals and levers times forces.
+#[derive(Clone, Copy, Default)]
+struct Force {
+    gamma: f64,
+    places: u32,
+    normal: DVec3,
+    levers: [DVec3; 2],
+}
+
 /// The contacts of a state, sorted by pair: pairs nearer than `cutoff` (without it, [`TOUCHING`] of the least thickness), and those
 /// that push each other, however far apart the step left them. Contacts with walls are not among them. In periodic space each image of a pair that is
 /// near is a contact, and a cutoff over the shortest period counts as that.
@@ -48,16 +57,30 @@ pub fn contacts(state: &Snapshot, cutoff: Option<f64>) -> Vec<Contact> {
     let key = |pair: [usize; 2], image: I64Vec3| (pair, image.to_array());
     let near = image_contacts(bodies, cutoff).into_iter();
     let mut found: BTreeMap<_, Separation> = near.map(|near| (key(near.pair, near.image), near.found)).collect();
-    let mut forces = BTreeMap::new();
+    let mut forces = BTreeMap::<_, Force>::new();
     for warm in state.warm.iter().flatten().filter(|warm| surface_of(warm.pair[1]).is_none()) {
         let pair = warm.pair.map(|body| body as usize);
         let image = bodies.periods.nearest_image(bodies.position[pair[1]] - bodies.position[pair[0]]);
         let key = key(pair, image);
-        // A method that makes several rows of a pair remembers each.
-        *forces.entry(key).or_default() += warm.gamma;
+        let [a, b] = bodies.pair(pair[0], pair[1]);
         if warm.gamma > 0.0 && !found.contains_key(&key) {
-            let [a, b] = bodies.pair(pair[0], pair[1]);
             found.extend(separation(&a, &b, None).map(|separation| (key, separation)));
+        }
+        // Methods that make several rows of a pair remember each.
+        let force = forces.entry(key).or_default();
+        force.gamma += warm.gamma;
+        if let Some(nearest) = found.get(&key).filter(|_| warm.gamma > 0.0) {
+            force.places += 1;
+            let at = branch(&a, &b, nearest, warm.feature);
+            force.normal += warm.gamma * at.normal;
+            force.levers = [force.levers[0] + warm.gamma * at.lever_a, force.levers[1] + warm.gamma * at.lever_b];
+        }
+    }
+    // Where a pair pushes in several places, its contact is their resultant.
+    for (key, found) in &mut found {
+        if let Some(force) = forces.get(key).filter(|force| force.places > 1) {
+            found.normal = force.normal.try_normalize().unwrap_or(found.normal);
+            (found.lever_a, found.lever_b) = (force.levers[0] / force.gamma, force.levers[1] / force.gamma);
         }
     }
     let unknown = if state.warm.is_some() { 0.0 } else { f64::NAN };
@@ -70,7 +93,7 @@ pub fn contacts(state: &Snapshot, cutoff: Option<f64>) -> Vec<Contact> {
             point: 0.5 * (bodies.position[pair[0]] + s.lever_a + (bodies.position[pair[1]] + shift) + s.lever_b),
             separation: s.separation,
             normal: s.normal,
-            gamma: forces.get(&key).copied().unwrap_or(unknown),
+            gamma: forces.get(&key).map_or(unknown, |force| force.gamma),
         }
     };
     found.into_iter().map(contact).collect()

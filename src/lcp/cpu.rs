@@ -3,6 +3,7 @@
 //! memory share bodies.
 
 use super::Problem;
+use super::incidence::Incidence;
 use super::pair_blocks::{self, PairBlocks};
 use super::product::{PARALLEL_ROWS, Product, dots, fold, map, update};
 use super::residual::{of_row, worse};
@@ -93,6 +94,16 @@ impl<const D: usize> Cpu<D> {
     pub(crate) fn rows(&self) -> Rows<'_, D> {
         let (diagonal, inverse) = (&self.diagonal, &self.inverse);
         Rows { pair: self.product.pair(), jacobian: self.product.jacobian(), q: &self.q, diagonal, inverse }
+    }
+
+    /// Which rows a body takes part in.
+    pub(crate) fn incidence(&self) -> &Incidence {
+        self.product.incidence()
+    }
+
+    /// Counts products from zero.
+    pub(crate) fn count_anew(&mut self) {
+        self.products = 0;
     }
 
     /// Products made since the problem was taken.

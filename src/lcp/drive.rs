@@ -87,17 +87,17 @@ impl<T> Drive<T> {
     where
         T: Default,
     {
-        self.run_while(verbs, method, settings, check_every, |_, _, _| true)
+        self.run_while(verbs, method, settings, check_every, |_, _, _, _| true)
     }
 
-    /// [`Drive::run`] that ends as if the iterations were used up where `goes_on`, which is told their number and the residual, says so.
+    /// [`Drive::run`] that ends as if the iterations were used up where `goes_on` says so of the iterate, the number of iterations and the residual.
     pub fn run_while<V: Verbs<Vector = T>>(
         &mut self,
         verbs: &mut V,
         method: &mut impl Method<V>,
         settings: &Settings,
         check_every: u64,
-        mut goes_on: impl FnMut(&V, u64, f64) -> bool,
+        mut goes_on: impl FnMut(&V, &Point<T>, u64, f64) -> bool,
     ) -> (Status, u64, f64)
     where
         T: Default,
@@ -168,7 +168,7 @@ impl<T> Drive<T> {
             if solved_at_start && iteration >= ITERATIONS_FROM_A_SOLUTION {
                 break Status::NoProgress;
             }
-            if iteration >= settings.max_iterations || !goes_on(verbs, iteration, now) {
+            if iteration >= settings.max_iterations || !goes_on(verbs, at, iteration, now) {
                 break Status::MaxIterations;
             }
             if iteration - marked_at >= method.patience().max(marked_at) {

@@ -16,6 +16,7 @@ mod bbpgd;
 mod dense;
 mod drive;
 mod interior_point;
+mod local;
 mod pair_block_cg;
 mod projected_gauss_seidel;
 mod projected_jacobi;

@@ -48,11 +48,19 @@ pub(crate) struct PairBlockCg<V: Verbs> {
     /// `d . A d` and `e . A e`, zero when there is none.
     bend: [V::Scalar; 2],
     length: V::Scalar,
+    /// Whether the next beginning keeps the displacements.
+    goes_on: bool,
 }
 
 impl<V: Verbs> PairBlockCg<V> {
+    /// Says whether the next beginning is of the same problem as the last one, at the point where this method ended: it then keeps the displacements.
+    pub fn go_on(&mut self, same: bool) {
+        self.goes_on = same;
+    }
+
     pub fn new() -> Self {
         PairBlockCg {
+            goes_on: false,
             gradient_step: V::Vector::default(),
             trial: V::Vector::default(),
             made: [Made::none(), Made::none(), Made::none()],
@@ -88,6 +96,9 @@ impl<V: Verbs> PairBlockCg<V> {
 
 impl<V: Verbs> Method<V> for PairBlockCg<V> {
     fn begin(&mut self, verbs: &mut V, _: &Point<V::Vector>) {
+        if std::mem::take(&mut self.goes_on) {
+            return;
+        }
         verbs.clear(&mut self.gradient_step);
         verbs.clear(&mut self.trial);
         for made in &mut self.made {

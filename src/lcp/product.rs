@@ -55,6 +55,11 @@ impl<const D: usize> Product<D> {
         &self.pair
     }
 
+    /// Which rows a body takes part in.
+    pub fn incidence(&self) -> &Incidence {
+        &self.incidence
+    }
+
     /// The two blocks of each row.
     pub fn jacobian(&self) -> &[[[f64; D]; 2]] {
         &self.jacobian

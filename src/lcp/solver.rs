@@ -6,6 +6,7 @@ use super::cpu::Cpu;
 use super::dense::Dense;
 use super::drive::{Drive, Look};
 use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
+use super::local::Local;
 use super::pair_block_cg::PairBlockCg;
 use super::projected_gauss_seidel::ProjectedGaussSeidel;
 use super::projected_jacobi::ProjectedJacobi;
@@ -25,8 +26,18 @@ const WINDOW: u64 = 100;
 /// The least part of what the interior-point method would cost that `auto` spends on conjugate gradients first, since residuals pause: 0 to 0.3 cost the same within 3 %.
 const LEAST_BEFORE_SAFEGUARD: f64 = 0.1;
 
-/// And the part of it that conjugate gradients may still need. 200 LCPs of colonies take the same time within 4 % with none to a half, and up to 8 % more with all of it.
+/// And for nearly parallel rows the part of it that conjugate gradients may still need. 200 LCPs of colonies take the same time within 4 % with none to a half, and up to 8 % more with all of it.
 const HOPE: f64 = 0.25;
+
+/// Iterations on all rows before `auto` looks for the first time whether what is left is little, and between looks.
+const FIRST_LOOK: u64 = 20;
+const LOOK_EVERY: u64 = 20;
+
+/// Most times that a solve goes on locally without success: what is left may have no solution, and all iterations must see that.
+const MOST_ATTEMPTS: u32 = 3;
+
+/// It looks while the residual is at most so many tolerances.
+const NEARLY: f64 = 10.0;
 
 /// Nanoseconds of an iteration of the conjugate gradients for each row: 18 to 27 on one core while the rows fit its cache, 55 to 65
 /// beyond (November 2026), whatever the unknowns.
@@ -65,6 +76,12 @@ pub struct Solver<const D: usize> {
     guarded: bool,
     /// What the safeguard would cost, where that was asked for since the last call of [`Solver::solve`].
     forecast: Option<f64>,
+    /// Solves what is left where that is little.
+    local: Option<Local>,
+    /// Whether conjugate gradients may take as long as the safeguard would, whatever their residuals make one expect.
+    patient: bool,
+    /// Whether conjugate gradients have begun with the present problem.
+    iterated: bool,
 }
 
 enum Engine<const D: usize> {
@@ -101,7 +118,17 @@ impl<const D: usize> Solver<D> {
             safeguard,
             guarded: false,
             forecast: None,
+            local: (kind == SolverKind::Auto).then(Local::default),
+            patient: true,
+            iterated: false,
         }
+    }
+
+    /// The same for LCPs with many nearly parallel rows, such as a recursion appends. These slow conjugate gradients down, so that `auto` goes over to
+    /// the interior-point method as soon as the residuals show it.
+    pub fn for_parallel_rows(mut self) -> Self {
+        (self.local, self.patient) = (None, false);
+        self
     }
 
     /// When the solver stops.
@@ -146,20 +173,57 @@ impl<const D: usize> Solver<D> {
         gamma.resize(problem.q.len(), 0.0);
         self.drive.history.iter_mut().for_each(Vec::clear);
         self.cpu.rebuild(problem);
+        self.iterated = false;
+        if let Engine::PairBlockCg(method) = &mut self.engine {
+            method.go_on(false);
+        }
         self.cpu.import(gamma, &mut self.drive.at.x);
         if let Some(safeguard) = &mut self.safeguard {
             safeguard.forget();
         }
-        let outcome = if self.guarded { self.begin_guarded() } else { self.begin() };
-        self.guarded = outcome.fallback && outcome.status == Status::Solved;
+        let outcome = match self.begin_locally() {
+            Some(solved) => solved,
+            None if self.guarded => self.begin_guarded(),
+            None => self.begin(),
+        };
+        // A later problem with few changes is easier than the first one, if its rows are not nearly parallel.
+        self.guarded = outcome.fallback && outcome.status == Status::Solved && !self.patient;
         self.cpu.export(&self.drive.at.x, gamma);
         outcome
+    }
+
+    /// Goes on with the last problem, from where the last call left it.
+    pub fn go_on(&mut self, gamma: &mut [f64]) -> Outcome {
+        self.drive.history.iter_mut().for_each(Vec::clear);
+        self.cpu.count_anew();
+        if let Engine::PairBlockCg(method) = &mut self.engine {
+            method.go_on(self.iterated);
+        }
+        let outcome = self.begin();
+        self.cpu.export(&self.drive.at.x, gamma);
+        outcome
+    }
+
+    /// Solves where the start is no solution, if that is in few places.
+    fn begin_locally(&mut self) -> Option<Outcome> {
+        let (cpu, Drive { at, .. }) = (&mut self.cpu, &mut self.drive);
+        let local = self.local.as_mut().filter(|_| cpu.is_finite())?;
+        let tolerance = self.settings.tolerance;
+        cpu.clear(&mut at.g);
+        cpu.gradient(&at.x, &mut at.g);
+        // A start within the tolerance is iterated on, all of it.
+        if cpu.residual(&at.x, &at.g) <= tolerance || !local.is_worth(cpu, at, tolerance) {
+            return None;
+        }
+        let rounds = local.run(cpu, at, tolerance);
+        cpu.count(rounds.work / at.x.len().max(1) as u64);
+        rounds.solved.then(|| self.outcome(Status::Solved, rounds.iterations, rounds.residual, 0))
     }
 
     /// Begins with the solver's own method, and calls the safeguard where it is needed. Where that is of no help, the method goes on as
     /// long as it may.
     fn begin(&mut self) -> Outcome {
-        let (mut status, mut iterations, mut residual) = self.iterate(self.settings.max_iterations, true);
+        let (mut status, mut iterations, mut residual) = self.iterate_and_finish_locally();
         let unsolved = matches!(status, Status::NoProgress | Status::MaxIterations);
         if self.safeguard.is_none() || !unsolved {
             let factorizations = match &self.engine {
@@ -217,6 +281,44 @@ impl<const D: usize> Solver<D> {
         (ended, more, found, safeguard.factorizations())
     }
 
+    /// Iterates until what is left is little and in few places, and then there, as long as that happens.
+    fn iterate_and_finish_locally(&mut self) -> (Status, u64, f64) {
+        let (mut iterations, mut next, mut attempts) = (0, FIRST_LOOK, MOST_ATTEMPTS);
+        loop {
+            let left = self.settings.max_iterations.saturating_sub(iterations);
+            let (cpu, drive) = (&mut self.cpu, &mut self.drive);
+            let (Some(local), Some(safeguard), Engine::PairBlockCg(method)) =
+                (&mut self.local, &mut self.safeguard, &mut self.engine)
+            else {
+                return self.iterate(left, true);
+            };
+            if !cpu.is_finite() {
+                return (Status::NotFinite, 0, f64::INFINITY);
+            }
+            self.iterated = true;
+            let settings = &Settings { max_iterations: left, ..self.settings };
+            let mut goes_on = affordable(safeguard, &mut self.forecast, settings.tolerance, self.patient);
+            let mut few = false;
+            let (status, more, found) = drive.run_while(cpu, method, settings, 1, |cpu, at, iteration, residual| {
+                let looks = attempts > 0 && iteration >= next && iteration.is_multiple_of(LOOK_EVERY);
+                few = looks && residual <= NEARLY * settings.tolerance && local.is_worth(cpu, at, settings.tolerance);
+                !few && goes_on(cpu, iteration, residual)
+            });
+            iterations += more;
+            if !few {
+                return (status, iterations, found);
+            }
+            let rounds = local.run(cpu, &mut drive.at, settings.tolerance);
+            cpu.count(rounds.work / drive.at.x.len().max(1) as u64);
+            iterations += rounds.iterations;
+            if rounds.solved {
+                return (Status::Solved, iterations, rounds.residual);
+            }
+            next = FIRST_LOOK.max(more);
+            attempts -= 1;
+        }
+    }
+
     /// Goes on from the present iterate with the solver's own method; if there is a safeguard and it is wanted, until its turn
     /// has come.
     fn iterate(&mut self, max_iterations: u64, guarded: bool) -> (Status, u64, f64) {
@@ -231,13 +333,10 @@ impl<const D: usize> Solver<D> {
             Engine::Apgd(method) => drive.run(cpu, method, settings, 1),
             Engine::Bbpgd(method) => drive.run(cpu, method, settings, 1),
             Engine::PairBlockCg(method) => match self.safeguard.as_mut().filter(|_| guarded) {
-                Some(safeguard) => drive.run_while(
-                    cpu,
-                    method,
-                    settings,
-                    1,
-                    affordable(safeguard, &mut self.forecast, settings.tolerance),
-                ),
+                Some(safeguard) => {
+                    let mut goes_on = affordable(safeguard, &mut self.forecast, settings.tolerance, self.patient);
+                    drive.run_while(cpu, method, settings, 1, |cpu, _, taken, residual| goes_on(cpu, taken, residual))
+                }
                 None => drive.run(cpu, method, settings, 1),
             },
             Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
@@ -247,13 +346,14 @@ impl<const D: usize> Solver<D> {
     }
 }
 
-/// Says for a number of iterations and the residual there whether one more is worth it: while what is left, as the last iterations make one expect, costs less
-/// than a part of what the safeguard would, and all of them have not cost as much yet. Later problems of a step keep its first forecast: they have the same pairs
-/// and few more.
+/// Says for a number of iterations and the residual there whether one more is worth it: while all of them have not cost as much as the safeguard would, and
+/// if `patient` is false while what is left, as the last iterations make one expect, costs less than a part of it. Later problems of a step keep its
+/// first forecast: they have the same pairs and few more.
 fn affordable<const D: usize>(
     safeguard: &mut InteriorPoint<D>,
     forecast: &mut Option<f64>,
     tolerance: f64,
+    patient: bool,
 ) -> impl FnMut(&Cpu<D>, u64, f64) -> bool {
     let (mut best, mut marks) = (f64::INFINITY, [f64::INFINITY; 2]);
     move |cpu, iterations, residual| {
@@ -270,7 +370,7 @@ fn affordable<const D: usize>(
         let cost = *forecast.get_or_insert_with(|| safeguard.forecast(cpu).unwrap_or(f64::INFINITY));
         let instead = cost / (NANOSECONDS_OF_A_ROW * cpu.rows().q.len() as f64);
         let taken = iterations as f64;
-        taken < LEAST_BEFORE_SAFEGUARD * instead || (taken < instead && left < HOPE * instead)
+        taken < LEAST_BEFORE_SAFEGUARD * instead || (taken < instead && (patient || left < HOPE * instead))
     }
 }
 
@@ -333,7 +433,7 @@ mod tests {
         cpu.rebuild(&chain(1_000));
         let mut forecast = Some(2_000.0 * NANOSECONDS_OF_A_ROW * 1_000.0);
         let mut safeguard = InteriorPoint::default();
-        let mut goes_on = affordable(&mut safeguard, &mut forecast, 1e-6);
+        let mut goes_on = affordable(&mut safeguard, &mut forecast, 1e-6, false);
         let goes_on = |iteration: &u64| goes_on(&cpu, *iteration, factor.powf(*iteration as f64 / -100.0));
         (0..5_000).take_while(goes_on).count() as u64
     }

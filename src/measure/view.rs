@@ -3,9 +3,9 @@
 use super::{Frame, LeftOut, Settings, axis, interior};
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
-use crate::constraint::FEATURE_OF_SURFACES;
 use crate::dynamics::virial_of_wall;
 use crate::export::{Contact, Snapshot, TOUCHING, contacts};
+use crate::separation::{branch, is_branch, separation};
 use crate::walls::surface_of;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -120,7 +120,7 @@ impl<'a> View<'a> {
         if self.state.step == 0 {
             return Err("no step has been taken, so there are no contact forces".into());
         }
-        if warm.iter().any(|warm| surface_of(warm.pair[1]).is_none() && warm.feature != FEATURE_OF_SURFACES) {
+        if warm.iter().any(|warm| surface_of(warm.pair[1]).is_none() && !is_branch(warm.feature)) {
             return Err("the contact forces are those of sub-spheres".into());
         }
         Ok(self.contacts().iter().filter(|contact| contact.gamma > 0.0))
@@ -131,13 +131,19 @@ impl<'a> View<'a> {
     /// # Errors
     /// As [`View::pushing`].
     pub fn virials(&self) -> Result<Vec<f64>, LeftOut> {
-        let position = &self.bodies().position;
-        let mut virials = vec![0.0; position.len()];
-        for contact in self.pushing()? {
-            let [a, b] = contact.pair;
-            let force = contact.gamma * contact.normal;
-            virials[a] += force.dot(contact.point - position[a]);
-            virials[b] -= force.dot(contact.point - (position[b] + contact.shift));
+        let mut virials = vec![0.0; self.bodies().len()];
+        let _ = self.pushing()?;
+        // A pair can touch in several places: each has a lever of its own.
+        for warm in self.state.warm.iter().flatten().filter(|w| surface_of(w.pair[1]).is_none() && w.gamma > 0.0) {
+            let [a, b] = warm.pair.map(|body| body as usize);
+            let [of_a, of_b] = self.bodies().pair(a, b);
+            let Some(nearest) = separation(&of_a, &of_b, None) else { continue };
+            let found = branch(&of_a, &of_b, &nearest, warm.feature);
+            let delta = of_b.position - of_a.position;
+            let to_a = 0.5 * (found.lever_a + delta + found.lever_b);
+            let force = warm.gamma * found.normal;
+            virials[a] += force.dot(to_a);
+            virials[b] -= force.dot(to_a - delta);
         }
         for warm in self.state.warm.iter().flatten().filter(|warm| surface_of(warm.pair[1]).is_some()) {
             virials[warm.pair[0] as usize] += virial_of_wall(self.bodies(), warm).unwrap_or(0.0);

@@ -46,7 +46,7 @@ impl Accuracy {
     pub fn first(contact: &Contact, tolerance: f64) -> Self {
         let overlap_tolerance = contact.overlap_tolerance;
         let recursive = contact.method.most_recursions(contact.max_recursions) > 0;
-        let exact = contact.recursion == Recursion::Exact || !recursive;
+        let exact = contact.recursion != Recursion::Inexact || !recursive;
         let first = contact.cutoff.unwrap_or(f64::INFINITY).min(FIRST * overlap_tolerance);
         let residual = if exact { tolerance } else { tolerance.max(first) };
         Accuracy { exact, overlap_tolerance, tolerance, residual }

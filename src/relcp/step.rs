@@ -51,7 +51,7 @@ impl Plan {
     pub fn of(scene: &Scene, cutoff: f64) -> Plan {
         let confined = !scene.walls.is_empty() || scene.periodic.is_some();
         Plan {
-            contact: Contact { cutoff: Some(cutoff), ..scene.contact },
+            contact: Contact { cutoff: Some(cutoff), recursion: scene.recursion(), ..scene.contact },
             tolerance: scene.lcp_settings().tolerance,
             stepping: scene.time.stepping,
             on_no_room: scene.growth.filter(|_| confined).map(|growth| growth.on_no_room),

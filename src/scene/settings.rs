@@ -1,6 +1,6 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
-use super::{Contact, Dump, Method, Rows, SMALLEST_NUMBER, Scene};
+use super::{Contact, Dump, Method, Recursion, Rows, SMALLEST_NUMBER, Scene};
 use crate::constraint::RowSource;
 use crate::lcp::Settings;
 use crate::shape::Shape;
@@ -65,12 +65,27 @@ impl Scene {
     pub fn with_defaults(&self) -> Scene {
         let mut scene = self.clone();
         let Settings { tolerance, max_iterations } = self.lcp_settings();
+        scene.contact.recursion = self.recursion();
         scene.solver.tolerance = Some(tolerance);
         scene.solver.max_iterations = Some(max_iterations);
         scene.solver.dump = self.solver.dump.map(Dump::with_defaults);
         scene.contact.cutoff = Some(self.cutoff());
         scene.output.every = self.output_every();
         scene
+    }
+}
+
+impl Scene {
+    /// How tightly the solves before a step's last one are made: exactly or inexactly.
+    pub fn recursion(&self) -> Recursion {
+        match self.contact.recursion {
+            Recursion::Auto => {
+                let inexact =
+                    !self.planar && self.contact.rows_of_method() == Rows::Auto && self.solver.tolerance.is_none();
+                if inexact { Recursion::Inexact } else { Recursion::Exact }
+            }
+            given => given,
+        }
     }
 }
 

@@ -39,11 +39,13 @@ impl<const D: usize> Again for Cpu<D> {
     }
 
     fn set_multipliers(&mut self, gamma: &[f64]) {
+        self.changed = true;
         self.gamma.fill(0.0);
         self.gamma.iter_mut().zip(gamma).for_each(|(own, gamma)| *own = *gamma);
     }
 
     fn give_way(&mut self, compliance: f64) -> Result<Outcome, Fault> {
+        self.changed = true;
         Ok(self.solver.relax_by(compliance, &self.problem, &mut self.gamma))
     }
 

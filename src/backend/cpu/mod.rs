@@ -73,6 +73,8 @@ pub struct Cpu<const D: usize> {
     solver: lcp::Solver<D>,
     /// Whether there was a solve in this step, and the residual that the last one left.
     solved: bool,
+    /// Whether rows were made or moved since.
+    changed: bool,
     residual: f64,
     /// What of the step is being taken, and the cells that wait in it; and what comes next.
     piece: Piece,
@@ -145,8 +147,12 @@ impl<const D: usize> Cpu<D> {
             forces: dynamics::forces_from_scene(&scene.forces, &scene.group_names(), &scene.dynamics),
             source,
             rows: scene.contact.rows_of_method(),
-            solver: lcp::Solver::new(scene.solver.kind, scene.lcp_settings()),
+            solver: match scene.contact.rows_of_method() {
+                Rows::Auto => lcp::Solver::new(scene.solver.kind, scene.lcp_settings()),
+                Rows::Paper => lcp::Solver::new(scene.solver.kind, scene.lcp_settings()).for_parallel_rows(),
+            },
             solved: false,
+            changed: true,
             residual: 0.0,
             piece: Piece::WHOLE,
             waiting: Waiting::None,
@@ -255,6 +261,7 @@ impl<const D: usize> Cpu<D> {
         constraint::clear(&mut self.problem, self.start.len() + self.walls.len());
         self.feature.clear();
         self.gamma.clear();
+        self.changed = true;
         let shapes = &self.here().shape;
         let boxes = self.boxes(shapes, |i| self.first[i], |i| 0.5 * self.cutoff + self.reach[i].either);
         let mut candidates = std::mem::take(&mut self.candidates);
@@ -450,10 +457,13 @@ impl<const D: usize> Backend for Cpu<D> {
 
     fn solve(&mut self, tolerance: f64) -> Result<Outcome, Fault> {
         self.solver.set_settings(Settings { tolerance, ..self.solver.settings() });
-        let Cpu { phases, solver, problem, gamma, solved, .. } = self;
+        let Cpu { phases, solver, problem, gamma, solved, changed, rows, .. } = self;
         let first = !std::mem::replace(solved, true);
-        let outcome = timed(&mut phases.solve, || {
-            if first { solver.solve(problem, gamma) } else { solver.solve_next(problem, gamma) }
+        let same = !std::mem::replace(changed, false) && *rows == Rows::Auto;
+        let outcome = timed(&mut phases.solve, || match (first, same) {
+            (true, _) => solver.solve(problem, gamma),
+            (false, true) => solver.go_on(gamma),
+            (false, false) => solver.solve_next(problem, gamma),
         });
         self.residual = outcome.residual;
         if outcome.status == Status::TooLarge {
@@ -463,7 +473,8 @@ impl<const D: usize> Backend for Cpu<D> {
     }
 
     fn relax(&mut self, allowed: f64) -> Result<Option<Outcome>, Fault> {
-        let Cpu { phases, solver, problem, gamma, residual, .. } = self;
+        let Cpu { phases, solver, problem, gamma, residual, changed, .. } = self;
+        *changed = true;
         let mut relaxed = gamma.clone();
         let outcome = timed(&mut phases.solve, || solver.relax(problem, &mut relaxed, allowed));
         // What no method improved on stays.

@@ -4,6 +4,7 @@ use super::narrow_phase::{self, Known, Near};
 use super::{At, Cpu};
 use crate::constraint::{self, FIXED, Mover, sub_sphere_separations};
 use crate::dynamics::{self, Pose};
+use crate::freedom::PLANAR;
 use crate::relcp::Warm;
 use crate::scene::Rows;
 use crate::separation::{Placed, Separation, branch_slack, branches};
@@ -19,6 +20,7 @@ impl<const D: usize> Cpu<D> {
     pub(super) fn append(&mut self, near: &Near, gamma: f64, at: At) {
         let (pair, row) = (self.row_pair(near.pair), self.row(near, at));
         constraint::append(&mut self.problem, pair, row);
+        self.changed = true;
         self.feature.push(near.feature);
         self.gamma.push(gamma);
     }
@@ -52,6 +54,7 @@ impl<const D: usize> Cpu<D> {
     pub(super) fn tighten(&mut self, near: &Near) -> bool {
         let Some(row) = self.first_row(near) else { return false };
         let (there, _) = self.row(near, At::Trial);
+        self.changed = true;
         constraint::tighten(&mut self.problem, row, (near.found.separation, &there), &self.scaled)
     }
 
@@ -133,18 +136,26 @@ impl<const D: usize> Cpu<D> {
             let [last_a, last_b] = [a, b].map(|i| self.start.twist(i));
             let turned = self.interval * (last_b.angular - last_a.angular);
             let slid = self.interval * (last_b.linear - last_a.linear).length();
-            let slack = near.found.separation + branch_slack(&of_a, &of_b, &near.found, turned, slid);
+            // In space the nearest points of rods lie inside of both and slide: a branch that is not remembered rarely becomes the nearest.
+            let slack = if D == PLANAR { branch_slack(&of_a, &of_b, &near.found, turned, slid) } else { 0.0 };
+            let most = near.found.separation + slack;
             let first = warm.partition_point(|w| w.pair < near.pair);
             let pushed = |feature: u32| {
                 let of_pair = warm[first..].iter().take_while(|w| w.pair == near.pair);
                 of_pair.filter(|w| w.feature == feature).any(|w| w.gamma > 0.0)
             };
             let mut rows = Vec::new();
-            branches(&of_a, &of_b, &near.found, self.limit(a, b) - near.found.separation, |feature, found| {
-                if found.separation <= slack || pushed(feature) {
+            let limit = self.limit(a, b);
+            branches(&of_a, &of_b, &near.found, limit - near.found.separation, |feature, found| {
+                if found.separation <= most || pushed(feature) {
                     rows.push(Near { pair: near.pair, feature, found });
                 }
             });
+            if rows.is_empty() {
+                branches(&of_a, &of_b, &near.found, 0.0, |feature, found| {
+                    rows.push(Near { pair: near.pair, feature, found });
+                });
+            }
             rows
         };
         near.par_iter().with_min_len(LEAST_PAIRS_A_TASK).flat_map_iter(of_pair).collect()
