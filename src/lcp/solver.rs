@@ -29,6 +29,9 @@ const LEAST_BEFORE_SAFEGUARD: f64 = 0.1;
 /// And for nearly parallel rows the part of it that conjugate gradients may still need. 200 LCPs of colonies take the same time within 4 % with none to a half, and up to 8 % more with all of it.
 const HOPE: f64 = 0.25;
 
+/// With fewer rows, looking for what is left costs more than it saves.
+const LEAST_ROWS: usize = 256;
+
 /// Iterations on all rows before `auto` looks for the first time whether what is left is little, and between looks.
 const FIRST_LOOK: u64 = 20;
 const LOOK_EVERY: u64 = 20;
@@ -207,7 +210,8 @@ impl<const D: usize> Solver<D> {
     /// Solves where the start is no solution, if that is in few places.
     fn begin_locally(&mut self) -> Option<Outcome> {
         let (cpu, Drive { at, .. }) = (&mut self.cpu, &mut self.drive);
-        let local = self.local.as_mut().filter(|_| cpu.is_finite())?;
+        let large = at.x.len() >= LEAST_ROWS;
+        let local = self.local.as_mut().filter(|_| large && cpu.is_finite())?;
         let tolerance = self.settings.tolerance;
         cpu.clear(&mut at.g);
         cpu.gradient(&at.x, &mut at.g);
@@ -393,7 +397,7 @@ mod tests {
     fn a_slow_solve_goes_on_with_the_safeguard_and_without_its_help_alone() {
         let problem = chain(3_000);
         let settings = Settings { tolerance: 1e-6, max_iterations: 100_000 };
-        let mut solver = Solver::new(SolverKind::Auto, settings);
+        let mut solver = Solver::new(SolverKind::Auto, settings).for_parallel_rows();
         let mut gamma = Vec::new();
         let rescued = solver.solve(&problem, &mut gamma);
         assert_eq!((rescued.status, rescued.fallback), (Status::Solved, true), "{rescued:?}");
@@ -413,7 +417,7 @@ mod tests {
     fn a_problem_after_a_hard_one_begins_with_the_safeguard() {
         let problem = chain(3_000);
         let settings = Settings { tolerance: 1e-6, max_iterations: 100_000 };
-        let mut solver = Solver::new(SolverKind::Auto, settings);
+        let mut solver = Solver::new(SolverKind::Auto, settings).for_parallel_rows();
         let hard = solver.solve(&problem, &mut Vec::new());
         let mut gamma = Vec::new();
         let next = solver.solve_next(&problem, &mut gamma);
@@ -449,7 +453,7 @@ mod tests {
     #[test]
     fn the_last_iteration_allowed_is_not_exceeded_where_nothing_helps() {
         let settings = Settings { tolerance: 1e-12, max_iterations: ITERATIONS_BEFORE_FORECAST + 20 };
-        let mut solver = Solver::new(SolverKind::Auto, settings);
+        let mut solver = Solver::new(SolverKind::Auto, settings).for_parallel_rows();
         solver.safeguard = Some(InteriorPoint::with_largest_factor(10));
         let outcome = solver.solve(&chain(6_000), &mut Vec::new());
         assert_eq!((outcome.status, outcome.iterations), (Status::MaxIterations, settings.max_iterations));
