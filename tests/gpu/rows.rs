@@ -86,6 +86,16 @@ pub fn compare<const D: usize>(what: &str, device: &Device, cpu: &Cpu<D>, (block
     let (mut a, b) = (sorted(&ours), sorted(theirs));
     assert!(a.len() > 20, "{what}: {} rows", a.len());
     assert_eq!(a.iter().map(|r| r.0).collect::<Vec<_>>(), b.iter().map(|r| r.0).collect::<Vec<_>>(), "{what}");
+    // The branches of pairs of bodies stand in one order, in which both made them.
+    let bodies = device.incidence().unwrap().len();
+    let branches = |problem: &Problem<D>, features: &[u32]| {
+        let mut rows: Vec<_> = problem.pair.iter().copied().zip(features.iter().copied()).collect();
+        rows.retain(|(pair, _)| (pair[1] as usize) < bodies);
+        rows.sort_by_key(|(pair, _)| *pair);
+        rows
+    };
+    let features = device.features().unwrap();
+    assert_eq!(branches(&ours, &features), branches(theirs, cpu.features()), "{what}");
     // The step's, which may be more than the last state's.
     let incidence = device.incidence().unwrap();
     match_places(&mut a, &b, incidence.len());
