@@ -3,19 +3,25 @@
 
 use crate::device::{device, precisions};
 use crate::rows::compare;
+use glam::{DQuat, DVec3};
 use relcp::backend::gpu::Device;
 use relcp::backend::{Backend, cpu::Cpu};
+use relcp::bodies::Bodies;
 use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::gpu::Precision;
 use relcp::relcp::State;
 use relcp::scene::{self, Scene};
+use std::f64::consts::FRAC_PI_2;
 
 /// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to sizes and moves; and what multipliers may differ by, relative to
 /// the largest.
 const BOUNDS: [(Precision, (f64, f64), f64); 2] =
     [(Precision::F32, (3e-5, 1e-5), 1e-4), (Precision::F64, (1e-12, 1e-12), 1e-11)];
 
-const STEPS: usize = 3;
+const STEPS: usize = 2;
+
+/// From which overlap on pairs violate: far over the differences, so that the same do.
+const VIOLATING: f64 = 1e-3;
 
 const ROD: &str = r#"{"spherocylinder": {"diameter": 0.5, "length": 2}}"#;
 const LONG: &str = r#"{"spherocylinder": {"diameter": 0.5, "length": 4}}"#;
@@ -35,24 +41,55 @@ fn crowd(name: &str, shapes: &[&str], dt: f64, fraction: f64, more: &str) -> Sce
     scene::parse(&text, name).unwrap()
 }
 
+/// The same in the plane: bodies on a grid, turned at random, drawn together or, in walls, apart.
+fn flat(name: &str, shapes: &[&str], dt: f64, more: &str) -> Scene {
+    let body = |i: usize| {
+        let turn = DQuat::from_rotation_z((7.3 * i as f64).sin() * 2.0) * DQuat::from_rotation_x(FRAC_PI_2);
+        let [x, y] = [(i % 8) as f64 * 1.5 - 5.3, (i / 8) as f64 * 2.1 - 4.1];
+        let DQuat { x: qx, y: qy, z: qz, w: qw } = turn;
+        let shape = shapes[i % shapes.len()];
+        format!(r#"{{"shape": {shape}, "position": [{x}, {y}, 0], "orientation": [{qw}, {qx}, {qy}, {qz}]}}"#)
+    };
+    let bodies: Vec<String> = (0..40).map(body).collect();
+    let way = if more.contains("walls") { "radial_outward" } else { "radial_inward" };
+    let text = format!(
+        r#"{{"name": "{name}", "seed": 4, "planar": true, "time": {{"dt": {dt}, "end": 100 {more}, "solver": {{"kind": "pair_block_cg", "max_iterations": 1}},
+        "forces": [{{"{way}": {{}}}}], "bodies": [{}]}}"#,
+        bodies.join(", ")
+    );
+    scene::parse(&text, name).unwrap()
+}
+
+/// Bodies in a cell of space, half of which move.
+fn in_periods(name: &str) -> Scene {
+    let text = format!(
+        r#"{{"name": "{name}", "seed": 4, "time": {{"dt": 0.6, "end": 100}}, "periodic": {{"lengths": [7, 7, 7]}},
+        "solver": {{"kind": "pair_block_cg", "max_iterations": 1}}, "forces": [{{"uniform": {{"force": [2, 1, 0.5], "group": "up"}}}}],
+        "generate": [{{"isotropic": {{"count": 45, "shape": {ROD}, "volume_fraction": 0.0478, "group": "up"}}}},
+                     {{"isotropic": {{"count": 45, "shape": {ROD}, "volume_fraction": 0.0478}}}}]}}"#
+    );
+    scene::parse(&text, name).unwrap()
+}
+
 fn scenes() -> Vec<Scene> {
     let inertia = r#"}, "dynamics": {"inertial": {"density": 2}}"#;
-    let disc = r#", "walls": [{"sphere": {"center": [0, 0, 0], "radius": 22}}]"#;
-    let periodic = r#"}, "periodic": {"lengths": [12, 12, 12]}"#;
+    let disc = r#"}, "walls": [{"sphere": {"center": [0, 0, 0], "radius": 7.7}}]"#;
     let growth = r#"}, "growth": {"rate": 0.05, "division_length": 2.03, "division_length_noise": 0.05, "reorientation_degrees": 8}"#;
     let sphere = r#"{"sphere": {"radius": 0.5}}"#;
+    let midpoint = r#", "stepping": "midpoint""#;
     vec![
         crowd("rods", &[ROD], 0.6, 0.2, "}"),
-        crowd("rods of two lengths with inertia", &[ROD, LONG], 0.6, 0.1, inertia),
-        crowd("rods in the plane", &[ROD], 0.2, 0.3, r#"}, "planar": true"#),
-        crowd("rods and discs in the plane", &[ROD, sphere], 0.2, 0.2, r#"}, "planar": true"#),
-        crowd("discs in the plane", &[sphere], 0.2, 0.3, r#"}, "planar": true"#),
-        crowd("rods with inertia in the plane", &[ROD], 0.3, 0.3, &format!(r#"{inertia}, "planar": true"#)),
-        crowd("rods in a disc", &[ROD], 0.2, 0.2, &format!(r#"}}, "planar": true{disc}"#)),
-        crowd("rods in periodic space", &[ROD], 0.6, 0.04, periodic),
-        crowd("cells in the plane", &[ROD], 0.2, 0.3, &format!(r#"{growth}, "planar": true"#)),
-        crowd("cells in the plane by midpoint", &[ROD], 0.2, 0.3, &format!(r#", "stepping": "midpoint"{growth}, "planar": true"#)),
-        crowd("rods by midpoint", &[ROD], 0.6, 0.2, r#", "stepping": "midpoint"}"#),
+        crowd("rods of two lengths with inertia", &[ROD, LONG], 0.35, 0.2, inertia),
+        in_periods("rods in periodic space"),
+        crowd("rods by midpoint", &[ROD], 1.2, 0.2, &format!("{midpoint}}}")),
+        crowd("growing cells by midpoint", &[ROD], 0.8, 0.2, &format!("{midpoint}{growth}")),
+        flat("rods in the plane", &[ROD], 0.4, "}"),
+        flat("rods and discs in the plane", &[ROD, sphere], 0.4, "}"),
+        flat("discs in the plane", &[r#"{"sphere": {"radius": 0.74}}"#], 0.8, "}"),
+        flat("rods with inertia in the plane", &[ROD], 0.6, inertia),
+        flat("rods in a disc", &[ROD], 0.4, disc),
+        flat("cells in the plane", &[ROD], 0.4, growth),
+        flat("cells in the plane by midpoint", &[ROD], 0.8, &format!("{midpoint}{growth}")),
     ]
 }
 
@@ -129,9 +166,23 @@ impl<const D: usize> Both<D> {
     }
 }
 
-fn check<const D: usize>(scene: &Scene) {
-    let Some(gpu) = device() else { return };
-    let state = || State { next_id: 1000, bodies: scene.build().unwrap(), ..State::default() };
+/// A scene's bodies, with velocities in the plane that lead to no deep overlap in the first step.
+fn moving(scene: &Scene) -> Bodies {
+    let mut bodies = scene.build().unwrap();
+    if scene.planar {
+        for i in 0..bodies.len() {
+            let [u, v, w] = [1.7, 2.3, 3.1].map(|k| 0.2 * (k * i as f64).sin());
+            (bodies.velocity[i], bodies.angular_velocity[i]) = (DVec3::new(u, v, 0.0), DVec3::new(0.0, 0.0, w));
+        }
+    }
+    bodies
+}
+
+/// How many multipliers first rows started from.
+fn check<const D: usize>(scene: &Scene) -> usize {
+    let mut started = 0;
+    let Some(gpu) = device() else { return started };
+    let state = || State { next_id: 1000, bodies: moving(scene), ..State::default() };
     for (precision, bounds, gamma) in BOUNDS.into_iter().filter(|b| precisions(gpu).contains(&b.0)) {
         let mut both = Both {
             what: format!("{} {precision:?}", scene.name),
@@ -143,17 +194,19 @@ fn check<const D: usize>(scene: &Scene) {
         let midpoint = scene.time.stepping == scene::Stepping::Midpoint;
         let mut counts = [0; 2];
         for _ in 0..STEPS {
-            let [started, violations] = both.step(midpoint, scene.contact.overlap_tolerance);
-            counts = [counts[0] + started, counts[1] + violations];
+            let [pushing, violations] = both.step(midpoint, VIOLATING);
+            counts = [counts[0] + pushing, counts[1] + violations];
         }
         println!("{}: {counts:?} multipliers and violations", both.what);
-        assert!(counts.iter().all(|count| *count > 5), "{}: {counts:?}", both.what);
+        assert!(counts[1] > 3, "{}: {counts:?}", both.what);
+        started += counts[0];
     }
+    started
 }
 
 #[test]
 fn rows_by_branches_are_the_cpus() {
-    for scene in scenes() {
-        if scene.planar { check::<PLANAR>(&scene) } else { check::<SPATIAL>(&scene) }
-    }
+    let check = |scene: &Scene| if scene.planar { check::<PLANAR>(scene) } else { check::<SPATIAL>(scene) };
+    let started: usize = scenes().iter().map(check).sum();
+    assert!(device().is_none() || started > 100, "{started}");
 }

@@ -87,8 +87,7 @@ impl Branches {
     fn stretch(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: Made<'_>, row_start: &Buffer) {
         let (Some(stretch), Part::FromMiddle) = (&kernels.stretch, made.part) else { return };
         let Made { lists, poses, shapes, grown, .. } = made;
-        let buffers =
-            [&lists.pairs, &poses.orientations, &shapes.shapes, &grown.shapes, row_start, &self.staged];
+        let buffers = [&lists.pairs, &poses.orientations, &shapes.shapes, &grown.shapes, row_start, &self.staged];
         record.run(stretch, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
     }
 }
@@ -189,15 +188,8 @@ impl Rows {
         let of_pairs = words([lists.pairs_count as u32, 0, 0, 0]);
         let buffers = [&problem.block_start, &self.next_start, &own.features[0], &own.staged, &own.partners];
         record.run(&kernels.matched, &of_pairs, &buffers, lists.pairs_count);
-        let buffers = [
-            &own.staged,
-            &problem.pair,
-            &problem.jacobian,
-            &problem.velocity,
-            motions,
-            &problem.q,
-            &own.partners,
-        ];
+        let buffers =
+            [&own.staged, &problem.pair, &problem.jacobian, &problem.velocity, motions, &problem.q, &own.partners];
         let parameters = setup.timed([rows as u32, bodies as u32, 0, 0], setup.length_of(part));
         record.run(&kernels.tighten, &parameters, &buffers, rows);
         let buffers = [&self.next_start, &own.staged, &own.partners, &lists.contacts];

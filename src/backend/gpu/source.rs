@@ -1,7 +1,7 @@
 //! What every kernel of a step is assembled with: the scene's constants, forces and law.
 
-use super::branch_source::{self, BranchKernels};
 use super::Setup;
+use super::branch_source::{self, BranchKernels};
 use super::walls::FIRST_SURFACE;
 use crate::constraint::LEAST_ALIGNED;
 use crate::dynamics::LAST_STEP;
