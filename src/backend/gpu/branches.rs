@@ -170,8 +170,8 @@ impl Rows {
         Ok(())
     }
 
-    /// Moves the offsets of first rows to the violations of their branches, of which there are then fewer. `rows` are those that there would be with one for each
-    /// violation.
+    /// Moves the offsets of first rows to the violations of their branches, of which there are then fewer. `rows` are those that there would be with one
+    /// for each violation.
     pub(super) fn tighten_branches(
         &mut self,
         gpu: &Gpu,
