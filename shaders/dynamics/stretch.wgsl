@@ -10,22 +10,6 @@ struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
 @group(0) @binding(4) var<storage, read> grown: array<vec4r>;
 @group(0) @binding(5) var<storage, read_write> contacts: array<vec4r>;
 
-// How far the surface of a body moves along its outward normal where `lever` touches it.
-fn stretch(body: u32, lever: vec3r, normal: vec3r) -> real {
-    let shape = shapes[body];
-    if !grows(shape) { return 0.0; }
-    let axis = rotate(unit_quaternion(orientations[2u * body], orientations[2u * body + 1u]), vec3r(0.0, 0.0, 1.0));
-    let half = 0.5 * (shape.y - shape.x);
-    let along = dot(axis, normal);
-    // Between its middle and a tip a point of the axis moves in proportion to its place. A cell as long as it is thick has its whole axis in its
-    // middle: it grows to the side that is touched.
-    var share = select(real(-1.0), real(1.0), along >= 0.0);
-    if half > 0.0 {
-        share = clamp(dot(axis, lever - 0.5 * shape.x * normal) / half, real(-1.0), real(1.0));
-    }
-    return 0.5 * (grown[body].y - shape.y) * share * along;
-}
-
 @compute @workgroup_size(WORKGROUP)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,

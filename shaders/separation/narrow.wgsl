@@ -1,22 +1,18 @@
-// The separations of candidate pairs that are within a limit: at the step's start, the cutoff and what both bodies may move by; at the
-// trial, zero. Far pairs are left out as cheaply as they can be.
+// The separations of candidate pairs that are within a limit: where first rows are made `near_limit`, at the trial zero. Far pairs are left out as
+// cheaply as they can be.
 //
-// A pair's contact is three vectors: (normal, separation), (lever of a, multiplier remembered), (lever of b, flag). The flag is FAR,
+// A pair's contact is three vectors: (normal, separation), (lever of a, what is `kept`), (lever of b, flag). The flag is FAR,
 // NEAR (within the limit) or VIOLATING (overlapping by more than `violating`). The normal of a far pair is the last one found.
-
-struct Parameters { pairs: u32, at_trial: u32, violating: f32, c: u32 }
 
 const FAR: real = 0.0;
 const NEAR: real = 1.0;
 const VIOLATING: real = 2.0;
 
-@group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
 @group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
 @group(0) @binding(4) var<storage, read> orientations: array<vec4r>;
 @group(0) @binding(5) var<storage, read> shapes: array<vec4r>;
-@group(0) @binding(6) var<storage, read> boxes: array<vec4r>;
 @group(0) @binding(7) var<storage, read_write> contacts: array<vec4r>;
 
 @compute @workgroup_size(WORKGROUP)
@@ -38,7 +34,7 @@ fn main(
     let radius_b = bounding_radius(body_b);
     var limit = real(0.0);
     if parameters.at_trial == 0u {
-        limit = max(boxes[a].w - radius_a, 0.0) + max(boxes[b].w - radius_b, 0.0);
+        limit = near_limit(a, b, radius_a, radius_b);
     }
     let distance2 = dot(delta, delta);
     let reach = radius_a + radius_b + limit;
@@ -57,6 +53,6 @@ fn main(
     let found = separate(delta, body_a, body_b, warm);
     contacts[3u * p] = vec4r(found.normal, found.separation);
     if !(found.separation <= limit) { return; }
-    contacts[3u * p + 1u] = vec4r(found.lever_a, contacts[3u * p + 1u].w);
+    contacts[3u * p + 1u] = vec4r(found.lever_a, kept(p, limit));
     contacts[3u * p + 2u] = vec4r(found.lever_b, select(NEAR, VIOLATING, found.separation < -real(parameters.violating)));
 }

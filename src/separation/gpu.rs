@@ -193,7 +193,7 @@ impl PairFamilies {
 }
 
 /// Adds the tolerances, each a number of roundings, but not less than what the CPU has for 64 bits.
-pub(super) fn add_tolerances_to(source: Source) -> Source {
+pub(crate) fn add_tolerances_to(source: Source) -> Source {
     let epsilon = source.precision().epsilon();
     let tolerances = [
         // Distances and maxima this close, as a fraction of the sizes, are equal: well above rounding.

@@ -8,7 +8,7 @@
 //! is put in one fixed order first, so swapping the bodies flips the normal and changes no bit else, unless they are the
 //! same body in the same place: then there is no side to prefer.
 
-mod branches;
+pub(crate) mod branches;
 mod circle_segment;
 mod circles;
 mod convex;

@@ -3,6 +3,7 @@
 //! Without an adapter these tests are skipped, each with a visible line, unless `RELCP_REQUIRE_GPU` is set: then they fail.
 #![allow(clippy::unwrap_used)]
 
+mod branches;
 mod broad_phase;
 mod device;
 mod faults;

@@ -319,11 +319,11 @@ fn a_run_goes_on_from_its_state() {
 /// The two bodies of a row, its two blocks of `J`, and `q`.
 type Row = ([u32; 2], [Vec<f64>; 2], f64);
 
-/// An LCP's rows in an order that does not depend on what made it: by bodies, then by gap; both blocks of each row and `q`.
+/// An LCP's rows by bodies, those of a pair in the order in which they were made; both blocks of each row and `q`.
 fn ordered(lcp: &Stored) -> Vec<Row> {
     let block = |row: usize, side: usize| lcp.rows[side][row * lcp.unknowns..(row + 1) * lcp.unknowns].to_vec();
     let mut rows: Vec<_> = (0..lcp.q.len()).map(|i| (lcp.pair[i], [block(i, 0), block(i, 1)], lcp.q[i])).collect();
-    rows.sort_by(|a, b| (a.0, a.2).partial_cmp(&(b.0, b.2)).unwrap());
+    rows.sort_by_key(|row| row.0);
     rows
 }
 
@@ -449,7 +449,8 @@ fn lcps_of_a_run_on_the_device_are_files_that_the_study_reads() {
         let output = output.args(["--adapter", gpu.name()]).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     };
-    let dump = ["--set", "solver.dump.when=all", "--set", "solver.dump.most=2"];
+    // The paper's rows, of which a violation makes a second LCP.
+    let dump = ["--set", "solver.dump.when=all", "--set", "solver.dump.most=2", "--set", "contact.rows=paper"];
     relcp(&[&["run", "three-capsules", "--out", "run"], &dump[..]].concat());
     let (lcp, header) = read_lcp(&place.path().join("run/lcps/step-000001-rec-1.npz")).unwrap();
     let header = header.unwrap();

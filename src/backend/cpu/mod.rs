@@ -35,7 +35,7 @@ const PARTING: Overdamped = Overdamped { drag: 1.0 };
 
 /// First rows are made where the last velocities lead, if no overlap there is deeper than this part of the thinnest body: deeper, normals may point to
 /// the wrong side.
-const DEEPEST_AHEAD: f64 = 0.125;
+pub(super) const DEEPEST_AHEAD: f64 = 0.125;
 
 /// Where a row is made.
 #[derive(Clone, Copy)]
@@ -189,6 +189,11 @@ impl<const D: usize> Cpu<D> {
     /// The present LCP and its multipliers, for diagnosis and tests.
     pub fn lcp(&self) -> (&Problem<D>, &[f64]) {
         (&self.problem, &self.gamma)
+    }
+
+    /// Which of its pair's contacts each row is of.
+    pub fn features(&self) -> &[u32] {
+        &self.feature
     }
 
     /// When the present piece of the step begins.

@@ -1,16 +1,15 @@
 //! Candidate pairs on the device: a list that is kept while every body's box lies inside the box that it was made with, and what is
 //! remembered of each pair.
 
+use super::branches;
 use super::rows::Rows;
 use super::source::Kernels;
 use super::state::{Poses, Shapes};
-use super::walls::{FIRST_SURFACE, Surfaces, device_pair, surface_of};
+use super::walls::Surfaces;
 use super::{Setup, words};
 use crate::broad_phase::gpu::Search;
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
 use crate::relcp::Warm;
-use crate::walls::number_of;
-use std::collections::HashMap;
 
 /// Calls that a list should last for: a search costs about as much as a dozen narrow phases.
 const FEW_CALLS: u64 = 16;
@@ -32,6 +31,8 @@ pub(super) struct Lists {
     pub adjacency: Buffer,
     /// Three vectors a pair, see `shaders/separation/narrow.wgsl`.
     pub contacts: Buffer,
+    /// Where rows are by branches: the multipliers that each pair's branches ended the last step with.
+    pub remembered: Buffer,
     pub bodies: u64,
 }
 
@@ -47,9 +48,9 @@ pub(super) struct Candidates {
     calls: u64,
     pub searches: u64,
     /// Whether the next search is the first one since the start, or since the host gave the device another state.
-    first: bool,
+    pub(super) first: bool,
     /// Pairs remembered by an earlier run or by the host, until that search.
-    warm: Vec<Warm>,
+    pub(super) warm: Vec<Warm>,
 }
 
 impl Lists {
@@ -61,6 +62,7 @@ impl Lists {
             adjacency_start: Buffer::new(gpu, "adjacency starts", 4, 1)?,
             adjacency: Buffer::new(gpu, "adjacency", 4, 0)?,
             contacts: Buffer::new(gpu, "contacts", 12 * setup.precision.bytes(), 0)?,
+            remembered: branches::remembered(gpu, setup)?,
             bodies: 0,
         })
     }
@@ -155,6 +157,9 @@ impl Candidates {
             surfaces.extend(gpu, kernels, lists, &self.stored, shapes, bodies)?;
         }
         lists.contacts.reserve(gpu, lists.pairs_count)?;
+        if setup.branches > 0 {
+            lists.remembered.reserve(gpu, lists.pairs_count)?;
+        }
         self.searches += 1;
         self.calls = 0;
         if std::mem::replace(&mut self.first, false) {
@@ -170,6 +175,10 @@ impl Candidates {
         self.old_pair.reserve(gpu, pairs)?;
         let buffers = [&lists.pairs, &old.pairs, &old.adjacency_start, &old.adjacency, &self.old_pair];
         record.run(&kernels.find, &words([pairs as u32, old.bodies as u32, 0, 0]), &buffers, pairs);
+        if let Some(kernels) = &kernels.branches {
+            let buffers = [&self.old_pair, &old.remembered, &lists.remembered];
+            record.run(&kernels.carry, &words([pairs as u32, 0, 0, 0]), &buffers, pairs);
+        }
         let parameters = words([pairs as u32, u32::from(rows.is_some()), 0, 0]);
         match rows {
             Some(rows) => {
@@ -188,27 +197,6 @@ impl Candidates {
         record.submit()
     }
 
-    /// Gives the pairs of the first list what an earlier run remembered of them.
-    fn recall(&mut self, gpu: &Gpu, setup: &Setup) -> Result<(), GpuError> {
-        let lists = &self.lists;
-        let mut numbers = vec![0.0; 12 * lists.pairs_count as usize];
-        if !self.warm.is_empty() {
-            let key = |w| device_pair(w, &setup.walls).map(|pair| (pair, w));
-            let known: HashMap<[u32; 2], &Warm> = self.warm.iter().filter_map(key).collect();
-            let read = gpu.record().read(&[(&lists.pairs, 0..8 * lists.pairs_count)])?;
-            let pairs: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read[0]);
-            for (pair, contact) in pairs.iter().zip(numbers.as_chunks_mut::<12>().0) {
-                if let Some(w) = known.get(pair) {
-                    [contact[0], contact[1], contact[2]] = w.normal.to_array();
-                    contact[7] = w.gamma;
-                }
-            }
-            self.warm = Vec::new();
-        }
-        lists.contacts.write(gpu, 0, &setup.precision.encode(numbers));
-        Ok(())
-    }
-
     /// Twice the skin where lists were soon of no use, half of it where they lasted long.
     fn next_skin(&mut self, largest: f64) -> f64 {
         let bounds = (LEAST_SKIN * largest, LARGEST_SKIN * largest);
@@ -221,32 +209,5 @@ impl Candidates {
         let skin = skin.clamp(bounds.0, bounds.1);
         self.skin = Some(skin);
         skin
-    }
-
-    /// What is remembered of every pair that was found near.
-    pub fn remembered(&self, gpu: &Gpu, setup: &Setup) -> Result<Vec<Warm>, GpuError> {
-        let (lists, count) = (&self.lists, self.lists.pairs_count);
-        if self.first {
-            return Ok(self.warm.clone());
-        }
-        let read = gpu
-            .record()
-            .read(&[(&lists.pairs, 0..8 * count), (&lists.contacts, 0..count * lists.contacts.element() as u64)])?;
-        let pairs: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read[0]);
-        let contacts = setup.precision.decode(&read[1]);
-        let warm = |(pair, contact): (&[u32; 2], &[f64; 12])| {
-            let normal = glam::DVec3::new(contact[0], contact[1], contact[2]);
-            let (second, feature) = match surface_of(pair[1]) {
-                Some((surface, place)) => (number_of(surface), place),
-                None => (pair[1], crate::constraint::FEATURE_OF_SURFACES),
-            };
-            Warm { pair: [pair[0], second], feature, gamma: contact[7], normal }
-        };
-        // Places at surfaces have a normal however far they are.
-        let is_known = |w: &Warm| w.normal != glam::DVec3::ZERO && (w.pair[1] < FIRST_SURFACE || w.gamma > 0.0);
-        let mut warm: Vec<Warm> = pairs.iter().zip(contacts.as_chunks().0).map(warm).collect();
-        warm.retain(is_known);
-        warm.sort_by_key(|w| (w.pair, w.feature));
-        Ok(warm)
     }
 }

@@ -3,8 +3,8 @@
 //!
 //! In the middle the device has a state more than the start and the trial, and where bodies grow the lengths there beside those at the step's end.
 
-use super::rows::Made;
-use super::source::{self, MidpointKernels};
+use super::rows::{Made, Rows};
+use super::source::{self, Kernels, MidpointKernels};
 use super::state::{Poses, Shapes};
 use super::{Device, Setup, words};
 use crate::dynamics::Load;
@@ -59,7 +59,7 @@ impl Device {
 
     pub(super) fn here_index(&self) -> usize {
         match (self.part, self.grows()) {
-            (Part::FromMiddle, _) => self.poses.len() - 1,
+            (Part::FromMiddle, grows) => 2 + usize::from(grows),
             (_, true) => 2,
             (_, false) => 0,
         }
@@ -129,7 +129,8 @@ impl Device {
             let buffers = [&start.orientations, &start.twists, shapes, &self.motions];
             record.run(middle, &parameters, &buffers, bodies);
         }
-        let buffers = [&here.orientations, shapes, &self.motions, &self.boxes];
+        self.record_ahead(&mut record);
+        let buffers = [&self.first().orientations, shapes, &self.motions, &self.boxes];
         record.run(&self.kernels.boxes, &parameters, &buffers, bodies);
         record.submit()
     }
@@ -155,7 +156,7 @@ impl Device {
         let gpu = self.gpu.clone();
         let mut record = gpu.record();
         record.stage("integrate");
-        let Some(middle) = self.poses.last() else { return Ok(()) };
+        let middle = &self.poses[2 + usize::from(self.grows())];
         self.record_move(&mut record, middle);
         self.record_arrival(&mut record, middle);
         if self.grows() {
@@ -167,15 +168,33 @@ impl Device {
         self.set_motion()
     }
 
+    /// The rows, and what they are made from: at the trial, or where first rows are made; and how many there will be.
+    pub(super) fn made(&mut self, at_trial: bool) -> (&mut Rows, &Kernels, Made<'_>, u64) {
+        let index = if at_trial { 1 } else { self.first_index() };
+        let in_middle = self.part == Part::FromMiddle && self.grows() && !at_trial;
+        let grown = usize::from(self.grows());
+        let Device { rows, kernels, candidates, motions, next_rows, setup, part, poses, shapes, .. } = self;
+        let made = Made {
+            lists: &candidates.lists,
+            motions,
+            setup,
+            part: *part,
+            poses: &poses[index],
+            shapes: &shapes[if in_middle { 2 } else { grown }],
+            grown: &shapes[grown],
+            last: &poses[2 * grown],
+        };
+        (rows, kernels, made, *next_rows)
+    }
+
     /// Records the first rows of the present part, for which there is room.
     pub(super) fn record_first_rows(&mut self, record: &mut Recorder<'_>) -> Result<(), GpuError> {
         let gpu = self.gpu.clone();
         self.record_stretch(record);
-        let Device { rows, kernels, candidates, motions, next_rows, setup, part, .. } = &mut *self;
-        let made = Made { lists: &candidates.lists, motions, setup, interval: setup.length_of(*part) };
-        match (*part, &kernels.midpoint) {
-            (Part::FromMiddle, Some(midpoint)) => rows.begin_again(&gpu, kernels, midpoint, record, made, *next_rows),
-            _ => rows.begin(&gpu, kernels, record, made, *next_rows),
+        let (rows, kernels, made, next_rows) = self.made(false);
+        match (made.part, &kernels.midpoint) {
+            (Part::FromMiddle, Some(midpoint)) => rows.begin_again(&gpu, kernels, midpoint, record, made, next_rows),
+            _ => rows.begin(&gpu, kernels, record, made, next_rows),
         }
     }
 
@@ -196,11 +215,12 @@ impl Device {
         let gpu = self.gpu.clone();
         let mut record = gpu.record();
         record.stage("narrow phase");
-        let Device { rows, kernels, candidates, motions, bodies, setup, part, .. } = &mut *self;
-        let (contacts, pairs) = (&candidates.lists.contacts, candidates.lists.pairs_count);
+        let bodies = self.bodies;
+        let (rows, kernels, made, next_rows) = self.made(true);
+        let (contacts, pairs) = (&made.lists.contacts, made.lists.pairs_count);
+        rows.tighten_branches(&gpu, kernels, &mut record, made, (next_rows, bodies))?;
         if let Some(midpoint) = &kernels.midpoint {
-            let made = Made { lists: &candidates.lists, motions, setup, interval: setup.length_of(*part) };
-            rows.tighten(midpoint, &mut record, made, *bodies);
+            rows.tighten(midpoint, &mut record, made, bodies);
         }
         rows.count(&gpu, kernels, &mut record, contacts, pairs, (true, 2))?;
         let read = record.read(&[(&rows.next_start, 4 * pairs..4 * pairs + 4)])?;

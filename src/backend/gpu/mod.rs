@@ -4,6 +4,9 @@
 //! Only what the scene needs is made: kernels for the pairs that its shapes can form, buffers for the rows that there are.
 
 mod again;
+mod ahead;
+mod branch_source;
+mod branches;
 mod candidates;
 mod growing;
 mod midpoint;
@@ -17,6 +20,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 mod walls;
+mod warm;
 
 use super::{Again, Backend, Overlap};
 use crate::bodies::{Bodies, Lineage};
@@ -27,12 +31,12 @@ use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
 use crate::periodic::Periods;
 use crate::relcp::{Fault, Passed, Phases, State, Warm};
-use crate::scene::{Dynamics, Force, Scene, Stepping};
+use crate::scene::{self, Dynamics, Force, Scene, Stepping};
 use crate::shape::Shape;
 use crate::walls::Walls;
 use candidates::Candidates;
 use midpoint::Part;
-use rows::{Made, Rows};
+use rows::Rows;
 use separations::Report;
 use source::Kernels;
 use state::{Poses, Shapes};
@@ -52,6 +56,8 @@ pub(crate) struct Setup {
     pub dt: f64,
     /// Whether a step has a middle.
     pub midpoint: bool,
+    /// How many branches a pair has that may get a row; zero with the paper's rows.
+    pub branches: u32,
     pub cutoff: f64,
     pub dynamics: Dynamics,
     pub forces: Vec<Force>,
@@ -86,6 +92,10 @@ impl Setup {
             lattice_periods: LatticePeriods::new(lattice, periods.lengths())?,
             dt: scene.time.dt,
             midpoint: scene.time.stepping == Stepping::Midpoint,
+            branches: match scene.contact.rows_of_method() {
+                scene::Rows::Auto => branches::branches_of(shapes),
+                scene::Rows::Paper => 0,
+            },
             cutoff: scene.cutoff_of(shapes.iter().copied()),
             dynamics: scene.dynamics,
             forces: scene.forces.clone(),
@@ -165,7 +175,10 @@ pub struct Device {
     /// Bodies of the last accepted state.
     accepted_bodies: u64,
     part: Part,
-    /// States: the last accepted one, the trial, where bodies grow the step's start, and last the middle where steps have one.
+    /// Whether first rows are made where the last velocities lead.
+    ahead: bool,
+    /// States: the last accepted one, the trial, where bodies grow the step's start, the middle where steps have one, and last where the last velocities lead
+    /// where rows are made there.
     poses: Vec<Poses>,
     /// Shapes: the last accepted ones, where bodies grow those at the end of the present part, and those in the middle where steps have one.
     shapes: Vec<Shapes>,
@@ -217,7 +230,7 @@ impl Device {
         let (real, bodies) = (precision.bytes(), state.bodies.len() as u64);
         let grows = setup.growth.is_some();
         let mut poses = Vec::new();
-        for _ in 0..2 + u32::from(grows) + u32::from(setup.midpoint) {
+        for _ in 0..2 + u32::from(grows) + u32::from(setup.midpoint) + u32::from(setup.leads_ahead()) {
             poses.push(Poses::new(&gpu, precision, bodies)?);
         }
         poses[0].write(&gpu, &setup, &state.bodies)?;
@@ -236,6 +249,7 @@ impl Device {
             bodies,
             accepted_bodies: bodies,
             part: setup.first_part(),
+            ahead: false,
             poses,
             shapes,
             growths: growing::growths(&gpu, &setup, &ancestry)?,
@@ -329,6 +343,7 @@ impl Device {
 impl Backend for Device {
     fn begin(&mut self) -> Result<(), Fault> {
         self.part = self.setup.first_part();
+        self.ahead = self.setup.leads_ahead();
         if self.grows() {
             let begun = Instant::now();
             self.grow()?;
@@ -350,7 +365,12 @@ impl Backend for Device {
     fn append_near(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         let gpu = self.gpu.clone();
-        self.separate(gpu.record(), false)?;
+        let found = self.separate(gpu.record(), false)?;
+        if self.is_led_astray(&found) {
+            self.ahead = false;
+            self.set_motion()?;
+            self.separate(gpu.record(), false)?;
+        }
         let mut record = gpu.record();
         record.stage("narrow phase");
         self.record_first_rows(&mut record)?;
@@ -386,11 +406,11 @@ impl Backend for Device {
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         let mut record = gpu.record();
         record.stage("integrate");
-        let (here, trial) = (self.here(), &self.poses[1]);
+        let (first, trial) = (self.first(), &self.poses[1]);
         self.record_move(&mut record, trial);
         let buffers = [
-            &here.cells,
-            &here.remainders,
+            &first.cells,
+            &first.remainders,
             &trial.cells,
             &trial.remainders,
             &trial.orientations,
@@ -409,10 +429,10 @@ impl Backend for Device {
         let gpu = self.gpu.clone();
         let mut record = gpu.record();
         record.stage("narrow phase");
-        let Device { rows, kernels, candidates, motions, next_rows, bodies, setup, part, .. } = &mut *self;
-        let made = Made { lists: &candidates.lists, motions, setup, interval: setup.length_of(*part) };
-        rows.extend(&gpu, kernels, &mut record, made, *next_rows)?;
-        rows.incidence(&gpu, kernels, &mut record, &candidates.lists, *bodies)?;
+        let bodies = self.bodies;
+        let (rows, kernels, made, next_rows) = self.made(true);
+        rows.extend(&gpu, kernels, &mut record, made, next_rows)?;
+        rows.incidence(&gpu, kernels, &mut record, made.lists, bodies)?;
         record.submit()?;
         self.phases.narrow_phase += begun.elapsed();
         Ok(())
@@ -438,10 +458,7 @@ impl Backend for Device {
         let mut record = gpu.record();
         record.stage("integrate");
         self.record_arrival(&mut record, &self.poses[1]);
-        let (lists, problem) = (&self.candidates.lists, &self.rows.problem);
-        let buffers = [&problem.block_start, &problem.gamma, &lists.contacts];
-        let parameters = words([lists.pairs_count as u32, 0, 0, 0]);
-        record.run(&self.kernels.remember, &parameters, &buffers, lists.pairs_count);
+        self.rows.remember(&self.kernels, &mut record, &self.candidates.lists);
         record.submit()?;
         self.poses.swap(0, 1);
         if self.grows() {

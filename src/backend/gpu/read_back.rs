@@ -1,9 +1,11 @@
 //! What of the rows can be read back: for kept LCPs, diagnosis and tests.
 
 use super::Device;
+use crate::constraint::FEATURE_OF_SURFACES;
 use crate::freedom::PLANAR;
 use crate::gpu::{Buffer, GpuError};
 use crate::lcp::Problem;
+use crate::separation::branches::branch_in_place;
 
 impl Device {
     /// The present LCP and its multipliers, read back for diagnosis and tests. The rows stand sorted by pair in the device's order.
@@ -34,6 +36,20 @@ impl Device {
         // Surfaces come after all bodies.
         let bodies = self.bodies as usize + self.setup.walls.len();
         Ok((Problem { bodies, pair, jacobian, q }, gamma))
+    }
+
+    /// Which of its pair's contacts each row is of, read back for tests; places at surfaces, and rows that are not by branches, have zero.
+    ///
+    /// # Errors
+    /// What the device refuses.
+    pub fn features(&self) -> Result<Vec<u32>, GpuError> {
+        match &self.rows.branches {
+            Some(branches) => {
+                let places = branches.read(&self.gpu, self.rows.problem.rows)?;
+                Ok(places.into_iter().map(branch_in_place).collect())
+            }
+            None => Ok(vec![FEATURE_OF_SURFACES; self.rows.problem.rows as usize]),
+        }
     }
 
     /// Each body's rows, `2 row + side`, read back for tests.

@@ -1,8 +1,11 @@
 //! The rows of a step on the device. They stand sorted by pair, in the order in which they were made within a pair; when pairs get more
 //! rows, all rows move to their new places and are changed in no other way.
 
+use super::branches::Branches;
 use super::candidates::Lists;
+use super::midpoint::Part;
 use super::source::{Kernels, MidpointKernels};
+use super::state::{Poses, Shapes};
 use super::{Setup, words};
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan};
 use crate::lcp::gpu::DeviceProblem;
@@ -14,7 +17,9 @@ pub(super) struct Rows {
     spare_jacobian: Buffer,
     spare_q: Buffer,
     spare_gamma: Buffer,
-    /// Where steps have a middle: one for each row that was made there from a near pair, zero for the others; and a spare.
+    /// Where rows are by branches.
+    pub branches: Option<Branches>,
+    /// With the paper's rows, where steps have a middle: one for each row that was made there from a near pair, zero for the others; and a spare.
     is_first: Option<[Buffer; 2]>,
     /// Where each pair's rows will begin.
     pub next_start: Buffer,
@@ -30,8 +35,14 @@ pub(super) struct Made<'a> {
     pub lists: &'a Lists,
     pub motions: &'a Buffer,
     pub setup: &'a Setup,
-    /// The length of the part of the step that they are rows of.
-    pub interval: f64,
+    /// The part of the step that they are rows of.
+    pub part: Part,
+    /// Where the bodies are and what they are there, and what they are at the part's end.
+    pub poses: &'a Poses,
+    pub shapes: &'a Shapes,
+    pub grown: &'a Shapes,
+    /// Where the step starts, with the velocities of the last one.
+    pub last: &'a Poses,
 }
 
 impl Rows {
@@ -59,7 +70,8 @@ impl Rows {
             spare_jacobian: Buffer::new(gpu, "jacobian", blocks * real, 0)?,
             spare_q: Buffer::new(gpu, "q", real, 0)?,
             spare_gamma: Buffer::new(gpu, "gamma", real, 0)?,
-            is_first: if setup.midpoint { Some([is_first()?, is_first()?]) } else { None },
+            branches: Branches::new(gpu, setup)?,
+            is_first: if setup.midpoint && setup.branches == 0 { Some([is_first()?, is_first()?]) } else { None },
             next_start: Buffer::new(gpu, "row starts", 4, 1)?,
             counts: Buffer::new(gpu, "row counts", 4, 0)?,
             targets: Buffer::new(gpu, "row targets", 4, 0)?,
@@ -68,7 +80,7 @@ impl Rows {
         })
     }
 
-    /// Counts the rows that pairs will have with one more for each flag of at least `threshold`, beside those there are.
+    /// Counts the rows that pairs will have with one more for each flag of at least `threshold`, or for each branch that is chosen, beside those there are.
     pub fn count(
         &mut self,
         gpu: &Gpu,
@@ -100,6 +112,9 @@ impl Rows {
         problem.q.reserve(gpu, rows)?;
         problem.gamma.reserve(gpu, rows)?;
         self.take_starts(made.lists.pairs_count, rows);
+        if self.branches.is_some() {
+            return self.append_branches(gpu, kernels, record, made, true);
+        }
         self.append(kernels, record, made, 1, true);
         Ok(())
     }
@@ -114,6 +129,8 @@ impl Rows {
         made: Made<'_>,
         rows: u64,
     ) -> Result<(), GpuError> {
+        // Rows by branches have read them by then.
+        let Some([recall, _]) = &midpoint.rows else { return self.begin(gpu, kernels, record, made, rows) };
         std::mem::swap(&mut self.problem.gamma, &mut self.spare_gamma);
         self.begin(gpu, kernels, record, made, rows)?;
         let Some([is_first, _]) = &mut self.is_first else { return Ok(()) };
@@ -122,7 +139,7 @@ impl Rows {
         let Rows { problem, next_start, spare_gamma, .. } = self;
         let pairs = made.lists.pairs_count;
         let buffers = [&*next_start, spare_gamma, &problem.block_start, &problem.gamma, is_first];
-        record.run(&midpoint.recall, &words([pairs as u32, 0, 0, 0]), &buffers, pairs);
+        record.run(recall, &words([pairs as u32, 0, 0, 0]), &buffers, pairs);
         Ok(())
     }
 
@@ -131,10 +148,10 @@ impl Rows {
         &self,
         midpoint: &MidpointKernels,
         record: &mut Recorder<'_>,
-        Made { lists, motions, setup, interval }: Made<'_>,
+        Made { lists, motions, setup, part, .. }: Made<'_>,
         bodies: u64,
     ) {
-        let Some([is_first, _]) = &self.is_first else { return };
+        let (Some([is_first, _]), Some([_, tighten])) = (&self.is_first, &midpoint.rows) else { return };
         let problem = &self.problem;
         let buffers = [
             &problem.block_start,
@@ -146,8 +163,8 @@ impl Rows {
             &problem.q,
             &lists.contacts,
         ];
-        let parameters = setup.timed([lists.pairs_count as u32, bodies as u32, 0, 0], interval);
-        record.run(&midpoint.tighten, &parameters, &buffers, lists.pairs_count);
+        let parameters = setup.timed([lists.pairs_count as u32, bodies as u32, 0, 0], setup.length_of(part));
+        record.run(tighten, &parameters, &buffers, lists.pairs_count);
     }
 
     /// One more row for every violating pair, for which [`Rows::count`] found room.
@@ -161,6 +178,9 @@ impl Rows {
     ) -> Result<(), GpuError> {
         // Rows keep their pairs, so there is no map from old pairs to new ones.
         self.move_all(gpu, kernels, record, (made.lists.pairs_count, None), rows)?;
+        if self.branches.is_some() {
+            return self.append_branches(gpu, kernels, record, made, false);
+        }
         self.append(kernels, record, made, 2, false);
         Ok(())
     }
@@ -214,9 +234,9 @@ impl Rows {
     }
 
     fn append(&self, kernels: &Kernels, record: &mut Recorder<'_>, made: Made<'_>, threshold: u32, warm: bool) {
-        let (problem, Made { lists, motions, setup, interval }) = (&self.problem, made);
+        let (problem, Made { lists, motions, setup, part, .. }) = (&self.problem, made);
         let of_kernel = [lists.pairs_count as u32, threshold, u32::from(warm), lists.bodies as u32];
-        let parameters = setup.timed(of_kernel, interval);
+        let parameters = setup.timed(of_kernel, setup.length_of(part));
         let buffers = [
             &lists.pairs,
             &problem.block_start,
@@ -272,6 +292,9 @@ impl Rows {
             record.clear(to, 0..rows * to.element() as u64);
             record.run(&kernels.move_reals, &parameters, &[&self.targets, from, to], old_rows);
             std::mem::swap(from, to);
+        }
+        if let (Some(branches), Some(kernels)) = (&mut self.branches, &kernels.branches) {
+            branches.move_all(gpu, kernels, record, &self.targets, [old_rows, rows])?;
         }
         self.take_starts(pairs, rows);
         Ok(())

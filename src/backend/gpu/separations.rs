@@ -52,9 +52,9 @@ impl Device {
             let mut record = prepared.take().unwrap_or_else(|| gpu.record());
             record.stage("narrow phase");
             record.copy(&self.blank, 0, &self.report, 0, Report::BYTES);
-            let here = self.here_index();
+            let first = self.first_index();
             let Device { candidates, kernels, bodies, boxes, report, poses, .. } = &mut *self;
-            candidates.inside(&gpu, kernels, &mut record, (&poses[here], boxes, report), *bodies)?;
+            candidates.inside(&gpu, kernels, &mut record, (&poses[first], boxes, report), *bodies)?;
             let listed = candidates.is_for(*bodies);
             if listed {
                 self.record_separations(&gpu, &mut record, at_trial)?;
@@ -80,10 +80,12 @@ impl Device {
 
     fn record_separations(&mut self, gpu: &Gpu, record: &mut Recorder<'_>, at_trial: bool) -> Result<(), GpuError> {
         let (poses, shapes) =
-            if at_trial { (&self.poses[1], self.start_shapes()) } else { (self.here(), self.here_shapes()) };
+            if at_trial { (&self.poses[1], self.start_shapes()) } else { (self.first(), self.here_shapes()) };
         let (lists, pairs) = (&self.candidates.lists, self.candidates.lists.pairs_count);
         let of_bodies = lists.body_pairs;
-        let parameters = words([of_bodies as u32, u32::from(at_trial), (self.violating as f32).to_bits(), 0]);
+        let by_motions = self.setup.branches > 0;
+        let parameters = [of_bodies as u32, u32::from(at_trial), (self.violating as f32).to_bits(), 0];
+        let parameters = if by_motions { self.timed(parameters) } else { words(parameters).to_vec() };
         for kernel in &self.kernels.narrow {
             let buffers = [
                 &lists.pairs,
@@ -91,7 +93,7 @@ impl Device {
                 &poses.remainders,
                 &poses.orientations,
                 &shapes.shapes,
-                &self.boxes,
+                if by_motions { &self.motions } else { &self.boxes },
                 &lists.contacts,
             ];
             record.run(kernel, &parameters, &buffers, of_bodies);
@@ -102,25 +104,35 @@ impl Device {
         if at_trial {
             let buffers = [&shapes.shapes, &poses.orientations, &self.motions, &self.report];
             record.run(&self.kernels.farthest, &self.timed([self.bodies as u32, 0, 0, 0]), &buffers, self.bodies);
-            for (pass, threads) in [(1, pairs), (2, pairs), (3, 1)] {
-                let buffers = [&lists.pairs, &lists.contacts, &self.report];
-                record.run(&self.kernels.overlap, &words([pairs as u32, pass, 0, 0]), &buffers, threads);
-            }
         }
+        // Ahead of a part's start the deepest overlap alone is asked for.
+        let passes = if at_trial { 3 } else { usize::from(self.is_ahead()) };
+        for (pass, threads) in [(1, pairs), (2, pairs), (3, 1)].into_iter().take(passes) {
+            let buffers = [&lists.pairs, &lists.contacts, &self.report];
+            record.run(&self.kernels.overlap, &words([pairs as u32, pass, 0, 0]), &buffers, threads);
+        }
+        self.record_count(gpu, record, at_trial)
+    }
+
+    /// Records how many rows there will be, by the flags of pairs or by branches.
+    fn record_count(&mut self, gpu: &Gpu, record: &mut Recorder<'_>, at_trial: bool) -> Result<(), GpuError> {
+        let violating = at_trial.then_some(self.violating);
+        let (rows, kernels, made, _) = self.made(at_trial);
+        rows.choose_branches(gpu, kernels, record, made, violating)?;
         let what = if at_trial { (true, 2) } else { (false, 1) };
-        self.rows.count(gpu, &self.kernels, record, &lists.contacts, pairs, what)
+        rows.count(gpu, kernels, record, &made.lists.contacts, made.lists.pairs_count, what)
     }
 
     fn search(&mut self, report: &Report, at_trial: bool) -> Result<(), GpuError> {
         let begun = Instant::now();
         let largest = f64::from(f32::from_bits(report.largest));
         let gpu = self.gpu.clone();
-        let (here, grows, part) = (self.here_index(), self.grows(), self.part);
+        let (first, grows, part) = (self.first_index(), self.grows(), self.part);
         let Device { candidates, setup, kernels, boxes, rows, bodies, poses, shapes, .. } = &mut *self;
-        let (here, shapes) = (&poses[here], &shapes[usize::from(grows)]);
+        let (first, shapes) = (&poses[first], &shapes[usize::from(grows)]);
         // In the middle the rows of the first half say what its end's rows start from.
         let rows = (at_trial || part == Part::FromMiddle).then_some(rows);
-        candidates.search(&gpu, setup, kernels, (here, shapes, boxes, largest), *bodies, rows)?;
+        candidates.search(&gpu, setup, kernels, (first, shapes, boxes, largest), *bodies, rows)?;
         let spent = begun.elapsed();
         self.phases.broad_phase += spent;
         // The caller counts all its time as narrow phase.

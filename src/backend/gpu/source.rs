@@ -1,6 +1,10 @@
 //! What every kernel of a step is assembled with: the scene's constants, forces and law.
 
+#[cfg(test)]
+mod tests;
+
 use super::Setup;
+use super::branch_source::{self, BranchKernels};
 use super::walls::FIRST_SURFACE;
 use crate::constraint::LEAST_ALIGNED;
 use crate::dynamics::LAST_STEP;
@@ -10,8 +14,8 @@ use crate::separation;
 use std::fmt::Write as _;
 
 /// Flags of a pair's contact, as in `shaders/separation/narrow.wgsl`.
-const NEAR: f64 = 1.0;
-const VIOLATING: f64 = 2.0;
+pub(super) const NEAR: f64 = 1.0;
+pub(super) const VIOLATING: f64 = 2.0;
 
 /// [`LAST_STEP`] in 32-bit floats: the next of Newton's steps is its square, below a rounding.
 const LAST_STEP_F32: f64 = 2e-4;
@@ -37,7 +41,7 @@ pub(super) fn with_bodies(setup: &Setup, name: &str) -> Source {
 }
 
 /// The same for kernels that compare two bodies: in periodic space differences are to the nearest image.
-fn of_pairs(setup: &Setup, name: &str) -> Source {
+pub(super) fn of_pairs(setup: &Setup, name: &str) -> Source {
     placed(constants(setup, setup.lattice_periods.define(Source::new(name, setup.precision))))
 }
 
@@ -151,12 +155,14 @@ pub(super) struct Kernels {
     pub walls: Option<WallKernels>,
     /// Where steps have a middle.
     pub midpoint: Option<MidpointKernels>,
+    /// Where rows are by branches.
+    pub branches: Option<BranchKernels>,
 }
 
 /// The kernels of the middle of a step.
 pub(super) struct MidpointKernels {
-    pub recall: Kernel,
-    pub tighten: Kernel,
+    /// Where pairs have the paper's rows.
+    pub rows: Option<[Kernel; 2]>,
     /// Where bodies have inertia.
     pub middle: Option<Kernel>,
     /// Where bodies grow.
@@ -178,6 +184,14 @@ pub(super) fn sources(setup: &Setup) -> Vec<Source> {
     let report = fragment!("relcp/report.wgsl");
     let (factor, part) = (fragment!("dynamics/factor.wgsl"), fragment!("constraint/part.wgsl"));
     let numbered = |name: &str| numbers(base(setup, name));
+    let [count, append, remember] = match setup.branches {
+        0 => [
+            plain("count", fragment!("constraint/count.wgsl")),
+            numbered("append").include(factor).include(part).include(fragment!("constraint/append.wgsl")),
+            plain("remember", fragment!("constraint/remember.wgsl")),
+        ],
+        _ => [branch_source::count(setup), branch_source::append(setup), branch_source::remember(setup)],
+    };
     vec![
         motion(setup, false),
         with_bodies(setup, "box").include(fragment!("broad_phase/box.wgsl")),
@@ -188,15 +202,15 @@ pub(super) fn sources(setup: &Setup) -> Vec<Source> {
         plain("accept", fragment!("dynamics/accept.wgsl")),
         base(setup, "overlap").real("VIOLATING", VIOLATING).include(report).include(fragment!("relcp/overlap.wgsl")),
         with_bodies(setup, "farthest").include(report).include(fragment!("relcp/farthest.wgsl")),
-        plain("count", fragment!("constraint/count.wgsl")),
-        numbered("append").include(factor).include(part).include(fragment!("constraint/append.wgsl")),
+        count,
+        append,
         plain("target", fragment!("constraint/target.wgsl")),
         moved(setup, "move pairs", "vec2<u32>", 1),
         moved(setup, "move blocks", "vec4r", blocks),
         moved(setup, "move numbers", "real", 1),
         plain("incidence count", fragment!("constraint/incidence_count.wgsl")),
         plain("incidence fill", fragment!("constraint/incidence_fill.wgsl")),
-        plain("remember", fragment!("constraint/remember.wgsl")),
+        remember,
         numbered("find").include(fragment!("constraint/find.wgsl")),
         plain("carry", fragment!("constraint/carry.wgsl")),
     ]
@@ -207,13 +221,17 @@ pub(super) fn narrow_sources(setup: &Setup) -> Vec<Source> {
     let families = separation::gpu::PairFamilies::needed(setup.shapes.iter().copied());
     let source = |(k, families): (usize, separation::gpu::PairFamilies)| {
         let source = of_pairs(setup, &format!("separations {k}"));
-        families.add_to(source, setup.planar).include(fragment!("separation/narrow.wgsl"))
+        let near = match setup.branches {
+            0 => fragment!("separation/near_boxes.wgsl"),
+            _ => fragment!("separation/near_motions.wgsl"),
+        };
+        families.add_to(source, setup.planar).include(near).include(fragment!("separation/narrow.wgsl"))
     };
     families.into_iter().enumerate().map(source).collect()
 }
 
 /// Adds the numbers that surfaces have in the place of a second body's.
-fn numbers(source: Source) -> Source {
+pub(super) fn numbers(source: Source) -> Source {
     source.integer("FIRST_SURFACE", FIRST_SURFACE).include(fragment!("walls/number.wgsl"))
 }
 
@@ -246,15 +264,15 @@ pub(super) fn growth_sources(setup: &Setup) -> Option<[Source; 2]> {
     ])
 }
 
-/// The kernels of the middle of a step that every law needs, in the order of [`MidpointKernels`].
+/// The kernels of the paper's rows in the middle of a step: what they start from, and how they are tightened.
 pub(super) fn midpoint_sources(setup: &Setup) -> Option<[Source; 2]> {
     let tighten =
         base(setup, "tighten").real("NEAR", NEAR).real("VIOLATING", VIOLATING).real("LEAST_ALIGNED", LEAST_ALIGNED);
     let tighten = tighten.include(fragment!("dynamics/factor.wgsl")).include(fragment!("constraint/part.wgsl"));
-    setup.midpoint.then(|| {
+    (setup.midpoint && setup.branches == 0).then(|| {
         [
             base(setup, "recall").include(fragment!("constraint/recall.wgsl")),
-            tighten.include(fragment!("constraint/tighten.wgsl")),
+            tighten.include(fragment!("constraint/share.wgsl")).include(fragment!("constraint/tighten.wgsl")),
         ]
     })
 }
@@ -277,7 +295,9 @@ pub(super) fn arrive(setup: &Setup) -> Option<Source> {
 /// The kernel of separations at later lengths, where bodies grow and steps have a middle.
 pub(super) fn stretch(setup: &Setup) -> Option<Source> {
     let shaped = || numbers(base(setup, "stretch")).include(fragment!("shape/shape.wgsl"));
-    (setup.midpoint && setup.growth.is_some()).then(|| shaped().include(fragment!("dynamics/stretch.wgsl")))
+    let stretched = || shaped().include(fragment!("dynamics/stretched.wgsl"));
+    let needed = setup.branches == 0 && setup.midpoint && setup.growth.is_some();
+    needed.then(|| stretched().include(fragment!("dynamics/stretch.wgsl")))
 }
 
 impl Kernels {
@@ -328,111 +348,18 @@ impl Kernels {
                 }
                 None => None,
             },
-            midpoint: match midpoint_sources(setup) {
-                Some([recall, tighten]) => Some(MidpointKernels {
-                    recall: make(&recall)?,
-                    tighten: make(&tighten)?,
+            branches: BranchKernels::new(gpu, setup)?,
+            midpoint: match setup.midpoint {
+                true => Some(MidpointKernels {
+                    rows: match midpoint_sources(setup) {
+                        Some([recall, tighten]) => Some([make(&recall)?, make(&tighten)?]),
+                        None => None,
+                    },
                     middle: middle(setup).as_ref().map(make).transpose()?,
                     stretch: stretch(setup).as_ref().map(make).transpose()?,
                 }),
-                None => None,
+                false => None,
             },
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::backend::gpu::separations::Report;
-    use crate::gpu::{LatticePeriods, Precision, validate};
-    use crate::scene::{self, Stepping, Wall};
-    use std::mem::offset_of;
-
-    fn setups() -> Vec<Setup> {
-        let mut setups = Vec::new();
-        for built_in in scene::built_in() {
-            let mut scene = scene::parse(built_in.text, built_in.name).unwrap();
-            let shapes: Vec<_> = scene.build().unwrap().shape;
-            let plain = Setup::new(&scene, &shapes, Precision::F32).unwrap();
-            assert!(wall_sources(&plain).is_none() && of_middle(&plain).is_empty());
-            scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3 }];
-            scene.time.stepping = Stepping::Midpoint;
-            for dynamics in [Dynamics::Overdamped { drag: 1.0 }, Dynamics::Inertial { density: 2.0 }] {
-                scene.dynamics = dynamics;
-                setups.extend([Precision::F32, Precision::F64].map(|p| Setup::new(&scene, &shapes, p).unwrap()));
-            }
-        }
-        setups
-    }
-
-    fn of_middle(setup: &Setup) -> Vec<Source> {
-        midpoint_sources(setup).into_iter().flatten().chain(middle(setup)).chain(stretch(setup)).collect()
-    }
-
-    #[test]
-    fn a_middle_has_the_kernels_that_its_scene_needs() {
-        let mut seen = [0; 4];
-        for setup in setups() {
-            let extra = usize::from(setup.inertia()) + usize::from(setup.growth.is_some());
-            assert_eq!(of_middle(&setup).len(), 2 + extra);
-            seen[usize::from(setup.inertia()) + 2 * usize::from(setup.growth.is_some())] += 1;
-        }
-        assert!(seen.iter().all(|n| *n > 0), "{seen:?}");
-    }
-
-    fn every_source(setup: &Setup) -> Vec<Source> {
-        let growth = growth_sources(setup).into_iter().flatten();
-        let walls = wall_sources(setup).into_iter().flatten();
-        let steps = sources(setup).into_iter().chain(narrow_sources(setup)).chain(growth).chain(walls);
-        steps.chain(of_middle(setup)).chain(arrive(setup)).chain([motion(setup, true)]).collect()
-    }
-
-    #[test]
-    fn every_kernel_of_every_built_in_scene_is_valid() {
-        for setup in setups() {
-            for source in every_source(&setup) {
-                validate(&source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
-            }
-        }
-    }
-
-    #[test]
-    fn periods_are_in_the_kernels_of_pairs_alone_and_only_where_there_are_some() {
-        for mut setup in setups() {
-            let open = every_source(&setup);
-            let pairs = narrow_sources(&setup).len();
-            let period = Some(5000.3 * setup.lattice.pitch());
-            setup.lattice_periods = LatticePeriods::new(setup.lattice, [period, None, None]).unwrap();
-            let periodic = every_source(&setup);
-            for source in narrow_sources(&setup) {
-                validate(&source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
-            }
-            assert!(open.iter().all(|source| !source.code().contains("PERIOD")));
-            let changed: Vec<_> = open.iter().zip(&periodic).filter(|(a, b)| a.code() != b.code()).collect();
-            assert!(changed.len() == pairs && changed.iter().all(|(_, b)| b.name().starts_with("separations")));
-        }
-    }
-
-    #[test]
-    fn the_report_is_laid_out_as_in_wgsl() {
-        let setup = setups().remove(0);
-        let inside = sources(&setup).into_iter().find(|s| s.name() == "inside").unwrap();
-        let module = validate(&inside).unwrap();
-        let mut layouter = naga::proc::Layouter::default();
-        layouter.update(module.to_ctx()).unwrap();
-        let (handle, report) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some("Report")).unwrap();
-        let naga::TypeInner::Struct { members, .. } = &report.inner else { panic!("not a struct") };
-        let offset = |name: &str| members.iter().find(|m| m.name.as_deref() == Some(name)).map(|m| m.offset as usize);
-        assert_eq!(layouter[handle].size as usize, size_of::<Report>());
-        assert_eq!(offset("outside"), Some(offset_of!(Report, outside)));
-        assert_eq!(offset("not_finite"), Some(offset_of!(Report, not_finite)));
-        assert_eq!(offset("violations"), Some(offset_of!(Report, violations)));
-        assert_eq!(offset("worst"), Some(offset_of!(Report, worst)));
-        assert_eq!(offset("worst_pair"), Some(offset_of!(Report, worst_pair)));
-        assert_eq!(offset("worst_a"), Some(offset_of!(Report, worst_a)));
-        assert_eq!(offset("worst_b"), Some(offset_of!(Report, worst_b)));
-        assert_eq!(offset("largest"), Some(offset_of!(Report, largest)));
-        assert_eq!(offset("farthest"), Some(offset_of!(Report, farthest)));
     }
 }

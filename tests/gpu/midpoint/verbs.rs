@@ -10,7 +10,7 @@ use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::gpu::Precision;
 use relcp::lcp::Problem;
 use relcp::relcp::State;
-use relcp::scene::{self, Scene, SolverKind};
+use relcp::scene::{self, Rows, Scene, SolverKind};
 use std::collections::HashMap;
 
 /// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to sizes and moves.
@@ -19,6 +19,9 @@ const BOUNDS: [(Precision, f64, f64); 2] = [(Precision::F32, 3e-5, 1e-5), (Preci
 /// The same after solves, whose multipliers are as good as the residual.
 const SOLVED_BOUND: f64 = 1e-11;
 const RESIDUAL: f64 = 1e-13;
+
+/// Sums of a few multipliers in 32 bits differ by less, as a part of them.
+const ROUNDED_SUM: f64 = 1e-6;
 
 const ROD: &str = r#"{"spherocylinder": {"diameter": 0.5, "length": 2}}"#;
 const ELLIPSOID: &str = r#"{"ellipsoid": {"radii": [0.5, 0.8, 1.1]}}"#;
@@ -126,7 +129,9 @@ impl<const D: usize> Pair<D> {
         self.compare("in the middle");
         let begun = self.multipliers();
         assert_eq!(self.ours.searches(), 2, "a list of the middle's own");
-        assert!(begun.iter().all(|(pair, gamma)| *gamma == ended.get(pair).copied().unwrap_or(0.0)));
+        // What branches without a row ended with is added to others.
+        let apart = |(pair, gamma): (&[u32; 2], &f64)| (gamma - ended.get(pair).copied().unwrap_or(0.0)).abs();
+        assert!(begun.iter().all(|row| apart(row) <= ROUNDED_SUM * row.1));
         assert!(begun.values().filter(|gamma| **gamma > 0.0).count() >= 1);
     }
 
@@ -143,8 +148,8 @@ impl<const D: usize> Pair<D> {
         let after = (self.ours.lcp::<D>().unwrap().0, self.theirs.lcp().0.clone());
         let [ours, theirs] = [moved(&before.0, &after.0), moved(&before.1, &after.1)];
         assert_eq!(ours, theirs, "{}", self.what);
-        // Each violating pair has its turn.
-        assert_eq!(ours[0] + ours[1], there.violations, "{}", self.what);
+        // Each violating pair has its turn, rods with each branch that does.
+        assert!(ours[0] + ours[1] >= there.violations, "{}", self.what);
         ours
     }
 
@@ -223,7 +228,7 @@ fn check<const D: usize>(
     }
     let state = || State { next_id: 1000, bodies: scene.build().unwrap(), ..State::default() };
     let mut pair = Pair {
-        what: format!("{} {precision:?}", scene.name),
+        what: format!("{} {:?} {precision:?}", scene.name, scene.contact.rows),
         ours: Device::new(gpu.clone(), precision, &scene, state()).unwrap(),
         theirs: Cpu::<D>::new(&scene, state()).unwrap(),
         residual,
@@ -246,12 +251,15 @@ fn check<const D: usize>(
 fn check_all(scenes: &[Scene], bounds: &[(Precision, f64, f64)], residual: Option<f64>, least: [usize; 2]) {
     let Some(gpu) = device() else { return };
     let mut counts = [0; 2];
-    for scene in scenes {
+    let with_rows = |rows: Rows| scenes.iter().map(move |scene| (scene, rows));
+    for (scene, rows) in with_rows(Rows::Paper).chain(with_rows(Rows::Auto)) {
+        let mut scene = scene.clone();
+        scene.contact.rows = rows;
         for bounds in bounds.iter().filter(|bound| precisions(gpu).contains(&bound.0)) {
             let [tightened, appended] = if scene.planar {
-                check::<PLANAR>(scene, *bounds, residual)
+                check::<PLANAR>(&scene, *bounds, residual)
             } else {
-                check::<SPATIAL>(scene, *bounds, residual)
+                check::<SPATIAL>(&scene, *bounds, residual)
             };
             println!("{}: {tightened} offsets moved, {appended} rows appended", scene.name);
             counts = [counts[0] + tightened, counts[1] + appended];

@@ -1,0 +1,25 @@
+// Takes what is remembered of each pair's branches from an old list of pairs over to a new one.
+
+struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> old_pair: array<u32>;
+@group(0) @binding(2) var<storage, read> old_remembered: array<real>;
+@group(0) @binding(3) var<storage, read_write> remembered: array<real>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let p = invocation(group, groups, local);
+    if p >= parameters.pairs { return; }
+    let old = old_pair[p];
+    for (var k = 0u; k < BRANCHES; k += 1u) {
+        remembered[BRANCHES * p + k] = 0.0;
+        if old != NONE {
+            remembered[BRANCHES * p + k] = old_remembered[BRANCHES * old + k];
+        }
+    }
+}

@@ -1,0 +1,26 @@
+// What the next part of a step starts from: the sums of each pair's multipliers, branch by branch.
+
+struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> row_start: array<u32>;
+@group(0) @binding(2) var<storage, read> gamma: array<real>;
+@group(0) @binding(3) var<storage, read> features: array<u32>;
+@group(0) @binding(4) var<storage, read_write> remembered: array<real>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let p = invocation(group, groups, local);
+    if p >= parameters.pairs { return; }
+    for (var k = 0u; k < BRANCHES; k += 1u) {
+        var sum = real(0.0);
+        for (var row = row_start[p]; row < row_start[p + 1u]; row += 1u) {
+            if (features[row] & ~FIRST_ROW) == k { sum += gamma[row]; }
+        }
+        remembered[BRANCHES * p + k] = sum;
+    }
+}

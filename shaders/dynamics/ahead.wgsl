@@ -1,0 +1,34 @@
+// Where the velocities of the last step lead in a part of this one, from its start: there first rows are linearised. A body is said to have been brought
+// there by that velocity.
+
+struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
+@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
+@group(0) @binding(3) var<storage, read> orientations: array<vec4r>;
+@group(0) @binding(4) var<storage, read> twists: array<vec4r>;
+@group(0) @binding(5) var<storage, read_write> motions: array<vec4r>;
+@group(0) @binding(6) var<storage, read_write> ahead_cells: array<vec4<i32>>;
+@group(0) @binding(7) var<storage, read_write> ahead_remainders: array<vec4r>;
+@group(0) @binding(8) var<storage, read_write> ahead_orientations: array<vec4r>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = invocation(group, groups, local);
+    if i >= parameters.bodies { return; }
+    let linear = twists[2u * i].xyz;
+    let angular = twists[2u * i + 1u].xyz;
+    motions[MOTION * i + 2u] = vec4r(linear, 0.0);
+    motions[MOTION * i + 3u] = vec4r(angular, 0.0);
+    let place = lattice_add(cells[i].xyz, remainders[i].xyz, parameters.dt * linear);
+    ahead_cells[i] = vec4<i32>(place.cell, 0);
+    ahead_remainders[i] = vec4r(place.remainder, 0.0);
+    let turned = orientation_advance(Orientation(orientations[2u * i], orientations[2u * i + 1u]), 0.5 * parameters.dt * angular);
+    ahead_orientations[2u * i] = turned.coarse;
+    ahead_orientations[2u * i + 1u] = turned.fine;
+}

@@ -1,0 +1,56 @@
+//! Where first rows are made: in the plane where the last velocities lead in the present part of a step, if no overlap there is deep, else where the part
+//! begins.
+
+use super::midpoint::Part;
+use super::separations::Report;
+use super::state::Poses;
+use super::{Device, Setup};
+use crate::backend::cpu::DEEPEST_AHEAD;
+use crate::gpu::Recorder;
+
+impl Setup {
+    /// Whether first rows may be made where the last velocities lead.
+    pub fn leads_ahead(&self) -> bool {
+        self.planar && self.branches > 0
+    }
+}
+
+impl Device {
+    /// Where first rows are made.
+    pub(super) fn first(&self) -> &Poses {
+        &self.poses[self.first_index()]
+    }
+
+    pub(super) fn first_index(&self) -> usize {
+        if self.is_ahead() { self.poses.len() - 1 } else { self.here_index() }
+    }
+
+    /// Whether first rows of the present part are made ahead of its start.
+    pub(super) fn is_ahead(&self) -> bool {
+        self.ahead && self.part != Part::FromMiddle
+    }
+
+    /// Records the poses ahead, and that bodies come there with their last velocities.
+    pub(super) fn record_ahead(&self, record: &mut Recorder<'_>) {
+        let kernel = self.kernels.branches.as_ref().and_then(|kernels| kernels.ahead.as_ref());
+        let (Some(kernel), true) = (kernel, self.is_ahead()) else { return };
+        let (start, ahead) = (self.start(), self.first());
+        let buffers = [
+            &start.cells,
+            &start.remainders,
+            &start.orientations,
+            &start.twists,
+            &self.motions,
+            &ahead.cells,
+            &ahead.remainders,
+            &ahead.orientations,
+        ];
+        record.run(kernel, &self.timed([self.bodies as u32, 0, 0, 0]), &buffers, self.bodies);
+    }
+
+    /// Whether bodies overlap so deeply ahead that normals there may point to the wrong side.
+    pub(super) fn is_led_astray(&self, found: &Report) -> bool {
+        let thinnest = self.setup.shapes.iter().map(|shape| shape.thickness()).fold(f64::INFINITY, f64::min);
+        self.is_ahead() && f64::from(f32::from_bits(found.worst)) > DEEPEST_AHEAD * thinnest
+    }
+}

@@ -1,0 +1,215 @@
+//! Rows by branches on the device: each smooth branch of a pair's separation that may become active has a row of its own.
+//!
+//! A pair has one entry in the list of pairs. A mask in it says which of its branches get a row next; their contacts are staged at the places that the
+//! rows will have, and made into rows from there. Rows have the numbers of their branches, and multipliers are remembered by them.
+
+use super::branch_source::{BranchKernels, FIRST_ROW};
+use super::candidates::Lists;
+use super::midpoint::Part;
+use super::rows::{Made, Rows};
+use super::source::Kernels;
+use super::{Setup, words};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
+use crate::separation::branches::BRANCHES;
+use crate::shape::Shape;
+
+/// What rows by branches need beside the rows.
+pub(super) struct Branches {
+    /// Three vectors a row, see `shaders/constraint/stage.wgsl`.
+    staged: Buffer,
+    /// By row: the branch, and [`FIRST_ROW`]; and a spare.
+    pub features: [Buffer; 2],
+    /// By staged contact, see `shaders/constraint/match.wgsl`.
+    partners: Buffer,
+    /// By pair and branch: what the first half of a step ended with.
+    middle: Buffer,
+}
+
+/// How many branches pairs of bodies of these shapes have.
+pub(super) fn branches_of(shapes: &[Shape]) -> u32 {
+    let rods = shapes.iter().any(|shape| matches!(shape, Shape::Spherocylinder { .. }));
+    if rods { BRANCHES } else { 1 }
+}
+
+impl Branches {
+    /// Those of a scene; none where it has the paper's rows.
+    pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Option<Self>, GpuError> {
+        if setup.branches == 0 {
+            return Ok(None);
+        }
+        let features = || Buffer::new(gpu, "branches of rows", 4, 0);
+        Ok(Some(Branches {
+            staged: Buffer::new(gpu, "staged contacts", 12 * setup.precision.bytes(), 0)?,
+            features: [features()?, features()?],
+            partners: Buffer::new(gpu, "rows to tighten", 4, 0)?,
+            middle: remembered(gpu, setup)?,
+        }))
+    }
+
+    /// Moves what rows have of branches to the rows' new places.
+    pub fn move_all(
+        &mut self,
+        gpu: &Gpu,
+        kernels: &BranchKernels,
+        record: &mut Recorder<'_>,
+        targets: &Buffer,
+        [old_rows, rows]: [u64; 2],
+    ) -> Result<(), GpuError> {
+        let [from, to] = &mut self.features;
+        to.reserve(gpu, rows)?;
+        record.run(&kernels.move_words, &words([old_rows as u32, 0, 0, 0]), &[targets, from, to], old_rows);
+        std::mem::swap(from, to);
+        Ok(())
+    }
+
+    /// The branch of each row, for tests.
+    pub fn read(&self, gpu: &Gpu, rows: u64) -> Result<Vec<u32>, GpuError> {
+        let read = gpu.record().read(&[(&self.features[0], 0..4 * rows)])?;
+        let features: Vec<u32> = bytemuck::pod_collect_to_vec(&read[0]);
+        Ok(features.into_iter().map(|feature| feature & !FIRST_ROW).collect())
+    }
+
+    fn stage(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: Made<'_>, row_start: &Buffer) {
+        let Made { lists, poses, shapes, .. } = made;
+        let buffers = [
+            &lists.pairs,
+            &poses.cells,
+            &poses.remainders,
+            &poses.orientations,
+            &shapes.shapes,
+            &lists.contacts,
+            row_start,
+            &self.staged,
+        ];
+        record.run(&kernels.stage, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
+    }
+
+    fn stretch(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: Made<'_>, row_start: &Buffer) {
+        let (Some(stretch), Part::FromMiddle) = (&kernels.stretch, made.part) else { return };
+        let Made { lists, poses, shapes, grown, .. } = made;
+        let buffers = [&lists.pairs, &poses.orientations, &shapes.shapes, &grown.shapes, row_start, &self.staged];
+        record.run(stretch, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
+    }
+}
+
+/// A buffer of what pairs remember of their branches.
+pub(super) fn remembered(gpu: &Gpu, setup: &Setup) -> Result<Buffer, GpuError> {
+    Buffer::new(gpu, "multipliers of branches", setup.branches.max(1) as usize * setup.precision.bytes(), 0)
+}
+
+impl Rows {
+    /// Chooses the branches of all pairs that get a row next: of near pairs where first rows are made, or of violating ones at the trial.
+    pub fn choose_branches(
+        &mut self,
+        gpu: &Gpu,
+        kernels: &Kernels,
+        record: &mut Recorder<'_>,
+        made: Made<'_>,
+        violating: Option<f64>,
+    ) -> Result<(), GpuError> {
+        let (Some(own), Some(of_branches)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
+        let Made { lists, setup, poses, shapes, part, .. } = made;
+        let mut from = &lists.remembered;
+        if part == Part::FromMiddle && violating.is_none() {
+            own.middle.reserve(gpu, lists.pairs_count)?;
+            let problem = &self.problem;
+            let buffers = [&problem.block_start, &problem.gamma, &own.features[0], &own.middle];
+            record.run(&kernels.remember, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
+            from = &own.middle;
+        }
+        let bits = (violating.unwrap_or(0.0) as f32).to_bits();
+        let of_kernel = [lists.pairs_count as u32, u32::from(violating.is_some()), bits, 0];
+        let buffers = [
+            &lists.pairs,
+            &poses.cells,
+            &poses.remainders,
+            &poses.orientations,
+            &shapes.shapes,
+            &made.last.twists,
+            from,
+            &lists.contacts,
+        ];
+        let parameters = setup.timed(of_kernel, setup.length_of(part));
+        record.run(&of_branches.choose, &parameters, &buffers, lists.pairs_count);
+        Ok(())
+    }
+
+    /// Makes the rows of all chosen branches, for which the rows' starts have room: `first` ones, or those of violations.
+    pub(super) fn append_branches(
+        &mut self,
+        gpu: &Gpu,
+        kernels: &Kernels,
+        record: &mut Recorder<'_>,
+        made: Made<'_>,
+        first: bool,
+    ) -> Result<(), GpuError> {
+        let (Some(own), Some(of_branches)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
+        let (problem, Made { lists, motions, setup, part, .. }) = (&self.problem, made);
+        own.staged.reserve(gpu, problem.rows)?;
+        own.features[0].reserve(gpu, problem.rows)?;
+        own.stage(of_branches, record, made, &problem.block_start);
+        if first {
+            own.stretch(of_branches, record, made, &problem.block_start);
+        }
+        let (pairs, bodies, first) = (lists.pairs_count, lists.bodies as u32, u32::from(first));
+        let buffers = [
+            &lists.pairs,
+            &problem.block_start,
+            &own.staged,
+            motions,
+            &problem.pair,
+            &problem.jacobian,
+            &problem.q,
+            &own.features[0],
+        ];
+        let parameters = setup.timed([pairs as u32, first, bodies, 0], setup.length_of(part));
+        record.run(&kernels.append, &parameters, &buffers, pairs);
+        let from = if part == Part::FromMiddle { &own.middle } else { &lists.remembered };
+        let buffers = [&problem.block_start, &own.staged, from, &problem.gamma];
+        record.run(&of_branches.start, &words([pairs as u32, first, 0, 0]), &buffers, pairs);
+        Ok(())
+    }
+
+    /// Moves the offsets of first rows to the violations of their branches, of which there are then fewer. `rows` are those that there would be with one
+    /// for each violation.
+    pub(super) fn tighten_branches(
+        &mut self,
+        gpu: &Gpu,
+        kernels: &Kernels,
+        record: &mut Recorder<'_>,
+        made: Made<'_>,
+        (rows, bodies): (u64, u64),
+    ) -> Result<(), GpuError> {
+        let (Some(own), Some(kernels)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
+        let (problem, Made { lists, motions, setup, part, .. }) = (&self.problem, made);
+        own.staged.reserve(gpu, rows)?;
+        own.partners.reserve(gpu, rows)?;
+        own.stage(kernels, record, made, &self.next_start);
+        let of_pairs = words([lists.pairs_count as u32, 0, 0, 0]);
+        let buffers = [&problem.block_start, &self.next_start, &own.features[0], &own.staged, &own.partners];
+        record.run(&kernels.matched, &of_pairs, &buffers, lists.pairs_count);
+        let buffers =
+            [&own.staged, &problem.pair, &problem.jacobian, &problem.velocity, motions, &problem.q, &own.partners];
+        let parameters = setup.timed([rows as u32, bodies as u32, 0, 0], setup.length_of(part));
+        record.run(&kernels.tighten, &parameters, &buffers, rows);
+        let buffers = [&self.next_start, &own.staged, &own.partners, &lists.contacts];
+        record.run(&kernels.tightened, &of_pairs, &buffers, lists.pairs_count);
+        Ok(())
+    }
+
+    /// Records what the next step starts from.
+    pub fn remember(&self, kernels: &Kernels, record: &mut Recorder<'_>, lists: &Lists) {
+        let problem = &self.problem;
+        let parameters = words([lists.pairs_count as u32, 0, 0, 0]);
+        match &self.branches {
+            Some(own) => {
+                let buffers = [&problem.block_start, &problem.gamma, &own.features[0], &lists.remembered];
+                record.run(&kernels.remember, &parameters, &buffers, lists.pairs_count);
+            }
+            None => {
+                let buffers = [&problem.block_start, &problem.gamma, &lists.contacts];
+                record.run(&kernels.remember, &parameters, &buffers, lists.pairs_count);
+            }
+        }
+    }
+}

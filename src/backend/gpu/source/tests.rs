@@ -1,0 +1,142 @@
+//! Every kernel of every kind of scene is valid, and what host and device share is laid out alike.
+
+use super::*;
+use crate::backend::gpu::separations::Report;
+use crate::gpu::{LatticePeriods, Precision, validate};
+use crate::scene::{self, Rows, Stepping, Wall};
+use std::mem::offset_of;
+
+fn setups() -> Vec<Setup> {
+    let mut setups = Vec::new();
+    for built_in in scene::built_in() {
+        let mut scene = scene::parse(built_in.text, built_in.name).unwrap();
+        let shapes: Vec<_> = scene.build().unwrap().shape;
+        let plain = Setup::new(&scene, &shapes, Precision::F32).unwrap();
+        assert!(wall_sources(&plain).is_none() && of_middle(&plain).is_empty());
+        assert!(plain.branches > 0);
+        setups.push(plain);
+        scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3 }];
+        scene.time.stepping = Stepping::Midpoint;
+        let laws = [Dynamics::Overdamped { drag: 1.0 }, Dynamics::Inertial { density: 2.0 }];
+        for (dynamics, rows) in laws.into_iter().flat_map(|law| [(law, Rows::Auto), (law, Rows::Paper)]) {
+            (scene.dynamics, scene.contact.rows) = (dynamics, rows);
+            setups.extend([Precision::F32, Precision::F64].map(|p| Setup::new(&scene, &shapes, p).unwrap()));
+        }
+    }
+    setups
+}
+
+fn of_middle(setup: &Setup) -> Vec<Source> {
+    midpoint_sources(setup).into_iter().flatten().chain(middle(setup)).chain(stretch(setup)).collect()
+}
+
+fn of_branches(setup: &Setup) -> Vec<Source> {
+    if setup.branches == 0 {
+        return Vec::new();
+    }
+    let extra = branch_source::ahead(setup).into_iter().chain(branch_source::stretch(setup));
+    branch_source::branch_sources(setup).into_iter().chain(extra).collect()
+}
+
+#[test]
+fn a_middle_has_the_kernels_that_its_scene_needs() {
+    let mut seen = [0; 4];
+    for setup in setups().into_iter().filter(|setup| setup.midpoint) {
+        let (inertia, grows) = (usize::from(setup.inertia()), usize::from(setup.growth.is_some()));
+        if setup.branches == 0 {
+            assert_eq!(of_middle(&setup).len(), 2 + inertia + grows);
+        } else {
+            assert_eq!(of_middle(&setup).len(), inertia);
+            assert_eq!(of_branches(&setup).len(), 8 + usize::from(setup.planar) + grows);
+        }
+        seen[usize::from(setup.inertia()) + 2 * usize::from(setup.growth.is_some())] += 1;
+    }
+    assert!(seen.iter().all(|n| *n > 0), "{seen:?}");
+}
+
+fn every_source(setup: &Setup) -> Vec<Source> {
+    let growth = growth_sources(setup).into_iter().flatten();
+    let walls = wall_sources(setup).into_iter().flatten();
+    let steps = sources(setup).into_iter().chain(narrow_sources(setup)).chain(growth).chain(walls);
+    let steps = steps.chain(of_branches(setup));
+    steps.chain(of_middle(setup)).chain(arrive(setup)).chain([motion(setup, true)]).collect()
+}
+
+#[test]
+fn every_kernel_of_every_built_in_scene_is_valid() {
+    for setup in setups() {
+        for source in every_source(&setup) {
+            validate(&source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
+        }
+    }
+}
+
+#[test]
+fn parameters_with_a_length_of_time_are_laid_out_as_in_wgsl() {
+    for setup in setups() {
+        let bytes = setup.timed([0; 4], setup.dt).len();
+        for source in every_source(&setup).iter().filter(|source| source.code().contains("root_dt: real }")) {
+            let module = validate(source).unwrap();
+            let mut layouter = naga::proc::Layouter::default();
+            layouter.update(module.to_ctx()).unwrap();
+            let (handle, parameters) =
+                module.types.iter().find(|(_, t)| t.name.as_deref() == Some("Parameters")).unwrap();
+            let naga::TypeInner::Struct { members, .. } = &parameters.inner else { panic!("not a struct") };
+            let offsets: Vec<_> = members.iter().map(|member| member.offset as usize).collect();
+            let real = setup.precision.bytes();
+            assert_eq!(offsets, [0, 4, 8, 12, 16, 16 + real], "{}", source.name());
+            assert_eq!(layouter[handle].size as usize, bytes, "{}", source.name());
+        }
+    }
+}
+
+#[test]
+fn no_kernel_binds_more_arrays_than_every_adapter_has() {
+    for setup in setups() {
+        for source in every_source(&setup) {
+            assert!(source.code().matches("var<storage").count() <= 8, "{}", source.name());
+        }
+    }
+}
+
+#[test]
+fn periods_are_in_the_kernels_of_pairs_alone_and_only_where_there_are_some() {
+    for mut setup in setups() {
+        let open = every_source(&setup);
+        // With branches, the kernels that compute them too.
+        let pairs = narrow_sources(&setup).len() + if setup.branches > 0 { 2 } else { 0 };
+        let period = Some(5000.3 * setup.lattice.pitch());
+        setup.lattice_periods = LatticePeriods::new(setup.lattice, [period, None, None]).unwrap();
+        let periodic = every_source(&setup);
+        assert!(open.iter().all(|source| !source.code().contains("PERIOD")));
+        let changed: Vec<_> = open.iter().zip(&periodic).filter(|(a, b)| a.code() != b.code()).collect();
+        assert_eq!(changed.len(), pairs);
+        for (_, source) in changed {
+            let name = source.name();
+            assert!(name.starts_with("separations") || ["branches", "stage"].contains(&name), "{name}");
+            validate(source).unwrap_or_else(|e| panic!("{name}: {e}"));
+        }
+    }
+}
+
+#[test]
+fn the_report_is_laid_out_as_in_wgsl() {
+    let setup = setups().remove(0);
+    let inside = sources(&setup).into_iter().find(|s| s.name() == "inside").unwrap();
+    let module = validate(&inside).unwrap();
+    let mut layouter = naga::proc::Layouter::default();
+    layouter.update(module.to_ctx()).unwrap();
+    let (handle, report) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some("Report")).unwrap();
+    let naga::TypeInner::Struct { members, .. } = &report.inner else { panic!("not a struct") };
+    let offset = |name: &str| members.iter().find(|m| m.name.as_deref() == Some(name)).map(|m| m.offset as usize);
+    assert_eq!(layouter[handle].size as usize, size_of::<Report>());
+    assert_eq!(offset("outside"), Some(offset_of!(Report, outside)));
+    assert_eq!(offset("not_finite"), Some(offset_of!(Report, not_finite)));
+    assert_eq!(offset("violations"), Some(offset_of!(Report, violations)));
+    assert_eq!(offset("worst"), Some(offset_of!(Report, worst)));
+    assert_eq!(offset("worst_pair"), Some(offset_of!(Report, worst_pair)));
+    assert_eq!(offset("worst_a"), Some(offset_of!(Report, worst_a)));
+    assert_eq!(offset("worst_b"), Some(offset_of!(Report, worst_b)));
+    assert_eq!(offset("largest"), Some(offset_of!(Report, largest)));
+    assert_eq!(offset("farthest"), Some(offset_of!(Report, farthest)));
+}

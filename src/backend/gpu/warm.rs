@@ -1,0 +1,108 @@
+//! What pairs remember from step to step, as the host has it: given to the first list that the device makes, and read back.
+
+use super::Setup;
+use super::candidates::Candidates;
+use super::walls::{FIRST_SURFACE, device_pair, surface_of};
+use crate::constraint::FEATURE_OF_SURFACES;
+use crate::gpu::{Gpu, GpuError};
+use crate::relcp::Warm;
+use crate::separation::branches::{branch_in_place, place_of_branch};
+use crate::walls::number_of;
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Where a pair's contact has its multiplier, with the paper's rows.
+const MULTIPLIER: usize = 7;
+
+impl Candidates {
+    /// Gives the pairs of the first list what an earlier run remembered of them.
+    pub(super) fn recall(&mut self, gpu: &Gpu, setup: &Setup) -> Result<(), GpuError> {
+        let lists = &self.lists;
+        let pairs = lists.pairs_count as usize;
+        let mut numbers = vec![0.0; 12 * pairs];
+        let width = setup.branches as usize;
+        let mut remembered = vec![0.0; width * pairs];
+        if !self.warm.is_empty() {
+            let mut known: HashMap<[u32; 2], Vec<&Warm>> = HashMap::new();
+            for w in &self.warm {
+                if let Some(pair) = device_pair(w, &setup.walls) {
+                    known.entry(pair).or_default().push(w);
+                }
+            }
+            let read = gpu.record().read(&[(&lists.pairs, 0..8 * lists.pairs_count)])?;
+            let pairs: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read[0]);
+            for (p, (pair, contact)) in pairs.iter().zip(numbers.as_chunks_mut::<12>().0).enumerate() {
+                for w in known.get(pair).into_iter().flatten() {
+                    [contact[0], contact[1], contact[2]] = w.normal.to_array();
+                    if width == 0 {
+                        contact[MULTIPLIER] += w.gamma;
+                    } else {
+                        remembered[width * p + place_of(w, width)] += w.gamma;
+                    }
+                }
+            }
+            self.warm = Vec::new();
+        }
+        lists.contacts.write(gpu, 0, &setup.precision.encode(numbers));
+        if width > 0 {
+            lists.remembered.write(gpu, 0, &setup.precision.encode(remembered));
+        }
+        Ok(())
+    }
+
+    /// What is remembered of every pair that was found near.
+    pub(super) fn remembered(&self, gpu: &Gpu, setup: &Setup) -> Result<Vec<Warm>, GpuError> {
+        let (lists, count) = (&self.lists, self.lists.pairs_count);
+        if self.first {
+            return Ok(self.warm.clone());
+        }
+        let width = setup.branches as usize;
+        let remembered = if width > 0 { 0..count * lists.remembered.element() as u64 } else { 0..0 };
+        let read = gpu.record().read(&[
+            (&lists.pairs, 0..8 * count),
+            (&lists.contacts, 0..count * lists.contacts.element() as u64),
+            (&lists.remembered, remembered),
+        ])?;
+        let pairs: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&read[0]);
+        let [contacts, remembered] = [1, 2].map(|i| setup.precision.decode(&read[i]));
+        let mut warm = Vec::new();
+        for (p, (pair, contact)) in pairs.iter().zip(contacts.as_chunks::<12>().0).enumerate() {
+            let normal = DVec3::new(contact[0], contact[1], contact[2]);
+            let gammas = match width {
+                0 => std::slice::from_ref(&contact[MULTIPLIER]),
+                _ => &remembered[width * p..width * (p + 1)],
+            };
+            warm.extend(of_pair(*pair, normal, gammas));
+        }
+        warm.sort_by_key(|w| (w.pair, w.feature));
+        Ok(warm)
+    }
+}
+
+/// The place of what is remembered in the list of a pair's branches. At a surface, and where bodies have one branch, there is one.
+fn place_of(warm: &Warm, width: usize) -> usize {
+    let place = if crate::walls::surface_of(warm.pair[1]).is_some() { None } else { place_of_branch(warm.feature) };
+    place.map_or(0, |place| place as usize).min(width - 1)
+}
+
+/// What is remembered of a pair, of which these are the multipliers branch by branch: one entry for each that pushes, or one with the normal alone.
+fn of_pair(pair: [u32; 2], normal: DVec3, gammas: &[f64]) -> Vec<Warm> {
+    let pushes = gammas.iter().any(|gamma| *gamma > 0.0);
+    let at_surface = surface_of(pair[1]);
+    let (second, own) = match at_surface {
+        Some((surface, place)) => (number_of(surface), place),
+        None => (pair[1], FEATURE_OF_SURFACES),
+    };
+    // Places at surfaces have a normal however far they are.
+    let known = normal != DVec3::ZERO && (pair[1] < FIRST_SURFACE || pushes);
+    let entry = |(place, gamma): (usize, &f64)| {
+        let feature = if at_surface.is_none() { branch_in_place(place as u32) } else { own };
+        (known && (*gamma > 0.0 || (place == 0 && !pushes))).then_some(Warm {
+            pair: [pair[0], second],
+            feature,
+            gamma: *gamma,
+            normal,
+        })
+    };
+    gammas.iter().enumerate().filter_map(entry).collect()
+}
