@@ -1,5 +1,5 @@
-// Where the velocities of the last step lead in a part of this one, from its start: there first rows are linearised. A body is said to have been brought
-// there by that velocity.
+// Where the velocities of the last step lead in the part AHEAD of this one, from its start: first rows are linearised there. That part of the velocity
+// counts as the one that led there.
 
 struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
 
@@ -21,8 +21,8 @@ fn main(
 ) {
     let i = invocation(group, groups, local);
     if i >= parameters.bodies { return; }
-    let linear = twists[2u * i].xyz;
-    let angular = twists[2u * i + 1u].xyz;
+    let linear = AHEAD * twists[2u * i].xyz;
+    let angular = AHEAD * twists[2u * i + 1u].xyz;
     motions[MOTION * i + 2u] = vec4r(linear, 0.0);
     motions[MOTION * i + 3u] = vec4r(angular, 0.0);
     let place = lattice_add(cells[i].xyz, remainders[i].xyz, parameters.dt * linear);

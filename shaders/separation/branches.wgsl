@@ -81,9 +81,10 @@ fn separation_at(end: End, radius_a: real, radius_b: real) -> Separation {
 }
 
 // How far a branch may lie above the pair's separation and still become active, if the pair turns against each other by the rotation vector `turned` and slides
-// by `slid`.
+// by `slid`; in space only what rounding hides.
 fn branch_slack(a: Placed, b: Placed, normal: vec3r, turned: vec3r, slid: real) -> real {
     let radii = tube_radius(a) + tube_radius(b);
+    if !PLANAR { return SLACK_IN_SPACE * radii; }
     let tilt_a = abs(dot(turned, cross(body_z(a.orientation), normal)));
     let tilt_b = abs(dot(turned, cross(body_z(b.orientation), normal)));
     let tilted = max(tilt_a, tilt_b) * 2.0 * min(half_segment(a), half_segment(b));

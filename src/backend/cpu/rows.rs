@@ -136,8 +136,7 @@ impl<const D: usize> Cpu<D> {
             let [last_a, last_b] = [a, b].map(|i| self.start.twist(i));
             let turned = self.interval * (last_b.angular - last_a.angular);
             let slid = self.interval * (last_b.linear - last_a.linear).length();
-            // In space the nearest points of rods lie inside of both and slide: a branch that is not remembered rarely becomes the nearest.
-            let slack = if D == PLANAR { branch_slack(&of_a, &of_b, &near.found, turned, slid) } else { 0.0 };
+            let slack = branch_slack(&of_a, &of_b, &near.found, (turned, slid), D == PLANAR);
             let most = near.found.separation + slack;
             let first = warm.partition_point(|w| w.pair < near.pair);
             let pushed = |feature: u32| {

@@ -1,5 +1,4 @@
-//! Where first rows are made: in the plane where the last velocities lead in the present part of a step, if no overlap there is deep, else where the part
-//! begins.
+//! Where first rows are made: in the plane a part of a step ahead, where the last velocities lead, if no overlap there is deep; else where the step begins.
 
 use super::midpoint::Part;
 use super::separations::Report;
@@ -11,7 +10,7 @@ use crate::gpu::Recorder;
 impl Setup {
     /// Whether first rows may be made where the last velocities lead.
     pub fn leads_ahead(&self) -> bool {
-        self.planar && self.branches > 0
+        self.planar && self.branches > 0 && !self.midpoint
     }
 }
 

@@ -2,9 +2,10 @@
 
 use super::Setup;
 use super::source::{NEAR, VIOLATING, base, moved, numbers, of_pairs, spinning};
+use crate::backend::cpu::AHEAD;
 use crate::constraint::LEAST_ALIGNED;
 use crate::gpu::{Gpu, GpuError, Kernel, Source, fragment};
-use crate::separation::branches::{DEEPEST, LEAST_SLACK, ROUNDING};
+use crate::separation::branches::{DEEPEST, LEAST_SLACK, ROUNDING, SLACK_IN_SPACE};
 use crate::separation::gpu::add_tolerances_to;
 
 /// Set in the number of a first row's branch.
@@ -67,6 +68,7 @@ fn geometry(setup: &Setup, name: &str) -> Source {
         .flag("RODS", setup.branches > 1)
         .real("DEEPEST", DEEPEST)
         .real("LEAST_SLACK", LEAST_SLACK)
+        .real("SLACK_IN_SPACE", SLACK_IN_SPACE)
         .real("BRANCH_ROUNDING", rounding);
     source.include(fragment!("separation/branches.wgsl"))
 }
@@ -120,7 +122,7 @@ pub(super) fn branch_sources(setup: &Setup) -> [Source; 8] {
 
 /// The kernel that leads bodies to where first rows are made.
 pub(super) fn ahead(setup: &Setup) -> Option<Source> {
-    setup.leads_ahead().then(|| base(setup, "ahead").include(fragment!("dynamics/ahead.wgsl")))
+    setup.leads_ahead().then(|| base(setup, "ahead").real("AHEAD", AHEAD).include(fragment!("dynamics/ahead.wgsl")))
 }
 
 /// The kernel of staged contacts at later lengths.
