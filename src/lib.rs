@@ -15,8 +15,9 @@
 //! Without inertia `U_free = M F` and `E = M`. With it `U_free` is the velocity that the step would move with without contact, `E = dt M^-1`, and the state
 //! ends with the velocity of its momenta, which are kept ([`dynamics`]).
 //!
-//! The first rows are made at `C^k` (`U_j = 0`), one for each near pair. After a solve, all pairs are looked at in the trial `C(U)`; each
-//! that overlaps by more than the tolerance gets one more row, made there, and the larger problem is solved again, until none does.
+//! The first rows are made at `C^k` (`U_j = 0`), in the plane a quarter of a step ahead of it, one for each smooth branch of a near pair's separation
+//! ([`separation::branches`]). After a solve, all pairs are looked at in the trial `C(U)`. Each that overlaps by more than the tolerance gets one more row, made
+//! there, or in the plane has its own row moved. The new problem is solved again, until none overlaps.
 //!
 //! # Symbols
 //!

@@ -10,7 +10,7 @@ use super::measured::value;
 use super::{COMPUTED_BY, Course, Measured, Target, Window, follow_with};
 use crate::bodies::Bodies;
 use crate::relcp::State;
-use crate::scene::{self, Method, Scene};
+use crate::scene::{self, Method, Rows, Scene};
 use crate::study::StudyError;
 use crate::study::table::csv_table;
 use glam::DQuat;
@@ -67,6 +67,7 @@ impl Size {
         ];
         let mut scene = scene::load("chainmail", &sets)?;
         scene.contact.method = method;
+        scene.contact.rows = Rows::Paper;
         Ok(scene)
     }
 }

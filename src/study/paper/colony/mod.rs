@@ -17,7 +17,7 @@ use super::measured::value;
 use super::{COMPUTED_BY, Census, Course, Measured, Target, follow_with};
 use crate::relcp::Fault;
 use crate::render::{View, picture};
-use crate::scene::{self, Method, Scene};
+use crate::scene::{self, Method, Rows, Scene};
 use crate::study::StudyError;
 use crate::study::table::csv_table;
 use serde::Serialize;
@@ -118,6 +118,7 @@ impl Case {
         let sets = [format!("time.dt={DT}"), format!("time.end={end}"), format!("seed={}", self.seed)];
         let mut scene = scene::load("colony", &sets)?;
         scene.contact.method = self.method;
+        scene.contact.rows = Rows::Paper;
         scene.contact.cutoff = Some(CUTOFF_PER_THICKNESS * scene.thinnest());
         Ok(scene)
     }

@@ -12,7 +12,7 @@ use super::look::look;
 use super::measured::value;
 use super::{COMPUTED_BY, Census, Course, Measured, Target, Window, follow};
 use crate::relcp::{Fault, State};
-use crate::scene::{self, Method, Scene, SolverKind};
+use crate::scene::{self, Method, Rows, Scene, SolverKind};
 use crate::study::StudyError;
 use crate::study::table::csv_table;
 use serde::Serialize;
@@ -91,6 +91,7 @@ impl Size {
         ];
         let mut scene = scene::load("compaction", &sets)?;
         scene.contact.method = case.method;
+        scene.contact.rows = Rows::Paper;
         scene.contact.cutoff = Some(CUTOFF_PER_THICKNESS * scene.thinnest());
         if case.part == Part::Public {
             scene.solver.kind = SolverKind::OF_PUBLIC_CODES;

@@ -3,7 +3,7 @@
 use super::Shake;
 use crate::bodies::Bodies;
 use crate::relcp::Simulation;
-use crate::scene::{self, Scene};
+use crate::scene::{self, Rows, Scene};
 use crate::study::StudyError;
 use glam::DVec3;
 use serde::Serialize;
@@ -84,6 +84,7 @@ impl Case {
         sets.push(format!("time.dt={}", self.dt));
         sets.push(format!("time.end={}", self.dt * steps as f64));
         let mut scene = scene::load("three-capsules", &sets)?;
+        scene.contact.rows = Rows::Paper;
         scene.contact.method = match self.method {
             Method::Relcp => scene::Method::Relcp,
             Method::Snsd => scene::Method::Snsd,

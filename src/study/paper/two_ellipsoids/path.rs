@@ -2,7 +2,7 @@
 
 use super::l2;
 use crate::relcp::Simulation;
-use crate::scene::{self, Method, Scene, Stepping};
+use crate::scene::{self, Method, Rows, Scene, Stepping};
 use crate::separation::Placed;
 use crate::study::StudyError;
 use glam::DVec3;
@@ -95,6 +95,7 @@ impl Case {
     /// [`StudyError::Scene`], which the tests rule out.
     pub fn scene(&self) -> Result<Scene, StudyError> {
         let mut scene = scene::load("two-ellipsoids", &[format!("time.dt={}", self.dt)])?;
+        scene.contact.rows = Rows::Paper;
         if self.side == Side::Left {
             for body in &mut scene.bodies {
                 body.position[0] *= -1.0;
