@@ -423,7 +423,8 @@ mod tests {
         let next = solver.solve_next(&problem, &mut gamma);
         assert!(hard.fallback && next.fallback, "{hard:?} {next:?}");
         assert_eq!((next.status, next.iterations + 1), (Status::Solved, next.factorizations));
-        let alone = Solver::new(SolverKind::Auto, settings).solve_next(&problem, &mut Vec::new());
+        let mut fresh = Solver::new(SolverKind::Auto, settings).for_parallel_rows();
+        let alone = fresh.solve_next(&problem, &mut Vec::new());
         assert_eq!(alone, hard);
         assert_eq!(solver.solve(&problem, &mut Vec::new()), hard);
         // One that is solved at its start needs nobody.

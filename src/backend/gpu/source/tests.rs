@@ -47,7 +47,7 @@ fn a_middle_has_the_kernels_that_its_scene_needs() {
             assert_eq!(of_middle(&setup).len(), 2 + inertia + grows);
         } else {
             assert_eq!(of_middle(&setup).len(), inertia);
-            assert_eq!(of_branches(&setup).len(), 8 + usize::from(setup.planar) + grows);
+            assert_eq!(of_branches(&setup).len(), 8 + grows);
         }
         seen[usize::from(setup.inertia()) + 2 * usize::from(setup.growth.is_some())] += 1;
     }
