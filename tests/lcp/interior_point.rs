@@ -277,7 +277,7 @@ fn auto_is_rescued_where_its_engine_gives_up() {
     let given_up = Solver::new(SolverKind::PairBlockCg, settings).solve(&stored.problem, &mut alone);
     assert_eq!((given_up.status, given_up.fallback), (Status::MaxIterations, false), "{given_up:?}");
     let mut gamma = Vec::new();
-    let mut solver = Solver::new(SolverKind::Auto, settings);
+    let mut solver = Solver::new(SolverKind::Auto, settings).for_parallel_rows();
     let rescued = solver.solve(&stored.problem, &mut gamma);
     assert_eq!((rescued.status, rescued.fallback), (Status::Solved, true), "{rescued:?}");
     assert!(rescued.residual <= 1e-9 && rescued.factorizations > 0 && rescued.iterations > 30, "{rescued:?}");

@@ -6,7 +6,7 @@ use relcp::dynamics::pressures;
 use relcp::gpu::{Gpu, Precision};
 use relcp::record::state_hash;
 use relcp::relcp::{Compute, Simulation, StepReport, contacts};
-use relcp::scene::{self, Force, Periodic, Scene};
+use relcp::scene::{self, Force, Periodic, Recursion, Scene};
 use relcp::walls::{Walls, surface_of};
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -46,6 +46,10 @@ fn on_device(gpu: &Arc<Gpu>, precision: Precision) -> Compute {
 /// a position may be from the CPU's, in 32 and in 64 bits.
 fn both(scene: &Scene, off: [f64; 2], check: impl Fn(&Ran, &Ran)) {
     let Some(gpu) = device() else { return };
+    // An inexact recursion depends on the last digits.
+    let mut exact = scene.clone();
+    exact.contact.recursion = Recursion::Exact;
+    let scene = &exact;
     let (walls, cpu) = (Walls::of(scene), Ran::on(&Compute::Cpu, scene));
     assert!(cpu.simulation.wall_contacts(1e-4).unwrap().len() >= 3, "{}: nothing at the walls", scene.name);
     for precision in precisions(gpu) {
