@@ -1,5 +1,6 @@
-// Which branches of each pair get a row, as a mask in the place of what the pair keeps beside the lever of its first body: of near pairs those that may
-// become active in the step, and those that ended the last one with a multiplier; at a trial those that violate.
+// Chooses the branches of each pair that get a row. A first row goes to each branch that may become active in the step, and to
+// each branch that ended the last step with a multiplier. At a trial a row goes to each branch that violates. The mask replaces
+// the fourth number beside the lever of the first body.
 
 struct Parameters { pairs: u32, at_trial: u32, violating: f32, c: u32, dt: real, root_dt: real }
 

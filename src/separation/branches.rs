@@ -14,10 +14,10 @@ use super::segments::{self, Segment};
 use super::{Family, Nearest, Placed, Separation};
 use glam::DVec3;
 
-/// Set in the number of a branch, so that it is told apart from other contacts of a pair.
+/// Set in the number of a branch that is an end, which no other contact of a pair has.
 const BRANCH: u32 = 1 << 31;
 
-/// The number of the branch that is the separation itself, where it is none of the others.
+/// The number of the separation itself as a branch: the only one of most pairs, the common perpendicular of two rods.
 pub const WHOLE: u32 = 0;
 
 /// How many branches a pair has at most, the separation itself among them.
@@ -102,7 +102,7 @@ pub fn branch_slack(a: &Placed, b: &Placed, nearest: &Separation, (turned, slid)
     }
 }
 
-/// The branch of a pair with a number, or the pair's separation where it has none of that number.
+/// The separation of the branch with this number; the pair's separation if the pair has no such branch.
 pub fn branch(a: &Placed, b: &Placed, nearest: &Separation, feature: u32) -> Separation {
     let mut wanted = *nearest;
     branches(a, b, nearest, f64::INFINITY, |number, found| {
@@ -111,6 +111,17 @@ pub fn branch(a: &Placed, b: &Placed, nearest: &Separation, feature: u32) -> Sep
         }
     });
     wanted
+}
+
+/// The separation at a branch of two segments by its number, however far it lies above the pair's; `None` for a branch that is the separation itself.
+pub(crate) fn separation_at(a: &Placed, b: &Placed, feature: u32) -> Option<f64> {
+    let (Family::Segment(of_a, ra), Family::Segment(of_b, rb)) = (Family::of(a), Family::of(b)) else { return None };
+    let number = place_of_branch(feature)?.checked_sub(1)?;
+    let delta = b.position - a.position;
+    let end_of = |segment: Segment| if number % 2 == 0 { -segment.half } else { segment.half } * segment.axis;
+    let (end, other) = if number < 2 { (end_of(of_a) - delta, of_b) } else { (end_of(of_b) + delta, of_a) };
+    let gap = end - end.dot(other.axis).clamp(-other.half, other.half) * other.axis;
+    Some(gap.length() - (ra + rb))
 }
 
 fn of_segments(
@@ -162,6 +173,30 @@ fn of_segments(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shape::Shape;
+    use glam::DQuat;
+
+    #[test]
+    fn an_end_has_the_same_separation_by_its_number() {
+        let rod = |length: f64, x: f64, turn: f64| Placed {
+            shape: Shape::Spherocylinder { diameter: 0.5, length },
+            position: DVec3::new(x, 0.2 * x, 0.1),
+            orientation: DQuat::from_rotation_x(turn) * DQuat::from_rotation_z(0.3),
+        };
+        let mut ends = 0;
+        for turn in [0.0, 0.01, 0.4, 1.2] {
+            let (a, b) = (rod(2.0, 0.0, 0.0), rod(3.0, 0.7, turn));
+            let nearest = super::super::separation(&a, &b, None).unwrap();
+            branches(&a, &b, &nearest, f64::INFINITY, |feature, found| match separation_at(&a, &b, feature) {
+                Some(separation) => {
+                    assert!((separation - found.separation).abs() < 1e-14, "{turn} {feature}");
+                    ends += 1;
+                }
+                None => assert_eq!(feature, WHOLE),
+            });
+        }
+        assert!(ends >= 12, "{ends}");
+    }
 
     #[test]
     fn every_branch_has_a_place_of_its_own() {

@@ -3,6 +3,7 @@
 //! Parallel loops write to places of their own or collect in order, so the bits do not depend on the number of threads.
 
 mod again;
+pub(super) mod first;
 mod narrow_phase;
 mod periodic;
 mod rows;
@@ -17,7 +18,7 @@ use crate::freedom::{PLANAR, pack, unpack};
 use crate::lcp::{self, Outcome, Problem, Settings, Status, Stored};
 use crate::periodic::Periods;
 use crate::relcp::{Fault, Passed, Phases, Piece, State, Waiting, Warm, passed};
-use crate::scene::{Dynamics, Rows, Scene, Stepping};
+use crate::scene::{Rows, Scene, Stepping};
 use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::{ProxySphere, Shape};
 use crate::walls::{Walls, surface_of};
@@ -32,15 +33,6 @@ const LEAST_BODIES_A_TASK: usize = 512;
 
 /// How bodies move that are parted: the long ones turn and move less easily. The drag cancels out.
 const PARTING: Overdamped = Overdamped { drag: 1.0 };
-
-/// The part of a step that first rows are made ahead of its start, where the last velocities lead. A colony to 512 cells takes 0.158, 0.061, 0.017 and 0.009
-/// recursions a step with 0, 1/4, 1/2 and 1. The error at the end of the colony of `relcp study work-precision` changes its sign near 1/4: with 1,024 steps it
-/// is 3.9e-2, 2.7e-3, 6.5e-2 and 1.5e-1. Steps with a middle, whose rows are made there, lose by it: 8e-4, 1.5e-3, 2.3e-3 and 4.0e-3.
-pub(super) const AHEAD: f64 = 0.25;
-
-/// First rows are made where the last velocities lead, if no overlap there is deeper than this part of the thinnest body: deeper, normals may point to
-/// the wrong side.
-pub(super) const DEEPEST_AHEAD: f64 = 0.125;
 
 /// Where a row is made.
 #[derive(Clone, Copy)]
@@ -172,7 +164,7 @@ impl<const D: usize> Cpu<D> {
             next_id: state.next_id,
             state,
             middle: None,
-            leads_ahead: leads_ahead(scene),
+            leads_ahead: first::leads_ahead(scene),
             ahead: false,
             reached: Vec::new(),
             first: Vec::new(),
@@ -246,53 +238,6 @@ impl<const D: usize> Cpu<D> {
             .map(of_body)
             .unzip_into_vecs(&mut motion, &mut reach);
         (self.motion, self.reach) = (motion, reach);
-    }
-
-    /// Chooses where first rows are made: where the last velocities lead in a part of the step, or at its start.
-    fn predict(&mut self, ahead: bool) {
-        self.ahead = ahead;
-        let bodies = self.start.len();
-        self.reached.clear();
-        if ahead {
-            let part = |v: DVec3| AHEAD * v;
-            let of_last = |Twist { linear, angular }| Twist { linear: part(linear), angular: part(angular) };
-            self.reached.extend((0..bodies).map(|i| of_last(self.start.twist(i))));
-        } else {
-            self.reached.resize(bodies, Twist::default());
-        }
-        let (start, reached, dt) = (&self.start, &self.reached, self.interval);
-        let of_body = |i: usize| match ahead {
-            true => dynamics::advance(Self::pose_in(start, i), reached[i], dt),
-            false => Self::pose_in(start, i),
-        };
-        (0..bodies).into_par_iter().with_min_len(LEAST_BODIES_A_TASK).map(of_body).collect_into_vec(&mut self.first);
-    }
-
-    /// Makes the first rows where [`Cpu::predict`] chose.
-    fn append_near_where_chosen(&mut self) -> Result<(), Fault> {
-        let begun = Instant::now();
-        self.check_periods()?;
-        constraint::clear(&mut self.problem, self.start.len() + self.walls.len());
-        self.feature.clear();
-        self.gamma.clear();
-        self.changed = true;
-        let shapes = &self.here().shape;
-        let boxes = self.boxes(shapes, |i| self.first[i], |i| 0.5 * self.cutoff + self.reach[i].either);
-        let mut candidates = std::mem::take(&mut self.candidates);
-        let pairs = candidates.ensure(&boxes);
-        self.phases.broad_phase += begun.elapsed();
-        let begun = Instant::now();
-        match self.source {
-            RowSource::Surfaces => self.append_near_surfaces(pairs),
-            RowSource::SubSpheres { .. } => self.append_near_sub_spheres(pairs),
-        }
-        self.candidates = candidates;
-        self.first_rows = self.gamma.len();
-        if self.middle.is_some() {
-            self.proxies = self.source.proxies(&self.start.shape).map_err(Fault::NoProxy)?;
-        }
-        self.phases.narrow_phase += begun.elapsed();
-        Ok(())
     }
 
     /// The velocity that leads body `i` from the start to where a row is made, in the length of the present part.
@@ -403,13 +348,6 @@ impl<const D: usize> Cpu<D> {
     }
 }
 
-/// Whether first rows of a scene's steps may be made ahead of their start: in Euler steps without inertia. With inertia rows at the start keep the angular momentum of
-/// a pair to rounding, and rows ahead do not.
-fn leads_ahead(scene: &Scene) -> bool {
-    let inertial = matches!(scene.dynamics, Dynamics::Inertial { .. });
-    scene.contact.rows_of_method() == Rows::Auto && scene.time.stepping == Stepping::Euler && !inertial
-}
-
 /// Runs `work` and adds its wall time to `total`.
 fn timed<T>(total: &mut Duration, work: impl FnOnce() -> T) -> T {
     let begun = Instant::now();
@@ -469,7 +407,7 @@ impl<const D: usize> Backend for Cpu<D> {
 
     fn append_near(&mut self) -> Result<(), Fault> {
         self.append_near_where_chosen()?;
-        if self.ahead && self.start_overlap > DEEPEST_AHEAD * self.thinnest {
+        if self.ahead && self.start_overlap > first::DEEPEST_AHEAD * self.thinnest {
             self.predict(false);
             self.set_motion();
             self.append_near_where_chosen()?;

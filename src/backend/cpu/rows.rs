@@ -121,6 +121,9 @@ impl<const D: usize> Cpu<D> {
         if self.rows == Rows::Auto {
             near = self.with_branches(&near, &warm);
         }
+        if self.ahead {
+            self.aim_at_end(&mut near);
+        }
         join(&mut near, walls);
         for (near, gamma) in near.iter().zip(multipliers(&near, &warm)) {
             self.append(&self.at_end_lengths(*near), gamma, At::FirstRows);

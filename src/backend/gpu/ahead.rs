@@ -4,13 +4,18 @@ use super::midpoint::Part;
 use super::separations::Report;
 use super::state::Poses;
 use super::{Device, Setup};
-use crate::backend::cpu::DEEPEST_AHEAD;
+use crate::backend::cpu::first::DEEPEST_AHEAD;
 use crate::gpu::Recorder;
 
 impl Setup {
     /// Whether first rows may be made where the last velocities lead.
     pub fn leads_ahead(&self) -> bool {
         self.planar && self.branches > 0 && !self.midpoint && !self.inertia()
+    }
+
+    /// The least thickness of a body.
+    pub fn thinnest(&self) -> f64 {
+        self.shapes.iter().map(|shape| shape.thickness()).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -49,7 +54,6 @@ impl Device {
 
     /// Whether bodies overlap so deeply ahead that normals there may point to the wrong side.
     pub(super) fn is_led_astray(&self, found: &Report) -> bool {
-        let thinnest = self.setup.shapes.iter().map(|shape| shape.thickness()).fold(f64::INFINITY, f64::min);
-        self.is_ahead() && f64::from(f32::from_bits(found.worst)) > DEEPEST_AHEAD * thinnest
+        self.is_ahead() && f64::from(f32::from_bits(found.worst)) > DEEPEST_AHEAD * self.setup.thinnest()
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Setup;
 use super::source::{NEAR, VIOLATING, base, moved, numbers, of_pairs, spinning};
-use crate::backend::cpu::AHEAD;
+use crate::backend::cpu::first::{AHEAD, DEEPEST_AHEAD};
 use crate::constraint::LEAST_ALIGNED;
 use crate::gpu::{Gpu, GpuError, Kernel, Source, fragment};
 use crate::separation::branches::{DEEPEST, LEAST_SLACK, ROUNDING, SLACK_IN_SPACE};
@@ -26,6 +26,8 @@ pub(super) struct BranchKernels {
     pub move_words: Kernel,
     /// Where first rows are made where the last velocities lead.
     pub ahead: Option<Kernel>,
+    /// Where they are, and pairs have several branches.
+    pub aim: Option<Kernel>,
     /// Where bodies grow and steps have a middle.
     pub stretch: Option<Kernel>,
 }
@@ -48,6 +50,7 @@ impl BranchKernels {
             tightened: make(tightened)?,
             move_words: make(move_words)?,
             ahead: ahead(setup).as_ref().map(make).transpose()?,
+            aim: aim(setup).as_ref().map(make).transpose()?,
             stretch: stretch(setup).as_ref().map(make).transpose()?,
         }))
     }
@@ -95,6 +98,7 @@ pub(super) fn append(setup: &Setup) -> Source {
     numbers(plain(setup, "append"))
         .include(fragment!("dynamics/factor.wgsl"))
         .include(fragment!("constraint/part.wgsl"))
+        .include(fragment!("constraint/row.wgsl"))
         .include(fragment!("constraint/append_branches.wgsl"))
 }
 
@@ -123,6 +127,14 @@ pub(super) fn branch_sources(setup: &Setup) -> [Source; 8] {
 /// The kernel that leads bodies to where first rows are made.
 pub(super) fn ahead(setup: &Setup) -> Option<Source> {
     setup.leads_ahead().then(|| base(setup, "ahead").real("AHEAD", AHEAD).include(fragment!("dynamics/ahead.wgsl")))
+}
+
+/// The kernel that aims first rows at the end of the step.
+pub(super) fn aim(setup: &Setup) -> Option<Source> {
+    let source =
+        || numbers(geometry(setup, "aim")).real("AHEAD", AHEAD).real("MOST_AIMED", DEEPEST_AHEAD * setup.thinnest());
+    let needed = setup.leads_ahead() && setup.branches > 1;
+    needed.then(|| source().include(fragment!("constraint/aim.wgsl")))
 }
 
 /// The kernel of staged contacts at later lengths.

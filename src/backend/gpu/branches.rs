@@ -84,6 +84,23 @@ impl Branches {
         record.run(&kernels.stage, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
     }
 
+    fn aim(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: Made<'_>, row_start: &Buffer) {
+        let (Some(aim), true) = (&kernels.aim, made.ahead) else { return };
+        let Made { lists, setup, shapes, last, part, .. } = made;
+        let buffers = [
+            &lists.pairs,
+            &last.cells,
+            &last.remainders,
+            &last.orientations,
+            &last.twists,
+            &shapes.shapes,
+            row_start,
+            &self.staged,
+        ];
+        let parameters = setup.timed([lists.pairs_count as u32, 0, 0, 0], setup.length_of(part));
+        record.run(aim, &parameters, &buffers, lists.pairs_count);
+    }
+
     fn stretch(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: Made<'_>, row_start: &Buffer) {
         let (Some(stretch), Part::FromMiddle) = (&kernels.stretch, made.part) else { return };
         let Made { lists, poses, shapes, grown, .. } = made;
@@ -150,6 +167,7 @@ impl Rows {
         own.stage(of_branches, record, made, &problem.block_start);
         if first {
             own.stretch(of_branches, record, made, &problem.block_start);
+            own.aim(of_branches, record, made, &problem.block_start);
         }
         let (pairs, bodies, first) = (lists.pairs_count, lists.bodies as u32, u32::from(first));
         let buffers = [

@@ -173,12 +173,14 @@ impl Device {
         let index = if at_trial { 1 } else { self.first_index() };
         let in_middle = self.part == Part::FromMiddle && self.grows() && !at_trial;
         let grown = usize::from(self.grows());
+        let ahead = self.is_ahead() && !at_trial;
         let Device { rows, kernels, candidates, motions, next_rows, setup, part, poses, shapes, .. } = self;
         let made = Made {
             lists: &candidates.lists,
             motions,
             setup,
             part: *part,
+            ahead,
             poses: &poses[index],
             shapes: &shapes[if in_middle { 2 } else { grown }],
             grown: &shapes[grown],

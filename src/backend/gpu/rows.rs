@@ -37,6 +37,8 @@ pub(super) struct Made<'a> {
     pub setup: &'a Setup,
     /// The part of the step that they are rows of.
     pub part: Part,
+    /// Whether they are first rows made ahead of the step's start.
+    pub ahead: bool,
     /// Where the bodies are and what they are there, and what they are at the part's end.
     pub poses: &'a Poses,
     pub shapes: &'a Shapes,

@@ -187,7 +187,11 @@ pub(super) fn sources(setup: &Setup) -> Vec<Source> {
     let [count, append, remember] = match setup.branches {
         0 => [
             plain("count", fragment!("constraint/count.wgsl")),
-            numbered("append").include(factor).include(part).include(fragment!("constraint/append.wgsl")),
+            numbered("append")
+                .include(factor)
+                .include(part)
+                .include(fragment!("constraint/row.wgsl"))
+                .include(fragment!("constraint/append.wgsl")),
             plain("remember", fragment!("constraint/remember.wgsl")),
         ],
         _ => [branch_source::count(setup), branch_source::append(setup), branch_source::remember(setup)],

@@ -34,7 +34,8 @@ fn of_branches(setup: &Setup) -> Vec<Source> {
     if setup.branches == 0 {
         return Vec::new();
     }
-    let extra = branch_source::ahead(setup).into_iter().chain(branch_source::stretch(setup));
+    let optional = [branch_source::ahead, branch_source::aim, branch_source::stretch];
+    let extra = optional.into_iter().filter_map(|kernel| kernel(setup));
     branch_source::branch_sources(setup).into_iter().chain(extra).collect()
 }
 
