@@ -90,7 +90,8 @@ impl<T> Drive<T> {
         self.run_while(verbs, method, settings, check_every, |_, _, _, _| true)
     }
 
-    /// [`Drive::run`] that ends as if the iterations were used up where `goes_on` says so of the iterate, the number of iterations and the residual.
+    /// [`Drive::run`] that ends as if the iterations were used up where `goes_on` refuses the iterate, the number of
+    /// iterations and the residual.
     pub fn run_while<V: Verbs<Vector = T>>(
         &mut self,
         verbs: &mut V,
@@ -102,85 +103,99 @@ impl<T> Drive<T> {
     where
         T: Default,
     {
+        let mut course = self.begin(verbs, method, settings);
+        let status = loop {
+            self.iterate(verbs, method, &mut course, check_every);
+            course.take_looks(verbs, &mut self.history);
+            let may_go_on = || goes_on(verbs, &self.at, course.iteration, course.now);
+            match course.verdict(method.patience(), may_go_on) {
+                Verdict::GoOn => {}
+                Verdict::Confirm => self.confirm(verbs, method, &mut course),
+                Verdict::End(status) => break status,
+            }
+        };
+        self.end(verbs, &course, status)
+    }
+
+    /// The first look, at the start.
+    fn begin<'a, V: Verbs<Vector = T>>(
+        &mut self,
+        verbs: &mut V,
+        method: &mut impl Method<V>,
+        settings: &'a Settings,
+    ) -> Course<'a, V::Scalar> {
         let at = &mut self.at;
         verbs.clear(&mut at.g);
         verbs.gradient(&at.x, &mut at.g);
         method.begin(verbs, at);
-        let mut best = verbs.residual(&at.x, &at.g);
+        let best = verbs.residual(&at.x, &at.g);
         verbs.copy(&at.x, &mut self.best);
         verbs.copy(&at.x, &mut self.start);
-        let enough_at_start = if settings.max_iterations > 0 { 0.0 } else { settings.tolerance };
-        verbs.look(best, enough_at_start);
+        let course = Course::new(settings, best);
+        verbs.look(best, course.enough_at_start);
+        course
+    }
+
+    /// Iterates until as many looks are noted as are best read together.
+    fn iterate<V: Verbs<Vector = T>>(
+        &mut self,
+        verbs: &mut V,
+        method: &mut impl Method<V>,
+        course: &mut Course<'_, V::Scalar>,
+        check_every: u64,
+    ) {
+        let (at, settings) = (&mut self.at, course.settings);
         let renewal = if verbs.rounding() > f64::EPSILON { RENEWAL_OF_COARSE_NUMBERS } else { RENEWAL };
-        // Looks whose residuals were not read yet: the iterations taken, and whether the gradient was fresh.
-        let mut pending = vec![(0, true)];
-        let mut iteration = 0;
-        let (mut at_start, mut marked, mut marked_at) = (None, f64::INFINITY, 0);
-        let status = loop {
-            while pending.len() < verbs.looks_at_once().max(1) && iteration < settings.max_iterations {
-                for _ in 0..check_every.min(settings.max_iterations - iteration) {
-                    method.step(verbs, at);
-                    iteration += 1;
-                }
-                let fresh = method.refresh(verbs, at);
-                if !fresh && iteration % renewal < check_every {
-                    verbs.gradient(&at.x, &mut at.g);
-                }
-                let residual = verbs.residual(&at.x, &at.g);
-                // On a tie the newer iterate is kept: infeasible systems go on with equal residuals.
-                verbs.copy_if_positive(best - residual, &at.x, &mut self.best);
-                best = best.min(residual);
-                verbs.look(residual, settings.tolerance);
-                pending.push((iteration, fresh));
+        while course.pending.len() < verbs.looks_at_once().max(1) && course.iteration < settings.max_iterations {
+            for _ in 0..check_every.min(settings.max_iterations - course.iteration) {
+                method.step(verbs, at);
+                course.iteration += 1;
             }
-            let (mut now, mut fresh) = (f64::NAN, true);
-            for (residual, (taken, was_fresh)) in verbs.looks().into_iter().zip(pending.drain(..)) {
-                (now, iteration, fresh) = (residual, taken, was_fresh);
-                if let Some(history) = &mut self.history {
-                    history.push(Look { iterations: taken, products: verbs.products(), residual });
-                }
-                at_start.get_or_insert(now);
-                if now.is_finite() && now > settings.tolerance && now <= PROGRESS * marked {
-                    (marked, marked_at) = (now, iteration);
-                }
-            }
-            if !now.is_finite() {
-                break Status::NotFinite;
-            }
-            let enough = if iteration == 0 { enough_at_start } else { settings.tolerance };
-            if now <= enough {
-                if fresh {
-                    break Status::Solved;
-                }
-                // The recurrence says so: look with a fresh gradient, and go on from it if it does not.
+            let fresh = method.refresh(verbs, at);
+            if !fresh && course.iteration % renewal < check_every {
                 verbs.gradient(&at.x, &mut at.g);
-                let residual = verbs.residual(&at.x, &at.g);
-                if verbs.read(residual) > settings.tolerance {
-                    method.begin(verbs, at);
-                    best = residual;
-                }
-                verbs.copy(&at.x, &mut self.best);
-                verbs.look(residual, settings.tolerance);
-                pending.push((iteration, true));
-                continue;
             }
-            let solved_at_start = at_start.is_some_and(|residual| residual <= settings.tolerance);
-            if solved_at_start && iteration >= ITERATIONS_FROM_A_SOLUTION {
-                break Status::NoProgress;
-            }
-            if iteration >= settings.max_iterations || !goes_on(verbs, at, iteration, now) {
-                break Status::MaxIterations;
-            }
-            if iteration - marked_at >= method.patience().max(marked_at) {
-                break Status::NoProgress;
-            }
-        };
-        let at_start = at_start.unwrap_or(f64::NAN);
+            let residual = verbs.residual(&at.x, &at.g);
+            // On a tie the newer iterate is kept: infeasible systems go on with equal residuals.
+            verbs.copy_if_positive(course.best - residual, &at.x, &mut self.best);
+            course.best = course.best.min(residual);
+            verbs.look(residual, settings.tolerance);
+            course.pending.push((course.iteration, fresh));
+        }
+    }
+
+    /// A recurrence's residual is within the tolerance: looks with a fresh gradient, and goes on from it if it is not.
+    fn confirm<V: Verbs<Vector = T>>(
+        &mut self,
+        verbs: &mut V,
+        method: &mut impl Method<V>,
+        course: &mut Course<'_, V::Scalar>,
+    ) {
+        let (at, tolerance) = (&mut self.at, course.settings.tolerance);
+        verbs.gradient(&at.x, &mut at.g);
+        let residual = verbs.residual(&at.x, &at.g);
+        if verbs.read(residual) > tolerance {
+            method.begin(verbs, at);
+            course.best = residual;
+        }
+        verbs.copy(&at.x, &mut self.best);
+        verbs.look(residual, tolerance);
+        course.pending.push((course.iteration, true));
+    }
+
+    /// Chooses the iterate that is returned: the last one of a solve that succeeded, else the best one, else the start.
+    fn end<V: Verbs<Vector = T>>(
+        &mut self,
+        verbs: &mut V,
+        course: &Course<'_, V::Scalar>,
+        status: Status,
+    ) -> (Status, u64, f64) {
+        let (at, at_start) = (&mut self.at, course.at_start.unwrap_or(f64::NAN));
         if status == Status::Solved {
             let residual = verbs.residual(&at.x, &at.g);
-            return (status, iteration, verbs.read(residual));
+            return (status, course.iteration, verbs.read(residual));
         }
-        // The best iterate was picked by a recurrence, which an infeasible system can lead far astray: look at it afresh.
+        // A recurrence picked the best iterate, and an infeasible system can lead it far astray: look at it afresh.
         verbs.copy(&self.best, &mut at.x);
         verbs.gradient(&at.x, &mut at.g);
         let residual = verbs.residual(&at.x, &at.g);
@@ -192,7 +207,92 @@ impl<T> Drive<T> {
             verbs.gradient(&at.x, &mut at.g);
             at_start
         };
-        (if residual <= settings.tolerance { Status::Solved } else { status }, iteration, residual)
+        let status = if residual <= course.settings.tolerance { Status::Solved } else { status };
+        (status, course.iteration, residual)
+    }
+}
+
+/// What follows from the residuals read so far.
+enum Verdict {
+    GoOn,
+    /// The residual of a gradient kept by recurrence is within the tolerance.
+    Confirm,
+    End(Status),
+}
+
+/// The course of one solve: its iterations and residuals.
+struct Course<'a, S> {
+    settings: &'a Settings,
+    /// The residual that a start may have to be a solution without an iteration.
+    enough_at_start: f64,
+    /// The smallest residual, as the backend has it.
+    best: S,
+    /// Looks whose residuals were not read yet: the iterations taken, and whether the gradient was fresh.
+    pending: Vec<(u64, bool)>,
+    /// Iterations taken, and the residual after them.
+    iteration: u64,
+    now: f64,
+    /// Whether that is the residual of a fresh gradient.
+    fresh: bool,
+    at_start: Option<f64>,
+    /// The last residual that counted as a gain, and when it came.
+    marked: f64,
+    marked_at: u64,
+}
+
+impl<'a, S> Course<'a, S> {
+    fn new(settings: &'a Settings, best: S) -> Self {
+        Course {
+            settings,
+            enough_at_start: if settings.max_iterations > 0 { 0.0 } else { settings.tolerance },
+            best,
+            pending: vec![(0, true)],
+            iteration: 0,
+            now: f64::NAN,
+            fresh: true,
+            at_start: None,
+            marked: f64::INFINITY,
+            marked_at: 0,
+        }
+    }
+
+    /// Reads the residuals of all pending looks.
+    fn take_looks(&mut self, verbs: &mut impl Verbs, history: &mut Option<Vec<Look>>) {
+        (self.now, self.fresh) = (f64::NAN, true);
+        for (residual, (taken, fresh)) in verbs.looks().into_iter().zip(self.pending.drain(..)) {
+            (self.now, self.iteration, self.fresh) = (residual, taken, fresh);
+            if let Some(history) = history {
+                history.push(Look { iterations: taken, products: verbs.products(), residual });
+            }
+            self.at_start.get_or_insert(residual);
+            let gained = residual > self.settings.tolerance && residual <= PROGRESS * self.marked;
+            if residual.is_finite() && gained {
+                (self.marked, self.marked_at) = (residual, taken);
+            }
+        }
+    }
+
+    /// Whether the solve goes on. `may_go_on` is asked only where nothing else ends it.
+    fn verdict(&self, patience: u64, may_go_on: impl FnOnce() -> bool) -> Verdict {
+        let Settings { tolerance, max_iterations, .. } = *self.settings;
+        if !self.now.is_finite() {
+            return Verdict::End(Status::NotFinite);
+        }
+        let enough = if self.iteration == 0 { self.enough_at_start } else { tolerance };
+        if self.now <= enough {
+            return if self.fresh { Verdict::End(Status::Solved) } else { Verdict::Confirm };
+        }
+        let solved_at_start = self.at_start.is_some_and(|residual| residual <= tolerance);
+        if solved_at_start && self.iteration >= ITERATIONS_FROM_A_SOLUTION {
+            return Verdict::End(Status::NoProgress);
+        }
+        if self.iteration >= max_iterations || !may_go_on() {
+            return Verdict::End(Status::MaxIterations);
+        }
+        if self.iteration - self.marked_at >= patience.max(self.marked_at) {
+            return Verdict::End(Status::NoProgress);
+        }
+        Verdict::GoOn
     }
 }
 

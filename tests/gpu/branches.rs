@@ -12,6 +12,7 @@ use relcp::gpu::{Gpu, Precision};
 use relcp::relcp::State;
 use relcp::scene::{self, Scene};
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 /// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to sizes and moves; and what multipliers may differ by, relative to
 /// the largest.
@@ -179,7 +180,7 @@ fn moving(scene: &Scene) -> Bodies {
 }
 
 /// How many multipliers first rows started from.
-fn check<const D: usize>(gpu: &Gpu, scene: &Scene) -> usize {
+fn check<const D: usize>(gpu: &Arc<Gpu>, scene: &Scene) -> usize {
     let mut started = 0;
     let state = || State { next_id: 1000, bodies: moving(scene), ..State::default() };
     for (precision, bounds, gamma) in BOUNDS.into_iter().filter(|b| precisions(gpu).contains(&b.0)) {

@@ -1,7 +1,7 @@
 //! Numbers that live on the device. Arithmetic with them is noted in a list of the thread, in order, and done later.
 //!
-//! A number is an entry of a ring on the device, so one that was made long ago is overwritten: no solver keeps one for longer than two
-//! iterations, which make about half of the ring.
+//! A number is an entry of a ring on the device, so one that was made long ago is overwritten. No solver keeps a number for longer
+//! than two iterations, which make about half of the ring. A solve that reads an overwritten number ends with a fault.
 
 use crate::lcp::verbs::Scalar;
 use std::cell::RefCell;
@@ -46,6 +46,7 @@ pub(super) struct Noted {
 struct Notes {
     noted: Vec<Noted>,
     next: u32,
+    misuse: Option<&'static str>,
 }
 
 thread_local! {
@@ -68,8 +69,20 @@ pub(super) fn new() -> u32 {
 
 /// Where the nth number is in the ring.
 pub(super) fn place(nth: u32) -> u32 {
-    debug_assert!(NOTES.with_borrow(|notes| notes.next.wrapping_sub(nth)) <= RING, "a number was kept for too long");
+    if NOTES.with_borrow(|notes| notes.next.wrapping_sub(nth)) > RING {
+        report("a solver kept a number for longer than the device does");
+    }
     nth % RING
+}
+
+/// Notes that a solver does what a device cannot: its solve ends with this fault.
+pub(super) fn report(misuse: &'static str) {
+    NOTES.with_borrow_mut(|notes| notes.misuse = Some(misuse));
+}
+
+/// The fault that was reported since the last call.
+pub(super) fn take_misuse() -> Option<&'static str> {
+    NOTES.with_borrow_mut(|notes| notes.misuse.take())
 }
 
 fn note(operation: Operation, a: Number, b: Number, c: Number) -> Number {
@@ -152,5 +165,25 @@ impl Scalar for Number {
             }
             Number::At(_) => note(Operation::IfPositive, self, yes, no),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_that_was_overwritten_is_a_fault() {
+        let Number::At(kept) = made(1.0) else { panic!() };
+        for _ in 1..RING {
+            new();
+        }
+        place(kept);
+        assert_eq!(take_misuse(), None);
+        new();
+        place(kept);
+        assert!(take_misuse().is_some());
+        assert_eq!(take_misuse(), None);
+        drain(&mut Vec::new());
     }
 }

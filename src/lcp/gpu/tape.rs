@@ -131,8 +131,10 @@ impl Tape {
                 let known = self.constants.iter().position(|y| y.to_bits() == x.to_bits());
                 let place = known.unwrap_or_else(|| {
                     // Solvers use some ten constants.
-                    debug_assert!(self.constants.len() < CONSTANTS as usize);
-                    self.constants.truncate(CONSTANTS as usize - 1);
+                    if self.constants.len() >= CONSTANTS as usize {
+                        number::report("a solver uses more constants than a device holds");
+                        self.constants.truncate(CONSTANTS as usize - 1);
+                    }
                     self.constants.push(x);
                     self.constants.len() - 1
                 });

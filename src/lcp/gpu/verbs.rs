@@ -39,6 +39,7 @@ impl<'a> Device<'a> {
         let vectors = machine.slots().free;
         // Arithmetic left over by a solve that ended early.
         super::number::drain(&mut Vec::new());
+        super::number::take_misuse();
         Device {
             gpu,
             machine,
@@ -85,6 +86,9 @@ impl<'a> Device<'a> {
     /// Runs the tape and reads numbers.
     fn run(&mut self, read: &[std::ops::Range<u32>]) -> Vec<f64> {
         self.tape.finish();
+        if let (None, Some(misuse)) = (&self.fault, super::number::take_misuse()) {
+            self.fault = Some(GpuError::Refused { message: misuse.into() });
+        }
         if self.fault.is_none() {
             match self.machine.run(self.gpu, self.problem, &self.tape, self.vectors, read) {
                 Ok(numbers) => {
