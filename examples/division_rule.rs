@@ -3,9 +3,9 @@
 
 use glam::{DQuat, DVec3};
 use relcp::bodies::Lineage;
-use relcp::relcp::{Simulation, State};
 use relcp::scene;
 use relcp::shape::Shape;
+use relcp::step::{Simulation, State};
 use std::collections::HashMap;
 use std::error::Error;
 

@@ -37,7 +37,7 @@
 //! # A first run
 //!
 //! ```
-//! use relcp::{relcp::Simulation, scene};
+//! use relcp::{Simulation, scene};
 //! let scene = scene::load("three-capsules", &[])?;
 //! let bodies = scene.build()?;
 //! let mut simulation = Simulation::new(scene, bodies)?;
@@ -46,7 +46,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The step itself is [`relcp::step`], over the verbs of [`backend::Backend`].
+//! The step itself is [`step::step`], over the verbs of [`backend::Backend`].
 
 pub mod backend;
 pub mod batch;
@@ -64,13 +64,21 @@ pub mod periodic;
 #[cfg(feature = "python")]
 pub mod python;
 pub mod record;
-pub mod relcp;
 pub mod render;
 pub mod scene;
 pub mod separation;
 pub mod shape;
+pub mod step;
 pub mod study;
 pub mod walls;
+
+pub use bodies::Bodies;
+pub use dynamics::{ForceField, Load};
+pub use glam;
+pub use scene::{Scene, SceneError};
+pub use separation::{Placed, Separation};
+pub use shape::Shape;
+pub use step::{Compute, Fault, Simulation, State, StepReport, contacts};
 
 /// The README's example compiles and runs with the others.
 #[cfg(doctest)]

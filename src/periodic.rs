@@ -7,8 +7,8 @@
 //!
 //! One image is enough while the two reaches, the cutoff, and what both move freely in a step are together at most half a period: every other image
 //! has its centre at least that far away along the axis. A scene whose bodies are longer, or may grow so long, is refused
-//! ([`Scene::validate`]), and a step whose bodies would move too far is a [`Fault`](crate::relcp::Fault). What audits a state
-//! ([`contacts`](crate::relcp::contacts)) does not rest on this: it looks at all images whose boxes touch.
+//! ([`Scene::validate`]), and a step whose bodies would move too far is a [`Fault`](crate::step::Fault). What audits a state
+//! ([`contacts`](crate::step::contacts)) does not rest on this: it looks at all images whose boxes touch.
 
 use crate::broad_phase::Aabb;
 use crate::scene::Scene;

@@ -1,10 +1,10 @@
-//! The verbs of a timestep. A backend holds the state and carries them out; `relcp::step` says in which order.
+//! The verbs of a timestep. A backend holds the state and carries them out; `step::step` says in which order.
 
 pub mod cpu;
 pub mod gpu;
 
 use crate::lcp::{Outcome, Stored};
-use crate::relcp::{Crowd, Fault, Passed, Phases, Piece, State, Waiting};
+use crate::step::{Crowd, Fault, Passed, Phases, Piece, State, Waiting};
 
 /// What a trial configuration looks like: every pair of bodies, and every body with every wall, also those that were not near at the step's start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

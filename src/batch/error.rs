@@ -2,8 +2,8 @@
 
 use crate::gpu::GpuError;
 use crate::record::{RecordError, RunError};
-use crate::relcp::Fault;
 use crate::scene::SceneError;
+use crate::step::Fault;
 use miette::Diagnostic;
 use thiserror::Error;
 

@@ -7,8 +7,8 @@ use super::exit::{CliError, Exit};
 use super::output;
 use super::run::RUNS;
 use crate::batch::{BatchError, Ended, Folders, Member, MemberError, Options, Plan, RowStatus, Table, run};
-use crate::relcp::Compute;
 use crate::scene::Scene;
+use crate::step::Compute;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 

@@ -4,7 +4,7 @@ use super::interrupt::Interrupt;
 use super::output;
 use crate::batch::{Ended, Member, MemberError, Watch};
 use crate::record::{Run, RunError, RunStatus};
-use crate::relcp::StepReport;
+use crate::step::StepReport;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeSet;
 use std::error::Error;

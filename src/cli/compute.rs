@@ -4,8 +4,8 @@ use super::arguments::{Backend, Compute as Arguments, Precision as Wanted};
 use super::exit::CliError;
 use super::output;
 use crate::gpu::{AdapterReport, Choice, GpuError, Precision, adapters};
-use crate::relcp::Compute;
 use crate::scene::Scene;
+use crate::step::Compute;
 use std::sync::OnceLock;
 
 /// Settles how many threads there are.

@@ -2,7 +2,7 @@
 
 use super::output;
 use crate::record::Run;
-use crate::relcp::StepReport;
+use crate::step::StepReport;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};

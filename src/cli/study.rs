@@ -11,7 +11,7 @@ use super::study_paper::paper;
 use super::study_solvers::solvers;
 use super::study_work_precision::work_precision;
 use crate::record::{RecordError, durable};
-use crate::relcp::Compute;
+use crate::step::Compute;
 use crate::study::StudyError;
 use crate::study::throughput::{Kind, Row, measure, table};
 use serde::Serialize;

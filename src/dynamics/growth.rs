@@ -10,10 +10,10 @@
 
 use super::pressures;
 use crate::bodies::{Bodies, Lineage};
-use crate::relcp::{Waiting, Warm};
 use crate::scene::{Growth, Scene};
 use crate::separation::Placed;
 use crate::shape::Shape;
+use crate::step::{Waiting, Warm};
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

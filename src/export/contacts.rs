@@ -1,8 +1,8 @@
 //! The contacts of a state, with the forces that its checkpoint knows.
 
 use super::states::Snapshot;
-use crate::relcp::image_contacts;
 use crate::separation::{Separation, branch, separation};
+use crate::step::image_contacts;
 use crate::walls::surface_of;
 use glam::{DVec3, I64Vec3};
 use std::collections::BTreeMap;

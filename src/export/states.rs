@@ -3,8 +3,8 @@
 use super::error::ExportError;
 use crate::bodies::Bodies;
 use crate::record::{Folder, read_state};
-use crate::relcp::Warm;
 use crate::scene;
+use crate::step::Warm;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 

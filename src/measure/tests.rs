@@ -3,9 +3,9 @@
 use super::*;
 use crate::bodies::{Bodies, NO_GROUP};
 use crate::export::{Snapshot, States};
-use crate::relcp::Warm;
 use crate::separation::Placed;
 use crate::shape::Shape;
+use crate::step::Warm;
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

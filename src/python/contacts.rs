@@ -2,7 +2,7 @@
 
 use super::arrays::{column, table};
 use crate::bodies::Bodies;
-use crate::relcp::{State, Warm, contacts};
+use crate::step::{State, Warm, contacts};
 use crate::walls::{Walls, surface_of};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;

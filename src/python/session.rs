@@ -2,8 +2,8 @@
 
 use super::compute::shared_threads_live;
 use crate::record::{RecordError, RunStatus, Summary, Totals, max_overlap, scene_hash, write_state};
-use crate::relcp::{Compute, Fault, Simulation, State, StepReport};
 use crate::scene::{Scene, SceneError};
+use crate::step::{Compute, Fault, Simulation, State, StepReport};
 use rayon::ThreadPool;
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -9,7 +9,7 @@ use super::scene::PyScene;
 use super::session::{NoStart, Session, Threads};
 use crate::bodies::Bodies;
 use crate::record::{read_state, scene_hash, state_hash};
-use crate::relcp::{Compute, State};
+use crate::step::{Compute, State};
 use crate::walls::Walls;
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;

@@ -4,9 +4,9 @@ use super::error::StateError;
 use super::npz::{Archive, Block, Data};
 use crate::bodies::{Bodies, Lineage};
 use crate::periodic::Periods;
-use crate::relcp::{State, Warm};
 use crate::scene::LARGEST_NUMBER;
 use crate::shape::Shape;
+use crate::step::{State, Warm};
 use crate::walls::surface_of;
 use glam::{DQuat, DVec3};
 

@@ -1,7 +1,7 @@
 //! What can go wrong with a run's files.
 
 use super::lcp_file::LcpFileError;
-use crate::relcp::Fault;
+use crate::step::Fault;
 use miette::Diagnostic;
 use std::fmt::Display;
 use std::io;

@@ -12,7 +12,7 @@ use super::error::RecordError;
 use super::npz::{Block, Data, HEADER, MAGIC, header_text, seal_holds, write};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::lcp::Stored;
-use crate::relcp::{Kept, Simulation};
+use crate::step::{Kept, Simulation};
 use serde::{Deserialize, Serialize};
 use std::fmt::Display;
 use std::io::{Cursor, Read};

@@ -4,8 +4,8 @@ use super::error::RecordError;
 use super::rows::Rows;
 use crate::export::Snapshot;
 use crate::measure::{self, Frame, Measure, Settings, View};
-use crate::relcp::{Fault, Simulation};
 use crate::scene::Scene;
+use crate::step::{Fault, Simulation};
 use std::path::Path;
 
 /// The columns before those of the measures.

@@ -13,9 +13,9 @@ use super::steps::Steps;
 use super::summary::{RunStatus, Summary, max_overlap};
 use super::totals::Totals;
 use crate::dynamics::ForceField;
-use crate::relcp::{Compute, Fault, Simulation, State, StepReport};
 use crate::render::{View, picture};
 use crate::scene::Scene;
+use crate::step::{Compute, Fault, Simulation, State, StepReport};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -30,7 +30,7 @@ const PICTURE_SIDES: [u32; 2] = [1280, 720];
 ///
 /// ```
 /// use relcp::record::{Folder, Run, RunStatus};
-/// use relcp::{relcp::Simulation, scene};
+/// use relcp::{Simulation, scene};
 /// let parent = tempfile::tempdir()?;
 /// let scene = scene::load("three-capsules", &[])?;
 /// let bodies = scene.build()?;

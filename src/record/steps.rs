@@ -3,7 +3,7 @@
 use super::durable;
 use super::error::RecordError;
 use super::rows::Rows;
-use crate::relcp::StepReport;
+use crate::step::StepReport;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

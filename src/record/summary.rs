@@ -4,9 +4,9 @@ use super::hash::state_hash;
 use super::memory::peak_bytes;
 use super::totals::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds};
 use crate::bodies::Bodies;
-use crate::relcp::{Fault, Simulation, contacts};
 use crate::scene::{Method, Scene, SolverKind, Stepping, StopReason};
 use crate::separation::Separation;
+use crate::step::{Fault, Simulation, contacts};
 use crate::walls::Walls;
 use serde::{Deserialize, Serialize};
 

@@ -6,9 +6,9 @@ use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::constraint::RowSourceError;
 use relcp::export::{Format, Snapshot, States, export};
 use relcp::record::{Folder, RecordError, Run, RunError, StateError, encode};
-use relcp::relcp::{Fault, Simulation, State};
 use relcp::scene;
 use relcp::shape::{Convex, ConvexError, ProxyError, Shape, ShapeError};
+use relcp::step::{Fault, Simulation, State};
 use std::time::Duration;
 
 fn refused(point: impl Fn(DVec3) -> DVec3 + Send + Sync + 'static) -> ConvexError {

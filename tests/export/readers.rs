@@ -3,7 +3,7 @@
 use crate::scenes::{colony, every_shape, large, many_rods};
 use relcp::export::{Format, Snapshot, States, export};
 use relcp::record::write_state;
-use relcp::relcp::State;
+use relcp::step::State;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;

@@ -156,7 +156,7 @@ fn a_cutoff_decides_what_is_a_contact() {
     let run = colony(parent.path());
     let last = States::open(run.state(250).to_str().unwrap()).unwrap();
     let count = |cutoff| files(exported(&last, cutoff).path(), 0)[2].points();
-    let near = relcp::relcp::contacts(&last.read(0).unwrap().bodies, 0.3).len();
+    let near = relcp::step::contacts(&last.read(0).unwrap().bodies, 0.3).len();
     assert_eq!(count(Some(0.3)), near);
     assert!(near > count(None));
     assert_eq!(count(Some(-1.0)), 0);

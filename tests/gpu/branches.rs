@@ -9,8 +9,8 @@ use relcp::backend::{Backend, cpu::Cpu};
 use relcp::bodies::Bodies;
 use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::gpu::Precision;
-use relcp::relcp::State;
 use relcp::scene::{self, Scene};
+use relcp::step::State;
 use std::f64::consts::FRAC_PI_2;
 
 /// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to sizes and moves; and what multipliers may differ by, relative to

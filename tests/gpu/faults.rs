@@ -3,8 +3,8 @@
 use crate::device::device;
 use relcp::gpu::{Buffer, Choice, Gpu, GpuError, Kernel, Precision, Source, adapters};
 use relcp::record::{Folder, Run, RunError, read_state};
-use relcp::relcp::{Compute, Fault, Simulation};
 use relcp::scene;
+use relcp::step::{Compute, Fault, Simulation};
 use std::sync::Arc;
 use std::time::Duration;
 

@@ -8,8 +8,8 @@ use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
 use relcp::freedom::SPATIAL;
 use relcp::gpu::Precision;
-use relcp::relcp::{Compute, Simulation, State};
 use relcp::scene::{self, Scene, Stepping};
+use relcp::step::{Compute, Simulation, State};
 
 const OTHERS: [&str; 4] = [
     r#"{"sphere": {"radius": 0.6}}"#,

@@ -3,8 +3,8 @@
 use crate::device::{device, precisions};
 use glam::DVec3;
 use relcp::gpu::{Gpu, Precision};
-use relcp::relcp::{Compute, Simulation, StepReport, contacts};
 use relcp::scene::{self, StopReason};
+use relcp::step::{Compute, Simulation, StepReport, contacts};
 use std::sync::Arc;
 
 /// A run's end and its reports.

@@ -8,8 +8,8 @@ use relcp::dynamics::Load;
 use relcp::gpu::{Choice, Gpu, GpuError, Precision};
 use relcp::lcp::Stored;
 use relcp::record::{read_lcp, state_hash};
-use relcp::relcp::{Compute, Fault, Kept, Simulation, State, StepReport, Warm, contacts};
 use relcp::scene::{self, Scene};
+use relcp::step::{Compute, Fault, Kept, Simulation, State, StepReport, Warm, contacts};
 use relcp::study::solvers::{Named, Size, measure};
 use std::sync::Arc;
 

@@ -7,10 +7,10 @@ use glam::{DQuat, DVec3};
 use relcp::backend::Backend;
 use relcp::bodies::Bodies;
 use relcp::dynamics::stretch;
-use relcp::relcp::{Simulation, contacts};
 use relcp::scene::{self, Scene, Stepping};
 use relcp::separation::{Placed, separation};
 use relcp::shape::Shape;
+use relcp::step::{Simulation, contacts};
 use serde_json::json;
 use std::f64::consts::FRAC_PI_2;
 

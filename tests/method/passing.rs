@@ -2,9 +2,9 @@
 
 use glam::{DQuat, DVec3};
 use relcp::dynamics::{Pose, Twist, advance};
-use relcp::relcp::{Passed, Simulation, passed};
 use relcp::scene::{self, Scene};
 use relcp::separation::{Placed, separation};
+use relcp::step::{Passed, Simulation, passed};
 use std::path::Path;
 
 fn torn_chain(sets: &[&str]) -> Scene {

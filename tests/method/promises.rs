@@ -5,8 +5,8 @@ use glam::DVec3;
 use relcp::backend::{Backend, cpu::Cpu};
 use relcp::freedom::SPATIAL;
 use relcp::lcp::{Problem, velocity};
-use relcp::relcp::{Simulation, State};
 use relcp::scene::{Recursion, Scene, SolverKind};
+use relcp::step::{Simulation, State};
 
 pub const HEAPS: [&[&str]; 4] =
     [&["sphere"], &["spherocylinder"], &["ellipsoid"], &["sphere", "spherocylinder", "ellipsoid"]];

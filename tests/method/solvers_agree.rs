@@ -6,8 +6,8 @@ use glam::DVec3;
 use relcp::backend::{Backend, cpu::Cpu};
 use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::lcp::{Problem, Settings, Solver, Status, velocity};
-use relcp::relcp::{Simulation, State, Warm};
 use relcp::scene::{self, Scene, SolverKind};
+use relcp::step::{Simulation, State, Warm};
 use serde_json::json;
 
 const SOLVERS: [SolverKind; 6] = [

@@ -6,8 +6,8 @@ use glam::DVec3;
 use relcp::dynamics::pressures;
 use relcp::export::Snapshot;
 use relcp::measure::{Frame, Settings, View};
-use relcp::relcp::Simulation;
 use relcp::scene::{Dump, DumpWhen, Method, Scene, SolverKind, Stepping, Wall};
+use relcp::step::Simulation;
 use relcp::walls::{Walls, surface_of};
 use serde_json::json;
 

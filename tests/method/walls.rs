@@ -2,10 +2,10 @@
 
 use crate::random::{Random, parse};
 use glam::DVec3;
-use relcp::relcp::{Simulation, contacts};
 use relcp::scene::{Scene, Stepping, Wall};
 use relcp::separation::Placed;
 use relcp::shape::Shape;
+use relcp::step::{Simulation, contacts};
 use serde_json::{Value, json};
 use std::f64::consts::{PI, TAU};
 

@@ -7,10 +7,10 @@ use relcp::export::{Snapshot, States, contacts};
 use relcp::measure::{Settings, measure, select};
 use relcp::periodic::Periods;
 use relcp::record::{StateError, decode, encode, encode_with_forces, read_state};
-use relcp::relcp::{Simulation, State, Warm, image_contacts};
 use relcp::scene;
 use relcp::separation::Placed;
 use relcp::shape::Shape;
+use relcp::step::{Simulation, State, Warm, image_contacts};
 use serde_json::{Value, json};
 use std::path::Path;
 

@@ -152,7 +152,7 @@ fn placed_bodies_keep_clear_of_images() {
             assert!(high[axis] - low[axis] > 0.9 * length && high[axis] < 0.5 * length && low[axis] >= -0.5 * length);
         }
         // By density: the open axes make up for the rest.
-        let near = |bodies: &relcp::bodies::Bodies| relcp::relcp::contacts(bodies, 0.3).len();
+        let near = |bodies: &relcp::bodies::Bodies| relcp::step::contacts(bodies, 0.3).len();
         assert!(near(&bodies) > near(&open), "{lengths}: some are near through a boundary only");
     }
 }

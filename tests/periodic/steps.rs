@@ -7,10 +7,10 @@ use rand_chacha::ChaCha8Rng;
 use relcp::backend::{Backend, cpu::Cpu};
 use relcp::bodies::Bodies;
 use relcp::freedom::SPATIAL;
-use relcp::relcp::{Compute, Fault, Simulation, State};
 use relcp::scene::{self, Scene};
 use relcp::separation::Placed;
 use relcp::shape::Shape;
+use relcp::step::{Compute, Fault, Simulation, State};
 use relcp::walls::Walls;
 
 /// Steps a scene from `bodies` to its end; each step is audited by every image of every pair. Returns the recursions, the rows and the largest overlap.

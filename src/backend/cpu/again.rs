@@ -4,7 +4,7 @@ use super::Cpu;
 use crate::backend::{Again, Backend};
 use crate::dynamics::ForceField;
 use crate::lcp::Outcome;
-use crate::relcp::{Crowd, Fault, Piece, State, Waiting};
+use crate::step::{Crowd, Fault, Piece, State, Waiting};
 use std::collections::{BTreeSet, HashSet};
 
 impl<const D: usize> Cpu<D> {

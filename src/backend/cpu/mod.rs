@@ -16,10 +16,10 @@ use crate::dynamics::{self, Cells, ForceField, Law, Load, Motion, Overdamped, Po
 use crate::freedom::{PLANAR, pack, unpack};
 use crate::lcp::{self, Outcome, Problem, Settings, Status, Stored};
 use crate::periodic::Periods;
-use crate::relcp::{Fault, Passed, Phases, Piece, State, Waiting, Warm, passed};
 use crate::scene::{Dynamics, Rows, Scene, Stepping};
 use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::{ProxySphere, Shape};
+use crate::step::{Fault, Passed, Phases, Piece, State, Waiting, Warm, passed};
 use crate::walls::{Walls, surface_of};
 use glam::DVec3;
 use narrow_phase::{Known, Near};

@@ -7,7 +7,7 @@ use super::{Ancestry, Device, growing};
 use crate::backend::Again;
 use crate::backend::cpu::Cpu;
 use crate::gpu::GpuError;
-use crate::relcp::{Fault, State};
+use crate::step::{Fault, State};
 use std::sync::OnceLock;
 
 impl Device {

@@ -9,7 +9,7 @@ use super::walls::Surfaces;
 use super::{Setup, words};
 use crate::broad_phase::gpu::Search;
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
-use crate::relcp::Warm;
+use crate::step::Warm;
 
 /// Calls that a list should last for: a search costs about as much as a dozen narrow phases.
 const FEW_CALLS: u64 = 16;

@@ -6,8 +6,8 @@ use super::source::WallKernels;
 use super::state::{Poses, Shapes};
 use super::{Setup, words};
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan};
-use crate::relcp::Warm;
 use crate::separation::gpu::surface_numbers;
+use crate::step::Warm;
 use crate::walls::{self, Walls};
 
 /// The number of the first place of the first surface in the place of a second body's.

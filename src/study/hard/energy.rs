@@ -1,8 +1,8 @@
 //! Energy that comes from nowhere: contact takes energy, and forces with a potential give none that they do not take back.
 
 use crate::bodies::Bodies;
-use crate::relcp::contacts;
 use crate::scene::{Dynamics, Force, Scene};
+use crate::step::contacts;
 use crate::walls::Walls;
 use glam::DVec3;
 

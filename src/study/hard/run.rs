@@ -3,8 +3,8 @@
 use super::Start;
 use crate::bodies::Bodies;
 use crate::gpu::Precision;
-use crate::relcp::{Compute, Fault, Simulation, StepReport, contacts};
 use crate::scene::{Method, OnFailure, Scene, SceneError};
+use crate::step::{Compute, Fault, Simulation, StepReport, contacts};
 use crate::walls::Walls;
 use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};

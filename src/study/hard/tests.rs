@@ -2,8 +2,8 @@ use super::start::{Start, sphere, upright};
 use super::*;
 use crate::gpu::Precision;
 use crate::lcp::Status;
-use crate::relcp::StepReport;
 use crate::scene::Wall;
+use crate::step::StepReport;
 use crate::walls::Walls;
 use glam::{DQuat, DVec3};
 

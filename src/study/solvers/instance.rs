@@ -5,8 +5,8 @@ use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::GpuError;
 use crate::lcp::gpu::DeviceProblem;
 use crate::lcp::{self, Look, Outcome, Settings, Solver, Status, Stored};
-use crate::relcp::Compute;
 use crate::scene::SolverKind;
+use crate::step::Compute;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 

@@ -3,8 +3,8 @@
 use super::Size;
 use super::instance::computed_by;
 use crate::record::decode;
-use crate::relcp::{Compute, Fault, Simulation};
 use crate::scene::{self, SolverKind};
+use crate::step::{Compute, Fault, Simulation};
 use crate::study::StudyError;
 use serde::Serialize;
 

@@ -8,8 +8,8 @@ use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
 use relcp::gpu::{Choice, Gpu, Precision};
 use relcp::record::state_hash;
-use relcp::relcp::{Compute, Fault, Simulation, State, StepReport, contacts};
 use relcp::scene::{self, Scene, Stepping};
+use relcp::step::{Compute, Fault, Simulation, State, StepReport, contacts};
 use relcp::walls::Walls;
 use std::sync::Arc;
 

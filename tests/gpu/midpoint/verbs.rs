@@ -9,8 +9,8 @@ use relcp::bodies::Bodies;
 use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::gpu::Precision;
 use relcp::lcp::Problem;
-use relcp::relcp::State;
 use relcp::scene::{self, Rows, Scene, SolverKind};
+use relcp::step::State;
 use std::collections::HashMap;
 
 /// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to sizes and moves.

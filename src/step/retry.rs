@@ -6,7 +6,7 @@
 //!
 //! Nothing here depends on earlier steps, so that a run that goes on from a state takes the same pieces.
 
-use super::step::{Attempt, Plan, attempt};
+use super::algorithm::{Attempt, Plan, attempt};
 use super::{Crowd, Fault, Keep, Phases, Piece, State, StepReport, Unresolved, Waiting};
 use crate::backend::{Again, Backend, Overlap};
 use crate::lcp::Status;

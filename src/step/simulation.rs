@@ -182,7 +182,7 @@ impl Compute {
 /// A scene's bodies and the backend that steps them.
 ///
 /// ```
-/// use relcp::{relcp::Simulation, scene};
+/// use relcp::{Simulation, scene};
 /// let scene = scene::load("two-ellipsoids", &["time.end=0.1".into()])?;
 /// let bodies = scene.build()?;
 /// let mut simulation = Simulation::new(scene, bodies)?;

@@ -1,6 +1,7 @@
 //! The timestep, the simulation that repeats it, and what it reports.
 
 mod accuracy;
+mod algorithm;
 mod contacts;
 mod keep;
 mod passing;
@@ -8,9 +9,9 @@ mod piece;
 mod report;
 mod retry;
 mod simulation;
-mod step;
 mod unresolved;
 
+pub use algorithm::{Plan, step};
 pub use contacts::{ImageContact, contacts, image_contacts};
 pub use keep::{Keep, Kept};
 pub(crate) use passing::may_pass;
@@ -18,5 +19,4 @@ pub use passing::{Passed, passed};
 pub use piece::{Crowd, Piece, Waiting};
 pub use report::{Phases, StepReport};
 pub use simulation::{Compute, Fault, Simulation, State, Warm};
-pub use step::{Plan, step};
 pub use unresolved::Unresolved;
