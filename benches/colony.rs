@@ -2,7 +2,8 @@
 //!
 //! `cargo bench --bench colony` grows 256 cells; `RELCP_CELLS=1024 cargo bench --bench colony` the size of the published table.
 
-use relcp::step::{Phases, Simulation, StepReport};
+use relcp::simulation::Simulation;
+use relcp::step::{Phases, StepReport};
 use relcp::{record, scene};
 use std::time::{Duration, Instant};
 

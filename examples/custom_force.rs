@@ -4,7 +4,7 @@ use glam::DVec3;
 use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
 use relcp::scene;
-use relcp::step::Simulation;
+use relcp::simulation::Simulation;
 use std::error::Error;
 
 const SCENE: &str = r#"{

@@ -5,7 +5,7 @@ use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
 use relcp::scene;
 use relcp::shape::{Convex, ConvexError, Shape};
-use relcp::step::Simulation;
+use relcp::simulation::Simulation;
 use std::error::Error;
 
 /// Balls to place the bodies by: each holds a die or an egg.

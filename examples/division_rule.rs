@@ -5,7 +5,8 @@ use glam::{DQuat, DVec3};
 use relcp::bodies::Lineage;
 use relcp::scene;
 use relcp::shape::Shape;
-use relcp::step::{Simulation, State};
+use relcp::simulation::Simulation;
+use relcp::step::State;
 use std::collections::HashMap;
 use std::error::Error;
 

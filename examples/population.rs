@@ -2,7 +2,7 @@
 
 use relcp::render::{View, picture};
 use relcp::scene;
-use relcp::step::Simulation;
+use relcp::simulation::Simulation;
 use std::error::Error;
 
 const CELLS: usize = 32;

@@ -2,7 +2,7 @@
 
 use relcp::scene::{Body, Contact, Dynamics, Force, Output, Scene, Solver, Time};
 use relcp::shape::Shape;
-use relcp::step::Simulation;
+use relcp::simulation::Simulation;
 use std::error::Error;
 use std::f64::consts::FRAC_1_SQRT_2;
 

@@ -30,7 +30,7 @@
 //! | `gamma` | `gamma` | the contact force of a row | force |
 //! | `g` | | a row's linearised separation | length |
 //! | `E`, `L` | [`dynamics::Factor`] | effective mobility and its symmetric root | |
-//! | `U` | [`dynamics::Twist`] | generalized velocity of a body | length / time, 1 / time |
+//! | `U` | [`motion::Twist`] | generalized velocity of a body | length / time, 1 / time |
 //! | `tau` | `solver.tolerance` | largest natural residual `max abs min(g, A_ii gamma)` of a solved LCP | length |
 //! | `eps` | `contact.overlap_tolerance` | largest overlap of an accepted step | length |
 //!
@@ -46,7 +46,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The step itself is [`step::step`], over the verbs of [`backend::Backend`].
+//! The step itself is [`step::step`], over the verbs of [`step::Backend`].
 
 pub mod backend;
 pub mod batch;
@@ -60,6 +60,7 @@ pub mod freedom;
 pub mod gpu;
 pub mod lcp;
 pub mod measure;
+pub mod motion;
 pub mod periodic;
 #[cfg(feature = "python")]
 pub mod python;
@@ -68,9 +69,11 @@ pub mod render;
 pub mod scene;
 pub mod separation;
 pub mod shape;
+pub mod simulation;
 pub mod step;
 pub mod study;
 pub mod walls;
+pub mod warm;
 
 pub use bodies::Bodies;
 pub use dynamics::{ForceField, Load};
@@ -78,7 +81,8 @@ pub use glam;
 pub use scene::{Scene, SceneError};
 pub use separation::{Placed, Separation};
 pub use shape::Shape;
-pub use step::{Compute, Fault, Simulation, State, StepReport, contacts};
+pub use simulation::{Compute, Simulation};
+pub use step::{Fault, State, StepReport, contacts};
 
 /// The README's example compiles and runs with the others.
 #[cfg(doctest)]

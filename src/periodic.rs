@@ -10,7 +10,7 @@
 //! ([`Scene::validate`]), and a step whose bodies would move too far is a [`Fault`](crate::step::Fault). What audits a state
 //! ([`contacts`](crate::step::contacts)) does not rest on this: it looks at all images whose boxes touch.
 
-use crate::broad_phase::Aabb;
+use crate::motion::Aabb;
 use crate::scene::Scene;
 use crate::separation::Placed;
 use glam::{DVec3, I64Vec3};

@@ -6,7 +6,7 @@ use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::dynamics::grow;
 use relcp::scene::{self, FaultKind, Force, Generate, Method, Scene, SceneError};
 use relcp::shape::Shape;
-use relcp::step::Simulation;
+use relcp::simulation::Simulation;
 use serde::Deserialize;
 use serde_json::Value;
 use std::path::Path;

@@ -5,7 +5,7 @@ use super::exit::CliError;
 use super::output;
 use crate::gpu::{AdapterReport, Choice, GpuError, Precision, adapters};
 use crate::scene::Scene;
-use crate::step::Compute;
+use crate::simulation::Compute;
 use std::sync::OnceLock;
 
 /// Settles how many threads there are.

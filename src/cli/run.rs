@@ -1,15 +1,14 @@
 //! `relcp run`: steps a scene to its end, or until it is interrupted.
 
 use super::arguments::Run as Arguments;
-use super::compute;
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
-use super::output;
 use super::progress::Progress;
+use super::{compute, output};
 use crate::gpu::Profile;
 use crate::record::{Folder, PassedStep, RecordError, Retried, Run, RunError, RunStatus, Summary};
 use crate::scene::{self, Scene};
-use crate::step::{Compute, Simulation};
+use crate::simulation::{Compute, Simulation};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

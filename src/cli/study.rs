@@ -1,17 +1,16 @@
 //! `relcp study`: measured studies, with their tables.
 
 use super::arguments::{Study, StudyName};
-use super::compute;
 use super::exit::{CliError, Exit};
-use super::output;
 use super::study_all::all;
 use super::study_hard::hard;
 use super::study_inertia::inertia;
 use super::study_paper::paper;
 use super::study_solvers::solvers;
 use super::study_work_precision::work_precision;
+use super::{compute, output};
 use crate::record::{RecordError, durable};
-use crate::step::Compute;
+use crate::simulation::Compute;
 use crate::study::StudyError;
 use crate::study::throughput::{Kind, Row, measure, table};
 use serde::Serialize;

@@ -6,7 +6,7 @@ use super::exit::CliError;
 use super::study::{Found, pretty, value, write_all};
 use super::study_paper::{on_the_cpu, say};
 use crate::scene;
-use crate::step::Compute;
+use crate::simulation::Compute;
 use crate::study::hard::random::{self, Options, Row, Ticket};
 use crate::study::hard::{Size, Study, Verdict, all};
 use crate::study::paper::COMPUTED_BY;

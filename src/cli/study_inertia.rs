@@ -5,7 +5,7 @@ use super::exit::CliError;
 use super::study::{Found, computes, write_all};
 use super::study_paper::{made, size};
 use crate::gpu::Precision;
-use crate::step::Compute;
+use crate::simulation::Compute;
 use crate::study::inertia::{Size, Study};
 
 pub(super) fn inertia(arguments: &Arguments) -> Result<Found, CliError> {

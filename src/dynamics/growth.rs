@@ -10,10 +10,11 @@
 
 use super::pressures;
 use crate::bodies::{Bodies, Lineage};
+use crate::dynamics::Waiting;
 use crate::scene::{Growth, Scene};
 use crate::separation::Placed;
 use crate::shape::Shape;
-use crate::step::{Waiting, Warm};
+use crate::warm::Warm;
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -14,33 +14,25 @@
 mod force;
 pub(crate) mod growth;
 mod inertial;
-mod integrate;
 mod overdamped;
 mod pressure;
 mod spin;
+mod waiting;
 
+pub use crate::motion::{Pose, Twist, advance};
 pub use force::{ForceField, Load, from_scene as forces_from_scene};
 pub use growth::{Cells, grow, stretch};
 pub use inertial::Inertial;
-pub use integrate::{Pose, advance};
 pub use overdamped::Overdamped;
 pub use pressure::pressures;
 pub(crate) use pressure::virial_of_wall;
 pub(crate) use spin::LAST_STEP;
 pub use spin::Spin;
+pub use waiting::Waiting;
 
 use crate::bodies::Bodies;
 use crate::scene::Dynamics;
 use glam::{DMat3, DQuat, DVec3};
-
-/// A generalized velocity.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Twist {
-    /// Velocity of the centre.
-    pub linear: DVec3,
-    /// Angular velocity, space axes.
-    pub angular: DVec3,
-}
 
 /// The symmetric square root `L` of a body's effective mobility, `L L = E`.
 ///

@@ -8,8 +8,8 @@
 use crate::bodies::Bodies;
 use crate::separation::{branch, planar_separation, reach_of_place, separation};
 use crate::shape::Shape;
-use crate::step::Warm;
 use crate::walls::surface_of;
+use crate::warm::Warm;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 

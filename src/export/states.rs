@@ -4,7 +4,7 @@ use super::error::ExportError;
 use crate::bodies::Bodies;
 use crate::record::{Folder, read_state};
 use crate::scene;
-use crate::step::Warm;
+use crate::warm::Warm;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 

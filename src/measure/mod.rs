@@ -44,7 +44,6 @@ pub use error::MeasureError;
 pub use frame::Frame;
 pub(crate) use output::field;
 pub use output::{Document, write};
-pub(crate) use radius::colony_radius;
 pub use view::View;
 
 /// Pairs whose orientations are compared for C(r) of one state, at most. Up to 8,192 bodies have no more; of 131,072 bodies they take 0.7 s

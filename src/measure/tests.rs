@@ -5,7 +5,7 @@ use crate::bodies::{Bodies, NO_GROUP};
 use crate::export::{Snapshot, States};
 use crate::separation::Placed;
 use crate::shape::Shape;
-use crate::step::Warm;
+use crate::warm::Warm;
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

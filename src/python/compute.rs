@@ -3,7 +3,7 @@
 use super::error::device;
 use crate::gpu::{Choice, GpuError, Precision, adapters};
 use crate::scene::Scene;
-use crate::step::Compute;
+use crate::simulation::Compute;
 use pyo3::exceptions::{PyRuntimeWarning, PyValueError};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};

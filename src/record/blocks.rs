@@ -6,8 +6,9 @@ use crate::bodies::{Bodies, Lineage};
 use crate::periodic::Periods;
 use crate::scene::LARGEST_NUMBER;
 use crate::shape::Shape;
-use crate::step::{State, Warm};
+use crate::step::State;
 use crate::walls::surface_of;
+use crate::warm::Warm;
 use glam::{DQuat, DVec3};
 
 /// The parent of a body that has none.

@@ -5,7 +5,8 @@ use super::rows::Rows;
 use crate::export::Snapshot;
 use crate::measure::{self, Frame, Measure, Settings, View};
 use crate::scene::Scene;
-use crate::step::{Fault, Simulation};
+use crate::simulation::Simulation;
+use crate::step::Fault;
 use std::path::Path;
 
 /// The columns before those of the measures.

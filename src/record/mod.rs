@@ -45,5 +45,5 @@ pub use lcp_file::{LCP_FORMAT, LCP_VERSION, LcpFileError, LcpHeader, decode_lcp,
 pub use memory::peak_bytes;
 pub use run::{CHECKPOINT_EVERY, Run};
 pub use steps::{COLUMNS, StepRow};
-pub use summary::{Constraints, PeakBytes, Recursions, RunStatus, SolverSummary, Summary, max_overlap};
+pub use summary::{Constraints, PeakBytes, Recursions, RunStatus, SolverSummary, Summary};
 pub use totals::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds};

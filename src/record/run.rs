@@ -10,12 +10,14 @@ use super::lcp_file::{LcpHeader, write_lcp};
 use super::measured::Measures;
 use super::schedule::Schedule;
 use super::steps::Steps;
-use super::summary::{RunStatus, Summary, max_overlap};
+use super::summary::{RunStatus, Summary};
 use super::totals::Totals;
 use crate::dynamics::ForceField;
 use crate::render::{View, picture};
 use crate::scene::Scene;
-use crate::step::{Compute, Fault, Simulation, State, StepReport};
+use crate::simulation::{Compute, Simulation};
+use crate::step::{Fault, State, StepReport, max_overlap};
+use crate::walls::Walls;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -72,8 +74,10 @@ impl Run {
         let steps = Steps::create(&folder.steps())?;
         let measures = Measures::create(&folder.measures(), scene)?;
         write_scene(&folder.scene(), &scene.with_defaults())?;
-        let mut totals =
-            Totals { start_max_overlap: max_overlap(scene, &simulation.state()?.bodies), ..Totals::default() };
+        let mut totals = Totals {
+            start_max_overlap: max_overlap(&simulation.state()?.bodies, &Walls::of(scene)),
+            ..Totals::default()
+        };
         totals.wall.setup = (setup + begun.elapsed()).as_secs_f64();
         totals.wall.total = totals.wall.setup;
         let (schedule, scene_hash) = (Schedule::new(scene), scene_hash(scene));
@@ -307,7 +311,7 @@ impl Run {
     fn close(&mut self, status: RunStatus, stopped: Option<&Fault>) -> Result<Summary, RunError> {
         self.checkpoint()?;
         let begun = Instant::now();
-        let overlap = max_overlap(self.simulation.scene(), &self.simulation.state()?.bodies);
+        let overlap = max_overlap(&self.simulation.state()?.bodies, &Walls::of(self.simulation.scene()));
         if self.simulation.done() || stopped.is_some() {
             let bodies = &self.simulation.state()?.bodies;
             let last = self.simulation.scene().final_scene(bodies, self.simulation.time());

@@ -16,6 +16,7 @@ mod direction;
 mod ellipsoids;
 mod farthest;
 pub mod gpu;
+mod outermost;
 mod peak;
 mod planar;
 mod point_ellipsoid;
@@ -26,6 +27,7 @@ mod support;
 mod surface;
 
 pub use branches::{WHOLE, branch, branch_slack, branches, is_branch};
+pub(crate) use outermost::farthest;
 pub use planar::planar_separation;
 pub use surface::Surface;
 pub(crate) use surface::reach_of_place;

@@ -5,9 +5,9 @@
 
 use super::accuracy::Accuracy;
 use super::{Fault, Keep, StepReport, retry};
-use crate::backend::{Backend, Overlap};
 use crate::lcp::{Outcome, Status};
 use crate::scene::{Contact, OnFailure, OnNoRoom, Rows, Scene, Stepping};
+use crate::step::{Backend, Overlap};
 
 /// Recursions of a midpoint step that may move the offsets of its rows, before it appends rows as the paper does. Two ellipsoids at an overlap
 /// tolerance of 1e-9 fall to first order with one, and keep the second with two (at 1e-5 one does). Each more costs nothing where it is not needed and a
@@ -62,7 +62,7 @@ impl Plan {
     }
 
     /// Whether the method promises that steps hold the overlap tolerance: those without recursion do not, and are never taken again.
-    pub(super) fn promises(&self) -> bool {
+    pub(crate) fn promises(&self) -> bool {
         self.contact.method.most_recursions(self.contact.max_recursions) > 0
     }
 

@@ -1,22 +1,26 @@
-//! The timestep, the simulation that repeats it, and what it reports.
+//! The timestep: its algorithm, the verbs that a backend carries out, and what a step reports.
 
 mod accuracy;
 mod algorithm;
+mod backend;
 mod contacts;
+mod fault;
 mod keep;
 mod passing;
 mod piece;
 mod report;
 mod retry;
-mod simulation;
+mod state;
 mod unresolved;
 
 pub use algorithm::{Plan, step};
-pub use contacts::{ImageContact, contacts, image_contacts};
+pub use backend::{Again, Backend, Overlap};
+pub use contacts::{ImageContact, contacts, image_contacts, max_overlap};
+pub use fault::Fault;
 pub use keep::{Keep, Kept};
 pub(crate) use passing::may_pass;
 pub use passing::{Passed, passed};
-pub use piece::{Crowd, Piece, Waiting};
+pub use piece::{Crowd, Piece};
 pub use report::{Phases, StepReport};
-pub use simulation::{Compute, Fault, Simulation, State, Warm};
+pub use state::State;
 pub use unresolved::Unresolved;

@@ -6,7 +6,8 @@
 use super::{StudyError, copy_bandwidth, tiled};
 use crate::gpu::{Counters, Gpu};
 use crate::scene;
-use crate::step::{Compute, Phases, Simulation};
+use crate::simulation::{Compute, Simulation};
+use crate::step::Phases;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};

@@ -8,7 +8,8 @@ use relcp::export::{Format, Snapshot, States, export};
 use relcp::record::{Folder, RecordError, Run, RunError, StateError, encode};
 use relcp::scene;
 use relcp::shape::{Convex, ConvexError, ProxyError, Shape, ShapeError};
-use relcp::step::{Fault, Simulation, State};
+use relcp::simulation::Simulation;
+use relcp::step::{Fault, State};
 use std::time::Duration;
 
 fn refused(point: impl Fn(DVec3) -> DVec3 + Send + Sync + 'static) -> ConvexError {

@@ -7,7 +7,8 @@ use relcp::dynamics::Load;
 use relcp::render::{Colour, View, picture};
 use relcp::scene::{self, Scene};
 use relcp::shape::Shape;
-use relcp::step::{Simulation, contacts};
+use relcp::simulation::Simulation;
+use relcp::step::contacts;
 
 /// A scene of one ball, whose bodies are replaced.
 fn scene(rest: &str) -> Scene {

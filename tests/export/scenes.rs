@@ -7,7 +7,7 @@ use relcp::record::{Folder, Run};
 use relcp::scene;
 use relcp::separation::Placed;
 use relcp::shape::Shape;
-use relcp::step::Simulation;
+use relcp::simulation::Simulation;
 use relcp::study::tiled;
 use std::path::Path;
 use std::time::Duration;

@@ -4,13 +4,13 @@
 use crate::device::{device, precisions};
 use crate::rows::compare;
 use glam::{DQuat, DVec3};
+use relcp::backend::cpu::Cpu;
 use relcp::backend::gpu::Device;
-use relcp::backend::{Backend, cpu::Cpu};
 use relcp::bodies::Bodies;
 use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::gpu::Precision;
 use relcp::scene::{self, Scene};
-use relcp::step::State;
+use relcp::step::{Backend, State};
 use std::f64::consts::FRAC_PI_2;
 
 /// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to sizes and moves; and what multipliers may differ by, relative to

@@ -4,7 +4,8 @@ use crate::device::device;
 use relcp::gpu::{Buffer, Choice, Gpu, GpuError, Kernel, Precision, Source, adapters};
 use relcp::record::{Folder, Run, RunError, read_state};
 use relcp::scene;
-use relcp::step::{Compute, Fault, Simulation};
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::Fault;
 use std::sync::Arc;
 use std::time::Duration;
 

@@ -2,14 +2,15 @@
 
 use crate::device::{device, precisions};
 use glam::{DQuat, DVec3};
+use relcp::backend::cpu::Cpu;
 use relcp::backend::gpu::Device;
-use relcp::backend::{Backend, cpu::Cpu};
 use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
 use relcp::freedom::SPATIAL;
 use relcp::gpu::Precision;
 use relcp::scene::{self, Scene, Stepping};
-use relcp::step::{Compute, Simulation, State};
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::{Backend, State};
 
 const OTHERS: [&str; 4] = [
     r#"{"sphere": {"radius": 0.6}}"#,

@@ -2,7 +2,8 @@
 
 use crate::device::{device, precisions};
 use relcp::scene;
-use relcp::step::{Compute, Simulation, StepReport};
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::StepReport;
 use std::path::Path;
 
 fn steps(compute: &Compute, sets: &[&str]) -> Vec<StepReport> {

@@ -4,7 +4,8 @@ use crate::device::{device, precisions};
 use glam::DVec3;
 use relcp::gpu::{Gpu, Precision};
 use relcp::scene::{self, StopReason};
-use relcp::step::{Compute, Simulation, StepReport, contacts};
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::{StepReport, contacts};
 use std::sync::Arc;
 
 /// A run's end and its reports.

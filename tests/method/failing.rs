@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 use relcp::scene::{self, Scene};
-use relcp::step::{Fault, Simulation, StepReport};
+use relcp::simulation::Simulation;
+use relcp::step::{Fault, StepReport};
 use std::path::Path;
 
 const TOLERANCE: f64 = 1e-5;

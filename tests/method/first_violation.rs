@@ -2,7 +2,8 @@
 
 use crate::laws::start;
 use relcp::scene;
-use relcp::step::{Simulation, StepReport};
+use relcp::simulation::Simulation;
+use relcp::step::StepReport;
 
 fn load(name: &str, sets: &[&str]) -> scene::Scene {
     scene::load(name, &sets.iter().copied().map(str::to_owned).collect::<Vec<_>>()).unwrap()

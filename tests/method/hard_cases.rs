@@ -7,7 +7,8 @@ use glam::{DQuat, DVec3};
 use relcp::bodies::Bodies;
 use relcp::dynamics::{Load, Pose, Twist, advance};
 use relcp::scene::{OnFailure, Scene};
-use relcp::step::{Simulation, StepReport, contacts};
+use relcp::simulation::Simulation;
+use relcp::step::{StepReport, contacts};
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_2, TAU};
 

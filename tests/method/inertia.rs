@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
 use relcp::scene::Scene;
-use relcp::step::Simulation;
+use relcp::simulation::Simulation;
 use serde_json::{Value, json};
 
 const STEPPINGS: [&str; 2] = ["euler", "midpoint"];

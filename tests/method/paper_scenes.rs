@@ -2,7 +2,8 @@
 
 use relcp::scene;
 use relcp::shape::Shape;
-use relcp::step::{Simulation, StepReport};
+use relcp::simulation::Simulation;
+use relcp::step::StepReport;
 
 fn run(name: &str, sets: &[&str]) -> (Simulation, Vec<StepReport>) {
     let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();

@@ -2,11 +2,12 @@
 
 use crate::random::heap;
 use glam::DVec3;
-use relcp::backend::{Backend, cpu::Cpu};
+use relcp::backend::cpu::Cpu;
 use relcp::freedom::SPATIAL;
 use relcp::lcp::{Problem, velocity};
 use relcp::scene::{Recursion, Scene, SolverKind};
-use relcp::step::{Simulation, State};
+use relcp::simulation::Simulation;
+use relcp::step::{Backend, State};
 
 pub const HEAPS: [&[&str]; 4] =
     [&["sphere"], &["spherocylinder"], &["ellipsoid"], &["sphere", "spherocylinder", "ellipsoid"]];

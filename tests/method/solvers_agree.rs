@@ -3,11 +3,13 @@
 
 use crate::random::parse;
 use glam::DVec3;
-use relcp::backend::{Backend, cpu::Cpu};
+use relcp::backend::cpu::Cpu;
 use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::lcp::{Problem, Settings, Solver, Status, velocity};
 use relcp::scene::{self, Scene, SolverKind};
-use relcp::step::{Simulation, State, Warm};
+use relcp::simulation::Simulation;
+use relcp::step::{Backend, State};
+use relcp::warm::Warm;
 use serde_json::json;
 
 const SOLVERS: [SolverKind; 6] = [

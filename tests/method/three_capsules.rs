@@ -1,7 +1,7 @@
 //! Three initially overlapping capsules (the paper's toy problem) against an independent program's figures.
 
 use crate::random::parse;
-use relcp::step::Simulation;
+use relcp::simulation::Simulation;
 use serde_json::{Value, json};
 
 fn run(method: &str) -> Vec<relcp::step::StepReport> {

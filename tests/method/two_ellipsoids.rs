@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use relcp::scene;
-use relcp::step::Simulation;
+use relcp::simulation::Simulation;
 
 struct Passage {
     /// x, y and long-axis angle of the upper body at t = 30.

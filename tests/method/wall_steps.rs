@@ -7,7 +7,7 @@ use relcp::dynamics::pressures;
 use relcp::export::Snapshot;
 use relcp::measure::{Frame, Settings, View};
 use relcp::scene::{Dump, DumpWhen, Method, Scene, SolverKind, Stepping, Wall};
-use relcp::step::Simulation;
+use relcp::simulation::Simulation;
 use relcp::walls::{Walls, surface_of};
 use serde_json::json;
 

@@ -5,7 +5,8 @@ use glam::DVec3;
 use relcp::scene::{Scene, Stepping, Wall};
 use relcp::separation::Placed;
 use relcp::shape::Shape;
-use relcp::step::{Simulation, contacts};
+use relcp::simulation::Simulation;
+use relcp::step::contacts;
 use serde_json::{Value, json};
 use std::f64::consts::{PI, TAU};
 

@@ -10,7 +10,9 @@ use relcp::record::{StateError, decode, encode, encode_with_forces, read_state};
 use relcp::scene;
 use relcp::separation::Placed;
 use relcp::shape::Shape;
-use relcp::step::{Simulation, State, Warm, image_contacts};
+use relcp::simulation::Simulation;
+use relcp::step::{State, image_contacts};
+use relcp::warm::Warm;
 use serde_json::{Value, json};
 use std::path::Path;
 

@@ -4,13 +4,14 @@ use crate::{audit, suspension};
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::backend::{Backend, cpu::Cpu};
+use relcp::backend::cpu::Cpu;
 use relcp::bodies::Bodies;
 use relcp::freedom::SPATIAL;
 use relcp::scene::{self, Scene};
 use relcp::separation::Placed;
 use relcp::shape::Shape;
-use relcp::step::{Compute, Fault, Simulation, State};
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::{Backend, Fault, State};
 use relcp::walls::Walls;
 
 /// Steps a scene from `bodies` to its end; each step is audited by every image of every pair. Returns the recursions, the rows and the largest overlap.

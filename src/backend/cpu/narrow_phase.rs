@@ -2,7 +2,7 @@
 
 use crate::constraint::FEATURE_OF_SURFACES;
 use crate::separation::{Placed, Separation, bound};
-use crate::step::Warm;
+use crate::warm::Warm;
 use glam::DVec3;
 use rayon::prelude::*;
 

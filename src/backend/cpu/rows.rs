@@ -7,8 +7,8 @@ use crate::dynamics::{self, Pose};
 use crate::freedom::PLANAR;
 use crate::scene::Rows;
 use crate::separation::{Placed, Separation, branch_slack, branches};
-use crate::step::Warm;
 use crate::walls::{number_of, surface_of};
+use crate::warm::Warm;
 use glam::DVec3;
 use rayon::prelude::*;
 

@@ -4,10 +4,9 @@
 //! solver, which has no factorization, end before the tolerance.
 
 use super::{Ancestry, Device, growing};
-use crate::backend::Again;
 use crate::backend::cpu::Cpu;
 use crate::gpu::GpuError;
-use crate::step::{Fault, State};
+use crate::step::{Again, Fault, State};
 use std::sync::OnceLock;
 
 impl Device {

@@ -22,7 +22,6 @@ mod tests;
 mod walls;
 mod warm;
 
-use super::{Again, Backend, Overlap};
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
 use crate::dynamics::{Cells, ForceField};
@@ -32,8 +31,9 @@ use crate::lcp::{self, Outcome, Settings, Stored};
 use crate::periodic::Periods;
 use crate::scene::{self, Dynamics, Force, Scene, Stepping};
 use crate::shape::Shape;
-use crate::step::{Fault, Passed, Phases, State, Warm};
+use crate::step::{Again, Backend, Fault, Overlap, Passed, Phases, State};
 use crate::walls::Walls;
+use crate::warm::Warm;
 use candidates::Candidates;
 use midpoint::Part;
 use rows::Rows;

@@ -2,9 +2,8 @@
 
 use super::midpoint::Part;
 use super::{Device, walls, words};
-use crate::backend::Overlap;
 use crate::gpu::{Gpu, GpuError, Recorder};
-use crate::step::Fault;
+use crate::step::{Fault, Overlap};
 use crate::walls::Walls;
 use bytemuck::Zeroable;
 use std::time::Instant;

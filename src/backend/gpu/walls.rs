@@ -7,8 +7,8 @@ use super::state::{Poses, Shapes};
 use super::{Setup, words};
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan};
 use crate::separation::gpu::surface_numbers;
-use crate::step::Warm;
 use crate::walls::{self, Walls};
+use crate::warm::Warm;
 
 /// The number of the first place of the first surface in the place of a second body's.
 pub(super) const FIRST_SURFACE: u32 = 1 << 31;

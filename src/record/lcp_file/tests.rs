@@ -1,7 +1,7 @@
 use super::*;
 use crate::record::{Folder, Run};
 use crate::scene;
-use crate::step::Simulation;
+use crate::simulation::Simulation;
 use std::io::Write;
 use std::time::Duration;
 use zip::ZipWriter;

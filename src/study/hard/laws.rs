@@ -5,7 +5,8 @@ use super::verdict::Measure;
 use crate::bodies::Bodies;
 use crate::scene::Dynamics;
 use crate::shape::Shape;
-use crate::step::{Simulation, contacts};
+use crate::simulation::Simulation;
+use crate::step::contacts;
 use glam::DVec3;
 
 /// A law that a case is held to.

@@ -17,7 +17,7 @@ use super::StudyError;
 use super::paper::{Measured, Target};
 use super::table::csv_table;
 use crate::scene::Stepping;
-use crate::step::Compute;
+use crate::simulation::Compute;
 use serde::Serialize;
 use serde_json::{Value, json};
 

@@ -3,7 +3,7 @@
 use super::StudyError;
 use crate::bodies::Bodies;
 use crate::scene::{self, Scene, Stepping};
-use crate::step::{Compute, Simulation};
+use crate::simulation::{Compute, Simulation};
 use crate::study::paper::COMPUTED_BY;
 use glam::{DQuat, DVec3};
 use serde::Serialize;

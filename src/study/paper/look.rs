@@ -2,7 +2,7 @@
 
 use crate::export::Snapshot;
 use crate::measure::{ALL, Frame, Settings, View};
-use crate::step::Simulation;
+use crate::simulation::Simulation;
 use crate::study::StudyError;
 
 /// The numbers of these columns of the measures, with their default settings; none where the state has none.

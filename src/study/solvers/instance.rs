@@ -6,7 +6,7 @@ use crate::gpu::GpuError;
 use crate::lcp::gpu::DeviceProblem;
 use crate::lcp::{self, Look, Outcome, Settings, Solver, Status, Stored};
 use crate::scene::SolverKind;
-use crate::step::Compute;
+use crate::simulation::Compute;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 

@@ -4,7 +4,8 @@ use super::Size;
 use super::instance::computed_by;
 use crate::record::decode;
 use crate::scene::{self, SolverKind};
-use crate::step::{Compute, Fault, Simulation};
+use crate::simulation::{Compute, Simulation};
+use crate::step::Fault;
 use crate::study::StudyError;
 use serde::Serialize;
 

@@ -8,7 +8,7 @@
 use super::pose::{Apart, Pose, apart, limit, poses};
 use super::problem::Problem;
 use crate::scene::Stepping;
-use crate::step::Simulation;
+use crate::simulation::Simulation;
 use crate::study::StudyError;
 use serde::{Deserialize, Serialize};
 

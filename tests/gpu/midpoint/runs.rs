@@ -9,7 +9,8 @@ use relcp::dynamics::Load;
 use relcp::gpu::{Choice, Gpu, Precision};
 use relcp::record::state_hash;
 use relcp::scene::{self, Scene, Stepping};
-use relcp::step::{Compute, Fault, Simulation, State, StepReport, contacts};
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::{Fault, State, StepReport, contacts};
 use relcp::walls::Walls;
 use std::sync::Arc;
 

@@ -3,14 +3,14 @@
 
 use crate::device::{device, precisions};
 use crate::rows::compare;
+use relcp::backend::cpu::Cpu;
 use relcp::backend::gpu::Device;
-use relcp::backend::{Backend, cpu::Cpu};
 use relcp::bodies::Bodies;
 use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::gpu::Precision;
 use relcp::lcp::Problem;
 use relcp::scene::{self, Rows, Scene, SolverKind};
-use relcp::step::State;
+use relcp::step::{Backend, State};
 use std::collections::HashMap;
 
 /// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to sizes and moves.

@@ -8,7 +8,8 @@ use relcp::periodic::Periods;
 use relcp::record::state_hash;
 use relcp::scene::{self, Recursion, Scene};
 use relcp::shape::Shape;
-use relcp::step::{Compute, Fault, Simulation, State, StepReport, contacts};
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::{Fault, State, StepReport, contacts};
 use std::sync::Arc;
 
 fn compute(gpu: &Arc<Gpu>, precision: Precision) -> Compute {

@@ -3,7 +3,7 @@
 use super::watch::Watch;
 use super::{Drawn, confined, random};
 use crate::scene::{Scene, SceneError};
-use crate::step::Compute;
+use crate::simulation::Compute;
 use crate::study::StudyError;
 use crate::study::hard::{Against, End, Figures, Measure, Start, Verdict, follow_on, weigh};
 use serde::Serialize;

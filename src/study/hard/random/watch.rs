@@ -3,7 +3,8 @@
 use crate::bodies::Bodies;
 use crate::dynamics::{ForceField, Law, forces_from_scene, law};
 use crate::scene::{Dynamics, Scene};
-use crate::step::{Simulation, contacts};
+use crate::simulation::Simulation;
+use crate::step::contacts;
 use crate::study::hard::Measure;
 use crate::study::hard::energy::Energy;
 use glam::DVec3;

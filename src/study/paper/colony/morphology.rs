@@ -2,7 +2,7 @@
 
 use super::{Run, SHOWN};
 use crate::scene::Method;
-use crate::step::Simulation;
+use crate::simulation::Simulation;
 use serde::Serialize;
 
 /// What is looked at, by the names that `relcp measure` has for it.

@@ -3,7 +3,7 @@
 use super::Shake;
 use crate::bodies::Bodies;
 use crate::scene::{self, Rows, Scene};
-use crate::step::Simulation;
+use crate::simulation::Simulation;
 use crate::study::StudyError;
 use glam::DVec3;
 use serde::Serialize;

@@ -13,7 +13,7 @@ fn rods_of_the_lattice_are_clear_of_each_other_and_move_as_fast_as_the_field() {
     let many = super::scene(10, 0.1).unwrap().build().unwrap();
     let square = many.orientation.iter().map(|q| (*q * glam::DVec3::Z).powf(2.0)).sum::<glam::DVec3>() / 1000.0;
     assert!((square - 1.0 / 3.0).abs().max_element() < 0.05, "{square}");
-    let far = crate::step::Simulation::new(scene.clone(), bodies).and_then(|mut simulation| {
+    let far = crate::simulation::Simulation::new(scene.clone(), bodies).and_then(|mut simulation| {
         simulation.step()?;
         Ok(simulation.state()?.bodies.velocity[0])
     });

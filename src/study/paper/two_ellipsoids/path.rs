@@ -3,7 +3,7 @@
 use super::l2;
 use crate::scene::{self, Method, Rows, Scene, Stepping};
 use crate::separation::Placed;
-use crate::step::Simulation;
+use crate::simulation::Simulation;
 use crate::study::StudyError;
 use glam::DVec3;
 use serde::Serialize;
