@@ -14,15 +14,18 @@
 mod force;
 pub(crate) mod growth;
 mod inertial;
+mod law;
 mod overdamped;
 mod pressure;
 mod spin;
 mod waiting;
 
 pub use crate::motion::{Pose, Twist, advance};
-pub use force::{ForceField, Load, from_scene as forces_from_scene};
-pub use growth::{Cells, grow, stretch};
+pub use force::{Force, ForceField, Load, force_fields};
+pub(crate) use growth::MOST_LENGTH_NOISE;
+pub use growth::{Cells, Growth, OnNoRoom, Stop, StopReason, grow, stretch};
 pub use inertial::Inertial;
+pub use law::{Dynamics, law};
 pub use overdamped::Overdamped;
 pub use pressure::pressures;
 pub(crate) use pressure::virial_of_wall;
@@ -31,7 +34,6 @@ pub use spin::Spin;
 pub use waiting::Waiting;
 
 use crate::bodies::Bodies;
-use crate::scene::Dynamics;
 use glam::{DMat3, DQuat, DVec3};
 
 /// The symmetric square root `L` of a body's effective mobility, `L L = E`.
@@ -84,13 +86,5 @@ pub trait Law: Send + Sync {
     /// Whether velocity is a part of the state.
     fn inertia(&self) -> bool {
         false
-    }
-}
-
-/// The law that a scene names.
-pub fn law(dynamics: &Dynamics) -> Box<dyn Law> {
-    match *dynamics {
-        Dynamics::Overdamped { drag } => Box::new(Overdamped { drag }),
-        Dynamics::Inertial { density } => Box::new(Inertial { density }),
     }
 }

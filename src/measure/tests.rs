@@ -77,6 +77,11 @@ fn random_axes(count: usize, planar: bool, seed: u64) -> Snapshot {
 }
 
 #[test]
+fn a_scene_may_name_every_measure() {
+    assert_eq!(ALL.map(|measure| measure.name()), crate::scene::MEASURES);
+}
+
+#[test]
 fn aligned_bodies_have_order_one() {
     for planar in [true, false] {
         let state = state(square(6, ROD, |_| lying(0.3)), None);

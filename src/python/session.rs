@@ -65,7 +65,7 @@ impl Session {
         let hash = scene_hash(&scene);
         let (simulation, start_max_overlap) = threads.run(|| {
             let bodies = scene.build().map_err(NoStart::Scene)?;
-            let start_max_overlap = max_overlap(&bodies, &Walls::of(&scene));
+            let start_max_overlap = max_overlap(&bodies, &scene.walls());
             Simulation::new_on(compute, scene, bodies).map_err(NoStart::Fault).map(|s| (s, start_max_overlap))
         })?;
         let mut totals = Totals { start_max_overlap, ..Totals::default() };
@@ -139,7 +139,7 @@ impl Session {
             (true, false) => RunStatus::OutOfTolerance,
         };
         threads.run(move || {
-            let overlap = max_overlap(&simulation.state()?.bodies, &Walls::of(simulation.scene()));
+            let overlap = max_overlap(&simulation.state()?.bodies, &simulation.scene().walls());
             Summary::new(simulation, totals, scene_hash, (status, None), overlap)
         })
     }

@@ -17,7 +17,6 @@ use crate::render::{View, picture};
 use crate::scene::Scene;
 use crate::simulation::{Compute, Simulation};
 use crate::step::{Fault, State, StepReport, max_overlap};
-use crate::walls::Walls;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -74,10 +73,8 @@ impl Run {
         let steps = Steps::create(&folder.steps())?;
         let measures = Measures::create(&folder.measures(), scene)?;
         write_scene(&folder.scene(), &scene.with_defaults())?;
-        let mut totals = Totals {
-            start_max_overlap: max_overlap(&simulation.state()?.bodies, &Walls::of(scene)),
-            ..Totals::default()
-        };
+        let mut totals =
+            Totals { start_max_overlap: max_overlap(&simulation.state()?.bodies, &scene.walls()), ..Totals::default() };
         totals.wall.setup = (setup + begun.elapsed()).as_secs_f64();
         totals.wall.total = totals.wall.setup;
         let (schedule, scene_hash) = (Schedule::new(scene), scene_hash(scene));
@@ -311,7 +308,7 @@ impl Run {
     fn close(&mut self, status: RunStatus, stopped: Option<&Fault>) -> Result<Summary, RunError> {
         self.checkpoint()?;
         let begun = Instant::now();
-        let overlap = max_overlap(&self.simulation.state()?.bodies, &Walls::of(self.simulation.scene()));
+        let overlap = max_overlap(&self.simulation.state()?.bodies, &self.simulation.scene().walls());
         if self.simulation.done() || stopped.is_some() {
             let bodies = &self.simulation.state()?.bodies;
             let last = self.simulation.scene().final_scene(bodies, self.simulation.time());

@@ -5,14 +5,11 @@
 
 mod build;
 mod built_in;
-mod dump;
 mod error;
 mod generate;
-mod growth;
 mod key;
 mod nearest;
 mod orientation;
-mod periodic;
 mod place;
 mod read;
 mod reference;
@@ -21,20 +18,20 @@ mod settings;
 mod translate;
 mod tree;
 mod validate;
-mod wall;
 mod write;
 
+pub use crate::dynamics::{Dynamics, Force, Growth, OnNoRoom, Stop, StopReason};
+pub use crate::lcp::SolverKind;
+pub use crate::periodic::Periodic;
+pub use crate::step::{Contact, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
+pub use crate::walls::Wall;
 pub use built_in::{BuiltIn, built_in};
-pub use dump::{Dump, DumpWhen};
 pub use error::{FaultKind, SceneError};
-pub use growth::{Growth, OnNoRoom, Stop, StopReason};
-pub use periodic::Periodic;
 pub(crate) use read::Source;
 pub use read::{MAX_FILE_BYTES, load, parse, read};
 pub use reference::reference;
 pub(crate) use set::Override;
 pub use validate::{LARGEST_NUMBER, MAX_BODIES, MAX_STATES, MAX_STEPS, SMALLEST_NUMBER, SMALLEST_QUATERNION};
-pub use wall::Wall;
 pub use write::schema;
 
 use crate::shape::Shape;
@@ -87,191 +84,6 @@ pub struct Scene {
     pub output: Output,
 }
 
-/// The law of motion.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Dynamics {
-    /// Inertia is negligible: `u = F / (drag L)`, `w = 12 T / (drag L^3)` with `L` the major axis length.
-    Overdamped {
-        /// Drag coefficient `xi`.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        drag: f64,
-    },
-    /// Newton's and Euler's equations with inelastic contact.
-    Inertial {
-        /// Mass per volume of every body.
-        #[schemars(extend("exclusiveMinimum" = 0))]
-        density: f64,
-    },
-}
-
-impl Default for Dynamics {
-    fn default() -> Self {
-        Dynamics::Overdamped { drag: 1.0 }
-    }
-}
-
-/// Step size and duration.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Time {
-    /// Step size.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub dt: f64,
-    /// Time at which the run ends.
-    pub end: f64,
-    /// Time at which the run starts.
-    #[serde(default)]
-    pub start: f64,
-    /// The stepping scheme.
-    #[serde(default)]
-    pub stepping: Stepping,
-}
-
-impl Time {
-    /// How many steps the run takes. A last interval shorter than a millionth of `dt` is rounding, not a step.
-    pub fn steps(&self) -> u64 {
-        (((self.end - self.start) / self.dt) - 1e-6).ceil().max(0.0) as u64
-    }
-
-    /// The time after `step` steps.
-    pub fn after(&self, step: u64) -> f64 {
-        self.start + step as f64 * self.dt
-    }
-}
-
-/// The stepping scheme.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Stepping {
-    /// The first-order step of the paper.
-    #[default]
-    Euler,
-    /// Second order: forces, mobilities and first rows are taken at the middle of the step, which half a step leads to. It costs about
-    /// twice as much a step. Where bodies have inertia, contact falls to first order.
-    Midpoint,
-}
-
-/// How contacts are resolved, and how well.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Contact {
-    /// Which rows are made, and whether the recursion runs.
-    pub method: Method,
-    /// Largest overlap of smooth surfaces that an accepted step may leave, a length.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub overlap_tolerance: f64,
-    /// Most recursions of one step.
-    #[schemars(range(min = 1))]
-    pub max_recursions: u32,
-    /// How tightly the solves before a step's last one are made.
-    #[schemars(extend("default" = "auto"))]
-    #[serde(skip_serializing_if = "Recursion::is_default")]
-    pub recursion: Recursion,
-    /// How first rows are made and violations answered.
-    #[schemars(extend("default" = "auto"))]
-    #[serde(skip_serializing_if = "Rows::is_default")]
-    pub rows: Rows,
-    /// What follows a step of the method `relcp` that still misses a tolerance after it was cut into 64 pieces.
-    #[schemars(extend("default" = "stop"))]
-    #[serde(skip_serializing_if = "OnFailure::is_default")]
-    pub on_failure: OnFailure,
-    /// Pairs nearer than this at a step's start get a row (beside those that the free motion may bring into contact), a length.
-    /// Without it: a tenth of the thinnest body's thickness.
-    #[schemars(range(min = 0))]
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cutoff: Option<f64>,
-}
-
-impl Default for Contact {
-    fn default() -> Self {
-        let (method, recursion) = (Method::default(), Recursion::default());
-        Contact {
-            method,
-            overlap_tolerance: 1e-5,
-            max_recursions: 64,
-            recursion,
-            rows: Rows::default(),
-            on_failure: OnFailure::default(),
-            cutoff: None,
-        }
-    }
-}
-
-/// How the rows of smooth surfaces are made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Rows {
-    /// One row for each smooth branch of a pair's separation that may become active in the step, linearised where the last velocities lead. A
-    /// violation first moves its own row.
-    #[default]
-    Auto,
-    /// The paper's: one row a pair, linearised at the step's start. Each violation appends one.
-    Paper,
-}
-
-impl Rows {
-    fn is_default(&self) -> bool {
-        *self == Rows::default()
-    }
-}
-
-/// What follows a step that cannot be taken within its tolerances.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum OnFailure {
-    /// The run ends with the state before the step, and says why.
-    #[default]
-    Stop,
-    /// The least bad of what was tried is accepted and counted: overlaps are spread over all contacts, and no body is thrown.
-    Continue,
-}
-
-impl OnFailure {
-    fn is_default(&self) -> bool {
-        *self == OnFailure::default()
-    }
-}
-
-/// How tightly the solves before a step's last one are made. The last one always meets `solver.tolerance`, and no step ends with
-/// an overlap above `overlap_tolerance` either way.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Recursion {
-    /// Inexact in space, where packed bodies recurse several times a step; exact in the plane, with the paper's rows, in midpoint steps, and where
-    /// `solver.tolerance` is given.
-    #[default]
-    Auto,
-    /// As the last one: the trials, and so the rows made there, are those of exact solutions.
-    Exact,
-    /// Only as tight as the overlaps seen warrant: a fifth to two fifths fewer iterations in crowded scenes. Rows are then made at trials that are a
-    /// little off, and depend a little on the solver. Midpoint steps stay exact.
-    Inexact,
-}
-
-impl Recursion {
-    fn is_default(&self) -> bool {
-        *self == Recursion::default()
-    }
-}
-
-/// Which rows a step makes, and whether it recurs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Method {
-    /// One row a near pair of smooth surfaces, more where the trial still overlaps.
-    #[default]
-    Relcp,
-    /// One row a near pair of smooth surfaces, no recursion.
-    Snsd,
-    /// One row a near pair of sub-spheres, no recursion.
-    Multisphere {
-        /// Spheres a body: odd on a major axis; on a ring, enough to leave no gap.
-        #[schemars(range(min = 1))]
-        count: u32,
-    },
-}
-
 /// The LCP solver and when it stops.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -289,85 +101,6 @@ pub struct Solver {
     /// Which LCPs are saved into the run's folder `lcps`. Without it: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dump: Option<Dump>,
-}
-
-/// The LCP solvers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SolverKind {
-    /// The program's choice: `pair_block_cg`. Where it ends without reaching the tolerance, `interior_point` goes on; not on a GPU.
-    #[default]
-    Auto,
-    /// Projected Jacobi with a safe step.
-    ProjectedJacobi,
-    /// Projected Gauss-Seidel, sequential.
-    ProjectedGaussSeidel,
-    /// Accelerated projected gradient descent with restart.
-    Apgd,
-    /// Projected gradient descent with safeguarded Barzilai-Borwein steps.
-    Bbpgd,
-    /// Projected nonlinear conjugate gradients, preconditioned by the blocks of the pairs.
-    PairBlockCg,
-    /// Dense pivoting, for tests and small systems.
-    Dense,
-    /// Primal-dual interior point with a sparse factorization: few iterations, whatever the conditioning. Not on a GPU.
-    InteriorPoint,
-}
-
-impl SolverKind {
-    /// The one that public codes for contacts of rigid bodies solve their LCPs with: what measurements set the default beside.
-    pub(crate) const OF_PUBLIC_CODES: SolverKind = SolverKind::Bbpgd;
-
-    /// All solvers that a scene may name but `auto`, which is one of them, with their names there. They are those of the schema, so
-    /// that a new one is among them.
-    ///
-    /// ```
-    /// # use relcp::scene::SolverKind;
-    /// assert!(SolverKind::named().contains(&("bbpgd".into(), SolverKind::Bbpgd)));
-    /// ```
-    pub fn named() -> Vec<(String, SolverKind)> {
-        let schema = schemars::schema_for!(SolverKind).to_value();
-        let variants = schema["oneOf"].as_array().map(Vec::as_slice).unwrap_or_default();
-        let names = variants.iter().filter_map(|variant| variant["const"].as_str());
-        names
-            .filter_map(|name| Some((name.to_owned(), serde_json::from_value(name.into()).ok()?)))
-            .filter(|(_, kind)| *kind != SolverKind::Auto)
-            .collect()
-    }
-}
-
-/// An external force.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Force {
-    /// The same force on every body.
-    Uniform {
-        /// The force.
-        force: [f64; 3],
-        /// Only bodies of this group.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        group: Option<String>,
-    },
-    /// Weight: the body's mass times an acceleration. It needs the inertial law, where bodies have mass.
-    Gravity {
-        /// The acceleration.
-        acceleration: [f64; 3],
-        /// Only bodies of this group.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        group: Option<String>,
-    },
-    /// `F(x) = -x (|x| - sin |x|) / |x|^2`: the paper's compaction.
-    RadialInward {
-        /// Only bodies of this group.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        group: Option<String>,
-    },
-    /// `F(x) = +x (|x| - sin |x|) / |x|^2`: the paper's chainmail.
-    RadialOutward {
-        /// Only bodies of this group.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        group: Option<String>,
-    },
 }
 
 /// One body.
@@ -467,6 +200,21 @@ pub enum Generate {
         group: Option<String>,
     },
 }
+
+/// The measures that `output.measures` may name.
+pub(crate) const MEASURES: [&str; 11] = [
+    "nematic",
+    "correlation",
+    "radius",
+    "packing",
+    "density",
+    "length",
+    "contacts",
+    "stress",
+    "force_chains",
+    "microdomains",
+    "dissipation",
+];
 
 /// What is recorded, and how often.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -27,7 +27,7 @@ impl Compute {
     /// # Errors
     /// A [`GpuError`]: no device fits, or it cannot do what the scene asks for.
     pub fn open(choice: &Choice, precision: Precision, scene: &Scene) -> Result<Self, GpuError> {
-        Device::check(scene)?;
+        Device::check(&scene.model())?;
         lcp::gpu::Solver::check(scene.solver.kind)?;
         let gpu = Gpu::open(choice)?;
         gpu.check(precision)?;

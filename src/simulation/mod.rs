@@ -12,7 +12,7 @@ use crate::gpu::{Gpu, Precision};
 use crate::scene::{Dynamics, Scene, StopReason};
 use crate::separation::{Separation, supports};
 use crate::step::{Backend, Fault, Keep, Kept, Plan, State, StepReport, contacts, max_overlap, step};
-use crate::walls::{WallContact, Walls};
+use crate::walls::WallContact;
 use std::mem::discriminant;
 
 /// A scene's bodies and the backend that steps them.
@@ -74,15 +74,16 @@ impl Simulation {
     pub fn resume_on(compute: &Compute, scene: Scene, state: State) -> Result<Self, Fault> {
         check_pairs(&state.bodies)?;
         let cutoff = scene.cutoff_of(state.bodies.shape.iter().copied());
-        let mut plan = Plan::of(&scene, cutoff);
+        let model = scene.model();
+        let mut plan = Plan::new(&model, cutoff);
         let inertia = matches!(scene.dynamics, Dynamics::Inertial { .. });
         plan.parts_first = inertia && plan.promises() && state.step == 0 && {
-            max_overlap(&state.bodies, &Walls::of(&scene)) > scene.contact.overlap_tolerance
+            max_overlap(&state.bodies, &model.walls) > scene.contact.overlap_tolerance
         };
         let backend: Box<dyn Backend> = match compute {
-            Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&scene, state)?),
-            Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&scene, state)?),
-            Compute::Gpu { gpu, precision } => Box::new(Device::new(gpu.clone(), *precision, &scene, state)?),
+            Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&model, state)?),
+            Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&model, state)?),
+            Compute::Gpu { gpu, precision } => Box::new(Device::new(gpu.clone(), *precision, &model, state)?),
         };
         let keep = Keep::new(scene.solver.dump);
         let mut simulation = Simulation { scene, plan, backend, keep, stopped_by: None };
@@ -189,7 +190,7 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::state`].
     pub fn wall_contacts(&self, cutoff: f64) -> Result<Vec<WallContact>, Fault> {
-        Ok(Walls::of(&self.scene).contacts(&self.state()?.bodies, cutoff))
+        Ok(self.scene.walls().contacts(&self.state()?.bodies, cutoff))
     }
 }
 

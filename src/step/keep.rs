@@ -1,8 +1,7 @@
 //! The LCPs of a run that its scene asks to be kept (`solver.dump`), with the start that each was solved from.
 
-use super::Fault;
+use super::{Dump, Fault};
 use crate::lcp::{Outcome, Status, Stored};
-use crate::scene::Dump;
 use crate::step::Backend;
 
 /// An LCP of a run.

@@ -186,8 +186,8 @@ fn check<const D: usize>(scene: &Scene) -> usize {
     for (precision, bounds, gamma) in BOUNDS.into_iter().filter(|b| precisions(gpu).contains(&b.0)) {
         let mut both = Both {
             what: format!("{} {precision:?}", scene.name),
-            ours: Device::new(gpu.clone(), precision, scene, state()).unwrap(),
-            theirs: Cpu::<D>::new(scene, state()).unwrap(),
+            ours: Device::new(gpu.clone(), precision, &scene.model(), state()).unwrap(),
+            theirs: Cpu::<D>::new(&scene.model(), state()).unwrap(),
             bounds,
             gamma,
         };

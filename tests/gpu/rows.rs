@@ -123,8 +123,8 @@ fn check<const D: usize>(scene: &Scene) {
     let Some(gpu) = device() else { return };
     let state = || State { step: 0, next_id: 1000, bodies: scene.build().unwrap(), warm: Vec::new() };
     for (precision, blocks, lengths) in BOUNDS.into_iter().filter(|b| precisions(gpu).contains(&b.0)) {
-        let mut ours = Device::new(gpu.clone(), precision, scene, state()).unwrap();
-        let mut cpu = Cpu::<D>::new(scene, state()).unwrap();
+        let mut ours = Device::new(gpu.clone(), precision, &scene.model(), state()).unwrap();
+        let mut cpu = Cpu::<D>::new(&scene.model(), state()).unwrap();
         let what = format!("{} {:?} {precision:?}", scene.name, scene.contact.rows);
         ours.begin().unwrap();
         cpu.begin().unwrap();

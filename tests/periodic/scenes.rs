@@ -116,7 +116,7 @@ fn what_has_no_periods_is_refused_in_a_periodic_scene() {
 fn a_device_takes_periods() {
     let mut scene = scene::load("three-capsules", &[]).unwrap();
     scene.periodic = Some(Periodic { lengths: [Some(50.0), None, None] });
-    Device::check(&scene).unwrap();
+    Device::check(&scene.model()).unwrap();
 }
 
 fn generated(lengths: Value, planar: bool, rules: Value) -> Result<relcp::bodies::Bodies, SceneError> {

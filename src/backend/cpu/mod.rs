@@ -11,14 +11,12 @@ mod walls;
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{self, RowSource, RowSourceError, sub_sphere_separations};
-use crate::dynamics::{self, Cells, ForceField, Law, Load, Motion, Overdamped, Pose, Twist, Waiting};
+use crate::dynamics::{self, Cells, Dynamics, ForceField, Law, Load, Motion, Overdamped, Pose, Twist, Waiting};
 use crate::freedom::{PLANAR, pack, unpack};
 use crate::lcp::{self, Outcome, Problem, Settings, Status, Stored};
-use crate::periodic::Periods;
-use crate::scene::{Dynamics, Rows, Scene, Stepping};
 use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::{ProxySphere, Shape};
-use crate::step::{Again, Backend, Fault, Overlap, Passed, Phases, Piece, State, passed};
+use crate::step::{Again, Backend, Fault, Model, Overlap, Passed, Phases, Piece, Rows, State, Stepping, passed};
 use crate::walls::{Walls, surface_of};
 use crate::warm::Warm;
 use glam::DVec3;
@@ -130,32 +128,32 @@ pub struct Cpu<const D: usize> {
 impl<const D: usize> Cpu<D> {
     const SEPARATE: narrow_phase::Separate = if D == PLANAR { planar_separation } else { separation };
 
-    /// A backend for `scene` in `state`.
-    pub fn new(scene: &Scene, mut state: State) -> Result<Self, RowSourceError> {
-        let source = scene.contact.method.row_source();
+    /// A backend for `model` in `state`.
+    pub fn new(model: &Model, mut state: State) -> Result<Self, RowSourceError> {
+        let source = model.contact.method.row_source();
         source.proxies(&state.bodies.shape)?;
-        let walls = Walls::of(scene);
-        let periods = Periods::of(scene);
+        let walls = model.walls.clone();
+        let periods = model.periods;
         state.bodies.periods = periods;
         // What is remembered of another scene's walls is of no use.
         state.warm.retain(|w| surface_of(w.pair[1]).is_none_or(|surface| surface < walls.len()));
         Ok(Cpu {
             walls,
-            dt: scene.time.dt,
-            start_time: scene.time.start,
-            growth: Cells::of(scene),
+            dt: model.time.dt,
+            start_time: model.time.start,
+            growth: model.cells,
             pressures: Vec::new(),
-            overlap_tolerance: scene.contact.overlap_tolerance,
-            violating: scene.contact.overlap_tolerance,
-            cutoff: scene.cutoff_of(state.bodies.shape.iter().copied()),
+            overlap_tolerance: model.contact.overlap_tolerance,
+            violating: model.contact.overlap_tolerance,
+            cutoff: model.contact.cutoff_of(state.bodies.shape.iter().copied()),
             thinnest: state.bodies.shape.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min),
-            law: dynamics::law(&scene.dynamics),
-            forces: dynamics::forces_from_scene(&scene.forces, &scene.group_names(), &scene.dynamics),
+            law: dynamics::law(&model.dynamics),
+            forces: dynamics::force_fields(&model.forces, &model.groups, &model.dynamics),
             source,
-            rows: scene.contact.rows_of_method(),
-            solver: match scene.contact.rows_of_method() {
-                Rows::Auto => lcp::Solver::new(scene.solver.kind, scene.lcp_settings()),
-                Rows::Paper => lcp::Solver::new(scene.solver.kind, scene.lcp_settings()).for_parallel_rows(),
+            rows: model.contact.rows_of_method(),
+            solver: match model.contact.rows_of_method() {
+                Rows::Auto => lcp::Solver::new(model.solver, model.lcp),
+                Rows::Paper => lcp::Solver::new(model.solver, model.lcp).for_parallel_rows(),
             },
             solved: false,
             changed: true,
@@ -166,13 +164,13 @@ impl<const D: usize> Cpu<D> {
             parting: false,
             start_overlap: 0.0,
             candidates: Candidates::in_space(periods),
-            midpoint: scene.time.stepping == Stepping::Midpoint,
-            interval: scene.time.dt,
+            midpoint: model.time.stepping == Stepping::Midpoint,
+            interval: model.time.dt,
             start: Bodies::default(),
             next_id: state.next_id,
             state,
             middle: None,
-            leads_ahead: leads_ahead(scene),
+            leads_ahead: leads_ahead(model),
             ahead: false,
             reached: Vec::new(),
             first: Vec::new(),
@@ -405,9 +403,9 @@ impl<const D: usize> Cpu<D> {
 
 /// Whether first rows of a scene's steps may be made ahead of their start: in Euler steps without inertia. With inertia rows at the start keep the angular momentum of
 /// a pair to rounding, and rows ahead do not.
-fn leads_ahead(scene: &Scene) -> bool {
-    let inertial = matches!(scene.dynamics, Dynamics::Inertial { .. });
-    scene.contact.rows_of_method() == Rows::Auto && scene.time.stepping == Stepping::Euler && !inertial
+fn leads_ahead(model: &Model) -> bool {
+    let inertial = matches!(model.dynamics, Dynamics::Inertial { .. });
+    model.contact.rows_of_method() == Rows::Auto && model.time.stepping == Stepping::Euler && !inertial
 }
 
 /// Runs `work` and adds its wall time to `total`.

@@ -7,9 +7,8 @@ use super::Setup;
 use super::branch_source::{self, BranchKernels};
 use super::walls::FIRST_SURFACE;
 use crate::constraint::LEAST_ALIGNED;
-use crate::dynamics::LAST_STEP;
+use crate::dynamics::{Dynamics, Force, LAST_STEP};
 use crate::gpu::{Gpu, GpuError, Kernel, Precision, Source, fragment};
-use crate::scene::{Dynamics, Force};
 use crate::separation;
 use std::fmt::Write as _;
 

@@ -160,7 +160,7 @@ impl Run {
     ) -> Result<(), Stopped> {
         self.bodies = start.scene.build()?;
         self.figures.bodies = self.bodies.len();
-        let walls = Walls::of(&start.scene);
+        let walls = start.scene.walls();
         let mut simulation = Simulation::new_on(compute, start.scene.clone(), self.bodies.clone())?;
         if let Some(pull) = start.pull {
             simulation.add_force(Box::new(pull));

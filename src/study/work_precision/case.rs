@@ -139,7 +139,7 @@ impl Case {
     pub fn suits(&self, problem: &Problem, compute: &Compute) -> Result<bool, StudyError> {
         let Compute::Gpu { precision, .. } = compute else { return Ok(true) };
         let tight = precision.bytes() == 4 && self.overlap_tolerance < TIGHTEST_F32;
-        Ok(!tight && Device::check(&self.scene(problem)?).is_ok())
+        Ok(!tight && Device::check(&self.scene(problem)?.model()).is_ok())
     }
 
     /// The curve that it is on.

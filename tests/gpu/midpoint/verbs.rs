@@ -229,8 +229,8 @@ fn check<const D: usize>(
     let state = || State { next_id: 1000, bodies: scene.build().unwrap(), ..State::default() };
     let mut pair = Pair {
         what: format!("{} {:?} {precision:?}", scene.name, scene.contact.rows),
-        ours: Device::new(gpu.clone(), precision, &scene, state()).unwrap(),
-        theirs: Cpu::<D>::new(&scene, state()).unwrap(),
+        ours: Device::new(gpu.clone(), precision, &scene.model(), state()).unwrap(),
+        theirs: Cpu::<D>::new(&scene.model(), state()).unwrap(),
         residual,
         bounds: (blocks, lengths),
     };

@@ -1,7 +1,5 @@
 //! Which LCPs of a run are saved into its folder, for a look at a solver that does not get on.
 
-use super::error::SceneError;
-use super::key::Key;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +11,7 @@ const SLOW_PRODUCTS: u64 = 2_000;
 const MOST: u32 = 10;
 
 /// The largest number of LCPs that may be asked for: each is a file of some 100 bytes a row.
-const MOST_OF_ALL: u32 = 10_000;
+pub(crate) const MOST_DUMPED: u32 = 10_000;
 
 /// Which LCPs of a run are saved into its folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -59,23 +57,9 @@ impl Dump {
     }
 
     /// This with its defaults written out.
-    pub(super) fn with_defaults(self) -> Dump {
+    pub(crate) fn with_defaults(self) -> Dump {
         let products = (self.when == DumpWhen::Slow).then(|| self.products.unwrap_or(SLOW_PRODUCTS));
         Dump { products, most: Some(self.most.unwrap_or(MOST)), ..self }
-    }
-
-    pub(super) fn check(&self, key: &Key) -> Result<(), SceneError> {
-        if self.products.is_some() && self.when != DumpWhen::Slow {
-            let message = "is for `when`: \"slow\", the solves that take at least so many products";
-            return Err(SceneError::bad(key.field("products"), message));
-        }
-        if self.products == Some(0) {
-            return Err(SceneError::bad(key.field("products"), "must be at least 1"));
-        }
-        if self.most.is_some_and(|most| most == 0 || most > MOST_OF_ALL) {
-            return Err(SceneError::bad(key.field("most"), format!("must be from 1 to {MOST_OF_ALL}")));
-        }
-        Ok(())
     }
 }
 

@@ -1,4 +1,4 @@
-//! The section `walls` of a scene.
+//! The walls that a scene may have, and their surfaces.
 
 use crate::separation::Surface;
 use glam::DVec3;
@@ -106,6 +106,6 @@ impl Wall {
 }
 
 /// Whether a unit vector is at right angles to the plane of a planar scene.
-pub(super) fn across(normal: DVec3) -> bool {
+pub(crate) fn across(normal: DVec3) -> bool {
     normal.x == 0.0 && normal.y == 0.0
 }

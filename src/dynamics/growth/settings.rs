@@ -1,4 +1,4 @@
-//! The section `growth` of a scene.
+//! How cells grow and divide, and what ends their growth.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -58,7 +58,7 @@ impl OnNoRoom {
 }
 
 /// A cell of the least division length is not shorter than a daughter of the greatest where noise is below this.
-pub(super) const MOST_LENGTH_NOISE: f64 = 1.0 / 3.0;
+pub(crate) const MOST_LENGTH_NOISE: f64 = 1.0 / 3.0;
 
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
