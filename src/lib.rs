@@ -49,28 +49,35 @@
 //! The step itself is [`step::step`], over the verbs of [`step::Backend`].
 
 pub mod backend;
+#[cfg(feature = "files")]
 pub mod batch;
 pub mod bodies;
 pub mod broad_phase;
-pub mod cli;
 pub mod constraint;
 pub mod dynamics;
+#[cfg(feature = "files")]
 pub mod export;
 pub mod freedom;
 pub mod gpu;
 pub mod lcp;
+#[cfg(feature = "files")]
 pub mod measure;
 pub mod motion;
 pub mod periodic;
 #[cfg(feature = "python")]
 pub mod python;
+#[cfg(feature = "files")]
 pub mod record;
+#[cfg(feature = "files")]
 pub mod render;
+#[cfg(feature = "files")]
+pub mod run;
 pub mod scene;
 pub mod separation;
 pub mod shape;
 pub mod simulation;
 pub mod step;
+#[cfg(feature = "studies")]
 pub mod study;
 pub mod walls;
 pub mod warm;

@@ -5,6 +5,7 @@
 //! `v = J^T gamma` is the contact velocity in those scaled unknowns.
 
 pub mod cpu;
+#[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod incidence;
 pub mod pair_blocks;

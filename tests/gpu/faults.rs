@@ -2,7 +2,8 @@
 
 use crate::device::device;
 use relcp::gpu::{Buffer, Choice, Gpu, GpuError, Kernel, Precision, Source, adapters};
-use relcp::record::{Folder, Run, RunError, read_state};
+use relcp::record::{Folder, read_state};
+use relcp::run::{Run, RunError};
 use relcp::scene;
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::Fault;

@@ -1,8 +1,7 @@
 //! `summary.json`: what a run did, as other programs read it.
 
-use super::hash::state_hash;
 use super::memory::peak_bytes;
-use super::totals::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds};
+use crate::record::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds, state_hash};
 use crate::scene::{Method, SolverKind, Stepping, StopReason};
 use crate::simulation::Simulation;
 use crate::step::Fault;
