@@ -3,7 +3,7 @@
 //! `cargo bench --bench throughput` goes up to 4,096 bodies; `RELCP_LARGEST=131072` further, `RELCP_ADAPTER=name` picks the adapter.
 
 use relcp::gpu::{Choice, Gpu, Precision};
-use relcp::relcp::Compute;
+use relcp::simulation::Compute;
 use relcp::study::throughput::{Kind, measure, table};
 use std::sync::Arc;
 

@@ -1,7 +1,7 @@
 //! Contacts read back: how many each body of a small colony has, and the worst overlap.
 
-use relcp::relcp::Simulation;
 use relcp::scene;
+use relcp::simulation::Simulation;
 use std::error::Error;
 
 /// Surfaces nearer than this count as touching: four times the overlap that a step may leave.

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
-use relcp::relcp::Simulation;
 use relcp::scene;
+use relcp::simulation::Simulation;
 use std::error::Error;
 
 const SCENE: &str = r#"{

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
-use relcp::relcp::Simulation;
 use relcp::scene;
 use relcp::shape::{Convex, ConvexError, Shape};
+use relcp::simulation::Simulation;
 use std::error::Error;
 
 /// Balls to place the bodies by: each holds a die or an egg.

@@ -3,9 +3,10 @@
 
 use glam::{DQuat, DVec3};
 use relcp::bodies::Lineage;
-use relcp::relcp::{Simulation, State};
 use relcp::scene;
 use relcp::shape::Shape;
+use relcp::simulation::Simulation;
+use relcp::step::State;
 use std::collections::HashMap;
 use std::error::Error;
 

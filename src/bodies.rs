@@ -1,10 +1,11 @@
 //! The state of all bodies, one array a quantity: the configuration `C^k` of the method.
 
-use crate::dynamics::Twist;
+use crate::motion::Twist;
 use crate::periodic::Periods;
-use crate::separation::Placed;
+use crate::separation::{Placed, farthest};
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
+use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// Where a body comes from: enough to rebuild the lineage of a colony.
@@ -91,6 +92,29 @@ impl Bodies {
         let mut wrapped = self.clone();
         wrapped.position.iter_mut().for_each(|x| *x = self.periods.wrapped(*x).0);
         Cow::Owned(wrapped)
+    }
+
+    /// The mean of the centres; the origin where there is no body.
+    pub fn centre(&self) -> DVec3 {
+        self.position.iter().sum::<DVec3>() / self.len().max(1) as f64
+    }
+
+    /// The distance of the farthest point of a body from a point.
+    pub fn outermost_from(&self, centre: DVec3) -> f64 {
+        let distance = |i: usize| self.position[i].distance(centre);
+        let reach = |i: usize| farthest(&self.shape[i], self.position[i], self.orientation[i], centre);
+        let far = (0..self.len()).map(distance).fold(0.0, f64::max);
+        // A body whose ball does not come up to the farthest centre cannot decide.
+        (0..self.len())
+            .into_par_iter()
+            .filter(|&i| distance(i) + self.shape[i].bounding_radius() >= far)
+            .map(reach)
+            .reduce(|| 0.0, f64::max)
+    }
+
+    /// The distance of the farthest point of a body from the mean of the centres: the radius of a colony.
+    pub fn radius(&self) -> f64 {
+        self.outermost_from(self.centre())
     }
 
     /// Body `i`'s shape where it is.

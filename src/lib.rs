@@ -30,14 +30,14 @@
 //! | `gamma` | `gamma` | the contact force of a row | force |
 //! | `g` | | a row's linearised separation | length |
 //! | `E`, `L` | [`dynamics::Factor`] | effective mobility and its symmetric root | |
-//! | `U` | [`dynamics::Twist`] | generalized velocity of a body | length / time, 1 / time |
+//! | `U` | [`motion::Twist`] | generalized velocity of a body | length / time, 1 / time |
 //! | `tau` | `solver.tolerance` | largest natural residual `max abs min(g, A_ii gamma)` of a solved LCP | length |
 //! | `eps` | `contact.overlap_tolerance` | largest overlap of an accepted step | length |
 //!
 //! # A first run
 //!
 //! ```
-//! use relcp::{relcp::Simulation, scene};
+//! use relcp::{Simulation, scene};
 //! let scene = scene::load("three-capsules", &[])?;
 //! let bodies = scene.build()?;
 //! let mut simulation = Simulation::new(scene, bodies)?;
@@ -46,31 +46,50 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The step itself is [`relcp::step`], over the verbs of [`backend::Backend`].
+//! The step itself is [`step::step`], over the verbs of [`step::Backend`].
 
 pub mod backend;
+#[cfg(feature = "files")]
 pub mod batch;
 pub mod bodies;
 pub mod broad_phase;
-pub mod cli;
 pub mod constraint;
 pub mod dynamics;
+#[cfg(feature = "files")]
 pub mod export;
 pub mod freedom;
 pub mod gpu;
 pub mod lcp;
+#[cfg(feature = "files")]
 pub mod measure;
+pub mod motion;
 pub mod periodic;
 #[cfg(feature = "python")]
 pub mod python;
+#[cfg(feature = "files")]
 pub mod record;
-pub mod relcp;
+#[cfg(feature = "files")]
 pub mod render;
+#[cfg(feature = "files")]
+pub mod run;
 pub mod scene;
 pub mod separation;
 pub mod shape;
+pub mod simulation;
+pub mod step;
+#[cfg(feature = "studies")]
 pub mod study;
 pub mod walls;
+pub mod warm;
+
+pub use bodies::Bodies;
+pub use dynamics::{ForceField, Load};
+pub use glam;
+pub use scene::{Scene, SceneError};
+pub use separation::{Placed, Separation};
+pub use shape::Shape;
+pub use simulation::{Compute, Simulation};
+pub use step::{Fault, State, StepReport, contacts};
 
 /// The README's example compiles and runs with the others.
 #[cfg(doctest)]

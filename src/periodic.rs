@@ -7,13 +7,26 @@
 //!
 //! One image is enough while the two reaches, the cutoff, and what both move freely in a step are together at most half a period: every other image
 //! has its centre at least that far away along the axis. A scene whose bodies are longer, or may grow so long, is refused
-//! ([`Scene::validate`]), and a step whose bodies would move too far is a [`Fault`](crate::relcp::Fault). What audits a state
-//! ([`contacts`](crate::relcp::contacts)) does not rest on this: it looks at all images whose boxes touch.
+//! ([`Scene::validate`](crate::Scene::validate)), and a step whose bodies would move too far is a [`Fault`](crate::step::Fault). What audits a state
+//! ([`contacts`](crate::step::contacts)) does not rest on this: it looks at all images whose boxes touch.
 
-use crate::broad_phase::Aabb;
-use crate::scene::Scene;
+use crate::motion::Aabb;
 use crate::separation::Placed;
 use glam::{DVec3, I64Vec3};
+#[cfg(feature = "files")]
+use schemars::JsonSchema;
+#[cfg(feature = "files")]
+use serde::{Deserialize, Serialize};
+
+/// Periods of space along its axes. A body, with the cutoff, is at most half as long as the shortest period. Positions are not wrapped: a body that
+/// leaves the cell goes on, and is seen at all its images.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+pub struct Periodic {
+    /// The period along x, y and z; null where space is open. In a planar scene along z it is null.
+    pub lengths: [Option<f64>; 3],
+}
 
 /// The translations under which a periodic space is the same: those by whole lengths along the axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,11 +46,6 @@ impl Periods {
         let length = lengths.map(|length| length.filter(|l| *l > 0.0 && l.is_finite()).unwrap_or(0.0));
         let inverse = length.map(|length| if length > 0.0 { 1.0 / length } else { 0.0 });
         Periods { length: length.into(), inverse: inverse.into() }
-    }
-
-    /// That of a scene.
-    pub fn of(scene: &Scene) -> Periods {
-        scene.periodic.map_or(Periods::NONE, |periodic| Periods::new(periodic.lengths))
     }
 
     /// Whether no axis has a period.

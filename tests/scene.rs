@@ -4,9 +4,9 @@
 use proptest::prelude::*;
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::dynamics::grow;
-use relcp::relcp::Simulation;
 use relcp::scene::{self, FaultKind, Force, Generate, Method, Scene, SceneError};
 use relcp::shape::Shape;
+use relcp::simulation::Simulation;
 use serde::Deserialize;
 use serde_json::Value;
 use std::path::Path;

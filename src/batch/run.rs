@@ -6,9 +6,11 @@
 use super::error::{BatchError, MemberError};
 use super::plan::{Member, Plan};
 use super::standing::{Folders, Standing};
-use crate::record::{Folder, Run, RunError, RunStatus};
-use crate::relcp::{Compute, Simulation, StepReport};
+use crate::record::Folder;
+use crate::run::{Run, RunError, RunStatus};
 use crate::scene::Scene;
+use crate::simulation::{Compute, Simulation};
+use crate::step::StepReport;
 use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -79,7 +81,7 @@ struct Crew<'a> {
 ///
 /// ```no_run
 /// use relcp::batch::{Options, Plan, Table, Watch, run};
-/// use relcp::relcp::Compute;
+/// use relcp::simulation::Compute;
 /// struct Nobody;
 /// impl Watch for Nobody {}
 /// let plan = Plan::open("rates.json".as_ref())?;

@@ -2,13 +2,12 @@
 
 use super::arguments::{Backend, Batch as Arguments, Compute as ComputeArguments};
 use super::batch_progress::{BatchProgress, chain};
-use super::compute;
 use super::exit::{CliError, Exit};
-use super::output;
 use super::run::RUNS;
-use crate::batch::{BatchError, Ended, Folders, Member, MemberError, Options, Plan, RowStatus, Table, run};
-use crate::relcp::Compute;
-use crate::scene::Scene;
+use super::{compute, output};
+use relcp::batch::{BatchError, Ended, Folders, Member, MemberError, Options, Plan, RowStatus, Table, run};
+use relcp::scene::Scene;
+use relcp::simulation::Compute;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 

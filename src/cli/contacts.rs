@@ -3,11 +3,11 @@
 use super::arguments::Contacts;
 use super::exit::{CliError, Exit};
 use super::output;
-use crate::bodies::Bodies;
-use crate::record::{Folder, read_state};
-use crate::relcp::image_contacts;
-use crate::scene;
-use crate::walls::Walls;
+use relcp::bodies::Bodies;
+use relcp::record::{Folder, read_state};
+use relcp::scene;
+use relcp::step::image_contacts;
+use relcp::walls::Walls;
 use serde::Serialize;
 use std::path::Path;
 
@@ -61,14 +61,14 @@ fn open(state: &str) -> Result<(Bodies, Walls), CliError> {
     if path.is_dir() {
         let bodies = read_state(&path.join("checkpoint.npz"))?.1.bodies;
         let scene = Folder::view(path).scene();
-        let walls = if scene.exists() { Walls::of(&scene::read(&scene)?) } else { Walls::default() };
+        let walls = if scene.exists() { scene::read(&scene)?.walls() } else { Walls::default() };
         return Ok((bodies, walls));
     }
     if path.extension().is_some_and(|extension| extension == "npz") {
         return Ok((read_state(path)?.1.bodies, Walls::default()));
     }
     let scene = scene::load(state, &[])?;
-    Ok((scene.build()?, Walls::of(&scene)))
+    Ok((scene.build()?, scene.walls()))
 }
 
 fn find(bodies: &Bodies, walls: &Walls, cutoff: f64) -> Report {

@@ -1,15 +1,15 @@
 //! `relcp run`: steps a scene to its end, or until it is interrupted.
 
 use super::arguments::Run as Arguments;
-use super::compute;
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
-use super::output;
 use super::progress::Progress;
-use crate::gpu::Profile;
-use crate::record::{Folder, PassedStep, RecordError, Retried, Run, RunError, RunStatus, Summary};
-use crate::relcp::{Compute, Simulation};
-use crate::scene::{self, Scene};
+use super::{compute, output};
+use relcp::gpu::Profile;
+use relcp::record::{Folder, PassedStep, RecordError, Retried};
+use relcp::run::{Run, RunError, RunStatus, Summary};
+use relcp::scene::{self, Scene};
+use relcp::simulation::{Compute, Simulation};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

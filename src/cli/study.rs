@@ -1,19 +1,18 @@
 //! `relcp study`: measured studies, with their tables.
 
 use super::arguments::{Study, StudyName};
-use super::compute;
 use super::exit::{CliError, Exit};
-use super::output;
 use super::study_all::all;
 use super::study_hard::hard;
 use super::study_inertia::inertia;
 use super::study_paper::paper;
 use super::study_solvers::solvers;
 use super::study_work_precision::work_precision;
-use crate::record::{RecordError, durable};
-use crate::relcp::Compute;
-use crate::study::StudyError;
-use crate::study::throughput::{Kind, Row, measure, table};
+use super::{compute, output};
+use relcp::record::{RecordError, durable};
+use relcp::simulation::Compute;
+use relcp::study::StudyError;
+use relcp::study::throughput::{Kind, Row, measure, table};
 use serde::Serialize;
 use serde_json::Value;
 use std::fs;
@@ -93,7 +92,7 @@ fn write_rows(rows: &[Row], arguments: &Study) -> Result<(), CliError> {
 
 /// The CPU, and the device where there is one.
 pub(super) fn computes(arguments: &Study) -> Result<Vec<Compute>, CliError> {
-    let device = compute::settle(&arguments.compute, &crate::scene::load("colony", &[])?)?;
+    let device = compute::settle(&arguments.compute, &relcp::scene::load("colony", &[])?)?;
     let mut computes = vec![Compute::Cpu];
     computes.extend(matches!(device, Compute::Gpu { .. }).then_some(device));
     Ok(computes)

@@ -1,8 +1,12 @@
-//! External forces: the scene's own and any that a library user plugs in.
+//! External forces: those that a scene may name and any that a library user plugs in.
 
+use super::Dynamics;
 use crate::bodies::Bodies;
-use crate::scene::{Dynamics, Force};
 use glam::DVec3;
+#[cfg(feature = "files")]
+use schemars::JsonSchema;
+#[cfg(feature = "files")]
+use serde::{Deserialize, Serialize};
 use std::ops::{Add, AddAssign};
 
 /// A force on a body's centre and a torque about it, space axes.
@@ -47,8 +51,43 @@ impl<F: Fn(&Bodies, usize, f64) -> Load + Send + Sync> ForceField for F {
     }
 }
 
-/// The scene's forces. `groups` are the scene's group names, by index.
-pub fn from_scene(forces: &[Force], groups: &[String], dynamics: &Dynamics) -> Vec<Box<dyn ForceField>> {
+/// An external force.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
+pub enum Force {
+    /// The same force on every body.
+    Uniform {
+        /// The force.
+        force: [f64; 3],
+        /// Only bodies of this group.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        group: Option<String>,
+    },
+    /// Weight: the body's mass times an acceleration. It needs the inertial law, where bodies have mass.
+    Gravity {
+        /// The acceleration.
+        acceleration: [f64; 3],
+        /// Only bodies of this group.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        group: Option<String>,
+    },
+    /// `F(x) = -x (|x| - sin |x|) / |x|^2`: the paper's compaction.
+    RadialInward {
+        /// Only bodies of this group.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        group: Option<String>,
+    },
+    /// `F(x) = +x (|x| - sin |x|) / |x|^2`: the paper's chainmail.
+    RadialOutward {
+        /// Only bodies of this group.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        group: Option<String>,
+    },
+}
+
+/// These forces as fields. `groups` are the names of the groups, by index.
+pub fn force_fields(forces: &[Force], groups: &[String], dynamics: &Dynamics) -> Vec<Box<dyn ForceField>> {
     forces.iter().map(|force| field(force, groups, dynamics)).collect()
 }
 

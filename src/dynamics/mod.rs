@@ -14,33 +14,29 @@
 mod force;
 pub(crate) mod growth;
 mod inertial;
-mod integrate;
+mod law;
 mod overdamped;
 mod pressure;
 mod spin;
+mod waiting;
 
-pub use force::{ForceField, Load, from_scene as forces_from_scene};
-pub use growth::{Cells, grow, stretch};
+pub use crate::motion::{Pose, Twist, advance};
+pub use force::{Force, ForceField, Load, force_fields};
+pub(crate) use growth::MOST_LENGTH_NOISE;
+pub use growth::{Cells, Growth, OnNoRoom, Stop, StopReason, grow, stretch};
 pub use inertial::Inertial;
-pub use integrate::{Pose, advance};
+pub use law::{Dynamics, law};
 pub use overdamped::Overdamped;
 pub use pressure::pressures;
+#[cfg(feature = "files")]
 pub(crate) use pressure::virial_of_wall;
+#[cfg(feature = "gpu")]
 pub(crate) use spin::LAST_STEP;
 pub use spin::Spin;
+pub use waiting::Waiting;
 
 use crate::bodies::Bodies;
-use crate::scene::Dynamics;
 use glam::{DMat3, DQuat, DVec3};
-
-/// A generalized velocity.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Twist {
-    /// Velocity of the centre.
-    pub linear: DVec3,
-    /// Angular velocity, space axes.
-    pub angular: DVec3,
-}
 
 /// The symmetric square root `L` of a body's effective mobility, `L L = E`.
 ///
@@ -92,13 +88,5 @@ pub trait Law: Send + Sync {
     /// Whether velocity is a part of the state.
     fn inertia(&self) -> bool {
         false
-    }
-}
-
-/// The law that a scene names.
-pub fn law(dynamics: &Dynamics) -> Box<dyn Law> {
-    match *dynamics {
-        Dynamics::Overdamped { drag } => Box::new(Overdamped { drag }),
-        Dynamics::Inertial { density } => Box::new(Inertial { density }),
     }
 }

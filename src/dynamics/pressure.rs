@@ -6,10 +6,10 @@
 //! a force over a length, with the area of a rod's section. `relcp measure` and `relcp render` tell the same number.
 
 use crate::bodies::Bodies;
-use crate::relcp::Warm;
 use crate::separation::{branch, planar_separation, reach_of_place, separation};
 use crate::shape::Shape;
 use crate::walls::surface_of;
+use crate::warm::Warm;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 

@@ -5,6 +5,7 @@
 //! `v = J^T gamma` is the contact velocity in those scaled unknowns.
 
 pub mod cpu;
+#[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod incidence;
 pub mod pair_blocks;
@@ -16,6 +17,7 @@ mod bbpgd;
 mod dense;
 mod drive;
 mod interior_point;
+mod kind;
 mod local;
 mod pair_block_cg;
 mod projected_gauss_seidel;
@@ -26,6 +28,7 @@ mod solver;
 mod stored;
 
 pub use drive::Look;
+pub use kind::SolverKind;
 pub use solver::Solver;
 pub use stored::Stored;
 
@@ -96,7 +99,7 @@ pub struct Outcome {
     pub products: u64,
     /// Factorizations of sparse matrices.
     pub factorizations: u64,
-    /// Whether [`auto`](crate::scene::SolverKind::Auto) went on with the interior-point method.
+    /// Whether [`auto`](SolverKind::Auto) went on with the interior-point method.
     pub fallback: bool,
     /// Natural residual of the returned `gamma`, a length.
     pub residual: f64,

@@ -102,7 +102,7 @@ impl<const D: usize> Solver<D> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::SolverKind;
+    use crate::lcp::SolverKind;
 
     const SETTINGS: Settings = Settings { tolerance: 1e-9, max_iterations: 10_000 };
 

@@ -11,8 +11,7 @@ use super::pair_block_cg::PairBlockCg;
 use super::projected_gauss_seidel::ProjectedGaussSeidel;
 use super::projected_jacobi::ProjectedJacobi;
 use super::verbs::Verbs;
-use super::{Outcome, Problem, Settings, Status};
-use crate::scene::SolverKind;
+use super::{Outcome, Problem, Settings, SolverKind, Status};
 
 /// How many sweeps of Gauss-Seidel are made for one look at the residual, which costs a product more.
 const SWEEPS: u64 = 4;
@@ -49,8 +48,7 @@ const NANOSECONDS_OF_A_ROW: f64 = 20.0;
 /// A solver of LCPs on the CPU. It keeps its buffers from one problem to the next.
 ///
 /// ```
-/// use relcp::lcp::{Problem, Settings, Solver, Status, velocity};
-/// use relcp::scene::SolverKind;
+/// use relcp::lcp::{Problem, Settings, Solver, SolverKind, Status, velocity};
 ///
 /// // Two bodies with three unknowns each, 0.1 too near along x.
 /// let problem = Problem::<3> {

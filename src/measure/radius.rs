@@ -4,11 +4,7 @@
 //! chapter X); the outermost radius the distance from `c` to the farthest point of a body. The expansion rate is the derivative of the
 //! outermost radius: of the parabola through a state and its neighbours in time, of the chord at the ends (B. Fornberg, Math. Comp. 51, 699 (1988)).
 
-use super::view::centre;
-use super::{Cell, Column, Found, LeftOut, Measure, View, cell, interior};
-use crate::bodies::Bodies;
-use glam::DVec3;
-use rayon::prelude::*;
+use super::{Cell, Column, Found, LeftOut, Measure, View, cell};
 
 const COLUMNS: [Column; 3] = [
     Column { name: "radius_gyration", what: "radius of gyration of the centres; a length" },
@@ -88,22 +84,5 @@ pub(super) fn gyration(view: &View<'_>) -> f64 {
 
 /// The distance of the farthest point of a body from the centre.
 pub(super) fn outermost(view: &View<'_>) -> f64 {
-    outermost_from(view.bodies(), view.centre)
-}
-
-/// The distance of the farthest point of a body from the mean of the centres: `radius_outermost`.
-pub(crate) fn colony_radius(bodies: &Bodies) -> f64 {
-    outermost_from(bodies, centre(bodies))
-}
-
-fn outermost_from(bodies: &Bodies, centre: DVec3) -> f64 {
-    let distance = |i: usize| bodies.position[i].distance(centre);
-    let reach = |i: usize| interior::farthest(&bodies.shape[i], bodies.position[i], bodies.orientation[i], centre);
-    let farthest = (0..bodies.len()).map(distance).fold(0.0, f64::max);
-    // A body whose ball does not come up to the farthest centre cannot decide.
-    (0..bodies.len())
-        .into_par_iter()
-        .filter(|&i| distance(i) + bodies.shape[i].bounding_radius() >= farthest)
-        .map(reach)
-        .reduce(|| 0.0, f64::max)
+    view.bodies().outermost_from(view.centre)
 }

@@ -2,10 +2,10 @@
 
 use super::*;
 use crate::bodies::{Bodies, NO_GROUP};
-use crate::export::{Snapshot, States};
-use crate::relcp::Warm;
+use crate::record::{Snapshot, States};
 use crate::separation::Placed;
 use crate::shape::Shape;
+use crate::warm::Warm;
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -74,6 +74,11 @@ fn random_axes(count: usize, planar: bool, seed: u64) -> Snapshot {
         DQuat::from_rotation_arc(DVec3::Z, DVec3::new(flat * angle.cos(), flat * angle.sin(), z))
     };
     state(bodies((0..count).map(|k| (ROD, DVec3::X * k as f64, turn(&mut draw)))), None)
+}
+
+#[test]
+fn a_scene_may_name_every_measure() {
+    assert_eq!(ALL.map(|measure| measure.name()), crate::scene::MEASURES);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::{Frame, LeftOut, Settings, axis, interior};
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
 use crate::dynamics::virial_of_wall;
-use crate::export::{Contact, Snapshot, TOUCHING, contacts};
+use crate::record::{Contact, Snapshot, TOUCHING, contacts};
 use crate::separation::{branch, is_branch, separation};
 use crate::walls::surface_of;
 use glam::DVec3;
@@ -42,7 +42,7 @@ impl<'a> View<'a> {
             state,
             frame,
             settings,
-            centre: centre(bodies),
+            centre: bodies.centre(),
             axes: each().map(|(shape, q)| axis(shape, *q, frame.planar)).collect(),
             volumes: each().map(volume).collect(),
             contacts: OnceLock::new(),
@@ -162,11 +162,6 @@ impl<'a> View<'a> {
         pairs.retain(|[a, b]| periods.nearest(at(*b) - at(*a)).length_squared() <= radius * radius);
         pairs
     }
-}
-
-/// The mean of the centres.
-pub(super) fn centre(bodies: &Bodies) -> DVec3 {
-    bodies.position.iter().sum::<DVec3>() / bodies.len().max(1) as f64
 }
 
 /// The median; the lower of the two where their number is even. Zero of nothing.

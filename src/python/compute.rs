@@ -2,8 +2,8 @@
 
 use super::error::device;
 use crate::gpu::{Choice, GpuError, Precision, adapters};
-use crate::relcp::Compute;
 use crate::scene::Scene;
+use crate::simulation::Compute;
 use pyo3::exceptions::{PyRuntimeWarning, PyValueError};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};

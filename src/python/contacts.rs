@@ -2,8 +2,9 @@
 
 use super::arrays::{column, table};
 use crate::bodies::Bodies;
-use crate::relcp::{State, Warm, contacts};
+use crate::step::{State, contacts};
 use crate::walls::{Walls, surface_of};
+use crate::warm::Warm;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use std::collections::HashMap;

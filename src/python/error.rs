@@ -2,8 +2,8 @@
 
 use crate::gpu::GpuError;
 use crate::record;
-use crate::relcp::Fault;
 use crate::scene::{self, FaultKind};
+use crate::step::Fault;
 use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;

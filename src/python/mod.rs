@@ -1,6 +1,6 @@
 //! The Python package `relcp`: scenes, simulations, their arrays and contacts, with the feature `python` only.
 //!
-//! It is thin: every number comes from [`crate::relcp::Simulation`], [`crate::record`] and [`crate::scene`]. The interpreter's lock is released while
+//! It is thin: every number comes from [`crate::simulation::Simulation`], [`crate::record`] and [`crate::scene`]. The interpreter's lock is released while
 //! anything is computed. What belongs to Python itself, the package's entry and its stubs, is in the folder `relcp` beside this file;
 //! `pyproject.toml` builds both with maturin.
 

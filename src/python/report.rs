@@ -1,6 +1,6 @@
 //! What a step did, as Python has it.
 
-use crate::relcp;
+use crate::step;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::time::Duration;
@@ -67,7 +67,7 @@ pub(super) struct StepReport {
 }
 
 impl StepReport {
-    pub(super) fn new(report: &relcp::StepReport, wall: Duration) -> Self {
+    pub(super) fn new(report: &step::StepReport, wall: Duration) -> Self {
         let phases = &report.phases;
         StepReport {
             step: report.step,

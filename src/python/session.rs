@@ -1,9 +1,12 @@
 //! A simulation with what its run did so far, and the threads that compute it: what a Python object holds.
 
 use super::compute::shared_threads_live;
-use crate::record::{RecordError, RunStatus, Summary, Totals, max_overlap, scene_hash, write_state};
-use crate::relcp::{Compute, Fault, Simulation, State, StepReport};
+use crate::record::{RecordError, Totals, scene_hash, write_state};
+use crate::run::{RunStatus, Summary};
 use crate::scene::{Scene, SceneError};
+use crate::simulation::{Compute, Simulation};
+use crate::step::{Fault, State, StepReport, max_overlap};
+use crate::walls::Walls;
 use rayon::ThreadPool;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -63,7 +66,7 @@ impl Session {
         let hash = scene_hash(&scene);
         let (simulation, start_max_overlap) = threads.run(|| {
             let bodies = scene.build().map_err(NoStart::Scene)?;
-            let start_max_overlap = max_overlap(&scene, &bodies);
+            let start_max_overlap = max_overlap(&bodies, &scene.walls());
             Simulation::new_on(compute, scene, bodies).map_err(NoStart::Fault).map(|s| (s, start_max_overlap))
         })?;
         let mut totals = Totals { start_max_overlap, ..Totals::default() };
@@ -137,7 +140,7 @@ impl Session {
             (true, false) => RunStatus::OutOfTolerance,
         };
         threads.run(move || {
-            let overlap = max_overlap(simulation.scene(), &simulation.state()?.bodies);
+            let overlap = max_overlap(&simulation.state()?.bodies, &simulation.scene().walls());
             Summary::new(simulation, totals, scene_hash, (status, None), overlap)
         })
     }

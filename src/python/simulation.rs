@@ -9,7 +9,8 @@ use super::scene::PyScene;
 use super::session::{NoStart, Session, Threads};
 use crate::bodies::Bodies;
 use crate::record::{read_state, scene_hash, state_hash};
-use crate::relcp::{Compute, State};
+use crate::simulation::Compute;
+use crate::step::State;
 use crate::walls::Walls;
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
@@ -305,7 +306,7 @@ impl PySimulation {
     fn wall_contacts(&self, py: Python<'_>, cutoff: f64) -> PyResult<WallContacts> {
         let cutoff = checked(cutoff)?;
         let found = self.compute(py, |session| {
-            let walls = Walls::of(session.simulation().scene());
+            let walls = session.simulation().scene().walls();
             session
                 .compute(move |simulation| simulation.state().map(|state| AtWalls::of(&walls, &state.bodies, cutoff)))
         })?;

@@ -4,10 +4,11 @@ use super::error::StateError;
 use super::npz::{Archive, Block, Data};
 use crate::bodies::{Bodies, Lineage};
 use crate::periodic::Periods;
-use crate::relcp::{State, Warm};
 use crate::scene::LARGEST_NUMBER;
 use crate::shape::Shape;
+use crate::step::State;
 use crate::walls::surface_of;
+use crate::warm::Warm;
 use glam::{DQuat, DVec3};
 
 /// The parent of a body that has none.

@@ -14,8 +14,8 @@ use super::npz::{Archive, MAGIC, write};
 use super::totals::Totals;
 use crate::bodies::Bodies;
 use crate::periodic::Periods;
-use crate::relcp::State;
 use crate::scene::LARGEST_NUMBER;
+use crate::step::State;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::Read;
@@ -67,7 +67,7 @@ pub struct Header {
 ///
 /// ```
 /// use relcp::record::{decode, encode};
-/// use relcp::relcp::State;
+/// use relcp::step::State;
 /// let bytes = encode(&State::default(), "0123456789abcdef", 0.0, None)?;
 /// let (header, state) = decode(&bytes)?;
 /// assert_eq!((header.step, state), (0, State::default()));

@@ -5,8 +5,8 @@
 
 use super::blocks::body_blocks;
 use super::npz::{Block, Data};
-use crate::relcp::State;
 use crate::scene::Scene;
+use crate::step::State;
 
 const OFFSET_BASIS: u64 = 0xcbf2_9ce4_8422_2325;
 const PRIME: u64 = 0x0000_0100_0000_01b3;
@@ -38,7 +38,7 @@ impl Fnv {
 ///
 /// ```
 /// use relcp::record::state_hash;
-/// use relcp::relcp::State;
+/// use relcp::step::State;
 /// let start = State::default();
 /// assert_eq!(state_hash(&start), state_hash(&start.clone()));
 /// assert_ne!(state_hash(&start), state_hash(&State { step: 1, ..start }));

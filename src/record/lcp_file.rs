@@ -12,7 +12,8 @@ use super::error::RecordError;
 use super::npz::{Block, Data, HEADER, MAGIC, header_text, seal_holds, write};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::lcp::Stored;
-use crate::relcp::{Kept, Simulation};
+use crate::simulation::Simulation;
+use crate::step::Kept;
 use serde::{Deserialize, Serialize};
 use std::fmt::Display;
 use std::io::{Cursor, Read};
@@ -61,7 +62,7 @@ pub struct LcpHeader {
 }
 
 impl LcpHeader {
-    pub(super) fn new(simulation: &Simulation, kept: &Kept) -> Self {
+    pub(crate) fn new(simulation: &Simulation, kept: &Kept) -> Self {
         let scene = simulation.scene();
         let name = |value: serde_json::Result<serde_json::Value>| match value {
             Ok(serde_json::Value::String(name)) => name,

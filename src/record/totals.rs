@@ -1,6 +1,6 @@
 //! What a run did so far: the sums and extremes of its steps' reports, which a checkpoint carries on.
 
-use crate::relcp::{Passed, Phases, StepReport};
+use crate::step::{Passed, Phases, StepReport};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;
 

@@ -1,11 +1,12 @@
 //! What the colours of a run's pictures tell: a number a body, from one recorded state.
 
 use crate::bodies::Bodies;
-use crate::export::Snapshot;
 use crate::measure::{Frame, LeftOut, Settings, View};
+use crate::record::Snapshot;
 
 /// What a body's colour tells in the pictures of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// Where its axis points: the hue turns once in half a turn in the x-y plane, and pales out of that plane.
@@ -110,7 +111,7 @@ fn sums(bodies: usize, pairs: impl Iterator<Item = ([usize; 2], f64)>) -> Vec<f6
 
 fn overlaps(bodies: &Bodies) -> Vec<f64> {
     let mut deepest = vec![0.0_f64; bodies.len()];
-    for (pair, found) in crate::relcp::contacts(bodies, 0.0) {
+    for (pair, found) in crate::step::contacts(bodies, 0.0) {
         pair.iter().for_each(|&body| deepest[body] = deepest[body].max(-found.separation));
     }
     deepest

@@ -4,7 +4,6 @@ use super::error::SceneError;
 use super::orientation::{unit, written};
 use super::{Body, BodyLineage, Dynamics, Generate, Scene, generate};
 use crate::bodies::{Bodies, Lineage, NO_GROUP};
-use crate::periodic::Periods;
 use crate::separation::Placed;
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
@@ -35,7 +34,7 @@ impl Scene {
         let names = self.group_names();
         let numbers: HashMap<&str, u32> = names.iter().map(String::as_str).zip(0..).collect();
         let group_of = |name: Option<&str>| name.and_then(|n| numbers.get(n).copied()).unwrap_or(NO_GROUP);
-        let mut bodies = Bodies { periods: Periods::of(self), ..Bodies::default() };
+        let mut bodies = Bodies { periods: self.periods(), ..Bodies::default() };
         for body in &self.bodies {
             let placed =
                 Placed { shape: body.shape, position: DVec3::from(body.position), orientation: unit(body.orientation) };

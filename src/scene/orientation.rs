@@ -36,6 +36,7 @@ pub(super) fn written(q: DQuat) -> [f64; 4] {
     [q.w, q.x, q.y, q.z]
 }
 
+#[cfg(feature = "files")]
 impl Scene {
     pub(super) fn normalize_orientations(&mut self) {
         for body in &mut self.bodies {

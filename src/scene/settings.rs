@@ -1,21 +1,18 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
-use super::{Contact, Dump, Method, Recursion, Rows, SMALLEST_NUMBER, Scene};
-use crate::constraint::RowSource;
+use super::{Contact, Dump, Recursion, Rows, SMALLEST_NUMBER, Scene};
+use crate::dynamics::Cells;
 use crate::lcp::Settings;
+use crate::periodic::Periods;
 use crate::shape::Shape;
+use crate::step::Model;
+use crate::walls::Walls;
 
 /// A solver stops at this part of the overlap tolerance, so that the linear solve adds little to what the recursion measures.
 const TOLERANCE_PER_OVERLAP: f64 = 0.1;
 
 /// Iterations that any LCP of the built-in scenes is solved in by the default solver, and by none that has stalled.
 const MOST_ITERATIONS: u64 = 100_000;
-
-/// The default cutoff is this part of the thinnest body's thickness. It only decides which pairs get a row before the first trial
-/// shows that they need one, beside those that the free motion may bring into contact. Between 1/4 and 1/400 neither the recursions
-/// nor the products of a packed compaction (1,000 ellipsoids, dt = 0.1) or of a colony change by more than 3 %, while the rows fall by 15 %
-/// and 8 %; two thirds of that are had at 1/10.
-const CUTOFF_PER_THICKNESS: f64 = 0.1;
 
 /// Recorded states of a run, where a scene does not say: a film of some seconds.
 const STATES: f64 = 100.0;
@@ -46,8 +43,7 @@ impl Scene {
 
     /// As [`Scene::cutoff`], where the bodies are not the scene's own.
     pub fn cutoff_of(&self, shapes: impl Iterator<Item = Shape>) -> f64 {
-        let default = || CUTOFF_PER_THICKNESS * shapes.map(|shape| shape.thickness()).reduce(f64::min).unwrap_or(0.0);
-        self.contact.cutoff.unwrap_or_else(default)
+        self.contact.cutoff_of(shapes)
     }
 
     /// The thinnest starting body's thickness; infinite where there is no body.
@@ -89,27 +85,37 @@ impl Scene {
     }
 }
 
-impl Contact {
-    /// How rows are made: methods without recursion have the paper's.
-    pub fn rows_of_method(&self) -> Rows {
-        if self.method == Method::Relcp { self.rows } else { Rows::Paper }
-    }
-}
-
-impl Method {
-    /// What its rows are made from.
-    pub fn row_source(&self) -> RowSource {
-        match *self {
-            Method::Relcp | Method::Snsd => RowSource::Surfaces,
-            Method::Multisphere { count } => RowSource::SubSpheres { count },
-        }
+impl Scene {
+    /// The surfaces of all walls.
+    pub fn walls(&self) -> Walls {
+        Walls::new(&self.walls, self.planar)
     }
 
-    /// Most recursions of a step, where a scene allows `allowed`.
-    pub fn most_recursions(&self, allowed: u32) -> u32 {
-        match self {
-            Method::Relcp => allowed,
-            Method::Snsd | Method::Multisphere { .. } => 0,
+    /// The periods of space.
+    pub fn periods(&self) -> Periods {
+        self.periodic.map_or(Periods::NONE, |periodic| Periods::new(periodic.lengths))
+    }
+
+    /// How cells grow, where any do.
+    pub fn cells(&self) -> Option<Cells> {
+        self.growth.map(|growth| Cells { growth, planar: self.planar, seed: self.seed })
+    }
+
+    /// What the steps of this scene are computed with.
+    pub fn model(&self) -> Model {
+        Model {
+            planar: self.planar,
+            time: self.time,
+            dynamics: self.dynamics,
+            forces: self.forces.clone(),
+            groups: self.group_names(),
+            walls: self.walls(),
+            periods: self.periods(),
+            confined: !self.walls.is_empty() || self.periodic.is_some(),
+            cells: self.cells(),
+            contact: Contact { recursion: self.recursion(), ..self.contact },
+            solver: self.solver.kind,
+            lcp: self.lcp_settings(),
         }
     }
 }

@@ -15,7 +15,9 @@ mod convex;
 mod direction;
 mod ellipsoids;
 mod farthest;
+#[cfg(feature = "gpu")]
 pub mod gpu;
+mod outermost;
 mod peak;
 mod planar;
 mod point_ellipsoid;
@@ -26,11 +28,13 @@ mod support;
 mod surface;
 
 pub use branches::{WHOLE, branch, branch_slack, branches, is_branch};
+pub(crate) use outermost::farthest;
 pub use planar::planar_separation;
 pub use surface::Surface;
 pub(crate) use surface::reach_of_place;
 
 /// The distance of a point from a custom shape's surface, both in the body's axes, negative inside; and the outward normal of the point nearest to it.
+#[cfg(feature = "files")]
 pub(crate) fn point_to_convex(shape: Convex, p: DVec3) -> (f64, DVec3) {
     let peak = segment_convex::of_point(p, Posed::new(shape, DQuat::IDENTITY));
     (peak.value, peak.normal)

@@ -5,8 +5,9 @@
 
 use super::{StudyError, copy_bandwidth, tiled};
 use crate::gpu::{Counters, Gpu};
-use crate::relcp::{Compute, Phases, Simulation};
 use crate::scene;
+use crate::simulation::{Compute, Simulation};
+use crate::step::Phases;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};

@@ -4,10 +4,11 @@ use crate::bodies::{die, direction, egg, ellipsoid, placed, random, turn};
 use glam::{DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::dynamics::Load;
-use relcp::relcp::{Simulation, contacts};
 use relcp::render::{Colour, View, picture};
 use relcp::scene::{self, Scene};
 use relcp::shape::Shape;
+use relcp::simulation::Simulation;
+use relcp::step::contacts;
 
 /// A scene of one ball, whose bodies are replaced.
 fn scene(rest: &str) -> Scene {

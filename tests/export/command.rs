@@ -4,7 +4,7 @@ use crate::gsd_file::read;
 use crate::scenes::{colony, every_shape};
 use assert_cmd::Command;
 use relcp::record::write_state;
-use relcp::relcp::State;
+use relcp::step::State;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

@@ -2,12 +2,12 @@
 
 use glam::{DQuat, DVec3};
 use relcp::bodies::{Bodies, Lineage, NO_GROUP};
-use relcp::export::Snapshot;
-use relcp::record::{Folder, Run};
-use relcp::relcp::Simulation;
+use relcp::record::{Folder, Snapshot};
+use relcp::run::Run;
 use relcp::scene;
 use relcp::separation::Placed;
 use relcp::shape::Shape;
+use relcp::simulation::Simulation;
 use relcp::study::tiled;
 use std::path::Path;
 use std::time::Duration;

@@ -4,13 +4,13 @@
 use crate::device::{device, precisions};
 use crate::rows::compare;
 use glam::{DQuat, DVec3};
+use relcp::backend::cpu::Cpu;
 use relcp::backend::gpu::Device;
-use relcp::backend::{Backend, cpu::Cpu};
 use relcp::bodies::Bodies;
 use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::gpu::{Gpu, Precision};
-use relcp::relcp::State;
 use relcp::scene::{self, Scene};
+use relcp::step::{Backend, State};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -186,8 +186,8 @@ fn check<const D: usize>(gpu: &Arc<Gpu>, scene: &Scene) -> usize {
     for (precision, bounds, gamma) in BOUNDS.into_iter().filter(|b| precisions(gpu).contains(&b.0)) {
         let mut both = Both {
             what: format!("{} {precision:?}", scene.name),
-            ours: Device::new(gpu.clone(), precision, scene, state()).unwrap(),
-            theirs: Cpu::<D>::new(scene, state()).unwrap(),
+            ours: Device::new(gpu.clone(), precision, &scene.model(), state()).unwrap(),
+            theirs: Cpu::<D>::new(&scene.model(), state()).unwrap(),
             bounds,
             gamma,
         };

@@ -2,9 +2,11 @@
 
 use crate::device::device;
 use relcp::gpu::{Buffer, Choice, Gpu, GpuError, Kernel, Precision, Source, adapters};
-use relcp::record::{Folder, Run, RunError, read_state};
-use relcp::relcp::{Compute, Fault, Simulation};
+use relcp::record::{Folder, read_state};
+use relcp::run::{Run, RunError};
 use relcp::scene;
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::Fault;
 use std::sync::Arc;
 use std::time::Duration;
 

@@ -2,14 +2,15 @@
 
 use crate::device::{device, precisions};
 use glam::{DQuat, DVec3};
+use relcp::backend::cpu::Cpu;
 use relcp::backend::gpu::Device;
-use relcp::backend::{Backend, cpu::Cpu};
 use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
 use relcp::freedom::SPATIAL;
 use relcp::gpu::Precision;
-use relcp::relcp::{Compute, Simulation, State};
 use relcp::scene::{self, Scene, Stepping};
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::{Backend, State};
 
 const OTHERS: [&str; 4] = [
     r#"{"sphere": {"radius": 0.6}}"#,
@@ -61,8 +62,8 @@ fn a_free_step_is_the_cpus() {
         let scene = tops(stepping, rings);
         for precision in precisions(gpu) {
             let state = || State { bodies: scene.build().unwrap(), ..State::default() };
-            let mut ours = Device::new(gpu.clone(), precision, &scene, state()).unwrap();
-            let mut theirs = Cpu::<SPATIAL>::new(&scene, state()).unwrap();
+            let mut ours = Device::new(gpu.clone(), precision, &scene.model(), state()).unwrap();
+            let mut theirs = Cpu::<SPATIAL>::new(&scene.model(), state()).unwrap();
             let take = |backend: &mut dyn Backend| {
                 backend.add_force(Box::new(|_: &Bodies, i: usize, _: f64| Load {
                     force: DVec3::X,

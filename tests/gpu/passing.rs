@@ -1,8 +1,9 @@
 //! Bodies that pass each other, on the device and on the CPU.
 
 use crate::device::{device, precisions};
-use relcp::relcp::{Compute, Simulation, StepReport};
 use relcp::scene;
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::StepReport;
 use std::path::Path;
 
 fn steps(compute: &Compute, sets: &[&str]) -> Vec<StepReport> {

@@ -1,13 +1,13 @@
 //! Rows, body by body lists, and the trial, kernel by kernel, against the CPU's, at the step's start and appended at a trial.
 
 use crate::device::{device, precisions};
+use relcp::backend::cpu::Cpu;
 use relcp::backend::gpu::Device;
-use relcp::backend::{Backend, cpu::Cpu};
 use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::gpu::Precision;
 use relcp::lcp::Problem;
-use relcp::relcp::State;
 use relcp::scene::{self, Rows, Scene};
+use relcp::step::{Backend, State};
 
 /// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to the sizes of bodies (about two) and of what
 /// they move by in the step. The worst seen are 3e-6 and 2e-7 in f32, 3e-15 and 1e-15 in f64.
@@ -123,8 +123,8 @@ fn check<const D: usize>(scene: &Scene) {
     let Some(gpu) = device() else { return };
     let state = || State { step: 0, next_id: 1000, bodies: scene.build().unwrap(), warm: Vec::new() };
     for (precision, blocks, lengths) in BOUNDS.into_iter().filter(|b| precisions(gpu).contains(&b.0)) {
-        let mut ours = Device::new(gpu.clone(), precision, scene, state()).unwrap();
-        let mut cpu = Cpu::<D>::new(scene, state()).unwrap();
+        let mut ours = Device::new(gpu.clone(), precision, &scene.model(), state()).unwrap();
+        let mut cpu = Cpu::<D>::new(&scene.model(), state()).unwrap();
         let what = format!("{} {:?} {precision:?}", scene.name, scene.contact.rows);
         ours.begin().unwrap();
         cpu.begin().unwrap();

@@ -3,8 +3,9 @@
 use crate::device::{device, precisions};
 use glam::DVec3;
 use relcp::gpu::{Gpu, Precision};
-use relcp::relcp::{Compute, Simulation, StepReport, contacts};
 use relcp::scene::{self, StopReason};
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::{StepReport, contacts};
 use std::sync::Arc;
 
 /// A run's end and its reports.

@@ -8,9 +8,11 @@ use relcp::dynamics::Load;
 use relcp::gpu::{Choice, Gpu, GpuError, Precision};
 use relcp::lcp::Stored;
 use relcp::record::{read_lcp, state_hash};
-use relcp::relcp::{Compute, Fault, Kept, Simulation, State, StepReport, Warm, contacts};
 use relcp::scene::{self, Scene};
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::{Fault, Kept, State, StepReport, contacts};
 use relcp::study::solvers::{Named, Size, measure};
+use relcp::warm::Warm;
 use std::sync::Arc;
 
 fn compute(gpu: &Arc<Gpu>, precision: Precision) -> Compute {

@@ -3,8 +3,9 @@
 use super::archives;
 use super::mutants::{Fate, each};
 use relcp::record::{Totals, decode, encode, encode_with_forces, state_hash};
-use relcp::relcp::{Simulation, contacts};
 use relcp::scene;
+use relcp::simulation::Simulation;
+use relcp::step::contacts;
 
 /// A state with near pairs, as a checkpoint, with the forces, and without.
 pub fn files() -> Vec<Vec<u8>> {

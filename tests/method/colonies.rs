@@ -6,13 +6,14 @@ use glam::{DQuat, DVec3};
 use relcp::backend::gpu::Device;
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::dynamics::{Cells, pressures};
-use relcp::export::Snapshot;
 use relcp::measure::{Frame, Settings, View};
-use relcp::record::{Folder, Run, RunStatus};
-use relcp::relcp::{Simulation, Warm};
+use relcp::record::{Folder, Snapshot};
+use relcp::run::{Run, RunStatus};
 use relcp::scene::{self, Growth, Scene, Stepping, StopReason};
 use relcp::separation::Placed;
 use relcp::shape::Shape;
+use relcp::simulation::Simulation;
+use relcp::warm::Warm;
 use serde_json::json;
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -79,7 +80,7 @@ fn each_cell_grows_at_its_rate_and_divides_at_its_length() {
         "growth.rate_noise=0.3",
         "growth.reorientation_degrees=5",
     ]);
-    let (cells, dt) = (Cells::of(&scene).unwrap(), scene.time.dt);
+    let (cells, dt) = (scene.cells().unwrap(), scene.time.dt);
     let mut simulation = start(scene);
     let lengths = |simulation: &Simulation| -> HashMap<u64, f64> {
         let bodies = &simulation.state().unwrap().bodies;
@@ -135,7 +136,7 @@ fn pressure_is_force_times_lever_over_volume() {
 #[test]
 fn growth_slows_under_the_pressure_that_is_measured() {
     let scene = uneven(Stepping::Euler);
-    let (cells, dt) = (Cells::of(&scene).unwrap(), scene.time.dt);
+    let (cells, dt) = (scene.cells().unwrap(), scene.time.dt);
     let frame = Frame::of_scene(&scene, "colony".into());
     let mut simulation = start(scene);
     let (mut slowest, mut compared) = (1.0f64, 0);
@@ -219,7 +220,7 @@ fn a_run_stops_at_a_population_a_time_or_a_radius() {
         let outermost = |simulation: &Simulation| {
             let state = simulation.state().unwrap();
             let snapshot = Snapshot { step: state.step, time: 0.0, bodies: state.bodies.clone(), warm: None };
-            let states = relcp::export::States::single("state", snapshot);
+            let states = relcp::record::States::single("state", snapshot);
             let radius = relcp::measure::select(&["radius".into()]).unwrap();
             let measured =
                 relcp::measure::measure("three-capsules", &states, &radius, &Settings::default(), &mut |_, _| true);
@@ -278,11 +279,11 @@ fn a_stop_bounds_the_population_that_a_scene_may_ask_for() {
 #[test]
 fn a_device_refuses_what_only_the_cpu_does_before_the_run() {
     for stepping in [Stepping::Euler, Stepping::Midpoint] {
-        assert!(Device::check(&uneven(stepping)).is_ok());
+        assert!(Device::check(&uneven(stepping).model()).is_ok());
     }
     let mut scene = uneven(Stepping::Midpoint);
     scene.contact.method = serde_json::from_value(json!({"multisphere": {"count": 7}})).unwrap();
-    let refused = Device::check(&scene).unwrap_err().to_string();
+    let refused = Device::check(&scene.model()).unwrap_err().to_string();
     assert!(refused.contains("multi-sphere rows"), "{refused}");
 }
 

@@ -1,8 +1,9 @@
 //! Steps that fail: what is accepted of them, what is taken again, and what ends a run.
 
 use glam::DVec3;
-use relcp::relcp::{Fault, Simulation, StepReport};
 use relcp::scene::{self, Scene};
+use relcp::simulation::Simulation;
+use relcp::step::{Fault, StepReport};
 use std::path::Path;
 
 const TOLERANCE: f64 = 1e-5;

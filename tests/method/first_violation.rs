@@ -1,8 +1,9 @@
 //! What the first solve of a step leaves out: its order in `dt`, and that it is what the recursion works on.
 
 use crate::laws::start;
-use relcp::relcp::{Simulation, StepReport};
 use relcp::scene;
+use relcp::simulation::Simulation;
+use relcp::step::StepReport;
 
 fn load(name: &str, sets: &[&str]) -> scene::Scene {
     scene::load(name, &sets.iter().copied().map(str::to_owned).collect::<Vec<_>>()).unwrap()

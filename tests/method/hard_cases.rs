@@ -6,8 +6,9 @@ use crate::random::{Random, heap, parse};
 use glam::{DQuat, DVec3};
 use relcp::bodies::Bodies;
 use relcp::dynamics::{Load, Pose, Twist, advance};
-use relcp::relcp::{Simulation, StepReport, contacts};
 use relcp::scene::{OnFailure, Scene};
+use relcp::simulation::Simulation;
+use relcp::step::{StepReport, contacts};
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_2, TAU};
 

@@ -5,8 +5,8 @@ use crate::random::{Random, parse};
 use glam::{DQuat, DVec3};
 use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
-use relcp::relcp::Simulation;
 use relcp::scene::Scene;
+use relcp::simulation::Simulation;
 use serde_json::{Value, json};
 
 const STEPPINGS: [&str; 2] = ["euler", "midpoint"];

@@ -4,13 +4,13 @@ use crate::laws::{body, rod, sphere, start};
 use crate::promises::{HEAPS, backend, objective};
 use crate::random::{Random, heap, parse};
 use glam::{DQuat, DVec3};
-use relcp::backend::Backend;
 use relcp::bodies::Bodies;
 use relcp::dynamics::stretch;
-use relcp::relcp::{Simulation, contacts};
 use relcp::scene::{self, Scene, Stepping};
 use relcp::separation::{Placed, separation};
 use relcp::shape::Shape;
+use relcp::simulation::Simulation;
+use relcp::step::{Backend, contacts};
 use serde_json::json;
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,8 +1,9 @@
 //! The paper's larger scenes, small: they run to their end within tolerance, and the other methods fail as the paper says.
 
-use relcp::relcp::{Simulation, StepReport};
 use relcp::scene;
 use relcp::shape::Shape;
+use relcp::simulation::Simulation;
+use relcp::step::StepReport;
 
 fn run(name: &str, sets: &[&str]) -> (Simulation, Vec<StepReport>) {
     let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();

@@ -2,9 +2,10 @@
 
 use glam::{DQuat, DVec3};
 use relcp::dynamics::{Pose, Twist, advance};
-use relcp::relcp::{Passed, Simulation, passed};
 use relcp::scene::{self, Scene};
 use relcp::separation::{Placed, separation};
+use relcp::simulation::Simulation;
+use relcp::step::{Passed, passed};
 use std::path::Path;
 
 fn torn_chain(sets: &[&str]) -> Scene {

@@ -2,11 +2,12 @@
 
 use crate::random::heap;
 use glam::DVec3;
-use relcp::backend::{Backend, cpu::Cpu};
+use relcp::backend::cpu::Cpu;
 use relcp::freedom::SPATIAL;
 use relcp::lcp::{Problem, velocity};
-use relcp::relcp::{Simulation, State};
 use relcp::scene::{Recursion, Scene, SolverKind};
+use relcp::simulation::Simulation;
+use relcp::step::{Backend, State};
 
 pub const HEAPS: [&[&str]; 4] =
     [&["sphere"], &["spherocylinder"], &["ellipsoid"], &["sphere", "spherocylinder", "ellipsoid"]];
@@ -14,7 +15,7 @@ pub const HEAPS: [&[&str]; 4] =
 pub fn backend(scene: &Scene) -> Cpu<SPATIAL> {
     let bodies = scene.build().unwrap();
     let state = State { step: 0, next_id: bodies.len() as u64, bodies, warm: Vec::new() };
-    Cpu::new(scene, state).unwrap()
+    Cpu::new(&scene.model(), state).unwrap()
 }
 
 /// `f = 1/2 gamma^T A gamma + q^T gamma`, and the least `g` of the rows before `rows`.

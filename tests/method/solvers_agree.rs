@@ -3,11 +3,13 @@
 
 use crate::random::parse;
 use glam::DVec3;
-use relcp::backend::{Backend, cpu::Cpu};
+use relcp::backend::cpu::Cpu;
 use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::lcp::{Problem, Settings, Solver, Status, velocity};
-use relcp::relcp::{Simulation, State, Warm};
 use relcp::scene::{self, Scene, SolverKind};
+use relcp::simulation::Simulation;
+use relcp::step::{Backend, State};
+use relcp::warm::Warm;
 use serde_json::json;
 
 const SOLVERS: [SolverKind; 6] = [
@@ -23,7 +25,7 @@ const SOLVERS: [SolverKind; 6] = [
 fn lcps<const D: usize>(scene: &Scene, from: usize, to: usize) -> Vec<Problem<D>> {
     let bodies = scene.build().unwrap();
     let next_id = bodies.len() as u64;
-    let mut backend = Cpu::<D>::new(scene, State { step: 0, next_id, bodies, warm: Vec::new() }).unwrap();
+    let mut backend = Cpu::<D>::new(&scene.model(), State { step: 0, next_id, bodies, warm: Vec::new() }).unwrap();
     let mut taken = Vec::new();
     for step in 0..to {
         backend.begin().unwrap();

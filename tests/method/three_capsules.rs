@@ -1,10 +1,10 @@
 //! Three initially overlapping capsules (the paper's toy problem) against an independent program's figures.
 
 use crate::random::parse;
-use relcp::relcp::Simulation;
+use relcp::simulation::Simulation;
 use serde_json::{Value, json};
 
-fn run(method: &str) -> Vec<relcp::relcp::StepReport> {
+fn run(method: &str) -> Vec<relcp::step::StepReport> {
     let data: Value = serde_json::from_str(include_str!("../data/three_capsules.json")).unwrap();
     // All three pairs have rows at every step, as in the independent program.
     let scene = parse(&json!({

@@ -1,8 +1,8 @@
 //! Two ellipsoids pushed past each other (the paper's first test): first-order convergence to an independent f64 solution.
 
 use glam::DVec3;
-use relcp::relcp::Simulation;
 use relcp::scene;
+use relcp::simulation::Simulation;
 
 struct Passage {
     /// x, y and long-axis angle of the upper body at t = 30.

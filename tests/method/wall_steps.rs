@@ -4,11 +4,11 @@ use crate::random::parse;
 use crate::walls::{beyond, colony, fall, overdamped};
 use glam::DVec3;
 use relcp::dynamics::pressures;
-use relcp::export::Snapshot;
 use relcp::measure::{Frame, Settings, View};
-use relcp::relcp::Simulation;
+use relcp::record::Snapshot;
 use relcp::scene::{Dump, DumpWhen, Method, Scene, SolverKind, Stepping, Wall};
-use relcp::walls::{Walls, surface_of};
+use relcp::simulation::Simulation;
+use relcp::walls::surface_of;
 use serde_json::json;
 
 /// A colony in a disc whose cells grow slower under pressure, in midpoint steps.
@@ -32,7 +32,7 @@ pub fn sub_spheres_in_a_box() -> Scene {
 fn sub_spheres_stay_inside_too() {
     let scene = sub_spheres_in_a_box();
     let bodies = scene.build().unwrap();
-    let walls = Walls::of(&scene);
+    let walls = scene.walls();
     let mut simulation = Simulation::new(scene, bodies).unwrap();
     let (mut proxy, mut smooth, mut walls_worst) = (0.0_f64, 0.0_f64, 0);
     while !simulation.done() {

@@ -2,10 +2,11 @@
 
 use crate::random::{Random, parse};
 use glam::DVec3;
-use relcp::relcp::{Simulation, contacts};
 use relcp::scene::{Scene, Stepping, Wall};
 use relcp::separation::Placed;
 use relcp::shape::Shape;
+use relcp::simulation::Simulation;
+use relcp::step::contacts;
 use serde_json::{Value, json};
 use std::f64::consts::{PI, TAU};
 

@@ -3,14 +3,15 @@
 use crate::{audit, suspension};
 use glam::DVec3;
 use relcp::bodies::Bodies;
-use relcp::export::{Snapshot, States, contacts};
 use relcp::measure::{Settings, measure, select};
 use relcp::periodic::Periods;
-use relcp::record::{StateError, decode, encode, encode_with_forces, read_state};
-use relcp::relcp::{Simulation, State, Warm, image_contacts};
+use relcp::record::{Snapshot, StateError, States, contacts, decode, encode, encode_with_forces, read_state};
 use relcp::scene;
 use relcp::separation::Placed;
 use relcp::shape::Shape;
+use relcp::simulation::Simulation;
+use relcp::step::{State, image_contacts};
+use relcp::warm::Warm;
 use serde_json::{Value, json};
 use std::path::Path;
 

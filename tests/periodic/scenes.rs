@@ -116,7 +116,7 @@ fn what_has_no_periods_is_refused_in_a_periodic_scene() {
 fn a_device_takes_periods() {
     let mut scene = scene::load("three-capsules", &[]).unwrap();
     scene.periodic = Some(Periodic { lengths: [Some(50.0), None, None] });
-    Device::check(&scene).unwrap();
+    Device::check(&scene.model()).unwrap();
 }
 
 fn generated(lengths: Value, planar: bool, rules: Value) -> Result<relcp::bodies::Bodies, SceneError> {
@@ -152,7 +152,7 @@ fn placed_bodies_keep_clear_of_images() {
             assert!(high[axis] - low[axis] > 0.9 * length && high[axis] < 0.5 * length && low[axis] >= -0.5 * length);
         }
         // By density: the open axes make up for the rest.
-        let near = |bodies: &relcp::bodies::Bodies| relcp::relcp::contacts(bodies, 0.3).len();
+        let near = |bodies: &relcp::bodies::Bodies| relcp::step::contacts(bodies, 0.3).len();
         assert!(near(&bodies) > near(&open), "{lengths}: some are near through a boundary only");
     }
 }

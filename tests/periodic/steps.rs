@@ -4,14 +4,14 @@ use crate::{audit, suspension};
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::backend::{Backend, cpu::Cpu};
+use relcp::backend::cpu::Cpu;
 use relcp::bodies::Bodies;
 use relcp::freedom::SPATIAL;
-use relcp::relcp::{Compute, Fault, Simulation, State};
 use relcp::scene::{self, Scene};
 use relcp::separation::Placed;
 use relcp::shape::Shape;
-use relcp::walls::Walls;
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::{Backend, Fault, State};
 
 /// Steps a scene from `bodies` to its end; each step is audited by every image of every pair. Returns the recursions, the rows and the largest overlap.
 fn run(scene: &Scene, bodies: Bodies) -> (Bodies, Vec<u32>, Vec<usize>, f64) {
@@ -198,11 +198,11 @@ fn a_channel_across_a_periodic_axis_holds_bodies_that_go_round() {
         );
         let scene = scene::parse(&text, "flow").unwrap();
         let (after, _, _, worst) = run_to(&scene, scene.build().unwrap(), false);
-        let past = Walls::of(&scene).max_overlap(&after);
+        let past = scene.walls().max_overlap(&after);
         let rounds = after.position.iter().filter(|x| x.x > 4.5).count();
         println!("{stepping}: worst {worst:.2e}, {past:.2e} past the walls, {rounds} of 20 went round");
         assert!(past <= 1e-5 && rounds >= 10, "{past:e} {rounds}");
-        assert!(Walls::of(&scene).contacts(&after, 1e-3).len() >= 3);
+        assert!(scene.walls().contacts(&after, 1e-3).len() >= 3);
     }
 }
 
@@ -221,7 +221,7 @@ fn rows_have_the_levers_of_the_image() {
         );
         let scene = scene::parse(&text, "pair").unwrap();
         let state = State { bodies: scene.build().unwrap(), ..State::default() };
-        let mut backend = Cpu::<SPATIAL>::new(&scene, state).unwrap();
+        let mut backend = Cpu::<SPATIAL>::new(&scene.model(), state).unwrap();
         backend.begin().unwrap();
         backend.append_near().unwrap();
         let (problem, _) = backend.lcp();

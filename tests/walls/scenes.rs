@@ -3,7 +3,6 @@
 use relcp::backend::gpu::Device;
 use relcp::gpu::GpuError;
 use relcp::scene::{self, FaultKind, Method, Scene, SceneError, Wall};
-use relcp::walls::Walls;
 use serde_json::{Value, json};
 
 /// A scene of one rod along z at `z`, its walls on one line each.
@@ -37,7 +36,7 @@ fn walls_are_read_and_come_back() {
     assert_eq!(scene::parse(&scene.to_json(), "written").unwrap(), scene);
     let counts: Vec<usize> = scene.walls.iter().map(|wall| wall.surfaces(false).len()).collect();
     assert_eq!(counts, [1, 2, 6, 1, 1, 3]);
-    let walls = Walls::of(&scene);
+    let walls = scene.walls();
     assert_eq!((walls.len(), walls.wall_of(0), walls.wall_of(2), walls.wall_of(13)), (14, 0, 1, 5));
     // In the plane, faces across it are left out.
     assert_eq!(scene.walls[2].surfaces(true).len(), 4);
@@ -150,7 +149,7 @@ fn bodies_that_start_outside_are_refused() {
     let ball =
         json!([{"sphere": {"center": [0, 0, 0], "radius": 4}}, {"half_space": {"normal": [1, 0, 0], "offset": -1}}]);
     let scene = generated(isotropic.clone(), ball).unwrap();
-    assert_eq!(Walls::of(&scene).max_overlap(&scene.build().unwrap()), 0.0);
+    assert_eq!(scene.walls().max_overlap(&scene.build().unwrap()), 0.0);
     let error = generated(isotropic, json!([{"sphere": {"center": [50, 0, 0], "radius": 4}}])).unwrap_err();
     assert_eq!(error.kind(), FaultKind::Placement);
     assert!(error.help_text().unwrap().contains("walls"));
@@ -160,9 +159,9 @@ fn bodies_that_start_outside_are_refused() {
 fn a_device_has_walls_but_for_sub_spheres() {
     let mut scene = scene::load("three-capsules", &[]).unwrap();
     scene.walls = vec![Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: -9.0 }];
-    Device::check(&scene).unwrap();
+    Device::check(&scene.model()).unwrap();
     scene.contact.method = Method::Multisphere { count: 5 };
-    assert_eq!(Device::check(&scene), Err(GpuError::Unsupported { what: "multi-sphere rows".into() }));
+    assert_eq!(Device::check(&scene.model()), Err(GpuError::Unsupported { what: "multi-sphere rows".into() }));
 }
 
 // ---- the program ----

@@ -1,10 +1,9 @@
 //! The CPU repeats failed steps, for itself and for a device.
 
 use super::Cpu;
-use crate::backend::{Again, Backend};
-use crate::dynamics::ForceField;
+use crate::dynamics::{ForceField, Waiting};
 use crate::lcp::Outcome;
-use crate::relcp::{Crowd, Fault, Piece, State, Waiting};
+use crate::step::{Again, Backend, Crowd, Fault, Piece, State};
 use std::collections::{BTreeSet, HashSet};
 
 impl<const D: usize> Cpu<D> {

@@ -9,19 +9,17 @@ mod periodic;
 mod rows;
 mod walls;
 
-use super::{Again, Backend, Overlap};
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{self, RowSource, RowSourceError, sub_sphere_separations};
-use crate::dynamics::{self, Cells, ForceField, Law, Load, Motion, Overdamped, Pose, Twist};
+use crate::dynamics::{self, Cells, ForceField, Law, Load, Motion, Overdamped, Pose, Twist, Waiting};
 use crate::freedom::{PLANAR, pack, unpack};
 use crate::lcp::{self, Outcome, Problem, Settings, Status, Stored};
-use crate::periodic::Periods;
-use crate::relcp::{Fault, Passed, Phases, Piece, State, Waiting, Warm, passed};
-use crate::scene::{Rows, Scene, Stepping};
 use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::{ProxySphere, Shape};
+use crate::step::{Again, Backend, Fault, Model, Overlap, Passed, Phases, Piece, Rows, State, Stepping, passed};
 use crate::walls::{Walls, surface_of};
+use crate::warm::Warm;
 use glam::DVec3;
 use narrow_phase::{Known, Near};
 use rayon::prelude::*;
@@ -122,32 +120,32 @@ pub struct Cpu<const D: usize> {
 impl<const D: usize> Cpu<D> {
     const SEPARATE: narrow_phase::Separate = if D == PLANAR { planar_separation } else { separation };
 
-    /// A backend for `scene` in `state`.
-    pub fn new(scene: &Scene, mut state: State) -> Result<Self, RowSourceError> {
-        let source = scene.contact.method.row_source();
+    /// A backend for `model` in `state`.
+    pub fn new(model: &Model, mut state: State) -> Result<Self, RowSourceError> {
+        let source = model.contact.method.row_source();
         source.proxies(&state.bodies.shape)?;
-        let walls = Walls::of(scene);
-        let periods = Periods::of(scene);
+        let walls = model.walls.clone();
+        let periods = model.periods;
         state.bodies.periods = periods;
         // What is remembered of another scene's walls is of no use.
         state.warm.retain(|w| surface_of(w.pair[1]).is_none_or(|surface| surface < walls.len()));
         Ok(Cpu {
             walls,
-            dt: scene.time.dt,
-            start_time: scene.time.start,
-            growth: Cells::of(scene),
+            dt: model.time.dt,
+            start_time: model.time.start,
+            growth: model.cells,
             pressures: Vec::new(),
-            overlap_tolerance: scene.contact.overlap_tolerance,
-            violating: scene.contact.overlap_tolerance,
-            cutoff: scene.cutoff_of(state.bodies.shape.iter().copied()),
+            overlap_tolerance: model.contact.overlap_tolerance,
+            violating: model.contact.overlap_tolerance,
+            cutoff: model.contact.cutoff_of(state.bodies.shape.iter().copied()),
             thinnest: state.bodies.shape.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min),
-            law: dynamics::law(&scene.dynamics),
-            forces: dynamics::forces_from_scene(&scene.forces, &scene.group_names(), &scene.dynamics),
+            law: dynamics::law(&model.dynamics),
+            forces: dynamics::force_fields(&model.forces, &model.groups, &model.dynamics),
             source,
-            rows: scene.contact.rows_of_method(),
-            solver: match scene.contact.rows_of_method() {
-                Rows::Auto => lcp::Solver::new(scene.solver.kind, scene.lcp_settings()),
-                Rows::Paper => lcp::Solver::new(scene.solver.kind, scene.lcp_settings()).for_parallel_rows(),
+            rows: model.contact.rows_of_method(),
+            solver: match model.contact.rows_of_method() {
+                Rows::Auto => lcp::Solver::new(model.solver, model.lcp),
+                Rows::Paper => lcp::Solver::new(model.solver, model.lcp).for_parallel_rows(),
             },
             solved: false,
             changed: true,
@@ -158,13 +156,13 @@ impl<const D: usize> Cpu<D> {
             parting: false,
             start_overlap: 0.0,
             candidates: Candidates::in_space(periods),
-            midpoint: scene.time.stepping == Stepping::Midpoint,
-            interval: scene.time.dt,
+            midpoint: model.time.stepping == Stepping::Midpoint,
+            interval: model.time.dt,
             start: Bodies::default(),
             next_id: state.next_id,
             state,
             middle: None,
-            leads_ahead: first::leads_ahead(scene),
+            leads_ahead: first::leads_ahead(model),
             ahead: false,
             reached: Vec::new(),
             first: Vec::new(),

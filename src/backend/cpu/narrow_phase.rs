@@ -1,8 +1,8 @@
 //! Narrow phase: the separations of candidate pairs that are within a limit, with every far pair left out as cheaply as it can be.
 
 use crate::constraint::FEATURE_OF_SURFACES;
-use crate::relcp::Warm;
 use crate::separation::{Placed, Separation, bound};
+use crate::warm::Warm;
 use glam::DVec3;
 use rayon::prelude::*;
 

@@ -1,7 +1,7 @@
 //! What of a step concerns periodic space: that a pair can meet at one image only.
 
 use super::{Cpu, LEAST_BODIES_A_TASK};
-use crate::relcp::Fault;
+use crate::step::Fault;
 use rayon::prelude::*;
 
 impl<const D: usize> Cpu<D> {

@@ -5,10 +5,10 @@ use super::{At, Cpu};
 use crate::constraint::{self, FIXED, Mover, sub_sphere_separations};
 use crate::dynamics::{self, Pose};
 use crate::freedom::PLANAR;
-use crate::relcp::Warm;
-use crate::scene::Rows;
 use crate::separation::{Placed, Separation, branch_slack, branches};
+use crate::step::Rows;
 use crate::walls::{number_of, surface_of};
+use crate::warm::Warm;
 use glam::DVec3;
 use rayon::prelude::*;
 

@@ -4,10 +4,9 @@
 //! solver, which has no factorization, end before the tolerance.
 
 use super::{Ancestry, Device, growing};
-use crate::backend::Again;
 use crate::backend::cpu::Cpu;
 use crate::gpu::GpuError;
-use crate::relcp::{Fault, State};
+use crate::step::{Again, Fault, State};
 use std::sync::OnceLock;
 
 impl Device {
@@ -21,7 +20,7 @@ impl Device {
         state
             .warm
             .retain(|w| w.pair[0] < bodies && (w.pair[1] < bodies || crate::walls::surface_of(w.pair[1]).is_some()));
-        let mut cpu = Cpu::<D>::new(&self.scene, state)?;
+        let mut cpu = Cpu::<D>::new(&self.model, state)?;
         let plugged = self.plugged.len();
         cpu.lend_forces(&mut self.plugged);
         let taken = take(&mut cpu);

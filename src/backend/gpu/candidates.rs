@@ -1,15 +1,14 @@
 //! Candidate pairs on the device: a list that is kept while every body's box lies inside the box that it was made with, and what is
 //! remembered of each pair.
 
-use super::branches;
 use super::rows::Rows;
 use super::source::Kernels;
 use super::state::{Poses, Shapes};
 use super::walls::Surfaces;
-use super::{Setup, words};
+use super::{Setup, branches, words};
 use crate::broad_phase::gpu::Search;
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
-use crate::relcp::Warm;
+use crate::warm::Warm;
 
 /// Calls that a list should last for: a search costs about as much as a dozen narrow phases.
 const FEW_CALLS: u64 = 16;

@@ -22,18 +22,17 @@ mod tests;
 mod walls;
 mod warm;
 
-use super::{Again, Backend, Overlap};
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
-use crate::dynamics::{Cells, ForceField};
+use crate::dynamics::{Cells, Dynamics, Force, ForceField};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
 use crate::periodic::Periods;
-use crate::relcp::{Fault, Passed, Phases, State, Warm};
-use crate::scene::{self, Dynamics, Force, Scene, Stepping};
 use crate::shape::Shape;
+use crate::step::{self, Again, Backend, Fault, Model, Overlap, Passed, Phases, State, Stepping};
 use crate::walls::Walls;
+use crate::warm::Warm;
 use candidates::Candidates;
 use midpoint::Part;
 use rows::Rows;
@@ -73,37 +72,37 @@ impl Setup {
     ///
     /// # Errors
     /// [`GpuError::Unsupported`] where a shape is a custom one, or the bodies are too thin or too thick for 32-bit floats.
-    pub fn new(scene: &Scene, shapes: &[Shape], precision: Precision) -> Result<Self, GpuError> {
+    pub fn new(model: &Model, shapes: &[Shape], precision: Precision) -> Result<Self, GpuError> {
         if shapes.iter().any(|shape| matches!(shape, Shape::Convex(_))) {
             return Err(GpuError::Unsupported { what: "custom shapes".into() });
         }
         let thickness = shapes.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
         let lengths = shapes.iter().filter_map(Shape::growing_length);
-        let longest = lengths.chain(scene.growth.map(|g| g.division_lengths()[1])).fold(0.0, f64::max);
-        let periods = Periods::of(scene);
+        let longest = lengths.chain(model.cells.map(|c| c.growth.division_lengths()[1])).fold(0.0, f64::max);
+        let periods = model.periods;
         // Without bodies any lattice will do that has room for the periods.
         let none = periods.shortest().map_or(1.0, |period| 0.5 * period);
         let lattice = Lattice::for_thickness(if thickness.is_finite() { thickness } else { none })?;
         Ok(Setup {
             precision,
-            planar: scene.planar,
+            planar: model.planar,
             lattice,
             periods,
             lattice_periods: LatticePeriods::new(lattice, periods.lengths())?,
-            dt: scene.time.dt,
-            midpoint: scene.time.stepping == Stepping::Midpoint,
-            branches: match scene.contact.rows_of_method() {
-                scene::Rows::Auto => branches::branches_of(shapes),
-                scene::Rows::Paper => 0,
+            dt: model.time.dt,
+            midpoint: model.time.stepping == Stepping::Midpoint,
+            branches: match model.contact.rows_of_method() {
+                step::Rows::Auto => branches::branches_of(shapes),
+                step::Rows::Paper => 0,
             },
-            cutoff: scene.cutoff_of(shapes.iter().copied()),
-            dynamics: scene.dynamics,
-            forces: scene.forces.clone(),
-            groups: scene.group_names(),
-            growth: Cells::of(scene),
+            cutoff: model.contact.cutoff_of(shapes.iter().copied()),
+            dynamics: model.dynamics,
+            forces: model.forces.clone(),
+            groups: model.groups.clone(),
+            growth: model.cells,
             length_pitch: (longest / LENGTHS).max(f64::MIN_POSITIVE).log2().ceil().exp2(),
             shapes: shapes.to_vec(),
-            walls: Walls::of(scene),
+            walls: model.walls.clone(),
         })
     }
 
@@ -163,7 +162,7 @@ impl Ancestry {
 pub struct Device {
     gpu: Arc<Gpu>,
     /// For the CPU, which takes steps again that fail.
-    scene: Scene,
+    model: Model,
     setup: Setup,
     kernels: Kernels,
     start_time: f64,
@@ -211,21 +210,21 @@ impl Device {
     ///
     /// # Errors
     /// [`GpuError::Unsupported`] for what only the CPU does.
-    pub fn check(scene: &Scene) -> Result<(), GpuError> {
-        match scene.contact.method.row_source() {
+    pub fn check(model: &Model) -> Result<(), GpuError> {
+        match model.contact.method.row_source() {
             RowSource::Surfaces => Ok(()),
             RowSource::SubSpheres { .. } => Err(GpuError::Unsupported { what: "multi-sphere rows".into() }),
         }
     }
 
-    /// A backend for `scene` in `state` on `gpu`.
+    /// A backend for `model` in `state` on `gpu`.
     ///
     /// # Errors
     /// [`GpuError::Unsupported`] for what only the CPU does, or what the device refuses.
-    pub fn new(gpu: Arc<Gpu>, precision: Precision, scene: &Scene, mut state: State) -> Result<Self, GpuError> {
+    pub fn new(gpu: Arc<Gpu>, precision: Precision, model: &Model, mut state: State) -> Result<Self, GpuError> {
         gpu.check(precision)?;
-        Device::check(scene)?;
-        let setup = Setup::new(scene, &state.bodies.shape, precision)?;
+        Device::check(model)?;
+        let setup = Setup::new(model, &state.bodies.shape, precision)?;
         state.bodies.periods = setup.periods;
         let (real, bodies) = (precision.bytes(), state.bodies.len() as u64);
         let grows = setup.growth.is_some();
@@ -242,7 +241,7 @@ impl Device {
         let ancestry = Ancestry::of(&setup, &state);
         let width = setup.motion_width() as usize;
         Ok(Device {
-            start_time: scene.time.start,
+            start_time: model.time.start,
             plugged: Vec::new(),
             takes_loads: false,
             step: state.step,
@@ -263,15 +262,15 @@ impl Device {
             blank: Buffer::with(&gpu, "blank report", 16, bytemuck::bytes_of(&Report::blank()))?,
             candidates: Candidates::new(&gpu, &setup, state.warm.clone())?,
             rows: Rows::new(&gpu, &setup)?,
-            solver: lcp::gpu::Solver::new(&gpu, precision, setup.planar, scene.solver.kind, scene.lcp_settings())?,
+            solver: lcp::gpu::Solver::new(&gpu, precision, setup.planar, model.solver, model.lcp)?,
             kernels: Kernels::new(&gpu, &setup)?,
             next_rows: 0,
-            violating: scene.contact.overlap_tolerance,
+            violating: model.contact.overlap_tolerance,
             farthest: 0.0,
             state: OnceLock::from(state),
             phases: Phases::default(),
             setup,
-            scene: scene.clone(),
+            model: model.clone(),
             gpu,
         })
     }

@@ -3,8 +3,8 @@
 use super::Device;
 use crate::dynamics::Twist;
 use crate::gpu::GpuError;
-use crate::relcp::{Passed, may_pass, passed};
 use crate::separation::{planar_separation, separation};
+use crate::step::{Passed, may_pass, passed};
 use glam::DVec3;
 
 impl Device {

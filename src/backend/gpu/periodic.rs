@@ -2,7 +2,7 @@
 
 use super::Device;
 use super::separations::Report;
-use crate::relcp::Fault;
+use crate::step::Fault;
 
 /// Roundings that half a period is longer by: a body's reach is a radius, half the cutoff and two products, each rounded. Bodies that this lets
 /// through may be near at another image than the nearest by as much, but overlap at none: scenes whose bodies are that long are refused on reading.

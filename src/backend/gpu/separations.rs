@@ -2,14 +2,13 @@
 
 use super::midpoint::Part;
 use super::{Device, walls, words};
-use crate::backend::Overlap;
 use crate::gpu::{Gpu, GpuError, Recorder};
-use crate::relcp::Fault;
+use crate::step::{Fault, Overlap};
 use crate::walls::Walls;
 use bytemuck::Zeroable;
 use std::time::Instant;
 
-/// What the host reads of a stage: `Report` of `shaders/relcp/report.wgsl`.
+/// What the host reads of a stage: `Report` of `shaders/step/report.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Report {

@@ -7,9 +7,8 @@ use super::Setup;
 use super::branch_source::{self, BranchKernels};
 use super::walls::FIRST_SURFACE;
 use crate::constraint::LEAST_ALIGNED;
-use crate::dynamics::LAST_STEP;
+use crate::dynamics::{Dynamics, Force, LAST_STEP};
 use crate::gpu::{Gpu, GpuError, Kernel, Precision, Source, fragment};
-use crate::scene::{Dynamics, Force};
 use crate::separation;
 use std::fmt::Write as _;
 
@@ -181,7 +180,7 @@ pub(super) struct WallKernels {
 pub(super) fn sources(setup: &Setup) -> Vec<Source> {
     let plain = |name: &str, fragment| base(setup, name).include(fragment);
     let blocks = if setup.planar { 2 } else { 4 };
-    let report = fragment!("relcp/report.wgsl");
+    let report = fragment!("step/report.wgsl");
     let (factor, part) = (fragment!("dynamics/factor.wgsl"), fragment!("constraint/part.wgsl"));
     let numbered = |name: &str| numbers(base(setup, name));
     let [count, append, remember] = match setup.branches {
@@ -204,8 +203,8 @@ pub(super) fn sources(setup: &Setup) -> Vec<Source> {
         plain("store", fragment!("broad_phase/store.wgsl")),
         base(setup, "trial").include(factor).include(fragment!("dynamics/trial.wgsl")),
         plain("accept", fragment!("dynamics/accept.wgsl")),
-        base(setup, "overlap").real("VIOLATING", VIOLATING).include(report).include(fragment!("relcp/overlap.wgsl")),
-        with_bodies(setup, "farthest").include(report).include(fragment!("relcp/farthest.wgsl")),
+        base(setup, "overlap").real("VIOLATING", VIOLATING).include(report).include(fragment!("step/overlap.wgsl")),
+        with_bodies(setup, "farthest").include(report).include(fragment!("step/farthest.wgsl")),
         count,
         append,
         plain("target", fragment!("constraint/target.wgsl")),

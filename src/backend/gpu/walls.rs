@@ -6,9 +6,9 @@ use super::source::WallKernels;
 use super::state::{Poses, Shapes};
 use super::{Setup, words};
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan};
-use crate::relcp::Warm;
 use crate::separation::gpu::surface_numbers;
 use crate::walls::{self, Walls};
+use crate::warm::Warm;
 
 /// The number of the first place of the first surface in the place of a second body's.
 pub(super) const FIRST_SURFACE: u32 = 1 << 31;

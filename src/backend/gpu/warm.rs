@@ -5,9 +5,9 @@ use super::candidates::Candidates;
 use super::walls::{FIRST_SURFACE, device_pair, surface_of};
 use crate::constraint::FEATURE_OF_SURFACES;
 use crate::gpu::{Gpu, GpuError};
-use crate::relcp::Warm;
 use crate::separation::branches::{branch_in_place, place_of_branch};
 use crate::walls::number_of;
+use crate::warm::Warm;
 use glam::DVec3;
 use std::collections::HashMap;
 

@@ -194,7 +194,7 @@ mod tests {
     use super::super::tape::{Action, Tape};
     use super::*;
     use crate::gpu::validate;
-    use crate::scene::SolverKind;
+    use crate::lcp::SolverKind;
 
     fn check(source: &Source) {
         validate(source).unwrap_or_else(|e| panic!("{} {:?}: {e}", source.name(), source.precision()));

@@ -1,7 +1,7 @@
 //! Where things lie on the device: the fixed vectors, the numbers, and what a dispatch is told.
 
 use super::number::RING;
-use crate::scene::SolverKind;
+use crate::lcp::SolverKind;
 
 /// Sums that one stage brings together at most.
 pub(super) const REDUCTIONS: u32 = 8;

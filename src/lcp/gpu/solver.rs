@@ -12,8 +12,7 @@ use crate::lcp::drive::{Drive, Method};
 use crate::lcp::pair_block_cg::PairBlockCg;
 use crate::lcp::projected_jacobi::ProjectedJacobi;
 use crate::lcp::verbs::Verbs;
-use crate::lcp::{Outcome, Settings, Status};
-use crate::scene::SolverKind;
+use crate::lcp::{Outcome, Settings, SolverKind, Status};
 
 /// A solver of LCPs on a device. It keeps its buffers from one problem to the next.
 pub struct Solver {

@@ -10,8 +10,7 @@ use crate::gpu::{Buffer, Gpu, Precision, precisions, test_device};
 use crate::lcp::cpu::Cpu;
 use crate::lcp::product::dot;
 use crate::lcp::verbs::{Metric, Scalar, Verbs};
-use crate::lcp::{Problem, pair_blocks};
-use crate::scene::SolverKind;
+use crate::lcp::{Problem, SolverKind, pair_blocks};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

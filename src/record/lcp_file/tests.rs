@@ -1,7 +1,8 @@
 use super::*;
-use crate::record::{Folder, Run};
-use crate::relcp::Simulation;
+use crate::record::Folder;
+use crate::run::Run;
 use crate::scene;
+use crate::simulation::Simulation;
 use std::io::Write;
 use std::time::Duration;
 use zip::ZipWriter;
@@ -73,7 +74,7 @@ fn every_damaged_byte_and_every_cut_is_found() {
     }
     assert!(matches!(decode_lcp(b"a text"), Err(LcpFileError::NotAnLcp(_))));
     assert!(matches!(decode_lcp(&[]), Err(LcpFileError::NotAnLcp(_))));
-    let state = crate::record::encode(&crate::relcp::State::default(), "0123456789abcdef", 0.0, None).unwrap();
+    let state = crate::record::encode(&crate::step::State::default(), "0123456789abcdef", 0.0, None).unwrap();
     let refused = decode_lcp(&state).unwrap_err();
     assert_eq!(refused, LcpFileError::NotAnLcp("it is a `relcp-state`".into()));
     let newer = LcpHeader { version: 2, ..header() };

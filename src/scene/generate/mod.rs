@@ -16,7 +16,7 @@ use glam::{DQuat, DVec3};
 
 /// Adds the bodies of the scene's rule `index`, all in the group of number `group`, and inside of the walls.
 pub(super) fn add(scene: &Scene, index: usize, bodies: &mut Bodies, group: u32) -> Result<(), SceneError> {
-    let (first, walls) = (bodies.len(), Walls::of(scene));
+    let (first, walls) = (bodies.len(), scene.walls());
     place(scene, index, &walls, bodies, group)?;
     check_sheet(scene, index, bodies, first)?;
     for i in first..bodies.len() {

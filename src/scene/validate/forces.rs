@@ -1,11 +1,11 @@
 //! The rules of forces and growth.
 
 use super::super::error::{FaultKind, SceneError};
-use super::super::growth::MOST_LENGTH_NOISE;
 use super::super::key::Key;
 use super::super::nearest::nearest;
 use super::super::{Dynamics, Force, Growth, Method, Scene, Stop};
 use super::{MAX_BODIES, number, numbers, positive};
+use crate::dynamics::MOST_LENGTH_NOISE;
 use crate::shape::Shape;
 use std::f64::consts::LN_2;
 

@@ -12,9 +12,9 @@ mod walls;
 
 use super::error::{FaultKind, SceneError};
 use super::key::Key;
-use super::{Dynamics, Scene};
-use crate::measure;
+use super::{Dump, DumpWhen, Dynamics, MEASURES, Scene};
 use crate::shape;
+use crate::step::MOST_DUMPED;
 
 /// Most bodies of a scene. A body's state is about 200 bytes and its contacts some ten times that, so this many need tens of gigabytes.
 pub const MAX_BODIES: u64 = 1 << 24;
@@ -104,7 +104,7 @@ impl Scene {
         if self.solver.max_iterations == Some(0) {
             return Err(SceneError::bad(key.field("max_iterations"), "must be at least 1"));
         }
-        self.solver.dump.map_or(Ok(()), |dump| dump.check(&key.field("dump")))
+        self.solver.dump.map_or(Ok(()), |dump| check_dump(&dump, &key.field("dump")))
     }
 
     fn check_output(&self, key: &Key) -> Result<(), SceneError> {
@@ -121,8 +121,8 @@ impl Scene {
         }
         let (key, names) = (key.field("measures"), &self.output.measures);
         for (i, name) in names.iter().enumerate() {
-            if measure::ALL.iter().all(|measure| measure.name() != name) {
-                let known = measure::ALL.map(|measure| measure.name()).join(", ");
+            if !MEASURES.contains(&name.as_str()) {
+                let known = MEASURES.join(", ");
                 return Err(SceneError::bad(
                     key.index(i),
                     format!("there is no measure {name:?}; the measures are {known}"),
@@ -134,6 +134,21 @@ impl Scene {
         }
         Ok(())
     }
+}
+
+/// The rules of `solver.dump`.
+fn check_dump(dump: &Dump, key: &Key) -> Result<(), SceneError> {
+    if dump.products.is_some() && dump.when != DumpWhen::Slow {
+        let message = "is for `when`: \"slow\", the solves that take at least so many products";
+        return Err(SceneError::bad(key.field("products"), message));
+    }
+    if dump.products == Some(0) {
+        return Err(SceneError::bad(key.field("products"), "must be at least 1"));
+    }
+    if dump.most.is_some_and(|most| most == 0 || most > MOST_DUMPED) {
+        return Err(SceneError::bad(key.field("most"), format!("must be from 1 to {MOST_DUMPED}")));
+    }
+    Ok(())
 }
 
 /// A finite number of a sane magnitude.

@@ -3,11 +3,10 @@
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
 use super::super::orientation::unit;
-use super::super::wall::across;
 use super::super::{Scene, Wall};
 use super::{number, numbers, positive};
 use crate::separation::Placed;
-use crate::walls::Walls;
+use crate::walls::across;
 use glam::DVec3;
 
 /// Most walls of a scene: each body is held against every one in every trial.
@@ -37,7 +36,7 @@ impl Scene {
 
     /// A body that a run wrote, which has a lineage, may reach past a wall as far as its method left it.
     fn check_inside(&self, key: &Key) -> Result<(), SceneError> {
-        let walls = Walls::of(self);
+        let walls = self.walls();
         for (i, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.lineage.is_none()) {
             let placed =
                 Placed { shape: body.shape, position: DVec3::from(body.position), orientation: unit(body.orientation) };

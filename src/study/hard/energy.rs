@@ -1,9 +1,8 @@
 //! Energy that comes from nowhere: contact takes energy, and forces with a potential give none that they do not take back.
 
 use crate::bodies::Bodies;
-use crate::relcp::contacts;
 use crate::scene::{Dynamics, Force, Scene};
-use crate::walls::Walls;
+use crate::step::contacts;
 use glam::DVec3;
 
 /// The energy of the bodies of a scene with inertia, step by step.
@@ -55,7 +54,7 @@ impl Energy {
         let (now, kinetic) = self.total(after);
         let parting = self.parting(after, scene);
         let first = |energy: &Energy| {
-            let apart = contacts(before, 0.0).is_empty() && Walls::of(scene).max_overlap(before) == 0.0;
+            let apart = contacts(before, 0.0).is_empty() && scene.walls().max_overlap(before) == 0.0;
             let (start, moving) = if apart { energy.total(before) } else { (now, kinetic) };
             Account { least: start, scale: moving.max(parting), gain: 0.0 }
         };

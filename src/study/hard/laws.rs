@@ -3,9 +3,10 @@
 use super::energy::{Energy, of_motion, turning};
 use super::verdict::Measure;
 use crate::bodies::Bodies;
-use crate::relcp::{Simulation, contacts};
 use crate::scene::Dynamics;
 use crate::shape::Shape;
+use crate::simulation::Simulation;
+use crate::step::contacts;
 use glam::DVec3;
 
 /// A law that a case is held to.

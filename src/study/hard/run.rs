@@ -3,8 +3,9 @@
 use super::Start;
 use crate::bodies::Bodies;
 use crate::gpu::Precision;
-use crate::relcp::{Compute, Fault, Simulation, StepReport, contacts};
 use crate::scene::{Method, OnFailure, Scene, SceneError};
+use crate::simulation::{Compute, Simulation};
+use crate::step::{Fault, StepReport, contacts};
 use crate::walls::Walls;
 use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -159,7 +160,7 @@ impl Run {
     ) -> Result<(), Stopped> {
         self.bodies = start.scene.build()?;
         self.figures.bodies = self.bodies.len();
-        let walls = Walls::of(&start.scene);
+        let walls = start.scene.walls();
         let mut simulation = Simulation::new_on(compute, start.scene.clone(), self.bodies.clone())?;
         if let Some(pull) = start.pull {
             simulation.add_force(Box::new(pull));

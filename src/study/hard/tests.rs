@@ -2,8 +2,8 @@ use super::start::{Start, sphere, upright};
 use super::*;
 use crate::gpu::Precision;
 use crate::lcp::Status;
-use crate::relcp::StepReport;
 use crate::scene::Wall;
+use crate::step::StepReport;
 use crate::walls::Walls;
 use glam::{DQuat, DVec3};
 
@@ -106,7 +106,7 @@ fn an_audit_looks_at_walls() {
     let bodies = start.scene.build().unwrap();
     start.scene.walls = vec![Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -0.4 }];
     let mut figures = good();
-    figures.audit(&StepReport::default(), &bodies, &Walls::of(&start.scene), Precision::F64);
+    figures.audit(&StepReport::default(), &bodies, &start.scene.walls(), Precision::F64);
     assert_eq!((figures.steps_over, figures.steps_misreported), (1, 1));
     assert!((figures.max_overlap - 0.1).abs() < 1e-15);
 }

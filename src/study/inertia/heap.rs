@@ -3,8 +3,9 @@
 use super::StudyError;
 use super::top::spin;
 use crate::bodies::Bodies;
-use crate::relcp::{Simulation, State};
 use crate::scene::{self, Scene, Stepping};
+use crate::simulation::Simulation;
+use crate::step::State;
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -16,8 +16,8 @@ pub use top::{Order, SHAPES, TopRow, attitude_error, turn};
 use super::StudyError;
 use super::paper::{Measured, Target};
 use super::table::csv_table;
-use crate::relcp::Compute;
 use crate::scene::Stepping;
+use crate::simulation::Compute;
 use serde::Serialize;
 use serde_json::{Value, json};
 

@@ -2,8 +2,8 @@
 
 use super::StudyError;
 use crate::bodies::Bodies;
-use crate::relcp::{Compute, Simulation};
 use crate::scene::{self, Scene, Stepping};
+use crate::simulation::{Compute, Simulation};
 use crate::study::paper::COMPUTED_BY;
 use glam::{DQuat, DVec3};
 use serde::Serialize;

@@ -7,7 +7,7 @@
 use super::target::{Target, WITHIN, is_near};
 use crate::bodies::Bodies;
 use crate::constraint::{RowSource, RowSourceError, sub_sphere_separations};
-use crate::relcp::contacts;
+use crate::step::contacts;
 use serde::Serialize;
 use std::fmt::Write as _;
 

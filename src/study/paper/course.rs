@@ -1,7 +1,8 @@
 //! A run of a scene, followed: what its steps come to, in all and in windows of steps.
 
-use crate::relcp::{Simulation, State, StepReport, contacts};
 use crate::scene::{Method, Scene};
+use crate::simulation::Simulation;
+use crate::step::{State, StepReport, contacts};
 use crate::study::StudyError;
 use crate::study::machine::cpu_time;
 use serde::Serialize;

@@ -1,8 +1,8 @@
 //! What `relcp measure` would tell of the state that a run is in.
 
-use crate::export::Snapshot;
 use crate::measure::{ALL, Frame, Settings, View};
-use crate::relcp::Simulation;
+use crate::record::Snapshot;
+use crate::simulation::Simulation;
 use crate::study::StudyError;
 
 /// The numbers of these columns of the measures, with their default settings; none where the state has none.

@@ -79,7 +79,7 @@ pub fn built_in() -> Result<Vec<Named>, LcpFileError> {
 
 /// The solvers that are compared, with their names: all that a scene may name.
 pub fn solvers() -> Vec<(String, SolverKind)> {
-    SolverKind::named()
+    SolverKind::NAMED.map(|(name, kind)| (name.to_owned(), kind)).to_vec()
 }
 
 #[cfg(test)]

@@ -3,8 +3,9 @@
 use super::Size;
 use super::instance::computed_by;
 use crate::record::decode;
-use crate::relcp::{Compute, Fault, Simulation};
 use crate::scene::{self, SolverKind};
+use crate::simulation::{Compute, Simulation};
+use crate::step::Fault;
 use crate::study::StudyError;
 use serde::Serialize;
 

@@ -21,7 +21,7 @@ pub use reference::{CERTAINTY, Making, Reference};
 use super::StudyError;
 use super::paper::{Measured, Target, order};
 use super::table::csv_table;
-use crate::relcp::Compute;
+use crate::simulation::Compute;
 use serde_json::{Value, json};
 
 impl Size {

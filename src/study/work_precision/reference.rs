@@ -7,8 +7,8 @@
 
 use super::pose::{Apart, Pose, apart, limit, poses};
 use super::problem::Problem;
-use crate::relcp::Simulation;
 use crate::scene::Stepping;
+use crate::simulation::Simulation;
 use crate::study::StudyError;
 use serde::{Deserialize, Serialize};
 

@@ -8,9 +8,9 @@ use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
 use relcp::gpu::{Choice, Gpu, Precision};
 use relcp::record::state_hash;
-use relcp::relcp::{Compute, Fault, Simulation, State, StepReport, contacts};
 use relcp::scene::{self, Scene, Stepping};
-use relcp::walls::Walls;
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::{Fault, State, StepReport, contacts};
 use std::sync::Arc;
 
 fn compute(gpu: &Arc<Gpu>, precision: Precision) -> Compute {
@@ -55,7 +55,7 @@ impl Ran {
 /// The largest overlap of bodies, and with walls, in f64 on the CPU.
 fn audited(scene: &Scene, bodies: &Bodies) -> f64 {
     let pairs = contacts(bodies, 0.0).iter().fold(0.0_f64, |worst, (_, s)| worst.max(-s.separation));
-    pairs.max(Walls::of(scene).max_overlap(bodies))
+    pairs.max(scene.walls().max_overlap(bodies))
 }
 
 /// How far positions and orientations of two runs are apart, and their velocities.

@@ -3,14 +3,14 @@
 
 use crate::device::{device, precisions};
 use crate::rows::compare;
+use relcp::backend::cpu::Cpu;
 use relcp::backend::gpu::Device;
-use relcp::backend::{Backend, cpu::Cpu};
 use relcp::bodies::Bodies;
 use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::gpu::Precision;
 use relcp::lcp::Problem;
-use relcp::relcp::State;
 use relcp::scene::{self, Rows, Scene, SolverKind};
+use relcp::step::{Backend, State};
 use std::collections::HashMap;
 
 /// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to sizes and moves.
@@ -229,8 +229,8 @@ fn check<const D: usize>(
     let state = || State { next_id: 1000, bodies: scene.build().unwrap(), ..State::default() };
     let mut pair = Pair {
         what: format!("{} {:?} {precision:?}", scene.name, scene.contact.rows),
-        ours: Device::new(gpu.clone(), precision, &scene, state()).unwrap(),
-        theirs: Cpu::<D>::new(&scene, state()).unwrap(),
+        ours: Device::new(gpu.clone(), precision, &scene.model(), state()).unwrap(),
+        theirs: Cpu::<D>::new(&scene.model(), state()).unwrap(),
         residual,
         bounds: (blocks, lengths),
     };

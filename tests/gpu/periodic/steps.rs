@@ -6,9 +6,10 @@ use relcp::bodies::Bodies;
 use relcp::gpu::{Gpu, Precision};
 use relcp::periodic::Periods;
 use relcp::record::state_hash;
-use relcp::relcp::{Compute, Fault, Simulation, State, StepReport, contacts};
 use relcp::scene::{self, Recursion, Scene};
 use relcp::shape::Shape;
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::{Fault, State, StepReport, contacts};
 use std::sync::Arc;
 
 fn compute(gpu: &Arc<Gpu>, precision: Precision) -> Compute {

@@ -5,8 +5,9 @@ use glam::DVec3;
 use relcp::dynamics::pressures;
 use relcp::gpu::{Gpu, Precision};
 use relcp::record::state_hash;
-use relcp::relcp::{Compute, Simulation, StepReport, contacts};
 use relcp::scene::{self, Force, Periodic, Recursion, Scene};
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::{StepReport, contacts};
 use relcp::walls::{Walls, surface_of};
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -50,7 +51,7 @@ fn both(scene: &Scene, off: [f64; 2], check: impl Fn(&Ran, &Ran)) {
     let mut exact = scene.clone();
     exact.contact.recursion = Recursion::Exact;
     let scene = &exact;
-    let (walls, cpu) = (Walls::of(scene), Ran::on(&Compute::Cpu, scene));
+    let (walls, cpu) = (scene.walls(), Ran::on(&Compute::Cpu, scene));
     assert!(cpu.simulation.wall_contacts(1e-4).unwrap().len() >= 3, "{}: nothing at the walls", scene.name);
     for precision in precisions(gpu) {
         let ran = Ran::on(&on_device(gpu, precision), scene);

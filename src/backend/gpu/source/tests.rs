@@ -11,7 +11,7 @@ fn setups() -> Vec<Setup> {
     for built_in in scene::built_in() {
         let mut scene = scene::parse(built_in.text, built_in.name).unwrap();
         let shapes: Vec<_> = scene.build().unwrap().shape;
-        let plain = Setup::new(&scene, &shapes, Precision::F32).unwrap();
+        let plain = Setup::new(&scene.model(), &shapes, Precision::F32).unwrap();
         assert!(wall_sources(&plain).is_none() && of_middle(&plain).is_empty());
         assert!(plain.branches > 0);
         setups.push(plain);
@@ -20,7 +20,7 @@ fn setups() -> Vec<Setup> {
         let laws = [Dynamics::Overdamped { drag: 1.0 }, Dynamics::Inertial { density: 2.0 }];
         for (dynamics, rows) in laws.into_iter().flat_map(|law| [(law, Rows::Auto), (law, Rows::Paper)]) {
             (scene.dynamics, scene.contact.rows) = (dynamics, rows);
-            setups.extend([Precision::F32, Precision::F64].map(|p| Setup::new(&scene, &shapes, p).unwrap()));
+            setups.extend([Precision::F32, Precision::F64].map(|p| Setup::new(&scene.model(), &shapes, p).unwrap()));
         }
     }
     setups

@@ -60,7 +60,7 @@ pub(super) struct Placer<'a> {
 
 impl<'a> Placer<'a> {
     pub(super) fn new(scene: &'a Scene, room: &Room) -> Self {
-        Placer { scene, walls: Walls::of(scene), periods: Periods::of(scene), half: room.half, placed: Vec::new() }
+        Placer { scene, walls: scene.walls(), periods: scene.periods(), half: room.half, placed: Vec::new() }
     }
 
     /// `count` bodies, or as many as find a place.

@@ -2,8 +2,8 @@
 
 use super::watch::Watch;
 use super::{Drawn, confined, random};
-use crate::relcp::Compute;
 use crate::scene::{Scene, SceneError};
+use crate::simulation::Compute;
 use crate::study::StudyError;
 use crate::study::hard::{Against, End, Figures, Measure, Start, Verdict, follow_on, weigh};
 use serde::Serialize;

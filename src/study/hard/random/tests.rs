@@ -1,7 +1,7 @@
 use super::watch::Watch;
 use super::*;
-use crate::relcp::{Compute, Simulation};
 use crate::scene::{Dynamics, Force, parse};
+use crate::simulation::{Compute, Simulation};
 use crate::study::hard::Verdict;
 use crate::study::hard::start::{Start, heap, moving, rod, sphere, upright};
 use std::collections::BTreeSet;

@@ -1,9 +1,10 @@
 //! What is looked at in every step of a drawn scene beside contact: how far bodies are thrown, and whether energy comes from nowhere.
 
 use crate::bodies::Bodies;
-use crate::dynamics::{ForceField, Law, forces_from_scene, law};
-use crate::relcp::{Simulation, contacts};
+use crate::dynamics::{ForceField, Law, force_fields, law};
 use crate::scene::{Dynamics, Scene};
+use crate::simulation::Simulation;
+use crate::step::contacts;
 use crate::study::hard::Measure;
 use crate::study::hard::energy::Energy;
 use glam::DVec3;
@@ -26,7 +27,7 @@ impl Watch {
     pub(super) fn new(scene: &Scene) -> Watch {
         Watch {
             law: law(&scene.dynamics),
-            forces: forces_from_scene(&scene.forces, &scene.group_names(), &scene.dynamics),
+            forces: force_fields(&scene.forces, &scene.group_names(), &scene.dynamics),
             thrown: None,
             energy: Energy::of(scene),
         }

@@ -1,8 +1,8 @@
 //! How cells are aligned after each division.
 
 use super::{Run, SHOWN};
-use crate::relcp::Simulation;
 use crate::scene::Method;
+use crate::simulation::Simulation;
 use serde::Serialize;
 
 /// What is looked at, by the names that `relcp measure` has for it.

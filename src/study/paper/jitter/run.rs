@@ -2,8 +2,8 @@
 
 use super::Shake;
 use crate::bodies::Bodies;
-use crate::relcp::Simulation;
 use crate::scene::{self, Rows, Scene};
+use crate::simulation::Simulation;
 use crate::study::StudyError;
 use glam::DVec3;
 use serde::Serialize;
@@ -227,7 +227,7 @@ impl Run {
         }
     }
 
-    fn count(&mut self, report: &crate::relcp::StepReport, shake: &Shake, late: bool) {
+    fn count(&mut self, report: &crate::step::StepReport, shake: &Shake, late: bool) {
         self.steps = report.step;
         if report.step == 1 {
             self.first_overlap = report.max_overlap;

@@ -1,9 +1,9 @@
 //! One run, and the path that it takes.
 
 use super::l2;
-use crate::relcp::Simulation;
 use crate::scene::{self, Method, Rows, Scene, Stepping};
 use crate::separation::Placed;
+use crate::simulation::Simulation;
 use crate::study::StudyError;
 use glam::DVec3;
 use serde::Serialize;

@@ -1,188 +1,26 @@
 //! A simulation: a scene's bodies and the backend that steps them.
 
-use super::{Keep, Kept, Plan, StepReport, Unresolved, contacts, step};
-use crate::backend::{Backend, cpu::Cpu, gpu::Device};
+mod compute;
+
+pub use compute::Compute;
+
+use crate::backend::cpu::Cpu;
+#[cfg(feature = "gpu")]
+use crate::backend::gpu::Device;
 use crate::bodies::Bodies;
-use crate::constraint::RowSourceError;
 use crate::dynamics::ForceField;
 use crate::freedom::{PLANAR, SPATIAL};
-use crate::gpu::{Choice, Gpu, GpuError, Precision};
-use crate::lcp;
-use crate::measure::colony_radius;
-use crate::record::max_overlap;
+use crate::gpu::{Gpu, Precision};
 use crate::scene::{Dynamics, Scene, StopReason};
 use crate::separation::{Separation, supports};
-use crate::walls::{WallContact, Walls};
-use glam::DVec3;
+use crate::step::{Backend, Fault, Keep, Kept, Plan, State, StepReport, contacts, max_overlap, step};
+use crate::walls::WallContact;
 use std::mem::discriminant;
-use std::sync::Arc;
-
-/// What a step remembers of a near pair, to start the next step from.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Warm {
-    /// The pair, `a < b`; or a body and a surface of a wall by its number ([`crate::walls::surface_of`]).
-    pub pair: [u32; 2],
-    /// Which of the pair's contacts, where several are made at once.
-    pub feature: u32,
-    /// The sum of its rows' multipliers.
-    pub gamma: f64,
-    /// Its last normal; zero where none was found.
-    pub normal: DVec3,
-}
-
-/// Everything that a run needs, beside its scene, to go on to the same bits.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct State {
-    /// Steps taken.
-    pub step: u64,
-    /// The id that the next body born will get.
-    pub next_id: u64,
-    /// The bodies.
-    pub bodies: Bodies,
-    /// What the last step remembers of its near pairs, sorted by pair and feature.
-    pub warm: Vec<Warm>,
-}
-
-/// Why a step could not be taken. The simulation keeps its last accepted state.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Fault {
-    /// A number that is not finite turned up.
-    #[error(
-        "step {step}: the {what} of body {body} is not finite; its forces are too large for dt, or a plugged-in force is not finite"
-    )]
-    NotFinite {
-        /// The step that was being taken.
-        step: u64,
-        /// Which quantity.
-        what: &'static str,
-        /// The first body concerned.
-        body: usize,
-    },
-    /// A body reaches so far, or moves so far in the step, that it could meet another at two images.
-    #[error(
-        "step {step}: body {body} needs {span:.3e} with the cutoff and the way that it would go in the step, over half the period {period:.3e}; a smaller dt or a larger period helps"
-    )]
-    PeriodTooShort {
-        /// The step that was being taken.
-        step: u64,
-        /// The first body concerned.
-        body: usize,
-        /// Its length, the cutoff and twice its way in the step, a length.
-        span: f64,
-        /// The shortest period.
-        period: f64,
-    },
-    /// A body of a periodic scene has gone so far that its nearest images are not known to the overlap tolerance.
-    #[error(
-        "step {step}: body {body} is so far from the origin that 64-bit floats are coarser there than contact.overlap_tolerance; positions are not wrapped"
-    )]
-    TooFar {
-        /// The step that was being taken.
-        step: u64,
-        /// The first body concerned.
-        body: usize,
-    },
-    /// A step that still misses a tolerance after it was cut into 64 pieces.
-    #[error(
-        "{0}; a smaller time.dt may help, or contact.on_failure = \"continue\", which accepts such steps and counts them"
-    )]
-    Unresolved(Unresolved),
-    /// A step that cannot be taken with the growth of its cells, and can without.
-    #[error(
-        "no room: the {bodies} cells fill their container; {unresolved} as long as cells grow. growth.on_no_room = \"stall\" lets those without room wait"
-    )]
-    NoRoom {
-        /// The cells.
-        bodies: usize,
-        /// What the step would leave.
-        unresolved: Unresolved,
-    },
-    /// The solver that the scene asks for needs more memory than it takes.
-    #[error(
-        "step {step}: the factor of solver interior_point would be over its bound for {rows} rows; auto needs none"
-    )]
-    TooLarge {
-        /// The step that was being taken.
-        step: u64,
-        /// How many rows there are.
-        rows: usize,
-    },
-    /// Two bodies whose shapes have no separation.
-    #[error("bodies {} and {}: there is no separation of a {} and a {}", .pair[0], .pair[1], .shapes[0], .shapes[1])]
-    NoSeparation {
-        /// The first of each kind.
-        pair: [usize; 2],
-        /// The shapes' names.
-        shapes: [&'static str; 2],
-    },
-    /// A body has no multi-sphere proxy of the count that the scene asks for.
-    #[error("no multi-sphere proxy: {0}")]
-    NoProxy(#[from] RowSourceError),
-    /// The device failed, or cannot do what the scene asks for.
-    #[error(transparent)]
-    Device(#[from] GpuError),
-}
-
-impl Fault {
-    /// Whether a step with a smaller `dt` may go where this one did not: numbers that ran over, or a way too long for the period.
-    pub(super) fn may_pass_with_smaller_steps(&self) -> bool {
-        matches!(self, Fault::NotFinite { .. } | Fault::PeriodTooShort { .. })
-    }
-
-    /// Whether the scene asks for something that has no solution or leaves the range of numbers, rather than a program or a device that failed.
-    pub fn is_of_scene(&self) -> bool {
-        !matches!(self, Fault::Device(_))
-    }
-
-    /// Its name in files and tables.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Fault::NotFinite { .. } => "not_finite",
-            Fault::PeriodTooShort { .. } => "period_too_short",
-            Fault::TooFar { .. } => "too_far",
-            Fault::Unresolved(unresolved) => unresolved.name(),
-            Fault::NoRoom { .. } => "no_room",
-            Fault::TooLarge { .. } => "too_large",
-            Fault::NoSeparation { .. } => "no_separation",
-            Fault::NoProxy(_) => "no_proxy",
-            Fault::Device(_) => "device",
-        }
-    }
-}
-
-/// What computes the steps.
-#[derive(Clone, Default)]
-pub enum Compute {
-    /// The CPU, in f64.
-    #[default]
-    Cpu,
-    /// A device.
-    Gpu {
-        /// The device.
-        gpu: Arc<Gpu>,
-        /// The numbers that its kernels compute with.
-        precision: Precision,
-    },
-}
-
-impl Compute {
-    /// Opens the first device that fits the choice, to compute a scene in a precision. What only the CPU does is refused before one is opened.
-    ///
-    /// # Errors
-    /// A [`GpuError`]: no device fits, or it cannot do what the scene asks for.
-    pub fn open(choice: &Choice, precision: Precision, scene: &Scene) -> Result<Self, GpuError> {
-        Device::check(scene)?;
-        lcp::gpu::Solver::check(scene.solver.kind)?;
-        let gpu = Gpu::open(choice)?;
-        gpu.check(precision)?;
-        Ok(Compute::Gpu { gpu: Arc::new(gpu), precision })
-    }
-}
 
 /// A scene's bodies and the backend that steps them.
 ///
 /// ```
-/// use relcp::{relcp::Simulation, scene};
+/// use relcp::{Simulation, scene};
 /// let scene = scene::load("two-ellipsoids", &["time.end=0.1".into()])?;
 /// let bodies = scene.build()?;
 /// let mut simulation = Simulation::new(scene, bodies)?;
@@ -238,15 +76,19 @@ impl Simulation {
     pub fn resume_on(compute: &Compute, scene: Scene, state: State) -> Result<Self, Fault> {
         check_pairs(&state.bodies)?;
         let cutoff = scene.cutoff_of(state.bodies.shape.iter().copied());
-        let mut plan = Plan::of(&scene, cutoff);
+        let model = scene.model();
+        let mut plan = Plan::new(&model, cutoff);
         let inertia = matches!(scene.dynamics, Dynamics::Inertial { .. });
         plan.parts_first = inertia && plan.promises() && state.step == 0 && {
-            max_overlap(&scene, &state.bodies) > scene.contact.overlap_tolerance
+            max_overlap(&state.bodies, &model.walls) > scene.contact.overlap_tolerance
         };
         let backend: Box<dyn Backend> = match compute {
-            Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&scene, state)?),
-            Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&scene, state)?),
-            Compute::Gpu { gpu, precision } => Box::new(Device::new(gpu.clone(), *precision, &scene, state)?),
+            Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&model, state)?),
+            Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&model, state)?),
+            #[cfg(not(feature = "gpu"))]
+            Compute::Gpu { gpu, .. } => match **gpu {},
+            #[cfg(feature = "gpu")]
+            Compute::Gpu { gpu, precision } => Box::new(Device::new(gpu.clone(), *precision, &model, state)?),
         };
         let keep = Keep::new(scene.solver.dump);
         let mut simulation = Simulation { scene, plan, backend, keep, stopped_by: None };
@@ -257,7 +99,7 @@ impl Simulation {
     /// Settles whether the scene's `growth.stop` is reached.
     fn look_for_stop(&mut self) -> Result<(), Fault> {
         let Some(stop) = self.scene.growth.and_then(|growth| growth.stop) else { return Ok(()) };
-        let radius = || self.state().map(|state| colony_radius(&state.bodies));
+        let radius = || self.state().map(|state| state.bodies.radius());
         self.stopped_by = stop.reached(self.bodies(), self.time(), self.scene.time.dt, radius)?;
         Ok(())
     }
@@ -353,7 +195,7 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::state`].
     pub fn wall_contacts(&self, cutoff: f64) -> Result<Vec<WallContact>, Fault> {
-        Ok(Walls::of(&self.scene).contacts(&self.state()?.bodies, cutoff))
+        Ok(self.scene.walls().contacts(&self.state()?.bodies, cutoff))
     }
 }
 

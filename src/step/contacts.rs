@@ -3,6 +3,7 @@
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
 use crate::separation::{Placed, Separation, separation};
+use crate::walls::Walls;
 use glam::{DVec3, I64Vec3};
 use rayon::prelude::*;
 
@@ -70,4 +71,12 @@ pub fn image_contacts(bodies: &Bodies, cutoff: f64) -> Vec<ImageContact> {
 fn all_between(first: I64Vec3, last: I64Vec3) -> Vec<I64Vec3> {
     let along = |axis: usize| first[axis]..=last[axis];
     along(0).flat_map(|x| along(1).flat_map(move |y| along(2).map(move |z| I64Vec3::new(x, y, z)))).collect()
+}
+
+/// The deepest overlap of bodies as they are, with each other and with walls, from [`contacts`] and [`Walls::contacts`] afresh: zero where none
+/// overlap.
+pub fn max_overlap(bodies: &Bodies, walls: &Walls) -> f64 {
+    let past_walls = walls.max_overlap(bodies);
+    let deeper = |worst: f64, s: &Separation| if -s.separation > worst { -s.separation } else { worst };
+    contacts(bodies, 0.0).iter().fold(past_walls, |worst, (_, s)| deeper(worst, s))
 }

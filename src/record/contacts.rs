@@ -1,8 +1,8 @@
 //! The contacts of a state, with the forces that its checkpoint knows.
 
 use super::states::Snapshot;
-use crate::relcp::image_contacts;
 use crate::separation::{Separation, branch, separation};
+use crate::step::image_contacts;
 use crate::walls::surface_of;
 use glam::{DVec3, I64Vec3};
 use std::collections::BTreeMap;
@@ -44,7 +44,7 @@ struct Force {
 /// near is a contact, and a cutoff over the shortest period counts as that.
 ///
 /// ```
-/// use relcp::export::{States, contacts};
+/// use relcp::record::{States, contacts};
 /// let states = States::open("three-capsules")?;
 /// let found = contacts(&*states.read(0)?, Some(0.5));
 /// assert!(found.iter().all(|contact| contact.separation <= 0.5 && contact.gamma.is_nan()));

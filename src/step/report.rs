@@ -1,8 +1,8 @@
 //! What a step did: the figures that a run logs, sums up and is judged by.
 
 use super::Passed;
-use crate::backend::Overlap;
 use crate::lcp::Status;
+use crate::step::Overlap;
 use std::ops::AddAssign;
 use std::time::Duration;
 

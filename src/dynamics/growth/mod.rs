@@ -6,14 +6,19 @@
 //! order and exact in the length; and every accepted state has been through a solve with the lengths and bodies that it holds.
 //!
 //! A cell's rate may differ from the mean by a draw of its own, and fall with the pressure on it as `e^(-lambda pressure)`, the law of S. Weady,
-//! B. Palmer, A. Lamson, T. Kim, R. Farhadifar, M. J. Shelley (arXiv:2405.10158) with [another stress](super::pressures) than theirs.
+//! B. Palmer, A. Lamson, T. Kim, R. Farhadifar, M. J. Shelley (arXiv:2405.10158) with [another stress](crate::dynamics::pressures) than theirs.
+
+mod settings;
+
+pub(crate) use settings::MOST_LENGTH_NOISE;
+pub use settings::{Growth, OnNoRoom, Stop, StopReason};
 
 use super::pressures;
 use crate::bodies::{Bodies, Lineage};
-use crate::relcp::{Waiting, Warm};
-use crate::scene::{Growth, Scene};
+use crate::dynamics::Waiting;
 use crate::separation::Placed;
 use crate::shape::Shape;
+use crate::warm::Warm;
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -39,11 +44,6 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Those of a scene, where it has any that grow.
-    pub fn of(scene: &Scene) -> Option<Cells> {
-        scene.growth.map(|growth| Cells { growth, planar: scene.planar, seed: scene.seed })
-    }
-
     /// What slows the growth of each body in the step after the one that left `bodies` and `warm`: its pressure, where the scene's cells feel
     /// it; else nothing.
     pub fn pressures(&self, bodies: &Bodies, warm: &[Warm]) -> Vec<f64> {
@@ -204,6 +204,7 @@ impl Turn {
     }
 
     /// The turn in body axes, which comes before the mother's orientation; in a planar scene the one in space.
+    #[cfg(feature = "gpu")]
     pub(crate) fn in_body(self, planar: bool) -> DQuat {
         self.in_space(planar, DQuat::IDENTITY)
     }

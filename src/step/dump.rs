@@ -1,8 +1,8 @@
 //! Which LCPs of a run are saved into its folder, for a look at a solver that does not get on.
 
-use super::error::SceneError;
-use super::key::Key;
+#[cfg(feature = "files")]
 use schemars::JsonSchema;
+#[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
 /// Products from which on a solve counts as slow, where a scene does not say: the default solver needs 1,052 at most for stored systems of a colony of
@@ -13,27 +13,29 @@ const SLOW_PRODUCTS: u64 = 2_000;
 const MOST: u32 = 10;
 
 /// The largest number of LCPs that may be asked for: each is a file of some 100 bytes a row.
-const MOST_OF_ALL: u32 = 10_000;
+pub(crate) const MOST_DUMPED: u32 = 10_000;
 
 /// Which LCPs of a run are saved into its folder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 pub struct Dump {
     /// Which solves.
     pub when: DumpWhen,
     /// Products from which on a solve is slow; for `slow` only. Without it: 2,000.
-    #[schemars(range(min = 1))]
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", schemars(range(min = 1)))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub products: Option<u64>,
     /// Most LCPs that are saved, the first that there are. Without it: 10.
-    #[schemars(range(min = 1, max = 10_000))]
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", schemars(range(min = 1, max = 10_000)))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub most: Option<u32>,
 }
 
 /// Which solves are saved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum DumpWhen {
     /// Those that did not reach the tolerance.
     Unconverged,
@@ -59,23 +61,9 @@ impl Dump {
     }
 
     /// This with its defaults written out.
-    pub(super) fn with_defaults(self) -> Dump {
+    pub(crate) fn with_defaults(self) -> Dump {
         let products = (self.when == DumpWhen::Slow).then(|| self.products.unwrap_or(SLOW_PRODUCTS));
         Dump { products, most: Some(self.most.unwrap_or(MOST)), ..self }
-    }
-
-    pub(super) fn check(&self, key: &Key) -> Result<(), SceneError> {
-        if self.products.is_some() && self.when != DumpWhen::Slow {
-            let message = "is for `when`: \"slow\", the solves that take at least so many products";
-            return Err(SceneError::bad(key.field("products"), message));
-        }
-        if self.products == Some(0) {
-            return Err(SceneError::bad(key.field("products"), "must be at least 1"));
-        }
-        if self.most.is_some_and(|most| most == 0 || most > MOST_OF_ALL) {
-            return Err(SceneError::bad(key.field("most"), format!("must be from 1 to {MOST_OF_ALL}")));
-        }
-        Ok(())
     }
 }
 

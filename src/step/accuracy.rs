@@ -6,8 +6,8 @@
 //! as tight as the overlap seen last warrants. The last one meets the solver's own tolerance, and from there on the recursion is the paper's: rows for what
 //! overlaps, at the full tolerance, until nothing does; so its end and its guarantees are the paper's too. No row is ever taken back.
 
-use crate::backend::Overlap;
-use crate::scene::{Contact, Recursion};
+use super::{Contact, Recursion};
+use crate::step::Overlap;
 
 /// Residual of the first solve, in overlap tolerances. Rods packed in space (1,000, at dt 0.02 and 0.1, whose first trials overlap by 2,000 and 10,000 tolerances)
 /// take the same iterations from 100 to 300 within 5 %, and 10 % more from 10; 1,024 crowded cells, whose first trials overlap by some tens, a tenth fewer with 100 than with 10.

@@ -3,8 +3,12 @@
 //! Each surface of a wall (a box has six) is to a body like another body that cannot move: it has a number in the place of a body's, so that pairs, rows
 //! and what a step remembers are the same for both, and in an LCP its block of `J` is zero.
 
+mod wall;
+
+pub use wall::Wall;
+pub(crate) use wall::across;
+
 use crate::bodies::Bodies;
-use crate::scene::Scene;
 use crate::separation::{Placed, Separation, Surface};
 use rayon::prelude::*;
 
@@ -47,11 +51,11 @@ pub struct Walls {
 }
 
 impl Walls {
-    /// Those of a scene.
-    pub fn of(scene: &Scene) -> Walls {
+    /// The surfaces of these walls; in the plane those that bodies can meet.
+    pub fn new(all: &[Wall], planar: bool) -> Walls {
         let mut walls = Walls::default();
-        for (index, wall) in scene.walls.iter().enumerate() {
-            walls.surfaces.extend(wall.surfaces(scene.planar));
+        for (index, wall) in all.iter().enumerate() {
+            walls.surfaces.extend(wall.surfaces(planar));
             walls.wall.resize(walls.surfaces.len(), index);
         }
         walls

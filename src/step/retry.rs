@@ -6,11 +6,11 @@
 //!
 //! Nothing here depends on earlier steps, so that a run that goes on from a state takes the same pieces.
 
-use super::step::{Attempt, Plan, attempt};
-use super::{Crowd, Fault, Keep, Phases, Piece, State, StepReport, Unresolved, Waiting};
-use crate::backend::{Again, Backend, Overlap};
+use super::algorithm::{Attempt, Plan, attempt};
+use super::{Crowd, Fault, Keep, Phases, Piece, State, StepReport, Stepping, Unresolved};
+use crate::dynamics::{OnNoRoom, Waiting};
 use crate::lcp::Status;
-use crate::scene::{OnNoRoom, Stepping};
+use crate::step::{Again, Backend, Overlap};
 
 /// By how much rows give way where a step without a solution is accepted. The first moves bodies by a tenth less than it takes to part a pair, the last one by what it takes
 /// to a millionth.

@@ -1,13 +1,10 @@
 //! `summary.json`: what a run did, as other programs read it.
 
-use super::hash::state_hash;
 use super::memory::peak_bytes;
-use super::totals::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds};
-use crate::bodies::Bodies;
-use crate::relcp::{Fault, Simulation, contacts};
-use crate::scene::{Method, Scene, SolverKind, Stepping, StopReason};
-use crate::separation::Separation;
-use crate::walls::Walls;
+use crate::record::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds, state_hash};
+use crate::scene::{Method, SolverKind, Stepping, StopReason};
+use crate::simulation::Simulation;
+use crate::step::Fault;
 use serde::{Deserialize, Serialize};
 
 /// How a run stands.
@@ -172,16 +169,8 @@ fn method_name(method: Method) -> &'static str {
     }
 }
 
-/// The deepest overlap of bodies as they are, with each other and with the walls of their scene, from [`contacts`] and [`Walls::contacts`]
-/// afresh: zero where none overlap.
-pub fn max_overlap(scene: &Scene, bodies: &Bodies) -> f64 {
-    let past_walls = Walls::of(scene).max_overlap(bodies);
-    let deeper = |worst: f64, s: &Separation| if -s.separation > worst { -s.separation } else { worst };
-    contacts(bodies, 0.0).iter().fold(past_walls, |worst, (_, s)| deeper(worst, s))
-}
-
 impl Summary {
-    /// Of a simulation and the totals of its steps; `final_max_overlap` is [`max_overlap`] of its state.
+    /// Of a simulation and the totals of its steps; `final_max_overlap` is [`max_overlap`](crate::step::max_overlap) of its state.
     ///
     /// # Errors
     /// As [`Simulation::state`].

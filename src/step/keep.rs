@@ -1,9 +1,8 @@
 //! The LCPs of a run that its scene asks to be kept (`solver.dump`), with the start that each was solved from.
 
-use super::Fault;
-use crate::backend::Backend;
+use super::{Dump, Fault};
 use crate::lcp::{Outcome, Status, Stored};
-use crate::scene::Dump;
+use crate::step::Backend;
 
 /// An LCP of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,12 +60,12 @@ impl Keep {
     }
 
     /// Takes what is there.
-    pub(super) fn take(&mut self) -> Vec<Kept> {
+    pub(crate) fn take(&mut self) -> Vec<Kept> {
         std::mem::take(&mut self.kept)
     }
 
     /// Counts LCPs that were saved before.
-    pub(super) fn count(&mut self, saved: usize) {
+    pub(crate) fn count(&mut self, saved: usize) {
         self.counted += saved;
     }
 }

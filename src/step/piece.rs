@@ -30,30 +30,7 @@ impl Piece {
     }
 }
 
-/// Cells that wait in a piece of a step: they neither grow nor divide.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Waiting {
-    /// None.
-    #[default]
-    None,
-    /// Those with these ids, sorted.
-    Some(Vec<u64>),
-    /// All of them.
-    All,
-}
-
-impl Waiting {
-    /// Whether the cell `id` waits.
-    pub fn holds(&self, id: u64) -> bool {
-        match self {
-            Waiting::None => false,
-            Waiting::Some(ids) => ids.binary_search(&id).is_ok(),
-            Waiting::All => true,
-        }
-    }
-}
-
-/// Which cells [`crowded`](crate::backend::Again::crowded) names.
+/// Which cells [`crowded`](super::Again::crowded) names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crowd {
     /// Those that overlap by more than the tolerance at the trial.
@@ -79,11 +56,5 @@ mod tests {
             at += piece.length;
             assert_eq!(piece.ends_step(), at == 1.0);
         }
-    }
-
-    #[test]
-    fn a_cell_waits_where_it_is_named_or_all_are() {
-        let some = Waiting::Some(vec![2, 5]);
-        assert!(some.holds(5) && !some.holds(3) && Waiting::All.holds(3) && !Waiting::None.holds(5));
     }
 }

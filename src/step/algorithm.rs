@@ -4,10 +4,10 @@
 //! One that does not hold is never accepted: [`retry`] takes the step again.
 
 use super::accuracy::Accuracy;
-use super::{Fault, Keep, StepReport, retry};
-use crate::backend::{Backend, Overlap};
+use super::{Contact, Fault, Keep, Model, OnFailure, Rows, StepReport, Stepping, retry};
+use crate::dynamics::OnNoRoom;
 use crate::lcp::{Outcome, Status};
-use crate::scene::{Contact, OnFailure, OnNoRoom, Rows, Scene, Stepping};
+use crate::step::{Backend, Overlap};
 
 /// Recursions of a midpoint step that may move the offsets of its rows, before it appends rows as the paper does. Two ellipsoids at an overlap
 /// tolerance of 1e-9 fall to first order with one, and keep the second with two (at 1e-5 one does). Each more costs nothing where it is not needed and a
@@ -21,9 +21,9 @@ const GIVEN_WAY: f64 = 0.5;
 /// How many recursions of a scene's steps move offsets, before rows are appended. In space packed bodies slide along each other, so that an old row is soon
 /// no bound any more: 1,000 packed rods take 1,094 products a step with three such recursions, and 867 with none. The middle of a step leaves less to
 /// be found, and needs its rows' directions for its order.
-fn most_tightenings(scene: &Scene) -> u32 {
+fn most_tightenings(model: &Model) -> u32 {
     let moves =
-        scene.time.stepping == Stepping::Midpoint || (scene.planar && scene.contact.rows_of_method() == Rows::Auto);
+        model.time.stepping == Stepping::Midpoint || (model.planar && model.contact.rows_of_method() == Rows::Auto);
     if moves { MOST_CORRECTIONS } else { 0 }
 }
 
@@ -47,22 +47,21 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Of a scene whose bodies have this cutoff.
-    pub fn of(scene: &Scene, cutoff: f64) -> Plan {
-        let confined = !scene.walls.is_empty() || scene.periodic.is_some();
+    /// Of steps of bodies that have this cutoff.
+    pub fn new(model: &Model, cutoff: f64) -> Plan {
         Plan {
-            contact: Contact { cutoff: Some(cutoff), recursion: scene.recursion(), ..scene.contact },
-            tolerance: scene.lcp_settings().tolerance,
-            stepping: scene.time.stepping,
-            on_no_room: scene.growth.filter(|_| confined).map(|growth| growth.on_no_room),
+            contact: Contact { cutoff: Some(cutoff), ..model.contact },
+            tolerance: model.lcp.tolerance,
+            stepping: model.time.stepping,
+            on_no_room: model.cells.filter(|_| model.confined).map(|cells| cells.growth.on_no_room),
             parts_first: false,
-            most_tightenings: most_tightenings(scene),
-            keeps_least_bad: scene.contact.on_failure == OnFailure::Continue,
+            most_tightenings: most_tightenings(model),
+            keeps_least_bad: model.contact.on_failure == OnFailure::Continue,
         }
     }
 
     /// Whether the method promises that steps hold the overlap tolerance: those without recursion do not, and are never taken again.
-    pub(super) fn promises(&self) -> bool {
+    pub(crate) fn promises(&self) -> bool {
         self.contact.method.most_recursions(self.contact.max_recursions) > 0
     }
 

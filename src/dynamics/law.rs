@@ -1,0 +1,40 @@
+//! The laws of motion that a scene may name.
+
+use super::{Inertial, Law, Overdamped};
+#[cfg(feature = "files")]
+use schemars::JsonSchema;
+#[cfg(feature = "files")]
+use serde::{Deserialize, Serialize};
+
+/// The law of motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
+pub enum Dynamics {
+    /// Inertia is negligible: `u = F / (drag L)`, `w = 12 T / (drag L^3)` with `L` the major axis length.
+    Overdamped {
+        /// Drag coefficient `xi`.
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+        drag: f64,
+    },
+    /// Newton's and Euler's equations with inelastic contact.
+    Inertial {
+        /// Mass per volume of every body.
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+        density: f64,
+    },
+}
+
+impl Default for Dynamics {
+    fn default() -> Self {
+        Dynamics::Overdamped { drag: 1.0 }
+    }
+}
+
+/// The law that a scene names.
+pub fn law(dynamics: &Dynamics) -> Box<dyn Law> {
+    match *dynamics {
+        Dynamics::Overdamped { drag } => Box::new(Overdamped { drag }),
+        Dynamics::Inertial { density } => Box::new(Inertial { density }),
+    }
+}

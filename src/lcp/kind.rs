@@ -1,0 +1,48 @@
+//! Which solver.
+
+#[cfg(feature = "files")]
+use schemars::JsonSchema;
+#[cfg(feature = "files")]
+use serde::{Deserialize, Serialize};
+
+/// The LCP solvers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+pub enum SolverKind {
+    /// The program's choice: `pair_block_cg`. Where it ends without reaching the tolerance, `interior_point` goes on; not on a GPU.
+    #[default]
+    Auto,
+    /// Projected Jacobi with a safe step.
+    ProjectedJacobi,
+    /// Projected Gauss-Seidel, sequential.
+    ProjectedGaussSeidel,
+    /// Accelerated projected gradient descent with restart.
+    Apgd,
+    /// Projected gradient descent with safeguarded Barzilai-Borwein steps.
+    Bbpgd,
+    /// Projected nonlinear conjugate gradients, preconditioned by the blocks of the pairs.
+    PairBlockCg,
+    /// Dense pivoting, for tests and small systems.
+    Dense,
+    /// Primal-dual interior point with a sparse factorization: few iterations, whatever the conditioning. Not on a GPU.
+    InteriorPoint,
+}
+
+impl SolverKind {
+    /// All solvers that a scene may name but `auto`, which is one of them, with their names there.
+    ///
+    /// ```
+    /// # use relcp::lcp::SolverKind;
+    /// assert!(SolverKind::NAMED.contains(&("bbpgd", SolverKind::Bbpgd)));
+    /// ```
+    pub const NAMED: [(&'static str, SolverKind); 7] = [
+        ("projected_jacobi", SolverKind::ProjectedJacobi),
+        ("projected_gauss_seidel", SolverKind::ProjectedGaussSeidel),
+        ("apgd", SolverKind::Apgd),
+        ("bbpgd", SolverKind::Bbpgd),
+        ("pair_block_cg", SolverKind::PairBlockCg),
+        ("dense", SolverKind::Dense),
+        ("interior_point", SolverKind::InteriorPoint),
+    ];
+}

@@ -1,0 +1,98 @@
+//! The verbs of a timestep. A backend holds the state and carries them out; `step::step` says in which order.
+
+use super::{Crowd, Fault, Passed, Phases, Piece, State};
+use crate::dynamics::Waiting;
+use crate::lcp::{Outcome, Stored};
+
+/// What a trial configuration looks like: every pair of bodies, and every body with every wall, also those that were not near at the step's start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Overlap {
+    /// The largest overlap of two smooth surfaces, or of one with a wall, zero where none do; a length.
+    pub worst: f64,
+    /// The pair that overlaps most, where it is one of two bodies.
+    pub pair: Option<[usize; 2]>,
+    /// The body and the wall that overlap most, where it is those.
+    pub wall: Option<[usize; 2]>,
+    /// Pairs that overlap by more than was asked about.
+    pub violations: usize,
+    /// The largest overlap of two sub-spheres, where rows are made from them.
+    pub proxy: Option<f64>,
+}
+
+/// The verbs of a timestep, in the order in which a step uses them.
+pub trait Backend: Send {
+    /// Growth and division, then forces, effective mobilities and free velocities at `C^k`: those of the whole step, or where it has a
+    /// middle those of its first half.
+    fn begin(&mut self) -> Result<(), Fault>;
+    /// Makes `C(U)` of the first half the step's middle `C_h`: forces and effective mobilities there, the free velocity of the whole step from
+    /// `C^k`. No row is left.
+    fn middle(&mut self) -> Result<(), Fault>;
+    /// Finds all near pairs at `C^k`, or at `C_h` where the middle is made, and makes their rows, with the multipliers that these pairs ended the
+    /// last step or the first half with.
+    fn append_near(&mut self) -> Result<(), Fault>;
+    /// Solves the LCP of all rows to a residual, from the present multipliers, for the total velocity `U`.
+    fn solve(&mut self, tolerance: f64) -> Result<Outcome, Fault>;
+    /// Solves the LCP of all rows in the sense of the least overlap, where [`Backend::solve`] failed: rows that contradict each other are violated
+    /// as little as can be, by forces with a bound. A row is violated by up to `allowed` where that keeps forces small. None where the backend
+    /// cannot: [`Backend::take_again`] then has one that can.
+    fn relax(&mut self, _allowed: f64) -> Result<Option<Outcome>, Fault> {
+        Ok(None)
+    }
+    /// Moves to the trial `C(U)` and measures all overlaps there; those of more than `violating` are violations.
+    fn trial(&mut self, violating: f64) -> Result<Overlap, Fault>;
+    /// Makes one row for every violation of the trial, with multiplier zero.
+    fn append_violations(&mut self) -> Result<(), Fault>;
+    /// For every violation of the trial: moves the offset of its first row so that it is exact there, where
+    /// that row has the overlap's direction; else makes one more row, as [`Backend::append_violations`].
+    fn tighten_violations(&mut self) -> Result<(), Fault>;
+    /// The pairs that pass each other between the step's start and the trial.
+    fn passed(&mut self) -> Result<Option<Passed>, Fault>;
+    /// Makes the trial the state and returns the wall time by phase since the last acceptance.
+    fn accept(&mut self) -> Result<Phases, Fault>;
+    /// Calls `take` to repeat a failed step from the last accepted state. The CPU passes itself; a device passes a CPU backend and loads the
+    /// state that `take` leaves. A fault of `take` leaves the last accepted state.
+    fn take_again(&mut self, take: &mut dyn FnMut(&mut dyn Again) -> Result<(), Fault>) -> Result<(), Fault>;
+    /// The present multipliers, a row each.
+    fn multipliers(&self) -> Result<Vec<f64>, Fault>;
+    /// The present LCP with its multipliers and the `start` that they came from, rows in the order of [`Backend::multipliers`].
+    fn stored_lcp(&self, start: Vec<f64>) -> Result<Stored, Fault>;
+    /// How many rows there are.
+    fn constraints(&self) -> usize;
+    /// Steps accepted so far, those before a resumption too.
+    fn steps(&self) -> u64;
+    /// Bodies after the last accepted step.
+    fn bodies(&self) -> usize;
+    /// The state after the last accepted step; from a device it is read at the first call after a step.
+    fn state(&self) -> Result<&State, Fault>;
+    /// Adds an external force.
+    fn add_force(&mut self, force: Box<dyn crate::dynamics::ForceField>);
+    /// The device that computes, where one does.
+    fn device(&self) -> Option<&crate::gpu::Gpu> {
+        None
+    }
+    /// The numbers that it computes with.
+    fn precision(&self) -> crate::gpu::Precision {
+        crate::gpu::Precision::F64
+    }
+}
+
+/// What a backend can do beside that to take a step that failed again, in pieces.
+pub trait Again: Backend {
+    /// Says what the next [`Backend::begin`] begins: without it, the whole step with no cell waiting.
+    fn prepare(&mut self, piece: Piece, waiting: &Waiting);
+    /// Says whether bodies are parted from now on: nothing drives them, they have drag and no inertia, and an accepted trial takes no time and leaves
+    /// velocities as they are.
+    fn part(&mut self, parting: bool);
+    /// Goes back to an accepted state.
+    fn restore(&mut self, state: &State);
+    /// Takes these multipliers; rows beyond them have none.
+    fn set_multipliers(&mut self, gamma: &[f64]);
+    /// Solves the LCP of all rows, which give way by the part `compliance` of what their own multipliers move them by.
+    fn give_way(&mut self, compliance: f64) -> Result<Outcome, Fault>;
+    /// The ids of the bodies of a crowd at the last trial, sorted: of a daughter that was born in this piece, her mother's.
+    fn crowded(&self, crowd: Crowd) -> Vec<u64>;
+    /// The deepest overlap at the start of the present piece.
+    fn start_overlap(&self) -> f64;
+    /// This, as a backend.
+    fn backend(&mut self) -> &mut dyn Backend;
+}

@@ -1,0 +1,112 @@
+//! Why a step could not be taken.
+
+use super::Unresolved;
+use crate::constraint::RowSourceError;
+use crate::gpu::GpuError;
+
+/// Why a step could not be taken. The simulation keeps its last accepted state.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Fault {
+    /// A number that is not finite turned up.
+    #[error(
+        "step {step}: the {what} of body {body} is not finite; its forces are too large for dt, or a plugged-in force is not finite"
+    )]
+    NotFinite {
+        /// The step that was being taken.
+        step: u64,
+        /// Which quantity.
+        what: &'static str,
+        /// The first body concerned.
+        body: usize,
+    },
+    /// A body reaches so far, or moves so far in the step, that it could meet another at two images.
+    #[error(
+        "step {step}: body {body} needs {span:.3e} with the cutoff and the way that it would go in the step, over half the period {period:.3e}; a smaller dt or a larger period helps"
+    )]
+    PeriodTooShort {
+        /// The step that was being taken.
+        step: u64,
+        /// The first body concerned.
+        body: usize,
+        /// Its length, the cutoff and twice its way in the step, a length.
+        span: f64,
+        /// The shortest period.
+        period: f64,
+    },
+    /// A body of a periodic scene has gone so far that its nearest images are not known to the overlap tolerance.
+    #[error(
+        "step {step}: body {body} is so far from the origin that 64-bit floats are coarser there than contact.overlap_tolerance; positions are not wrapped"
+    )]
+    TooFar {
+        /// The step that was being taken.
+        step: u64,
+        /// The first body concerned.
+        body: usize,
+    },
+    /// A step that still misses a tolerance after it was cut into 64 pieces.
+    #[error(
+        "{0}; a smaller time.dt may help, or contact.on_failure = \"continue\", which accepts such steps and counts them"
+    )]
+    Unresolved(Unresolved),
+    /// A step that cannot be taken with the growth of its cells, and can without.
+    #[error(
+        "no room: the {bodies} cells fill their container; {unresolved} as long as cells grow. growth.on_no_room = \"stall\" lets those without room wait"
+    )]
+    NoRoom {
+        /// The cells.
+        bodies: usize,
+        /// What the step would leave.
+        unresolved: Unresolved,
+    },
+    /// The solver that the scene asks for needs more memory than it takes.
+    #[error(
+        "step {step}: the factor of solver interior_point would be over its bound for {rows} rows; auto needs none"
+    )]
+    TooLarge {
+        /// The step that was being taken.
+        step: u64,
+        /// How many rows there are.
+        rows: usize,
+    },
+    /// Two bodies whose shapes have no separation.
+    #[error("bodies {} and {}: there is no separation of a {} and a {}", .pair[0], .pair[1], .shapes[0], .shapes[1])]
+    NoSeparation {
+        /// The first of each kind.
+        pair: [usize; 2],
+        /// The shapes' names.
+        shapes: [&'static str; 2],
+    },
+    /// A body has no multi-sphere proxy of the count that the scene asks for.
+    #[error("no multi-sphere proxy: {0}")]
+    NoProxy(#[from] RowSourceError),
+    /// The device failed, or cannot do what the scene asks for.
+    #[error(transparent)]
+    Device(#[from] GpuError),
+}
+
+impl Fault {
+    /// Whether a step with a smaller `dt` may go where this one did not: numbers that ran over, or a way too long for the period.
+    pub(super) fn may_pass_with_smaller_steps(&self) -> bool {
+        matches!(self, Fault::NotFinite { .. } | Fault::PeriodTooShort { .. })
+    }
+
+    /// Whether the scene asks for something that has no solution or leaves the range of numbers, rather than a program or a device that failed.
+    pub fn is_of_scene(&self) -> bool {
+        !matches!(self, Fault::Device(_))
+    }
+
+    /// Its name in files and tables.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Fault::NotFinite { .. } => "not_finite",
+            Fault::PeriodTooShort { .. } => "period_too_short",
+            Fault::TooFar { .. } => "too_far",
+            Fault::Unresolved(unresolved) => unresolved.name(),
+            Fault::NoRoom { .. } => "no_room",
+            Fault::TooLarge { .. } => "too_large",
+            Fault::NoSeparation { .. } => "no_separation",
+            Fault::NoProxy(_) => "no_proxy",
+            Fault::Device(_) => "device",
+        }
+    }
+}

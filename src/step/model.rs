@@ -1,0 +1,36 @@
+//! What steps are computed with.
+
+use super::{Contact, Time};
+use crate::dynamics::{Cells, Dynamics, Force};
+use crate::lcp::{Settings, SolverKind};
+use crate::periodic::Periods;
+use crate::walls::Walls;
+
+/// Everything that determines a step, beside the state that it begins in. [`Scene::model`](crate::Scene::model) makes one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// Whether bodies move in the x-y plane.
+    pub planar: bool,
+    /// Step size, duration and scheme.
+    pub time: Time,
+    /// The law of motion.
+    pub dynamics: Dynamics,
+    /// External forces.
+    pub forces: Vec<Force>,
+    /// The names of the groups that forces act on, by their number in [`Bodies::group`](crate::bodies::Bodies::group).
+    pub groups: Vec<String>,
+    /// The surfaces of walls.
+    pub walls: Walls,
+    /// The periods of space.
+    pub periods: Periods,
+    /// Whether walls or periods leave bodies a limited space.
+    pub confined: bool,
+    /// How cells grow, where any do.
+    pub cells: Option<Cells>,
+    /// How contacts are resolved; `recursion` is not `Auto`.
+    pub contact: Contact,
+    /// The LCP solver.
+    pub solver: SolverKind,
+    /// When it stops.
+    pub lcp: Settings,
+}
