@@ -1,5 +1,6 @@
-//! Time a body of the search for touching boxes, from a thousand to a million bodies: processor time summed over threads,
-//! the mean of several searches (Linux; it hardly depends on what else the machine does), and the least time by the clock.
+//! Time a body of the search for touching boxes, from a thousand to a million bodies: processor time summed over
+//! threads, the mean of several searches (Linux; it hardly depends on what else the machine does), and the least time
+//! by the clock.
 //!
 //! A second table gives the cost of a candidate list by its margin.
 //!
@@ -24,7 +25,8 @@ fn point(rng: &mut ChaCha8Rng) -> DVec3 {
     DVec3::new(rng.random::<f64>(), rng.random::<f64>(), rng.random::<f64>())
 }
 
-/// A close-packed colony of rods in the plane, diameter 0.5, length between caps 1.5 to 3.5, at 85 % area fraction, bodies in random order.
+/// A close-packed colony of rods in the plane, diameter 0.5, length between caps 1.5 to 3.5, at 85 % area fraction,
+/// bodies in random order.
 fn colony(count: usize, rng: &mut ChaCha8Rng) -> Vec<Aabb> {
     let area = 0.5 * 2.5 + 0.25 * 0.785;
     let edge = (count as f64 * area / 0.85).sqrt();
@@ -79,7 +81,8 @@ fn processor_time() -> Option<f64> {
     Some(sum)
 }
 
-/// Processor time (not a number where unknown) and least clock time of a search in nanoseconds a body, and pairs a body.
+/// Processor time (not a number where unknown) and least clock time of a search in nanoseconds a body, and pairs a
+/// body.
 fn measure(boxes: &[Aabb]) -> [f64; 3] {
     let mut grid = Grid::default();
     let mut pairs = Vec::new();
@@ -107,8 +110,8 @@ const SCENES: [Scene; 5] = [
     ("mixed 1000:1", mixed),
 ];
 
-/// Processor nanoseconds a body and call of a candidate list while bodies drift by up to `pace` a call, the share of calls that
-/// searched, and how long the last list is over how many boxes touch.
+/// Processor nanoseconds a body and call of a candidate list while bodies drift by up to `pace` a call, the share of
+/// calls that searched, and how long the last list is over how many boxes touch.
 fn measure_candidates(mut candidates: Candidates, mut boxes: Vec<Aabb>, pace: f64) -> [f64; 3] {
     const CALLS: usize = 400;
     let mut rng = ChaCha8Rng::seed_from_u64(2);

@@ -1,5 +1,5 @@
-//! How fast the product is against this machine's memory, and what each solver costs on the stored systems. Printed tables;
-//! `cargo bench --bench lcp`.
+//! How fast the product is against this machine's memory, and what each solver costs on the stored systems. Printed
+//! tables; `cargo bench --bench lcp`.
 #![allow(clippy::unwrap_used)]
 
 use relcp::lcp::cpu::Cpu;
@@ -71,7 +71,8 @@ fn products() {
     for rows in [1_000, 4_000, 8_000, 16_000, 32_000, 100_000, 400_000, 1_000_000] {
         let problem = lattice(rows);
         let rows = problem.q.len();
-        // Every block of J twice (for J^T x and for J v), x twice, the result once, velocities twice, pairs or entries twice.
+        // Every block of J twice (for J^T x and for J v), x twice, the result once, velocities twice, pairs or entries
+        // twice.
         let bytes = (rows * (2 * 48 + 2 * 8 + 8 + 2 * 8) + problem.bodies * 2 * 24) as f64;
         let order: Vec<u32> = (0..rows as u32).collect();
         let measure = || {
@@ -90,7 +91,8 @@ fn products() {
     }
 }
 
-/// Bytes a second of one thread's `a = b + s c` on arrays of so many bytes together: a cache's speed where they fit one.
+/// Bytes a second of one thread's `a = b + s c` on arrays of so many bytes together: a cache's speed where they fit
+/// one.
 fn triad_of(bytes: usize) -> f64 {
     let n = (bytes / 24).max(64);
     let (mut a, b, c) = (vec![0.0; n], vec![1.0; n], vec![2.0; n]);

@@ -13,7 +13,8 @@ const SCENE: &str = r#"{
   "generate": [ { "isotropic": { "count": 60, "shape": { "ellipsoid": { "radii": [0.5, 0.5, 1.0] } }, "volume_fraction": 0.05 } } ]
 }"#;
 
-/// The mean of `cos^2` of the angles between the long axes and z: 1/3 where they point anywhere, 1 where all are upright.
+/// The mean of `cos^2` of the angles between the long axes and z: 1/3 where they point anywhere, 1 where all are
+/// upright.
 fn upright(bodies: &Bodies) -> f64 {
     let squares = bodies.orientation.iter().map(|q| (*q * DVec3::Z).z.powi(2));
     squares.sum::<f64>() / bodies.len() as f64

@@ -1,5 +1,6 @@
-//! A colony that divides by a rule of one's own: a cell divides once it has added a length of 2 since its birth (an adder), whatever it was born
-//! with, and its daughters share its length unevenly. Between two steps the state may be changed at will.
+//! A colony that divides by a rule of one's own: a cell divides once it has added a length of 2 since its birth (an
+//! adder), whatever it was born with, and its daughters share its length unevenly. Between two steps the state may be
+//! changed at will.
 
 use glam::{DQuat, DVec3};
 use relcp::bodies::Lineage;

@@ -79,12 +79,14 @@ impl Bodies {
         Twist { linear: self.velocity[i], angular: self.angular_velocity[i] }
     }
 
-    /// Two bodies as their separation is computed from: b at its image nearest to a. Only the difference of the two positions has a meaning.
+    /// Two bodies as their separation is computed from: b at its image nearest to a. Only the difference of the two
+    /// positions has a meaning.
     pub fn pair(&self, a: usize, b: usize) -> [Placed; 2] {
         self.periods.pair(self.placed(a), self.placed(b))
     }
 
-    /// These bodies with each centre at its image in the cell about the origin ([`Periods::wrapped`]): for pictures, not for going on.
+    /// These bodies with each centre at its image in the cell about the origin ([`Periods::wrapped`]): for pictures,
+    /// not for going on.
     pub fn wrapped(&self) -> Cow<'_, Bodies> {
         if self.periods.is_none() {
             return Cow::Borrowed(self);

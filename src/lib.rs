@@ -1,9 +1,10 @@
-//! Smooth rigid bodies that do not overlap: spheres, rods, ellipsoids and rings in contact, by a recursively generated linear
-//! complementarity problem (ReLCP; Palmer, Aktulga, Gao: "Smooth-Rigid-Body Contact as a ReLCP", 2026).
+//! Smooth rigid bodies that do not overlap: spheres, rods, ellipsoids and rings in contact, by a recursively generated
+//! linear complementarity problem (ReLCP; Palmer, Aktulga, Gao: "Smooth-Rigid-Body Contact as a ReLCP", 2026).
 //!
 //! # The equations
 //!
-//! A step of `dt` starts at the configuration `C^k` and moves every body with one constant generalized velocity `U = (u, w)`:
+//! A step of `dt` starts at the configuration `C^k` and moves every body with one constant generalized velocity `U =
+//! (u, w)`:
 //!
 //! ```text
 //! C(U):  x = x^k + dt u,   q = normalize(q^k + dt/2 (0, w) (x) q^k)
@@ -12,12 +13,13 @@
 //! A    = dt D^T E D = J J^T,   q_row = g(U_free)
 //! ```
 //!
-//! Without inertia `U_free = M F` and `E = M`. With it `U_free` is the velocity that the step would move with without contact, `E = dt M^-1`, and the state
-//! ends with the velocity of its momenta, which are kept ([`dynamics`]).
+//! Without inertia `U_free = M F` and `E = M`. With it `U_free` is the velocity that the step would move with without
+//! contact, `E = dt M^-1`, and the state ends with the velocity of its momenta, which are kept ([`dynamics`]).
 //!
-//! The first rows are made at `C^k` (`U_j = 0`), in the plane a quarter of a step ahead of it, one for each smooth branch of a near pair's separation
-//! ([`separation::branches`]). After a solve, all pairs are looked at in the trial `C(U)`. Each that overlaps by more than the tolerance gets one more row, made
-//! there, or in the plane has its own row moved. The new problem is solved again, until none overlaps.
+//! The first rows are made at `C^k` (`U_j = 0`), in the plane a quarter of a step ahead of it, one for each smooth
+//! branch of a near pair's separation ([`separation::branches`]). After a solve, all pairs are tested in the trial
+//! `C(U)`. Each that overlaps by more than the tolerance gets one more row, made there, or in the plane has its own row
+//! moved. The new problem is solved again, until none overlaps.
 //!
 //! # Symbols
 //!

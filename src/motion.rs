@@ -1,4 +1,5 @@
-//! Poses, velocities and boxes of bodies, and the motion `C(U)`: the configuration reached from `C^k` with one constant generalized velocity.
+//! Poses, velocities and boxes of bodies, and the motion `C(U)`: the configuration reached from `C^k` with one constant
+//! generalized velocity.
 //!
 //! `x(U) = x^k + dt u` and `q(U) = normalize(q^k + dt/2 (0, w) (x) q^k)`: a turn by `2 atan(|dt w| / 2)` about `w`.
 

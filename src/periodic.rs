@@ -1,14 +1,16 @@
 //! Periodic space: the images of a body, and which of them is met.
 //!
-//! Along an axis with a period `L` space goes on as it began: a body at `x` is also at `x + n L` for every integer `n`. Positions are never
-//! wrapped. A pair of bodies meets at the image of b that is nearest to a, `Delta = x_b - x_a - L round((x_b - x_a) / L)`, the minimum image
-//! (M. P. Allen, D. J. Tildesley, "Computer Simulation of Liquids", 1987, section 1.5.3), and separations, rows and levers are computed from `Delta`
-//! alone: they depend neither on where a cell begins nor on the image that a body is at.
+//! Along an axis with a period `L` space goes on as it began: a body at `x` is also at `x + n L` for every integer `n`.
+//! Positions are never wrapped. A pair of bodies meets at the image of b that is nearest to a, `Delta = x_b - x_a - L
+//! round((x_b - x_a) / L)`, the minimum image (M. P. Allen, D. J. Tildesley, "Computer Simulation of Liquids", 1987,
+//! section 1.5.3), and separations, rows and levers are computed from `Delta` alone: they depend neither on where a
+//! cell begins nor on the image that a body is at.
 //!
-//! One image is enough while the two reaches, the cutoff, and what both move freely in a step are together at most half a period: every other image
-//! has its centre at least that far away along the axis. A scene whose bodies are longer, or may grow so long, is refused
-//! ([`Scene::validate`](crate::Scene::validate)), and a step whose bodies would move too far is a [`Fault`](crate::step::Fault). What audits a state
-//! ([`contacts`](crate::step::contacts)) does not rest on this: it looks at all images whose boxes touch.
+//! One image is enough while the two reaches, the cutoff, and what both move freely in a step are together at most half
+//! a period: every other image has its centre at least that far away along the axis. A scene whose bodies are longer,
+//! or may grow so long, is refused ([`Scene::validate`](crate::Scene::validate)), and a step whose bodies would move
+//! too far is a [`Fault`](crate::step::Fault). What audits a state ([`contacts`](crate::step::contacts)) does not rest
+//! on this: it looks at all images whose boxes touch.
 
 use crate::motion::Aabb;
 use crate::separation::Placed;
@@ -18,8 +20,8 @@ use schemars::JsonSchema;
 #[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
-/// Periods of space along its axes. A body, with the cutoff, is at most half as long as the shortest period. Positions are not wrapped: a body that
-/// leaves the cell goes on, and is seen at all its images.
+/// Periods of space along its axes. A body, with the cutoff, is at most half as long as the shortest period. Positions
+/// are not wrapped: a body that leaves the cell keeps its unwrapped position; others meet it at its nearest image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
@@ -31,7 +33,7 @@ pub struct Periodic {
 /// The translations under which a periodic space is the same: those by whole lengths along the axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Periods {
-    /// The period along each axis, zero where there is none.
+    /// Period along each axis, 0 for an open axis.
     length: DVec3,
     /// Its inverse, zero where there is none.
     inverse: DVec3,
@@ -107,7 +109,8 @@ impl Periods {
         [Placed { position: DVec3::ZERO, ..a }, Placed { position: delta, ..b }]
     }
 
-    /// The image of a point in the cell that is centred on the origin, from `-L/2` to under `L/2`, and the cell that the point is in.
+    /// The image of a point in the cell that is centred on the origin, from `-L/2` to under `L/2`, and the cell that
+    /// the point is in.
     ///
     /// ```
     /// use glam::{DVec3, I64Vec3};
@@ -124,8 +127,8 @@ impl Periods {
         (position - self.length * image, image.as_i64vec3())
     }
 
-    /// The images of `b` whose boxes share a point with `a`, faces counted, as the first and the last number of periods that it is moved by
-    /// along each axis; none where they share none.
+    /// The images of `b` whose boxes share a point with `a`, faces counted, as the first and the last number of periods
+    /// that it is moved by along each axis; none where they share none.
     pub fn images(&self, a: &Aabb, b: &Aabb) -> Option<[I64Vec3; 2]> {
         let (mut first, mut last) = (I64Vec3::ZERO, I64Vec3::ZERO);
         for axis in 0..3 {
@@ -157,9 +160,10 @@ impl Periods {
         self.length * image.as_dvec3()
     }
 
-    /// The images of a box by which a search without periods finds every pair that meets in this space: `found` is called with the box moved so that
-    /// its lower corner is in the cell from 0 to `L`, and with that moved back by a period along every set of the axes where it reaches beyond
-    /// that cell. Two boxes meet through a difference of -1, 0 or 1 periods along each axis, and of each axis one of the two reaches beyond.
+    /// The images of a box by which a search without periods finds every pair that meets in this space: `found` is
+    /// called with the box moved so that its lower corner is in the cell from 0 to `L`, and with that moved back by a
+    /// period along every set of the axes where it reaches beyond that cell. Two boxes meet through a difference of -1,
+    /// 0 or 1 periods along each axis, and of each axis one of the two reaches beyond.
     ///
     /// The boxes are wider than the given one by the rounding of the moves. One as wide as a period fills it.
     pub(crate) fn unfold(&self, aabb: &Aabb, mut found: impl FnMut(Aabb)) {

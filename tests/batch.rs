@@ -153,7 +153,8 @@ fn a_scene_that_is_not_there_or_is_wrong_itself_is_told() {
     }
 }
 
-/// A place of its own with the scene of two rods that are pushed together, as `rods.json`, and a sweep of ten steps each.
+/// A place of its own with the scene of two rods that are pushed together, as `rods.json`, and a sweep of ten steps
+/// each.
 struct Place(tempfile::TempDir);
 
 const SWEEP: &str = r#"{ "name": "press", "scene": "rods.json", "set": { "time.end": 0.2 },

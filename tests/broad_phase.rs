@@ -208,8 +208,8 @@ fn a_used_grid_finds_what_a_new_one_does() {
     }
 }
 
-/// Walks boxes at random, each to its own pace, and compares every configuration with a search of its own. Every third call
-/// goes back, as a trial that is not accepted does.
+/// Walks boxes at random, each to its own pace, and compares every configuration with a search of its own. Every third
+/// call goes back, as a trial that is not accepted does.
 fn walk(mut candidates: Candidates, boxes: &mut [Aabb], pace: f64, calls: u32) -> Candidates {
     let mut rng = ChaCha8Rng::seed_from_u64(9);
     let mut pairs = Vec::new();

@@ -1,7 +1,8 @@
 //! The Python package: built by maturin, installed by pip into a folder of its own, and tested by `tests/python`.
 //!
-//! `RELCP_PYTHON` names a Python with `maturin`, `numpy` and `pip`; without it the test prints `SKIP`, but with `RELCP_REQUIRE_PYTHON=1` `python3` must do. It
-//! compiles the dependencies once more, as PyO3 asks for other features of some.
+//! `RELCP_PYTHON` names a Python with `maturin`, `numpy` and `pip`; without it the test prints `SKIP`, but with
+//! `RELCP_REQUIRE_PYTHON=1` `python3` must do. It compiles the dependencies once more, as PyO3 asks for other features
+//! of some.
 #![allow(clippy::unwrap_used)]
 
 use std::path::Path;

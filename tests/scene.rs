@@ -474,7 +474,8 @@ fn generated_bodies_depend_on_the_seed_alone() {
     assert_eq!(scene.build().unwrap(), first);
     let other = Scene { seed: 2, ..scene };
     assert_ne!(other.build().unwrap().position, first.position);
-    // Pinned, so that a change of the draws does not pass unseen; to 1e-9, since cube roots differ in their last bit between machines.
+    // Pinned, so that a change of the draws does not pass unseen; to 1e-9, since cube roots differ in their last bit
+    // between machines.
     let last = glam::DVec3::new(-13.224147808295111, 3.557165555451909, -4.39126367394289);
     assert!(first.position[299].distance(last) < 1e-9);
 }
@@ -501,7 +502,8 @@ fn far_apart(bodies: &Bodies, holds: impl Fn(usize, usize) -> bool) {
     }
 }
 
-/// Least distance of two segments by alternating projection from a grid of starts: independent of the placement's own formula.
+/// Least distance of two segments by alternating projection from a grid of starts: independent of the placement's own
+/// formula.
 fn axes_distance(bodies: &Bodies, a: usize, b: usize, half: f64) -> f64 {
     let along = |i: usize| bodies.orientation[i] * glam::DVec3::Z * half;
     let (u, v, d) = (along(a), along(b), bodies.position[b] - bodies.position[a]);

@@ -407,8 +407,8 @@ fn parallel_rods_touch_in_the_middle_of_the_interval_they_share() {
     let exact = pair(&a, &rod(5.0, centre, DQuat::IDENTITY));
     assert_eq!(exact.lever_a, DVec3::new(0.5, 0.0, 1.5));
     assert_eq!(exact.lever_b, DVec3::new(-0.5, 0.0, -1.5));
-    // A rounding of the angle, either way, does not move the contact point; a real angle moves it to an end, and between
-    // them it goes continuously.
+    // A rounding of the angle, either way, does not move the contact point; a real angle moves it to an end, and
+    // between them it goes continuously.
     for angle in [1e-16, -1e-16, 1e-15, -1e-15, 1e-14, -1e-14] {
         let s = pair(&a, &rod(5.0, centre, DQuat::from_scaled_axis(DVec3::Y * angle)));
         assert!((s.lever_a - exact.lever_a).length() < 1e-6, "{angle} {s:?}");

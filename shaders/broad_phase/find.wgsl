@@ -1,5 +1,6 @@
-// The pairs that every body finds: first counted, then, by the same code, written. A body looks through those cells of its own level
-// that come after its own, z before y before x, and through all cells that it can touch of the coarser levels.
+// The pairs that every body finds: first counted, then, by the same code, written. A body looks through those cells of
+// its own level that come after its own, z before y before x, and through all cells that it can touch of the coarser
+// levels.
 struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 // In the order of columns; the last word is body and level.
@@ -15,8 +16,8 @@ struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
 // Faults, and the pairs that crowded bodies found.
 @group(0) @binding(8) var<storage, read_write> crowds: array<atomic<u32>, 2>;
 
-// Whether the box of the `q`th body touches this one. The slack is more than all roundings of this and of what was rounded to `real`
-// before it.
+// Whether the box of the `q`th body touches this one. The slack is more than all roundings of this and of what was
+// rounded to `real` before it.
 fn touches(cell: vec3<i32>, remainder: vec3r, half: vec3r, q: u32) -> bool {
     let apart = abs(lattice_difference(cell, remainder, cells[q].xyz, remainders[q].xyz));
     let reach = (half + boxes[q].xyz) * (1.0 + 4.0 * EPSILON) + 2.0 * EPSILON * PITCH;
@@ -102,6 +103,7 @@ fn main(
     }
     if parameters.fill == 1u { return; }
     list[body] = found;
-    // All that find fewer than `large` find fewer than 2^31 together; so may those that find more, or the sum is too much for a word.
+    // All that find fewer than `large` find fewer than 2^31 together; so may those that find more, or the sum is too
+    // much for a word.
     if found >= parameters.large && atomicAdd(&crowds[1], found) >= 0x80000000u - found { atomicOr(&crowds[0], TOO_MANY); }
 }

@@ -1,5 +1,6 @@
-// As find.wgsl, in periodic space: the cells that a body looks through go round, each of them once, and a pair of one level is found by the body
-// of the lower number. A body's pairs are written in the order of the others' numbers, so that they do not depend on where the cell begins.
+// As find.wgsl, in periodic space: the cells that a body looks through go round, each of them once, and a pair of one
+// level is found by the body of the lower number. A body's pairs are written in the order of the others' numbers, so
+// that they do not depend on where the cell begins.
 struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 // In one cell of space and in the order of columns; the last word is body and level.
@@ -12,14 +13,15 @@ struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
 @group(0) @binding(7) var<storage, read_write> pairs: array<vec2<u32>>;
 @group(0) @binding(8) var<storage, read_write> crowds: array<atomic<u32>, 2>;
 
-// Lattice cells that a search looks further by: two remainders of two and a half pitches, and a period that is not whole.
+// Lattice cells that a search looks further by: two remainders of two and a half pitches, and a period that is not
+// whole.
 const WRAPPED_SLACK: u32 = 6u;
 
 // Grid cells along the axes, from `start` on `count` of them; after `last` comes zero.
 struct Around { start: vec3<i32>, count: vec3<i32>, last: vec3<i32> }
 
-// Whether the box of the `q`th body touches this one, through the nearest image: no other is nearer along any axis. The slack is more than all
-// roundings of this, of wrapping, and of what was rounded to `real` before it.
+// Whether the box of the `q`th body touches this one, through the nearest image: no other is nearer along any axis. The
+// slack is more than all roundings of this, of wrapping, and of what was rounded to `real` before it.
 fn touches(cell: vec3<i32>, remainder: vec3r, half: vec3r, q: u32) -> bool {
     let apart = abs(lattice_difference(cell, remainder, cells[q].xyz, remainders[q].xyz));
     let reach = (half + boxes[q].xyz) * (1.0 + 4.0 * EPSILON) + 16.0 * EPSILON * PITCH;

@@ -1,8 +1,9 @@
-// Boxes are classed by size: the boxes of class k reach over no more than 2^k lattice cells, whichever way their body turns. Classes
-// share a level, from the largest on, two by two; a level bears the number of its larger class. All in integers.
+// Boxes are classed by size: the boxes of class k reach over no more than 2^k lattice cells, whichever way their body
+// turns. Classes share a level, from the largest on, two by two; a level bears the number of its larger class. All in
+// integers.
 //
-// The survey holds which classes there are, a bit each, whether a body is too far out, and from REACH on, for every class and
-// axis, the furthest that a box reaches from its body, in lattice cells.
+// The survey holds which classes there are, a bit each, whether a body is too far out, and from REACH on, for every
+// class and axis, the furthest that a box reaches from its body, in lattice cells.
 const CLASSES: u32 = 0u;
 const FAR: u32 = 1u;
 const REACH: u32 = 4u;

@@ -1,11 +1,13 @@
-// Points on the lattice of periodic space. Kernels that compare two bodies have this in the place of lattice.wgsl: their differences lead to
-// the nearest image.
+// Points on the lattice of periodic space. Kernels that compare two bodies have this in the place of lattice.wgsl:
+// their differences lead to the nearest image.
 //
-// A period is PERIOD_CELLS pitches and four parts of 11 bits, each 2^-11 of the one before, all zero where an axis has none.
+// A period is PERIOD_CELLS pitches and four parts of 11 bits, each 2^-11 of the one before, all zero where an axis has
+// none.
 struct LatticePoint { cell: vec3<i32>, remainder: vec3r }
 
-// The point moved back by n periods, at most 2^20 of them. What n times a part is over 2^11 goes into the next coarser one, so that the
-// periods are exact; of the remainder each of two differences is rounded. It is longer by up to a pitch.
+// The point moved back by n periods, at most 2^20 of them. What n times a part is over 2^11 goes into the next coarser
+// one, so that the periods are exact; of the remainder each of two differences is rounded. It is longer by up to a
+// pitch.
 fn without_periods(at: LatticePoint, n: vec3<i32>) -> LatticePoint {
     let bits = vec3<u32>(11u);
     let mask = vec3<i32>(2047);

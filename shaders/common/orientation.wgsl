@@ -1,5 +1,6 @@
-// Orientations are kept as a coarse part, a multiple of TURN_PITCH that a float holds exactly, and a fine part under half of it, so that
-// turns far smaller than the rounding of a quaternion add up over steps. Their sum is a quaternion of length one to a few roundings.
+// Orientations are kept as a coarse part, a multiple of TURN_PITCH that a float holds exactly, and a fine part under
+// half of it, so that turns far smaller than the rounding of a quaternion add up over steps. Their sum is a quaternion
+// of length one to a few roundings.
 
 const TURN_PITCH: real = 9.5367431640625e-7; // 2^-20
 const TURNS: real = 1048576.0;
@@ -10,7 +11,8 @@ fn unit_quaternion(coarse: vec4r, fine: vec4r) -> vec4r {
 
 struct Orientation { coarse: vec4r, fine: vec4r }
 
-// Adds a change to the fine part and moves whole pitches over to the coarse one. Every operation on the coarse part is exact.
+// Adds a change to the fine part and moves whole pitches over to the coarse one. Every operation on the coarse part is
+// exact.
 fn orientation_add(q: Orientation, change: vec4r) -> Orientation {
     let fine = q.fine + change;
     let whole = floor(fine * TURNS + vec4r(0.5));

@@ -1,5 +1,6 @@
-// Moves the separations of staged contacts that were found ahead, so that their rows are exact where the last velocities lead at
-// the end of the step: g(U_last) = Phi(C(U_last)). A larger move than MOST_AIMED is no curvature: the offset stays.
+// Moves the separations of staged contacts that were found ahead, so that their rows are exact where the last
+// velocities lead at the end of the step: g(U_last) = Phi(C(U_last)). A larger move than MOST_AIMED is no curvature:
+// the offset stays.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
 

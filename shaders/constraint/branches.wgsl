@@ -1,6 +1,6 @@
-// Chooses the branches of each pair that get a row. A first row goes to each branch that may become active in the step, and to
-// each branch that ended the last step with a multiplier. At a trial a row goes to each branch that violates. The mask replaces
-// the fourth number beside the lever of the first body.
+// Chooses the branches of each pair that get a row. A first row goes to each branch that may become active in the step,
+// and to each branch that ended the last step with a multiplier. At a trial a row goes to each branch that violates.
+// The mask replaces the fourth number beside the lever of the first body.
 
 struct Parameters { pairs: u32, at_trial: u32, violating: f32, c: u32, dt: real, root_dt: real }
 

@@ -1,5 +1,5 @@
-// Each pair of a new list in the old one, or NONE: looked for among the old pairs of that of its bodies that has fewer, or of the
-// one where the other is a surface.
+// Each pair of a new list in the old one, or NONE: looked for among the old pairs of that of its bodies that has fewer,
+// or of the one where the other is a surface.
 
 struct Parameters { pairs: u32, old_bodies: u32, b: u32, c: u32 }
 

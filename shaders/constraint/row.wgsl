@@ -2,8 +2,8 @@
 //
 //     g(U) = Phi(C_j) + dt D . (U - U_j) >= 0,   D = (-n, -t_a, n, t_b),
 //
-// with the torque arms carried back through the quaternion update, t -> (t - h x t) / (1 + |h|^2), h = dt w_j / 2, and each block scaled by the
-// root of its body's effective mobility, J = sqrt(dt) D L.
+// with the torque arms carried back through the quaternion update, t -> (t - h x t) / (1 + |h|^2), h = dt w_j / 2, and
+// each block scaled by the root of its body's effective mobility, J = sqrt(dt) D L.
 //
 // The kernel has the arrays of rows, and `parameters` the number of bodies.
 

@@ -1,5 +1,5 @@
-// One body's share of g, and of the products that tell how the row's block stands to the one that the overlap would have: it with itself, with the
-// other, and the other with itself.
+// One body's share of g, and of the products that tell how the row's block stands to the one that the overlap would
+// have: it with itself, with the other, and the other with itself.
 struct Share { g: real, own: real, both: real, there: real }
 
 fn share(row: u32, side: u32, body: u32, normal: vec3r, lever: vec3r) -> Share {

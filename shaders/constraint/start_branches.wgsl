@@ -1,5 +1,5 @@
-// The multipliers that staged rows start from: zero, or for first rows what their branches ended the last part of a step with. What branches without a
-// row ended with goes to the pair's nearest row.
+// The multipliers that staged rows start from: zero, or for first rows what their branches ended the last part of a
+// step with. What branches without a row ended with goes to the pair's nearest row.
 
 struct Parameters { pairs: u32, first: u32, b: u32, c: u32 }
 

@@ -2,8 +2,8 @@
 //
 //     q += Phi(C(U)) - g(U),   g(U) = q + J v,
 //
-// if that row was made from the pair's near surfaces, has the direction of the row that the overlap would have, and becomes tighter. Such a pair is near
-// then and no longer violating: the others get a row.
+// if that row was made from the pair's near surfaces, has the direction of the row that the overlap would have, and
+// becomes tighter. Such a pair is near then and no longer violating: the others get a row.
 
 struct Parameters { pairs: u32, bodies: u32, b: u32, c: u32, dt: real, root_dt: real }
 

@@ -1,4 +1,5 @@
-// Moves the offset of the first row of each staged contact, so that the row is exact at the trial, as tighten.wgsl does; marks contacts whose row moved.
+// Moves the offset of the first row of each staged contact, so that the row is exact at the trial, as tighten.wgsl
+// does; marks contacts whose row moved.
 
 struct Parameters { places: u32, bodies: u32, b: u32, c: u32, dt: real, root_dt: real }
 

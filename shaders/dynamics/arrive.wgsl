@@ -1,5 +1,6 @@
-// The velocities that a part of a step ends with, where bodies have inertia: those that they moved with, after a whole step with a middle the other half
-// of the forces' impulse, U + (U_free - U^k), and of turns the angular momentum in space with what contact added to it.
+// The velocities that a part of a step ends with, where bodies have inertia: those that they moved with, after a whole
+// step with a middle the other half of the forces' impulse, U + (U_free - U^k), and of turns the angular momentum in
+// space with what contact added to it.
 
 struct Parameters { bodies: u32, by_middle: u32, b: u32, c: u32 }
 

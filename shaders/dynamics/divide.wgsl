@@ -1,5 +1,5 @@
-// Divisions: a mother becomes the daughter at its lower end; the one at its upper end has a new index. Who divides, and by which random
-// turns, is the host's to say.
+// Divisions: a mother becomes the daughter at its lower end; the one at its upper end has a new index. Who divides, and
+// by which random turns, is the host's to say.
 
 struct Parameters { divisions: u32, a: u32, b: u32, c: u32 }
 

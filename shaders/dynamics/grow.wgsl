@@ -1,5 +1,5 @@
-// Every growing body takes its end-of-step length. The length is kept as a coarse part and a fine one, as orientations are, so that
-// thousands of small increments add up.
+// Every growing body takes its end-of-step length. The length is kept as a coarse part and a fine one, as orientations
+// are, so that thousands of small increments add up.
 
 struct Parameters { bodies: u32, a: u32, b: u32, c: u32 }
 

@@ -1,6 +1,8 @@
-// The motion, over a step with a middle, of bodies with inertia: `motions` holds the mobilities and the impulses of the forces that were found there.
+// The motion, over a step with a middle, of bodies with inertia: `motions` holds the mobilities and the impulses of the
+// forces that were found there.
 //
-// Half of the impulses comes before the move and half after it: u_free = u + dt F / 2 m, w_free is the mean velocity of a free turn from L + dt T / 2.
+// Half of the impulses comes before the move and half after it: u_free = u + dt F / 2 m, w_free is the mean velocity of
+// a free turn from L + dt T / 2.
 
 struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
 

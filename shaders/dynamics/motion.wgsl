@@ -1,8 +1,10 @@
-// Forces, free velocity and effective mobility of each body at the step's start, or in its middle. What `law` and `load_of` are is the scene's.
+// Forces, free velocity and effective mobility of each body at the step's start, or in its middle. What `law` and
+// `load_of` are is the scene's.
 //
-// A body's motion is MOTION vectors: (free velocity, root of the translational mobility), (free angular velocity, root of the rotational
-// mobility), the velocity and the angular velocity that the present trial was reached with (none here; bodies came to the middle of a step with half of
-// the first half's velocity over the whole step), and with inertia the six numbers of the rotational root and the angular momentum at the step's end.
+// A body's motion is MOTION vectors: (free velocity, root of the translational mobility), (free angular velocity, root
+// of the rotational mobility), the velocity and the angular velocity that the present trial was reached with (none
+// here; bodies came to the middle of a step with half of the first half's velocity over the whole step), and with
+// inertia the six numbers of the rotational root and the angular momentum at the step's end.
 
 struct Parameters { bodies: u32, in_middle: u32, b: u32, c: u32, dt: real, root_dt: real }
 

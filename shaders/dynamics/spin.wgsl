@@ -1,6 +1,7 @@
-// How a body without torque turns in a step: the midpoint rule that keeps its angular momentum and its energy (src/dynamics/spin.rs has the equation and its
-// source). Moments of inertia are over the first one, and so are angular momenta: a ball's is its angular velocity. In the plane bodies turn about one axis
-// alone, steadily: their moments are over that about it.
+// How a body without torque turns in a step: the midpoint rule that keeps its angular momentum and its energy
+// (src/dynamics/spin.rs has the equation and its source). Moments of inertia are over the first one, and so are angular
+// momenta: a ball's is its angular velocity. In the plane bodies turn about one axis alone, steadily: their moments are
+// over that about it.
 
 // Newton's iterations at most.
 const MOST_ITERATIONS: u32 = 10u;
@@ -28,7 +29,8 @@ fn velocity_of(moments: vec3r, q: vec4r, momentum: vec3r) -> vec3r {
     return rotate(q, rotate_back(q, momentum) / moments);
 }
 
-// The angular momentum of a state, and what a state keeps of it: the momentum itself, so that it is never rounded, or the angular velocity.
+// The angular momentum of a state, and what a state keeps of it: the momentum itself, so that it is never rounded, or
+// the angular velocity.
 fn momentum_kept(moments: vec3r, q: vec4r, kept: vec3r) -> vec3r {
     if KEEPS_MOMENTUM { return kept; }
     return momentum_of(moments, q, kept);

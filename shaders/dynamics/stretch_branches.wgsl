@@ -1,4 +1,5 @@
-// Takes the separations of staged contacts from the lengths in the middle of the step to those at its end, as stretch.wgsl does those of pairs.
+// Takes the separations of staged contacts from the lengths in the middle of the step to those at its end, as
+// stretch.wgsl does those of pairs.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
 

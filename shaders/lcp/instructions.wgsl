@@ -1,4 +1,5 @@
-// One instruction on one row: its value from up to three vectors and two numbers. Those from DOT on are reduced over all rows.
+// One instruction on one row: its value from up to three vectors and two numbers. Those from DOT on are reduced over
+// all rows.
 const ZERO: u32 = 0u;
 const COPY: u32 = 1u;
 const COPY_IF: u32 = 2u;

@@ -1,5 +1,5 @@
-// One workgroup brings the partial sums of all together, runs the operations on numbers, and lets the rest of the batch do nothing
-// after the last iteration.
+// One workgroup brings the partial sums of all together, runs the operations on numbers, and lets the rest of the batch
+// do nothing after the last iteration.
 @group(0) @binding(1) var<storage, read> program: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read_write> scalars: array<real>;
 @group(0) @binding(3) var<storage, read> partial: array<real>;

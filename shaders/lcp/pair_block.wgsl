@@ -1,7 +1,7 @@
-// The small problem of one pair, argmin over y >= 0 of slope . (y - x) + 1/2 (y - x) . B (y - x), solved for y - x, where B is the
-// block of A with a relative regularization. Zero rows of A keep x. One and two rows in closed form, more by the active set method of
-// Lawson and Hanson. A pair of more than MOST_EXACT rows is cut into parts; with as many times their blocks, which is no less than B,
-// the step still descends.
+// The small problem of one pair, argmin over y >= 0 of slope . (y - x) + 1/2 (y - x) . B (y - x), solved for y - x,
+// where B is the block of A with a relative regularization. Zero rows of A keep x. One and two rows in closed form,
+// more by the active set method of Lawson and Hanson. A pair of more than MOST_EXACT rows is cut into parts; with as
+// many times their blocks, which is no less than B, the step still descends.
 const ENTRIES: u32 = 36u;
 
 // B of pairs of more than two rows, MOST_EXACT numbers a row: its entries with the rows of its part up to it.

@@ -1,4 +1,5 @@
-// What the solvers want to know of each row: q, the diagonal of A, its majorant, and the start. The tape inverts the diagonals.
+// What the solvers want to know of each row: q, the diagonal of A, its majorant, and the start. The tape inverts the
+// diagonals.
 @group(0) @binding(1) var<storage, read> pair: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> jacobian: array<vec4r>;
 @group(0) @binding(3) var<storage, read> offset: array<real>;

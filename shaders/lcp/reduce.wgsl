@@ -20,7 +20,8 @@ fn join(kind: u32, a: real, b: real) -> real {
 
 fn kind_of(kinds: u32, reduction: u32) -> u32 { return (kinds >> (2u * reduction)) & 3u; }
 
-// Brings what the invocations left in `lanes` together; then `total` gives each sum to the invocations under REDUCTIONS.
+// Brings what the invocations left in `lanes` together; then `total` gives each sum to the invocations under
+// REDUCTIONS.
 fn reduce(local: u32, kinds: u32) {
     workgroupBarrier();
     let reduction = local / LANES;

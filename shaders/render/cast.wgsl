@@ -1,4 +1,5 @@
-// The rays of tiles, a workgroup a tile: each against the bodies of its tile, from front to back, until none can be nearer.
+// The rays of tiles, a workgroup a tile: each against the bodies of its tile, from front to back, until none can be
+// nearer.
 
 struct Band {
     // The first tile, and tiles in a row of the picture.
@@ -10,7 +11,8 @@ struct Band {
 
 // A body as the camera sees it.
 struct Drawn {
-    // The camera's right, up and toward in body axes. With them: the body's size; one sample in units of it; the height of its front.
+    // The camera's right, up and toward in body axes. With them: the body's size; one sample in units of it; the height
+    // of its front.
     right: vec4<f32>,
     up: vec4<f32>,
     toward: vec4<f32>,

@@ -5,7 +5,8 @@ struct DirectionPair {
     second: vec3r,
 }
 
-// An orthonormal pair at right angles to a unit vector (T. Duff and others, "Building an orthonormal basis, revisited", 2017).
+// An orthonormal pair at right angles to a unit vector (T. Duff and others, "Building an orthonormal basis, revisited",
+// 2017).
 fn orthonormal_pair(n: vec3r) -> DirectionPair {
     let side = select(real(1.0), real(-1.0), n.z < 0.0);
     let c = -1.0 / (side + n.z);

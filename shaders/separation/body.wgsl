@@ -1,4 +1,5 @@
-// Bodies where they are, and what needs one of them or one direction alone: boxes, bounding radii, lower bounds of separations.
+// Bodies where they are, and what needs one of them or one direction alone: boxes, bounding radii, lower bounds of
+// separations.
 const KIND_SPHERE: u32 = 0u;
 const KIND_SPHEROCYLINDER: u32 = 1u;
 const KIND_ELLIPSOID: u32 = 2u;
@@ -11,7 +12,8 @@ struct Placed {
     orientation: vec4r,
 }
 
-// The shared-normal signed distance of a pair (a, b): the unit normal from a to b, and the contact points, each from its centre.
+// The shared-normal signed distance of a pair (a, b): the unit normal from a to b, and the contact points, each from
+// its centre.
 struct Separation {
     separation: real,
     normal: vec3r,

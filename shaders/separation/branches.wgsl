@@ -1,10 +1,11 @@
-// The smooth branches of the separation of two rods, as src/separation/branches.rs has them: number 0 is the separation itself, 1 and 2 are the ends of
-// the first rod against the other, 3 and 4 those of the second. Masks have a bit for each.
+// The smooth branches of the separation of two rods, as src/separation/branches.rs has them: number 0 is the separation
+// itself, 1 and 2 are the ends of the first rod against the other, 3 and 4 those of the second. Masks have a bit for
+// each.
 
 const WHOLE: u32 = 1u;
 
-// An end against the other segment: the points of the centrelines, the way from the first to the second, and the bit of the other rod's end that is
-// met end to end, or none.
+// An end against the other segment: the points of the centrelines, the way from the first to the second, and the bit of
+// the other rod's end that is met end to end, or none.
 struct End { from_a: vec3r, to_b: vec3r, gap: vec3r, met: u32 }
 
 fn is_rod(p: Placed) -> bool {
@@ -21,7 +22,8 @@ fn end_of(delta: vec3r, a: Placed, b: Placed, k: u32) -> End {
         let to_b = axis_b * select(half_b, -half_b, k == 3u);
         let place = clamp(dot(delta + to_b, axis_a), -half_a, half_a);
         var gap = delta + to_b - axis_a * place;
-        // At a place that is not an end the gap is at right angles to the axis; what rounding leaves along it is dropped.
+        // At a place that is not an end the gap is at right angles to the axis; what rounding leaves along it is
+        // dropped.
         if abs(place) < half_a { gap -= axis_a * dot(axis_a, gap); }
         return End(axis_a * place, to_b, gap, 0u);
     }
@@ -51,7 +53,8 @@ fn crosses_inside(delta: vec3r, a: Placed, b: Placed) -> bool {
     return abs(s) < half_segment(a) && abs(t) < half_segment(b);
 }
 
-// The branches of a pair of rods, `nearest` apart, that are at most `limit`, and of those that are over `most_active` only the `pushed` ones; at least one.
+// The branches of a pair of rods, `nearest` apart, that are at most `limit`, and of those that are over `most_active`
+// only the `pushed` ones; at least one.
 fn branches_within(delta: vec3r, a: Placed, b: Placed, nearest: real, limit: real, most_active: real, pushed: u32) -> u32 {
     let radii = tube_radius(a) + tube_radius(b);
     if !(nearest > -DEEPEST * radii) { return WHOLE; }
@@ -80,8 +83,8 @@ fn separation_at(end: End, radius_a: real, radius_b: real) -> Separation {
     return Separation(distance - (radius_a + radius_b), normal, end.from_a + normal * radius_a, end.to_b - normal * radius_b);
 }
 
-// How far a branch may lie above the pair's separation and still become active, if the pair turns against each other by the rotation vector `turned` and slides
-// by `slid`; in space only what rounding hides.
+// How far a branch may lie above the pair's separation and still become active, if the pair turns against each other by
+// the rotation vector `turned` and slides by `slid`; in space only what rounding hides.
 fn branch_slack(a: Placed, b: Placed, normal: vec3r, turned: vec3r, slid: real) -> real {
     let radii = tube_radius(a) + tube_radius(b);
     if !PLANAR { return SLACK_IN_SPACE * radii; }

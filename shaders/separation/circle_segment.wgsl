@@ -1,12 +1,13 @@
 // A circle and a point or segment: the nearest points of both.
 //
-// The point of the circle nearest to a given point is in closed form, which leaves the place t along the segment. With z the height over
-// the circle's plane and rho the distance from its axis, the squared distance z^2 + (rho - R)^2 is convex in t outside the interval about
-// the place t_a nearest to the axis where rho^3 < R k^2 m^2 (m = rho at t_a, k the sine between segment and axis), and concave inside,
-// where no minimum can be: there are two minima at most, each alone in a convex piece.
+// The point of the circle nearest to a given point is in closed form, which leaves the place t along the segment. With
+// z the height over the circle's plane and rho the distance from its axis, the squared distance z^2 + (rho - R)^2 is
+// convex in t outside the interval about the place t_a nearest to the axis where rho^3 < R k^2 m^2 (m = rho at t_a, k
+// the sine between segment and axis), and concave inside, where no minimum can be: there are two minima at most, each
+// alone in a convex piece.
 //
-// Degenerate cases: a point on the axis (the first direction in the plane); a segment that meets the circle (`normal_between`); two equal
-// minima (the first along the segment).
+// Degenerate cases: a point on the axis (the first direction in the plane); a segment that meets the circle
+// (`normal_between`); two equal minima (the first along the segment).
 
 // Steps at most of the refinement; each at least halves the bracket.
 const CIRCLE_SEGMENT_STEPS: u32 = 60u;
@@ -18,8 +19,8 @@ struct PlaceSample {
     bend: real,
 }
 
-// The segment's line in the circle's axes: height at place zero and its slope, the place nearest to the axis, how near it comes there, and
-// the sine to the axis.
+// The segment's line in the circle's axes: height at place zero and its slope, the place nearest to the axis, how near
+// it comes there, and the sine to the axis.
 struct PlaceLine {
     height: real,
     rise: real,
@@ -29,8 +30,8 @@ struct PlaceLine {
     radius: real,
 }
 
-// Written with the place from `turn`, so that rho falls before it and rises after it whatever the rounding; `side` says which where the
-// place is on the axis but for rounding.
+// Written with the place from `turn`, so that rho falls before it and rises after it whatever the rounding; `side` says
+// which where the place is on the axis but for rounding.
 fn sample_place(line: PlaceLine, at: real, side: real) -> PlaceSample {
     let z = line.height + line.rise * at;
     let across = line.sine * (at - line.turn);
@@ -53,7 +54,8 @@ fn sample_place(line: PlaceLine, at: real, side: real) -> PlaceSample {
     );
 }
 
-// The cube root of a number from 0 to about 1: x^(1/4 + 1/16 + 1/64 + 1/256) to start, which is within a tenth, and Newton's method.
+// The cube root of a number from 0 to about 1: x^(1/4 + 1/16 + 1/64 + 1/256) to start, which is within a tenth, and
+// Newton's method.
 fn cube_root(x: real) -> real {
     if x <= 0.0 {
         return real(0.0);

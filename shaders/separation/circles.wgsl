@@ -1,14 +1,15 @@
 // Two circles: the nearest points of two circles in space.
 //
-// The point of circle a nearest to a given point is in closed form, which leaves the angle along circle b, the smaller. In a's axes, with z
-// the height of b's point and rho its distance from a's axis, the squared distance is z^2 + (rho - R_a)^2. All its minima are bracketed by
-// samples and refined by safeguarded Newton, and the least is taken. An interval is halved while it may hold two minima, going by the
-// derivatives at its ends, or while it is wide for how near it comes to the axis of a, where the function is not smooth; one in which
-// nothing nearer than the best so far can be, at the length of its arc, is skipped. The intervals are walked in order without a stack: an
-// interval is a number at a level of halving, and the next is one more, halved as often as it is even.
+// The point of circle a nearest to a given point is in closed form, which leaves the angle along circle b, the smaller.
+// In a's axes, with z the height of b's point and rho its distance from a's axis, the squared distance is z^2 + (rho -
+// R_a)^2. All its minima are bracketed by samples and refined by safeguarded Newton, and the least is taken. An
+// interval is halved while it may hold two minima, going by the derivatives at its ends, or while it is wide for how
+// near it comes to the axis of a, where the function is not smooth; one in which nothing nearer than the best so far
+// can be, at the length of its arc, is skipped. The intervals are walked in order without a stack: an interval is a
+// number at a level of halving, and the next is one more, halved as often as it is even.
 //
-// Degenerate cases: coaxial circles and others at one distance all round (angle zero); circles that meet (`normal_between`); a point on
-// the axis (the first direction in the plane); equal minima (the first).
+// Degenerate cases: coaxial circles and others at one distance all round (angle zero); circles that meet
+// (`normal_between`); a point on the axis (the first direction in the plane); equal minima (the first).
 
 // Intervals at the start, eight a quarter turn.
 const RING_INTERVALS: u32 = 32u;
@@ -88,8 +89,9 @@ fn sample_ring(pair: RingPair, quarter: u32, angle: real) -> RingSample {
     );
 }
 
-// Whether an interval has no room for more than one root of the slope, going by its ends: the slope turns the same way at both and about
-// as fast, or is too steep to come back, or is rounding. Never where the interval is as wide as the circle is near the axis.
+// Whether an interval has no room for more than one root of the slope, going by its ends: the slope turns the same way
+// at both and about as fast, or is too steep to come back, or is rounding. Never where the interval is as wide as the
+// circle is near the axis.
 fn is_resolved(low: RingSample, high: RingSample, radius: real) -> bool {
     let turn = high.angle - low.angle;
     let least = min(abs(low.bend), abs(high.bend));

@@ -1,10 +1,11 @@
 // Two ellipsoids: the largest n . delta - h_a(n) - h_b(n) over unit normals (see peak.wgsl).
 //
-// From a warm normal Newton converges at once. Without one, the start is the normal of a sequence of quadratic models. Where the maximum
-// found is so deep that it may not be the only one, the axes of both bodies and the common perpendiculars of each two of them are tried as
-// starts as well.
+// From a warm normal Newton converges at once. Without one, the start is the normal of a sequence of quadratic models.
+// Where the maximum found is so deep that it may not be the only one, the axes of both bodies and the common
+// perpendiculars of each two of them are tried as starts as well.
 //
-// Degenerate cases: concentric bodies (no direction to start from: those axes still are); equal maxima (the first in the order of starts).
+// Degenerate cases: concentric bodies (no direction to start from: those axes still are); equal maxima (the first in
+// the order of starts).
 
 // Quadratic models solved before Newton starts.
 const COLD_MODELS: u32 = 3u;
@@ -15,8 +16,8 @@ fn is_swapped(delta: vec3r, a: Placed, b: Placed) -> bool {
     return out_of_order(delta, a, b);
 }
 
-// A normal near that of the maximum, from the direction between the centres: n ~ (sum of M M^T / h + f)^-1 delta, the maximum of the
-// function that bounds f from below with squares in place of the h, touching at the last normal.
+// A normal near that of the maximum, from the direction between the centres: n ~ (sum of M M^T / h + f)^-1 delta, the
+// maximum of the function that bounds f from below with squares in place of the h, touching at the last normal.
 fn cold_start(delta: vec3r, a: Support, b: Support) -> vec3r {
     let ma = mat3r(a.axes[0] * a.radii.x, a.axes[1] * a.radii.y, a.axes[2] * a.radii.z);
     let mb = mat3r(b.axes[0] * b.radii.x, b.axes[1] * b.radii.y, b.axes[2] * b.radii.z);
@@ -78,7 +79,8 @@ fn ordered_separation(delta: vec3r, a: Placed, b: Placed, warm: vec3r) -> Separa
             best = peak;
         }
     }
-    // What was found first only where it is larger than all, so that of equal maxima the result does not depend on a warm normal.
+    // What was found first only where it is larger than all, so that of equal maxima the result does not depend on a
+    // warm normal.
     if found.value <= deep && found.value <= best.value + tie {
         found = best;
     }

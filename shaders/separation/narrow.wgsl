@@ -1,8 +1,9 @@
-// The separations of candidate pairs that are within a limit: where first rows are made `near_limit`, at the trial zero. Far pairs are left out as
-// cheaply as they can be.
+// The separations of candidate pairs that are within a limit: where first rows are made `near_limit`, at the trial
+// zero. Far pairs are left out as cheaply as they can be.
 //
-// A pair's contact is three vectors: (normal, separation), (lever of a, what is `kept`), (lever of b, flag). The flag is FAR,
-// NEAR (within the limit) or VIOLATING (overlapping by more than `violating`). The normal of a far pair is the last one found.
+// A pair's contact is three vectors: (normal, separation), (lever of a, what is `kept`), (lever of b, flag). The flag
+// is FAR, NEAR (within the limit) or VIOLATING (overlapping by more than `violating`). The normal of a far pair is the
+// last one found.
 
 const FAR: real = 0.0;
 const NEAR: real = 1.0;

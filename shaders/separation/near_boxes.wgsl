@@ -1,4 +1,5 @@
-// How far apart two bodies may be at the step's start to be near: the cutoff and what both may move by, as their boxes have it.
+// How far apart two bodies may be at the step's start to be near: the cutoff and what both may move by, as their boxes
+// have it.
 
 struct Parameters { pairs: u32, at_trial: u32, violating: f32, c: u32 }
 

@@ -1,5 +1,5 @@
-// How far apart two bodies may be where first rows are made to be near: the cutoff, what is left of their free motion against each other, and what both
-// surfaces may move by as they turn.
+// How far apart two bodies may be where first rows are made to be near: the cutoff, what is left of their free motion
+// against each other, and what both surfaces may move by as they turn.
 
 struct Parameters { pairs: u32, at_trial: u32, violating: f32, c: u32, dt: real, root_dt: real }
 
@@ -16,7 +16,8 @@ fn near_limit(a: u32, b: u32, radius_a: real, radius_b: real) -> real {
     return CUTOFF + parameters.dt * (apart + length(left_of(a, 1u)) * radius_a + length(left_of(b, 1u)) * radius_b);
 }
 
-// What a near pair keeps beside the lever of its first body: the limit, until it is known which of its branches get a row.
+// What a near pair keeps beside the lever of its first body: the limit, until it is known which of its branches get a
+// row.
 fn kept(p: u32, limit: real) -> real {
     return limit;
 }

@@ -21,8 +21,8 @@ fn unit_or(v: vec3r, other: vec3r) -> vec3r {
     return other;
 }
 
-// A unit vector at right angles to `v`: `v` crossed with the axis of space that it leans on least, the first of equals. The x axis
-// where `v` is zero.
+// A unit vector at right angles to `v`: `v` crossed with the axis of space that it leans on least, the first of equals.
+// The x axis where `v` is zero.
 fn perpendicular(v: vec3r) -> vec3r {
     let size = abs(v);
     var least = vec3r(0.0, 0.0, 1.0);
@@ -48,8 +48,9 @@ fn common_perpendicular(u: vec3r, v: vec3r) -> vec3r {
     return perpendicular(v);
 }
 
-// The unit vector from one curve to the other, given the gap between their nearest points and their directions there. Where curves
-// cross (`inside`: away from their ends) it is their common perpendicular, turned with `toward`; where they meet otherwise, a fixed one.
+// The unit vector from one curve to the other, given the gap between their nearest points and their directions there.
+// Where curves cross (`inside`: away from their ends) it is their common perpendicular, turned with `toward`; where
+// they meet otherwise, a fixed one.
 fn normal_between(u: vec3r, v: vec3r, gap: vec3r, distance: real, size: real, toward: vec3r, inside: bool) -> vec3r {
     let across = cross(u, v);
     let sine = length(across);

@@ -1,4 +1,5 @@
-// The fixed order of a pair of one family: by their places, and where those are the same by bounding radius, orientation and thickness.
+// The fixed order of a pair of one family: by their places, and where those are the same by bounding radius,
+// orientation and thickness.
 
 // The smallest diameter: of a ring, that of its tube.
 fn thickness(p: Placed) -> real {

@@ -1,21 +1,25 @@
 // The largest of f(n) = n . delta - h_a(n) - h_b(n) over unit normals: Newton on the sphere, safeguarded.
 //
-// Across n the gradient is delta - y_a - y_b and the Hessian -(H_a + H_b) - f. It is negative definite wherever f is over minus the sum of
-// the bodies' least radii of curvature, so that one maximum at most is above that. A step that does not raise f is shortened.
+// Across n the gradient is delta - y_a - y_b and the Hessian -(H_a + H_b) - f. It is negative definite wherever f is
+// over minus the sum of the bodies' least radii of curvature, so that one maximum at most is above that. A step that
+// does not raise f is shortened.
 //
-// The tangent basis is turned to the Hessian's own axes and the Hessian computed again there: its smaller eigenvalue, which for slender
-// bodies is 1e-9 of the larger, then keeps its digits. Points are those of the maximum itself: a last Newton step, shorter than the rounding of a
-// normal, still moves the points of flat bodies.
+// The tangent basis is turned to the Hessian's own axes and the Hessian computed again there: its smaller eigenvalue,
+// which for slender bodies is 1e-9 of the larger, then keeps its digits. Points are those of the maximum itself: a last
+// Newton step, shorter than the rounding of a normal, still moves the points of flat bodies.
 
-// Normals tried at most. Over thousands of random poses in deep overlap none took more than 128 steps at aspect ratios up to 1000.
+// Normals tried at most. Over thousands of random poses in deep overlap none took more than 128 steps at aspect ratios
+// up to 1000.
 const PEAK_ROUNDS: u32 = 400u;
 // Longest step across the normal: 45 degrees once projected back.
 const LONGEST_STEP: real = 1.0;
-// Least over largest eigenvalue under which a Hessian counts as singular: below the 1e-9 or more of the most slender bodies supported.
+// Least over largest eigenvalue under which a Hessian counts as singular: below the 1e-9 or more of the most slender
+// bodies supported.
 const DEFINITE: real = 1e-13;
 // What a step that failed is shortened by.
 const SHORTEN: real = 0.25;
-// A last step moves the points only where it is this short beside the angle over which the curvature changes: to first order it is exact.
+// A last step moves the points only where it is this short beside the angle over which the curvature changes: to first
+// order it is exact.
 const LAST_STEP: real = 0.03;
 
 // A normal, f there, and the bodies' points with that outward normal.

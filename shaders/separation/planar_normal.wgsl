@@ -1,4 +1,5 @@
-// What the searches for a normal in the plane share: a body's outline in the plane, its contact points, and the order of equal maxima.
+// What the searches for a normal in the plane share: a body's outline in the plane, its contact points, and the order
+// of equal maxima.
 
 // A body's outline: support function |reach . n| + |g1 n.x + g2 n.y| + radius.
 struct Outline {

@@ -1,6 +1,6 @@
-// An ellipse and another, or a rod, in the plane: the circle of normals is cut at equal angles and where a normal is at right angles to
-// the rod; in each piece where the slope turns from up to down the maximum is narrowed by halving. The kinks at right angles are tried as
-// they are.
+// An ellipse and another, or a rod, in the plane: the circle of normals is cut at equal angles and where a normal is at
+// right angles to the rod; in each piece where the slope turns from up to down the maximum is narrowed by halving. The
+// kinks at right angles are tried as they are.
 
 // Pieces of the circle: two ellipses of aspect 20:1 have their maxima over 0.05 rad apart.
 const PLANE_PIECES: u32 = 128u;

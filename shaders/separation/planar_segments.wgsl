@@ -1,5 +1,5 @@
-// Two rods in the plane: between the normals at right angles to a rod, the function is that of the distance of two ends, n . v, largest
-// along v. The maximum is among the four such v and the four normals at right angles.
+// Two rods in the plane: between the normals at right angles to a rod, the function is that of the distance of two
+// ends, n . v, largest along v. The maximum is among the four such v and the four normals at right angles.
 fn in_plane_normal(delta: vec3r, a: Placed, b: Placed) -> Separation {
     let body_a = outline_of(a);
     let body_b = outline_of(b);

@@ -1,12 +1,14 @@
-// An ellipsoid and a thickened point or segment: the largest n . delta - h(n) - half |n . u| - radius over unit normals.
+// An ellipsoid and a thickened point or segment: the largest n . delta - h(n) - half |n . u| - radius over unit
+// normals.
 //
-// Either the normal is across the segment, and then it is that of a point and the ellipse that is the ellipsoid's shadow along the
-// segment; or the contact is at an end, and then it is that of a point and the ellipsoid. Both are one root (point_ellipsoid.wgsl), and at
-// most three are computed: the distance along the segment's line is convex, so where its nearest point lies beyond an end, that end is
-// nearest. All is in the ellipsoid's own axes, where a normal's small components keep their digits, and with them the points of flat bodies.
+// Either the normal is across the segment, and then it is that of a point and the ellipse that is the ellipsoid's
+// shadow along the segment; or the contact is at an end, and then it is that of a point and the ellipsoid. Both are one
+// root (point_ellipsoid.wgsl), and at most three are computed: the distance along the segment's line is convex, so
+// where its nearest point lies beyond an end, that end is nearest. All is in the ellipsoid's own axes, where a normal's
+// small components keep their digits, and with them the points of flat bodies.
 //
-// Degenerate cases: a segment so deep that the distance along it is no longer smooth (all candidates are compared, the first of equal
-// ones is taken); a point or a line through the centre (see point_ellipsoid.wgsl).
+// Degenerate cases: a segment so deep that the distance along it is no longer smooth (all candidates are compared, the
+// first of equal ones is taken); a point or a line through the centre (see point_ellipsoid.wgsl).
 
 // Starts of a climb at each end in deep overlap: both ways along each axis.
 const END_STARTS: u32 = 6u;
@@ -47,10 +49,11 @@ fn deepest_candidate(delta: vec3r, axis: vec3r, half: real, radii: vec3r, across
     return best;
 }
 
-// The nearest of an ellipsoid about the origin and a segment about `delta`; `first` and `second` are at right angles to its axis. All in
-// the ellipsoid's axes.
+// The nearest of an ellipsoid about the origin and a segment about `delta`; `first` and `second` are at right angles to
+// its axis. All in the ellipsoid's axes.
 fn nearest_candidate(delta: vec3r, axis: vec3r, half: real, radii: vec3r, first: vec3r, second: vec3r) -> Candidate {
-    // The shadow's axes: one plane rotation of the two columns of diag(radii) (first, second), which keeps the digits of the smaller one.
+    // The shadow's axes: one plane rotation of the two columns of diag(radii) (first, second), which keeps the digits
+    // of the smaller one.
     let v1 = radii * first;
     let v2 = radii * second;
     let turn = half_turn(2.0 * dot(v1, v2), dot(v1, v1) - dot(v2, v2));

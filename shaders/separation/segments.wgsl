@@ -1,11 +1,11 @@
 // Points and segments: the nearest points of two segments, of which a point is the case of no length.
 //
-// The foot of the common perpendicular comes from the cross product of the axes, not from 1 - cos^2, and is held to the segment; the
-// place on the other is best for it and held, then the first is best for that (D. Eberly, "Robust computation of distance between line
-// segments"; C. Ericson, "Real-time collision detection", 5.1.9).
+// The foot of the common perpendicular comes from the cross product of the axes, not from 1 - cos^2, and is held to the
+// segment; the place on the other is best for it and held, then the first is best for that (D. Eberly, "Robust
+// computation of distance between line segments"; C. Ericson, "Real-time collision detection", 5.1.9).
 //
-// Degenerate cases: a segment of no length; parallel axes (the middle of the interval in which they face each other); crossing segments
-// and points that coincide (`normal_between`).
+// Degenerate cases: a segment of no length; parallel axes (the middle of the interval in which they face each other);
+// crossing segments and points that coincide (`normal_between`).
 
 fn is_swapped(delta: vec3r, a: Placed, b: Placed) -> bool {
     return out_of_order(delta, a, b);
@@ -38,8 +38,8 @@ fn ordered_separation(delta: vec3r, a: Placed, b: Placed, warm: vec3r) -> Separa
     let inside = inside_a && inside_b;
     let size = half_a + half_b + length(delta);
     let normal = normal_between(axis_a, axis_b, gap, distance, size, delta, inside);
-    // From the nearest point of nearly parallel axes, which jumps from end to end as the angle changes sign, the step to the middle is a
-    // smooth function of the angle.
+    // From the nearest point of nearly parallel axes, which jumps from end to end as the angle changes sign, the step
+    // to the middle is a smooth function of the angle.
     let low = max(-half_a, along_a - half_b);
     let high = min(half_a, along_a + half_b);
     if sine2 < 1e3 * PARALLEL_SINE * PARALLEL_SINE && half_a > 0.0 && half_b > 0.0 && low < high {

@@ -1,7 +1,8 @@
 // The support function of an ellipsoid in space and its derivatives, written so that nothing cancels.
 //
-// With M = R diag(radii): h(n) = |M^T n|, the contact point is M M^T n / h, and the Hessian across n follows from the cofactors of M: for
-// tangents e1, e2 and K = diag(bc, ca, ab) R^T it is |K e2|^2 / h^3, -K e1 . K e2 / h^3, |K e1|^2 / h^3.
+// With M = R diag(radii): h(n) = |M^T n|, the contact point is M M^T n / h, and the Hessian across n follows from the
+// cofactors of M: for tangents e1, e2 and K = diag(bc, ca, ab) R^T it is |K e2|^2 / h^3, -K e1 . K e2 / h^3, |K e1|^2 /
+// h^3.
 
 // An ellipsoid about the origin: its axes in space, as columns, and its semi-axes. Semi-axes of zero are a point.
 struct Support {

@@ -1,8 +1,9 @@
 // Fixed surfaces, and the gap of a point inside of one, as src/separation/surface.rs has them.
 //
-// A wall is far from most of its own points: in 32 bits, the distance of a point from the centre of a sphere of a thousand thicknesses is off by
-// a ten-thousandth of one. So the offset of a point from a surface's reference is a whole number of UNITs along each axis, and a part about as
-// long as a body. What the whole numbers make is computed in integers modulo 2^32; only what they make with parts is rounded.
+// A wall is far from most of its own points: in 32 bits, the distance of a point from the centre of a sphere of a
+// thousand thicknesses is off by a ten-thousandth of one. So the offset of a point from a surface's reference is a
+// whole number of UNITs along each axis, and a part about as long as a body. What the whole numbers make is computed in
+// integers modulo 2^32; only what they make with parts is rounded.
 
 const SURFACE_PLANE: u32 = 0u;
 const SURFACE_SPHERE: u32 = 1u;
@@ -74,7 +75,8 @@ fn as_vector(offset: Offset) -> vec3r {
     return vec3r(offset.whole) * UNIT + offset.part;
 }
 
-// The coordinate along a direction. The sum in integers is exact modulo 2^32, that is 4096 UNITs; the estimate says which.
+// The coordinate along a direction. The sum in integers is exact modulo 2^32, that is 4096 UNITs; the estimate says
+// which.
 fn coordinate(direction: Direction, offset: Offset) -> Coordinate {
     let products = bitcast<vec3<u32>>(direction.coarse) * bitcast<vec3<u32>>(offset.whole);
     let sum = bitcast<i32>(products.x + products.y + products.z);
@@ -85,8 +87,8 @@ fn coordinate(direction: Direction, offset: Offset) -> Coordinate {
     return Coordinate(whole, UNIT * fraction + dot(direction.unit, offset.part));
 }
 
-// The room of a point at `whole`, `part` from the centre inside of the surface's radius R, as (R^2 - x^2) / (R + |x|), and the direction outwards; the
-// first one at the centre.
+// The room of a point at `whole`, `part` from the centre inside of the surface's radius R, as (R^2 - x^2) / (R + |x|),
+// and the direction outwards; the first one at the centre.
 fn out_of(surface: Surface, whole: vec3<i32>, part: vec3r) -> Gap {
     let units = vec3r(whole);
     let rest = part * INVERSE_UNIT;

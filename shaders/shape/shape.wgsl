@@ -60,7 +60,8 @@ fn with_length(shape: vec4r, length: real) -> vec4r {
     return vec4r(shape.x, length, shape.zw);
 }
 
-// From the centre to the upper end's half of the body, where a daughter of half the length has its centre, in body axes.
+// From the centre to the upper end's half of the body, where a daughter of half the length has its centre, in body
+// axes.
 fn daughter_offset(length: real) -> vec3r {
     return vec3r(0.0, 0.0, 0.25 * length);
 }

@@ -1,4 +1,5 @@
-// How far a point of a surface moves in the step, at most, over all bodies: whether any two can have gone through each other.
+// How far a point of a surface moves in the step, at most, over all bodies: whether any two can have gone through each
+// other.
 
 struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
 

@@ -1,5 +1,5 @@
-// The largest overlap of all pairs and how many violate the tolerance; in a second pass the first pair that overlaps by that much,
-// and in a third, of one invocation, its bodies.
+// The largest overlap of all pairs and how many violate the tolerance; in a second pass the first pair that overlaps by
+// that much, and in a third, of one invocation, its bodies.
 
 struct Parameters { pairs: u32, pass_number: u32, b: u32, c: u32 }
 

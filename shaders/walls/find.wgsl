@@ -1,5 +1,5 @@
-// The places of bodies that may come near a surface while their boxes stay inside the stored ones: first counted, then, by the same code, written
-// behind the pairs of bodies.
+// The places of bodies that may come near a surface while their boxes stay inside the stored ones: first counted, then,
+// by the same code, written behind the pairs of bodies.
 
 struct Parameters { bodies: u32, surfaces: u32, fill: u32, first: u32 }
 
@@ -40,7 +40,8 @@ fn main(
         if surface.kind == SURFACE_PLANE {
             reach = dot(abs(surface.first.unit), half);
         }
-        // A box has half the cutoff in it; the other half a pair has from its second body. Rounding may make the reach a little short.
+        // A box has half the cutoff in it; the other half a pair has from its second body. Rounding may make the reach
+        // a little short.
         reach += 0.5 * CUTOFF;
         if room > reach + 64.0 * EPSILON * (reach + UNIT) { continue; }
         for (var place = 0u; place < places(u32(shapes[i].w), surface.kind); place += 1u) {

@@ -26,8 +26,8 @@ impl Pick {
 }
 
 impl Sweep {
-    /// What member `index` varies, in the order in which it is applied. The index is a number of mixed radix: the seeds are its lowest
-    /// digit, then the list, then the grid's keys from the last to the first.
+    /// What member `index` varies, in the order in which it is applied. The index is a number of mixed radix: the seeds
+    /// are its lowest digit, then the list, then the grid's keys from the last to the first.
     pub(super) fn picks(&self, index: usize) -> Vec<Pick> {
         let mut rest = index;
         let mut digit = |radix: usize| {

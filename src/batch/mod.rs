@@ -1,8 +1,9 @@
 //! Many runs from one file: a sweep's members, the folder that each leaves, and the table of what they came to.
 //!
-//! A [`Sweep`] is one scene in many variants. A [`Plan`] is a sweep with every member's scene read and validated; [`run`] runs the members,
-//! several at a time, each in a folder of its own that is guarded by the hash of its scene: what is finished is left alone, what was
-//! stopped goes on from its checkpoint. A [`Table`] is made from what the folders hold.
+//! A [`Sweep`] is one scene in many variants. A [`Plan`] is a sweep with every member's scene read and validated;
+//! [`run`] runs the members, several at a time, each in a folder of its own that is guarded by the hash of its scene:
+//! what is finished is left alone, what was stopped goes on from its checkpoint. A [`Table`] is made from what the
+//! folders hold.
 //!
 //! ```
 //! use relcp::batch::Plan;
@@ -27,6 +28,6 @@ pub use error::{BatchError, MemberError};
 pub use ordered::Ordered;
 pub use plan::{Member, Plan};
 pub use run::{Ended, Options, Settle, Watch, run};
-pub use standing::{Folders, Outcome, Products, Recursions, Standing, Wall};
+pub use standing::{Folders, MemberState, Outcome, Products, Recursions, Wall};
 pub use sweep::{MAX_MEMBERS, SeedRow, Seeds, Sweep, schema};
 pub use table::{Row, RowStatus, Table};

@@ -1,4 +1,4 @@
-//! A plan: a sweep with every member's scene read, validated and told apart from all others.
+//! A plan: a sweep whose scenes are read, validated and checked for duplicates.
 
 use super::error::BatchError;
 use super::members::{Pick, values};
@@ -13,10 +13,11 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Digits of the scene's hash in a folder's name. The index beside it keeps names apart, and the whole hash is compared before use.
+/// Digits of the scene's hash in a folder's name. The index beside it keeps names apart, and the whole hash is compared
+/// before use.
 pub(super) const HASH_DIGITS: usize = 8;
-/// Digits of the index in a folder's name: those of most sweeps, so that names sort. It does not depend on the number of members, so a
-/// sweep that is added to at its end keeps its names.
+/// Digits of the index in a folder's name: those of most sweeps, so that names sort. It does not depend on the number
+/// of members, so a sweep that is added to at its end keeps its names.
 pub(super) const INDEX_DIGITS: usize = 4;
 
 /// One run of a sweep.
@@ -26,7 +27,8 @@ pub struct Member {
     pub index: usize,
     /// What it varies, in the order in which it is applied.
     pub set: Ordered<Value>,
-    /// The values that its scene has for the plan's columns, whether it sets them or not; null where the scene has none.
+    /// The values that its scene has for the plan's columns, whether it sets them or not; null where the scene has
+    /// none.
     pub values: Ordered<Value>,
     /// Hash of its scene.
     pub scene_hash: String,
@@ -68,12 +70,14 @@ impl Plan {
     /// Reads a sweep file, its scene, and validates every member.
     ///
     /// # Errors
-    /// [`BatchError::Scene`] with its place, in the sweep or in the scene; two members that are the same scene are refused too.
+    /// [`BatchError::Scene`] with its place, in the sweep or in the scene; two members that are the same scene are
+    /// refused too.
     pub fn open(path: &Path) -> Result<Self, BatchError> {
         Ok(Plan::new(Source::file(path)?, path.parent().unwrap_or(Path::new("")))?)
     }
 
-    /// As [`Plan::open`], from a text. `origin` names it in messages, and scene files are looked for from the folder `base`.
+    /// As [`Plan::open`], from a text. `origin` names it in messages, and scene files are looked for from the folder
+    /// `base`.
     ///
     /// # Errors
     /// As [`Plan::open`].

@@ -1,11 +1,11 @@
 //! Runs members, several at a time.
 //!
-//! Each member is a run like any other, so its bits do not depend on how many run beside it nor on its threads. One that fails does not stop
-//! the others.
+//! Each member is a run like any other, so its bits do not depend on how many run beside it nor on its threads. One
+//! that fails does not stop the others.
 
 use super::error::{BatchError, MemberError};
 use super::plan::{Member, Plan};
-use super::standing::{Folders, Standing};
+use super::standing::{Folders, MemberState};
 use crate::record::Folder;
 use crate::run::{Run, RunError, RunStatus};
 use crate::scene::Scene;
@@ -24,7 +24,7 @@ pub struct Options {
     pub jobs: usize,
     /// Threads of all of them together; each gets its part, at least one.
     pub threads: usize,
-    /// Members that failed are gone on with, from their last good state.
+    /// Whether failed members continue from their last accepted state.
     pub retry: bool,
 }
 
@@ -65,7 +65,7 @@ struct Task<'a> {
     place: usize,
     member: &'a Member,
     folder: PathBuf,
-    standing: Standing,
+    standing: MemberState,
 }
 
 struct Crew<'a> {
@@ -92,11 +92,12 @@ struct Crew<'a> {
 /// # Ok::<(), relcp::batch::BatchError>(())
 /// ```
 ///
-/// Every folder is looked at before anything is run. A finished member is left alone, one that was stopped goes on from its checkpoint.
+/// Every folder is looked at before anything is run. A finished member is left alone, one that was stopped goes on from
+/// its checkpoint.
 ///
 /// # Errors
-/// A folder that is of another scene or of something else, which is then left as it is, and so are all others. What befalls a member once it
-/// runs is in its [`Ended`].
+/// A folder that is of another scene or of something else, which is then left as it is, and so are all others. What
+/// befalls a member once it runs is in its [`Ended`].
 pub fn run(
     plan: &Plan,
     out: &Path,
@@ -136,7 +137,7 @@ fn tasks<'a>(plan: &Plan, out: &Path, members: &'a [Member], retry: bool) -> Res
     for (place, member) in members.iter().enumerate() {
         let (folder, standing) = folders.of(plan, member)?;
         match &standing {
-            Standing::Summed(outcome) if outcome.completed || (outcome.status.is_stopped() && !retry) => {
+            MemberState::Summed(outcome) if outcome.completed || (outcome.status.is_stopped() && !retry) => {
                 ended.push((place, Ended::Before(outcome.status)));
             }
             _ => tasks.push(Task { place, member, folder, standing }),
@@ -173,7 +174,7 @@ impl Crew<'_> {
         let begun = Instant::now();
         let scene = self.plan.scene(task.member.index)?;
         let compute = (self.settle)(&scene)?;
-        if matches!(task.standing, Standing::Unfinished | Standing::Summed(_)) {
+        if matches!(task.standing, MemberState::Unfinished | MemberState::Summed(_)) {
             let folder = Folder::open(&task.folder).map_err(RunError::from)?;
             return Ok(Run::resume_on(&compute, scene, folder)?);
         }
@@ -181,7 +182,7 @@ impl Crew<'_> {
         let simulation = Simulation::new_on(&compute, scene, bodies).map_err(MemberError::Start)?;
         // The folder comes last, so that nothing is left of a member that cannot be begun.
         let folder = match task.standing {
-            Standing::Unstarted => Folder::restart(&task.folder),
+            MemberState::Unstarted => Folder::restart(&task.folder),
             _ => Folder::create(&task.folder),
         };
         Ok(Run::start(simulation, folder.map_err(RunError::from)?, begun.elapsed())?)

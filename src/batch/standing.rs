@@ -73,7 +73,7 @@ pub struct Wall {
 
 /// What a member's folder holds.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Standing {
+pub enum MemberState {
     /// Nothing, or there is no folder.
     Missing,
     /// A run that stopped before its first checkpoint.
@@ -113,25 +113,25 @@ impl Folders {
         Ok(folders)
     }
 
-    /// The folder of a member, and how it stands: the one that bears its name, or one of the same scene under another index, which it had
-    /// before the sweep was changed.
+    /// The folder of a member, and how it stands: the one that bears its name, or one of the same scene under another
+    /// index, which it had before the sweep was changed.
     ///
     /// # Errors
-    /// [`RecordError::OtherScene`] where the run in the folder of its name is of another scene, [`RecordError::NotEmpty`] where there is no
-    /// run in it but something else, and files that cannot be read.
-    pub fn of(&self, plan: &Plan, member: &Member) -> Result<(PathBuf, Standing), RecordError> {
+    /// [`RecordError::OtherScene`] where the run in the folder of its name is of another scene,
+    /// [`RecordError::NotEmpty`] where there is no run in it but something else, and files that cannot be read.
+    pub fn of(&self, plan: &Plan, member: &Member) -> Result<(PathBuf, MemberState), RecordError> {
         let own = self.root.join(member.name());
         let standing = standing(plan, member, &own)?;
-        if standing != Standing::Missing {
+        if standing != MemberState::Missing {
             return Ok((own, standing));
         }
         for path in self.named.get(member.short_hash()).into_iter().flatten().filter(|path| **path != own) {
             match self::standing(plan, member, path) {
-                Ok(Standing::Missing) | Err(RecordError::OtherScene { .. }) => {}
+                Ok(MemberState::Missing) | Err(RecordError::OtherScene { .. }) => {}
                 found => return Ok((path.clone(), found?)),
             }
         }
-        Ok((own, Standing::Missing))
+        Ok((own, MemberState::Missing))
     }
 
     /// Folders with names like those of members that are of no member of this plan.
@@ -150,21 +150,21 @@ fn digits_of(path: &Path) -> Option<String> {
     (named && hashed && path.is_dir()).then(|| digits.to_owned())
 }
 
-fn standing(plan: &Plan, member: &Member, path: &Path) -> Result<Standing, RecordError> {
+fn standing(plan: &Plan, member: &Member, path: &Path) -> Result<MemberState, RecordError> {
     let folder = Folder::at(path);
     match fs::read_dir(path) {
-        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(Standing::Missing),
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(MemberState::Missing),
         Err(e) => return Err(RecordError::io(path, "use it as a folder")(e)),
         Ok(mut entries) => {
             if entries.next().is_none() {
-                return Ok(Standing::Missing);
+                return Ok(MemberState::Missing);
             }
         }
     }
     let guard = |hash: &str| if hash == member.scene_hash { Ok(()) } else { Err(other_scene(plan, member, &folder)) };
     if let Some(outcome) = outcome(&folder)? {
         guard(&outcome.scene_hash)?;
-        return Ok(Standing::Summed(Box::new(outcome)));
+        return Ok(MemberState::Summed(Box::new(outcome)));
     }
     if folder.scene().exists() {
         let recorded = scene::read(&folder.scene());
@@ -172,11 +172,11 @@ fn standing(plan: &Plan, member: &Member, path: &Path) -> Result<Standing, Recor
             recorded.map_err(|e| RecordError::Mangled { path: folder.scene(), what: e.message().to_owned() })?;
         guard(&scene_hash(&recorded))?;
         let begun = folder.checkpoint().exists() || folder.previous_checkpoint().exists();
-        return Ok(if begun { Standing::Unfinished } else { Standing::Unstarted });
+        return Ok(if begun { MemberState::Unfinished } else { MemberState::Unstarted });
     }
     // A run's first file is steps.csv, its second scene.json.
     if folder.steps().exists() || folder.states().exists() {
-        return Ok(Standing::Unstarted);
+        return Ok(MemberState::Unstarted);
     }
     Err(RecordError::NotEmpty { path: path.into() })
 }

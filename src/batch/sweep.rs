@@ -10,15 +10,17 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Most members of a sweep: each leaves a folder of about ten files, and file systems and queues of clusters are at their limits by then.
+/// Most members of a sweep: each leaves a folder of about ten files, and file systems and queues of clusters are at
+/// their limits by then.
 pub const MAX_MEMBERS: u64 = 100_000;
 /// Longest name, in bytes: it names a folder, as a scene's does.
 const MAX_NAME_BYTES: usize = 128;
 
 /// One scene in many variants: every combination of the grid's values, the list's entries and the seeds.
 ///
-/// Keys are dotted, as `--set` takes them. `set` comes first, then the grid, the list and the seed, each over what was before it. Of the
-/// members' order the grid's first key is the slowest index, then its other keys, then the list, and the seeds are the fastest.
+/// Keys are dotted, as `--set` takes them. `set` comes first, then the grid, the list and the seed, each over what was
+/// before it. Of the members' order the grid's first key is the slowest index, then its other keys, then the list, and
+/// the seeds are the fastest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
@@ -117,8 +119,8 @@ impl<'de> Visitor<'de> for SeedsVisitor {
 }
 
 impl Sweep {
-    /// Whether this can be expanded: a name that is fit for a folder, no empty list of values, no key that is varied twice, not too many
-    /// members.
+    /// Whether this can be expanded: a name that is fit for a folder, no empty list of values, no key that is varied
+    /// twice, not too many members.
     pub(super) fn validate(&self) -> Result<(), SceneError> {
         let unfit = |c: char| c == '/' || c == '\\' || c.is_control();
         if self.name.trim_matches('.').is_empty() || self.name.len() > MAX_NAME_BYTES || self.name.contains(unfit) {

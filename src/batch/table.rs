@@ -3,7 +3,7 @@
 use super::error::BatchError;
 use super::ordered::Ordered;
 use super::plan::{Member, Plan};
-use super::standing::{Folders, Outcome, Standing};
+use super::standing::{Folders, MemberState, Outcome};
 use crate::record::{RecordError, durable};
 use crate::run::RunStatus;
 use crate::scene::StopReason;
@@ -147,8 +147,8 @@ impl Table {
         Ok(durable::write_json(&out.join("batch.json"), self)?)
     }
 
-    /// As `batch.csv`. A value that is text stands as it is, any other as JSON. A varied key that is named like one of the other columns
-    /// is given as `set.KEY`.
+    /// As `batch.csv`. A value that is text stands as it is, any other as JSON. A varied key that is named like one of
+    /// the other columns is given as `set.KEY`.
     ///
     /// # Errors
     /// What the writer fails with.
@@ -187,9 +187,9 @@ impl Row {
             Ok((folder, standing)) => {
                 row.folder = folder;
                 match standing {
-                    Standing::Missing => {}
-                    Standing::Unstarted | Standing::Unfinished => row.status = RowStatus::Unfinished,
-                    Standing::Summed(outcome) => {
+                    MemberState::Missing => {}
+                    MemberState::Unstarted | MemberState::Unfinished => row.status = RowStatus::Unfinished,
+                    MemberState::Summed(outcome) => {
                         row.status = outcome.status.into();
                         row.message.clone_from(&outcome.message);
                         row.outcome = Some(*outcome);

@@ -1,24 +1,27 @@
 //! A candidate list that is kept while it is proven complete: the neighbour list of L. Verlet, "Computer experiments on
 //! classical fluids I", 1967, with boxes in the place of distances.
 //!
-//! A search stores every body's box inflated by a margin (half the skin) and lists the pairs whose stored boxes touch. As long as
-//! every body's box lies inside its stored box, two boxes that touch belong to stored boxes that touch, so the list holds
-//! them: no bound on speeds, turns or growth is assumed. The first box found outside its stored box causes a new search.
+//! A search stores every body's box inflated by a margin (half the skin) and lists the pairs whose stored boxes touch.
+//! As long as every body's box lies inside its stored box, two boxes that touch belong to stored boxes that touch, so
+//! the list holds them: no bound on speeds, turns or growth is assumed. The first box found outside its stored box
+//! causes a new search.
 
 use super::{Aabb, BroadPhase, Grid, Periodic};
 use crate::periodic::Periods;
 use rayon::prelude::*;
 
-/// Calls that a search's margin is to last for, at the pace measured so far. `benches/broad_phase.rs` tells the cost by margin: for
-/// rods in a plane and ellipsoids in a heap that move by 1e-4 to 1e-2 of their length a call, 20 calls within the limits
-/// below are within about a fifth of the best fixed margin, and three to eight times cheaper than searching every time.
+/// Calls that a search's margin is to last for, at the pace measured so far. `benches/broad_phase.rs` tells the cost by
+/// margin: for rods in a plane and ellipsoids in a heap that move by 1e-4 to 1e-2 of their length a call, 20 calls
+/// within the limits below are within about a fifth of the best fixed margin, and three to eight times cheaper than
+/// searching every time.
 const TARGET_CALLS: f64 = 20.0;
 
 /// Calls that a margin must last for to be worth it.
 const LEAST_CALLS: f64 = 2.0;
 
-/// Largest margin, as a fraction of the median of the boxes' longest edges. The list is then two to five times as long as
-/// needed; at twice the margin three to twelve times, which costs more than the searches it saves up to a pace of 1e-2 lengths a call.
+/// Largest margin, as a fraction of the median of the boxes' longest edges. The list is then two to five times as long
+/// as needed; at twice the margin three to twelve times, which costs more than the searches it saves up to a pace of
+/// 1e-2 lengths a call.
 const MAX_FRACTION: f64 = 0.1;
 
 /// Smallest margin, likewise: at this size it adds a hundredth to the list.
@@ -27,7 +30,8 @@ const MIN_FRACTION: f64 = 0.002;
 /// The margin of a first search, likewise, when the pace is unknown.
 const FIRST_FRACTION: f64 = 0.02;
 
-/// Below this many bodies or pairs one thread does all: a test takes a few nanoseconds, handing out work some microseconds.
+/// Below this many bodies or pairs one thread does all: a test takes a few nanoseconds, handing out work some
+/// microseconds.
 const PARALLEL_MIN: usize = 16384;
 
 /// Keeps the pairs that a search found, with a margin, over configurations that differ little.
@@ -93,17 +97,18 @@ impl Candidates {
         Candidates { fixed: Some(margin.max(0.0)), ..Candidates::new(search) }
     }
 
-    /// A list made by the [`Grid`] in the space of `periods`: of pairs that touch through some image. The boxes are not to be wrapped, so that
-    /// they do not jump.
+    /// A list made by the [`Grid`] in the space of `periods`: of pairs that touch through some image. The boxes are not
+    /// to be wrapped, so that they do not jump.
     pub fn in_space(periods: Periods) -> Self {
         Candidates { periods, ..Candidates::new(Box::new(Periodic::new(Grid::default(), periods))) }
     }
 
     /// Pairs `[a, b]`, `a < b`, ascending, each once, among them every pair of touching boxes.
     ///
-    /// `boxes` are the bodies' exact boxes, each pushed out by as far as the caller wants to see (half of a common cutoff, say).
-    /// Which further pairs are listed depends on earlier calls: a caller whose results must not must keep only pairs that
-    /// meet a criterion of their own, as [`Candidates::pairs`](BroadPhase::pairs) does with the boxes themselves.
+    /// `boxes` are the bodies' exact boxes, each pushed out by as far as the caller wants to see (half of a common
+    /// cutoff, say). Which further pairs are listed depends on earlier calls: a caller whose results must not must keep
+    /// only pairs that meet a criterion of their own, as [`Candidates::pairs`](BroadPhase::pairs) does with the boxes
+    /// themselves.
     pub fn ensure(&mut self, boxes: &[Aabb]) -> &[[u32; 2]] {
         self.calls_since_search += 1;
         if self.holds(boxes) {
@@ -114,8 +119,9 @@ impl Candidates {
         &self.listed
     }
 
-    /// Forgets the list, so that the next call searches. Completeness never needs it: a new number of boxes, or a box outside
-    /// its stored box, is noticed without, whichever body an index means. It makes what is listed independent of the past.
+    /// Forgets the list, so that the next call searches. Completeness never needs it: a new number of boxes, or a box
+    /// outside its stored box, is noticed without, whichever body an index means. It makes what is listed independent
+    /// of the past.
     pub fn invalidate(&mut self) {
         self.stored.clear();
         self.listed.clear();
@@ -149,8 +155,8 @@ impl Candidates {
         self.margin = self.fixed.unwrap_or_else(|| self.next_margin(boxes));
         let margin = self.margin;
         self.stored.clear();
-        // A box that the margin makes overflow keeps its own size. One that is not proper to begin with touches nothing,
-        // and may be proper next time: it is never found inside.
+        // A box that the margin makes overflow keeps its own size. One that is not proper to begin with touches
+        // nothing, and may be proper next time: it is never found inside.
         let store = |aabb: &Aabb| match aabb.inflated(margin) {
             inflated if inflated.is_proper() && aabb.is_proper() => inflated,
             _ if aabb.is_proper() => *aabb,

@@ -1,9 +1,10 @@
 //! The search for touching boxes: a grid of columns, several levels of them, swept along the third axis.
 //!
-//! Boxes are shared out to columns (see [`super::levels`]), sorted along the sweep axis inside each, and every box is tested
-//! against those boxes of the neighbouring columns that begin, along the sweep axis, where it reaches, and against boxes of coarser
-//! levels in at most nine columns. A pair is found once: in its own level by the box that begins first, between
-//! levels by the smaller box. For bodies of similar size the cost a body is constant, but for the sort inside columns.
+//! Boxes are shared out to columns (see [`super::levels`]), sorted along the sweep axis inside each, and every box is
+//! tested against those boxes of the neighbouring columns that begin, along the sweep axis, where it reaches, and
+//! against boxes of coarser levels in at most nine columns. A pair is found once: in its own level by the box that
+//! begins first, between levels by the smaller box. For bodies of similar size the cost a body is constant, but for the
+//! sort inside columns.
 //!
 //! Sweep and prune: D. Baraff, "Dynamic simulation of non-penetrating rigid bodies", 1992. Levels of grids: B. Mirtich,
 //! "Impulse-based dynamic simulation of rigid body systems", 1996.
@@ -13,11 +14,12 @@ use super::pair_order::{order, pack};
 use super::{Aabb, BroadPhase, each};
 use rayon::prelude::*;
 
-/// Below this many boxes one thread does all: a search then takes about a millisecond or less. At 10,000 boxes two threads
-/// were seen to take two thirds of the time of one.
+/// Below this many boxes one thread does all: a search then takes about a millisecond or less. At 10,000 boxes two
+/// threads were seen to take two thirds of the time of one.
 const PARALLEL_MIN: usize = 4096;
 
-/// Boxes that a work unit of the sweep takes, about 0.3 ms: short enough to share out a scene of [`PARALLEL_MIN`] boxes.
+/// Boxes that a work unit of the sweep takes, about 0.3 ms: short enough to share out a scene of [`PARALLEL_MIN`]
+/// boxes.
 const SWEEP_CHUNK: usize = 2048;
 
 /// Marks a box that is not proper: it is in no column.
@@ -216,8 +218,8 @@ impl Grid {
     }
 }
 
-/// The pairs of each box of `run` with those of `boxes`, another column, that begin after it along the sweep axis; where they
-/// begin together, the pair belongs to the box of the earlier column.
+/// The pairs of each box of `run` with those of `boxes`, another column, that begin after it along the sweep axis;
+/// where they begin together, the pair belongs to the box of the earlier column.
 fn sweep_columns(run: &[Entry], boxes: &[Entry], later: bool, found: &mut Vec<u64>) {
     let before = |other: &Entry, entry: &Entry| other.min[0] < entry.min[0] || (!later && other.min[0] == entry.min[0]);
     let mut next = boxes.partition_point(|other| before(other, &run[0]));

@@ -2,8 +2,9 @@
 //!
 //! A box belongs to one column of its level, that of its lowest corner. A level's columns are wider than any box of it
 //! and of finer levels, so a box meets boxes of its own level only in the 3 x 3 columns around its own, and a coarser
-//! level's boxes only in at most 3 x 3 columns. The columns of a level are folded onto a torus of at most about as many columns as
-//! the level has boxes: a sparse scene costs no memory, and two columns that share a place only cost tests that fail.
+//! level's boxes only in at most 3 x 3 columns. The columns of a level are folded onto a torus of at most about as many
+//! columns as the level has boxes: a sparse scene costs no memory, and two columns that share a place only cost tests
+//! that fail.
 
 use super::{Aabb, each};
 use glam::DVec3;
@@ -15,9 +16,10 @@ pub(super) const SURVEY_CHUNK: usize = 8192;
 const MANTISSA_BITS: u32 = 1;
 const CLASSES: usize = 1 << (11 + MANTISSA_BITS);
 
-/// Classes that share a level: sizes up to about 4 : 1, which one shape in all orientations, or one rod before and after it
-/// doubles its length, stays within. For 100,000 boxes of sizes spread over 1000 : 1 a search takes 1.4 times as long with 3
-/// classes and 0.9 times with 7; for those of similar size the three agree. More classes make columns wider for small boxes.
+/// Classes that share a level: sizes up to about 4 : 1, which one shape in all orientations, or one rod before and
+/// after it doubles its length, stays within. For 100,000 boxes of sizes spread over 1000 : 1 a search takes 1.4 times
+/// as long with 3 classes and 0.9 times with 7; for those of similar size the three agree. More classes make columns
+/// wider for small boxes.
 const CLASSES_PER_LEVEL: usize = 5;
 
 /// Most levels; the finest takes all that is smaller. Sixteen levels reach down to 4^-16 = 2e-10 of the largest box.
@@ -47,14 +49,15 @@ pub(super) struct Level {
     pub(super) first: usize,
     origin: [f64; 2],
     width: [f64; 2],
-    /// Columns along each axis, less one: 0, or 3 and more, so that three neighbours in a row are never the same column.
+    /// Columns along each axis, less one: 0, or 3 and more, so that three neighbours in a row are never the same
+    /// column.
     mask: [i64; 2],
 }
 
 /// The levels of a scene, coarsest first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Layout {
-    /// The sweep axis, then the two axes that columns are told apart by.
+    /// The sweep axis, then the two axes that index the columns.
     pub(super) axes: [usize; 3],
     pub(super) levels: Vec<Level>,
     /// Columns of all levels together.

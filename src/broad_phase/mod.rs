@@ -1,7 +1,8 @@
 //! Broad phase: which pairs of bodies could be near, from their boxes alone.
 //!
 //! [`Grid`] is the search to use, [`BruteForce`] the oracle it is tested against, and [`Candidates`] keeps a list over
-//! several configurations, searching again only when a body has left its stored box. [`Periodic`] makes any of them a search of periodic space.
+//! several configurations, searching again only when a body has left its stored box. [`Periodic`] makes any of them a
+//! search of periodic space.
 
 mod brute_force;
 mod candidates;
@@ -22,8 +23,8 @@ use rayon::prelude::*;
 
 /// Finds all pairs of touching boxes.
 pub trait BroadPhase {
-    /// Replaces `pairs` by every pair `[a, b]` with `a < b` whose boxes touch (closed boxes), sorted ascending, each once.
-    /// The result depends only on `boxes`, never on the number of threads.
+    /// Replaces `pairs` by every pair `[a, b]` with `a < b` whose boxes touch (closed boxes), sorted ascending, each
+    /// once. The result depends only on `boxes`, never on the number of threads.
     ///
     /// A box that is not [proper](Aabb::is_proper) touches nothing. Indices are 32 bits wide: at most `u32::MAX` boxes.
     fn pairs(&mut self, boxes: &[Aabb], pairs: &mut Vec<[u32; 2]>);

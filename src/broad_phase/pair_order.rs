@@ -1,5 +1,6 @@
 //! Puts pairs in ascending order, in time linear in their number: first into buckets by the lower index, then each
-//! bucket, of a size that does not grow with the scene, by itself (about half the time of comparison sorts of the buckets).
+//! bucket, of a size that does not grow with the scene, by itself (about half the time of comparison sorts of the
+//! buckets).
 
 use super::each;
 

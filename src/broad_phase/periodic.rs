@@ -1,5 +1,5 @@
-//! Searches of periodic space: by any search without periods, of boxes moved into one cell and what of them reaches beyond it once more, and by
-//! testing every pair.
+//! Searches of periodic space: by any search without periods, of boxes moved into one cell and what of them reaches
+//! beyond it once more, and by testing every pair.
 
 use super::{Aabb, BroadPhase};
 use crate::periodic::Periods;

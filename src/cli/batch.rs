@@ -30,7 +30,7 @@ pub(super) fn batch(arguments: &Arguments) -> Result<Exit, CliError> {
     }
     let silent = arguments.print.quiet || arguments.index.is_some();
     for stranger in Folders::read(&out).map_err(BatchError::from)?.strangers(&plan).iter().filter(|_| !silent) {
-        output::message(&format!("{} is of no member of this sweep, and left alone", stranger.display()));
+        output::message(&format!("{} belongs to no member of this sweep; left unchanged", stranger.display()));
     }
     if arguments.table {
         return table(arguments, &plan, &out);
@@ -76,7 +76,7 @@ fn table(arguments: &Arguments, plan: &Plan, out: &Path) -> Result<Exit, CliErro
     print(arguments, &table)?;
     let left = table.rows.iter().filter(|row| !row.status.finished()).count();
     if left > 0 {
-        output::message(&format!("{left} of {} members have not gone to their end", table.rows.len()));
+        output::message(&format!("{left} of {} members are unfinished", table.rows.len()));
     }
     Ok(table.rows.iter().map(|row| standing(row.status)).fold(Exit::Done, Exit::worse))
 }
@@ -132,7 +132,7 @@ fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Whether a device computes, by the first member; what cannot be had is told before anything is run.
+/// Whether the GPU computes, decided by the first member; reports an unusable GPU before any run.
 fn on_device(arguments: &ComputeArguments, plan: &Plan) -> Result<bool, CliError> {
     if arguments.backend == Backend::Cpu && arguments.precision.is_none() && arguments.adapter.is_none() {
         return Ok(false);

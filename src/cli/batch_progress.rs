@@ -1,4 +1,5 @@
-//! How a batch is coming along, on standard error: a line a member that ends; over it a bar on a terminal, elsewhere a line now and then.
+//! How a batch is coming along, on standard error: a line a member that ends; over it a bar on a terminal, elsewhere a
+//! line now and then.
 
 use super::interrupt::Interrupt;
 use super::output;

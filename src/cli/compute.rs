@@ -17,7 +17,7 @@ pub(super) fn set_threads(arguments: &Arguments) -> Result<(), CliError> {
 pub(super) fn set_thread_count(threads: Option<u16>) -> Result<(), CliError> {
     if let Some(threads) = threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
-        pool.map_err(|e| CliError::Usage(format!("{threads} threads cannot be had: {e}")))?;
+        pool.map_err(|e| CliError::Usage(format!("cannot start {threads} threads: {e}")))?;
     }
     Ok(())
 }

@@ -54,8 +54,8 @@ pub(super) fn contacts(arguments: &Contacts) -> Result<Exit, CliError> {
     Ok(Exit::Done)
 }
 
-/// The bodies of a scene as they start, of a state file, or of the state that a run's folder stands at; and the walls, of which a state file knows
-/// nothing.
+/// The bodies of a scene as they start, of a state file, or of the state that a run's folder stands at; and the walls,
+/// of which a state file knows nothing.
 fn open(state: &str) -> Result<(Bodies, Walls), CliError> {
     let path = Path::new(state);
     if path.is_dir() {

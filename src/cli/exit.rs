@@ -43,7 +43,8 @@ impl Exit {
         }
     }
 
-    /// Of two members' ends, the batch's: an interruption first, as it is the user's, then what most needs to be looked at.
+    /// Of two members' ends, the batch's: an interruption first, as it is the user's, then what most needs to be looked
+    /// at.
     pub(super) fn worse(self, other: Exit) -> Exit {
         let rank = |exit: Exit| match exit {
             Exit::Done => 0,

@@ -1,4 +1,5 @@
-//! What goes to standard output and standard error. Neither may be there: a closed pipe ends the writing, not the program.
+//! What goes to standard output and standard error. Neither may be there: a closed pipe ends the writing, not the
+//! program.
 
 use super::exit::CliError;
 use serde::Serialize;

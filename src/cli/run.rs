@@ -196,11 +196,7 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     if s.steps_unsettled > 0 {
         let named = s.first_unsettled.iter().map(|step| format!("{} ({:.2e})", step.step, step.residual));
         let list = list(named, s.first_unsettled.len(), s.steps_unsettled);
-        writeln!(
-            out,
-            "  {} of {} steps have velocities that are off by more than the tolerance: {list}",
-            s.steps_unsettled, s.steps
-        )?;
+        writeln!(out, "  {} of {} steps have velocity errors above the tolerance: {list}", s.steps_unsettled, s.steps)?;
     }
     if s.steps_passed > 0 {
         let named = s.first_passed.iter().map(|PassedStep { step, pairs, pair: [a, b] }| {
@@ -208,14 +204,10 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
             format!("{step} (bodies {a} and {b}{more})")
         });
         let list = list(named, s.first_passed.len(), s.steps_passed);
-        writeln!(
-            out,
-            "  bodies went through each other in {} of {} steps, a smaller dt helps: {list}",
-            s.steps_passed, s.steps
-        )?;
+        writeln!(out, "  bodies tunnelled in {} of {} steps; use a smaller dt: {list}", s.steps_passed, s.steps)?;
     }
     if s.solver.fallbacks > 0 {
-        writeln!(out, "  {} solves went on with the interior-point method", s.solver.fallbacks)?;
+        writeln!(out, "  {} solves used the interior-point safeguard", s.solver.fallbacks)?;
     }
     if s.solver.unconverged > 0 {
         let steps = &s.solver.unconverged_steps;
@@ -230,22 +222,23 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
 fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     let Retried { in_pieces, most_pieces, by_cpu, squeezed, with_waiting_cells, relaxed_solves, .. } = s.retried;
     if relaxed_solves > 0 {
-        writeln!(
-            out,
-            "  {relaxed_solves} solves of rows that contradict each other, or nearly do, with the least overlap"
-        )?;
+        writeln!(out, "  {relaxed_solves} solves with contradictory constraints, solved for the smallest overlap")?;
     }
     if in_pieces > 0 {
         writeln!(out, "  {in_pieces} of {} steps cut into pieces, {most_pieces} at most", s.steps)?;
     }
     if squeezed > 0 {
-        writeln!(out, "  {squeezed} of {} steps parted bodies that no motion could keep apart", s.steps)?;
+        writeln!(
+            out,
+            "  in {squeezed} of {} steps, a small overlap was left and then removed without advancing time",
+            s.steps
+        )?;
     }
     if by_cpu > 0 {
         writeln!(out, "  {by_cpu} of {} steps taken by the CPU in the place of the device", s.steps)?;
     }
     if with_waiting_cells > 0 {
-        writeln!(out, "  {with_waiting_cells} of {} steps with cells that had no room to grow", s.steps)?;
+        writeln!(out, "  in {with_waiting_cells} of {} steps, cells without room waited", s.steps)?;
     }
     Ok(())
 }

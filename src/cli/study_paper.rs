@@ -1,4 +1,5 @@
-//! `relcp study two-ellipsoids`, `jitter`, `chainmail`, `compaction`, `colony` and `packing`: the paper's tests, and what is measured in their manner.
+//! `relcp study two-ellipsoids`, `jitter`, `chainmail`, `compaction`, `colony` and `packing`: the paper's tests, and
+//! what is measured in their manner.
 
 use super::arguments::{Backend, Study as Arguments, StudyName};
 use super::exit::CliError;

@@ -13,8 +13,8 @@ use relcp::study::solvers::{
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// A residual that is claimed and one that is computed anew may differ by this part: both are sums in an order of their own. On a device
-/// the claim is not held to it, as its numbers are coarser.
+/// A residual that is claimed and one that is computed anew may differ by this part: both are sums in an order of their
+/// own. On a device the claim is not held to it, as its numbers are coarser.
 const ROUNDING: f64 = 1e-6;
 
 pub(super) fn solvers(arguments: &Study) -> Result<Found, CliError> {
@@ -81,7 +81,8 @@ fn plot_name(instance: &Instance) -> String {
     format!("solvers-{}.svg", instance.lcp.chars().map(plain).collect::<String>())
 }
 
-/// The LCPs of files, of the folders that hold them, and of runs, each by its name; names that are there twice are numbered.
+/// The LCPs of files, of the folders that hold them, and of runs, each by its name; names that are there twice are
+/// numbered.
 fn read(paths: &[PathBuf]) -> Result<Vec<Named>, CliError> {
     let mut lcps: Vec<Named> = Vec::new();
     for path in paths {

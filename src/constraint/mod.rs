@@ -6,9 +6,9 @@
 //! g(U) = Phi(C_j) + dt D . (U - U_j) >= 0,   D = (-n, -t_a, n, t_b)
 //! ```
 //!
-//! with the torque arms `t = r x n` carried back through the quaternion update to `C^k` ([`torque_arm`]), so that `D` is the exact
-//! derivative of `Phi(C(U))` at `U_j`. Scaled by the root `L` of the effective mobility, `J = sqrt(dt) D L`, the LCP matrix is
-//! `A = J J^T` and `U = U_free + L J^T gamma / sqrt(dt)`, for every law of motion.
+//! with the torque arms `t = r x n` carried back through the quaternion update to `C^k` ([`torque_arm`]), so that `D`
+//! is the exact derivative of `Phi(C(U))` at `U_j`. Scaled by the root `L` of the effective mobility, `J = sqrt(dt) D
+//! L`, the LCP matrix is `A = J J^T` and `U = U_free + L J^T gamma / sqrt(dt)`, for every law of motion.
 
 mod source;
 
@@ -20,8 +20,8 @@ use crate::lcp::Problem;
 use crate::separation::Separation;
 use glam::{DMat3, DVec3};
 
-/// The torque arm `t = r x n` of a row found at a configuration that was reached with angular velocity `w` in `dt`, as it acts on
-/// the velocity from the step's start: `(t - h x t) / (1 + |h|^2)` with `h = dt w / 2`.
+/// The torque arm `t = r x n` of a row found at a configuration that was reached with angular velocity `w` in `dt`, as
+/// it acts on the velocity from the step's start: `(t - h x t) / (1 + |h|^2)` with `h = dt w / 2`.
 ///
 /// A turn reached by the quaternion update `q + h q` responds to a change of `w` by the rotation
 /// `dt (dw + h x dw) / (1 + |h|^2)`; this is its transpose applied to `t`.
@@ -32,10 +32,11 @@ pub fn torque_arm(lever: DVec3, normal: DVec3, angular: DVec3, dt: f64) -> DVec3
     (arm - half.cross(arm)) / (1.0 + half.length_squared())
 }
 
-/// Least cosine between a row's blocks and those of an overlap's own row for the overlap to be taken for that row's: a contact turns by less in half
-/// a step that its linearisation is good for. The other contacts of a pair of rings point elsewhere, and where rods lie side by side the nearest
-/// points jump from end to end: their normals stay and their torques do not. With the normals alone, 32 crowded cells come 2.1e-2, 4.5e-3 and
-/// 7.5e-4 from their places after a time of 0.05 at dt 0.01, 0.002 and 0.0005, with the torques 7.0e-4, 1.3e-4 and 3.2e-5.
+/// Least cosine between a row's blocks and those of an overlap's own row for the overlap to be taken for that row's: a
+/// contact turns by less in half a step that its linearisation is good for. The other contacts of a pair of rings point
+/// elsewhere, and where rods lie side by side the nearest points jump from end to end: their normals stay and their
+/// torques do not. With the normals alone, 32 crowded cells come 2.1e-2, 4.5e-3 and 7.5e-4 from their places after a
+/// time of 0.05 at dt 0.01, 0.002 and 0.0005, with the torques 7.0e-4, 1.3e-4 and 3.2e-5.
 pub(crate) const LEAST_ALIGNED: f64 = 0.9;
 
 /// One body's part in a row: how it moves in this step and the velocity that its configuration was reached with.
@@ -65,8 +66,9 @@ pub fn clear<const D: usize>(problem: &mut Problem<D>, bodies: usize) {
     problem.q.clear();
 }
 
-/// Moves the offset of row `row` so that `g = separation` at the total velocity whose scaled contact velocities are `scaled`, if the row has the
-/// direction of the blocks `there`, those that a row of its own would have at that separation, and this makes it tighter; says whether it did.
+/// Moves the offset of row `row` so that `g = separation` at the total velocity whose scaled contact velocities are
+/// `scaled`, if the row has the direction of the blocks `there`, those that a row of its own would have at that
+/// separation, and this makes it tighter; says whether it did.
 pub fn tighten<const D: usize>(
     problem: &mut Problem<D>,
     row: usize,
@@ -114,7 +116,8 @@ pub fn row<const D: usize>(found: &Separation, [a, b]: [Mover<'_>; 2], dt: f64) 
 pub fn velocity<const D: usize>(motion: &Motion, scaled: &[f64; D], dt: f64) -> Twist {
     let (linear, angular) = unpack(scaled);
     let root = dt.sqrt();
-    // What the scene does not carry is exactly zero, also where the free motion is not (a planar scene's loads are in the plane).
+    // What the scene does not carry is exactly zero, also where the free motion is not (a planar scene's loads are in
+    // the plane).
     let (free_linear, free_angular) = unpack::<D>(&pack(motion.free.linear, motion.free.angular));
     let contact = motion.factor.rotation * angular / root;
     Twist {

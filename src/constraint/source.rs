@@ -43,7 +43,8 @@ impl RowSource {
     }
 }
 
-/// Calls `found` with the separation of every pair of sub-spheres of `a` and `b` that is at most `limit`, and its feature.
+/// Calls `found` with the separation of every pair of sub-spheres of `a` and `b` that is at most `limit`, and its
+/// feature.
 pub fn sub_sphere_separations(
     [a, b]: [&Placed; 2],
     [proxy_a, proxy_b]: [&[ProxySphere]; 2],

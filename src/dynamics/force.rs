@@ -40,8 +40,9 @@ impl AddAssign for Load {
 /// let _boxed: Box<dyn ForceField> = Box::new(spring);
 /// ```
 pub trait ForceField: Send + Sync {
-    /// The load on body `i` in the present state at `time`. It must depend on nothing else, or a run cannot be repeated. In periodic space positions are
-    /// not wrapped ([`Periods::wrapped`](crate::periodic::Periods::wrapped) does), and a field must have the space's periods.
+    /// The load on body `i` in the present state at `time`. It must depend on nothing else, or a run cannot be
+    /// repeated. In periodic space positions are not wrapped ([`Periods::wrapped`](crate::periodic::Periods::wrapped)
+    /// does), and a field must have the space's periods.
     fn load(&self, bodies: &Bodies, i: usize, time: f64) -> Load;
 }
 
@@ -119,8 +120,8 @@ fn on_group(
     })
 }
 
-/// Below this radius `(r - sin r) / r^2` is summed as its series, which the difference would lose: at 0.1 the first term left
-/// out is 1e-12 of the value, and the difference keeps 13 digits.
+/// Below this radius `(r - sin r) / r^2` is summed as its series, which the difference would lose: at 0.1 the first
+/// term left out is 1e-12 of the value, and the difference keeps 13 digits.
 const SERIES_RADIUS: f64 = 0.1;
 
 /// `x (|x| - sin |x|) / |x|^2`, the paper's radial field; zero at the origin.

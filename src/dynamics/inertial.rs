@@ -1,13 +1,16 @@
 //! Inertial motion: Newton's and Euler's equations.
 //!
-//! The velocity is advanced, `U = U^k + dt M^-1 (F + D gamma)`; of the turn it is the angular momentum in space: `L^k+1 = L^k + dt (T + D gamma)`, and the
-//! state's angular velocity is what `L^k+1` gives in the attitude that the step ends with. The body turns with `w = w_free + E D gamma`: `w_free` is the
-//! [mean velocity](super::Spin) of a step without torque from `L^k + dt T`, and the effective mobility `E = dt I^-1` is that at the step's start, so that
-//! contact is affine in `gamma`. Without torque and contact, angular momentum and energy are kept to rounding; attitudes are of second order.
+//! The velocity is advanced, `U = U^k + dt M^-1 (F + D gamma)`; of the turn it is the angular momentum in space: `L^k+1
+//! = L^k + dt (T + D gamma)`, and the state's angular velocity is what `L^k+1` gives in the attitude that the step ends
+//! with. The body turns with `w = w_free + E D gamma`: `w_free` is the [mean velocity](super::Spin) of a step without
+//! torque from `L^k + dt T`, and the effective mobility `E = dt I^-1` is that at the step's start, so that contact is
+//! affine in `gamma`. Without torque and contact, angular momentum and energy are kept to rounding; attitudes are of
+//! second order.
 //!
-//! Midpoint steps have the forces, torques and mobilities of the step's middle, and half of the forces' impulse comes after the move:
-//! `V = U^k + dt/2 M^-1 F`, `U^k+1 = V + dt/2 M^-1 F`, and `w_free` is that from `L^k + dt/2 T`. All of contact's impulse comes with the move, so that a
-//! contact that closes in the step is inelastic as in a step of first order.
+//! Midpoint steps have the forces, torques and mobilities of the step's middle, and half of the forces' impulse comes
+//! after the move: `V = U^k + dt/2 M^-1 F`, `U^k+1 = V + dt/2 M^-1 F`, and `w_free` is that from `L^k + dt/2 T`. All of
+//! contact's impulse comes with the move, so that a contact that closes in the step is inelastic as in a step of first
+//! order.
 //!
 //! Contact is inelastic: the complementarity conditions bring approaching surfaces to rest against each other.
 
@@ -23,7 +26,8 @@ pub struct Inertial {
 }
 
 impl Inertial {
-    /// The motion from `start` under a load found in `here`, of whose impulse over `dt` the part `before` comes before the move.
+    /// The motion from `start` under a load found in `here`, of whose impulse over `dt` the part `before` comes before
+    /// the move.
     fn over(&self, [start, here]: [&Bodies; 2], i: usize, load: Load, dt: f64, before: f64) -> Motion {
         let shape = here.shape[i];
         let mass = self.density * shape.volume();

@@ -7,9 +7,9 @@
 //! | overdamped | `M F` | `M` |
 //! | inertial | `u^k + dt F / m`, and the [mean angular velocity](Spin) of a free turn from `L^k + dt T` | `dt M^-1` |
 //!
-//! The velocity that the step moves with is then `U = U_free + E D gamma` for both, and the LCP matrix is `A = dt D^T E D`. With inertia the velocity that
-//! it ends with is [another](Law::arrived). In a midpoint step forces and mobilities are those of the step's middle, and half of the forces' impulse comes
-//! after the move.
+//! The velocity that the step moves with is then `U = U_free + E D gamma` for both, and the LCP matrix is `A = dt D^T E
+//! D`. With inertia the velocity that it ends with is [another](Law::arrived). In a midpoint step forces and mobilities
+//! are those of the step's middle, and half of the forces' impulse comes after the move.
 
 mod force;
 pub(crate) mod growth;
@@ -80,7 +80,8 @@ pub trait Law: Send + Sync {
         self.motion(middle, i, load, dt)
     }
 
-    /// The velocity that body `i` ends the step with in `orientation`, after it `moved` with contact in it. Its `motion` was found in `here`.
+    /// The velocity that body `i` ends the step with in `orientation`, after it `moved` with contact in it. Its
+    /// `motion` was found in `here`.
     fn arrived(&self, _here: &Bodies, _i: usize, _motion: &Motion, moved: Twist, _orientation: DQuat) -> Twist {
         moved
     }

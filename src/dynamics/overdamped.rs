@@ -1,4 +1,5 @@
-//! Overdamped local drag: `u = F / (xi L)`, `w = 12 T / (xi L^3)`, `L` the major axis length (the paper's ellipsoid mobility).
+//! Overdamped local drag: `u = F / (xi L)`, `w = 12 T / (xi L^3)`, `L` the major axis length (the paper's ellipsoid
+//! mobility).
 
 use super::{Ending, Factor, Law, Load, Motion, Twist};
 use crate::bodies::Bodies;

@@ -1,9 +1,10 @@
 //! The contact pressure of each body, from the contact forces that a step ended with.
 //!
-//! With the force `gamma n` on b (and its opposite on a) and the levers from the centres to the contact, half-way between the surfaces, a body's
-//! virial is the sum of force times lever over its contacts, positive in compression; over its own volume and the dimension it is its pressure
-//! (J. Christoffersen, M. M. Mehrabadi, S. Nemat-Nasser, J. Appl. Mech. 48, 339 (1981); a body's own part of their stress). In a planar scene it is
-//! a force over a length, with the area of a rod's section. `relcp measure` and `relcp render` tell the same number.
+//! With the force `gamma n` on b (and its opposite on a) and the levers from the centres to the contact, half-way
+//! between the surfaces, a body's virial is the sum of force times lever over its contacts, positive in compression;
+//! over its own volume and the dimension it is its pressure (J. Christoffersen, M. M. Mehrabadi, S. Nemat-Nasser, J.
+//! Appl. Mech. 48, 339 (1981); a body's own part of their stress). In a planar scene it is a force over a length, with
+//! the area of a rod's section. `relcp measure` and `relcp render` use the same number.
 
 use crate::bodies::Bodies;
 use crate::separation::{branch, planar_separation, reach_of_place, separation};
@@ -16,8 +17,9 @@ use std::f64::consts::PI;
 /// A loop over fewer pairs than this runs on one thread: a separation of rods takes some 0.1 us.
 const LEAST_PAIRS_A_TASK: usize = 256;
 
-/// The pressure of each cell; zero for a body that does not grow. `warm` is what the step that left `bodies` remembers of its near pairs,
-/// sorted by pair, of smooth surfaces. The sums run in that order, so that the bits depend on nothing else.
+/// The pressure of each cell; zero for a body that does not grow. `warm` is what the step that left `bodies` remembers
+/// of its near pairs, sorted by pair, of smooth surfaces. The sums run in that order, so that the bits depend on
+/// nothing else.
 pub fn pressures(bodies: &Bodies, warm: &[Warm], planar: bool) -> Vec<f64> {
     let separate = if planar { planar_separation } else { separation };
     let grows = |i: usize| bodies.shape[i].growing_length().is_some();
@@ -49,7 +51,8 @@ pub fn pressures(bodies: &Bodies, warm: &[Warm], planar: bool) -> Vec<f64> {
     pressures
 }
 
-/// The virial of a body's contact with a wall: the force is along the normal, so that the lever counts along it. None without a force.
+/// The virial of a body's contact with a wall: the force is along the normal, so that the lever counts along it. None
+/// without a force.
 pub(crate) fn virial_of_wall(bodies: &Bodies, warm: &Warm) -> Option<f64> {
     let reach = || reach_of_place(&bodies.placed(warm.pair[0] as usize), warm.feature, warm.normal);
     (warm.gamma > 0.0 && warm.normal.is_normalized()).then(|| warm.gamma * reach())

@@ -1,31 +1,37 @@
 //! How a body without torque turns in a step: the midpoint rule that keeps its angular momentum and its energy.
 //!
-//! The step's turn is `q' = normalize(q + dt/2 (0, w) (x) q)`, the Cayley map of `dt w`. With the moments `J`, body axes, and the angular velocities
-//! `W_k` at the step's start and `W_k+1` at its end, each in the body axes of its time, the turn is by their mean `W`:
+//! The step's turn is `q' = normalize(q + dt/2 (0, w) (x) q)`, the Cayley map of `dt w`. With the moments `J`, body
+//! axes, and the angular velocities `W_k` at the step's start and `W_k+1` at its end, each in the body axes of its
+//! time, the turn is by their mean `W`:
 //!
 //! ```text
 //! J (W - W_k) + dt/2 W x J W = 0
 //! ```
 //!
-//! Then `R_k+1 J W_k+1 = R_k J W_k` (angular momentum in space, exactly) and `W_k+1 . J W_k+1 = W_k . J W_k` (energy, exactly), for every `dt` at which the
-//! equation is solved; attitudes are of second order. J. C. Simo, K. K. Wong, "Unconditionally stable algorithms for rigid body dynamics that exactly
-//! preserve energy and momentum", Int. J. Numer. Meth. Engng 31, 19-52 (1991), their algorithm with the Cayley map in the place of the exponential one;
-//! M. Austin, P. S. Krishnaprasad, L.-S. Wang, "Almost Poisson integration of rigid body systems", J. Comput. Phys. 107, 105-117 (1993).
+//! Then `R_k+1 J W_k+1 = R_k J W_k` (angular momentum in space, exactly) and `W_k+1 . J W_k+1 = W_k . J W_k` (energy,
+//! exactly), for every `dt` at which the equation is solved; attitudes are of second order. J. C. Simo, K. K. Wong,
+//! "Unconditionally stable algorithms for rigid body dynamics that exactly preserve energy and momentum", Int. J.
+//! Numer. Meth. Engng 31, 19-52 (1991), their algorithm with the Cayley map in the place of the exponential one; M.
+//! Austin, P. S. Krishnaprasad, L.-S. Wang, "Almost Poisson integration of rigid body systems", J. Comput. Phys. 107,
+//! 105-117 (1993).
 //!
-//! Nothing of the energy is accumulated: a state has the velocity that its angular momentum gives it. So where the equation is not solved, or in
-//! rounding, the energy still is between `L^2 / 2 J_max` and `L^2 / 2 J_min`.
+//! Nothing of the energy is accumulated: a state has the velocity that its angular momentum gives it. So where the
+//! equation is not solved, or in rounding, the energy still is between `L^2 / 2 J_max` and `L^2 / 2 J_min`.
 
 use glam::{DMat3, DQuat, DVec3};
 
-/// Newton's iterations at most. From `W_k` on, 20,000 draws of moments and spins take at most five up to `dt |W_k|` of 1 and ten at 2.
+/// Newton's iterations at most. From `W_k` on, 20,000 draws of moments and spins take at most five up to `dt |W_k|` of
+/// 1 and ten at 2.
 const MOST_ITERATIONS: u32 = 10;
 
 /// A Newton step of this part of the solution is its last one: the next is its square, below a rounding.
 pub(crate) const LAST_STEP: f64 = 1e-8;
 
-/// The principal moments of inertia as turning without torque knows them: divided by the first, so that no unit of length under- or overflows.
+/// The principal moments of inertia as turning without torque knows them: divided by the first, so that no unit of
+/// length under- or overflows.
 ///
-/// The moments of all of this are momenta over the first principal moment: a ball's is its angular velocity, without a rounding.
+/// The moments of all of this are momenta over the first principal moment: a ball's is its angular velocity, without a
+/// rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spin {
     moments: DVec3,
@@ -53,9 +59,10 @@ impl Spin {
         if self.is_even() { velocity } else { self.along_axes(orientation, velocity, self.moments) }
     }
 
-    /// The angular velocity that goes with such a momentum, so near that [`Spin::momentum`] gives it back but for the rounding of the velocity itself: a state
-    /// has the velocity, and every step makes the momentum of it anew. Without the second look roundings lean to one side, and of a rod 5e-12 of the
-    /// momentum are lost in 12,570 steps; with it, 2e-14.
+    /// The angular velocity that goes with such a momentum, so near that [`Spin::momentum`] gives it back but for the
+    /// rounding of the velocity itself: a state has the velocity, and every step makes the momentum of it anew. Without
+    /// the second look roundings lean to one side, and of a rod 5e-12 of the momentum are lost in 12,570 steps; with
+    /// it, 2e-14.
     pub fn velocity(&self, orientation: DQuat, momentum: DVec3) -> DVec3 {
         if self.is_even() {
             return momentum;
@@ -70,8 +77,8 @@ impl Spin {
         axes * (factors * (axes.transpose() * v))
     }
 
-    /// The constant angular velocity, space axes, that turns the body through a step of `dt` without torque, from `orientation` and the angular
-    /// velocity that goes with `momentum` there.
+    /// The constant angular velocity, space axes, that turns the body through a step of `dt` without torque, from
+    /// `orientation` and the angular velocity that goes with `momentum` there.
     pub fn turning(&self, orientation: DQuat, momentum: DVec3, dt: f64) -> DVec3 {
         if self.is_even() {
             return momentum;
@@ -80,7 +87,8 @@ impl Spin {
         axes * self.mean(axes.transpose() * momentum / self.moments, dt)
     }
 
-    /// The mean `W` of the angular velocities at the step's start, `from`, and its end, body axes; `from` where it is not found.
+    /// The mean `W` of the angular velocities at the step's start, `from`, and its end, body axes; `from` where it is
+    /// not found.
     fn mean(&self, from: DVec3, dt: f64) -> DVec3 {
         let j = self.moments;
         let k = 0.5 * dt * DVec3::new(j.z - j.y, j.x - j.z, j.y - j.x) / j;

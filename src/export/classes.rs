@@ -1,7 +1,8 @@
 //! Particle types of a GSD file: the size classes of each kind of shape.
 //!
-//! GSD gives a shape to a *type*, not to a particle. Where a run has few sizes of a kind, each is a type of its own, and exact. Where
-//! it has many, as a colony of growing rods, their range is cut into equal classes, each drawn with the size in its middle.
+//! GSD gives a shape to a *type*, not to a particle. Where a run has few sizes of a kind, each is a type of its own,
+//! and exact. Where it has many, as a colony of growing rods, their range is cut into equal classes, each drawn with
+//! the size in its middle.
 
 use crate::shape::Shape;
 use serde_json::{Value, json};

@@ -1,8 +1,9 @@
 //! The file layer of GSD, version 2.1: named chunks of rows in frames, with an index and a list of names.
 //!
-//! Written from the specification (<https://gsd.readthedocs.io>, "File layer"): a header of 256 bytes, the chunks, the names
-//! separated by zero bytes in a block of a multiple of 64, and 32 bytes of index a chunk, sorted by frame and name, closed by an
-//! empty entry. Everything is little-endian. The header is written last, so that what is not finished is no GSD file.
+//! Written from the specification (<https://gsd.readthedocs.io>, "File layer"): a header of 256 bytes, the chunks, the
+//! names separated by zero bytes in a block of a multiple of 64, and 32 bytes of index a chunk, sorted by frame and
+//! name, closed by an empty entry. Everything is little-endian. The header is written last, so that what is not
+//! finished is no GSD file.
 
 use std::collections::HashMap;
 use std::io::{self, Seek, SeekFrom, Write};

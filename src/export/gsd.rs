@@ -13,9 +13,9 @@
 //! | `log/particles/angular_velocity` | N x 3 | |
 //! | `log/particles/Aspherical Shape` | N x 3, f32 | what OVITO draws instead of the types' shapes, where those are classes |
 //!
-//! The box is centred on the origin, as the schema wants it. Along a period it is as long as that; positions are wrapped into it, and `particles/image`
-//! (N x 3, i32) says by how many periods a body is away. Along other axes it holds every body of every state, and means nothing else (the schema's
-//! boxes are periodic along all three).
+//! The box is centred on the origin, as the schema wants it. Along a period it is as long as that; positions are
+//! wrapped into it, and `particles/image` (N x 3, i32) says by how many periods a body is away. Along other axes it
+//! holds every body of every state, and means nothing else (the schema's boxes are periodic along all three).
 
 use super::Exported;
 use super::classes::{Classes, Survey};
@@ -185,8 +185,8 @@ fn log<W: io::Write + io::Seek>(file: &mut GsdFile<W>, state: &Snapshot) -> io::
     file.chunk("log/particles/angular_velocity", 3, turns)
 }
 
-/// The three numbers by which OVITO draws a body of its own size: semi-axes, or a spherocylinder's radius, nothing and the length of
-/// its cylinder. A mesh has none.
+/// The three numbers by which OVITO draws a body of its own size: semi-axes, or a spherocylinder's radius, nothing and
+/// the length of its cylinder. A mesh has none.
 fn aspherical(shape: &Shape) -> [f64; 3] {
     match *shape {
         Shape::Sphere { radius } => [radius; 3],

@@ -1,7 +1,8 @@
 //! The states of a run in formats that other programs read: GSD for OVITO and HOOMD's tools, VTK's for ParaView.
 //!
-//! [`States`] finds the states, [`gsd()`] and [`vtk()`] write them. Each file is there whole or not at all. Shapes are exact wherever the
-//! format has them: see [`gsd`](mod@gsd) and [`vtk`](mod@vtk) for what is where, and how rods and rings are expressed.
+//! [`States`] finds the states, [`gsd()`] and [`vtk()`] write them. Each file is there whole or not at all. Shapes are
+//! exact wherever the format has them: see [`gsd`](mod@gsd) and [`vtk`](mod@vtk) for what is where, and how rods and
+//! rings are expressed.
 //!
 //! ```
 //! use relcp::export::{Format, export};
@@ -56,7 +57,8 @@ pub struct Exported {
     pub notes: Vec<String>,
 }
 
-/// Writes states in a format into a folder, which is made where it is not there. What an earlier export left there is replaced.
+/// Writes states in a format into a folder, which is made where it is not there. What an earlier export left there is
+/// replaced.
 ///
 /// # Errors
 /// Those of [`fn@gsd`] and [`fn@vtk`]; a folder that cannot be made.

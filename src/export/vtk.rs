@@ -1,4 +1,5 @@
-//! ParaView: three collections (`.pvd`, with the physical times) of VTK's `.vtp` files, three a state, in 64-bit floats.
+//! ParaView: three collections (`.pvd`, with the physical times) of VTK's `.vtp` files, three a state, in 64-bit
+//! floats.
 //!
 //! | collection | points | data |
 //! | --- | --- | --- |
@@ -6,11 +7,11 @@
 //! | `axes.pvd` | a line a rod or ring | `radius` (of the tube), `cap` (the diameter of the sphere that closes a rod's end; 0 on rings), `body` (its row), `shape`, `id`, `generation`, `birth` |
 //! | `contacts.pvd` | half-way between the surfaces | `separation`, `normal` (from `a` to `b`), `a` and `b` (rows), `gamma` (the force; not a number where it is not known: only a checkpoint and states recorded with `output.forces` know) |
 //!
-//! In periodic space centres are wrapped into the cell about the origin, and bodies have `image`, the numbers of periods by which each is away; a contact
-//! stands at `a` and at the image of `b` that it meets.
+//! In periodic space centres are wrapped into the cell about the origin, and bodies have `image`, the numbers of
+//! periods by which each is away; a contact stands at `a` and at the image of `b` that it meets.
 //!
-//! With tubes around the axes, spheres at their ends and glyphs at the bodies, the shapes are exact but for the facets of what
-//! ParaView draws: the corners lie on the true surface. [`SCRIPT`], written beside them, sets that up.
+//! With tubes around the axes, spheres at their ends and glyphs at the bodies, the shapes are exact but for the facets
+//! of what ParaView draws: the corners lie on the true surface. [`SCRIPT`], written beside them, sets that up.
 
 use super::Exported;
 use super::error::ExportError;
@@ -34,11 +35,12 @@ const STATES: &str = "states";
 /// The collections.
 const COLLECTIONS: [&str; 3] = ["bodies", "axes", "contacts"];
 
-/// Segments of a ring's axis. Its corners lie on the circle, the middles of its segments `R (1 - cos(pi/64))` inside: 0.12 %.
+/// Segments of a ring's axis. Its corners lie on the circle, the middles of its segments `R (1 - cos(pi/64))` inside:
+/// 0.12 %.
 const RING_SEGMENTS: usize = 64;
 
-/// Writes the states as collections for ParaView into `folder`: see [the module](self). Each file is there whole or not at all; the
-/// collections are written last, so that they name no file that is not there.
+/// Writes the states as collections for ParaView into `folder`: see [the module](self). Each file is there whole or not
+/// at all; the collections are written last, so that they name no file that is not there.
 ///
 /// `cutoff` decides what is a contact: see [`contacts`].
 ///
@@ -208,7 +210,8 @@ fn axes(state: &Snapshot) -> PolyData {
                     let (sin, cos) = (TAU * f64::from(k) / RING_SEGMENTS as f64).sin_cos();
                     at + turn * DVec3::new(ring * cos, ring * sin, 0.0)
                 };
-                // A segment too many at each end: a tube is cut at right angles to its first and last, which then lie inside it.
+                // A segment too many at each end: a tube is cut at right angles to its first and last, which then lie
+                // inside it.
                 axes.add(i, (-1..=RING_SEGMENTS as i32 + 1).map(point), radius, 0.0);
             }
             Geometry::Centreline { curve: Centreline::Point, .. }

@@ -1,7 +1,7 @@
 //! VTK's XML file of points, lines and data on them (`.vtp`), raw data appended.
 //!
-//! Written from the file formats' description (<https://docs.vtk.org>, "VTK XML formats"): each array is a count of bytes (64 bits),
-//! then its little-endian numbers, at an offset from the underscore that the appended data start with.
+//! Written from the file formats' description (<https://docs.vtk.org>, "VTK XML formats"): each array is a count of
+//! bytes (64 bits), then its little-endian numbers, at an offset from the underscore that the appended data start with.
 
 use std::fmt::Write;
 

@@ -1,9 +1,9 @@
-//! Arrays larger than one binding: the buffer stays whole and is bound in banks of equal size, and the kernel's source is rewritten so that
-//! an index finds its bank.
+//! Arrays larger than one binding: the buffer stays whole and is bound in banks of equal size, and the kernel's source
+//! is rewritten so that an index finds its bank.
 //!
-//! WebGPU promises bindings of 128 MiB only, while buffers may be larger. No kernel is written for banks: `jacobian[i]` becomes
-//! `jacobian_at(i)`, `jacobian[i] = x;` becomes `jacobian_store(i, x);`, and naga validates what comes out. Arrays of atomics are left as they are, so
-//! that the rewritten source of one that needs banks is refused.
+//! WebGPU promises bindings of 128 MiB only, while buffers may be larger. No kernel is written for banks: `jacobian[i]`
+//! becomes `jacobian_at(i)`, `jacobian[i] = x;` becomes `jacobian_store(i, x);`, and naga validates what comes out.
+//! Arrays of atomics are left as they are, so that the rewritten source of one that needs banks is refused.
 
 use std::fmt::Write as _;
 

@@ -8,11 +8,12 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// The longest that a device may take over what it was given at once. The longest honest submission, a batch of iterations at a
-/// million rows on a software adapter, takes some 10 s.
+/// The longest that a device may take over what it was given at once. The longest honest submission, a batch of
+/// iterations at a million rows on a software adapter, takes some 10 s.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Bindings of one buffer at most; adapters with more than 32 for one kernel are rare, and a kernel has up to eight buffers.
+/// Bindings of one buffer at most; adapters with more than 32 for one kernel are rare, and a kernel has up to eight
+/// buffers.
 const MOST_BANKS: u64 = 16;
 
 /// Offsets of bindings are multiples of this on every adapter.
@@ -195,8 +196,8 @@ impl Gpu {
         self.limits.max_buffer_size.min(MOST_BANKS * self.bank_bytes()) / bytes as u64
     }
 
-    /// Makes drivers compile every kernel when it is made, not at its first use: one workgroup of it is run on zeros. Then the seconds in
-    /// [`PipelineReport`] are all that a kernel costs.
+    /// Makes drivers compile every kernel when it is made, not at its first use: one workgroup of it is run on zeros.
+    /// Then the seconds in [`PipelineReport`] are all that a kernel costs.
     pub fn compile_at_once(&self) {
         self.compile_at_once.store(true, Ordering::Relaxed);
     }
@@ -211,8 +212,8 @@ impl Gpu {
         1 << most.max(LEAST_BANK_BYTES).ilog2()
     }
 
-    /// Binds at most so many bytes at once from now on, rounded down to a power of two; at least 256. For tests: kernels made before
-    /// for several banks do not fit afterwards, so it must be called before any work.
+    /// Binds at most so many bytes at once from now on, rounded down to a power of two; at least 256. For tests:
+    /// kernels made before for several banks do not fit afterwards, so it must be called before any work.
     pub fn set_bank_bytes(&self, most: u64) {
         self.most_bank_bytes.store(most, Ordering::Relaxed);
     }
@@ -271,8 +272,8 @@ impl Gpu {
         lock(&self.submissions).push(index);
     }
 
-    /// Waits until all that was submitted is done, for one submission after the other: a device that gets on does not hang, however
-    /// much there is to do.
+    /// Waits until all that was submitted is done, for one submission after the other: a device that gets on does not
+    /// hang, however much there is to do.
     ///
     /// # Errors
     /// [`GpuError::Hang`] where a submission takes two minutes, or the fault that the device reported.

@@ -73,7 +73,7 @@ pub enum GpuError {
     /// A kernel was refused.
     #[error("the kernel {kernel} was refused: {message}")]
     Kernel {
-        /// Its name.
+        /// Label of the kernel, as in --profile.
         kernel: String,
         /// Why.
         message: String,

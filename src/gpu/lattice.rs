@@ -1,12 +1,13 @@
 //! Coordinates as the device holds them: a lattice cell, which is an integer, and a remainder of at most half a pitch.
 //!
-//! A 32-bit float loses the small differences that contacts are made of far from the origin, and small steps everywhere. Integers lose
-//! neither. The pitch is a power of two, so that splitting, joining and carrying are exact (`shaders/common/lattice.wgsl`).
+//! A 32-bit float loses the small differences that contacts are made of far from the origin, and small steps
+//! everywhere. Integers lose neither. The pitch is a power of two, so that splitting, joining and carrying are exact
+//! (`shaders/common/lattice.wgsl`).
 
 use super::{GpuError, Source, fragment};
 
-/// Pitches in a scene's smallest thickness: the remainder's rounding is then 2^-34 of the thickness, and coordinates reach 10^6
-/// thicknesses.
+/// Pitches in a scene's smallest thickness: the remainder's rounding is then 2^-34 of the thickness, and coordinates
+/// reach 10^6 thicknesses.
 const PITCHES: f64 = 1024.0;
 
 /// Cells are smaller than this, so that a difference of two is an `i32`.

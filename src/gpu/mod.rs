@@ -1,7 +1,8 @@
 //! The GPU runtime: adapters, devices, kernels assembled from WGSL, buffers, recorded work and read-backs.
 //!
-//! It knows nothing of bodies, rows or solvers. Kernels are written in `shaders/` over the number type `real`, which is `f32` or,
-//! where the adapter has it, `f64` ([`Precision`]). Nothing here waits for ever, and every fault of a device is a [`GpuError`].
+//! It knows nothing of bodies, rows or solvers. Kernels are written in `shaders/` over the number type `real`, which is
+//! `f32` or, where the adapter has it, `f64` ([`Precision`]). Nothing here waits for ever, and every fault of a device
+//! is a [`GpuError`].
 //!
 //! Without the feature `gpu` there is no device: [`Gpu`] has no value, and opening one says so.
 

@@ -1,16 +1,18 @@
-//! Periods of space on the lattice of coordinates: as exact as coordinates are, at any number of periods from the origin.
+//! Periods of space on the lattice of coordinates: as exact as coordinates are, at any number of periods from the
+//! origin.
 //!
-//! A period is in general no whole number of pitches. It is held as whole pitches and four parts of 11 bits, each 2^-11 of the one before. A
-//! period of 2^11 pitches and more, as a 64-bit float, has no digit below the last part, so this is the number itself, and `n` periods are made
-//! of it in 32-bit integers without rounding: differences are of at most 2^20 periods (`shaders/common/nearest_image.wgsl`).
+//! A period is in general no whole number of pitches. It is held as whole pitches and four parts of 11 bits, each 2^-11
+//! of the one before. A period of 2^11 pitches and more, as a 64-bit float, has no digit below the last part, so this
+//! is the number itself, and `n` periods are made of it in 32-bit integers without rounding: differences are of at most
+//! 2^20 periods (`shaders/common/nearest_image.wgsl`).
 
 use super::{GpuError, Lattice, MOST_CELL, Source, fragment};
 
 /// Bits of a part. `n` times a part and what the next finer one carries into it fit 32 bits.
 const PART_BITS: i32 = 11;
 
-/// Pitches that a period has at least: then fewer than 2^31 pitches are at most 2^20 periods, and the parts hold all digits of a 64-bit float.
-/// Bodies are at most half a period long, and no thinner than 1024 pitches.
+/// Pitches that a period has at least: then fewer than 2^31 pitches are at most 2^20 periods, and the parts hold all
+/// digits of a 64-bit float. Bodies are at most half a period long, and no thinner than 1024 pitches.
 const LEAST_CELLS: f64 = 2048.0;
 
 /// The periods of a scene on its lattice.
@@ -67,8 +69,8 @@ impl LatticePeriods {
         self.length == [0.0; 3]
     }
 
-    /// Adds, in the place of what [`Lattice::define`] adds, `lattice_difference` to the nearest image, for kernels that compare two bodies, and
-    /// `without_periods`. Without periods it adds the lattice.
+    /// Adds, in the place of what [`Lattice::define`] adds, `lattice_difference` to the nearest image, for kernels that
+    /// compare two bodies, and `without_periods`. Without periods it adds the lattice.
     #[must_use]
     pub fn define(&self, source: Source) -> Source {
         if self.is_none() {

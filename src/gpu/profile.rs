@@ -1,4 +1,5 @@
-//! What a device was made to do: pipelines, buffers, dispatches, read-backs, and the time of each stage where the adapter tells it.
+//! What a device was made to do: pipelines, buffers, dispatches, read-backs, and the time of each stage where the
+//! adapter tells it.
 
 use super::Gpu;
 use std::collections::BTreeMap;

@@ -15,9 +15,10 @@ const ALIGNMENT: usize = 256;
 /// Parameters of this many dispatches fit one submission.
 const PARAMETER_SLOTS: usize = 1024;
 
-/// Invocations of one submission, about, each with one row or body. Systems take a device away from a program whose submission lasts seconds, and
-/// waiting tells a hang from much work only between submissions. With 5.2 million rows a software adapter whose two cores were
-/// shared by six other programs took 18 s for an iteration of 16 dispatches: some 4 s for so many.
+/// Invocations of one submission, about, each with one row or body. Systems take a device away from a program whose
+/// submission lasts seconds, and waiting tells a hang from much work only between submissions. With 5.2 million rows a
+/// software adapter whose two cores were shared by six other programs took 18 s for an iteration of 16 dispatches: some
+/// 4 s for so many.
 const INVOCATIONS: u64 = 1 << 24;
 
 /// Bind groups kept at most.
@@ -88,7 +89,8 @@ impl<'g> Recorder<'g> {
         self.divide(kernel, groups);
     }
 
-    /// Dispatches as many workgroups as three words at `offset` bytes of a buffer say when it comes to it, some `expected` or none.
+    /// Dispatches as many workgroups as three words at `offset` bytes of a buffer say when it comes to it, some
+    /// `expected` or none.
     pub fn run_indirect(
         &mut self,
         kernel: &Kernel,
@@ -240,7 +242,8 @@ impl<'g> Recorder<'g> {
         })
     }
 
-    /// Says whether there is something to dispatch; a kernel that cannot be made for these buffers is the device's fault.
+    /// Says whether there is something to dispatch; a kernel that cannot be made for these buffers is the device's
+    /// fault.
     fn bind(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer]) -> bool {
         debug_assert_eq!(buffers.len(), kernel.storages, "{}", kernel.name);
         debug_assert_eq!(parameters.len() as u64, kernel.parameters, "{}", kernel.name);

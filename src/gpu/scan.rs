@@ -1,5 +1,5 @@
-//! Prefix sums of `u32` counts: blocks are summed in workgroup memory, their totals likewise, level by level, and added back
-//! (G. E. Blelloch, "Prefix sums and their applications", 1990).
+//! Prefix sums of `u32` counts: blocks are summed in workgroup memory, their totals likewise, level by level, and added
+//! back (G. E. Blelloch, "Prefix sums and their applications", 1990).
 
 use super::{Buffer, Gpu, GpuError, Kernel, Precision, Recorder, Source, WORKGROUP, fragment};
 
@@ -42,8 +42,8 @@ impl Scan {
         })
     }
 
-    /// Records `out[i] = counts[0] + ... + counts[i - 1]` for `i` in `0..=n`: `out` has room for `n + 1` numbers, and the last one
-    /// is the sum of all. `counts` and `out` are different buffers. Sums are modulo 2^32.
+    /// Records `out[i] = counts[0] + ... + counts[i - 1]` for `i` in `0..=n`: `out` has room for `n + 1` numbers, and
+    /// the last one is the sum of all. `counts` and `out` are different buffers. Sums are modulo 2^32.
     ///
     /// # Errors
     /// [`GpuError::Limit`], [`GpuError::OutOfMemory`].

@@ -1,12 +1,13 @@
-//! A stable sort of `u32` keys with `u32` values: radix sort by digits of 4 bits, the lowest first (N. Satish, M. Harris,
-//! M. Garland, "Designing efficient sorting algorithms for manycore GPUs", 2009). No order is left to chance.
+//! A stable sort of `u32` keys with `u32` values: radix sort by digits of 4 bits, the lowest first (N. Satish, M.
+//! Harris, M. Garland, "Designing efficient sorting algorithms for manycore GPUs", 2009). No order is left to chance.
 
 use super::{Buffer, Gpu, GpuError, Kernel, Precision, Recorder, Scan, Source, WORKGROUP, fragment};
 
 /// Bits of a digit.
 const DIGIT_BITS: u32 = 4;
 
-/// Keys that one invocation sorts: as many as there are digits, so that counting by invocation costs as much as moving keys.
+/// Keys that one invocation sorts: as many as there are digits, so that counting by invocation costs as much as moving
+/// keys.
 const ITEMS: u32 = 16;
 
 /// Keys of a block.
@@ -50,8 +51,9 @@ impl Sort {
         })
     }
 
-    /// Records a sort of the first `n` keys and their values by the lowest `bits` bits of the keys. Keys that agree in them keep
-    /// their order. The two buffers may change places with ones of the sort's own, at least as large; what lies past `n` is lost.
+    /// Records a sort of the first `n` keys and their values by the lowest `bits` bits of the keys. Keys that agree in
+    /// them keep their order. The two buffers may change places with ones of the sort's own, at least as large; what
+    /// lies past `n` is lost.
     ///
     /// # Errors
     /// [`GpuError::Limit`], [`GpuError::OutOfMemory`].

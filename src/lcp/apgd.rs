@@ -1,20 +1,23 @@
-//! Accelerated projected gradient descent with adaptive restart (Nesterov 1983; O'Donoghue and Candes, Adaptive restart for
-//! accelerated gradient schemes, 2015; for contact: Mazhar, Heyn, Negrut, Tasora 2015), in the metric of the diagonal of `A`.
+//! Accelerated projected gradient descent with adaptive restart (Nesterov 1983; O'Donoghue and Candes, Adaptive restart
+//! for accelerated gradient schemes, 2015; for contact: Mazhar, Heyn, Negrut, Tasora 2015), in the metric of the
+//! diagonal of `A`.
 //!
-//! With `y` the extrapolated point, `x+ = argmin_{x >= 0} g(y) . (x - y) + L/2 |x - y|^2`. One product an iteration: the gradient at
-//! `y` is the same combination of gradients as `y` is of iterates. A step along which the curvature exceeds `L` is not taken.
+//! With `y` the extrapolated point, `x+ = argmin_{x >= 0} g(y) . (x - y) + L/2 |x - y|^2`. One product an iteration:
+//! the gradient at `y` is the same combination of gradients as `y` is of iterates. A step along which the curvature
+//! exceeds `L` is not taken.
 
 use super::drive::{Method, Point};
 use super::verbs::{Metric, Scalar, Verbs};
 
-/// `L` shrinks by this factor an accepted step, so that it follows the curvature down again. On the stored systems 0.9 to 0.995 cost the
-/// same products within a third.
+/// `L` shrinks by this factor an accepted step, so that it follows the curvature down again. On the stored systems 0.9
+/// to 0.995 cost the same products within a third.
 const RELAX: f64 = 0.98;
 
 /// Margin over the curvature measured when a step was refused, so that the next one is not.
 const MARGIN: f64 = 1.2;
 
-/// The curvature of a step must exceed `L` by this part, or by this many roundings where that is more, for the step to be refused.
+/// The curvature of a step must exceed `L` by this part, or by this many roundings where that is more, for the step to
+/// be refused.
 const SLACK: f64 = 1e-9;
 const ROUNDING: f64 = 64.0;
 

@@ -1,15 +1,15 @@
-//! Projected gradient descent with Barzilai-Borwein steps (Barzilai and Borwein 1988; Dai and Fletcher 2005; for rods: Yan,
-//! Corona, Malhotra, Veerapaneni, Shelley 2020), in the metric of the diagonal of `A`, with a safeguard.
+//! Projected gradient descent with Barzilai-Borwein steps (Barzilai and Borwein 1988; Dai and Fletcher 2005; for rods:
+//! Yan, Corona, Malhotra, Veerapaneni, Shelley 2020), in the metric of the diagonal of `A`, with a safeguard.
 //!
-//! The plain method has no line search and can fall into a cycle just above the tolerance. Here, when the objective has not come
-//! under its best for [`PATIENCE`] iterations, steps are cut to the exact minimum along their projected displacement, so that the
-//! objective falls, until there is a new best.
+//! The plain method has no line search and can fall into a cycle just above the tolerance. Here, when the objective has
+//! not come under its best for [`PATIENCE`] iterations, steps are cut to the exact minimum along their projected
+//! displacement, so that the objective falls, until there is a new best.
 
 use super::drive::{Method, Point};
 use super::verbs::{Metric, Scalar, Verbs};
 
-/// Iterations without a new best objective after which steps are cut. On the stored systems 3 to 100 cost the same products within a
-/// tenth; cycles are left the sooner the fewer.
+/// Iterations without a new best objective after which steps are cut. On the stored systems 3 to 100 cost the same
+/// products within a tenth; cycles are left the sooner the fewer.
 const PATIENCE: f64 = 10.0;
 
 pub(crate) struct Bbpgd<V: Verbs> {

@@ -9,8 +9,8 @@ use super::product::{PARALLEL_ROWS, Product, dots, fold, map, update};
 use super::residual::{of_row, worse};
 use super::verbs::{Metric, Verbs};
 
-/// A diagonal entry of `A` is a zero row's at or under this part of the largest: its square root, the length of the row of `J`, is
-/// then below the rounding of the largest row's.
+/// A diagonal entry of `A` is a zero row's at or under this part of the largest: its square root, the length of the row
+/// of `J`, is then below the rounding of the largest row's.
 const ZERO_ROW: f64 = f64::EPSILON * f64::EPSILON;
 
 /// One problem, made ready for the solvers. Its buffers are used again for the next problem.
@@ -54,8 +54,9 @@ impl<const D: usize> Cpu<D> {
         self.looks.clear();
     }
 
-    /// Adds this part of the diagonal of `A` to it, until the next problem: a row then gives way by that part of what its own multiplier moves it by, so
-    /// that rows which contradict each other have a solution. The small problems of pairs, which only guide an iteration, stay as they are.
+    /// Adds this part of the diagonal of `A` to it, until the next problem: a row then gives way by that part of what
+    /// its own multiplier moves it by, so that rows which contradict each other have a solution. The small problems of
+    /// pairs, which only guide an iteration, stay as they are.
     pub fn set_compliance(&mut self, compliance: f64) {
         self.compliance = compliance;
     }
@@ -222,8 +223,9 @@ impl<const D: usize> Verbs for Cpu<D> {
         fold(self.parallel, [inverse, x], 0.0, |a, b| a + b, |[s, x]| s * x * x)
     }
 
-    fn room(&mut self, x: &Vec<f64>, d: &Vec<f64>) -> f64 {
-        // Both sides are computed and no branch is taken: which rows come down is not predictable. A quotient that is not a number is no bound.
+    fn ratio_test(&mut self, x: &Vec<f64>, d: &Vec<f64>) -> f64 {
+        // Both sides are computed and no branch is taken: which rows come down is not predictable. A quotient that is
+        // not a number is no bound.
         let row = |[x, d]: [f64; 2]| if d < 0.0 { x / -d } else { f64::INFINITY };
         fold(self.parallel, [x, d], f64::INFINITY, |a, b| if b < a { b } else { a }, row)
     }

@@ -1,9 +1,10 @@
-//! The exact solver for small systems: the dual active set method of Goldfarb and Idnani (A numerically stable dual method for
-//! solving strictly convex quadratic programs, 1983) in the unknowns of the bodies, `min 1/2 |v|^2` subject to `J v + q >= 0`.
+//! The exact solver for small systems: the dual active set method of Goldfarb and Idnani (A numerically stable dual
+//! method for solving strictly convex quadratic programs, 1983) in the unknowns of the bodies, `min 1/2 |v|^2` subject
+//! to `J v + q >= 0`.
 //!
-//! The multipliers of that program solve the LCP. Only rows that do not depend on the active ones enter, so repeated, parallel and
-//! zero rows need no care of their own. The active rows are kept as `Q R` with `Q` orthonormal. Memory and time an iteration grow with
-//! the unknowns times the active rows: it is for some hundred rows.
+//! The multipliers of that program solve the LCP. Only rows that do not depend on the active ones enter, so repeated,
+//! parallel and zero rows need no care of their own. The active rows are kept as `Q R` with `Q` orthonormal. Memory and
+//! time an iteration grow with the unknowns times the active rows: it is for some hundred rows.
 
 use super::cpu::{Cpu, Rows};
 use super::drive::Point;
@@ -11,8 +12,8 @@ use super::verbs::Verbs;
 use super::{Settings, Status};
 use nalgebra::DVector;
 
-/// A row depends on the active ones if its part across them is shorter than this part of it: twenty times the rounding that two
-/// rounds of orthogonalization leave for some hundred rows.
+/// A row depends on the active ones if its part across them is shorter than this part of it: twenty times the rounding
+/// that two rounds of orthogonalization leave for some hundred rows.
 const DEPENDENT: f64 = 1e-13;
 
 /// Rows violated by less than this part of the size of their terms are not: a few roundings.
@@ -37,7 +38,8 @@ struct Active {
 }
 
 impl Dense {
-    /// Solves from scratch; `at.x` becomes the solution. Iterations are steps of the active set, and each costs about a product.
+    /// Solves from scratch; `at.x` becomes the solution. Iterations are steps of the active set, and each costs about a
+    /// product.
     pub fn run<const D: usize>(
         &mut self,
         cpu: &mut Cpu<D>,
@@ -133,7 +135,8 @@ impl Dense {
         (g, size)
     }
 
-    /// The row whose plane is violated by the longest distance in the space of velocities. Zero rows are not for entering.
+    /// The row whose plane is violated by the longest distance in the space of velocities. Zero rows are not for
+    /// entering.
     fn most_violated<const D: usize>(&self, rows: &Rows<D>) -> Option<usize> {
         let mut worst = (0.0, None);
         for row in (0..rows.q.len()).filter(|row| rows.inverse[*row] > 0.0) {
@@ -146,8 +149,8 @@ impl Dense {
         worst.1
     }
 
-    /// One step of the dual method towards the plane of a row: to the plane (the row enters), or until an active multiplier is
-    /// zero (its row leaves).
+    /// One step of the dual method towards the plane of a row: to the plane (the row enters), or until an active
+    /// multiplier is zero (its row leaves).
     fn advance<const D: usize>(
         &mut self,
         rows: &Rows<D>,
@@ -187,7 +190,8 @@ impl Dense {
         }
     }
 
-    /// The part of a vector across the active rows, and its components along `Q`. Two rounds keep `Q` orthonormal to rounding.
+    /// The part of a vector across the active rows, and its components along `Q`. Two rounds keep `Q` orthonormal to
+    /// rounding.
     fn orthogonalize(&self, vector: &DVector<f64>) -> (DVector<f64>, Vec<f64>) {
         let mut across = vector.clone();
         let mut column = vec![0.0; self.active.len()];
@@ -233,7 +237,8 @@ impl Dense {
         }
     }
 
-    /// Solves for the active rows anew, `R^T w = -q`, `v = Q w`, `R multiplier = w`, which takes off what steps have added up.
+    /// Solves for the active rows anew, `R^T w = -q`, `v = Q w`, `R multiplier = w`, which takes off what steps have
+    /// added up.
     fn polish<const D: usize>(&mut self, rows: &Rows<D>) {
         let mut w: Vec<f64> = self.active.iter().map(|active| -rows.q[active.row]).collect();
         for k in 0..w.len() {

@@ -3,25 +3,26 @@
 use super::verbs::{Scalar, Verbs};
 use super::{Settings, Status};
 
-/// A solve stops without success when the best residual has not come down by [`PROGRESS`] over this many iterations, or over as many as
-/// the last gain took to come, if those are more. The slowest stored instances pause for some hundred iterations between two gains;
-/// systems without a solution never gain.
+/// A solve stops without success when the best residual has not come down by [`PROGRESS`] over this many iterations, or
+/// over as many as the last gain took to come, if those are more. The slowest stored instances pause for some hundred
+/// iterations between two gains; systems without a solution never gain.
 const PATIENCE: u64 = 3_000;
 
-/// The same for methods that only contract slowly: projected Jacobi pauses for 20,000 iterations on a packing of 24 ellipsoids, while
-/// the set of touching pairs settles, and then converges.
+/// The same for methods that only contract slowly: projected Jacobi pauses for 20,000 iterations on a packing of 24
+/// ellipsoids, while the set of touching pairs settles, and then converges.
 pub(crate) const PATIENCE_OF_SLOW_METHODS: u64 = 50_000;
 
-/// Iterations after which a gradient kept by recurrence is computed afresh: the rounding of that many updates stays near 1e-14 of the
-/// gradient's terms, for a thousandth of the products.
+/// Iterations after which a gradient kept by recurrence is computed afresh: the rounding of that many updates stays
+/// near 1e-14 of the gradient's terms, for a thousandth of the products.
 const RENEWAL: u64 = 1_000;
 
 /// The same where rounding is coarser than in 64 bits.
 const RENEWAL_OF_COARSE_NUMBERS: u64 = 50;
 
-/// A start whose residual is within the tolerance is iterated on all the same, this often at most. Multipliers that open rows keep from the last step
-/// count little each time, and unchanged over many small steps they would be a force between bodies that have parted: two ellipsoids came
-/// 0.03 off their path at steps of 1e-5. One iteration takes such multipliers away; the few more are where it leaves a residual above the tolerance.
+/// A start whose residual is within the tolerance is iterated on all the same, this often at most. Multipliers that
+/// open rows keep from the last step count little each time, and unchanged over many small steps they would be a force
+/// between bodies that have parted: two ellipsoids came 0.03 off their path at steps of 1e-5. One iteration takes such
+/// multipliers away; the few more are where it leaves a residual above the tolerance.
 const ITERATIONS_FROM_A_SOLUTION: u64 = 50;
 
 /// The part of the best residual that counts as a gain.
@@ -42,9 +43,10 @@ pub(crate) trait Method<V: Verbs> {
     fn begin(&mut self, verbs: &mut V, at: &Point<V::Vector>);
     /// Takes one iteration.
     fn step(&mut self, verbs: &mut V, at: &mut Point<V::Vector>);
-    /// Brings `at.g` up to date before it is looked at. Says whether it is a fresh gradient; otherwise it is a recurrence's.
+    /// Brings `at.g` up to date before it is looked at. Says whether it is a fresh gradient; otherwise it is a
+    /// recurrence's.
     fn refresh(&mut self, verbs: &mut V, at: &mut Point<V::Vector>) -> bool;
-    /// Iterations without a gain after which there is no hope.
+    /// Iterations without improvement after which a solve ends as `NoProgress`.
     fn patience(&self) -> u64 {
         PATIENCE
     }
@@ -52,7 +54,7 @@ pub(crate) trait Method<V: Verbs> {
 
 /// What a solve had come to where its residual was read.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Look {
+pub struct ResidualSample {
     /// Iterations taken.
     pub iterations: u64,
     /// Products made. On a device, which reads many residuals at once, those until it read this one.
@@ -69,14 +71,16 @@ pub(crate) struct Drive<T> {
     best: T,
     start: T,
     /// The looks of the last solve, where someone asked for them.
-    pub history: Option<Vec<Look>>,
+    pub history: Option<Vec<ResidualSample>>,
 }
 
 impl<T> Drive<T> {
-    /// Iterates until the true residual is at most the tolerance, or there is no hope. Returns the status, the iterations, and the
-    /// residual of a fresh gradient at `self.at.x`, which has the smallest residual of all iterates looked at.
+    /// Iterates until the true residual is at most the tolerance, or there is no hope. Returns the status, the
+    /// iterations, and the residual of a fresh gradient at `self.at.x`, which has the smallest residual of all iterates
+    /// looked at.
     ///
-    /// The residual is read every `check_every` iterations. A start is a solution without any only where its residual is zero.
+    /// The residual is read every `check_every` iterations. A start is a solution without any only where its residual
+    /// is zero.
     pub fn run<V: Verbs<Vector = T>>(
         &mut self,
         verbs: &mut V,
@@ -257,12 +261,12 @@ impl<'a, S> Course<'a, S> {
     }
 
     /// Reads the residuals of all pending looks.
-    fn take_looks(&mut self, verbs: &mut impl Verbs, history: &mut Option<Vec<Look>>) {
+    fn take_looks(&mut self, verbs: &mut impl Verbs, history: &mut Option<Vec<ResidualSample>>) {
         (self.now, self.fresh) = (f64::NAN, true);
         for (residual, (taken, fresh)) in verbs.looks().into_iter().zip(self.pending.drain(..)) {
             (self.now, self.iteration, self.fresh) = (residual, taken, fresh);
             if let Some(history) = history {
-                history.push(Look { iterations: taken, products: verbs.products(), residual });
+                history.push(ResidualSample { iterations: taken, products: verbs.products(), residual });
             }
             self.at_start.get_or_insert(residual);
             let gained = residual > self.settings.tolerance && residual <= PROGRESS * self.marked;

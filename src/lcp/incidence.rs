@@ -1,4 +1,5 @@
-//! Which rows a body takes part in: lists by body, rows ascending, so that sums over a body's rows do not depend on threads.
+//! Which rows a body takes part in: lists by body, rows ascending, so that sums over a body's rows do not depend on
+//! threads.
 
 /// The rows of every body.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum SolverKind {
-    /// The program's choice: `pair_block_cg`. Where it ends without reaching the tolerance, `interior_point` goes on; not on a GPU.
+    /// `pair_block_cg`; on the CPU with `interior_point` as safeguard for solves that miss the tolerance.
     #[default]
     Auto,
     /// Projected Jacobi with a safe step.

@@ -1,16 +1,20 @@
-//! Goes on with an LCP where it is not solved yet: a later LCP of a step differs from the one before in a few rows, and most of it stays solved.
+//! Goes on with an LCP where it is not solved yet: a later LCP of a step differs from the one before in a few rows, and
+//! most of it stays solved.
 //!
-//! Rows whose residual is near or over the tolerance are seeds. Their bodies, and some layers of bodies that touch those by rows with multipliers, are
-//! free; all rows of free bodies are solved again with everything else as it is, each connected part on its own:
+//! Rows whose residual is near or over the tolerance are seeds. Their bodies, and some layers of bodies that touch
+//! those by rows with multipliers, are free; all rows of free bodies are solved again with everything else as it is,
+//! each connected part on its own:
 //!
 //! ```text
 //! 0 <= q' + A_SS x_S  _|_  x_S >= 0,   q' = g_S - A_SS x_S at the present x
 //! ```
 //!
-//! This is a block step of a descent method: the objective `1/2 x . A x + q . x` never rises (overlapping domains, chosen by need; Schwarz's alternating
-//! method for obstacle problems as in L. Badea, SIAM J. Numer. Anal. 41, 1052 (2003)). What a part disturbs around it is the next round's seed.
+//! This is a block step of a descent method: the objective `1/2 x . A x + q . x` never rises (overlapping domains,
+//! chosen by need; Schwarz's alternating method for obstacle problems as in L. Badea, SIAM J. Numer. Anal. 41, 1052
+//! (2003)). What a part disturbs around it is the next round's seed.
 //!
-//! Degenerate cases: bodies without a block in a row (walls) connect nothing; a part as large as the whole is left to the caller.
+//! Degenerate cases: bodies without a block in a row (walls) connect nothing; a part as large as the whole is left to
+//! the caller.
 
 use super::Problem;
 use super::cpu::Cpu;
@@ -22,7 +26,8 @@ use super::verbs::Verbs;
 use super::{Settings, Status};
 use rayon::prelude::*;
 
-/// A row is a seed from this part of the tolerance on, so that what a round leaves just under it does not come back in the next.
+/// A row is a seed from this part of the tolerance on, so that what a round leaves just under it does not come back in
+/// the next.
 const SEED: f64 = 0.95;
 
 /// Parts are solved to this part of the tolerance: their rows count again in the residual of the whole.
@@ -68,7 +73,8 @@ pub(super) struct Local {
 }
 
 impl Local {
-    /// Solves where the LCP of `cpu` is not solved at `at`, whose gradient must be fresh, until it is or that is no local matter.
+    /// Solves where the LCP of `cpu` is not solved at `at`, whose gradient must be fresh, until it is or that is no
+    /// local matter.
     pub fn run<const D: usize>(&mut self, cpu: &mut Cpu<D>, at: &mut Point<Vec<f64>>, tolerance: f64) -> Rounds {
         let mut rounds = Rounds { solved: false, residual: cpu.residual(&at.x, &at.g), iterations: 0, work: 0 };
         let rows = at.x.len();

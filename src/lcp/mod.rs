@@ -1,8 +1,8 @@
 //! The linear complementarity problem of one solve, `0 <= g(gamma) = q + A gamma  _|_  gamma >= 0`, and its solvers.
 //!
-//! `A = J J^T` is never formed: `J` has one sparse row a constraint, with one block a body of its pair. The rows are already
-//! scaled by the factor of the effective mobility (see `constraint`), so a solver knows nothing of laws or shapes, and
-//! `v = J^T gamma` is the contact velocity in those scaled unknowns.
+//! `A = J J^T` is never formed: `J` has one sparse row a constraint, with one block a body of its pair. The rows are
+//! already scaled by the factor of the effective mobility (see `constraint`), so a solver knows nothing of laws or
+//! shapes, and `v = J^T gamma` is the contact velocity in those scaled unknowns.
 
 pub mod cpu;
 #[cfg(feature = "gpu")]
@@ -27,7 +27,7 @@ mod residual;
 mod solver;
 mod stored;
 
-pub use drive::Look;
+pub use drive::ResidualSample;
 pub use kind::SolverKind;
 pub use solver::Solver;
 pub use stored::Stored;
@@ -65,7 +65,8 @@ pub enum Status {
     NoProgress,
     /// No velocity of ordinary size satisfies all rows: proven, by a solver that can; the best iterate is returned.
     Infeasible,
-    /// Rows that contradict each other were violated as little as can be: the residual says by how much ([`Solver::relax`]).
+    /// Rows that contradict each other were violated as little as can be: the residual says by how much
+    /// ([`Solver::relax`]).
     LeastOverlap,
     /// The factor that the solver needs would be over its bound; the start is returned.
     TooLarge,

@@ -1,20 +1,21 @@
 //! Projected nonlinear conjugate gradients, preconditioned by the blocks of the pairs.
 //!
-//! One product an iteration. Let `z` be the projected gradient step of the blocks (each block's small problem solved exactly, see
-//! [`super::pair_blocks`]) and `d`, `e` the last two displacements made, whose products are known. The direction is
-//! `z + a d + b e` with the `a` and `b` that minimize the objective: `H (a, b) = -(g + A z) . (d, e)` with `H` the `A`-products of `d` and
-//! `e`. Without bounds this is the method of Hestenes and Stiefel (1952), `b = 0` and `a = -z . A d / d . A d`; with bounds, `g . d` is what
-//! a clipped line search has left undone, and `e` mends what a projection did to conjugacy.
+//! One product an iteration. Let `z` be the projected gradient step of the blocks (each block's small problem solved
+//! exactly, see [`super::pair_blocks`]) and `d`, `e` the last two displacements made, whose products are known. The
+//! direction is `z + a d + b e` with the `a` and `b` that minimize the objective: `H (a, b) = -(g + A z) . (d, e)` with
+//! `H` the `A`-products of `d` and `e`. Without bounds this is the method of Hestenes and Stiefel (1952), `b = 0` and
+//! `a = -z . A d / d . A d`; with bounds, `g . d` is what a clipped line search has left undone, and `e` mends what a
+//! projection did to conjugacy.
 //!
-//! The trial point is projected in the metric of the blocks. Along the displacement to it the objective is minimized exactly, clipped
-//! at the first bound, so it never rises. A displacement that descends much less than `z` does is replaced by `z`. The length of
-//! the next trial remembers the last optimum.
+//! The trial point is projected in the metric of the blocks. Along the displacement to it the objective is minimized
+//! exactly, clipped at the first bound, so it never rises. A displacement that descends much less than `z` does is
+//! replaced by `z`. The length of the next trial remembers the last optimum.
 
 use super::drive::{Method, Point};
 use super::verbs::{Metric, Scalar, Verbs};
 
-/// Bounds of the remembered trial length. On the stored systems a longest of 1 costs up to a fifth more products where pairs have
-/// several rows, and 2 to 64 cost the same.
+/// Bounds of the remembered trial length. On the stored systems a longest of 1 costs up to a fifth more products where
+/// pairs have several rows, and 2 to 64 cost the same.
 const SHORTEST: f64 = 0.05;
 const LONGEST: f64 = 8.0;
 
@@ -28,14 +29,14 @@ const REGULARIZATION: f64 = 1e-8;
 const ROUNDING: f64 = 64.0;
 
 /// A displacement made, and its product.
-struct Made<T> {
+struct Direction<T> {
     displacement: T,
     product: T,
 }
 
-impl<T: Default> Made<T> {
+impl<T: Default> Direction<T> {
     fn none() -> Self {
-        Made { displacement: T::default(), product: T::default() }
+        Direction { displacement: T::default(), product: T::default() }
     }
 }
 
@@ -44,16 +45,17 @@ pub(crate) struct PairBlockCg<V: Verbs> {
     gradient_step: V::Vector,
     trial: V::Vector,
     /// `d`, `e`, and room for the next.
-    made: [Made<V::Vector>; 3],
+    made: [Direction<V::Vector>; 3],
     /// `d . A d` and `e . A e`, zero when there is none.
-    bend: [V::Scalar; 2],
+    curvature: [V::Scalar; 2],
     length: V::Scalar,
     /// Whether the next beginning keeps the displacements.
     goes_on: bool,
 }
 
 impl<V: Verbs> PairBlockCg<V> {
-    /// Says whether the next beginning is of the same problem as the last one, at the point where this method ended: it then keeps the displacements.
+    /// Says whether the next beginning is of the same problem as the last one, at the point where this method ended: it
+    /// then keeps the displacements.
     pub fn go_on(&mut self, same: bool) {
         self.goes_on = same;
     }
@@ -63,8 +65,8 @@ impl<V: Verbs> PairBlockCg<V> {
             goes_on: false,
             gradient_step: V::Vector::default(),
             trial: V::Vector::default(),
-            made: [Made::none(), Made::none(), Made::none()],
-            bend: [0.0.into(); 2],
+            made: [Direction::none(), Direction::none(), Direction::none()],
+            curvature: [0.0.into(); 2],
             length: 1.0.into(),
         }
     }
@@ -83,9 +85,9 @@ impl<V: Verbs> PairBlockCg<V> {
         ]);
         let right = [-g_d - z_ad, -g_e - z_ae];
         let shift = V::Scalar::from(1.0 + (ROUNDING * verbs.rounding()).max(REGULARIZATION));
-        let diagonal = [self.bend[0] * shift, self.bend[1] * shift];
+        let diagonal = [self.curvature[0] * shift, self.curvature[1] * shift];
         let det = diagonal[0] * diagonal[1] - across * across;
-        let alone = self.bend[0].if_positive(right[0] / diagonal[0], zero);
+        let alone = self.curvature[0].if_positive(right[0] / diagonal[0], zero);
         let parts = [
             det.if_positive((right[0] * diagonal[1] - right[1] * across) / det, alone),
             det.if_positive((right[1] * diagonal[0] - right[0] * across) / det, zero),
@@ -105,7 +107,7 @@ impl<V: Verbs> Method<V> for PairBlockCg<V> {
             verbs.clear(&mut made.displacement);
             verbs.clear(&mut made.product);
         }
-        (self.bend, self.length) = ([verbs.number(0.0); 2], verbs.number(1.0));
+        (self.curvature, self.length) = ([verbs.number(0.0); 2], verbs.number(1.0));
     }
 
     fn step(&mut self, verbs: &mut V, at: &mut Point<V::Vector>) {
@@ -126,9 +128,9 @@ impl<V: Verbs> Method<V> for PairBlockCg<V> {
         verbs.copy_if_positive(flat, &self.gradient_step, &mut next.displacement);
 
         verbs.product(&next.displacement, &mut next.product);
-        let [slope, bend] = verbs.dots([[&at.g, &next.displacement], [&next.displacement, &next.product]]);
-        let best = bend.if_positive(-slope / bend, one).max(zero);
-        let room = verbs.room(&at.x, &next.displacement);
+        let [slope, curvature] = verbs.dots([[&at.g, &next.displacement], [&next.displacement, &next.product]]);
+        let best = curvature.if_positive(-slope / curvature, one).max(zero);
+        let room = verbs.ratio_test(&at.x, &next.displacement);
         let part = best.min(room);
         // The projection only takes off what rounding leaves below zero.
         verbs.combine(one, &at.x, part, &next.displacement, &mut self.trial);
@@ -136,7 +138,7 @@ impl<V: Verbs> Method<V> for PairBlockCg<V> {
         verbs.add(part, &next.product, &mut at.g);
 
         // Kept without the factor `part`, which cancels in the direction.
-        self.bend = [bend, self.bend[0]];
+        self.curvature = [curvature, self.curvature[0]];
         self.made.rotate_right(1);
         self.length = (self.length * best).max(SHORTEST.into()).min(LONGEST.into());
     }

@@ -1,8 +1,9 @@
 //! The diagonal blocks of `A` that belong to one pair of bodies, as a metric: small exact projected steps.
 //!
-//! All rows of a pair act between the same two bodies, so they span at most `D` directions of relative motion, and rows of nearly
-//! the same contact are nearly parallel. Solving a block exactly takes that ill-conditioning out of the way of an iteration; what is
-//! left couples different pairs. Blocks get a relative regularization, which makes a block of parallel rows positive definite.
+//! All rows of a pair act between the same two bodies, so they span at most `D` directions of relative motion, and rows
+//! of nearly the same contact are nearly parallel. Solving a block exactly takes that ill-conditioning out of the way
+//! of an iteration; what is left couples different pairs. Blocks get a relative regularization, which makes a block of
+//! parallel rows positive definite.
 
 mod larger;
 mod small;
@@ -12,8 +13,9 @@ use larger::Larger;
 use rayon::prelude::*;
 use small::{Block, Double, Packed, Single};
 
-/// Relative addition to the diagonal of a block. On the stored systems 1e-6, 1e-7 and 1e-8 cost the same products within a quarter, the
-/// largest of them the least where a pair has many rows; it keeps most digits of the Cholesky factor of a block with repeated rows.
+/// Relative addition to the diagonal of a block. On the stored systems 1e-6, 1e-7 and 1e-8 cost the same products
+/// within a quarter, the largest of them the least where a pair has many rows; it keeps most digits of the Cholesky
+/// factor of a block with repeated rows.
 const REGULARIZATION: f64 = 1e-6;
 
 /// How many blocks one parallel task takes.
@@ -48,8 +50,8 @@ struct Step<'a> {
     live: &'a [f64],
 }
 
-/// Orders rows so that those of a pair stand together: pairs with one row first, then those with two, up to eight, then the
-/// others, each by pair; the rows of a pair in their own order.
+/// Orders rows so that those of a pair stand together: pairs with one row first, then those with two, up to eight, then
+/// the others, each by pair; the rows of a pair in their own order.
 pub fn order(pair: &[[u32; 2]], order: &mut Vec<u32>) {
     order.clear();
     order.extend(0..pair.len() as u32);
@@ -111,7 +113,8 @@ impl PairBlocks {
         self.live.clear();
     }
 
-    /// `out = argmin over y >= 0 of step g . (y - x) + 1/2 (y - x) . B (y - x)`. Zero rows of `A` keep `x`, which is not negative there.
+    /// `out = argmin over y >= 0 of step g . (y - x) + 1/2 (y - x) . B (y - x)`. Zero rows of `A` keep `x`, which is
+    /// not negative there.
     pub fn proximal(&mut self, x: &[f64], step: f64, g: &[f64], out: &mut [f64]) {
         self.minimize(x, Some((step, g)), out);
     }
@@ -206,7 +209,8 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
 
-    /// The conditions of the small problems, checked on pairs of 1 to 24 rows in mixed order, some rows repeated, one zero.
+    /// The conditions of the small problems, checked on pairs of 1 to 24 rows in mixed order, some rows repeated, one
+    /// zero.
     #[test]
     fn proximal_steps_solve_their_blocks() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);

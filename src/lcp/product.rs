@@ -1,14 +1,14 @@
 //! The product `A x = J (J^T x)`: `v = J^T x` body by body, then the rows of `J v`.
 //!
-//! Large problems gather `v` through lists of each body's rows, in parallel; small ones scatter row by row. Either way a body's
-//! terms are added in ascending order of the rows, so both give the same bits, for any number of threads.
+//! Large problems gather `v` through lists of each body's rows, in parallel; small ones scatter row by row. Either way
+//! a body's terms are added in ascending order of the rows, so both give the same bits, for any number of threads.
 
 use super::incidence::Incidence;
 use rayon::prelude::*;
 
-/// From this many rows on loops are parallel. `benches/lcp.rs`: a sequential product takes some 300 microseconds there, against 10 to 20
-/// for each of its two forks. Where both cores were busy with other programs, two threads lost up to a third up to 100,000 rows and
-/// drew level at 400,000.
+/// From this many rows on loops are parallel. `benches/lcp.rs`: a sequential product takes some 300 microseconds there,
+/// against 10 to 20 for each of its two forks. Where both cores were busy with other programs, two threads lost up to a
+/// third up to 100,000 rows and drew level at 400,000.
 pub(crate) const PARALLEL_ROWS: usize = 32_768;
 
 /// How many rows or bodies one task takes: some 30 microseconds of work.
@@ -107,8 +107,8 @@ impl<const D: usize> Product<D> {
         self.jacobian.iter().map(|[ja, jb]| dot(ja, ja) + dot(jb, jb)).collect()
     }
 
-    /// A diagonal `W` with `x . A x <= x . W x`: `w_i = sum over the row's bodies b of c_b |J_ib|^2` with `c_b` the number of rows of
-    /// body `b`, since by Cauchy and Schwarz `|sum_i J_ib x_i|^2 <= c_b sum_i |J_ib|^2 x_i^2`.
+    /// A diagonal `W` with `x . A x <= x . W x`: `w_i = sum over the row's bodies b of c_b |J_ib|^2` with `c_b` the
+    /// number of rows of body `b`, since by Cauchy and Schwarz `|sum_i J_ib x_i|^2 <= c_b sum_i |J_ib|^2 x_i^2`.
     pub fn majorant(&self) -> Vec<f64> {
         let count = |body: u32| self.incidence.of(body as usize).len() as f64;
         let row = |([a, b], [ja, jb]): (&[u32; 2], &[[f64; D]; 2])| count(*a) * dot(ja, ja) + count(*b) * dot(jb, jb);
@@ -134,7 +134,8 @@ pub(crate) fn dot<const D: usize>(x: &[f64; D], y: &[f64; D]) -> f64 {
     sum
 }
 
-/// A row of `J v`, from its blocks and the velocities of its bodies, in two interleaved sums of which the compiler makes one vector.
+/// A row of `J v`, from its blocks and the velocities of its bodies, in two interleaved sums of which the compiler
+/// makes one vector.
 #[inline]
 fn row<const D: usize>([ja, jb]: &[[f64; D]; 2], va: &[f64; D], vb: &[f64; D]) -> f64 {
     let mut sum = [0.0; 2];
@@ -173,7 +174,8 @@ pub(crate) fn fill<T: Send>(parallel: bool, out: &mut [T], value: impl Fn(usize)
     }
 }
 
-/// `out[i] = value(inputs[..][i])`, by slices of equal length, so that the loop has no checks and the compiler can make vectors of it.
+/// `out[i] = value(inputs[..][i])`, by slices of equal length, so that the loop has no checks and the compiler can make
+/// vectors of it.
 pub(crate) fn map<const N: usize>(
     parallel: bool,
     out: &mut [f64],
@@ -203,7 +205,8 @@ pub(crate) fn update<const N: usize>(
     }
 }
 
-/// `x . y` of each pair, with the bits of [`fold`], in one pass: a vector that stands in several pairs is brought to the nearest cache once.
+/// `x . y` of each pair, with the bits of [`fold`], in one pass: a vector that stands in several pairs is brought to
+/// the nearest cache once.
 pub(crate) fn dots<const N: usize>(parallel: bool, pairs: [[&[f64]; 2]; N]) -> [f64; N] {
     let n = pairs.first().map_or(0, |[x, _]| x.len());
     let task = |task: usize| {
@@ -237,8 +240,9 @@ pub(crate) fn dots<const N: usize>(parallel: bool, pairs: [[&[f64]; 2]; N]) -> [
     }
 }
 
-/// Folds `value(inputs[..][i])` over all `i` with `join`: within a task by eight interleaved parts, then the tasks in order, so that
-/// the bits do not depend on threads. The parts are independent, so the compiler can make vectors of them.
+/// Folds `value(inputs[..][i])` over all `i` with `join`: within a task by eight interleaved parts, then the tasks in
+/// order, so that the bits do not depend on threads. The parts are independent, so the compiler can make vectors of
+/// them.
 pub(crate) fn fold<const N: usize>(
     parallel: bool,
     inputs: [&[f64]; N],

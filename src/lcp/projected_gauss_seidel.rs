@@ -1,5 +1,6 @@
-//! Projected Gauss-Seidel: row after row, `gamma_i <- max(0, gamma_i - g_i / A_ii)`, with the velocity of the bodies kept up to date
-//! (Cottle, Pang, Stone: The linear complementarity problem, section 5.2). Sequential, so for the CPU only.
+//! Projected Gauss-Seidel: row after row, `gamma_i <- max(0, gamma_i - g_i / A_ii)`, with the velocity of the bodies
+//! kept up to date (Cottle, Pang, Stone: The linear complementarity problem, section 5.2). Sequential, so for the CPU
+//! only.
 
 use super::cpu::Cpu;
 use super::drive::{Method, PATIENCE_OF_SLOW_METHODS, Point};

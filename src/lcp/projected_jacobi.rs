@@ -1,6 +1,6 @@
-//! Projected Jacobi with a step that is safe for every problem: `gamma <- max(0, gamma - w g / W)`, where `W` is a diagonal majorant
-//! of `A` (see [`super::product::Product::majorant`]), so that every `0 < w < 2` descends (Cottle, Pang, Stone: The linear
-//! complementarity problem, section 5.2).
+//! Projected Jacobi with a step that is safe for every problem: `gamma <- max(0, gamma - w g / W)`, where `W` is a
+//! diagonal majorant of `A` (see [`super::product::Product::majorant`]), so that every `0 < w < 2` descends (Cottle,
+//! Pang, Stone: The linear complementarity problem, section 5.2).
 
 use super::drive::{Method, PATIENCE_OF_SLOW_METHODS, Point};
 use super::verbs::{Metric, Verbs};

@@ -1,6 +1,8 @@
-//! The natural residual of an LCP, `max over rows of |min(g, s gamma)|` with `s` the diagonal of `A`: a length, zero at solutions only.
+//! The natural residual of an LCP, `max over rows of |min(g, s gamma)|` with `s` the diagonal of `A`: a length, zero at
+//! solutions only.
 //!
-//! A row whose `s` is zero does not feel its multiplier: its share is `|min(g, 0)|`, so it is satisfied exactly if `g >= 0`.
+//! A row whose `s` is zero does not feel its multiplier: its share is `|min(g, 0)|`, so it is satisfied exactly if `g
+//! >= 0`.
 
 /// The share of one row. NaN if `g` or `s * gamma` is.
 #[inline]

@@ -4,7 +4,7 @@ use super::apgd::Apgd;
 use super::bbpgd::Bbpgd;
 use super::cpu::Cpu;
 use super::dense::Dense;
-use super::drive::{Drive, Look};
+use super::drive::{Drive, ResidualSample};
 use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
 use super::local::Local;
 use super::pair_block_cg::PairBlockCg;
@@ -16,16 +16,19 @@ use super::{Outcome, Problem, Settings, SolverKind, Status};
 /// How many sweeps of Gauss-Seidel are made for one look at the residual, which costs a product more.
 const SWEEPS: u64 = 4;
 
-/// Iterations that `auto` takes, and those that it may still need, before it asks what the interior-point method would cost: about as many as finding out costs.
+/// Iterations that `auto` takes, and those that it may still need, before it asks what the interior-point method would
+/// cost: about as many as finding out costs.
 const ITERATIONS_BEFORE_FORECAST: u64 = 200;
 
 /// Iterations between two looks at how the residual falls: what is left is forecast from the last two of them.
 const WINDOW: u64 = 100;
 
-/// The least part of what the interior-point method would cost that `auto` spends on conjugate gradients first, since residuals pause: 0 to 0.3 cost the same within 3 %.
+/// The least part of what the interior-point method would cost that `auto` spends on conjugate gradients first, since
+/// residuals pause: 0 to 0.3 cost the same within 3 %.
 const LEAST_BEFORE_SAFEGUARD: f64 = 0.1;
 
-/// And for nearly parallel rows the part of it that conjugate gradients may still need. 200 LCPs of colonies take the same time within 4 % with none to a half, and up to 8 % more with all of it.
+/// And for nearly parallel rows the part of it that conjugate gradients may still need. 200 LCPs of colonies take the
+/// same time within 4 % with none to a half, and up to 8 % more with all of it.
 const HOPE: f64 = 0.25;
 
 /// With fewer rows, looking for what is left costs more than it saves.
@@ -35,14 +38,15 @@ const LEAST_ROWS: usize = 256;
 const FIRST_LOOK: u64 = 20;
 const LOOK_EVERY: u64 = 20;
 
-/// Most times that a solve goes on locally without success: what is left may have no solution, and all iterations must see that.
+/// Most times that a solve goes on locally without success: what is left may have no solution, and all iterations must
+/// see that.
 const MOST_ATTEMPTS: u32 = 3;
 
 /// It looks while the residual is at most so many tolerances.
 const NEARLY: f64 = 10.0;
 
-/// Nanoseconds of an iteration of the conjugate gradients for each row: 18 to 27 on one core while the rows fit its cache, 55 to 65
-/// beyond (November 2026), whatever the unknowns.
+/// Nanoseconds of an iteration of the conjugate gradients for each row: 18 to 27 on one core while the rows fit its
+/// cache, 55 to 65 beyond (November 2026), whatever the unknowns.
 const NANOSECONDS_OF_A_ROW: f64 = 20.0;
 
 /// A solver of LCPs on the CPU. It keeps its buffers from one problem to the next.
@@ -96,8 +100,9 @@ enum Engine<const D: usize> {
 }
 
 impl<const D: usize> Solver<D> {
-    /// A solver of a kind. [`SolverKind::Auto`] is projected nonlinear conjugate gradients with the blocks of the pairs, and the interior-point method
-    /// where those end with [`Status::NoProgress`] or [`Status::MaxIterations`], or their end is not in sight.
+    /// A solver of a kind. [`SolverKind::Auto`] is projected nonlinear conjugate gradients with the blocks of the
+    /// pairs, and the interior-point method where those end with [`Status::NoProgress`] or [`Status::MaxIterations`],
+    /// or their end is not in sight.
     pub fn new(kind: SolverKind, settings: Settings) -> Self {
         let engine = match kind {
             SolverKind::ProjectedJacobi => Engine::ProjectedJacobi(ProjectedJacobi::default()),
@@ -125,8 +130,8 @@ impl<const D: usize> Solver<D> {
         }
     }
 
-    /// The same for LCPs with many nearly parallel rows, such as a recursion appends. These slow conjugate gradients down, so that `auto` goes over to
-    /// the interior-point method as soon as the residuals show it.
+    /// The same for LCPs with many nearly parallel rows, such as a recursion appends. These slow conjugate gradients
+    /// down, so that `auto` goes over to the interior-point method as soon as the residuals show it.
     pub fn for_parallel_rows(mut self) -> Self {
         (self.local, self.patient) = (None, false);
         self
@@ -148,12 +153,12 @@ impl<const D: usize> Solver<D> {
     }
 
     /// The residuals that were looked at during the last solve, where they are kept. The exact solver looks at none.
-    pub fn history(&self) -> &[Look] {
+    pub fn history(&self) -> &[ResidualSample] {
         self.drive.history.as_deref().unwrap_or_default()
     }
 
-    /// Solves a problem. `gamma` is the start (missing numbers are taken as zero, so are negative ones and ones that are not
-    /// finite) and becomes the solution, or the best iterate found, never worse than the start.
+    /// Solves a problem. `gamma` is the start (missing numbers are taken as zero, so are negative ones and ones that
+    /// are not finite) and becomes the solution, or the best iterate found, never worse than the start.
     ///
     /// The velocity `J^T gamma` of a solution is unique; `gamma` is not where rows depend on each other.
     ///
@@ -165,8 +170,8 @@ impl<const D: usize> Solver<D> {
         self.solve_next(problem, gamma)
     }
 
-    /// [`Solver::solve`] for a problem much like the last one, as that with rows added. Where that one was too much for conjugate gradients,
-    /// `auto` begins with the interior-point method.
+    /// [`Solver::solve`] for a problem much like the last one, as that with rows added. Where that one was too much for
+    /// conjugate gradients, `auto` begins with the interior-point method.
     ///
     /// # Panics
     /// As [`Solver::solve`].
@@ -222,8 +227,8 @@ impl<const D: usize> Solver<D> {
         rounds.solved.then(|| self.outcome(Status::Solved, rounds.iterations, rounds.residual, 0))
     }
 
-    /// Begins with the solver's own method, and calls the safeguard where it is needed. Where that is of no help, the method goes on as
-    /// long as it may.
+    /// Begins with the solver's own method, and calls the safeguard where it is needed. Where that is of no help, the
+    /// method goes on as long as it may.
     fn begin(&mut self) -> Outcome {
         let (mut status, mut iterations, mut residual) = self.iterate_and_finish_locally();
         let unsolved = matches!(status, Status::NoProgress | Status::MaxIterations);
@@ -273,8 +278,9 @@ impl<const D: usize> Solver<D> {
         Outcome { status, iterations, products: self.cpu.products(), factorizations, fallback, residual }
     }
 
-    /// Goes on from the present iterate with the safeguard, to the tolerance that this solver was made with if that is tighter: a few
-    /// factorizations more now save all of another solve. The last number is how many factorizations that took.
+    /// Goes on from the present iterate with the safeguard, to the tolerance that this solver was made with if that is
+    /// tighter: a few factorizations more now save all of another solve. The last number is how many factorizations
+    /// that took.
     fn guard(&mut self) -> (Status, u64, f64, u64) {
         let Some(safeguard) = &mut self.safeguard else { return (Status::NoProgress, 0, f64::INFINITY, 0) };
         let tolerance = self.settings.tolerance.min(self.tightest);
@@ -321,8 +327,8 @@ impl<const D: usize> Solver<D> {
         }
     }
 
-    /// Goes on from the present iterate with the solver's own method; if there is a safeguard and it is wanted, until its turn
-    /// has come.
+    /// Goes on from the present iterate with the solver's own method; if there is a safeguard and it is wanted, until
+    /// its turn has come.
     fn iterate(&mut self, max_iterations: u64, guarded: bool) -> (Status, u64, f64) {
         let (cpu, drive) = (&mut self.cpu, &mut self.drive);
         let settings = &Settings { max_iterations, ..self.settings };
@@ -348,9 +354,10 @@ impl<const D: usize> Solver<D> {
     }
 }
 
-/// Says for a number of iterations and the residual there whether one more is worth it: while all of them have not cost as much as the safeguard would, and
-/// if `patient` is false while what is left, as the last iterations make one expect, costs less than a part of it. Later problems of a step keep its
-/// first forecast: they have the same pairs and few more.
+/// Says for a number of iterations and the residual there whether one more is worth it: while all of them have not cost
+/// as much as the safeguard would, and if `patient` is false while what is left, as the last iterations make one
+/// expect, costs less than a part of it. Later problems of a step keep its first forecast: they have the same pairs and
+/// few more.
 fn affordable<const D: usize>(
     safeguard: &mut InteriorPoint<D>,
     forecast: &mut Option<f64>,
@@ -430,7 +437,8 @@ mod tests {
         assert_eq!((again.iterations, again.fallback, solver.guarded), (0, false, false));
     }
 
-    /// The iteration at which a residual that falls by a factor every hundred iterations is given up, where the safeguard costs as much as 2,000.
+    /// The iteration at which a residual that falls by a factor every hundred iterations is given up, where the
+    /// safeguard costs as much as 2,000.
     fn given_up(factor: f64) -> u64 {
         let mut cpu = Cpu::default();
         cpu.rebuild(&chain(1_000));

@@ -2,8 +2,8 @@
 
 use super::{Problem, velocity};
 
-/// An LCP of any number of unknowns a body, a start and what a solver made of it. Blocks of `J` and velocities are flat, `unknowns` numbers
-/// each.
+/// An LCP of any number of unknowns a body, a start and what a solver made of it. Blocks of `J` and velocities are
+/// flat, `unknowns` numbers each.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stored {
     /// Unknowns of a body: 3 in the plane, 6 in space.
@@ -54,8 +54,9 @@ impl Stored {
         })
     }
 
-    /// The natural residual `max |min(q + J v, s gamma)|` of multipliers, with `v = J^T gamma` and `s` the squared lengths of the rows of `J`:
-    /// computed from the definition, by none of what the solvers use. NaN if a number in it is.
+    /// The natural residual `max |min(q + J v, s gamma)|` of multipliers, with `v = J^T gamma` and `s` the squared
+    /// lengths of the rows of `J`: computed from the definition, by none of what the solvers use. NaN if a number in it
+    /// is.
     ///
     /// # Panics
     /// If there is not a multiplier a row.

@@ -1,7 +1,9 @@
-//! The few vector operations that the iterative solvers are written in, so that a solver is written once for every backend.
+//! The few vector operations that the iterative solvers are written in, so that a solver is written once for every
+//! backend.
 //!
-//! A backend owns the problem. Its vectors have one number a row; its scalars may live on a device, so a solver combines them
-//! with arithmetic and [`Scalar::if_positive`] and never branches on one. Only the driver looks at a scalar, with [`Verbs::read`].
+//! A backend owns the problem. Its vectors have one number a row; its scalars may live on a device, so a solver
+//! combines them with arithmetic and [`Scalar::if_positive`] and never branches on one. Only the driver looks at a
+//! scalar, with [`Verbs::read`].
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -81,7 +83,8 @@ pub trait Verbs {
     fn combine(&mut self, a: Self::Scalar, x: &Self::Vector, b: Self::Scalar, y: &Self::Vector, out: &mut Self::Vector);
     /// `y += a x`.
     fn add(&mut self, a: Self::Scalar, x: &Self::Vector, y: &mut Self::Vector);
-    /// The projected step `out = argmin over y >= 0 of g . (y - x) + 1/(2 step) (y - x) . B (y - x)`. Rows of `A` that are zero keep `x`.
+    /// The projected step `out = argmin over y >= 0 of g . (y - x) + 1/(2 step) (y - x) . B (y - x)`. Rows of `A` that
+    /// are zero keep `x`.
     fn proximal(
         &mut self,
         metric: Metric,
@@ -97,15 +100,16 @@ pub trait Verbs {
     /// `x . B^-1 x`, rows of `A` that are zero left out. For the diagonal metrics.
     fn inverse_square(&mut self, metric: Metric, x: &Self::Vector) -> Self::Scalar;
     /// The largest `t` with `x + t d >= 0`, infinite if there is none.
-    fn room(&mut self, x: &Self::Vector, d: &Self::Vector) -> Self::Scalar;
+    fn ratio_test(&mut self, x: &Self::Vector, d: &Self::Vector) -> Self::Scalar;
     /// The natural residual `max |min(g, s x)|`, NaN if a number in it is.
     fn residual(&mut self, x: &Self::Vector, g: &Self::Vector) -> Self::Scalar;
     /// Brings a number to the host. On a device this waits: it is for drivers, not for iterations.
     fn read(&mut self, scalar: Self::Scalar) -> f64;
-    /// Notes a residual for [`Verbs::looks`]. A backend may skip all that follows until then if the residual is at most `tolerance`
-    /// or not finite.
+    /// Notes a residual for [`Verbs::looks`]. A backend may skip all that follows until then if the residual is at most
+    /// `tolerance` or not finite.
     fn look(&mut self, residual: Self::Scalar, tolerance: f64);
-    /// The residuals noted since the last call, up to the one after which the rest was skipped, if it was. On a device this waits.
+    /// The residuals noted since the last call, up to the one after which the rest was skipped, if it was. On a device
+    /// this waits.
     fn looks(&mut self) -> Vec<f64>;
     /// How many residuals are best noted before [`Verbs::looks`] is called.
     fn looks_at_once(&self) -> usize {

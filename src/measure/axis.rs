@@ -1,7 +1,8 @@
 //! The axis of a body, which order is measured by: a line without head or tail.
 //!
-//! Of a rod its centreline, of a ring its axis of symmetry, of a spheroid likewise, of other ellipsoids the longest axis. In the plane,
-//! the longer direction of its outline. A sphere, a custom shape, and whatever looks like a disc in the plane, has none.
+//! Of a rod its centreline, of a ring its axis of symmetry, of a spheroid likewise, of other ellipsoids the longest
+//! axis. In the plane, the longer direction of its outline. A sphere, a custom shape, and whatever looks like a disc in
+//! the plane, has none.
 
 use crate::shape::{PLANAR_TOLERANCE, Shape};
 use glam::{DQuat, DVec3};

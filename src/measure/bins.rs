@@ -13,7 +13,8 @@ pub(super) struct Bins {
 }
 
 impl Bins {
-    /// Bins of `width`, or of the least whole multiple of it that makes no more than [`MOST`]. None where nothing can be shared out.
+    /// Bins of `width`, or of the least whole multiple of it that makes no more than [`MOST`]. None where nothing can
+    /// be shared out.
     pub fn new(width: f64, range: f64) -> Option<Bins> {
         if !(width > 0.0 && width.is_finite() && range >= 0.0 && range.is_finite()) {
             return None;

@@ -1,5 +1,5 @@
-//! Connected components of a graph of bodies: union-find with path halving (R. E. Tarjan, J. van Leeuwen, "Worst-case analysis of set union
-//! algorithms", 1984).
+//! Connected components of a graph of bodies: union-find with path halving (R. E. Tarjan, J. van Leeuwen, "Worst-case
+//! analysis of set union algorithms", 1984).
 
 use super::{Cell, Column, count};
 use std::collections::BTreeMap;

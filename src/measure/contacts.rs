@@ -1,7 +1,8 @@
 //! Contacts of the bodies: mean coordination `2 N_c / N`, how many bodies have none, and how many have each number.
 //!
-//! Two bodies touch where their separation is at most the cutoff, which every state tells; they push each other where the multiplier of
-//! their rows is above zero, which a checkpoint tells. M. van Hecke, J. Phys. Condens. Matter 22, 033101 (2010) for the coordination number.
+//! Two bodies touch where their separation is at most the cutoff, which every state tells; they push each other where
+//! the multiplier of their rows is above zero, which a checkpoint tells. M. van Hecke, J. Phys. Condens. Matter 22,
+//! 033101 (2010) for the coordination number.
 
 use super::{Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
 

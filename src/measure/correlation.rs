@@ -1,11 +1,13 @@
 //! Orientational correlation by distance, and its length.
 //!
-//! `C(r) = <cos 2 (theta_i - theta_j)>` in the plane, `<P_2(n_i . n_j)>` in space, over the pairs whose centres are `r` apart; the length is
-//! where `C` first falls to `1/e`, from `C(0) = 1`, straight between the bins' mean distances. D. Frenkel, R. Eppenga, Phys. Rev. A 31, 1776
-//! (1985) for `g_2(r)` in the plane; for colonies R. Los et al., arXiv:2003.10509 (2020).
+//! `C(r) = <cos 2 (theta_i - theta_j)>` in the plane, `<P_2(n_i . n_j)>` in space, over the pairs whose centres are `r`
+//! apart; the length is where `C` first falls to `1/e`, from `C(0) = 1`, straight between the bins' mean distances. D.
+//! Frenkel, R. Eppenga, Phys. Rev. A 31, 1776 (1985) for `g_2(r)` in the plane; for colonies R. Los et al.,
+//! arXiv:2003.10509 (2020).
 //!
-//! Where there are more pairs than [`super::CORRELATION_PAIRS`], those of some bodies with all others are counted, the bodies drawn by a seed: a
-//! pair's chance does not depend on its distance, so the mean is not shifted. The column of pairs tells how much a bin is worth.
+//! Where there are more pairs than [`super::CORRELATION_PAIRS`], those of some bodies with all others are counted, the
+//! bodies drawn by a seed: a pair's chance does not depend on its distance, so the mean is not shifted. The column of
+//! pairs tells how much a bin is worth.
 
 use super::bins::Bins;
 use super::{Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};

@@ -1,5 +1,5 @@
-//! Power that drag takes, under the overdamped law: `sum of F . u + T . w = xi (L |u|^2 + L^3 |w|^2 / 12)` with the velocities of the last
-//! step (Palmer, Aktulga, Gao 2026 for the drag; Rayleigh's dissipation function is half of it).
+//! Power that drag takes, under the overdamped law: `sum of F . u + T . w = xi (L |u|^2 + L^3 |w|^2 / 12)` with the
+//! velocities of the last step (Palmer, Aktulga, Gao 2026 for the drag; Rayleigh's dissipation function is half of it).
 
 use super::{Column, Found, LeftOut, Measure, View, cell};
 

@@ -71,7 +71,8 @@ impl From<StatesError> for MeasureError {
 }
 
 impl MeasureError {
-    /// The program's exit status: 4 where a file is at fault, 2 where an argument or a scene is, 130 where it was stopped.
+    /// The program's exit status: 4 where a file is at fault, 2 where an argument or a scene is, 130 where it was
+    /// stopped.
     pub fn exit_code(&self) -> i32 {
         match self {
             MeasureError::States(error) => error.exit_code(),

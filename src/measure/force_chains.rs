@@ -1,7 +1,7 @@
 //! Force chains: the contacts that carry more than the mean force, and the components that they connect.
 //!
-//! The strong part of the force network as F. Radjai, M. Jean, J.-J. Moreau, S. Roux, Phys. Rev. Lett. 77, 274 (1996) have it; a chain here is
-//! one of its connected components, straight or not.
+//! The strong part of the force network as F. Radjai, M. Jean, J.-J. Moreau, S. Roux, Phys. Rev. Lett. 77, 274 (1996)
+//! have it; a chain here is one of its connected components, straight or not.
 
 use super::clusters::{SIZE_COLUMNS, components, rows, sizes, summary};
 use super::{Column, Found, LeftOut, Measure, Profile, View, cell, count};

@@ -18,8 +18,9 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The frame of `states`, which were [opened](States::open) from `source`: from the scene, which of a run's folder or of a state in one
-    /// is `scene.json`. Without a scene it is planar where all bodies of the last state lie in one plane of constant z and are mirrored by it.
+    /// The frame of `states`, which were [opened](States::open) from `source`: from the scene, which of a run's folder
+    /// or of a state in one is `scene.json`. Without a scene it is planar where all bodies of the last state lie in one
+    /// plane of constant z and are mirrored by it.
     ///
     /// # Errors
     /// A scene or a state that cannot be read.

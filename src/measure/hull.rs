@@ -1,9 +1,10 @@
 //! Area of the convex hull of planar bodies.
 //!
-//! The bodies' farthest points at equally spaced angles `d` apart are corners of the hull. Between two of them the boundary is an arc of one body, or
-//! a straight edge with an arc at each end; the edge's angle is found by bisection, so that edges are exact. What a chord `c` cuts off an arc that
-//! turns by `d` is the arc's 2/3 of the triangle between chord and tangents, `c^2 tan(d/2) / 6`, as Archimedes has it of a parabola: the error is of
-//! the order of `d^4` of a body's area. The area of the polygon is Gauss's formula.
+//! The bodies' farthest points at equally spaced angles `d` apart are corners of the hull. Between two of them the
+//! boundary is an arc of one body, or a straight edge with an arc at each end; the edge's angle is found by bisection,
+//! so that edges are exact. What a chord `c` cuts off an arc that turns by `d` is the arc's 2/3 of the triangle between
+//! chord and tangents, `c^2 tan(d/2) / 6`, as Archimedes has it of a parabola: the error is of the order of `d^4` of a
+//! body's area. The area of the polygon is Gauss's formula.
 
 use super::View;
 use super::interior::support;
@@ -11,7 +12,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Angles. The area of a lone body is then right to 1e-10 for a disc, 2e-8 for an ellipse of 1:5, 3e-7 for 1:10, 4e-6 for 1:20.
+/// Angles. The area of a lone body is then right to 1e-10 for a disc, 2e-8 for an ellipse of 1:5, 3e-7 for 1:10, 4e-6
+/// for 1:20.
 const ANGLES: usize = 720;
 
 /// Halvings of the step between two angles: down to the last bits.

@@ -1,7 +1,8 @@
-//! Where the matter of a body lies: its farthest point in a direction, points that stand for equal parts of it, and the area of its section with the plane of a planar run.
+//! Where the matter of a body lies: its farthest point in a direction, points that stand for equal parts of it, and the
+//! area of its section with the plane of a planar run.
 //!
-//! Points of rods, spheres and ellipsoids are those of a Halton sequence in the box of the body that lie inside it (J. H. Halton, Numer.
-//! Math. 2, 84 (1960)); those of a ring lie on its centreline.
+//! Points of rods, spheres and ellipsoids are those of a Halton sequence in the box of the body that lie inside it (J.
+//! H. Halton, Numer. Math. 2, 84 (1960)); those of a ring lie on its centreline.
 
 use crate::separation::point_to_convex;
 use crate::shape::{Centreline, Convex, Geometry, Shape};
@@ -9,8 +10,9 @@ use glam::{DQuat, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-/// Points tried a body. In a colony of 512 cells the part filled of rings of one diameter's width is within 0.004 from the fifth ring on and
-/// within 0.01 in the first four (0.003 and 0.003 with 1,024, 0.016 and 0.032 with 64), compared with points on a grid of 1/50 of a diameter.
+/// Points tried a body. In a colony of 512 cells the part filled of rings of one diameter's width is within 0.004 from
+/// the fifth ring on and within 0.01 in the first four (0.003 and 0.003 with 1,024, 0.016 and 0.032 with 64), compared
+/// with points on a grid of 1/50 of a diameter.
 const TRIED: usize = 512;
 
 /// The points in the box from -1 to 1.
@@ -101,11 +103,12 @@ pub(super) fn section(shape: &Shape, orientation: DQuat) -> f64 {
     }
 }
 
-/// Normals that a custom shape's section is integrated over. The integrand is periodic: the area of an ellipse of aspect ratio 50 is good to 1e-6.
+/// Normals that a custom shape's section is integrated over. The integrand is periodic: the area of an ellipse of
+/// aspect ratio 50 is good to 1e-6.
 const NORMALS: usize = 1024;
 
-/// The plane mirrors the body, so the points with normals in it are its section's outline: with the support function `h` of the angle the area is half the
-/// integral of `h^2 - h'^2`.
+/// The plane mirrors the body, so the points with normals in it are its section's outline: with the support function
+/// `h` of the angle the area is half the integral of `h^2 - h'^2`.
 fn section_of_convex(shape: Convex, orientation: DQuat) -> f64 {
     let part = |k: usize| {
         let angle = TAU * k as f64 / NORMALS as f64;

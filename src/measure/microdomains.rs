@@ -1,8 +1,8 @@
 //! Microdomains: bodies connected by contacts of nearly parallel ones.
 //!
-//! As Z. You, D. J. G. Pearce, A. Sengupta, L. Giomi, Phys. Rev. X 8, 031065 (2018) speak of them in colonies: domains of highly aligned cells.
-//! Two bodies that touch, and whose axes make less than a stated angle, are of one domain; the angle is the user's to choose. A body with an
-//! axis that is aligned with none that it touches is a domain of one.
+//! As Z. You, D. J. G. Pearce, A. Sengupta, L. Giomi, Phys. Rev. X 8, 031065 (2018) speak of them in colonies: domains
+//! of highly aligned cells. Two bodies that touch, and whose axes make less than a stated angle, are of one domain; the
+//! angle is the user's to choose. A body with an axis that is aligned with none that it touches is a domain of one.
 
 use super::clusters::{SIZE_COLUMNS, components, rows, sizes, summary};
 use super::{Cell, Column, Found, LeftOut, Measure, Profile, View, cell};

@@ -1,8 +1,9 @@
 //! Measures of recorded states: what papers on colonies, packings and nematic order report of a run.
 //!
-//! One file is one [`Measure`], and [`ALL`] is their table. A measure sees one state as a [`View`] and gives numbers for the state's row of
-//! `measures.csv`, and for some a profile: rows over distance, length or size. A measure that a state cannot give is left out with the
-//! reason ([`LeftOut`]); a number that cannot be given is an empty cell, never 0 or NaN. Formulas with their sources: `docs/measures.md`.
+//! One file is one [`Measure`], and [`ALL`] is their table. A measure sees one state as a [`View`] and gives numbers
+//! for the state's row of `measures.csv`, and for some a profile: rows over distance, length or size. A measure that a
+//! state cannot give is left out with the reason ([`LeftOut`]); a number that cannot be given is an empty cell, never 0
+//! or NaN. Formulas with their sources: `docs/measures.md`.
 //!
 //! ```
 //! use relcp::record::States;
@@ -46,12 +47,12 @@ pub(crate) use output::field;
 pub use output::{Document, write};
 pub use view::View;
 
-/// Pairs whose orientations are compared for C(r) of one state, at most. Up to 8,192 bodies have no more; of 131,072 bodies they take 0.7 s
-/// of a core at 2.5 GHz.
+/// Pairs whose orientations are compared for C(r) of one state, at most. Up to 8,192 bodies have no more; of 131,072
+/// bodies they take 0.7 s of a core at 2.5 GHz.
 pub const CORRELATION_PAIRS: usize = 1 << 25;
 
-/// Two touching bodies whose axes differ by less than this belong to one microdomain, without another angle; degrees. A choice: the sizes
-/// depend on it, as `docs/measures.md` shows.
+/// Two touching bodies whose axes differ by less than this belong to one microdomain, without another angle; degrees. A
+/// choice: the sizes depend on it, as `docs/measures.md` shows.
 pub const DOMAIN_ANGLE: f64 = 3.0;
 
 /// What one may choose of the measures.
@@ -102,7 +103,7 @@ pub struct Profile {
     pub drawn: usize,
 }
 
-/// A number of a table; `None` where there is none.
+/// A cell of a table; `None` if the state does not define it.
 pub type Cell = Option<f64>;
 
 /// What a measure found in one state.

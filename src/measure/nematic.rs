@@ -1,11 +1,12 @@
 //! Nematic order, of all bodies and of neighbourhoods.
 //!
-//! With the axes `n`: in the plane `S = |<exp(2 i theta)>|`, the positive eigenvalue of `<2 n n - I>`, and the director's angle is half
-//! that sum's argument; in space the largest eigenvalue of `<(3 n n - I) / 2>`. P. G. de Gennes, J. Prost, "The Physics of Liquid
-//! Crystals", 1993, section 2.1; the estimate's excess of order `1 / sqrt(N)`: R. Eppenga, D. Frenkel, Mol. Phys. 52, 1303 (1984).
+//! With the axes `n`: in the plane `S = |<exp(2 i theta)>|`, the positive eigenvalue of `<2 n n - I>`, and the
+//! director's angle is half that sum's argument; in space the largest eigenvalue of `<(3 n n - I) / 2>`. P. G. de
+//! Gennes, J. Prost, "The Physics of Liquid Crystals", 1993, section 2.1; the estimate's excess of order `1 / sqrt(N)`:
+//! R. Eppenga, D. Frenkel, Mol. Phys. 52, 1303 (1984).
 //!
-//! Local order is the mean over the bodies of the `S` of a body and those within a distance of it. Two bodies alone have `S` > 0
-//! however they lie, so the mean number of neighbours stands beside it.
+//! Local order is the mean over the bodies of the `S` of a body and those within a distance of it. Two bodies alone
+//! have `S` > 0 however they lie, so the mean number of neighbours stands beside it.
 
 use super::{Column, Found, LeftOut, Measure, View, cell, count};
 use crate::measure::view::median;

@@ -1,5 +1,5 @@
-//! The files of a measurement: `measures.csv` with a row a state, `NAME.csv` with the rows of a profile by state, `measures.json` with all of
-//! it, and a plot a file.
+//! The files of a measurement: `measures.csv` with a row a state, `NAME.csv` with the rows of a profile by state,
+//! `measures.json` with all of it, and a plot a file.
 
 use super::{Cell, Column, Frame, MeasureError, Measured, Settings, plot};
 use crate::record::{RecordError, durable};
@@ -80,8 +80,8 @@ impl<'a> StateOf<'a> {
     }
 }
 
-/// Writes the files of a measurement into a folder, which is made where it is not there, and returns their paths. Those that an earlier
-/// measurement left there and this one does not make are removed.
+/// Writes the files of a measurement into a folder, which is made where it is not there, and returns their paths. Those
+/// that an earlier measurement left there and this one does not make are removed.
 ///
 /// # Errors
 /// A file or a folder that cannot be written, a plot that cannot be made.

@@ -1,8 +1,9 @@
 //! Radius and rate of expansion.
 //!
-//! The radius of gyration is `sqrt(<|x - c|^2>)` of the centres about their mean `c` (P. J. Flory, "Principles of Polymer Chemistry", 1953,
-//! chapter X); the outermost radius the distance from `c` to the farthest point of a body. The expansion rate is the derivative of the
-//! outermost radius: of the parabola through a state and its neighbours in time, of the chord at the ends (B. Fornberg, Math. Comp. 51, 699 (1988)).
+//! The radius of gyration is `sqrt(<|x - c|^2>)` of the centres about their mean `c` (P. J. Flory, "Principles of
+//! Polymer Chemistry", 1953, chapter X); the outermost radius the distance from `c` to the farthest point of a body.
+//! The expansion rate is the derivative of the outermost radius: of the parabola through a state and its neighbours in
+//! time, of the chord at the ends (B. Fornberg, Math. Comp. 51, 699 (1988)).
 
 use super::{Cell, Column, Found, LeftOut, Measure, View, cell};
 

@@ -221,7 +221,8 @@ fn hulls_of_rods_are_exact() {
         let one = state(bodies([(ROD, DVec3::new(5.0, 2.0, 0.0), lying(angle))]), None);
         let found = of("packing", &one, true);
         assert_near(value(&found, "packing", "hull_area"), 2.0 + 0.25 * PI, 1e-8);
-        // Side by side, two apart: a stadium's straight part of 2 x (2 + 1) and the arcs' disc, and two flanks of 2 x 0.5.
+        // Side by side, two apart: a stadium's straight part of 2 x (2 + 1) and the arcs' disc, and two flanks of 2 x
+        // 0.5.
         let beside = 2.0 * DVec3::new(-angle.sin(), angle.cos(), 0.0);
         let two = state(bodies([(ROD, DVec3::ZERO, lying(angle)), (ROD, beside, lying(angle))]), None);
         assert_near(value(&of("packing", &two, true), "packing", "hull_area"), 4.0 + 8.0 * 0.5 + 0.25 * PI, 1e-8);

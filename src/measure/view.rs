@@ -126,7 +126,8 @@ impl<'a> View<'a> {
         Ok(self.contacts().iter().filter(|contact| contact.gamma > 0.0))
     }
 
-    /// The virial of each body's own contacts, with walls too, the sum of force times lever: over its volume and the dimension it is the body's pressure.
+    /// The virial of each body's own contacts, with walls too, the sum of force times lever: over its volume and the
+    /// dimension it is the body's pressure.
     ///
     /// # Errors
     /// As [`View::pushing`].
@@ -151,7 +152,8 @@ impl<'a> View<'a> {
         Ok(virials)
     }
 
-    /// The pairs of the bodies in `among` whose centres, or in periodic space nearest images of them, are at most `radius` apart, by their places in it.
+    /// The pairs of the bodies in `among` whose centres, or in periodic space nearest images of them, are at most
+    /// `radius` apart, by their places in it.
     pub fn neighbours(&self, among: &[usize], radius: f64) -> Vec<[u32; 2]> {
         let at = |i: u32| self.bodies().position[among[i as usize]];
         let half = DVec3::splat(0.5 * radius);

@@ -21,7 +21,8 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
-    /// The pairs whose separation is at most `cutoff`, from the bodies alone, with the forces that the last step remembers.
+    /// The pairs whose separation is at most `cutoff`, from the bodies alone, with the forces that the last step
+    /// remembers.
     pub fn of(state: &State, cutoff: f64) -> Self {
         let bodies = &state.bodies;
         let mut forces = HashMap::<[usize; 2], f64>::new();

@@ -1,8 +1,8 @@
 //! The Python package `relcp`: scenes, simulations, their arrays and contacts, with the feature `python` only.
 //!
-//! It is thin: every number comes from [`crate::simulation::Simulation`], [`crate::record`] and [`crate::scene`]. The interpreter's lock is released while
-//! anything is computed. What belongs to Python itself, the package's entry and its stubs, is in the folder `relcp` beside this file;
-//! `pyproject.toml` builds both with maturin.
+//! It is thin: every number comes from [`crate::simulation::Simulation`], [`crate::record`] and [`crate::scene`]. The
+//! interpreter's lock is released while anything is computed. What belongs to Python itself, the package's entry and
+//! its stubs, is in the folder `relcp` beside this file; `pyproject.toml` builds both with maturin.
 
 mod arrays;
 mod compute;
@@ -16,8 +16,9 @@ mod simulation;
 use crate::gpu::{Choice, adapters};
 use pyo3::prelude::*;
 
-/// The GPU adapters of this machine, better ones first, each as a dict: `name`, `kind`, `interface`, `driver`, `f64`, `timestamps`, sizes in bytes,
-/// `lacks` (what keeps it from being used), `automatic` (whether `backend="auto"` takes it) and `taken` (whether `backend="gpu"` does).
+/// The GPU adapters of this machine, better ones first, each as a dict: `name`, `kind`, `interface`, `driver`, `f64`,
+/// `timestamps`, sizes in bytes, `lacks` (what keeps it from being used), `automatic` (whether `backend="auto"` takes
+/// it) and `taken` (whether `backend="gpu"` does).
 #[pyfunction]
 #[pyo3(signature = (adapter=None))]
 fn devices(py: Python<'_>, adapter: Option<String>) -> PyResult<Bound<'_, PyAny>> {

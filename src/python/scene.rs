@@ -64,8 +64,8 @@ fn from_text(py: Python<'_>, text: &str, origin: &str, sets: &[String], written:
 impl PyScene {
     /// Reads a built-in scene by its name, or else a scene file by its path.
     ///
-    /// `overrides` gives keys other values, as the program's `--set`: `{"time.end": 20, "bodies.0.position.1": 2.5}` or `["time.end=20"]`.
-    /// Raises SceneError with the place of the fault.
+    /// `overrides` gives keys other values, as the program's `--set`: `{"time.end": 20, "bodies.0.position.1": 2.5}` or
+    /// `["time.end=20"]`. Raises SceneError with the place of the fault.
     #[staticmethod]
     #[pyo3(signature = (source, overrides=None))]
     fn load(py: Python<'_>, source: PathBuf, overrides: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
@@ -81,7 +81,8 @@ impl PyScene {
         from_text(py, text, origin, &self::overrides(overrides)?, true)
     }
 
-    /// Makes a scene from a dict with a scene file's keys; arrays of numpy may stand for lists. Raises SceneError with the key of the fault.
+    /// Makes a scene from a dict with a scene file's keys; arrays of numpy may stand for lists. Raises SceneError with
+    /// the key of the fault.
     #[staticmethod]
     #[pyo3(signature = (value, overrides=None))]
     fn from_dict(value: &Bound<'_, PyDict>, overrides: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {

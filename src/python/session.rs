@@ -93,7 +93,8 @@ impl Session {
         self.threads.live()
     }
 
-    /// Takes at least one step, then as many as fit into `wall`, at most `most`; with `to_end` none past the scene's end.
+    /// Takes at least one step, then as many as fit into `wall`, at most `most`; with `to_end` none past the scene's
+    /// end.
     pub fn advance(&mut self, most: u64, to_end: bool, wall: Duration) -> (Batch, Result<(), Fault>) {
         let Session { simulation, totals, threads, .. } = self;
         threads.run(move || {

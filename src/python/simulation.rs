@@ -20,20 +20,23 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
-/// Wall time between looks at Python's signals. To take back the interpreter's lock may cost its switch interval (5 ms) where other threads run, so it is
-/// not done after every step; a person does not notice a twentieth of a second.
+/// Wall time between looks at Python's signals. To take back the interpreter's lock may cost its switch interval (5 ms)
+/// where other threads run, so it is not done after every step; a person does not notice a twentieth of a second.
 const SIGNALS_EVERY: Duration = Duration::from_millis(50);
 
 type Column<'py, T> = PyResult<Bound<'py, PyArray1<T>>>;
 type Table<'py, T> = PyResult<Bound<'py, PyArray2<T>>>;
 
-/// A scene's bodies and what steps them: `Simulation(scene, backend="cpu", threads=None, precision=None, adapter=None)`.
+/// A scene's bodies and what steps them: `Simulation(scene, backend="cpu", threads=None, precision=None,
+/// adapter=None)`.
 ///
-/// `backend` is "cpu", "gpu" (a software adapter will do) or "auto" (a hardware GPU if there is one, else the CPU); `threads` is a number of threads of its
-/// own, None those of the process, one a core; `precision` is "f32" or "f64" on a GPU, f32 without it; `adapter` is a part of a GPU's name. The same scene gives the
-/// same bits for any number of threads, and those of the program.
+/// `backend` is "cpu", "gpu" (a software adapter will do) or "auto" (a hardware GPU if there is one, else the CPU);
+/// `threads` is a number of threads of its own, None those of the process, one a core; `precision` is "f32" or "f64" on
+/// a GPU, f32 without it; `adapter` is a part of a GPU's name. The same scene gives the same bits for any number of
+/// threads, and those of the program.
 ///
-/// Every array is a copy of the state after the last accepted step, a row a body; N is the number of bodies. Lengths and times are in the scene's units.
+/// Every array is a copy of the state after the last accepted step, a row a body; N is the number of bodies. Lengths
+/// and times are in the scene's units.
 #[pyclass(frozen, name = "Simulation", module = "relcp")]
 pub(super) struct PySimulation {
     session: Mutex<Session>,
@@ -122,8 +125,9 @@ impl PySimulation {
         Ok(PySimulation::hold(session))
     }
 
-    /// Goes on from a state that `save` or the program wrote for the same scene: from a checkpoint to the same bits, on the CPU, as if the run had never
-    /// stopped. Raises RecordError where the file cannot be used, or is of another scene.
+    /// Goes on from a state that `save` or the program wrote for the same scene: from a checkpoint to the same bits, on
+    /// the CPU, as if the run had never stopped. Raises RecordError where the file cannot be used, or is of another
+    /// scene.
     #[staticmethod]
     #[pyo3(signature = (scene, path, backend="cpu", threads=None, precision=None, adapter=None))]
     fn resume(
@@ -147,7 +151,8 @@ impl PySimulation {
         Ok(PySimulation::hold(session))
     }
 
-    /// Takes `n` steps, also past the scene's end, and returns the last one's report. Ctrl-C ends it between two steps, with the state of the last one.
+    /// Takes `n` steps, also past the scene's end, and returns the last one's report. Ctrl-C ends it between two steps,
+    /// with the state of the last one.
     ///
     /// Raises SimulationError or DeviceError where a step cannot be taken.
     #[pyo3(signature = (n=1))]
@@ -156,7 +161,8 @@ impl PySimulation {
         taken.ok_or_else(|| PyValueError::new_err("n: expected at least one step"))
     }
 
-    /// Steps to the scene's end, or what its `growth.stop` ends it at, and returns the summary. Ctrl-C ends it between two steps; call it again to go on.
+    /// Steps to the scene's end, or what its `growth.stop` ends it at, and returns the summary. Ctrl-C ends it between
+    /// two steps; call it again to go on.
     ///
     /// Raises SimulationError or DeviceError where a step cannot be taken.
     fn run<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
@@ -248,7 +254,8 @@ impl PySimulation {
         Ok(column(py, self.bodies(py, |bodies| bodies.shape.iter().map(|shape| shape.code().0).collect())?))
     }
 
-    /// (N, 3): sizes in a scene's order, what a shape has not is zero: radius; diameter, length; three radii; major and minor radius.
+    /// (N, 3): sizes in a scene's order, what a shape has not is zero: radius; diameter, length; three radii; major and
+    /// minor radius.
     #[getter]
     fn sizes<'py>(&self, py: Python<'py>) -> Table<'py, f64> {
         table(py, self.bodies(py, |bodies| bodies.shape.iter().map(|shape| shape.code().1).collect())?)
@@ -291,7 +298,8 @@ impl PySimulation {
         self.copy(py, state_hash)
     }
 
-    /// All pairs of bodies whose separation is at most `cutoff`, a length, computed afresh in f64 on the CPU from the bodies alone.
+    /// All pairs of bodies whose separation is at most `cutoff`, a length, computed afresh in f64 on the CPU from the
+    /// bodies alone.
     #[pyo3(signature = (cutoff=0.0))]
     fn contacts(&self, py: Python<'_>, cutoff: f64) -> PyResult<Contacts> {
         let cutoff = checked(cutoff)?;
@@ -313,7 +321,8 @@ impl PySimulation {
         WallContacts::new(py, found.map_err(fault)?)
     }
 
-    /// What the run did so far, with the keys of the program's `summary.json`; `final_max_overlap` is computed afresh from the state.
+    /// What the run did so far, with the keys of the program's `summary.json`; `final_max_overlap` is computed afresh
+    /// from the state.
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let summary = self.compute(py, |session| session.summary())?.map_err(fault)?;
         json(py, &summary)
@@ -328,7 +337,8 @@ impl PySimulation {
         scene.map(PyScene).map_err(fault)
     }
 
-    /// Writes the state as the program's checkpoint, whole or not at all: numpy reads it as `.npz`, `resume` goes on from it. Raises RecordError.
+    /// Writes the state as the program's checkpoint, whole or not at all: numpy reads it as `.npz`, `resume` goes on
+    /// from it. Raises RecordError.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let saved = self.compute(py, |session| session.save(&path))?.map_err(fault)?;
         saved.map_err(|no| recorded(&no))

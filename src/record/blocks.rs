@@ -112,8 +112,8 @@ pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, S
     })
 }
 
-/// Reads back what [`warm_blocks`] made; every pair must be two of the `bodies` bodies, in ascending order, or one and a
-/// surface of a wall.
+/// Reads back what [`warm_blocks`] made; every pair must be two of the `bodies` bodies, in ascending order, or one and
+/// a surface of a wall.
 pub(super) fn read_warm(source: &mut Archive, rows: usize, bodies: usize) -> Result<Vec<Warm>, StateError> {
     let pairs = source.u32s::<2>("warm_pair", rows)?;
     let features = source.u32s::<1>("warm_feature", rows)?;

@@ -9,8 +9,9 @@ use std::collections::BTreeMap;
 
 /// Pairs nearer than this fraction of the least thickness of a body are contacts, without another cutoff.
 ///
-/// In a colony of 1,024 cells (dt = 0.001), the farthest of 1,967 pairs that push each other are 9.1e-4 of it apart, and only 12
-/// other pairs are nearer; of 4,676 such pairs among 1,000 jammed ellipsoids, none is farther apart than 1e-5.
+/// In a colony of 1,024 cells (dt = 0.001), the farthest of 1,967 pairs that push each other are 9.1e-4 of it apart,
+/// and only 12 other pairs are nearer; of 4,676 such pairs among 1,000 jammed ellipsoids, none is farther apart than
+/// 1e-5.
 pub const TOUCHING: f64 = 1e-3;
 
 /// A contact of two bodies.
@@ -39,9 +40,10 @@ struct Force {
     levers: [DVec3; 2],
 }
 
-/// The contacts of a state, sorted by pair: pairs nearer than `cutoff` (without it, [`TOUCHING`] of the least thickness), and those
-/// that push each other, however far apart the step left them. Contacts with walls are not among them. In periodic space each image of a pair that is
-/// near is a contact, and a cutoff over the shortest period counts as that.
+/// The contacts of a state, sorted by pair: pairs nearer than `cutoff` (without it, [`TOUCHING`] of the least
+/// thickness), and those that push each other, however far apart the step left them. Contacts with walls are not among
+/// them. In periodic space each image of a pair that is near is a contact, and a cutoff over the shortest period counts
+/// as that.
 ///
 /// ```
 /// use relcp::record::{States, contacts};

@@ -1,11 +1,11 @@
 //! State files: one versioned container for the states of a run and its checkpoint.
 //!
 //! A state is a zip that numpy opens as `.npz`, of these little-endian arrays with a row a body: `position` (N x 3),
-//! `orientation` (N x 4, `[w, x, y, z]`), `velocity`, `angular_velocity` (N x 3), `shape` (tag: 0 sphere,
-//! 1 spherocylinder, 2 ellipsoid, 3 torus), `size` (N x 3, the shape's sizes in the order of a scene), `group` (2^32 - 1:
+//! `orientation` (N x 4, `[w, x, y, z]`), `velocity`, `angular_velocity` (N x 3), `shape` (tag: 0 sphere, 1
+//! spherocylinder, 2 ellipsoid, 3 torus), `size` (N x 3, the shape's sizes in the order of a scene), `group` (2^32 - 1:
 //! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`. A checkpoint has `warm_pair`, `warm_feature`,
-//! `warm_gamma`, `warm_normal` as well, a row a near pair, and the run's totals in its header; a state has the former where the scene's
-//! `output.forces` asks for it. `header.json` is the [`Header`].
+//! `warm_gamma`, `warm_normal` as well, a row a near pair, and the run's totals in its header; a state has the former
+//! where the scene's `output.forces` asks for it. `header.json` is the [`Header`].
 
 use super::blocks::{blocks, read_bodies, read_warm};
 use super::durable;
@@ -134,8 +134,8 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
     Ok((header, state))
 }
 
-/// The periods of a state's space. In every state that a run writes bodies are at most half as long as the shortest, and not so far away that floats
-/// no longer tell one image from the next.
+/// The periods of a state's space. In every state that a run writes bodies are at most half as long as the shortest,
+/// and not so far away that floats no longer tell one image from the next.
 fn periods(header: &Header, bodies: &Bodies) -> Result<Periods, StateError> {
     let Some(lengths) = header.periodic else { return Ok(Periods::NONE) };
     let periods = Periods::new(lengths);

@@ -1,4 +1,5 @@
-//! Files that are there whole or not at all: written beside their place, synced, renamed into it, and the folder synced.
+//! Files that are there whole or not at all: written beside their place, synced, renamed into it, and the folder
+//! synced.
 
 use super::error::RecordError;
 use serde::Serialize;

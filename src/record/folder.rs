@@ -35,7 +35,8 @@ impl Folder {
         Folder(path.into()).with_states()
     }
 
-    /// Makes a new folder in `parent`, named after the scene `name`: `NAME`, or `NAME-2`, `NAME-3`, ... where that is taken.
+    /// Makes a new folder in `parent`, named after the scene `name`: `NAME`, or `NAME-2`, `NAME-3`, ... where that is
+    /// taken.
     pub fn create_in(parent: &Path, name: &str) -> Result<Self, RecordError> {
         fs::create_dir_all(parent).map_err(RecordError::io(parent, "create the folder"))?;
         for path in candidates(parent, name) {
@@ -84,10 +85,12 @@ impl Folder {
         Ok(found)
     }
 
-    /// The folder of a run that stopped before its first checkpoint, emptied for a new start. Refused where anything else is in it.
+    /// The folder of a run that stopped before its first checkpoint, emptied for a new start. Refused where anything
+    /// else is in it.
     ///
     /// # Errors
-    /// [`RecordError::InUse`] where a run is just starting in it, [`RecordError::NotEmpty`] where it holds what no such run left.
+    /// [`RecordError::InUse`] where a run is just starting in it, [`RecordError::NotEmpty`] where it holds what no such
+    /// run left.
     pub fn restart(path: &Path) -> Result<Self, RecordError> {
         let folder = Folder(path.into()).with_states()?;
         let rows = folder.steps();

@@ -1,11 +1,12 @@
 //! One LCP as a file that numpy opens as `.npz`, for a look at a solver outside a run.
 //!
-//! Arrays, little-endian: `bodies` (how many), `a`, `b` (the bodies of each row), `row_a`, `row_b` (rows x unknowns: the two blocks of
-//! each row of `J`, scaled so that `A = J J^T`; 3 unknowns a body in the plane, 6 in space), `q` (`g` at `gamma = 0`, a length), `gamma0`
-//! (the start), `gamma` (what the solver ended with), `v` (`J^T gamma`, bodies x unknowns).
+//! Arrays, little-endian: `bodies` (how many), `a`, `b` (the bodies of each row), `row_a`, `row_b` (rows x unknowns:
+//! the two blocks of each row of `J`, scaled so that `A = J J^T`; 3 unknowns a body in the plane, 6 in space), `q` (`g`
+//! at `gamma = 0`, a length), `gamma0` (the start), `gamma` (what the solver ended with), `v` (`J^T gamma`, bodies x
+//! unknowns).
 //!
-//! Files written here have a `header.json` beside them and the seal of states. Files of other programs need neither, may be deflated, and
-//! their numbers may be of 4 or 8 bytes.
+//! Files written here have a `header.json` beside them and the seal of states. Files of other programs need neither,
+//! may be deflated, and their numbers may be of 4 or 8 bytes.
 
 use super::durable;
 use super::error::RecordError;
@@ -13,7 +14,7 @@ use super::npz::{Block, Data, HEADER, MAGIC, header_text, seal_holds, write};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::lcp::Stored;
 use crate::simulation::Simulation;
-use crate::step::Kept;
+use crate::step::SavedLcp;
 use serde::{Deserialize, Serialize};
 use std::fmt::Display;
 use std::io::{Cursor, Read};
@@ -30,8 +31,8 @@ pub const LCP_VERSION: u64 = 1;
 const TIGHTEST: u64 = 1_032;
 /// An array may unpack to this many bytes from however few.
 const LOOSE_BYTES: u64 = 64 << 20;
-/// Beyond that, most times that an array may unpack to its packed size. The arrays of LCPs of colonies unpack to 1 to 9 times; only a start of
-/// zeros to 175 times, which up to eight million rows are under the bound before.
+/// Beyond that, most times that an array may unpack to its packed size. The arrays of LCPs of colonies unpack to 1 to 9
+/// times; only a start of zeros to 175 times, which up to eight million rows are under the bound before.
 const LOOSEST: u64 = 100;
 
 /// What a file says of its LCP.
@@ -62,7 +63,7 @@ pub struct LcpHeader {
 }
 
 impl LcpHeader {
-    pub(crate) fn new(simulation: &Simulation, kept: &Kept) -> Self {
+    pub(crate) fn new(simulation: &Simulation, kept: &SavedLcp) -> Self {
         let scene = simulation.scene();
         let name = |value: serde_json::Result<serde_json::Value>| match value {
             Ok(serde_json::Value::String(name)) => name,
@@ -88,7 +89,7 @@ impl LcpHeader {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum LcpFileError {
     /// The bytes are of something else.
-    #[error("it is not the .npz of an LCP: {0}")]
+    #[error("this is not an .npz file of an LCP: {0}")]
     NotAnLcp(String),
     /// Some bytes are missing, or not those that were written, or say what cannot be.
     #[error("{place} is damaged: {what}")]
@@ -151,8 +152,8 @@ pub fn encode_lcp(lcp: &Stored, header: &LcpHeader) -> Result<Vec<u8>, LcpFileEr
     write(&json, &blocks).map_err(|e| unwritable(e.to_string()))
 }
 
-/// Reads the bytes of an LCP, and its header where it has one. Numbers that are not finite are read as they are: they may be what is
-/// to be looked at.
+/// Reads the bytes of an LCP, and its header where it has one. Numbers that are not finite are read as they are: they
+/// may be what is to be looked at.
 ///
 /// # Errors
 /// [`LcpFileError`] for bytes that are something else, damaged, cut short, or that no LCP can have.

@@ -114,8 +114,8 @@ pub(super) struct Archive<'a> {
 }
 
 impl<'a> Archive<'a> {
-    /// Opens a file: `accept` judges its header, before the seal, so that a file of a newer format is known as such even
-    /// where that format seals otherwise.
+    /// Opens a file: `accept` judges its header, before the seal, so that a file of a newer format is known as such
+    /// even where that format seals otherwise.
     pub(super) fn open<H>(
         bytes: &'a [u8],
         accept: impl FnOnce(&[u8]) -> Result<H, StateError>,

@@ -1,4 +1,5 @@
-//! A table that grows by a row a recorded step, and is cut back to a step where a run goes on. Its first column is the step's number.
+//! A table that grows by a row a recorded step, and is cut back to a step where a run goes on. Its first column is the
+//! step's number.
 
 use super::error::RecordError;
 use serde::Serialize;

@@ -20,7 +20,8 @@ pub struct Snapshot {
     pub time: f64,
     /// The bodies.
     pub bodies: Bodies,
-    /// The multipliers of the step's near pairs, where they are known: those of a checkpoint, and of states recorded with `output.forces`.
+    /// The multipliers of the step's near pairs, where they are known: those of a checkpoint, and of states recorded
+    /// with `output.forces`.
     pub warm: Option<Vec<Warm>>,
 }
 
@@ -40,8 +41,8 @@ impl Snapshot {
     }
 }
 
-/// The states to export, in the order of their steps. They are read one at a time, so that a long run needs no more memory than
-/// its largest state.
+/// The states to export, in the order of their steps. They are read one at a time, so that a long run needs no more
+/// memory than its largest state.
 #[derive(Clone, Debug)]
 pub struct States {
     name: String,
@@ -58,8 +59,8 @@ enum Entry {
 impl States {
     /// The states of `source`, which is
     ///
-    /// * a run's folder: its `states/` in order, and the checkpoint in place of the state of its step, or after the last (a
-    ///   checkpoint knows the contact forces); `final.json` where there is neither;
+    /// * a run's folder: its `states/` in order, and the checkpoint in place of the state of its step, or after the
+    ///   last (a checkpoint knows the contact forces); `final.json` where there is neither;
     /// * a state file (`.npz`);
     /// * a scene file or the name of a built-in scene: the state that it starts from.
     ///

@@ -256,8 +256,9 @@ impl Totals {
         self.reason().is_none()
     }
 
-    /// What a run missed, in one word, the worst first: `overlap` where a step left more than the tolerance, `passed` where bodies went through each other,
-    /// `residual` where velocities come from a solve that is not right to the overlap tolerance.
+    /// What a run missed, in one word, the worst first: `overlap` where a step left more than the tolerance, `passed`
+    /// where bodies went through each other, `residual` where velocities come from a solve that is not right to the
+    /// overlap tolerance.
     pub fn reason(&self) -> Option<&'static str> {
         let missed =
             [("overlap", self.steps_over_tolerance), ("passed", self.steps_passed), ("residual", self.steps_unsettled)];

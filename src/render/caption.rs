@@ -1,4 +1,5 @@
-//! The words of a run's picture: time and number of bodies in the upper left corner, what the colours tell in the lower right one.
+//! The words of a run's picture: time and number of bodies in the upper left corner, what the colours tell in the lower
+//! right one.
 
 use super::colour::{hue, ramp};
 use super::scale::Scale;

@@ -1,9 +1,10 @@
 //! Where a line first meets a custom shape.
 //!
-//! In a normal that faces the line's start, scaled to `w - d` with `w` at right angles to the line's direction `d`, the body's tangent plane is crossed at
-//! `t(w) = (w - d) . o - h(w - d)`. The line is outside before every such plane, and `t` is concave in `w`, so that its maximum over the plane of `w` is the
-//! first hit: Newton's method with steps that are halved until they gain. A line that misses has planes as far along it as one likes; it is given up
-//! where it has passed the bounding sphere. Hits are good to 1e-9 of the size, on bodies without curvature in places to 1e-6.
+//! In a normal that faces the line's start, scaled to `w - d` with `w` at right angles to the line's direction `d`, the
+//! body's tangent plane is crossed at `t(w) = (w - d) . o - h(w - d)`. The line is outside before every such plane, and
+//! `t` is concave in `w`, so that its maximum over the plane of `w` is the first hit: Newton's method with steps that
+//! are halved until they gain. A line that misses has planes as far along it as one likes; it is given up where it has
+//! passed the bounding sphere. Hits are good to 1e-9 of the size, on bodies without curvature in places to 1e-6.
 
 use crate::shape::Convex;
 use glam::DVec3;

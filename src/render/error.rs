@@ -6,8 +6,8 @@ use miette::Diagnostic;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Why the pictures of a run could not be made. But for [`RenderError::Record`], [`RenderError::Encoder`] and [`RenderError::Stopped`]
-/// nothing was written.
+/// Why the pictures of a run could not be made. But for [`RenderError::Record`], [`RenderError::Encoder`] and
+/// [`RenderError::Stopped`] nothing was written.
 #[derive(Debug, Error, Diagnostic)]
 pub enum RenderError {
     /// A state could not be found or read.
@@ -44,7 +44,7 @@ pub enum RenderError {
         help: &'static str,
     },
     /// The ends of a scale were given for colours that are on none.
-    #[error("colours by {colour} are on no scale, so that it has no ends")]
+    #[error("--range needs a numeric quantity; {colour} has no scale")]
     #[diagnostic(help("leave the range out, or choose other colours"))]
     NoScale {
         /// What the colours are to tell.
@@ -104,7 +104,8 @@ impl From<StatesError> for RenderError {
 }
 
 impl RenderError {
-    /// The program's exit status: 4 where a file is at fault, 2 where an argument is, 5 where a device is, 130 where it was stopped.
+    /// The program's exit status: 4 where a file is at fault, 2 where an argument is, 5 where a device is, 130 where it
+    /// was stopped.
     pub fn exit_code(&self) -> i32 {
         match self {
             RenderError::States(error) => error.exit_code(),

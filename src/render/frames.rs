@@ -1,9 +1,9 @@
-//! The pictures of a run, one a recorded state, with one camera and one scale of colours for all of them. In periodic space each body is drawn once,
-//! with its centre in the cell about the origin.
+//! The pictures of a run, one a recorded state, with one camera and one scale of colours for all of them. In periodic
+//! space each body is drawn once, with its centre in the cell about the origin.
 //!
-//! All states are looked at before anything is written: for the space that they take, the values that their colours tell, and what they
-//! lack. Then the pictures are drawn, some at a time in parallel. A picture is there whole or not at all, and its bytes do not depend on
-//! threads.
+//! All states are looked at before anything is written: for the space that they take, the values that their colours
+//! tell, and what they lack. Then the pictures are drawn, some at a time in parallel. A picture is there whole or not
+//! at all, and its bytes do not depend on threads.
 
 use super::camera::{Extent, axes_from};
 use super::quantity::Quantity;
@@ -22,7 +22,8 @@ const FOLDER: &str = "frames";
 const DOCUMENT: &str = "frames.json";
 /// The movie, where it has no other place.
 pub const MOVIE: &str = "movie.mp4";
-/// How far a time may be outside the interval and still count as in it, relative to the larger of both: the rounding of a product.
+/// How far a time may be outside the interval and still count as in it, relative to the larger of both: the rounding of
+/// a product.
 const ROUNDING: f64 = 1e-9;
 /// Memory that the rays of the pictures drawn at a time may take together, in bytes; a picture alone may take more.
 const MEMORY: usize = 2 << 30;
@@ -125,7 +126,7 @@ pub struct Rendered {
 }
 
 /// A state that was looked at.
-struct Seen {
+struct ScannedState {
     /// Its number among the states.
     index: usize,
     time: f64,
@@ -135,8 +136,8 @@ struct Seen {
     births: bool,
 }
 
-/// Makes the pictures of `states`, which were [opened](States::open) from `source`, as `folder/frames/000000.png` and so on, and
-/// `folder/frames.json`. What an earlier rendering left there, whole or not, is replaced.
+/// Makes the pictures of `states`, which were [opened](States::open) from `source`, as `folder/frames/000000.png` and
+/// so on, and `folder/frames.json`. What an earlier rendering left there, whole or not, is replaced.
 ///
 /// ```
 /// use relcp::record::States;
@@ -212,7 +213,7 @@ struct Painter<'a> {
 
 impl Painter<'_> {
     /// Looks at the states that are to be drawn.
-    fn look(&self, watch: Watch<'_>) -> Result<Vec<Seen>, RenderError> {
+    fn look(&self, watch: Watch<'_>) -> Result<Vec<ScannedState>, RenderError> {
         let Frames { from, to, every, .. } = *self.frames;
         let all = from == f64::NEG_INFINITY && to == f64::INFINITY;
         // Without an interval those between need not be read.
@@ -223,7 +224,7 @@ impl Painter<'_> {
             if !watch(seen.len(), asked.len()) {
                 return Err(RenderError::Stopped { done: seen.len(), all: asked.len() });
             }
-            let looked: Vec<Seen> = part.par_iter().map(|&i| self.look_at(i)).collect::<Result<_, _>>()?;
+            let looked: Vec<ScannedState> = part.par_iter().map(|&i| self.look_at(i)).collect::<Result<_, _>>()?;
             for state in looked {
                 times = [times[0].min(state.time), times[1].max(state.time)];
                 if all || inside(state.time, from, to) {
@@ -253,15 +254,15 @@ impl Painter<'_> {
         Ok(seen)
     }
 
-    fn look_at(&self, index: usize) -> Result<Seen, RenderError> {
+    fn look_at(&self, index: usize) -> Result<ScannedState, RenderError> {
         let state = self.states.read(index)?;
         let outside = !inside(state.time, self.frames.from, self.frames.to);
         if outside {
-            return Ok(Seen { index, time: state.time, extent: Extent::NONE, scale: None, births: false });
+            return Ok(ScannedState { index, time: state.time, extent: Extent::NONE, scale: None, births: false });
         }
         let extent = Extent::of(axes_from(self.side), &state.bodies.wrapped());
         let births = state.bodies.lineage.iter().any(|line| line.parent.is_some() || line.generation > 0);
-        Ok(Seen { index, time: state.time, extent, scale: self.scale_of(&self.values(index, &state)?), births })
+        Ok(ScannedState { index, time: state.time, extent, scale: self.scale_of(&self.values(index, &state)?), births })
     }
 
     fn values(&self, index: usize, state: &Snapshot) -> Result<Vec<f64>, RenderError> {
@@ -283,7 +284,7 @@ impl Painter<'_> {
     }
 
     /// Draws the states and writes the pictures, as many at a time as there are threads.
-    fn draw(&self, seen: &[Seen], folder: &Path, watch: Watch<'_>) -> Result<Vec<RenderedFrame>, RenderError> {
+    fn draw(&self, seen: &[ScannedState], folder: &Path, watch: Watch<'_>) -> Result<Vec<RenderedFrame>, RenderError> {
         let together = seen.iter().fold(Extent::NONE, |all, state| all.with(state.extent));
         let scale = seen.iter().filter_map(|state| state.scale).reduce(Scale::with);
         let pixels = self.size[0] as usize * self.size[1] as usize;
@@ -294,7 +295,7 @@ impl Painter<'_> {
                 return Err(RenderError::Stopped { done: drawn.len(), all: seen.len() });
             }
             let first = drawn.len();
-            let one = |(k, state): (usize, &Seen)| {
+            let one = |(k, state): (usize, &ScannedState)| {
                 let (extent, scale) = match self.frames.fit {
                     Fit::Run => (together, scale),
                     Fit::Each => (state.extent, state.scale),

@@ -34,7 +34,8 @@ impl Image {
         self.pixels.get(first..first + 3)?.try_into().ok()
     }
 
-    /// Writes the picture as a PNG file. It appears under its name only when it is whole; a file of that name is replaced.
+    /// Writes the picture as a PNG file. It appears under its name only when it is whole; a file of that name is
+    /// replaced.
     ///
     /// # Errors
     /// Whatever the file system says when the file beside `path` cannot be made, written or renamed.

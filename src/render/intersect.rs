@@ -1,9 +1,10 @@
 //! Where a line first meets a body, by family of shapes, and how far a body reaches in a direction.
 //!
-//! All of it in body axes and in closed form, but for custom shapes (`convex_hit`) and the circle, whose surface is of fourth degree:
-//! `(|p|^2 + R^2 - r^2)^2 = 4 R^2 (x^2 + y^2)`. Along a line measured from its point nearest to the centre that is a
-//! quartic without a cubic term, so its second derivative has two opposite roots or none; between them it is concave
-//! and outside them convex, and in each of the three parts Newton's iteration from the right end is monotone.
+//! All of it in body axes and in closed form, but for custom shapes (`convex_hit`) and the circle, whose surface is of
+//! fourth degree: `(|p|^2 + R^2 - r^2)^2 = 4 R^2 (x^2 + y^2)`. Along a line measured from its point nearest to the
+//! centre that is a quartic without a cubic term, so its second derivative has two opposite roots or none; between them
+//! it is concave and outside them convex, and in each of the three parts Newton's iteration from the right end is
+//! monotone.
 
 use super::convex_hit;
 use crate::separation::point_to_convex;

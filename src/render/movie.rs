@@ -49,8 +49,8 @@ fn is_program(file: &Path) -> bool {
     file.is_file()
 }
 
-/// Makes a movie of the pictures that [`render`](super::render) left in `folder`, so many a second. It is there whole or not at all; a
-/// file of that name is replaced.
+/// Makes a movie of the pictures that [`render`](super::render) left in `folder`, so many a second. It is there whole
+/// or not at all; a file of that name is replaced.
 ///
 /// # Errors
 /// [`RenderError::Encoder`] where the program fails or knows no movie of that name; a file that cannot be written.

@@ -26,7 +26,8 @@ pub enum Quantity {
     Overlap,
     /// The sum of the contact forces on it, whatever their directions. Needs output.forces.
     Force,
-    /// Its contact pressure: the virial of the contact forces on it over its own volume, in a planar run its area. Needs output.forces.
+    /// Its contact pressure: the virial of the contact forces on it over its own volume, in a planar run its area.
+    /// Needs output.forces.
     Pressure,
     /// Nothing.
     Plain,

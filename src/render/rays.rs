@@ -1,7 +1,7 @@
 //! The rays of a picture on a device, in f32: the same lists of bodies by tile as on the CPU, a workgroup a tile.
 //!
-//! Lengths are in units of each body's own size, and a ray's place is the difference of whole samples and a rest, so that 32 bits are enough however large
-//! or far away bodies are.
+//! Lengths are in units of each body's own size, and a ray's place is the difference of whole samples and a rest, so
+//! that 32 bits are enough however large or far away bodies are.
 
 use super::raster::{Drawn, NOTHING, Sample, TILE};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Precision, Source, fragment};

@@ -1,7 +1,8 @@
 //! Light, contact shadows and outlines, from what the rays have met.
 //!
 //! The darkening near contacts is the estimator of McGuire, Osman, Bukowski and Hennessy, "The Alchemy screen-space
-//! ambient obscurance algorithm" (2011), with a fixed pattern of neighbours for each ray of a pixel, so that no noise remains.
+//! ambient obscurance algorithm" (2011), with a fixed pattern of neighbours for each ray of a pixel, so that no noise
+//! remains.
 
 use super::camera::Camera;
 use super::raster::{NOTHING, SUPERSAMPLING, Sample, Samples};

@@ -45,7 +45,8 @@ impl Shadow {
         Ok(Shadow { samples, camera, softness: softness.max(LEAST_SOFTNESS) })
     }
 
-    /// The part of the main light, from 0 to 1, that reaches a point with this normal. `ray` is the ray's number in its pixel.
+    /// The part of the main light, from 0 to 1, that reaches a point with this normal. `ray` is the ray's number in its
+    /// pixel.
     pub fn lit(&self, point: DVec3, normal: DVec3, ray: usize) -> f32 {
         let samples_per_length = self.camera.pixels_per_length() * SUPERSAMPLING as f64;
         let lift = f64::from(LIFT * self.softness) / samples_per_length;

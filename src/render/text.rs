@@ -69,7 +69,8 @@ pub(super) fn width(text: &str, dot: usize) -> usize {
     (text.chars().count() * ADVANCE * dot).saturating_sub(dot)
 }
 
-/// The marks of a text whose first letter's top left corner is at `left` and `top`. A letter that the font has not is left blank.
+/// The marks of a text whose first letter's top left corner is at `left` and `top`. A letter that the font has not is
+/// left blank.
 pub(super) fn marks(text: &str, left: usize, top: usize, dot: usize) -> Vec<Mark> {
     let mut marks = Vec::new();
     for (k, letter) in text.chars().enumerate() {

@@ -71,7 +71,8 @@ impl Run {
     /// Starts a run in a new folder. `setup` is the wall time that its bodies took to place.
     ///
     /// # Errors
-    /// A file that cannot be written; [`StateError::Custom`] where a body has a custom shape, before anything is written.
+    /// A file that cannot be written; [`StateError::Custom`] where a body has a custom shape, before anything is
+    /// written.
     pub fn start(simulation: Simulation, folder: Folder, setup: Duration) -> Result<Self, RunError> {
         let begun = Instant::now();
         if let Some(body) = simulation.state()?.bodies.first_custom() {
@@ -113,7 +114,7 @@ impl Run {
         if let Some(fault) = fallback {
             // The damaged one gives way here, so that the next checkpoint does not take the place of this good one.
             durable::rename(&folder.previous_checkpoint(), &folder.checkpoint())?;
-            notes.push(format!("{fault}; going on from the checkpoint before it, at step {}", header.step));
+            notes.push(format!("{fault}; continuing from the previous checkpoint, at step {}", header.step));
         }
         if header.program != env!("CARGO_PKG_VERSION") {
             notes.push(format!(
@@ -203,7 +204,8 @@ impl Run {
 
     /// Takes one step and records it.
     ///
-    /// Where the step cannot be taken, the state before it is made the checkpoint and `final.json`, and the summary says why.
+    /// Where the step cannot be taken, the state before it is made the checkpoint and `final.json`, and the summary
+    /// says why.
     pub fn advance(&mut self) -> Result<StepReport, RunError> {
         let begun = Instant::now();
         let stepped = self.simulation.step();

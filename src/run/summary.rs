@@ -92,13 +92,14 @@ pub struct Summary {
     pub completed: bool,
     /// Which part of the scene's `growth.stop` ended it before `time.end`; null where none did.
     pub stopped_by: Option<StopReason>,
-    /// Why it is out of tolerance or stopped, in one word; null where it is neither. [`Totals::reason`] and [`Fault::name`] say which there are.
+    /// Why it is out of tolerance or stopped, in one word; null where it is neither. [`Totals::reason`] and
+    /// [`Fault::name`] say which there are.
     pub reason: Option<String>,
     /// The same in a sentence; null where no step was refused.
     pub message: Option<String>,
     /// `relcp`, `snsd` or `multisphere`.
     pub method: &'static str,
-    /// The stepping scheme.
+    /// `euler` or `midpoint`.
     pub stepping: Stepping,
     /// What computed it.
     pub backend: &'static str,
@@ -106,7 +107,7 @@ pub struct Summary {
     pub adapter: Option<String>,
     /// Which numbers it was computed with.
     pub precision: &'static str,
-    /// Threads.
+    /// Threads of the run that wrote this file.
     pub threads: usize,
     /// The program's version.
     pub version: &'static str,
@@ -116,7 +117,7 @@ pub struct Summary {
     pub state_hash: String,
     /// Bodies now.
     pub bodies: usize,
-    /// Steps taken.
+    /// Accepted steps, including those before a resumption.
     pub steps: u64,
     /// Time after them.
     pub time: f64,
@@ -142,13 +143,13 @@ pub struct Summary {
     pub steps_passed: u64,
     /// The first of them.
     pub first_passed: Vec<PassedStep>,
-    /// Steps whose velocities come from solves that are not right to the overlap tolerance.
+    /// Steps whose solves have a residual above the overlap tolerance.
     pub steps_unsettled: u64,
     /// The first of them.
     pub first_unsettled: Vec<UnsettledStep>,
     /// Steps that did not go at once.
     pub retried: Retried,
-    /// Recursions.
+    /// Recursions per step after the first solve: mean, largest, total.
     pub recursions: Recursions,
     /// Rows.
     pub constraints: Constraints,
@@ -170,7 +171,8 @@ fn method_name(method: Method) -> &'static str {
 }
 
 impl Summary {
-    /// Of a simulation and the totals of its steps; `final_max_overlap` is [`max_overlap`](crate::step::max_overlap) of its state.
+    /// Of a simulation and the totals of its steps; `final_max_overlap` is [`max_overlap`](crate::step::max_overlap) of
+    /// its state.
     ///
     /// # Errors
     /// As [`Simulation::state`].

@@ -9,7 +9,8 @@ use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 
 impl Scene {
-    /// The names of the groups, in order of first appearance in `bodies`, then `generate`: [`Bodies::group`] indexes them.
+    /// The names of the groups, in order of first appearance in `bodies`, then `generate`: [`Bodies::group`] indexes
+    /// them.
     pub fn group_names(&self) -> Vec<String> {
         let given = self.bodies.iter().map(|b| b.group.as_deref());
         let generated = self.generate.iter().map(Generate::group);
@@ -19,7 +20,8 @@ impl Scene {
 
     /// The starting bodies: those of `bodies`, then those of `generate` in order. The same scene gives the same bits.
     ///
-    /// A body without lineage is its own founder, born at the start, with the next id after the largest that the scene gives.
+    /// A body without lineage is its own founder, born at the start, with the next id after the largest that the scene
+    /// gives.
     ///
     /// ```
     /// let scene = relcp::scene::load("colony", &[])?;
@@ -65,8 +67,8 @@ impl Scene {
         }
     }
 
-    /// A scene that starts from `bodies` at `time` and goes on as this one: full precision, groups, lineage, and velocities where the
-    /// law has inertia. Its `end` is this scene's, or `time` where that is later.
+    /// A scene that starts from `bodies` at `time` and goes on as this one: full precision, groups, lineage, and
+    /// velocities where the law has inertia. Its `end` is this scene's, or `time` where that is later.
     ///
     /// `bodies` must have been built from this scene, so that their group numbers are this scene's.
     pub fn final_scene(&self, bodies: &Bodies, time: f64) -> Scene {

@@ -1,4 +1,5 @@
-//! The scenes that the program brings along: those of Palmer, Aktulga and Gao (2026), at a size for a desk and at the paper's.
+//! The scenes that the program brings along: those of Palmer, Aktulga and Gao (2026), at a size for a desk and at the
+//! paper's.
 
 /// A scene that the program brings along.
 #[derive(Clone, Copy, Debug)]

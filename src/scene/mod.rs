@@ -1,7 +1,7 @@
 //! A scene: everything that determines a run, as it stands in a scene file (JSON).
 //!
-//! The types below are the file's reference: the reader, the JSON Schema and the echoed `scene.json` are made from them.
-//! Variants are externally tagged (`{"ellipsoid": {...}}`) and unknown keys are refused.
+//! The types below are the file's reference: the reader, the JSON Schema and the echoed `scene.json` are made from
+//! them. Variants are externally tagged (`{"ellipsoid": {...}}`) and unknown keys are refused.
 
 mod build;
 #[cfg(feature = "files")]
@@ -81,7 +81,8 @@ pub struct Scene {
     /// External forces.
     #[cfg_attr(feature = "files", serde(default))]
     pub forces: Vec<Force>,
-    /// Fixed walls that bodies do not pass, and inside of which they start; one with a `lineage`, which a run wrote, may start past a wall.
+    /// Fixed walls that bodies do not pass, and inside of which they start; one with a `lineage`, which a run wrote,
+    /// may start past a wall.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
     pub walls: Vec<Wall>,
     /// Periods of space: bodies that leave through one side meet what is at the other.
@@ -172,26 +173,29 @@ fn identity() -> [f64; 4] {
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum Generate {
-    /// `count` bodies at random positions and isotropic random orientations, without overlap, in a cube centred on the origin
-    /// whose volume is theirs over `volume_fraction`. Centres are in the cube; the bodies' ends may stick out. Each body keeps clear of the
-    /// bounding capsules of all earlier ones, so rings do not interlock by chance. In a planar scene spheres only, in the square of z = 0
-    /// whose area is that of their discs over `volume_fraction`. In a periodic scene centres are spread over the whole period along each periodic axis, and
-    /// bodies keep clear of images too; where all axes are periodic, `volume_fraction` is what `count` bodies are of the cell.
+    /// `count` bodies at random positions and isotropic random orientations, without overlap, in a cube centred on the
+    /// origin whose volume is theirs over `volume_fraction`. Centres are in the cube; the bodies' ends may stick out.
+    /// Each body keeps clear of the bounding capsules of all earlier ones, so rings do not interlock by chance. In a
+    /// planar scene spheres only, in the square of z = 0 whose area is that of their discs over `volume_fraction`. In a
+    /// periodic scene centres are spread over the whole period along each periodic axis, and bodies keep clear of
+    /// images too; where all axes are periodic, `volume_fraction` is what `count` bodies are of the cell.
     Isotropic {
         /// How many.
         #[cfg_attr(feature = "files", schemars(range(min = 1)))]
         count: u64,
         /// Their shape.
         shape: Shape,
-        /// Their volume over the cube's; at most what random placement reaches, which depends on the shape (0.32 for spheres).
+        /// Their volume over the cube's; at most what random placement reaches, which depends on the shape (0.32 for
+        /// spheres).
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         volume_fraction: f64,
         /// Their group.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
     },
-    /// A sheet of interlaced rings on a square lattice in the x-y plane, centred on the origin, without overlap: the lattice's spacing is 1.6
-    /// major radii, and each ring is linked with its four neighbours. The minor radius is at most 0.12 of the major radius.
+    /// A sheet of interlaced rings on a square lattice in the x-y plane, centred on the origin, without overlap: the
+    /// lattice's spacing is 1.6 major radii, and each ring is linked with its four neighbours. The minor radius is at
+    /// most 0.12 of the major radius.
     Chainmail {
         /// Rings along x.
         #[cfg_attr(feature = "files", schemars(range(min = 1)))]
@@ -250,11 +254,13 @@ pub struct Output {
     /// Steps between rows of `steps.csv`.
     #[cfg_attr(feature = "files", schemars(range(min = 1)))]
     pub step_stride: u64,
-    /// Whether recorded states hold the contact forces, as the checkpoint does. Without them `relcp measure` tells stresses of the last state only.
+    /// Whether recorded states hold the contact forces, as the checkpoint does. Without them `relcp measure` tells
+    /// stresses of the last state only.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "std::ops::Not::not"))]
     pub forces: bool,
-    /// What of `relcp measure` is measured while it runs, by its names: `measures.csv` has a row for each of `steps.csv`. What takes more than one
-    /// state is left empty there. Each row costs what `relcp measure` takes for a state, and on a GPU the state is read back for it.
+    /// What of `relcp measure` is measured while it runs, by its names: `measures.csv` has a row for each of
+    /// `steps.csv`. What takes more than one state is left empty there. Each row costs what `relcp measure` takes for a
+    /// state, and on a GPU the state is read back for it.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Vec::is_empty"))]
     pub measures: Vec<String>,
 }

@@ -3,8 +3,8 @@
 use super::Scene;
 use glam::DQuat;
 
-/// How far a squared norm may be from one to count as normalized: rounding of a normalized quaternion stays below four epsilons.
-/// Leaving such a quaternion alone makes a written state come back to the same bits.
+/// How far a squared norm may be from one to count as normalized: rounding of a normalized quaternion stays below four
+/// epsilons. Leaving such a quaternion alone makes a written state come back to the same bits.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// The norm, without overflow or underflow.

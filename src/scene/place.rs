@@ -1,7 +1,7 @@
 //! Where a key stands in JSON text: from a path of keys and indices to bytes, lines and columns.
 //!
-//! serde loses the place of a value once it is typed; this finds it again, so that a fault that only shows when the whole scene is
-//! known still points into the file.
+//! serde loses the place of a value once it is typed; this finds it again, so that a fault that only shows when the
+//! whole scene is known still points into the file.
 
 /// A stretch of bytes of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,11 +49,12 @@ pub(super) fn byte_of(text: &str, line: usize, column: usize) -> usize {
     byte
 }
 
-/// Most parts of a key with dots in it that are tried together: an override's key has no more. Each try passes over the text.
+/// Most parts of a key with dots in it that are tried together: an override's key has no more. Each try passes over the
+/// text.
 const MAX_PARTS: usize = 32;
 
-/// Finds the value at `path`, or its nearest ancestor that is there. `None` where the text is not JSON up to that place. A key with dots in
-/// it, as a sweep has them, is found by its parts.
+/// Finds the value at `path`, or its nearest ancestor that is there. `None` where the text is not JSON up to that
+/// place. A key with dots in it, as a sweep has them, is found by its parts.
 pub(super) fn locate(text: &str, path: &[String]) -> Option<Found> {
     let mut scan = Scan { text, at: 0 };
     scan.space();

@@ -1,7 +1,8 @@
 //! Reads scenes: from a file, from text, from a built-in name, with overrides.
 //!
-//! Text is typed directly where there are no overrides; with overrides it goes through a JSON tree that refuses repeated keys as well.
-//! Either way a fault ends up with its dotted key, and with its line and column where it stands in the text.
+//! Text is typed directly where there are no overrides; with overrides it goes through a JSON tree that refuses
+//! repeated keys as well. Either way a fault ends up with its dotted key, and with its line and column where it stands
+//! in the text.
 
 use super::error::{FaultKind, SceneError};
 use super::nearest::nearest;
@@ -16,15 +17,15 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Largest scene file that is read, in bytes: a scene of as many bodies as a run can hold ([`super::MAX_BODIES`]), one by one at about
-/// 500 bytes a body with lineage and velocities.
+/// Largest scene file that is read, in bytes: a scene of as many bodies as a run can hold ([`super::MAX_BODIES`]), one
+/// by one at about 500 bytes a body with lineage and velocities.
 pub const MAX_FILE_BYTES: u64 = 8 << 30;
 
 /// Reads and validates a scene file (JSON).
 ///
 /// # Errors
-/// [`SceneError`] with its place: a file that cannot be read ([`SceneError::exit_code`] 4), text that is not JSON, unknown, missing and
-/// repeated keys, wrong types, and everything that [`Scene::validate`] refuses (2).
+/// [`SceneError`] with its place: a file that cannot be read ([`SceneError::exit_code`] 4), text that is not JSON,
+/// unknown, missing and repeated keys, wrong types, and everything that [`Scene::validate`] refuses (2).
 pub fn read(path: &Path) -> Result<Scene, SceneError> {
     Source::file(path)?.scene(&[])
 }
@@ -47,8 +48,9 @@ pub fn parse(text: &str, origin: &str) -> Result<Scene, SceneError> {
 
 /// Reads and validates a built-in scene by its name, or else a scene file by its path, after overrides `KEY=VALUE`.
 ///
-/// A key is dotted, with indices for lists (`bodies.0.position.1=2.5`); missing objects on its way are made, and an index one past a list's
-/// end appends to it. A value is JSON, or else a string. A built-in name wins over a file of that name, which `./NAME` still reaches.
+/// A key is dotted, with indices for lists (`bodies.0.position.1=2.5`); missing objects on its way are made, and an
+/// index one past a list's end appends to it. A value is JSON, or else a string. A built-in name wins over a file of
+/// that name, which `./NAME` still reaches.
 ///
 /// ```
 /// let scene = relcp::scene::load("two-ellipsoids", &["time.dt=0.05".into(), "contact.method=snsd".into()])?;

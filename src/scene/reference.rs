@@ -1,4 +1,5 @@
-//! The keys of a scene as a page of Markdown, from the same types as the JSON Schema: a section for each object, a line for each key.
+//! The keys of a scene as a page of Markdown, from the same types as the JSON Schema: a section for each object, a line
+//! for each key.
 
 use super::schema;
 use serde_json::{Map, Value};

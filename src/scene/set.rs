@@ -134,7 +134,8 @@ impl Origin {
     }
 }
 
-/// Whether the value at this key is a choice of one of several, `{"ellipsoid": {...}}`: choosing another replaces the first.
+/// Whether the value at this key is a choice of one of several, `{"ellipsoid": {...}}`: choosing another replaces the
+/// first.
 fn is_choice(key: &[String]) -> bool {
     let key: Vec<&str> = key.iter().map(String::as_str).collect();
     matches!(key.as_slice(), ["dynamics"] | ["contact", "method"] | ["forces" | "generate", _] | [.., "shape"])

@@ -8,7 +8,8 @@ use crate::shape::Shape;
 use crate::step::Model;
 use crate::walls::Walls;
 
-/// A solver stops at this part of the overlap tolerance, so that the linear solve adds little to what the recursion measures.
+/// A solver stops at this part of the overlap tolerance, so that the linear solve adds little to what the recursion
+/// measures.
 const TOLERANCE_PER_OVERLAP: f64 = 0.1;
 
 /// Iterations that any LCP of the built-in scenes is solved in by the default solver, and by none that has stalled.
@@ -35,8 +36,8 @@ impl Scene {
         }
     }
 
-    /// Distance within which pairs are near at a step's start: as given, or a tenth of the thinnest starting body's thickness
-    /// (growth and division leave it as it is).
+    /// Distance within which pairs are near at a step's start: as given, or a tenth of the thinnest starting body's
+    /// thickness (growth and division leave it as it is).
     pub fn cutoff(&self) -> f64 {
         self.cutoff_of(self.shapes().map(|(_, _, shape)| shape))
     }

@@ -88,7 +88,7 @@ fn syntax(words: &str, key: &str, text: &str, byte: Option<usize>) -> SceneError
 fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> String {
     let known: Vec<&str> = known.collect();
     match nearest(name, known.iter().copied()) {
-        None if known.is_empty() => format!("unknown {what} `{name}`; none stands here"),
+        None if known.is_empty() => format!("unknown {what} `{name}`; no {what} is allowed here"),
         None => format!("unknown {what}; the {what}s here are {}", known.join(", ")),
         Some(near) if known.len() == 1 => format!("unknown {what} `{name}`; the only {what} here is `{near}`"),
         Some(near) => {

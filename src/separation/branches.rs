@@ -1,14 +1,15 @@
-//! The smooth branches of a pair's separation: a separation is the least of several smooth functions of the two poses, and a pair can touch in
-//! several places at once.
+//! The smooth branches of a pair's separation: a separation is the least of several smooth functions of the two poses,
+//! and a pair can touch in several places at once.
 //!
-//! * Two segments: each end against the other segment, and in space the common perpendicular where it is inside of both. An end against an end
-//!   counts once, as that of the first body.
+//! * Two segments: each end against the other segment, and in space the common perpendicular where it is inside of
+//!   both. An end against an end counts once, as that of the first body.
 //! * All other pairs have one branch, the separation itself.
 //!
-//! The distance at a fixed place of one body is never less than the separation, so that no branch forbids what the surfaces allow.
+//! The distance at a fixed place of one body is never less than the separation, so that no branch forbids what the
+//! surfaces allow.
 //!
-//! Degenerate cases: axes that cross or nearly do, where an end's distance no longer tells on which side it is, have the separation alone; so have
-//! segments without length.
+//! Degenerate cases: axes that cross or nearly do, where an end's distance no longer tells on which side it is, have
+//! the separation alone; so have segments without length.
 
 use super::segments::{self, Segment};
 use super::{Family, Nearest, Placed, Separation};
@@ -24,7 +25,8 @@ pub const WHOLE: u32 = 0;
 #[cfg(feature = "gpu")]
 pub(crate) const BRANCHES: u32 = 5;
 
-/// The number of the branch in a place of the list of all: the separation itself, the ends of the first segment, those of the second.
+/// The number of the branch in a place of the list of all: the separation itself, the ends of the first segment, those
+/// of the second.
 #[cfg(feature = "gpu")]
 pub(crate) fn branch_in_place(place: u32) -> u32 {
     if place == 0 { WHOLE } else { BRANCH | (place - 1) }
@@ -37,16 +39,18 @@ pub(crate) fn place_of_branch(feature: u32) -> Option<u32> {
     (place < BRANCHES).then_some(place)
 }
 
-/// Branches are looked at down to this part of the sum of the radii of two centrelines below contact: deeper, the axes cross soon.
+/// Branches are looked at down to this part of the sum of the radii of two centrelines below contact: deeper, the axes
+/// cross soon.
 pub(crate) const DEEPEST: f64 = 0.5;
 
-/// The least slack, in sums of the radii: what turns a pair that did not turn before. A colony to 512 cells takes 27 products and 0.007 recursions a step
-/// from 0.001 to 0.006, and 76 and 0.48 with none.
+/// The least slack, in sums of the radii: what turns a pair that did not turn before. A colony to 512 cells takes 27
+/// products and 0.007 recursions a step from 0.001 to 0.006, and 76 and 0.48 with none.
 pub(crate) const LEAST_SLACK: f64 = 0.001;
 
-/// The slack in space, in sums of the radii: that of rods as parallel as solves leave them, ends a tenth of the overlap tolerance apart. There the nearest points of rods lie inside of both and slide, so that
-/// another branch rarely becomes the nearest: 1,000 rods packed to t = 15 take 403 products a step at dt 0.02 and 1,274 at 0.1, and 430 and 1,468 with the
-/// slack of the plane.
+/// The slack in space, in sums of the radii: that of rods as parallel as solves leave them, ends a tenth of the overlap
+/// tolerance apart. There the nearest points of rods lie inside of both and slide, so that another branch rarely
+/// becomes the nearest: 1,000 rods packed to t = 15 take 403 products a step at dt 0.02 and 1,274 at 0.1, and 430 and
+/// 1,468 with the slack of the plane.
 pub(crate) const SLACK_IN_SPACE: f64 = 2e-5;
 
 /// Two ways to compute a distance differ by less than this part of the sizes.
@@ -57,8 +61,8 @@ pub fn is_branch(feature: u32) -> bool {
     feature == WHOLE || feature & BRANCH != 0
 }
 
-/// Calls `found` with the number and the separation of every branch of a pair that is at most `slack` above `nearest`, the pair's separation;
-/// at least one.
+/// Calls `found` with the number and the separation of every branch of a pair that is at most `slack` above `nearest`,
+/// the pair's separation; at least one.
 ///
 /// ```
 /// use glam::{DQuat, DVec3};
@@ -88,11 +92,12 @@ pub fn branches(a: &Placed, b: &Placed, nearest: &Separation, slack: f64, mut fo
     }
 }
 
-/// How far a branch of a pair may lie above its separation `nearest` and still become active in a step in which the pair turns by the rotation
-/// vector `turned` against each other and slides by `slid`, a length; in space only what rounding hides.
+/// How far a branch of a pair may lie above its separation `nearest` and still become active in a step in which the
+/// pair turns by the rotation vector `turned` against each other and slides by `slid`, a length; in space only what
+/// rounding hides.
 ///
-/// In the plane a turn about `e` changes the gap at a distance `d` along the axis `u` from the contact by `d |e . (u x n)|`, and a slide of `s` across crossed
-/// axes a distance `D` apart by `s^2 / 2 D`.
+/// In the plane a turn about `e` changes the gap at a distance `d` along the axis `u` from the contact by `d |e . (u x
+/// n)|`, and a slide of `s` across crossed axes a distance `D` apart by `s^2 / 2 D`.
 pub fn branch_slack(a: &Placed, b: &Placed, nearest: &Separation, (turned, slid): (DVec3, f64), planar: bool) -> f64 {
     match (Family::of(a), Family::of(b)) {
         (Family::Segment(_, ra), Family::Segment(_, rb)) if !planar => SLACK_IN_SPACE * (ra + rb),
@@ -116,7 +121,8 @@ pub fn branch(a: &Placed, b: &Placed, nearest: &Separation, feature: u32) -> Sep
     wanted
 }
 
-/// The separation at a branch of two segments by its number, however far it lies above the pair's; `None` for a branch that is the separation itself.
+/// The separation at a branch of two segments by its number, however far it lies above the pair's; `None` for a branch
+/// that is the separation itself.
 pub(crate) fn separation_at(a: &Placed, b: &Placed, feature: u32) -> Option<f64> {
     let (Family::Segment(of_a, ra), Family::Segment(of_b, rb)) = (Family::of(a), Family::of(b)) else { return None };
     let number = place_of_branch(feature)?.checked_sub(1)?;

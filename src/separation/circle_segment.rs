@@ -1,13 +1,14 @@
 //! A circle and a point or segment: the nearest points of both.
 //!
-//! The point of the circle nearest to a given point is in closed form, which leaves the place `t` along the segment. With
-//! `z` the height over the circle's plane and `rho = sqrt(m^2 + k^2 (t - t_a)^2)` the distance from its axis, the squared
-//! distance `z^2 + (rho - R)^2` has second derivative `2 - 2 R k^2 m^2 / rho^3` in `t`: it is convex outside the interval
-//! about `t_a` where `rho^3 < R k^2 m^2`, and concave inside, where no minimum can be. So there are two minima at most, each
-//! alone in a convex piece, and the search is exact.
+//! The point of the circle nearest to a given point is in closed form, which leaves the place `t` along the segment.
+//! With `z` the height over the circle's plane and `rho = sqrt(m^2 + k^2 (t - t_a)^2)` the distance from its axis, the
+//! squared distance `z^2 + (rho - R)^2` has second derivative `2 - 2 R k^2 m^2 / rho^3` in `t`: it is convex outside
+//! the interval about `t_a` where `rho^3 < R k^2 m^2`, and concave inside, where no minimum can be. So there are two
+//! minima at most, each alone in a convex piece, and the search is exact.
 //!
-//! Degenerate cases: a point on the axis (a fixed direction in the plane, see `Circle::toward`); a segment that meets the
-//! circle (the common perpendicular of both, or of the tangent for a point); two equal minima (the first along the segment).
+//! Degenerate cases: a point on the axis (a fixed direction in the plane, see `Circle::toward`); a segment that meets
+//! the circle (the common perpendicular of both, or of the tangent for a point); two equal minima (the first along the
+//! segment).
 
 use super::Nearest;
 use super::circles::Circle;
@@ -17,8 +18,8 @@ use glam::DVec3;
 
 /// Distances this close, as a fraction of the sizes, are equal.
 const TIE: f64 = 1e-13;
-/// Distance, as a fraction of the sizes times the sine between segment and tangent, under which both meet and the normal
-/// is read from their directions.
+/// Distance, as a fraction of the sizes times the sine between segment and tangent, under which both meet and the
+/// normal is read from their directions.
 const MEETING: f64 = 1e-6;
 /// Steps at most of the refinement; each at least halves the bracket, and no bracket is wider than 2^53 roundings.
 const MAX_STEPS: usize = 60;
@@ -52,7 +53,8 @@ struct Sample {
     bend: f64,
 }
 
-/// `side` is -1 or 1, before or after the place nearest to the axis: which slope of `rho` counts where that is on the axis itself.
+/// `side` is -1 or 1, before or after the place nearest to the axis: which slope of `rho` counts where that is on the
+/// axis itself.
 fn sample(delta: DVec3, a: &Circle, b: Segment, at: f64, side: f64) -> Sample {
     let p = delta + b.axis * at;
     let (z, z1) = (a.axis.dot(p), a.axis.dot(b.axis));

@@ -1,17 +1,18 @@
 //! Two circles: the nearest points of two circles in space.
 //!
-//! The point of circle a nearest to a given point is in closed form, which leaves the angle `theta` along circle b. With
-//! `z` the height of its point over the plane of a and `rho` its distance from the axis of a, the squared distance is
-//! `z^2 + (rho - R_a)^2`, a sum of squares that keeps its digits as the circles meet. All its minima over `theta` are
-//! bracketed by samples and refined by safeguarded Newton, and the least is taken. Circle b is the smaller, so that what
-//! happens on the other is not passed between two samples.
+//! The point of circle a nearest to a given point is in closed form, which leaves the angle `theta` along circle b.
+//! With `z` the height of its point over the plane of a and `rho` its distance from the axis of a, the squared distance
+//! is `z^2 + (rho - R_a)^2`, a sum of squares that keeps its digits as the circles meet. All its minima over `theta`
+//! are bracketed by samples and refined by safeguarded Newton, and the least is taken. Circle b is the smaller, so that
+//! what happens on the other is not passed between two samples.
 //!
-//! An interval is halved while it may hold two minima, going by first and second derivatives, or while it is wide for how
-//! near it comes to the axis of a, where the function is not smooth; one in which nothing nearer than the best so far can
-//! be, at the length of its arc, is skipped.
+//! An interval is halved while it may hold two minima, going by first and second derivatives, or while it is wide for
+//! how near it comes to the axis of a, where the function is not smooth; one in which nothing nearer than the best so
+//! far can be, at the length of its arc, is skipped.
 //!
-//! Degenerate cases: coaxial circles and others at one distance all round (the first sample); circles that meet (the common
-//! perpendicular of their tangents); a point on the axis (the first direction in the plane); equal minima (the first).
+//! Degenerate cases: coaxial circles and others at one distance all round (the first sample); circles that meet (the
+//! common perpendicular of their tangents); a point on the axis (the first direction in the plane); equal minima (the
+//! first).
 
 use super::Nearest;
 use super::direction::common_perpendicular;
@@ -28,8 +29,8 @@ pub(super) struct Circle {
 }
 
 /// Samples on the circle. Over a million poses, half of them random and half nearly coaxial, with radii up to 100:1,
-/// turning the pair (which changes the samples) changes the distance by at most 2e-11 of the size. With 24, and the looser
-/// [`MONOTONE`] of 3, a few in a million lost up to 1e-4; 32 with that looser value lost 1e-9.
+/// turning the pair (which changes the samples) changes the distance by at most 2e-11 of the size. With 24, and the
+/// looser [`MONOTONE`] of 3, a few in a million lost up to 1e-4; 32 with that looser value lost 1e-9.
 const SAMPLES: usize = 32;
 /// Distances this close, as a fraction of the sizes, are equal.
 const TIE: f64 = 1e-13;
@@ -58,8 +59,8 @@ impl Circle {
         (self.first * cosine + self.second * sine, self.second * cosine - self.first * sine)
     }
 
-    /// The unit direction, in the plane, from the centre to the circle's point nearest to `p`; the first direction where
-    /// `p` is on the axis.
+    /// The unit direction, in the plane, from the centre to the circle's point nearest to `p`; the first direction
+    /// where `p` is on the axis.
     #[inline]
     pub fn toward(&self, p: DVec3) -> DVec3 {
         (p - self.axis * self.axis.dot(p)).try_normalize().unwrap_or(self.first)
@@ -72,7 +73,7 @@ struct Sample {
     angle: f64,
     square: f64,
     slope: f64,
-    bend: f64,
+    curvature: f64,
     rounding: f64,
     rho: f64,
     rho1: f64,
@@ -95,7 +96,7 @@ fn sample(delta: DVec3, a: &Circle, b: &Circle, angle: f64) -> Sample {
         angle,
         square: z * z + off * off,
         slope: 2.0 * (z * z1 + off * rho1),
-        bend: 2.0 * (z1 * z1 + z * z2 + rho1 * rho1 + off * rho2),
+        curvature: 2.0 * (z1 * z1 + z * z2 + rho1 * rho1 + off * rho2),
         rounding: 2.0 * f64::EPSILON * (size * (z1.abs() + rho1.abs()) + b.radius * (z.abs() + off.abs())),
         rho,
         rho1,
@@ -151,14 +152,15 @@ fn search(
     }
 }
 
-/// Whether an interval has no room for more than one root of the slope, going by its ends: the slope turns the same way at
-/// both and about as fast, or is too steep to come back, or is rounding. Never where the interval is as wide as the circle is near the axis.
+/// Whether an interval has no room for more than one root of the slope, going by its ends: the slope turns the same way
+/// at both and about as fast, or is too steep to come back, or is rounding. Never where the interval is as wide as the
+/// circle is near the axis.
 fn is_resolved(low: &Sample, high: &Sample, arc: f64) -> bool {
     let turn = high.angle - low.angle;
-    let bends = (low.bend.abs().min(high.bend.abs()), low.bend.abs().max(high.bend.abs()));
+    let bends = (low.curvature.abs().min(high.curvature.abs()), low.curvature.abs().max(high.curvature.abs()));
     let swing = turn * (low.rho1.abs().max(high.rho1.abs()) + arc);
     let smooth = low.rho.min(high.rho) >= swing;
-    let monotone = low.bend * high.bend > 0.0 && bends.1 < MONOTONE * bends.0;
+    let monotone = low.curvature * high.curvature > 0.0 && bends.1 < MONOTONE * bends.0;
     let steep = low.slope * high.slope > 0.0 && low.slope.abs().min(high.slope.abs()) > turn * bends.1;
     let flat = low.slope.abs() <= low.rounding && high.slope.abs() <= high.rounding;
     flat || smooth && (monotone || steep)
@@ -177,8 +179,8 @@ fn refine(delta: DVec3, (a, b): (&Circle, &Circle), (low, middle, high): (Sample
         } else {
             right = here.angle
         }
-        let newton = here.angle - here.slope / here.bend;
-        let inside = here.bend > 0.0 && newton > left && newton < right;
+        let newton = here.angle - here.slope / here.curvature;
+        let inside = here.curvature > 0.0 && newton > left && newton < right;
         let angle = if inside { newton } else { 0.5 * (left + right) };
         let step = (angle - here.angle).abs();
         here = sample(delta, a, b, angle);

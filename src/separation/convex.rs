@@ -1,10 +1,13 @@
-//! A custom shape with another, or with an ellipsoid: the largest `n . Delta - h_a(n) - h_b(-n)` over unit normals (see `peak`).
+//! A custom shape with another, or with an ellipsoid: the largest `n . Delta - h_a(n) - h_b(-n)` over unit normals (see
+//! `peak`).
 //!
-//! The second body is taken mirrored at its centre, so that its support function at `n` is its own at `-n`. Newton starts at the warm normal or at the
-//! direction between the centres. Where the maximum found is so deep that it may not be the only one, the best of fixed starts are climbed from: the
-//! directions to the sides, edges and corners of a cube along the axes of either body.
+//! The second body is taken mirrored at its centre, so that its support function at `n` is its own at `-n`. Newton
+//! starts at the warm normal or at the direction between the centres. Where the maximum found is so deep that it may
+//! not be the only one, the best of fixed starts are climbed from: the directions to the sides, edges and corners of a
+//! cube along the axes of either body.
 //!
-//! Degenerate cases: concentric bodies (the x of space to start from); equal maxima (the first in the order of starts, whatever the warm normal).
+//! Degenerate cases: concentric bodies (the x of space to start from); equal maxima (the first in the order of starts,
+//! whatever the warm normal).
 
 use super::Separation;
 use super::peak::{Peak, Supporting, climb};
@@ -12,9 +15,9 @@ use super::support::Support;
 use crate::shape::Convex;
 use glam::{DMat3, DQuat, DVec3};
 
-/// Starts that are climbed from, of those whose values are largest. Of 4,500 random pairs of ellipsoids up to aspect ratio 5, dice and eggs, their centres
-/// at most 0.8 of the smaller thickness apart, 100 found a smaller maximum than the largest known with one start, 19 with two, one with four and none with
-/// this many.
+/// Starts that are climbed from, of those whose values are largest. Of 4,500 random pairs of ellipsoids up to aspect
+/// ratio 5, dice and eggs, their centres at most 0.8 of the smaller thickness apart, 100 found a smaller maximum than
+/// the largest known with one start, 19 with two, one with four and none with this many.
 const CLIMBED: usize = 8;
 /// Maxima this close, as a fraction of the sizes, are equal: well above the rounding of a value, 1e-16 of the sizes.
 pub(super) const TIE: f64 = 1e-13;
@@ -162,7 +165,8 @@ fn above<const N: usize>(peak: &Peak<N>, other: &Peak<N>, delta: DVec3, bodies: 
     peak.value > other.value + TIE * size
 }
 
-/// The highest of the peaks that the best of some starts lead to, the first of equal ones; none where there is no start.
+/// The highest of the peaks that the best of some starts lead to, the first of equal ones; none where there is no
+/// start.
 pub(super) fn highest<const N: usize>(
     delta: DVec3,
     bodies: &[impl Supporting; N],

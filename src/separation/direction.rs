@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-/// A unit vector at right angles to `v`: `v` crossed with the axis of space that it leans on least, the first of equals.
-/// The x axis where `v` is zero.
+/// A unit vector at right angles to `v`: `v` crossed with the axis of space that it leans on least, the first of
+/// equals. The x axis where `v` is zero.
 pub(super) fn perpendicular(v: DVec3) -> DVec3 {
     let size = v.abs();
     let least = if size.x <= size.y && size.x <= size.z {

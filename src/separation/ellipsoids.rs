@@ -2,7 +2,8 @@
 //!
 //! From a warm normal Newton converges at once. Without one, the start is the normal of a sequence of quadratic models.
 //! Where the maximum found is so deep that it may not be the only one, the axes of both bodies and the common
-//! perpendiculars of each two of them are tried as starts as well: at the thin sides of flat and slender bodies, which is where local maxima lie.
+//! perpendiculars of each two of them are tried as starts as well: at the thin sides of flat and slender bodies, which
+//! is where local maxima lie.
 //!
 //! Degenerate cases: concentric bodies (no direction to start from: those axes still are); equal maxima (the first in
 //! the order of starts).
@@ -39,8 +40,8 @@ fn cold_start(delta: DVec3, bodies: &[Support; 2]) -> DVec3 {
     normal
 }
 
-/// The largest of the local maxima that the axes and their common perpendiculars lead to; `found` only where it is larger
-/// than all of them, so that of equal ones the result does not depend on a warm start.
+/// The largest of the local maxima that the axes and their common perpendiculars lead to; `found` only where it is
+/// larger than all of them, so that of equal ones the result does not depend on a warm start.
 fn deepest(delta: DVec3, bodies: &[Support; 2], found: Peak<2>) -> Peak<2> {
     let tie = TIE * (delta.length() + bodies[0].radii.max_element() + bodies[1].radii.max_element());
     let axes = bodies.map(|b| [b.axes.x_axis, b.axes.y_axis, b.axes.z_axis]);

@@ -1,8 +1,9 @@
-//! The normal of a custom shape at its point farthest from a point or a line: the largest `n . d + h(n)` over unit normals, with `d` from the point to the
-//! body's centre; across the line for a line.
+//! The normal of a custom shape at its point farthest from a point or a line: the largest `n . d + h(n)` over unit
+//! normals, with `d` from the point to the body's centre; across the line for a line.
 //!
-//! For the distance of a point `y` is the largest `n . (y - p)`, and of these the support function is the largest. So it is the search of `peak` with the
-//! support function's sign turned round. There are several local maxima, the body's ends among them: the best of fixed starts are climbed from.
+//! For the distance of a point `y` is the largest `n . (y - p)`, and of these the support function is the largest. So
+//! it is the search of `peak` with the support function's sign turned round. There are several local maxima, the body's
+//! ends among them: the best of fixed starts are climbed from.
 //!
 //! Degenerate case: points that are equally far, of which the first in the order of starts is taken.
 
@@ -45,7 +46,8 @@ pub(super) fn from_point(delta: DVec3, body: Posed) -> (DVec3, f64) {
     highest(delta, &[Outward(body)], starts).map_or((DVec3::X, 0.0), |peak| (peak.normal, peak.value))
 }
 
-/// The normal, at right angles to the unit vector `axis`, at the point farthest from the line along it through `-delta`.
+/// The normal, at right angles to the unit vector `axis`, at the point farthest from the line along it through
+/// `-delta`.
 pub(super) fn from_line(delta: DVec3, body: Posed, axis: DVec3) -> DVec3 {
     highest_across(delta, Outward(body), axis).normal
 }

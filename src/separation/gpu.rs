@@ -1,13 +1,15 @@
 //! Separations in WGSL: which families of pairs a scene needs, and the fragments of a kernel that computes one of them.
 //!
-//! A kernel serves one pair of families, so that a scene compiles only what its shapes can meet. In it are the functions
+//! A kernel serves one pair of families, so that a scene compiles only what its shapes can meet. In it are the
+//! functions
 //!
-//! * `separate(delta, a, b, warm) -> Separation`, as [`super::separation`] or [`super::planar_separation`] for `delta = x_b - x_a`, with
-//!   `warm` zero where there is no old normal;
+//! * `separate(delta, a, b, warm) -> Separation`, as [`super::separation`] or [`super::planar_separation`] for `delta =
+//!   x_b - x_a`, with `warm` zero where there is no old normal;
 //! * `is_of_families(kind_a, kind_b) -> bool`, whether a pair of such shapes is one that it computes;
 //! * and what [`add_bodies_to`] adds.
 //!
-//! The text is `shaders/separation/`. It follows the CPU in every degenerate case; its tolerances are functions of the number type.
+//! The text is `shaders/separation/`. It follows the CPU in every degenerate case; its tolerances are functions of the
+//! number type.
 
 use crate::gpu::{Fragment, Precision, Source, fragment};
 use crate::shape::Shape;
@@ -198,11 +200,11 @@ pub(crate) fn add_tolerances_to(source: Source) -> Source {
     let tolerances = [
         // Distances and maxima this close, as a fraction of the sizes, are equal: well above rounding.
         ("TIE", 1e-13, 4.0),
-        // Distance, as a fraction of the sizes times the sine between two curves, under which the normal is read from the curves and
-        // not from the gap between them, which has lost more digits.
+        // Distance, as a fraction of the sizes times the sine between two curves, under which the normal is read from
+        // the curves and not from the gap between them, which has lost more digits.
         ("MEETING", 1e-6, 1e4),
-        // Sine under which axes count as parallel. The ends of segments 1000 diameters long then differ by 1e-9 diameters in 64 bits,
-        // by 1e-3 in 32 bits, where an axis is rounded to a tenth of this.
+        // Sine under which axes count as parallel. The ends of segments 1000 diameters long then differ by 1e-9
+        // diameters in 64 bits, by 1e-3 in 32 bits, where an axis is rounded to a tenth of this.
         ("PARALLEL_SINE", 1e-12, 16.0),
         // A normal is at right angles to a segment when its cosine is below this.
         ("RIGHT_ANGLE", 1e-9, 16.0),
@@ -215,8 +217,8 @@ pub(crate) fn add_tolerances_to(source: Source) -> Source {
         .fold(source, |source, (name, least, roundings)| source.real(name, (roundings * epsilon).max(least)))
 }
 
-/// Halvings at most of an interval in the search round a ring: what hides in the last has a width of the root of a rounding,
-/// and is not nearer by more than its square.
+/// Halvings at most of an interval in the search round a ring: what hides in the last has a width of the root of a
+/// rounding, and is not nearer by more than its square.
 fn halvings(precision: Precision) -> u32 {
     (-0.5 * precision.epsilon().log2()).ceil() as u32
 }

@@ -4,9 +4,9 @@
 //! the two centrelines less the two radii. `Phi > 0` apart, `Phi < 0` overlap. The two agree where both apply. After
 //! Palmer, Aktulga and Gao (2026), section 2.
 //!
-//! Everything is computed from `x_b - x_a`, so a result does not depend on how far from the origin a pair lies. The pair
-//! is put in one fixed order first, so swapping the bodies flips the normal and changes no bit else, unless they are the
-//! same body in the same place: then there is no side to prefer.
+//! Everything is computed from `x_b - x_a`, so a result does not depend on how far from the origin a pair lies. The
+//! pair is put in one fixed order first, so swapping the bodies flips the normal and changes no bit else, unless they
+//! are the same body in the same place: then there is no side to prefer.
 
 pub(crate) mod branches;
 mod circle_segment;
@@ -33,7 +33,8 @@ pub use planar::planar_separation;
 pub use surface::Surface;
 pub(crate) use surface::reach_of_place;
 
-/// The distance of a point from a custom shape's surface, both in the body's axes, negative inside; and the outward normal of the point nearest to it.
+/// The distance of a point from a custom shape's surface, both in the body's axes, negative inside; and the outward
+/// normal of the point nearest to it.
 #[cfg(feature = "files")]
 pub(crate) fn point_to_convex(shape: Convex, p: DVec3) -> (f64, DVec3) {
     let peak = segment_convex::of_point(p, Posed::new(shape, DQuat::IDENTITY));
@@ -141,10 +142,11 @@ impl Family {
 /// The separation of a pair; `None` where the pair of families is not supported (see [`supports`]).
 ///
 /// `warm` is a unit normal from a to b near the one sought, from an earlier configuration of the same pair. It saves
-/// iterations for two ellipsoids or custom shapes and is not used otherwise. It changes the result by no more than rounding.
+/// iterations for two ellipsoids or custom shapes and is not used otherwise. It changes the result by no more than
+/// rounding.
 ///
-/// Deep overlap. Where convex bodies overlap by more than the sum of their least radii of curvature, the maximum need not
-/// be unique: the largest of several local ones is returned, and of equal ones always the same, whatever `warm` is.
+/// Deep overlap. Where convex bodies overlap by more than the sum of their least radii of curvature, the maximum need
+/// not be unique: the largest of several local ones is returned, and of equal ones always the same, whatever `warm` is.
 /// Where centrelines cross, coincide or are coaxial the normal follows a fixed rule, each named where it is applied. No
 /// finite pose gives a NaN.
 ///
@@ -176,7 +178,8 @@ pub fn separation(a: &Placed, b: &Placed, warm: Option<DVec3>) -> Option<Separat
     }
 }
 
-/// Whether [`separation`] supports a pair of these shapes: every pair except a ring with an ellipsoid or a custom shape.
+/// Whether [`separation`] supports a pair of these shapes: every pair except a ring with an ellipsoid or a custom
+/// shape.
 ///
 /// ```
 /// use relcp::{separation::supports, shape::Shape};
@@ -235,8 +238,8 @@ fn of_families(delta: DVec3, a: Family, b: Family, warm: Option<DVec3>) -> Optio
     }
 }
 
-/// Whether b comes before a in the fixed order of a pair of one family: by their places, and where those are the same by
-/// bounding radius, orientation and thickness; custom shapes at last by the order in which they were made.
+/// Whether b comes before a in the fixed order of a pair of one family: by their places, and where those are the same
+/// by bounding radius, orientation and thickness; custom shapes at last by the order in which they were made.
 fn out_of_order(delta: DVec3, a: &Placed, b: &Placed) -> bool {
     let key = |p: &Placed| {
         let [x, y, z, w] = p.orientation.to_array();

@@ -1,9 +1,9 @@
 //! The largest of `f(n) = n . Delta - sum of h(n)` over unit normals: Newton on the sphere, safeguarded.
 //!
-//! Across `n` the gradient is `Delta - sum of y` and the Hessian `-(sum of H) - f`, since `n . grad f = f`. It is negative
-//! definite wherever `f > -rho`, with `rho` the sum of the bodies' least radii of curvature: shrink each body by its ball,
-//! and `f + rho` is the same function of the shrunken bodies, concave and positively homogeneous, so that one maximum at
-//! most is above `-rho`. A step that does not raise `f` is shortened.
+//! Across `n` the gradient is `Delta - sum of y` and the Hessian `-(sum of H) - f`, since `n . grad f = f`. It is
+//! negative definite wherever `f > -rho`, with `rho` the sum of the bodies' least radii of curvature: shrink each body
+//! by its ball, and `f + rho` is the same function of the shrunken bodies, concave and positively homogeneous, so that
+//! one maximum at most is above `-rho`. A step that does not raise `f` is shortened.
 //!
 //! It is written over what it asks of a body, [`Supporting`], of which ellipsoids and custom shapes are two.
 
@@ -21,8 +21,8 @@ pub(super) trait Supporting: Copy {
     fn aspect(self) -> f64;
 }
 
-/// Steps at most. Over thousands of random poses in contact range none took more than 3 at aspect ratio 2, 12 at 100 and
-/// 53 at 1000; deep overlap, from every start, up to 128.
+/// Steps at most. Over thousands of random poses in contact range none took more than 3 at aspect ratio 2, 12 at 100
+/// and 53 at 1000; deep overlap, from every start, up to 128.
 const MAX_STEPS: usize = 400;
 /// Gradient, as a fraction of the sizes, that is rounding.
 const GRADIENT_FLOOR: f64 = 4e-16;
@@ -30,8 +30,8 @@ const GRADIENT_FLOOR: f64 = 4e-16;
 const VALUE_FLOOR: f64 = 1e-15;
 /// Longest step across the normal: 45 degrees once projected back.
 const LONGEST_STEP: f64 = 1.0;
-/// Least over largest eigenvalue under which a Hessian counts as singular: above the rounding of 1e-16, below the 1e-9 or
-/// more of the most slender bodies supported.
+/// Least over largest eigenvalue under which a Hessian counts as singular: above the rounding of 1e-16, below the 1e-9
+/// or more of the most slender bodies supported.
 const DEFINITE: f64 = 1e-13;
 /// What a step that failed is shortened by.
 const SHORTEN: f64 = 0.25;
@@ -54,9 +54,9 @@ impl<const N: usize> Peak<N> {
         Peak { normal, value, points: supports.map(|s| s.1), heights: supports.map(|s| s.0) }
     }
 
-    /// Normal of the maximum of the function that bounds `f` from below with squares in place of the `h`, touching at this
-    /// normal: `n ~ (sum of M M^T / h + f)^-1 Delta`. It is exact where this is the maximum, and it gets to the right
-    /// neighbourhood in few steps where Newton would zigzag across the edge of a flat body.
+    /// Normal of the maximum of the function that bounds `f` from below with squares in place of the `h`, touching at
+    /// this normal: `n ~ (sum of M M^T / h + f)^-1 Delta`. It is exact where this is the maximum, and it gets to the
+    /// right neighbourhood in few steps where Newton would zigzag across the edge of a flat body.
     #[inline]
     pub fn majorized(&self, delta: DVec3, squares: &[glam::DMat3; N]) -> Option<DVec3> {
         let mut matrix = glam::DMat3::from_diagonal(DVec3::splat(self.value.max(0.0)));
@@ -148,7 +148,8 @@ fn advance<const N: usize>(
     }
 }
 
-/// As [`climb`], of one body and over the normals at right angles to the unit vector `axis` alone, of which `start` is one.
+/// As [`climb`], of one body and over the normals at right angles to the unit vector `axis` alone, of which `start` is
+/// one.
 pub(super) fn climb_across(delta: DVec3, body: impl Supporting, axis: DVec3, start: DVec3) -> Peak<1> {
     let size = delta.length() + body.size();
     let slope_of = |peak: &Peak<1>| axis.cross(peak.normal).dot(delta - peak.points[0]);

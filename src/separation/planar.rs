@@ -1,31 +1,34 @@
-//! Separations of bodies that cannot leave the plane: the maximum of `n . Delta - h_a(n) - h_b(-n)` over normals `n` in the plane alone.
+//! Separations of bodies that cannot leave the plane: the maximum of `n . Delta - h_a(n) - h_b(-n)` over normals `n` in
+//! the plane alone.
 //!
-//! Where the bodies are apart, or overlap by little, symmetry puts the normal of space in the plane already. Where they overlap
-//! deeply it may not: two rods whose axes cross are pushed apart least along z, which a planar scene has no unknown for. There the
-//! maximum is found over the angle of `n`: local maxima are bracketed by samples and narrowed by golden section. The normals at
-//! right angles to a segment, where `h` has a kink, are samples of their own.
+//! Where the bodies are apart, or overlap by little, symmetry puts the normal of space in the plane already. Where they
+//! overlap deeply it may not: two rods whose axes cross are pushed apart least along z, which a planar scene has no
+//! unknown for. There the maximum is found over the angle of `n`: local maxima are bracketed by samples and narrowed by
+//! golden section. The normals at right angles to a segment, where `h` has a kink, are samples of their own.
 //!
-//! Degenerate cases: a normal at right angles to a segment, whose contact point is then the one nearest to the other body's; equal
-//! maxima, of which the first in order of angle is taken.
+//! Degenerate cases: a normal at right angles to a segment, whose contact point is then the one nearest to the other
+//! body's; equal maxima, of which the first in order of angle is taken.
 
 use super::peak::Supporting;
 use super::{Family, Placed, Separation, separation};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// A normal leaning out of the plane by more than this is one that the plane does not have; rounding leaves under 1e-12.
+/// A normal leaning out of the plane by more than this is one that the plane does not have; rounding leaves under
+/// 1e-12.
 const OUT_OF_PLANE: f64 = 1e-3;
 /// Samples of the circle: two ellipses of aspect 20:1 have their maxima over 0.05 rad apart.
 const SAMPLES: usize = 128;
 /// Golden section steps: each takes 0.618 of the bracket, and 60 take 0.1 rad to rounding.
 const STEPS: usize = 60;
-/// A normal is at right angles to a segment when its cosine is below this; golden section places a kink within rounding.
+/// A normal is at right angles to a segment when its cosine is below this; golden section places a kink within
+/// rounding.
 const RIGHT_ANGLE: f64 = 1e-9;
 
 /// The separation of two bodies of a planar scene, as [`separation`], its normal in the x-y plane.
 ///
-/// Rings lie as [`separation`] puts them: where their circles cross in the plane, no normal in the plane is defined and the one
-/// along z is kept.
+/// Rings lie as [`separation`] puts them: where their circles cross in the plane, no normal in the plane is defined and
+/// the one along z is kept.
 ///
 /// ```
 /// use glam::{DQuat, DVec3};
@@ -153,7 +156,8 @@ mod tests {
 
     #[test]
     fn crossing_rods_are_pushed_apart_in_the_plane() {
-        // A rod along x, crossed at a right angle 0.4 above its centre: least to push along y is 1.25 - 0.4 and both radii.
+        // A rod along x, crossed at a right angle 0.4 above its centre: least to push along y is 1.25 - 0.4 and both
+        // radii.
         let (a, b) = (rod(0.0, 0.0, 0.0), rod(0.0, 0.4, 0.5 * PI));
         assert!(separation(&a, &b, None).is_some_and(|found| found.normal.z.abs() > 0.9));
         let found = planar_separation(&a, &b, None).expect("rods");

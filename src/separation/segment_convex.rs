@@ -1,12 +1,15 @@
-//! A custom shape and a thickened point or segment: the largest `n . Delta - h(n) - half |n . u| - radius` over unit normals.
+//! A custom shape and a thickened point or segment: the largest `n . Delta - h(n) - half |n . u| - radius` over unit
+//! normals.
 //!
-//! Either the normal is across the segment, and the place on it is where the body's point is; or the contact is at an end, and it is that of a point and
-//! the body. The distance of a point from the body, negative inside, is the largest of linear functions, so it is convex along the segment's line: where
-//! its least is beyond an end, that end is nearest. That least is the separation as long as the body, shrunk by a ball that rolls inside of it, does not
-//! reach the centreline (see `peak`): the centreline may be inside by the least radius of curvature. Deeper, all local maxima that fixed starts lead to are
-//! compared, across the segment and at both ends.
+//! Either the normal is across the segment, and the place on it is where the body's point is; or the contact is at an
+//! end, and it is that of a point and the body. The distance of a point from the body, negative inside, is the largest
+//! of linear functions, so it is convex along the segment's line: where its least is beyond an end, that end is
+//! nearest. That least is the separation as long as the body, shrunk by a ball that rolls inside of it, does not reach
+//! the centreline (see `peak`): the centreline may be inside by the least radius of curvature. Deeper, all local maxima
+//! that fixed starts lead to are compared, across the segment and at both ends.
 //!
-//! Degenerate cases: a point at the centre, or a line through it (fixed directions to start from); equal maxima (the first in the order of starts).
+//! Degenerate cases: a point at the centre, or a line through it (fixed directions to start from); equal maxima (the
+//! first in the order of starts).
 
 use super::Separation;
 use super::convex::{Posed, TIE, highest};

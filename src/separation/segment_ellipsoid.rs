@@ -1,9 +1,10 @@
-//! An ellipsoid and a thickened point or segment: the largest `n . Delta - h(n) - half |n . u| - radius` over unit normals.
+//! An ellipsoid and a thickened point or segment: the largest `n . Delta - h(n) - half |n . u| - radius` over unit
+//! normals.
 //!
-//! Either the normal is across the segment, and then it is that of a point and the ellipse that is the ellipsoid's shadow along
-//! the segment; or the contact is at an end, and then it is that of a point and the ellipsoid. Both are one root
-//! (`point_ellipsoid`), no start is needed, and at most two are computed: the distance along the segment's line is convex,
-//! so where its nearest point lies beyond an end, that end is nearest.
+//! Either the normal is across the segment, and then it is that of a point and the ellipse that is the ellipsoid's
+//! shadow along the segment; or the contact is at an end, and then it is that of a point and the ellipsoid. Both are
+//! one root (`point_ellipsoid`), no start is needed, and at most two are computed: the distance along the segment's
+//! line is convex, so where its nearest point lies beyond an end, that end is nearest.
 //!
 //! Degenerate cases: a segment so deep that the distance along it is no longer smooth (all candidates are compared, the
 //! first of equal ones is taken); a point or a line through the centre (see `point_ellipsoid`).
@@ -106,8 +107,8 @@ fn point_normal(p: DVec3, body: Support) -> DVec3 {
 }
 
 /// The normal, across `axis`, of the ellipsoid's surface nearest to the line through `delta`: that of a point and an
-/// ellipse. Its axes come from one plane rotation of the two columns of `diag(radii) R^T E`, which keeps the digits of the
-/// smaller one (one-sided Jacobi).
+/// ellipse. Its axes come from one plane rotation of the two columns of `diag(radii) R^T E`, which keeps the digits of
+/// the smaller one (one-sided Jacobi).
 fn line_normal(delta: DVec3, body: Support, axis: DVec3) -> DVec3 {
     let (e1, e2) = axis.any_orthonormal_pair();
     let (v1, v2) = (body.radii * body.to_body(e1), body.radii * body.to_body(e2));

@@ -1,12 +1,13 @@
 //! Points and segments: the nearest points of two segments, of which a point is the case of no length.
 //!
-//! The squared distance of `s u_a` and `Delta + t u_b` is a convex quadratic in (s, t). Its minimum over the strip
-//! `|s| <= half_a` has `s` at the foot of the common perpendicular, held to the segment; with `t` best for that `s` and held,
-//! and `s` best for that `t` and held, the result is the minimum over the box (D. Eberly, "Robust computation of distance
-//! between line segments"; C. Ericson, "Real-time collision detection", 5.1.9). The foot is computed from the cross
-//! product of the axes, not from `1 - cos^2`, so it keeps its digits for nearly parallel axes.
+//! The squared distance of `s u_a` and `Delta + t u_b` is a convex quadratic in (s, t). Its minimum over the strip `|s|
+//! <= half_a` has `s` at the foot of the common perpendicular, held to the segment; with `t` best for that `s` and
+//! held, and `s` best for that `t` and held, the result is the minimum over the box (D. Eberly, "Robust computation of
+//! distance between line segments"; C. Ericson, "Real-time collision detection", 5.1.9). The foot is computed from the
+//! cross product of the axes, not from `1 - cos^2`, so it keeps its digits for nearly parallel axes.
 //!
-//! Degenerate cases: a segment of no length; parallel axes (`middle_of_shared`); crossing segments and points that coincide (`normal`).
+//! Degenerate cases: a segment of no length; parallel axes (`middle_of_shared`); crossing segments and points that
+//! coincide (`normal`).
 
 use super::Nearest;
 use super::direction::common_perpendicular;

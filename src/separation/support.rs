@@ -1,8 +1,9 @@
 //! The support function of an ellipsoid in space and its derivatives, written so that nothing cancels.
 //!
-//! With `M = R diag(radii)`: `h(n) = |M^T n|`, the contact point is `M M^T n / h`, and the Hessian across `n` follows from the
-//! cofactors of `M`: for tangents `e_1, e_2` and `K = diag(bc, ca, ab) R^T`, `H_11 = |K e_2|^2 / h^3`,
-//! `H_12 = -K e_1 . K e_2 / h^3`, `H_22 = |K e_1|^2 / h^3`. The textbook form `(B - y y^T) / h` loses all digits for flat bodies.
+//! With `M = R diag(radii)`: `h(n) = |M^T n|`, the contact point is `M M^T n / h`, and the Hessian across `n` follows
+//! from the cofactors of `M`: for tangents `e_1, e_2` and `K = diag(bc, ca, ab) R^T`, `H_11 = |K e_2|^2 / h^3`, `H_12 =
+//! -K e_1 . K e_2 / h^3`, `H_22 = |K e_1|^2 / h^3`. The textbook form `(B - y y^T) / h` loses all digits for flat
+//! bodies.
 
 use super::peak::Supporting;
 use glam::{DMat3, DQuat, DVec3, Vec3Swizzles};

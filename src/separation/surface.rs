@@ -1,15 +1,18 @@
-//! A body and a fixed surface that it must stay on one side of: the gap at the body's point that reaches farthest towards the surface.
+//! A body and a fixed surface that it must stay on one side of: the gap at the body's point that reaches farthest
+//! towards the surface.
 //!
-//! Towards a plane that is the support function at the plane's outward normal. Inside of a sphere or a cylinder it is the body's point farthest
-//! from the centre or the axis: an end of a segment; the point of a circle opposite to the centre; of an ellipsoid the root of a secular
-//! equation (`point_ellipsoid`); of a custom shape a search (`farthest`). Across a cylinder's axis, ellipsoids and circles are seen as ellipses. At the farthest point the body's normal
-//! is the surface's, so the gap changes with the body's motion as that point's does, to first order.
+//! Towards a plane that is the support function at the plane's outward normal. Inside of a sphere or a cylinder it is
+//! the body's point farthest from the centre or the axis: an end of a segment; the point of a circle opposite to the
+//! centre; of an ellipsoid the root of a secular equation (`point_ellipsoid`); of a custom shape a search (`farthest`).
+//! Across a cylinder's axis, ellipsoids and circles are seen as ellipses. At the farthest point the body's normal is
+//! the surface's, so the gap changes with the body's motion as that point's does, to first order.
 //!
-//! A body can touch in several places at once. Segments, and circles towards planes and in spheres, are looked at in several (`places`), each
-//! with an exact gap of its own; the least is the body's separation.
+//! A body can touch in several places at once. Segments, and circles towards planes and in spheres, are looked at in
+//! several (`places`), each with an exact gap of its own; the least is the body's separation.
 //!
-//! Degenerate cases: a point at the centre or on the axis (a fixed direction); a point of a body that several are as far as (`point_ellipsoid`,
-//! the first direction of a circle); a circle parallel to a plane, all of which touches (its first direction).
+//! Degenerate cases: a point at the centre or on the axis (a fixed direction); a point of a body that several are as
+//! far as (`point_ellipsoid`, the first direction of a circle); a circle parallel to a plane, all of which touches (its
+//! first direction).
 
 #[cfg(feature = "gpu")]
 pub(super) mod gpu;
@@ -53,9 +56,10 @@ pub enum Surface {
     },
 }
 
-/// Places of a circle that are looked at towards a plane or in a sphere: the farthest, and two a third of the way round from it, so that a ring that
-/// lies flat stands on three points. With the farthest alone, six rings that fall onto a floor take 69 recursions in 120 steps and not 1, in a
-/// sphere 170 and not 40; in a tube further places save none. Six rods with one end alone take 91 and not 15.
+/// Places of a circle that are looked at towards a plane or in a sphere: the farthest, and two a third of the way round
+/// from it, so that a ring that lies flat stands on three points. With the farthest alone, six rings that fall onto a
+/// floor take 69 recursions in 120 steps and not 1, in a sphere 170 and not 40; in a tube further places save none. Six
+/// rods with one end alone take 91 and not 15.
 const PLACES_OF_CIRCLE: u32 = 3;
 
 impl Surface {
@@ -65,7 +69,8 @@ impl Surface {
         self.gap(body.position).0 - body.shape.bounding_radius()
     }
 
-    /// The separation of a body: its least gap, where it is attained, and the normal from the body to the surface. `lever_b` is zero.
+    /// The separation of a body: its least gap, where it is attained, and the normal from the body to the surface.
+    /// `lever_b` is zero.
     ///
     /// ```
     /// use glam::{DQuat, DVec3};
@@ -89,7 +94,8 @@ impl Surface {
         least
     }
 
-    /// The gaps of all places of a body that are looked at, numbered: both ends of a rod, and of a ring towards a plane or in a sphere three places.
+    /// The gaps of all places of a body that are looked at, numbered: both ends of a rod, and of a ring towards a plane
+    /// or in a sphere three places.
     pub fn places(&self, body: &Placed, mut found: impl FnMut(u32, Separation)) {
         match Family::of(body) {
             Family::Segment(Segment { half: 0.0, .. }, radius) => {
@@ -126,7 +132,8 @@ impl Surface {
         Separation { separation: gap - radius, normal, lever_a: arm + radius * normal, lever_b: DVec3::ZERO }
     }
 
-    /// The distance of a point from the surface, negative on its far side, and the unit normal there, away from the bodies' side.
+    /// The distance of a point from the surface, negative on its far side, and the unit normal there, away from the
+    /// bodies' side.
     #[inline]
     fn gap(&self, at: DVec3) -> (f64, DVec3) {
         match *self {
@@ -140,8 +147,9 @@ impl Surface {
         }
     }
 
-    /// The direction from a circle's centre to its point that reaches farthest, in the two directions of its plane: so that the point is on the
-    /// circle, however badly the direction is known where the circle is nearly parallel to a plane.
+    /// The direction from a circle's centre to its point that reaches farthest, in the two directions of its plane: so
+    /// that the point is on the circle, however badly the direction is known where the circle is nearly parallel to a
+    /// plane.
     fn farthest_of_circle(&self, position: DVec3, circle: &Circle) -> DVec2 {
         let along = |v: DVec3| DVec2::new(v.dot(circle.first), v.dot(circle.second)).normalize_or(DVec2::X);
         match *self {
@@ -186,8 +194,8 @@ impl Surface {
     }
 }
 
-/// How far a body reaches from its centre along `normal` at one of the [places](Surface::places) that it touches a surface in, whose normal
-/// there is `normal`.
+/// How far a body reaches from its centre along `normal` at one of the [places](Surface::places) that it touches a
+/// surface in, whose normal there is `normal`.
 pub(crate) fn reach_of_place(body: &Placed, place: u32, normal: DVec3) -> f64 {
     match Family::of(body) {
         Family::Segment(Segment { axis, half }, radius) => {
@@ -210,8 +218,9 @@ fn out_of(from: DVec3, radius: f64, otherwise: impl Fn() -> DVec3) -> (f64, DVec
 
 /// The semi-axes of the ellipse that an ellipsoid is seen as along `axis`, and their directions.
 ///
-/// With `M` the ellipsoid's axes times its radii, the ellipse's support function at `n` is `|M^T n|`: its axes are those turned tangents whose
-/// images under `M^T` are at right angles (one step of Jacobi's method), so that a flat ellipse keeps the digits of its small axis.
+/// With `M` the ellipsoid's axes times its radii, the ellipse's support function at `n` is `|M^T n|`: its axes are
+/// those turned tangents whose images under `M^T` are at right angles (one step of Jacobi's method), so that a flat
+/// ellipse keeps the digits of its small axis.
 fn seen_along(support: &Support, axis: DVec3) -> ([f64; 2], DVec3, DVec3) {
     let (e1, e2) = (perpendicular(axis), axis.cross(perpendicular(axis)));
     let image = |n: DVec3| support.radii * support.to_body(n);

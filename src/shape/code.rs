@@ -6,7 +6,8 @@ use super::Shape;
 const CUSTOM: u32 = 4;
 
 impl Shape {
-    /// The shape's tag and sizes, in the order of its fields; what a shape does not need is zero. Of a custom shape it is not all there is.
+    /// The shape's tag and sizes, in the order of its fields; what a shape does not need is zero. Of a custom shape it
+    /// is not all there is.
     pub fn code(&self) -> (u32, [f64; 3]) {
         match *self {
             Shape::Sphere { radius } => (0, [radius, 0.0, 0.0]),
@@ -17,8 +18,8 @@ impl Shape {
         }
     }
 
-    /// The shape of a [tag and sizes](Shape::code); `None` where no shape has them: an unknown or a custom tag, or a size that is not
-    /// finite and positive.
+    /// The shape of a [tag and sizes](Shape::code); `None` where no shape has them: an unknown or a custom tag, or a
+    /// size that is not finite and positive.
     ///
     /// ```
     /// use relcp::shape::Shape;

@@ -1,4 +1,5 @@
-//! The ellipsoid with semi-axes along the body's x, y and z. Volume `4/3 pi a b c`; inertia `m (b^2 + c^2) / 5` and so on.
+//! The ellipsoid with semi-axes along the body's x, y and z. Volume `4/3 pi a b c`; inertia `m (b^2 + c^2) / 5` and so
+//! on.
 
 use super::{PLANAR_TOLERANCE, ProxyError, ProxySphere, ShapeError, check_aspect, check_axis_count, check_size};
 use glam::{DMat3, DQuat, DVec3, Vec3Swizzles};
@@ -7,8 +8,8 @@ use std::f64::consts::PI;
 /// Radii this close, relative to the larger, are one radius: whether an axis is *the* major axis is then rounding.
 const EQUAL_RADII: f64 = 1e-9;
 
-/// Rounds at most of the spacing iteration of [`centres`]; it stopped at rounding before that for counts of 3, 5, 27 and
-/// 99 at aspect ratios from 1.0001 to 1000.
+/// Rounds at most of the spacing iteration of [`centres`]; it stopped at rounding before that for counts of 3, 5, 27
+/// and 99 at aspect ratios from 1.0001 to 1000.
 const SPACING_ROUNDS: usize = 100;
 
 pub(super) fn validate(radii: [f64; 3]) -> Result<(), ShapeError> {
@@ -63,9 +64,9 @@ pub(super) fn check_proxy(radii: [f64; 3], count: usize) -> Result<(), ProxyErro
     }
 }
 
-/// Spheres on the major axis `A`, each the largest that fits about its centre. With `s` the least radius and
-/// `E = A^2 - s^2` that is `r(c) = s sqrt(1 - c^2 / E)` for `|c| <= E / A`; the outermost sphere sits at `E / A`, has the
-/// tip's radius of curvature `s^2 / A`, and touches the tip.
+/// Spheres on the major axis `A`, each the largest that fits about its centre. With `s` the least radius and `E = A^2 -
+/// s^2` that is `r(c) = s sqrt(1 - c^2 / E)` for `|c| <= E / A`; the outermost sphere sits at `E / A`, has the tip's
+/// radius of curvature `s^2 / A`, and touches the tip.
 ///
 /// A triaxial ellipsoid's spheres touch it on the sides of its least radius only and leave the middle radius bare. An
 /// oblate one has no major axis and is refused; three equal radii make a sphere, its own proxy.

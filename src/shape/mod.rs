@@ -108,8 +108,9 @@ pub struct ProxySphere {
 
 /// The largest ratio of a shape's largest to its smallest size that is supported.
 ///
-/// Random poses of ellipsoids and rods up to it, 1000:1 and 1:1000 among them, were searched for a normal with a larger bound: none
-/// beats the separation by more than 1e-15 of the size, and the contact points lie along the normal to 1e-12 of the size.
+/// Random poses of ellipsoids and rods up to it, 1000:1 and 1:1000 among them, were searched for a normal with a larger
+/// bound: none beats the separation by more than 1e-15 of the size, and the contact points lie along the normal to
+/// 1e-12 of the size.
 pub const MAX_ASPECT: f64 = 1000.0;
 
 /// The smallest size: its fifth power, as in a moment of inertia, is still a normal number.
@@ -126,8 +127,8 @@ impl Shape {
     /// Checks that the sizes make a shape that separations support.
     ///
     /// # Errors
-    /// Names the first size that is not finite, not positive or not between [`SMALLEST_SIZE`] and [`LARGEST_SIZE`], then what
-    /// is wrong between sizes, then an aspect ratio over [`MAX_ASPECT`].
+    /// Names the first size that is not finite, not positive or not between [`SMALLEST_SIZE`] and [`LARGEST_SIZE`],
+    /// then what is wrong between sizes, then an aspect ratio over [`MAX_ASPECT`].
     ///
     /// ```
     /// use relcp::shape::{Shape, ShapeError};
@@ -274,10 +275,10 @@ impl Shape {
 
     /// A multi-sphere proxy: `count` overlapping spheres inside the surface and tangent to it, in order along the axis.
     ///
-    /// After Markauskas, Kacianauskas, Dziugys and Navakas (2010), as far as Palmer, Aktulga and Gao (2026) describe it:
-    /// an odd number of spheres on the major axis, the largest in the middle, the outermost touching the tips. How the
-    /// spheres between are spaced is stated by neither; each shape's file says what is done here. A torus takes `count`
-    /// equal spheres on its centreline, even or odd. A sphere is its own proxy, whatever the count.
+    /// After Markauskas, Kacianauskas, Dziugys and Navakas (2010), as far as Palmer, Aktulga and Gao (2026) describe
+    /// it: an odd number of spheres on the major axis, the largest in the middle, the outermost touching the tips. How
+    /// the spheres between are spaced is stated by neither; each shape's file says what is done here. A torus takes
+    /// `count` equal spheres on its centreline, even or odd. A sphere is its own proxy, whatever the count.
     ///
     /// # Errors
     /// [`ProxyError::TooFew`] where the spheres could not reach both tips (fewer than three) or would leave gaps in a

@@ -41,9 +41,9 @@ pub(super) fn half_extents(diameter: f64, length: f64, orientation: DQuat) -> DV
     (orientation * DVec3::Z).abs() * (0.5 * (length - diameter)) + DVec3::splat(0.5 * diameter)
 }
 
-/// Equal spheres, equally spaced on the segment, the outermost on its ends: where the surface is a cylinder every sphere
-/// touches it along a circle, and at the tips the proxy is exact. Far apart spheres leave grooves, or gaps: a coarse
-/// proxy is what the method is compared with, so a gap is not refused here.
+/// Equal spheres, equally spaced on the segment, the outermost on its ends: where the surface is a cylinder every
+/// sphere touches it along a circle, and at the tips the proxy is exact. Far apart spheres leave grooves, or gaps: a
+/// coarse proxy is what the method is compared with, so a gap is not refused here.
 pub(super) fn proxy(diameter: f64, length: f64, count: usize) -> Result<Vec<ProxySphere>, ProxyError> {
     check_axis_count(count)?;
     let side = (count / 2) as i64;

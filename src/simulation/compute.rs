@@ -42,7 +42,8 @@ impl Compute {
         Err(GpuError::NotBuilt)
     }
 
-    /// Opens the first device that fits the choice, to compute a scene in a precision. What only the CPU does is refused before one is opened.
+    /// Opens the first device that fits the choice, to compute a scene in a precision. What only the CPU does is
+    /// refused before one is opened.
     ///
     /// # Errors
     /// A [`GpuError`]: no device fits, or it cannot do what the scene asks for.

@@ -13,7 +13,7 @@ use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Gpu, Precision};
 use crate::scene::{Dynamics, Scene, StopReason};
 use crate::separation::{Separation, supports};
-use crate::step::{Backend, Fault, Keep, Kept, Plan, State, StepReport, contacts, max_overlap, step};
+use crate::step::{Backend, Fault, Keep, Plan, SavedLcp, State, StepReport, contacts, max_overlap, step};
 use crate::walls::WallContact;
 use std::mem::discriminant;
 
@@ -43,8 +43,8 @@ impl Simulation {
     /// Starts a validated scene from the bodies that [`Scene::build`] made.
     ///
     /// # Errors
-    /// [`Fault::NoProxy`] where the method is multi-sphere and a body has no proxy of that count; [`Fault::NoSeparation`] where two of the shapes
-    /// have no separation.
+    /// [`Fault::NoProxy`] where the method is multi-sphere and a body has no proxy of that count;
+    /// [`Fault::NoSeparation`] where two of the shapes have no separation.
     pub fn new(scene: Scene, bodies: Bodies) -> Result<Self, Fault> {
         Self::new_on(&Compute::Cpu, scene, bodies)
     }
@@ -68,8 +68,8 @@ impl Simulation {
         Self::resume_on(&Compute::Cpu, scene, state)
     }
 
-    /// As [`Simulation::resume`], computed by what `compute` says. On a device the bits may differ from an uninterrupted run's: the
-    /// order of its sums depends on when the candidate pairs were last searched for.
+    /// As [`Simulation::resume`], computed by what `compute` says. On a device the bits may differ from an
+    /// uninterrupted run's: the order of its sums depends on when the candidate pairs were last searched for.
     ///
     /// # Errors
     /// As [`Simulation::new_on`].
@@ -171,9 +171,9 @@ impl Simulation {
         Ok(report)
     }
 
-    /// The LCPs that the scene's `solver.dump` asks for, of the steps taken since the last call: those of a step that ended in a fault
-    /// too.
-    pub fn take_lcps(&mut self) -> Vec<Kept> {
+    /// The LCPs that the scene's `solver.dump` asks for, of the steps taken since the last call: those of a step that
+    /// ended in a fault too.
+    pub fn take_lcps(&mut self) -> Vec<SavedLcp> {
         self.keep.take()
     }
 
@@ -199,7 +199,8 @@ impl Simulation {
     }
 }
 
-/// Refuses bodies of two kinds that have no separation: a scene's rules see to its own bodies, not to those that were added in code.
+/// Refuses bodies of two kinds that have no separation: a scene's rules see to its own bodies, not to those that were
+/// added in code.
 fn check_pairs(bodies: &Bodies) -> Result<(), Fault> {
     let mut kinds: Vec<usize> = Vec::new();
     for (i, shape) in bodies.shape.iter().enumerate() {

@@ -1,35 +1,41 @@
 //! How tightly the LCPs of a step are solved, and which overlaps of a trial get a row.
 //!
-//! In an exact recursion every solve meets the solver's tolerance, and every overlap above the overlap tolerance gets a row, as in the paper. The rest of this
-//! is about an inexact one. A solve that others will follow need only show where the smooth surfaces will overlap. What it has left undone, its residual, moves the
-//! trial by about as much: overlaps well above it are real and get rows, smaller ones wait for a tighter solve, so no row is spent on them. Each solve is
-//! as tight as the overlap seen last warrants. The last one meets the solver's own tolerance, and from there on the recursion is the paper's: rows for what
-//! overlaps, at the full tolerance, until nothing does; so its end and its guarantees are the paper's too. No row is ever taken back.
+//! In an exact recursion every solve meets the solver's tolerance, and every overlap above the overlap tolerance gets a
+//! row, as in the paper. The rest of this is about an inexact one. A solve that others will follow need only show where
+//! the smooth surfaces will overlap. What it has left undone, its residual, moves the trial by about as much: overlaps
+//! well above it are real and get rows, smaller ones wait for a tighter solve, so no row is spent on them. Each solve
+//! is as tight as the overlap seen last warrants. The last one meets the solver's own tolerance, and from there on the
+//! recursion is the paper's: rows for what overlaps, at the full tolerance, until nothing does; so its end and its
+//! guarantees are the paper's too. No row is ever taken back.
 
 use super::{Contact, Recursion};
 use crate::step::Overlap;
 
-/// Residual of the first solve, in overlap tolerances. Rods packed in space (1,000, at dt 0.02 and 0.1, whose first trials overlap by 2,000 and 10,000 tolerances)
-/// take the same iterations from 100 to 300 within 5 %, and 10 % more from 10; 1,024 crowded cells, whose first trials overlap by some tens, a tenth fewer with 100 than with 10.
-/// It is the cutoff at most: a trial that is off by more than the distance of near pairs lets bodies sink into each other, and rows made there may contradict each
-/// other. With a tolerance of 0.02 and cells of diameter 0.5 a colony of 32,768 stalled on such a step.
+/// Residual of the first solve, in overlap tolerances. Rods packed in space (1,000, at dt 0.02 and 0.1, whose first
+/// trials overlap by 2,000 and 10,000 tolerances) take the same iterations from 100 to 300 within 5 %, and 10 % more
+/// from 10; 1,024 crowded cells, whose first trials overlap by some tens, a tenth fewer with 100 than with 10. It is
+/// the cutoff at most: a trial that is off by more than the distance of near pairs lets bodies sink into each other,
+/// and rows made there may contradict each other. With a tolerance of 0.02 and cells of diameter 0.5 a colony of 32,768
+/// stalled on such a step.
 const FIRST: f64 = 100.0;
 
-/// Residual of the next solve, in parts of the overlap seen last: its rows leave about a tenth of that. Between 0.001 and 0.01 the packed rods take the same
-/// iterations within a tenth; 0.03 costs them more, as recursions.
+/// Residual of the next solve, in parts of the overlap seen last: its rows leave about a tenth of that. Between 0.001
+/// and 0.01 the packed rods take the same iterations within a tenth; 0.03 costs them more, as recursions.
 const NEXT: f64 = 0.005;
 
-/// The least of these residuals, in overlap tolerances: overlaps of one tolerance then stand out of what is left undone.
+/// The least of these residuals, in overlap tolerances: overlaps of one tolerance then stand out of what is left
+/// undone.
 const LEAST: f64 = 0.5;
 
 /// A solve of the same rows is at least so much tighter than the one before.
 const STRIDE: f64 = 0.1;
 
-/// An overlap is real above so many residuals. The packed rods take 530, 560 and 590 iterations a step at dt 0.02 with 1.5, 2 and 3, and 1,660, 1,800 and 1,850 at 0.1.
+/// An overlap is real above so many residuals. The packed rods take 530, 560 and 590 iterations a step at dt 0.02 with
+/// 1.5, 2 and 3, and 1,660, 1,800 and 1,850 at 0.1.
 const REAL: f64 = 1.5;
 
-/// Once a trial overlaps by more than the tolerance, so do all pairs from this part of it on get rows: a recursion costs more than a few
-/// rows. Without it, the last recursions of a step of the packed rods add one row each.
+/// Once a trial overlaps by more than the tolerance, so do all pairs from this part of it on get rows: a recursion
+/// costs more than a few rows. Without it, the last recursions of a step of the packed rods add one row each.
 const ALMOST: f64 = 0.5;
 
 /// The accuracy of a step's present solve.
@@ -81,7 +87,8 @@ impl Accuracy {
         self.residual = self.residual.min(warranted);
     }
 
-    /// For another solve of the same rows, where their trial shows no overlap that needs one. Says whether there is a tighter one.
+    /// For another solve of the same rows, where their trial shows no overlap that needs one. Says whether there is a
+    /// tighter one.
     pub fn tighten(&mut self, overlap: &Overlap) -> bool {
         let least = self.tolerance.max(LEAST * self.overlap_tolerance);
         let last = overlap.worst <= self.overlap_tolerance || self.residual <= least;

@@ -1,7 +1,8 @@
-//! One timestep: Algorithm 1 of the paper, and a step of second order made of two of its solves, each written once for every backend.
+//! One timestep: Algorithm 1 of the paper, and a step of second order made of two of its solves, each written once for
+//! every backend.
 //!
-//! An attempt at a step holds where no overlap is over the tolerance, the velocities come from solves that are right to it, and no body went through another.
-//! One that does not hold is never accepted: [`retry`] takes the step again.
+//! An attempt at a step holds where no overlap is over the tolerance, the velocities come from solves that are right to
+//! it, and no body went through another. One that does not hold is never accepted: [`retry`] takes the step again.
 
 use super::accuracy::Accuracy;
 use super::{Contact, Fault, Keep, Model, OnFailure, Rows, StepReport, Stepping, retry};
@@ -9,18 +10,21 @@ use crate::dynamics::OnNoRoom;
 use crate::lcp::{Outcome, Status};
 use crate::step::{Backend, Overlap};
 
-/// Recursions of a midpoint step that may move the offsets of its rows, before it appends rows as the paper does. Two ellipsoids at an overlap
-/// tolerance of 1e-9 fall to first order with one, and keep the second with two (at 1e-5 one does). Each more costs nothing where it is not needed and a
-/// recursion where bodies are crowded: a colony to 32 cells takes 7,219, 8,419, 8,377, 8,049 and 9,968 products with 1, 2, 3, 4 and 8.
+/// Recursions of a midpoint step that may move the offsets of its rows, before it appends rows as the paper does. Two
+/// ellipsoids at an overlap tolerance of 1e-9 fall to first order with one, and keep the second with two (at 1e-5 one
+/// does). Each more costs nothing where it is not needed and a recursion where bodies are crowded: a colony to 32 cells
+/// takes 7,219, 8,419, 8,377, 8,049 and 9,968 products with 1, 2, 3, 4 and 8.
 const MOST_CORRECTIONS: u32 = 3;
 
-/// The part of the overlap tolerance by which rows without a common solution may be violated, and over which the residual of a solve that ended without
-/// success is worth another by [`Backend::relax`]: what is left of the tolerance is for the curvature of the motion.
+/// The part of the overlap tolerance by which rows without a common solution may be violated, and over which the
+/// residual of a solve that ended without success is worth another by [`Backend::relax`]: what is left of the tolerance
+/// is for the curvature of the motion.
 const GIVEN_WAY: f64 = 0.5;
 
-/// How many recursions of a scene's steps move offsets, before rows are appended. In space packed bodies slide along each other, so that an old row is soon
-/// no bound any more: 1,000 packed rods take 1,094 products a step with three such recursions, and 867 with none. The middle of a step leaves less to
-/// be found, and needs its rows' directions for its order.
+/// How many recursions of a scene's steps move offsets, before rows are appended. In space packed bodies slide along
+/// each other, so that an old row is soon no bound any more: 1,000 packed rods take 1,094 products a step with three
+/// such recursions, and 867 with none. The middle of a step leaves less to be found, and needs its rows' directions for
+/// its order.
 fn most_tightenings(model: &Model) -> u32 {
     let moves =
         model.time.stepping == Stepping::Midpoint || (model.planar && model.contact.rows_of_method() == Rows::Auto);
@@ -38,7 +42,8 @@ pub struct Plan {
     pub stepping: Stepping,
     /// What growing cells do where there is no room, in a scene whose space has an end; else none.
     pub on_no_room: Option<OnNoRoom>,
-    /// Whether bodies are parted before the step, in no time. Where bodies have inertia, a start that overlaps would become speed.
+    /// Whether bodies are parted before the step, in no time. Where bodies have inertia, a start that overlaps would
+    /// become speed.
     pub parts_first: bool,
     /// Recursions that may move the offsets of rows before rows are appended.
     pub(super) most_tightenings: u32,
@@ -60,7 +65,8 @@ impl Plan {
         }
     }
 
-    /// Whether the method promises that steps hold the overlap tolerance: those without recursion do not, and are never taken again.
+    /// Whether the method promises that steps hold the overlap tolerance: those without recursion do not, and are never
+    /// taken again.
     pub(crate) fn promises(&self) -> bool {
         self.contact.method.most_recursions(self.contact.max_recursions) > 0
     }
@@ -101,8 +107,8 @@ impl Attempt {
         self.overlap.worst <= tolerance && self.report.settled(tolerance) && self.report.passed.is_none()
     }
 
-    /// How far it is from holding, a length: by what surfaces overlap, or the velocities are off. Overlap alone would call a trial good
-    /// that throws all bodies far apart.
+    /// How far it is from holding, a length: by what surfaces overlap, or the velocities are off. Overlap alone would
+    /// call a trial good that throws all bodies far apart.
     pub fn badness(&self) -> f64 {
         badness(&self.overlap, self.report.velocity_residual)
     }
@@ -143,7 +149,8 @@ fn euler(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut At
         if contradicted(&outcome, contact) {
             return Ok(());
         } else if accuracy.shows(&overlap) && tried.report.may_recurse(contact) {
-            // A_n+1: one more row a violating pair, linearised at C_n+1; or the offsets of rows that are there, exact at C_n+1
+            // A_n+1: one more row a violating pair, linearised at C_n+1; or the offsets of rows that are there, exact
+            // at C_n+1
             if tried.report.recursions < plan.most_tightenings {
                 backend.tighten_violations()?;
             } else {
@@ -159,8 +166,9 @@ fn euler(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut At
 
 /// The midpoint rule: contact forces act along the normals in the middle of the step, `C_h = C(U_h)` after `dt/2`.
 ///
-/// A trial that still overlaps first moves the offsets of rows that keep their direction: always inwards, so no retained row is lost, and the
-/// order with it. Rows appended at a trial, along its own normals, end the recursion where that does not.
+/// A trial that still overlaps first moves the offsets of rows that keep their direction: always inwards, so no
+/// retained row is lost, and the order with it. Rows appended at a trial, along its own normals, end the recursion
+/// where that does not.
 fn midpoint(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut Attempt) -> Result<(), Fault> {
     let contact = &plan.contact;
     backend.begin()?; // as a step of dt/2
@@ -188,15 +196,16 @@ fn midpoint(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut
     Ok(())
 }
 
-/// Whether a solve stalled with a row violated by more than the overlap tolerance: its rows have no common solution, and as rows
-/// are never changed, more of them will not give them one. It happens where a body fits a hole nowhere.
+/// Whether a solve stalled with a row violated by more than the overlap tolerance: its rows have no common solution,
+/// and as rows are never changed, more of them will not give them one. It happens where a body fits a hole nowhere.
 fn contradicted(outcome: &Outcome, contact: &Contact) -> bool {
     let stalled = matches!(outcome.status, Status::NoProgress | Status::Infeasible | Status::NotFinite);
     stalled && outcome.residual > contact.overlap_tolerance
 }
 
 impl Attempt {
-    /// Solves the present LCP to a residual; in the sense of the least overlap, where that fails and the method promises something.
+    /// Solves the present LCP to a residual; in the sense of the least overlap, where that fails and the method
+    /// promises something.
     fn solve(
         &mut self,
         backend: &mut dyn Backend,

@@ -4,7 +4,8 @@ use super::{Crowd, Fault, Passed, Phases, Piece, State};
 use crate::dynamics::Waiting;
 use crate::lcp::{Outcome, Stored};
 
-/// What a trial configuration looks like: every pair of bodies, and every body with every wall, also those that were not near at the step's start.
+/// Overlaps of a trial configuration, over all pairs of bodies and all bodies with walls, including pairs that were not
+/// near at the step's start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Overlap {
     /// The largest overlap of two smooth surfaces, or of one with a wall, zero where none do; a length.
@@ -21,20 +22,21 @@ pub struct Overlap {
 
 /// The verbs of a timestep, in the order in which a step uses them.
 pub trait Backend: Send {
-    /// Growth and division, then forces, effective mobilities and free velocities at `C^k`: those of the whole step, or where it has a
-    /// middle those of its first half.
+    /// Growth and division, then forces, effective mobilities and free velocities at `C^k`: those of the whole step, or
+    /// where it has a middle those of its first half.
     fn begin(&mut self) -> Result<(), Fault>;
-    /// Makes `C(U)` of the first half the step's middle `C_h`: forces and effective mobilities there, the free velocity of the whole step from
-    /// `C^k`. No row is left.
+    /// Makes `C(U)` of the first half the step's middle `C_h`: forces and effective mobilities there, the free velocity
+    /// of the whole step from `C^k`. No row is left.
     fn middle(&mut self) -> Result<(), Fault>;
-    /// Finds all near pairs at `C^k`, or at `C_h` where the middle is made, and makes their rows, with the multipliers that these pairs ended the
-    /// last step or the first half with.
+    /// Finds all near pairs at `C^k`, or at `C_h` where the middle is made, and makes their rows, with the multipliers
+    /// that these pairs ended the last step or the first half with.
     fn append_near(&mut self) -> Result<(), Fault>;
     /// Solves the LCP of all rows to a residual, from the present multipliers, for the total velocity `U`.
     fn solve(&mut self, tolerance: f64) -> Result<Outcome, Fault>;
-    /// Solves the LCP of all rows in the sense of the least overlap, where [`Backend::solve`] failed: rows that contradict each other are violated
-    /// as little as can be, by forces with a bound. A row is violated by up to `allowed` where that keeps forces small. None where the backend
-    /// cannot: [`Backend::take_again`] then has one that can.
+    /// Solves the LCP of all rows in the sense of the least overlap, where [`Backend::solve`] failed: rows that
+    /// contradict each other are violated as little as can be, by forces with a bound. A row is violated by up to
+    /// `allowed` where that keeps forces small. None where the backend cannot: [`Backend::take_again`] then has one
+    /// that can.
     fn relax(&mut self, _allowed: f64) -> Result<Option<Outcome>, Fault> {
         Ok(None)
     }
@@ -49,12 +51,13 @@ pub trait Backend: Send {
     fn passed(&mut self) -> Result<Option<Passed>, Fault>;
     /// Makes the trial the state and returns the wall time by phase since the last acceptance.
     fn accept(&mut self) -> Result<Phases, Fault>;
-    /// Calls `take` to repeat a failed step from the last accepted state. The CPU passes itself; a device passes a CPU backend and loads the
-    /// state that `take` leaves. A fault of `take` leaves the last accepted state.
-    fn take_again(&mut self, take: &mut dyn FnMut(&mut dyn Again) -> Result<(), Fault>) -> Result<(), Fault>;
+    /// Calls `take` to repeat a failed step from the last accepted state. The CPU passes itself; a device passes a CPU
+    /// backend and loads the state that `take` leaves. A fault of `take` leaves the last accepted state.
+    fn take_again(&mut self, take: &mut dyn FnMut(&mut dyn RetryBackend) -> Result<(), Fault>) -> Result<(), Fault>;
     /// The present multipliers, a row each.
     fn multipliers(&self) -> Result<Vec<f64>, Fault>;
-    /// The present LCP with its multipliers and the `start` that they came from, rows in the order of [`Backend::multipliers`].
+    /// The present LCP with its multipliers and the `start` that they came from, rows in the order of
+    /// [`Backend::multipliers`].
     fn stored_lcp(&self, start: Vec<f64>) -> Result<Stored, Fault>;
     /// How many rows there are.
     fn constraints(&self) -> usize;
@@ -77,11 +80,11 @@ pub trait Backend: Send {
 }
 
 /// What a backend can do beside that to take a step that failed again, in pieces.
-pub trait Again: Backend {
+pub trait RetryBackend: Backend {
     /// Says what the next [`Backend::begin`] begins: without it, the whole step with no cell waiting.
     fn prepare(&mut self, piece: Piece, waiting: &Waiting);
-    /// Says whether bodies are parted from now on: nothing drives them, they have drag and no inertia, and an accepted trial takes no time and leaves
-    /// velocities as they are.
+    /// Says whether bodies are parted from now on: nothing drives them, they have drag and no inertia, and an accepted
+    /// trial takes no time and leaves velocities as they are.
     fn part(&mut self, parting: bool);
     /// Goes back to an accepted state.
     fn restore(&mut self, state: &State);
@@ -89,7 +92,8 @@ pub trait Again: Backend {
     fn set_multipliers(&mut self, gamma: &[f64]);
     /// Solves the LCP of all rows, which give way by the part `compliance` of what their own multipliers move them by.
     fn give_way(&mut self, compliance: f64) -> Result<Outcome, Fault>;
-    /// The ids of the bodies of a crowd at the last trial, sorted: of a daughter that was born in this piece, her mother's.
+    /// The ids of the bodies of a crowd at the last trial, sorted: of a daughter that was born in this piece, her
+    /// mother's.
     fn crowded(&self, crowd: Crowd) -> Vec<u64>;
     /// The deepest overlap at the start of the present piece.
     fn start_overlap(&self) -> f64;

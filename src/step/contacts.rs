@@ -10,7 +10,8 @@ use rayon::prelude::*;
 /// A near pair, in periodic space at one of its images.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageContact {
-    /// The bodies, `a <= b`: with a long cutoff a body of periodic space is near its own images, of which one of each two opposite ones is listed.
+    /// The bodies, `a <= b`: with a long cutoff a body of periodic space is near its own images, of which one of each
+    /// two opposite ones is listed.
     pub pair: [usize; 2],
     /// The periods by which b is moved along each axis; zero in space without periods.
     pub image: I64Vec3,
@@ -18,14 +19,15 @@ pub struct ImageContact {
     pub found: Separation,
 }
 
-/// Every pair of bodies whose separation is at most `cutoff`, sorted by pair, computed afresh from the bodies alone: it shares no
-/// cached candidates, warm normals or shortcuts with the steps, so it audits them. In periodic space a pair is listed once for each of its images
-/// that is near ([`image_contacts`]).
+/// Every pair of bodies whose separation is at most `cutoff`, sorted by pair, computed afresh from the bodies alone: it
+/// shares no cached candidates, warm normals or shortcuts with the steps, so it audits them. In periodic space a pair
+/// is listed once for each of its images that is near ([`image_contacts`]).
 pub fn contacts(bodies: &Bodies, cutoff: f64) -> Vec<([usize; 2], Separation)> {
     image_contacts(bodies, cutoff).into_iter().map(|contact| (contact.pair, contact.found)).collect()
 }
 
-/// As [`contacts`], with the images; sorted by pair and image. In periodic space a cutoff over the shortest period counts as that.
+/// As [`contacts`], with the images; sorted by pair and image. In periodic space a cutoff over the shortest period
+/// counts as that.
 pub fn image_contacts(bodies: &Bodies, cutoff: f64) -> Vec<ImageContact> {
     let periods = bodies.periods;
     let cutoff = periods.shortest().map_or(cutoff, |period| cutoff.min(period));
@@ -73,8 +75,8 @@ fn all_between(first: I64Vec3, last: I64Vec3) -> Vec<I64Vec3> {
     along(0).flat_map(|x| along(1).flat_map(move |y| along(2).map(move |z| I64Vec3::new(x, y, z)))).collect()
 }
 
-/// The deepest overlap of bodies as they are, with each other and with walls, from [`contacts`] and [`Walls::contacts`] afresh: zero where none
-/// overlap.
+/// The deepest overlap of bodies as they are, with each other and with walls, from [`contacts`] and [`Walls::contacts`]
+/// afresh: zero where none overlap.
 pub fn max_overlap(bodies: &Bodies, walls: &Walls) -> f64 {
     let past_walls = walls.max_overlap(bodies);
     let deeper = |worst: f64, s: &Separation| if -s.separation > worst { -s.separation } else { worst };

@@ -5,8 +5,8 @@ use schemars::JsonSchema;
 #[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
-/// Products from which on a solve counts as slow, where a scene does not say: the default solver needs 1,052 at most for stored systems of a colony of
-/// 1,024 cells at 1e-6, and 1,539 for one of 4,096.
+/// Products from which on a solve counts as slow, where a scene does not say: the default solver needs 1,052 at most
+/// for stored systems of a colony of 1,024 cells at 1e-6, and 1,539 for one of 4,096.
 const SLOW_PRODUCTS: u64 = 2_000;
 
 /// LCPs saved of one run, where a scene does not say: enough to see whether they are alike.

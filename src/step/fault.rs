@@ -21,7 +21,7 @@ pub enum Fault {
     },
     /// A body reaches so far, or moves so far in the step, that it could meet another at two images.
     #[error(
-        "step {step}: body {body} needs {span:.3e} with the cutoff and the way that it would go in the step, over half the period {period:.3e}; a smaller dt or a larger period helps"
+        "step {step}: the period {period:.3e} is too short for body {body}: its length, the cutoff and its displacement in the step need {span:.3e}; use a smaller dt or a larger period"
     )]
     PeriodTooShort {
         /// The step that was being taken.
@@ -44,13 +44,11 @@ pub enum Fault {
         body: usize,
     },
     /// A step that still misses a tolerance after it was cut into 64 pieces.
-    #[error(
-        "{0}; a smaller time.dt may help, or contact.on_failure = \"continue\", which accepts such steps and counts them"
-    )]
+    #[error("{0}; use a smaller time.dt, or accept and count such steps with contact.on_failure = \"continue\"")]
     Unresolved(Unresolved),
     /// A step that cannot be taken with the growth of its cells, and can without.
     #[error(
-        "no room: the {bodies} cells fill their container; {unresolved} as long as cells grow. growth.on_no_room = \"stall\" lets those without room wait"
+        "no room: the {bodies} cells fill their container; with growth, {unresolved}. growth.on_no_room = \"stall\" makes cells without room wait"
     )]
     NoRoom {
         /// The cells.
@@ -60,7 +58,7 @@ pub enum Fault {
     },
     /// The solver that the scene asks for needs more memory than it takes.
     #[error(
-        "step {step}: the factor of solver interior_point would be over its bound for {rows} rows; auto needs none"
+        "step {step}: solver interior_point needs more than 256 MiB for the factor of {rows} rows; use solver auto"
     )]
     TooLarge {
         /// The step that was being taken.
@@ -85,12 +83,14 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// Whether a step with a smaller `dt` may go where this one did not: numbers that ran over, or a way too long for the period.
+    /// Whether a step with a smaller `dt` may go where this one did not: numbers that ran over, or a way too long for
+    /// the period.
     pub(super) fn may_pass_with_smaller_steps(&self) -> bool {
         matches!(self, Fault::NotFinite { .. } | Fault::PeriodTooShort { .. })
     }
 
-    /// Whether the scene asks for something that has no solution or leaves the range of numbers, rather than a program or a device that failed.
+    /// Whether the scene asks for something that has no solution or leaves the range of numbers, rather than a program
+    /// or a device that failed.
     pub fn is_of_scene(&self) -> bool {
         !matches!(self, Fault::Device(_))
     }

@@ -6,10 +6,11 @@ use crate::step::Backend;
 
 /// An LCP of a run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Kept {
+pub struct SavedLcp {
     /// The step that was being taken, from 1.
     pub step: u64,
-    /// Solves of the step before this one: recursions, looser solves of the same rows, and the half step of a midpoint step.
+    /// Solves of the step before this one: recursions, looser solves of the same rows, and the half step of a midpoint
+    /// step.
     pub recursion: u32,
     /// The residual that it was to reach, a length.
     pub tolerance: f64,
@@ -24,7 +25,7 @@ pub struct Kept {
 pub struct Keep {
     dump: Option<Dump>,
     counted: usize,
-    kept: Vec<Kept>,
+    kept: Vec<SavedLcp>,
     /// The step that is being taken, and its solves so far.
     solves: (u64, u32),
 }
@@ -54,13 +55,13 @@ impl Keep {
         if dump.wants(outcome.status == Status::Solved, outcome.products) {
             self.counted += 1;
             let lcp = backend.stored_lcp(start)?;
-            self.kept.push(Kept { step, recursion, tolerance, outcome, lcp });
+            self.kept.push(SavedLcp { step, recursion, tolerance, outcome, lcp });
         }
         Ok(outcome)
     }
 
     /// Takes what is there.
-    pub(crate) fn take(&mut self) -> Vec<Kept> {
+    pub(crate) fn take(&mut self) -> Vec<SavedLcp> {
         std::mem::take(&mut self.kept)
     }
 

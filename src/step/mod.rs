@@ -17,12 +17,12 @@ mod state;
 mod unresolved;
 
 pub use algorithm::{Plan, step};
-pub use backend::{Again, Backend, Overlap};
+pub use backend::{Backend, Overlap, RetryBackend};
 pub use contacts::{ImageContact, contacts, image_contacts, max_overlap};
 pub(crate) use dump::MOST_DUMPED;
 pub use dump::{Dump, DumpWhen};
 pub use fault::Fault;
-pub use keep::{Keep, Kept};
+pub use keep::{Keep, SavedLcp};
 pub use model::Model;
 #[cfg(feature = "gpu")]
 pub(crate) use passing::may_pass;

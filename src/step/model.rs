@@ -6,7 +6,8 @@ use crate::lcp::{Settings, SolverKind};
 use crate::periodic::Periods;
 use crate::walls::Walls;
 
-/// Everything that determines a step, beside the state that it begins in. [`Scene::model`](crate::Scene::model) makes one.
+/// Everything that determines a step, beside the state that it begins in. [`Scene::model`](crate::Scene::model) makes
+/// one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     /// Whether bodies move in the x-y plane.

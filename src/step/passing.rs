@@ -1,13 +1,15 @@
-//! Which bodies went through each other on a step's way.
+//! Tunnelling: pairs of bodies that pass through each other within a step.
 //!
-//! A step is judged where it ends: a pair that meets there on the far side is within tolerance, though it could not have come there. So the way itself,
-//! `C(s U)` for `s` from 0 to 1, is looked at where a pair moves far enough for it: a pair has *passed* where its surfaces overlap
-//! somewhere on the way by three quarters of the thinner body's thickness more than at both ends. Two equal spheres that slide around each other in one
-//! step come so deep beyond a turn of 151 degrees. To get that much deeper and out again the two must move by one and a half thicknesses relative to
-//! each other, so most steps are done with one look at the speeds.
+//! A test of the end positions alone misses a pair that ends on the far sides of each other without overlap. So the
+//! path itself, `C(s U)` for `s` from 0 to 1, is looked at where a pair moves far enough for it: a pair has *passed*
+//! where its surfaces overlap somewhere on the way by three quarters of the thinner body's thickness more than at both
+//! ends. Two equal spheres that slide around each other in one step come so deep beyond a turn of 151 degrees. To get
+//! that much deeper and out again the two must move by one and a half thicknesses relative to each other, so most steps
+//! are done with one look at the speeds.
 //!
-//! The depth changes by no more than what the surfaces move relative to each other, which bounds it between two places of the way
-//! (S. A. Piyavskii, "An algorithm for finding the absolute extremum of a function", 1972); a part of the way that cannot reach the bar is left out.
+//! The depth changes by no more than what the surfaces move relative to each other, which bounds it between two places
+//! of the way (S. A. Piyavskii, "An algorithm for finding the absolute extremum of a function", 1972); a part of the
+//! way that cannot reach the bar is left out.
 
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
@@ -16,13 +18,14 @@ use crate::separation::{Placed, Separation};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// How much deeper than at both ends of the way a pair that passes is somewhere on it, as a part of the thinner body's thickness: at 1 two equal
-/// spheres, or two crossing rods, have their middles in one place. Of the hard cases (`relcp study hard`) those that come so deep at all come to
-/// 0.9 of it, so anything between 0.5 and that tells of the same steps.
+/// How much deeper than at both ends of the way a pair that passes is somewhere on it, as a part of the thinner body's
+/// thickness: at 1 two equal spheres, or two crossing rods, have their middles in one place. Of the hard cases (`relcp
+/// study hard`) those that come so deep at all come to 0.9 of it, so every threshold between 0.5 and 0.9 detects the
+/// same steps.
 const DEEPER: f64 = 0.75;
 
-/// A part of the way on which a pair moves by less than this part of the thinner body's thickness is not divided: what is missed is deeper than
-/// the bar by half of it at most.
+/// A part of the way on which a pair moves by less than this part of the thinner body's thickness is not divided: what
+/// is missed is deeper than the bar by half of it at most.
 const FINEST: f64 = 0.125;
 
 /// The pairs that passed in a step.
@@ -34,9 +37,9 @@ pub struct Passed {
     pub pair: [usize; 2],
 }
 
-/// The pairs of bodies that pass each other where all move from `start` for `dt` with the constant velocities `twist`; none where no pair does.
-/// `separate` is a pair's separation, in space or in the plane. In periodic space a pair is looked at through its image that is nearest at the
-/// start.
+/// The pairs of bodies that pass each other where all move from `start` for `dt` with the constant velocities `twist`;
+/// none where no pair does. `separate` is a pair's separation, in space or in the plane. In periodic space a pair is
+/// looked at through its image that is nearest at the start.
 pub fn passed(
     start: &Bodies,
     twist: &[Twist],
@@ -62,7 +65,8 @@ pub fn passed(
     Some(Passed { pairs: found.len(), pair })
 }
 
-/// Whether two bodies can pass where no point of a surface moves by more than `farthest` and no body is thinner than `thinnest`.
+/// Whether two bodies can pass where no point of a surface moves by more than `farthest` and no body is thinner than
+/// `thinnest`.
 pub(crate) fn may_pass(farthest: f64, thinnest: f64) -> bool {
     farthest >= DEEPER * thinnest
 }
@@ -86,7 +90,8 @@ impl Way {
         way
     }
 
-    /// What the turn over the part `s` of the way moves a point of the surface by, at most: however fast, it is less than half a turn.
+    /// What the turn over the part `s` of the way moves a point of the surface by, at most: however fast, it is less
+    /// than half a turn.
     fn arc(&self, s: f64) -> f64 {
         self.radius * 2.0 * (0.5 * s * self.dt * self.twist.angular.length()).atan()
     }
@@ -98,7 +103,8 @@ impl Way {
         Placed { shape: self.from.shape, position, orientation }
     }
 
-    /// A box that holds the body at every place of its way: a point on an arc is within half of its length of one of its ends.
+    /// A box that holds the body at every place of its way: a point on an arc is within half of its length of one of
+    /// its ends.
     fn swept(&self) -> Aabb {
         let [first, last] = [0.0, 1.0].map(|s| {
             let placed = self.at(s, self.from.position);
@@ -153,7 +159,8 @@ impl Approach<'_> {
     }
 }
 
-/// Whether `depth`, which changes by at most `moved(s, t)` from `s` to `t`, is more than `bar` somewhere between two places where it is known.
+/// Whether `depth`, which changes by at most `moved(s, t)` from `s` to `t`, is more than `bar` somewhere between two
+/// places where it is known.
 fn reaches(
     bar: f64,
     moved: impl Fn(f64, f64) -> f64,

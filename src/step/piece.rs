@@ -13,8 +13,9 @@ impl Piece {
     /// The step in one.
     pub const WHOLE: Piece = Piece { start: 0.0, length: 1.0 };
 
-    /// The shortest piece, a 64th: after it a step counts as one that cannot be taken. Six halvings make a way that leads through a body of the
-    /// usual steps (under 48 thicknesses a step) one that does not, and contradictions between rows 64 to 4,096 times smaller.
+    /// The shortest piece, a 64th: after it a step counts as one that cannot be taken. Six halvings make a way that
+    /// leads through a body of the usual steps (under 48 thicknesses a step) one that does not, and contradictions
+    /// between rows 64 to 4,096 times smaller.
     pub const SHORTEST: f64 = 1.0 / 64.0;
 
     /// Its two halves; none of the shortest piece.
@@ -30,7 +31,7 @@ impl Piece {
     }
 }
 
-/// Which cells [`crowded`](super::Again::crowded) names.
+/// Which cells [`crowded`](super::RetryBackend::crowded) names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crowd {
     /// Those that overlap by more than the tolerance at the trial.

@@ -13,7 +13,7 @@ pub struct Phases {
     pub broad_phase: Duration,
     /// Separations, rows, violations.
     pub narrow_phase: Duration,
-    /// The LCPs.
+    /// LCP solves, seconds.
     pub solve: Duration,
     /// Forces, mobilities, trial configurations.
     pub integrate: Duration,
@@ -50,14 +50,15 @@ pub struct StepReport {
     pub products: u64,
     /// Solves that the safeguard of the solver `auto` went on with.
     pub fallbacks: u32,
-    /// Residual that its last solve ended with, a length; the largest of those that did not reach their tolerance, where some did not.
+    /// Residual that its last solve ended with, a length; the largest of those that did not reach their tolerance,
+    /// where some did not.
     pub residual: f64,
     /// Solves that did not reach the solver's tolerance.
     pub unconverged: u32,
     /// Solves whose rows contradict each other, or nearly do, and that were solved in the sense of the least overlap.
     pub relaxed: u32,
-    /// Residual of the solves that its accepted velocities come from, a length: the last solve's, of a midpoint step the larger one of both halves',
-    /// of a step in pieces the largest one. It is what velocities times `dt` may be off by.
+    /// Residual of the solves behind the accepted velocities, a length: of the last solve; in a midpoint step, the
+    /// larger one of both halves; of a step in pieces the largest one. It is what velocities times `dt` may be off by.
     pub velocity_residual: f64,
     /// Into how many pieces it was cut: 1 where it was taken at once.
     pub pieces: u32,
@@ -65,7 +66,7 @@ pub struct StepReport {
     pub failed_attempts: u32,
     /// Whether the CPU took it in the place of a device.
     pub by_cpu: bool,
-    /// Whether its bodies overlapped by more than it could undo, and were parted in no time before it.
+    /// Whether bodies overlapped too deeply for the step and were separated before it, without advancing time.
     pub parted: bool,
     /// Pieces that were taken as well as they go, off by less than the cutoff, and then parted in no time.
     pub squeezed: u32,
@@ -73,7 +74,8 @@ pub struct StepReport {
     pub waiting: usize,
     /// `Solved`, or how the last of its solves that did not converge ended.
     pub status: Status,
-    /// Largest overlap of smooth surfaces in the trial of its first solve, a length: what the recursion then takes away. Of a midpoint step its second half's.
+    /// Largest overlap of smooth surfaces in the trial of its first solve, a length: what the recursion then takes
+    /// away. Of a midpoint step its second half's.
     pub first_violation: f64,
     /// Largest true overlap of smooth surfaces, with each other or with walls, in the accepted configuration, a length.
     pub max_overlap: f64,
@@ -138,8 +140,8 @@ impl StepReport {
         self.max_overlap <= overlap_tolerance
     }
 
-    /// Whether the accepted velocities come from solves that are right to the overlap tolerance. One that missed the solver's own tolerance, a
-    /// tenth of it unless the scene says otherwise, and not this is worth a note, no more.
+    /// Whether the accepted velocities come from solves that are right to the overlap tolerance. One that missed the
+    /// solver's own tolerance, a tenth of it unless the scene says otherwise, and not this is worth a note, no more.
     pub fn settled(&self, overlap_tolerance: f64) -> bool {
         self.velocity_residual <= overlap_tolerance
     }

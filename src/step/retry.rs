@@ -1,8 +1,9 @@
 //! A step that fails, taken again.
 //!
-//! The step is cut into halves, and those that fail into halves, down to a 64th. The pieces are steps like any other, so that all together are a step with a smaller
-//! `dt`. Where a 64th fails too, there are three ends: growing cells that have no room wait or end the run (`growth.on_no_room`), and what fails for
-//! another reason ends the run with the state before the step, or is accepted as it is least bad (`contact.on_failure`).
+//! The step is cut into halves, and those that fail into halves, down to a 64th. The pieces are steps like any other,
+//! so that all together are a step with a smaller `dt`. Where a 64th fails too, there are three ends: growing cells
+//! that have no room wait or end the run (`growth.on_no_room`), and what fails for another reason ends the run with the
+//! state before the step, or is accepted as it is least bad (`contact.on_failure`).
 //!
 //! Nothing here depends on earlier steps, so that a run that goes on from a state takes the same pieces.
 
@@ -10,10 +11,10 @@ use super::algorithm::{Attempt, Plan, attempt};
 use super::{Crowd, Fault, Keep, Phases, Piece, State, StepReport, Stepping, Unresolved};
 use crate::dynamics::{OnNoRoom, Waiting};
 use crate::lcp::Status;
-use crate::step::{Again, Backend, Overlap};
+use crate::step::{Backend, Overlap, RetryBackend};
 
-/// By how much rows give way where a step without a solution is accepted. The first moves bodies by a tenth less than it takes to part a pair, the last one by what it takes
-/// to a millionth.
+/// By how much rows give way where a step without a solution is accepted. The first moves bodies by a tenth less than
+/// it takes to part a pair, the last one by what it takes to a millionth.
 const COMPLIANCES_OF_SPREADING: [f64; 4] = [1e-1, 1e-2, 1e-4, 1e-6];
 
 /// Rounds in which such a step's overlap is spread, and how much of it a round must leave at most to be worth it.
@@ -23,10 +24,12 @@ const WORTH_A_ROUND: f64 = 0.8;
 /// Rounds of parting. Of 14 crowded starts that one solve could not part, those that can be parted at all take 2 to 9.
 const MOST_ROUNDS_OF_PARTING: u32 = 32;
 
-/// What the CPU leaves of the overlap tolerance for a device's poses, which are rounded when it goes on: its numbers differ by some 1e-9 of a body.
+/// What the CPU leaves of the overlap tolerance for a device's poses, which are rounded when it goes on: its numbers
+/// differ by some 1e-9 of a body.
 const LEFT_FOR_ROUNDING: f64 = 0.99;
 
-/// Takes the step that failed as `failed` says again, and accepts it; or first parts the bodies of one that is yet to be taken.
+/// Takes the step that failed as `failed` says again, and accepts it; or first parts the bodies of one that is yet to
+/// be taken.
 pub(super) fn take_again(
     backend: &mut dyn Backend,
     plan: &Plan,
@@ -60,7 +63,7 @@ pub(super) fn take_again(
 }
 
 /// Goes back to the least bad trial of an attempt, where its last one is worse.
-fn go_to_least_bad(again: &mut dyn Again, plan: &Plan, tried: &mut Attempt) -> Result<(), Fault> {
+fn go_to_least_bad(again: &mut dyn RetryBackend, plan: &Plan, tried: &mut Attempt) -> Result<(), Fault> {
     if let Some((badness, gamma)) = tried.least_bad.take()
         && badness < tried.badness()
     {
@@ -84,7 +87,7 @@ struct Taking<'a> {
 impl Taking<'_> {
     fn step(
         &mut self,
-        again: &mut dyn Again,
+        again: &mut dyn RetryBackend,
         first: Option<Result<Attempt, Fault>>,
         before: &State,
     ) -> Result<Overlap, Fault> {
@@ -111,7 +114,7 @@ impl Taking<'_> {
     /// Takes a piece, in halves where it fails at once. `first` is what an attempt at it came to, where one was made.
     fn piece(
         &mut self,
-        again: &mut dyn Again,
+        again: &mut dyn RetryBackend,
         piece: Piece,
         first: Option<Result<Attempt, Fault>>,
     ) -> Result<Overlap, Fault> {
@@ -145,9 +148,10 @@ impl Taking<'_> {
         }
     }
 
-    /// Parts bodies that overlap by more than the tolerance, in no time; what is left, or none where they cannot be, and then they are where they were. Each
-    /// round starts from the least bad trial of the last one, with rows made there.
-    fn parted(&mut self, again: &mut dyn Again) -> Result<Option<Overlap>, Fault> {
+    /// Parts bodies that overlap by more than the tolerance, in no time; what is left, or none where they cannot be,
+    /// and then they are where they were. Each round starts from the least bad trial of the last one, with rows made
+    /// there.
+    fn parted(&mut self, again: &mut dyn RetryBackend) -> Result<Option<Overlap>, Fault> {
         let before = again.backend().state()?.clone();
         let plan = Plan { stepping: Stepping::Euler, keeps_least_bad: true, ..*self.plan };
         again.part(true);
@@ -171,7 +175,7 @@ impl Taking<'_> {
         Ok(left)
     }
 
-    fn attempt(&mut self, again: &mut dyn Again, piece: Piece) -> Result<Attempt, Fault> {
+    fn attempt(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Attempt, Fault> {
         again.prepare(piece, &self.waiting);
         attempt(again.backend(), self.plan, self.keep)
     }
@@ -188,20 +192,22 @@ impl Taking<'_> {
         }
     }
 
-    fn accept(&mut self, again: &mut dyn Again, mut tried: Attempt) -> Result<Overlap, Fault> {
+    fn accept(&mut self, again: &mut dyn RetryBackend, mut tried: Attempt) -> Result<Overlap, Fault> {
         tried.report.phases = again.backend().accept()?;
         self.report.add_piece(&tried.report);
         Ok(tried.overlap)
     }
 
-    /// Whether steps that do not hold are accepted and the one before was such a one: there is no solution, nor have pieces one.
-    fn began_like_this(&self, again: &dyn Again) -> bool {
+    /// Whether steps that do not hold are accepted and the one before was such a one: there is no solution, nor have
+    /// pieces one.
+    fn began_like_this(&self, again: &dyn RetryBackend) -> bool {
         self.plan.accepts_the_least_bad() && again.start_overlap() > self.plan.contact.overlap_tolerance
     }
 
-    /// Accepts the step with the least overlap that was found, and spreads it over the contacts in no time: rows give way, and the softer they are the less
-    /// bodies move, so that there is always one among the trials that throws none.
-    fn spread(&mut self, again: &mut dyn Again) -> Result<Overlap, Fault> {
+    /// Accepts the step with the least overlap that was found, and spreads it over the contacts in no time: rows give
+    /// way, and the softer they are the less bodies move, so that there is always one among the trials that throws
+    /// none.
+    fn spread(&mut self, again: &mut dyn RetryBackend) -> Result<Overlap, Fault> {
         again.prepare(Piece::WHOLE, &self.waiting);
         let mut taken = self.softened(again, self.plan.stepping)?;
         taken.report.phases = again.backend().accept()?;
@@ -223,8 +229,9 @@ impl Taking<'_> {
         Ok(taken.overlap)
     }
 
-    /// The trial with the least overlap of the first rows, by how much they give way; one in which bodies pass each other only where there is no other.
-    fn softened(&mut self, again: &mut dyn Again, stepping: Stepping) -> Result<Attempt, Fault> {
+    /// The trial with the least overlap of the first rows, by how much they give way; one in which bodies pass each
+    /// other only where there is no other.
+    fn softened(&mut self, again: &mut dyn RetryBackend, stepping: Stepping) -> Result<Attempt, Fault> {
         again.backend().begin()?;
         again.backend().append_near()?;
         if stepping == Stepping::Midpoint {
@@ -254,9 +261,9 @@ impl Taking<'_> {
         Ok(Attempt { report, overlap, least_bad: None })
     }
 
-    /// Tries a piece with cells waiting that have no room, where the scene lets them: of a whole step first those that overlap, then those that are pressed, then
-    /// all; of the shortest piece all.
-    fn wait(&mut self, again: &mut dyn Again, piece: Piece) -> Result<Option<Overlap>, Fault> {
+    /// Tries a piece with cells waiting that have no room, where the scene lets them: of a whole step first those that
+    /// overlap, then those that are pressed, then all; of the shortest piece all.
+    fn wait(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Option<Overlap>, Fault> {
         let whole = piece == Piece::WHOLE;
         if self.plan.on_no_room != Some(OnNoRoom::Stall) || !(whole || piece.length <= Piece::SHORTEST) {
             return Ok(None);
@@ -288,7 +295,7 @@ impl Taking<'_> {
         Ok(None)
     }
 
-    fn count_waiting(&self, again: &mut dyn Again) -> usize {
+    fn count_waiting(&self, again: &mut dyn RetryBackend) -> usize {
         match &self.waiting {
             Waiting::None => 0,
             Waiting::Some(ids) => ids.len(),
@@ -299,7 +306,7 @@ impl Taking<'_> {
     /// The end of a step whose shortest piece failed.
     fn give_up(
         &mut self,
-        again: &mut dyn Again,
+        again: &mut dyn RetryBackend,
         piece: Piece,
         failed: Result<Attempt, Fault>,
     ) -> Result<Overlap, Fault> {
@@ -311,7 +318,8 @@ impl Taking<'_> {
         let only_passed = tried.overlap.worst <= tolerance && tried.report.settled(tolerance);
         let overlaps = again.start_overlap() > tolerance;
         if only_passed && (overlaps || self.plan.accepts_the_least_bad()) {
-            // Bodies that overlap may have to. What goes through others in short pieces is still less bad than what does in one.
+            // Bodies that overlap may have to. What goes through others in short pieces is still less bad than what
+            // does in one.
             let tried = self.attempt(again, piece)?;
             return self.accept(again, tried);
         }
@@ -331,10 +339,16 @@ impl Taking<'_> {
         Err(Fault::Unresolved(unresolved))
     }
 
-    /// Takes the shortest piece as well as it goes and parts what still overlaps. Daughters that turn as they are born overlap by as much in the shortest piece as in the
-    /// whole step, and rows that are made where they begin may contradict each other though there is room; made anew where the last ones led to, they do not.
-    /// Where it fails, `tried` is the least bad that was found.
-    fn squeeze(&mut self, again: &mut dyn Again, piece: Piece, tried: &mut Attempt) -> Result<Option<Overlap>, Fault> {
+    /// Takes the shortest piece as well as it goes and parts what still overlaps. Daughters that turn as they are born
+    /// overlap by as much in the shortest piece as in the whole step, and rows that are made where they begin may
+    /// contradict each other though there is room; made anew where the last ones led to, they do not. Where it fails,
+    /// `tried` is the least bad that was found.
+    fn squeeze(
+        &mut self,
+        again: &mut dyn RetryBackend,
+        piece: Piece,
+        tried: &mut Attempt,
+    ) -> Result<Option<Overlap>, Fault> {
         let before = again.backend().state()?.clone();
         let plan = Plan { keeps_least_bad: true, ..*self.plan };
         again.prepare(piece, &self.waiting);
@@ -360,7 +374,7 @@ impl Taking<'_> {
     }
 
     /// Whether the piece can be taken if no cell grows or divides in it.
-    fn fails_by_growth(&mut self, again: &mut dyn Again, piece: Piece) -> bool {
+    fn fails_by_growth(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> bool {
         self.waiting = Waiting::All;
         let tried = self.attempt(again, piece);
         self.waiting = Waiting::None;

@@ -7,10 +7,10 @@ use schemars::JsonSchema;
 #[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
-/// The default cutoff is this part of the thinnest body's thickness. It only decides which pairs get a row before the first trial
-/// shows that they need one, beside those that the free motion may bring into contact. Between 1/4 and 1/400 neither the recursions
-/// nor the products of a packed compaction (1,000 ellipsoids, dt = 0.1) or of a colony change by more than 3 %, while the rows fall by 15 %
-/// and 8 %; two thirds of that are had at 1/10.
+/// The default cutoff is this part of the thinnest body's thickness. It only decides which pairs get a row before the
+/// first trial shows that they need one, beside those that the free motion may bring into contact. Between 1/4 and
+/// 1/400 neither the recursions nor the products of a packed compaction (1,000 ellipsoids, dt = 0.1) or of a colony
+/// change by more than 3 %, while the rows fall by 15 % and 8 %; two thirds of that are had at 1/10.
 const CUTOFF_PER_THICKNESS: f64 = 0.1;
 
 /// Step size and duration.
@@ -51,8 +51,8 @@ pub enum Stepping {
     /// The first-order step of the paper.
     #[default]
     Euler,
-    /// Second order: forces, mobilities and first rows are taken at the middle of the step, which half a step leads to. It costs about
-    /// twice as much a step. Where bodies have inertia, contact falls to first order.
+    /// Second order: forces, mobilities and first rows are taken at the middle of the step, which half a step leads to.
+    /// It costs about twice as much a step. Where bodies have inertia, contact falls to first order.
     Midpoint,
 }
 
@@ -81,8 +81,8 @@ pub struct Contact {
     #[cfg_attr(feature = "files", schemars(extend("default" = "stop")))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "OnFailure::is_default"))]
     pub on_failure: OnFailure,
-    /// Pairs nearer than this at a step's start get a row (beside those that the free motion may bring into contact), a length.
-    /// Without it: a tenth of the thinnest body's thickness.
+    /// Pairs nearer than this at a step's start get a row (beside those that the free motion may bring into contact), a
+    /// length. Without it: a tenth of the thinnest body's thickness.
     #[cfg_attr(feature = "files", schemars(range(min = 0)))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub cutoff: Option<f64>,
@@ -109,7 +109,8 @@ impl Contact {
         if self.method == Method::Relcp { self.rows } else { Rows::Paper }
     }
 
-    /// Distance within which bodies of these shapes are near at a step's start: as given, or a tenth of the thinnest one's thickness.
+    /// Distance within which bodies of these shapes are near at a step's start: as given, or a tenth of the thinnest
+    /// one's thickness.
     pub fn cutoff_of(&self, shapes: impl Iterator<Item = Shape>) -> f64 {
         let default = || CUTOFF_PER_THICKNESS * shapes.map(|shape| shape.thickness()).reduce(f64::min).unwrap_or(0.0);
         self.cutoff.unwrap_or_else(default)
@@ -121,8 +122,8 @@ impl Contact {
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum Rows {
-    /// One row for each smooth branch of a pair's separation that may become active in the step, linearised where the last velocities lead. A
-    /// violation first moves its own row.
+    /// One row for each smooth branch of a pair's separation that may become active in the step, linearised where the
+    /// last velocities lead. A violation first moves its own row.
     #[default]
     Auto,
     /// The paper's: one row a pair, linearised at the step's start. Each violation appends one.
@@ -144,7 +145,8 @@ pub enum OnFailure {
     /// The run ends with the state before the step, and says why.
     #[default]
     Stop,
-    /// The least bad of what was tried is accepted and counted: overlaps are spread over all contacts, and no body is thrown.
+    /// The least bad of what was tried is accepted and counted: overlaps are spread over all contacts, and no body is
+    /// thrown.
     Continue,
 }
 
@@ -155,20 +157,20 @@ impl OnFailure {
     }
 }
 
-/// How tightly the solves before a step's last one are made. The last one always meets `solver.tolerance`, and no step ends with
-/// an overlap above `overlap_tolerance` either way.
+/// How tightly the solves before a step's last one are made. The last one always meets `solver.tolerance`, and no step
+/// ends with an overlap above `overlap_tolerance` either way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum Recursion {
-    /// Inexact in space, where packed bodies recurse several times a step; exact in the plane, with the paper's rows, in midpoint steps, and where
-    /// `solver.tolerance` is given.
+    /// Inexact in space, where packed bodies recurse several times a step; exact in the plane, with the paper's rows,
+    /// in midpoint steps, and where `solver.tolerance` is given.
     #[default]
     Auto,
     /// As the last one: the trials, and so the rows made there, are those of exact solutions.
     Exact,
-    /// Only as tight as the overlaps seen warrant: a fifth to two fifths fewer iterations in crowded scenes. Rows are then made at trials that are a
-    /// little off, and depend a little on the solver. Midpoint steps stay exact.
+    /// Only as tight as the overlaps seen warrant: a fifth to two fifths fewer iterations in crowded scenes. Rows are
+    /// then made at trials that are a little off, and depend a little on the solver. Midpoint steps stay exact.
     Inexact,
 }
 

@@ -1,4 +1,4 @@
-//! What a step that cannot be taken would leave: what is said of it.
+//! The error of a step that misses its tolerances in every attempt: overlap, bodies, residual.
 
 use std::fmt;
 
@@ -46,7 +46,10 @@ impl fmt::Display for Unresolved {
         match self.name() {
             "passed" => write!(f, "go through each other"),
             "residual" => {
-                write!(f, "cannot be moved: the contact problem is solved to {residual:.2e} of {tolerance:.1e} only")
+                write!(
+                    f,
+                    "have no accurate velocities: the contact problem is solved to {residual:.2e}, tolerance {tolerance:.1e}"
+                )
             }
             _ => write!(f, "still overlap by {overlap:.2e} of {tolerance:.1e} allowed"),
         }?;

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-/// Ticks of the processor's time in a second, as Linux shows them to programs on every architecture that this one runs on.
+/// Ticks of the processor's time in a second, as Linux shows them to programs on every architecture that this one runs
+/// on.
 const TICKS: f64 = 100.0;
 
 /// The program, how it was built, and the machine.
@@ -26,7 +27,8 @@ pub(super) fn processor() -> Option<String> {
     Some(line.split_once(':')?.1.trim().to_owned())
 }
 
-/// The processor's time that this process has taken so far, of all its threads, to a hundredth of a second; where Linux tells it.
+/// The processor's time that this process has taken so far, of all its threads, to a hundredth of a second; where Linux
+/// tells it.
 pub(super) fn cpu_time() -> Option<Duration> {
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
     // The program's name, in parentheses, may hold anything; the first field after it is the third.

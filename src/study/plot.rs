@@ -24,7 +24,8 @@ const PANEL: (u32, u32) = (560, 420);
 /// Pixels of the title.
 const TITLE: u32 = 30;
 
-/// How far a logarithmic axis goes beyond the curves, a factor; a linear one goes beyond them by this part of its length.
+/// How far a logarithmic axis goes beyond the curves, a factor; a linear one goes beyond them by this part of its
+/// length.
 const MARGIN: f64 = 1.5;
 const LINEAR_MARGIN: f64 = 0.04;
 

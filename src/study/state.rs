@@ -46,8 +46,8 @@ pub enum StudyError {
     Table(String),
 }
 
-/// Side by side copies of a stored state, `count` bodies in all: in a square where it lies in the plane z = 0, else in a cube. The
-/// copies are a body's length apart, so each is a problem of its own as far as contact goes.
+/// Side by side copies of a stored state, `count` bodies in all: in a square where it lies in the plane z = 0, else in
+/// a cube. The copies are a body's length apart, so each is a problem of its own as far as contact goes.
 pub fn tiled(stored: &[u8], count: usize) -> Result<Bodies, StudyError> {
     let (_, state) = decode(stored)?;
     let tile = state.bodies;

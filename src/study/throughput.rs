@@ -1,7 +1,7 @@
 //! Throughput: what a step costs by the number of bodies, on the CPU and on a device.
 //!
-//! The states are copies of a stored colony of 1,024 cells, and of a stored jammed compaction of 1,000 ellipsoids, side by side; each copy is
-//! a problem of its own, so the solver's iterations do not grow with their number here.
+//! The states are copies of a stored colony of 1,024 cells, and of a stored jammed compaction of 1,000 ellipsoids, side
+//! by side; each copy is a problem of its own, so the solver's iterations do not grow with their number here.
 
 use super::{StudyError, copy_bandwidth, tiled};
 use crate::gpu::{Counters, Gpu};
@@ -86,15 +86,15 @@ pub struct Row {
     pub unconverged: u32,
 }
 
-/// Bytes that one product must move in 32-bit numbers, by row: both blocks of J twice (once by body, once by row), the row's number for each
-/// body, its bodies, both velocities, the multiplier, twice, and the result.
+/// Bytes that one product must move in 32-bit numbers, by row: both blocks of J twice (once by body, once by row), the
+/// row's number for each body, its bodies, both velocities, the multiplier, twice, and the result.
 fn product_bytes(constraints: usize, planar: bool, number: usize) -> f64 {
     let block = if planar { 4 * number } else { 8 * number };
     constraints as f64 * (4 * block + 2 * block + 2 * 4 + 8 + 4 * number) as f64
 }
 
-/// Steps `bodies` bodies of a kind and times `steps` steps after `warm_up` others, in which pipelines are compiled and multipliers
-/// remembered.
+/// Steps `bodies` bodies of a kind and times `steps` steps after `warm_up` others, in which pipelines are compiled and
+/// multipliers remembered.
 pub fn measure(kind: Kind, bodies: usize, [warm_up, steps]: [usize; 2], compute: &Compute) -> Result<Row, StudyError> {
     let scene = scene::load(kind.scene(), &["time.end=1".into(), "time.dt=0.001".into()])?;
     let planar = scene.planar;

@@ -1,7 +1,8 @@
 //! The walls of a scene: fixed surfaces that bodies stay inside of, without unknowns.
 //!
-//! Each surface of a wall (a box has six) is to a body like another body that cannot move: it has a number in the place of a body's, so that pairs, rows
-//! and what a step remembers are the same for both, and in an LCP its block of `J` is zero.
+//! Each surface of a wall (a box has six) is to a body like another body that cannot move: it has a number in the place
+//! of a body's, so that pairs, rows and what a step remembers are the same for both, and in an LCP its block of `J` is
+//! zero.
 
 mod wall;
 
@@ -12,8 +13,8 @@ use crate::bodies::Bodies;
 use crate::separation::{Placed, Separation, Surface};
 use rayon::prelude::*;
 
-/// The number of the first surface in the place of a body's. No scene has as many bodies ([`crate::scene::MAX_BODIES`]), and the numbers do not
-/// change as bodies divide.
+/// The number of the first surface in the place of a body's. No scene has as many bodies
+/// ([`crate::scene::MAX_BODIES`]), and the numbers do not change as bodies divide.
 const FIRST: u32 = 1 << 31;
 
 /// A loop over fewer bodies than this runs on one thread; a body's gap to a surface takes some 20 ns.
@@ -94,8 +95,8 @@ impl Walls {
         self.surfaces.iter().zip(&self.wall).fold(None, deeper)
     }
 
-    /// Every body and surface whose separation is at most `cutoff`, sorted by body, then surface, computed afresh from the bodies alone: it
-    /// audits the steps.
+    /// Every body and surface whose separation is at most `cutoff`, sorted by body, then surface, computed afresh from
+    /// the bodies alone: it audits the steps.
     pub fn contacts(&self, bodies: &Bodies, cutoff: f64) -> Vec<WallContact> {
         let of_body = |body: usize| {
             let placed = bodies.placed(body);

@@ -32,7 +32,8 @@ fn functions_of_no_smooth_convex_body_are_refused() {
         n * (1.0 + height - slope * n.z) + slope * DVec3::Z
     };
     assert!(matches!(refused(wavy), ConvexError::NotConvex { .. }));
-    // A cube, a cube with rounded edges, and the body that two balls' surfaces have in common: flat faces, and a sharp edge.
+    // A cube, a cube with rounded edges, and the body that two balls' surfaces have in common: flat faces, and a sharp
+    // edge.
     assert!(matches!(refused(|n| n.signum()), ConvexError::Flat { .. }));
     assert!(matches!(refused(|n| 0.5 * n + n.signum()), ConvexError::Flat { .. }));
     let lens = |n: DVec3| match n.truncate().length() {

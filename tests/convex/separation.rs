@@ -102,7 +102,8 @@ fn several() -> [Shape; 6] {
     ]
 }
 
-/// The paper's definition on many normals: none has a larger bound, and the bound at the separation's own normal is the separation.
+/// The paper's definition on many normals: none has a larger bound, and the bound at the separation's own normal is the
+/// separation.
 #[test]
 fn no_normal_has_a_larger_bound_and_points_are_on_the_surfaces() {
     let random = &mut random(13);
@@ -203,7 +204,8 @@ fn rings_are_not_supported() {
     assert_eq!(separation(&at(ring), &at(egg), None), None);
 }
 
-/// An egg that lies in the plane, crossed deeply by a rod or another: its bound there must be the larger of its two sides.
+/// An egg that lies in the plane, crossed deeply by a rod or another: its bound there must be the larger of its two
+/// sides.
 #[test]
 fn in_the_plane_the_normal_stays_there() {
     let random = &mut random(16);

@@ -36,7 +36,8 @@ fn shape(kind: usize, draw: &mut Draw) -> Shape {
     }
 }
 
-/// Ten bodies of every shape, all of different sizes, turned and moving at random; the second rod is as long as it is thick.
+/// Ten bodies of every shape, all of different sizes, turned and moving at random; the second rod is as long as it is
+/// thick.
 pub fn every_shape() -> Snapshot {
     let mut draw = Draw(1);
     let mut bodies = Bodies::default();

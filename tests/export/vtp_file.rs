@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// A file's arrays, by section and name, as 64-bit floats (all numbers of these tests fit them), and the bodies' counts.
+/// A file's arrays, by section and name, as 64-bit floats (all numbers of these tests fit them), and the bodies'
+/// counts.
 pub struct Vtp {
     pub counts: BTreeMap<String, usize>,
     arrays: BTreeMap<(String, String), (usize, Vec<f64>)>,

@@ -1,5 +1,5 @@
-//! Rows by branches, verb by verb, against the CPU's: which branches of which pairs get a row, ahead of the step's start in the plane, what they start from,
-//! and how violations move them or add to them.
+//! Rows by branches, verb by verb, against the CPU's: which branches of which pairs get a row, ahead of the step's
+//! start in the plane, what they start from, and how violations move them or add to them.
 
 use crate::device::{device, precisions};
 use crate::rows::compare;
@@ -14,8 +14,8 @@ use relcp::step::{Backend, State};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
-/// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to sizes and moves; and what multipliers may differ by, relative to
-/// the largest.
+/// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to sizes and moves; and
+/// what multipliers may differ by, relative to the largest.
 const BOUNDS: [(Precision, (f64, f64), f64); 2] =
     [(Precision::F32, (3e-5, 1e-5), 1e-4), (Precision::F64, (1e-12, 1e-12), 1e-11)];
 
@@ -27,7 +27,8 @@ const VIOLATING: f64 = 1e-3;
 const ROD: &str = r#"{"spherocylinder": {"diameter": 0.5, "length": 2}}"#;
 const LONG: &str = r#"{"spherocylinder": {"diameter": 0.5, "length": 4}}"#;
 
-/// Bodies that are drawn together; a solve has one iteration, so that multipliers are the CPU's to rounding and bodies overlap.
+/// Bodies that are drawn together; a solve has one iteration, so that multipliers are the CPU's to rounding and bodies
+/// overlap.
 fn crowd(name: &str, shapes: &[&str], dt: f64, fraction: f64, more: &str) -> Scene {
     let group = |shape: &&str| {
         let fraction = fraction / shapes.len() as f64;
@@ -139,7 +140,8 @@ impl<const D: usize> Both<D> {
         here.violations
     }
 
-    /// One step with a recursion of each kind; how many multipliers first rows started from, and how many violations there were.
+    /// One step with a recursion of each kind; how many multipliers first rows started from, and how many violations
+    /// there were.
     fn step(&mut self, midpoint: bool, violating: f64) -> [usize; 2] {
         self.verb(|backend| backend.begin().unwrap());
         self.verb(|backend| backend.append_near().unwrap());

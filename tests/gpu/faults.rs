@@ -1,4 +1,5 @@
-//! What goes wrong with a device is a typed error that says what to do, and costs no more than what was not yet written.
+//! What goes wrong with a device is a typed error that says what to do, and costs no more than what was not yet
+//! written.
 
 use crate::device::device;
 use relcp::gpu::{Buffer, Choice, Gpu, GpuError, Kernel, Precision, Source, adapters};

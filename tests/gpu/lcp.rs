@@ -143,8 +143,8 @@ fn stored_systems_are_solved() {
     }
 }
 
-/// A solvable problem: `q` is such that a random velocity keeps every row open or closed. Some rows repeat another of the same pair, as
-/// it is or nearly parallel or named the other way, some are zero.
+/// A solvable problem: `q` is such that a random velocity keeps every row open or closed. Some rows repeat another of
+/// the same pair, as it is or nearly parallel or named the other way, some are zero.
 fn random<const D: usize>(seed: u64, bodies: u32, rows: usize) -> Problem<D> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let uniform = |rng: &mut ChaCha8Rng| rng.random::<f64>() - 0.5;
@@ -338,7 +338,8 @@ fn two_runs_give_the_same_bits_whatever_the_capacity() {
     }
 }
 
-/// More rows than invocations: 300,000 rows, in a chain of bodies, and so many pairs that 65,535 workgroups could not take one each.
+/// More rows than invocations: 300,000 rows, in a chain of bodies, and so many pairs that 65,535 workgroups could not
+/// take one each.
 #[test]
 fn more_rows_than_invocations_are_solved() {
     let Some(gpu) = device() else { return };

@@ -1,6 +1,7 @@
 //! The GPU path against the CPU's, on whatever adapter there is.
 //!
-//! Without an adapter these tests are skipped, each with a visible line, unless `RELCP_REQUIRE_GPU` is set: then they fail.
+//! Without an adapter these tests are skipped, each with a visible line, unless `RELCP_REQUIRE_GPU` is set: then they
+//! fail.
 #![allow(clippy::unwrap_used)]
 
 mod branches;

@@ -1,4 +1,5 @@
-//! Rows, body by body lists, and the trial, kernel by kernel, against the CPU's, at the step's start and appended at a trial.
+//! Rows, body by body lists, and the trial, kernel by kernel, against the CPU's, at the step's start and appended at a
+//! trial.
 
 use crate::device::{device, precisions};
 use relcp::backend::cpu::Cpu;
@@ -9,11 +10,12 @@ use relcp::lcp::Problem;
 use relcp::scene::{self, Rows, Scene};
 use relcp::step::{Backend, State};
 
-/// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to the sizes of bodies (about two) and of what
-/// they move by in the step. The worst seen are 3e-6 and 2e-7 in f32, 3e-15 and 1e-15 in f64.
+/// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to the sizes of bodies
+/// (about two) and of what they move by in the step. The worst seen are 3e-6 and 2e-7 in f32, 3e-15 and 1e-15 in f64.
 const BOUNDS: [(Precision, f64, f64); 2] = [(Precision::F32, 1e-5, 5e-7), (Precision::F64, 1e-13, 1e-13)];
 
-/// Bodies that will overlap within one step when nothing holds them: no iteration is allowed, so the trial is the free motion on both.
+/// Bodies that will overlap within one step when nothing holds them: no iteration is allowed, so the trial is the free
+/// motion on both.
 fn scenes() -> Vec<Scene> {
     let crowd = |name: &str, shape: &str, more: &str| {
         let text = format!(
@@ -53,7 +55,8 @@ fn scenes() -> Vec<Scene> {
 /// The two bodies of a row, its two blocks of `J`, and `q`.
 type Row<const D: usize> = ([u32; 2], [[f64; D]; 2], f64);
 
-/// Rows in an order of their own: by pair, the rows of a pair in the order made, each with its pair's smaller body first.
+/// Rows in an order of their own: by pair, the rows of a pair in the order made, each with its pair's smaller body
+/// first.
 fn sorted<const D: usize>(problem: &Problem<D>) -> Vec<Row<D>> {
     let row = |i: usize| {
         let ([a, b], [ja, jb]) = (problem.pair[i], problem.jacobian[i]);
@@ -64,7 +67,8 @@ fn sorted<const D: usize>(problem: &Problem<D>) -> Vec<Row<D>> {
     rows
 }
 
-/// Puts the rows of each pair of a body with a surface, which the device has place by place, in the order of the CPU's: each the nearest one that is left.
+/// Puts the rows of each pair of a body with a surface, which the device has place by place, in the order of the CPU's:
+/// each the nearest one that is left.
 fn match_places<const D: usize>(ours: &mut [Row<D>], theirs: &[Row<D>], bodies: usize) {
     let apart = |p: &Row<D>, q: &Row<D>| {
         let blocks = p.1.as_flattened().iter().zip(q.1.as_flattened()).map(|(x, y)| (x - y).abs());

@@ -47,7 +47,8 @@ fn on_device(gpu: &Arc<Gpu>, precision: Precision) -> Compute {
     Compute::Gpu { gpu: gpu.clone(), precision }
 }
 
-/// Runs a scene on the CPU and on the device in every precision, and holds the device to its tolerances and to the CPU's recursions.
+/// Runs a scene on the CPU and on the device in every precision, and holds the device to its tolerances and to the
+/// CPU's recursions.
 fn both(name: &str, sets: &[&str], check: impl Fn(Precision, &Ran, &Ran)) {
     let Some(gpu) = device() else { return };
     let cpu = Ran::on(&Compute::Cpu, name, sets);

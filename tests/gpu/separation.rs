@@ -1,8 +1,9 @@
 //! Separations on the device against the reference pairs and the CPU's, in both precisions.
 //!
-//! Errors are fractions of the size of a pair, both bounding radii and the distance of the centres. Separations, and the points along the
-//! normal, are held to 2e-6 in 32 bits and to 1e-11 in 64. Points sideways and normals are only as well defined as the surfaces are curved:
-//! a point of a disc of aspect 1000 moves by 1000 radii where its normal turns by one radian, and a normal at a tip the other way round.
+//! Errors are fractions of the size of a pair, both bounding radii and the distance of the centres. Separations, and
+//! the points along the normal, are held to 2e-6 in 32 bits and to 1e-11 in 64. Points sideways and normals are only as
+//! well defined as the surfaces are curved: a point of a disc of aspect 1000 moves by 1000 radii where its normal turns
+//! by one radian, and a normal at a tip the other way round.
 
 #![allow(clippy::unwrap_used)]
 
@@ -170,7 +171,8 @@ fn planar_pairs_agree_with_the_cpu() {
                 // The CPU's search in the plane places a normal to the root of a rounding.
                 let turned = if precision == Precision::F32 { 1e-4 } else { 1e-6 };
                 other += usize::from(errors.normal > turned);
-                // The CPU samples the angles too; a larger maximum in the plane, which the bound confirms, is the better one.
+                // The CPU samples the angles too; a larger maximum in the plane, which the bound confirms, is the
+                // better one.
                 if answer.found.separation > expected.separation + limit * pose.size() {
                     (better, errors.separation) = (better + 1, 0.0);
                 }

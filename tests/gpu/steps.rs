@@ -1,5 +1,5 @@
-//! Steps on the device: laws, growth in space, mixed shapes, forces of a user's own, the same bits twice, buffers that overflow, far from the
-//! origin, and what is refused.
+//! Steps on the device: laws, growth in space, mixed shapes, forces of a user's own, the same bits twice, buffers that
+//! overflow, far from the origin, and what is refused.
 
 use crate::device::{device, precisions};
 use glam::{DQuat, DVec3};
@@ -10,7 +10,7 @@ use relcp::lcp::Stored;
 use relcp::record::{read_lcp, state_hash};
 use relcp::scene::{self, Scene};
 use relcp::simulation::{Compute, Simulation};
-use relcp::step::{Fault, Kept, State, StepReport, contacts};
+use relcp::step::{Fault, SavedLcp, State, StepReport, contacts};
 use relcp::study::solvers::{Named, Size, measure};
 use relcp::warm::Warm;
 use std::sync::Arc;
@@ -119,7 +119,8 @@ fn a_force_of_the_users_own() {
     assert!(off < 1e-4, "{off:e}");
 }
 
-/// Rods packed side by side and end to end, each pressed by its neighbours from the start: `n x n` of them, some overlapping a little.
+/// Rods packed side by side and end to end, each pressed by its neighbours from the start: `n x n` of them, some
+/// overlapping a little.
 pub fn patch(n: usize, offset: DVec3) -> Scene {
     let mut scene = scene::load("colony", &["time.end=1".into()]).unwrap();
     scene.generate.clear();
@@ -340,8 +341,8 @@ fn rows_apart(ours: &Stored, theirs: &Stored) -> (f64, f64) {
     (jacobian, ours.iter().zip(&theirs).fold(0.0_f64, |worst, (x, y)| worst.max((x.2 - y.2).abs())))
 }
 
-/// The LCPs that a scene asks to be kept are those that the device solved: the same rows as the CPU's, multipliers that solve them, and
-/// the study reads them.
+/// The LCPs that a scene asks to be kept are those that the device solved: the same rows as the CPU's, multipliers that
+/// solve them, and the study reads them.
 #[test]
 fn lcps_are_kept() {
     let Some(gpu) = device() else { return };
@@ -381,14 +382,16 @@ fn lcps_are_kept() {
                 );
                 // What the device measured of its own numbers, up to their rounding.
                 assert!(residual <= if exact { 1.001e-6 } else { 1.1e-6 }, "{name}: {residual:e}");
-                // From the second step on the states differ by what the solves may, and in f32 with them where parallel rods touch.
+                // From the second step on the states differ by what the solves may, and in f32 with them where parallel
+                // rods touch.
                 match (exact, ours.step) {
                     (true, _) => assert!(jacobian <= 1e-12 && q <= 1e-12 && v <= 1e-9, "{name}"),
                     (false, 1) => assert!(jacobian <= 1e-6 && q <= 1e-6 && v <= 1e-4, "{name}"),
                     (false, _) => assert!(q <= 1e-5, "{name}"),
                 }
             }
-            // The first solve starts from nothing, the next one of its step from what the first ended with, and new rows from zero.
+            // The first solve starts from nothing, the next one of its step from what the first ended with, and new
+            // rows from zero.
             let [first, second] = [&device[0], &device[1]];
             assert!(first.lcp.start.iter().all(|x| *x == 0.0));
             if second.recursion == 1 {
@@ -408,7 +411,7 @@ fn lcps_are_kept() {
 }
 
 /// The study's default solver solves an LCP of the device on the CPU and on the device.
-fn studied(kept: &Kept, compute: &Compute) {
+fn studied(kept: &SavedLcp, compute: &Compute) {
     let named = Named { name: "kept".into(), lcp: kept.lcp.clone() };
     let instance = measure(&named, &[Compute::Cpu, compute.clone()], &Size::QUICK).unwrap();
     let ours: Vec<_> = instance.attempts.iter().filter(|attempt| attempt.solver == "pair_block_cg").collect();

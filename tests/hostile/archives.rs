@@ -1,4 +1,5 @@
-//! Zips of arrays: taken apart, damaged entry by entry, put together again and sealed, so that damage gets past the checksums.
+//! Zips of arrays: taken apart, damaged entry by entry, put together again and sealed, so that damage gets past the
+//! checksums.
 
 use super::mutants::{damage, pick};
 use super::text;

@@ -11,7 +11,8 @@ use std::path::Path;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// What the readers, and the tests beside them, may take of memory: far above what they need, far below what is asked for.
+/// What the readers, and the tests beside them, may take of memory: far above what they need, far below what is asked
+/// for.
 const MEMORY: u64 = 384 << 20;
 
 /// Does something that must not take much memory, where the system tells how much was taken.
@@ -176,7 +177,8 @@ fn a_directory_of_overlapping_entries_is_not_read_through() {
     }
 }
 
-/// A key of so many parts that trying all of them together would take as long as the text is, as many times as it has parts.
+/// A key of so many parts that trying all of them together would take as long as the text is, as many times as it has
+/// parts.
 #[test]
 fn a_key_of_thousands_of_parts_is_told_at_once() {
     let key = "a.".repeat(100_000) + "a";

@@ -31,8 +31,8 @@ pub struct Tally {
     pub made: u64,
 }
 
-/// Makes a reader's share of the mutants `of` some inputs by `make`, and gives each to `read`. Panics with the mutants that `read`
-/// panicked at.
+/// Makes a reader's share of the mutants `of` some inputs by `make`, and gives each to `read`. Panics with the mutants
+/// that `read` panicked at.
 pub fn each<T>(
     (reader, name): (u64, &str),
     of: &[T],

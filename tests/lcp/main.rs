@@ -79,8 +79,8 @@ fn residual<const D: usize>(problem: &Problem<D>, gamma: &[f64]) -> f64 {
     worst
 }
 
-/// A solvable problem with a bit of everything: `q` is such that a random velocity keeps every row open or closed.
-/// Some rows repeat another of the same pair: as it is, scaled, the pair named the other way, nearly parallel, or opposite.
+/// A solvable problem with a bit of everything: `q` is such that a random velocity keeps every row open or closed. Some
+/// rows repeat another of the same pair: as it is, scaled, the pair named the other way, nearly parallel, or opposite.
 /// Some are zero. Nearly parallel rows differ by `apart`.
 fn random<const D: usize>(seed: u64, bodies: u32, rows: usize, apart: f64) -> Problem<D> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -124,7 +124,8 @@ fn random<const D: usize>(seed: u64, bodies: u32, rows: usize, apart: f64) -> Pr
     problem
 }
 
-/// Solves a random problem exactly, and by other solvers from nothing and from a poor start: same velocity, honest residual.
+/// Solves a random problem exactly, and by other solvers from nothing and from a poor start: same velocity, honest
+/// residual.
 fn agree<const D: usize>(kinds: &[SolverKind], seed: u64, bodies: u32, rows: usize, apart: f64) {
     // Nearly parallel rows have large multipliers, whose rounding the residual shows.
     let tolerance = if apart < 0.1 { 1e-9 } else { 1e-10 };
@@ -177,7 +178,8 @@ fn pair_blocks_solve_nearly_parallel_rows() {
     }
 }
 
-/// The colony's systems with the products that the default solver may take to 1e-5 from the stored start, and from nothing.
+/// The colony's systems with the products that the default solver may take to 1e-5 from the stored start, and from
+/// nothing.
 const STORED: [(&str, u64, u64); 5] = [
     ("colony1024_rec0", 85, 85),
     ("colony1024_rec1", 330, 400),
@@ -234,7 +236,8 @@ const ALL: [SolverKind; 8] = [
     SolverKind::InteriorPoint,
 ];
 
-/// How a solver ends where the rows contradict each other: the interior-point method proves it, the others see no progress.
+/// How a solver ends where the rows contradict each other: the interior-point method proves it, the others see no
+/// progress.
 fn contradicted(kind: SolverKind) -> Status {
     if matches!(kind, SolverKind::Auto | SolverKind::InteriorPoint) { Status::Infeasible } else { Status::NoProgress }
 }

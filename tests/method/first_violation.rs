@@ -41,7 +41,8 @@ fn of_ellipsoids_that_slide_it_falls_with_the_square_of_the_step() {
 
 #[test]
 fn of_cells_side_by_side_it_falls_with_the_step_itself() {
-    // Where two rods lie side by side their contact jumps from end to end, so one row leaves an overlap of the order of their turn.
+    // Where two rods lie side by side their contact jumps from end to end, so one row leaves an overlap of the order of
+    // their turn.
     let orders = halvings("colony", &["time.end=3", "contact.rows=paper"], 2.85, [0.02, 0.01, 0.005, 0.0025]);
     let mean = orders.iter().sum::<f64>() / 3.0;
     assert!((0.7..1.4).contains(&mean), "{orders:?}");

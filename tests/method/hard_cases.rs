@@ -1,5 +1,6 @@
-//! Scenes that break contact codes: degenerate poses, deep overlaps, extreme sizes and steps, singular systems. Every one must end
-//! finite and within tolerance, or say that it is not; and a moved, turned or scaled scene must give the moved, turned or scaled result.
+//! Scenes that break contact codes: degenerate poses, deep overlaps, extreme sizes and steps, singular systems. Every
+//! one must end finite and within tolerance, or say that it is not; and a moved, turned or scaled scene must give the
+//! moved, turned or scaled result.
 
 use crate::laws::{body, rod, sphere, start};
 use crate::random::{Random, heap, parse};
@@ -149,8 +150,8 @@ fn bodies_inside_others_part() {
     resolves_bodies("rod through a ring's tube", &inside(ring(1.0, 0.3), rod(0.2, 2.0), [1.0, 0.0, 0.0]), 4);
 }
 
-/// A ring is not convex: a sphere that fits its hole nowhere is pushed to and fro across it, and the rows of one step, each right at
-/// its own trial, have no common solution. Whatever is accepted must be reported as it is.
+/// A ring is not convex: a sphere that fits its hole nowhere is pushed to and fro across it, and the rows of one step,
+/// each right at its own trial, have no common solution. Whatever is accepted must be reported as it is.
 #[test]
 fn a_sphere_too_large_for_the_hole_it_is_in_neither_hangs_the_step_nor_goes_unreported() {
     for x in [[0.0; 3], [0.05, 0.0, 0.0], [0.0, 0.0, 0.05], [0.02, 0.01, 0.1]] {
@@ -260,8 +261,8 @@ fn deepest_on_the_way(before: &Bodies, after: &Bodies, dt: f64) -> f64 {
     (1..200).map(|k| between(f64::from(k) / 200.0)).fold(0.0, f64::max)
 }
 
-/// Of 100 random pairs thrown at each other, each by `jump` of its length a step, how many pass through each other: overlap
-/// on the way by more than a fifth of their thickness.
+/// Of 100 random pairs thrown at each other, each by `jump` of its length a step, how many pass through each other:
+/// overlap on the way by more than a fifth of their thickness.
 fn passings(shape: &Value, length: f64, jump: f64) -> usize {
     let mut random = Random::new(81);
     let mut passed = 0;
@@ -290,8 +291,8 @@ fn passings(shape: &Value, length: f64, jump: f64) -> usize {
     passed
 }
 
-/// A step looks at its two ends only. Rows from the swept reach part two spheres at any speed; where bodies turn, a row takes the turn
-/// for straight motion, so that a large one may end free of overlap on the other side.
+/// A step looks at its two ends only. Rows from the swept reach part two spheres at any speed; where bodies turn, a row
+/// takes the turn for straight motion, so that a large one may end free of overlap on the other side.
 #[test]
 fn bodies_do_not_pass_through_each_other_in_a_step_of_a_quarter_of_their_length() {
     for (name, shape, length) in
@@ -417,7 +418,8 @@ fn a_scaled_scene_gives_the_scaled_result() {
             value["contact"]["overlap_tolerance"] = json!(TOLERANCE * s);
             value["solver"]["tolerance"] = json!(1e-12 * s);
             let mut simulation = start(parse(&value));
-            // u = F / (drag L) and w = 12 T / (drag L^3): velocities scale with the lengths where F does as s^2 and T as s^3.
+            // u = F / (drag L) and w = 12 T / (drag L^3): velocities scale with the lengths where F does as s^2 and T
+            // as s^3.
             simulation.add_force(Box::new(move |bodies: &Bodies, i: usize, _: f64| Load {
                 force: -s * bodies.position[i],
                 torque: DVec3::ZERO,

@@ -57,7 +57,8 @@ fn drift(scene: Scene) -> [f64; 2] {
 /// What is left of roundings after thousands of steps.
 const ROUNDINGS: f64 = 1e-11;
 
-/// With the gyroscopic torque at the step's start these gained 27, 5.9 and 850 times their energy by Euler's steps, 5, 0.8 and 4 % by midpoint steps.
+/// With the gyroscopic torque at the step's start these gained 27, 5.9 and 850 times their energy by Euler's steps, 5,
+/// 0.8 and 4 % by midpoint steps.
 #[test]
 fn a_free_spin_does_not_gain_energy() {
     let spins = [

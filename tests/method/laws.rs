@@ -174,7 +174,8 @@ fn a_light_body_between_two_heavy_ones() {
     }
 }
 
-/// A ball hits a long body off its centre, in a plane or askew; the largest relative changes of the momenta and its last spin.
+/// A ball hits a long body off its centre, in a plane or askew; the largest relative changes of the momenta and its
+/// last spin.
 fn off_centre(dt: f64, long: &Value, planar: bool) -> ([f64; 2], DVec3) {
     let askew = if planar { 0.0 } else { 0.3 };
     let rod_pose = DQuat::from_rotation_x(askew) * DQuat::from_rotation_y(FRAC_PI_2);

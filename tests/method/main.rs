@@ -1,4 +1,5 @@
-//! The method as a whole: rows against finite differences, the paper's cases against independent figures, and what the theory promises.
+//! The method as a whole: rows against finite differences, the paper's cases against independent figures, and what the
+//! theory promises.
 #![allow(clippy::unwrap_used)]
 
 mod colonies;

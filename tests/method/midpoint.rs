@@ -1,4 +1,5 @@
-//! The midpoint step: its order with and without inertia and growth, and that it keeps what a step of first order promises.
+//! The midpoint step: its order with and without inertia and growth, and that it keeps what a step of first order
+//! promises.
 
 use crate::laws::{body, rod, sphere, start};
 use crate::promises::{HEAPS, backend, objective};
@@ -304,8 +305,8 @@ fn centres_after(bodies: &Bodies, sets: &[&str]) -> Vec<DVec3> {
     simulation.state().unwrap().bodies.position.clone()
 }
 
-/// Where rods lie side by side the nearest points jump from end to end in a step: an offset that was moved for the one end pushed at the other, and midpoint
-/// steps came out ten times farther off than the paper's.
+/// Where rods lie side by side the nearest points jump from end to end in a step: an offset that was moved for the one
+/// end pushed at the other, and midpoint steps came out ten times farther off than the paper's.
 #[test]
 fn crowded_rods_whose_contacts_jump_are_no_farther_off_than_by_eulers_steps() {
     let scene = scene::load("colony", &["time.end=4", "time.dt=0.01"].map(String::from)).unwrap();

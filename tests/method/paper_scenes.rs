@@ -1,4 +1,5 @@
-//! The paper's larger scenes, small: they run to their end within tolerance, and the other methods fail as the paper says.
+//! The paper's larger scenes, small: they run to their end within tolerance, and the other methods fail as the paper
+//! says.
 
 use relcp::scene;
 use relcp::shape::Shape;

@@ -70,8 +70,8 @@ fn the_objective_does_not_increase_and_retained_rows_stay_satisfied() {
     assert!(recursions > 20, "the heaps hardly tried the recursion: {recursions}");
 }
 
-/// The positions after `steps` steps, or none where a solve ended without converging, which the report says; one with the least overlap is as good as the
-/// overlap tolerance.
+/// The positions after `steps` steps, or none where a solve ended without converging, which the report says; one with
+/// the least overlap is as good as the overlap tolerance.
 fn positions(scene: Scene, steps: usize) -> Option<Vec<DVec3>> {
     let bodies = scene.build().unwrap();
     let mut simulation = Simulation::new(scene, bodies).unwrap();
@@ -105,7 +105,8 @@ fn the_step_does_not_depend_on_the_solver() {
         ];
         for kind in kinds {
             let Some(found) = with(kind) else {
-                // Rows of a deep overlap are parallel to 1e-4, where Barzilai-Borwein steps may make no headway; they say so.
+                // Rows of a deep overlap are parallel to 1e-4, where Barzilai-Borwein steps may make no headway; they
+                // say so.
                 assert_eq!(kind, SolverKind::Bbpgd, "seed {seed}");
                 given_up += 1;
                 continue;

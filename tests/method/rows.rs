@@ -1,4 +1,5 @@
-//! Every row is the derivative of the separation along `C(U)`, at the step's start and at a trial, for every pair of shapes.
+//! Every row is the derivative of the separation along `C(U)`, at the step's start and at a trial, for every pair of
+//! shapes.
 
 use crate::random::{KINDS, Random};
 use glam::{DMat3, DVec3};
@@ -9,7 +10,8 @@ use relcp::lcp::Problem;
 use relcp::separation::{Placed, separation};
 
 const PAIRS_A_KIND: usize = 40;
-/// Step of the fourth-order difference in units of the displacement `dt U`: its error is about `step^4` of the fifth derivative.
+/// Step of the fourth-order difference in units of the displacement `dt U`: its error is about `step^4` of the fifth
+/// derivative.
 const STEP: f64 = 5e-4;
 
 fn unit_motion() -> Motion {
@@ -34,8 +36,8 @@ fn nudged(twist: Twist, axis: usize, by: f64) -> Twist {
     }
 }
 
-/// The row's derivative with respect to both bodies' velocities, from `J = sqrt(dt) D` at unit mobility, and the row's constant part
-/// `q = Phi - dt D . U_j` at zero free velocity.
+/// The row's derivative with respect to both bodies' velocities, from `J = sqrt(dt) D` at unit mobility, and the row's
+/// constant part `q = Phi - dt D . U_j` at zero free velocity.
 fn row(a: &Placed, b: &Placed, at: [Twist; 2], dt: f64) -> ([[f64; 6]; 2], f64, f64) {
     let found = separation(&moved(a, at[0], dt), &moved(b, at[1], dt), None).unwrap();
     let motion = unit_motion();

@@ -1,5 +1,5 @@
-//! All solvers find the same velocity, which the theory says is unique, on LCPs taken from every scene of the paper, also from late
-//! recursions, where rows of one pair are nearly the same and the system is singular.
+//! All solvers find the same velocity, which the theory says is unique, on LCPs taken from every scene of the paper,
+//! also from late recursions, where rows of one pair are nearly the same and the system is singular.
 
 use crate::random::parse;
 use glam::DVec3;

@@ -1,4 +1,5 @@
-//! Two ellipsoids pushed past each other (the paper's first test): first-order convergence to an independent f64 solution.
+//! Two ellipsoids pushed past each other (the paper's first test): first-order convergence to an independent f64
+//! solution.
 
 use glam::DVec3;
 use relcp::scene;

@@ -35,7 +35,8 @@ fn gap(surface: &Surface, placed: &Placed, place: u32) -> Option<Separation> {
     at
 }
 
-/// The gap at `to` of the place that a body at `from` touches in: of a ring's places beside the farthest that of the same part of its tube.
+/// The gap at `to` of the place that a body at `from` touches in: of a ring's places beside the farthest that of the
+/// same part of its tube.
 fn gap_of_place(surface: &Surface, from: &Placed, to: &Placed, place: u32) -> Option<Separation> {
     let (Shape::Torus { minor_radius, .. }, 1..) = (from.shape, place) else { return gap(surface, to, place) };
     let found = gap(surface, from, place)?;

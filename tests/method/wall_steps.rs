@@ -64,7 +64,8 @@ fn past_of_sub_spheres(bodies: &relcp::bodies::Bodies) -> f64 {
     (0..bodies.len()).map(of_body).fold(0.0, f64::max)
 }
 
-/// A rod that lies on a floor is pressed down, and pushed sideways: the forces of its ends carry its weight, and no more than normal forces act.
+/// A rod that lies on a floor is pressed down, and pushed sideways: the forces of its ends carry its weight, and no
+/// more than normal forces act.
 #[test]
 fn a_floor_carries_the_weight() {
     let scene = parse(&json!({
@@ -123,7 +124,8 @@ fn every_solver_solves_problems_with_walls() {
     }
 }
 
-/// The pressure that growth feels is the one that is measured, and what is remembered of walls is of no harm to a scene that has none.
+/// The pressure that growth feels is the one that is measured, and what is remembered of walls is of no harm to a scene
+/// that has none.
 #[test]
 fn what_is_remembered_of_walls_is_a_pressure() {
     let scene = a_pressed_colony();

@@ -12,7 +12,8 @@ use std::f64::consts::{PI, TAU};
 
 const KINDS: [&str; 4] = ["sphere", "spherocylinder", "ellipsoid", "torus"];
 
-/// How far a body reaches past a wall of the scene, from points of its surface and the wall's definition: by none of what steps use.
+/// How far a body reaches past a wall of the scene, from points of its surface and the wall's definition: by none of
+/// what steps use.
 fn past(wall: &Wall, body: &Placed) -> f64 {
     let mut worst = f64::NEG_INFINITY;
     for i in 0..=80 {
@@ -65,7 +66,8 @@ struct Ran {
     at_walls: usize,
 }
 
-/// Runs a scene; after every step, or so many of them, no two bodies overlap and none reaches past a wall by more than the tolerance, looked at anew.
+/// Runs a scene; after every step, or so many of them, no two bodies overlap and none reaches past a wall by more than
+/// the tolerance, looked at anew.
 fn run_with(scene: Scene, audit_every: u64) -> Ran {
     let (tolerance, walls, planar) = (scene.contact.overlap_tolerance, scene.walls.clone(), scene.planar);
     let bodies = scene.build().unwrap();

@@ -6,7 +6,8 @@ use rand_chacha::ChaCha8Rng;
 use relcp::broad_phase::{Aabb, BroadPhase, BruteForce, Candidates, Grid, Periodic, PeriodicBruteForce};
 use relcp::periodic::Periods;
 
-/// Pairs found by moving each second box by every number of periods up to `most`: it knows nothing of the periods's own arithmetic.
+/// Pairs found by moving each second box by every number of periods up to `most`: it knows nothing of the periods's own
+/// arithmetic.
 fn by_moving(boxes: &[Aabb], lengths: [Option<f64>; 3], most: i32) -> Vec<[u32; 2]> {
     let moves = |axis: usize| if lengths[axis].is_some() { -most..=most } else { 0..=0 };
     let length = DVec3::from(lengths.map(|length| length.unwrap_or(0.0)));
@@ -35,7 +36,8 @@ fn pairs_of(mut search: impl BroadPhase, boxes: &[Aabb]) -> Vec<[u32; 2]> {
     pairs
 }
 
-/// Boxes on multiples of 1/64, so that moves by the periods below are exact; of a size, long along one axis, and over `cells` cells each way.
+/// Boxes on multiples of 1/64, so that moves by the periods below are exact; of a size, long along one axis, and over
+/// `cells` cells each way.
 fn scattered(seed: u64, count: usize, half: f64, long: f64, cells: f64) -> Vec<Aabb> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut draw = |scale: f64| (scale * 64.0 * random.random::<f64>()).round() / 64.0;

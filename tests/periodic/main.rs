@@ -11,7 +11,8 @@ use relcp::bodies::Bodies;
 use relcp::scene::{self, Scene};
 use relcp::separation::{Placed, separation};
 
-/// The largest overlap of a state: every body with every other one at 27 images and more around the nearest, by its own arithmetic.
+/// The largest overlap of a state: every body with every other one at 27 images and more around the nearest, by its own
+/// arithmetic.
 pub fn audit(bodies: &Bodies) -> f64 {
     let lengths = bodies.periods.lengths();
     let mut worst = 0.0_f64;

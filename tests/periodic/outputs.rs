@@ -82,7 +82,8 @@ fn forces_balance_and_measures_know_the_cell() {
     let state = simulation.state().unwrap();
     let snapshot =
         Snapshot { step: state.step, time: 3.0, bodies: state.bodies.clone(), warm: Some(state.warm.clone()) };
-    // On each body contact and outer forces are those that its velocity takes, up to what normals turned since the rows were made.
+    // On each body contact and outer forces are those that its velocity takes, up to what normals turned since the rows
+    // were made.
     let (mut force, mut pushing, mut through) = (vec![DVec3::ZERO; 30], 0, 0);
     for contact in contacts(&snapshot, None).iter().filter(|contact| contact.gamma > 0.0) {
         let [a, b] = contact.pair;

@@ -130,7 +130,8 @@ fn placed_bodies_keep_clear_of_images() {
     let rule = |shape: Value, count: u64, fraction: f64| json!({"isotropic": {"count": count, "shape": shape, "volume_fraction": fraction}});
     let rod = json!({"spherocylinder": {"diameter": 0.5, "length": 2.5}});
     let ball = json!({"sphere": {"radius": 0.5}});
-    // The fractions: 200 rods of 0.4581 in 720, half as much and an open axis, 90 discs of 0.7854 in 180, and in a channel.
+    // The fractions: 200 rods of 0.4581 in 720, half as much and an open axis, 90 discs of 0.7854 in 180, and in a
+    // channel.
     let volume = std::f64::consts::PI * (0.25 * 0.25 * 2.0 + 0.5_f64.powi(3) / 6.0);
     let disc = std::f64::consts::PI * 0.25;
     for (lengths, planar, rule) in [

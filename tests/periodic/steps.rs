@@ -13,7 +13,8 @@ use relcp::shape::Shape;
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::{Backend, Fault, State};
 
-/// Steps a scene from `bodies` to its end; each step is audited by every image of every pair. Returns the recursions, the rows and the largest overlap.
+/// Steps a scene from `bodies` to its end; each step is audited by every image of every pair. Returns the recursions,
+/// the rows and the largest overlap.
 fn run(scene: &Scene, bodies: Bodies) -> (Bodies, Vec<u32>, Vec<usize>, f64) {
     run_to(scene, bodies, true)
 }

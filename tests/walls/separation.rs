@@ -183,7 +183,8 @@ fn thin_and_flat_bodies_keep_their_digits() {
                 assert!((on.length() - 1.0).abs() < 1e-9, "{on}");
                 assert!((inside(&surface, point) - found.separation).abs() < 1e-12 * size);
                 let normal = body.orientation * (on / DVec3::from_array(radii));
-                // By definition nothing of the body is beyond its tangent plane; the separation is then not less than this bound.
+                // By definition nothing of the body is beyond its tangent plane; the separation is then not less than
+                // this bound.
                 let reach = (DVec3::from_array(radii) * (body.orientation.inverse() * found.normal)).length();
                 worst = worst.max((reach - found.lever_a.dot(found.normal)).abs() / size);
                 assert!(normal.dot(found.normal) > 0.0);

@@ -3,7 +3,7 @@
 use super::Cpu;
 use crate::dynamics::{ForceField, Waiting};
 use crate::lcp::Outcome;
-use crate::step::{Again, Backend, Crowd, Fault, Piece, State};
+use crate::step::{Backend, Crowd, Fault, Piece, RetryBackend, State};
 use std::collections::{BTreeSet, HashSet};
 
 impl<const D: usize> Cpu<D> {
@@ -23,7 +23,7 @@ impl<const D: usize> Cpu<D> {
     }
 }
 
-impl<const D: usize> Again for Cpu<D> {
+impl<const D: usize> RetryBackend for Cpu<D> {
     fn prepare(&mut self, piece: Piece, waiting: &Waiting) {
         self.next = Some((piece, waiting.clone()));
     }

@@ -1,8 +1,8 @@
 //! First rows: where they are made, which pairs and walls have one, and how they are aimed at the end of the step.
 //!
-//! In the plane the last velocities `U_last` lead a part [`AHEAD`] of the step ahead. Normals and levers are those of that
-//! configuration. The offsets make the rows exact at the end of the step, `g(U_last) = Phi(C(U_last))`: what a first row is
-//! wrong by is of second order in `U - U_last`.
+//! In the plane the last velocities `U_last` lead a part [`AHEAD`] of the step ahead. Normals and levers are those of
+//! that configuration. The offsets make the rows exact at the end of the step, `g(U_last) = Phi(C(U_last))`: what a
+//! first row is wrong by is of second order in `U - U_last`.
 
 use super::narrow_phase::Near;
 use super::{Cpu, LEAST_BODIES_A_TASK};
@@ -14,14 +14,15 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// The part of a step that first rows are made ahead of its start, where the last velocities lead. The error at the end of the
-/// colony of `relcp study work-precision` changes its sign near 1/4: with 1,024 steps it is 3.9e-2, 2.7e-3, 6.5e-2 and 1.5e-1
-/// for 0, 1/4, 1/2 and 1. Steps with a middle, whose rows are made there, lose by it: 8e-4, 1.5e-3, 2.3e-3 and 4.0e-3.
+/// The part of a step that first rows are made ahead of its start, where the last velocities lead. The error at the end
+/// of the colony of `relcp study work-precision` changes its sign near 1/4: with 1,024 steps it is 3.9e-2, 2.7e-3,
+/// 6.5e-2 and 1.5e-1 for 0, 1/4, 1/2 and 1. Steps with a middle, whose rows are made there, lose by it: 8e-4, 1.5e-3,
+/// 2.3e-3 and 4.0e-3.
 pub(crate) const AHEAD: f64 = 0.25;
 
-/// First rows are made where the last velocities lead if no overlap there is deeper than this part of the thinnest body, and
-/// aimed at the end of the step if this moves their offsets by less. Deeper, normals may point to the wrong side; a larger
-/// move is no curvature, but a body that has gone through another.
+/// First rows are made where the last velocities lead if no overlap there is deeper than this part of the thinnest
+/// body, and aimed at the end of the step if this moves their offsets by less. Deeper, normals may point to the wrong
+/// side; a larger move is no curvature, but a body that has gone through another.
 pub(crate) const DEEPEST_AHEAD: f64 = 0.125;
 
 impl<const D: usize> Cpu<D> {
@@ -72,8 +73,9 @@ impl<const D: usize> Cpu<D> {
         Ok(())
     }
 
-    /// Moves the separations of near pairs that were found ahead so that their rows are exact where the last velocities lead at the end
-    /// of the step. Walls keep their own: a place of a body at a wall moves along a line but for the turning of its lever.
+    /// Moves the separations of near pairs that were found ahead so that their rows are exact where the last velocities
+    /// lead at the end of the step. Walls keep their own: a place of a body at a wall moves along a line but for the
+    /// turning of its lever.
     pub(super) fn aim_at_end(&self, near: &mut [Near]) {
         let dt = self.interval;
         let at_end = |i: usize| {
@@ -104,8 +106,8 @@ impl<const D: usize> Cpu<D> {
     }
 }
 
-/// Whether first rows of a scene's steps may be made ahead of their start: in Euler steps without inertia. With inertia rows at the start keep the angular momentum of
-/// a pair to rounding, and rows ahead do not.
+/// Whether first rows of a scene's steps may be made ahead of their start: in Euler steps without inertia. With inertia
+/// rows at the start keep the angular momentum of a pair to rounding, and rows ahead do not.
 pub(super) fn leads_ahead(model: &Model) -> bool {
     let inertial = matches!(model.dynamics, Dynamics::Inertial { .. });
     model.contact.rows_of_method() == Rows::Auto && model.time.stepping == Stepping::Euler && !inertial

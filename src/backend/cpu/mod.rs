@@ -17,7 +17,7 @@ use crate::freedom::{PLANAR, pack, unpack};
 use crate::lcp::{self, Outcome, Problem, Settings, Status, Stored};
 use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::{ProxySphere, Shape};
-use crate::step::{Again, Backend, Fault, Model, Overlap, Passed, Phases, Piece, Rows, State, Stepping, passed};
+use crate::step::{Backend, Fault, Model, Overlap, Passed, Phases, Piece, RetryBackend, Rows, State, Stepping, passed};
 use crate::walls::{Walls, surface_of};
 use crate::warm::Warm;
 use glam::DVec3;
@@ -40,7 +40,8 @@ enum At {
     Trial,
 }
 
-/// How far a body may still move on its own from where first rows are made, lengths: its centre, its surface as it turns, and both.
+/// How far a body may still move on its own from where first rows are made, lengths: its centre, its surface as it
+/// turns, and both.
 #[derive(Clone, Copy, Default)]
 struct Reach {
     linear: DVec3,
@@ -515,7 +516,7 @@ impl<const D: usize> Backend for Cpu<D> {
         Ok(std::mem::take(&mut self.phases))
     }
 
-    fn take_again(&mut self, take: &mut dyn FnMut(&mut dyn Again) -> Result<(), Fault>) -> Result<(), Fault> {
+    fn take_again(&mut self, take: &mut dyn FnMut(&mut dyn RetryBackend) -> Result<(), Fault>) -> Result<(), Fault> {
         take(self)
     }
 

@@ -1,4 +1,5 @@
-//! Narrow phase: the separations of candidate pairs that are within a limit, with every far pair left out as cheaply as it can be.
+//! Narrow phase: the separations of candidate pairs that are within a limit, with every far pair left out as cheaply as
+//! it can be.
 
 use crate::constraint::FEATURE_OF_SURFACES;
 use crate::separation::{Placed, Separation, bound};

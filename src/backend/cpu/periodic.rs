@@ -5,8 +5,8 @@ use crate::step::Fault;
 use rayon::prelude::*;
 
 impl<const D: usize> Cpu<D> {
-    /// Refuses bodies that reach, or move freely in this step, too far for the shortest period, so that other images than the nearest could come
-    /// near, and bodies so far away that nearest images are made of rounding.
+    /// Refuses bodies that reach, or move freely in this step, too far for the shortest period, so that other images
+    /// than the nearest could come near, and bodies so far away that nearest images are made of rounding.
     pub(super) fn check_periods(&self) -> Result<(), Fault> {
         let periods = self.state.bodies.periods;
         let Some(period) = periods.shortest() else { return Ok(()) };

@@ -50,7 +50,8 @@ impl<const D: usize> Cpu<D> {
         })
     }
 
-    /// Moves the offset of the first row of a pair that overlaps at the trial; `false` where that is not the row of this overlap.
+    /// Moves the offset of the first row of a pair that overlaps at the trial; `false` where that is not the row of
+    /// this overlap.
     pub(super) fn tighten(&mut self, near: &Near) -> bool {
         let Some(row) = self.first_row(near) else { return false };
         let (there, _) = self.row(near, At::Trial);
@@ -131,7 +132,8 @@ impl<const D: usize> Cpu<D> {
         self.recalled = warm;
     }
 
-    /// The branches of near pairs (sorted) that may become active in the step, and those that ended the last one with a multiplier.
+    /// The branches of near pairs (sorted) that may become active in the step, and those that ended the last one with a
+    /// multiplier.
     fn with_branches(&self, near: &[Near], warm: &[Warm]) -> Vec<Near> {
         let of_pair = |near: &Near| {
             let [a, b] = near.pair.map(|i| i as usize);
@@ -163,7 +165,8 @@ impl<const D: usize> Cpu<D> {
         near.par_iter().with_min_len(LEAST_PAIRS_A_TASK).flat_map_iter(of_pair).collect()
     }
 
-    /// All violations of a trial: the overlaps of more than was asked about, with the paper's rows one a pair, else each branch.
+    /// All violations of a trial: the overlaps of more than was asked about, with the paper's rows one a pair, else
+    /// each branch.
     pub(super) fn violated(&self, overlapping: &[Near]) -> Vec<Near> {
         let over = overlapping.iter().filter(|near| near.found.separation < -self.violating);
         if self.rows == Rows::Paper {
@@ -244,8 +247,8 @@ pub(super) fn join(near: &mut Vec<Near>, walls: Vec<Near>) {
     }
 }
 
-/// The multipliers that first rows (sorted by pair and feature) start from: those that their branches ended the last step with. What a branch
-/// without a row ended with goes to the pair's nearest one.
+/// The multipliers that first rows (sorted by pair and feature) start from: those that their branches ended the last
+/// step with. What a branch without a row ended with goes to the pair's nearest one.
 fn multipliers(rows: &[Near], warm: &[Warm]) -> Vec<f64> {
     let mut gamma = vec![0.0; rows.len()];
     let mut first = 0;

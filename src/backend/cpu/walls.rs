@@ -8,7 +8,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 impl<const D: usize> Cpu<D> {
-    /// The places of all bodies whose gap to a surface is at most `limit(body)`, in the order of bodies, surfaces and places.
+    /// The places of all bodies whose gap to a surface is at most `limit(body)`, in the order of bodies, surfaces and
+    /// places.
     pub(super) fn near_walls(
         &self,
         placed: impl Fn(usize) -> Placed + Sync,

@@ -1,18 +1,19 @@
-//! A step that fails on the device is taken by the CPU, in f64, from the state that the device had accepted; the device goes on from the state that it leaves.
+//! A step that fails on the device is taken by the CPU, in f64, from the state that the device had accepted; the device
+//! goes on from the state that it leaves.
 //!
-//! It costs the state's way to the host and back, and happens where the CPU would cut the step into pieces, or where the device's numbers or its
-//! solver, which has no factorization, end before the tolerance.
+//! It costs the state's way to the host and back, and happens where the CPU would cut the step into pieces, or where
+//! the device's numbers or its solver, which has no factorization, end before the tolerance.
 
 use super::{Ancestry, Device, growing};
 use crate::backend::cpu::Cpu;
 use crate::gpu::GpuError;
-use crate::step::{Again, Fault, State};
+use crate::step::{Fault, RetryBackend, State};
 use std::sync::OnceLock;
 
 impl Device {
     pub(super) fn take_on_cpu<const D: usize>(
         &mut self,
-        take: &mut dyn FnMut(&mut dyn Again) -> Result<(), Fault>,
+        take: &mut dyn FnMut(&mut dyn RetryBackend) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
         let mut state = self.known_state()?.clone();
         // The list of a step whose cells divided knows of pairs of bodies that were not born.

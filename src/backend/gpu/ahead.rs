@@ -1,4 +1,5 @@
-//! Where first rows are made: in the plane a part of a step ahead, where the last velocities lead, if no overlap there is deep; else where the step begins.
+//! Where first rows are made: in the plane a part of a step ahead, where the last velocities lead, if no overlap there
+//! is deep; else where the step begins.
 
 use super::midpoint::Part;
 use super::separations::Report;

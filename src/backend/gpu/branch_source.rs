@@ -1,4 +1,5 @@
-//! The kernels of rows by branches: which branches of each pair get a row, their contacts, their rows, and what of them is remembered.
+//! The kernels of rows by branches: which branches of each pair get a row, their contacts, their rows, and what of them
+//! is remembered.
 
 use super::Setup;
 use super::source::{NEAR, VIOLATING, base, moved, numbers, of_pairs, spinning};
@@ -11,7 +12,8 @@ use crate::separation::gpu::add_tolerances_to;
 /// Set in the number of a first row's branch.
 pub(super) const FIRST_ROW: u32 = 1 << 3;
 
-/// Two ways to compute a distance differ by less than this many roundings of the sizes: by 2.1 at most in 7 million random pairs of rods, aspect 1.5 to 100.
+/// Two ways to compute a distance differ by less than this many roundings of the sizes: by 2.1 at most in 7 million
+/// random pairs of rods, aspect 1.5 to 100.
 const ROUNDINGS: f64 = 8.0;
 
 /// The kernels of a scene whose rows are by branches, beside those that have others for that.

@@ -1,12 +1,14 @@
-//! Rows by branches on the device: each smooth branch of a pair's separation that may become active has a row of its own.
+//! Rows by branches on the device: each smooth branch of a pair's separation that may become active has a row of its
+//! own.
 //!
-//! A pair has one entry in the list of pairs. A mask in it says which of its branches get a row next; their contacts are staged at the places that the
-//! rows will have, and made into rows from there. Rows have the numbers of their branches, and multipliers are remembered by them.
+//! A pair has one entry in the list of pairs. A mask in it says which of its branches get a row next; their contacts
+//! are staged at the places that the rows will have, and made into rows from there. Rows have the numbers of their
+//! branches, and multipliers are remembered by them.
 
 use super::branch_source::{BranchKernels, FIRST_ROW};
 use super::candidates::Lists;
 use super::midpoint::Part;
-use super::rows::{Made, Rows};
+use super::rows::{RowInputs, Rows};
 use super::source::Kernels;
 use super::{Setup, words};
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
@@ -69,8 +71,8 @@ impl Branches {
         Ok(features.into_iter().map(|feature| feature & !FIRST_ROW).collect())
     }
 
-    fn stage(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: Made<'_>, row_start: &Buffer) {
-        let Made { lists, poses, shapes, .. } = made;
+    fn stage(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
+        let RowInputs { lists, poses, shapes, .. } = made;
         let buffers = [
             &lists.pairs,
             &poses.cells,
@@ -84,9 +86,9 @@ impl Branches {
         record.run(&kernels.stage, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
     }
 
-    fn aim(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: Made<'_>, row_start: &Buffer) {
+    fn aim(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
         let (Some(aim), true) = (&kernels.aim, made.ahead) else { return };
-        let Made { lists, setup, shapes, last, part, .. } = made;
+        let RowInputs { lists, setup, shapes, last, part, .. } = made;
         let buffers = [
             &lists.pairs,
             &last.cells,
@@ -101,9 +103,9 @@ impl Branches {
         record.run(aim, &parameters, &buffers, lists.pairs_count);
     }
 
-    fn stretch(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: Made<'_>, row_start: &Buffer) {
+    fn stretch(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
         let (Some(stretch), Part::FromMiddle) = (&kernels.stretch, made.part) else { return };
-        let Made { lists, poses, shapes, grown, .. } = made;
+        let RowInputs { lists, poses, shapes, grown, .. } = made;
         let buffers = [&lists.pairs, &poses.orientations, &shapes.shapes, &grown.shapes, row_start, &self.staged];
         record.run(stretch, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
     }
@@ -115,17 +117,18 @@ pub(super) fn remembered(gpu: &Gpu, setup: &Setup) -> Result<Buffer, GpuError> {
 }
 
 impl Rows {
-    /// Chooses the branches of all pairs that get a row next: of near pairs where first rows are made, or of violating ones at the trial.
+    /// Chooses the branches of all pairs that get a row next: of near pairs where first rows are made, or of violating
+    /// ones at the trial.
     pub fn choose_branches(
         &mut self,
         gpu: &Gpu,
         kernels: &Kernels,
         record: &mut Recorder<'_>,
-        made: Made<'_>,
+        made: RowInputs<'_>,
         violating: Option<f64>,
     ) -> Result<(), GpuError> {
         let (Some(own), Some(of_branches)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
-        let Made { lists, setup, poses, shapes, part, .. } = made;
+        let RowInputs { lists, setup, poses, shapes, part, .. } = made;
         let mut from = &lists.remembered;
         if part == Part::FromMiddle && violating.is_none() {
             own.middle.reserve(gpu, lists.pairs_count)?;
@@ -151,17 +154,18 @@ impl Rows {
         Ok(())
     }
 
-    /// Makes the rows of all chosen branches, for which the rows' starts have room: `first` ones, or those of violations.
+    /// Makes the rows of all chosen branches, for which the rows' starts have room: `first` ones, or those of
+    /// violations.
     pub(super) fn append_branches(
         &mut self,
         gpu: &Gpu,
         kernels: &Kernels,
         record: &mut Recorder<'_>,
-        made: Made<'_>,
+        made: RowInputs<'_>,
         first: bool,
     ) -> Result<(), GpuError> {
         let (Some(own), Some(of_branches)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
-        let (problem, Made { lists, motions, setup, part, .. }) = (&self.problem, made);
+        let (problem, RowInputs { lists, motions, setup, part, .. }) = (&self.problem, made);
         own.staged.reserve(gpu, problem.rows)?;
         own.features[0].reserve(gpu, problem.rows)?;
         own.stage(of_branches, record, made, &problem.block_start);
@@ -188,18 +192,18 @@ impl Rows {
         Ok(())
     }
 
-    /// Moves the offsets of first rows to the violations of their branches, of which there are then fewer. `rows` are those that there would be with one
-    /// for each violation.
+    /// Moves the offsets of first rows to the violations of their branches, of which there are then fewer. `rows` are
+    /// those that there would be with one for each violation.
     pub(super) fn tighten_branches(
         &mut self,
         gpu: &Gpu,
         kernels: &Kernels,
         record: &mut Recorder<'_>,
-        made: Made<'_>,
+        made: RowInputs<'_>,
         (rows, bodies): (u64, u64),
     ) -> Result<(), GpuError> {
         let (Some(own), Some(kernels)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
-        let (problem, Made { lists, motions, setup, part, .. }) = (&self.problem, made);
+        let (problem, RowInputs { lists, motions, setup, part, .. }) = (&self.problem, made);
         own.staged.reserve(gpu, rows)?;
         own.partners.reserve(gpu, rows)?;
         own.stage(kernels, record, made, &self.next_start);

@@ -1,5 +1,5 @@
-//! Candidate pairs on the device: a list that is kept while every body's box lies inside the box that it was made with, and what is
-//! remembered of each pair.
+//! Candidate pairs on the device: a list that is kept while every body's box lies inside the box that it was made with,
+//! and what is remembered of each pair.
 
 use super::rows::Rows;
 use super::source::Kernels;
@@ -14,8 +14,8 @@ use crate::warm::Warm;
 const FEW_CALLS: u64 = 16;
 const MANY_CALLS: u64 = 64;
 
-/// The skin of a first search and its bounds, as parts of the largest bounding radius. As on the CPU, a skin over a tenth of the
-/// boxes' edges lengthens the list more than it saves searches, and one under a five-hundredth is no skin.
+/// The skin of a first search and its bounds, as parts of the largest bounding radius. As on the CPU, a skin over a
+/// tenth of the boxes' edges lengthens the list more than it saves searches, and one under a five-hundredth is no skin.
 const FIRST_SKIN: f64 = 0.04;
 const LEAST_SKIN: f64 = 0.004;
 const LARGEST_SKIN: f64 = 0.2;
@@ -145,7 +145,8 @@ impl Candidates {
         record.submit()?;
         std::mem::swap(&mut self.lists, &mut self.old);
         let lists = &mut self.lists;
-        // The search writes into the buffers of the list before the last, and the last one stays for what is carried over.
+        // The search writes into the buffers of the list before the last, and the last one stays for what is carried
+        // over.
         self.search.exchange([&mut lists.pairs, &mut lists.adjacency_start, &mut lists.adjacency]);
         let found = self.search.run(gpu, cells, remainders, stored, bodies);
         self.search.exchange([&mut lists.pairs, &mut lists.adjacency_start, &mut lists.adjacency]);

@@ -1,6 +1,6 @@
-//! Growth and division on the device. Who divides and by which random turns is settled on the host, from lengths that are prescribed and
-//! so known without asking the device; what moves and turns the daughters is a kernel. Only where pressure slows growth is the state read back
-//! for it, each step.
+//! Growth and division on the device. Who divides and by which random turns is settled on the host, from lengths that
+//! are prescribed and so known without asking the device; what moves and turns the daughters is a kernel. Only where
+//! pressure slows growth is the state read back for it, each step.
 
 use super::state::split_length;
 use super::{Ancestry, Device, Setup, words};
@@ -64,8 +64,8 @@ impl Device {
         Ok(())
     }
 
-    /// The pressures that slow growth, where the cells feel them, and the rates under them: computed on the host, from the state that is read
-    /// back.
+    /// The pressures that slow growth, where the cells feel them, and the rates under them: computed on the host, from
+    /// the state that is read back.
     fn press(&mut self) -> Result<Vec<f64>, GpuError> {
         let Some(cells) = self.setup.growth.filter(|cells| cells.growth.stress_sensitivity > 0.0) else {
             return Ok(Vec::new());

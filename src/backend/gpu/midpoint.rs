@@ -1,9 +1,11 @@
-//! The parts of a step on the device: a step of first order has one, a midpoint step its first half and then the whole step with what is found in its
-//! middle. Forces, mobilities and first rows are those of where a part begins, `here`; moves are from the step's start.
+//! The parts of a step on the device: a step of first order has one, a midpoint step its first half and then the whole
+//! step with what is found in its middle. Forces, mobilities and first rows are those of where a part begins, `here`;
+//! moves are from the step's start.
 //!
-//! In the middle the device has a state more than the start and the trial, and where bodies grow the lengths there beside those at the step's end.
+//! In the middle the device has a state more than the start and the trial, and where bodies grow the lengths there
+//! beside those at the step's end.
 
-use super::rows::{Made, Rows};
+use super::rows::{RowInputs, Rows};
 use super::source::{self, Kernels, MidpointKernels};
 use super::state::{Poses, Shapes};
 use super::{Device, Setup, words};
@@ -65,7 +67,8 @@ impl Device {
         }
     }
 
-    /// What the bodies are in the first rows of the present part: with the lengths at its end, or in the middle with those there.
+    /// What the bodies are in the first rows of the present part: with the lengths at its end, or in the middle with
+    /// those there.
     pub(super) fn here_shapes(&self) -> &Shapes {
         match (self.part, self.grows()) {
             (Part::FromMiddle, true) => &self.shapes[2],
@@ -169,13 +172,13 @@ impl Device {
     }
 
     /// The rows, and what they are made from: at the trial, or where first rows are made; and how many there will be.
-    pub(super) fn made(&mut self, at_trial: bool) -> (&mut Rows, &Kernels, Made<'_>, u64) {
+    pub(super) fn made(&mut self, at_trial: bool) -> (&mut Rows, &Kernels, RowInputs<'_>, u64) {
         let index = if at_trial { 1 } else { self.first_index() };
         let in_middle = self.part == Part::FromMiddle && self.grows() && !at_trial;
         let grown = usize::from(self.grows());
         let ahead = self.is_ahead() && !at_trial;
         let Device { rows, kernels, candidates, motions, next_rows, setup, part, poses, shapes, .. } = self;
-        let made = Made {
+        let made = RowInputs {
             lists: &candidates.lists,
             motions,
             setup,
@@ -212,7 +215,8 @@ impl Device {
         record.run(stretch, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
     }
 
-    /// Moves the offsets of rows to the violations of the trial, and finds room for the rows of those that have none to be moved.
+    /// Moves the offsets of rows to the violations of the trial, and finds room for the rows of those that have none to
+    /// be moved.
     pub(super) fn tighten(&mut self) -> Result<(), GpuError> {
         let gpu = self.gpu.clone();
         let mut record = gpu.record();

@@ -1,7 +1,9 @@
-//! The verbs of a timestep on a device: the bodies, their pairs, the rows and the LCP stay there. The host orders the work and reads a
-//! few words a stage: how many rows, whether the list of candidates still holds, the residual, the overlap.
+//! The verbs of a timestep on a device: the bodies, their pairs, the rows and the LCP stay there. The host orders the
+//! work and reads a few words a stage: how many rows, whether the list of candidates still holds, the residual, the
+//! overlap.
 //!
-//! Only what the scene needs is made: kernels for the pairs that its shapes can form, buffers for the rows that there are.
+//! Only what the scene needs is made: kernels for the pairs that its shapes can form, buffers for the rows that there
+//! are.
 
 mod again;
 mod ahead;
@@ -30,7 +32,7 @@ use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
 use crate::periodic::Periods;
 use crate::shape::Shape;
-use crate::step::{self, Again, Backend, Fault, Model, Overlap, Passed, Phases, State, Stepping};
+use crate::step::{self, Backend, Fault, Model, Overlap, Passed, Phases, RetryBackend, State, Stepping};
 use crate::walls::Walls;
 use crate::warm::Warm;
 use candidates::Candidates;
@@ -42,7 +44,8 @@ use state::{Poses, Shapes};
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
-/// Steps of a growing length: a length's coarse part is a multiple of the longest length over this, which a float holds exactly.
+/// Steps of a growing length: a length's coarse part is a multiple of the longest length over this, which a float holds
+/// exactly.
 const LENGTHS: f64 = 1_048_576.0;
 
 /// What a scene means to its kernels.
@@ -71,7 +74,8 @@ impl Setup {
     /// The scene's, for bodies of these shapes.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] where a shape is a custom one, or the bodies are too thin or too thick for 32-bit floats.
+    /// [`GpuError::Unsupported`] where a shape is a custom one, or the bodies are too thin or too thick for 32-bit
+    /// floats.
     pub fn new(model: &Model, shapes: &[Shape], precision: Precision) -> Result<Self, GpuError> {
         if shapes.iter().any(|shape| matches!(shape, Shape::Convex(_))) {
             return Err(GpuError::Unsupported { what: "custom shapes".into() });
@@ -116,8 +120,8 @@ impl Setup {
         matches!(self.dynamics, Dynamics::Inertial { .. })
     }
 
-    /// Whether states have angular momenta in the place of angular velocities: in f32, so that they are never rounded. A body that grows keeps its
-    /// velocity, not its momentum, and in the plane both are one.
+    /// Whether states have angular momenta in the place of angular velocities: in f32, so that they are never rounded.
+    /// A body that grows keeps its velocity, not its momentum, and in the plane both are one.
     pub fn keeps_momentum(&self) -> bool {
         self.inertia() && !self.planar && self.precision == Precision::F32 && self.growth.is_none()
     }
@@ -176,10 +180,11 @@ pub struct Device {
     part: Part,
     /// Whether first rows are made where the last velocities lead.
     ahead: bool,
-    /// States: the last accepted one, the trial, where bodies grow the step's start, the middle where steps have one, and last where the last velocities lead
-    /// where rows are made there.
+    /// States: the last accepted one, the trial, where bodies grow the step's start, the middle where steps have one,
+    /// and last where the last velocities lead where rows are made there.
     poses: Vec<Poses>,
-    /// Shapes: the last accepted ones, where bodies grow those at the end of the present part, and those in the middle where steps have one.
+    /// Shapes: the last accepted ones, where bodies grow those at the end of the present part, and those in the middle
+    /// where steps have one.
     shapes: Vec<Shapes>,
     ancestry: Ancestry,
     /// That of the last accepted state, where this step's differs.
@@ -472,7 +477,7 @@ impl Backend for Device {
         Ok(std::mem::take(&mut self.phases))
     }
 
-    fn take_again(&mut self, take: &mut dyn FnMut(&mut dyn Again) -> Result<(), Fault>) -> Result<(), Fault> {
+    fn take_again(&mut self, take: &mut dyn FnMut(&mut dyn RetryBackend) -> Result<(), Fault>) -> Result<(), Fault> {
         if self.setup.planar { self.take_on_cpu::<PLANAR>(take) } else { self.take_on_cpu::<SPATIAL>(take) }
     }
 

@@ -1,4 +1,5 @@
-//! Bodies that pass each other: a kernel says how far any surface moves, and only where that is far enough the host looks at the step's way.
+//! Bodies that pass each other: a kernel says how far any surface moves, and only where that is far enough the host
+//! looks at the step's way.
 
 use super::Device;
 use crate::dynamics::Twist;

@@ -4,13 +4,14 @@ use super::Device;
 use super::separations::Report;
 use crate::step::Fault;
 
-/// Roundings that half a period is longer by: a body's reach is a radius, half the cutoff and two products, each rounded. Bodies that this lets
-/// through may be near at another image than the nearest by as much, but overlap at none: scenes whose bodies are that long are refused on reading.
+/// Roundings that half a period is longer by: a body's reach is a radius, half the cutoff and two products, each
+/// rounded. Bodies that this lets through may be near at another image than the nearest by as much, but overlap at
+/// none: scenes whose bodies are that long are refused on reading.
 const ROUNDINGS: f64 = 8.0;
 
 impl Device {
-    /// Refuses bodies that reach, or move freely in this step, too far for the shortest period, so that other images than the nearest could come
-    /// near. A box's fourth number is the radius, half the cutoff and that way.
+    /// Refuses bodies that reach, or move freely in this step, too far for the shortest period, so that other images
+    /// than the nearest could come near. A box's fourth number is the radius, half the cutoff and that way.
     pub(super) fn check_periods(&self, report: &Report) -> Result<(), Fault> {
         let Some(period) = self.setup.periods.shortest() else { return Ok(()) };
         let precision = self.setup.precision;

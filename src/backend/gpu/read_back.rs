@@ -8,7 +8,8 @@ use crate::lcp::Problem;
 use crate::separation::branches::branch_in_place;
 
 impl Device {
-    /// The present LCP and its multipliers, read back for diagnosis and tests. The rows stand sorted by pair in the device's order.
+    /// The present LCP and its multipliers, read back for diagnosis and tests. The rows stand sorted by pair in the
+    /// device's order.
     ///
     /// # Errors
     /// What the device refuses.
@@ -38,7 +39,8 @@ impl Device {
         Ok((Problem { bodies, pair, jacobian, q }, gamma))
     }
 
-    /// Which of its pair's contacts each row is of, read back for tests; places at surfaces, and rows that are not by branches, have zero.
+    /// Which of its pair's contacts each row is of, read back for tests; places at surfaces, and rows that are not by
+    /// branches, have zero.
     ///
     /// # Errors
     /// What the device refuses.

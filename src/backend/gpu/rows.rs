@@ -1,5 +1,5 @@
-//! The rows of a step on the device. They stand sorted by pair, in the order in which they were made within a pair; when pairs get more
-//! rows, all rows move to their new places and are changed in no other way.
+//! The rows of a step on the device. They stand sorted by pair, in the order in which they were made within a pair;
+//! when pairs get more rows, all rows move to their new places and are changed in no other way.
 
 use super::branches::Branches;
 use super::candidates::Lists;
@@ -19,7 +19,8 @@ pub(super) struct Rows {
     spare_gamma: Buffer,
     /// Where rows are by branches.
     pub branches: Option<Branches>,
-    /// With the paper's rows, where steps have a middle: one for each row that was made there from a near pair, zero for the others; and a spare.
+    /// With the paper's rows, where steps have a middle: one for each row that was made there from a near pair, zero
+    /// for the others; and a spare.
     is_first: Option<[Buffer; 2]>,
     /// Where each pair's rows will begin.
     pub next_start: Buffer,
@@ -31,7 +32,7 @@ pub(super) struct Rows {
 
 /// What rows are made from.
 #[derive(Clone, Copy)]
-pub(super) struct Made<'a> {
+pub(super) struct RowInputs<'a> {
     pub lists: &'a Lists,
     pub motions: &'a Buffer,
     pub setup: &'a Setup,
@@ -82,7 +83,8 @@ impl Rows {
         })
     }
 
-    /// Counts the rows that pairs will have with one more for each flag of at least `threshold`, or for each branch that is chosen, beside those there are.
+    /// Counts the rows that pairs will have with one more for each flag of at least `threshold`, or for each branch
+    /// that is chosen, beside those there are.
     pub fn count(
         &mut self,
         gpu: &Gpu,
@@ -105,7 +107,7 @@ impl Rows {
         gpu: &Gpu,
         kernels: &Kernels,
         record: &mut Recorder<'_>,
-        made: Made<'_>,
+        made: RowInputs<'_>,
         rows: u64,
     ) -> Result<(), GpuError> {
         let problem = &mut self.problem;
@@ -128,7 +130,7 @@ impl Rows {
         kernels: &Kernels,
         midpoint: &MidpointKernels,
         record: &mut Recorder<'_>,
-        made: Made<'_>,
+        made: RowInputs<'_>,
         rows: u64,
     ) -> Result<(), GpuError> {
         // Rows by branches have read them by then.
@@ -150,7 +152,7 @@ impl Rows {
         &self,
         midpoint: &MidpointKernels,
         record: &mut Recorder<'_>,
-        Made { lists, motions, setup, part, .. }: Made<'_>,
+        RowInputs { lists, motions, setup, part, .. }: RowInputs<'_>,
         bodies: u64,
     ) {
         let (Some([is_first, _]), Some([_, tighten])) = (&self.is_first, &midpoint.rows) else { return };
@@ -175,7 +177,7 @@ impl Rows {
         gpu: &Gpu,
         kernels: &Kernels,
         record: &mut Recorder<'_>,
-        made: Made<'_>,
+        made: RowInputs<'_>,
         rows: u64,
     ) -> Result<(), GpuError> {
         // Rows keep their pairs, so there is no map from old pairs to new ones.
@@ -187,7 +189,8 @@ impl Rows {
         Ok(())
     }
 
-    /// Takes all rows whose pair is there over to a new list of pairs: `old_pair` says which pair of the old list each was, and `counts` how many rows it has.
+    /// Takes all rows whose pair is there over to a new list of pairs: `old_pair` says which pair of the old list each
+    /// was, and `counts` how many rows it has.
     pub fn carry(
         &mut self,
         gpu: &Gpu,
@@ -235,8 +238,8 @@ impl Rows {
         Ok(())
     }
 
-    fn append(&self, kernels: &Kernels, record: &mut Recorder<'_>, made: Made<'_>, threshold: u32, warm: bool) {
-        let (problem, Made { lists, motions, setup, part, .. }) = (&self.problem, made);
+    fn append(&self, kernels: &Kernels, record: &mut Recorder<'_>, made: RowInputs<'_>, threshold: u32, warm: bool) {
+        let (problem, RowInputs { lists, motions, setup, part, .. }) = (&self.problem, made);
         let of_kernel = [lists.pairs_count as u32, threshold, u32::from(warm), lists.bodies as u32];
         let parameters = setup.timed(of_kernel, setup.length_of(part));
         let buffers = [

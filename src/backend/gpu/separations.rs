@@ -1,4 +1,5 @@
-//! The separations of a step on the device, with a list of candidates that is complete for them, and what the host reads of them.
+//! The separations of a step on the device, with a list of candidates that is complete for them, and what the host
+//! reads of them.
 
 use super::midpoint::Part;
 use super::{Device, walls, words};
@@ -42,8 +43,8 @@ impl Report {
 }
 
 impl Device {
-    /// The separations at the start, in the middle or at the trial, with a list of candidates that is complete for it, and how many rows there will be.
-    /// `prepared` is what was recorded to be done before.
+    /// The separations at the start, in the middle or at the trial, with a list of candidates that is complete for it,
+    /// and how many rows there will be. `prepared` is what was recorded to be done before.
     pub(super) fn separate(&mut self, prepared: Recorder<'_>, at_trial: bool) -> Result<Report, Fault> {
         let gpu = self.gpu.clone();
         let mut prepared = Some(prepared);

@@ -1,5 +1,6 @@
-//! The bodies on the device: positions as integer lattice cells and remainders, orientations and lengths as coarse and fine parts, so that
-//! neighbours' differences are exact at any distance from the origin and steps far under a rounding add up.
+//! The bodies on the device: positions as integer lattice cells and remainders, orientations and lengths as coarse and
+//! fine parts, so that neighbours' differences are exact at any distance from the origin and steps far under a rounding
+//! add up.
 
 use super::Setup;
 use crate::dynamics::Spin;
@@ -7,7 +8,8 @@ use crate::gpu::{Buffer, Gpu, GpuError, Precision, Recorder};
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
 
-/// The pitch of orientations, as in `shaders/common/orientation.wgsl`: a quaternion's numbers are multiples of it and a remainder.
+/// The pitch of orientations, as in `shaders/common/orientation.wgsl`: a quaternion's numbers are multiples of it and a
+/// remainder.
 const TURN_PITCH: f64 = 1.0 / 1_048_576.0;
 
 /// Where bodies are and how they move: one state of all of them.

@@ -1,5 +1,6 @@
-//! Walls on the device: the list of candidate pairs goes on with the places of bodies that may come near a surface, so that all that is made of pairs is
-//! made of them too. The second number of such a pair says which surface and which place.
+//! Walls on the device: the list of candidate pairs goes on with the places of bodies that may come near a surface, so
+//! that all that is made of pairs is made of them too. The second number of such a pair says which surface and which
+//! place.
 
 use super::candidates::Lists;
 use super::source::WallKernels;
@@ -69,7 +70,8 @@ impl Surfaces {
         }))
     }
 
-    /// Adds the places that may come near a surface to a list of pairs of bodies that was just made from the `stored` boxes.
+    /// Adds the places that may come near a surface to a list of pairs of bodies that was just made from the `stored`
+    /// boxes.
     pub fn extend(
         &mut self,
         gpu: &Gpu,
@@ -108,7 +110,8 @@ impl Surfaces {
         Ok(())
     }
 
-    /// Counts the places of every body, or writes them from pair `first` on. One kernel does both, so that they agree to the bit.
+    /// Counts the places of every body, or writes them from pair `first` on. One kernel does both, so that they agree
+    /// to the bit.
     fn find(
         &self,
         kernels: &WallKernels,
@@ -129,7 +132,8 @@ impl Surfaces {
         std::mem::swap(&mut self.block_start, row_start);
     }
 
-    /// Makes one block of the rows of all places of a body at a surface, as on the CPU: rings that lie flat take 1.7 times as many products otherwise.
+    /// Makes one block of the rows of all places of a body at a surface, as on the CPU: rings that lie flat take 1.7
+    /// times as many products otherwise.
     pub fn join_places(
         &mut self,
         gpu: &Gpu,

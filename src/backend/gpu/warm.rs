@@ -1,4 +1,5 @@
-//! What pairs remember from step to step, as the host has it: given to the first list that the device makes, and read back.
+//! What pairs remember from step to step, as the host has it: given to the first list that the device makes, and read
+//! back.
 
 use super::Setup;
 use super::candidates::Candidates;
@@ -79,13 +80,15 @@ impl Candidates {
     }
 }
 
-/// The place of what is remembered in the list of a pair's branches. At a surface, and where bodies have one branch, there is one.
+/// The place of what is remembered in the list of a pair's branches. At a surface, and where bodies have one branch,
+/// there is one.
 fn place_of(warm: &Warm, width: usize) -> usize {
     let place = if crate::walls::surface_of(warm.pair[1]).is_some() { None } else { place_of_branch(warm.feature) };
     place.map_or(0, |place| place as usize).min(width - 1)
 }
 
-/// What is remembered of a pair, of which these are the multipliers branch by branch: one entry for each that pushes, or one with the normal alone.
+/// What is remembered of a pair, of which these are the multipliers branch by branch: one entry for each that pushes,
+/// or one with the normal alone.
 fn of_pair(pair: [u32; 2], normal: DVec3, gammas: &[f64]) -> Vec<Warm> {
     let pushes = gammas.iter().any(|gamma| *gamma > 0.0);
     let at_surface = surface_of(pair[1]);

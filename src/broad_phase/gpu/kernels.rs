@@ -5,8 +5,9 @@ use crate::gpu::{Fragment, Gpu, GpuError, Kernel, Lattice, LatticePeriods, MOST_
 /// Boxes that one body may look at. Mesa before version 23 ends loops after 65,535 rounds.
 const MOST_ROUNDS: u32 = 60_000;
 
-/// A level's cells are smaller than its largest boxes could be by this power of two. On lavapipe, 100,000 rods in a plane take 1.3 times
-/// as long with 0 and the same with 2, 100,000 spheres in space 0.8 times as long with 0 and 1.7 times with 2.
+/// A level's cells are smaller than its largest boxes could be by this power of two. On lavapipe, 100,000 rods in a
+/// plane take 1.3 times as long with 0 and the same with 2, 100,000 spheres in space 0.8 times as long with 0 and 1.7
+/// times with 2.
 const FINER: u32 = 1;
 
 pub(super) struct Kernels {

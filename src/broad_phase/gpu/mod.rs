@@ -1,13 +1,15 @@
 //! The search for touching boxes on the device: a hashed grid of several levels, sorted by cell.
 //!
-//! Boxes are classed by size into levels, coarser cells for larger boxes. A pair is found once: in its own level by the box whose
-//! cell comes first, between levels by the smaller box, so that no body's search is long because its box is large. Which cells to
-//! look through is computed from positions on the integer lattice, in integers, and so is exact at any distance from the origin.
-//! Cells are hashed into a table of as many columns as there are bodies, and boxes sorted by column.
+//! Boxes are classed by size into levels, coarser cells for larger boxes. A pair is found once: in its own level by the
+//! box whose cell comes first, between levels by the smaller box, so that no body's search is long because its box is
+//! large. Which cells to look through is computed from positions on the integer lattice, in integers, and so is exact
+//! at any distance from the origin. Cells are hashed into a table of as many columns as there are bodies, and boxes
+//! sorted by column.
 //!
-//! In periodic space bodies are searched for where they are in one cell of it (`shaders/broad_phase/wrap.wgsl`), and the cells of the grid that a
-//! body looks through go round (`find_periodic.wgsl`), each looked through once however far the box reaches, so that a pair is found once though its boxes may
-//! touch through several images. The test of a pair is of the nearest image, along every axis the nearest of all.
+//! In periodic space bodies are searched for where they are in one cell of it (`shaders/broad_phase/wrap.wgsl`), and
+//! the cells of the grid that a body looks through go round (`find_periodic.wgsl`), each looked through once however
+//! far the box reaches, so that a pair is found once though its boxes may touch through several images. The test of a
+//! pair is of the nearest image, along every axis the nearest of all.
 //!
 //! Sorted cells: S. Green, "Particle simulation using CUDA", 2010. Levels: as in [`Grid`](super::Grid).
 
@@ -67,7 +69,8 @@ impl Search {
         Search::in_space(gpu, precision, planar, lattice, [None; 3])
     }
 
-    /// The same in space of these periods: pairs are those that touch through some image. Positions need not be wrapped.
+    /// The same in space of these periods: pairs are those that touch through some image. Positions need not be
+    /// wrapped.
     ///
     /// # Errors
     /// Those of [`Search::new`], and [`GpuError::Unsupported`] for periods that the lattice has no room for.
@@ -114,13 +117,15 @@ impl Search {
 
     /// Finds every pair whose boxes touch, and perhaps some that are a few roundings apart.
     ///
-    /// `cell` and `remainder` are the bodies' positions on the lattice (four numbers each, the last unused). `boxes` holds half
-    /// extents, margins included, and the radius of a ball about the body's position that holds the box however the body turns. A box
-    /// with an extent that is negative or not finite touches nothing. The pairs and their order depend on the boxes alone.
+    /// `cell` and `remainder` are the bodies' positions on the lattice (four numbers each, the last unused). `boxes`
+    /// holds half extents, margins included, and the radius of a ball about the body's position that holds the box
+    /// however the body turns. A box with an extent that is negative or not finite touches nothing. The pairs and their
+    /// order depend on the boxes alone.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] and [`GpuError::OutOfMemory`] where the pairs do not fit, [`GpuError::Unsupported`] where a body is
-    /// further out than the lattice or has 60,000 boxes about it, and the device's own faults. No pairs are there after an error.
+    /// [`GpuError::Limit`] and [`GpuError::OutOfMemory`] where the pairs do not fit, [`GpuError::Unsupported`] where a
+    /// body is further out than the lattice or has 60,000 boxes about it, and the device's own faults. No pairs are
+    /// there after an error.
     pub fn run(
         &mut self,
         gpu: &Gpu,
@@ -178,7 +183,8 @@ impl Search {
         &self.adjacency_start
     }
 
-    /// For every body its pairs, ascending: twice the pair's number, and one more where the body is the second of the pair.
+    /// For every body its pairs, ascending: twice the pair's number, and one more where the body is the second of the
+    /// pair.
     pub fn adjacency(&self) -> &Buffer {
         &self.adjacency
     }

@@ -20,12 +20,12 @@ const MOST_THREADS: i64 = 1024;
 pub(super) struct Arguments {
     #[command(subcommand)]
     pub(super) command: Command,
-    /// Say on standard error what goes on: info tells of states and checkpoints, debug of every step, trace of every solve
+    /// Write a log to standard error: info logs states and checkpoints, debug every step, trace every solve
     #[arg(long, global = true, value_name = "LEVEL", help_heading = "Logging")]
     pub(super) log: Option<Level>,
 }
 
-/// How much is said of what goes on.
+/// Level of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum Level {
     Error,
@@ -38,9 +38,9 @@ pub(super) enum Level {
 const EXIT_STATUS: &str = "\
 Exit status:
   0    done, and every step met its tolerances
-  1    an internal fault, or a step that could not be taken
+  1    an internal fault
   2    bad arguments or a bad scene; nothing was written
-  3    the run went to its end, but some step did not meet its tolerances (the summary says which)
+  3    a step missed its tolerances: the run stopped there, or ended with such steps (see reason in summary.json)
   4    a file could not be read or written
   5    no usable adapter, or the device was lost
   130  interrupted; a checkpoint was written";

@@ -8,16 +8,16 @@ use std::time::Duration;
 /// How to compute.
 #[derive(Args, Clone, Debug)]
 pub(in crate::cli) struct Compute {
-    /// What computes: auto takes a hardware GPU if there is one, else the CPU; gpu takes a software adapter too
+    /// Backend: auto uses a hardware GPU if the machine has one, otherwise the CPU; gpu also accepts a software adapter
     #[arg(long, value_enum, default_value = "auto")]
     pub(in crate::cli) backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) adapter: Option<String>,
-    /// Which numbers to compute with; without it f32 on a GPU and f64 on the CPU
+    /// Floating-point precision [default: f32 on a GPU, f64 on the CPU]
     #[arg(long, value_enum)]
     pub(in crate::cli) precision: Option<Precision>,
-    /// How many threads; without it, one a core. The results are the same bits for any number
+    /// Number of threads [default: one per core]. The bits of the results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) threads: Option<u16>,
 }
@@ -69,17 +69,17 @@ pub(in crate::cli) struct Run {
     /// Replace a value of the scene by its dotted key, as in time.dt=0.01 or bodies.0.position=[0,0,1]
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(in crate::cli) sets: Vec<String>,
-    /// Go on with an earlier run from its checkpoint, to the same bits as if it had not stopped: the one in --out,
+    /// Continue an earlier run from its checkpoint, to the same bits as an uninterrupted run: the run in --out,
     /// or the latest of this scene in runs/
     #[arg(long)]
     pub(in crate::cli) resume: bool,
-    /// Write a checkpoint at least so often; without it, every minute
+    /// Largest time between checkpoints [default: 60]
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(in crate::cli) checkpoint_every: Option<Duration>,
     /// Stop with a checkpoint, as by Ctrl-C, after the step in which this much time has passed
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(in crate::cli) max_wall: Option<Duration>,
-    /// Print where the time went and the most memory held; on a device also pipelines, buffers, dispatches and read-backs
+    /// Print a profile: wall time by phase and peak memory; on a GPU also pipelines, buffers, dispatches and read-backs
     #[arg(long)]
     pub(in crate::cli) profile: bool,
     #[command(flatten)]
@@ -115,10 +115,11 @@ pub(in crate::cli) struct Batch {
     /// The folder with the members' folders; without it, runs/NAME
     #[arg(long, value_name = "DIR")]
     pub(in crate::cli) out: Option<PathBuf>,
-    /// Most members at a time; without it, one a core, and on a device one. The results are the same bits for any number
+    /// Most members at a time; without it, one a core, and on a device one. The results are the same bits for any
+    /// number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) jobs: Option<u16>,
-    /// Go on with members that failed, too, from their last good state
+    /// Also continue failed members, from their last accepted state
     #[arg(long)]
     pub(in crate::cli) retry: bool,
     /// Run this member alone, from 0, and write no table
@@ -130,7 +131,7 @@ pub(in crate::cli) struct Batch {
     /// Print the members, what they vary, and their folders, run nothing
     #[arg(long, group = "part")]
     pub(in crate::cli) list: bool,
-    /// Make the table of what is there, run nothing
+    /// Write the table of the results so far, without running
     #[arg(long, group = "part")]
     pub(in crate::cli) table: bool,
     #[command(flatten)]

@@ -18,7 +18,8 @@ Examples:
 #[derive(Args, Debug)]
 #[command(after_help = CONTACTS_EXAMPLES)]
 pub(in crate::cli) struct Contacts {
-    /// A scene file, a run's final.json, one of its states (.npz; it knows no walls), or a run's folder: the state that it stands at
+    /// A scene file, a run's final.json, one of its states (.npz; it knows no walls), or a run's folder: the state that
+    /// it stands at
     #[arg(value_name = "STATE")]
     pub(in crate::cli) state: String,
     /// Pairs nearer than this, a length; in a periodic scene at most the shortest period
@@ -59,7 +60,7 @@ pub(in crate::cli) struct Export {
     /// The format
     #[arg(long, value_enum)]
     pub(in crate::cli) format: ExportFormat,
-    /// Where the files go; without it RUN/gsd or RUN/vtk, and for what is no folder NAME-gsd or NAME-vtk here
+    /// Output folder [default: RUN/gsd or RUN/vtk; for a single file NAME-gsd or NAME-vtk in the current folder]
     #[arg(long, value_name = "DIR")]
     pub(in crate::cli) out: Option<PathBuf>,
     /// Pairs nearer than this are contacts, a length; without it a thousandth of the thinnest body. With vtk only
@@ -111,7 +112,7 @@ pub(in crate::cli) struct Measure {
     /// Pairs nearer than this touch, a length; without it a thousandth of the thinnest body
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = length)]
     pub(in crate::cli) cutoff: Option<f64>,
-    /// What bodies are drawn by where the correlation is sampled
+    /// Seed for sampling bodies in the correlation of large states
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(in crate::cli) seed: u64,
     /// How many threads; without it, one a core. The results are the same bits for any number
@@ -142,10 +143,10 @@ pub(in crate::cli) struct Render {
     /// Where the files go; without it RUN/render, and for what is no folder NAME-render here
     #[arg(long, value_name = "DIR")]
     pub(in crate::cli) out: Option<PathBuf>,
-    /// What the colours tell
+    /// Quantity shown by the colours
     #[arg(long, value_enum, default_value = "orientation")]
     pub(in crate::cli) colour: Quantity,
-    /// The ends of the scale of colours, as in 0:2.5; without it the values of all states fit, but for the largest
+    /// Range of the colour scale, as in 0:2.5 [default: all values, except the largest
     /// hundredth of speeds, overlaps, forces and pressures
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true, value_parser = range)]
     pub(in crate::cli) range: Option<[f64; 2]>,
@@ -155,13 +156,13 @@ pub(in crate::cli) struct Render {
     /// Where bodies are seen from; without it the top in a planar run, else obliquely
     #[arg(long, value_enum)]
     pub(in crate::cli) view: Option<Side>,
-    /// What stands behind the bodies
+    /// Background
     #[arg(long, value_enum, default_value = "white")]
     pub(in crate::cli) background: Background,
-    /// What camera and scale of colours are fitted to
+    /// States that set the camera and the colour scale
     #[arg(long, value_enum, default_value = "run")]
     pub(in crate::cli) fit: Fit,
-    /// No words in the pictures: neither time, number of bodies, bar of length nor scale of colours
+    /// Draw bodies only: no time, number of bodies, scale bar or colour scale
     #[arg(long)]
     pub(in crate::cli) bare: bool,
     /// Every so many states

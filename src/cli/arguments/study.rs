@@ -23,11 +23,12 @@ pub(in crate::cli) enum StudyName {
     Colony,
     /// Rods drawn into a ball: time of a step and overlap by the step's size, beside public engines
     Packing,
-    /// What errors at the end of a run cost, by stepping scheme, contact method, step and overlap tolerance, on small scenes
+    /// What errors at the end of a run cost, by stepping scheme, contact method, step and overlap tolerance, on small
+    /// scenes
     WorkPrecision,
     /// Small scenes of the kinds that break contact codes, with a verdict on each
     Hard,
-    /// What inertial motion keeps: angular momentum and energy of tops, the energy of heaps
+    /// Conservation in inertial motion: angular momentum and energy of tops, energy of heaps
     Inertia,
     /// All of them, each in a folder of its own, and an index of their pages
     All,

@@ -1,12 +1,14 @@
 //! Growth and division: prescribed motion, done at a step's start.
 //!
-//! Every cell at its division length divides into two of half its actual length that exactly fill it, each turned by a small
-//! random angle; then every cell takes its end-of-step length `length e^(rate dt)`. The step's separations, mobilities and
-//! trials all use that length. Against extrapolating `Phi + dt dPhi/dlength length'` from the old one, this is equal to first
-//! order and exact in the length; and every accepted state has been through a solve with the lengths and bodies that it holds.
+//! Every cell at its division length divides into two of half its actual length that exactly fill it, each turned by a
+//! small random angle; then every cell takes its end-of-step length `length e^(rate dt)`. The step's separations,
+//! mobilities and trials all use that length. Against extrapolating `Phi + dt dPhi/dlength length'` from the old one,
+//! this is equal to first order and exact in the length; and every accepted state has been through a solve with the
+//! lengths and bodies that it holds.
 //!
-//! A cell's rate may differ from the mean by a draw of its own, and fall with the pressure on it as `e^(-lambda pressure)`, the law of S. Weady,
-//! B. Palmer, A. Lamson, T. Kim, R. Farhadifar, M. J. Shelley (arXiv:2405.10158) with [another stress](crate::dynamics::pressures) than theirs.
+//! A cell's rate may differ from the mean by a draw of its own, and fall with the pressure on it as `e^(-lambda
+//! pressure)`, the law of S. Weady, B. Palmer, A. Lamson, T. Kim, R. Farhadifar, M. J. Shelley (arXiv:2405.10158) with
+//! [another stress](crate::dynamics::pressures) than theirs.
 
 mod settings;
 
@@ -25,14 +27,15 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Where in a cell's random stream its own length and rate are, in words of 32 bits: its turns when it divides take the first eight at most.
+/// Where in a cell's random stream its own length and rate are, in words of 32 bits: its turns when it divides take the
+/// first eight at most.
 const OWN_WORDS: u128 = 64;
 
 /// A loop over fewer cells than this runs on one thread.
 const LEAST_CELLS_A_TASK: usize = 512;
 
-/// How the cells of a scene grow. What is random of a cell is drawn from a stream of the seed that belongs to its id (ChaCha, which counts: any
-/// part of any stream is there without those before it), so that it depends on nothing else.
+/// How the cells of a scene grow. What is random of a cell is drawn from a stream of the seed that belongs to its id
+/// (ChaCha, which counts: any part of any stream is there without those before it), so that it depends on nothing else.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cells {
     /// The scene's growth.
@@ -44,8 +47,8 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// What slows the growth of each body in the step after the one that left `bodies` and `warm`: its pressure, where the scene's cells feel
-    /// it; else nothing.
+    /// What slows the growth of each body in the step after the one that left `bodies` and `warm`: its pressure, where
+    /// the scene's cells feel it; else nothing.
     pub fn pressures(&self, bodies: &Bodies, warm: &[Warm]) -> Vec<f64> {
         if self.growth.stress_sensitivity == 0.0 { Vec::new() } else { pressures(bodies, warm, self.planar) }
     }
@@ -77,8 +80,9 @@ impl Cells {
         [(); 2].map(|()| 2.0 * random.random::<f64>() - 1.0)
     }
 
-    /// Divides and grows all cells over the step of `dt` that begins at `time`. `next_id` is the id of the next cell born; `pressures` are
-    /// [those](Cells::pressures) of the bodies before, to which daughters are added with their mother's. Cells that wait neither divide nor grow.
+    /// Divides and grows all cells over the step of `dt` that begins at `time`. `next_id` is the id of the next cell
+    /// born; `pressures` are [those](Cells::pressures) of the bodies before, to which daughters are added with their
+    /// mother's. Cells that wait neither divide nor grow.
     pub fn grow(
         &self,
         bodies: &mut Bodies,
@@ -119,10 +123,12 @@ pub fn grow(bodies: &mut Bodies, growth: &Growth, planar: bool, seed: u64, time:
     Cells { growth: *growth, planar, seed }.grow(bodies, (time, dt), next_id, &mut Vec::new(), &Waiting::None);
 }
 
-/// How far the surface of `placed` moves where `lever` touches it with the outward normal `normal`, as the body grows to the shape `to`.
+/// How far the surface of `placed` moves where `lever` touches it with the outward normal `normal`, as the body grows
+/// to the shape `to`.
 ///
-/// Between its middle and a tip a point of the axis moves in proportion to its place. As the separation is an extremum over all points of the axis, this
-/// displacement along the normal is the exact derivative of the separation with respect to the length.
+/// Between its middle and a tip a point of the axis moves in proportion to its place. As the separation is an extremum
+/// over all points of the axis, this displacement along the normal is the exact derivative of the separation with
+/// respect to the length.
 pub fn stretch(placed: &Placed, to: &Shape, lever: DVec3, normal: DVec3) -> DVec3 {
     let (Some(length), Some(grown)) = (placed.shape.growing_length(), to.growing_length()) else { return DVec3::ZERO };
     let axis = placed.orientation * DVec3::Z;

@@ -20,7 +20,8 @@ pub struct Growth {
     #[cfg_attr(feature = "files", schemars(range(min = 0, max = 180)))]
     #[cfg_attr(feature = "files", serde(default))]
     pub reorientation_degrees: f64,
-    /// Each cell has a division length of its own, drawn uniformly from `division_length` plus and minus this part of it.
+    /// Each cell has a division length of its own, drawn uniformly from `division_length` plus and minus this part of
+    /// it.
     #[cfg_attr(feature = "files", schemars(range(min = 0), extend("exclusiveMaximum" = MOST_LENGTH_NOISE)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
     pub division_length_noise: f64,
@@ -28,13 +29,13 @@ pub struct Growth {
     #[cfg_attr(feature = "files", schemars(range(min = 0), extend("exclusiveMaximum" = 1)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
     pub rate_noise: f64,
-    /// Growth slows under pressure: the rate of each cell is multiplied by `exp(-stress_sensitivity * pressure)`, with the pressure of the last
-    /// step's contact forces on it. One over a pressure: force over area, in a planar scene over length. On a GPU the state is read back for it
-    /// after every step.
+    /// Growth slows under pressure: the rate of each cell is multiplied by `exp(-stress_sensitivity * pressure)`, with
+    /// the pressure of the last step's contact forces on it. One over a pressure: force over area, in a planar scene
+    /// over length. On a GPU the state is read back for it after every step.
     #[cfg_attr(feature = "files", schemars(range(min = 0)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
     pub stress_sensitivity: f64,
-    /// What cells do that have no room to grow in a container, which walls or periods make.
+    /// What happens to cells without room to grow, in a container of walls or periods.
     #[cfg_attr(feature = "files", schemars(extend("default" = "stop")))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "OnNoRoom::is_default"))]
     pub on_no_room: OnNoRoom,
@@ -48,7 +49,8 @@ pub struct Growth {
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum OnNoRoom {
-    /// The run ends with the state before the step, and says so; with `contact.on_failure` `"continue"` cells overlap instead.
+    /// The run ends with the state before the step, and says so; with `contact.on_failure` `"continue"` cells overlap
+    /// instead.
     #[default]
     Stop,
     /// Cells that have no room neither grow nor divide in that step. A GPU leaves such steps to the CPU.
@@ -94,7 +96,8 @@ pub struct Stop {
     /// This time.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub time: Option<f64>,
-    /// This distance of the farthest point of a body from the mean of the centres. On a GPU the state is read back for it after every step.
+    /// Radius: distance from the mean of the centres to the farthest point of a body. On a GPU, costs a read-back of
+    /// the state per step.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub radius: Option<f64>,

@@ -11,8 +11,8 @@ const FINISH_WORKGROUP: u32 = 256;
 /// Invocations of the one workgroup that solves a small problem.
 pub(super) const SMALL_WORKGROUP: u32 = 32;
 
-/// Relative addition to the diagonal of a pair's block, as on the CPU, or so many roundings where that is more: the entries of a block
-/// are sums of products, each with its rounding.
+/// Relative addition to the diagonal of a pair's block, as on the CPU, or so many roundings where that is more: the
+/// entries of a block are sums of products, each with its rounding.
 const REGULARIZATION: f64 = 1e-6;
 const ROUNDINGS: f64 = 32.0;
 
@@ -190,7 +190,7 @@ impl Variant {
 #[cfg(test)]
 mod tests {
     use super::super::number::Number;
-    use super::super::shape::Told;
+    use super::super::shape::StageArguments;
     use super::super::tape::{Action, Tape};
     use super::*;
     use crate::gpu::validate;
@@ -243,7 +243,8 @@ mod tests {
         tape.product(7, 10, true);
         all(&mut tape);
         tape.finish();
-        let told: Vec<Told> = tape.stages.iter().filter_map(|stage| Told::of(&tape, stage)).collect();
+        let told: Vec<StageArguments> =
+            tape.stages.iter().filter_map(|stage| StageArguments::of(&tape, stage)).collect();
         assert!(told.iter().any(|told| told.shape.has_block()) && told.iter().any(|told| told.shape.has_product()));
         for v in variants() {
             let has_blocks = v.slots.coupling.is_some();

@@ -1,12 +1,12 @@
 //! Runs tapes: buffers, kernels, and the two ways to run a tape.
 //!
-//! A large problem takes one dispatch a stage; all but the first few are indirect, so that what follows the last iteration of a batch
-//! costs next to nothing. A small one is run by a single workgroup, whole batches at once.
+//! A large problem takes one dispatch a stage; all but the first few are indirect, so that what follows the last
+//! iteration of a batch costs next to nothing. A small one is run by a single workgroup, whole batches at once.
 
 use super::kernels::{Kernels, MOST_EXACT, Variant};
 use super::layout::{FIRST_CONSTANT, GRID_WORDS, HALT, NUMBERS, Parameters, REDUCTIONS, Slots};
 use super::problem::DeviceProblem;
-use super::shape::Told;
+use super::shape::StageArguments;
 use super::tape::{Stage, Sums, Tape};
 use super::turns::{self, Part, TURN_WORDS};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Precision, Recorder, WORKGROUP};
@@ -15,8 +15,8 @@ use std::ops::Range;
 /// Workgroups of a stage at most; beyond, invocations take several rows.
 const MOST_GROUPS: u64 = 1024;
 
-/// Rows, pairs or bodies up to which one workgroup does it all, unless set otherwise. On lavapipe it took a third of the time at 32 rows,
-/// half of it at 256 and 0.6 of it at 1,024, with two busy cores.
+/// Rows, pairs or bodies up to which one workgroup does it all, unless set otherwise. On lavapipe it took a third of
+/// the time at 32 rows, half of it at 256 and 0.6 of it at 1,024, with two busy cores.
 const LARGEST_SMALL_ON_SOFTWARE: u64 = 1024;
 
 /// The same on hardware: not measured; there one workgroup is a small part of the device.
@@ -139,7 +139,7 @@ impl Machine {
             (parts, turns) = turns::of(tape, [base.rows, base.pairs, base.bodies]);
             program.extend(turns.as_flattened());
         } else {
-            told = tape.stages.iter().map(|stage| Told::of(tape, stage)).collect();
+            told = tape.stages.iter().map(|stage| StageArguments::of(tape, stage)).collect();
         }
         self.program.reserve(gpu, program.len() as u64 / 4)?;
         self.program.write(gpu, 0, bytemuck::cast_slice(&program));
@@ -189,7 +189,7 @@ fn operation(tape: &Tape, index: usize) -> u32 {
 
 impl Run<'_, '_> {
     /// One dispatch a stage.
-    fn large(&mut self, told: &[Option<Told>]) {
+    fn large(&mut self, told: &[Option<StageArguments>]) {
         let (machine, problem) = (self.machine, self.problem);
         let Some(kernels) = machine.kernels.large() else { return };
         let [scalars, vectors, partial] = [&machine.scalars, &machine.vectors, &machine.partial];
@@ -234,7 +234,7 @@ impl Run<'_, '_> {
         }
     }
 
-    fn rows(&mut self, told: Option<&Told>, sums: Sums, add_q: bool, buffers: &[&Buffer]) {
+    fn rows(&mut self, told: Option<&StageArguments>, sums: Sums, add_q: bool, buffers: &[&Buffer]) {
         let Some(told) = told else { return };
         let Some(kernel) = self.machine.kernels.stage(&told.shape) else { return };
         let Sums { first: reduction, count: reductions, kinds } = sums;

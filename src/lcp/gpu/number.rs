@@ -1,7 +1,8 @@
 //! Numbers that live on the device. Arithmetic with them is noted in a list of the thread, in order, and done later.
 //!
-//! A number is an entry of a ring on the device, so one that was made long ago is overwritten. No solver keeps a number for longer
-//! than two iterations, which make about half of the ring. A solve that reads an overwritten number ends with a fault.
+//! A number is an entry of a ring on the device, so one that was made long ago is overwritten. No solver keeps a number
+//! for longer than two iterations, which make about half of the ring. A solve that reads an overwritten number ends
+//! with a fault.
 
 use crate::lcp::verbs::Scalar;
 use std::cell::RefCell;

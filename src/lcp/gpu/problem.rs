@@ -17,17 +17,21 @@ pub struct DeviceProblem {
     pub pairs: u64,
     /// Three unknowns a body (x, y, turn) rather than six.
     pub planar: bool,
-    /// The two bodies of each row: two words. A second one from `bodies` on has no mobility: its block is zero, and it is in no list.
+    /// The two bodies of each row: two words. A second one from `bodies` on has no mobility: its block is zero, and it
+    /// is in no list.
     pub pair: Buffer,
-    /// The two blocks of each row of `J`: vectors of four numbers, planar one a block (x, y, turn, 0), else two (linear, angular).
+    /// The two blocks of each row of `J`: vectors of four numbers, planar one a block (x, y, turn, 0), else two
+    /// (linear, angular).
     pub jacobian: Buffer,
     /// `g` at `gamma = 0`, a number a row.
     pub q: Buffer,
-    /// Where the rows of each slot begin, and their end: one word a slot and one more. The slots' rows follow each other and are all.
+    /// Where the rows of each slot begin, and their end: one word a slot and one more. The slots' rows follow each
+    /// other and are all.
     pub block_start: Buffer,
     /// Where the list of each body begins in `incidence`, and their end.
     pub incidence_start: Buffer,
-    /// `2 row + side` for each row of a body, ascending; `side` is the body's place in the row's pair. Two words a row at most.
+    /// `2 row + side` for each row of a body, ascending; `side` is the body's place in the row's pair. Two words a row
+    /// at most.
     pub incidence: Buffer,
     /// The multipliers, a number a row: the start (what is not finite or negative counts as zero), then the result.
     pub gamma: Buffer,
@@ -36,8 +40,8 @@ pub struct DeviceProblem {
 }
 
 impl DeviceProblem {
-    /// Brings a problem to the device, and a start, of which missing numbers are zero. Returns also the order of rows there: the
-    /// place in `problem` of each row.
+    /// Brings a problem to the device, and a start, of which missing numbers are zero. Returns also the order of rows
+    /// there: the place in `problem` of each row.
     ///
     /// # Errors
     /// [`GpuError::Limit`], [`GpuError::OutOfMemory`], [`GpuError::NoF64`].

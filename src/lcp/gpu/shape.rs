@@ -1,8 +1,8 @@
-//! The text of a stage's kernel. Stages that differ only in which vectors and numbers they use have the same shape and share a kernel;
-//! the vectors and numbers are told to the dispatch.
+//! The text of a stage's kernel. Stages that differ only in which vectors and numbers they use have the same shape and
+//! share a kernel; the vectors and numbers are told to the dispatch.
 //!
-//! A kernel made for its stage keeps what one instruction makes for the next in registers. Interpreting the instructions took five to
-//! ten times as long on a software adapter.
+//! A kernel made for its stage keeps what one instruction makes for the next in registers. Interpreting the
+//! instructions took five to ten times as long on a software adapter.
 
 use super::layout::{FIRST_CONSTANT, MOST_NUMBERS, MOST_VECTORS};
 use super::tape::{Action, Stage, Tape, Words};
@@ -12,7 +12,7 @@ use std::fmt::Write as _;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Operand {
     Constant(u64),
-    Told(u32),
+    StageArguments(u32),
 }
 
 /// An instruction over told vectors.
@@ -37,7 +37,7 @@ pub(super) struct Shape {
 
 /// A stage's shape and what it is told.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Told {
+pub(super) struct StageArguments {
     pub shape: Shape,
     pub vectors: Vec<u32>,
     pub numbers: Vec<u32>,
@@ -51,10 +51,10 @@ fn place(of: u32, list: &mut Vec<u32>) -> u32 {
     place as u32
 }
 
-impl Told {
+impl StageArguments {
     /// What a stage of rows or pairs is told; `None` for others.
-    pub fn of(tape: &Tape, stage: &Stage) -> Option<Told> {
-        let mut told = Told::default();
+    pub fn of(tape: &Tape, stage: &Stage) -> Option<StageArguments> {
+        let mut told = StageArguments::default();
         let instructions = |begin: usize, end: usize| &tape.instructions[begin..end];
         match *stage {
             Stage::Rows { begin, end, product, .. } => {
@@ -81,7 +81,7 @@ impl Told {
         let vectors = [a, b, c].map(|vector| place(vector, &mut self.vectors));
         let numbers = [s, t].map(|number| match tape.constants().get((number.wrapping_sub(FIRST_CONSTANT)) as usize) {
             Some(constant) => Operand::Constant(constant.to_bits()),
-            None => Operand::Told(place(number, &mut self.numbers)),
+            None => Operand::StageArguments(place(number, &mut self.numbers)),
         });
         let out = if action.is_sum() { 0 } else { place(out, &mut self.vectors) };
         Line { action, out, vectors, numbers }
@@ -165,7 +165,7 @@ fn told_vector(vector: u32) -> String {
 fn number(operand: Operand, literal: &impl Fn(f64) -> String) -> String {
     match operand {
         Operand::Constant(bits) => literal(f64::from_bits(bits)),
-        Operand::Told(number) => format!("scalars[parameters.numbers[{}][{}]]", number / 4, number % 4),
+        Operand::StageArguments(number) => format!("scalars[parameters.numbers[{}][{}]]", number / 4, number % 4),
     }
 }
 

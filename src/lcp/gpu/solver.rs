@@ -67,8 +67,8 @@ impl Solver {
         self.machine.largest_small = largest;
     }
 
-    /// Solves a problem: `gamma` becomes the solution, or the best iterate found, never worse than the start, and `velocity` belongs to
-    /// it.
+    /// Solves a problem: `gamma` becomes the solution, or the best iterate found, never worse than the start, and
+    /// `velocity` belongs to it.
     ///
     /// # Errors
     /// The fault that the device reported; [`GpuError::Limit`] where the problem is too large for it.

@@ -1,12 +1,13 @@
 //! The tape: what verbs and arithmetic asked for, cut into stages.
 //!
-//! A stage is what can be done without data of other rows: instructions on rows, with the sums over rows that they end in, or one pass over
-//! the bodies. It ends where a product or the small problems of the pairs need whole vectors, and where an instruction needs a number
-//! that the sums made; then the sums are finished and the operations on numbers done.
+//! A stage is what can be done without data of other rows: instructions on rows, with the sums over rows that they end
+//! in, or one pass over the bodies. It ends where a product or the small problems of the pairs need whole vectors, and
+//! where an instruction needs a number that the sums made; then the sums are finished and the operations on numbers
+//! done.
 
 use super::layout::{CONSTANTS, FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS};
 use super::number::{self, Noted, Number, Operation, RING};
-use super::shape::Told;
+use super::shape::StageArguments;
 
 /// What is done on a row, as in `shaders/lcp/instructions.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Hash)]
@@ -280,7 +281,7 @@ impl Tape {
     fn is_full(&self) -> bool {
         match self.stages.last() {
             Some(stage @ (Stage::Rows { begin, end, .. } | Stage::Pairs { begin, end, .. })) if end - begin > FEW => {
-                !Told::of(self, stage).is_some_and(|told| told.has_room())
+                !StageArguments::of(self, stage).is_some_and(|told| told.has_room())
             }
             _ => false,
         }

@@ -120,7 +120,8 @@ trait Rig {
     /// What the verb makes of these vectors: on the CPU, on the device.
     fn vector(&mut self, verb: Verb, vectors: [&[f64]; 3], number: f64) -> [Vec<f64>; 2];
     fn number(&mut self, verb: Verb, vectors: [&[f64]; 3]) -> [f64; 2];
-    /// The natural residual of the pairs' small problems at `y`, with blocks whose diagonals are larger by the part `shift`.
+    /// The natural residual of the pairs' small problems at `y`, with blocks whose diagonals are larger by the part
+    /// `shift`.
     fn unsolved(&self, vectors: [&[f64]; 3], step: f64, shift: f64) -> f64;
 }
 
@@ -167,7 +168,7 @@ fn reduce<V: Verbs>(verbs: &mut V, verb: Verb, x: &V::Vector, y: &V::Vector) -> 
         Verb::Objective => verbs.twice_objective(x, y),
         Verb::Square(metric) => verbs.square(metric, y),
         Verb::InverseSquare(metric) => verbs.inverse_square(metric, y),
-        Verb::Room => verbs.room(x, y),
+        Verb::Room => verbs.ratio_test(x, y),
         Verb::Residual => verbs.residual(x, y),
         _ => unreachable!(),
     }

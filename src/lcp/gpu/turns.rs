@@ -1,5 +1,5 @@
-//! A tape for the one workgroup of a small problem: turns, each of which does rows, pairs, bodies, a product, rows again and a finish,
-//! or nothing for some of these.
+//! A tape for the one workgroup of a small problem: turns, each of which does rows, pairs, bodies, a product, rows
+//! again and a finish, or nothing for some of these.
 
 use super::kernels::SMALL_WORKGROUP;
 use super::tape::{Product, Stage, Tape};

@@ -229,7 +229,7 @@ impl Verbs for Device<'_> {
         self.tape.sum(Action::Triple, [at(x), at(x), inverse])
     }
 
-    fn room(&mut self, x: &Slot, d: &Slot) -> Number {
+    fn ratio_test(&mut self, x: &Slot, d: &Slot) -> Number {
         self.tape.sum(Action::Room, [at(x), at(d), at(d)])
     }
 

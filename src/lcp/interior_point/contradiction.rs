@@ -1,15 +1,16 @@
 //! The proof that rows have no common solution of ordinary size (Farkas).
 //!
-//! If `J v + q >= 0`, then `0 <= y . (J v + q)` for every `y >= 0`, so `-y . q <= sum over bodies |(J^T y)_b| |v_b|`: some body moves by
-//! at least `-y . q / sum |(J^T y)_b|`. Where the rows contradict each other, steps of the multipliers grow along such a `y` with
-//! `J^T y` near zero.
+//! If `J v + q >= 0`, then `0 <= y . (J v + q)` for every `y >= 0`, so `-y . q <= sum over bodies |(J^T y)_b| |v_b|`:
+//! some body moves by at least `-y . q / sum |(J^T y)_b|`. Where the rows contradict each other, steps of the
+//! multipliers grow along such a `y` with `J^T y` near zero.
 
 use super::rows::UnitRows;
 use crate::lcp::product::dot;
 
-/// A solution that moves a body by more than this many times the deepest violation is none: a chain of `n` bodies that push each other
-/// apart moves its ends by `n / 2` violations, and rows that are opposite but for an angle of 1e-3 ask for a thousand. With 1e8, five of
-/// 120 contradictions are given up before they are proven; with 1e6 none is, with 1e5 it takes three steps fewer.
+/// A solution that moves a body by more than this many times the deepest violation is none: a chain of `n` bodies that
+/// push each other apart moves its ends by `n / 2` violations, and rows that are opposite but for an angle of 1e-3 ask
+/// for a thousand. With 1e8, five of 120 contradictions are given up before they are proven; with 1e6 none is, with 1e5
+/// it takes three steps fewer.
 const ORDINARY: f64 = 1e6;
 
 /// What rounding may have left of a sum, in parts of its terms' sizes.

@@ -4,19 +4,20 @@ use super::contradiction;
 use super::normal_matrix::{NormalMatrix, Refused};
 use super::rows::UnitRows;
 
-/// The proximal term: `A + REGULARIZATION` stands for `A` in a step, rows having length one. Measured (November 2026) on the five
-/// stored systems, 700 random ones whose rows repeat, oppose or nearly oppose each other, and 120 contradictory ones: 1e-10, 1e-11 and
-/// 1e-12 take 105, 97 and 95 steps for the stored ones, at most 33, 25 and 23 for one; the others differ by 3 %. At 1e-8 some need three
-/// times the steps, and velocities of nearly parallel rows are off by 3e-7.
+/// The proximal term: `A + REGULARIZATION` stands for `A` in a step, rows having length one. Measured (November 2026)
+/// on the five stored systems, 700 random ones whose rows repeat, oppose or nearly oppose each other, and 120
+/// contradictory ones: 1e-10, 1e-11 and 1e-12 take 105, 97 and 95 steps for the stored ones, at most 33, 25 and 23 for
+/// one; the others differ by 3 %. At 1e-8 some need three times the steps, and velocities of nearly parallel rows are
+/// off by 3e-7.
 const REGULARIZATION: f64 = 1e-12;
 
-/// Where multipliers and slacks start, in units of the violations and what mends them. On the stored systems 1, 3, 10, 30 and 100 take
-/// 134, 103, 95, 98 and 108 steps in all; the small random ones like smaller ones.
+/// Where multipliers and slacks start, in units of the violations and what mends them. On the stored systems 1, 3, 10,
+/// 30 and 100 take 134, 103, 95, 98 and 108 steps in all; the small random ones like smaller ones.
 const START: f64 = 10.0;
 
-/// A step leaves at least and at most this part of the way to the first bound, between them the part by which the predicted step fell
-/// short. Where at most 0.005 or 0.01 is left, some random systems cycle for up to 45 steps, one without end; 0.1 costs a tenth more.
-/// At least 1e-3 costs 5 %, 1e-9 changes nothing.
+/// A step leaves at least and at most this part of the way to the first bound, between them the part by which the
+/// predicted step fell short. Where at most 0.005 or 0.01 is left, some random systems cycle for up to 45 steps, one
+/// without end; 0.1 costs a tenth more. At least 1e-3 costs 5 %, 1e-9 changes nothing.
 const SHORTEST_OF: f64 = 1e-6;
 const LONGEST_OF: f64 = 3e-2;
 

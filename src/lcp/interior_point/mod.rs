@@ -1,14 +1,16 @@
-//! The reference solver: a primal-dual interior-point method in the unknowns of the bodies, for sparse systems of any conditioning.
+//! The reference solver: a primal-dual interior-point method in the unknowns of the bodies, for sparse systems of any
+//! conditioning.
 //!
-//! The LCP's multipliers are those of the strictly convex program `min 1/2 |v|^2` subject to `J v + q >= 0`, whose solution is
-//! `v = J^T gamma`. Steps are Mehrotra's (On the implementation of a primal-dual interior point method, 1992). Each factorizes one matrix `I + J^T W J`, a block a body and a pair (see [`normal_matrix`]), so that the
-//! size of the factor does not grow with rows of the same pair. The proximal term of Friedlander and Orban (A primal-dual
-//! regularized interior-point method for convex quadratic programs, 2012) on the multipliers bounds `W`, so that rows may repeat,
-//! be parallel or opposite without room between them. Rows are scaled to length one first; zero rows are left out and judged by
-//! their gap.
+//! The LCP's multipliers are those of the strictly convex program `min 1/2 |v|^2` subject to `J v + q >= 0`, whose
+//! solution is `v = J^T gamma`. Steps are Mehrotra's (On the implementation of a primal-dual interior point method,
+//! 1992). Each factorizes one matrix `I + J^T W J`, a block a body and a pair (see [`normal_matrix`]), so that the size
+//! of the factor does not grow with rows of the same pair. The proximal term of Friedlander and Orban (A primal-dual
+//! regularized interior-point method for convex quadratic programs, 2012) on the multipliers bounds `W`, so that rows
+//! may repeat, be parallel or opposite without room between them. Rows are scaled to length one first; zero rows are
+//! left out and judged by their gap.
 //!
-//! It takes some 10 to 30 factorizations whatever the conditioning, starts from the violations alone, never from `gamma`, and runs
-//! on one thread.
+//! It takes some 10 to 30 factorizations whatever the conditioning, starts from the violations alone, never from
+//! `gamma`, and runs on one thread.
 
 mod contradiction;
 mod iterate;
@@ -16,7 +18,7 @@ mod normal_matrix;
 mod rows;
 
 use super::cpu::Cpu;
-use super::drive::{Drive, Look, Point};
+use super::drive::{Drive, Point, ResidualSample};
 use super::residual::{of_row, worse};
 use super::verbs::Verbs;
 use super::{Settings, Status};
@@ -24,19 +26,20 @@ use iterate::Iterate;
 use normal_matrix::{NormalMatrix, Refused};
 use rows::UnitRows;
 
-/// Most numbers in the factor, 256 MiB: planar systems of some 200,000 rows. A square lattice with 100,833 rows has 13.9 million, a
-/// colony's system with 3,602 has 0.11 million.
+/// Most numbers in the factor, 256 MiB: planar systems of some 200,000 rows. A square lattice with 100,833 rows has
+/// 13.9 million, a colony's system with 3,602 has 0.11 million.
 const LARGEST_FACTOR: usize = 1 << 25;
 
 /// Most iterations: of some 800 systems of all kinds none took more than 27.
 pub(crate) const MOST_ITERATIONS: u64 = 100;
 
-/// Iterations in which neither the residual nor the infeasibility is halved, after which there is no hope. With 8 or 10,
-/// two to four of 120 contradictions are given up before they are proven; with 15 none; 30 changes nothing.
+/// Iterations in which neither the residual nor the infeasibility is halved, after which there is no hope. With 8 or
+/// 10, two to four of 120 contradictions are given up before they are proven; with 15 none; 30 changes nothing.
 const PATIENCE: u64 = 15;
 
-/// What a solve costs, for [`InteriorPoint::forecast`]: steps, and nanoseconds of one for each multiplication of its factorization and for
-/// each unknown. Steps of five systems of 864 to 12,288 unknowns take 0.8 to 22 ms on one core (November 2026), these numbers 0.6 to 22.
+/// What a solve costs, for [`InteriorPoint::forecast`]: steps, and nanoseconds of one for each multiplication of its
+/// factorization and for each unknown. Steps of five systems of 864 to 12,288 unknowns take 0.8 to 22 ms on one core
+/// (November 2026), these numbers 0.6 to 22.
 const STEPS: f64 = 20.0;
 const NANOSECONDS_OF_A_MULTIPLICATION: f64 = 0.25;
 const NANOSECONDS_OF_AN_UNKNOWN: f64 = 650.0;
@@ -83,7 +86,8 @@ impl<const D: usize> InteriorPoint<D> {
         self.analysed = None;
     }
 
-    /// Nanoseconds that a solve takes, about; none if the factor would be too large. The next solve must be of the same problem.
+    /// Nanoseconds that a solve takes, about; none if the factor would be too large. The next solve must be of the same
+    /// problem.
     pub fn forecast(&mut self, cpu: &Cpu<D>) -> Option<f64> {
         self.rows.rebuild(&cpu.rows());
         let ready = self.matrix.analyse(&self.rows, self.largest_factor);
@@ -93,8 +97,8 @@ impl<const D: usize> InteriorPoint<D> {
         ready.is_ok().then_some(STEPS * step)
     }
 
-    /// Solves; `drive.at.x` becomes the solution, or the best iterate, never worse than it was. Iterations are steps. A start whose residual is at most
-    /// `enough_at_start` is the solution.
+    /// Solves; `drive.at.x` becomes the solution, or the best iterate, never worse than it was. Iterations are steps. A
+    /// start whose residual is at most `enough_at_start` is the solution.
     pub fn run(
         &mut self,
         cpu: &mut Cpu<D>,
@@ -143,7 +147,7 @@ impl<const D: usize> InteriorPoint<D> {
         &mut self,
         cpu: &mut Cpu<D>,
         at: &mut Point<Vec<f64>>,
-        history: &mut Option<Vec<Look>>,
+        history: &mut Option<Vec<ResidualSample>>,
         settings: &Settings,
     ) -> (Status, u64) {
         if self.rows.deepest == 0.0 {
@@ -172,7 +176,7 @@ impl<const D: usize> InteriorPoint<D> {
             }
             if let Some(history) = history {
                 let products = cpu.products() + self.iterate.halves.div_ceil(2);
-                history.push(Look { iterations: iteration, products, residual: now });
+                history.push(ResidualSample { iterations: iteration, products, residual: now });
             }
             if now < self.residual {
                 self.residual = now;
@@ -212,7 +216,8 @@ impl<const D: usize> InteriorPoint<D> {
         self.rows.row.iter().map(share).fold(0.0, worse)
     }
 
-    /// Goes back to the best multipliers, those of open rows set to zero where that leaves them the best, or within the tolerance.
+    /// Goes back to the best multipliers, those of open rows set to zero where that leaves them the best, or within the
+    /// tolerance.
     fn settle(&mut self, cpu: &mut Cpu<D>, at: &mut Point<Vec<f64>>, tolerance: f64) {
         at.x.clone_from(&self.best);
         cpu.gradient(&at.x, &mut at.g);

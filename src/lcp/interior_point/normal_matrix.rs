@@ -1,7 +1,8 @@
 //! The matrix `I + J^T W J` of an iteration, body by body, and its sparse Cholesky factor.
 //!
-//! Its pattern is that of the pairs, so the ordering (approximate minimum degree) and the pattern of the factor are found once a
-//! solve. Columns hold the lower triangle: a body's own block, then one block for each later body that it shares a row with.
+//! Its pattern is that of the pairs, so the ordering (approximate minimum degree) and the pattern of the factor are
+//! found once a solve. Columns hold the lower triangle: a body's own block, then one block for each later body that it
+//! shares a row with.
 
 use super::rows::UnitRows;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -59,8 +60,8 @@ impl<const D: usize> NormalMatrix<D> {
         self.lay_out(rows.bodies, entries);
         let n = D * rows.bodies;
         let pattern = SymbolicSparseColMatRef::new_checked(n, n, &self.column, None, &self.entry);
-        // Blocks of D columns share a pattern: on 256 rods, 1,024 rods and 144 rings factors of dense panels take a third of the time
-        // of others, and no more on larger systems.
+        // Blocks of D columns share a pattern: on 256 rods, 1,024 rods and 144 rings factors of dense panels take a
+        // third of the time of others, and no more on larger systems.
         let parameters = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..CholeskySymbolicParams::default()
@@ -121,7 +122,8 @@ impl<const D: usize> NormalMatrix<D> {
         self.column.push(self.entry.len() as u32);
     }
 
-    /// Multiplications that a factorization takes, about: the squares of the factor's columns. Zero before the patterns are known.
+    /// Multiplications that a factorization takes, about: the squares of the factor's columns. Zero before the patterns
+    /// are known.
     pub fn work(&self) -> f64 {
         let square = |length: usize| (length as f64).powi(2);
         match self.symbolic.as_ref().map(SymbolicCholesky::raw) {

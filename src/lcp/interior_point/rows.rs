@@ -1,4 +1,5 @@
-//! The rows that take part: those of `J` that are not zero, each scaled to length one, between bodies numbered without gaps.
+//! The rows that take part: those of `J` that are not zero, each scaled to length one, between bodies numbered without
+//! gaps.
 
 use crate::lcp::cpu::Rows;
 use crate::lcp::product::{dot, scatter};

@@ -88,9 +88,9 @@ impl Larger {
     }
 }
 
-/// `change = y - x` for `y = argmin over y >= 0 of slope . (y - x) + 1/2 (y - x) . B (y - x)`, by the active set method of Lawson and Hanson
-/// (Solving least squares problems, 1974, chapter 23) started at `max(x, 0)`. The objective never rises; the bound on rounds only
-/// matters to rounding.
+/// `change = y - x` for `y = argmin over y >= 0 of slope . (y - x) + 1/2 (y - x) . B (y - x)`, by the active set method
+/// of Lawson and Hanson (Solving least squares problems, 1974, chapter 23) started at `max(x, 0)`. The objective never
+/// rises; the bound on rounds only matters to rounding.
 pub(super) fn active_set(b: &[f64], x: &[f64], scratch: &mut Scratch) {
     let Scratch { slope, change, target, free, index, factor } = scratch;
     let m = x.len();

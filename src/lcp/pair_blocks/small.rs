@@ -1,16 +1,17 @@
-//! The small problem of one pair, `argmin over y >= 0 of slope . (y - x) + 1/2 (y - x) . B (y - x)`, for pairs of one to eight rows: in
-//! registers, without branches where the answer is the usual one.
+//! The small problem of one pair, `argmin over y >= 0 of slope . (y - x) + 1/2 (y - x) . B (y - x)`, for pairs of one
+//! to eight rows: in registers, without branches where the answer is the usual one.
 //!
-//! The usual answer of a projected step is that the rows stay free that were free in the step before: so it was in 99 of 100 blocks of three
-//! rows and more on the way to the solutions of the stored systems (in 93 to 99 it was the rows with `x > 0`). It is computed first and
-//! checked; block pivoting and the active set method mend it where it is wrong.
+//! The usual answer of a projected step is that the rows stay free that were free in the step before: so it was in 99
+//! of 100 blocks of three rows and more on the way to the solutions of the stored systems (in 93 to 99 it was the rows
+//! with `x > 0`). It is computed first and checked; block pivoting and the active set method mend it where it is wrong.
 
 use super::REGULARIZATION;
 
 /// Rounds of pivoting before the active set method.
 const PIVOTS: usize = 4;
 
-/// A symmetric positive definite matrix of `M` rows. Rows that are zero rows of `A` have an entry 1 on the diagonal, and no slope.
+/// A symmetric positive definite matrix of `M` rows. Rows that are zero rows of `A` have an entry 1 on the diagonal,
+/// and no slope.
 pub(super) trait Block<const M: usize> {
     /// The solution `y` of the small problem for `x >= 0`.
     fn proximal(&mut self, x: [f64; M], slope: [f64; M]) -> [f64; M];
@@ -49,8 +50,8 @@ impl Double {
         Double { matrix: [a, b, c], inverse: [1.0 / a, 1.0 / c], inverse_determinant: 1.0 / (a * c - b * b) }
     }
 
-    /// By its four cases, all computed. Solved for `y - x`: the rounding of large multipliers would otherwise be amplified by the
-    /// near singularity of `B`.
+    /// By its four cases, all computed. Solved for `y - x`: the rounding of large multipliers would otherwise be
+    /// amplified by the near singularity of `B`.
     #[inline]
     fn minimize(&self, x: [f64; 2], slope: [f64; 2]) -> [f64; 2] {
         let [a, b, c] = self.matrix;
@@ -85,21 +86,22 @@ pub(super) struct Packed<const M: usize, const K: usize> {
     matrix: [f64; K],
     /// The rows that were free in the last solution of a projected step, marked by one.
     free: [f64; M],
-    /// With `F` these rows and `C` the others: `B_FF^-1`, `B_CF B_FF^-1` and, not read, a zero. To be multiplied with slopes of free rows.
+    /// With `F` these rows and `C` the others: `B_FF^-1`, `B_CF B_FF^-1` and, not read, a zero. To be multiplied with
+    /// slopes of free rows.
     pivoted: [f64; K],
 }
 
 impl<const M: usize, const K: usize> Block<M> for Packed<M, K> {
-    /// With the free rows of the last step: `y_F = x_F - B_FF^-1 s_F` and the slope of the others there, `s_C - B_CF B_FF^-1 s_F`, where `s`
-    /// is the slope after the others are taken to zero.
+    /// With the free rows of the last step: `y_F = x_F - B_FF^-1 s_F` and the slope of the others there, `s_C - B_CF
+    /// B_FF^-1 s_F`, where `s` is the slope after the others are taken to zero.
     #[inline]
     fn proximal(&mut self, x: [f64; M], slope: [f64; M]) -> [f64; M] {
         let free = self.free;
         let held: [f64; M] = std::array::from_fn(|i| (free[i] - 1.0) * x[i]);
         // Nearly always: rows that stay at zero.
         let none = held.iter().fold(true, |none, held| none & (*held == 0.0));
-        let rise = if none { [0.0; M] } else { times(&self.matrix, held) };
-        let there: [f64; M] = std::array::from_fn(|i| slope[i] + rise[i]);
+        let correction = if none { [0.0; M] } else { times(&self.matrix, held) };
+        let there: [f64; M] = std::array::from_fn(|i| slope[i] + correction[i]);
         let moved: [f64; M] = times(&self.pivoted, std::array::from_fn(|i| free[i] * there[i]));
         let right: [f64; M] = std::array::from_fn(|i| if free[i] > 0.0 { x[i] } else { there[i] } - moved[i]);
         if none_negative(right) { std::array::from_fn(|i| free[i] * right[i]) } else { self.change_rows(x, slope) }
@@ -125,8 +127,8 @@ impl<const M: usize, const K: usize> Packed<M, K> {
     /// What is not negative in a solution: `y` of free rows, the slope there of the others.
     #[inline]
     fn right(&self, free: [f64; M], x: [f64; M], change: [f64; M], slope: [f64; M]) -> [f64; M] {
-        let rise = times(&self.matrix, change);
-        std::array::from_fn(|i| if free[i] > 0.0 { x[i] + change[i] } else { slope[i] + rise[i] })
+        let correction = times(&self.matrix, change);
+        std::array::from_fn(|i| if free[i] > 0.0 { x[i] + change[i] } else { slope[i] + correction[i] })
     }
 
     /// A projected step whose free rows are not those of the last one.
@@ -147,7 +149,8 @@ impl<const M: usize, const K: usize> Packed<M, K> {
         y
     }
 
-    /// Solves `B_FF t = target` for the free rows `F`, marked by one, by a factorization `L D L^T`; zero for the others, marked by zero.
+    /// Solves `B_FF t = target` for the free rows `F`, marked by one, by a factorization `L D L^T`; zero for the
+    /// others, marked by zero.
     #[inline]
     fn solve(&self, free: [f64; M], target: [f64; M]) -> [f64; M] {
         let (mut lower, mut inverse, mut t) = ([[0.0; M]; M], [0.0; M], [0.0; M]);
@@ -177,17 +180,17 @@ impl<const M: usize, const K: usize> Packed<M, K> {
         t
     }
 
-    /// The free rows and the solution by block principal pivoting (Portugal, Judice, Vicente: A comparison of block pivoting and
-    /// interior-point algorithms for linear least squares problems with nonnegative variables, 1994), for a few rounds; what it leaves
-    /// is for the active set method.
+    /// The free rows and the solution by block principal pivoting (Portugal, Judice, Vicente: A comparison of block
+    /// pivoting and interior-point algorithms for linear least squares problems with nonnegative variables, 1994), for
+    /// a few rounds; what it leaves is for the active set method.
     #[cold]
     #[inline(never)]
     fn pivot(&self, x: [f64; M], slope: [f64; M]) -> ([f64; M], [f64; M]) {
         let mut free = x.map(|x| if x > 0.0 { 1.0 } else { 0.0 });
         for _ in 0..PIVOTS {
             let held: [f64; M] = std::array::from_fn(|i| (free[i] - 1.0) * x[i]);
-            let rise = times(&self.matrix, held);
-            let t = self.solve(free, std::array::from_fn(|i| -slope[i] - rise[i]));
+            let correction = times(&self.matrix, held);
+            let t = self.solve(free, std::array::from_fn(|i| -slope[i] - correction[i]));
             let change = std::array::from_fn(|i| held[i] + t[i]);
             let right = self.right(free, x, change, slope);
             if none_negative(right) {
@@ -199,8 +202,8 @@ impl<const M: usize, const K: usize> Packed<M, K> {
         (y.map(|y| if y > 0.0 { 1.0 } else { 0.0 }), y)
     }
 
-    /// The active set method of Lawson and Hanson (Solving least squares problems, 1974, chapter 23) started at `max(x, 0)`. The
-    /// objective never rises; the bound on rounds only matters to rounding.
+    /// The active set method of Lawson and Hanson (Solving least squares problems, 1974, chapter 23) started at `max(x,
+    /// 0)`. The objective never rises; the bound on rounds only matters to rounding.
     #[cold]
     #[inline(never)]
     fn active_set(&self, x: [f64; M], slope: [f64; M]) -> [f64; M] {
@@ -234,10 +237,10 @@ impl<const M: usize, const K: usize> Packed<M, K> {
             for i in 0..M {
                 change[i] = if free[i] { target[i] } else { change[i] };
             }
-            let rise = times(&self.matrix, change);
+            let correction = times(&self.matrix, change);
             let (mut least, mut steepest) = (0.0, M);
             for i in 0..M {
-                let here = (slope[i] + rise[i]) / self.matrix[at(i, i)].sqrt();
+                let here = (slope[i] + correction[i]) / self.matrix[at(i, i)].sqrt();
                 (least, steepest) = if !free[i] && here < least { (here, i) } else { (least, steepest) };
             }
             if steepest == M {
@@ -314,8 +317,8 @@ mod tests {
         (sum, size)
     }
 
-    /// As good as the active set method of the larger blocks, both ways, and never negative. Steps follow each other as in a solve:
-    /// the free rows of the last one are remembered.
+    /// As good as the active set method of the larger blocks, both ways, and never negative. Steps follow each other as
+    /// in a solve: the free rows of the last one are remembered.
     fn agrees<const M: usize, B: Block<M>>(make: impl Fn(&dyn Fn(usize, usize) -> f64) -> B) {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(M as u64);
         let mut uniform = || rng.random::<f64>() - 0.5;

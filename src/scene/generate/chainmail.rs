@@ -1,18 +1,19 @@
 //! A sheet of interlaced rings, as European four-in-one mail is woven.
 //!
-//! Centres are on a square lattice of the x-y plane. Every ring is tilted about the diagonal `(1, 1, 0)`, by plus [`TILT`] where
-//! column + row is even and by minus where it is odd, so that each ring is linked with its four neighbours and with no other.
+//! Centres are on a square lattice of the x-y plane. Every ring is tilted about the diagonal `(1, 1, 0)`, by plus
+//! [`TILT`] where column + row is even and by minus where it is odd, so that each ring is linked with its four
+//! neighbours and with no other.
 
 use crate::bodies::Bodies;
 use crate::separation::Placed;
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
 
-/// Lattice spacing over the major radius. Rings of equal tilt that are neighbours on the diagonal lie in one plane and need a wide spacing:
-/// their centrelines are `sqrt(2) SPACING - 2` major radii apart. Linked rings need a narrow one.
+/// Lattice spacing over the major radius. Rings of equal tilt that are neighbours on the diagonal lie in one plane and
+/// need a wide spacing: their centrelines are `sqrt(2) SPACING - 2` major radii apart. Linked rings need a narrow one.
 const SPACING: f64 = 1.6;
-/// Tilt in radians. A search over spacing and tilt (0.002 and half a degree apart) found the two limits balanced here: no two centrelines
-/// are nearer than 0.2627 major radii, the most that this weave allows.
+/// Tilt in radians. A search over spacing and tilt (0.002 and half a degree apart) found the two limits balanced here:
+/// no two centrelines are nearer than 0.2627 major radii, the most that this weave allows.
 const TILT: f64 = 0.45;
 /// Largest minor radius over the major radius: between surfaces 0.0227 major radii are left.
 pub(in super::super) const MAX_RING_RATIO: f64 = 0.12;

@@ -1,4 +1,5 @@
-//! Random sequential placement: uniform centres, isotropic rotations, a draw that overlaps an earlier body is drawn again.
+//! Random sequential placement: uniform centres, isotropic rotations, a draw that overlaps an earlier body is drawn
+//! again.
 
 use super::super::error::{FaultKind, SceneError};
 use super::occupied::{Occupied, capsule, capsule_of};
@@ -75,7 +76,8 @@ fn place(
     })
 }
 
-/// Sides of the box (in a planar scene, of the rectangle) that the centres are in: the periods, and along axes without one the same for all.
+/// Sides of the box (in a planar scene, of the rectangle) that the centres are in: the periods, and along axes without
+/// one the same for all.
 fn sides(order: &Order, periods: Periods) -> DVec3 {
     let whole = order.count as f64 * volume(&order.shape, order.planar) / order.volume_fraction;
     let open = |axis: usize| periods.lengths()[axis].is_none() && !(order.planar && axis == 2);
@@ -113,9 +115,11 @@ fn rotation(random: &mut ChaCha8Rng) -> DQuat {
     DQuat::from_xyzw(x, y, scale * z, scale * w).normalize()
 }
 
-/// Largest volume fraction of bounding capsules that random placement is asked for, by their length over their diameter.
+/// Largest volume fraction of bounding capsules that random placement is asked for, by their length over their
+/// diameter.
 ///
-/// Tried with 4,000 bodies, until one needed more than 1,500 draws: 0.32 at aspect 1, 0.30 at 2, 0.27 at 3, 0.23 at 5, 0.18 at 10 and 0.10 at
+/// Tried with 4,000 bodies, until one needed more than 1,500 draws: 0.32 at aspect 1, 0.30 at 2, 0.27 at 3, 0.23 at 5,
+/// 0.18 at 10 and 0.10 at
 /// 20. This curve stays below all of them.
 fn capsule_fraction(aspect: f64) -> f64 {
     2.4 / (aspect + 6.5)

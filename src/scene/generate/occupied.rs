@@ -8,9 +8,10 @@ use std::collections::{BTreeMap, HashMap};
 
 /// A capsule that holds a shape, for the search for a free place, and its axis in the shape's body axes.
 ///
-/// It is the body itself for spheres and spherocylinders. For an ellipsoid it has the longest radius for its half length and the middle
-/// one for its radius, which holds the ellipsoid because the end's radius of curvature, at most `b^2 / c`, is not above `b`.
-/// For a ring or a custom shape it is the bounding sphere, so that rings do not interlock by chance.
+/// It is the body itself for spheres and spherocylinders. For an ellipsoid it has the longest radius for its half
+/// length and the middle one for its radius, which holds the ellipsoid because the end's radius of curvature, at most
+/// `b^2 / c`, is not above `b`. For a ring or a custom shape it is the bounding sphere, so that rings do not interlock
+/// by chance.
 pub(super) fn capsule_of(shape: &Shape) -> (Shape, DVec3) {
     match *shape {
         Shape::Sphere { .. } | Shape::Spherocylinder { .. } => (*shape, DVec3::Z),

@@ -122,15 +122,15 @@ impl Scene {
         }
         let population = self.final_population();
         if population > MAX_BODIES as f64 {
-            let message = format!("the cells would be {population:.1e} by then; at most {MAX_BODIES}");
+            let message = format!("growth would reach {population:.1e} cells; the limit is {MAX_BODIES}");
             return Err(SceneError::new(FaultKind::TooLarge, "time.end", message));
         }
         Ok(())
     }
 
-    /// Bodies at the end of the run, from exponential growth alone: a cell of length `L` becomes `2^k` cells with
-    /// `k` the least for which `L exp(rate T) / 2^k` is below the division length; with noise at the most. Where the run stops before, it is at
-    /// most twice the population that it stops at.
+    /// Bodies at the end of the run, from exponential growth alone: a cell of length `L` becomes `2^k` cells with `k`
+    /// the least for which `L exp(rate T) / 2^k` is below the division length; with noise at the most. Where the run
+    /// stops before, it is at most twice the population that it stops at.
     fn final_population(&self) -> f64 {
         let Some(growth) = &self.growth else { return self.body_count() as f64 };
         let stop = growth.stop.unwrap_or_default();

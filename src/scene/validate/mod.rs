@@ -1,6 +1,7 @@
 //! What a scene must satisfy beyond its types, and the limits of a run.
 //!
-//! Every rule names its key. Starting bodies may overlap, even be concentric: the first step parts them. They may not reach past a wall.
+//! Every rule names its key. Starting bodies may overlap, even be concentric: the first step parts them. They may not
+//! reach past a wall.
 
 mod bodies;
 mod forces;
@@ -16,9 +17,11 @@ use super::{Dump, DumpWhen, Dynamics, MEASURES, Scene};
 use crate::shape;
 use crate::step::MOST_DUMPED;
 
-/// Most bodies of a scene. A body's state is about 200 bytes and its contacts some ten times that, so this many need tens of gigabytes.
+/// Most bodies of a scene. A body's state is about 200 bytes and its contacts some ten times that, so this many need
+/// tens of gigabytes.
 pub const MAX_BODIES: u64 = 1 << 24;
-/// Most steps of a run: at a microsecond a step, eleven days; and step numbers times `dt` keep four digits below a step.
+/// Most steps of a run: at a microsecond a step, eleven days; and step numbers times `dt` keep four digits below a
+/// step.
 pub const MAX_STEPS: f64 = 1e12;
 /// Most recorded states of a run; each is at least one file.
 pub const MAX_STATES: f64 = 1e6;
@@ -32,9 +35,11 @@ pub const SMALLEST_QUATERNION: f64 = 1e-6;
 const MAX_NAME_BYTES: usize = 128;
 
 impl Scene {
-    /// Whether this scene can be run: numbers finite and in range, sizes positive, settings possible alone and together.
+    /// Whether this scene can be run: numbers finite and in range, sizes positive, settings possible alone and
+    /// together.
     ///
-    /// Scenes that were read are already validated; a scene built in code is validated by this (and by [`Scene::build`]).
+    /// Scenes that were read are already validated; a scene built in code is validated by this (and by
+    /// [`Scene::build`]).
     ///
     /// # Errors
     /// [`SceneError`] with the key of the first fault found; its place is known only to the reader.

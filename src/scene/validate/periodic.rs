@@ -1,4 +1,5 @@
-//! The rules of periodic scenes: that bodies meet at one image only, and that all else of the scene has the same periods.
+//! The rules of periodic scenes: that bodies meet at one image only, and that all else of the scene has the same
+//! periods.
 
 use super::super::error::{FaultKind, SceneError};
 use super::super::generate::isotropic_volume;
@@ -9,8 +10,8 @@ use crate::periodic::Periods;
 use crate::separation::Surface;
 use crate::shape::Shape;
 
-/// How far the volume fraction of a rule that fills a whole cell may be from what count and cell make of it, as a part of that: enough to write it
-/// with two digits and more.
+/// How far the volume fraction of a rule that fills a whole cell may be from what count and cell make of it, as a part
+/// of that: enough to write it with two digits and more.
 const FRACTION_SLACK: f64 = 0.02;
 
 /// The names of the axes.

@@ -1,9 +1,12 @@
-//! Separations from surfaces in WGSL: surfaces as numbers, and the fragments of a kernel that looks at one place of a body.
+//! Separations from surfaces in WGSL: surfaces as numbers, and the fragments of a kernel that looks at one place of a
+//! body.
 //!
 //! In the kernel are the functions
 //!
-//! * `surface_at(index)`, `offset_from(surface, cell, remainder)` and `gap_of(surface, offset)`, the gap of a point on the lattice;
-//! * with the shapes, `separate_place(surface, offset, body, place) -> Separation`, as [`Surface::places`] has it; HUGE where there is no such place.
+//! * `surface_at(index)`, `offset_from(surface, cell, remainder)` and `gap_of(surface, offset)`, the gap of a point on
+//!   the lattice;
+//! * with the shapes, `separate_place(surface, offset, body, place) -> Separation`, as [`Surface::places`] has it; HUGE
+//!   where there is no such place.
 //!
 //! Surfaces are read from an array `surfaces: array<vec4r>`, [`SURFACE_VECTORS`] each.
 
@@ -20,17 +23,20 @@ pub const SURFACE_VECTORS: usize = 9;
 /// A unit of offsets is so many pitches, as powers of two: between half a thickness and one.
 const UNIT_BITS: u32 = 10;
 
-/// Unit vectors are multiples of `2^-COARSE_BITS` and what is left. Offsets on the lattice are of at most 2^21 units, so that what is left makes at most
-/// two units, and its rounding two of a unit; 32 bits hold sums of up to 2^12 units and tell them apart with 2^11 to spare for an estimate in floats.
+/// Unit vectors are multiples of `2^-COARSE_BITS` and what is left. Offsets on the lattice are of at most 2^21 units,
+/// so that what is left makes at most two units, and its rounding two of a unit; 32 bits hold sums of up to 2^12 units
+/// and tell them apart with 2^11 to spare for an estimate in floats.
 const COARSE_BITS: u32 = 20;
 
 /// A cell in two parts, the lower of 12 bits, so that 32-bit floats hold both.
 const CELL_BITS: u32 = 12;
 
-/// Radii in units at most, 2^22: farther than any two points of the lattice are apart, so that no body comes near a larger one.
+/// Radii in units at most, 2^22: farther than any two points of the lattice are apart, so that no body comes near a
+/// larger one.
 const LARGEST_RADIUS: f64 = 4_194_304.0;
 
-/// Differences of squares under this, in squares of units, are exact in 32 bits, with as much to spare for an estimate in floats.
+/// Differences of squares under this, in squares of units, are exact in 32 bits, with as much to spare for an estimate
+/// in floats.
 const LARGEST_SQUARE: f64 = 1_073_741_824.0;
 
 /// The families of shapes that a kernel is to know, by their tags.

@@ -1,7 +1,9 @@
-//! A strictly convex shape of one's own, given by its support function's gradient: for each outward normal the surface point that has it.
+//! A strictly convex shape of one's own, given by its support function's gradient: for each outward normal the surface
+//! point that has it.
 //!
-//! [`Convex::new`] looks at the function in a few ten thousand normals: it refuses what is no smooth, strictly convex body about the origin, and
-//! measures once what a simulation asks of a shape. See `sample` for what is looked at, and `moments` for volume and inertia.
+//! [`Convex::new`] looks at the function in a few ten thousand normals: it refuses what is no smooth, strictly convex
+//! body about the origin, and measures once what a simulation asks of a shape. See `sample` for what is looked at, and
+//! `moments` for volume and inertia.
 
 mod error;
 mod moments;
@@ -15,14 +17,17 @@ use sample::Samples;
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A smooth, strictly convex body that holds the origin: its centre of mass, with the body's axes as principal axes of inertia.
+/// A smooth, strictly convex body that holds the origin: its centre of mass, with the body's axes as principal axes of
+/// inertia.
 ///
-/// A closure from the normal to the point is one. Where `h` is the support function, the point is its gradient; `h(n) = n . y(n)`, so that nothing
-/// else is needed. Sums of such functions are bodies too (Minkowski sums), which makes rounded ones easily:
-/// ellipsoids' points `M M^T n / |M^T n|` added up, say. Where a body has no curvature at a point, as a superellipsoid on its axes, contact points near it are
-/// known to the root of rounding that the point changes with there, separations as elsewhere.
+/// A closure from the normal to the point is one. Where `h` is the support function, the point is its gradient; `h(n) =
+/// n . y(n)`, so that nothing else is needed. Sums of such functions are bodies too (Minkowski sums), which makes
+/// rounded ones easily: ellipsoids' points `M M^T n / |M^T n|` added up, say. Where a body has no curvature at a point,
+/// as a superellipsoid on its axes, contact points near it are known to the root of rounding that the point changes
+/// with there, separations as elsewhere.
 pub trait SupportFunction: Send + Sync {
-    /// The surface point whose outward normal is the unit vector `n`, both in body axes. The same `n` must always give the same point.
+    /// The surface point whose outward normal is the unit vector `n`, both in body axes. The same `n` must always give
+    /// the same point.
     fn point(&self, n: DVec3) -> DVec3;
 
     /// The volume, where it is known better than [`Convex::new`] measures it.
@@ -30,7 +35,8 @@ pub trait SupportFunction: Send + Sync {
         None
     }
 
-    /// The moments of inertia about the body's axes per unit density, where they are known better than [`Convex::new`] measures them.
+    /// The moments of inertia about the body's axes per unit density, where they are known better than [`Convex::new`]
+    /// measures them.
     fn unit_inertia(&self) -> Option<DVec3> {
         None
     }
@@ -42,8 +48,8 @@ impl<F: Fn(DVec3) -> DVec3 + Send + Sync> SupportFunction for F {
     }
 }
 
-/// A custom shape that has been looked at: the handle that [`Shape::Convex`](super::Shape::Convex) holds. It is as small as a reference, and two are
-/// equal where they come from one call of [`Convex::new`].
+/// A custom shape that has been looked at: the handle that [`Shape::Convex`](super::Shape::Convex) holds. It is as
+/// small as a reference, and two are equal where they come from one call of [`Convex::new`].
 #[derive(Clone, Copy)]
 pub struct Convex(&'static Measured);
 
@@ -64,12 +70,12 @@ static NEXT_ID: AtomicU64 = AtomicU64::new(0);
 impl Convex {
     /// Looks at a support function and keeps it.
     ///
-    /// The function, and the numbers that are measured, are kept as long as the program runs, so that a shape stays a plain value: make a shape once,
-    /// not once a body.
+    /// The function, and the numbers that are measured, are kept as long as the program runs, so that a shape stays a
+    /// plain value: make a shape once, not once a body.
     ///
     /// # Errors
-    /// A [`ConvexError`] where the function is seen to be none of a smooth, strictly convex body about its centre of mass. What lies between the
-    /// normals looked at is not seen.
+    /// A [`ConvexError`] where the function is seen to be none of a smooth, strictly convex body about its centre of
+    /// mass. What lies between the normals looked at is not seen.
     ///
     /// ```
     /// use glam::DVec3;
@@ -151,7 +157,8 @@ impl Convex {
         self.0.unit_inertia
     }
 
-    /// A length that is under every radius of curvature of the surface, as far as was seen: half the least one between the normals looked at.
+    /// A length that is under every radius of curvature of the surface, as far as was seen: half the least one between
+    /// the normals looked at.
     #[inline]
     pub(crate) fn roundness(&self) -> f64 {
         self.0.roundness
@@ -170,7 +177,8 @@ impl Convex {
         DVec3::new(farther(axes.x_axis), farther(axes.y_axis), farther(axes.z_axis))
     }
 
-    /// Whether the plane through the origin at right angles to the z of space mirrors it, as far as the normals looked at tell.
+    /// Whether the plane through the origin at right angles to the z of space mirrors it, as far as the normals looked
+    /// at tell.
     pub(super) fn is_planar_symmetric(&self, orientation: DQuat) -> bool {
         let axis = orientation.inverse() * DVec3::Z;
         let mirrored = |n: DVec3| n - 2.0 * axis.dot(n) * axis;

@@ -1,16 +1,17 @@
-//! Volume, centre of mass and inertia of the polyhedron whose corners are the points looked at, and of the body by Richardson's extrapolation: the
-//! polyhedron's error falls with the square of the grid's step, so that four thirds of it less a third of that of the half as fine one leave an error of
-//! fourth order.
+//! Volume, centre of mass and inertia of the polyhedron whose corners are the points looked at, and of the body by
+//! Richardson's extrapolation: the polyhedron's error falls with the square of the grid's step, so that four thirds of
+//! it less a third of that of the half as fine one leave an error of fourth order.
 //!
-//! Of ellipsoids of any aspect ratio volume and moments are exact to 4e-6 of themselves; of dice of half side 1.2 rounded over 0.3, 0.1 and 0.05 to 7e-6, 5e-5
-//! and 4e-4.
+//! Of ellipsoids of any aspect ratio volume and moments are exact to 4e-6 of themselves; of dice of half side 1.2
+//! rounded over 0.3, 0.1 and 0.05 to 7e-6, 5e-5 and 4e-4.
 
 use super::sample::{FREQUENCY, Samples, number, octant};
 use super::{ConvexError, SupportFunction};
 use glam::{DMat3, DVec3};
 
-/// How far from the origin the centre of mass may be, as a part of the bounding radius, and how large the products of inertia, as a part of the sum of
-/// the moments. Errors of this kind are gross: the sampled centre of an egg is known to 1e-6.
+/// How far from the origin the centre of mass may be, as a part of the bounding radius, and how large the products of
+/// inertia, as a part of the sum of the moments. Errors of this kind are gross: the sampled centre of an egg is known
+/// to 1e-6.
 const CENTRED: f64 = 1e-3;
 /// By what part a volume or moment of the function's own may differ from what is measured.
 const GIVEN: f64 = 1e-2;
@@ -24,7 +25,8 @@ struct Integrals {
 }
 
 impl Samples {
-    /// Volume and moments of inertia per unit density, refused where the body is off its centre or its axes, or where the function says otherwise.
+    /// Volume and moments of inertia per unit density, refused where the body is off its centre or its axes, or where
+    /// the function says otherwise.
     pub fn moments(&self, function: &dyn SupportFunction, size: f64) -> Result<(f64, DVec3), ConvexError> {
         let Integrals { volume, first, second } = self.extrapolated();
         let centre = first / volume;

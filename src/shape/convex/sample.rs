@@ -1,7 +1,8 @@
 //! The normals that a support function is looked at with, and what they tell of the body.
 //!
-//! The normals are those of points spread over the box-fitting ellipsoid, `n ~ u / e` with `e` the body's half widths along its axes and `u` on an
-//! octahedron's grid, blown up to the sphere: so the points of a slender body are as evenly spread as a round one's.
+//! The normals are those of points spread over the box-fitting ellipsoid, `n ~ u / e` with `e` the body's half widths
+//! along its axes and `u` on an octahedron's grid, blown up to the sphere: so the points of a slender body are as
+//! evenly spread as a round one's.
 
 use super::{ConvexError, SupportFunction};
 use glam::{DVec2, DVec3};
@@ -10,17 +11,19 @@ use glam::{DVec2, DVec3};
 pub(super) const FREQUENCY: usize = 48;
 /// The same of the grid whose points are all compared with one another: 360.
 const COARSE: usize = 8;
-/// By how much of the body's size a point may lie farther than the one whose normal it is: rounding of a function of some ten operations is under 1e-14.
+/// By how much of the body's size a point may lie farther than the one whose normal it is: rounding of a function of
+/// some ten operations is under 1e-14.
 const FARTHER: f64 = 1e-11;
 /// Halvings of the angle between two normals that a jump is looked for with: it is then 3e-14.
 const HALVINGS: usize = 40;
-/// A jump, as a part of the size. After the halvings the point of a superellipsoid of degree 4, whose curvature is zero where it meets the axes, has
-/// moved by 3e-5, that of any body with a greater curvature by less.
+/// A jump, as a part of the size. After the halvings the point of a superellipsoid of degree 4, whose curvature is zero
+/// where it meets the axes, has moved by 3e-5, that of any body with a greater curvature by less.
 const JUMP: f64 = 1e-3;
-/// A radius of curvature between neighbouring normals, as a part of the size, under which there is a corner: the least of an ellipsoid of the greatest
-/// aspect ratio is 1e-6.
+/// A radius of curvature between neighbouring normals, as a part of the size, under which there is a corner: the least
+/// of an ellipsoid of the greatest aspect ratio is 1e-6.
 const SHARP: f64 = 1e-9;
-/// Farthest points that the search for the farthest of all starts from, its rounds at most, and the gain, as a part, that ends it.
+/// Farthest points that the search for the farthest of all starts from, its rounds at most, and the gain, as a part,
+/// that ends it.
 const STARTS: usize = 100;
 const ROUNDS: usize = 200;
 const GAIN: f64 = 1e-15;
@@ -41,8 +44,8 @@ pub(super) fn octant(face: usize) -> DVec3 {
     DVec3::new(sign(1), sign(2), sign(4))
 }
 
-/// The normals of a grid with `frequency` intervals along an edge of the octahedron, stretched for a body with these half widths: face by face, in
-/// rows of falling length.
+/// The normals of a grid with `frequency` intervals along an edge of the octahedron, stretched for a body with these
+/// half widths: face by face, in rows of falling length.
 pub(super) fn directions(frequency: usize, half_widths: DVec3) -> impl Iterator<Item = DVec3> {
     let of_face = move |face: usize| {
         let rows = (0..=frequency).flat_map(move |i| (0..=frequency - i).map(move |j| [i, j, frequency - i - j]));
@@ -145,7 +148,8 @@ impl Samples {
             if radius.abs() <= SHARP * self.size {
                 return Err(ConvexError::Sharp { normal: n.to_array() });
             }
-            // Points that change so fast that differences tell no matrix, as a superellipsoid's on the axes, are not where it is most curved.
+            // Points that change so fast that differences tell no matrix, as a superellipsoid's on the axes, are not
+            // where it is most curved.
             if radius > 0.0 {
                 least = least.min(radius);
             }
@@ -168,8 +172,8 @@ impl Samples {
         (0..self.points.len()).map(width).fold(f64::INFINITY, f64::min)
     }
 
-    /// The greatest distance of all from the origin: from each of the farthest points seen, the point in the direction of the point is as far or
-    /// farther.
+    /// The greatest distance of all from the origin: from each of the farthest points seen, the point in the direction
+    /// of the point is as far or farther.
     pub fn bounding_radius(&self, function: &dyn SupportFunction) -> f64 {
         let mut starts = self.points.clone();
         starts.sort_by(|a, b| b.length().total_cmp(&a.length()));
@@ -197,8 +201,8 @@ fn edges() -> impl Iterator<Item = [usize; 2]> {
     })
 }
 
-/// The angle over which curvatures are taken, for a body whose largest size is so many times the smallest: they change over an angle of one over that.
-/// Central differences of a round body's points are then good to 1e-10.
+/// The angle over which curvatures are taken, for a body whose largest size is so many times the smallest: they change
+/// over an angle of one over that. Central differences of a round body's points are then good to 1e-10.
 pub(super) fn curvature_step(aspect: f64) -> f64 {
     1e-5 / aspect
 }
@@ -208,10 +212,12 @@ const TURNS: usize = 3;
 /// The largest element beside the diagonal that is left after them, over the geometric mean of the diagonal.
 const LEFT: f64 = 0.5;
 
-/// The Hessian of the support function across `n` in a tangent basis, as (11, 12, 22), by central differences of the point.
+/// The Hessian of the support function across `n` in a tangent basis, as (11, 12, 22), by central differences of the
+/// point.
 ///
-/// A convex body's is definite. Differences are not where the point changes like a root of the normal, as a superellipsoid's on its axes: a direction
-/// at an angle to that change has nearly all of it. They are then taken again in the directions in which the matrix is diagonal.
+/// A convex body's is definite. Differences are not where the point changes like a root of the normal, as a
+/// superellipsoid's on its axes: a direction at an angle to that change has nearly all of it. They are then taken again
+/// in the directions in which the matrix is diagonal.
 pub(super) fn hessian(function: &dyn SupportFunction, n: DVec3, basis: (DVec3, DVec3), step: f64) -> (f64, f64, f64) {
     let mut turn = DVec2::X;
     let mut found = differences(function, n, basis, step);

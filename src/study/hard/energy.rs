@@ -1,4 +1,5 @@
-//! Energy that comes from nowhere: contact takes energy, and forces with a potential give none that they do not take back.
+//! Energy that comes from nowhere: contact takes energy, and forces with a potential give none that they do not take
+//! back.
 
 use crate::bodies::Bodies;
 use crate::scene::{Dynamics, Force, Scene};

@@ -1,4 +1,5 @@
-//! What must hold in every step of a case: links stay, no body passes another, momentum is kept, contact adds no energy.
+//! What must hold in every step of a case: links stay, no body passes another, momentum is kept, contact adds no
+//! energy.
 
 use super::energy::{Energy, of_motion, turning};
 use super::verdict::Measure;
@@ -18,7 +19,8 @@ pub enum Law {
     InOrder,
     /// The momentum of all bodies together.
     Momentum,
-    /// Contact adds no kinetic energy beyond the work that parts what overlapped, within the tolerance, at the step's start.
+    /// Contact adds no kinetic energy beyond the work that parts what overlapped, within the tolerance, at the step's
+    /// start.
     Energy,
     /// All energy together, that of gravity and the like too, never grows.
     NoGain,
@@ -26,13 +28,15 @@ pub enum Law {
     Spin,
 }
 
-/// Of the most energy of motion. The cases are at 6e-6 at most, and one with a scheme that gains energy is over 1 in some steps.
+/// Of the most energy of motion. The cases are at 6e-6 at most, and one with a scheme that gains energy is over 1 in
+/// some steps.
 const GAIN_BOUND: f64 = 1e-2;
 /// Some rounding a step, over a thousand steps.
 const SPIN_BOUND: f64 = 1e-10;
 /// A momentum is a sum of about a hundred terms, changed by a solve's sums in each of a hundred steps.
 const MOMENTUM_ROUNDING: f64 = 1e-12;
-/// Of the energy at the start. A contact that closes may add the square of a step's gyroscopic change of velocity (`docs/timestep.md`): 1.1e-9 in the case of 27 ellipsoids.
+/// Of the energy at the start. A contact that closes may add the square of a step's gyroscopic change of velocity
+/// (`docs/timestep.md`): 1.1e-9 in the case of 27 ellipsoids.
 const ENERGY_BOUND: f64 = 1e-8;
 
 /// The worst so far.
@@ -93,7 +97,8 @@ impl Watch {
         energy.gain().unwrap_or(f64::NAN)
     }
 
-    /// Kinetic energy after the step's contact less that of the same step without it, less the work that parts overlaps.
+    /// Kinetic energy after the step's contact less that of the same step without it, less the work that parts
+    /// overlaps.
     fn energy_gain(&mut self, before: &Bodies, simulation: &Simulation) -> f64 {
         let (Ok(state), Dynamics::Inertial { density }) = (simulation.state(), simulation.scene().dynamics) else {
             return f64::NAN;
@@ -132,7 +137,8 @@ fn momentum_change(before: &Bodies, after: &Bodies) -> f64 {
     change.length() / all
 }
 
-/// Whether bodies that stand in each other's way along x stand there in their order: one that was squeezed out sideways stands in nobody's.
+/// Whether bodies that stand in each other's way along x stand there in their order: one that was squeezed out sideways
+/// stands in nobody's.
 fn in_order(bodies: &Bodies) -> bool {
     (1..bodies.len()).all(|b| {
         let between = bodies.position[b] - bodies.position[b - 1];
@@ -154,7 +160,8 @@ fn link(bodies: &Bodies, a: usize, b: usize) -> bool {
     };
     let axis = bodies.orientation[a] * DVec3::Z;
     let offset = bodies.position[b] - bodies.position[a];
-    // Points of b's centreline are offset + R (cos t u + sin t v); they cross the plane of a where p cos t + q sin t = r.
+    // Points of b's centreline are offset + R (cos t u + sin t v); they cross the plane of a where p cos t + q sin t =
+    // r.
     let (u, v) = (bodies.orientation[b] * DVec3::X, bodies.orientation[b] * DVec3::Y);
     let [p, q, r] = [major_radius * axis.dot(u), major_radius * axis.dot(v), -axis.dot(offset)];
     let amplitude = p.hypot(q);

@@ -1,8 +1,9 @@
-//! Numerical stability on hard cases: small scenes of the kinds that break contact codes, each run for some steps by the default method on
-//! the CPU and audited from its accepted states alone.
+//! Numerical stability on hard cases: small scenes of the kinds that break contact codes, each run for some steps by
+//! the default method on the CPU and audited from its accepted states alone.
 //!
-//! The rules of a verdict are in [`judge`]: it fails where an accepted step is over its tolerance although the run was to stop there, a state is not finite, the program panics, a step leaves more overlap than it
-//! says, a solve claims a tolerance that it missed, or a law or an invariance is broken beyond its bound; it is "reported" where the program
+//! The rules of a verdict are in [`judge`]: it fails where an accepted step is over its tolerance although the run was
+//! to stop there, a state is not finite, the program panics, a step leaves more overlap than it says, a solve claims a
+//! tolerance that it missed, or a law or an invariance is broken beyond its bound; it is "reported" where the program
 //! itself says that a step or a solve missed its tolerance, refuses the scene, or stops with a typed error.
 
 mod cases;
@@ -20,7 +21,7 @@ pub use laws::Law;
 pub use run::{End, Figures, Run, follow, follow_on};
 pub use same::Change;
 pub use start::{Pull, Start};
-pub use verdict::{Against, Measure, Verdict, judge, weigh};
+pub use verdict::{Finding, Measure, Verdict, judge, weigh};
 
 use super::StudyError;
 use super::table::csv_table;

@@ -84,8 +84,8 @@ pub struct Run {
     pub bodies: Bodies,
 }
 
-/// The overlap that a step reports and the one that is recomputed may differ by so many roundings of the largest coordinate and size: both
-/// sum a few terms of that magnitude.
+/// The overlap that a step reports and the one that is recomputed may differ by so many roundings of the largest
+/// coordinate and size: both sum a few terms of that magnitude.
 const ROUNDINGS: f64 = 64.0;
 
 /// Takes `steps` steps on the CPU. `seen` is shown the bodies before each, and the simulation after it.
@@ -93,8 +93,8 @@ pub fn follow(start: &Start, steps: u64, seen: impl FnMut(&Bodies, &Simulation))
     follow_on(&Compute::Cpu, start, [steps, u64::MAX], seen)
 }
 
-/// As [`follow`], computed by what `compute` says, to the scene's end at most. A run ends at the step that leaves more than the tolerance for
-/// the `over`th time.
+/// As [`follow`], computed by what `compute` says, to the scene's end at most. A run ends at the step that leaves more
+/// than the tolerance for the `over`th time.
 pub fn follow_on(
     compute: &Compute,
     start: &Start,

@@ -29,7 +29,8 @@ pub enum Change {
 const STEPS: u64 = 5;
 /// So well solved, differences that are left are of rounding.
 const FINE: f64 = 1e-12;
-/// The most by which results may differ that are so well solved, in lengths of the scene's size 1. Coordinates of 1e6 have spacings of 1e-10.
+/// The most by which results may differ that are so well solved, in lengths of the scene's size 1. Coordinates of 1e6
+/// have spacings of 1e-10.
 const FINE_BOUND: f64 = 1e-8;
 /// With the default settings: what a step may leave of overlap, in each.
 const DEFAULT_BOUND: f64 = STEPS as f64 * 1e-5;
@@ -100,7 +101,8 @@ impl Change {
                     pull.centre = turned * pull.centre + DVec3::from(by);
                 }
             }
-            // The same stiffness moves bodies of s times the length, which have s times the drag, at s/s the speed: dt goes with lengths.
+            // The same stiffness moves bodies of s times the length, which have s times the drag, at s/s the speed: dt
+            // goes with lengths.
             Change::Units(s) => {
                 let scene = &mut start.scene;
                 scene.bodies.iter_mut().for_each(|body| scale(body, s));
@@ -117,7 +119,8 @@ impl Change {
         start
     }
 
-    /// The farthest that the centre or a point a length beside it is from where it should be, in lengths of the unchanged scene.
+    /// The farthest that the centre or a point a length beside it is from where it should be, in lengths of the
+    /// unchanged scene.
     fn farthest(self, plain: &Bodies, changed: &Bodies) -> f64 {
         let (turned, by, s) = match self {
             Change::Order(_) => (DQuat::IDENTITY, DVec3::ZERO, 1.0),

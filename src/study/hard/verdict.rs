@@ -41,16 +41,16 @@ impl Verdict {
 
 /// Something that speaks against a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Against {
+pub struct Finding {
     /// What kind of thing: runs are counted by it.
     pub kind: &'static str,
-    /// What exactly.
+    /// Sentence for the page, with the numbers.
     pub words: String,
 }
 
-impl Against {
-    fn new(kind: &'static str, words: impl Into<String>) -> Against {
-        Against { kind, words: words.into() }
+impl Finding {
+    fn new(kind: &'static str, words: impl Into<String>) -> Finding {
+        Finding { kind, words: words.into() }
     }
 }
 
@@ -69,7 +69,7 @@ pub fn judge(figures: &Figures, measure: Option<&Measure>) -> (Verdict, Vec<Stri
 }
 
 /// As [`judge`], by any number of measures, with the kind of each thing.
-pub fn weigh(figures: &Figures, measures: &[Measure]) -> (Verdict, Vec<Against>) {
+pub fn weigh(figures: &Figures, measures: &[Measure]) -> (Verdict, Vec<Finding>) {
     let fails = failures(figures, measures);
     if !fails.is_empty() {
         return (Verdict::Fails, fails);
@@ -78,29 +78,29 @@ pub fn weigh(figures: &Figures, measures: &[Measure]) -> (Verdict, Vec<Against>)
     (if told.is_empty() { Verdict::Holds } else { Verdict::Reported }, told)
 }
 
-fn failures(figures: &Figures, measures: &[Measure]) -> Vec<Against> {
+fn failures(figures: &Figures, measures: &[Measure]) -> Vec<Finding> {
     let mut out = Vec::new();
     if let End::Panic(words) = &figures.end {
-        out.push(Against::new("panic", format!("it panicked: {words}")));
+        out.push(Finding::new("panic", format!("it panicked: {words}")));
     }
     if figures.states_not_finite > 0 {
         let count = figures.states_not_finite;
-        out.push(Against::new("not finite", format!("{count} accepted states are not finite")));
+        out.push(Finding::new("not finite", format!("{count} accepted states are not finite")));
     }
     if figures.binding && figures.steps_over > 0 {
         out.push(over_tolerance(figures));
     }
     if figures.steps_misreported > 0 {
         let count = figures.steps_misreported;
-        out.push(Against::new("misreported", format!("{count} steps report another overlap than they left")));
+        out.push(Finding::new("misreported", format!("{count} steps report another overlap than they left")));
     }
     if figures.false_claims > 0 {
         let (count, worst) = (figures.false_claims, figures.worst_residual);
         let words = format!("{count} steps say that they are solved with residuals to {worst:.1e}");
-        out.push(Against::new("false claim", words));
+        out.push(Finding::new("false claim", words));
     }
     if figures.end == End::Done && figures.steps == 0 {
-        out.push(Against::new("no step", "no step was taken"));
+        out.push(Finding::new("no step", "no step was taken"));
     }
     let told = |measure: &&Measure| measure.by_passing && figures.steps_passed > 0;
     out.extend(measures.iter().filter(|measure| !told(measure)).filter_map(over));
@@ -108,28 +108,28 @@ fn failures(figures: &Figures, measures: &[Measure]) -> Vec<Against> {
 }
 
 /// Says that a measure is over its bound, where it is.
-fn over(measure: &Measure) -> Option<Against> {
+fn over(measure: &Measure) -> Option<Finding> {
     let Measure { what, value, bound, .. } = measure;
-    exceeds(*value, *bound).then(|| Against::new(what, format!("{what} is {value:.1e}, over {bound:.0e}")))
+    exceeds(*value, *bound).then(|| Finding::new(what, format!("{what} is {value:.1e}, over {bound:.0e}")))
 }
 
-fn over_tolerance(figures: &Figures) -> Against {
+fn over_tolerance(figures: &Figures) -> Finding {
     let (over, of) = (figures.steps_over, figures.steps);
     let words = format!("{over} of {of} steps over the tolerance, to {:.1e}", figures.max_overlap);
-    Against::new("over the tolerance", words)
+    Finding::new("over the tolerance", words)
 }
 
-fn told(figures: &Figures, measures: &[Measure]) -> Vec<Against> {
+fn told(figures: &Figures, measures: &[Measure]) -> Vec<Finding> {
     let mut out = Vec::new();
     if let Some([a, b]) = figures.passed {
         let steps = figures.steps_passed;
         let words = format!("bodies went through each other in {steps} steps, {a} and {b} first");
-        out.push(Against::new("passed", words));
+        out.push(Finding::new("passed", words));
     }
     out.extend(measures.iter().filter_map(over));
     match &figures.end {
-        End::Refused(why) => out.push(Against::new("refused", format!("refused: {why}"))),
-        End::Fault(why) => out.push(Against::new(figures.stopped.unwrap_or("stopped"), format!("stopped: {why}"))),
+        End::Refused(why) => out.push(Finding::new("refused", format!("refused: {why}"))),
+        End::Fault(why) => out.push(Finding::new(figures.stopped.unwrap_or("stopped"), format!("stopped: {why}"))),
         End::Done | End::Panic(_) => {}
     }
     if figures.steps_over > 0 {
@@ -138,7 +138,7 @@ fn told(figures: &Figures, measures: &[Measure]) -> Vec<Against> {
     // A solve that ended early in a step within the tolerance is a note.
     if figures.steps_unsettled > 0 {
         let (steps, status) = (figures.steps_unsettled, &figures.status);
-        out.push(Against::new("residual", format!("{steps} steps with velocities that are off, {status}")));
+        out.push(Finding::new("residual", format!("{steps} steps with velocities that are off, {status}")));
     }
     out
 }

@@ -128,8 +128,9 @@ fn energy(bodies: &Bodies) -> f64 {
     (0..bodies.len()).map(of_body).sum()
 }
 
-/// What a step may add: contact forces push what overlaps apart, by the overlap tolerance and the residual of their solve at most. In a midpoint step half of
-/// gravity's impulse comes after contact's, which sees nothing of it until the next step: `m (g dt)^2 / 8` a body at most.
+/// What a step may add: contact forces push what overlaps apart, by the overlap tolerance and the residual of their
+/// solve at most. In a midpoint step half of gravity's impulse comes after contact's, which sees nothing of it until
+/// the next step: `m (g dt)^2 / 8` a body at most.
 fn allowed(scene: &Scene, state: &State) -> f64 {
     let force: f64 = state.warm.iter().map(|warm| warm.gamma).sum();
     let by_contact = force * (scene.contact.overlap_tolerance + scene.lcp_settings().tolerance);

@@ -1,7 +1,8 @@
-//! What inertial motion keeps: angular momentum and energy of tops that turn freely over many turns, the order of their attitudes, and the energy of
-//! heaps that settle.
+//! What inertial motion keeps: angular momentum and energy of tops that turn freely over many turns, the order of their
+//! attitudes, and the energy of heaps that settle.
 //!
-//! Everything is audited from accepted states alone. Tops are measured on the CPU and on a device where there is one, heaps on the CPU.
+//! Everything is audited from accepted states alone. Tops are measured on the CPU and on a device where there is one,
+//! heaps on the CPU.
 
 mod heap;
 mod page;

@@ -6,8 +6,8 @@ use crate::study::machine::machine;
 use crate::study::paper::{COMPUTED_BY, Target, target_table};
 use std::fmt::Write as _;
 
-/// What tops may drift by in 64-bit and in 32-bit floats. Roundings of 1e-16 and 6e-8 add up as random walks of 630,000 and 2,000 steps; the rod's energy answers
-/// to a turn by 30 times, its ratio of moments.
+/// What tops may drift by in 64-bit and in 32-bit floats. Roundings of 1e-16 and 6e-8 add up as random walks of 630,000
+/// and 2,000 steps; the rod's energy answers to a turn by 30 times, its ratio of moments.
 const DRIFT: f64 = 1e-11;
 const DRIFT_F32: f64 = 2e-4;
 /// How near to two the order of attitudes is to be.

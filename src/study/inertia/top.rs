@@ -19,7 +19,8 @@ const ATTITUDE_TIME: f64 = 8.0;
 /// A top: its name, its shape, and the axis that it turns about at the start, body axes.
 pub type Top = (&'static str, &'static str, [f64; 3]);
 
-/// Tops of every shape; the first turns about its middle axis but for a hundredth, which it tumbles from, the others askew.
+/// Tops of every shape; the first turns about its middle axis but for a hundredth, which it tumbles from, the others
+/// askew.
 pub const SHAPES: [Top; 6] = [
     ("triaxial, about its middle axis", r#"{"ellipsoid": {"radii": [0.3, 0.5, 0.8]}}"#, [0.01, 1.0, 0.01]),
     ("triaxial, askew", r#"{"ellipsoid": {"radii": [0.15, 0.35, 0.6]}}"#, [0.5, 0.6, 0.7]),
@@ -148,7 +149,8 @@ pub struct Order {
     pub error: f64,
 }
 
-/// Lets the prolate top turn and compares its attitude: it turns by `t L / J_x` about `L`, and by `t (1 / J_z - 1 / J_x) L_z` about its axis.
+/// Lets the prolate top turn and compares its attitude: it turns by `t L / J_x` about `L`, and by `t (1 / J_z - 1 /
+/// J_x) L_z` about its axis.
 ///
 /// # Errors
 /// [`StudyError::Fault`] where a step cannot be taken.

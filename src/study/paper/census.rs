@@ -1,8 +1,8 @@
-//! How many rows states have by the distance within which rows are made, ReLCP's and those of sub-spheres: what the paper's numbers of rows tell
-//! of a distance that it does not give.
+//! How many rows states have by the distance within which rows are made, ReLCP's and those of sub-spheres: what the
+//! paper's numbers of rows tell of a distance that it does not give.
 //!
-//! Counted in states that ReLCP came to, a row for each pair of surfaces, or of sub-spheres, that is nearer than the distance. A recursion's further rows are not
-//! in it, nor are rows for the free motion.
+//! Counted in states that ReLCP came to, a row for each pair of surfaces, or of sub-spheres, that is nearer than the
+//! distance. A recursion's further rows are not in it, nor are rows for the free motion.
 
 use super::target::{Target, WITHIN, is_near};
 use crate::bodies::Bodies;

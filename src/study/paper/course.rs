@@ -122,7 +122,8 @@ impl Course {
         self.method == method_name(Method::Relcp)
     }
 
-    /// Whether ReLCP did not hold its overlap tolerance, or a solve of it its own. What other methods miss is what a study shows.
+    /// Whether ReLCP did not hold its overlap tolerance, or a solve of it its own. What other methods miss is what a
+    /// study shows.
     pub fn missed(&self) -> bool {
         let over = self.max_overlap.max(self.last_overlap) > self.overlap_tolerance;
         self.is_relcp() && (self.unconverged > 0 || over)
@@ -206,7 +207,8 @@ pub fn follow(scene: Scene, from: Option<State>, width: u64) -> Result<(Course, 
     follow_with(scene, from, width, |_, _| Ok(()))
 }
 
-/// As [`follow`], and lets `look` see the simulation after every step, with the number of the window that the step is in.
+/// As [`follow`], and lets `look` see the simulation after every step, with the number of the window that the step is
+/// in.
 ///
 /// # Errors
 /// As [`follow`], and those of `look`.

@@ -1,12 +1,13 @@
-//! The paper's own tests, measured and set beside its figures (Palmer, Aktulga, Gao: "Smooth-Rigid-Body Contact as a ReLCP", 2026).
+//! The paper's own tests, measured and set beside its figures (Palmer, Aktulga, Gao: "Smooth-Rigid-Body Contact as a
+//! ReLCP", 2026).
 
 mod census;
 pub mod chainmail;
 pub mod colony;
+mod columns;
 pub mod compaction;
 mod course;
 pub mod jitter;
-mod look;
 mod measured;
 mod norms;
 pub mod packing;

@@ -2,21 +2,23 @@
 
 use serde::Serialize;
 
-/// `sqrt(integral of (a - b)^2 dt)` over samples that are `interval` apart, by the trapezoidal rule. Where one has more samples, those count
-/// that both have.
+/// `sqrt(integral of (a - b)^2 dt)` over samples that are `interval` apart, by the trapezoidal rule. Where one has more
+/// samples, those count that both have.
 pub fn l2(a: &[f64], b: &[f64], interval: f64) -> f64 {
     let squares: Vec<f64> = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).collect();
     let [first, .., last] = squares[..] else { return 0.0 };
     (interval * (squares.iter().sum::<f64>() - 0.5 * (first + last))).sqrt()
 }
 
-/// The order `p` of errors `C dt^p` at two steps; `None` where it has none, as an error is zero or the steps are the same.
+/// The order `p` of errors `C dt^p` at two steps; `None` where it has none, as an error is zero or the steps are the
+/// same.
 pub fn order(dt: [f64; 2], error: [f64; 2]) -> Option<f64> {
     let order = (error[0] / error[1]).ln() / (dt[0] / dt[1]).ln();
     order.is_finite().then_some(order)
 }
 
-/// The limit of a sequence of order `order` from its values at two steps, the coarse one `ratio` times the fine one (Richardson).
+/// The limit of a sequence of order `order` from its values at two steps, the coarse one `ratio` times the fine one
+/// (Richardson).
 pub fn extrapolated(coarse: &[f64], fine: &[f64], ratio: f64, order: f64) -> Vec<f64> {
     let weight = 1.0 / (ratio.powf(order) - 1.0);
     coarse.iter().zip(fine).map(|(coarse, fine)| fine + weight * (fine - coarse)).collect()
@@ -43,8 +45,8 @@ pub struct Cost {
     pub reached: Reached,
 }
 
-/// What `error` costs by runs of `(cost, error)`, coarse ones first: along straight lines in logarithms. `None` where the runs do not get
-/// there, or are fewer than two.
+/// What `error` costs by runs of `(cost, error)`, coarse ones first: along straight lines in logarithms. `None` where
+/// the runs do not get there, or are fewer than two.
 pub fn cost_at(runs: &[(f64, f64)], error: f64) -> Option<Cost> {
     let usable: Vec<(f64, f64)> = runs.iter().copied().filter(|(cost, error)| *cost > 0.0 && *error > 0.0).collect();
     let [first, .., last] = usable[..] else { return None };

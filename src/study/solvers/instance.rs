@@ -5,14 +5,14 @@ use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::GpuError;
 #[cfg(feature = "gpu")]
 use crate::lcp::gpu::DeviceProblem;
-use crate::lcp::{self, Look, Outcome, Settings, Solver, Status, Stored};
+use crate::lcp::{self, Outcome, ResidualSample, Settings, Solver, Status, Stored};
 use crate::scene::SolverKind;
 use crate::simulation::Compute;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// A stored velocity is the reference where its multipliers' residual is at most this; else one is made. It is a hundredth of the tightest
-/// residual that solvers are asked for.
+/// A stored velocity is the reference where its multipliers' residual is at most this; else one is made. It is a
+/// hundredth of the tightest residual that solvers are asked for.
 const REFERENCE: f64 = 1e-8;
 
 /// What a reference that is made here is solved to, if it can be.
@@ -134,7 +134,7 @@ struct Solved {
     outcome: Outcome,
     gamma: Vec<f64>,
     time: Duration,
-    history: Vec<Look>,
+    history: Vec<ResidualSample>,
 }
 
 /// Solves an LCP by every solver from both starts to all residuals, on each of `computes`.
@@ -211,8 +211,8 @@ impl Attempt {
         }
     }
 
-    /// Whether a solve to this tighter residual would take the same iterations: where this one did not come to its own, or went as far
-    /// already.
+    /// Whether a solve to this tighter residual would take the same iterations: where this one did not come to its own,
+    /// or went as far already.
     fn settles(&self, tolerance: f64) -> bool {
         self.status != Status::Solved.name() || self.residual.is_some_and(|residual| residual <= tolerance)
     }
@@ -220,7 +220,7 @@ impl Attempt {
 
 impl Instance {
     /// Takes a history, in place of one to a looser residual, of which it is the continuation.
-    fn draw(&mut self, solver: &str, start: Start, history: &[Look]) {
+    fn draw(&mut self, solver: &str, start: Start, history: &[ResidualSample]) {
         if !history.is_empty() {
             self.curves.retain(|curve| (curve.solver.as_str(), curve.start) != (solver, start));
             self.curves.push(Curve { solver: solver.into(), start, points: thinned(history) });
@@ -351,7 +351,7 @@ fn error(v: &[f64], reference: &[f64]) -> f64 {
 }
 
 /// A history as the smallest residual so far, at points that are about evenly apart in the logarithm of the products.
-fn thinned(history: &[Look]) -> Vec<(u64, f64)> {
+fn thinned(history: &[ResidualSample]) -> Vec<(u64, f64)> {
     let mut points: Vec<(u64, f64)> = Vec::new();
     let last = history.last().map_or(1, |look| look.products.max(1)) as f64;
     let factor = last.powf(1.0 / MOST_POINTS as f64);

@@ -1,7 +1,8 @@
 //! Solvers: what each of them costs, and what it attains, on stored LCPs and on short runs.
 //!
-//! A stored LCP is solved from nothing and from its stored start, to several residuals. The residual that is reported is computed anew
-//! from `q`, `J` and `gamma` ([`Stored::residual`]), and the velocity `J^T gamma`, which is unique, is compared with a reference.
+//! A stored LCP is solved from nothing and from its stored start, to several residuals. The residual that is reported
+//! is computed anew from `q`, `J` and `gamma` ([`Stored::residual`]), and the velocity `J^T gamma`, which is unique, is
+//! compared with a reference.
 
 mod instance;
 mod page;
@@ -17,7 +18,8 @@ use crate::lcp::Stored;
 use crate::record::{LcpFileError, decode_lcp};
 use crate::scene::SolverKind;
 
-/// The residuals that are asked for, lengths: a loose one, the overlap that a step may leave, and what a step asks its solver for.
+/// The residuals that are asked for, lengths: a loose one, the overlap that a step may leave, and what a step asks its
+/// solver for.
 pub const TOLERANCES: [f64; 3] = [1e-3, 1e-5, 1e-6];
 
 /// How much is measured.
@@ -25,9 +27,9 @@ pub const TOLERANCES: [f64; 3] = [1e-3, 1e-5, 1e-6];
 pub struct Size {
     /// Most iterations of a solve of a stored LCP.
     pub iterations: u64,
-    /// Most rows of an LCP that the exact solver is given. It keeps a dense column of all unknowns for each active row, and its time grows
-    /// with the cube of the rows: 0.04 s for the 264 of `chainmail-first`, 3 s for the 898 of `colony-last` in a release build, and
-    /// minutes for some thousand.
+    /// Most rows of an LCP that the exact solver is given. It keeps a dense column of all unknowns for each active row,
+    /// and its time grows with the cube of the rows: 0.04 s for the 264 of `chainmail-first`, 3 s for the 898 of
+    /// `colony-last` in a release build, and minutes for some thousand.
     pub rows_of_dense: usize,
     /// Most iterations of a solve in a run.
     pub run_iterations: u64,

@@ -4,7 +4,7 @@ use super::case::{Row, Sweep};
 use super::reference::Reference;
 use serde::Serialize;
 
-/// The errors whose cost is told.
+/// Errors for which the page reports the cost.
 pub const ERRORS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
 
 /// A cost, and whether the curve's coarsest run is more exact than that already, so that it costs no more than this.
@@ -71,8 +71,8 @@ impl Curve<'_> {
         self.rows.iter().all(|row| row.sweep != Sweep::Tolerance)
     }
 
-    /// What it costs to come within `error` and stay there as the curve is refined further: along straight lines in logarithms. `None` where its
-    /// finest run is not that exact.
+    /// What it costs to come within `error` and stay there as the curve is refined further: along straight lines in
+    /// logarithms. `None` where its finest run is not that exact.
     ///
     /// A coarse run that is exact by chance does not count, as one cannot know of it beforehand.
     pub fn cost(&self, error: f64, work: impl Fn(&Row) -> f64) -> Option<Cost> {
@@ -82,7 +82,8 @@ impl Curve<'_> {
         };
         let [above, within] = [runs().nth(last_above)?, runs().nth(last_above + 1)?];
         let between = (error / above.1).ln() / (within.1 / above.1).ln();
-        // From a run that has no error, or to one that has none left, there is no such line: the second run's cost is a bound.
+        // From a run that has no error, or to one that has none left, there is no such line: the second run's cost is a
+        // bound.
         if !between.is_finite() || above.0 <= 0.0 {
             return Some(Cost { value: within.0, at_most: true });
         }

@@ -18,7 +18,8 @@ pub const OVERLAP_TOLERANCE: f64 = 1e-5;
 /// Tolerances of the sweep, from coarse to fine.
 const TOLERANCES: [f64; 6] = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
 
-/// The tightest tolerance that is asked of numbers of 32 bits: a unit in the last place of a coordinate of 8 is 1e-6 of them.
+/// The tightest tolerance that is asked of numbers of 32 bits: a unit in the last place of a coordinate of 8 is 1e-6 of
+/// them.
 const TIGHTEST_F32: f64 = 1e-5;
 
 /// The coarsest tolerance of runs that refine it with their steps.

@@ -1,8 +1,9 @@
-//! Work against precision: what errors at the end of a run cost, by stepping scheme, contact method, step, overlap tolerance and numbers.
+//! Work against precision: what errors at the end of a run cost, by stepping scheme, contact method, step, overlap
+//! tolerance and numbers.
 //!
-//! Every scene is one whose end two schemes agree on: of crowds that amplify small differences, a short and small one. Its [reference](Reference) is
-//! stored with the estimate of its own error. Steps are swept at one overlap tolerance, tolerances at one step, and both together; not their
-//! full product.
+//! Every scene is one whose end two schemes agree on: of crowds that amplify small differences, a short and small one.
+//! Its [reference](Reference) is stored with the estimate of its own error. Steps are swept at one overlap tolerance,
+//! tolerances at one step, and both together; not their full product.
 
 mod best;
 mod case;

@@ -1,7 +1,8 @@
 //! Where the bodies of a scene end, and how far two such ends are apart.
 //!
-//! Bodies are matched by their ids. Of an orientation the line of the body's z axis counts, about which every shape here is a body of revolution with a plane of
-//! symmetry across: a spin about it and a turn end for end are not seen, as the surface does not change either.
+//! Bodies are matched by their ids. Of an orientation the line of the body's z axis counts, about which every shape
+//! here is a body of revolution with a plane of symmetry across: a spin about it and a turn end for end are not seen,
+//! as the surface does not change either.
 
 use crate::bodies::Bodies;
 use glam::{DQuat, DVec3};
@@ -74,8 +75,8 @@ fn angle(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b).abs())
 }
 
-/// The limit of ends that converge at first order, from those at a step and at half of it (Richardson); `None` where they are not of the
-/// same bodies. Axes are extrapolated as vectors.
+/// The limit of ends that converge at first order, from those at a step and at half of it (Richardson); `None` where
+/// they are not of the same bodies. Axes are extrapolated as vectors.
 pub fn limit(coarse: &[Pose], fine: &[Pose]) -> Option<Vec<Pose>> {
     if coarse.len() != fine.len() || coarse.iter().zip(fine).any(|(a, b)| a.id != b.id) {
         return None;

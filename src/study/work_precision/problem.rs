@@ -147,7 +147,8 @@ impl Problem {
         Ok(bodies.shape.iter().map(|shape| shape.major_axis()).fold(0.0, f64::max))
     }
 
-    /// A hash of all that the exact solution depends on: the scene without its steps, contact, solver and output, and where its bodies start.
+    /// A hash of all that the exact solution depends on: the scene without its steps, contact, solver and output, and
+    /// where its bodies start.
     ///
     /// # Errors
     /// As [`Problem::scene`].

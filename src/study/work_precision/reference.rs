@@ -1,9 +1,10 @@
 //! Reference solutions: what ends are measured against, and how far they may be from the true ones.
 //!
-//! A reference is the end of the finest affordable midpoint run. The paper's step at two sizes, extrapolated to zero, is another scheme's word
-//! on the same end; how far the two are apart is the reference's error estimate. Tolerances are so tight that they do not count.
-//! The paper's steps keep an overlap tolerance that they hold without recursion where there is one: rows appended in some of the steps
-//! only would make their error no smooth function of the step, which extrapolation needs (two ellipsoids: 4e-8 apart so, 3e-5 at 1e-10).
+//! A reference is the end of the finest affordable midpoint run. The paper's step at two sizes, extrapolated to zero,
+//! is another scheme's word on the same end; how far the two are apart is the reference's error estimate. Tolerances
+//! are so tight that they do not count. The paper's steps keep an overlap tolerance that they hold without recursion
+//! where there is one: rows appended in some of the steps only would make their error no smooth function of the step,
+//! which extrapolation needs (two ellipsoids: 4e-8 apart so, 3e-5 at 1e-10).
 
 use super::pose::{Apart, Pose, apart, limit, poses};
 use super::problem::Problem;

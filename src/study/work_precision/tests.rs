@@ -51,7 +51,8 @@ fn every_stored_reference_is_of_its_scene_and_two_schemes_agree_on_it() {
     assert_eq!(names.len(), PROBLEMS.len());
 }
 
-/// Runs that were not part of making a reference come as near to it as is said here, and refining a step brings an end nearer.
+/// Runs that were not part of making a reference come as near to it as is said here, and refining a step brings an end
+/// nearer.
 #[test]
 fn modest_runs_come_near_the_references() {
     let modest: [(&str, Stepping, [u64; 2], f64); 5] = [

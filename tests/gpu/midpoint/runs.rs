@@ -1,5 +1,5 @@
-//! Runs of midpoint steps on the device against the CPU's: their order, recursions, overlaps audited in f64, lengths, forces in time, the same bits,
-//! what is left of a step that fails.
+//! Runs of midpoint steps on the device against the CPU's: their order, recursions, overlaps audited in f64, lengths,
+//! forces in time, the same bits, what is left of a step that fails.
 
 use crate::device::{device, precisions};
 use crate::steps::{patch, with_banks};

@@ -1,5 +1,5 @@
-//! The verbs of a midpoint step, one by one, against the CPU's: rows in the middle, what they start from, rows tightened and appended, and where the step
-//! arrives and how fast.
+//! The verbs of a midpoint step, one by one, against the CPU's: rows in the middle, what they start from, rows
+//! tightened and appended, and where the step arrives and how fast.
 
 use crate::device::{device, precisions};
 use crate::rows::compare;
@@ -171,8 +171,8 @@ impl<const D: usize> Pair<D> {
     }
 }
 
-/// How many rows have another offset than before, and how many rows are new. Nothing else of a row has changed; new rows of a body at a surface may stand
-/// between its old ones.
+/// How many rows have another offset than before, and how many rows are new. Nothing else of a row has changed; new
+/// rows of a body at a surface may stand between its old ones.
 fn moved<const D: usize>(before: &Problem<D>, after: &Problem<D>) -> [usize; 2] {
     let by_pair = |problem: &Problem<D>| {
         let mut rows: HashMap<[u32; 2], Vec<_>> = HashMap::new();
@@ -211,9 +211,10 @@ fn apart(a: &Bodies, b: &Bodies) -> [f64; 3] {
     ]
 }
 
-/// One step; without a `residual` its solves are of one iteration, whose multipliers are the CPU's to rounding, and its trials so far off that pairs
-/// have their turn with every kind of row. A solve that changes nothing leaves offsets exact, and which of them a second recursion finds so is up to
-/// rounding: there is one. Returns how many offsets moved and how many rows were appended.
+/// One step; without a `residual` its solves are of one iteration, whose multipliers are the CPU's to rounding, and its
+/// trials so far off that pairs have their turn with every kind of row. A solve that changes nothing leaves offsets
+/// exact, and which of them a second recursion finds so is up to rounding: there is one. Returns how many offsets moved
+/// and how many rows were appended.
 fn check<const D: usize>(
     scene: &Scene,
     (precision, blocks, lengths): (Precision, f64, f64),

@@ -149,8 +149,8 @@ fn faces_that_touch_through_boundaries() {
     assert_eq!(check(true, 1.0, [Some(period), None, None], &bodies), 28);
 }
 
-/// Boxes of a few lattice cells and less, about the boundary: the first and the last cells of the grid share columns of a table so small, and
-/// wrapped cells are lattice cells off.
+/// Boxes of a few lattice cells and less, about the boundary: the first and the last cells of the grid share columns of
+/// a table so small, and wrapped cells are lattice cells off.
 #[test]
 fn boxes_as_small_as_lattice_cells() {
     let pitch = Lattice::for_thickness(1.0).unwrap().pitch();
@@ -173,7 +173,8 @@ fn boxes_as_small_as_lattice_cells() {
     }
 }
 
-/// Points at images of one place: they touch, though wrapping leaves their lattice cells up to two apart and rounds their remainders.
+/// Points at images of one place: they touch, though wrapping leaves their lattice cells up to two apart and rounds
+/// their remainders.
 #[test]
 fn points_at_images_of_one_place() {
     let Some(gpu) = device() else { return };

@@ -43,7 +43,8 @@ fn ellipsoids() -> Scene {
     suspension(false, "[9.5, 10.0, 10.5]", &both_groups(ELLIPSOID, 0.0957), "", 2.0)
 }
 
-/// Bodies on a lattice that fills the cell, turned anyhow; each is driven against the one beside it, some through the boundary.
+/// Bodies on a lattice that fills the cell, turned anyhow; each is driven against the one beside it, some through the
+/// boundary.
 fn in_the_plane(shape: Shape) -> Scene {
     let sphere = r#"{"sphere": {"radius": 0.5}}"#;
     let mut scene = suspension(

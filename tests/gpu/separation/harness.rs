@@ -8,7 +8,8 @@ use relcp::separation::gpu::PairFamilies;
 use relcp::separation::{Separation, bound, separation};
 use std::collections::BTreeMap;
 
-/// Reads a pair as six vectors and writes four: the separation, the lower bound at its normal, and body a's radius and box.
+/// Reads a pair as six vectors and writes four: the separation, the lower bound at its normal, and body a's radius and
+/// box.
 pub const LIST: &str = "
 struct Parameters { count: u32, x: u32, y: u32, z: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
@@ -146,8 +147,8 @@ impl Worst {
     }
 }
 
-/// Compares with the CPU. A normal or a point may differ from the CPU's where two places are equally near or nearly so: `ties` are the
-/// fractions of the poses in which it may, in 32 and in 64 bits.
+/// Compares with the CPU. A normal or a point may differ from the CPU's where two places are equally near or nearly so:
+/// `ties` are the fractions of the poses in which it may, in 32 and in 64 bits.
 pub fn compare(gpu: &Gpu, what: &str, aspect: f64, ties: [f64; 2], poses: &[Pose]) {
     let expected: Vec<Separation> = poses.iter().map(|p| separation(&p.a, &p.b, None).unwrap()).collect();
     for precision in precisions(gpu) {

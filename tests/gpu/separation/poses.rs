@@ -141,7 +141,8 @@ pub fn planar(count: usize, aspect: f64) -> Vec<Pose> {
     kinds().flat_map(|kinds| vec![kinds; count]).enumerate().map(&mut make).collect()
 }
 
-/// Rings where their distances are hardest: nearly coaxial, passing near the other's middle, and of very different radii.
+/// Rings where their distances are hardest: nearly coaxial, passing near the other's middle, and of very different
+/// radii.
 pub fn rings(count: usize) -> Vec<Pose> {
     let mut random = ChaCha8Rng::seed_from_u64(11);
     let mut make = |round: usize| {
@@ -170,7 +171,8 @@ pub fn rings(count: usize) -> Vec<Pose> {
     (0..count).map(&mut make).collect()
 }
 
-/// Every shape that is round, slender, flat, small or large, at the same place, on an axis or far, and parallel or at right angles.
+/// Every shape that is round, slender, flat, small or large, at the same place, on an axis or far, and parallel or at
+/// right angles.
 pub fn degenerate() -> Vec<Pose> {
     let shapes = [
         Shape::Sphere { radius: 1.0 },

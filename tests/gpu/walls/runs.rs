@@ -1,4 +1,5 @@
-//! Runs between walls on the device against the CPU's: the same recursions, overlaps with walls audited in f64, pressures, what is remembered.
+//! Runs between walls on the device against the CPU's: the same recursions, overlaps with walls audited in f64,
+//! pressures, what is remembered.
 
 use crate::device::{device, precisions};
 use glam::DVec3;
@@ -43,8 +44,8 @@ fn on_device(gpu: &Arc<Gpu>, precision: Precision) -> Compute {
     Compute::Gpu { gpu: gpu.clone(), precision }
 }
 
-/// Runs a scene on the CPU and on the device in every precision, and holds the device to its tolerances and to the CPU's recursions; `off` is how far
-/// a position may be from the CPU's, in 32 and in 64 bits.
+/// Runs a scene on the CPU and on the device in every precision, and holds the device to its tolerances and to the
+/// CPU's recursions; `off` is how far a position may be from the CPU's, in 32 and in 64 bits.
 fn both(scene: &Scene, off: [f64; 2], check: impl Fn(&Ran, &Ran)) {
     let Some(gpu) = device() else { return };
     // An inexact recursion depends on the last digits.
@@ -207,7 +208,8 @@ fn bodies_slide_on_a_floor_through_the_boundaries_of_a_cell() {
     });
 }
 
-/// Rods on the bottom of a sphere of 5,000 diameters, and its centre as far away: the overlap is that of the audit, not of rounding.
+/// Rods on the bottom of a sphere of 5,000 diameters, and its centre as far away: the overlap is that of the audit, not
+/// of rounding.
 #[test]
 fn a_large_wall_is_exact() {
     let walls = json!([{"sphere": {"center": [1200, -1600, 1500], "radius": 2500}}, {"half_space": {"normal": [0.3, 0.4, 0.8], "offset": -1146.5}}]);

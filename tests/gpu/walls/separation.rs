@@ -1,6 +1,8 @@
-//! Separations from surfaces on the device against the CPU's, in both precisions, at the origin and far from it, in walls small and large.
+//! Separations from surfaces on the device against the CPU's, in both precisions, at the origin and far from it, in
+//! walls small and large.
 //!
-//! Errors are fractions of a body's size, its bounding radius and its distance from the surface: how large the wall is and where it lies does not count.
+//! Errors are fractions of a body's size, its bounding radius and its distance from the surface: how large the wall is
+//! and where it lies does not count.
 
 use crate::device::{device, precisions};
 use glam::{DQuat, DVec3, DVec4};
@@ -120,7 +122,8 @@ fn surface(kind: usize, at: DVec3, radius: f64, random: &mut ChaCha8Rng) -> Surf
     }
 }
 
-/// Bodies of all shapes near surfaces of all kinds, from half a thickness past the surface to one apart; every tenth anywhere inside of it.
+/// Bodies of all shapes near surfaces of all kinds, from half a thickness past the surface to one apart; every tenth
+/// anywhere inside of it.
 fn near(count: usize, aspect: f64, at: DVec3, size: f64) -> Vec<Pose> {
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let mut poses = Vec::new();
@@ -147,7 +150,8 @@ fn near(count: usize, aspect: f64, at: DVec3, size: f64) -> Vec<Pose> {
     poses
 }
 
-/// Bodies at centres and on axes, on faces and beyond, upright, lying and leaning, and shapes that are as good as others.
+/// Bodies at centres and on axes, on faces and beyond, upright, lying and leaning, and shapes that are as good as
+/// others.
 fn degenerate() -> Vec<Pose> {
     let shapes = [
         Shape::Sphere { radius: 1.0 },
@@ -250,7 +254,8 @@ fn degenerate_bodies_agree_with_the_cpu() {
     compare("degenerate", &degenerate());
 }
 
-/// At the end of the lattice, in walls as large as it: 64 bits hold no more than 1e-10 there, which 32 bits are held to 1e-6 against.
+/// At the end of the lattice, in walls as large as it: 64 bits hold no more than 1e-10 there, which 32 bits are held to
+/// 1e-6 against.
 #[test]
 fn separations_hold_at_the_end_of_the_lattice() {
     let Some(gpu) = device() else { return };

@@ -1,6 +1,7 @@
 //! Colonies that grow in confined spaces until these are full, and bodies in spaces that they fit exactly.
 //!
-//! Cells have the diameter 0.5, so a channel of 4 is eight diameters wide: rows of cells fit exactly, and then a step may have no solution.
+//! Cells have the diameter 0.5, so a channel of 4 is eight diameters wide: rows of cells fit exactly, and then a step
+//! may have no solution.
 
 use super::Case;
 use crate::scene::{Body, Dynamics, Force, Growth, OnNoRoom, Periodic, Stepping, Wall};

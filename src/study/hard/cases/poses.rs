@@ -1,4 +1,5 @@
-//! Few bodies in poses that break separations: extreme shapes, degenerate axes, bodies in one place, bodies in each other.
+//! Few bodies in poses that break separations: extreme shapes, degenerate axes, bodies in one place, bodies in each
+//! other.
 
 use super::Case;
 use crate::scene::Body;

@@ -110,7 +110,8 @@ fn growth(random: &mut Random, division_length: f64) -> Growth {
     }
 }
 
-/// A space of a width, a founder in it, what they are, and the width, which of closed spaces is at least what a cell needs.
+/// A space of a width, a founder in it, what they are, and the width, which of closed spaces is at least what a cell
+/// needs.
 fn space(random: &mut Random, width: f64, division: f64) -> (Vec<Wall>, Body, &'static str, f64) {
     let length = random.within(0.5, 0.95) * division;
     let angle = TAU * random.within(0.0, 1.0);

@@ -30,7 +30,8 @@ pub struct Drawn {
     pub scene: Scene,
 }
 
-/// Draws from one stream before a refusal is passed on. Of 3,000 first draws 115 are refused: cells are to grow and none found a place, or no body did.
+/// Draws from one stream before a refusal is passed on. Of 3,000 first draws 115 are refused: cells are to grow and
+/// none found a place, or no body did.
 const DRAWS: usize = 20;
 /// Bodies at most.
 const MOST_BODIES: f64 = 60.0;

@@ -1,4 +1,5 @@
-//! How the bodies of a drawn scene start: apart, touching, slightly or grossly in each other, always inside of the walls.
+//! How the bodies of a drawn scene start: apart, touching, slightly or grossly in each other, always inside of the
+//! walls.
 
 use super::room::Room;
 use super::shapes::{Mixture, turned};

@@ -5,7 +5,7 @@ use super::{Drawn, confined, random};
 use crate::scene::{Scene, SceneError};
 use crate::simulation::Compute;
 use crate::study::StudyError;
-use crate::study::hard::{Against, End, Figures, Measure, Start, Verdict, follow_on, weigh};
+use crate::study::hard::{End, Figures, Finding, Measure, Start, Verdict, follow_on, weigh};
 use serde::Serialize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -41,7 +41,7 @@ pub struct Row {
     /// The verdict.
     pub verdict: Verdict,
     /// What speaks against it.
-    pub why: Vec<Against>,
+    pub why: Vec<Finding>,
     /// How it ended.
     pub ended: String,
     /// What the run came to.
@@ -66,7 +66,8 @@ pub struct Options {
     pub compute: Compute,
 }
 
-/// Runs scenes. `seen` is told of each as it ends, in any order; the rows come in the order of `tickets`, the same whatever the threads.
+/// Runs scenes. `seen` is told of each as it ends, in any order; the rows come in the order of `tickets`, the same
+/// whatever the threads.
 ///
 /// # Errors
 /// [`StudyError::Scene`] where no start of a scene is taken, [`StudyError::Threads`].

@@ -1,4 +1,5 @@
-//! What the bodies of a drawn scene are: kinds that may meet, sizes of about one length, and where it says so extreme ones.
+//! What the bodies of a drawn scene are: kinds that may meet, sizes of about one length, and where it says so extreme
+//! ones.
 
 use crate::shape::{MAX_ASPECT, Shape};
 use crate::study::hard::start::{Random, ellipsoid, ring, rod, sphere};

@@ -73,7 +73,8 @@ fn drawn_scenes_get_the_same_rows_on_any_number_of_threads_and_none_fails() {
 
 #[test]
 fn a_step_over_the_tolerance_ends_the_run() {
-    // Without recursion rods that lie across each other are not parted; the method promises no tolerance, so it is reported.
+    // Without recursion rods that lie across each other are not parted; the method promises no tolerance, so it is
+    // reported.
     let mut start = Start::still(0.01, heap(3, &[rod(0.3, 2.0)], 20, 1.0));
     start.scene.contact.method = crate::scene::Method::Snsd;
     let drawn = Drawn { what: "a heap".into(), scene: start.scene };

@@ -1,4 +1,5 @@
-//! What is looked at in every step of a drawn scene beside contact: how far bodies are thrown, and whether energy comes from nowhere.
+//! What is looked at in every step of a drawn scene beside contact: how far bodies are thrown, and whether energy comes
+//! from nowhere.
 
 use crate::bodies::Bodies;
 use crate::dynamics::{ForceField, Law, force_fields, law};
@@ -45,8 +46,9 @@ impl Watch {
         }
     }
 
-    /// How much farther a body went than what drives it explains: each body may push the next by the largest free way, the largest overlap at the
-    /// start and the growth, so the last of a row goes by as many of those as there are bodies.
+    /// How much farther a body went than what drives it explains: each body may push the next by the largest free way,
+    /// the largest overlap at the start and the growth, so the last of a row goes by as many of those as there are
+    /// bodies.
     fn see_ways(&mut self, before: &Bodies, after: &Bodies, scene: &Scene) {
         let (dt, time) = (scene.time.dt, 0.0);
         let free = |i: usize| {

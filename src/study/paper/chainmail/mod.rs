@@ -1,7 +1,8 @@
-//! A sheet of interlaced rings that is stretched, by ReLCP, by 32 sub-spheres a ring (LCP-MS) and without recursion (LCP-SNSD): the largest
-//! violation over time, the paper's Figure 6.
+//! A sheet of interlaced rings that is stretched, by ReLCP, by 32 sub-spheres a ring (LCP-MS) and without recursion
+//! (LCP-SNSD): the largest violation over time, the paper's Figure 6.
 //!
-//! Of sub-spheres two are told: that between the smooth rings, and that between the spheres themselves, which is what the method constrains.
+//! Two overlaps of sub-spheres are reported: between the smooth rings, and between the spheres themselves, which the
+//! method constrains.
 
 mod page;
 mod plot;
@@ -30,8 +31,9 @@ pub(super) const METHODS: [Method; 3] = [Method::Relcp, Method::Snsd, Method::Mu
 pub(super) const MAJOR_RADIUS: f64 = 1.0;
 pub(super) const MINOR_RADIUS: f64 = 0.1;
 
-/// Each ring is turned about its own axis by this more than the one before, the golden angle. A smooth ring does not feel it; without it all rings' spheres
-/// would lie alike, and those of two linked rings meet as the sheet's symmetry has it.
+/// Each ring is turned about its own axis by this more than the one before, the golden angle. A smooth ring does not
+/// feel it; without it all rings' spheres would lie alike, and those of two linked rings meet as the sheet's symmetry
+/// has it.
 const TURN: f64 = 2.399_963_229_728_653;
 
 /// How much is measured.
@@ -43,8 +45,8 @@ pub struct Size {
     pub dt: f64,
     /// The end.
     pub end: f64,
-    /// The drag, which decides how far a step goes. With 0.2 the largest sheet is, without recursion, about as far beyond its minor radius as the
-    /// paper's; with 1 it comes to a fifth of it.
+    /// The drag, which decides how far a step goes. With 0.2 the largest sheet is, without recursion, about as far
+    /// beyond its minor radius as the paper's; with 1 it comes to a fifth of it.
     pub drag: f64,
 }
 

@@ -6,7 +6,8 @@ use crate::study::machine::machine;
 use crate::study::paper::{COMPUTED_BY, Course, Target, method_name, target};
 use std::fmt::Write as _;
 
-/// The overlap of smooth rings that the paper tells of its sub-spheres, a part of the minor radius ("approximately 60%").
+/// The overlap of smooth rings that the paper tells of its sub-spheres, a part of the minor radius ("approximately
+/// 60%").
 const PAPER_SPHERES: f64 = 0.6;
 
 /// That of one row a pair: "at times exceeds the minor radius".

@@ -1,8 +1,9 @@
-//! One cell that grows into a colony, by ReLCP and by rows of sub-spheres (LCP-MS): rows, time, and how cells are aligned; the paper's Table 3 and
-//! Figure 5.
+//! One cell that grows into a colony, by ReLCP and by rows of sub-spheres (LCP-MS): rows, time, and how cells are
+//! aligned; the paper's Table 3 and Figure 5.
 //!
-//! All cells divide in the same step, and the daughters exactly fill their parents: the colony is looked at after each of these steps, a
-//! generation. Rows and times are averages of windows of steps, and their statistics are over windows.
+//! All cells divide in the same step, and the daughters exactly fill their parents: the colony is looked at after each
+//! of these steps, a generation. Rows and times are averages of windows of steps, and their statistics are over
+//! windows.
 
 mod morphology;
 mod page;
@@ -12,7 +13,7 @@ mod rows;
 pub use morphology::{Generation, Morphology};
 pub use rows::{ByGeneration, Row, Spread};
 
-use super::look::look;
+use super::columns::measure_columns;
 use super::measured::value;
 use super::{COMPUTED_BY, Census, Course, Measured, Target, follow_with};
 use crate::render::{View, picture};
@@ -33,8 +34,9 @@ const COUNTED_EVERY: u64 = 200;
 /// The step, the built-in scene's.
 const DT: f64 = 1e-3;
 
-/// Rows are made of pairs within this part of a cell's diameter. The paper does not give its distance; of those up to this one it is the one that
-/// has most nearly as many rows of sub-spheres over those of surfaces as the paper (the table of rows by distance on the page).
+/// Rows are made of pairs within this part of a cell's diameter. The paper does not give its distance; of those up to
+/// this one it is the one that has most nearly as many rows of sub-spheres over those of surfaces as the paper (the
+/// table of rows by distance on the page).
 pub(super) const CUTOFF_PER_THICKNESS: f64 = 2.5;
 
 /// Steps after the last division: the last generation is looked at, and not left to grow.
@@ -179,7 +181,8 @@ impl Study {
         rows::by_generation(&self.runs)
     }
 
-    /// How cells are aligned, by ReLCP and with the sub-spheres that the paper shows, after each division that both have.
+    /// How cells are aligned, by ReLCP and with the sub-spheres that the paper shows, after each division that both
+    /// have.
     pub fn morphology(&self) -> Vec<Morphology> {
         morphology::morphology(&self.runs)
     }
@@ -272,7 +275,7 @@ fn make(case: Case, census: &mut Census) -> Result<Run, StudyError> {
         }
         if simulation.bodies() > before {
             before = simulation.bodies();
-            let found = look(simulation, morphology::COLUMNS)?;
+            let found = measure_columns(simulation, morphology::COLUMNS)?;
             generations.push(Generation::new(simulation, found));
         }
         Ok(())

@@ -58,7 +58,8 @@ pub struct Morphology {
 }
 
 impl Morphology {
-    /// The difference over what it may differ by from chance: the root of the sum of the squared standard errors. None of single seeds.
+    /// The difference over what it may differ by from chance: the root of the sum of the squared standard errors. None
+    /// of single seeds.
     pub fn significance(&self) -> Option<f64> {
         let error = |deviation: f64, seeds: usize| deviation * deviation / seeds as f64;
         let chance =
@@ -77,7 +78,8 @@ const QUANTITIES: [Quantity; 5] = [
     ("radius of gyration", |of| of.gyration),
 ];
 
-/// Every quantity after every division that both methods have; first the correlation length, then the others, each from few cells to many.
+/// Every quantity after every division that both methods have; first the correlation length, then the others, each from
+/// few cells to many.
 pub(super) fn morphology(runs: &[Run]) -> Vec<Morphology> {
     let most = runs.iter().flat_map(|run| &run.generations).map(|of| of.bodies).max().unwrap_or(0);
     let counts = (1..usize::BITS).map(|k| 1usize << k).take_while(|bodies| *bodies <= most);

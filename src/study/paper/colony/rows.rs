@@ -122,7 +122,8 @@ pub struct ByGeneration {
     pub relative_time: Option<f64>,
 }
 
-/// The first runs of all methods, by the cells at the end of each window. After the last division there is no whole window: it is left out.
+/// The first runs of all methods, by the cells at the end of each window. After the last division there is no whole
+/// window: it is left out.
 pub(super) fn by_generation(runs: &[Run]) -> Vec<ByGeneration> {
     let mut lines: Vec<ByGeneration> = Vec::new();
     for run in runs.iter().filter(|run| run.case.seed == 1) {

@@ -1,14 +1,15 @@
-//! A suspension of ellipsoids that is drawn into a dense ball, by ReLCP and by rows of sub-spheres (LCP-MS): rows and time, the paper's Table 2
-//! and Figure 4.
+//! A suspension of ellipsoids that is drawn into a dense ball, by ReLCP and by rows of sub-spheres (LCP-MS): rows and
+//! time, the paper's Table 2 and Figure 4.
 //!
-//! With few sub-spheres runs are made whole. With many, and with few beside them, a short run begins at the dense state that ReLCP came to: in
-//! its first half the sub-spheres come into contact, the second half is measured. These are made by the default solver, and by the one of public codes.
+//! With few sub-spheres runs are made whole. With many, and with few beside them, a short run begins at the dense state
+//! that ReLCP came to: in its first half the sub-spheres come into contact, the second half is measured. These are made
+//! by the default solver, and by the one of public codes.
 
 mod page;
 mod plot;
 mod targets;
 
-use super::look::look;
+use super::columns::measure_columns;
 use super::measured::value;
 use super::{COMPUTED_BY, Census, Course, Measured, Target, Window, follow};
 use crate::scene::{self, Method, Rows, Scene, SolverKind};
@@ -18,14 +19,17 @@ use crate::study::table::csv_table;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-/// The solver that public codes for contacts of rigid bodies solve their LCPs with: what measurements set the default beside.
+/// The solver that public codes for contacts of rigid bodies solve their LCPs with: what measurements set the default
+/// beside.
 const OF_PUBLIC_CODES: SolverKind = SolverKind::Bbpgd;
 
-/// Most lines of a whole run's course over time. With the full size these are windows of 60 and 600 steps; the paper's averages are over 100.
+/// Most lines of a whole run's course over time. With the full size these are windows of 60 and 600 steps; the paper's
+/// averages are over 100.
 const WINDOWS: u64 = 100;
 
-/// Rows are made of pairs within this part of a body's thickness. The paper does not give its distance; this one has as many rows of sub-spheres
-/// over those of surfaces as the paper, within 8 % for 7, 13, 17 and 23 of them (the table of rows by distance on the page).
+/// Rows are made of pairs within this part of a body's thickness. The paper does not give its distance; this one has as
+/// many rows of sub-spheres over those of surfaces as the paper, within 8 % for 7, 13, 17 and 23 of them (the table of
+/// rows by distance on the page).
 pub(super) const CUTOFF_PER_THICKNESS: f64 = 0.2;
 
 /// How much is measured.
@@ -69,7 +73,8 @@ impl Size {
         dense_time: 1.0,
     };
 
-    /// All runs, in the order in which they are made: ReLCP first of each step and part, as the others are compared with it.
+    /// All runs, in the order in which they are made: ReLCP first of each step and part, as the others are compared
+    /// with it.
     pub fn cases(&self) -> Vec<Case> {
         let of = |dt: f64, part: Part, counts: &[u32]| -> Vec<Case> {
             let spheres = counts.iter().map(|count| Method::Multisphere { count: *count });
@@ -254,9 +259,10 @@ impl Study {
             }
         };
         let (course, simulation) = follow(scene, from, width)?;
-        let [gyration] = look(&simulation, ["radius_gyration"])?;
+        let [gyration] = measure_columns(&simulation, ["radius_gyration"])?;
         if (case.part, case.method) == (Part::Whole, Method::Relcp) {
-            // What a method remembers of its rows is of no use to another; so that none begins with an advantage, none has it.
+            // What a method remembers of its rows is of no use to another; so that none begins with an advantage, none
+            // has it.
             if self.dense.is_none() {
                 let counts = page::PAPER_ROWS.map(|(count, _)| count);
                 self.census.add(&simulation.state()?.bodies, &counts).map_err(Fault::NoProxy)?;

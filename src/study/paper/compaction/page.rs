@@ -20,7 +20,8 @@ pub(super) const PAPER: [(f64, u32, f64, f64); 10] = [
     (0.1, 3, 5.9e4, 1.9),
 ];
 
-/// Rows over ReLCP's of that at 0.1, but for 3 sub-spheres: their ball goes on shrinking until they touch, so ReLCP's dense state does not show it.
+/// Rows over ReLCP's of that at 0.1, but for 3 sub-spheres: their ball goes on shrinking until they touch, so ReLCP's
+/// dense state does not show it.
 pub(super) const PAPER_ROWS: [(u32, f64); 4] =
     [(7, 2.8e5 / 2.9e4), (13, 1e6 / 2.9e4), (17, 1.8e6 / 2.9e4), (23, 3.5e6 / 2.9e4)];
 

@@ -1,8 +1,9 @@
-//! Three capsules by one row a pair (LCP-SNSD) and by ReLCP: the overlap that each step leaves, and how the bodies shake from step to step. The
-//! paper's toy problem (its Figure 2).
+//! Three capsules by one row a pair (LCP-SNSD) and by ReLCP: the overlap that each step leaves, and how the bodies
+//! shake from step to step. The paper's toy problem (its Figure 2).
 //!
-//! Jitter is the root mean square over the six tips of the second difference `|x_k+1 - 2 x_k + x_k-1|` of their places. Of a smooth motion it falls
-//! with `dt^2`, and its ratio to the displacement `|x_k+1 - x_k|` with `dt`; of one that turns back at every step the ratio is 2.
+//! Jitter is the root mean square over the six tips of the second difference `|x_k+1 - 2 x_k + x_k-1|` of their places.
+//! Of a smooth motion it falls with `dt^2`, and its ratio to the displacement `|x_k+1 - x_k|` with `dt`; of one that
+//! turns back at every step the ratio is 2.
 
 mod page;
 mod plot;

@@ -13,7 +13,8 @@ pub struct Shake {
 }
 
 impl Shake {
-    /// The square of the displacement of the last two frames, and of the second difference of the last three where there are three.
+    /// The square of the displacement of the last two frames, and of the second difference of the last three where
+    /// there are three.
     pub fn of(frames: &[Vec<DVec3>]) -> Shake {
         let mut shake = Shake::default();
         let Some([before, now]) = frames.last_chunk::<2>() else { return shake };

@@ -21,8 +21,8 @@ pub(super) const END: f64 = 15.0;
 /// What orientations are drawn from.
 pub(super) const SEED: u64 = 1;
 
-/// The scene of `side^3` rods. The drag is one over the length, so that a unit force moves a rod with unit speed, and the rotational mobility is
-/// `12 / L^2`.
+/// The scene of `side^3` rods. The drag is one over the length, so that a unit force moves a rod with unit speed, and
+/// the rotational mobility is `12 / L^2`.
 pub fn scene(side: u32, dt: f64) -> Result<Scene, StudyError> {
     let sets = [("time.dt", dt), ("time.end", END), ("dynamics.overdamped.drag", 1.0 / LENGTH)];
     let mut scene = scene::load("compaction", &sets.map(|(key, value)| format!("{key}={value}")))?;

@@ -1,6 +1,8 @@
-//! Spherocylinders drawn into a ball: time of a step and true overlap by the step's size, beside those of public engines. Not of the paper.
+//! Spherocylinders drawn into a ball: time of a step and true overlap by the step's size, beside those of public
+//! engines. Not of the paper.
 //!
-//! The engines' figures were measured elsewhere, on another machine, on one core; none is a dependency, and none is run here.
+//! The engines' figures were measured elsewhere, on another machine, on one core; none is a dependency, and none is run
+//! here.
 
 mod engines;
 mod lattice;
@@ -10,7 +12,7 @@ mod plot;
 pub use engines::{ENGINES, Engine};
 pub use lattice::scene;
 
-use super::look::look;
+use super::columns::measure_columns;
 use super::measured::value;
 use super::{COMPUTED_BY, Course, Measured, Target, follow};
 use crate::study::StudyError;
@@ -152,7 +154,7 @@ fn run(side: u32, dt: f64) -> Result<Run, StudyError> {
     let scene = scene(side, dt)?;
     let width = scene.time.steps().div_ceil(WINDOWS);
     let (course, simulation) = follow(scene, None, width)?;
-    let [gyration] = look(&simulation, ["radius_gyration"])?;
+    let [gyration] = measure_columns(&simulation, ["radius_gyration"])?;
     Ok(Run { course, gyration })
 }
 

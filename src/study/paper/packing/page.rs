@@ -7,7 +7,8 @@ use crate::study::machine::machine;
 use crate::study::paper::{COMPUTED_BY, Target, target};
 use std::fmt::Write as _;
 
-/// How far the radius of gyration may be from that of the engines' runs, whose orientations were drawn otherwise, a part of it.
+/// How far the radius of gyration may be from that of the engines' runs, whose orientations were drawn otherwise, a
+/// part of it.
 const GYRATION_WITHIN: f64 = 0.01;
 
 pub(super) fn page(study: &Study) -> String {

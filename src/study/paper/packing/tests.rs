@@ -9,7 +9,8 @@ fn rods_of_the_lattice_are_clear_of_each_other_and_move_as_fast_as_the_field() {
     let bodies = scene.build().unwrap();
     assert!(crate::step::contacts(&bodies, 0.0).is_empty());
     assert!((bodies.position.iter().sum::<glam::DVec3>()).length() < 1e-12);
-    // Orientations have no common direction: the mean of the dyads of 1,000 axes is a third of the identity but for 1 / sqrt(1000).
+    // Orientations have no common direction: the mean of the dyads of 1,000 axes is a third of the identity but for 1 /
+    // sqrt(1000).
     let many = super::scene(10, 0.1).unwrap().build().unwrap();
     let square = many.orientation.iter().map(|q| (*q * glam::DVec3::Z).powf(2.0)).sum::<glam::DVec3>() / 1000.0;
     assert!((square - 1.0 / 3.0).abs().max_element() < 0.05, "{square}");

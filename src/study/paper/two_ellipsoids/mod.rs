@@ -1,8 +1,10 @@
-//! Two ellipsoids pushed past each other: the paper's refinement study (its Table 1 and Figure 3), and the midpoint step beside it.
+//! Two ellipsoids pushed past each other: the paper's refinement study (its Table 1 and Figure 3), and the midpoint
+//! step beside it.
 //!
-//! The upper body's centre `x`, `y` and the angle of its long axis are followed; the lower one's path is its mirror image. The paper's errors are "L2
-//! norms"; here that is `sqrt(integral of (x - reference)^2 dt)` over the whole run, the largest of the usual ones for a run of 40 time units. The
-//! refinements are made with the upper body to either side, as the paper does not say to which; midpoint steps to the right, the built-in scene.
+//! The upper body's centre `x`, `y` and the angle of its long axis are followed; the lower one's path is its mirror
+//! image. The paper's errors are "L2 norms"; here that is `sqrt(integral of (x - reference)^2 dt)` over the whole run,
+//! the largest of the usual ones for a run of 40 time units. The refinements are made with the upper body to either
+//! side, as the paper does not say to which; midpoint steps to the right, the built-in scene.
 
 mod page;
 mod path;

@@ -10,7 +10,8 @@ use serde::Serialize;
 use std::f64::consts::PI;
 use std::time::{Duration, Instant};
 
-/// Time between samples of a path; runs with longer steps are sampled at each. Every step that is measured divides it or is a multiple of it.
+/// Time between samples of a path; runs with longer steps are sampled at each. Every step that is measured divides it
+/// or is a multiple of it.
 const INTERVAL: f64 = 0.1;
 
 /// A short run is repeated, and its shortest time kept, until this long was spent or so many times.
@@ -45,8 +46,8 @@ impl Scheme {
     }
 }
 
-/// To which side of the lower body the upper one's centre is, by half a unit each. Both long axes point to the upper right. The paper says that
-/// "centers are offset by a unit distance along x", not to which side.
+/// To which side of the lower body the upper one's centre is, by half a unit each. Both long axes point to the upper
+/// right. The paper says that "centers are offset by a unit distance along x", not to which side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
@@ -128,7 +129,8 @@ impl Path {
     pub(super) fn push(&mut self, body: &Placed) {
         let axis = body.orientation * DVec3::Z;
         let angle = axis.y.atan2(axis.x);
-        // An axis has no head: of its angles the one that is nearest to the last, at first the one in the right half plane.
+        // An axis has no head: of its angles the one that is nearest to the last, at first the one in the right half
+        // plane.
         let near = self.samples[2].last().copied().unwrap_or(0.0);
         let angle = angle - PI * ((angle - near) / PI).round();
         for (samples, value) in self.samples.iter_mut().zip([body.position.x, body.position.y, angle]) {

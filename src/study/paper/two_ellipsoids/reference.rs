@@ -5,9 +5,10 @@ use super::{super::extrapolated, Size};
 use crate::study::StudyError;
 use serde::Serialize;
 
-/// The overlap tolerance of the midpoint run, and what the LCPs of all runs of the reference are solved to: with those of the scene, 1e-5 and
-/// 1e-6, tolerances count among the smallest errors here. The paper's steps keep the scene's overlap tolerance: they hold it without recursion, and one
-/// in some of the steps only would make their error no smooth function of `dt`, which extrapolation needs.
+/// The overlap tolerance of the midpoint run, and what the LCPs of all runs of the reference are solved to: with those
+/// of the scene, 1e-5 and 1e-6, tolerances count among the smallest errors here. The paper's steps keep the scene's
+/// overlap tolerance: they hold it without recursion, and one in some of the steps only would make their error no
+/// smooth function of `dt`, which extrapolation needs.
 const OVERLAP_TOLERANCE: f64 = 1e-9;
 const SOLVER_TOLERANCE: f64 = 1e-10;
 

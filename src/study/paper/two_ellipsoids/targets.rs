@@ -3,7 +3,8 @@
 use super::super::{Cost, Reached, Target, cost_at};
 use super::{Reference, Row, Scheme, Side};
 
-/// Errors of x, y and angle at steps of the paper's scheme, from its Table 1. That at 1e-5 is zero as it is the reference there.
+/// Errors of x, y and angle at steps of the paper's scheme, from its Table 1. That at 1e-5 is zero as it is the
+/// reference there.
 pub(super) const PAPER_EULER: [(f64, [f64; 3]); 5] = [
     (1e-1, [2.4530, 1.0111, 0.1078]),
     (1e-2, [0.0256, 0.0243, 0.0041]),
@@ -144,7 +145,8 @@ fn cheaper(euler: &[&Row], midpoint: &[&Row], error: f64, times: f64) -> Target 
     };
     let ratio = a.value / b.value;
     let found = format!("{ratio:.1} times less: {} against {}{in_products}", said(a), said(b));
-    // What is reached already may be cheaper still: that helps the midpoint step, and would flatter it on the other side.
+    // What is reached already may be cheaper still: that helps the midpoint step, and would flatter it on the other
+    // side.
     Target::new(wanted, found, (a.reached != Reached::Already).then_some(ratio >= times))
 }
 

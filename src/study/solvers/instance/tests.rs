@@ -142,8 +142,12 @@ fn a_plot_of_nothing_is_a_plot() {
 
 #[test]
 fn a_long_history_keeps_its_ends_and_never_rises() {
-    let history: Vec<Look> = (0..50_000)
-        .map(|i| Look { iterations: i, products: i + 1, residual: 1.0 / (1.0 + i as f64) + f64::from(i % 7 == 3) })
+    let history: Vec<ResidualSample> = (0..50_000)
+        .map(|i| ResidualSample {
+            iterations: i,
+            products: i + 1,
+            residual: 1.0 / (1.0 + i as f64) + f64::from(i % 7 == 3),
+        })
         .collect();
     let points = thinned(&history);
     assert!(points.len() <= MOST_POINTS + 20, "{}", points.len());

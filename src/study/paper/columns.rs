@@ -6,7 +6,7 @@ use crate::simulation::Simulation;
 use crate::study::StudyError;
 
 /// The numbers of these columns of the measures, with their default settings; none where the state has none.
-pub(super) fn look<const N: usize>(
+pub(super) fn measure_columns<const N: usize>(
     simulation: &Simulation,
     columns: [&str; N],
 ) -> Result<[Option<f64>; N], StudyError> {
@@ -40,7 +40,7 @@ mod tests {
         let simulation = Simulation::new(scene, bodies).unwrap();
         // Six centres in a row, 1.6 apart: the mean square is 1.6^2 (6^2 - 1) / 12.
         let [order, gyration, none] =
-            look(&simulation, ["nematic_order", "radius_gyration", "no_such_column"]).unwrap();
+            measure_columns(&simulation, ["nematic_order", "radius_gyration", "no_such_column"]).unwrap();
         assert!((gyration.unwrap() - 1.6 * (35.0f64 / 12.0).sqrt()).abs() < 1e-12, "{gyration:?}");
         assert!(order.is_some() && none.is_none());
     }
