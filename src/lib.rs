@@ -50,17 +50,19 @@
 //!
 //! The step itself is [`step::step`], over the verbs of [`step::Backend`].
 
-pub mod backend;
+mod backend;
 #[cfg(feature = "files")]
 pub mod batch;
 pub mod bodies;
-pub mod broad_phase;
-pub mod constraint;
+mod broad_phase;
+mod constraint;
 pub mod dynamics;
 #[cfg(feature = "files")]
 pub mod export;
-pub mod freedom;
+mod freedom;
 pub mod gpu;
+#[doc(hidden)]
+pub mod internals;
 pub mod lcp;
 #[cfg(feature = "files")]
 pub mod measure;
@@ -80,6 +82,7 @@ pub mod shape;
 pub mod simulation;
 pub mod step;
 #[cfg(feature = "studies")]
+#[doc(hidden)]
 pub mod study;
 pub mod walls;
 pub mod warm;

@@ -13,29 +13,29 @@ mod adapter;
 #[cfg(feature = "gpu")]
 mod banks;
 #[cfg(feature = "gpu")]
-mod buffer;
+pub(crate) mod buffer;
 mod choice;
 #[cfg(feature = "gpu")]
 mod device;
 mod error;
 #[cfg(feature = "gpu")]
-mod kernel;
+pub(crate) mod kernel;
 #[cfg(feature = "gpu")]
-mod lattice;
+pub(crate) mod lattice;
 #[cfg(feature = "gpu")]
-mod periods;
+pub(crate) mod periods;
 mod precision;
 mod profile;
 #[cfg(feature = "gpu")]
-mod recorder;
+pub(crate) mod recorder;
 #[cfg(feature = "gpu")]
-mod scan;
+pub(crate) mod scan;
 #[cfg(feature = "gpu")]
 mod self_test;
 #[cfg(feature = "gpu")]
-mod sort;
+pub(crate) mod sort;
 #[cfg(feature = "gpu")]
-mod source;
+pub(crate) mod source;
 #[cfg(all(test, feature = "gpu"))]
 mod test_device;
 #[cfg(feature = "gpu")]
@@ -46,31 +46,31 @@ pub use absent::{Gpu, adapters};
 #[cfg(feature = "gpu")]
 pub use adapter::adapters;
 #[cfg(feature = "gpu")]
-pub use buffer::Buffer;
+pub(crate) use buffer::Buffer;
 pub use choice::{AdapterReport, Choice};
 #[cfg(feature = "gpu")]
 pub use device::Gpu;
 pub use error::GpuError;
 #[cfg(feature = "gpu")]
-pub use kernel::Kernel;
+pub(crate) use kernel::Kernel;
 #[cfg(all(test, feature = "gpu"))]
 pub(crate) use kernel::validate;
 #[cfg(feature = "gpu")]
-pub use lattice::Lattice;
+pub(crate) use lattice::Lattice;
 #[cfg(feature = "gpu")]
 pub(crate) use lattice::MOST_CELL;
 #[cfg(feature = "gpu")]
-pub use periods::LatticePeriods;
+pub(crate) use periods::LatticePeriods;
 pub use precision::Precision;
 pub use profile::{BufferUse, Counters, PipelineReport, Profile, StageTime};
 #[cfg(feature = "gpu")]
-pub use recorder::Recorder;
+pub(crate) use recorder::Recorder;
 #[cfg(feature = "gpu")]
-pub use scan::Scan;
+pub(crate) use scan::Scan;
 #[cfg(feature = "gpu")]
-pub use sort::Sort;
+pub(crate) use sort::Sort;
 #[cfg(feature = "gpu")]
-pub use source::{Fragment, Source, WORKGROUP};
+pub(crate) use source::{Fragment, Source, WORKGROUP};
 #[cfg(all(test, feature = "gpu"))]
 pub(crate) use test_device::{precisions, test_device};
 

@@ -1,5 +1,6 @@
 //! Orientations of a scene file: `[w, x, y, z]`, normalized on reading.
 
+#[cfg(feature = "files")]
 use super::Scene;
 use glam::DQuat;
 

@@ -16,7 +16,7 @@ mod direction;
 mod ellipsoids;
 mod farthest;
 #[cfg(feature = "gpu")]
-pub mod gpu;
+pub(crate) mod gpu;
 mod outermost;
 mod peak;
 mod planar;

@@ -3,8 +3,8 @@
 use crate::bodies::{die, egg, egg_point, needles, placed};
 use glam::{DMat3, DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
-use relcp::constraint::RowSourceError;
 use relcp::export::{Format, export};
+use relcp::internals::constraint::RowSourceError;
 use relcp::record::{Folder, RecordError, Snapshot, StateError, States, encode};
 use relcp::run::{Run, RunError};
 use relcp::scene;

@@ -2,7 +2,8 @@
 //! written.
 
 use crate::device::device;
-use relcp::gpu::{Buffer, Choice, Gpu, GpuError, Kernel, Precision, Source, adapters};
+use relcp::gpu::{Choice, Gpu, GpuError, Precision, adapters};
+use relcp::internals::gpu::{Buffer, Kernel, Source};
 use relcp::record::{Folder, read_state};
 use relcp::run::{Run, RunError};
 use relcp::scene;

@@ -3,9 +3,9 @@
 use crate::laws::{body, rod, start};
 use crate::random::parse;
 use glam::{DQuat, DVec3};
-use relcp::backend::gpu::Device;
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::dynamics::{Cells, pressures};
+use relcp::internals::backend::gpu::Device;
 use relcp::measure::{Frame, Settings, View};
 use relcp::record::{Folder, Snapshot};
 use relcp::run::{Run, RunStatus};

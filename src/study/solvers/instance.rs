@@ -4,8 +4,10 @@ use super::{Named, Size, TOLERANCES};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::GpuError;
 #[cfg(feature = "gpu")]
+use crate::lcp;
+#[cfg(feature = "gpu")]
 use crate::lcp::gpu::DeviceProblem;
-use crate::lcp::{self, Outcome, ResidualSample, Settings, Solver, Status, Stored};
+use crate::lcp::{Outcome, ResidualSample, Settings, Solver, Status, Stored};
 use crate::scene::SolverKind;
 use crate::simulation::Compute;
 use serde::Serialize;
