@@ -57,6 +57,18 @@ fn rows(folder: &Path) -> Vec<String> {
 }
 
 #[test]
+#[cfg(unix)]
+fn drivers_are_silent_without_a_runtime_folder() {
+    let place = Place::new();
+    for arguments in [&["devices"][..], &["run", "rods.json", "--quiet", "--out", "run"]] {
+        let mut command = Command::cargo_bin("relcp").unwrap();
+        let output = command.current_dir(&place.0).env_remove("XDG_RUNTIME_DIR").args(arguments).output().unwrap();
+        assert!(output.status.success());
+        assert_eq!(String::from_utf8(output.stderr).unwrap(), "", "{arguments:?}");
+    }
+}
+
+#[test]
 fn help_and_version() {
     let place = Place::new();
     let help = place.relcp(&["run", "--help"]).expect(0).out;

@@ -6,6 +6,7 @@ mod batch_progress;
 mod compute;
 mod contacts;
 mod devices;
+mod driver;
 mod exit;
 mod export;
 mod interrupt;
@@ -32,6 +33,7 @@ use std::process::ExitCode;
 
 /// Runs the program on its arguments.
 pub fn main() -> ExitCode {
+    driver::silence();
     std::panic::set_hook(Box::new(|panic| {
         output::message(&format!("internal fault, please report it with the scene and the command: {panic}"));
         std::process::exit(Exit::Internal as i32);
