@@ -28,7 +28,7 @@
 //! | `Phi` | `separation` | shared-normal signed distance of a pair; negative where it overlaps | length |
 //! | `n` | `normal` | unit normal from a to b | 1 |
 //! | `r_a`, `r_b` | `lever_a`, `lever_b` | from a centre to its contact point | length |
-//! | `D` | row | `(-n, -r_a x n, n, r_b x n)`, carried back to `C^k` ([`constraint`]) | 1, length |
+//! | `D` | row | `(-n, -r_a x n, n, r_b x n)`, carried back to `C^k` (`constraint`) | 1, length |
 //! | `gamma` | `gamma` | the contact force of a row | force |
 //! | `g` | | a row's linearised separation | length |
 //! | `E`, `L` | [`dynamics::Factor`] | effective mobility and its symmetric root | |

@@ -113,7 +113,7 @@ pub struct Summary {
     pub version: &'static str,
     /// [Hash](super::scene_hash) of the scene.
     pub scene_hash: String,
-    /// [Hash](super::state_hash) of the state that the run stands at.
+    /// [Hash](crate::record::state_hash) of the state that the run stands at.
     pub state_hash: String,
     /// Bodies now.
     pub bodies: usize,
