@@ -190,7 +190,8 @@ impl Simulation {
         Ok(contacts(&self.state()?.bodies, cutoff))
     }
 
-    /// Every body and surface of a wall whose separation is at most `cutoff`. See [`Walls::contacts`](crate::walls::Walls::contacts).
+    /// Every body and surface of a wall whose separation is at most `cutoff`. See
+    /// [`Walls::contacts`](crate::walls::Walls::contacts).
     ///
     /// # Errors
     /// As [`Simulation::state`].
