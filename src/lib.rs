@@ -72,6 +72,7 @@ pub mod shape;
 pub mod simulation;
 pub mod step;
 pub mod study;
+pub mod view;
 pub mod walls;
 pub mod warm;
 

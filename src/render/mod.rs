@@ -25,7 +25,7 @@ mod text;
 
 pub use camera::Camera;
 pub use error::RenderError;
-pub(crate) use frames::MOVIE;
+pub(crate) use frames::{MOVIE, inside, interval};
 pub use frames::{Fit, Frames, Rendered, RenderedFrame, render, render_on};
 pub use image::Image;
 pub use movie::{Encoder, movie};
