@@ -8,7 +8,7 @@
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::broad_phase::{Aabb, BroadPhase, Candidates, Grid};
+use relcp::internals::broad_phase::{Aabb, BroadPhase, Candidates, Grid};
 use std::f64::consts::TAU;
 use std::time::Instant;
 

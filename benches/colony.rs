@@ -2,9 +2,9 @@
 //!
 //! `cargo bench --bench colony` grows 256 cells; `RELCP_CELLS=1024 cargo bench --bench colony` the size of the published table.
 
+use relcp::scene;
 use relcp::simulation::Simulation;
 use relcp::step::{Phases, StepReport};
-use relcp::{record, scene};
 use std::time::{Duration, Instant};
 
 /// Sums over the steps of one generation.
@@ -79,7 +79,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     println!("{}", generation.row(count));
     println!("total {:.1} s on {} threads", begun.elapsed().as_secs_f64(), rayon::current_num_threads());
-    if let Some(bytes) = record::peak_bytes() {
+    if let Some(bytes) = relcp::run::peak_bytes() {
         println!("peak memory {:.1} MiB", bytes as f64 / 1048576.0);
     }
     Ok(())

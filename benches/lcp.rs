@@ -2,9 +2,9 @@
 //! `cargo bench --bench lcp`.
 #![allow(clippy::unwrap_used)]
 
-use relcp::lcp::cpu::Cpu;
-use relcp::lcp::product::Product;
-use relcp::lcp::verbs::{Metric, Verbs};
+use relcp::internals::lcp::cpu::Cpu;
+use relcp::internals::lcp::product::Product;
+use relcp::internals::lcp::verbs::{Metric, Verbs};
 use relcp::lcp::{Problem, Settings, Solver};
 use relcp::scene::SolverKind;
 use std::hint::black_box;

@@ -1,7 +1,6 @@
 //! Contacts read back: how many each body of a small colony has, and the worst overlap.
 
-use relcp::scene;
-use relcp::simulation::Simulation;
+use relcp::{Simulation, scene};
 use std::error::Error;
 
 /// Surfaces nearer than this count as touching: four times the overlap that a step may leave.

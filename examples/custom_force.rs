@@ -1,10 +1,7 @@
 //! A force of one's own: every ellipsoid is drawn to the origin by a spring and turned towards the z axis.
 
 use glam::DVec3;
-use relcp::bodies::Bodies;
-use relcp::dynamics::Load;
-use relcp::scene;
-use relcp::simulation::Simulation;
+use relcp::{Bodies, Load, Simulation, scene};
 use std::error::Error;
 
 const SCENE: &str = r#"{

@@ -1,11 +1,8 @@
 //! Shapes of one's own, by their support functions: rounded dice and eggs are pressed together.
 
 use glam::DVec3;
-use relcp::bodies::Bodies;
-use relcp::dynamics::Load;
-use relcp::scene;
 use relcp::shape::{Convex, ConvexError, Shape};
-use relcp::simulation::Simulation;
+use relcp::{Bodies, Load, Simulation, scene};
 use std::error::Error;
 
 /// Balls to place the bodies by: each holds a die or an egg.

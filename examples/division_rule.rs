@@ -3,10 +3,7 @@
 
 use glam::{DQuat, DVec3};
 use relcp::bodies::Lineage;
-use relcp::scene;
-use relcp::shape::Shape;
-use relcp::simulation::Simulation;
-use relcp::step::State;
+use relcp::{Shape, Simulation, State, scene};
 use std::collections::HashMap;
 use std::error::Error;
 

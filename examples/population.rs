@@ -1,8 +1,7 @@
 //! A loop of one's own: a colony grows until it has so many cells, then its picture is drawn.
 
 use relcp::render::{View, picture};
-use relcp::scene;
-use relcp::simulation::Simulation;
+use relcp::{Simulation, scene};
 use std::error::Error;
 
 const CELLS: usize = 32;

@@ -1,8 +1,7 @@
 //! A scene made in code: two crossed rods are pushed together. Nothing is read or written.
 
 use relcp::scene::{Body, Contact, Dynamics, Force, Output, Scene, Solver, Time};
-use relcp::shape::Shape;
-use relcp::simulation::Simulation;
+use relcp::{Shape, Simulation};
 use std::error::Error;
 use std::f64::consts::FRAC_1_SQRT_2;
 

@@ -15,7 +15,7 @@ pub const SPATIAL: usize = 6;
 ///
 /// ```
 /// use glam::DVec3;
-/// use relcp::freedom::{pack, PLANAR};
+/// use relcp::internals::freedom::{pack, PLANAR};
 /// assert_eq!(pack::<PLANAR>(DVec3::new(1.0, 2.0, 0.0), DVec3::Z * 3.0), [1.0, 2.0, 3.0]);
 /// ```
 #[inline]

@@ -26,7 +26,7 @@
 //! | `Phi` | `separation` | shared-normal signed distance of a pair; negative where it overlaps | length |
 //! | `n` | `normal` | unit normal from a to b | 1 |
 //! | `r_a`, `r_b` | `lever_a`, `lever_b` | from a centre to its contact point | length |
-//! | `D` | row | `(-n, -r_a x n, n, r_b x n)`, carried back to `C^k` ([`constraint`]) | 1, length |
+//! | `D` | row | `(-n, -r_a x n, n, r_b x n)`, carried back to `C^k` (`constraint`) | 1, length |
 //! | `gamma` | `gamma` | the contact force of a row | force |
 //! | `g` | | a row's linearised separation | length |
 //! | `E`, `L` | [`dynamics::Factor`] | effective mobility and its symmetric root | |
@@ -48,30 +48,41 @@
 //!
 //! The step itself is [`step::step`], over the verbs of [`step::Backend`].
 
-pub mod backend;
+mod backend;
+#[cfg(feature = "files")]
 pub mod batch;
 pub mod bodies;
-pub mod broad_phase;
-pub mod cli;
-pub mod constraint;
+mod broad_phase;
+mod constraint;
 pub mod dynamics;
+#[cfg(feature = "files")]
 pub mod export;
-pub mod freedom;
+mod freedom;
 pub mod gpu;
+#[doc(hidden)]
+pub mod internals;
 pub mod lcp;
+#[cfg(feature = "files")]
 pub mod measure;
 pub mod motion;
 pub mod periodic;
 #[cfg(feature = "python")]
 pub mod python;
+#[cfg(feature = "files")]
 pub mod record;
+#[cfg(feature = "files")]
 pub mod render;
+#[cfg(feature = "files")]
+pub mod run;
 pub mod scene;
 pub mod separation;
 pub mod shape;
 pub mod simulation;
 pub mod step;
+#[cfg(feature = "studies")]
+#[doc(hidden)]
 pub mod study;
+#[cfg(feature = "files")]
 pub mod view;
 pub mod walls;
 pub mod warm;

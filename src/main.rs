@@ -1,5 +1,7 @@
 //! The program: see `relcp --help`.
 
+mod cli;
+
 fn main() -> std::process::ExitCode {
-    relcp::cli::main()
+    cli::main()
 }

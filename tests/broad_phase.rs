@@ -4,7 +4,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::broad_phase::{Aabb, BroadPhase, BruteForce, Candidates, Grid};
+use relcp::internals::broad_phase::{Aabb, BroadPhase, BruteForce, Candidates, Grid};
 
 fn pairs_of(mut search: impl BroadPhase, boxes: &[Aabb]) -> Vec<[u32; 2]> {
     let mut pairs = vec![[7, 7]];

@@ -5,8 +5,8 @@ use assert_cmd::Command;
 use base64::Engine;
 use relcp::Shape;
 use relcp::bodies::Bodies;
-use relcp::export::{States, contacts};
 use relcp::glam::{DQuat, DVec3};
+use relcp::record::{States, contacts};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
@@ -32,26 +32,37 @@ fn colony(folder: &Path, more: &[&str]) -> String {
 }
 
 /// Bodies of every shape that fall, turn and touch, in a box or in a periodic cell.
-fn mixed(folder: &Path, space: Value) {
+fn mixed(folder: &Path, space: &Value, rings: bool) -> usize {
     let body = |shape: Value, at: [f64; 3], turn: [f64; 4]| {
         let fast = [0.3 - 0.1 * at[0], 0.1, -0.5];
         json!({"shape": shape, "position": at, "orientation": turn, "velocity": fast, "angular_velocity": [0.4, -1.1, 2.0]})
     };
+    let rod =
+        body(json!({"spherocylinder": {"diameter": 0.4, "length": 1.6}}), [-0.4, 0.3, -1.2], [0.6, 0.0, 0.8, 0.0]);
+    let bodies = match rings {
+        // No separation is defined of a ring and an ellipsoid.
+        true => vec![
+            rod,
+            body(json!({"torus": {"major_radius": 0.6, "minor_radius": 0.2}}), [1.6, 0.4, -1.2], [0.8, 0.0, 0.6, 0.0]),
+        ],
+        false => vec![
+            rod,
+            body(json!({"sphere": {"radius": 0.5}}), [-1.9, 0.0, -1.2], [1.0, 0.0, 0.0, 0.0]),
+            body(json!({"ellipsoid": {"radii": [0.3, 0.5, 0.8]}}), [0.8, -0.3, -1.0], [0.5, 0.5, -0.5, 0.5]),
+            body(json!({"ellipsoid": {"radii": [0.4, 0.4, 0.7]}}), [0.8, 1.3, -1.0], [0.5, -0.5, -0.5, 0.5]),
+        ],
+    };
+    let count = bodies.len();
     let mut scene = json!({
         "name": "mixed", "dynamics": {"inertial": {"density": 1.0}}, "time": {"dt": 0.01, "end": 0.6},
         "forces": [{"gravity": {"acceleration": [0.0, 0.0, -3.0]}}],
-        "bodies": [
-            body(json!({"sphere": {"radius": 0.5}}), [-1.9, 0.0, -1.2], [1.0, 0.0, 0.0, 0.0]),
-            body(json!({"spherocylinder": {"diameter": 0.4, "length": 1.6}}), [-0.4, 0.3, -1.2], [0.6, 0.0, 0.8, 0.0]),
-            body(json!({"ellipsoid": {"radii": [0.3, 0.5, 0.8]}}), [0.8, -0.3, -1.0], [0.5, 0.5, -0.5, 0.5]),
-            body(json!({"ellipsoid": {"radii": [0.4, 0.4, 0.7]}}), [0.8, 1.3, -1.0], [0.5, -0.5, -0.5, 0.5]),
-            body(json!({"torus": {"major_radius": 0.6, "minor_radius": 0.2}}), [2.1, 0.4, -1.2], [0.8, 0.0, 0.6, 0.0]),
-        ],
+        "bodies": bodies,
         "output": {"every": 0.1, "forces": true},
     });
     scene.as_object_mut().unwrap().extend(space.as_object().unwrap().clone());
     fs::write(folder.join("mixed.json"), scene.to_string()).unwrap();
     relcp(folder, &["run", "mixed.json", "--out", "run", "--quiet", "--backend", "cpu"], 0);
+    count
 }
 
 /// A page, taken apart by what `docs/view.md` says of it.
@@ -66,7 +77,8 @@ impl Page {
         let mut blocks = BTreeMap::new();
         for part in text.split("<script type=\"text/plain\" id=\"").skip(1) {
             let (name, rest) = part.split_once("\">").unwrap();
-            let packed = base64::engine::general_purpose::STANDARD.decode(rest.split_once("</script>").unwrap().0).unwrap();
+            let packed =
+                base64::engine::general_purpose::STANDARD.decode(rest.split_once("</script>").unwrap().0).unwrap();
             let mut bytes = Vec::new();
             flate2::read::ZlibDecoder::new(packed.as_slice()).read_to_end(&mut bytes).unwrap();
             blocks.insert(name.to_owned(), bytes);
@@ -115,7 +127,13 @@ fn check(source: &Path, file: &Path) -> Page {
         let read = page.columns(&format!("state-{i}"), &about["columns"]);
         assert_eq!((about["step"].as_u64(), about["time"].as_f64()), (Some(state.step), Some(state.time)));
         if let Some(differences) = read.get("row") {
-            rows = differences.iter().scan(0, |row, d| { *row += signed(*d); Some(*row as usize) }).collect();
+            rows = differences
+                .iter()
+                .scan(0, |row, d| {
+                    *row += signed(*d);
+                    Some(*row as usize)
+                })
+                .collect();
         }
         assert_eq!(rows.len(), state.bodies.len());
         let bodies = state.bodies.wrapped();
@@ -161,7 +179,15 @@ fn check_pose(header: &Value, bodies: &Bodies, k: usize, steps: [i64; 3], turn: 
     };
     let degrees = match round {
         true => (turn * DVec3::Z).cross(true_turn * DVec3::Z).length().asin().to_degrees(),
-        false => 2.0 * (turn.inverse() * true_turn).to_array()[..3].iter().map(|x| x * x).sum::<f64>().sqrt().asin().to_degrees(),
+        false => {
+            2.0 * (turn.inverse() * true_turn).to_array()[..3]
+                .iter()
+                .map(|x| x * x)
+                .sum::<f64>()
+                .sqrt()
+                .asin()
+                .to_degrees()
+        }
     };
     let stated = header["errors"]["turn_degrees"].as_f64().unwrap();
     // Reckoned in 64 bits here and kept in 32 in the page.
@@ -219,24 +245,36 @@ fn a_growing_colony_is_in_one_file_that_asks_for_nothing() {
 #[test]
 fn every_shape_is_shown_where_it_is_between_walls_and_in_periodic_space() {
     let walls = json!({"walls": [{"box": {"minimum": [-3.0, -3.0, -2.0], "maximum": [3.0, 3.0, 3.0]}}]});
-    for space in [walls, json!({"periodic": {"lengths": [6.0, 6.0, 6.0]}}), json!({})] {
+    let spaces = [walls, json!({"periodic": {"lengths": [6.0, 6.0, 6.0]}}), json!({})];
+    for (space, rings) in spaces.into_iter().flat_map(|space| [(space.clone(), false), (space, true)]) {
         let place = tempfile::tempdir().unwrap();
-        mixed(place.path(), space.clone());
+        let count = mixed(place.path(), &space, rings);
         let (out, err) = relcp(place.path(), &["view", "run"], 0);
-        assert!(out.starts_with("run/view.html: 7 states of up to 5 bodies, ") && err.is_empty(), "{out}{err}");
+        assert!(
+            out.starts_with(&format!("run/view.html: 7 states of up to {count} bodies, ")) && err.is_empty(),
+            "{out}{err}"
+        );
         let page = check(&place.path().join("run"), &place.path().join("run/view.html"));
         assert_eq!(page.header["walls"].as_array().unwrap().len(), usize::from(!space["walls"].is_null()));
         assert_eq!(page.header["periods"][0].as_f64(), space["periodic"]["lengths"][0].as_f64());
         let quantities = page.header["quantities"].as_array().unwrap();
-        let missing: Vec<_> = quantities.iter().filter(|it| !it["missing"].is_null()).map(|it| it["name"].as_str().unwrap()).collect();
+        let missing: Vec<_> =
+            quantities.iter().filter(|it| !it["missing"].is_null()).map(|it| it["name"].as_str().unwrap()).collect();
         assert_eq!(missing, ["age", "generation"]);
         if !space["walls"].is_null() {
             // Bodies that lie on the floor push the wall, which is the number past the last body.
             let last = &page.header["states"][6];
             let read = page.columns("state-6", &last["columns"]);
             let mut a = 0;
-            let with: Vec<_> = read["contact_a"].iter().zip(&read["contact_b"]).map(|(d, b)| { a += *d; i64::from(a) + signed(*b) }).collect();
-            assert!(with.contains(&5) && read["contact_force"].iter().any(|force| *force > 0), "{with:?}");
+            let with: Vec<_> = read["contact_a"]
+                .iter()
+                .zip(&read["contact_b"])
+                .map(|(d, b)| {
+                    a += *d;
+                    i64::from(a) + signed(*b)
+                })
+                .collect();
+            assert!(with.contains(&(count as i64)) && read["contact_force"].iter().any(|force| *force > 0), "{with:?}");
         }
     }
 }
@@ -248,7 +286,10 @@ fn a_part_of_a_run_and_a_scene_have_pages_and_threads_do_not_matter() {
     let part = ["view", "run", "--from", "0.9", "--every", "2", "--out", "part.html", "--colour", "age", "--json"];
     let (out, _) = relcp(place.path(), &part, 0);
     let document: Value = serde_json::from_str(&out).unwrap();
-    assert_eq!((&document["file"], &document["states"], &document["bodies"]), (&json!("part.html"), &json!(2), &json!(4)));
+    assert_eq!(
+        (&document["file"], &document["states"], &document["bodies"]),
+        (&json!("part.html"), &json!(2), &json!(4))
+    );
     let page = Page::read(&place.path().join("part.html"));
     assert_eq!(page.header["states"][1]["time"].as_f64(), Some(2.0));
     assert_eq!(page.header["colour"], "age");
@@ -279,7 +320,9 @@ fn what_cannot_be_shown_is_told_and_leaves_the_page_before() {
     let (_, err) = relcp(place.path(), &["view", "run"], 4);
     assert!(err.contains("state_0000000050.npz"), "{err}");
     assert!(before == fs::read(&file).unwrap());
-    let parts = fs::read_dir(place.path().join("run")).unwrap().filter(|entry| entry.as_ref().unwrap().path().extension().is_some_and(|e| e == "part"));
+    let parts = fs::read_dir(place.path().join("run"))
+        .unwrap()
+        .filter(|entry| entry.as_ref().unwrap().path().extension().is_some_and(|e| e == "part"));
     assert_eq!(parts.count(), 0);
     fs::create_dir(place.path().join("empty")).unwrap();
     let (_, err) = relcp(place.path(), &["view", "empty"], 4);
@@ -292,5 +335,8 @@ fn what_cannot_be_shown_is_told_and_leaves_the_page_before() {
     let text = fs::read_to_string(&steps).unwrap();
     fs::write(&steps, &text[..text.len() - 40]).unwrap();
     let (out, _) = relcp(place.path(), &["view", "run"], 0);
-    assert!(out.contains("note: ") && out.contains("steps.csv") && out.contains("the plot ends after 124 steps"), "{out}");
+    assert!(
+        out.contains("note: ") && out.contains("steps.csv") && out.contains("the plot ends after 124 steps"),
+        "{out}"
+    );
 }

@@ -1,5 +1,6 @@
 "use strict";
-// The run inside the page: blocks of zlib in base64, unpacked by the browser itself. A block is columns of whole numbers, each
+// The run inside the page: blocks of zlib in base64, unpacked by the browser itself. A block is columns of whole
+// numbers, each
 // as its bytes of the lowest order, then those of the next, and so on. src/view/columns.rs writes what this reads.
 
 /** The bytes of a block, which then leaves the page. */

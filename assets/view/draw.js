@@ -1,5 +1,6 @@
 "use strict";
-// Drawing with WebGL 2. First each body casts the rays of its rectangle (body.frag) into a picture of numbers, then these are
+// Drawing with WebGL 2. First each body casts the rays of its rectangle (body.frag) into a picture of numbers, then
+// these are
 // lit (shade.frag), then lines are laid over them (line.frag).
 
 /** Half the width of a shadow's soft edge, in thicknesses of a middling body, and in samples at the least. */

@@ -1,5 +1,6 @@
 "use strict";
-// Walls and the periodic cell as lines, six numbers each, from the run's middle. In a planar run they are cut by the plane.
+// Walls and the periodic cell as lines, six numbers each, from the run's middle. In a planar run they are cut by the
+// plane.
 
 /** Lines along a side of a plane that is drawn as a patch, and to a turn of a circle. */
 const PATCH = 8;

@@ -1,7 +1,8 @@
 //! Why a batch, or a member of one, could not be run.
 
 use crate::gpu::GpuError;
-use crate::record::{RecordError, RunError};
+use crate::record::RecordError;
+use crate::run::RunError;
 use crate::scene::SceneError;
 use crate::step::Fault;
 use miette::Diagnostic;

@@ -6,7 +6,8 @@
 use super::error::{BatchError, MemberError};
 use super::plan::{Member, Plan};
 use super::standing::{Folders, Standing};
-use crate::record::{Folder, Run, RunError, RunStatus};
+use crate::record::Folder;
+use crate::run::{Run, RunError, RunStatus};
 use crate::scene::Scene;
 use crate::simulation::{Compute, Simulation};
 use crate::step::StepReport;

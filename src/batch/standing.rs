@@ -1,7 +1,8 @@
 //! How a member stands: what its folder holds.
 
 use super::plan::{HASH_DIGITS, INDEX_DIGITS, Member, Plan};
-use crate::record::{Folder, RecordError, RunStatus, differing_keys, scene_hash};
+use crate::record::{Folder, RecordError, differing_keys, scene_hash};
+use crate::run::RunStatus;
 use crate::scene::{self, StopReason};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashSet};

@@ -6,7 +6,7 @@ use super::{Aabb, BroadPhase};
 ///
 /// ```
 /// use glam::DVec3;
-/// use relcp::broad_phase::{Aabb, BroadPhase, BruteForce};
+/// use relcp::internals::broad_phase::{Aabb, BroadPhase, BruteForce};
 ///
 /// let at = |x| Aabb::from_centre(DVec3::new(x, 0.0, 0.0), DVec3::splat(0.5));
 /// let mut pairs = Vec::new();

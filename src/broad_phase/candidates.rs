@@ -37,7 +37,7 @@ const PARALLEL_MIN: usize = 16384;
 ///
 /// ```
 /// use glam::DVec3;
-/// use relcp::broad_phase::{Aabb, BroadPhase, Candidates, Grid};
+/// use relcp::internals::broad_phase::{Aabb, BroadPhase, Candidates, Grid};
 ///
 /// let mut candidates = Candidates::new(Box::<Grid>::default());
 /// let mut boxes = [0.0, 0.999, 5.0].map(|x| Aabb::from_centre(DVec3::new(x, 0.0, 0.0), DVec3::splat(0.5)));

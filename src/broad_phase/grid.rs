@@ -46,7 +46,7 @@ impl Entry {
 ///
 /// ```
 /// use glam::DVec3;
-/// use relcp::broad_phase::{Aabb, BroadPhase, Grid};
+/// use relcp::internals::broad_phase::{Aabb, BroadPhase, Grid};
 ///
 /// let boxes: Vec<Aabb> = (0..100).map(|k| Aabb::from_centre(DVec3::X * k as f64, DVec3::splat(0.6))).collect();
 /// let mut pairs = Vec::new();

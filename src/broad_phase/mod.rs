@@ -5,6 +5,7 @@
 
 mod brute_force;
 mod candidates;
+#[cfg(feature = "gpu")]
 pub mod gpu;
 mod grid;
 mod levels;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 ///
 /// ```
 /// use glam::DVec3;
-/// use relcp::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
+/// use relcp::internals::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
 /// use relcp::periodic::Periods;
 ///
 /// let at = |x| Aabb::from_centre(DVec3::new(x, 0.0, 0.0), DVec3::splat(0.5));

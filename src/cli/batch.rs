@@ -5,9 +5,9 @@ use super::batch_progress::{BatchProgress, chain};
 use super::exit::{CliError, Exit};
 use super::run::RUNS;
 use super::{compute, output};
-use crate::batch::{BatchError, Ended, Folders, Member, MemberError, Options, Plan, RowStatus, Table, run};
-use crate::scene::Scene;
-use crate::simulation::Compute;
+use relcp::batch::{BatchError, Ended, Folders, Member, MemberError, Options, Plan, RowStatus, Table, run};
+use relcp::scene::Scene;
+use relcp::simulation::Compute;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 

@@ -2,10 +2,10 @@
 
 use super::interrupt::Interrupt;
 use super::output;
-use crate::batch::{Ended, Member, MemberError, Watch};
-use crate::record::{Run, RunError, RunStatus};
-use crate::step::StepReport;
 use indicatif::{ProgressBar, ProgressStyle};
+use relcp::batch::{Ended, Member, MemberError, Watch};
+use relcp::run::{Run, RunError, RunStatus};
+use relcp::step::StepReport;
 use std::collections::BTreeSet;
 use std::error::Error;
 use std::io::IsTerminal;

@@ -3,9 +3,9 @@
 use super::arguments::{Backend, Compute as Arguments, Precision as Wanted};
 use super::exit::CliError;
 use super::output;
-use crate::gpu::{AdapterReport, Choice, GpuError, Precision, adapters};
-use crate::scene::Scene;
-use crate::simulation::Compute;
+use relcp::gpu::{AdapterReport, Choice, GpuError, Precision, adapters};
+use relcp::scene::Scene;
+use relcp::simulation::Compute;
 use std::sync::OnceLock;
 
 /// Settles how many threads there are.

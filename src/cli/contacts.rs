@@ -3,11 +3,11 @@
 use super::arguments::Contacts;
 use super::exit::{CliError, Exit};
 use super::output;
-use crate::bodies::Bodies;
-use crate::record::{Folder, read_state};
-use crate::scene;
-use crate::step::image_contacts;
-use crate::walls::Walls;
+use relcp::bodies::Bodies;
+use relcp::record::{Folder, read_state};
+use relcp::scene;
+use relcp::step::image_contacts;
+use relcp::walls::Walls;
 use serde::Serialize;
 use std::path::Path;
 

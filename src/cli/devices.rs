@@ -3,7 +3,7 @@
 use super::arguments::Devices;
 use super::exit::{CliError, Exit};
 use super::output;
-use crate::gpu::{AdapterReport, Choice, adapters};
+use relcp::gpu::{AdapterReport, Choice, adapters};
 use serde_json::json;
 
 pub(super) fn devices(arguments: &Devices) -> Result<Exit, CliError> {

@@ -1,15 +1,16 @@
 //! Exit statuses, and what leads to them.
 
-use crate::batch::{BatchError, Ended, MemberError};
-use crate::export::ExportError;
-use crate::gpu::GpuError;
-use crate::measure::MeasureError;
-use crate::record::{RecordError, RunError, RunStatus};
-use crate::render::RenderError;
-use crate::scene::SceneError;
-use crate::step::Fault;
-use crate::study::StudyError;
 use miette::Diagnostic;
+use relcp::batch::{BatchError, Ended, MemberError};
+use relcp::export::ExportError;
+use relcp::gpu::GpuError;
+use relcp::measure::MeasureError;
+use relcp::record::RecordError;
+use relcp::render::RenderError;
+use relcp::run::{RunError, RunStatus};
+use relcp::scene::SceneError;
+use relcp::step::Fault;
+use relcp::study::StudyError;
 use std::io;
 use thiserror::Error;
 

@@ -1,12 +1,12 @@
 //! `relcp export`: a run's states in another format.
 
 use super::arguments::{Export as Arguments, ExportFormat};
-use super::compute;
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
-use super::output;
-use crate::export::{Exported, Format, States, export as write};
+use super::{compute, output};
 use indicatif::ProgressBar;
+use relcp::export::{ExportError, Exported, Format, export as write};
+use relcp::record::States;
 use serde::Serialize;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -31,7 +31,7 @@ pub(super) fn export(arguments: &Arguments) -> Result<Exit, CliError> {
         (ExportFormat::Gsd, None) => (Format::Gsd, "gsd"),
         (ExportFormat::Vtk, cutoff) => (Format::Vtk { cutoff }, "vtk"),
     };
-    let states = States::open(&arguments.run)?;
+    let states = States::open(&arguments.run).map_err(ExportError::from)?;
     let folder = arguments.out.clone().unwrap_or_else(|| place(&arguments.run, states.name(), extension));
     let interrupt = Interrupt::listen();
     let bar = (!arguments.print.quiet && std::io::stderr().is_terminal()).then(|| ProgressBar::new(0));

@@ -1,13 +1,12 @@
 //! `relcp measure`: measures of a run's states.
 
 use super::arguments::Measure as Arguments;
-use super::compute;
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
-use super::output;
-use crate::export::States;
-use crate::measure::{Document, MeasureError, Measured, Settings, measure as measure_all, measure_last, select, write};
+use super::{compute, output};
 use indicatif::ProgressBar;
+use relcp::measure::{Document, MeasureError, Measured, Settings, measure as measure_all, measure_last, select, write};
+use relcp::record::States;
 use serde::Serialize;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,9 @@
 //! How a run is coming along, on standard error: a bar on a terminal, elsewhere a line every few seconds.
 
 use super::output;
-use crate::record::Run;
-use crate::step::StepReport;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use relcp::run::Run;
+use relcp::step::StepReport;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 

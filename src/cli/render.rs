@@ -1,15 +1,13 @@
 //! `relcp render`: pictures of a run's states, and a movie.
 
 use super::arguments::{Backend, Render as Arguments};
-use super::compute;
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
-use super::output;
-use crate::export::States;
-use crate::gpu::{Choice, Gpu, GpuError, adapters};
-use crate::record::{RecordError, durable};
-use crate::render::{Encoder, Frames, MOVIE, Rays, RenderError, Rendered, movie, render_on};
+use super::{compute, output};
 use indicatif::ProgressBar;
+use relcp::gpu::{Choice, Gpu, GpuError, adapters};
+use relcp::record::{RecordError, States, durable};
+use relcp::render::{Encoder, Frames, MOVIE, Rays, RenderError, Rendered, movie, render_on};
 use serde::Serialize;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};

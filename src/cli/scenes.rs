@@ -3,7 +3,7 @@
 use super::arguments::{Check, Scenes, Schema};
 use super::exit::{CliError, Exit};
 use super::output;
-use crate::{batch, scene};
+use relcp::{batch, scene};
 use serde_json::json;
 
 pub(super) fn scenes(arguments: &Scenes) -> Result<Exit, CliError> {

@@ -9,10 +9,10 @@ use super::study_paper::paper;
 use super::study_solvers::solvers;
 use super::study_work_precision::work_precision;
 use super::{compute, output};
-use crate::record::{RecordError, durable};
-use crate::simulation::Compute;
-use crate::study::StudyError;
-use crate::study::throughput::{Kind, Row, measure, table};
+use relcp::record::{RecordError, durable};
+use relcp::simulation::Compute;
+use relcp::study::StudyError;
+use relcp::study::throughput::{Kind, Row, measure, table};
 use serde::Serialize;
 use serde_json::Value;
 use std::fs;
@@ -92,7 +92,7 @@ fn write_rows(rows: &[Row], arguments: &Study) -> Result<(), CliError> {
 
 /// The CPU, and the device where there is one.
 pub(super) fn computes(arguments: &Study) -> Result<Vec<Compute>, CliError> {
-    let device = compute::settle(&arguments.compute, &crate::scene::load("colony", &[])?)?;
+    let device = compute::settle(&arguments.compute, &relcp::scene::load("colony", &[])?)?;
     let mut computes = vec![Compute::Cpu];
     computes.extend(matches!(device, Compute::Gpu { .. }).then_some(device));
     Ok(computes)

@@ -5,11 +5,11 @@ use super::compute;
 use super::exit::CliError;
 use super::study::{Found, pretty, value, write_all};
 use super::study_paper::{on_the_cpu, say};
-use crate::scene;
-use crate::simulation::Compute;
-use crate::study::hard::random::{self, Options, Row, Ticket};
-use crate::study::hard::{Size, Study, Verdict, all};
-use crate::study::paper::COMPUTED_BY;
+use relcp::scene;
+use relcp::simulation::Compute;
+use relcp::study::hard::random::{self, Options, Row, Ticket};
+use relcp::study::hard::{Size, Study, Verdict, all};
+use relcp::study::paper::COMPUTED_BY;
 use serde_json::{Value, json};
 use std::sync::{Mutex, PoisonError};
 

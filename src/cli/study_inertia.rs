@@ -4,9 +4,9 @@ use super::arguments::Study as Arguments;
 use super::exit::CliError;
 use super::study::{Found, computes, write_all};
 use super::study_paper::{made, size};
-use crate::gpu::Precision;
-use crate::simulation::Compute;
-use crate::study::inertia::{Size, Study};
+use relcp::gpu::Precision;
+use relcp::simulation::Compute;
+use relcp::study::inertia::{Size, Study};
 
 pub(super) fn inertia(arguments: &Arguments) -> Result<Found, CliError> {
     // Before anything is measured, so that a folder that cannot be written to costs nothing.

@@ -1,11 +1,10 @@
 //! `relcp study two-ellipsoids`, `jitter`, `chainmail`, `compaction`, `colony` and `packing`: the paper's tests, and what is measured in their manner.
 
 use super::arguments::{Backend, Study as Arguments, StudyName};
-use super::compute;
 use super::exit::CliError;
-use super::output;
 use super::study::{Found, pretty, value, write_all};
-use crate::study::paper::{COMPUTED_BY, Measured, chainmail, colony, compaction, jitter, packing, two_ellipsoids};
+use super::{compute, output};
+use relcp::study::paper::{COMPUTED_BY, Measured, chainmail, colony, compaction, jitter, packing, two_ellipsoids};
 use serde_json::{Value, json};
 
 /// The study that is asked for, or one of them where all are.

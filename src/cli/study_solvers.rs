@@ -4,10 +4,10 @@ use super::arguments::Study;
 use super::exit::CliError;
 use super::output;
 use super::study::{Found, computes, pretty, value, write_all};
-use crate::lcp::Status;
-use crate::record::{Folder, RecordError, read_lcp};
-use crate::study::StudyError;
-use crate::study::solvers::{
+use relcp::lcp::Status;
+use relcp::record::{Folder, RecordError, read_lcp};
+use relcp::study::StudyError;
+use relcp::study::solvers::{
     Attempt, Instance, Named, RunRow, Size, attempts_csv, built_in, measure, page, plot, run_cases, runs_csv,
 };
 use serde_json::{Value, json};

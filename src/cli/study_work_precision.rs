@@ -4,7 +4,7 @@ use super::arguments::Study as Arguments;
 use super::exit::CliError;
 use super::study::{Found, computes, value, write_all};
 use super::study_paper::{made, say, size};
-use crate::study::work_precision::{PROBLEMS, Reference, Size, Study};
+use relcp::study::work_precision::{PROBLEMS, Reference, Size, Study};
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -5,10 +5,10 @@ use super::compute;
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::output;
-use crate::export::States;
-use crate::render::RenderError;
-use crate::view::{Pages, Viewed, view as write};
 use indicatif::ProgressBar;
+use relcp::record::States;
+use relcp::render::RenderError;
+use relcp::view::{Pages, Viewed, view as write};
 use serde::Serialize;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -95,7 +95,8 @@ fn show(file: &Path) {
     } else {
         "xdg-open"
     };
-    let shown = Command::new(program).arg(file).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+    let shown =
+        Command::new(program).arg(file).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
     if let Err(why) = shown {
         output::message(&format!("note: `{program}` cannot show it: {why}"));
     }

@@ -3,7 +3,9 @@
 use super::Dynamics;
 use crate::bodies::Bodies;
 use glam::DVec3;
+#[cfg(feature = "files")]
 use schemars::JsonSchema;
+#[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 use std::ops::{Add, AddAssign};
 
@@ -50,15 +52,16 @@ impl<F: Fn(&Bodies, usize, f64) -> Load + Send + Sync> ForceField for F {
 }
 
 /// An external force.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum Force {
     /// The same force on every body.
     Uniform {
         /// The force.
         force: [f64; 3],
         /// Only bodies of this group.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
     },
     /// Weight: the body's mass times an acceleration. It needs the inertial law, where bodies have mass.
@@ -66,19 +69,19 @@ pub enum Force {
         /// The acceleration.
         acceleration: [f64; 3],
         /// Only bodies of this group.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
     },
     /// `F(x) = -x (|x| - sin |x|) / |x|^2`: the paper's compaction.
     RadialInward {
         /// Only bodies of this group.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
     },
     /// `F(x) = +x (|x| - sin |x|) / |x|^2`: the paper's chainmail.
     RadialOutward {
         /// Only bodies of this group.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
     },
 }

@@ -1,23 +1,26 @@
 //! The laws of motion that a scene may name.
 
 use super::{Inertial, Law, Overdamped};
+#[cfg(feature = "files")]
 use schemars::JsonSchema;
+#[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
 /// The law of motion.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum Dynamics {
     /// Inertia is negligible: `u = F / (drag L)`, `w = 12 T / (drag L^3)` with `L` the major axis length.
     Overdamped {
         /// Drag coefficient `xi`.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         drag: f64,
     },
     /// Newton's and Euler's equations with inelastic contact.
     Inertial {
         /// Mass per volume of every body.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         density: f64,
     },
 }

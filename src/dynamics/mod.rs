@@ -28,7 +28,9 @@ pub use inertial::Inertial;
 pub use law::{Dynamics, law};
 pub use overdamped::Overdamped;
 pub use pressure::pressures;
+#[cfg(feature = "files")]
 pub(crate) use pressure::virial_of_wall;
+#[cfg(feature = "gpu")]
 pub(crate) use spin::LAST_STEP;
 pub use spin::Spin;
 pub use waiting::Waiting;

@@ -1,6 +1,6 @@
 //! Why states could not be exported.
 
-use crate::record::RecordError;
+use crate::record::{RecordError, StatesError};
 use crate::scene::SceneError;
 use miette::Diagnostic;
 use std::path::PathBuf;
@@ -56,6 +56,17 @@ pub enum ExportError {
         /// States in all.
         all: usize,
     },
+}
+
+impl From<StatesError> for ExportError {
+    fn from(error: StatesError) -> Self {
+        match error {
+            StatesError::Record(error) => ExportError::Record(error),
+            StatesError::Scene(error) => ExportError::Scene(error),
+            StatesError::NoState { path } => ExportError::NoState { path },
+            StatesError::Custom { origin, body } => ExportError::Custom { origin, body },
+        }
+    }
 }
 
 impl ExportError {

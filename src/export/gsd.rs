@@ -17,13 +17,12 @@
 //! (N x 3, i32) says by how many periods a body is away. Along other axes it holds every body of every state, and means nothing else (the schema's
 //! boxes are periodic along all three).
 
+use super::Exported;
 use super::classes::{Classes, Survey};
 use super::error::ExportError;
 use super::file_layer::GsdFile;
-use super::states::{Snapshot, States};
-use super::{Exported, Watch};
 use crate::bodies::NO_GROUP;
-use crate::record::{RecordError, durable};
+use crate::record::{RecordError, Snapshot, States, Watch, durable};
 use crate::shape::Shape;
 use glam::DVec3;
 use std::fs::File;
@@ -50,7 +49,8 @@ struct Common {
 /// All states are read twice: types and box are the same in every frame. See [the module](self) for what is where.
 ///
 /// ```
-/// use relcp::export::{States, gsd};
+/// use relcp::export::gsd;
+/// use relcp::record::States;
 /// let folder = tempfile::tempdir()?;
 /// let path = folder.path().join("capsules.gsd");
 /// let done = gsd(&States::open("three-capsules")?, &path, &mut |_, _| true)?;

@@ -4,7 +4,8 @@
 //! format has them: see [`gsd`](mod@gsd) and [`vtk`](mod@vtk) for what is where, and how rods and rings are expressed.
 //!
 //! ```
-//! use relcp::export::{Format, States, export};
+//! use relcp::export::{Format, export};
+//! use relcp::record::States;
 //! let folder = tempfile::tempdir()?;
 //! let states = States::open("three-capsules")?;
 //! let done = export(&states, Format::Vtk { cutoff: None }, folder.path(), &mut |_done, _all| true)?;
@@ -13,27 +14,20 @@
 //! ```
 
 mod classes;
-mod contacts;
 mod error;
 mod file_layer;
 pub mod gsd;
-mod states;
 pub mod vtk;
 mod vtp;
 
-pub use contacts::{Contact, TOUCHING, contacts};
 pub use error::ExportError;
 pub use gsd::gsd;
-pub use states::{Snapshot, States};
 pub use vtk::{SCRIPT, vtk};
 
-use crate::record::RecordError;
+use crate::record::{RecordError, States, Watch};
 use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
-
-/// What an export is told of its progress: how much is done, of how much. It stops where the answer is `false`.
-pub type Watch<'a> = &'a mut dyn FnMut(usize, usize) -> bool;
 
 /// A format.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +36,7 @@ pub enum Format {
     Gsd,
     /// ParaView's collections and the files in them.
     Vtk {
-        /// Pairs nearer than this are contacts; see [`contacts`].
+        /// Pairs nearer than this are contacts; see [`contacts`](crate::record::contacts).
         cutoff: Option<f64>,
     },
 }

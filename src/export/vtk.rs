@@ -12,13 +12,11 @@
 //! With tubes around the axes, spheres at their ends and glyphs at the bodies, the shapes are exact but for the facets of what
 //! ParaView draws: the corners lie on the true surface. [`SCRIPT`], written beside them, sets that up.
 
-use super::contacts::contacts;
+use super::Exported;
 use super::error::ExportError;
-use super::states::{Snapshot, States};
 use super::vtp::{Array, Cells, Numbers, PolyData};
-use super::{Exported, Watch};
 use crate::bodies::NO_GROUP;
-use crate::record::{RecordError, durable};
+use crate::record::{RecordError, Snapshot, States, Watch, contacts, durable};
 use crate::shape::{Centreline, Geometry, Shape};
 use glam::DVec3;
 use std::f64::consts::TAU;
@@ -48,7 +46,8 @@ const RING_SEGMENTS: usize = 64;
 /// A state that cannot be read; a number that is not finite; a file that cannot be written.
 ///
 /// ```
-/// use relcp::export::{States, vtk};
+/// use relcp::export::vtk;
+/// use relcp::record::States;
 /// let folder = tempfile::tempdir()?;
 /// let done = vtk(&States::open("two-ellipsoids")?, folder.path(), None, &mut |_, _| true)?;
 /// assert_eq!(done.states, 1);

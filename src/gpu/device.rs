@@ -1,9 +1,8 @@
 //! An open device: its queue, what it allocated and did, and the first fault that it reported.
 
-use super::adapter::{self, Choice};
 use super::recorder::Staging;
-use super::timing::{StageTime, Timer};
-use super::{GpuError, Precision, Recorder, self_test};
+use super::timing::Timer;
+use super::{Choice, Counters, GpuError, PipelineReport, Precision, Recorder, StageTime, adapter, self_test};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -18,21 +17,6 @@ const MOST_BANKS: u64 = 16;
 
 /// Offsets of bindings are multiples of this on every adapter.
 const LEAST_BANK_BYTES: u64 = 256;
-
-/// What a device did since it was opened.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct Counters {
-    /// Dispatches recorded, indirect ones too.
-    pub dispatches: u64,
-    /// Submissions.
-    pub submissions: u64,
-    /// Times that the host waited for data.
-    pub reads: u64,
-    /// Bytes read back.
-    pub bytes_read: u64,
-    /// Bytes written to the device.
-    pub bytes_written: u64,
-}
 
 /// What buffers there are.
 #[derive(Debug, Default)]
@@ -49,15 +33,6 @@ pub(super) struct Shared {
     /// A buffer is gone: bind groups that hold on to it must go too.
     pub stale: AtomicBool,
     fault: Mutex<Option<GpuError>>,
-}
-
-/// A pipeline that was made.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct PipelineReport {
-    /// The kernel's name.
-    pub name: String,
-    /// Seconds to validate and translate it; drivers may compile later, at first use, unless told to at once.
-    pub seconds: f64,
 }
 
 pub(super) type BindGroups = HashMap<(u64, Vec<u64>), wgpu::BindGroup>;

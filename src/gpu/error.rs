@@ -3,6 +3,9 @@
 /// A fault of an adapter or a device.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GpuError {
+    /// The program was built without devices.
+    #[error("this program was built without the feature gpu; use --backend cpu")]
+    NotBuilt,
     /// No adapter fits.
     #[error(
         "no usable adapter{wanted}; found: {found}. Install a Vulkan driver (a software one will do: Debian's mesa-vulkan-drivers), or use --backend cpu"

@@ -3,8 +3,8 @@
 //! Binding 0 may be a uniform: the parameters of one dispatch. The others are storage buffers, in order.
 
 use super::banks::{self, Banked};
-use super::device::{PipelineReport, lock};
-use super::{Gpu, GpuError, Precision, Source};
+use super::device::lock;
+use super::{Gpu, GpuError, PipelineReport, Precision, Source};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;

@@ -18,7 +18,7 @@ const EXPONENTS: std::ops::RangeInclusive<i32> = -80..=80;
 /// A lattice of coordinates.
 ///
 /// ```
-/// use relcp::gpu::Lattice;
+/// use relcp::internals::gpu::Lattice;
 ///
 /// let lattice = Lattice::for_thickness(0.7)?;
 /// assert_eq!(lattice.pitch(), 0.5 / 1024.0);

@@ -2,47 +2,79 @@
 //!
 //! It knows nothing of bodies, rows or solvers. Kernels are written in `shaders/` over the number type `real`, which is `f32` or,
 //! where the adapter has it, `f64` ([`Precision`]). Nothing here waits for ever, and every fault of a device is a [`GpuError`].
+//!
+//! Without the feature `gpu` there is no device: [`Gpu`] has no value, and opening one says so.
 
+#[cfg(not(feature = "gpu"))]
+mod absent;
+#[cfg(feature = "gpu")]
 mod adapter;
+#[cfg(feature = "gpu")]
 mod banks;
-mod buffer;
+#[cfg(feature = "gpu")]
+pub(crate) mod buffer;
+mod choice;
+#[cfg(feature = "gpu")]
 mod device;
 mod error;
-mod kernel;
-mod lattice;
-mod periods;
+#[cfg(feature = "gpu")]
+pub(crate) mod kernel;
+#[cfg(feature = "gpu")]
+pub(crate) mod lattice;
+#[cfg(feature = "gpu")]
+pub(crate) mod periods;
 mod precision;
 mod profile;
-mod recorder;
-mod scan;
+#[cfg(feature = "gpu")]
+pub(crate) mod recorder;
+#[cfg(feature = "gpu")]
+pub(crate) mod scan;
+#[cfg(feature = "gpu")]
 mod self_test;
-mod sort;
-mod source;
-#[cfg(test)]
+#[cfg(feature = "gpu")]
+pub(crate) mod sort;
+#[cfg(feature = "gpu")]
+pub(crate) mod source;
+#[cfg(all(test, feature = "gpu"))]
 mod test_device;
+#[cfg(feature = "gpu")]
 mod timing;
 
-pub use adapter::{AdapterReport, Choice, adapters};
-pub use buffer::Buffer;
-pub use device::{Counters, Gpu, PipelineReport};
+#[cfg(not(feature = "gpu"))]
+pub use absent::{Gpu, adapters};
+#[cfg(feature = "gpu")]
+pub use adapter::adapters;
+#[cfg(feature = "gpu")]
+pub(crate) use buffer::Buffer;
+pub use choice::{AdapterReport, Choice};
+#[cfg(feature = "gpu")]
+pub use device::Gpu;
 pub use error::GpuError;
-pub use kernel::Kernel;
-#[cfg(test)]
+#[cfg(feature = "gpu")]
+pub(crate) use kernel::Kernel;
+#[cfg(all(test, feature = "gpu"))]
 pub(crate) use kernel::validate;
-pub use lattice::Lattice;
+#[cfg(feature = "gpu")]
+pub(crate) use lattice::Lattice;
+#[cfg(feature = "gpu")]
 pub(crate) use lattice::MOST_CELL;
-pub use periods::LatticePeriods;
+#[cfg(feature = "gpu")]
+pub(crate) use periods::LatticePeriods;
 pub use precision::Precision;
-pub use profile::{BufferUse, Profile};
-pub use recorder::Recorder;
-pub use scan::Scan;
-pub use sort::Sort;
-pub use source::{Fragment, Source, WORKGROUP};
-#[cfg(test)]
+pub use profile::{BufferUse, Counters, PipelineReport, Profile, StageTime};
+#[cfg(feature = "gpu")]
+pub(crate) use recorder::Recorder;
+#[cfg(feature = "gpu")]
+pub(crate) use scan::Scan;
+#[cfg(feature = "gpu")]
+pub(crate) use sort::Sort;
+#[cfg(feature = "gpu")]
+pub(crate) use source::{Fragment, Source, WORKGROUP};
+#[cfg(all(test, feature = "gpu"))]
 pub(crate) use test_device::{precisions, test_device};
-pub use timing::StageTime;
 
 /// A WGSL fragment of the folder `shaders/`, by its path there.
+#[cfg(feature = "gpu")]
 macro_rules! fragment {
     ($path:literal) => {
         $crate::gpu::Fragment {
@@ -51,4 +83,5 @@ macro_rules! fragment {
         }
     };
 }
+#[cfg(feature = "gpu")]
 pub(crate) use fragment;

@@ -16,7 +16,7 @@ const LEAST_CELLS: f64 = 2048.0;
 /// The periods of a scene on its lattice.
 ///
 /// ```
-/// use relcp::gpu::{Lattice, LatticePeriods};
+/// use relcp::internals::gpu::{Lattice, LatticePeriods};
 ///
 /// let lattice = Lattice::for_thickness(1.0)?;
 /// assert!(!LatticePeriods::new(lattice, [Some(7.3), None, None])?.is_none());

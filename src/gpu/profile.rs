@@ -1,13 +1,50 @@
 //! What a device was made to do: pipelines, buffers, dispatches, read-backs, and the time of each stage where the adapter tells it.
 
-use super::device::PipelineReport;
-use super::{Counters, Gpu, StageTime};
-use serde::Serialize;
+use super::Gpu;
 use std::collections::BTreeMap;
 use std::fmt;
 
+/// What a device did since it was opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(serde::Serialize))]
+pub struct Counters {
+    /// Dispatches recorded, indirect ones too.
+    pub dispatches: u64,
+    /// Submissions.
+    pub submissions: u64,
+    /// Times that the host waited for data.
+    pub reads: u64,
+    /// Bytes read back.
+    pub bytes_read: u64,
+    /// Bytes written to the device.
+    pub bytes_written: u64,
+}
+
+/// A pipeline that was made.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(serde::Serialize))]
+pub struct PipelineReport {
+    /// The kernel's name.
+    pub name: String,
+    /// Seconds to validate and translate it; drivers may compile later, at first use, unless told to at once.
+    pub seconds: f64,
+}
+
+/// The time that a stage's kernels took.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(serde::Serialize))]
+pub struct StageTime {
+    /// The stage.
+    pub stage: &'static str,
+    /// Seconds on the device.
+    pub seconds: f64,
+    /// Passes timed.
+    pub passes: u64,
+}
+
 /// All buffers of one label.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(serde::Serialize))]
 pub struct BufferUse {
     /// What they hold.
     pub label: String,
@@ -18,7 +55,8 @@ pub struct BufferUse {
 }
 
 /// What a device was made to do.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(serde::Serialize))]
 pub struct Profile {
     /// The adapter and its driver.
     pub adapter: String,

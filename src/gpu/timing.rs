@@ -1,21 +1,10 @@
 //! Times of passes by stage, from timestamp queries.
 
-use super::Gpu;
+use super::{Gpu, StageTime};
 use std::collections::BTreeMap;
 
 /// Passes that one submission can time; later ones in it are not timed.
 const MOST_PASSES: u32 = 512;
-
-/// The time that a stage's kernels took.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct StageTime {
-    /// The stage.
-    pub stage: &'static str,
-    /// Seconds on the device.
-    pub seconds: f64,
-    /// Passes timed.
-    pub passes: u64,
-}
 
 pub(super) struct Timer {
     queries: wgpu::QuerySet,

@@ -1,11 +1,14 @@
 //! Which solver.
 
+#[cfg(feature = "files")]
 use schemars::JsonSchema;
+#[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
 /// The LCP solvers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum SolverKind {
     /// The program's choice: `pair_block_cg`. Where it ends without reaching the tolerance, `interior_point` goes on; not on a GPU.
     #[default]
@@ -27,9 +30,6 @@ pub enum SolverKind {
 }
 
 impl SolverKind {
-    /// The one that public codes for contacts of rigid bodies solve their LCPs with: what measurements set the default beside.
-    pub(crate) const OF_PUBLIC_CODES: SolverKind = SolverKind::Bbpgd;
-
     /// All solvers that a scene may name but `auto`, which is one of them, with their names there.
     ///
     /// ```

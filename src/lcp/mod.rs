@@ -4,12 +4,13 @@
 //! scaled by the factor of the effective mobility (see `constraint`), so a solver knows nothing of laws or shapes, and
 //! `v = J^T gamma` is the contact velocity in those scaled unknowns.
 
-pub mod cpu;
-pub mod gpu;
-pub mod incidence;
-pub mod pair_blocks;
-pub mod product;
-pub mod verbs;
+pub(crate) mod cpu;
+#[cfg(feature = "gpu")]
+pub(crate) mod gpu;
+pub(crate) mod incidence;
+pub(crate) mod pair_blocks;
+pub(crate) mod product;
+pub(crate) mod verbs;
 
 mod apgd;
 mod bbpgd;

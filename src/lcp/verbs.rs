@@ -42,7 +42,7 @@ pub enum Metric {
     Diagonal,
     /// A diagonal `W` with `x . A x <= x . W x` for every `x` (see [`super::product::Product::majorant`]).
     Majorant,
-    /// The diagonal blocks of `A`, one block for all rows of a pair (see [`super::pair_blocks`]).
+    /// The diagonal blocks of `A`, one block for all rows of a pair (see `lcp::pair_blocks`).
     PairBlocks,
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Cell, Column, Found, Frame, LeftOut, Measure, MeasureError, Settings, View};
 use crate::bodies::Bodies;
-use crate::export::{States, Watch};
+use crate::record::{States, Watch};
 
 /// How far the square of an orientation's length may be from 1: what is read as a rotation then turns axes by no more than this. States of
 /// a run in f32 are within 1e-15 (500 steps of two ellipsoids), so that this is for states made by others.

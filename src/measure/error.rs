@@ -1,8 +1,7 @@
 //! Why states could not be measured.
 
 use super::ALL;
-use crate::export::ExportError;
-use crate::record::RecordError;
+use crate::record::{RecordError, StatesError};
 use miette::Diagnostic;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -13,7 +12,7 @@ pub enum MeasureError {
     /// A state could not be found or read.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    States(ExportError),
+    States(StatesError),
     /// The folder is not that of a run.
     #[error("{}: there is no state to measure", path.display())]
     #[diagnostic(help(
@@ -62,10 +61,10 @@ pub enum MeasureError {
     },
 }
 
-impl From<ExportError> for MeasureError {
-    fn from(error: ExportError) -> Self {
+impl From<StatesError> for MeasureError {
+    fn from(error: StatesError) -> Self {
         match error {
-            ExportError::NoState { path } => MeasureError::NoState { path },
+            StatesError::NoState { path } => MeasureError::NoState { path },
             other => MeasureError::States(other),
         }
     }

@@ -1,8 +1,7 @@
 //! What a run's scene says that its states do not: whether it is planar, and the drag.
 
 use crate::bodies::Bodies;
-use crate::export::{ExportError, States};
-use crate::record::Folder;
+use crate::record::{Folder, States, StatesError};
 use crate::scene::{self, Dynamics, Scene};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -24,7 +23,7 @@ impl Frame {
     ///
     /// # Errors
     /// A scene or a state that cannot be read.
-    pub fn of(source: &str, states: &States) -> Result<Frame, ExportError> {
+    pub fn of(source: &str, states: &States) -> Result<Frame, StatesError> {
         if let Some((scene, origin)) = scene_behind(source)? {
             return Ok(Frame::of_scene(&scene, origin));
         }
@@ -49,7 +48,7 @@ impl Frame {
 ///
 /// # Errors
 /// A scene that cannot be read.
-pub(crate) fn scene_behind(source: &str) -> Result<Option<(Scene, String)>, ExportError> {
+pub(crate) fn scene_behind(source: &str) -> Result<Option<(Scene, String)>, StatesError> {
     let path = Path::new(source);
     if let Some(path) = scene_of(path) {
         return Ok(Some((scene::read(&path)?, path.display().to_string())));

@@ -5,7 +5,7 @@
 //! reason ([`LeftOut`]); a number that cannot be given is an empty cell, never 0 or NaN. Formulas with their sources: `docs/measures.md`.
 //!
 //! ```
-//! use relcp::export::States;
+//! use relcp::record::States;
 //! use relcp::measure::{Settings, measure, select};
 //! let states = States::open("three-capsules")?;
 //! let measured = measure("three-capsules", &states, &select(&["radius".into()])?, &Settings::default(), &mut |_done, _all| true)?;
@@ -64,7 +64,7 @@ pub struct Settings {
     pub neighbourhood: Option<f64>,
     /// Largest angle between touching bodies of one microdomain, in degrees.
     pub domain_angle_degrees: f64,
-    /// Pairs nearer than this touch; without it [`crate::export::TOUCHING`] of the least thickness.
+    /// Pairs nearer than this touch; without it [`crate::record::TOUCHING`] of the least thickness.
     pub cutoff: Option<f64>,
     /// What the bodies are drawn by where C(r) is sampled.
     pub seed: u64,

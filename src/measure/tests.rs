@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::bodies::{Bodies, NO_GROUP};
-use crate::export::{Snapshot, States};
+use crate::record::{Snapshot, States};
 use crate::separation::Placed;
 use crate::shape::Shape;
 use crate::warm::Warm;

@@ -4,7 +4,7 @@ use super::{Frame, LeftOut, Settings, axis, interior};
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
 use crate::dynamics::virial_of_wall;
-use crate::export::{Contact, Snapshot, TOUCHING, contacts};
+use crate::record::{Contact, Snapshot, TOUCHING, contacts};
 use crate::separation::{branch, is_branch, separation};
 use crate::walls::surface_of;
 use glam::DVec3;

@@ -1,7 +1,8 @@
 //! A simulation with what its run did so far, and the threads that compute it: what a Python object holds.
 
 use super::compute::shared_threads_live;
-use crate::record::{RecordError, RunStatus, Summary, Totals, scene_hash, write_state};
+use crate::record::{RecordError, Totals, scene_hash, write_state};
+use crate::run::{RunStatus, Summary};
 use crate::scene::{Scene, SceneError};
 use crate::simulation::{Compute, Simulation};
 use crate::step::{Fault, State, StepReport, max_overlap};

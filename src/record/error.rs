@@ -1,7 +1,7 @@
 //! What can go wrong with a run's files.
 
 use super::lcp_file::LcpFileError;
-use crate::step::Fault;
+use crate::scene::SceneError;
 use miette::Diagnostic;
 use std::fmt::Display;
 use std::io;
@@ -125,12 +125,13 @@ pub enum RecordError {
 }
 
 impl RecordError {
-    pub(crate) fn io(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> RecordError {
+    /// A fault of the system at a file, while an action was tried.
+    pub fn io(path: &Path, action: &'static str) -> impl FnOnce(io::Error) -> RecordError {
         let path = path.to_owned();
         move |source| RecordError::Io { path, action, source }
     }
 
-    pub(super) fn state(path: &Path) -> impl FnOnce(StateError) -> RecordError {
+    pub(crate) fn state(path: &Path) -> impl FnOnce(StateError) -> RecordError {
         let path = path.to_owned();
         move |fault| RecordError::State { path, fault }
     }
@@ -144,17 +145,44 @@ impl RecordError {
     }
 }
 
-/// Why a run stopped.
+/// Why states could not be found or read.
 #[derive(Debug, Error, Diagnostic)]
-pub enum RunError {
-    /// A step could not be taken. The state before it is in the checkpoint.
-    #[error(transparent)]
-    #[diagnostic(help(
-        "the state before this step is in the run's checkpoint; a smaller time.dt, or less force, may help"
-    ))]
-    Fault(#[from] Fault),
-    /// A file could not be written.
+pub enum StatesError {
+    /// A file could not be read.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Record(#[from] RecordError),
+    /// A scene was refused.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Scene(#[from] SceneError),
+    /// The folder is not that of a run.
+    #[error("{}: there is no state", path.display())]
+    #[diagnostic(help(
+        "name a run's folder (it has states/, checkpoint.npz or final.json), a state (.npz), a scene file or a built-in scene"
+    ))]
+    NoState {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A shape that no file has.
+    #[error("{origin}: body {body} has a custom shape, which no file holds")]
+    Custom {
+        /// The state.
+        origin: String,
+        /// The first body concerned, by its row.
+        body: usize,
+    },
+}
+
+impl StatesError {
+    /// The program's exit status: 4 where a file is at fault, 2 where a scene is.
+    pub fn exit_code(&self) -> i32 {
+        match self {
+            StatesError::Record(error) => error.exit_code(),
+            StatesError::Scene(error) => error.exit_code(),
+            StatesError::NoState { .. } => 4,
+            StatesError::Custom { .. } => 2,
+        }
+    }
 }

@@ -111,7 +111,7 @@ impl Folder {
     }
 
     /// How many LCPs are there.
-    pub(super) fn count_lcps(&self) -> Result<usize, RecordError> {
+    pub(crate) fn count_lcps(&self) -> Result<usize, RecordError> {
         let folder = self.lcps();
         if !folder.exists() {
             return Ok(0);
@@ -132,7 +132,7 @@ impl Folder {
     }
 
     /// Removes what a crash left half-written, and the states and LCPs of steps after `step`.
-    pub(super) fn rewind(&self, step: u64) -> Result<(), RecordError> {
+    pub(crate) fn rewind(&self, step: u64) -> Result<(), RecordError> {
         durable::sweep(&self.0)?;
         self.rewind_lcps(step)?;
         let states = self.states();

@@ -62,7 +62,7 @@ pub struct LcpHeader {
 }
 
 impl LcpHeader {
-    pub(super) fn new(simulation: &Simulation, kept: &Kept) -> Self {
+    pub(crate) fn new(simulation: &Simulation, kept: &Kept) -> Self {
         let scene = simulation.scene();
         let name = |value: serde_json::Result<serde_json::Value>| match value {
             Ok(serde_json::Value::String(name)) => name,

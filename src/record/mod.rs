@@ -1,6 +1,6 @@
-//! A run's folder and the states in it: what is written, so that it is there whole or not at all, and read back.
+//! The files of a run's folder and the states in it: what is written, so that it is there whole or not at all, and read back.
 //!
-//! [`Run`] steps a simulation and leaves its [`Folder`]: `scene.json`, `steps.csv`, `states/state_NNNNNNNNNN.npz`,
+//! A [run](crate::run) leaves its [`Folder`]: `scene.json`, `steps.csv`, `states/state_NNNNNNNNNN.npz`,
 //! `checkpoint.npz` and the one before it, `final.json`, `final.png` and `summary.json`, and `measures.csv` and `lcps/` where the scene asks for them. States are
 //! [one container](encode) that numpy opens as `.npz`.
 //!
@@ -15,35 +15,33 @@
 //! ```
 
 mod blocks;
+mod contacts;
 mod container;
 mod difference;
-pub(crate) mod durable;
+#[doc(hidden)]
+pub mod durable;
 mod error;
 mod folder;
 mod hash;
 mod lcp_file;
-mod measured;
-mod memory;
 mod npz;
-mod rows;
-mod run;
-mod schedule;
-mod steps;
-mod summary;
+pub(crate) mod rows;
+mod states;
+pub(crate) mod steps;
 #[cfg(test)]
 mod tests;
 mod totals;
 
+pub use contacts::{Contact, TOUCHING, contacts};
 pub use container::{FORMAT, Header, VERSION, decode, encode, encode_with_forces, read_state, write_state};
 pub(crate) use difference::differing_keys;
-pub use error::{RecordError, RunError, StateError};
+pub use error::{RecordError, StateError, StatesError};
 pub use folder::Folder;
 pub(crate) use folder::folder_name;
+#[cfg(feature = "studies")]
 pub(crate) use hash::Fnv;
 pub use hash::{scene_hash, state_hash};
 pub use lcp_file::{LCP_FORMAT, LCP_VERSION, LcpFileError, LcpHeader, decode_lcp, encode_lcp, read_lcp, write_lcp};
-pub use memory::peak_bytes;
-pub use run::{CHECKPOINT_EVERY, Run};
+pub use states::{Snapshot, States, Watch};
 pub use steps::{COLUMNS, StepRow};
-pub use summary::{Constraints, PeakBytes, Recursions, RunStatus, SolverSummary, Summary};
 pub use totals::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds};

@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 
 /// The file, open for writing and locked against other processes for as long.
 #[derive(Debug)]
-pub(super) struct Rows {
+pub(crate) struct Rows {
     path: PathBuf,
     writer: csv::Writer<File>,
 }
 
 impl Rows {
     /// Starts the file, with these columns.
-    pub(super) fn create(path: &Path, columns: &[&str]) -> Result<Self, RecordError> {
+    pub(crate) fn create(path: &Path, columns: &[&str]) -> Result<Self, RecordError> {
         let file = File::create_new(path).map_err(RecordError::io(path, "create it"))?;
         lock(&file, path)?;
         let mut rows = Rows { path: path.into(), writer: writer(file) };
@@ -26,7 +26,7 @@ impl Rows {
 
     /// Takes the file up again as it was after step `last`, which was its last row where any was written: what follows
     /// is cut off.
-    pub(super) fn reopen(path: &Path, columns: &[&str], last: Option<u64>) -> Result<Self, RecordError> {
+    pub(crate) fn reopen(path: &Path, columns: &[&str], last: Option<u64>) -> Result<Self, RecordError> {
         let mut file =
             OpenOptions::new().read(true).write(true).open(path).map_err(RecordError::io(path, "open it"))?;
         lock(&file, path)?;
@@ -41,17 +41,17 @@ impl Rows {
     }
 
     /// Adds a row.
-    pub(super) fn push(&mut self, row: impl Serialize) -> Result<(), RecordError> {
+    pub(crate) fn push(&mut self, row: impl Serialize) -> Result<(), RecordError> {
         self.writer.serialize(row).map_err(|e| self.fault(e.into()))
     }
 
     /// Hands the rows so far to the system.
-    pub(super) fn flush(&mut self) -> Result<(), RecordError> {
+    pub(crate) fn flush(&mut self) -> Result<(), RecordError> {
         self.writer.flush().map_err(|e| self.fault(e))
     }
 
     /// Makes the rows so far last.
-    pub(super) fn sync(&mut self) -> Result<(), RecordError> {
+    pub(crate) fn sync(&mut self) -> Result<(), RecordError> {
         self.flush()?;
         self.writer.get_ref().sync_data().map_err(|e| self.fault(e))
     }

@@ -101,32 +101,32 @@ fn add_pieces(path: &Path) -> Result<(), RecordError> {
 
 /// The file, open for writing.
 #[derive(Debug)]
-pub(super) struct Steps(Rows);
+pub(crate) struct Steps(Rows);
 
 impl Steps {
     /// Starts the file.
-    pub(super) fn create(path: &Path) -> Result<Self, RecordError> {
+    pub(crate) fn create(path: &Path) -> Result<Self, RecordError> {
         Rows::create(path, &COLUMNS).map(Steps)
     }
 
     /// Takes the file up again as it was after step `last`: see [`Rows::reopen`].
-    pub(super) fn reopen(path: &Path, last: Option<u64>) -> Result<Self, RecordError> {
+    pub(crate) fn reopen(path: &Path, last: Option<u64>) -> Result<Self, RecordError> {
         add_pieces(path)?;
         Rows::reopen(path, &COLUMNS, last).map(Steps)
     }
 
     /// Adds a row.
-    pub(super) fn push(&mut self, report: &StepReport, wall_seconds: f64) -> Result<(), RecordError> {
+    pub(crate) fn push(&mut self, report: &StepReport, wall_seconds: f64) -> Result<(), RecordError> {
         self.0.push(StepRow::new(report, wall_seconds))
     }
 
     /// Hands the rows so far to the system.
-    pub(super) fn flush(&mut self) -> Result<(), RecordError> {
+    pub(crate) fn flush(&mut self) -> Result<(), RecordError> {
         self.0.flush()
     }
 
     /// Makes the rows so far last.
-    pub(super) fn sync(&mut self) -> Result<(), RecordError> {
+    pub(crate) fn sync(&mut self) -> Result<(), RecordError> {
         self.0.sync()
     }
 }

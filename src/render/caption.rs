@@ -1,11 +1,10 @@
 //! The words of a run's picture: time and number of bodies in the upper left corner, what the colours tell in the lower right one.
 
-use super::Image;
-use super::Quantity;
 use super::colour::{hue, ramp};
 use super::scale::Scale;
 use super::text::{self, GLYPH};
-use crate::export::Snapshot;
+use super::{Image, Quantity};
+use crate::record::Snapshot;
 use std::f32::consts::PI;
 
 /// The scale of colours takes this part of a picture's width.

@@ -1,8 +1,7 @@
 //! Why the pictures of a run could not be made.
 
-use crate::export::ExportError;
 use crate::gpu::GpuError;
-use crate::record::RecordError;
+use crate::record::{RecordError, StatesError};
 use miette::Diagnostic;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -14,7 +13,7 @@ pub enum RenderError {
     /// A state could not be found or read.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    States(ExportError),
+    States(StatesError),
     /// The folder is not that of a run.
     #[error("{}: there is no state to draw", path.display())]
     #[diagnostic(help(
@@ -95,10 +94,10 @@ pub enum RenderError {
     },
 }
 
-impl From<ExportError> for RenderError {
-    fn from(error: ExportError) -> Self {
+impl From<StatesError> for RenderError {
+    fn from(error: StatesError) -> Self {
         match error {
-            ExportError::NoState { path } => RenderError::NoState { path },
+            StatesError::NoState { path } => RenderError::NoState { path },
             other => RenderError::States(other),
         }
     }

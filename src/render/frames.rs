@@ -9,9 +9,8 @@ use super::camera::{Extent, axes_from};
 use super::quantity::Quantity;
 use super::scale::{self, Scale};
 use super::{Background, Camera, Image, Rays, RenderError, Side, View, caption, on_cpu, on_device, painted};
-use crate::export::{Snapshot, States, Watch};
 use crate::measure::{Frame, LeftOut};
-use crate::record::{RecordError, durable};
+use crate::record::{RecordError, Snapshot, States, Watch, durable};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::fs;
@@ -22,7 +21,7 @@ const FOLDER: &str = "frames";
 /// What a rendering says of itself. It is there, not complete, before the first picture.
 const DOCUMENT: &str = "frames.json";
 /// The movie, where it has no other place.
-pub(crate) const MOVIE: &str = "movie.mp4";
+pub const MOVIE: &str = "movie.mp4";
 /// How far a time may be outside the interval and still count as in it, relative to the larger of both: the rounding of a product.
 const ROUNDING: f64 = 1e-9;
 /// Memory that the rays of the pictures drawn at a time may take together, in bytes; a picture alone may take more.
@@ -31,7 +30,8 @@ const MEMORY: usize = 2 << 30;
 const MEMORY_A_PIXEL: usize = 67;
 
 /// What camera and scale are fitted to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Fit {
     /// All pictures together: bodies move and grow in a still frame, and a colour has one meaning.
@@ -139,7 +139,7 @@ struct Seen {
 /// `folder/frames.json`. What an earlier rendering left there, whole or not, is replaced.
 ///
 /// ```
-/// use relcp::export::States;
+/// use relcp::record::States;
 /// use relcp::render::{Frames, render};
 /// let folder = tempfile::tempdir()?;
 /// let states = States::open("three-capsules")?;

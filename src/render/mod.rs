@@ -16,6 +16,10 @@ mod intersect;
 mod movie;
 mod quantity;
 mod raster;
+#[cfg(feature = "gpu")]
+mod rays;
+#[cfg(not(feature = "gpu"))]
+#[path = "rays_absent.rs"]
 mod rays;
 mod scale;
 mod scale_bar;
@@ -25,8 +29,9 @@ mod text;
 
 pub use camera::Camera;
 pub use error::RenderError;
-pub(crate) use frames::{MOVIE, inside, interval};
+pub use frames::MOVIE;
 pub use frames::{Fit, Frames, Rendered, RenderedFrame, render, render_on};
+pub(crate) use frames::{inside, interval};
 pub use image::Image;
 pub use movie::{Encoder, movie};
 pub use quantity::Quantity;
@@ -49,7 +54,8 @@ const SHADOW_FROM: f32 = 1.5;
 const SHADOW_COARSENESS: u32 = 2;
 
 /// What a body's colour tells.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Colour {
     /// Where its axis points: the hue turns once in half a turn in the x-y plane, and pales out of that plane.
     #[default]
@@ -65,7 +71,8 @@ pub enum Colour {
 }
 
 /// What stands behind the bodies.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Background {
     /// White.
     #[default]
@@ -86,7 +93,8 @@ impl Background {
 }
 
 /// The side from which bodies are seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
     /// Against z: x to the right, y up.

@@ -1,11 +1,12 @@
 //! What the colours of a run's pictures tell: a number a body, from one recorded state.
 
 use crate::bodies::Bodies;
-use crate::export::Snapshot;
 use crate::measure::{Frame, LeftOut, Settings, View};
+use crate::record::Snapshot;
 
 /// What a body's colour tells in the pictures of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
     /// Where its axis points: the hue turns once in half a turn in the x-y plane, and pales out of that plane.
@@ -43,6 +44,20 @@ pub(crate) enum Ends {
 }
 
 impl Quantity {
+    /// All of them.
+    pub(crate) const ALL: [Quantity; 10] = [
+        Quantity::Orientation,
+        Quantity::Age,
+        Quantity::Generation,
+        Quantity::Length,
+        Quantity::Speed,
+        Quantity::Contacts,
+        Quantity::Overlap,
+        Quantity::Force,
+        Quantity::Pressure,
+        Quantity::Plain,
+    ];
+
     /// Its name, as an option has it.
     pub fn name(self) -> &'static str {
         match self {

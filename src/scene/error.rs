@@ -1,6 +1,8 @@
 //! Why a scene was refused: what was wrong, where, and what would be right.
 
+#[cfg(feature = "files")]
 use super::place::{self, Place};
+#[cfg(feature = "files")]
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
 use std::fmt;
 
@@ -32,7 +34,7 @@ pub enum FaultKind {
 /// A scene was refused.
 ///
 /// It knows the key (dotted: `bodies.0.position.1`, as `--set` takes it), and, for a scene read from text, the line and the column.
-/// It is a [`miette::Diagnostic`] that points into the text.
+/// With the feature `files` it is a `miette::Diagnostic` that points into the text.
 ///
 /// ```
 /// let error = relcp::scene::parse("{\n  \"name\": \"x\",\n  \"tme\": {}\n}", "x.json").unwrap_err();
@@ -51,8 +53,10 @@ struct Fault {
     key: String,
     message: String,
     help: Option<String>,
+    #[cfg(feature = "files")]
     place: Option<Place>,
     line_column: Option<(usize, usize)>,
+    #[cfg(feature = "files")]
     text: Option<NamedSource<String>>,
 }
 
@@ -80,8 +84,10 @@ impl SceneError {
             key: key.to_string(),
             message: message.into(),
             help: None,
+            #[cfg(feature = "files")]
             place: None,
             line_column: None,
+            #[cfg(feature = "files")]
             text: None,
         }))
     }
@@ -96,12 +102,14 @@ impl SceneError {
     }
 
     /// Says what text the fault stands in, without a place in it.
+    #[cfg(feature = "files")]
     pub(crate) fn of(mut self, origin: &str) -> Self {
         self.0.origin = Some(origin.to_owned());
         self
     }
 
     /// Points at a stretch of bytes of the text.
+    #[cfg(feature = "files")]
     pub(crate) fn at(mut self, origin: &str, text: &str, place: Place) -> Self {
         self.0.line_column = Some(place::line_column(text, place.start));
         self.0.place = Some(place);
@@ -150,6 +158,7 @@ impl SceneError {
     }
 }
 
+#[cfg(feature = "files")]
 impl Diagnostic for SceneError {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         self.0.help.as_ref().map(|h| Box::new(h) as Box<dyn fmt::Display>)

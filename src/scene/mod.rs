@@ -4,20 +4,28 @@
 //! Variants are externally tagged (`{"ellipsoid": {...}}`) and unknown keys are refused.
 
 mod build;
+#[cfg(feature = "files")]
 mod built_in;
 mod error;
 mod generate;
 mod key;
 mod nearest;
 mod orientation;
+#[cfg(feature = "files")]
 mod place;
+#[cfg(feature = "files")]
 mod read;
+#[cfg(feature = "files")]
 mod reference;
+#[cfg(feature = "files")]
 mod set;
 mod settings;
+#[cfg(feature = "files")]
 mod translate;
+#[cfg(feature = "files")]
 mod tree;
 mod validate;
+#[cfg(feature = "files")]
 mod write;
 
 pub use crate::dynamics::{Dynamics, Force, Growth, OnNoRoom, Stop, StopReason};
@@ -25,112 +33,124 @@ pub use crate::lcp::SolverKind;
 pub use crate::periodic::Periodic;
 pub use crate::step::{Contact, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
 pub use crate::walls::Wall;
+#[cfg(feature = "files")]
 pub use built_in::{BuiltIn, built_in};
 pub use error::{FaultKind, SceneError};
+#[cfg(feature = "files")]
 pub(crate) use read::Source;
+#[cfg(feature = "files")]
 pub use read::{MAX_FILE_BYTES, load, parse, read};
+#[cfg(feature = "files")]
 pub use reference::reference;
+#[cfg(feature = "files")]
 pub(crate) use set::Override;
 pub use validate::{LARGEST_NUMBER, MAX_BODIES, MAX_STATES, MAX_STEPS, SMALLEST_NUMBER, SMALLEST_QUATERNION};
+#[cfg(feature = "files")]
 pub use write::schema;
 
 use crate::shape::Shape;
+#[cfg(feature = "files")]
 use schemars::JsonSchema;
+#[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
 /// Everything that determines a run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 pub struct Scene {
     /// A name for people; it stands in the summary and names the run's folder.
     pub name: String,
     /// Everything random is drawn from this.
-    #[serde(default)]
+    #[cfg_attr(feature = "files", serde(default))]
     pub seed: u64,
     /// The law of motion.
-    #[serde(default)]
+    #[cfg_attr(feature = "files", serde(default))]
     pub dynamics: Dynamics,
     /// Step size and duration.
     pub time: Time,
     /// How contacts are resolved, and how well.
-    #[serde(default)]
+    #[cfg_attr(feature = "files", serde(default))]
     pub contact: Contact,
     /// The LCP solver.
-    #[serde(default)]
+    #[cfg_attr(feature = "files", serde(default))]
     pub solver: Solver,
     /// Bodies move in the x-y plane and turn about z; no other unknowns are carried.
-    #[serde(default)]
+    #[cfg_attr(feature = "files", serde(default))]
     pub planar: bool,
     /// External forces.
-    #[serde(default)]
+    #[cfg_attr(feature = "files", serde(default))]
     pub forces: Vec<Force>,
     /// Fixed walls that bodies do not pass, and inside of which they start; one with a `lineage`, which a run wrote, may start past a wall.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
     pub walls: Vec<Wall>,
     /// Periods of space: bodies that leave through one side meet what is at the other.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub periodic: Option<Periodic>,
     /// Growth and division of spherocylinders.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub growth: Option<Growth>,
     /// Bodies placed one by one.
-    #[serde(default)]
+    #[cfg_attr(feature = "files", serde(default))]
     pub bodies: Vec<Body>,
     /// Bodies placed by rule, after `bodies`, drawn from `seed`, inside of all walls.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
     pub generate: Vec<Generate>,
     /// What is recorded, and how often.
-    #[serde(default)]
+    #[cfg_attr(feature = "files", serde(default))]
     pub output: Output,
 }
 
 /// The LCP solver and when it stops.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
 pub struct Solver {
     /// Which solver.
     pub kind: SolverKind,
     /// Largest natural residual that counts as solved, a length. Without it: a tenth of the overlap tolerance.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub tolerance: Option<f64>,
     /// Most iterations of one solve. Without it: 100,000.
-    #[schemars(range(min = 1))]
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", schemars(range(min = 1)))]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub max_iterations: Option<u64>,
     /// Which LCPs are saved into the run's folder `lcps`. Without it: none.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub dump: Option<Dump>,
 }
 
 /// One body.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 pub struct Body {
     /// Its shape.
     pub shape: Shape,
     /// Its centre.
     pub position: [f64; 3],
     /// `[w, x, y, z]`, body axes to space; normalized on reading.
-    #[serde(default = "identity")]
+    #[cfg_attr(feature = "files", serde(default = "identity"))]
     pub orientation: [f64; 4],
     /// Velocity, under the inertial law.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub velocity: Option<[f64; 3]>,
     /// Angular velocity in space axes, under the inertial law.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub angular_velocity: Option<[f64; 3]>,
     /// The group it belongs to, for forces.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub group: Option<String>,
     /// Identity and ancestry; given all together or not at all.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub lineage: Option<BodyLineage>,
 }
 
 /// Identity and ancestry of a body, as a run writes it into `final.json`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 pub struct BodyLineage {
     /// Unique over the run.
     pub id: u64,
@@ -142,13 +162,15 @@ pub struct BodyLineage {
     pub generation: u32,
 }
 
+#[cfg(feature = "files")]
 fn identity() -> [f64; 4] {
     [1.0, 0.0, 0.0, 0.0]
 }
 
 /// Bodies placed by rule.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum Generate {
     /// `count` bodies at random positions and isotropic random orientations, without overlap, in a cube centred on the origin
     /// whose volume is theirs over `volume_fraction`. Centres are in the cube; the bodies' ends may stick out. Each body keeps clear of the
@@ -157,46 +179,46 @@ pub enum Generate {
     /// bodies keep clear of images too; where all axes are periodic, `volume_fraction` is what `count` bodies are of the cell.
     Isotropic {
         /// How many.
-        #[schemars(range(min = 1))]
+        #[cfg_attr(feature = "files", schemars(range(min = 1)))]
         count: u64,
         /// Their shape.
         shape: Shape,
         /// Their volume over the cube's; at most what random placement reaches, which depends on the shape (0.32 for spheres).
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         volume_fraction: f64,
         /// Their group.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
     },
     /// A sheet of interlaced rings on a square lattice in the x-y plane, centred on the origin, without overlap: the lattice's spacing is 1.6
     /// major radii, and each ring is linked with its four neighbours. The minor radius is at most 0.12 of the major radius.
     Chainmail {
         /// Rings along x.
-        #[schemars(range(min = 1))]
+        #[cfg_attr(feature = "files", schemars(range(min = 1)))]
         columns: u64,
         /// Rings along y.
-        #[schemars(range(min = 1))]
+        #[cfg_attr(feature = "files", schemars(range(min = 1)))]
         rows: u64,
         /// Radius of each ring's centreline.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         major_radius: f64,
         /// Radius of each ring's tube.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         minor_radius: f64,
         /// Their group.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
     },
     /// One cell at the origin, its axis along x.
     Founder {
         /// Its diameter.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         diameter: f64,
         /// Its tip-to-tip length.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         length: f64,
         /// Its group.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
     },
 }
@@ -217,22 +239,23 @@ pub(crate) const MEASURES: [&str; 11] = [
 ];
 
 /// What is recorded, and how often.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
 pub struct Output {
     /// Time between recorded states. Without it: a hundredth of the run.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub every: Option<f64>,
     /// Steps between rows of `steps.csv`.
-    #[schemars(range(min = 1))]
+    #[cfg_attr(feature = "files", schemars(range(min = 1)))]
     pub step_stride: u64,
     /// Whether recorded states hold the contact forces, as the checkpoint does. Without them `relcp measure` tells stresses of the last state only.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "std::ops::Not::not"))]
     pub forces: bool,
     /// What of `relcp measure` is measured while it runs, by its names: `measures.csv` has a row for each of `steps.csv`. What takes more than one
     /// state is left empty there. Each row costs what `relcp measure` takes for a state, and on a GPU the state is read back for it.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Vec::is_empty"))]
     pub measures: Vec<String>,
 }
 

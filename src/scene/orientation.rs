@@ -1,5 +1,6 @@
 //! Orientations of a scene file: `[w, x, y, z]`, normalized on reading.
 
+#[cfg(feature = "files")]
 use super::Scene;
 use glam::DQuat;
 
@@ -36,6 +37,7 @@ pub(super) fn written(q: DQuat) -> [f64; 4] {
     [q.w, q.x, q.y, q.z]
 }
 
+#[cfg(feature = "files")]
 impl Scene {
     pub(super) fn normalize_orientations(&mut self) {
         for body in &mut self.bodies {

@@ -62,7 +62,7 @@ impl PairFamilies {
     /// Those that bodies of these shapes can make, in a fixed order.
     ///
     /// ```
-    /// use relcp::{separation::gpu::PairFamilies, shape::Shape};
+    /// use relcp::{internals::separation::gpu::PairFamilies, shape::Shape};
     /// let rods = [Shape::Sphere { radius: 1.0 }, Shape::Spherocylinder { diameter: 1.0, length: 3.0 }];
     /// assert_eq!(PairFamilies::needed(rods.into_iter()), [PairFamilies::Segments]);
     /// ```

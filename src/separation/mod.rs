@@ -15,7 +15,8 @@ mod convex;
 mod direction;
 mod ellipsoids;
 mod farthest;
-pub mod gpu;
+#[cfg(feature = "gpu")]
+pub(crate) mod gpu;
 mod outermost;
 mod peak;
 mod planar;
@@ -33,6 +34,7 @@ pub use surface::Surface;
 pub(crate) use surface::reach_of_place;
 
 /// The distance of a point from a custom shape's surface, both in the body's axes, negative inside; and the outward normal of the point nearest to it.
+#[cfg(feature = "files")]
 pub(crate) fn point_to_convex(shape: Convex, p: DVec3) -> (f64, DVec3) {
     let peak = segment_convex::of_point(p, Posed::new(shape, DQuat::IDENTITY));
     (peak.value, peak.normal)

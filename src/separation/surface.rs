@@ -11,17 +11,17 @@
 //! Degenerate cases: a point at the centre or on the axis (a fixed direction); a point of a body that several are as far as (`point_ellipsoid`,
 //! the first direction of a circle); a circle parallel to a plane, all of which touches (its first direction).
 
+#[cfg(feature = "gpu")]
 pub(super) mod gpu;
 
 use super::circles::Circle;
 use super::convex::Posed;
 use super::direction::perpendicular;
-use super::farthest;
 use super::peak::Supporting;
 use super::point_ellipsoid::farthest_normal;
 use super::segments::Segment;
 use super::support::Support;
-use super::{Family, Placed, Separation};
+use super::{Family, Placed, Separation, farthest};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 

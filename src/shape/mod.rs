@@ -15,46 +15,49 @@ pub use convex::{Convex, ConvexError, SupportFunction};
 pub use error::{ProxyError, ShapeError};
 
 use glam::{DQuat, DVec3};
+#[cfg(feature = "files")]
 use schemars::JsonSchema;
+#[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
 /// A rigid shape in body axes, centred on the origin. Lengths are in the scene's unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum Shape {
     /// All points within `radius` of the centre.
     Sphere {
         /// Radius.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         radius: f64,
     },
     /// A cylinder with hemispherical ends; its axis is the body's z.
     Spherocylinder {
         /// Diameter of the cylinder and of the ends.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         diameter: f64,
         /// Length from tip to tip, so never less than the diameter.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         length: f64,
     },
     /// An ellipsoid with semi-axes along the body's x, y and z.
     Ellipsoid {
         /// The three semi-axes.
-        #[schemars(extend("items" = {"type": "number", "format": "double", "exclusiveMinimum": 0}))]
+        #[cfg_attr(feature = "files", schemars(extend("items" = {"type": "number", "format": "double", "exclusiveMinimum": 0})))]
         radii: [f64; 3],
     },
     /// A ring: all points within `minor_radius` of a circle in the body's x-y plane.
     Torus {
         /// Radius of the circle.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         major_radius: f64,
         /// Radius of the tube, less than `major_radius`.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         minor_radius: f64,
     },
     /// A shape of one's own, made in code by [`Convex::new`]: no file holds one, and only the CPU computes with it.
-    #[serde(skip)]
-    #[schemars(skip)]
+    #[cfg_attr(feature = "files", serde(skip))]
+    #[cfg_attr(feature = "files", schemars(skip))]
     Convex(Convex),
 }
 

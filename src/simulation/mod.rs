@@ -4,7 +4,9 @@ mod compute;
 
 pub use compute::Compute;
 
-use crate::backend::{cpu::Cpu, gpu::Device};
+use crate::backend::cpu::Cpu;
+#[cfg(feature = "gpu")]
+use crate::backend::gpu::Device;
 use crate::bodies::Bodies;
 use crate::dynamics::ForceField;
 use crate::freedom::{PLANAR, SPATIAL};
@@ -83,6 +85,9 @@ impl Simulation {
         let backend: Box<dyn Backend> = match compute {
             Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&model, state)?),
             Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&model, state)?),
+            #[cfg(not(feature = "gpu"))]
+            Compute::Gpu { gpu, .. } => match **gpu {},
+            #[cfg(feature = "gpu")]
             Compute::Gpu { gpu, precision } => Box::new(Device::new(gpu.clone(), *precision, &model, state)?),
         };
         let keep = Keep::new(scene.solver.dump);
@@ -185,7 +190,7 @@ impl Simulation {
         Ok(contacts(&self.state()?.bodies, cutoff))
     }
 
-    /// Every body and surface of a wall whose separation is at most `cutoff`. See [`Walls::contacts`].
+    /// Every body and surface of a wall whose separation is at most `cutoff`. See [`Walls::contacts`](crate::walls::Walls::contacts).
     ///
     /// # Errors
     /// As [`Simulation::state`].

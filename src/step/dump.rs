@@ -1,6 +1,8 @@
 //! Which LCPs of a run are saved into its folder, for a look at a solver that does not get on.
 
+#[cfg(feature = "files")]
 use schemars::JsonSchema;
+#[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
 /// Products from which on a solve counts as slow, where a scene does not say: the default solver needs 1,052 at most for stored systems of a colony of
@@ -14,24 +16,26 @@ const MOST: u32 = 10;
 pub(crate) const MOST_DUMPED: u32 = 10_000;
 
 /// Which LCPs of a run are saved into its folder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 pub struct Dump {
     /// Which solves.
     pub when: DumpWhen,
     /// Products from which on a solve is slow; for `slow` only. Without it: 2,000.
-    #[schemars(range(min = 1))]
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", schemars(range(min = 1)))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub products: Option<u64>,
     /// Most LCPs that are saved, the first that there are. Without it: 10.
-    #[schemars(range(min = 1, max = 10_000))]
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", schemars(range(min = 1, max = 10_000)))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub most: Option<u32>,
 }
 
 /// Which solves are saved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum DumpWhen {
     /// Those that did not reach the tolerance.
     Unconverged,

@@ -24,6 +24,7 @@ pub use dump::{Dump, DumpWhen};
 pub use fault::Fault;
 pub use keep::{Keep, Kept};
 pub use model::Model;
+#[cfg(feature = "gpu")]
 pub(crate) use passing::may_pass;
 pub use passing::{Passed, passed};
 pub use piece::{Crowd, Piece};

@@ -2,7 +2,9 @@
 
 use crate::constraint::RowSource;
 use crate::shape::Shape;
+#[cfg(feature = "files")]
 use schemars::JsonSchema;
+#[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
 /// The default cutoff is this part of the thinnest body's thickness. It only decides which pairs get a row before the first trial
@@ -12,19 +14,20 @@ use serde::{Deserialize, Serialize};
 const CUTOFF_PER_THICKNESS: f64 = 0.1;
 
 /// Step size and duration.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 pub struct Time {
     /// Step size.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     pub dt: f64,
     /// Time at which the run ends.
     pub end: f64,
     /// Time at which the run starts.
-    #[serde(default)]
+    #[cfg_attr(feature = "files", serde(default))]
     pub start: f64,
     /// The stepping scheme.
-    #[serde(default)]
+    #[cfg_attr(feature = "files", serde(default))]
     pub stepping: Stepping,
 }
 
@@ -41,8 +44,9 @@ impl Time {
 }
 
 /// The stepping scheme.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum Stepping {
     /// The first-order step of the paper.
     #[default]
@@ -53,33 +57,34 @@ pub enum Stepping {
 }
 
 /// How contacts are resolved, and how well.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
 pub struct Contact {
     /// Which rows are made, and whether the recursion runs.
     pub method: Method,
     /// Largest overlap of smooth surfaces that an accepted step may leave, a length.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     pub overlap_tolerance: f64,
     /// Most recursions of one step.
-    #[schemars(range(min = 1))]
+    #[cfg_attr(feature = "files", schemars(range(min = 1)))]
     pub max_recursions: u32,
     /// How tightly the solves before a step's last one are made.
-    #[schemars(extend("default" = "auto"))]
-    #[serde(skip_serializing_if = "Recursion::is_default")]
+    #[cfg_attr(feature = "files", schemars(extend("default" = "auto")))]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Recursion::is_default"))]
     pub recursion: Recursion,
     /// How first rows are made and violations answered.
-    #[schemars(extend("default" = "auto"))]
-    #[serde(skip_serializing_if = "Rows::is_default")]
+    #[cfg_attr(feature = "files", schemars(extend("default" = "auto")))]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Rows::is_default"))]
     pub rows: Rows,
     /// What follows a step of the method `relcp` that still misses a tolerance after it was cut into 64 pieces.
-    #[schemars(extend("default" = "stop"))]
-    #[serde(skip_serializing_if = "OnFailure::is_default")]
+    #[cfg_attr(feature = "files", schemars(extend("default" = "stop")))]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "OnFailure::is_default"))]
     pub on_failure: OnFailure,
     /// Pairs nearer than this at a step's start get a row (beside those that the free motion may bring into contact), a length.
     /// Without it: a tenth of the thinnest body's thickness.
-    #[schemars(range(min = 0))]
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", schemars(range(min = 0)))]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub cutoff: Option<f64>,
 }
 
@@ -112,8 +117,9 @@ impl Contact {
 }
 
 /// How the rows of smooth surfaces are made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum Rows {
     /// One row for each smooth branch of a pair's separation that may become active in the step, linearised where the last velocities lead. A
     /// violation first moves its own row.
@@ -123,6 +129,7 @@ pub enum Rows {
     Paper,
 }
 
+#[cfg(feature = "files")]
 impl Rows {
     fn is_default(&self) -> bool {
         *self == Rows::default()
@@ -130,8 +137,9 @@ impl Rows {
 }
 
 /// What follows a step that cannot be taken within its tolerances.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum OnFailure {
     /// The run ends with the state before the step, and says why.
     #[default]
@@ -140,6 +148,7 @@ pub enum OnFailure {
     Continue,
 }
 
+#[cfg(feature = "files")]
 impl OnFailure {
     fn is_default(&self) -> bool {
         *self == OnFailure::default()
@@ -148,8 +157,9 @@ impl OnFailure {
 
 /// How tightly the solves before a step's last one are made. The last one always meets `solver.tolerance`, and no step ends with
 /// an overlap above `overlap_tolerance` either way.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum Recursion {
     /// Inexact in space, where packed bodies recurse several times a step; exact in the plane, with the paper's rows, in midpoint steps, and where
     /// `solver.tolerance` is given.
@@ -162,6 +172,7 @@ pub enum Recursion {
     Inexact,
 }
 
+#[cfg(feature = "files")]
 impl Recursion {
     fn is_default(&self) -> bool {
         *self == Recursion::default()
@@ -169,8 +180,9 @@ impl Recursion {
 }
 
 /// Which rows a step makes, and whether it recurs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum Method {
     /// One row a near pair of smooth surfaces, more where the trial still overlaps.
     #[default]
@@ -180,7 +192,7 @@ pub enum Method {
     /// One row a near pair of sub-spheres, no recursion.
     Multisphere {
         /// Spheres a body: odd on a major axis; on a ring, enough to leave no gap.
-        #[schemars(range(min = 1))]
+        #[cfg_attr(feature = "files", schemars(range(min = 1)))]
         count: u32,
     },
 }

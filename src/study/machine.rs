@@ -6,7 +6,7 @@ use std::time::Duration;
 const TICKS: f64 = 100.0;
 
 /// The program, how it was built, and the machine.
-pub(crate) fn machine() -> String {
+pub fn machine() -> String {
     let build =
         if cfg!(debug_assertions) { "a build with debug assertions, so times are long" } else { "a release build" };
     format!(

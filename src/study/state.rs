@@ -2,7 +2,8 @@
 
 use crate::bodies::{Bodies, Lineage};
 use crate::gpu::GpuError;
-use crate::record::{LcpFileError, RecordError, RunError, StateError, decode};
+use crate::record::{LcpFileError, RecordError, StateError, decode};
+use crate::run::RunError;
 use crate::scene::SceneError;
 use crate::step::Fault;
 use glam::DVec3;

@@ -35,7 +35,8 @@ impl Table {
         let rows: Vec<u32> = (0..bodies.len()).map(|i| self.row(bodies, i)).collect();
         if rows != self.last {
             let before = std::iter::once(0).chain(rows.iter().copied());
-            let differences: Vec<i32> = rows.iter().zip(before).map(|(row, last)| row.wrapping_sub(last) as i32).collect();
+            let differences: Vec<i32> =
+                rows.iter().zip(before).map(|(row, last)| row.wrapping_sub(last) as i32).collect();
             block.add_signed("row", &differences);
             self.last.clone_from(&rows);
         }
@@ -92,7 +93,8 @@ impl Table {
     }
 }
 
-/// How the shaders know a shape: 0 a point, 1 a segment, 2 a circle, thickened, with half the length or the radius and the thickening radius; 3 an
+/// How the shaders know a shape: 0 a point, 1 a segment, 2 a circle, thickened, with half the length or the radius
+/// and the thickening radius; 3 an
 /// ellipsoid with its semi-axes.
 fn drawn(shape: &Shape) -> (u32, [f64; 3]) {
     match shape.geometry() {

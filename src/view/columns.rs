@@ -1,6 +1,7 @@
 //! How numbers become text: columns of whole numbers, byte by byte from the lowest, packed by zlib, in base64.
 //!
-//! Bytes of one order stand together, for the higher ones are mostly zero. `assets/view/data.js` reads what this writes.
+//! Bytes of one order stand together, for the higher ones are mostly zero. `assets/view/data.js` reads what this
+//! writes.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

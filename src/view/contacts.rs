@@ -1,11 +1,12 @@
-//! The contacts of a state, as an export has them, and those with walls: which bodies, how hard they push, how far apart they are, and where.
+//! The contacts of a state, as an export has them, and those with walls: which bodies, how hard they push, how far
+//! apart they are, and where.
 
 use super::columns::Block;
 use super::header::StateHeader;
 use super::places::Grid;
 use crate::bodies::Bodies;
-use crate::export::Snapshot;
 use crate::measure::View;
+use crate::record::Snapshot;
 use crate::walls::{Walls, surface_of};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -40,11 +41,15 @@ impl Touching {
         let bodies = view.bodies();
         let known = view.pushing().is_ok();
         let force = |gamma: f64| if known { gamma } else { f64::NAN };
-        let mut all: Vec<Touch> = view.contacts().iter().map(|contact| {
-            let [a, b] = contact.pair;
-            let point = contact.point - bodies.position[a];
-            Touch { a, b, force: force(contact.gamma), gap: contact.separation, point }
-        }).collect();
+        let mut all: Vec<Touch> = view
+            .contacts()
+            .iter()
+            .map(|contact| {
+                let [a, b] = contact.pair;
+                let point = contact.point - bodies.position[a];
+                Touch { a, b, force: force(contact.gamma), gap: contact.separation, point }
+            })
+            .collect();
         all.extend(with_walls(view, walls, known));
         all.sort_by_key(|touch| (touch.a, touch.b));
         (last || all.len() <= MOST / states.max(1)).then_some(Touching { all, known })
@@ -56,12 +61,11 @@ impl Touching {
         let bodies: &Bodies = &state.bodies.wrapped();
         about.contacts = Some(all.len());
         let before = std::iter::once(0).chain(all.iter().map(|touch| touch.a));
-        block.add("contact_a", &all.iter().zip(before).map(|(touch, last)| (touch.a - last) as u32).collect::<Vec<_>>());
+        block
+            .add("contact_a", &all.iter().zip(before).map(|(touch, last)| (touch.a - last) as u32).collect::<Vec<_>>());
         block.add_signed("contact_b", &all.iter().map(|touch| touch.b as i32 - touch.a as i32).collect::<Vec<_>>());
-        let points: Vec<[i32; 3]> = all
-            .iter()
-            .map(|touch| grid.steps(bodies.position[touch.a] + touch.point - centres[touch.a]))
-            .collect();
+        let points: Vec<[i32; 3]> =
+            all.iter().map(|touch| grid.steps(bodies.position[touch.a] + touch.point - centres[touch.a])).collect();
         for (k, name) in ["contact_x", "contact_y", "contact_z"].into_iter().enumerate() {
             block.add_signed(name, &points.iter().map(|point| point[k]).collect::<Vec<_>>());
         }

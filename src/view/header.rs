@@ -5,12 +5,11 @@ use super::select::Chosen;
 use super::steps::Steps;
 use super::values::given;
 use super::{Errors, Packer, Pages, Viewed};
-use crate::export::Snapshot;
 use crate::measure::Frame;
+use crate::record::Snapshot;
 use crate::render::Quantity;
 use crate::scene::Scene;
 use crate::walls::Wall;
-use clap::ValueEnum;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -43,7 +42,7 @@ pub(super) struct Header {
 #[derive(Serialize)]
 struct Told {
     name: &'static str,
-    text: String,
+    text: &'static str,
     kind: &'static str,
     /// Low end, high end, largest value.
     scale: Option<[f64; 3]>,
@@ -95,7 +94,7 @@ impl Header {
         viewed: &Viewed,
     ) -> Header {
         let told = |quantity: &Quantity| packer.told(*quantity);
-        let quantities: Vec<Told> = Quantity::value_variants().iter().map(told).collect();
+        let quantities: Vec<Told> = Quantity::ALL.iter().map(told).collect();
         let there = quantities.iter().any(|told| told.name == pages.colour.name() && told.missing.is_none());
         Header {
             name: name.into(),
@@ -112,7 +111,9 @@ impl Header {
             table: Shared { bodies: packer.table.len(), columns: packer.table.block().layout() },
             states: packer.headers.clone(),
             steps,
-            contacts_left_out: "This state has too many contacts for a page. A page of fewer states, or of this one alone, has them.".into(),
+            contacts_left_out:
+                "This state has too many contacts for a page. A page of fewer states, or of this one alone, has them."
+                    .into(),
             errors: viewed.errors,
             about: about(chosen, viewed),
         }
@@ -121,19 +122,34 @@ impl Header {
 
 impl Packer {
     fn told(&self, quantity: Quantity) -> Told {
-        let help = quantity.to_possible_value().and_then(|value| value.get_help().map(ToString::to_string));
         let kind = match quantity {
             Quantity::Orientation => "cyclic",
             Quantity::Plain => "none",
             _ => "sequential",
         };
         let missing = self.scales.missing(quantity, self.headers.last());
-        Told { name: quantity.name(), text: help.unwrap_or_default(), kind, scale: self.scales.of(quantity), missing }
+        Told { name: quantity.name(), text: text_of(quantity), kind, scale: self.scales.of(quantity), missing }
     }
 
     /// The columns of the table.
     pub fn shared(&self) -> Block {
         self.table.block()
+    }
+}
+
+/// What a quantity tells, in short.
+fn text_of(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Orientation => "where its axis points",
+        Quantity::Age => "time since its birth",
+        Quantity::Generation => "divisions since its founder",
+        Quantity::Length => "its longest extent",
+        Quantity::Speed => "its centre's speed",
+        Quantity::Contacts => "how many bodies it touches",
+        Quantity::Overlap => "its deepest overlap with another body",
+        Quantity::Force => "the sum of the contact forces on it, whatever their directions",
+        Quantity::Pressure => "its contact pressure",
+        Quantity::Plain => "nothing",
     }
 }
 

@@ -1,7 +1,9 @@
 //! `relcp view`: one HTML file that shows a run in a browser, with nothing loaded from a network.
 //!
-//! The page's own parts lie in `assets/view/`: what it looks like, its script, and the shaders, which cast rays against the smooth surfaces as
-//! [`render`](mod@crate::render) does. Here the states are packed into it. A number that a picture needs is a whole number of small steps,
+//! The page's own parts lie in `assets/view/`: what it looks like, its script, and the shaders, which cast rays
+//! against the smooth surfaces as
+//! [`render`](mod@crate::render) does. Here the states are packed into it. A number that a picture needs is a whole
+//! number of small steps,
 //! what changes between states is kept as differences, and [`Errors`] tells what is lost:
 //!
 //! * [`places`] centres, turns and lengths;
@@ -12,7 +14,8 @@
 //! * [`columns`] how numbers become bytes, and those the text in the page;
 //! * [`header`] what the page is told of all that; [`page`] the file.
 //!
-//! A file holds no custom shape; in a state of one's own, such a body is drawn as the ellipsoid that reaches as far along the body's axes.
+//! A file holds no custom shape; in a state of one's own, such a body is drawn as the ellipsoid that reaches as far
+//! along the body's axes.
 
 mod bodies;
 mod columns;
@@ -26,9 +29,8 @@ mod values;
 
 pub use places::Errors;
 
-use crate::export::{Snapshot, States, Watch};
 use crate::measure::{Frame, Settings, View, scene_behind};
-use crate::record::durable;
+use crate::record::{Snapshot, States, Watch, durable};
 use crate::render::{Quantity, RenderError};
 use crate::walls::Walls;
 use bodies::Table;
@@ -83,14 +85,16 @@ struct Looked {
     touching: Option<Touching>,
 }
 
-/// Writes the page of `states`, which were [opened](States::open) from `source`, as the file `path`, whole or not at all.
+/// Writes the page of `states`, which were [opened](States::open) from `source`, as the file `path`, whole or not at
+/// all.
 ///
 /// ```
-/// use relcp::export::States;
+/// use relcp::record::States;
 /// use relcp::view::{Pages, view};
 /// let folder = tempfile::tempdir()?;
 /// let path = folder.path().join("view.html");
-/// let viewed = view("three-capsules", &States::open("three-capsules")?, &Pages::default(), &path, &mut |_done, _all| true)?;
+/// let viewed = view("three-capsules", &States::open("three-capsules")?, &Pages::default(), &path, &mut |_done, _all|
+/// true)?;
 /// assert!(viewed.states == 1 && viewed.bodies == 3 && path.is_file());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -199,8 +203,12 @@ impl Packer {
 
     fn notes(&self) -> Vec<String> {
         let without = self.headers.iter().filter(|state| state.contacts.is_none()).count();
-        let contacts = (without > 0)
-            .then(|| format!("{without} of {} states have too many contacts for a page, so that it has none of these", self.headers.len()));
+        let contacts = (without > 0).then(|| {
+            format!(
+                "{without} of {} states have too many contacts for a page, so that it has none of these",
+                self.headers.len()
+            )
+        });
         let custom = "bodies with a custom shape are drawn as ellipsoids that reach as far along the body's axes";
         contacts.into_iter().chain(self.custom.then(|| custom.into())).collect()
     }

@@ -1,7 +1,9 @@
 //! Where bodies are and how they are turned, in steps that no picture tells from what was recorded.
 //!
-//! A centre is a whole number of steps from the run's least corner, along each axis, and a state has the difference to the body's last one. A turn is the
-//! last one, as the page has it, times a small one, whose three smaller parts are whole numbers of steps; so errors do not add up. Of a body that looks
+//! A centre is a whole number of steps from the run's least corner, along each axis, and a state has the difference
+//! to the body's last one. A turn is the
+//! last one, as the page has it, times a small one, whose three smaller parts are whole numbers of steps; so errors
+//! do not add up. Of a body that looks
 //! the same however it is turned about its axis, only the axis's way is kept, and of a ball no turn.
 
 use super::columns::Block;
@@ -14,7 +16,8 @@ use serde::Serialize;
 const STEPS_OF_THICKNESS: f64 = 1024.0;
 /// The most steps along an axis: differences must fit 32 bits with a sign.
 const MOST_STEPS: f64 = (1 << 29) as f64;
-/// Steps of a turn's part to one, times the root of a half: the parts beside the largest are at most that, and fill 16 bits with a sign.
+/// Steps of a turn's part to one, times the root of a half: the parts beside the largest are at most that, and fill
+/// 16 bits with a sign.
 const TURN_STEPS: f64 = 32767.0 * std::f64::consts::SQRT_2;
 
 /// The largest differences between what a page shows and what was recorded.
@@ -78,7 +81,14 @@ pub(super) struct Places {
 
 impl Places {
     /// Adds the centres; their errors, by body, are what is left to the true ones.
-    pub fn centres(&mut self, bodies: &Bodies, rows: &[u32], grid: &Grid, block: &mut Block, errors: &mut Errors) -> Vec<DVec3> {
+    pub fn centres(
+        &mut self,
+        bodies: &Bodies,
+        rows: &[u32],
+        grid: &Grid,
+        block: &mut Block,
+        errors: &mut Errors,
+    ) -> Vec<DVec3> {
         let most = rows.iter().map(|row| *row as usize + 1).max().unwrap_or(0);
         self.centres.resize(most.max(self.centres.len()), [0; 3]);
         let mut differences = [const { Vec::new() }; 3];
@@ -90,7 +100,9 @@ impl Places {
                 axis.push(steps[k].wrapping_sub(last[k]));
             }
             let error = (grid.at(steps) - centre).abs().max_element();
-            errors.centre = errors.centre.max(error);
+            if error.is_finite() {
+                errors.centre = errors.centre.max(error);
+            }
             shown.push(grid.at(steps));
         }
         for (name, axis) in ["x", "y", "z"].into_iter().zip(&differences) {

@@ -2,7 +2,7 @@
 
 use super::Pages;
 use super::places::Grid;
-use crate::export::{ExportError, Snapshot, States, Watch};
+use crate::record::{States, Watch};
 use crate::render::{RenderError, inside, interval};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -42,7 +42,11 @@ impl Chosen {
             all.extend(part.par_iter().map(|&index| Seen::of(states, index)).collect::<Result<Vec<_>, RenderError>>()?);
         }
         let times = span(&all);
-        let kept: Vec<Seen> = all.into_iter().filter(|state| inside(state.time, pages.from, pages.to)).step_by(pages.every.max(1)).collect();
+        let kept: Vec<Seen> = all
+            .into_iter()
+            .filter(|state| inside(state.time, pages.from, pages.to))
+            .step_by(pages.every.max(1))
+            .collect();
         if kept.is_empty() {
             let interval = interval(pages.from, pages.to);
             return Err(RenderError::Nothing { states: states.len(), interval, first: times[0], last: times[1] });
@@ -67,27 +71,17 @@ fn span(states: &[Seen]) -> [f64; 2] {
 impl Seen {
     fn of(states: &States, index: usize) -> Result<Seen, RenderError> {
         let state = states.read(index)?;
-        finite(&state, || states.origin(index))?;
         let bodies = state.bodies.wrapped();
+        // What is not finite has no place in a picture; files hold no such numbers.
+        let places = || bodies.position.iter().filter(|x| x.is_finite());
         Ok(Seen {
             index,
             time: state.time,
             bodies: bodies.len(),
             periods: bodies.periods.lengths(),
-            low: bodies.position.iter().fold(DVec3::INFINITY, |low, x| low.min(*x)),
-            high: bodies.position.iter().fold(DVec3::NEG_INFINITY, |high, x| high.max(*x)),
+            low: places().fold(DVec3::INFINITY, |low, x| low.min(*x)),
+            high: places().fold(DVec3::NEG_INFINITY, |high, x| high.max(*x)),
             thinnest: bodies.shape.iter().map(|shape| shape.thickness()).fold(f64::INFINITY, f64::min),
         })
     }
-}
-
-/// Refuses what has no place in a picture; files hold no such numbers.
-fn finite(state: &Snapshot, origin: impl Fn() -> String) -> Result<(), RenderError> {
-    let wild = state.bodies.position.iter().enumerate().find(|(_, x)| !x.is_finite());
-    let unfit = |(body, x): (usize, &DVec3)| {
-        let value = x.to_array().into_iter().find(|x| !x.is_finite()).unwrap_or(f64::NAN);
-        let why = "is not finite";
-        Err(ExportError::Unfit { origin: origin(), body, what: "position", value, why }.into())
-    };
-    wild.map_or(Ok(()), unfit)
 }

@@ -20,7 +20,8 @@ pub(super) struct Steps {
     note: String,
 }
 
-/// The steps of a run's folder in the interval of time, and what is to be said of a damaged file; none where there is no file or no step.
+/// The steps of a run's folder in the interval of time, and what is to be said of a damaged file; none where there is
+/// no file or no step.
 pub(super) fn read(source: &Path, pages: &Pages) -> (Option<Steps>, Option<String>) {
     let path = Folder::view(source).steps();
     if !path.is_file() {

@@ -2,10 +2,9 @@
 
 use super::columns::Block;
 use super::header::StateHeader;
-use crate::export::Snapshot;
 use crate::measure::{LeftOut, View};
+use crate::record::Snapshot;
 use crate::render::{Quantity, Scale};
-use clap::ValueEnum;
 use std::collections::BTreeMap;
 
 /// Those that a page is given as numbers; the others follow from what else it has.
@@ -23,7 +22,7 @@ pub(super) struct Measured(Vec<(Quantity, Result<Vec<f64>, LeftOut>)>);
 impl Measured {
     /// All that is on a scale.
     pub fn of(view: &View<'_>) -> Measured {
-        let on_scale = Quantity::value_variants().iter().filter(|quantity| quantity.ends().is_some());
+        let on_scale = Quantity::ALL.iter().filter(|quantity| quantity.ends().is_some());
         Measured(on_scale.map(|quantity| (*quantity, quantity.of_view(view))).collect())
     }
 

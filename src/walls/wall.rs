@@ -2,13 +2,16 @@
 
 use crate::separation::Surface;
 use glam::DVec3;
+#[cfg(feature = "files")]
 use schemars::JsonSchema;
+#[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
 /// A fixed wall that bodies do not pass. In a planar scene walls stand upright on the plane; faces across it (of a box, the ends of a
 /// cylinder) are left out.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum Wall {
     /// A plane with the bodies on one side.
     HalfSpace {
@@ -24,7 +27,7 @@ pub enum Wall {
         /// A point half-way between the planes.
         center: [f64; 3],
         /// The distance of the planes.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         width: f64,
     },
     /// A box along the axes of space, with the bodies inside.
@@ -39,7 +42,7 @@ pub enum Wall {
         /// Its centre.
         center: [f64; 3],
         /// Its radius.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         radius: f64,
     },
     /// A cylinder, with the bodies inside.
@@ -49,11 +52,11 @@ pub enum Wall {
         /// The direction of its axis, of any length.
         axis: [f64; 3],
         /// Its radius.
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         radius: f64,
         /// The distance of its flat ends. Without it: no ends.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         length: Option<f64>,
     },
 }

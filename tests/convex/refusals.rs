@@ -3,9 +3,10 @@
 use crate::bodies::{die, egg, egg_point, needles, placed};
 use glam::{DMat3, DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
-use relcp::constraint::RowSourceError;
-use relcp::export::{Format, Snapshot, States, export};
-use relcp::record::{Folder, RecordError, Run, RunError, StateError, encode};
+use relcp::export::{Format, export};
+use relcp::internals::constraint::RowSourceError;
+use relcp::record::{Folder, RecordError, Snapshot, StateError, States, encode};
+use relcp::run::{Run, RunError};
 use relcp::scene;
 use relcp::shape::{Convex, ConvexError, ProxyError, Shape, ShapeError};
 use relcp::simulation::Simulation;

@@ -1,8 +1,8 @@
 //! The real readers, by `tests/readers/check_export.py`.
 
 use crate::scenes::{colony, every_shape, large, many_rods};
-use relcp::export::{Format, Snapshot, States, export};
-use relcp::record::write_state;
+use relcp::export::{Format, export};
+use relcp::record::{Snapshot, States, write_state};
 use relcp::step::State;
 use std::path::{Path, PathBuf};
 use std::process::Command;

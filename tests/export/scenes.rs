@@ -2,8 +2,8 @@
 
 use glam::{DQuat, DVec3};
 use relcp::bodies::{Bodies, Lineage, NO_GROUP};
-use relcp::export::Snapshot;
-use relcp::record::{Folder, Run};
+use relcp::record::{Folder, Snapshot};
+use relcp::run::Run;
 use relcp::scene;
 use relcp::separation::Placed;
 use relcp::shape::Shape;

@@ -4,11 +4,11 @@
 use crate::device::{device, precisions};
 use crate::rows::compare;
 use glam::{DQuat, DVec3};
-use relcp::backend::cpu::Cpu;
-use relcp::backend::gpu::Device;
 use relcp::bodies::Bodies;
-use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::gpu::Precision;
+use relcp::internals::backend::cpu::Cpu;
+use relcp::internals::backend::gpu::Device;
+use relcp::internals::freedom::{PLANAR, SPATIAL};
 use relcp::scene::{self, Scene};
 use relcp::step::{Backend, State};
 use std::f64::consts::FRAC_PI_2;

@@ -4,9 +4,10 @@ use crate::device::{device, precisions};
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::broad_phase::gpu::Search;
-use relcp::broad_phase::{Aabb, BroadPhase, BruteForce, Grid};
-use relcp::gpu::{Buffer, Gpu, Lattice, Precision};
+use relcp::gpu::{Gpu, Precision};
+use relcp::internals::broad_phase::gpu::Search;
+use relcp::internals::broad_phase::{Aabb, BroadPhase, BruteForce, Grid};
+use relcp::internals::gpu::{Buffer, Lattice};
 use std::time::Instant;
 
 /// How far apart boxes that are listed may be, in the sizes of the two.

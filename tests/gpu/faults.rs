@@ -1,8 +1,10 @@
 //! What goes wrong with a device is a typed error that says what to do, and costs no more than what was not yet written.
 
 use crate::device::device;
-use relcp::gpu::{Buffer, Choice, Gpu, GpuError, Kernel, Precision, Source, adapters};
-use relcp::record::{Folder, Run, RunError, read_state};
+use relcp::gpu::{Choice, Gpu, GpuError, Precision, adapters};
+use relcp::internals::gpu::{Buffer, Kernel, Source};
+use relcp::record::{Folder, read_state};
+use relcp::run::{Run, RunError};
 use relcp::scene;
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::Fault;

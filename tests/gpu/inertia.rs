@@ -2,12 +2,12 @@
 
 use crate::device::{device, precisions};
 use glam::{DQuat, DVec3};
-use relcp::backend::cpu::Cpu;
-use relcp::backend::gpu::Device;
 use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
-use relcp::freedom::SPATIAL;
 use relcp::gpu::Precision;
+use relcp::internals::backend::cpu::Cpu;
+use relcp::internals::backend::gpu::Device;
+use relcp::internals::freedom::SPATIAL;
 use relcp::scene::{self, Scene, Stepping};
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::{Backend, State};

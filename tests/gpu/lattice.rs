@@ -3,7 +3,8 @@
 use crate::device::{device, precisions};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::gpu::{Buffer, Gpu, Kernel, Lattice, Precision, Source};
+use relcp::gpu::{Gpu, Precision};
+use relcp::internals::gpu::{Buffer, Kernel, Lattice, Source};
 
 const STEPS: u32 = 1000;
 

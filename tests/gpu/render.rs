@@ -4,7 +4,7 @@ use crate::device::device;
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use relcp::bodies::{Bodies, NO_GROUP};
-use relcp::export::States;
+use relcp::record::States;
 use relcp::render::{Camera, Frames, Image, Rays, View, picture_by, picture_on, render_on};
 use relcp::separation::Placed;
 use relcp::shape::{Convex, Shape};

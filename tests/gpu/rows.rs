@@ -1,10 +1,10 @@
 //! Rows, body by body lists, and the trial, kernel by kernel, against the CPU's, at the step's start and appended at a trial.
 
 use crate::device::{device, precisions};
-use relcp::backend::cpu::Cpu;
-use relcp::backend::gpu::Device;
-use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::gpu::Precision;
+use relcp::internals::backend::cpu::Cpu;
+use relcp::internals::backend::gpu::Device;
+use relcp::internals::freedom::{PLANAR, SPATIAL};
 use relcp::lcp::Problem;
 use relcp::scene::{self, Rows, Scene};
 use relcp::step::{Backend, State};

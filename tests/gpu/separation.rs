@@ -15,8 +15,9 @@ use harness::{Errors, LIST, Worst, answers, check_sound, compare, encoded, toler
 use poses::Pose;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use relcp::gpu::{Buffer, Kernel, Precision, Source};
-use relcp::separation::gpu::PairFamilies;
+use relcp::gpu::Precision;
+use relcp::internals::gpu::{Buffer, Kernel, Source};
+use relcp::internals::separation::gpu::PairFamilies;
 use relcp::separation::{Placed, Separation, planar_separation, separation};
 use relcp::shape::Shape;
 use serde::Deserialize;

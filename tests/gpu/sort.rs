@@ -3,7 +3,8 @@
 use crate::device::device;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::gpu::{Buffer, Gpu, Scan, Sort, WORKGROUP};
+use relcp::gpu::Gpu;
+use relcp::internals::gpu::{Buffer, Scan, Sort, WORKGROUP};
 
 const SCAN_BLOCK: u64 = 8 * WORKGROUP as u64;
 const SORT_BLOCK: u64 = 16 * WORKGROUP as u64;

@@ -3,7 +3,8 @@
 use super::archives::{entries, pack};
 use super::{lcps, states};
 use relcp::batch::Plan;
-use relcp::record::{decode, decode_lcp, peak_bytes};
+use relcp::record::{decode, decode_lcp};
+use relcp::run::peak_bytes;
 use relcp::scene::{self, FaultKind};
 use std::io::{Cursor, Write};
 use std::path::Path;

@@ -3,12 +3,12 @@
 use crate::laws::{body, rod, start};
 use crate::random::parse;
 use glam::{DQuat, DVec3};
-use relcp::backend::gpu::Device;
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::dynamics::{Cells, pressures};
-use relcp::export::Snapshot;
+use relcp::internals::backend::gpu::Device;
 use relcp::measure::{Frame, Settings, View};
-use relcp::record::{Folder, Run, RunStatus};
+use relcp::record::{Folder, Snapshot};
+use relcp::run::{Run, RunStatus};
 use relcp::scene::{self, Growth, Scene, Stepping, StopReason};
 use relcp::separation::Placed;
 use relcp::shape::Shape;
@@ -220,7 +220,7 @@ fn a_run_stops_at_a_population_a_time_or_a_radius() {
         let outermost = |simulation: &Simulation| {
             let state = simulation.state().unwrap();
             let snapshot = Snapshot { step: state.step, time: 0.0, bodies: state.bodies.clone(), warm: None };
-            let states = relcp::export::States::single("state", snapshot);
+            let states = relcp::record::States::single("state", snapshot);
             let radius = relcp::measure::select(&["radius".into()]).unwrap();
             let measured =
                 relcp::measure::measure("three-capsules", &states, &radius, &Settings::default(), &mut |_, _| true);

@@ -2,8 +2,8 @@
 
 use crate::random::heap;
 use glam::DVec3;
-use relcp::backend::cpu::Cpu;
-use relcp::freedom::SPATIAL;
+use relcp::internals::backend::cpu::Cpu;
+use relcp::internals::freedom::SPATIAL;
 use relcp::lcp::{Problem, velocity};
 use relcp::scene::{Recursion, Scene, SolverKind};
 use relcp::simulation::Simulation;

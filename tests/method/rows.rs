@@ -2,9 +2,9 @@
 
 use crate::random::{KINDS, Random};
 use glam::{DMat3, DVec3};
-use relcp::constraint::{self, Mover};
 use relcp::dynamics::{Ending, Factor, Motion, Pose, Twist, advance};
-use relcp::freedom::SPATIAL;
+use relcp::internals::constraint::{self, Mover};
+use relcp::internals::freedom::SPATIAL;
 use relcp::lcp::Problem;
 use relcp::separation::{Placed, separation};
 

@@ -3,8 +3,8 @@
 
 use crate::random::parse;
 use glam::DVec3;
-use relcp::backend::cpu::Cpu;
-use relcp::freedom::{PLANAR, SPATIAL};
+use relcp::internals::backend::cpu::Cpu;
+use relcp::internals::freedom::{PLANAR, SPATIAL};
 use relcp::lcp::{Problem, Settings, Solver, Status, velocity};
 use relcp::scene::{self, Scene, SolverKind};
 use relcp::simulation::Simulation;

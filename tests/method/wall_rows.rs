@@ -1,9 +1,9 @@
 //! Every row of a body with a wall is the derivative of its gap along `C(U)`, at the step's start and at a trial.
 
 use crate::random::Random;
-use relcp::constraint::{self, FIXED, Mover};
 use relcp::dynamics::{Ending, Factor, Motion, Pose, Twist, advance};
-use relcp::freedom::SPATIAL;
+use relcp::internals::constraint::{self, FIXED, Mover};
+use relcp::internals::freedom::SPATIAL;
 use relcp::lcp::Problem;
 use relcp::separation::{Placed, Separation, Surface};
 use relcp::shape::Shape;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::broad_phase::{Aabb, BroadPhase, BruteForce, Candidates, Grid, Periodic, PeriodicBruteForce};
+use relcp::internals::broad_phase::{Aabb, BroadPhase, BruteForce, Candidates, Grid, Periodic, PeriodicBruteForce};
 use relcp::periodic::Periods;
 
 /// Pairs found by moving each second box by every number of periods up to `most`: it knows nothing of the periods's own arithmetic.

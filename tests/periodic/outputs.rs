@@ -3,10 +3,9 @@
 use crate::{audit, suspension};
 use glam::DVec3;
 use relcp::bodies::Bodies;
-use relcp::export::{Snapshot, States, contacts};
 use relcp::measure::{Settings, measure, select};
 use relcp::periodic::Periods;
-use relcp::record::{StateError, decode, encode, encode_with_forces, read_state};
+use relcp::record::{Snapshot, StateError, States, contacts, decode, encode, encode_with_forces, read_state};
 use relcp::scene;
 use relcp::separation::Placed;
 use relcp::shape::Shape;

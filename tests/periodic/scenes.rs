@@ -1,7 +1,7 @@
 //! Periodic scenes: what is read, what is refused and where, and what is placed by rule.
 
 use crate::audit;
-use relcp::backend::gpu::Device;
+use relcp::internals::backend::gpu::Device;
 use relcp::scene::{self, FaultKind, Periodic, SceneError};
 use serde_json::{Value, json};
 

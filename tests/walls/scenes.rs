@@ -1,7 +1,7 @@
 //! Walls in scene files, in what is placed by rule, and in the program's reports.
 
-use relcp::backend::gpu::Device;
 use relcp::gpu::GpuError;
+use relcp::internals::backend::gpu::Device;
 use relcp::scene::{self, FaultKind, Method, Scene, SceneError, Wall};
 use serde_json::{Value, json};
 

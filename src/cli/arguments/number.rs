@@ -1,6 +1,6 @@
 //! Numbers in arguments.
 
-use crate::render::View;
+use relcp::render::View;
 
 pub(super) fn size(text: &str) -> Result<[u32; 2], String> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));

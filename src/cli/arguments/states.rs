@@ -2,8 +2,8 @@
 
 use super::number::{length, positive, range, size};
 use super::{Backend, Compute, MOST_THREADS, Print};
-use crate::render::{Background, Fit, Quantity, Side};
 use clap::{Args, ValueEnum};
+use relcp::render::{Background, Fit, Quantity, Side};
 use std::path::PathBuf;
 
 /// No screen shows more pictures a second than this.
@@ -106,7 +106,7 @@ pub(in crate::cli) struct Measure {
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub(in crate::cli) neighbourhood: Option<f64>,
     /// Largest angle between touching bodies of one microdomain, in degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = crate::measure::DOMAIN_ANGLE, value_parser = positive)]
+    #[arg(long, value_name = "DEGREES", default_value_t = relcp::measure::DOMAIN_ANGLE, value_parser = positive)]
     pub(in crate::cli) domain_angle: f64,
     /// Pairs nearer than this touch, a length; without it a thousandth of the thinnest body
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = length)]

@@ -62,7 +62,7 @@ pub(in crate::cli) struct Study {
     pub(in crate::cli) smallest: usize,
     /// For throughput: what is stepped, if not both
     #[arg(long, value_enum, value_name = "WHAT")]
-    pub(in crate::cli) of: Option<crate::study::throughput::Kind>,
+    pub(in crate::cli) of: Option<relcp::study::throughput::Kind>,
     /// For throughput: steps timed of each size
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub(in crate::cli) steps: u32,

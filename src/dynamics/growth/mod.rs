@@ -204,6 +204,7 @@ impl Turn {
     }
 
     /// The turn in body axes, which comes before the mother's orientation; in a planar scene the one in space.
+    #[cfg(feature = "gpu")]
     pub(crate) fn in_body(self, planar: bool) -> DQuat {
         self.in_space(planar, DQuat::IDENTITY)
     }

@@ -1,48 +1,52 @@
 //! How cells grow and divide, and what ends their growth.
 
+#[cfg(feature = "files")]
 use schemars::JsonSchema;
+#[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
 /// Growth and division of spherocylinders: `length' = rate * length` between divisions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 pub struct Growth {
     /// Relative growth per time.
-    #[schemars(range(min = 0))]
+    #[cfg_attr(feature = "files", schemars(range(min = 0)))]
     pub rate: f64,
     /// Tip-to-tip length at which a cell divides into two of half its length.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     pub division_length: f64,
     /// Each daughter turns by an angle drawn uniformly from plus and minus this, in degrees.
-    #[schemars(range(min = 0, max = 180))]
-    #[serde(default)]
+    #[cfg_attr(feature = "files", schemars(range(min = 0, max = 180)))]
+    #[cfg_attr(feature = "files", serde(default))]
     pub reorientation_degrees: f64,
     /// Each cell has a division length of its own, drawn uniformly from `division_length` plus and minus this part of it.
-    #[schemars(range(min = 0), extend("exclusiveMaximum" = MOST_LENGTH_NOISE))]
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "files", schemars(range(min = 0), extend("exclusiveMaximum" = MOST_LENGTH_NOISE)))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
     pub division_length_noise: f64,
     /// Each cell has a rate of its own, drawn uniformly from `rate` plus and minus this part of it.
-    #[schemars(range(min = 0), extend("exclusiveMaximum" = 1))]
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "files", schemars(range(min = 0), extend("exclusiveMaximum" = 1)))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
     pub rate_noise: f64,
     /// Growth slows under pressure: the rate of each cell is multiplied by `exp(-stress_sensitivity * pressure)`, with the pressure of the last
     /// step's contact forces on it. One over a pressure: force over area, in a planar scene over length. On a GPU the state is read back for it
     /// after every step.
-    #[schemars(range(min = 0))]
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "files", schemars(range(min = 0)))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
     pub stress_sensitivity: f64,
     /// What cells do that have no room to grow in a container, which walls or periods make.
-    #[schemars(extend("default" = "stop"))]
-    #[serde(default, skip_serializing_if = "OnNoRoom::is_default")]
+    #[cfg_attr(feature = "files", schemars(extend("default" = "stop")))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "OnNoRoom::is_default"))]
     pub on_no_room: OnNoRoom,
     /// Ends the run before `time.end`. Without it: the run goes to `time.end`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub stop: Option<Stop>,
 }
 
 /// What growth does where a container is full.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum OnNoRoom {
     /// The run ends with the state before the step, and says so; with `contact.on_failure` `"continue"` cells overlap instead.
     #[default]
@@ -51,6 +55,7 @@ pub enum OnNoRoom {
     Stall,
 }
 
+#[cfg(feature = "files")]
 impl OnNoRoom {
     fn is_default(&self) -> bool {
         *self == OnNoRoom::default()
@@ -60,6 +65,7 @@ impl OnNoRoom {
 /// A cell of the least division length is not shorter than a daughter of the greatest where noise is below this.
 pub(crate) const MOST_LENGTH_NOISE: f64 = 1.0 / 3.0;
 
+#[cfg(feature = "files")]
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
@@ -77,25 +83,27 @@ impl Growth {
 }
 
 /// What ends a run before `time.end`: the first of these that is reached, looked for at the start and after every step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
 pub struct Stop {
     /// So many bodies, or more: a step may divide several cells.
-    #[schemars(range(min = 1))]
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", schemars(range(min = 1)))]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub population: Option<u64>,
     /// This time.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub time: Option<f64>,
     /// This distance of the farthest point of a body from the mean of the centres. On a GPU the state is read back for it after every step.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub radius: Option<f64>,
 }
 
 /// What ended a run before `time.end`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum StopReason {
     /// [`Stop::population`].
     Population,

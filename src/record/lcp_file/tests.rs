@@ -1,5 +1,6 @@
 use super::*;
-use crate::record::{Folder, Run};
+use crate::record::Folder;
+use crate::run::Run;
 use crate::scene;
 use crate::simulation::Simulation;
 use std::io::Write;

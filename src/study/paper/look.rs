@@ -1,7 +1,7 @@
 //! What `relcp measure` would tell of the state that a run is in.
 
-use crate::export::Snapshot;
 use crate::measure::{ALL, Frame, Settings, View};
+use crate::record::Snapshot;
 use crate::simulation::Simulation;
 use crate::study::StudyError;
 

@@ -3,8 +3,11 @@
 use super::{Named, Size, TOLERANCES};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::GpuError;
+#[cfg(feature = "gpu")]
+use crate::lcp;
+#[cfg(feature = "gpu")]
 use crate::lcp::gpu::DeviceProblem;
-use crate::lcp::{self, Look, Outcome, Settings, Solver, Status, Stored};
+use crate::lcp::{Look, Outcome, Settings, Solver, Status, Stored};
 use crate::scene::SolverKind;
 use crate::simulation::Compute;
 use serde::Serialize;
@@ -287,6 +290,9 @@ fn solve_with<const D: usize>(
                 let time = begun.elapsed();
                 Solved { outcome, gamma, time, history: solver.history().to_vec() }
             }
+            #[cfg(not(feature = "gpu"))]
+            Compute::Gpu { gpu, .. } => match **gpu {},
+            #[cfg(feature = "gpu")]
             Compute::Gpu { gpu, precision } => {
                 let on_device = || {
                     let mut solver = lcp::gpu::Solver::new(gpu, *precision, D == PLANAR, kind, settings)?;

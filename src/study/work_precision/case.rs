@@ -3,7 +3,6 @@
 use super::pose::{Apart, poses};
 use super::problem::Problem;
 use super::reference::Reference;
-use crate::backend::gpu::Device;
 use crate::scene::{Method, Scene, Stepping};
 use crate::simulation::{Compute, Simulation};
 use crate::step::StepReport;
@@ -139,7 +138,7 @@ impl Case {
     pub fn suits(&self, problem: &Problem, compute: &Compute) -> Result<bool, StudyError> {
         let Compute::Gpu { precision, .. } = compute else { return Ok(true) };
         let tight = precision.bytes() == 4 && self.overlap_tolerance < TIGHTEST_F32;
-        Ok(!tight && Device::check(&self.scene(problem)?.model()).is_ok())
+        Ok(!tight && Compute::check(&self.scene(problem)?).is_ok())
     }
 
     /// The curve that it is on.

@@ -3,11 +3,11 @@
 
 use crate::device::{device, precisions};
 use crate::rows::compare;
-use relcp::backend::cpu::Cpu;
-use relcp::backend::gpu::Device;
 use relcp::bodies::Bodies;
-use relcp::freedom::{PLANAR, SPATIAL};
 use relcp::gpu::Precision;
+use relcp::internals::backend::cpu::Cpu;
+use relcp::internals::backend::gpu::Device;
+use relcp::internals::freedom::{PLANAR, SPATIAL};
 use relcp::lcp::Problem;
 use relcp::scene::{self, Rows, Scene, SolverKind};
 use relcp::step::{Backend, State};

@@ -6,9 +6,10 @@ use crate::separation::poses::{self, Pose};
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::gpu::{Buffer, Gpu, Kernel, Lattice, LatticePeriods, Precision, Source};
+use relcp::gpu::{Gpu, Precision};
+use relcp::internals::gpu::{Buffer, Kernel, Lattice, LatticePeriods, Source};
+use relcp::internals::separation::gpu::PairFamilies;
 use relcp::periodic::Periods;
-use relcp::separation::gpu::PairFamilies;
 use relcp::separation::{Placed, separation};
 use relcp::shape::Shape;
 

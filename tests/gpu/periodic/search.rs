@@ -5,9 +5,10 @@ use crate::device::{device, precisions};
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::broad_phase::gpu::Search;
-use relcp::broad_phase::{Aabb, BroadPhase, Grid, Periodic, PeriodicBruteForce};
-use relcp::gpu::{Gpu, GpuError, Lattice, Precision};
+use relcp::gpu::{Gpu, GpuError, Precision};
+use relcp::internals::broad_phase::gpu::Search;
+use relcp::internals::broad_phase::{Aabb, BroadPhase, Grid, Periodic, PeriodicBruteForce};
+use relcp::internals::gpu::Lattice;
 use relcp::periodic::Periods;
 use std::time::Instant;
 

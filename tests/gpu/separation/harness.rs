@@ -3,8 +3,9 @@
 use super::poses::Pose;
 use crate::device::precisions;
 use glam::{DVec3, DVec4};
-use relcp::gpu::{Buffer, Gpu, Kernel, Precision, Source};
-use relcp::separation::gpu::PairFamilies;
+use relcp::gpu::{Gpu, Precision};
+use relcp::internals::gpu::{Buffer, Kernel, Source};
+use relcp::internals::separation::gpu::PairFamilies;
 use relcp::separation::{Separation, bound, separation};
 use std::collections::BTreeMap;
 

@@ -18,6 +18,9 @@ use crate::study::table::csv_table;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+/// The solver that public codes for contacts of rigid bodies solve their LCPs with: what measurements set the default beside.
+const OF_PUBLIC_CODES: SolverKind = SolverKind::Bbpgd;
+
 /// Most lines of a whole run's course over time. With the full size these are windows of 60 and 600 steps; the paper's averages are over 100.
 const WINDOWS: u64 = 100;
 
@@ -94,7 +97,7 @@ impl Size {
         scene.contact.rows = Rows::Paper;
         scene.contact.cutoff = Some(CUTOFF_PER_THICKNESS * scene.thinnest());
         if case.part == Part::Public {
-            scene.solver.kind = SolverKind::OF_PUBLIC_CODES;
+            scene.solver.kind = OF_PUBLIC_CODES;
         }
         Ok(scene)
     }

@@ -100,7 +100,7 @@ fn public(out: &mut String, rows: &[&Row], dt: f64) {
 
 /// Its name in a scene.
 fn solver_of_public_codes() -> String {
-    let own = SolverKind::NAMED.into_iter().find(|(_, kind)| *kind == SolverKind::OF_PUBLIC_CODES);
+    let own = SolverKind::NAMED.into_iter().find(|(_, kind)| *kind == super::OF_PUBLIC_CODES);
     own.map_or(String::new(), |(name, _)| format!("`{name}`"))
 }
 

@@ -44,7 +44,7 @@ struct Force {
 /// near is a contact, and a cutoff over the shortest period counts as that.
 ///
 /// ```
-/// use relcp::export::{States, contacts};
+/// use relcp::record::{States, contacts};
 /// let states = States::open("three-capsules")?;
 /// let found = contacts(&*states.read(0)?, Some(0.5));
 /// assert!(found.iter().all(|contact| contact.separation <= 0.5 && contact.gamma.is_nan()));

@@ -1,8 +1,7 @@
 //! `summary.json`: what a run did, as other programs read it.
 
-use super::hash::state_hash;
 use super::memory::peak_bytes;
-use super::totals::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds};
+use crate::record::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds, state_hash};
 use crate::scene::{Method, SolverKind, Stepping, StopReason};
 use crate::simulation::Simulation;
 use crate::step::Fault;
@@ -113,7 +112,7 @@ pub struct Summary {
     pub version: &'static str,
     /// [Hash](super::scene_hash) of the scene.
     pub scene_hash: String,
-    /// [Hash](super::state_hash) of the state that the run stands at.
+    /// [Hash](crate::record::state_hash) of the state that the run stands at.
     pub state_hash: String,
     /// Bodies now.
     pub bodies: usize,

@@ -1,12 +1,15 @@
-//! The states to export: those of a run's folder in order, or a single one.
+//! The states of a run or a scene: those of a run's folder in order, or a single one.
 
-use super::error::ExportError;
+use super::error::StatesError;
+use super::{Folder, read_state};
 use crate::bodies::Bodies;
-use crate::record::{Folder, read_state};
 use crate::scene;
 use crate::warm::Warm;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+
+/// What is told of the progress over states: how much is done, of how much. The work stops where the answer is `false`.
+pub type Watch<'a> = &'a mut dyn FnMut(usize, usize) -> bool;
 
 /// One state.
 #[derive(Clone, Debug)]
@@ -31,8 +34,8 @@ impl Snapshot {
     }
 
     /// Refuses a state whose shapes no format has.
-    pub(super) fn refuse_custom(&self, origin: impl Fn() -> String) -> Result<(), ExportError> {
-        let refused = |body| Err(ExportError::Custom { origin: origin(), body });
+    pub(crate) fn refuse_custom(&self, origin: impl Fn() -> String) -> Result<(), StatesError> {
+        let refused = |body| Err(StatesError::Custom { origin: origin(), body });
         self.bodies.first_custom().map_or(Ok(()), refused)
     }
 }
@@ -61,8 +64,8 @@ impl States {
     /// * a scene file or the name of a built-in scene: the state that it starts from.
     ///
     /// # Errors
-    /// [`ExportError::NoState`] for a folder without states; a scene or a state that cannot be read.
-    pub fn open(source: &str) -> Result<Self, ExportError> {
+    /// [`StatesError::NoState`] for a folder without states; a scene or a state that cannot be read.
+    pub fn open(source: &str) -> Result<Self, StatesError> {
         let path = Path::new(source);
         if path.is_dir() {
             return States::of_run(path);
@@ -80,7 +83,7 @@ impl States {
     /// A state of one's own; `name` stands in messages and names the files.
     ///
     /// ```
-    /// use relcp::export::{Snapshot, States};
+    /// use relcp::record::{Snapshot, States};
     /// use relcp::scene;
     /// let bodies = scene::load("three-capsules", &[])?.build()?;
     /// let states = States::single("mine", Snapshot { step: 0, time: 0.0, bodies, warm: None });
@@ -92,7 +95,7 @@ impl States {
         States { name: name.into(), entries: vec![entry], notes: Vec::new() }
     }
 
-    fn of_run(path: &Path) -> Result<Self, ExportError> {
+    fn of_run(path: &Path) -> Result<Self, StatesError> {
         let folder = Folder::view(path);
         let mut recorded = folder.recorded()?;
         let mut notes = Vec::new();
@@ -127,7 +130,7 @@ impl States {
             let last = folder.last();
             return match last.to_str() {
                 Some(text) if last.exists() => Ok(States { name, ..States::open(text)? }),
-                _ => Err(ExportError::NoState { path: path.into() }),
+                _ => Err(StatesError::NoState { path: path.into() }),
             };
         }
         Ok(States { name, entries, notes })
@@ -165,7 +168,7 @@ impl States {
     ///
     /// # Errors
     /// A file that cannot be read, or is damaged.
-    pub fn read(&self, i: usize) -> Result<Cow<'_, Snapshot>, ExportError> {
+    pub fn read(&self, i: usize) -> Result<Cow<'_, Snapshot>, StatesError> {
         match &self.entries[i] {
             Entry::Held { snapshot, .. } => Ok(Cow::Borrowed(snapshot)),
             Entry::File(path) => {

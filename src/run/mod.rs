@@ -1,22 +1,29 @@
 //! A run: a simulation that is stepped to its end and leaves its folder.
 
-use super::container::{Header, encode, encode_with_forces, read_state, write_state};
-use super::difference::differing_keys;
-use super::durable;
-use super::error::{RecordError, RunError, StateError};
-use super::folder::Folder;
-use super::hash::scene_hash;
-use super::lcp_file::{LcpHeader, write_lcp};
-use super::measured::Measures;
-use super::schedule::Schedule;
-use super::steps::Steps;
-use super::summary::{RunStatus, Summary};
-use super::totals::Totals;
+mod error;
+mod measured;
+mod memory;
+mod schedule;
+mod summary;
+#[cfg(test)]
+mod tests;
+
+pub use error::RunError;
+pub use memory::peak_bytes;
+pub use summary::{Constraints, PeakBytes, Recursions, RunStatus, SolverSummary, Summary};
+
 use crate::dynamics::ForceField;
+use crate::record::steps::Steps;
+use crate::record::{
+    Folder, Header, LcpHeader, RecordError, StateError, Totals, differing_keys, durable, encode, encode_with_forces,
+    read_state, scene_hash, write_lcp, write_state,
+};
 use crate::render::{View, picture};
 use crate::scene::Scene;
 use crate::simulation::{Compute, Simulation};
 use crate::step::{Fault, State, StepReport, max_overlap};
+use measured::Measures;
+use schedule::Schedule;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -30,7 +37,8 @@ const PICTURE_SIDES: [u32; 2] = [1280, 720];
 /// A simulation and the folder that it leaves.
 ///
 /// ```
-/// use relcp::record::{Folder, Run, RunStatus};
+/// use relcp::record::Folder;
+/// use relcp::run::{Run, RunStatus};
 /// use relcp::{Simulation, scene};
 /// let parent = tempfile::tempdir()?;
 /// let scene = scene::load("three-capsules", &[])?;

@@ -1,9 +1,8 @@
 //! `measures.csv`: what the scene's `output.measures` asks to be measured, a row a recorded step.
 
-use super::error::RecordError;
-use super::rows::Rows;
-use crate::export::Snapshot;
 use crate::measure::{self, Frame, Measure, Settings, View};
+use crate::record::rows::Rows;
+use crate::record::{RecordError, Snapshot};
 use crate::scene::Scene;
 use crate::simulation::Simulation;
 use crate::step::Fault;

@@ -1,0 +1,81 @@
+//! A program that was built without the feature `gpu` has no device.
+
+use super::{AdapterReport, Choice, Counters, GpuError, PipelineReport, Precision, StageTime};
+
+/// An open device: there is none.
+pub enum Gpu {}
+
+impl Gpu {
+    /// Says that there is no device.
+    ///
+    /// # Errors
+    /// [`GpuError::NotBuilt`], always.
+    pub fn open(_choice: &Choice) -> Result<Gpu, GpuError> {
+        Err(GpuError::NotBuilt)
+    }
+
+    /// The adapter's name.
+    pub fn name(&self) -> &str {
+        match *self {}
+    }
+
+    /// The driver and its version.
+    pub fn driver(&self) -> &str {
+        match *self {}
+    }
+
+    /// Whether the adapter is a software one.
+    pub fn is_software(&self) -> bool {
+        match *self {}
+    }
+
+    /// What one should know of the adapter.
+    pub fn warnings(&self) -> Vec<String> {
+        match *self {}
+    }
+
+    /// Whether it computes in a precision.
+    ///
+    /// # Errors
+    /// None: there is no value to ask.
+    pub fn check(&self, _precision: Precision) -> Result<(), GpuError> {
+        match *self {}
+    }
+
+    /// Bytes of all buffers at once, at most.
+    pub fn peak_bytes(&self) -> u64 {
+        match *self {}
+    }
+
+    /// What it did.
+    pub fn counters(&self) -> Counters {
+        match *self {}
+    }
+
+    /// Makes drivers compile kernels at once.
+    pub fn compile_at_once(&self) {
+        match *self {}
+    }
+
+    /// Times stages from now on.
+    pub fn start_timing(&self) {
+        match *self {}
+    }
+
+    pub(super) fn buffers(&self) -> Vec<(String, u64)> {
+        match *self {}
+    }
+
+    pub(super) fn pipelines(&self) -> Vec<PipelineReport> {
+        match *self {}
+    }
+
+    pub(super) fn stage_times(&self) -> Vec<StageTime> {
+        match *self {}
+    }
+}
+
+/// All adapters that this program can use: none.
+pub fn adapters(_choice: &Choice) -> Vec<AdapterReport> {
+    Vec::new()
+}

@@ -1,0 +1,33 @@
+//! A program that was built without the feature `gpu` casts rays on the CPU only.
+
+use super::raster::{Drawn, Sample};
+use crate::gpu::{Gpu, GpuError};
+use std::sync::Arc;
+
+/// A device that casts rays: there is none.
+pub enum Rays {}
+
+impl Rays {
+    /// Compiles the kernel of a device that is not there.
+    ///
+    /// # Errors
+    /// None: there is no device to ask.
+    pub fn new(gpu: Arc<Gpu>) -> Result<Self, GpuError> {
+        match *gpu {}
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        match *self {}
+    }
+
+    pub(super) fn cast(
+        &self,
+        _drawn: &[Drawn],
+        (_first, _members): (&[usize], &[u32]),
+        _columns: usize,
+        _scale: f64,
+    ) -> Result<Option<Vec<Sample>>, GpuError> {
+        match *self {}
+    }
+}

@@ -1,0 +1,21 @@
+//! Why a run stopped.
+
+use crate::record::RecordError;
+use crate::step::Fault;
+use miette::Diagnostic;
+use thiserror::Error;
+
+/// Why a run stopped.
+#[derive(Debug, Error, Diagnostic)]
+pub enum RunError {
+    /// A step could not be taken. The state before it is in the checkpoint.
+    #[error(transparent)]
+    #[diagnostic(help(
+        "the state before this step is in the run's checkpoint; a smaller time.dt, or less force, may help"
+    ))]
+    Fault(#[from] Fault),
+    /// A file could not be written.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Record(#[from] RecordError),
+}
