@@ -1,18 +1,17 @@
 //! `relcp view`: one HTML file that shows a run in a browser, with nothing loaded from a network.
 //!
-//! The page's own parts lie in `assets/view/`: what it looks like, its script, and the shaders, which cast rays
-//! against the smooth surfaces as
-//! [`render`](mod@crate::render) does. Here the states are packed into it. A number that a picture needs is a whole
-//! number of small steps,
-//! what changes between states is kept as differences, and [`Errors`] tells what is lost:
+//! The page's own parts lie in `assets/view/`: what it looks like, its script, and the shaders, which cast rays against
+//! the smooth surfaces as [`render`](mod@crate::render) does. Here the states are packed into it. A number that a picture
+//! needs is a whole number of small steps, what changes between states is kept as differences, and [`Errors`] tells what
+//! is lost:
 //!
-//! * [`places`] centres, turns and lengths;
-//! * [`bodies`] what all states share of a body: its id, parent, birth, generation, group, shape and sizes;
-//! * [`values`] what colours tell;
-//! * [`contacts`] contacts with their forces;
-//! * [`steps`] the run's `steps.csv`, thinned;
-//! * [`columns`] how numbers become bytes, and those the text in the page;
-//! * [`header`] what the page is told of all that; [`page`] the file.
+//! * `places`: centres, turns and lengths;
+//! * `bodies`: what all states share of a body: its id, parent, birth, generation, group, shape and sizes;
+//! * `values`: what colours tell;
+//! * `contacts`: contacts with their forces;
+//! * `steps`: the run's `steps.csv`, thinned;
+//! * `columns`: how numbers become bytes, and those the text in the page;
+//! * `header`: what the page is told of all that; `page`: the file.
 //!
 //! A file holds no custom shape; in a state of one's own, such a body is drawn as the ellipsoid that reaches as far
 //! along the body's axes.
