@@ -6,7 +6,6 @@ use crate::run::{RunStatus, Summary};
 use crate::scene::{Scene, SceneError};
 use crate::simulation::{Compute, Simulation};
 use crate::step::{Fault, State, StepReport, max_overlap};
-use crate::walls::Walls;
 use rayon::ThreadPool;
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -11,7 +11,6 @@ use crate::bodies::Bodies;
 use crate::record::{read_state, scene_hash, state_hash};
 use crate::simulation::Compute;
 use crate::step::State;
-use crate::walls::Walls;
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
