@@ -84,6 +84,8 @@ pub mod step;
 #[cfg(feature = "studies")]
 #[doc(hidden)]
 pub mod study;
+#[cfg(feature = "files")]
+pub mod view;
 pub mod walls;
 pub mod warm;
 

@@ -324,7 +324,7 @@ fn solves_that_fall_back_are_counted() {
     let (out, solver) = run("auto", 0);
     let fallbacks = solver["fallbacks"].as_u64().unwrap();
     assert!(fallbacks > 0 && solver["unconverged"] == 0, "{solver}");
-    assert!(out.contains(&format!("{fallbacks} solves went on with the interior-point method")), "{out}");
+    assert!(out.contains(&format!("{fallbacks} solves used the interior-point safeguard")), "{out}");
     let (out, solver) = run("pair_block_cg", 3);
     assert!(solver["fallbacks"] == 0 && solver["unconverged"].as_u64().unwrap() > 0, "{solver}");
     assert!(!out.contains("interior-point"), "{out}");
@@ -470,7 +470,7 @@ fn lcps_of_a_run_are_saved_and_studied() {
     fs::create_dir(place.at("empty")).unwrap();
     for (file, status, says) in [
         ("cut.npz", 4, "the end of the file is damaged"),
-        ("rods.json", 4, "it is not the .npz of an LCP: it is no zip"),
+        ("rods.json", 4, "this is not an .npz file of an LCP: it is no zip"),
         ("run/checkpoint.npz", 4, "it is a `relcp-state`"),
         ("absent.npz", 4, "could not read it"),
         ("empty", 2, "there is no .npz in it"),

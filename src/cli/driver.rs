@@ -1,8 +1,8 @@
 //! Silence from graphics drivers.
 //!
 //! Mesa writes "error: XDG_RUNTIME_DIR is invalid" to standard error at every start in an environment without this
-//! variable: cron, ssh, containers, job queues. The drivers do not use the folder for computing. A process cannot change
-//! its environment safely once it has threads, so the program starts anew with the variable set.
+//! variable: cron, ssh, containers, job queues. The drivers do not use the folder for computing. A process cannot
+//! change its environment safely once it has threads, so the program starts anew with the variable set.
 
 /// Starts the program anew with `XDG_RUNTIME_DIR` set, in an environment without it. The process and its number stay
 /// the same. Where that fails the program goes on.

@@ -64,11 +64,7 @@ fn print(exported: &Exported) -> Result<(), CliError> {
     output::write(|out| {
         let (states, bodies) =
             (output::count(exported.states, "state", "states"), output::count(exported.bodies, "body", "bodies"));
-        let size = match exported.bytes {
-            bytes if bytes < 1_000_000 => format!("{:.0} kB", bytes as f64 / 1e3),
-            bytes => format!("{:.1} MB", bytes as f64 / 1e6),
-        };
-        writeln!(out, "{states} of up to {bodies}, {size}")?;
+        writeln!(out, "{states} of up to {bodies}, {}", output::size(exported.bytes))?;
         exported.files.iter().try_for_each(|file| writeln!(out, "  {}", file.display()))?;
         exported.notes.iter().try_for_each(|note| writeln!(out, "  note: {note}"))
     })

@@ -25,6 +25,7 @@ mod study_inertia;
 mod study_paper;
 mod study_solvers;
 mod study_work_precision;
+mod view;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -58,6 +59,7 @@ fn dispatch(command: Command) -> Result<Exit, CliError> {
         Command::Export(arguments) => export::export(&arguments),
         Command::Measure(arguments) => measure::measure(&arguments),
         Command::Render(arguments) => render::render(&arguments),
+        Command::View(arguments) => view::view(&arguments),
         Command::Study(arguments) => study::study(&arguments),
         Command::Devices(arguments) => devices::devices(&arguments),
         Command::Schema(arguments) => scenes::schema(&arguments),

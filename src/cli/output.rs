@@ -32,6 +32,14 @@ pub(super) fn count(number: usize, one: &str, many: &str) -> String {
     format!("{number} {}", if number == 1 { one } else { many })
 }
 
+/// A number of bytes, in words.
+pub(super) fn size(bytes: u64) -> String {
+    match bytes {
+        bytes if bytes < 1_000_000 => format!("{:.0} kB", bytes as f64 / 1e3),
+        bytes => format!("{:.1} MB", bytes as f64 / 1e6),
+    }
+}
+
 /// Writes a line to standard error.
 pub(super) fn message(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");

@@ -4,7 +4,7 @@ use super::arguments::Run as Arguments;
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{compute, output};
+use super::{compute, output, view};
 use relcp::gpu::Profile;
 use relcp::record::{Folder, PassedStep, RecordError, Retried};
 use relcp::run::{Run, RunError, RunStatus, Summary};
@@ -22,6 +22,8 @@ pub(super) const RUNS: &str = "runs";
 #[derive(Serialize)]
 struct Document<'a> {
     folder: &'a Path,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    view: Option<&'a Path>,
     #[serde(skip_serializing_if = "Option::is_none")]
     profile: Option<&'a Profile>,
     #[serde(flatten)]
@@ -64,8 +66,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let profile = simulation.device().filter(|_| arguments.profile);
     let profile = profile.map(|gpu| Profile::of(gpu, simulation.steps() - first));
     let summary = run.finish()?;
-    show(arguments, folder.path(), &summary, profile.as_ref())?;
-    Ok(summary.status.into())
+    // A page that cannot be written must not hide how the run ended.
+    let page = arguments.view.then(|| view::after(folder.path())).transpose();
+    let (page, fault) = page.map_or_else(|fault| (None, Some(fault)), |page| (page, None));
+    show(arguments, folder.path(), &summary, profile.as_ref(), page.as_deref())?;
+    fault.map_or(Ok(summary.status.into()), Err)
 }
 
 fn start(arguments: &Arguments) -> Result<Run, CliError> {
@@ -126,19 +131,26 @@ fn text_of(path: &Path) -> Result<&str, CliError> {
     path.to_str().ok_or_else(|| CliError::Usage(format!("{}: the path is not Unicode", path.display())))
 }
 
-fn show(arguments: &Arguments, folder: &Path, summary: &Summary, device: Option<&Profile>) -> Result<(), CliError> {
+fn show(
+    arguments: &Arguments,
+    folder: &Path,
+    summary: &Summary,
+    device: Option<&Profile>,
+    page: Option<&Path>,
+) -> Result<(), CliError> {
     if summary.status == RunStatus::Interrupted {
         let on = format!("relcp run --resume --out {}", folder.display());
         output::message(&format!("stopped after step {}; go on with: {on}", summary.steps));
     }
     if arguments.print.json {
-        return output::json(&Document { folder, profile: device, summary });
+        return output::json(&Document { folder, view: page, profile: device, summary });
     }
     if arguments.print.quiet {
         return Ok(());
     }
     output::write(|out| {
         print(out, folder, summary)?;
+        page.map_or(Ok(()), |page| writeln!(out, "  to be seen  {}", page.display()))?;
         if arguments.profile {
             profile(out, summary)?;
         }

@@ -25,12 +25,8 @@ impl Frame {
     /// # Errors
     /// A scene or a state that cannot be read.
     pub fn of(source: &str, states: &States) -> Result<Frame, StatesError> {
-        if let Some(path) = scene_of(Path::new(source)) {
-            return Ok(Frame::of_scene(&scene::read(&path)?, path.display().to_string()));
-        }
-        let path = Path::new(source);
-        if !path.is_dir() && path.extension().is_none_or(|extension| extension != "npz") {
-            return Ok(Frame::of_scene(&scene::load(source, &[])?, source.into()));
+        if let Some((scene, origin)) = scene_behind(source)? {
+            return Ok(Frame::of_scene(&scene, origin));
         }
         let planar = match states.len() {
             0 => false,
@@ -47,6 +43,21 @@ impl Frame {
         };
         Frame { planar: scene.planar, planar_from: origin, drag }
     }
+}
+
+/// The scene that states were [opened](States::open) from or belong to, and its name in messages; none where a run's folder lacks its own.
+///
+/// # Errors
+/// A scene that cannot be read.
+pub(crate) fn scene_behind(source: &str) -> Result<Option<(Scene, String)>, StatesError> {
+    let path = Path::new(source);
+    if let Some(path) = scene_of(path) {
+        return Ok(Some((scene::read(&path)?, path.display().to_string())));
+    }
+    if path.is_dir() || path.extension().is_some_and(|extension| extension == "npz") {
+        return Ok(None);
+    }
+    Ok(Some((scene::load(source, &[])?, source.into())))
 }
 
 /// The `scene.json` that belongs to a run's folder, or to a state in one.

@@ -43,6 +43,7 @@ pub use axis::axis;
 pub use collect::{Measured, measure, measure_last};
 pub use error::MeasureError;
 pub use frame::Frame;
+pub(crate) use frame::scene_behind;
 pub(crate) use output::field;
 pub use output::{Document, write};
 pub use view::View;

@@ -236,11 +236,7 @@ impl Painter<'_> {
             seen = seen.into_iter().step_by(every.max(1)).collect();
         }
         let Some(last) = seen.last() else {
-            let interval = match (from.is_finite(), to.is_finite()) {
-                (true, true) => format!("from time {from} to {to}"),
-                (true, false) => format!("at time {from} or later"),
-                _ => format!("at time {to} or earlier"),
-            };
+            let interval = interval(from, to);
             return Err(RenderError::Nothing { states: asked.len(), interval, first: times[0], last: times[1] });
         };
         if self.frames.colour.is_of_births() && !seen.iter().any(|state| state.births) {
@@ -356,7 +352,17 @@ impl Painter<'_> {
     }
 }
 
-fn inside(time: f64, from: f64, to: f64) -> bool {
+/// An interval of time in words.
+pub(crate) fn interval(from: f64, to: f64) -> String {
+    match (from.is_finite(), to.is_finite()) {
+        (true, true) => format!("from time {from} to {to}"),
+        (true, false) => format!("at time {from} or later"),
+        _ => format!("at time {to} or earlier"),
+    }
+}
+
+/// Whether a time is in an interval, but for rounding.
+pub(crate) fn inside(time: f64, from: f64, to: f64) -> bool {
     let slack = |bound: f64| if bound.is_finite() { ROUNDING * time.abs().max(bound.abs()) } else { 0.0 };
     time >= from - slack(from) && time <= to + slack(to)
 }

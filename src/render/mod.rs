@@ -31,6 +31,7 @@ pub use camera::Camera;
 pub use error::RenderError;
 pub use frames::MOVIE;
 pub use frames::{Fit, Frames, Rendered, RenderedFrame, render, render_on};
+pub(crate) use frames::{inside, interval};
 pub use image::Image;
 pub use movie::{Encoder, movie};
 pub use quantity::Quantity;

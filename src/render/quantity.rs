@@ -35,7 +35,7 @@ pub enum Quantity {
 
 /// How a quantity's values become the ends of a scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Ends {
+pub(crate) enum Ends {
     /// From the least to the largest.
     Least,
     /// From zero to the largest.
@@ -45,6 +45,20 @@ pub(super) enum Ends {
 }
 
 impl Quantity {
+    /// All of them.
+    pub(crate) const ALL: [Quantity; 10] = [
+        Quantity::Orientation,
+        Quantity::Age,
+        Quantity::Generation,
+        Quantity::Length,
+        Quantity::Speed,
+        Quantity::Contacts,
+        Quantity::Overlap,
+        Quantity::Force,
+        Quantity::Pressure,
+        Quantity::Plain,
+    ];
+
     /// Its name, as an option has it.
     pub fn name(self) -> &'static str {
         match self {
@@ -62,7 +76,7 @@ impl Quantity {
     }
 
     /// How its scale ends; `None` for those that are not on a scale.
-    pub(super) fn ends(self) -> Option<Ends> {
+    pub(crate) fn ends(self) -> Option<Ends> {
         match self {
             Quantity::Orientation | Quantity::Plain => None,
             Quantity::Length => Some(Ends::Least),
@@ -72,7 +86,7 @@ impl Quantity {
     }
 
     /// Whether it tells nothing where no body was ever born in a run.
-    pub(super) fn is_of_births(self) -> bool {
+    pub(crate) fn is_of_births(self) -> bool {
         matches!(self, Quantity::Age | Quantity::Generation)
     }
 
@@ -81,23 +95,32 @@ impl Quantity {
     /// # Errors
     /// [`LeftOut`] where the state does not have it.
     pub fn of(self, state: &Snapshot, frame: &Frame) -> Result<Vec<f64>, LeftOut> {
-        let bodies = &state.bodies;
-        let settings = Settings::default();
-        let view = || View::new(state, frame, &settings);
+        match self {
+            // What needs no contacts needs no view.
+            Quantity::Orientation | Quantity::Plain => Ok(Vec::new()),
+            _ => self.of_view(&View::new(state, frame, &Settings::default())),
+        }
+    }
+
+    /// As [`Quantity::of`], of a state that was looked at: of several quantities contacts are found once.
+    ///
+    /// # Errors
+    /// As [`Quantity::of`].
+    pub(crate) fn of_view(self, view: &View<'_>) -> Result<Vec<f64>, LeftOut> {
+        let (state, bodies) = (view.state, view.bodies());
         Ok(match self {
             Quantity::Orientation | Quantity::Plain => Vec::new(),
             Quantity::Age => bodies.lineage.iter().map(|line| state.time - line.birth).collect(),
             Quantity::Generation => bodies.lineage.iter().map(|line| f64::from(line.generation)).collect(),
             Quantity::Length => bodies.shape.iter().map(|shape| shape.major_axis()).collect(),
             Quantity::Speed => bodies.velocity.iter().map(|velocity| velocity.length()).collect(),
-            Quantity::Contacts => sums(bodies.len(), view().touching().map(|contact| (contact.pair, 1.0))),
+            Quantity::Contacts => sums(bodies.len(), view.touching().map(|contact| (contact.pair, 1.0))),
             Quantity::Overlap => overlaps(bodies),
             Quantity::Force | Quantity::Pressure if state.step == 0 && state.warm.is_some() => vec![0.0; bodies.len()],
-            Quantity::Force => sums(bodies.len(), view().pushing()?.map(|contact| (contact.pair, contact.gamma))),
+            Quantity::Force => sums(bodies.len(), view.pushing()?.map(|contact| (contact.pair, contact.gamma))),
             Quantity::Pressure => {
-                let seen = view();
-                let virials = seen.virials()?;
-                virials.iter().zip(&seen.volumes).map(|(virial, volume)| virial / (seen.dimension() * volume)).collect()
+                let virials = view.virials()?;
+                virials.iter().zip(&view.volumes).map(|(virial, volume)| virial / (view.dimension() * volume)).collect()
             }
         })
     }

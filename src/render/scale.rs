@@ -23,7 +23,7 @@ pub struct Scale {
 
 impl Scale {
     /// The scale of a state's values, as the quantity would have it; those that are not numbers do not count.
-    pub(super) fn of(values: &[f64], ends: Ends) -> Option<Scale> {
+    pub(crate) fn of(values: &[f64], ends: Ends) -> Option<Scale> {
         let mut finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
         let least = finite.iter().copied().reduce(f64::min)?;
         let largest = finite.iter().copied().reduce(f64::max)?;
@@ -39,7 +39,7 @@ impl Scale {
     }
 
     /// That of two states together.
-    pub(super) fn with(self, other: Scale) -> Scale {
+    pub(crate) fn with(self, other: Scale) -> Scale {
         Scale {
             low: self.low.min(other.low),
             high: self.high.max(other.high),

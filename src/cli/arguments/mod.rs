@@ -6,7 +6,7 @@ mod states;
 mod study;
 
 pub(super) use run::{Backend, Batch, Compute, Precision, Print, Run};
-pub(super) use states::{Contacts, Export, ExportFormat, Measure, Render};
+pub(super) use states::{Contacts, Export, ExportFormat, Measure, Render, View};
 pub(super) use study::{Study, StudyName};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -63,6 +63,8 @@ pub(super) enum Command {
     Measure(Measure),
     /// Make pictures of a run's states, and a movie
     Render(Render),
+    /// Write one HTML file that shows a run in a browser
+    View(View),
     /// Measure, and write tables
     Study(Study),
     /// List the adapters of this machine, and which one would be taken

@@ -79,6 +79,9 @@ pub(in crate::cli) struct Run {
     /// Stop with a checkpoint, as by Ctrl-C, after the step in which this much time has passed
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(in crate::cli) max_wall: Option<Duration>,
+    /// At the end write a page that shows the run in a browser, as `relcp view` does
+    #[arg(long)]
+    pub(in crate::cli) view: bool,
     /// Print a profile: wall time by phase and peak memory; on a GPU also pipelines, buffers, dispatches and read-backs
     #[arg(long)]
     pub(in crate::cli) profile: bool,

@@ -1,4 +1,4 @@
-//! Arguments of commands that look at states: contacts, export, measure, render.
+//! Arguments of commands that look at states: contacts, export, measure, render, view.
 
 use super::number::{length, positive, range, size};
 use super::{Backend, Compute, MOST_THREADS, Print};
@@ -189,6 +189,47 @@ pub(in crate::cli) struct Render {
     /// The adapter, by a part of its name; `relcp devices` lists them
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) adapter: Option<String>,
+    /// How many threads; without it, one a core. The results are the same bits for any number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub(in crate::cli) threads: Option<u16>,
+    #[command(flatten)]
+    pub(in crate::cli) print: Print,
+}
+
+const VIEW_EXAMPLES: &str = "\
+Examples:
+  relcp view runs/colony                         every state, into runs/colony/view.html
+  relcp view runs/colony --open                  and shows it in the browser
+  relcp view runs/colony --colour pressure --from 2 --every 5 --out colony.html
+  relcp run colony --view                        at the end of a run
+
+The file needs no network and no other file; send it, or put it beside a paper. docs/view.md has the keys.
+It appears whole or not at all, in the place of an earlier one.";
+
+#[derive(Args, Debug)]
+#[command(after_help = VIEW_EXAMPLES)]
+pub(in crate::cli) struct View {
+    /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
+    #[arg(value_name = "RUN")]
+    pub(in crate::cli) run: String,
+    /// The file; without it RUN/view.html, and for what is no folder NAME-view.html here
+    #[arg(long, value_name = "FILE")]
+    pub(in crate::cli) out: Option<PathBuf>,
+    /// What the colours tell at first; the page has all that the states tell
+    #[arg(long, value_enum, default_value = "orientation")]
+    pub(in crate::cli) colour: Quantity,
+    /// Every so many states
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(in crate::cli) every: u32,
+    /// From this time on
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = length)]
+    pub(in crate::cli) from: Option<f64>,
+    /// Up to this time
+    #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = length)]
+    pub(in crate::cli) to: Option<f64>,
+    /// Show it in the browser of this machine
+    #[arg(long)]
+    pub(in crate::cli) open: bool,
     /// How many threads; without it, one a core. The results are the same bits for any number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) threads: Option<u16>,

@@ -105,7 +105,8 @@ fn periods_are_in_the_kernels_of_pairs_alone_and_only_where_there_are_some() {
     for mut setup in setups() {
         let open = every_source(&setup);
         // With branches, the kernels that compute them too.
-        let pairs = narrow_sources(&setup).len() + if setup.branches > 0 { 2 } else { 0 };
+        let of_branches = if setup.branches > 0 { 2 } else { 0 } + branch_source::aim(&setup).iter().len();
+        let pairs = narrow_sources(&setup).len() + of_branches;
         let period = Some(5000.3 * setup.lattice.pitch());
         setup.lattice_periods = LatticePeriods::new(setup.lattice, [period, None, None]).unwrap();
         let periodic = every_source(&setup);
@@ -114,7 +115,7 @@ fn periods_are_in_the_kernels_of_pairs_alone_and_only_where_there_are_some() {
         assert_eq!(changed.len(), pairs);
         for (_, source) in changed {
             let name = source.name();
-            assert!(name.starts_with("separations") || ["branches", "stage"].contains(&name), "{name}");
+            assert!(name.starts_with("separations") || ["branches", "stage", "aim"].contains(&name), "{name}");
             validate(source).unwrap_or_else(|e| panic!("{name}: {e}"));
         }
     }

@@ -1,0 +1,145 @@
+#version 300 es
+//DEPTH
+// One ray against one body: where it meets the smooth surface, as src/render/intersect.rs has it.
+precision highp float;
+precision highp int;
+
+flat in vec3 right;
+flat in vec3 up;
+flat in vec3 toward;
+flat in vec4 body;    // the kind, and its numbers in units of the body's size
+flat in float height; // of the centre, toward the viewer
+flat in float unit;
+flat in uvec2 label;  // the body's row; its colour and outline
+in vec2 offset;
+in float front;
+
+uniform float depth;
+
+// The body's row and one more, the height, the normal along right and up, colour and outline.
+layout(location = 0) out uvec4 met;
+//DEPTH_OUT
+
+const float POINT = 0.0, SEGMENT = 1.0, CIRCLE = 2.0;
+const float MISS = 3e38;
+// A tangent line halves the error with each step, and a float has 24 bits.
+const int NEWTON_STEPS = 40;
+
+float hit_point(float radius, vec3 origin, vec3 direction) {
+    float along = dot(origin, direction);
+    vec3 across = origin - direction * along;
+    float discriminant = radius * radius - dot(across, across);
+    return discriminant < 0.0 ? MISS : -along - sqrt(discriminant);
+}
+
+float hit_segment(float half_length, float radius, vec3 origin, vec3 direction) {
+    float square = dot(direction.xy, direction.xy);
+    float moment = origin.x * direction.y - origin.y * direction.x;
+    float discriminant = square * radius * radius - moment * moment;
+    if (square > 0.0 && discriminant < 0.0) return MISS;
+    // Along the axis: the cap that faces the line.
+    float end = direction.z > 0.0 ? -half_length : half_length;
+    if (square > 0.0) {
+        float t = (-dot(origin.xy, direction.xy) - sqrt(discriminant)) / square;
+        float z = origin.z + t * direction.z;
+        if (abs(z) <= half_length) return t;
+        end = z < 0.0 ? -half_length : half_length;
+    }
+    return hit_point(radius, origin - vec3(0.0, 0.0, end), direction);
+}
+
+float hit_ellipsoid(vec3 radii, vec3 origin, vec3 direction) {
+    vec3 o = origin / radii;
+    vec3 d = direction / radii;
+    float square = dot(d, d);
+    vec3 moment = cross(o, d);
+    float discriminant = square - dot(moment, moment);
+    return discriminant < 0.0 ? MISS : (-dot(o, d) - sqrt(discriminant)) / square;
+}
+
+// `t^4 + c.x t^2 + c.y t + c.z`.
+float quartic(vec3 c, float t) {
+    return ((t * t + c.x) * t + c.y) * t + c.z;
+}
+
+float quartic_slope(vec3 c, float t) {
+    return (4.0 * t * t + 2.0 * c.x) * t + c.y;
+}
+
+// The least root in a convex part from `start`, before which there is none, to `end`.
+float convex_root(vec3 c, float start, float end) {
+    float t = start;
+    for (int k = 0; k < NEWTON_STEPS; k++) {
+        float value = quartic(c, t);
+        float slope = quartic_slope(c, t);
+        if (value <= 0.0) return t;
+        if (slope >= 0.0) return MISS;
+        float next = t - value / slope;
+        if (next > end) return MISS;
+        if (next == t) break;
+        t = next;
+    }
+    return t;
+}
+
+// The root before `start` in a concave part that `start` ends, with a value not above zero there.
+float concave_root(vec3 c, float start) {
+    float t = start;
+    for (int k = 0; k < NEWTON_STEPS; k++) {
+        float next = t - quartic(c, t) / quartic_slope(c, t);
+        if (!(next < t)) break;
+        t = next;
+    }
+    return t;
+}
+
+// The least root, given a `start` at or before it.
+float least_root(vec3 c, float start) {
+    if (c.x >= 0.0) return convex_root(c, start, MISS);
+    float bend = sqrt(-c.x / 6.0);
+    if (start < -bend) {
+        float root = convex_root(c, start, -bend);
+        if (root < MISS) return root;
+    }
+    if (start < bend && quartic(c, bend) <= 0.0) return concave_root(c, bend);
+    return convex_root(c, max(start, bend), MISS);
+}
+
+float hit_circle(float major, float radius, vec3 origin, vec3 direction) {
+    float along = dot(origin, direction);
+    vec3 o = origin - direction * along;
+    float square = dot(o, o);
+    float outer = major + radius;
+    if (square > outer * outer) return MISS;
+    float major2 = major * major;
+    float k = square + major2 - radius * radius;
+    vec3 c = vec3(2.0 * (k - 2.0 * major2 * dot(direction.xy, direction.xy)), 8.0 * major2 * o.z * direction.z,
+        k * k - 4.0 * major2 * dot(o.xy, o.xy));
+    float root = least_root(c, -sqrt(outer * outer - square));
+    return root < MISS ? root - along : MISS;
+}
+
+float first_hit(vec3 origin, vec3 direction) {
+    if (body.x == POINT) return hit_point(body.z, origin, direction);
+    if (body.x == SEGMENT) return hit_segment(body.y, body.z, origin, direction);
+    if (body.x == CIRCLE) return hit_circle(body.y, body.z, origin, direction);
+    return hit_ellipsoid(body.yzw, origin, direction);
+}
+
+vec3 normal_at(vec3 point) {
+    if (body.x > CIRCLE) return normalize(point / (body.yzw * body.yzw));
+    vec3 foot = vec3(0.0);
+    if (body.x == SEGMENT) foot.z = clamp(point.z, -body.y, body.y);
+    if (body.x == CIRCLE && dot(point.xy, point.xy) > 0.0) foot = vec3(normalize(point.xy) * body.y, 0.0);
+    return normalize(point - foot);
+}
+
+void main() {
+    vec3 origin = (right * offset.x + up * offset.y) / unit;
+    float t = first_hit(origin, -toward);
+    if (t >= MISS) discard;
+    float seen = height - t * unit;
+    vec3 normal = normal_at(origin - toward * t);
+    met = uvec4(label.x + 1u, floatBitsToUint(seen), packSnorm2x16(vec2(dot(normal, right), dot(normal, up))), label.y);
+    gl_FragDepth = max(0.5 - seen / (2.0 * depth), front);
+}

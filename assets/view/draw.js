@@ -1,0 +1,265 @@
+"use strict";
+// Drawing with WebGL 2. First each body casts the rays of its rectangle (body.frag) into a picture of numbers, then
+// these are
+// lit (shade.frag), then lines are laid over them (line.frag).
+
+/** Half the width of a shadow's soft edge, in thicknesses of a middling body, and in samples at the least. */
+const SOFTNESS = 0.10;
+const LEAST_SOFTNESS = 1.5;
+/** A middling body's thickness in pixels from which shadows are worth their time. */
+const SHADOW_FROM = 1.5;
+/** Samples along a side of the light's picture. */
+const SHADOW_SIDE = 2048;
+/** Beyond so many bodies a picture in motion has no shadows. */
+const SHADOWS_IN_MOTION = 20000;
+/** Where the main light comes from, along right, up and toward. */
+const KEY_LIGHT = unit([-0.46, 0.60, 0.655]);
+
+class Painter {
+  constructor(canvas) {
+    const options = { antialias: false, alpha: false, depth: false, preserveDrawingBuffer: true, powerPreference: "high-performance" };
+    const gl = canvas.getContext("webgl2", options);
+    if (!gl) throw new Error("this browser has no WebGL 2, or it is switched off");
+    this.gl = gl;
+    this.canvas = canvas;
+    const depth = gl.getExtension("EXT_conservative_depth");
+    const body = SHADERS["body.frag"]
+      .replace("//DEPTH_OUT", depth ? "layout(depth_greater) out highp float gl_FragDepth;" : "")
+      .replace("//DEPTH", depth ? "#extension GL_EXT_conservative_depth : require" : "");
+    this.bodies = program(gl, SHADERS["body.vert"], body);
+    this.shade = program(gl, SHADERS["shade.vert"], SHADERS["shade.frag"]);
+    this.line = program(gl, SHADERS["line.vert"], SHADERS["line.frag"]);
+    this.buffers = ["place", "turn", "shape", "part"].map(() => gl.createBuffer());
+    this.attributes = gl.createVertexArray();
+    gl.bindVertexArray(this.attributes);
+    [3, 4, 4, 1].forEach((parts, k) => this.attribute(k, this.buffers[k], parts, 0, 0));
+    this.lines = gl.createVertexArray();
+    this.ends = gl.createBuffer();
+    gl.bindVertexArray(this.lines);
+    this.attribute(0, this.ends, 3, 24, 0);
+    this.attribute(1, this.ends, 3, 24, 12);
+    this.empty = gl.createVertexArray();
+    this.shadow = this.target(SHADOW_SIDE, SHADOW_SIDE, false);
+    this.shadowOf = null;
+    this.count = 0;
+  }
+
+  attribute(at, buffer, parts, stride, offset) {
+    const { gl } = this;
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+    gl.enableVertexAttribArray(at);
+    gl.vertexAttribPointer(at, parts, gl.FLOAT, false, stride, offset);
+    gl.vertexAttribDivisor(at, 1);
+  }
+
+  /** A picture of numbers with depths, or of depths alone. */
+  target(width, height, numbers) {
+    const { gl } = this;
+    const made = { frame: gl.createFramebuffer(), width, height };
+    const texture = (format) => {
+      const it = gl.createTexture();
+      gl.bindTexture(gl.TEXTURE_2D, it);
+      gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+      for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
+      return it;
+    };
+    gl.bindFramebuffer(gl.FRAMEBUFFER, made.frame);
+    made.depth = texture(gl.DEPTH_COMPONENT24);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, made.depth, 0);
+    if (numbers) {
+      made.met = texture(gl.RGBA32UI);
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, made.met, 0);
+    } else {
+      gl.drawBuffers([gl.NONE]);
+    }
+    return made;
+  }
+
+  release(target) {
+    this.gl.deleteTexture(target.depth);
+    this.gl.deleteTexture(target.met);
+    this.gl.deleteFramebuffer(target.frame);
+  }
+
+  /** The bodies to draw from now on. */
+  setState(state) {
+    const { gl } = this;
+    [state.place, state.turn, state.shape].forEach((values, k) => this.fill(this.buffers[k], values));
+    this.count = state.bodies;
+    this.state = state;
+    this.shadowOf = null;
+    const thickness = new Float32Array(state.bodies).map((_, i) => thicknessOf(state.shape, i)).sort();
+    this.thickness = state.bodies ? thickness[state.bodies >> 1] : 0;
+    let far = 0;
+    for (let i = 0; i < state.bodies; i++) {
+      const x = state.place[3 * i], y = state.place[3 * i + 1], z = state.place[3 * i + 2];
+      far = Math.max(far, Math.sqrt(x * x + y * y + z * z) + reachOf(state.shape, i));
+    }
+    this.far = far;
+  }
+
+  /** The place of each body on the scale of colours; below zero where it has none. */
+  setParts(parts) {
+    this.fill(this.buffers[3], parts);
+  }
+
+  fill(buffer, values) {
+    this.gl.bindBuffer(this.gl.ARRAY_BUFFER, buffer);
+    this.gl.bufferData(this.gl.ARRAY_BUFFER, values, this.gl.DYNAMIC_DRAW);
+  }
+
+  /** Draws; `look` has camera, colour, planar, paper, accent, picked and lines; `fine` is with two rays along a pixel's side. */
+  draw(look, fine) {
+    const { gl, canvas } = this;
+    const [width, height] = [canvas.width, canvas.height];
+    const most = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    const samples = fine && 2 * Math.max(width, height) <= most ? 2 : 1;
+    if (!this.numbers || this.numbers.width !== width * samples || this.numbers.height !== height * samples) {
+      if (this.numbers) this.release(this.numbers);
+      this.numbers = this.target(width * samples, height * samples, true);
+    }
+    this.samples = samples;
+    const { camera } = look;
+    const ratio = canvas.width / canvas.clientWidth;
+    const view = {
+      axes: camera.axes, middle: camera.middle, pixels: camera.scale * ratio,
+      half: [width / (2 * camera.scale * ratio), height / (2 * camera.scale * ratio)], far: this.far + Math.hypot(...camera.middle),
+    };
+    const shadows = look.shadows && !look.planar && this.thickness * view.pixels >= SHADOW_FROM && this.count > 0
+      && (fine || this.count <= SHADOWS_IN_MOTION);
+    if (shadows) this.castShadow(camera.axes);
+    this.cast(this.numbers, view, look.colour);
+    this.light(view, look, shadows);
+    for (const lines of look.lines) this.drawLines(view, lines);
+  }
+
+  /** Casts the rays of all bodies. */
+  cast(target, view, colour) {
+    const { gl } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.frame);
+    gl.viewport(0, 0, target.width, target.height);
+    gl.enable(gl.DEPTH_TEST);
+    gl.disable(gl.BLEND);
+    if (target.met) gl.clearBufferuiv(gl.COLOR, 0, [0, 0, 0, 0]);
+    gl.clearBufferfv(gl.DEPTH, 0, [1]);
+    const { places } = use(gl, this.bodies);
+    this.placeCamera(places, view);
+    gl.uniform1f(places.depth, 1.01 * view.far);
+    gl.uniform1f(places.pixels, view.pixels);
+    gl.uniform1i(places.colour, colour);
+    gl.bindVertexArray(this.attributes);
+    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, this.count);
+    gl.disable(gl.DEPTH_TEST);
+  }
+
+  placeCamera(places, view) {
+    this.gl.uniformMatrix3fv(places.axes, false, view.axes.flat());
+    this.gl.uniform3fv(places.middle, view.middle);
+    this.gl.uniform2fv(places.half_size, view.half);
+  }
+
+  /** The bodies as the main light sees them, which comes from over the viewer's left shoulder. */
+  castShadow(axes) {
+    const key = JSON.stringify(axes);
+    if (this.shadowOf === key) return;
+    this.shadowOf = key;
+    const toward = unit([0, 1, 2].map((k) => KEY_LIGHT[0] * axes[0][k] + KEY_LIGHT[1] * axes[1][k] + KEY_LIGHT[2] * axes[2][k]));
+    const across = unit(cross(axes[1], toward));
+    const light = [across, cross(toward, across), toward];
+    const [low, high] = extentOf(light, [this.state]);
+    const middle = low.map((x, k) => (x + high[k]) / 2);
+    const half = 1.02 * Math.max(high[0] - low[0], high[1] - low[1]) / 2;
+    const space = [0, 1, 2].map((k) => middle[0] * light[0][k] + middle[1] * light[1][k] + middle[2] * light[2][k]);
+    const view = { axes: light, middle: space, half: [half, half], pixels: SHADOW_SIDE / (2 * half), far: this.far + Math.hypot(...space) };
+    this.light_view = view;
+    this.cast(this.shadow, view, 2);
+  }
+
+  light(view, look, shadows) {
+    const { gl } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
+    const { places } = use(gl, this.shade);
+    const sample = 1 / (view.pixels * this.samples);
+    this.bind(0, this.numbers.met, places.met);
+    this.bind(1, this.shadow.depth, places.shadow);
+    gl.uniform1i(places.samples, this.samples);
+    gl.uniform1f(places.sample_length, sample);
+    gl.uniform1f(places.typical, this.thickness / sample);
+    gl.uniform3fv(places.paper, look.paper);
+    gl.uniform3fv(places.accent, look.accent);
+    gl.uniform1i(places.picked, look.picked + 1);
+    gl.uniform1i(places.shadows, shadows ? 1 : 0);
+    if (shadows) {
+      const it = this.light_view;
+      const seen = (v) => view.axes.map((axis) => dot(axis, v));
+      gl.uniformMatrix3fv(places.light_axes, false, it.axes.flatMap(seen));
+      gl.uniform3fv(places.light_middle, seen(plus(it.middle, view.middle, -1)));
+      gl.uniform3fv(places.light_scale, [it.half[0], it.half[1], 1.01 * it.far]);
+      gl.uniform1f(places.softness, Math.max(SOFTNESS * this.thickness * it.pixels, LEAST_SOFTNESS));
+    }
+    gl.bindVertexArray(this.empty);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  bind(unit, texture, place) {
+    this.gl.activeTexture(this.gl.TEXTURE0 + unit);
+    this.gl.bindTexture(this.gl.TEXTURE_2D, texture);
+    this.gl.uniform1i(place, unit);
+  }
+
+  /** Lines: ends as six numbers each, ink, width in pixels of the page, and how much is left of the ink behind bodies. */
+  drawLines(view, { ends, ink, width, behind }) {
+    if (!ends.length) return;
+    const { gl } = this;
+    const { places } = use(gl, this.line);
+    const ratio = this.canvas.width / this.canvas.clientWidth;
+    this.fill(this.ends, Float32Array.from(ends));
+    this.placeCamera(places, view);
+    gl.uniform2f(places.pixel, 1 / view.pixels, 1 / view.pixels);
+    gl.uniform1f(places.width, Math.max(width * ratio, 1));
+    gl.uniform4fv(places.ink, ink);
+    gl.uniform1f(places.behind, behind);
+    gl.uniform1i(places.samples, this.samples);
+    this.bind(0, this.numbers.met, places.met);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.bindVertexArray(this.lines);
+    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, ends.length / 6);
+    gl.disable(gl.BLEND);
+  }
+
+  /** The row of the body that is seen at a place of the page, from the canvas's top left; -1 where there is none. */
+  bodyAt(x, y) {
+    const { gl, numbers, samples } = this;
+    const ratio = this.canvas.width / this.canvas.clientWidth * samples;
+    const read = new Uint32Array(4);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, numbers.frame);
+    gl.readPixels(Math.floor(x * ratio), numbers.height - 1 - Math.floor(y * ratio), 1, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, read);
+    return read[0] - 1;
+  }
+}
+
+function program(gl, vertex, fragment) {
+  const made = gl.createProgram();
+  for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    gl.attachShader(made, shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(`a shader is refused: ${gl.getShaderInfoLog(shader)}`);
+  }
+  gl.linkProgram(made);
+  if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(`a shader is refused: ${gl.getProgramInfoLog(made)}`);
+  const places = {};
+  for (let k = 0; k < gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS); k++) {
+    const { name } = gl.getActiveUniform(made, k);
+    places[name] = gl.getUniformLocation(made, name);
+  }
+  return { made, places };
+}
+
+function use(gl, of) {
+  gl.useProgram(of.made);
+  return of;
+}

@@ -1,0 +1,103 @@
+//! `relcp view`: one HTML file that shows a run in a browser.
+
+use super::arguments::View as Arguments;
+use super::compute;
+use super::exit::{CliError, Exit};
+use super::interrupt::Interrupt;
+use super::output;
+use indicatif::ProgressBar;
+use relcp::record::States;
+use relcp::render::RenderError;
+use relcp::view::{Pages, Viewed, view as write};
+use serde::Serialize;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// The page in a run's folder.
+const PAGE: &str = "view.html";
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Document<'a> {
+    file: &'a Path,
+    #[serde(flatten)]
+    viewed: &'a Viewed,
+}
+
+pub(super) fn view(arguments: &Arguments) -> Result<Exit, CliError> {
+    compute::set_thread_count(arguments.threads)?;
+    let states = States::open(&arguments.run).map_err(RenderError::from)?;
+    let file = arguments.out.clone().unwrap_or_else(|| place(&arguments.run, states.name()));
+    let pages = Pages {
+        colour: arguments.colour,
+        every: arguments.every as usize,
+        from: arguments.from.unwrap_or(f64::NEG_INFINITY),
+        to: arguments.to.unwrap_or(f64::INFINITY),
+    };
+    let interrupt = Interrupt::listen();
+    let bar = (!arguments.print.quiet && std::io::stderr().is_terminal()).then(|| ProgressBar::new(0));
+    let mut watch = |done, all| {
+        if let Some(bar) = &bar {
+            bar.set_length(all as u64);
+            bar.set_position(done as u64);
+        }
+        !interrupt.asked()
+    };
+    let viewed = write(&arguments.run, &states, &pages, &file, &mut watch);
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    let viewed = viewed?;
+    if arguments.print.json {
+        output::json(&Document { file: &file, viewed: &viewed })?;
+    } else if !arguments.print.quiet {
+        print(&file, &viewed)?;
+    }
+    if arguments.open {
+        show(&file);
+    }
+    Ok(Exit::Done)
+}
+
+/// Writes the page of a run that has ended into its folder.
+pub(super) fn after(folder: &Path) -> Result<PathBuf, CliError> {
+    let Some(source) = folder.to_str() else {
+        return Err(CliError::Usage(format!("{}: the path is not Unicode", folder.display())));
+    };
+    let states = States::open(source).map_err(RenderError::from)?;
+    let file = folder.join(PAGE);
+    write(source, &states, &Pages::default(), &file, &mut |_, _| true)?;
+    Ok(file)
+}
+
+/// In a run's folder, or else here, named after what is shown.
+fn place(run: &str, name: &str) -> PathBuf {
+    let path = Path::new(run);
+    if path.is_dir() { path.join(PAGE) } else { PathBuf::from(format!("{name}-{PAGE}")) }
+}
+
+fn print(file: &Path, viewed: &Viewed) -> Result<(), CliError> {
+    output::write(|out| {
+        let states = output::count(viewed.states, "state", "states");
+        let bodies = output::count(viewed.bodies, "body", "bodies");
+        writeln!(out, "{}: {states} of up to {bodies}, {}", file.display(), output::size(viewed.bytes))?;
+        viewed.notes.iter().try_for_each(|note| writeln!(out, "  note: {note}"))
+    })
+}
+
+/// Asks the system to show the file. That it cannot is no fault of the page.
+fn show(file: &Path) {
+    let program = if cfg!(target_os = "macos") {
+        "open"
+    } else if cfg!(windows) {
+        "explorer"
+    } else {
+        "xdg-open"
+    };
+    let shown =
+        Command::new(program).arg(file).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+    if let Err(why) = shown {
+        output::message(&format!("note: `{program}` cannot show it: {why}"));
+    }
+}

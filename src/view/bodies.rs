@@ -1,0 +1,109 @@
+//! What all states share of each body that is ever recorded: a row a body, in the order in which they are first met.
+
+use super::columns::Block;
+use super::places::half_segment;
+use crate::bodies::Bodies;
+use crate::shape::{Centreline, Geometry, Shape};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// How far a rod's half segment may be from that of its row, relative to it, and still count as the same.
+const SAME_LENGTH: f64 = 1e-7;
+
+/// The rows.
+#[derive(Default)]
+pub(super) struct Table {
+    rows: HashMap<u64, u32>,
+    id: Vec<u64>,
+    parent: Vec<Option<u64>>,
+    birth: Vec<f64>,
+    generation: Vec<u32>,
+    group: Vec<u32>,
+    kind: Vec<u32>,
+    sizes: [Vec<f64>; 3],
+    last: Vec<u32>,
+}
+
+impl Table {
+    /// How many rows there are.
+    pub fn len(&self) -> usize {
+        self.id.len()
+    }
+
+    /// The rows of a state's bodies, new ones among them; adds them where they are not those of the last state.
+    pub fn rows(&mut self, bodies: &Bodies, block: &mut Block) -> Vec<u32> {
+        let rows: Vec<u32> = (0..bodies.len()).map(|i| self.row(bodies, i)).collect();
+        if rows != self.last {
+            let before = std::iter::once(0).chain(rows.iter().copied());
+            let differences: Vec<i32> =
+                rows.iter().zip(before).map(|(row, last)| row.wrapping_sub(last) as i32).collect();
+            block.add_signed("row", &differences);
+            self.last.clone_from(&rows);
+        }
+        rows
+    }
+
+    fn row(&mut self, bodies: &Bodies, i: usize) -> u32 {
+        let line = bodies.lineage[i];
+        if let Some(row) = self.rows.get(&line.id) {
+            return *row;
+        }
+        let row = self.len() as u32;
+        self.rows.insert(line.id, row);
+        self.id.push(line.id);
+        self.parent.push(line.parent);
+        self.birth.push(line.birth);
+        self.generation.push(line.generation);
+        self.group.push(bodies.group[i]);
+        let (kind, sizes) = drawn(&bodies.shape[i]);
+        self.kind.push(kind);
+        for (column, size) in self.sizes.iter_mut().zip(sizes) {
+            column.push(size);
+        }
+        row
+    }
+
+    /// Whether a rod is no longer as long as when it was first met.
+    pub fn grown(&self, bodies: &Bodies, rows: &[u32]) -> bool {
+        bodies.shape.iter().zip(rows).any(|(shape, row)| {
+            let (first, now) = (self.sizes[0][*row as usize], half_segment(shape));
+            (now - first).abs() > SAME_LENGTH * first
+        })
+    }
+
+    /// All rows as columns.
+    pub fn block(&self) -> Block {
+        let mut block = Block::default();
+        let halves = |ids: &mut dyn Iterator<Item = u64>| ids.map(|id| (id as u32, (id >> 32) as u32)).unzip();
+        let (low, high): (Vec<_>, Vec<_>) = halves(&mut self.id.iter().copied());
+        block.add("id", &low);
+        block.add("id_high", &high);
+        let (low, high): (Vec<_>, Vec<_>) = halves(&mut self.parent.iter().map(|parent| parent.unwrap_or(0)));
+        block.add("parent", &low);
+        block.add("parent_high", &high);
+        block.add("has_parent", &self.parent.iter().map(|parent| u32::from(parent.is_some())).collect::<Vec<_>>());
+        block.add_floats("birth", self.birth.iter().copied());
+        block.add("generation", &self.generation);
+        block.add("group", &self.group);
+        block.add("kind", &self.kind);
+        for (name, sizes) in ["size_1", "size_2", "size_3"].into_iter().zip(&self.sizes) {
+            block.add_floats(name, sizes.iter().copied());
+        }
+        block
+    }
+}
+
+/// How the shaders know a shape: 0 a point, 1 a segment, 2 a circle, thickened, with half the length or the radius
+/// and the thickening radius; 3 an
+/// ellipsoid with its semi-axes.
+fn drawn(shape: &Shape) -> (u32, [f64; 3]) {
+    match shape.geometry() {
+        Geometry::Centreline { curve, radius } => match curve {
+            Centreline::Point => (0, [0.0, radius, 0.0]),
+            Centreline::Segment { half } => (1, [half, radius, 0.0]),
+            Centreline::Circle { radius: major } => (2, [major, radius, 0.0]),
+        },
+        Geometry::Ellipsoid { radii } => (3, radii.to_array()),
+        Geometry::Convex(custom) => (3, DVec3::AXES.map(|axis| custom.reach(axis).max(custom.reach(-axis)))),
+    }
+}

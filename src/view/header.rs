@@ -1,0 +1,178 @@
+//! What a page is told of its data: `assets/view/` reads this document by these names.
+
+use super::columns::{Block, Column};
+use super::select::Chosen;
+use super::steps::Steps;
+use super::values::given;
+use super::{Errors, Packer, Pages, Viewed};
+use crate::measure::Frame;
+use crate::record::Snapshot;
+use crate::render::Quantity;
+use crate::scene::Scene;
+use crate::walls::Wall;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// The document.
+#[derive(Serialize)]
+pub(super) struct Header {
+    name: String,
+    planar: bool,
+    /// What the colours tell at first.
+    colour: &'static str,
+    /// Length of a step of centres.
+    length_step: f64,
+    /// The middle of all centres: in steps, and as a place.
+    middle: [i32; 3],
+    origin: [f64; 3],
+    groups: Vec<String>,
+    periods: [Option<f64>; 3],
+    walls: Vec<Wall>,
+    quantities: Vec<Told>,
+    measured: Vec<&'static str>,
+    table: Shared,
+    states: Vec<StateHeader>,
+    steps: Option<Steps>,
+    contacts_left_out: String,
+    errors: Errors,
+    about: Vec<String>,
+}
+
+/// A quantity that colours may tell.
+#[derive(Serialize)]
+struct Told {
+    name: &'static str,
+    text: &'static str,
+    kind: &'static str,
+    /// Low end, high end, largest value.
+    scale: Option<[f64; 3]>,
+    missing: Option<String>,
+}
+
+/// The table of all bodies.
+#[derive(Serialize)]
+struct Shared {
+    bodies: usize,
+    columns: Vec<Column>,
+}
+
+/// What is known of a state.
+#[derive(Clone, Default, Serialize)]
+pub(super) struct StateHeader {
+    step: u64,
+    time: f64,
+    bodies: usize,
+    /// How many contacts; null where they were too many.
+    pub contacts: Option<usize>,
+    /// The values at the ends of columns of 65,535 steps.
+    pub ranges: BTreeMap<&'static str, [f64; 2]>,
+    /// The scales of colours of this state alone.
+    pub scales: BTreeMap<&'static str, [f64; 3]>,
+    /// What it does not tell, and why.
+    pub missing: BTreeMap<&'static str, String>,
+    pub columns: Vec<Column>,
+}
+
+impl StateHeader {
+    /// Of a state, without columns yet.
+    pub fn new(state: &Snapshot) -> StateHeader {
+        StateHeader { step: state.step, time: state.time, bodies: state.bodies.len(), ..StateHeader::default() }
+    }
+}
+
+impl Header {
+    /// The document of a page that has all its states.
+    #[allow(clippy::too_many_arguments)]
+    pub fn new(
+        name: &str,
+        pages: &Pages,
+        frame: &Frame,
+        scene: Option<&Scene>,
+        chosen: &Chosen,
+        packer: &Packer,
+        steps: Option<Steps>,
+        viewed: &Viewed,
+    ) -> Header {
+        let told = |quantity: &Quantity| packer.told(*quantity);
+        let quantities: Vec<Told> = Quantity::ALL.iter().map(told).collect();
+        let there = quantities.iter().any(|told| told.name == pages.colour.name() && told.missing.is_none());
+        Header {
+            name: name.into(),
+            planar: frame.planar,
+            colour: if there { pages.colour } else { Quantity::default() }.name(),
+            length_step: chosen.grid.step,
+            middle: chosen.grid.middle,
+            origin: chosen.grid.origin().to_array(),
+            groups: scene.map(Scene::group_names).unwrap_or_default(),
+            periods: chosen.periods,
+            walls: scene.map(|scene| scene.walls.clone()).unwrap_or_default(),
+            quantities,
+            measured: given(),
+            table: Shared { bodies: packer.table.len(), columns: packer.table.block().layout() },
+            states: packer.headers.clone(),
+            steps,
+            contacts_left_out:
+                "This state has too many contacts for a page. A page of fewer states, or of this one alone, has them."
+                    .into(),
+            errors: viewed.errors,
+            about: about(chosen, viewed),
+        }
+    }
+}
+
+impl Packer {
+    fn told(&self, quantity: Quantity) -> Told {
+        let kind = match quantity {
+            Quantity::Orientation => "cyclic",
+            Quantity::Plain => "none",
+            _ => "sequential",
+        };
+        let missing = self.scales.missing(quantity, self.headers.last());
+        Told { name: quantity.name(), text: text_of(quantity), kind, scale: self.scales.of(quantity), missing }
+    }
+
+    /// The columns of the table.
+    pub fn shared(&self) -> Block {
+        self.table.block()
+    }
+}
+
+/// What a quantity tells, in short.
+fn text_of(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Orientation => "where its axis points",
+        Quantity::Age => "time since its birth",
+        Quantity::Generation => "divisions since its founder",
+        Quantity::Length => "its longest extent",
+        Quantity::Speed => "its centre's speed",
+        Quantity::Contacts => "how many bodies it touches",
+        Quantity::Overlap => "its deepest overlap with another body",
+        Quantity::Force => "the sum of the contact forces on it, whatever their directions",
+        Quantity::Pressure => "its contact pressure",
+        Quantity::Plain => "nothing",
+    }
+}
+
+/// What the page says of itself.
+fn about(chosen: &Chosen, viewed: &Viewed) -> Vec<String> {
+    let Errors { centre, turn_degrees, length } = viewed.errors;
+    let mut about = vec![
+        format!(
+            "Written by relcp {} from {} states. The page loads nothing from a network.",
+            env!("CARGO_PKG_VERSION"),
+            viewed.states
+        ),
+        "Rays meet the smooth surfaces themselves, as in the pictures of `relcp render`. The projection is parallel: a length is the same everywhere.".into(),
+        format!(
+            "Centres are in steps of {:.3e}; the largest error along an axis is {centre:.3e}. Turns are off by at most {turn_degrees:.1e} degrees. \
+             The turn of a body about an axis about which it is round is not kept.",
+            chosen.grid.step
+        ),
+        "Values by which bodies are coloured, forces and separations are in 65,535 steps from the least to the largest of a state.".into(),
+    ];
+    if length > 0.0 {
+        about.push(format!("Lengths of rods are off by at most {length:.1e}."));
+    }
+    about.extend(viewed.notes.iter().map(|note| format!("Note: {note}.")));
+    about
+}
