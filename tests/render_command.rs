@@ -181,7 +181,7 @@ fn what_cannot_be_drawn_is_said_before_anything_is_written() {
         (&["render", "run", "--colour", "force"], 2, "output.forces=true"),
         (&["render", "run", "--colour", "pressure"], 2, "has no contact forces"),
         (&["render", "run", "--colour", "temperature"], 2, "orientation"),
-        (&["render", "run", "--range", "0:1"], 2, "colours by orientation are on no scale"),
+        (&["render", "run", "--range", "0:1"], 2, "orientation has no scale"),
         (&["render", "run", "--colour", "age", "--range", "1:1"], 2, "not below"),
         (&["render", "run", "--size", "0x100"], 2, "1 to 16384"),
         (&["render", "run", "--size", "100"], 2, "1920x1080"),

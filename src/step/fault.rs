@@ -21,7 +21,7 @@ pub enum Fault {
     },
     /// A body reaches so far, or moves so far in the step, that it could meet another at two images.
     #[error(
-        "step {step}: the period {period:.3e} is too short for body {body}: its length, the cutoff and its displacement in the step need {span:.3e}; use a smaller dt or a larger period"
+        "step {step}: body {body} spans {span:.3e} with the cutoff and its displacement in the step, over half of the period {period:.3e}; use a smaller dt or a larger period"
     )]
     PeriodTooShort {
         /// The step that was being taken.
