@@ -470,7 +470,7 @@ fn lcps_of_a_run_are_saved_and_studied() {
     fs::create_dir(place.at("empty")).unwrap();
     for (file, status, says) in [
         ("cut.npz", 4, "the end of the file is damaged"),
-        ("rods.json", 4, "this is not an .npz file of an LCP: it is no zip"),
+        ("rods.json", 4, "this is not an LCP (.npz): it is no zip"),
         ("run/checkpoint.npz", 4, "it is a `relcp-state`"),
         ("absent.npz", 4, "could not read it"),
         ("empty", 2, "there is no .npz in it"),

@@ -89,7 +89,7 @@ impl LcpHeader {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum LcpFileError {
     /// The bytes are of something else.
-    #[error("this is not an .npz file of an LCP: {0}")]
+    #[error("this is not an LCP (.npz): {0}")]
     NotAnLcp(String),
     /// Some bytes are missing, or not those that were written, or say what cannot be.
     #[error("{place} is damaged: {what}")]
