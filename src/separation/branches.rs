@@ -22,7 +22,6 @@ const BRANCH: u32 = 1 << 31;
 pub const WHOLE: u32 = 0;
 
 /// How many branches a pair has at most, the separation itself among them.
-#[cfg(feature = "gpu")]
 pub(crate) const BRANCHES: u32 = 5;
 
 /// The number of the branch in a place of the list of all: the separation itself, the ends of the first segment, those
@@ -33,7 +32,6 @@ pub(crate) fn branch_in_place(place: u32) -> u32 {
 }
 
 /// The place of a branch in that list, if it is one.
-#[cfg(feature = "gpu")]
 pub(crate) fn place_of_branch(feature: u32) -> Option<u32> {
     let place = if feature == WHOLE { 0 } else { (feature ^ BRANCH).saturating_add(1) };
     (place < BRANCHES).then_some(place)
