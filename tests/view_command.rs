@@ -226,7 +226,7 @@ fn check_size(
 fn a_growing_colony_is_in_one_file_that_asks_for_nothing() {
     let place = tempfile::tempdir().unwrap();
     let out = colony(place.path(), &["--view"]);
-    assert!(out.contains("  to be seen  run/view.html\n"), "{out}");
+    assert!(out.contains("  page        run/view.html\n"), "{out}");
     let file = place.path().join("run/view.html");
     let page = check(&place.path().join("run"), &file);
     assert!(page.header["planar"].as_bool().unwrap());

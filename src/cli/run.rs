@@ -150,7 +150,7 @@ fn show(
     }
     output::write(|out| {
         print(out, folder, summary)?;
-        page.map_or(Ok(()), |page| writeln!(out, "  to be seen  {}", page.display()))?;
+        page.map_or(Ok(()), |page| writeln!(out, "  page        {}", page.display()))?;
         if arguments.profile {
             profile(out, summary)?;
         }
