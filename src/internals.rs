@@ -1,4 +1,4 @@
-//! What the tests and benches of this project reach beside the public face. It is no part of that face and may change in any release.
+//! The internals that this project's tests and benches use. They are not public: any release may change them.
 
 /// What carries out the verbs of a step.
 pub mod backend {

@@ -233,7 +233,7 @@ mod movies {
     use super::*;
     use std::os::unix::fs::PermissionsExt;
 
-    /// A program in the place of `ffmpeg` that says what it was asked for in the file that it writes, which is its last
+    /// A substitute for `ffmpeg` that says what it was asked for in the file that it writes, which is its last
     /// argument.
     fn programs(folder: &Path, script: &str) -> std::path::PathBuf {
         let programs = folder.join("programs");

@@ -1,4 +1,4 @@
-// Points on the lattice of periodic space. Kernels that compare two bodies have this in the place of lattice.wgsl:
+// Points on the lattice of periodic space. Kernels that compare two bodies include this file instead of lattice.wgsl:
 // their differences lead to the nearest image.
 //
 // A period is PERIOD_CELLS pitches and four parts of 11 bits, each 2^-11 of the one before, all zero where an axis has

@@ -1,5 +1,5 @@
-// The number of a place at a surface, in the place of a second body's: FIRST_SURFACE, four times the surface, and the
-// place.
+// A place at a surface stands where a pair has its second body. Its number: FIRST_SURFACE, four times the surface, and
+// the place.
 
 fn is_surface(number: u32) -> bool {
     return number >= FIRST_SURFACE;

@@ -11,7 +11,7 @@
 //! Then `R_k+1 J W_k+1 = R_k J W_k` (angular momentum in space, exactly) and `W_k+1 . J W_k+1 = W_k . J W_k` (energy,
 //! exactly), for every `dt` at which the equation is solved; attitudes are of second order. J. C. Simo, K. K. Wong,
 //! "Unconditionally stable algorithms for rigid body dynamics that exactly preserve energy and momentum", Int. J.
-//! Numer. Meth. Engng 31, 19-52 (1991), their algorithm with the Cayley map in the place of the exponential one; M.
+//! Numer. Meth. Engng 31, 19-52 (1991), their algorithm with the Cayley map instead of the exponential map; M.
 //! Austin, P. S. Krishnaprasad, L.-S. Wang, "Almost Poisson integration of rigid body systems", J. Comput. Phys. 107,
 //! 105-117 (1993).
 //!

@@ -45,7 +45,8 @@ impl Frame {
     }
 }
 
-/// The scene that states were [opened](States::open) from or belong to, and its name in messages; none where a run's folder lacks its own.
+/// The scene that states were [opened](States::open) from or belong to, and its name in messages. `None` if a run's
+/// folder has no scene.
 ///
 /// # Errors
 /// A scene that cannot be read.

@@ -4,7 +4,7 @@
 //! contact is `gamma n l^T`; the stress, positive where it compresses, is their sum's symmetric part over the bodies'
 //! own volume, and the pressure its trace over the dimension (J. Christoffersen, M. M. Mehrabadi, S. Nemat-Nasser, J.
 //! Appl. Mech. 48, 339 (1981)). Times a packing fraction it is the stress of the packing as a whole. A body's own part
-//! has its lever in the place of `l`; the profile is the sum of those over a ring's area. Only contacts are in it:
+//! has its lever instead of `l`; the profile is the sum of those over a ring's area. Only contacts are in it:
 //! neither drag nor inertia. Contacts with walls are in a body's own part, and so in the profile, and not in the
 //! stress.
 

@@ -8,7 +8,7 @@ use crate::warm::Warm;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-/// What is told of the progress over states: how much is done, of how much. The work stops where the answer is `false`.
+/// Receives the progress over states: the number done and the total. Returning `false` stops the work.
 pub type Watch<'a> = &'a mut dyn FnMut(usize, usize) -> bool;
 
 /// One state.

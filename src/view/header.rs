@@ -1,4 +1,4 @@
-//! What a page is told of its data: `assets/view/` reads this document by these names.
+//! The description of a page's data: `assets/view/` reads this document by these names.
 
 use super::columns::{Block, Column};
 use super::select::Chosen;

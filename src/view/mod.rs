@@ -11,7 +11,7 @@
 //! * `contacts`: contacts with their forces;
 //! * `steps`: the run's `steps.csv`, thinned;
 //! * `columns`: how numbers become bytes, and those the text in the page;
-//! * `header`: what the page is told of all that; `page`: the file.
+//! * `header`: the description of all these data; `page`: the file.
 //!
 //! A file holds no custom shape; in a state of one's own, such a body is drawn as the ellipsoid that reaches as far
 //! along the body's axes.

@@ -13,7 +13,7 @@ use crate::bodies::Bodies;
 use crate::separation::{Placed, Separation, Surface};
 use rayon::prelude::*;
 
-/// The number of the first surface in the place of a body's. No scene has as many bodies
+/// The number of the first surface, where a pair has its second body. No scene has as many bodies
 /// ([`crate::scene::MAX_BODIES`]), and the numbers do not change as bodies divide.
 const FIRST: u32 = 1 << 31;
 

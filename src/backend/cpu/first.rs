@@ -83,6 +83,9 @@ impl<const D: usize> Cpu<D> {
                 dynamics::advance(Self::pose_in(&self.start, i), self.start.twist(i), dt);
             Placed { shape: self.start.shape[i], position, orientation }
         };
+        // Once a body, which has several near pairs.
+        let bodies = 0..self.start.len();
+        let ends: Vec<Placed> = bodies.into_par_iter().with_min_len(LEAST_BODIES_A_TASK).map(at_end).collect();
         // What is left of the way, and the turning that led ahead.
         let left = |i: usize| {
             let (last, reached) = (self.start.twist(i), self.reached[i]);
@@ -90,7 +93,7 @@ impl<const D: usize> Cpu<D> {
         };
         near.par_iter_mut().with_min_len(LEAST_BODIES_A_TASK).for_each(|near| {
             let [a, b] = near.pair.map(|i| i as usize);
-            let [of_a, of_b] = self.start.periods.pair(at_end(a), at_end(b));
+            let [of_a, of_b] = self.start.periods.pair(ends[a], ends[b]);
             let Some(separation) = branches::separation_at(&of_a, &of_b, near.feature) else { return };
             let (linear_a, angular_a, turned_a) = left(a);
             let (linear_b, angular_b, turned_b) = left(b);

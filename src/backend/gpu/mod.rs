@@ -120,7 +120,7 @@ impl Setup {
         matches!(self.dynamics, Dynamics::Inertial { .. })
     }
 
-    /// Whether states have angular momenta in the place of angular velocities: in f32, so that they are never rounded.
+    /// Whether states hold angular momenta instead of angular velocities: in f32, where rounding would change momenta.
     /// A body that grows keeps its velocity, not its momentum, and in the plane both are one.
     pub fn keeps_momentum(&self) -> bool {
         self.inertia() && !self.planar && self.precision == Precision::F32 && self.growth.is_none()

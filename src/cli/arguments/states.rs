@@ -204,7 +204,7 @@ Examples:
   relcp run colony --view                        at the end of a run
 
 The file needs no network and no other file; send it, or put it beside a paper. docs/view.md has the keys.
-It appears whole or not at all, in the place of an earlier one.";
+The command replaces an earlier page only when the new one is complete.";
 
 #[derive(Args, Debug)]
 #[command(after_help = VIEW_EXAMPLES)]
@@ -212,10 +212,10 @@ pub(in crate::cli) struct View {
     /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
     #[arg(value_name = "RUN")]
     pub(in crate::cli) run: String,
-    /// The file; without it RUN/view.html, and for what is no folder NAME-view.html here
+    /// Output file [default: RUN/view.html; for a single file NAME-view.html in the current folder]
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) out: Option<PathBuf>,
-    /// What the colours tell at first; the page has all that the states tell
+    /// First colour; the page offers every colour that the states have data for
     #[arg(long, value_enum, default_value = "orientation")]
     pub(in crate::cli) colour: Quantity,
     /// Every so many states
