@@ -4,7 +4,7 @@
 
 use super::banks::{self, Banked};
 use super::device::lock;
-use super::{Gpu, GpuError, PipelineReport, Precision, Source};
+use super::{Bound, Buffer, Gpu, GpuError, PipelineReport, Precision, Source};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -12,14 +12,14 @@ use std::time::Instant;
 /// A kernel, ready to be dispatched.
 pub struct Kernel {
     pub(super) name: String,
-    source: Source,
+    module: naga::Module,
+    precision: Precision,
     bindings: Vec<Binding>,
     compiled: Arc<Compiled>,
     /// The same for arrays in so many banks each.
     banked: Mutex<HashMap<Vec<u32>, Arc<Compiled>>>,
     /// Bytes of the parameters, zero where there are none.
     pub(super) parameters: u64,
-    pub(super) storages: usize,
     pub(super) workgroup: u32,
 }
 
@@ -46,19 +46,21 @@ struct Binding {
 /// # Errors
 /// What naga says, with the line.
 pub(crate) fn validate(source: &Source) -> Result<naga::Module, String> {
-    validate_text(source.code(), source.precision())
+    let code = source.code();
+    let module = naga::front::wgsl::parse_str(code).map_err(|e| e.emit_to_string(code))?;
+    check(&module, source.precision()).map_err(|e| e.emit_to_string(code))?;
+    Ok(module)
 }
 
-fn validate_text(code: &str, precision: Precision) -> Result<naga::Module, String> {
-    let module = naga::front::wgsl::parse_str(code).map_err(|e| e.emit_to_string(code))?;
+fn check(
+    module: &naga::Module,
+    precision: Precision,
+) -> Result<naga::valid::ModuleInfo, naga::WithSpan<naga::valid::ValidationError>> {
     let mut capabilities = naga::valid::Capabilities::empty();
     if precision == Precision::F64 {
         capabilities |= naga::valid::Capabilities::FLOAT64;
     }
-    naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
-        .validate(&module)
-        .map_err(|e| e.emit_to_string(code))?;
-    Ok(module)
+    naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities).validate(module)
 }
 
 fn bindings(module: &naga::Module) -> Result<Vec<Binding>, String> {
@@ -96,15 +98,16 @@ impl Kernel {
     pub fn new(gpu: &Gpu, source: &Source) -> Result<Self, GpuError> {
         let refused = |message: String| GpuError::Kernel { kernel: source.name().to_owned(), message };
         gpu.check(source.precision())?;
-        let bindings = bindings(&validate(source).map_err(refused)?).map_err(refused)?;
-        let compiled = compile(gpu, source.name(), source.code(), &bindings).map_err(refused)?;
+        let module = validate(source).map_err(refused)?;
+        let bindings = bindings(&module).map_err(refused)?;
+        let compiled = compile(gpu, source.name(), module.clone(), &bindings).map_err(refused)?;
         let uniform = bindings.iter().find(|b| b.uniform);
         Ok(Kernel {
             name: source.name().to_owned(),
             parameters: uniform.map_or(0, |b| b.bytes),
-            storages: bindings.iter().filter(|b| !b.uniform).count(),
             workgroup: source.workgroup(),
-            source: source.clone(),
+            module,
+            precision: source.precision(),
             bindings,
             compiled: Arc::new(compiled),
             banked: Mutex::default(),
@@ -114,6 +117,61 @@ impl Kernel {
     /// Its name.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// The storage variables, in the order of their bindings.
+    fn storages(&self) -> impl ExactSizeIterator<Item = &Binding> {
+        self.bindings[usize::from(self.parameters > 0)..].iter()
+    }
+
+    /// Buffers in the order of the bindings that they are named for.
+    ///
+    /// # Errors
+    /// [`GpuError::Kernel`] for a variable without a buffer, a buffer without a variable, and parameters of another
+    /// length.
+    pub(super) fn in_order<'b>(&self, parameters: &[u8], bound: &[Bound<'b>]) -> Result<Vec<&'b Buffer>, GpuError> {
+        if parameters.len() as u64 != self.parameters {
+            let (got, needed) = (parameters.len(), self.parameters);
+            return Err(self.refused(format!("it takes {needed} bytes of parameters and was given {got}")));
+        }
+        let storages = self.storages();
+        if bound.len() > storages.len() {
+            let unknown = |(name, _): &&Bound<'_>| self.storages().all(|b| b.name != *name);
+            let name = bound.iter().find(unknown).map_or("one buffer", |(name, _)| *name);
+            return Err(self.refused(format!("{name} was bound to no variable of it, or twice")));
+        }
+        let of = |(place, binding): (usize, &Binding)| {
+            let named = |(name, _): &&Bound<'_>| *name == binding.name;
+            let found = bound.get(place).filter(named).or_else(|| bound.iter().find(named));
+            let missing = || self.refused(format!("its variable {} was given no buffer", binding.name));
+            found.map(|(_, buffer)| *buffer).ok_or_else(missing)
+        };
+        storages.enumerate().map(of).collect()
+    }
+
+    /// Checks that buffers, in the order of their bindings, hold what their variables are.
+    ///
+    /// # Errors
+    /// [`GpuError::Kernel`] for a buffer that is too small, or whose elements are not whole ones of the array.
+    pub(super) fn check_sizes(&self, buffers: &[&Buffer]) -> Result<(), GpuError> {
+        for (binding, buffer) in self.storages().zip(buffers) {
+            let (name, label, element) = (&binding.name, buffer.label(), buffer.element() as u64);
+            if binding.stride > 0 && !element.is_multiple_of(binding.stride) {
+                let stride = binding.stride;
+                let sizes = format!("elements of {stride} bytes, the buffer \"{label}\" has elements of {element}");
+                return Err(self.refused(format!("its array {name} has {sizes}")));
+            }
+            if buffer.bytes() < binding.bytes {
+                let (needs, has) = (binding.bytes, buffer.bytes());
+                let sizes = format!("{needs} bytes, the buffer \"{label}\" has {has}");
+                return Err(self.refused(format!("its variable {name} takes {sizes}")));
+            }
+        }
+        Ok(())
+    }
+
+    fn refused(&self, message: String) -> GpuError {
+        GpuError::Kernel { kernel: self.name.clone(), message }
     }
 
     /// The pipeline for storage arrays in so many banks each; compiled when it is first asked for.
@@ -130,30 +188,31 @@ impl Kernel {
     }
 
     fn compile_banked(&self, gpu: &Gpu, banks: &[u32]) -> Result<Compiled, GpuError> {
-        let refused = |message: String| GpuError::Kernel { kernel: self.name.clone(), message };
+        let refused = |message: String| self.refused(message);
         let (needs, has) = (banks.iter().sum(), gpu.limits.max_storage_buffers_per_shader_stage);
         if needs > has {
             let (kernel, adapter) = (self.name.clone(), gpu.name().to_owned());
             return Err(GpuError::Bindings { kernel, needs, has, adapter });
         }
-        let storages: Vec<&Binding> = self.bindings.iter().filter(|b| !b.uniform).collect();
         let mut arrays = Vec::new();
-        for (binding, banks) in storages.iter().zip(banks).filter(|(_, banks)| **banks > 1) {
+        for (binding, banks) in self.storages().zip(banks).filter(|(_, banks)| **banks > 1) {
             if binding.stride == 0 || !gpu.bank_bytes().is_multiple_of(binding.stride) {
                 return Err(refused(format!("{} cannot be split", binding.name)));
             }
             let elements = gpu.bank_bytes() / binding.stride;
-            arrays.push(Banked { name: binding.name.clone(), banks: *banks, elements, writable: !binding.read_only });
+            arrays.push(Banked { name: binding.name.clone(), banks: *banks, elements });
         }
-        let names: Vec<String> = storages.iter().map(|b| b.name.clone()).collect();
-        let first = u32::from(self.parameters > 0);
-        let code = banks::rewrite(self.source.code(), first, &names, &arrays);
-        let bindings = bindings(&validate_text(&code, self.source.precision()).map_err(refused)?).map_err(refused)?;
-        compile(gpu, &self.name, &code, &bindings).map_err(refused)
+        let invalid = |e: naga::WithSpan<naga::valid::ValidationError>| refused(e.emit_to_string(""));
+        let info = check(&self.module, self.precision).map_err(invalid)?;
+        let mut module = self.module.clone();
+        banks::split(&mut module, &info, &arrays).map_err(refused)?;
+        check(&module, self.precision).map_err(invalid)?;
+        let bindings = bindings(&module).map_err(refused)?;
+        compile(gpu, &self.name, module, &bindings).map_err(refused)
     }
 }
 
-fn compile(gpu: &Gpu, name: &str, code: &str, bindings: &[Binding]) -> Result<Compiled, String> {
+fn compile(gpu: &Gpu, name: &str, module: naga::Module, bindings: &[Binding]) -> Result<Compiled, String> {
     let begun = Instant::now();
     let entries: Vec<wgpu::BindGroupLayoutEntry> = bindings
         .iter()
@@ -182,7 +241,7 @@ fn compile(gpu: &Gpu, name: &str, code: &str, bindings: &[Binding]) -> Result<Co
         });
         let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(name),
-            source: wgpu::ShaderSource::Wgsl(code.into()),
+            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
         });
         let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(name),

@@ -7,12 +7,16 @@ mod code;
 mod convex;
 mod ellipsoid;
 mod error;
+#[cfg(feature = "gpu")]
+pub(crate) mod gpu;
 mod sphere;
 mod spherocylinder;
+mod tag;
 mod torus;
 
 pub use convex::{Convex, ConvexError, SupportFunction};
 pub use error::{ProxyError, ShapeError};
+pub(crate) use tag::Tag;
 
 use glam::{DQuat, DVec3};
 #[cfg(feature = "files")]

@@ -1,7 +1,9 @@
 //! The kernels of one solver: their sources, put together for a number type, a dimension and a kind of solver.
 
 use super::layout::{GRID_WORDS, HALT, NUMBERS, REDUCTIONS, Slots};
+use super::number::Operation;
 use super::shape::Shape;
+use super::tape::{Action, REDUCTION_KINDS};
 use crate::gpu::{Gpu, GpuError, Kernel, Precision, Source, WORKGROUP, fragment};
 use std::collections::HashMap;
 
@@ -117,6 +119,9 @@ impl Variant {
             .real("SHIFT", 1.0 + shift)
             .real("SHIFT_OF_DETERMINANT", shift * (2.0 + shift))
             .real("LEAST_PIVOT", 0.1 * shift)
+            .constants("kinds of reductions", REDUCTION_KINDS)
+            .constants("actions on rows", Action::ALL.map(|action| (action.constant(), action as u32)))
+            .constants("operations on numbers", Operation::ALL.map(|what| (what.constant(), what as u32)))
             .include(fragment!("lcp/parameters.wgsl"))
     }
 
@@ -191,7 +196,7 @@ impl Variant {
 mod tests {
     use super::super::number::Number;
     use super::super::shape::StageArguments;
-    use super::super::tape::{Action, Tape};
+    use super::super::tape::Tape;
     use super::*;
     use crate::gpu::validate;
     use crate::lcp::SolverKind;

@@ -191,7 +191,7 @@ fn rows(text: &mut String, head: &str, lines: &[Line], first: usize, product: Op
             });
             names.push(name.clone());
         }
-        let value = format!("row_value({}u, {}, s{k}, t{k})", line.action as u32, names.join(", "));
+        let value = format!("row_value({}, {}, s{k}, t{k})", line.action.constant(), names.join(", "));
         if line.action.is_sum() {
             let _ = writeln!(text, "        sum{k} = join({}u, sum{k}, {value});", line.action.kind());
         } else {
