@@ -12,6 +12,7 @@ mod accessor;
 use accessor::{Accessor, Step};
 use naga::{AddressSpace, Block, Expression, Function, GlobalVariable, Handle, Module, Span, Statement};
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 /// An array that is bound in several banks.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,6 +42,8 @@ struct Place {
 type Arrays = HashMap<Handle<GlobalVariable>, Banks>;
 type Places = HashMap<Handle<Expression>, Place>;
 type Accessors = HashMap<Accessor, Handle<Function>>;
+/// The calls in the place of loads: the function and its arguments.
+type Calls = HashMap<Handle<Expression>, (Handle<Function>, Vec<Handle<Expression>>)>;
 
 /// Splits arrays of a kernel into banks, and numbers all storage bindings anew, in their order.
 ///
@@ -66,10 +69,10 @@ pub(super) fn split(module: &mut Module, info: &naga::valid::ModuleInfo, of: &[B
     let old = std::mem::take(&mut module.functions);
     let mut accessors = Accessors::new();
     for accessor in wanted {
-        if !accessors.contains_key(&accessor) {
-            let banks = &arrays[&accessor.array];
-            let function = accessor.function(module, &banks.variables, banks.elements)?;
-            accessors.insert(accessor, module.functions.append(function, Span::UNDEFINED));
+        if let Entry::Vacant(place) = accessors.entry(accessor) {
+            let banks = &arrays[&place.key().array];
+            let function = place.key().function(module, &banks.variables, banks.elements)?;
+            place.insert(module.functions.append(function, Span::UNDEFINED));
         }
     }
     let mut moved = HashMap::new();
@@ -184,7 +187,7 @@ fn rewritten(
     accessors: &Accessors,
     moved: &HashMap<Handle<Function>, Handle<Function>>,
 ) -> Result<Function, String> {
-    let mut loads = HashMap::new();
+    let mut loads = Calls::new();
     for (handle, expression) in function.expressions.iter_mut() {
         if let Some(place) = loaded(expression, places) {
             let accessor = accessors[&place.accessor(false)];
@@ -215,12 +218,7 @@ fn rewritten(
 }
 
 /// Emits expressions, with calls in the place of loads.
-fn emit(
-    range: naga::Range<Expression>,
-    loads: &HashMap<Handle<Expression>, (Handle<Function>, Vec<Handle<Expression>>)>,
-    span: Span,
-    out: &mut Block,
-) {
+fn emit(range: naga::Range<Expression>, loads: &Calls, span: Span, out: &mut Block) {
     let mut run: Option<(Handle<Expression>, Handle<Expression>)> = None;
     let flush = |run: &mut Option<_>, out: &mut Block| {
         if let Some((first, last)) = run.take() {

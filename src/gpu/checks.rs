@@ -14,8 +14,8 @@ pub(crate) fn validate(source: &Source) -> Result<naga::Module, String> {
     let module = kernel::validate(source)?;
     for switch in switches(source.code()) {
         for (name, group) in source.groups() {
-            let has = |constant: &&str| switch.labels.iter().any(|label| label == constant);
-            if !group.iter().any(|constant| has(&constant)) {
+            let has = |constant: &str| switch.labels.iter().any(|label| label == constant);
+            if !group.iter().any(|constant| has(constant)) {
                 continue;
             }
             if let Some(missing) = group.iter().find(|constant| !has(constant)) {

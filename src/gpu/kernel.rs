@@ -1,6 +1,7 @@
-//! A compute pipeline, its bindings read from the validated source.
+//! A compute pipeline. Its bindings are those of the validated source.
 //!
-//! Binding 0 may be a uniform: the parameters of one dispatch. The others are storage buffers, in order.
+//! Binding 0 may be a uniform: the parameters of one dispatch. All other bindings are storage buffers, bound by the names
+//! of their variables.
 
 use super::banks::{self, Banked};
 use super::device::lock;
@@ -16,9 +17,9 @@ pub struct Kernel {
     precision: Precision,
     bindings: Vec<Binding>,
     compiled: Arc<Compiled>,
-    /// The same for arrays in so many banks each.
+    /// The pipelines for arrays in several banks, by the banks of each array.
     banked: Mutex<HashMap<Vec<u32>, Arc<Compiled>>>,
-    /// Bytes of the parameters, zero where there are none.
+    /// Bytes of the parameters; zero for a kernel without parameters.
     pub(super) parameters: u64,
     pub(super) workgroup: u32,
 }
@@ -30,37 +31,36 @@ pub(super) struct Compiled {
     pub layout: wgpu::BindGroupLayout,
 }
 
-/// What one binding is.
+/// A variable that is bound.
 struct Binding {
     name: String,
     number: u32,
     uniform: bool,
     read_only: bool,
     bytes: u64,
-    /// Bytes from one element to the next of an array; zero for others.
+    /// Bytes from one element of an array to the next; zero for other types.
     stride: u64,
 }
 
-/// Parses and validates a source against what every adapter has.
+/// Parses a source, and validates it with the capabilities of every adapter, and 64-bit floats where it has them.
 ///
 /// # Errors
-/// What naga says, with the line.
+/// naga's message with the line.
 pub(crate) fn validate(source: &Source) -> Result<naga::Module, String> {
     let code = source.code();
     let module = naga::front::wgsl::parse_str(code).map_err(|e| e.emit_to_string(code))?;
-    check(&module, source.precision()).map_err(|e| e.emit_to_string(code))?;
+    check(&module, source.precision(), code)?;
     Ok(module)
 }
 
-fn check(
-    module: &naga::Module,
-    precision: Precision,
-) -> Result<naga::valid::ModuleInfo, naga::WithSpan<naga::valid::ValidationError>> {
+/// Validates a module; `code` is the text of its source, for messages.
+fn check(module: &naga::Module, precision: Precision, code: &str) -> Result<naga::valid::ModuleInfo, String> {
     let mut capabilities = naga::valid::Capabilities::empty();
     if precision == Precision::F64 {
         capabilities |= naga::valid::Capabilities::FLOAT64;
     }
-    naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities).validate(module)
+    let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities);
+    validator.validate(module).map_err(|e| e.emit_to_string(code))
 }
 
 fn bindings(module: &naga::Module) -> Result<Vec<Binding>, String> {
@@ -174,7 +174,7 @@ impl Kernel {
         GpuError::Kernel { kernel: self.name.clone(), message }
     }
 
-    /// The pipeline for storage arrays in so many banks each; compiled when it is first asked for.
+    /// The pipeline for these numbers of banks of each storage array, compiled at its first use.
     pub(super) fn compiled(&self, gpu: &Gpu, banks: &[u32]) -> Result<Arc<Compiled>, GpuError> {
         if banks.iter().all(|banks| *banks <= 1) {
             return Ok(self.compiled.clone());
@@ -202,11 +202,10 @@ impl Kernel {
             let elements = gpu.bank_bytes() / binding.stride;
             arrays.push(Banked { name: binding.name.clone(), banks: *banks, elements });
         }
-        let invalid = |e: naga::WithSpan<naga::valid::ValidationError>| refused(e.emit_to_string(""));
-        let info = check(&self.module, self.precision).map_err(invalid)?;
+        let info = check(&self.module, self.precision, "").map_err(refused)?;
         let mut module = self.module.clone();
         banks::split(&mut module, &info, &arrays).map_err(refused)?;
-        check(&module, self.precision).map_err(invalid)?;
+        check(&module, self.precision, "").map_err(refused)?;
         let bindings = bindings(&module).map_err(refused)?;
         compile(gpu, &self.name, module, &bindings).map_err(refused)
     }
@@ -265,7 +264,7 @@ fn compile(gpu: &Gpu, name: &str, module: naga::Module, bindings: &[Binding]) ->
     Ok(Compiled { id: gpu.new_id(), pipeline, layout })
 }
 
-/// Dispatches one workgroup with parameters and buffers of zeros, and waits: the driver has compiled it then.
+/// Dispatches one workgroup with parameters and buffers of zeros, and waits, so that the driver compiles the kernel.
 fn use_once(
     gpu: &Gpu,
     name: &str,
@@ -273,7 +272,7 @@ fn use_once(
     pipeline: &wgpu::ComputePipeline,
     bindings: &[Binding],
 ) -> Result<(), GpuError> {
-    /// Enough for what a kernel binds beside arrays whose length it is told.
+    /// Enough for every variable but arrays whose length is a parameter.
     const BYTES: u64 = 4096;
     gpu.scoped(name, || {
         let buffer = |b: &Binding| {

@@ -11,12 +11,11 @@ mod error;
 pub(crate) mod gpu;
 mod sphere;
 mod spherocylinder;
-mod tag;
 mod torus;
 
+pub(crate) use code::Tag;
 pub use convex::{Convex, ConvexError, SupportFunction};
 pub use error::{ProxyError, ShapeError};
-pub(crate) use tag::Tag;
 
 use glam::{DQuat, DVec3};
 #[cfg(feature = "files")]

@@ -117,7 +117,7 @@ impl Setup {
 
     /// Whether velocity is a part of the state.
     pub fn inertia(&self) -> bool {
-        matches!(self.dynamics, Dynamics::Inertial { .. })
+        self.dynamics.has_inertia()
     }
 
     /// Whether states hold angular momenta instead of angular velocities: in f32, where rounding would change momenta.

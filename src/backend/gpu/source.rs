@@ -77,8 +77,7 @@ pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
             spinning(setup, source).real("DENSITY", density).include(fragment!("dynamics/inertial.wgsl"))
         }
     };
-    let radial = |f: &Force| matches!(f, Force::RadialInward { .. } | Force::RadialOutward { .. });
-    let source = match setup.forces.iter().any(radial) {
+    let source = match setup.forces.iter().any(Force::is_radial) {
         true => source.include(fragment!("dynamics/radial.wgsl")),
         false => source,
     };
@@ -95,13 +94,13 @@ fn loads(setup: &Setup, source: &Source) -> String {
         format!("vec3r({x}, {y}, {z})")
     };
     for force in &setup.forces {
-        let (group, term) = match force {
-            Force::Uniform { force, group } => (group, vector(*force)),
-            Force::Gravity { acceleration, group } => (group, gravity(setup, &vector(*acceleration))),
-            Force::RadialInward { group } => (group, "-radial(position)".to_owned()),
-            Force::RadialOutward { group } => (group, "radial(position)".to_owned()),
+        let term = match force {
+            Force::Uniform { force, .. } => vector(*force),
+            Force::Gravity { acceleration, .. } => gravity(setup, &vector(*acceleration)),
+            Force::RadialInward { .. } => "-radial(position)".to_owned(),
+            Force::RadialOutward { .. } => "radial(position)".to_owned(),
         };
-        let applies = match group {
+        let applies = match force.group() {
             None => "true".to_owned(),
             Some(name) => match setup.groups.iter().position(|g| g == name) {
                 Some(index) => format!("group == {index}u"),
@@ -115,10 +114,10 @@ fn loads(setup: &Setup, source: &Source) -> String {
 }
 
 fn gravity(setup: &Setup, acceleration: &str) -> String {
-    match setup.dynamics {
-        Dynamics::Inertial { .. } => format!("DENSITY * solid(shape).volume * {acceleration}"),
-        // Bodies have no mass; a scene that asks for this is refused on reading.
-        Dynamics::Overdamped { .. } => "vec3r()".to_owned(),
+    match setup.dynamics.has_inertia() {
+        true => format!("DENSITY * solid(shape).volume * {acceleration}"),
+        // Bodies have no mass, and validation refuses such a scene.
+        false => "vec3r()".to_owned(),
     }
 }
 

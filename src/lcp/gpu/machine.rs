@@ -133,13 +133,13 @@ impl Machine {
             ..Parameters::default()
         };
         let mut program = program(tape);
-        let (mut parts, mut told) = (Vec::new(), Vec::new());
+        let (mut parts, mut arguments) = (Vec::new(), Vec::new());
         if small {
             let turns;
             (parts, turns) = turns::of(tape, [base.rows, base.pairs, base.bodies]);
             program.extend(turns.as_flattened());
         } else {
-            told = tape.stages.iter().map(|stage| StageArguments::of(tape, stage)).collect();
+            arguments = tape.stages.iter().map(|stage| StageArguments::of(tape, stage)).collect();
         }
         self.program.reserve(gpu, program.len() as u64 / 4)?;
         self.program.write(gpu, 0, bytemuck::cast_slice(&program));
@@ -153,15 +153,15 @@ impl Machine {
         let grid = [groups[0] as u32, 1, 1, groups[1] as u32, 1, 1];
         self.grid.write(gpu, 0, bytemuck::cast_slice(&grid));
         self.kernels.make_common(gpu, self.variant, small)?;
-        for told in told.iter().flatten() {
-            self.kernels.make(gpu, self.variant, &told.shape)?;
+        for arguments in arguments.iter().flatten() {
+            self.kernels.make(gpu, self.variant, &arguments.shape)?;
         }
         let beyond = [0, 1].map(|grid| items[grid].saturating_sub(groups[grid] * u64::from(WORKGROUP)));
         let mut run = Run { machine: self, problem, tape, record, base, groups, beyond, looked: false };
         if small {
             run.small(&parts)
         } else {
-            run.large(&told)
+            run.large(&arguments)
         }
         let mut record = run.record;
         if read.is_empty() {
@@ -189,11 +189,11 @@ fn operation(tape: &Tape, index: usize) -> u32 {
 
 impl Run<'_, '_> {
     /// One dispatch a stage.
-    fn large(&mut self, told: &[Option<StageArguments>]) {
+    fn large(&mut self, arguments: &[Option<StageArguments>]) {
         let (machine, problem) = (self.machine, self.problem);
         let Some(kernels) = machine.kernels.large() else { return };
         let [scalars, vectors, partial] = [&machine.scalars, &machine.vectors, &machine.partial];
-        for (stage, told) in self.tape.stages.iter().zip(told) {
+        for (stage, arguments) in self.tape.stages.iter().zip(arguments) {
             self.record.stage(stage.name());
             match *stage {
                 Stage::Rows { product, sums, .. } => {
@@ -206,7 +206,7 @@ impl Run<'_, '_> {
                         ]);
                     }
                     let add_q = product.is_some_and(|product| product.add_q);
-                    self.rows(told.as_ref(), sums, add_q, &buffers);
+                    self.rows(arguments.as_ref(), sums, add_q, &buffers);
                 }
                 Stage::Pairs { sums, .. } => {
                     let buffers = [
@@ -216,7 +216,7 @@ impl Run<'_, '_> {
                         ("block_start", &problem.block_start),
                         ("entries", &machine.entries),
                     ];
-                    self.rows(told.as_ref(), sums, false, &buffers);
+                    self.rows(arguments.as_ref(), sums, false, &buffers);
                 }
                 Stage::Bodies { x } => {
                     let parameters = Parameters { x, ..self.base };
@@ -258,14 +258,14 @@ impl Run<'_, '_> {
         }
     }
 
-    fn rows(&mut self, told: Option<&StageArguments>, sums: Sums, add_q: bool, buffers: &[Bound<'_>]) {
-        let Some(told) = told else { return };
-        let Some(kernel) = self.machine.kernels.stage(&told.shape) else { return };
+    fn rows(&mut self, arguments: Option<&StageArguments>, sums: Sums, add_q: bool, buffers: &[Bound<'_>]) {
+        let Some(arguments) = arguments else { return };
+        let Some(kernel) = self.machine.kernels.stage(&arguments.shape) else { return };
         let Sums { first: reduction, count: reductions, kinds } = sums;
         let add_q = u32::from(add_q);
         let mut parameters = Parameters { reduction, reductions, kinds, add_q, ..self.base };
-        parameters.vectors[..told.vectors.len()].copy_from_slice(&told.vectors);
-        parameters.numbers[..told.numbers.len()].copy_from_slice(&told.numbers);
+        parameters.vectors[..arguments.vectors.len()].copy_from_slice(&arguments.vectors);
+        parameters.numbers[..arguments.numbers.len()].copy_from_slice(&arguments.numbers);
         self.dispatch(kernel, &parameters, buffers, 0);
     }
 

@@ -64,7 +64,7 @@ impl Action {
     }
 }
 
-/// So many instructions and one more always fit what a dispatch can be told.
+/// This many instructions and one more always fit the parameters of a dispatch.
 const FEW: usize = 6;
 
 /// One instruction: what, out, three vectors, two numbers.
@@ -302,11 +302,11 @@ impl Tape {
         }
     }
 
-    /// Whether the last stage might be more than a dispatch can be told with one more instruction.
+    /// Whether the last stage might exceed the parameters of a dispatch with one more instruction.
     fn is_full(&self) -> bool {
         match self.stages.last() {
             Some(stage @ (Stage::Rows { begin, end, .. } | Stage::Pairs { begin, end, .. })) if end - begin > FEW => {
-                !StageArguments::of(self, stage).is_some_and(|told| told.has_room())
+                !StageArguments::of(self, stage).is_some_and(|arguments| arguments.has_room())
             }
             _ => false,
         }
