@@ -50,6 +50,8 @@
 //!
 //! The step itself is [`step::step`], over the verbs of [`step::Backend`].
 
+#[cfg(test)]
+mod additions;
 mod backend;
 #[cfg(feature = "files")]
 pub mod batch;

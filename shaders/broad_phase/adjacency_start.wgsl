@@ -1,7 +1,7 @@
-// Where every body's list begins, and what to add to a pair that it found to get the pair's place in the list.
+// Where every body's list begins, and what to add to the number of a pair that the body found to get the pair's place
+// in the list.
 //
-// A body's list is, ascending: pairs in which bodies before it found it, those that it found, those in which later ones
-// found it.
+// The list of a body ascends: pairs that earlier bodies found, its own, pairs that later bodies found.
 struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> first: array<u32>;

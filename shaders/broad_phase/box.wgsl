@@ -1,5 +1,5 @@
-// The box of each body at the step's start, or in its middle, widened by what may bring it into contact: half the
-// cutoff and what is left of its own free motion in the step. The fourth number bounds the box at every orientation.
+// The box of each body at the step's start, or in its middle. It is widened by half the cutoff and by the rest of the
+// body's own free motion in the step. The fourth number bounds the box at every orientation.
 
 struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
 

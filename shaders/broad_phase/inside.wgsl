@@ -1,5 +1,5 @@
-// Whether every body's box still lies inside the box that the list of candidate pairs was made with: then the list is
-// complete. And how large the largest is.
+// Whether every body's box still lies inside its stored box, so that the list of candidate pairs is complete; and the
+// largest radius of a box.
 
 struct Parameters { bodies: u32, has_list: u32, b: u32, c: u32 }
 

@@ -8,10 +8,6 @@ const CLASSES: u32 = 0u;
 const FAR: u32 = 1u;
 const REACH: u32 = 4u;
 
-// Faults of the search itself.
-const CROWDED: u32 = 1u;
-const TOO_MANY: u32 = 2u;
-
 // A body and its level in one word. Level zero means a box that touches nothing.
 const LEVEL_SHIFT: u32 = 27u;
 const BODY_MASK: u32 = 0x7ffffffu;

@@ -11,3 +11,9 @@ fn group_index(group: vec3<u32>, groups: vec3<u32>) -> u32 {
 fn is_finite(x: real) -> bool {
     return (bitcast<u32>(f32(x)) & 0x7f800000u) != 0x7f800000u;
 }
+
+// What the host recognises as an error: the result for a number that stands for nothing.
+fn not_a_number() -> real {
+    var zero = real(0.0);
+    return zero / zero;
+}

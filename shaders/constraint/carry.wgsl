@@ -1,4 +1,4 @@
-// Takes what is known of each pair, and how many rows it has, from an old list of pairs over to a new one.
+// Copies the memory of each pair, and its number of rows, from an old list of pairs to a new one.
 
 struct Parameters { pairs: u32, has_rows: u32, b: u32, c: u32 }
 

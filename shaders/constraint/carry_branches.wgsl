@@ -1,4 +1,4 @@
-// Takes what is remembered of each pair's branches from an old list of pairs over to a new one.
+// Copies the multipliers of each pair's branches from an old list of pairs to a new one.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
 

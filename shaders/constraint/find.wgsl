@@ -1,5 +1,5 @@
-// Each pair of a new list in the old one, or NONE: looked for among the old pairs of that of its bodies that has fewer,
-// or of the one where the other is a surface.
+// The place of each pair of a new list in the old list, or NONE. The search goes through the old pairs of the body that
+// has fewer of them, and of the first body where the second is a surface.
 
 struct Parameters { pairs: u32, old_bodies: u32, b: u32, c: u32 }
 

@@ -1,5 +1,5 @@
-// Moves the rows of one array to their targets, but those that have none; ELEMENT is its type, PER_ROW how many there
-// are a row.
+// Moves the rows of one array to their targets; a row without a target is dropped. Element is the array's type, PER_ROW
+// the number of elements of a row.
 
 struct Parameters { rows: u32, a: u32, b: u32, c: u32 }
 

@@ -1,5 +1,5 @@
-// Starts the first rows of the whole step, one a near pair, from the multipliers that the pairs' rows ended the first
-// half with, and marks them.
+// Starts the first rows of the whole step, one for each near pair, from the last multipliers of the first half's rows,
+// and marks them.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
 

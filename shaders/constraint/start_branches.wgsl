@@ -1,5 +1,6 @@
-// The multipliers that staged rows start from: zero, or for first rows what their branches ended the last part of a
-// step with. What branches without a row ended with goes to the pair's nearest row.
+// The starting multipliers of staged rows. A first row starts from the multiplier that its branch had at the end of the
+// last part of a step; the multipliers of branches without a row go to the pair's nearest row. Other rows start from
+// zero.
 
 struct Parameters { pairs: u32, first: u32, b: u32, c: u32 }
 

@@ -1,5 +1,5 @@
-// Where each row goes when pairs get more rows, or other places: the rows of a pair keep their order, at the front of
-// its new range. A target is a place and one; those of rows whose pair is in no new place stay zero.
+// The new place of each row when pairs get more rows or other places. The rows of a pair keep their order, at the front
+// of its new range. A target is the place plus one; zero for rows whose pair has no new place.
 
 struct Parameters { pairs: u32, mapped: u32, b: u32, c: u32 }
 

@@ -1,6 +1,6 @@
-// The velocities that a part of a step ends with, where bodies have inertia: those that they moved with, after a whole
-// step with a middle the other half of the forces' impulse, U + (U_free - U^k), and of turns the angular momentum in
-// space with what contact added to it.
+// The velocities at the end of a part of a step, for bodies with inertia. The part's move has these velocities. After a
+// whole step with a middle the other half of the forces' impulse is added, U + (U_free - U^k). Turns keep the angular
+// momentum in space, with the contacts' share.
 
 struct Parameters { bodies: u32, by_middle: u32, b: u32, c: u32 }
 

@@ -1,5 +1,5 @@
-// The motion, over a step with a middle, of bodies with inertia: `motions` holds the mobilities and the impulses of the
-// forces that were found there.
+// The motion over a step with a middle, for bodies with inertia. `motions` holds the mobilities and the impulses of the
+// forces in the middle.
 //
 // Half of the impulses comes before the move and half after it: u_free = u + dt F / 2 m, w_free is the mean velocity of
 // a free turn from L + dt T / 2.

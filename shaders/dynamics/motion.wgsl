@@ -1,5 +1,5 @@
-// Forces, free velocity and effective mobility of each body at the step's start, or in its middle. What `law` and
-// `load_of` are is the scene's.
+// Forces, free velocity and effective mobility of each body at the step's start, or in its middle. The scene defines
+// `law` and `load_of`.
 //
 // A body's motion is MOTION vectors: (free velocity, root of the translational mobility), (free angular velocity, root
 // of the rotational mobility), the velocity and the angular velocity that the present trial was reached with (none

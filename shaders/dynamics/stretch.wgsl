@@ -1,6 +1,6 @@
-// Takes the separations of near pairs from the lengths in the middle of the step to those at its end: what each surface
-// moves by, as the body grows, along the normal where the other touches it. As the separation is an extremum over the
-// axis, this is its derivative with respect to the length.
+// Changes the separations of near pairs from the lengths in the middle of the step to the lengths at its end: as a body
+// grows, its surface moves along the normal at the contact. The separation is an extremum over the axis, so this is its
+// derivative with respect to the length.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
 

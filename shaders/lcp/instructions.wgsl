@@ -1,18 +1,5 @@
 // One instruction on one row: its value from up to three vectors and two numbers. Those from DOT on are reduced over
 // all rows.
-const ZERO: u32 = 0u;
-const COPY: u32 = 1u;
-const COPY_IF: u32 = 2u;
-const COMBINE: u32 = 3u;
-const PROXIMAL: u32 = 4u;
-const PROJECT: u32 = 5u;
-const INVERT: u32 = 6u;
-const DOT: u32 = 7u;
-const TRIPLE: u32 = 8u;
-const OBJECTIVE: u32 = 9u;
-const ROOM: u32 = 10u;
-const RESIDUAL: u32 = 11u;
-const LARGEST: u32 = 12u;
 
 fn reduction_kind(instruction: u32) -> u32 {
     return select(select(SUM, LEAST, instruction == ROOM), WORST, instruction >= RESIDUAL);
@@ -37,6 +24,7 @@ fn row_value(instruction: u32, a: real, b: real, c: real, s: real, t: real) -> r
             let scaled = c * a;
             return select(select(b + scaled, abs(scaled), scaled < b), abs(b), b <= scaled);
         }
-        default: { return abs(a); }
+        case LARGEST: { return abs(a); }
+        default: { return not_a_number(); }
     }
 }

@@ -1,14 +1,4 @@
 // Operations on numbers, one after the other, in a copy of them in workgroup memory.
-const TAKE: u32 = 0u;
-const ADD: u32 = 1u;
-const SUB: u32 = 2u;
-const MUL: u32 = 3u;
-const DIV: u32 = 4u;
-const NEG: u32 = 5u;
-const MIN: u32 = 6u;
-const MAX: u32 = 7u;
-const IF_POSITIVE: u32 = 8u;
-const LOOK: u32 = 9u;
 
 var<workgroup> numbers: array<real, NUMBERS>;
 var<workgroup> halted: u32;
@@ -24,7 +14,8 @@ fn operate(what: u32, a: real, b: real, c: real) -> real {
         case MIN: { return select(select(select(b, a, a < b), a, !is_finite(b)), b, !is_finite(a)); }
         case MAX: { return select(select(select(b, a, a > b), a, !is_finite(b)), b, !is_finite(a)); }
         case IF_POSITIVE: { return select(c, b, a > 0.0); }
-        default: { return a; }
+        case TAKE, LOOK: { return a; }
+        default: { return not_a_number(); }
     }
 }
 

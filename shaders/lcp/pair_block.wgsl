@@ -4,7 +4,8 @@
 // many times their blocks, which is no less than B, the step still descends.
 const ENTRIES: u32 = 36u;
 
-// B of pairs of more than two rows, MOST_EXACT numbers a row: its entries with the rows of its part up to it.
+// B of pairs with more than two rows: MOST_EXACT numbers a row, the entries with the earlier rows of its part and with
+// itself.
 @group(0) @binding(ENTRIES_BINDING) var<storage, read> entries: array<real>;
 
 fn inverse_of(row: u32) -> real { return vectors[at(INVERSE, row)]; }

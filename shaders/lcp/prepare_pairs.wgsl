@@ -1,6 +1,6 @@
-// The blocks of A that belong to pairs. For pairs of two rows B_01 and B_00 / det B: the determinant comes from what is
-// left of one row after its part along the other is taken off; a c - b b would lose it where the rows are nearly
-// parallel. For more rows all of B.
+// The blocks of A that belong to pairs. For pairs of two rows B_01 and B_00 / det B: the determinant is computed from
+// the rest of one row without its part along the other, because a c - b b loses it where the rows are nearly parallel.
+// For pairs of more rows all of B.
 @group(0) @binding(1) var<storage, read> block_start: array<u32>;
 @group(0) @binding(2) var<storage, read> pair: array<vec2<u32>>;
 @group(0) @binding(3) var<storage, read> jacobian: array<vec4r>;

@@ -1,7 +1,4 @@
 // Sums of a workgroup, in a fixed order, several at once.
-const SUM: u32 = 0u;
-const LEAST: u32 = 1u;
-const WORST: u32 = 2u;
 const LANES: u32 = WORKGROUP / REDUCTIONS;
 
 var<workgroup> lanes: array<real, WORKGROUP * REDUCTIONS>;

@@ -1,4 +1,4 @@
-// The small problems of so many pairs, by one workgroup.
+// One workgroup solves the small problems of all pairs.
 fn run_pairs(place: u32, pairs: u32, local: u32) {
     let i = instruction(place);
     for (var slot = local; slot < pairs; slot += WORKGROUP) {

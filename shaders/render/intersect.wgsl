@@ -1,10 +1,5 @@
 // Where a line first meets a body, in body axes and in units of the body's size: as src/render/intersect.rs.
 
-const POINT: u32 = 0u;
-const SEGMENT: u32 = 1u;
-const CIRCLE: u32 = 2u;
-const ELLIPSOID: u32 = 3u;
-
 // No hit.
 const MISS: f32 = 3e38;
 
@@ -139,29 +134,28 @@ fn hit_circle(major: f32, radius: f32, origin: vec3<f32>, direction: vec3<f32>) 
 
 // `sizes` are half the segment or the circle's radius and the radius, or the semi-axes.
 fn first_hit(kind: u32, sizes: vec3<f32>, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
-    if kind == POINT {
-        return hit_point(sizes.y, origin, direction);
+    switch kind {
+        case SPHERE: { return hit_point(sizes.y, origin, direction); }
+        case SPHEROCYLINDER: { return hit_segment(sizes.x, sizes.y, origin, direction); }
+        case ELLIPSOID: { return hit_ellipsoid(sizes, origin, direction); }
+        case TORUS: { return hit_circle(sizes.x, sizes.y, origin, direction); }
+        default: { return not_a_number(); }
     }
-    if kind == SEGMENT {
-        return hit_segment(sizes.x, sizes.y, origin, direction);
-    }
-    if kind == CIRCLE {
-        return hit_circle(sizes.x, sizes.y, origin, direction);
-    }
-    return hit_ellipsoid(sizes, origin, direction);
 }
 
 // The outward unit normal at a point of the surface.
 fn normal_at(kind: u32, sizes: vec3<f32>, point: vec3<f32>) -> vec3<f32> {
-    if kind == ELLIPSOID {
-        return normalize(point / (sizes * sizes));
-    }
     var foot = vec3<f32>(0.0);
-    if kind == SEGMENT {
-        foot.z = clamp(point.z, -sizes.x, sizes.x);
-    }
-    if kind == CIRCLE && dot(point.xy, point.xy) > 0.0 {
-        foot = vec3<f32>(normalize(point.xy) * sizes.x, 0.0);
+    switch kind {
+        case SPHERE: {}
+        case SPHEROCYLINDER: { foot.z = clamp(point.z, -sizes.x, sizes.x); }
+        case ELLIPSOID: { return normalize(point / (sizes * sizes)); }
+        case TORUS: {
+            if dot(point.xy, point.xy) > 0.0 {
+                foot = vec3<f32>(normalize(point.xy) * sizes.x, 0.0);
+            }
+        }
+        default: { return vec3<f32>(not_a_number()); }
     }
     return normalize(point - foot);
 }

@@ -1,10 +1,5 @@
 // Bodies where they are, and what needs one of them or one direction alone: boxes, bounding radii, lower bounds of
 // separations.
-const KIND_SPHERE: u32 = 0u;
-const KIND_SPHEROCYLINDER: u32 = 1u;
-const KIND_ELLIPSOID: u32 = 2u;
-const KIND_TORUS: u32 = 3u;
-
 // `kind` and `sizes` are a shape's code; the quaternion (x, y, z, w) takes body axes to space.
 struct Placed {
     kind: u32,
@@ -48,52 +43,63 @@ fn body_z(q: vec4r) -> vec3r {
 
 // Half the length of a rod's segment; zero for a sphere.
 fn half_segment(p: Placed) -> real {
-    return select(real(0.0), 0.5 * (p.sizes.y - p.sizes.x), p.kind == KIND_SPHEROCYLINDER);
+    return select(real(0.0), 0.5 * (p.sizes.y - p.sizes.x), p.kind == SPHEROCYLINDER);
 }
 
-// The radius that a centreline is thickened by.
+// The radius that a centreline is thickened by; an ellipsoid has no centreline.
 fn tube_radius(p: Placed) -> real {
-    return select(select(p.sizes.x, 0.5 * p.sizes.x, p.kind == KIND_SPHEROCYLINDER), p.sizes.y, p.kind == KIND_TORUS);
+    switch p.kind {
+        case SPHERE: { return p.sizes.x; }
+        case SPHEROCYLINDER: { return 0.5 * p.sizes.x; }
+        case TORUS: { return p.sizes.y; }
+        case ELLIPSOID, default: { return not_a_number(); }
+    }
 }
 
 // Radius of the smallest sphere about the centre that holds the body.
 fn bounding_radius(p: Placed) -> real {
     switch p.kind {
-        case KIND_SPHERE: { return p.sizes.x; }
-        case KIND_SPHEROCYLINDER: { return 0.5 * p.sizes.y; }
-        case KIND_ELLIPSOID: { return max(p.sizes.x, max(p.sizes.y, p.sizes.z)); }
-        default: { return p.sizes.x + p.sizes.y; }
+        case SPHERE: { return p.sizes.x; }
+        case SPHEROCYLINDER: { return 0.5 * p.sizes.y; }
+        case ELLIPSOID: { return max(p.sizes.x, max(p.sizes.y, p.sizes.z)); }
+        case TORUS: { return p.sizes.x + p.sizes.y; }
+        default: { return not_a_number(); }
     }
 }
 
 // Half the sizes of the smallest box along the axes of space that holds the body.
 fn half_extents(p: Placed) -> vec3r {
-    if p.kind == KIND_ELLIPSOID {
-        let m = body_axes(p.orientation);
-        let x = m[0] * p.sizes.x;
-        let y = m[1] * p.sizes.y;
-        let z = m[2] * p.sizes.z;
-        return sqrt(x * x + y * y + z * z);
+    switch p.kind {
+        case SPHERE, SPHEROCYLINDER: {
+            return abs(body_z(p.orientation)) * half_segment(p) + vec3r(tube_radius(p));
+        }
+        case ELLIPSOID: {
+            let m = body_axes(p.orientation);
+            let x = m[0] * p.sizes.x;
+            let y = m[1] * p.sizes.y;
+            let z = m[2] * p.sizes.z;
+            return sqrt(x * x + y * y + z * z);
+        }
+        case TORUS: {
+            // Of the other two components: this does not cancel where the axis lies on one of space.
+            let axis = body_z(p.orientation);
+            let square = axis * axis;
+            return sqrt(square.yzx + square.zxy) * p.sizes.x + vec3r(p.sizes.y);
+        }
+        default: { return vec3r(not_a_number()); }
     }
-    let axis = body_z(p.orientation);
-    if p.kind == KIND_TORUS {
-        // Of the other two components: this does not cancel where the axis lies on one of space.
-        let square = axis * axis;
-        return sqrt(square.yzx + square.zxy) * p.sizes.x + vec3r(p.sizes.y);
-    }
-    return abs(axis) * half_segment(p) + vec3r(tube_radius(p));
 }
 
 // Support function of the convex hull, at a unit vector.
 fn hull(p: Placed, n: vec3r) -> real {
-    if p.kind == KIND_ELLIPSOID {
-        return length(p.sizes * (n * body_axes(p.orientation)));
+    switch p.kind {
+        case SPHERE, SPHEROCYLINDER: {
+            return half_segment(p) * abs(dot(body_z(p.orientation), n)) + tube_radius(p);
+        }
+        case ELLIPSOID: { return length(p.sizes * (n * body_axes(p.orientation))); }
+        case TORUS: { return p.sizes.x * length(cross(body_z(p.orientation), n)) + p.sizes.y; }
+        default: { return not_a_number(); }
     }
-    let axis = body_z(p.orientation);
-    if p.kind == KIND_TORUS {
-        return p.sizes.x * length(cross(axis, n)) + p.sizes.y;
-    }
-    return half_segment(p) * abs(dot(axis, n)) + tube_radius(p);
 }
 
 // A lower bound of the separation from one unit normal, of the convex hulls.

@@ -9,7 +9,7 @@ const WHOLE: u32 = 1u;
 struct End { from_a: vec3r, to_b: vec3r, gap: vec3r, met: u32 }
 
 fn is_rod(p: Placed) -> bool {
-    return p.kind == KIND_SPHEROCYLINDER && half_segment(p) > 0.0;
+    return p.kind == SPHEROCYLINDER && half_segment(p) > 0.0;
 }
 
 // The end of number k.

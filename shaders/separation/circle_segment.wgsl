@@ -127,13 +127,13 @@ fn nearest_place(centre: vec3r, along: vec3r, half: real, radius: real, size: re
 }
 
 fn is_swapped(delta: vec3r, a: Placed, b: Placed) -> bool {
-    return a.kind != KIND_TORUS;
+    return a.kind != TORUS;
 }
 
 // The ring is a.
 fn ordered_separation(delta: vec3r, a: Placed, b: Placed, warm: vec3r) -> Separation {
     let ring = ring_of(a);
-    let axis = body_z(b.orientation) * select(real(0.0), real(1.0), b.kind == KIND_SPHEROCYLINDER);
+    let axis = body_z(b.orientation) * select(real(0.0), real(1.0), b.kind == SPHEROCYLINDER);
     let half = half_segment(b);
     let size = length(delta) + ring.radius + half;
     var at = real(0.0);

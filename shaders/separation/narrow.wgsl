@@ -5,10 +5,6 @@
 // is FAR, NEAR (within the limit) or VIOLATING (overlapping by more than `violating`). The normal of a far pair is the
 // last one found.
 
-const FAR: real = 0.0;
-const NEAR: real = 1.0;
-const VIOLATING: real = 2.0;
-
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
 @group(0) @binding(3) var<storage, read> remainders: array<vec4r>;

@@ -3,7 +3,7 @@
 
 // The smallest diameter: of a ring, that of its tube.
 fn thickness(p: Placed) -> real {
-    if p.kind == KIND_ELLIPSOID {
+    if p.kind == ELLIPSOID {
         return 2.0 * min(p.sizes.x, min(p.sizes.y, p.sizes.z));
     }
     return 2.0 * tube_radius(p);

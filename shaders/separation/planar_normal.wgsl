@@ -11,7 +11,7 @@ struct Outline {
 
 fn outline_of(p: Placed) -> Outline {
     let zero = vec3r(0.0, 0.0, 0.0);
-    if p.kind == KIND_ELLIPSOID {
+    if p.kind == ELLIPSOID {
         let rows = transpose(body_axes(p.orientation));
         return Outline(vec2r(0.0, 0.0), real(0.0), p.sizes * rows[0], p.sizes * rows[1]);
     }
@@ -24,12 +24,12 @@ fn outline_height(o: Outline, n: vec2r) -> real {
 
 // Whether a segment is at right angles to the normal, and touches all along.
 fn is_free(p: Placed, normal: vec3r) -> bool {
-    return p.kind == KIND_SPHEROCYLINDER && abs(dot(body_z(p.orientation), normal)) < RIGHT_ANGLE;
+    return p.kind == SPHEROCYLINDER && abs(dot(body_z(p.orientation), normal)) < RIGHT_ANGLE;
 }
 
 // The point of the body with this outward normal; the middle of a segment that is free.
 fn support_point(p: Placed, normal: vec3r) -> vec3r {
-    if p.kind == KIND_ELLIPSOID {
+    if p.kind == ELLIPSOID {
         let axes = body_axes(p.orientation);
         let scaled = p.sizes * (normal * axes);
         return axes * (p.sizes * (scaled / length(scaled)));

@@ -101,7 +101,7 @@ fn nearest_candidate(delta: vec3r, axis: vec3r, half: real, radii: vec3r, first:
 }
 
 fn is_swapped(delta: vec3r, a: Placed, b: Placed) -> bool {
-    return a.kind != KIND_ELLIPSOID;
+    return a.kind != ELLIPSOID;
 }
 
 // The ellipsoid is a.

@@ -13,8 +13,8 @@ fn is_swapped(delta: vec3r, a: Placed, b: Placed) -> bool {
 
 fn ordered_separation(delta: vec3r, a: Placed, b: Placed, warm: vec3r) -> Separation {
     // A sphere has no axis.
-    let axis_a = body_z(a.orientation) * select(real(0.0), real(1.0), a.kind == KIND_SPHEROCYLINDER);
-    let axis_b = body_z(b.orientation) * select(real(0.0), real(1.0), b.kind == KIND_SPHEROCYLINDER);
+    let axis_a = body_z(a.orientation) * select(real(0.0), real(1.0), a.kind == SPHEROCYLINDER);
+    let axis_b = body_z(b.orientation) * select(real(0.0), real(1.0), b.kind == SPHEROCYLINDER);
     let half_a = half_segment(a);
     let half_b = half_segment(b);
     let across = cross(axis_a, axis_b);

@@ -5,10 +5,6 @@
 // whole number of UNITs along each axis, and a part about as long as a body. What the whole numbers make is computed in
 // integers modulo 2^32; only what they make with parts is rounded.
 
-const SURFACE_PLANE: u32 = 0u;
-const SURFACE_SPHERE: u32 = 1u;
-const SURFACE_CYLINDER: u32 = 2u;
-
 // A unit vector, and the same as `coarse` / 2^COARSE_BITS + `fine`.
 struct Direction {
     unit: vec3r,
@@ -114,14 +110,18 @@ fn out_of(surface: Surface, whole: vec3<i32>, part: vec3r) -> Gap {
 }
 
 fn gap_of(surface: Surface, offset: Offset) -> Gap {
-    if surface.kind == SURFACE_SPHERE {
-        return out_of(surface, offset.whole, offset.part);
+    switch surface.kind {
+        case SURFACE_PLANE: {
+            let along = coordinate(surface.first, offset);
+            return Gap(UNIT * real(along.whole) + along.part, -surface.first.unit);
+        }
+        case SURFACE_SPHERE: { return out_of(surface, offset.whole, offset.part); }
+        case SURFACE_CYLINDER: {
+            let first = coordinate(surface.first, offset);
+            let second = coordinate(surface.second, offset);
+            let across = out_of(surface, vec3<i32>(first.whole, second.whole, 0), vec3r(first.part, second.part, 0.0));
+            return Gap(across.distance, across.normal.x * surface.first.unit + across.normal.y * surface.second.unit);
+        }
+        default: { return Gap(not_a_number(), vec3r(not_a_number())); }
     }
-    let first = coordinate(surface.first, offset);
-    if surface.kind == SURFACE_PLANE {
-        return Gap(UNIT * real(first.whole) + first.part, -surface.first.unit);
-    }
-    let second = coordinate(surface.second, offset);
-    let across = out_of(surface, vec3<i32>(first.whole, second.whole, 0), vec3r(first.part, second.part, 0.0));
-    return Gap(across.distance, across.normal.x * surface.first.unit + across.normal.y * surface.second.unit);
 }

@@ -1,5 +1,5 @@
-// The separation of one place of a body from a surface. Which places there are for a shape is `arm_of`'s business,
-// which is the scene's.
+// The separation of one place of a body from a surface. The function `arm_of`, assembled for the scene's shapes, has
+// the places of each shape.
 
 // From a body's centre to the middle of a place, the radius about it, and whether there is such a place.
 struct Arm {

@@ -1,10 +1,5 @@
 // Shapes as numbers: (first size, second, third, tag), as src/shape/code.rs has them.
 
-const SPHERE: u32 = 0u;
-const SPHEROCYLINDER: u32 = 1u;
-const ELLIPSOID: u32 = 2u;
-const TORUS: u32 = 3u;
-
 const PI: real = 3.14159265358979323846;
 
 // Volume and principal moments of inertia per unit density of the solid.
@@ -33,12 +28,13 @@ fn solid(shape: vec4r) -> Solid {
             let s = shape.xyz * shape.xyz;
             return Solid(volume, 0.2 * volume * (s.yzx + s.zxy));
         }
-        default: {
+        case TORUS: {
             let volume = 2.0 * PI * PI * x * y * y;
             let axial = volume * (x * x + 0.75 * y * y);
             let across = volume * (0.5 * x * x + 0.625 * y * y);
             return Solid(volume, vec3r(across, across, axial));
         }
+        default: { return Solid(not_a_number(), vec3r(not_a_number())); }
     }
 }
 
@@ -48,7 +44,8 @@ fn major_axis(shape: vec4r) -> real {
         case SPHERE: { return 2.0 * shape.x; }
         case SPHEROCYLINDER: { return shape.y; }
         case ELLIPSOID: { return 2.0 * max(shape.x, max(shape.y, shape.z)); }
-        default: { return 2.0 * (shape.x + shape.y); }
+        case TORUS: { return 2.0 * (shape.x + shape.y); }
+        default: { return not_a_number(); }
     }
 }
 

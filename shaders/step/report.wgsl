@@ -2,7 +2,7 @@
 struct Report {
     // 1 where a body has left its stored box: the list of candidate pairs is not complete.
     outside: atomic<u32>,
-    // The first body whose pose is not finite; all bits set where there is none.
+    // The first body whose pose is not finite; all bits set while every pose is finite.
     not_finite: atomic<u32>,
     // Pairs that overlap by more than the tolerance.
     violations: atomic<u32>,

@@ -15,9 +15,13 @@ struct Parameters { bodies: u32, surfaces: u32, fill: u32, first: u32 }
 
 // Places of a shape at a surface at most.
 fn places(kind: u32, surface: u32) -> u32 {
-    if kind == KIND_SPHEROCYLINDER { return 2u; }
-    if kind == KIND_TORUS && surface != SURFACE_CYLINDER { return 3u; }
-    return 1u;
+    switch kind {
+        case SPHERE, ELLIPSOID: { return 1u; }
+        case SPHEROCYLINDER: { return 2u; }
+        case TORUS: { return select(3u, 1u, surface == SURFACE_CYLINDER); }
+        // No such body: the host has seen that its box is not finite.
+        default: { return 0u; }
+    }
 }
 
 @compute @workgroup_size(WORKGROUP)

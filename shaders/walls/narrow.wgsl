@@ -4,10 +4,6 @@
 
 struct Parameters { pairs: u32, first: u32, at_trial: u32, violating: f32 }
 
-const FAR: real = 0.0;
-const NEAR: real = 1.0;
-const VIOLATING: real = 2.0;
-
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;

@@ -87,6 +87,36 @@ pub enum Force {
     },
 }
 
+impl Force {
+    /// The force's name, which is its key in a scene file.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Force::Uniform { .. } => "uniform",
+            Force::Gravity { .. } => "gravity",
+            Force::RadialInward { .. } => "radial_inward",
+            Force::RadialOutward { .. } => "radial_outward",
+        }
+    }
+
+    /// The group whose bodies it acts on; `None` for all bodies.
+    pub fn group(&self) -> Option<&str> {
+        match self {
+            Force::Uniform { group, .. }
+            | Force::Gravity { group, .. }
+            | Force::RadialInward { group }
+            | Force::RadialOutward { group } => group.as_deref(),
+        }
+    }
+
+    /// Whether it is [radial](radial): it points to or from the origin.
+    pub(crate) fn is_radial(&self) -> bool {
+        match self {
+            Force::Uniform { .. } | Force::Gravity { .. } => false,
+            Force::RadialInward { .. } | Force::RadialOutward { .. } => true,
+        }
+    }
+}
+
 /// These forces as fields. `groups` are the names of the groups, by index.
 pub fn force_fields(forces: &[Force], groups: &[String], dynamics: &Dynamics) -> Vec<Box<dyn ForceField>> {
     forces.iter().map(|force| field(force, groups, dynamics)).collect()
@@ -96,11 +126,8 @@ fn field(force: &Force, groups: &[String], dynamics: &Dynamics) -> Box<dyn Force
     match *force {
         Force::Uniform { force, ref group } => on_group(group, groups, move |_, _| DVec3::from(force)),
         Force::Gravity { acceleration, ref group } => {
-            let density = match *dynamics {
-                Dynamics::Inertial { density } => density,
-                // Bodies have no mass; a scene that asks for this is refused on reading.
-                Dynamics::Overdamped { .. } => 0.0,
-            };
+            // Without inertia bodies have no mass, and validation refuses such a scene.
+            let density = dynamics.density().unwrap_or(0.0);
             on_group(group, groups, move |bodies, i| density * bodies.shape[i].volume() * DVec3::from(acceleration))
         }
         Force::RadialInward { ref group } => on_group(group, groups, |bodies, i| -radial(bodies.position[i])),

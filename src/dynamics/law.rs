@@ -31,6 +31,21 @@ impl Default for Dynamics {
     }
 }
 
+impl Dynamics {
+    /// Mass per volume of every body; `None` for a law without inertia.
+    pub fn density(&self) -> Option<f64> {
+        match *self {
+            Dynamics::Overdamped { .. } => None,
+            Dynamics::Inertial { density } => Some(density),
+        }
+    }
+
+    /// Whether velocities are a part of the state.
+    pub fn has_inertia(&self) -> bool {
+        self.density().is_some()
+    }
+}
+
 /// The law that a scene names.
 pub fn law(dynamics: &Dynamics) -> Box<dyn Law> {
     match *dynamics {

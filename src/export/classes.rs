@@ -4,7 +4,7 @@
 //! and exact. Where it has many, as a colony of growing rods, their range is cut into equal classes, each drawn with
 //! the size in its middle.
 
-use crate::shape::Shape;
+use crate::shape::{Centreline, Geometry, Shape};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -207,24 +207,22 @@ impl Classes {
 
 /// A shape as GSD has it: a spherocylinder is a polyhedron of two corners, rounded.
 fn definition(shape: &Shape) -> Value {
-    match *shape {
-        Shape::Sphere { radius } => json!({"type": "Sphere", "diameter": 2.0 * radius}),
-        // One of no length has two corners in one place, which readers refuse.
-        Shape::Spherocylinder { diameter, length } if length <= diameter => {
-            json!({"type": "Sphere", "diameter": diameter})
-        }
-        Shape::Spherocylinder { diameter, length } => {
-            let half = 0.5 * (length - diameter);
+    match shape.geometry() {
+        // A segment of no length has two corners in one place, which readers refuse.
+        Geometry::Centreline { curve: Centreline::Segment { half }, radius } if half > 0.0 => {
             let corners = [[0.0, 0.0, -half], [0.0, 0.0, half]];
-            json!({"type": "ConvexPolyhedron", "rounding_radius": 0.5 * diameter, "vertices": corners})
+            json!({"type": "ConvexPolyhedron", "rounding_radius": radius, "vertices": corners})
         }
-        Shape::Ellipsoid { radii: [a, b, c] } => json!({"type": "Ellipsoid", "a": a, "b": b, "c": c}),
-        Shape::Torus { major_radius, minor_radius } => {
-            let (vertices, indices) = ring(major_radius, minor_radius);
+        Geometry::Centreline { curve: Centreline::Point | Centreline::Segment { .. }, radius } => {
+            json!({"type": "Sphere", "diameter": 2.0 * radius})
+        }
+        Geometry::Centreline { curve: Centreline::Circle { radius: major }, radius } => {
+            let (vertices, indices) = ring(major, radius);
             json!({"type": "Mesh", "vertices": vertices, "indices": indices})
         }
+        Geometry::Ellipsoid { radii } => json!({"type": "Ellipsoid", "a": radii.x, "b": radii.y, "c": radii.z}),
         // States with custom shapes are refused before.
-        Shape::Convex(shape) => json!({"type": "Sphere", "diameter": 2.0 * shape.bounding_radius()}),
+        Geometry::Convex(shape) => json!({"type": "Sphere", "diameter": 2.0 * shape.bounding_radius()}),
     }
 }
 

@@ -23,7 +23,7 @@ use super::error::ExportError;
 use super::file_layer::GsdFile;
 use crate::bodies::NO_GROUP;
 use crate::record::{RecordError, Snapshot, States, Watch, durable};
-use crate::shape::Shape;
+use crate::shape::{Centreline, Geometry, Shape};
 use glam::DVec3;
 use std::fs::File;
 use std::io::{self, BufWriter};
@@ -194,11 +194,11 @@ fn log<W: io::Write + io::Seek>(file: &mut GsdFile<W>, state: &Snapshot) -> io::
 /// The three numbers by which OVITO draws a body of its own size: semi-axes, or a spherocylinder's radius, nothing and
 /// the length of its cylinder. A mesh has none.
 pub(super) fn aspherical(shape: &Shape) -> [f64; 3] {
-    match *shape {
-        Shape::Sphere { radius } => [radius; 3],
-        Shape::Spherocylinder { diameter, length } => [0.5 * diameter, 0.0, length - diameter],
-        Shape::Ellipsoid { radii } => radii,
-        Shape::Torus { .. } | Shape::Convex(_) => [0.0; 3],
+    match shape.geometry() {
+        Geometry::Centreline { curve: Centreline::Point, radius } => [radius; 3],
+        Geometry::Centreline { curve: Centreline::Segment { half }, radius } => [radius, 0.0, 2.0 * half],
+        Geometry::Ellipsoid { radii } => radii.to_array(),
+        Geometry::Centreline { curve: Centreline::Circle { .. }, .. } | Geometry::Convex(_) => [0.0; 3],
     }
 }
 

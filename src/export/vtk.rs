@@ -152,10 +152,11 @@ fn bodies(state: &Snapshot) -> PolyData {
 
 /// By what a sphere of unit diameter is scaled to be the body.
 fn glyph(shape: &Shape) -> [f64; 3] {
-    match *shape {
-        Shape::Sphere { radius } => [2.0 * radius; 3],
-        Shape::Ellipsoid { radii } => radii.map(|radius| 2.0 * radius),
-        Shape::Spherocylinder { .. } | Shape::Torus { .. } | Shape::Convex(_) => [0.0; 3],
+    match shape.geometry() {
+        Geometry::Centreline { curve: Centreline::Point, radius } => [2.0 * radius; 3],
+        Geometry::Ellipsoid { radii } => (2.0 * radii).to_array(),
+        Geometry::Centreline { curve: Centreline::Segment { .. } | Centreline::Circle { .. }, .. }
+        | Geometry::Convex(_) => [0.0; 3],
     }
 }
 

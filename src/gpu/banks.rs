@@ -1,13 +1,20 @@
-//! Arrays larger than one binding: the buffer stays whole and is bound in banks of equal size, and the kernel's source
-//! is rewritten so that an index finds its bank.
+//! Arrays larger than one binding: the buffer stays whole and is bound in banks of equal size, and functions made from
+//! the array's layout find an element's bank.
 //!
-//! WebGPU promises bindings of 128 MiB only, while buffers may be larger. No kernel is written for banks: `jacobian[i]`
-//! becomes `jacobian_at(i)`, `jacobian[i] = x;` becomes `jacobian_store(i, x);`, and naga validates what comes out.
-//! Arrays of atomics are left as they are, so that the rewritten source of one that needs banks is refused.
+//! WebGPU promises bindings of 128 MiB only, while buffers may be larger. No kernel is written for banks: in the parsed
+//! kernel, a load of `jacobian[i]` becomes a call of a function that reads the bank of `i`, and a store a call of one
+//! that writes it. There is one function for each array and each path to a part of an element (`contacts[i].w`). naga
+//! validates the result. An atomic, a pointer passed to a function and `arrayLength` have no such function: a kernel
+//! that needs one of them for an array in banks is refused.
 
-use std::fmt::Write as _;
+mod accessor;
 
-/// An array of a source that is bound in several banks.
+use accessor::{Accessor, Step};
+use naga::{AddressSpace, Block, Expression, Function, GlobalVariable, Handle, Module, Span, Statement};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
+/// An array that is bound in several banks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Banked {
     /// Its name.
@@ -16,225 +23,248 @@ pub(super) struct Banked {
     pub banks: u32,
     /// Elements of one.
     pub elements: u64,
-    /// Whether it is written.
-    pub writable: bool,
 }
 
-/// A storage array as it is declared.
-struct Declaration<'a> {
-    head: &'a str,
-    name: &'a str,
-    kind: &'a str,
+/// The variables of an array in banks.
+struct Banks {
+    variables: Vec<Handle<GlobalVariable>>,
+    elements: u32,
 }
 
-/// The source with `arrays` in banks; all storage arrays are numbered from `first` in the order of `names`.
-pub(super) fn rewrite(source: &str, first: u32, names: &[String], arrays: &[Banked]) -> String {
-    let mut out = String::with_capacity(2 * source.len());
-    let mut rest = source;
-    while let Some((before, declaration, after)) = next_declaration(rest) {
-        out.push_str(&uses(before, arrays));
-        declare(&mut out, &declaration, first, names, arrays);
-        rest = after;
+/// The path from an array to what a pointer points to, with the computed indices in order.
+#[derive(Clone)]
+struct Place {
+    array: Handle<GlobalVariable>,
+    path: Vec<Step>,
+    indices: Vec<Handle<Expression>>,
+}
+
+type Arrays = HashMap<Handle<GlobalVariable>, Banks>;
+type Places = HashMap<Handle<Expression>, Place>;
+type Accessors = HashMap<Accessor, Handle<Function>>;
+/// The calls in the place of loads: the function and its arguments.
+type Calls = HashMap<Handle<Expression>, (Handle<Function>, Vec<Handle<Expression>>)>;
+
+/// Splits arrays of a kernel into banks, and numbers all storage bindings anew, in their order.
+///
+/// # Errors
+/// What the kernel does with such an array that cannot be split.
+pub(super) fn split(module: &mut Module, info: &naga::valid::ModuleInfo, of: &[Banked]) -> Result<(), String> {
+    let arrays = declare(module, of)?;
+    let mut wanted = Vec::new();
+    let mut all_places = Vec::new();
+    for (handle, function) in module.functions.iter() {
+        all_places.push(places(module, function, &info[handle], &arrays)?);
     }
-    out.push_str(&uses(rest, arrays));
-    out
-}
-
-/// The next `@group(0) @binding(..) var<storage, ..> name: type;`, what is before it, and what is after it.
-fn next_declaration(source: &str) -> Option<(&str, Declaration<'_>, &str)> {
-    let storage = source.find("var<storage")?;
-    let begin = source[..storage].rfind("@group")?;
-    let head_end = storage + source[storage..].find('>')? + 1;
-    let end = head_end + source[head_end..].find(';')?;
-    let (name, kind) = source[head_end..end].split_once(':')?;
-    let declaration = Declaration { head: &source[storage..head_end], name: name.trim(), kind: kind.trim() };
-    Some((&source[..begin], declaration, &source[end + 1..]))
-}
-
-fn declare(out: &mut String, declaration: &Declaration<'_>, first: u32, names: &[String], arrays: &[Banked]) {
-    let Declaration { head, name, kind } = declaration;
-    let banks = |of: &str| arrays.iter().find(|array| array.name == of).map_or(1, |array| array.banks);
-    let number = first + names.iter().take_while(|other| other != name).map(|other| banks(other)).sum::<u32>();
-    let Some(array) = arrays.iter().find(|array| array.name == *name) else {
-        let _ = write!(out, "@group(0) @binding({number}) {head} {name}: {kind};");
-        return;
-    };
-    for bank in 0..array.banks {
-        let _ = writeln!(out, "@group(0) @binding({}) {head} {name}_{bank}: {kind};", number + bank);
+    let mut of_entries = Vec::new();
+    for (index, entry) in module.entry_points.iter().enumerate() {
+        of_entries.push(places(module, &entry.function, info.get_entry_point(index), &arrays)?);
     }
-    let element = kind.strip_prefix("array<").and_then(|kind| kind.strip_suffix('>')).unwrap_or(kind);
-    let cases = |body: &dyn Fn(u32) -> String| {
-        (0..array.banks).fold(String::new(), |mut text, bank| {
-            let label = if bank + 1 == array.banks { "default".into() } else { format!("case {bank}u") };
-            let _ = write!(text, " {label}: {{ {} }}", body(bank));
-            text
-        })
-    };
-    let size = array.elements;
-    let place = |bank: u32| format!("{name}_{bank}[i - {}u]", u64::from(bank) * size);
-    let load = cases(&|bank| format!("return {};", place(bank)));
-    let _ = writeln!(out, "fn {name}_at(i: u32) -> {element} {{ switch i / {size}u {{{load} }} }}");
-    if array.writable {
-        let store = cases(&|bank| format!("{} = x;", place(bank)));
-        let _ = writeln!(out, "fn {name}_store(i: u32, x: {element}) {{ switch i / {size}u {{{store} }} }}");
+    let functions = module.functions.iter().map(|(_, function)| function);
+    let entries = module.entry_points.iter().map(|entry| &entry.function);
+    for (function, places) in functions.chain(entries).zip(all_places.iter().chain(&of_entries)) {
+        want(function, places, &mut wanted);
     }
-}
-
-fn is_name(byte: u8) -> bool {
-    byte.is_ascii_alphanumeric() || byte == b'_'
-}
-
-/// The text with every use of the arrays rewritten.
-fn uses(text: &str, arrays: &[Banked]) -> String {
-    let mut out = String::with_capacity(text.len());
-    let mut at = 0;
-    while let Some((array, begin, open)) = next_use(text, at, arrays) {
-        out.push_str(&text[at..begin]);
-        let Some(close) = matching(text, open) else { break };
-        let name = &array.name;
-        let index = uses(&text[open + 1..close], arrays);
-        match assignment(&text[close + 1..]) {
-            Some(Assignment { member, operator, value, length }) => {
-                let value = uses(value, arrays);
-                let old = format!("{name}_at({index})");
-                match (member, operator) {
-                    ("", "") => drop(write!(out, "{name}_store({index}, {value});")),
-                    ("", operator) => drop(write!(out, "{name}_store({index}, {old} {operator} ({value}));")),
-                    (member, operator) => {
-                        let value =
-                            if operator.is_empty() { value } else { format!("held.{member} {operator} ({value})") };
-                        let _ = write!(
-                            out,
-                            "{{ var held = {old}; held.{member} = {value}; {name}_store({index}, held); }}"
-                        );
-                    }
-                }
-                at = close + 1 + length;
-            }
-            None => {
-                let _ = write!(out, "{name}_at({index})");
-                at = close + 1;
-            }
+    // A function may call only those before it.
+    let old = std::mem::take(&mut module.functions);
+    let mut accessors = Accessors::new();
+    for accessor in wanted {
+        if let Entry::Vacant(place) = accessors.entry(accessor) {
+            let banks = &arrays[&place.key().array];
+            let function = place.key().function(module, &banks.variables, banks.elements)?;
+            place.insert(module.functions.append(function, Span::UNDEFINED));
         }
     }
-    out.push_str(&text[at..]);
-    out
+    let mut moved = HashMap::new();
+    for ((handle, function), places) in old.iter().zip(&all_places) {
+        let function = rewritten(function.clone(), places, &accessors, &moved)?;
+        moved.insert(handle, module.functions.append(function, Span::UNDEFINED));
+    }
+    for (entry, places) in module.entry_points.iter_mut().zip(&of_entries) {
+        entry.function = rewritten(std::mem::take(&mut entry.function), places, &accessors, &moved)?;
+    }
+    Ok(())
 }
 
-/// The next `name[` of an array: where the name begins and where the bracket is.
-fn next_use<'a>(text: &str, from: usize, arrays: &'a [Banked]) -> Option<(&'a Banked, usize, usize)> {
-    let found = arrays.iter().filter_map(|array| {
-        let mut at = from;
-        loop {
-            let begin = at + text[at..].find(array.name.as_str())?;
-            let end = begin + array.name.len();
-            let bytes = text.as_bytes();
-            let alone = begin == 0 || !(is_name(bytes[begin - 1]) || bytes[begin - 1] == b'.');
-            if alone && bytes.get(end) == Some(&b'[') {
-                return Some((array, begin, end));
+/// Declares the banks. The variable of the whole array becomes its first bank.
+fn declare(module: &mut Module, of: &[Banked]) -> Result<Arrays, String> {
+    let is_storage = |variable: &GlobalVariable| matches!(variable.space, AddressSpace::Storage { .. });
+    let number = |variable: &GlobalVariable| variable.binding.map(|binding| binding.binding);
+    let variables = module.global_variables.iter().filter(|(_, variable)| is_storage(variable));
+    let mut storages: Vec<_> = variables.filter_map(|(handle, variable)| Some((number(variable)?, handle))).collect();
+    storages.sort_unstable();
+    let mut next = storages.first().map_or(0, |(first, _)| *first);
+    let mut arrays = Arrays::new();
+    for (_, handle) in storages {
+        let whole = module.global_variables[handle].clone();
+        let banked = of.iter().find(|array| whole.name.as_deref() == Some(&array.name));
+        let mut variables = Vec::new();
+        for bank in 0..banked.map_or(1, |array| array.banks) {
+            let name = whole.name.as_ref().map(|name| if bank > 0 { format!("{name}_{bank}") } else { name.clone() });
+            let binding = whole.binding.map(|binding| naga::ResourceBinding { binding: next, ..binding });
+            next += 1;
+            let variable = GlobalVariable { name, binding, ..whole.clone() };
+            if bank == 0 {
+                module.global_variables[handle] = variable;
+                variables.push(handle);
+            } else {
+                variables.push(module.global_variables.append(variable, Span::UNDEFINED));
             }
-            at = end;
+        }
+        if let Some(array) = banked {
+            let elements =
+                u32::try_from(array.elements).map_err(|_| format!("a bank of {} is too large", array.name))?;
+            arrays.insert(handle, Banks { variables, elements });
+        }
+    }
+    Ok(arrays)
+}
+
+/// The pointers of a function into arrays in banks.
+fn places(
+    module: &Module,
+    function: &Function,
+    info: &naga::valid::FunctionInfo,
+    arrays: &Arrays,
+) -> Result<Places, String> {
+    let mut places = Places::new();
+    for (handle, expression) in function.expressions.iter() {
+        let place = match *expression {
+            Expression::GlobalVariable(array) if arrays.contains_key(&array) => {
+                Some(Place { array, path: Vec::new(), indices: Vec::new() })
+            }
+            Expression::Access { base, index } => places.get(&base).cloned().map(|mut place| {
+                let kind = info[index].ty.inner_with(&module.types).scalar_kind();
+                place.path.push(if kind == Some(naga::ScalarKind::Sint) { Step::Signed } else { Step::Unsigned });
+                place.indices.push(index);
+                place
+            }),
+            Expression::AccessIndex { base, index } => places.get(&base).cloned().map(|mut place| {
+                place.path.push(Step::Known(index));
+                place
+            }),
+            Expression::ArrayLength(array) if places.contains_key(&array) => {
+                return Err("the length of an array in banks is unknown to it".into());
+            }
+            _ => None,
+        };
+        if let Some(place) = place {
+            places.insert(handle, place);
+        }
+    }
+    Ok(places)
+}
+
+impl Place {
+    fn accessor(&self, stores: bool) -> Accessor {
+        Accessor { array: self.array, path: self.path.clone(), stores }
+    }
+}
+
+/// The place that an expression loads from.
+fn loaded<'a>(expression: &Expression, places: &'a Places) -> Option<&'a Place> {
+    match expression {
+        Expression::Load { pointer } => places.get(pointer),
+        _ => None,
+    }
+}
+
+/// Adds what a function needs to load and store.
+fn want(function: &Function, places: &Places, wanted: &mut Vec<Accessor>) {
+    let loads = function.expressions.iter().filter_map(|(_, expression)| loaded(expression, places));
+    wanted.extend(loads.map(|place| place.accessor(false)));
+    rebuilt(function.body.clone(), &mut |statement, _, _| {
+        if let Statement::Store { pointer, .. } = statement {
+            wanted.extend(places.get(&pointer).map(|place| place.accessor(true)));
         }
     });
-    found.min_by_key(|(_, begin, _)| *begin)
 }
 
-/// The bracket that closes the one at `open`.
-fn matching(text: &str, open: usize) -> Option<usize> {
-    let mut depth = 0usize;
-    for (at, byte) in text.bytes().enumerate().skip(open) {
-        match byte {
-            b'[' => depth += 1,
-            b']' => {
-                depth -= 1;
-                if depth == 0 {
-                    return Some(at);
-                }
-            }
-            _ => {}
+/// A function that calls `accessors`, and other functions where they have `moved` to.
+fn rewritten(
+    mut function: Function,
+    places: &Places,
+    accessors: &Accessors,
+    moved: &HashMap<Handle<Function>, Handle<Function>>,
+) -> Result<Function, String> {
+    let mut loads = Calls::new();
+    for (handle, expression) in function.expressions.iter_mut() {
+        if let Some(place) = loaded(expression, places) {
+            let accessor = accessors[&place.accessor(false)];
+            loads.insert(handle, (accessor, place.indices.clone()));
+            *expression = Expression::CallResult(accessor);
+        } else if let Expression::CallResult(called) = expression {
+            *called = moved[called];
         }
     }
-    None
+    let mut refused = false;
+    let body = std::mem::take(&mut function.body);
+    function.body = rebuilt(body, &mut |statement, span, out| match statement {
+        Statement::Emit(range) => emit(range, &loads, span, out),
+        Statement::Store { pointer, value } if places.contains_key(&pointer) => {
+            let place = &places[&pointer];
+            let arguments = place.indices.iter().copied().chain([value]).collect();
+            let called = accessors[&place.accessor(true)];
+            out.push(Statement::Call { function: called, arguments, result: None }, span);
+        }
+        Statement::Call { function: called, arguments, result } => {
+            refused |= arguments.iter().any(|argument| places.contains_key(argument));
+            out.push(Statement::Call { function: moved[&called], arguments, result }, span);
+        }
+        Statement::Atomic { pointer, .. } if places.contains_key(&pointer) => refused = true,
+        other => out.push(other, span),
+    });
+    if refused { Err("an array in banks has neither atomics nor pointers".into()) } else { Ok(function) }
 }
 
-struct Assignment<'a> {
-    member: &'a str,
-    operator: &'a str,
-    value: &'a str,
-    /// Bytes up to and with the semicolon.
-    length: usize,
+/// Emits expressions, with calls in the place of loads.
+fn emit(range: naga::Range<Expression>, loads: &Calls, span: Span, out: &mut Block) {
+    let mut run: Option<(Handle<Expression>, Handle<Expression>)> = None;
+    let flush = |run: &mut Option<_>, out: &mut Block| {
+        if let Some((first, last)) = run.take() {
+            out.push(Statement::Emit(naga::Range::new_from_bounds(first, last)), span);
+        }
+    };
+    for handle in range {
+        match loads.get(&handle) {
+            None => run = Some((run.map_or(handle, |(first, _)| first), handle)),
+            Some((function, arguments)) => {
+                flush(&mut run, out);
+                let (function, arguments) = (*function, arguments.clone());
+                out.push(Statement::Call { function, arguments, result: Some(handle) }, span);
+            }
+        }
+    }
+    flush(&mut run, out);
 }
 
-/// What follows a place, if it is written: `.member op= value;`.
-fn assignment(text: &str) -> Option<Assignment<'_>> {
-    let mut rest = text;
-    let mut member = "";
-    if let Some(after) = rest.strip_prefix('.') {
-        let end = after.bytes().position(|b| !is_name(b))?;
-        (member, rest) = after.split_at(end);
+/// The block with every statement replaced by what `each` adds for it, within other statements too.
+fn rebuilt(block: Block, each: &mut dyn FnMut(Statement, Span, &mut Block)) -> Block {
+    let mut out = Block::with_capacity(block.len());
+    for (statement, span) in block.span_into_iter() {
+        let statement = match statement {
+            Statement::Block(block) => Statement::Block(rebuilt(block, each)),
+            Statement::If { condition, accept, reject } => {
+                Statement::If { condition, accept: rebuilt(accept, each), reject: rebuilt(reject, each) }
+            }
+            Statement::Switch { selector, mut cases } => {
+                for case in &mut cases {
+                    case.body = rebuilt(std::mem::take(&mut case.body), each);
+                }
+                Statement::Switch { selector, cases }
+            }
+            Statement::Loop { body, continuing, break_if } => {
+                Statement::Loop { body: rebuilt(body, each), continuing: rebuilt(continuing, each), break_if }
+            }
+            other => {
+                each(other, span, &mut out);
+                continue;
+            }
+        };
+        out.push(statement, span);
     }
-    rest = rest.trim_start();
-    let operator_end = rest.find('=')?;
-    let operator = &rest[..operator_end];
-    if !matches!(operator, "" | "+" | "-" | "*" | "/" | "|" | "&") || rest[operator_end + 1..].starts_with('=') {
-        return None;
-    }
-    let end = rest.find(';')?;
-    let value = rest[operator_end + 1..end].trim();
-    Some(Assignment { member, operator, value, length: text.len() - rest.len() + end + 1 })
+    out
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SOURCE: &str = "@group(0) @binding(0) var<uniform> n: u32;
-@group(0) @binding(1) var<storage, read> list: array<u32>;
-const PLACE: u32 = 2u;
-@group(0) @binding(PLACE) var<storage, read_write> out: array<vec4<f32>>;
-@compute @workgroup_size(1) fn main() {
-    out[list[list[3]] + n] = vec4<f32>(f32(list[1]));
-    out[n].w = 2.0 * out[2].x;
-    out[n + 1u] += out[n];
-    if list[2] == 3u { out[1].y *= 2.0; }
-}
-";
-
-    fn banked(name: &str, banks: u32, writable: bool) -> Banked {
-        Banked { name: name.into(), banks, elements: 64, writable }
-    }
-
-    fn valid(source: &str) {
-        let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)));
-        naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty())
-            .validate(&module)
-            .unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)));
-    }
-
-    #[test]
-    fn every_use_is_rewritten_and_the_source_is_valid() {
-        let names = ["list".to_owned(), "out".to_owned()];
-        let text = rewrite(SOURCE, 1, &names, &[banked("list", 3, false), banked("out", 2, true)]);
-        valid(&text);
-        assert!(text.contains("out_store(list_at(list_at(3)) + n, vec4<f32>(f32(list_at(1))));"), "{text}");
-        assert!(
-            text.contains("held.w = 2.0 * out_at(2).x;")
-                && text.contains("out_store(n + 1u, out_at(n + 1u) + (out_at(n)));")
-        );
-        assert!(text.contains("if list_at(2) == 3u {") && text.contains("held.y = held.y * (2.0);"));
-        assert!(
-            text.contains("@binding(3) var<storage, read> list_2")
-                && text.contains("@binding(5) var<storage, read_write> out_1")
-        );
-    }
-
-    #[test]
-    fn arrays_in_one_bank_are_only_renumbered() {
-        let names = ["list".to_owned(), "out".to_owned()];
-        let text = rewrite(SOURCE, 1, &names, &[banked("list", 4, false)]);
-        valid(&text);
-        assert!(
-            text.contains("@binding(5) var<storage, read_write> out:") && text.contains("out[n].w = 2.0 * out[2].x;")
-        );
-    }
-}
+mod tests;

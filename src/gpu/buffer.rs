@@ -75,6 +75,16 @@ impl Buffer {
         Buffer::with(gpu, label, width * precision.bytes(), &precision.encode(numbers))
     }
 
+    /// Its label, as in `--profile`.
+    pub fn label(&self) -> &'static str {
+        self.label
+    }
+
+    /// Its size in bytes.
+    pub fn bytes(&self) -> u64 {
+        self.raw.size()
+    }
+
     /// How many elements there is room for.
     pub fn capacity(&self) -> u64 {
         self.capacity

@@ -1,10 +1,11 @@
-//! A compute pipeline, its bindings read from the validated source.
+//! A compute pipeline. Its bindings are those of the validated source.
 //!
-//! Binding 0 may be a uniform: the parameters of one dispatch. The others are storage buffers, in order.
+//! Binding 0 may be a uniform: the parameters of one dispatch. All other bindings are storage buffers, bound by the names
+//! of their variables.
 
 use super::banks::{self, Banked};
 use super::device::lock;
-use super::{Gpu, GpuError, PipelineReport, Precision, Source};
+use super::{Bound, Buffer, Gpu, GpuError, PipelineReport, Precision, Source};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
@@ -12,14 +13,14 @@ use std::time::Instant;
 /// A kernel, ready to be dispatched.
 pub struct Kernel {
     pub(super) name: String,
-    source: Source,
+    module: naga::Module,
+    precision: Precision,
     bindings: Vec<Binding>,
     compiled: Arc<Compiled>,
-    /// The same for arrays in so many banks each.
+    /// The pipelines for arrays in several banks, by the banks of each array.
     banked: Mutex<HashMap<Vec<u32>, Arc<Compiled>>>,
-    /// Bytes of the parameters, zero where there are none.
+    /// Bytes of the parameters; zero for a kernel without parameters.
     pub(super) parameters: u64,
-    pub(super) storages: usize,
     pub(super) workgroup: u32,
 }
 
@@ -30,35 +31,36 @@ pub(super) struct Compiled {
     pub layout: wgpu::BindGroupLayout,
 }
 
-/// What one binding is.
+/// A variable that is bound.
 struct Binding {
     name: String,
     number: u32,
     uniform: bool,
     read_only: bool,
     bytes: u64,
-    /// Bytes from one element to the next of an array; zero for others.
+    /// Bytes from one element of an array to the next; zero for other types.
     stride: u64,
 }
 
-/// Parses and validates a source against what every adapter has.
+/// Parses a source, and validates it with the capabilities of every adapter, and 64-bit floats where it has them.
 ///
 /// # Errors
-/// What naga says, with the line.
+/// naga's message with the line.
 pub(crate) fn validate(source: &Source) -> Result<naga::Module, String> {
-    validate_text(source.code(), source.precision())
+    let code = source.code();
+    let module = naga::front::wgsl::parse_str(code).map_err(|e| e.emit_to_string(code))?;
+    check(&module, source.precision(), code)?;
+    Ok(module)
 }
 
-fn validate_text(code: &str, precision: Precision) -> Result<naga::Module, String> {
-    let module = naga::front::wgsl::parse_str(code).map_err(|e| e.emit_to_string(code))?;
+/// Validates a module; `code` is the text of its source, for messages.
+fn check(module: &naga::Module, precision: Precision, code: &str) -> Result<naga::valid::ModuleInfo, String> {
     let mut capabilities = naga::valid::Capabilities::empty();
     if precision == Precision::F64 {
         capabilities |= naga::valid::Capabilities::FLOAT64;
     }
-    naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities)
-        .validate(&module)
-        .map_err(|e| e.emit_to_string(code))?;
-    Ok(module)
+    let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities);
+    validator.validate(module).map_err(|e| e.emit_to_string(code))
 }
 
 fn bindings(module: &naga::Module) -> Result<Vec<Binding>, String> {
@@ -96,15 +98,16 @@ impl Kernel {
     pub fn new(gpu: &Gpu, source: &Source) -> Result<Self, GpuError> {
         let refused = |message: String| GpuError::Kernel { kernel: source.name().to_owned(), message };
         gpu.check(source.precision())?;
-        let bindings = bindings(&validate(source).map_err(refused)?).map_err(refused)?;
-        let compiled = compile(gpu, source.name(), source.code(), &bindings).map_err(refused)?;
+        let module = validate(source).map_err(refused)?;
+        let bindings = bindings(&module).map_err(refused)?;
+        let compiled = compile(gpu, source.name(), module.clone(), &bindings).map_err(refused)?;
         let uniform = bindings.iter().find(|b| b.uniform);
         Ok(Kernel {
             name: source.name().to_owned(),
             parameters: uniform.map_or(0, |b| b.bytes),
-            storages: bindings.iter().filter(|b| !b.uniform).count(),
             workgroup: source.workgroup(),
-            source: source.clone(),
+            module,
+            precision: source.precision(),
             bindings,
             compiled: Arc::new(compiled),
             banked: Mutex::default(),
@@ -116,7 +119,62 @@ impl Kernel {
         &self.name
     }
 
-    /// The pipeline for storage arrays in so many banks each; compiled when it is first asked for.
+    /// The storage variables, in the order of their bindings.
+    fn storages(&self) -> impl ExactSizeIterator<Item = &Binding> {
+        self.bindings[usize::from(self.parameters > 0)..].iter()
+    }
+
+    /// Buffers in the order of the bindings that they are named for.
+    ///
+    /// # Errors
+    /// [`GpuError::Kernel`] for a variable without a buffer, a buffer without a variable, and parameters of another
+    /// length.
+    pub(super) fn in_order<'b>(&self, parameters: &[u8], bound: &[Bound<'b>]) -> Result<Vec<&'b Buffer>, GpuError> {
+        if parameters.len() as u64 != self.parameters {
+            let (got, needed) = (parameters.len(), self.parameters);
+            return Err(self.refused(format!("it takes {needed} bytes of parameters and was given {got}")));
+        }
+        let storages = self.storages();
+        if bound.len() > storages.len() {
+            let unknown = |(name, _): &&Bound<'_>| self.storages().all(|b| b.name != *name);
+            let name = bound.iter().find(unknown).map_or("one buffer", |(name, _)| *name);
+            return Err(self.refused(format!("{name} was bound to no variable of it, or twice")));
+        }
+        let of = |(place, binding): (usize, &Binding)| {
+            let named = |(name, _): &&Bound<'_>| *name == binding.name;
+            let found = bound.get(place).filter(named).or_else(|| bound.iter().find(named));
+            let missing = || self.refused(format!("its variable {} was given no buffer", binding.name));
+            found.map(|(_, buffer)| *buffer).ok_or_else(missing)
+        };
+        storages.enumerate().map(of).collect()
+    }
+
+    /// Checks that buffers, in the order of their bindings, hold what their variables are.
+    ///
+    /// # Errors
+    /// [`GpuError::Kernel`] for a buffer that is too small, or whose elements are not whole ones of the array.
+    pub(super) fn check_sizes(&self, buffers: &[&Buffer]) -> Result<(), GpuError> {
+        for (binding, buffer) in self.storages().zip(buffers) {
+            let (name, label, element) = (&binding.name, buffer.label(), buffer.element() as u64);
+            if binding.stride > 0 && !element.is_multiple_of(binding.stride) {
+                let stride = binding.stride;
+                let sizes = format!("elements of {stride} bytes, the buffer \"{label}\" has elements of {element}");
+                return Err(self.refused(format!("its array {name} has {sizes}")));
+            }
+            if buffer.bytes() < binding.bytes {
+                let (needs, has) = (binding.bytes, buffer.bytes());
+                let sizes = format!("{needs} bytes, the buffer \"{label}\" has {has}");
+                return Err(self.refused(format!("its variable {name} takes {sizes}")));
+            }
+        }
+        Ok(())
+    }
+
+    fn refused(&self, message: String) -> GpuError {
+        GpuError::Kernel { kernel: self.name.clone(), message }
+    }
+
+    /// The pipeline for these numbers of banks of each storage array, compiled at its first use.
     pub(super) fn compiled(&self, gpu: &Gpu, banks: &[u32]) -> Result<Arc<Compiled>, GpuError> {
         if banks.iter().all(|banks| *banks <= 1) {
             return Ok(self.compiled.clone());
@@ -130,30 +188,30 @@ impl Kernel {
     }
 
     fn compile_banked(&self, gpu: &Gpu, banks: &[u32]) -> Result<Compiled, GpuError> {
-        let refused = |message: String| GpuError::Kernel { kernel: self.name.clone(), message };
+        let refused = |message: String| self.refused(message);
         let (needs, has) = (banks.iter().sum(), gpu.limits.max_storage_buffers_per_shader_stage);
         if needs > has {
             let (kernel, adapter) = (self.name.clone(), gpu.name().to_owned());
             return Err(GpuError::Bindings { kernel, needs, has, adapter });
         }
-        let storages: Vec<&Binding> = self.bindings.iter().filter(|b| !b.uniform).collect();
         let mut arrays = Vec::new();
-        for (binding, banks) in storages.iter().zip(banks).filter(|(_, banks)| **banks > 1) {
+        for (binding, banks) in self.storages().zip(banks).filter(|(_, banks)| **banks > 1) {
             if binding.stride == 0 || !gpu.bank_bytes().is_multiple_of(binding.stride) {
                 return Err(refused(format!("{} cannot be split", binding.name)));
             }
             let elements = gpu.bank_bytes() / binding.stride;
-            arrays.push(Banked { name: binding.name.clone(), banks: *banks, elements, writable: !binding.read_only });
+            arrays.push(Banked { name: binding.name.clone(), banks: *banks, elements });
         }
-        let names: Vec<String> = storages.iter().map(|b| b.name.clone()).collect();
-        let first = u32::from(self.parameters > 0);
-        let code = banks::rewrite(self.source.code(), first, &names, &arrays);
-        let bindings = bindings(&validate_text(&code, self.source.precision()).map_err(refused)?).map_err(refused)?;
-        compile(gpu, &self.name, &code, &bindings).map_err(refused)
+        let info = check(&self.module, self.precision, "").map_err(refused)?;
+        let mut module = self.module.clone();
+        banks::split(&mut module, &info, &arrays).map_err(refused)?;
+        check(&module, self.precision, "").map_err(refused)?;
+        let bindings = bindings(&module).map_err(refused)?;
+        compile(gpu, &self.name, module, &bindings).map_err(refused)
     }
 }
 
-fn compile(gpu: &Gpu, name: &str, code: &str, bindings: &[Binding]) -> Result<Compiled, String> {
+fn compile(gpu: &Gpu, name: &str, module: naga::Module, bindings: &[Binding]) -> Result<Compiled, String> {
     let begun = Instant::now();
     let entries: Vec<wgpu::BindGroupLayoutEntry> = bindings
         .iter()
@@ -182,7 +240,7 @@ fn compile(gpu: &Gpu, name: &str, code: &str, bindings: &[Binding]) -> Result<Co
         });
         let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(name),
-            source: wgpu::ShaderSource::Wgsl(code.into()),
+            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
         });
         let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(name),
@@ -206,7 +264,7 @@ fn compile(gpu: &Gpu, name: &str, code: &str, bindings: &[Binding]) -> Result<Co
     Ok(Compiled { id: gpu.new_id(), pipeline, layout })
 }
 
-/// Dispatches one workgroup with parameters and buffers of zeros, and waits: the driver has compiled it then.
+/// Dispatches one workgroup with parameters and buffers of zeros, and waits, so that the driver compiles the kernel.
 fn use_once(
     gpu: &Gpu,
     name: &str,
@@ -214,7 +272,7 @@ fn use_once(
     pipeline: &wgpu::ComputePipeline,
     bindings: &[Binding],
 ) -> Result<(), GpuError> {
-    /// Enough for what a kernel binds beside arrays whose length it is told.
+    /// Enough for every variable but arrays whose length is a parameter.
     const BYTES: u64 = 4096;
     gpu.scoped(name, || {
         let buffer = |b: &Binding| {

@@ -14,6 +14,8 @@ mod adapter;
 mod banks;
 #[cfg(feature = "gpu")]
 pub(crate) mod buffer;
+#[cfg(all(test, feature = "gpu"))]
+mod checks;
 mod choice;
 #[cfg(feature = "gpu")]
 mod device;
@@ -36,6 +38,8 @@ mod self_test;
 pub(crate) mod sort;
 #[cfg(feature = "gpu")]
 pub(crate) mod source;
+#[cfg(feature = "gpu")]
+pub(crate) mod table;
 #[cfg(all(test, feature = "gpu"))]
 mod test_device;
 #[cfg(feature = "gpu")]
@@ -47,14 +51,14 @@ pub use absent::{Gpu, adapters};
 pub use adapter::adapters;
 #[cfg(feature = "gpu")]
 pub(crate) use buffer::Buffer;
+#[cfg(all(test, feature = "gpu"))]
+pub(crate) use checks::validate;
 pub use choice::{AdapterReport, Choice};
 #[cfg(feature = "gpu")]
 pub use device::Gpu;
 pub use error::GpuError;
 #[cfg(feature = "gpu")]
 pub(crate) use kernel::Kernel;
-#[cfg(all(test, feature = "gpu"))]
-pub(crate) use kernel::validate;
 #[cfg(feature = "gpu")]
 pub(crate) use lattice::Lattice;
 #[cfg(feature = "gpu")]
@@ -64,13 +68,15 @@ pub(crate) use periods::LatticePeriods;
 pub use precision::Precision;
 pub use profile::{BufferUse, Counters, PipelineReport, Profile, StageTime};
 #[cfg(feature = "gpu")]
-pub(crate) use recorder::Recorder;
+pub(crate) use recorder::{Bound, Recorder};
 #[cfg(feature = "gpu")]
 pub(crate) use scan::Scan;
 #[cfg(feature = "gpu")]
 pub(crate) use sort::Sort;
 #[cfg(feature = "gpu")]
 pub(crate) use source::{Fragment, Source, WORKGROUP};
+#[cfg(feature = "gpu")]
+pub(crate) use table::{Made, kernels};
 #[cfg(all(test, feature = "gpu"))]
 pub(crate) use test_device::{precisions, test_device};
 

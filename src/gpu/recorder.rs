@@ -31,6 +31,9 @@ pub(super) struct Staging {
     read: Option<wgpu::Buffer>,
 }
 
+/// A buffer, and the variable of a kernel that it is bound to.
+pub type Bound<'a> = (&'static str, &'a Buffer);
+
 /// Work being recorded. What is recorded is done in order, and nothing is done before [`Recorder::submit`].
 pub struct Recorder<'g> {
     gpu: &'g Gpu,
@@ -70,17 +73,18 @@ impl<'g> Recorder<'g> {
         }
     }
 
-    /// Dispatches at least `threads` invocations of a kernel; none where `threads` is zero.
-    pub fn run(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer], threads: u64) {
+    /// Dispatches at least `threads` invocations of a kernel; no invocation where `threads` is zero.
+    ///
+    /// `buffers` names each storage variable of the kernel once, best in the order of their bindings. A missing or
+    /// unknown name, elements of another size, a buffer that is too small and parameters of another length are faults
+    /// of the device: the next [`Recorder::submit`] returns them.
+    pub fn run(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[Bound<'_>], threads: u64) {
         self.run_groups(kernel, parameters, buffers, threads.div_ceil(u64::from(kernel.workgroup)));
     }
 
     /// Dispatches `groups` workgroups of a kernel, folded into two dimensions where they are many.
-    pub fn run_groups(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer], groups: u64) {
-        if groups == 0 {
-            return;
-        }
-        if !self.bind(kernel, parameters, buffers) {
+    pub fn run_groups(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[Bound<'_>], groups: u64) {
+        if groups == 0 || !self.bind(kernel, parameters, buffers) {
             return;
         }
         let rows = groups.div_ceil(MOST_GROUPS);
@@ -95,7 +99,7 @@ impl<'g> Recorder<'g> {
         &mut self,
         kernel: &Kernel,
         parameters: &[u8],
-        buffers: &[&Buffer],
+        buffers: &[Bound<'_>],
         (groups, offset): (&Buffer, u64),
         expected: u64,
     ) {
@@ -242,11 +246,14 @@ impl<'g> Recorder<'g> {
         })
     }
 
-    /// Says whether there is something to dispatch; a kernel that cannot be made for these buffers is the device's
-    /// fault.
-    fn bind(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer]) -> bool {
-        debug_assert_eq!(buffers.len(), kernel.storages, "{}", kernel.name);
-        debug_assert_eq!(parameters.len() as u64, kernel.parameters, "{}", kernel.name);
+    /// Binds buffers for the next dispatch. Returns false where that is impossible, which is a fault of the device.
+    fn bind(&mut self, kernel: &Kernel, parameters: &[u8], bound: &[Bound<'_>]) -> bool {
+        let bound =
+            kernel.in_order(parameters, bound).and_then(|buffers| self.bind_in_order(kernel, parameters, &buffers));
+        bound.map_err(|fault| self.gpu.shared.fail(fault)).is_ok()
+    }
+
+    fn bind_in_order(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer]) -> Result<(), GpuError> {
         if self.parameters.len() >= PARAMETER_SLOTS * ALIGNMENT {
             // A fault shows at the next submission or read.
             let _ = self.submit();
@@ -258,49 +265,57 @@ impl<'g> Recorder<'g> {
         }
         let bank_bytes = self.gpu.bank_bytes();
         let banks: Vec<u32> = buffers.iter().map(|b| b.banks(bank_bytes).count() as u32).collect();
-        let compiled = match kernel.compiled(self.gpu, &banks) {
-            Ok(compiled) => compiled,
-            Err(fault) => {
-                self.gpu.shared.fail(fault);
-                return false;
-            }
-        };
-        let group = self.bind_group(kernel, &compiled, buffers);
+        let compiled = kernel.compiled(self.gpu, &banks)?;
+        let group = self.bind_group(kernel, &compiled, buffers)?;
         self.dispatches += 1;
         let offsets: &[u32] = if kernel.parameters > 0 { &[offset] } else { &[] };
         let pass = self.pass();
         pass.set_pipeline(&compiled.pipeline);
         pass.set_bind_group(0, &group, offsets);
-        true
+        Ok(())
     }
 
-    fn bind_group(&self, kernel: &Kernel, compiled: &Compiled, buffers: &[&Buffer]) -> wgpu::BindGroup {
+    /// The bind group of these buffers, from the cache where it is known. Sizes are checked when it is made: those of a
+    /// buffer never change.
+    fn bind_group(
+        &self,
+        kernel: &Kernel,
+        compiled: &Compiled,
+        buffers: &[&Buffer],
+    ) -> Result<wgpu::BindGroup, GpuError> {
         let mut groups = lock(&self.gpu.bind_groups);
         if self.gpu.shared.stale.swap(false, Ordering::Relaxed) || groups.len() > MOST_BIND_GROUPS {
             groups.clear();
         }
         let key = (compiled.id, buffers.iter().map(|b| b.id).collect());
-        let make = || {
-            let parameters = (kernel.parameters > 0).then(|| self.parameter_buffer());
-            let part = |binding, buffer, offset, size| wgpu::BindGroupEntry {
-                binding,
-                resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                    buffer,
-                    offset,
-                    size: std::num::NonZeroU64::new(size),
-                }),
-            };
-            let uniform = parameters.as_ref().map(|buffer| part(0, buffer, 0, kernel.parameters));
-            let first = u32::from(kernel.parameters > 0);
-            let bank_bytes = self.gpu.bank_bytes();
-            let banks = buffers.iter().flat_map(|b| b.banks(bank_bytes).map(|(offset, size)| (&b.raw, offset, size)));
-            let storages = (first..).zip(banks).map(|(binding, (raw, offset, size))| part(binding, raw, offset, size));
-            let entries: Vec<_> = uniform.into_iter().chain(storages).collect();
-            let descriptor =
-                wgpu::BindGroupDescriptor { label: Some(&kernel.name), layout: &compiled.layout, entries: &entries };
-            self.gpu.device.create_bind_group(&descriptor)
+        if let Some(group) = groups.get(&key) {
+            return Ok(group.clone());
+        }
+        kernel.check_sizes(buffers)?;
+        let group = self.make_bind_group(kernel, compiled, buffers);
+        groups.insert(key, group.clone());
+        Ok(group)
+    }
+
+    fn make_bind_group(&self, kernel: &Kernel, compiled: &Compiled, buffers: &[&Buffer]) -> wgpu::BindGroup {
+        let parameters = (kernel.parameters > 0).then(|| self.parameter_buffer());
+        let part = |binding, buffer, offset, size| wgpu::BindGroupEntry {
+            binding,
+            resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                buffer,
+                offset,
+                size: std::num::NonZeroU64::new(size),
+            }),
         };
-        groups.entry(key).or_insert_with(make).clone()
+        let uniform = parameters.as_ref().map(|buffer| part(0, buffer, 0, kernel.parameters));
+        let first = u32::from(kernel.parameters > 0);
+        let bank_bytes = self.gpu.bank_bytes();
+        let banks = buffers.iter().flat_map(|b| b.banks(bank_bytes).map(|(offset, size)| (&b.raw, offset, size)));
+        let storages = (first..).zip(banks).map(|(binding, (raw, offset, size))| part(binding, raw, offset, size));
+        let entries: Vec<_> = uniform.into_iter().chain(storages).collect();
+        let descriptor =
+            wgpu::BindGroupDescriptor { label: Some(&kernel.name), layout: &compiled.layout, entries: &entries };
+        self.gpu.device.create_bind_group(&descriptor)
     }
 
     fn parameter_buffer(&self) -> wgpu::Buffer {

@@ -69,12 +69,22 @@ impl Scan {
             let blocks = entries.div_ceil(BLOCK);
             let totals = if blocks > 1 { &self.levels[level][0] } else { &self.total };
             let parameters = [counted as u32, entries as u32, blocks as u32, 0];
-            record.run_groups(&self.scan, bytemuck::bytes_of(&parameters), &[counts, out, totals], blocks);
+            record.run_groups(
+                &self.scan,
+                bytemuck::bytes_of(&parameters),
+                &[("counts", counts), ("out", out), ("totals", totals)],
+                blocks,
+            );
         }
         for level in (0..entries.len() - 1).rev() {
             let out = if level == 0 { out } else { &self.levels[level - 1][1] };
             let parameters = [entries[level] as u32, 0, 0, 0];
-            record.run(&self.add, bytemuck::bytes_of(&parameters), &[&self.levels[level][1], out], entries[level]);
+            record.run(
+                &self.add,
+                bytemuck::bytes_of(&parameters),
+                &[("before", &self.levels[level][1]), ("out", out)],
+                entries[level],
+            );
         }
         Ok(())
     }

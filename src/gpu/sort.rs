@@ -81,9 +81,15 @@ impl Sort {
             let mask = (1u32 << DIGIT_BITS.min(bits.min(32) - shift)) - 1;
             let parameters = [n as u32, blocks as u32, shift, mask];
             let parameters = bytemuck::bytes_of(&parameters);
-            record.run_groups(&self.histogram, parameters, &[keys, &self.counts], blocks);
+            record.run_groups(&self.histogram, parameters, &[("keys", keys), ("counts", &self.counts)], blocks);
             self.scan.exclusive(record, &self.counts, &self.starts, counts)?;
-            let buffers = [&*keys, &*values, &self.starts, &self.keys, &self.values];
+            let buffers = [
+                ("keys", &*keys),
+                ("values", &*values),
+                ("starts", &self.starts),
+                ("sorted_keys", &self.keys),
+                ("sorted_values", &self.values),
+            ];
             record.run_groups(&self.scatter, parameters, &buffers, blocks);
             std::mem::swap(keys, &mut self.keys);
             std::mem::swap(values, &mut self.values);
@@ -97,7 +103,7 @@ mod tests {
     #[test]
     fn kernels_are_valid() {
         for source in super::sources().iter().chain(&crate::gpu::scan::sources()) {
-            crate::gpu::kernel::validate(source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
+            crate::gpu::validate(source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
         }
     }
 }

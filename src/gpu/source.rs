@@ -21,6 +21,7 @@ pub struct Source {
     name: String,
     text: String,
     fragments: Vec<&'static str>,
+    groups: Vec<(&'static str, Vec<&'static str>)>,
     precision: Precision,
     workgroup: u32,
 }
@@ -53,7 +54,14 @@ impl Source {
 
     /// The same for workgroups of another size.
     pub fn with_workgroup(name: impl Into<String>, precision: Precision, workgroup: u32) -> Self {
-        let mut source = Source { name: name.into(), text: String::new(), fragments: Vec::new(), precision, workgroup };
+        let mut source = Source {
+            name: name.into(),
+            text: String::new(),
+            fragments: Vec::new(),
+            groups: Vec::new(),
+            precision,
+            workgroup,
+        };
         source.text.push_str(match precision {
             Precision::F32 => REAL_F32,
             Precision::F64 => REAL_F64,
@@ -66,6 +74,24 @@ impl Source {
     pub fn integer(mut self, name: &str, value: u32) -> Self {
         let _ = writeln!(self.text, "const {name}: u32 = {value}u;");
         self
+    }
+
+    /// Adds a group of constants of type `u32`, once. In tests a `switch` with a case of one of them needs cases of all.
+    #[must_use]
+    pub fn constants(mut self, name: &'static str, constants: impl IntoIterator<Item = (&'static str, u32)>) -> Self {
+        if self.fragments.contains(&name) {
+            return self;
+        }
+        self.fragments.push(name);
+        let constants: Vec<_> = constants.into_iter().collect();
+        self.groups.push((name, constants.iter().map(|(constant, _)| *constant).collect()));
+        constants.into_iter().fold(self, |source, (constant, value)| source.integer(constant, value))
+    }
+
+    /// The groups of constants, by their names.
+    #[cfg(test)]
+    pub(super) fn groups(&self) -> &[(&'static str, Vec<&'static str>)] {
+        &self.groups
     }
 
     /// Adds a constant of type `bool`.

@@ -4,7 +4,7 @@
 //! axis. In the plane, the longer direction of its outline. A sphere, a custom shape, and whatever looks like a disc in
 //! the plane, has none.
 
-use crate::shape::{PLANAR_TOLERANCE, Shape};
+use crate::shape::{Centreline, Geometry, PLANAR_TOLERANCE, Shape};
 use glam::{DQuat, DVec3};
 
 /// Sizes that differ by less than this fraction are the same: rounding must not give a ball an axis.
@@ -22,12 +22,14 @@ const SAME: f64 = 1e-9;
 /// assert_eq!(axis(&Shape::Sphere { radius: 1.0 }, DQuat::IDENTITY, false), None);
 /// ```
 pub fn axis(shape: &Shape, orientation: DQuat, planar: bool) -> Option<DVec3> {
-    let axis = match *shape {
-        Shape::Sphere { .. } | Shape::Convex(_) => return None,
-        Shape::Spherocylinder { diameter, length } if same(diameter, length) => return None,
-        Shape::Spherocylinder { .. } | Shape::Torus { .. } => DVec3::Z,
-        Shape::Ellipsoid { radii } if planar => return in_plane(radii, orientation),
-        Shape::Ellipsoid { radii } => of_ellipsoid(radii)?,
+    let axis = match shape.geometry() {
+        Geometry::Centreline { curve: Centreline::Point, .. } | Geometry::Convex(_) => return None,
+        Geometry::Centreline { curve: Centreline::Segment { half }, radius } if same(radius, half + radius) => {
+            return None;
+        }
+        Geometry::Centreline { curve: Centreline::Segment { .. } | Centreline::Circle { .. }, .. } => DVec3::Z,
+        Geometry::Ellipsoid { radii } if planar => return in_plane(radii.to_array(), orientation),
+        Geometry::Ellipsoid { radii } => of_ellipsoid(radii.to_array())?,
     };
     let axis = (orientation * axis).normalize();
     if !planar {

@@ -86,20 +86,26 @@ fn halton(mut k: usize, base: usize) -> f64 {
 /// Area of the section of a body with the plane through its centre that mirrors it.
 pub(super) fn section(shape: &Shape, orientation: DQuat) -> f64 {
     let upright = (orientation * DVec3::Z).z.abs() > 0.5;
-    match *shape {
-        Shape::Sphere { radius } => PI * radius * radius,
-        Shape::Spherocylinder { diameter, length } => {
+    match shape.geometry() {
+        Geometry::Centreline { curve: Centreline::Point, radius } => PI * radius * radius,
+        Geometry::Centreline { curve: Centreline::Segment { half }, radius } => {
+            let diameter = 2.0 * radius;
             let disc = 0.25 * PI * diameter * diameter;
-            if upright { disc } else { disc + diameter * (length - diameter) }
+            if upright { disc } else { disc + diameter * (2.0 * half) }
         }
-        Shape::Ellipsoid { radii } => {
+        Geometry::Ellipsoid { radii } => {
             let across = DVec3::AXES.map(|axis| (orientation * axis).z.abs());
             let k = (0..3).max_by(|i, j| across[*i].total_cmp(&across[*j])).unwrap_or(2);
             PI * radii[(k + 1) % 3] * radii[(k + 2) % 3]
         }
-        Shape::Torus { major_radius, minor_radius } if upright => 4.0 * PI * major_radius * minor_radius,
-        Shape::Torus { minor_radius, .. } => TAU * minor_radius * minor_radius,
-        Shape::Convex(shape) => section_of_convex(shape, orientation),
+        Geometry::Centreline { curve: Centreline::Circle { radius: ring }, radius } => {
+            if upright {
+                4.0 * PI * ring * radius
+            } else {
+                TAU * radius * radius
+            }
+        }
+        Geometry::Convex(shape) => section_of_convex(shape, orientation),
     }
 }
 

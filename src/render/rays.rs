@@ -5,7 +5,7 @@
 
 use super::raster::{Drawn, NOTHING, Sample, TILE};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Precision, Source, fragment};
-use crate::shape::{Centreline, Geometry};
+use crate::shape::{self, Centreline, Geometry, Tag};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 use std::sync::{Arc, Mutex};
@@ -41,24 +41,24 @@ struct Cast {
 }
 
 fn source() -> Source {
-    Source::with_workgroup("cast", Precision::F32, WORKGROUP)
+    shape::gpu::add_tags_to(Source::with_workgroup("cast", Precision::F32, WORKGROUP))
         .integer("TILE", TILE as u32)
         .integer("NOTHING", NOTHING)
         .include(fragment!("render/intersect.wgsl"))
         .include(fragment!("render/cast.wgsl"))
 }
 
-/// The tag of a geometry in the shader, and its numbers; none for one that the shader does not know.
-fn numbers(geometry: &Geometry) -> Option<(u32, DVec3)> {
+/// The tag of the shape of a geometry, and its numbers in the shader; `None` for one that the shader does not know.
+fn numbers(geometry: &Geometry) -> Option<(Tag, DVec3)> {
     match *geometry {
-        Geometry::Centreline { curve: Centreline::Point, radius } => Some((0, DVec3::new(0.0, radius, 0.0))),
+        Geometry::Centreline { curve: Centreline::Point, radius } => Some((Tag::Sphere, DVec3::new(0.0, radius, 0.0))),
         Geometry::Centreline { curve: Centreline::Segment { half }, radius } => {
-            Some((1, DVec3::new(half, radius, 0.0)))
+            Some((Tag::Spherocylinder, DVec3::new(half, radius, 0.0)))
         }
         Geometry::Centreline { curve: Centreline::Circle { radius: ring }, radius } => {
-            Some((2, DVec3::new(ring, radius, 0.0)))
+            Some((Tag::Torus, DVec3::new(ring, radius, 0.0)))
         }
-        Geometry::Ellipsoid { radii } => Some((3, radii)),
+        Geometry::Ellipsoid { radii } => Some((Tag::Ellipsoid, radii)),
         Geometry::Convex(_) => None,
     }
 }
@@ -78,7 +78,7 @@ impl Cast {
             toward: axis(toward, bounds.centre.z + bounds.reach.z),
             sizes: axis(sizes / size, bounds.centre.z),
             rest: [(drawn.x - place[0]) as f32, (drawn.y - place[1]) as f32],
-            kind,
+            kind: kind as u32,
             body: drawn.body,
             place: place.map(|samples| samples as i32),
             columns: drawn.columns.map(|column| column as u32),
@@ -119,12 +119,11 @@ impl Rays {
         let Some(starts) = starts.filter(|_| !crowded) else { return Ok(None) };
         let kernel = self.kernel.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let gpu = &*self.gpu;
-        let buffers = [
-            Buffer::with(gpu, "tiles", 4, bytemuck::cast_slice(&starts))?,
-            Buffer::with(gpu, "bodies of tiles", 4, bytemuck::cast_slice(members))?,
-            Buffer::with(gpu, "drawn bodies", size_of::<Cast>(), bytemuck::cast_slice(&bodies))?,
-            Buffer::new(gpu, "samples", size_of::<Sample>(), (BAND * TILE * TILE) as u64)?,
-        ];
+        let starts = Buffer::with(gpu, "tiles", 4, bytemuck::cast_slice(&starts))?;
+        let members = Buffer::with(gpu, "bodies of tiles", 4, bytemuck::cast_slice(members))?;
+        let bodies = Buffer::with(gpu, "drawn bodies", size_of::<Cast>(), bytemuck::cast_slice(&bodies))?;
+        let cast = Buffer::new(gpu, "samples", size_of::<Sample>(), (BAND * TILE * TILE) as u64)?;
+        let buffers = [("first", &starts), ("members", &members), ("drawn", &bodies), ("samples", &cast)];
         let tiles = first.len() - 1;
         let mut samples: Vec<Sample> = Vec::with_capacity(tiles * TILE * TILE);
         for band in (0..tiles).step_by(BAND) {
@@ -132,10 +131,9 @@ impl Rays {
             let parameters = [band as u32, columns as u32, count as u32, 0];
             let mut record = gpu.record();
             record.stage("cast");
-            let all: Vec<&Buffer> = buffers.iter().collect();
-            record.run_groups(&kernel, bytemuck::cast_slice(&parameters), &all, count as u64);
+            record.run_groups(&kernel, bytemuck::cast_slice(&parameters), &buffers, count as u64);
             let bytes = (count * TILE * TILE * size_of::<Sample>()) as u64;
-            let read = record.read(&[(&buffers[3], 0..bytes)])?;
+            let read = record.read(&[(&cast, 0..bytes)])?;
             samples.extend(read.iter().flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, Sample>(bytes)));
         }
         Ok(Some(samples))

@@ -2,7 +2,7 @@
 
 use super::error::SceneError;
 use super::orientation::{unit, written};
-use super::{Body, BodyLineage, Dynamics, Generate, Scene, generate};
+use super::{Body, BodyLineage, Generate, Scene, generate};
 use crate::bodies::{Bodies, Lineage, NO_GROUP};
 use crate::separation::Placed;
 use glam::DVec3;
@@ -90,7 +90,7 @@ impl Scene {
     /// `bodies` must have been built from this scene, so that their group numbers are this scene's.
     pub fn final_scene(&self, bodies: &Bodies, time: f64) -> Scene {
         let names = self.group_names();
-        let inertial = matches!(self.dynamics, Dynamics::Inertial { .. });
+        let inertial = self.dynamics.has_inertia();
         let written_bodies = (0..bodies.len()).map(|i| {
             let Lineage { id, parent, birth, generation } = bodies.lineage[i];
             Body {

@@ -12,7 +12,8 @@
 //! number type.
 
 use crate::gpu::{Fragment, Precision, Source, fragment};
-use crate::shape::Shape;
+use crate::shape::gpu::add_tags_to;
+use crate::shape::{Shape, Tag};
 
 pub use super::surface::gpu::{SURFACE_VECTORS, add_places_to, add_surfaces_to, surface_numbers};
 
@@ -33,21 +34,33 @@ pub enum PairFamilies {
 
 /// A shape's family.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Family {
+pub(super) enum Family {
     Segment,
     Ellipsoid,
     Circle,
 }
 
 impl Family {
-    /// The family of a shape's [tag](Shape::code).
-    fn of(kind: u32) -> Option<Family> {
+    /// The family of a kind of shape; `None` for one that only the CPU computes with.
+    fn of(kind: Tag) -> Option<Family> {
         match kind {
-            0 | 1 => Some(Family::Segment),
-            2 => Some(Family::Ellipsoid),
-            3 => Some(Family::Circle),
-            _ => None,
+            Tag::Sphere | Tag::Spherocylinder => Some(Family::Segment),
+            Tag::Ellipsoid => Some(Family::Ellipsoid),
+            Tag::Torus => Some(Family::Circle),
+            Tag::Custom => None,
         }
+    }
+
+    /// The test whether the variable `kind` of a kernel is a shape of this family.
+    pub(super) fn test_of(self, kind: &str) -> String {
+        let tags = Tag::ALL.iter().filter(|tag| Family::of(**tag) == Some(self));
+        let tests: Vec<String> = tags.filter_map(|tag| tag.constant()).map(|tag| format!("{kind} == {tag}")).collect();
+        format!("({})", tests.join(" || "))
+    }
+
+    /// Whether some of these shapes are of this family.
+    pub(super) fn has_any(self, shapes: &[Shape]) -> bool {
+        shapes.iter().any(|shape| Family::of(shape.tag()) == Some(self))
     }
 }
 
@@ -69,15 +82,20 @@ impl PairFamilies {
     /// assert_eq!(PairFamilies::needed(rods.into_iter()), [PairFamilies::Segments]);
     /// ```
     pub fn needed(shapes: impl Iterator<Item = Shape>) -> Vec<PairFamilies> {
-        let mut kinds: Vec<u32> = shapes.map(|shape| shape.code().0).collect();
+        let mut kinds: Vec<Tag> = shapes.map(|shape| shape.tag()).collect();
         kinds.sort_unstable();
         kinds.dedup();
         let made = |pair: &PairFamilies| kinds.iter().any(|a| kinds.iter().any(|b| pair.is_of_families(*a, *b)));
         PairFamilies::ALL.into_iter().filter(made).collect()
     }
 
-    /// Whether a pair of shapes with these tags is of these families, in either order.
-    pub fn is_of_families(self, kind_a: u32, kind_b: u32) -> bool {
+    /// The families of a pair of shapes; `None` for a pair that no kernel computes.
+    pub fn of(a: &Shape, b: &Shape) -> Option<PairFamilies> {
+        PairFamilies::ALL.into_iter().find(|pair| pair.is_of_families(a.tag(), b.tag()))
+    }
+
+    /// Whether a pair of shapes of these kinds is of these families, in either order.
+    fn is_of_families(self, kind_a: Tag, kind_b: Tag) -> bool {
         let (Some(a), Some(b)) = (Family::of(kind_a), Family::of(kind_b)) else { return false };
         let (first, second) = self.families();
         (a, b) == (first, second) || (a, b) == (second, first)
@@ -182,15 +200,15 @@ impl PairFamilies {
         }
     }
 
-    /// The function `is_of_families`, its tags written out.
+    /// The function `is_of_families`.
     fn test_text(self) -> String {
-        let kinds = 0..=3;
-        let pairs = kinds.clone().flat_map(|a| kinds.clone().map(move |b| (a, b)));
-        let tests: Vec<String> = pairs
-            .filter(|(a, b)| self.is_of_families(*a, *b))
-            .map(|(a, b)| format!("kind_a == {a}u && kind_b == {b}u"))
-            .collect();
-        format!("fn is_of_families(kind_a: u32, kind_b: u32) -> bool {{\n    return {};\n}}\n", tests.join(" || "))
+        let (first, second) = self.families();
+        let both = |a: Family, b: Family| format!("{} && {}", a.test_of("kind_a"), b.test_of("kind_b"));
+        let mut test = both(first, second);
+        if first != second {
+            test = format!("{test} || {}", both(second, first));
+        }
+        format!("fn is_of_families(kind_a: u32, kind_b: u32) -> bool {{\n    return {test};\n}}\n")
     }
 }
 
@@ -227,7 +245,7 @@ fn halvings(precision: Precision) -> u32 {
 /// `bound(delta, a, b, normal)`, `bounding_radius(p)` and `half_extents(p)`.
 #[must_use]
 pub fn add_bodies_to(source: Source) -> Source {
-    source.include(fragment!("separation/body.wgsl"))
+    add_tags_to(source).include(fragment!("separation/body.wgsl"))
 }
 
 #[cfg(test)]
@@ -266,7 +284,7 @@ mod tests {
         assert_eq!(PairFamilies::needed(shapes[3..].iter().copied()), [PairFamilies::Circles]);
         assert_eq!(PairFamilies::needed(std::iter::empty()), []);
         for (a, b) in shapes.iter().flat_map(|a| shapes.iter().map(move |b| (a, b))) {
-            let of = |pair: &&PairFamilies| pair.is_of_families(a.code().0, b.code().0);
+            let of = |pair: &&PairFamilies| pair.is_of_families(a.tag(), b.tag());
             assert_eq!(PairFamilies::ALL.iter().filter(of).count(), usize::from(supports(a, b)), "{a:?} {b:?}");
         }
     }

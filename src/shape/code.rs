@@ -1,21 +1,73 @@
-//! Shapes as numbers: a tag and up to three sizes, for arrays in files.
+//! Shapes as numbers: a tag and up to three sizes, for arrays in files and for kernels.
 
 use super::Shape;
 
-/// The tag of all custom shapes, which none comes back from.
-const CUSTOM: u32 = 4;
+macro_rules! tags {
+    ($($(#[$doc:meta])* $Kind:ident = $number:literal, $constant:expr;)*) => {
+        /// The kind of a shape. Its number stands in files, so that it never changes.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(u32)]
+        pub enum Tag {
+            $($(#[$doc])* $Kind = $number,)*
+        }
+
+        impl Tag {
+            /// All kinds.
+            pub const ALL: &'static [Tag] = &[$(Tag::$Kind,)*];
+
+            /// The name of its number in kernels; `None` for a kind that only the CPU computes with.
+            pub fn constant(self) -> Option<&'static str> {
+                match self {
+                    $(Tag::$Kind => $constant,)*
+                }
+            }
+        }
+    };
+}
+
+tags! {
+    /// [`Shape::Sphere`].
+    Sphere = 0, Some("SPHERE");
+    /// [`Shape::Spherocylinder`].
+    Spherocylinder = 1, Some("SPHEROCYLINDER");
+    /// [`Shape::Ellipsoid`].
+    Ellipsoid = 2, Some("ELLIPSOID");
+    /// [`Shape::Torus`].
+    Torus = 3, Some("TORUS");
+    /// [`Shape::Convex`]: one number for all custom shapes, which no shape is made from.
+    Custom = 4, None;
+}
+
+impl Tag {
+    /// The kind of this number.
+    pub fn of_number(number: u32) -> Option<Tag> {
+        Tag::ALL.iter().copied().find(|tag| *tag as u32 == number)
+    }
+}
 
 impl Shape {
+    /// The shape's kind.
+    pub fn tag(&self) -> Tag {
+        match self {
+            Shape::Sphere { .. } => Tag::Sphere,
+            Shape::Spherocylinder { .. } => Tag::Spherocylinder,
+            Shape::Ellipsoid { .. } => Tag::Ellipsoid,
+            Shape::Torus { .. } => Tag::Torus,
+            Shape::Convex(_) => Tag::Custom,
+        }
+    }
+
     /// The shape's tag and sizes, in the order of its fields; what a shape does not need is zero. Of a custom shape it
     /// is not all there is.
     pub fn code(&self) -> (u32, [f64; 3]) {
-        match *self {
-            Shape::Sphere { radius } => (0, [radius, 0.0, 0.0]),
-            Shape::Spherocylinder { diameter, length } => (1, [diameter, length, 0.0]),
-            Shape::Ellipsoid { radii } => (2, radii),
-            Shape::Torus { major_radius, minor_radius } => (3, [major_radius, minor_radius, 0.0]),
-            Shape::Convex(convex) => (CUSTOM, [convex.bounding_radius(), convex.thickness(), convex.volume()]),
-        }
+        let sizes = match *self {
+            Shape::Sphere { radius } => [radius, 0.0, 0.0],
+            Shape::Spherocylinder { diameter, length } => [diameter, length, 0.0],
+            Shape::Ellipsoid { radii } => radii,
+            Shape::Torus { major_radius, minor_radius } => [major_radius, minor_radius, 0.0],
+            Shape::Convex(convex) => [convex.bounding_radius(), convex.thickness(), convex.volume()],
+        };
+        (self.tag() as u32, sizes)
     }
 
     /// The shape of a [tag and sizes](Shape::code); `None` where no shape has them: an unknown or a custom tag, or a
@@ -30,12 +82,12 @@ impl Shape {
     /// ```
     pub fn from_code(tag: u32, sizes: [f64; 3]) -> Option<Shape> {
         let [x, y, _] = sizes;
-        let (shape, used) = match tag {
-            0 => (Shape::Sphere { radius: x }, 1),
-            1 => (Shape::Spherocylinder { diameter: x, length: y }, 2),
-            2 => (Shape::Ellipsoid { radii: sizes }, 3),
-            3 => (Shape::Torus { major_radius: x, minor_radius: y }, 2),
-            _ => return None,
+        let (shape, used) = match Tag::of_number(tag)? {
+            Tag::Sphere => (Shape::Sphere { radius: x }, 1),
+            Tag::Spherocylinder => (Shape::Spherocylinder { diameter: x, length: y }, 2),
+            Tag::Ellipsoid => (Shape::Ellipsoid { radii: sizes }, 3),
+            Tag::Torus => (Shape::Torus { major_radius: x, minor_radius: y }, 2),
+            Tag::Custom => return None,
         };
         sizes[..used].iter().all(|size| size.is_finite() && *size > 0.0).then_some(shape)
     }

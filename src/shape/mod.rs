@@ -7,10 +7,13 @@ mod code;
 mod convex;
 mod ellipsoid;
 mod error;
+#[cfg(feature = "gpu")]
+pub(crate) mod gpu;
 mod sphere;
 mod spherocylinder;
 mod torus;
 
+pub(crate) use code::Tag;
 pub use convex::{Convex, ConvexError, SupportFunction};
 pub use error::{ProxyError, ShapeError};
 

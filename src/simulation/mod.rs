@@ -11,7 +11,7 @@ use crate::bodies::Bodies;
 use crate::dynamics::ForceField;
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Gpu, Precision};
-use crate::scene::{Dynamics, Scene, StopReason};
+use crate::scene::{Scene, StopReason};
 use crate::separation::{Separation, supports};
 use crate::step::{Backend, Fault, Keep, Plan, SavedLcp, State, StepReport, contacts, max_overlap, step};
 use crate::walls::WallContact;
@@ -78,7 +78,7 @@ impl Simulation {
         let cutoff = scene.cutoff_of(state.bodies.shape.iter().copied());
         let model = scene.model();
         let mut plan = Plan::new(&model, cutoff);
-        let inertia = matches!(scene.dynamics, Dynamics::Inertial { .. });
+        let inertia = scene.dynamics.has_inertia();
         plan.parts_first = inertia && plan.promises() && state.step == 0 && {
             max_overlap(&state.bodies, &model.walls) > scene.contact.overlap_tolerance
         };

@@ -4,8 +4,13 @@
 //! of a body's, so that pairs, rows and what a step remembers are the same for both, and in an LCP its block of `J` is
 //! zero.
 
+mod number;
 mod wall;
 
+#[cfg(feature = "gpu")]
+pub(crate) use number::AtSurface;
+pub(crate) use number::{in_rows, of_rows};
+pub use number::{number_of, surface_of};
 pub use wall::Wall;
 pub(crate) use wall::across;
 
@@ -13,24 +18,8 @@ use crate::bodies::Bodies;
 use crate::separation::{Placed, Separation, Surface};
 use rayon::prelude::*;
 
-/// The number of the first surface, where a pair has its second body. No scene has as many bodies
-/// ([`crate::scene::MAX_BODIES`]), and the numbers do not change as bodies divide.
-const FIRST: u32 = 1 << 31;
-
 /// A loop over fewer bodies than this runs on one thread; a body's gap to a surface takes some 20 ns.
 const LEAST_BODIES_A_TASK: usize = 512;
-
-/// Which surface a number in the place of a body's means; none for a body.
-#[inline]
-pub fn surface_of(number: u32) -> Option<usize> {
-    number.checked_sub(FIRST).map(|surface| surface as usize)
-}
-
-/// The number of a surface in the place of a body's.
-#[inline]
-pub fn number_of(surface: usize) -> u32 {
-    FIRST + surface as u32
-}
 
 /// A body near a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -112,10 +112,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let kernel = Kernel::new(&gpu, &Source::new("long", Precision::F32).text(text)).unwrap();
     let out = Buffer::new(&gpu, "out", 4, 64).unwrap();
     let mut record = gpu.record();
-    record.run(&kernel, &[], &[&out], 1);
+    record.run(&kernel, &[], &[("out", &out)], 1);
     record.read(&[(&out, 0..4)]).unwrap();
     gpu.set_patience(Duration::from_millis(2));
-    record.run(&kernel, &[], &[&out], 20_000);
+    record.run(&kernel, &[], &[("out", &out)], 20_000);
     let fault = record.read(&[(&out, 0..4)]).unwrap_err();
     assert!(matches!(fault, GpuError::Hang { .. }), "{fault}");
     assert_eq!(gpu.health().unwrap_err(), fault);
@@ -136,7 +136,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let before = gpu.counters();
     let mut record = gpu.record();
     for _ in 0..100 {
-        record.run(&kernel, &[], &[&out], 1_000_000);
+        record.run(&kernel, &[], &[("out", &out)], 1_000_000);
     }
     let read = record.read(&[(&out, 0..4)]).unwrap();
     assert_eq!(read[0], 100u32.to_le_bytes());
@@ -149,9 +149,59 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let mut record = gpu.record();
     for _ in 0..10 {
         record.weigh(10_000_000);
-        record.run(&kernel, &[], &[&out], 1);
+        record.run(&kernel, &[], &[("out", &out)], 1);
     }
     record.read(&[(&out, 0..4)]).unwrap();
     let submissions = gpu.counters().submissions - after.submissions;
     assert!((5..=6).contains(&submissions), "{submissions}");
+}
+
+#[test]
+fn buffers_that_do_not_fit_a_kernel_are_refused_by_name() {
+    let text = "
+struct Parameters { count: u32, a: u32, b: u32, c: u32 }
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> places: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read_write> sums: array<u32, 100000>;
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) { sums[id.x] = parameters.count + u32(places[id.x].x); }";
+    // Either order is right; then what each refusal names.
+    let cases: [(&[&str], usize, &[&str]); 7] = [
+        (&["places", "sums"], 16, &[]),
+        (&["sums", "places"], 16, &[]),
+        (&["places"], 16, &["variable sums"]),
+        (&["places", "places"], 16, &["variable sums"]),
+        (&["places", "sums", "others"], 16, &["others"]),
+        (&["places", "sums"], 12, &["16 bytes", "12"]),
+        (&["numbers as places", "sums"], 16, &["array places", "16 bytes", "\"numbers\"", "elements of 4"]),
+    ];
+    for (names, bytes, told) in cases {
+        let Some(gpu) = own() else { return };
+        let kernel = Kernel::new(&gpu, &Source::new("sums of places", Precision::F32).text(text)).unwrap();
+        let places = Buffer::new(&gpu, "points", 16, 128).unwrap();
+        let sums = Buffer::new(&gpu, "numbers", 4, 100_000).unwrap();
+        let bound: Vec<_> = names
+            .iter()
+            .map(|name| match *name {
+                "numbers as places" => ("places", &sums),
+                "sums" => ("sums", &sums),
+                name => (name, &places),
+            })
+            .collect();
+        let mut record = gpu.record();
+        record.run(&kernel, &[0; 16][..bytes], &bound, 1);
+        let done = record.submit();
+        assert_eq!(done.is_ok(), told.is_empty(), "{names:?} {done:?}");
+        let text = done.err().map(|fault| fault.to_string()).unwrap_or_default();
+        assert!(told.iter().all(|part| text.contains(part)), "{text}");
+        assert!(told.is_empty() || text.contains("the kernel sums of places was refused"), "{text}");
+    }
+    let Some(gpu) = own() else { return };
+    let kernel = Kernel::new(&gpu, &Source::new("sums of places", Precision::F32).text(text)).unwrap();
+    let places = Buffer::new(&gpu, "points", 16, 128).unwrap();
+    let few = Buffer::new(&gpu, "few numbers", 4, 64).unwrap();
+    let mut record = gpu.record();
+    record.run(&kernel, &[0; 16], &[("places", &places), ("sums", &few)], 1);
+    let text = record.submit().unwrap_err().to_string();
+    assert!(text.contains("variable sums takes 400000 bytes") && text.contains("\"few numbers\""), "{text}");
 }

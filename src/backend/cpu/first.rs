@@ -7,7 +7,7 @@
 use super::narrow_phase::Near;
 use super::{Cpu, LEAST_BODIES_A_TASK};
 use crate::constraint::{self, RowSource, torque_arm};
-use crate::dynamics::{self, Dynamics, Pose, Twist};
+use crate::dynamics::{self, Pose, Twist};
 use crate::separation::{Placed, branches};
 use crate::step::{Fault, Model, Rows, Stepping};
 use glam::DVec3;
@@ -112,6 +112,6 @@ impl<const D: usize> Cpu<D> {
 /// Whether first rows of a scene's steps may be made ahead of their start: in Euler steps without inertia. With inertia
 /// rows at the start keep the angular momentum of a pair to rounding, and rows ahead do not.
 pub(super) fn leads_ahead(model: &Model) -> bool {
-    let inertial = matches!(model.dynamics, Dynamics::Inertial { .. });
+    let inertial = model.dynamics.has_inertia();
     model.contact.rows_of_method() == Rows::Auto && model.time.stepping == Stepping::Euler && !inertial
 }

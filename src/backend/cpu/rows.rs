@@ -7,7 +7,7 @@ use crate::dynamics::{self, Pose};
 use crate::freedom::PLANAR;
 use crate::separation::{Placed, Separation, branch_slack, branches};
 use crate::step::Rows;
-use crate::walls::{number_of, surface_of};
+use crate::walls::{in_rows, of_rows, surface_of};
 use crate::warm::Warm;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -39,15 +39,12 @@ impl<const D: usize> Cpu<D> {
 
     /// A pair as rows have it: the surfaces of walls come after all bodies.
     fn row_pair(&self, pair: [u32; 2]) -> [u32; 2] {
-        pair.map(|number| surface_of(number).map_or(number, |surface| (self.start.len() + surface) as u32))
+        pair.map(|number| in_rows(number, self.start.len()))
     }
 
     /// The pair of a row.
     fn pair_of(&self, row: usize) -> [u32; 2] {
-        self.problem.pair[row].map(|place| match (place as usize).checked_sub(self.start.len()) {
-            Some(surface) => number_of(surface),
-            None => place,
-        })
+        self.problem.pair[row].map(|place| of_rows(place, self.start.len()))
     }
 
     /// Moves the offset of the first row of a pair that overlaps at the trial; `false` where that is not the row of

@@ -41,14 +41,14 @@ impl Device {
         let (Some(kernel), true) = (kernel, self.is_ahead()) else { return };
         let (start, ahead) = (self.start(), self.first());
         let buffers = [
-            &start.cells,
-            &start.remainders,
-            &start.orientations,
-            &start.twists,
-            &self.motions,
-            &ahead.cells,
-            &ahead.remainders,
-            &ahead.orientations,
+            ("cells", &start.cells),
+            ("remainders", &start.remainders),
+            ("orientations", &start.orientations),
+            ("twists", &start.twists),
+            ("motions", &self.motions),
+            ("ahead_cells", &ahead.cells),
+            ("ahead_remainders", &ahead.remainders),
+            ("ahead_orientations", &ahead.orientations),
         ];
         record.run(kernel, &self.timed([self.bodies as u32, 0, 0, 0]), &buffers, self.bodies);
     }

@@ -59,7 +59,12 @@ impl Branches {
     ) -> Result<(), GpuError> {
         let [from, to] = &mut self.features;
         to.reserve(gpu, rows)?;
-        record.run(&kernels.move_words, &words([old_rows as u32, 0, 0, 0]), &[targets, from, to], old_rows);
+        record.run(
+            &kernels.move_words,
+            &words([old_rows as u32, 0, 0, 0]),
+            &[("targets", targets), ("source", from), ("moved", to)],
+            old_rows,
+        );
         std::mem::swap(from, to);
         Ok(())
     }
@@ -74,14 +79,14 @@ impl Branches {
     fn stage(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
         let RowInputs { lists, poses, shapes, .. } = made;
         let buffers = [
-            &lists.pairs,
-            &poses.cells,
-            &poses.remainders,
-            &poses.orientations,
-            &shapes.shapes,
-            &lists.contacts,
-            row_start,
-            &self.staged,
+            ("pairs", &lists.pairs),
+            ("cells", &poses.cells),
+            ("remainders", &poses.remainders),
+            ("orientations", &poses.orientations),
+            ("shapes", &shapes.shapes),
+            ("contacts", &lists.contacts),
+            ("row_start", row_start),
+            ("staged", &self.staged),
         ];
         record.run(&kernels.stage, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
     }
@@ -90,14 +95,14 @@ impl Branches {
         let (Some(aim), true) = (&kernels.aim, made.ahead) else { return };
         let RowInputs { lists, setup, shapes, last, part, .. } = made;
         let buffers = [
-            &lists.pairs,
-            &last.cells,
-            &last.remainders,
-            &last.orientations,
-            &last.twists,
-            &shapes.shapes,
-            row_start,
-            &self.staged,
+            ("pairs", &lists.pairs),
+            ("cells", &last.cells),
+            ("remainders", &last.remainders),
+            ("orientations", &last.orientations),
+            ("twists", &last.twists),
+            ("shapes", &shapes.shapes),
+            ("row_start", row_start),
+            ("staged", &self.staged),
         ];
         let parameters = setup.timed([lists.pairs_count as u32, 0, 0, 0], setup.length_of(part));
         record.run(aim, &parameters, &buffers, lists.pairs_count);
@@ -106,7 +111,14 @@ impl Branches {
     fn stretch(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
         let (Some(stretch), Part::FromMiddle) = (&kernels.stretch, made.part) else { return };
         let RowInputs { lists, poses, shapes, grown, .. } = made;
-        let buffers = [&lists.pairs, &poses.orientations, &shapes.shapes, &grown.shapes, row_start, &self.staged];
+        let buffers = [
+            ("pairs", &lists.pairs),
+            ("orientations", &poses.orientations),
+            ("shapes", &shapes.shapes),
+            ("grown", &grown.shapes),
+            ("row_start", row_start),
+            ("staged", &self.staged),
+        ];
         record.run(stretch, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
     }
 }
@@ -133,21 +145,26 @@ impl Rows {
         if part == Part::FromMiddle && violating.is_none() {
             own.middle.reserve(gpu, lists.pairs_count)?;
             let problem = &self.problem;
-            let buffers = [&problem.block_start, &problem.gamma, &own.features[0], &own.middle];
+            let buffers = [
+                ("row_start", &problem.block_start),
+                ("gamma", &problem.gamma),
+                ("features", &own.features[0]),
+                ("remembered", &own.middle),
+            ];
             record.run(&kernels.remember, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
             from = &own.middle;
         }
         let bits = (violating.unwrap_or(0.0) as f32).to_bits();
         let of_kernel = [lists.pairs_count as u32, u32::from(violating.is_some()), bits, 0];
         let buffers = [
-            &lists.pairs,
-            &poses.cells,
-            &poses.remainders,
-            &poses.orientations,
-            &shapes.shapes,
-            &made.last.twists,
-            from,
-            &lists.contacts,
+            ("pairs", &lists.pairs),
+            ("cells", &poses.cells),
+            ("remainders", &poses.remainders),
+            ("orientations", &poses.orientations),
+            ("shapes", &shapes.shapes),
+            ("twists", &made.last.twists),
+            ("remembered", from),
+            ("contacts", &lists.contacts),
         ];
         let parameters = setup.timed(of_kernel, setup.length_of(part));
         record.run(&of_branches.choose, &parameters, &buffers, lists.pairs_count);
@@ -175,19 +192,24 @@ impl Rows {
         }
         let (pairs, bodies, first) = (lists.pairs_count, lists.bodies as u32, u32::from(first));
         let buffers = [
-            &lists.pairs,
-            &problem.block_start,
-            &own.staged,
-            motions,
-            &problem.pair,
-            &problem.jacobian,
-            &problem.q,
-            &own.features[0],
+            ("pairs", &lists.pairs),
+            ("row_start", &problem.block_start),
+            ("staged", &own.staged),
+            ("motions", motions),
+            ("row_pairs", &problem.pair),
+            ("jacobian", &problem.jacobian),
+            ("q", &problem.q),
+            ("features", &own.features[0]),
         ];
         let parameters = setup.timed([pairs as u32, first, bodies, 0], setup.length_of(part));
         record.run(&kernels.append, &parameters, &buffers, pairs);
         let from = if part == Part::FromMiddle { &own.middle } else { &lists.remembered };
-        let buffers = [&problem.block_start, &own.staged, from, &problem.gamma];
+        let buffers = [
+            ("row_start", &problem.block_start),
+            ("staged", &own.staged),
+            ("remembered", from),
+            ("gamma", &problem.gamma),
+        ];
         record.run(&of_branches.start, &words([pairs as u32, first, 0, 0]), &buffers, pairs);
         Ok(())
     }
@@ -208,13 +230,31 @@ impl Rows {
         own.partners.reserve(gpu, rows)?;
         own.stage(kernels, record, made, &self.next_start);
         let of_pairs = words([lists.pairs_count as u32, 0, 0, 0]);
-        let buffers = [&problem.block_start, &self.next_start, &own.features[0], &own.staged, &own.partners];
+        let buffers = [
+            ("row_start", &problem.block_start),
+            ("next_start", &self.next_start),
+            ("features", &own.features[0]),
+            ("staged", &own.staged),
+            ("partners", &own.partners),
+        ];
         record.run(&kernels.matched, &of_pairs, &buffers, lists.pairs_count);
-        let buffers =
-            [&own.staged, &problem.pair, &problem.jacobian, &problem.velocity, motions, &problem.q, &own.partners];
+        let buffers = [
+            ("staged", &own.staged),
+            ("row_pairs", &problem.pair),
+            ("jacobian", &problem.jacobian),
+            ("velocities", &problem.velocity),
+            ("motions", motions),
+            ("q", &problem.q),
+            ("partners", &own.partners),
+        ];
         let parameters = setup.timed([rows as u32, bodies as u32, 0, 0], setup.length_of(part));
         record.run(&kernels.tighten, &parameters, &buffers, rows);
-        let buffers = [&self.next_start, &own.staged, &own.partners, &lists.contacts];
+        let buffers = [
+            ("next_start", &self.next_start),
+            ("staged", &own.staged),
+            ("partners", &own.partners),
+            ("contacts", &lists.contacts),
+        ];
         record.run(&kernels.tightened, &of_pairs, &buffers, lists.pairs_count);
         Ok(())
     }
@@ -225,11 +265,17 @@ impl Rows {
         let parameters = words([lists.pairs_count as u32, 0, 0, 0]);
         match &self.branches {
             Some(own) => {
-                let buffers = [&problem.block_start, &problem.gamma, &own.features[0], &lists.remembered];
+                let buffers = [
+                    ("row_start", &problem.block_start),
+                    ("gamma", &problem.gamma),
+                    ("features", &own.features[0]),
+                    ("remembered", &lists.remembered),
+                ];
                 record.run(&kernels.remember, &parameters, &buffers, lists.pairs_count);
             }
             None => {
-                let buffers = [&problem.block_start, &problem.gamma, &lists.contacts];
+                let buffers =
+                    [("row_start", &problem.block_start), ("gamma", &problem.gamma), ("contacts", &lists.contacts)];
                 record.run(&kernels.remember, &parameters, &buffers, lists.pairs_count);
             }
         }

@@ -119,7 +119,15 @@ impl Candidates {
         }
         let [cells, remainders, stored] = &self.stored;
         let parameters = words([bodies as u32, u32::from(self.is_for(bodies)), 0, 0]);
-        let buffers = [&start.cells, &start.remainders, boxes, cells, remainders, stored, report];
+        let buffers = [
+            ("cells", &start.cells),
+            ("remainders", &start.remainders),
+            ("boxes", boxes),
+            ("stored_cells", cells),
+            ("stored_remainders", remainders),
+            ("stored_boxes", stored),
+            ("report", report),
+        ];
         record.run(&kernels.inside, &parameters, &buffers, bodies);
         Ok(())
     }
@@ -140,7 +148,15 @@ impl Candidates {
         record.stage("broad phase");
         let [cells, remainders, stored] = &self.stored;
         let parameters = words([bodies as u32, 0, 0, 0]);
-        let buffers = [&self.skin_buffer, &start.cells, &start.remainders, boxes, cells, remainders, stored];
+        let buffers = [
+            ("skin", &self.skin_buffer),
+            ("cells", &start.cells),
+            ("remainders", &start.remainders),
+            ("boxes", boxes),
+            ("stored_cells", cells),
+            ("stored_remainders", remainders),
+            ("stored_boxes", stored),
+        ];
         record.run(&kernels.store, &parameters, &buffers, bodies);
         record.submit()?;
         std::mem::swap(&mut self.lists, &mut self.old);
@@ -173,10 +189,17 @@ impl Candidates {
         let mut record = gpu.record();
         record.stage("broad phase");
         self.old_pair.reserve(gpu, pairs)?;
-        let buffers = [&lists.pairs, &old.pairs, &old.adjacency_start, &old.adjacency, &self.old_pair];
+        let buffers = [
+            ("pairs", &lists.pairs),
+            ("old_pairs", &old.pairs),
+            ("old_start", &old.adjacency_start),
+            ("old_adjacency", &old.adjacency),
+            ("old_pair", &self.old_pair),
+        ];
         record.run(&kernels.find, &words([pairs as u32, old.bodies as u32, 0, 0]), &buffers, pairs);
         if let Some(kernels) = &kernels.branches {
-            let buffers = [&self.old_pair, &old.remembered, &lists.remembered];
+            let buffers =
+                [("old_pair", &self.old_pair), ("old_remembered", &old.remembered), ("remembered", &lists.remembered)];
             record.run(&kernels.carry, &words([pairs as u32, 0, 0, 0]), &buffers, pairs);
         }
         let parameters = words([pairs as u32, u32::from(rows.is_some()), 0, 0]);
@@ -184,13 +207,25 @@ impl Candidates {
             Some(rows) => {
                 rows.counts.reserve(gpu, pairs)?;
                 let starts = &rows.problem.block_start;
-                let buffers = [&self.old_pair, &old.contacts, starts, &lists.contacts, &rows.counts];
+                let buffers = [
+                    ("old_pair", &self.old_pair),
+                    ("old_contacts", &old.contacts),
+                    ("old_start", starts),
+                    ("contacts", &lists.contacts),
+                    ("counts", &rows.counts),
+                ];
                 record.run(&kernels.carry, &parameters, &buffers, pairs);
                 rows.carry(gpu, kernels, &mut record, pairs, &self.old_pair)?;
             }
             None => {
                 let counts = Buffer::new(gpu, "row counts", 4, pairs)?;
-                let buffers = [&self.old_pair, &old.contacts, &old.adjacency_start, &lists.contacts, &counts];
+                let buffers = [
+                    ("old_pair", &self.old_pair),
+                    ("old_contacts", &old.contacts),
+                    ("old_start", &old.adjacency_start),
+                    ("contacts", &lists.contacts),
+                    ("counts", &counts),
+                ];
                 record.run(&kernels.carry, &parameters, &buffers, pairs);
             }
         }

@@ -44,9 +44,14 @@ impl Device {
 
     /// Records what the bodies grow by in a part of the step.
     pub(super) fn record_growth(&self, record: &mut Recorder<'_>) {
-        let Some([grow, _]) = &self.kernels.grow else { return };
+        let Some(growth) = &self.kernels.growth else { return };
         let shapes = self.start_shapes();
-        record.run(grow, &self.parameters(), &[&shapes.shapes, &shapes.lengths, &self.growths], self.bodies);
+        record.run(
+            &growth.grow,
+            &self.parameters(),
+            &[("shapes", &shapes.shapes), ("lengths", &shapes.lengths), ("growths", &self.growths)],
+            self.bodies,
+        );
     }
 
     /// The growing lengths after an accepted step.
@@ -81,7 +86,7 @@ impl Device {
     }
 
     fn divide(&mut self, record: &mut Recorder<'_>, due: &[usize], pressures: &[f64]) -> Result<(), GpuError> {
-        let (Some(cells), Some([_, kernel])) = (self.setup.growth, &self.kernels.grow) else { return Ok(()) };
+        let (Some(cells), Some(kernels)) = (self.setup.growth, &self.kernels.growth) else { return Ok(()) };
         self.before = Some(self.ancestry.clone());
         let time = self.step_start();
         let (planar, precision) = (self.setup.planar, self.setup.precision);
@@ -120,16 +125,16 @@ impl Device {
         self.groups_of.write(gpu, 0, bytemuck::cast_slice(&self.ancestry.group));
         let (start, shapes) = (self.start(), self.start_shapes());
         let buffers = [
-            &divisions,
-            &indices,
-            &start.cells,
-            &start.remainders,
-            &start.orientations,
-            &shapes.shapes,
-            &shapes.lengths,
-            &start.twists,
+            ("divisions", &divisions),
+            ("indices", &indices),
+            ("cells", &start.cells),
+            ("remainders", &start.remainders),
+            ("orientations", &start.orientations),
+            ("shapes", &shapes.shapes),
+            ("lengths", &shapes.lengths),
+            ("twists", &start.twists),
         ];
-        record.run(kernel, &words([due.len() as u32, 0, 0, 0]), &buffers, due.len() as u64);
+        record.run(&kernels.divide, &words([due.len() as u32, 0, 0, 0]), &buffers, due.len() as u64);
         // The buffers go with this function: the device must have them by then.
         record.submit()?;
         self.write_growths()

@@ -6,7 +6,7 @@
 //! beside those at the step's end.
 
 use super::rows::{RowInputs, Rows};
-use super::source::{self, Kernels, MidpointKernels};
+use super::source::{self, Kernels, MidpointKernels, VIOLATING};
 use super::state::{Poses, Shapes};
 use super::{Device, Setup, words};
 use crate::dynamics::Load;
@@ -115,25 +115,35 @@ impl Device {
         let (here, shapes) = (self.here(), &self.here_shapes().shapes);
         let parameters = self.timed([bodies as u32, u32::from(self.part == Part::FromMiddle), 0, 0]);
         let buffers = [
-            &here.cells,
-            &here.remainders,
-            &here.orientations,
-            shapes,
-            &here.twists,
-            &self.groups_of,
-            &self.loads,
-            &self.motions,
+            ("cells", &here.cells),
+            ("remainders", &here.remainders),
+            ("orientations", &here.orientations),
+            ("shapes", shapes),
+            ("twists", &here.twists),
+            ("groups_of", &self.groups_of),
+            ("loads", &self.loads),
+            ("motions", &self.motions),
         ];
         record.run(&self.kernels.motion, &parameters, &buffers, bodies);
         if let (Part::FromMiddle, Some(MidpointKernels { middle: Some(middle), .. })) =
             (self.part, &self.kernels.midpoint)
         {
             let start = self.start();
-            let buffers = [&start.orientations, &start.twists, shapes, &self.motions];
+            let buffers = [
+                ("orientations", &start.orientations),
+                ("twists", &start.twists),
+                ("shapes", shapes),
+                ("motions", &self.motions),
+            ];
             record.run(middle, &parameters, &buffers, bodies);
         }
         self.record_ahead(&mut record);
-        let buffers = [&self.first().orientations, shapes, &self.motions, &self.boxes];
+        let buffers = [
+            ("orientations", &self.first().orientations),
+            ("shapes", shapes),
+            ("motions", &self.motions),
+            ("boxes", &self.boxes),
+        ];
         record.run(&self.kernels.boxes, &parameters, &buffers, bodies);
         record.submit()
     }
@@ -142,14 +152,14 @@ impl Device {
     pub(super) fn record_move(&self, record: &mut Recorder<'_>, to: &Poses) {
         let start = self.start();
         let buffers = [
-            &start.cells,
-            &start.remainders,
-            &start.orientations,
-            &self.rows.problem.velocity,
-            &self.motions,
-            &to.cells,
-            &to.remainders,
-            &to.orientations,
+            ("cells", &start.cells),
+            ("remainders", &start.remainders),
+            ("orientations", &start.orientations),
+            ("velocities", &self.rows.problem.velocity),
+            ("motions", &self.motions),
+            ("trial_cells", &to.cells),
+            ("trial_remainders", &to.remainders),
+            ("trial_orientations", &to.orientations),
         ];
         record.run(&self.kernels.trial, &self.timed([self.bodies as u32, 0, 0, 0]), &buffers, self.bodies);
     }
@@ -211,7 +221,13 @@ impl Device {
         }
         let lists = &self.candidates.lists;
         let (here, grown) = (self.here_shapes(), self.start_shapes());
-        let buffers = [&lists.pairs, &self.here().orientations, &here.shapes, &grown.shapes, &lists.contacts];
+        let buffers = [
+            ("pairs", &lists.pairs),
+            ("orientations", &self.here().orientations),
+            ("shapes", &here.shapes),
+            ("grown", &grown.shapes),
+            ("contacts", &lists.contacts),
+        ];
         record.run(stretch, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
     }
 
@@ -228,7 +244,7 @@ impl Device {
         if let Some(midpoint) = &kernels.midpoint {
             rows.tighten(midpoint, &mut record, made, bodies);
         }
-        rows.count(&gpu, kernels, &mut record, contacts, pairs, (true, 2))?;
+        rows.count(&gpu, kernels, &mut record, contacts, pairs, (true, VIOLATING))?;
         let read = record.read(&[(&rows.next_start, 4 * pairs..4 * pairs + 4)])?;
         self.next_rows = u64::from(pod_read_unaligned::<u32>(&read[0]));
         Ok(())
@@ -237,11 +253,23 @@ impl Device {
     /// Records the velocities that the present part ends with, in the state that it moved `to`.
     pub(super) fn record_arrival(&self, record: &mut Recorder<'_>, to: &Poses) {
         let Some(arrive) = &self.kernels.arrive else {
-            record.run(&self.kernels.accept, &self.parameters(), &[&self.motions, &to.twists], self.bodies);
+            record.run(
+                &self.kernels.accept,
+                &self.parameters(),
+                &[("motions", &self.motions), ("twists", &to.twists)],
+                self.bodies,
+            );
             return;
         };
         let (here, shapes) = (self.here(), &self.here_shapes().shapes);
-        let buffers = [&self.motions, &self.start().twists, &here.orientations, shapes, &to.orientations, &to.twists];
+        let buffers = [
+            ("motions", &self.motions),
+            ("start_twists", &self.start().twists),
+            ("orientations", &here.orientations),
+            ("shapes", shapes),
+            ("ended", &to.orientations),
+            ("twists", &to.twists),
+        ];
         let parameters = words([self.bodies as u32, u32::from(self.part == Part::FromMiddle), 0, 0]);
         record.run(arrive, &parameters, &buffers, self.bodies);
     }

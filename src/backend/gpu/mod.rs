@@ -28,7 +28,7 @@ use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
 use crate::dynamics::{Cells, Dynamics, Force, ForceField};
 use crate::freedom::{PLANAR, SPATIAL};
-use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Precision};
+use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Made, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
 use crate::periodic::Periods;
 use crate::shape::Shape;
@@ -77,8 +77,8 @@ impl Setup {
     /// [`GpuError::Unsupported`] where a shape is a custom one, or the bodies are too thin or too thick for 32-bit
     /// floats.
     pub fn new(model: &Model, shapes: &[Shape], precision: Precision) -> Result<Self, GpuError> {
-        if shapes.iter().any(|shape| matches!(shape, Shape::Convex(_))) {
-            return Err(GpuError::Unsupported { what: "custom shapes".into() });
+        if let Some(shape) = shapes.iter().find(|shape| shape.tag().constant().is_none()) {
+            return Err(GpuError::Unsupported { what: format!("{}s", shape.name()) });
         }
         let thickness = shapes.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
         let lengths = shapes.iter().filter_map(Shape::growing_length);
@@ -117,7 +117,7 @@ impl Setup {
 
     /// Whether velocity is a part of the state.
     pub fn inertia(&self) -> bool {
-        matches!(self.dynamics, Dynamics::Inertial { .. })
+        self.dynamics.has_inertia()
     }
 
     /// Whether states hold angular momenta instead of angular velocities: in f32, where rounding would change momenta.
@@ -266,7 +266,7 @@ impl Device {
             candidates: Candidates::new(&gpu, &setup, state.warm.clone())?,
             rows: Rows::new(&gpu, &setup)?,
             solver: lcp::gpu::Solver::new(&gpu, precision, setup.planar, model.solver, model.lcp)?,
-            kernels: Kernels::new(&gpu, &setup)?,
+            kernels: Kernels::make(&gpu, &setup)?,
             next_rows: 0,
             violating: model.contact.overlap_tolerance,
             farthest: 0.0,
@@ -411,13 +411,13 @@ impl Backend for Device {
         let (first, trial) = (self.first(), &self.poses[1]);
         self.record_move(&mut record, trial);
         let buffers = [
-            &first.cells,
-            &first.remainders,
-            &trial.cells,
-            &trial.remainders,
-            &trial.orientations,
-            &self.start_shapes().shapes,
-            &self.boxes,
+            ("cells", &first.cells),
+            ("remainders", &first.remainders),
+            ("trial_cells", &trial.cells),
+            ("trial_remainders", &trial.remainders),
+            ("trial_orientations", &trial.orientations),
+            ("shapes", &self.start_shapes().shapes),
+            ("boxes", &self.boxes),
         ];
         record.run(&self.kernels.sweep, &self.parameters(), &buffers, bodies);
         let report = self.separate(record, true)?;

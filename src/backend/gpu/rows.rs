@@ -4,7 +4,7 @@
 use super::branches::Branches;
 use super::candidates::Lists;
 use super::midpoint::Part;
-use super::source::{Kernels, MidpointKernels};
+use super::source::{Kernels, MidpointKernels, NEAR, VIOLATING};
 use super::state::{Poses, Shapes};
 use super::{Setup, words};
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan};
@@ -97,7 +97,12 @@ impl Rows {
         self.counts.reserve(gpu, pairs)?;
         self.next_start.reserve(gpu, pairs + 1)?;
         let parameters = words([pairs as u32, u32::from(has_rows), threshold, 0]);
-        record.run(&kernels.count, &parameters, &[contacts, &self.problem.block_start, &self.counts], pairs);
+        record.run(
+            &kernels.count,
+            &parameters,
+            &[("contacts", contacts), ("row_start", &self.problem.block_start), ("counts", &self.counts)],
+            pairs,
+        );
         self.scan.exclusive(record, &self.counts, &self.next_start, pairs)
     }
 
@@ -119,7 +124,7 @@ impl Rows {
         if self.branches.is_some() {
             return self.append_branches(gpu, kernels, record, made, true);
         }
-        self.append(kernels, record, made, 1, true);
+        self.append(kernels, record, made, NEAR, true);
         Ok(())
     }
 
@@ -134,7 +139,7 @@ impl Rows {
         rows: u64,
     ) -> Result<(), GpuError> {
         // Rows by branches have read them by then.
-        let Some([recall, _]) = &midpoint.rows else { return self.begin(gpu, kernels, record, made, rows) };
+        let Some(kernels_of_middle) = &midpoint.rows else { return self.begin(gpu, kernels, record, made, rows) };
         std::mem::swap(&mut self.problem.gamma, &mut self.spare_gamma);
         self.begin(gpu, kernels, record, made, rows)?;
         let Some([is_first, _]) = &mut self.is_first else { return Ok(()) };
@@ -142,8 +147,14 @@ impl Rows {
         // The old rows' starts and multipliers are the spare ones now.
         let Rows { problem, next_start, spare_gamma, .. } = self;
         let pairs = made.lists.pairs_count;
-        let buffers = [&*next_start, spare_gamma, &problem.block_start, &problem.gamma, is_first];
-        record.run(recall, &words([pairs as u32, 0, 0, 0]), &buffers, pairs);
+        let buffers = [
+            ("old_start", &*next_start),
+            ("old_gamma", spare_gamma),
+            ("row_start", &problem.block_start),
+            ("gamma", &problem.gamma),
+            ("is_first", is_first),
+        ];
+        record.run(&kernels_of_middle.recall, &words([pairs as u32, 0, 0, 0]), &buffers, pairs);
         Ok(())
     }
 
@@ -155,20 +166,20 @@ impl Rows {
         RowInputs { lists, motions, setup, part, .. }: RowInputs<'_>,
         bodies: u64,
     ) {
-        let (Some([is_first, _]), Some([_, tighten])) = (&self.is_first, &midpoint.rows) else { return };
+        let (Some([is_first, _]), Some(kernels)) = (&self.is_first, &midpoint.rows) else { return };
         let problem = &self.problem;
         let buffers = [
-            &problem.block_start,
-            is_first,
-            &problem.pair,
-            &problem.jacobian,
-            &problem.velocity,
-            motions,
-            &problem.q,
-            &lists.contacts,
+            ("row_start", &problem.block_start),
+            ("is_first", is_first),
+            ("row_pairs", &problem.pair),
+            ("jacobian", &problem.jacobian),
+            ("velocities", &problem.velocity),
+            ("motions", motions),
+            ("q", &problem.q),
+            ("contacts", &lists.contacts),
         ];
         let parameters = setup.timed([lists.pairs_count as u32, bodies as u32, 0, 0], setup.length_of(part));
-        record.run(tighten, &parameters, &buffers, lists.pairs_count);
+        record.run(&kernels.tighten, &parameters, &buffers, lists.pairs_count);
     }
 
     /// One more row for every violating pair, for which [`Rows::count`] found room.
@@ -185,7 +196,7 @@ impl Rows {
         if self.branches.is_some() {
             return self.append_branches(gpu, kernels, record, made, false);
         }
-        self.append(kernels, record, made, 2, false);
+        self.append(kernels, record, made, VIOLATING, false);
         Ok(())
     }
 
@@ -225,14 +236,25 @@ impl Rows {
         record.run(
             &kernels.incidence_count,
             &parameters,
-            &[start, adjacency, &problem.block_start, &self.body_counts],
+            &[
+                ("adjacency_start", start),
+                ("adjacency", adjacency),
+                ("row_start", &problem.block_start),
+                ("counts", &self.body_counts),
+            ],
             bodies,
         );
         self.scan.exclusive(record, &self.body_counts, &problem.incidence_start, bodies)?;
         record.run(
             &kernels.incidence_fill,
             &parameters,
-            &[start, adjacency, &problem.block_start, &problem.incidence_start, &problem.incidence],
+            &[
+                ("adjacency_start", start),
+                ("adjacency", adjacency),
+                ("row_start", &problem.block_start),
+                ("incidence_start", &problem.incidence_start),
+                ("incidence", &problem.incidence),
+            ],
             bodies,
         );
         Ok(())
@@ -243,14 +265,14 @@ impl Rows {
         let of_kernel = [lists.pairs_count as u32, threshold, u32::from(warm), lists.bodies as u32];
         let parameters = setup.timed(of_kernel, setup.length_of(part));
         let buffers = [
-            &lists.pairs,
-            &problem.block_start,
-            &lists.contacts,
-            motions,
-            &problem.pair,
-            &problem.jacobian,
-            &problem.q,
-            &problem.gamma,
+            ("pairs", &lists.pairs),
+            ("row_start", &problem.block_start),
+            ("contacts", &lists.contacts),
+            ("motions", motions),
+            ("row_pairs", &problem.pair),
+            ("jacobian", &problem.jacobian),
+            ("q", &problem.q),
+            ("gamma", &problem.gamma),
         ];
         record.run(&kernels.append, &parameters, &buffers, lists.pairs_count);
     }
@@ -277,7 +299,12 @@ impl Rows {
         let parameters = words([pairs as u32, u32::from(old_pair.is_some()), 0, 0]);
         // Without a map the kernel does not look at it.
         let map = old_pair.unwrap_or(&self.counts);
-        let buffers = [&problem.block_start, &self.next_start, map, &self.targets];
+        let buffers = [
+            ("old_start", &problem.block_start),
+            ("new_start", &self.next_start),
+            ("old_pair", map),
+            ("targets", &self.targets),
+        ];
         record.run(&kernels.target, &parameters, &buffers, pairs);
         let parameters = words([old_rows as u32, 0, 0, 0]);
         let moves = [
@@ -287,7 +314,7 @@ impl Rows {
             (&kernels.move_reals, &mut problem.gamma, &mut self.spare_gamma),
         ];
         for (kernel, from, to) in moves {
-            record.run(kernel, &parameters, &[&self.targets, from, to], old_rows);
+            record.run(kernel, &parameters, &[("targets", &self.targets), ("source", from), ("moved", to)], old_rows);
             std::mem::swap(from, to);
         }
         if let Some([from, to]) = &mut self.is_first {
@@ -295,7 +322,12 @@ impl Rows {
             from.reserve_and_keep(gpu, record, old_rows)?;
             to.reserve(gpu, rows)?;
             record.clear(to, 0..rows * to.element() as u64);
-            record.run(&kernels.move_reals, &parameters, &[&self.targets, from, to], old_rows);
+            record.run(
+                &kernels.move_reals,
+                &parameters,
+                &[("targets", &self.targets), ("source", from), ("moved", to)],
+                old_rows,
+            );
             std::mem::swap(from, to);
         }
         if let (Some(branches), Some(kernels)) = (&mut self.branches, &kernels.branches) {

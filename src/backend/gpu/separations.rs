@@ -2,10 +2,10 @@
 //! reads of them.
 
 use super::midpoint::Part;
-use super::{Device, walls, words};
+use super::{Device, words};
 use crate::gpu::{Gpu, GpuError, Recorder};
 use crate::step::{Fault, Overlap};
-use crate::walls::Walls;
+use crate::walls::{AtSurface, Walls};
 use bytemuck::Zeroable;
 use std::time::Instant;
 
@@ -34,8 +34,8 @@ impl Report {
 
     pub(super) fn overlap(&self, of: &Walls) -> Overlap {
         let found = self.worst_pair != u32::MAX;
-        let surface = walls::surface_of(self.worst_b).filter(|_| found);
-        let wall = surface.map(|(surface, _)| [self.worst_a as usize, of.wall_of(surface)]);
+        let surface = AtSurface::of_number(self.worst_b).filter(|_| found);
+        let wall = surface.map(|at| [self.worst_a as usize, of.wall_of(at.surface)]);
         let pair = (found && wall.is_none()).then_some([self.worst_a as usize, self.worst_b as usize]);
         let worst = f64::from(f32::from_bits(self.worst));
         Overlap { worst, pair, wall, violations: self.violations as usize, proxy: None }
@@ -88,13 +88,13 @@ impl Device {
         let parameters = if by_motions { self.timed(parameters) } else { words(parameters).to_vec() };
         for kernel in &self.kernels.narrow {
             let buffers = [
-                &lists.pairs,
-                &poses.cells,
-                &poses.remainders,
-                &poses.orientations,
-                &shapes.shapes,
-                if by_motions { &self.motions } else { &self.boxes },
-                &lists.contacts,
+                ("pairs", &lists.pairs),
+                ("cells", &poses.cells),
+                ("remainders", &poses.remainders),
+                ("orientations", &poses.orientations),
+                ("shapes", &shapes.shapes),
+                if by_motions { ("motions", &self.motions) } else { ("boxes", &self.boxes) },
+                ("contacts", &lists.contacts),
             ];
             record.run(kernel, &parameters, &buffers, of_bodies);
         }
@@ -102,13 +102,18 @@ impl Device {
             surfaces.separate(kernels, record, lists, (poses, shapes, &self.boxes), (at_trial, self.violating));
         }
         if at_trial {
-            let buffers = [&shapes.shapes, &poses.orientations, &self.motions, &self.report];
+            let buffers = [
+                ("shapes", &shapes.shapes),
+                ("orientations", &poses.orientations),
+                ("motions", &self.motions),
+                ("report", &self.report),
+            ];
             record.run(&self.kernels.farthest, &self.timed([self.bodies as u32, 0, 0, 0]), &buffers, self.bodies);
         }
         // Ahead of a part's start the deepest overlap alone is asked for.
         let passes = if at_trial { 3 } else { usize::from(self.is_ahead()) };
         for (pass, threads) in [(1, pairs), (2, pairs), (3, 1)].into_iter().take(passes) {
-            let buffers = [&lists.pairs, &lists.contacts, &self.report];
+            let buffers = [("pairs", &lists.pairs), ("contacts", &lists.contacts), ("report", &self.report)];
             record.run(&self.kernels.overlap, &words([pairs as u32, pass, 0, 0]), &buffers, threads);
         }
         self.record_count(gpu, record, at_trial)

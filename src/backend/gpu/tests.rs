@@ -5,7 +5,8 @@ use super::source::spinning;
 use super::state::split_length;
 use crate::dynamics::Spin;
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Source, fragment, precisions, test_device};
-use crate::shape::{Convex, Shape};
+use crate::shape::gpu::add_shapes_to;
+use crate::shape::{Convex, Shape, Tag};
 use glam::{DQuat, DVec3};
 
 /// Steps a dispatch and dispatches: a million steps.
@@ -48,7 +49,7 @@ fn drift(gpu: &Gpu, precision: Precision, from: DVec3, step: DVec3, half_turn: D
     let turn = Buffer::reals(gpu, "q", precision, 8, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]).unwrap();
     let mut record = gpu.record();
     for _ in 0..DISPATCHES {
-        record.run(&kernel, &[], &[&cells, &remainders, &turn], 1);
+        record.run(&kernel, &[], &[("cells", &cells), ("remainders", &remainders), ("orientations", &turn)], 1);
     }
     let real = precision.bytes() as u64;
     let read = record.read(&[(&cells, 0..16), (&remainders, 0..4 * real), (&turn, 0..8 * real)]).unwrap();
@@ -120,8 +121,8 @@ fn turns(gpu: &Gpu, precision: Precision, bodies: &[(Shape, DQuat, DVec3)]) -> V
     let source = Source::new("turns", precision)
         .integer("BODIES", bodies.len() as u32)
         .flag("PLANAR", false)
-        .include(fragment!("common/quaternion.wgsl"))
-        .include(fragment!("shape/shape.wgsl"));
+        .include(fragment!("common/quaternion.wgsl"));
+    let source = add_shapes_to(source);
     let kernel = Kernel::new(gpu, &spinning(&setup, source).text(TURNS)).unwrap();
     let shape = |(shape, _, _): &(Shape, DQuat, DVec3)| {
         let (tag, [x, y, z]) = shape.code();
@@ -133,7 +134,12 @@ fn turns(gpu: &Gpu, precision: Precision, bodies: &[(Shape, DQuat, DVec3)]) -> V
     let speeds = buffer("velocities", bodies.iter().flat_map(|(_, _, w)| [w.x, w.y, w.z, 0.0]).collect());
     let found = buffer("found", vec![0.0; 12 * bodies.len()]);
     let mut record = gpu.record();
-    record.run(&kernel, &[], &[&shapes, &turned, &speeds, &found], bodies.len() as u64);
+    record.run(
+        &kernel,
+        &[],
+        &[("shapes", &shapes), ("orientations", &turned), ("velocities", &speeds), ("found", &found)],
+        bodies.len() as u64,
+    );
     precision.decode(&record.read(&[(&found, 0..12 * (bodies.len() * precision.bytes()) as u64)]).unwrap()[0])
 }
 
@@ -185,4 +191,39 @@ fn custom_shapes_are_refused_before_a_device_is_asked() {
     let refused = Setup::new(&scene.model(), &shapes, Precision::F32).err();
     assert_eq!(refused, Some(GpuError::Unsupported { what: "custom shapes".into() }));
     assert!(Setup::new(&scene.model(), &shapes[..1], Precision::F32).is_ok());
+}
+
+const OF_TAGS: &str = "
+@group(0) @binding(0) var<storage, read_write> found: array<vec4r>;
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(local_invocation_index) tag: u32) {
+    if tag >= TAGS { return; }
+    let shape = vec4r(1.0, 2.0, 3.0, real(tag));
+    let body = Placed(tag, shape.xyz, vec4r(0.0, 0.0, 0.0, 1.0));
+    found[3u * tag] = vec4r(solid(shape).volume, solid(shape).inertia);
+    found[3u * tag + 1u] = vec4r(major_axis(shape), bounding_radius(body), hull(body, vec3r(0.0, 0.6, 0.8)), 0.0);
+    found[3u * tag + 2u] = vec4r(half_extents(body), 0.0);
+}
+";
+
+#[test]
+fn a_number_that_is_no_shape_has_no_sizes() {
+    let Some(gpu) = test_device() else { return };
+    let tags = Tag::ALL.len() + 1;
+    for precision in precisions(gpu) {
+        let source = Source::new("tags", precision).integer("TAGS", tags as u32);
+        let source = add_shapes_to(crate::separation::gpu::add_bodies_to(source)).text(OF_TAGS);
+        let kernel = Kernel::new(gpu, &source).unwrap();
+        let found = Buffer::new(gpu, "found", 4 * precision.bytes(), 3 * tags as u64).unwrap();
+        let mut record = gpu.record();
+        record.run(&kernel, &[], &[("found", &found)], 1);
+        let bytes = 12 * (tags * precision.bytes()) as u64;
+        let numbers = precision.decode(&record.read(&[(&found, 0..bytes)]).unwrap()[0]);
+        for (tag, sizes) in (0..).zip(numbers.chunks(12)) {
+            let known = Tag::of_number(tag).is_some_and(|tag| tag.constant().is_some());
+            for (k, size) in sizes.iter().enumerate().filter(|(k, _)| ![7, 11].contains(k)) {
+                assert_eq!(size.is_finite(), known, "{precision:?} {tag} {k}: {size}");
+            }
+        }
+    }
 }

@@ -8,14 +8,8 @@ use super::state::{Poses, Shapes};
 use super::{Setup, words};
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan};
 use crate::separation::gpu::surface_numbers;
-use crate::walls::{self, Walls};
+use crate::walls::{AtSurface, Walls, surface_of};
 use crate::warm::Warm;
-
-/// The number of the first place of the first surface in the place of a second body's.
-pub(super) const FIRST_SURFACE: u32 = 1 << 31;
-
-/// Room for the places of a surface in such numbers.
-const PLACES: u32 = 4;
 
 /// Places of bodies at surfaces and pairs at most: entries of lists are twice their numbers.
 const TOO_MANY_PAIRS: u64 = 1 << 31;
@@ -34,17 +28,11 @@ pub(super) struct Surfaces {
     scan: Scan,
 }
 
-/// A device's number as a surface and a place.
-pub(super) fn surface_of(number: u32) -> Option<(usize, u32)> {
-    let number = number.checked_sub(FIRST_SURFACE)?;
-    Some(((number / PLACES) as usize, number % PLACES))
-}
-
-/// A remembered pair as the device has it; none where there is no such surface or place.
+/// A remembered pair as the device has it; `None` where the scene has no such surface or place.
 pub(super) fn device_pair(warm: &Warm, walls: &Walls) -> Option<[u32; 2]> {
-    let Some(surface) = walls::surface_of(warm.pair[1]) else { return Some(warm.pair) };
-    let there = surface < walls.len() && warm.feature < PLACES;
-    there.then(|| [warm.pair[0], FIRST_SURFACE + PLACES * surface as u32 + warm.feature])
+    let Some(surface) = surface_of(warm.pair[1]) else { return Some(warm.pair) };
+    let there = surface < walls.len() && warm.feature < AtSurface::PLACES;
+    there.then(|| [warm.pair[0], AtSurface { surface, place: warm.feature }.number()])
 }
 
 impl Surfaces {
@@ -101,7 +89,13 @@ impl Surfaces {
         self.find(kernels, &mut record, (stored, shapes, &self.starts, &lists.pairs), bodies, Some(first));
         self.adjacency_start.reserve(gpu, bodies + 1)?;
         self.adjacency.reserve(gpu, 2 * first + places)?;
-        let buffers = [&lists.adjacency_start, &lists.adjacency, &self.starts, &self.adjacency_start, &self.adjacency];
+        let buffers = [
+            ("pair_start", &lists.adjacency_start),
+            ("pair_list", &lists.adjacency),
+            ("place_start", &self.starts),
+            ("adjacency_start", &self.adjacency_start),
+            ("adjacency", &self.adjacency),
+        ];
         record.run(&kernels.adjoin, &words([bodies as u32, first as u32, 0, 0]), &buffers, bodies + 1);
         record.submit()?;
         std::mem::swap(&mut lists.adjacency_start, &mut self.adjacency_start);
@@ -123,7 +117,15 @@ impl Surfaces {
         let [cells, remainders, boxes] = stored;
         let (fill, first) = (u32::from(first.is_some()), first.unwrap_or(0) as u32);
         let parameters = words([bodies as u32, self.count as u32, fill, first]);
-        let buffers = [cells, remainders, boxes, &shapes.shapes, &self.surfaces, list, pairs];
+        let buffers = [
+            ("stored_cells", cells),
+            ("stored_remainders", remainders),
+            ("stored_boxes", boxes),
+            ("shapes", &shapes.shapes),
+            ("surfaces", &self.surfaces),
+            ("list", list),
+            ("pairs", pairs),
+        ];
         record.run(&kernels.find, &parameters, &buffers, bodies);
     }
 
@@ -145,7 +147,7 @@ impl Surfaces {
         self.block_start.reserve(gpu, pairs + 1)?;
         let mut record = gpu.record();
         record.stage("walls");
-        let buffers = [&lists.pairs, row_start, &self.block_start];
+        let buffers = [("pairs", &lists.pairs), ("row_start", row_start), ("block_start", &self.block_start)];
         record.run(&kernels.blocks, &words([pairs as u32, 0, 0, 0]), &buffers, pairs + 1);
         record.submit()
     }
@@ -163,14 +165,14 @@ impl Surfaces {
         let violating = (violating as f32).to_bits();
         let parameters = words([lists.pairs_count as u32, first as u32, u32::from(at_trial), violating]);
         let buffers = [
-            &lists.pairs,
-            &poses.cells,
-            &poses.remainders,
-            &poses.orientations,
-            &shapes.shapes,
-            boxes,
-            &self.surfaces,
-            &lists.contacts,
+            ("pairs", &lists.pairs),
+            ("cells", &poses.cells),
+            ("remainders", &poses.remainders),
+            ("orientations", &poses.orientations),
+            ("shapes", &shapes.shapes),
+            ("boxes", boxes),
+            ("surfaces", &self.surfaces),
+            ("contacts", &lists.contacts),
         ];
         record.run(&kernels.narrow, &parameters, &buffers, lists.pairs_count - first);
     }

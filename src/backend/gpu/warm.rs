@@ -3,11 +3,11 @@
 
 use super::Setup;
 use super::candidates::Candidates;
-use super::walls::{FIRST_SURFACE, device_pair, surface_of};
+use super::walls::device_pair;
 use crate::constraint::FEATURE_OF_SURFACES;
 use crate::gpu::{Gpu, GpuError};
 use crate::separation::branches::{branch_in_place, place_of_branch};
-use crate::walls::number_of;
+use crate::walls::{AtSurface, number_of, surface_of};
 use crate::warm::Warm;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -83,7 +83,7 @@ impl Candidates {
 /// The place of what is remembered in the list of a pair's branches. At a surface, and where bodies have one branch,
 /// there is one.
 fn place_of(warm: &Warm, width: usize) -> usize {
-    let place = if crate::walls::surface_of(warm.pair[1]).is_some() { None } else { place_of_branch(warm.feature) };
+    let place = if surface_of(warm.pair[1]).is_some() { None } else { place_of_branch(warm.feature) };
     place.map_or(0, |place| place as usize).min(width - 1)
 }
 
@@ -91,13 +91,13 @@ fn place_of(warm: &Warm, width: usize) -> usize {
 /// or one with the normal alone.
 fn of_pair(pair: [u32; 2], normal: DVec3, gammas: &[f64]) -> Vec<Warm> {
     let pushes = gammas.iter().any(|gamma| *gamma > 0.0);
-    let at_surface = surface_of(pair[1]);
+    let at_surface = AtSurface::of_number(pair[1]);
     let (second, own) = match at_surface {
-        Some((surface, place)) => (number_of(surface), place),
+        Some(AtSurface { surface, place }) => (number_of(surface), place),
         None => (pair[1], FEATURE_OF_SURFACES),
     };
     // Places at surfaces have a normal however far they are.
-    let known = normal != DVec3::ZERO && (pair[1] < FIRST_SURFACE || pushes);
+    let known = normal != DVec3::ZERO && (at_surface.is_none() || pushes);
     let entry = |(place, gamma): (usize, &f64)| {
         let feature = if at_surface.is_none() { branch_in_place(place as u32) } else { own };
         (known && (*gamma > 0.0 || (place == 0 && !pushes))).then_some(Warm {

@@ -1,6 +1,7 @@
 //! The kernels of the search.
 
-use crate::gpu::{Fragment, Gpu, GpuError, Kernel, Lattice, LatticePeriods, MOST_CELL, Precision, Source, fragment};
+use super::{CROWDED, TOO_MANY};
+use crate::gpu::{Fragment, Kernel, Lattice, LatticePeriods, MOST_CELL, Precision, Source, fragment, kernels};
 
 /// Boxes that one body may look at. Mesa before version 23 ends loops after 65,535 rounds.
 const MOST_ROUNDS: u32 = 60_000;
@@ -10,105 +11,80 @@ const MOST_ROUNDS: u32 = 60_000;
 /// times with 2.
 const FINER: u32 = 1;
 
-pub(super) struct Kernels {
+/// What the kernels depend on.
+pub(super) struct Space {
+    pub precision: Precision,
+    pub planar: bool,
+    pub lattice: Lattice,
     /// Where space is periodic.
-    pub wrap: Option<Kernel>,
-    pub classify: Kernel,
-    pub place: Kernel,
-    pub gather: Kernel,
-    pub find: Kernel,
-    pub incoming: Kernel,
-    pub adjacency_start: Kernel,
-    pub adjacency: Kernel,
+    pub periods: Option<LatticePeriods>,
 }
 
-const GRID: [Fragment; 4] = [
-    fragment!("broad_phase/classify.wgsl"),
-    fragment!("broad_phase/place.wgsl"),
-    fragment!("broad_phase/gather.wgsl"),
-    fragment!("broad_phase/find.wgsl"),
-];
-
-const PERIODIC: [Fragment; 2] = [fragment!("broad_phase/wrap.wgsl"), fragment!("broad_phase/find_periodic.wgsl")];
-
-const LISTS: [Fragment; 3] = [
-    fragment!("broad_phase/incoming.wgsl"),
-    fragment!("broad_phase/adjacency_start.wgsl"),
-    fragment!("broad_phase/adjacency.wgsl"),
-];
-
-fn grid_source(fragment: Fragment, precision: Precision, planar: bool, lattice: Lattice) -> Source {
-    levels(lattice.define(constants(fragment, precision, planar)), fragment)
+kernels! {
+    /// The kernels of the search.
+    pub(super) struct Kernels for space: &Space {
+        /// Where space is periodic.
+        wrap: Option<Kernel> = space.periods.as_ref().map(|periods| space.periodic(periods, fragment!("broad_phase/wrap.wgsl"))),
+        classify: Kernel = space.open(fragment!("broad_phase/classify.wgsl")),
+        place: Kernel = space.open(fragment!("broad_phase/place.wgsl")),
+        gather: Kernel = space.open(fragment!("broad_phase/gather.wgsl")),
+        find: Kernel = match &space.periods {
+            Some(periods) => space.periodic(periods, fragment!("broad_phase/find_periodic.wgsl")),
+            None => space.open(fragment!("broad_phase/find.wgsl")),
+        },
+        incoming: Kernel = list(fragment!("broad_phase/incoming.wgsl")),
+        adjacency_start: Kernel = list(fragment!("broad_phase/adjacency_start.wgsl")),
+        adjacency: Kernel = list(fragment!("broad_phase/adjacency.wgsl")),
+    }
 }
 
-fn periodic_source(fragment: Fragment, precision: Precision, planar: bool, periods: &LatticePeriods) -> Source {
-    levels(periods.define(constants(fragment, precision, planar)), fragment)
+impl Space {
+    /// A kernel of the grid.
+    fn open(&self, fragment: Fragment) -> Source {
+        levels(self.lattice.define(self.constants(fragment)), fragment)
+    }
+
+    /// A kernel of the grid that goes round.
+    fn periodic(&self, periods: &LatticePeriods, fragment: Fragment) -> Source {
+        levels(periods.define(self.constants(fragment)), fragment)
+    }
+
+    fn constants(&self, fragment: Fragment) -> Source {
+        Source::new(fragment.name, self.precision)
+            .constants("faults of the search", [("CROWDED", CROWDED), ("TOO_MANY", TOO_MANY)])
+            .integer("PLANAR", u32::from(self.planar))
+            .integer("FINER", FINER)
+            .integer("MOST_ROUNDS", MOST_ROUNDS)
+            .text(&format!("const MOST_CELL: i32 = {MOST_CELL};\n"))
+    }
 }
 
 fn levels(source: Source, fragment: Fragment) -> Source {
     source.include(fragment!("broad_phase/levels.wgsl")).include(fragment)
 }
 
-fn constants(fragment: Fragment, precision: Precision, planar: bool) -> Source {
-    Source::new(fragment.name, precision)
-        .integer("PLANAR", u32::from(planar))
-        .integer("FINER", FINER)
-        .integer("MOST_ROUNDS", MOST_ROUNDS)
-        .text(&format!("const MOST_CELL: i32 = {MOST_CELL};\n"))
-}
-
-fn list_source(fragment: Fragment) -> Source {
+/// A kernel of lists, which has no numbers of a scene.
+fn list(fragment: Fragment) -> Source {
     Source::new(fragment.name, Precision::F32).include(fragment)
-}
-
-impl Kernels {
-    pub fn new(
-        gpu: &Gpu,
-        precision: Precision,
-        planar: bool,
-        lattice: Lattice,
-        periods: Option<&LatticePeriods>,
-    ) -> Result<Self, GpuError> {
-        let grid = |k: usize| Kernel::new(gpu, &grid_source(GRID[k], precision, planar, lattice));
-        let periodic = |k: usize| match periods {
-            Some(periods) => Ok(Some(Kernel::new(gpu, &periodic_source(PERIODIC[k], precision, planar, periods))?)),
-            None => Ok(None),
-        };
-        let list = |k: usize| Kernel::new(gpu, &list_source(LISTS[k]));
-        Ok(Kernels {
-            wrap: periodic(0)?,
-            classify: grid(0)?,
-            place: grid(1)?,
-            gather: grid(2)?,
-            find: match periodic(1)? {
-                Some(find) => find,
-                None => grid(3)?,
-            },
-            incoming: list(0)?,
-            adjacency_start: list(1)?,
-            adjacency: list(2)?,
-        })
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::validate;
+    use crate::gpu::{Made, validate};
 
     #[test]
     fn kernels_are_valid() {
         let lattice = Lattice::for_thickness(0.3).unwrap();
-        let mut sources: Vec<Source> = LISTS.into_iter().map(list_source).collect();
+        let periods = LatticePeriods::new(lattice, [Some(3.1), None, None]).unwrap();
         for precision in [Precision::F32, Precision::F64] {
-            for planar in [false, true] {
-                sources.extend(GRID.map(|fragment| grid_source(fragment, precision, planar, lattice)));
-                let periods = LatticePeriods::new(lattice, [Some(3.1), None, None]).unwrap();
-                sources.extend(PERIODIC.map(|fragment| periodic_source(fragment, precision, planar, &periods)));
+            for (planar, periods) in [(false, None), (true, None), (false, Some(periods)), (true, Some(periods))] {
+                let sources = Kernels::sources(&Space { precision, planar, lattice, periods });
+                assert_eq!(sources.len(), 7 + usize::from(periods.is_some()));
+                for source in sources {
+                    validate(&source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
+                }
             }
-        }
-        for source in sources {
-            validate(&source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
         }
     }
 }

@@ -15,8 +15,8 @@
 
 mod kernels;
 
-use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Precision, Recorder, Scan, Sort};
-use kernels::Kernels;
+use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Made, Precision, Recorder, Scan, Sort};
+use kernels::{Kernels, Space};
 
 /// The table has at least this many columns, more than the cells of any row that a body looks through.
 const LEAST_COLUMNS: u64 = 64;
@@ -27,7 +27,7 @@ const MOST_BODIES: u64 = 1 << 27;
 /// Words of the survey of a scene: four, and three for each of 32 classes.
 const SURVEY_WORDS: u64 = 4 + 3 * 32;
 
-/// Faults of the search, as in `shaders/broad_phase/levels.wgsl`.
+/// Faults of the search.
 const CROWDED: u32 = 1;
 const TOO_MANY: u32 = 2;
 
@@ -82,17 +82,18 @@ impl Search {
         periods: [Option<f64>; 3],
     ) -> Result<Self, GpuError> {
         let periods = LatticePeriods::new(lattice, periods)?;
-        let periods = (!periods.is_none()).then_some(&periods);
+        let periods = (!periods.is_none()).then_some(periods);
         let words = |label| Buffer::new(gpu, label, 4, 1);
         let reals = |label| Buffer::new(gpu, label, 4 * precision.bytes(), 1);
+        let space = Space { precision, planar, lattice, periods };
         Ok(Search {
-            kernels: Kernels::new(gpu, precision, planar, lattice, periods)?,
+            kernels: Kernels::make(gpu, &space)?,
             sort: Sort::new(gpu)?,
             scan: Scan::new(gpu)?,
             survey: Buffer::new(gpu, "search-survey", 4, SURVEY_WORDS)?,
             crowds: Buffer::new(gpu, "search-crowds", 4, 2)?,
             classes: words("search-classes")?,
-            wrapped: match periods {
+            wrapped: match space.periods {
                 Some(_) => {
                     Some([Buffer::new(gpu, "search-wrapped-cells", 16, 1)?, reals("search-wrapped-remainders")?])
                 }
@@ -216,19 +217,50 @@ impl Search {
         record.clear(&self.counts, 0..4 * columns);
         let [cell, remainder] = match (&self.kernels.wrap, &self.wrapped) {
             (Some(wrap), Some([cells, remainders])) => {
-                record.run(wrap, parameters, &[cell, remainder, cells, remainders], bodies);
+                record.run(
+                    wrap,
+                    parameters,
+                    &[
+                        ("cells", cell),
+                        ("remainders", remainder),
+                        ("wrapped_cells", cells),
+                        ("wrapped_remainders", remainders),
+                    ],
+                    bodies,
+                );
                 [cells, remainders]
             }
             _ => [cell, remainder],
         };
-        let buffers = [cell, remainder, boxes, &self.classes, &self.survey];
+        let buffers = [
+            ("cells", cell),
+            ("remainders", remainder),
+            ("boxes", boxes),
+            ("classes", &self.classes),
+            ("survey", &self.survey),
+        ];
         record.run(&self.kernels.classify, parameters, &buffers, bodies);
-        let buffers = [cell, &self.classes, &self.survey, &self.keys, &self.values, &self.counts];
+        let buffers = [
+            ("cells", cell),
+            ("classes", &self.classes),
+            ("survey", &self.survey),
+            ("columns", &self.keys),
+            ("bodies", &self.values),
+            ("counts", &self.counts),
+        ];
         record.run(&self.kernels.place, parameters, &buffers, bodies);
         self.scan.exclusive(record, &self.counts, &self.columns, columns)?;
         self.sort.by_key(record, &mut self.keys, &mut self.values, bodies, columns.trailing_zeros())?;
         let [cells, remainders, extents] = &self.sorted;
-        let buffers = [&self.values, cell, remainder, boxes, cells, remainders, extents];
+        let buffers = [
+            ("bodies", &self.values),
+            ("cells", cell),
+            ("remainders", remainder),
+            ("boxes", boxes),
+            ("sorted_cells", cells),
+            ("sorted_remainders", remainders),
+            ("sorted_boxes", extents),
+        ];
         record.run(&self.kernels.gather, parameters, &buffers, bodies);
         Ok(())
     }
@@ -239,7 +271,16 @@ impl Search {
         let words = [bodies as u32, (columns - 1) as u32, u32::from(fill), large as u32];
         let list = if fill { &self.first } else { &self.counts };
         let [cells, remainders, extents] = &self.sorted;
-        let buffers = [cells, remainders, extents, &self.columns, &self.survey, list, &self.pairs, &self.crowds];
+        let buffers = [
+            ("cells", cells),
+            ("remainders", remainders),
+            ("boxes", extents),
+            ("starts", &self.columns),
+            ("survey", &self.survey),
+            ("list", list),
+            ("pairs", &self.pairs),
+            ("crowds", &self.crowds),
+        ];
         record.run(&self.kernels.find, bytemuck::bytes_of(&words), &buffers, bodies);
     }
 
@@ -267,14 +308,28 @@ impl Search {
     fn connect(&mut self, record: &mut Recorder<'_>, bodies: u64, pairs: u64) -> Result<(), GpuError> {
         let words = [bodies as u32, pairs as u32, 0, 0];
         let parameters = bytemuck::bytes_of(&words);
-        let buffers = [&self.pairs, &self.first, &self.keys, &self.values];
+        let buffers =
+            [("pairs", &self.pairs), ("first", &self.first), ("found", &self.keys), ("entries", &self.values)];
         record.run(&self.kernels.incoming, parameters, &buffers, pairs);
         let bits = bodies.next_power_of_two().trailing_zeros();
         self.sort.by_key(record, &mut self.keys, &mut self.values, pairs, bits)?;
         let own = &self.counts;
-        let buffers = [&self.first, &self.keys, &self.values, &self.adjacency_start, own];
+        let buffers = [
+            ("first", &self.first),
+            ("found", &self.keys),
+            ("entries", &self.values),
+            ("starts", &self.adjacency_start),
+            ("own", own),
+        ];
         record.run(&self.kernels.adjacency_start, parameters, &buffers, bodies + 1);
-        let buffers = [&self.pairs, &self.first, &self.keys, &self.values, own, &self.adjacency];
+        let buffers = [
+            ("pairs", &self.pairs),
+            ("first", &self.first),
+            ("found", &self.keys),
+            ("entries", &self.values),
+            ("own", own),
+            ("adjacency", &self.adjacency),
+        ];
         record.run(&self.kernels.adjacency, parameters, &buffers, pairs);
         Ok(())
     }

@@ -1,22 +1,24 @@
-//! The kernels of one solver: their sources, put together for a number type, a dimension and a kind of solver.
+//! The kernels of one solver, assembled for a number type, a dimension and a kind of solver.
 
 use super::layout::{GRID_WORDS, HALT, NUMBERS, REDUCTIONS, Slots};
+use super::number::Operation;
 use super::shape::Shape;
+use super::tape::{Action, REDUCTION_KINDS};
 use crate::gpu::{Gpu, GpuError, Kernel, Precision, Source, WORKGROUP, fragment};
 use std::collections::HashMap;
 
-/// Invocations of the one workgroup that brings partial sums together.
+/// Invocations of the workgroup that adds up partial sums.
 const FINISH_WORKGROUP: u32 = 256;
 
-/// Invocations of the one workgroup that solves a small problem.
+/// Invocations of the workgroup that solves a small problem.
 pub(super) const SMALL_WORKGROUP: u32 = 32;
 
-/// Relative addition to the diagonal of a pair's block, as on the CPU, or so many roundings where that is more: the
-/// entries of a block are sums of products, each with its rounding.
+/// Relative addition to the diagonal of a pair's block, as on the CPU; at least this many roundings, because the entries
+/// of a block are sums of products, each with its rounding.
 const REGULARIZATION: f64 = 1e-6;
 const ROUNDINGS: f64 = 32.0;
 
-/// Rows of a pair whose small problem is solved as a whole.
+/// The most rows of a pair whose small problem is solved exactly.
 pub(super) const MOST_EXACT: u32 = 8;
 
 /// What the sources depend on.
@@ -27,7 +29,8 @@ pub(super) struct Variant {
     pub slots: Slots,
 }
 
-/// Made when they are first needed: a scene needs the ones for small problems or those for large ones.
+/// The kernels of a solver. Each is compiled when a problem first needs it: few scenes have both small and large
+/// problems.
 #[derive(Default)]
 pub(super) struct Kernels {
     prepare_rows: Option<Kernel>,
@@ -46,7 +49,7 @@ pub(super) struct Large {
 }
 
 impl Kernels {
-    /// Makes those that every problem of a size needs.
+    /// Compiles the kernels that every small problem needs, or every large one.
     pub fn make_common(&mut self, gpu: &Gpu, variant: Variant, small: bool) -> Result<(), GpuError> {
         let kernel = |source: Source| Kernel::new(gpu, &source);
         if self.prepare_rows.is_none() {
@@ -82,7 +85,7 @@ impl Kernels {
         self.large.as_ref()
     }
 
-    /// Makes the kernel of a stage if there is none yet.
+    /// Compiles the kernel of a stage, once.
     pub fn make(&mut self, gpu: &Gpu, variant: Variant, shape: &Shape) -> Result<(), GpuError> {
         if !self.stages.contains_key(shape) {
             self.stages.insert(shape.clone(), Kernel::new(gpu, &variant.stage(shape))?);
@@ -117,6 +120,9 @@ impl Variant {
             .real("SHIFT", 1.0 + shift)
             .real("SHIFT_OF_DETERMINANT", shift * (2.0 + shift))
             .real("LEAST_PIVOT", 0.1 * shift)
+            .constants("kinds of reductions", REDUCTION_KINDS)
+            .constants("actions on rows", Action::ALL.map(|action| (action.constant(), action as u32)))
+            .constants("operations on numbers", Operation::ALL.map(|what| (what.constant(), what as u32)))
             .include(fragment!("lcp/parameters.wgsl"))
     }
 
@@ -191,7 +197,7 @@ impl Variant {
 mod tests {
     use super::super::number::Number;
     use super::super::shape::StageArguments;
-    use super::super::tape::{Action, Tape};
+    use super::super::tape::Tape;
     use super::*;
     use crate::gpu::validate;
     use crate::lcp::SolverKind;
@@ -225,32 +231,36 @@ mod tests {
 
     #[test]
     fn generated_sources_are_valid() {
-        // All actions before and after pairs, and after a product, with constants and with numbers that are told.
+        // All actions before and after pairs, and after a product, with constants and with computed numbers.
         let mut tape = Tape::default();
-        let told = tape.sum(Action::Dot, [7, 8, 8]);
+        let computed = tape.sum(Action::Dot, [7, 8, 8]);
         let all = |tape: &mut Tape| {
             for action in Action::ALL {
                 if action.is_sum() {
                     tape.sum(action, [7, 8, 9]);
                 } else {
-                    tape.row(action, 10, [7, 8, 9], [told, Number::Known(-1.5)]);
+                    tape.row(action, 10, [7, 8, 9], [computed, Number::Known(-1.5)]);
                 }
             }
         };
         all(&mut tape);
-        tape.pairs(7, told, 8, 11);
+        tape.pairs(7, computed, 8, 11);
         all(&mut tape);
         tape.product(7, 10, true);
         all(&mut tape);
         tape.finish();
-        let told: Vec<StageArguments> =
+        let arguments: Vec<StageArguments> =
             tape.stages.iter().filter_map(|stage| StageArguments::of(&tape, stage)).collect();
-        assert!(told.iter().any(|told| told.shape.has_block()) && told.iter().any(|told| told.shape.has_product()));
+        assert!(
+            arguments.iter().any(|arguments| arguments.shape.has_block())
+                && arguments.iter().any(|arguments| arguments.shape.has_product())
+        );
         for v in variants() {
             let has_blocks = v.slots.coupling.is_some();
-            told.iter()
-                .filter(|told| has_blocks || !told.shape.has_block())
-                .for_each(|told| check(&v.stage(&told.shape)));
+            arguments
+                .iter()
+                .filter(|arguments| has_blocks || !arguments.shape.has_block())
+                .for_each(|arguments| check(&v.stage(&arguments.shape)));
         }
     }
 }

@@ -1,34 +1,35 @@
-//! Where things lie on the device: the fixed vectors, the numbers, and what a dispatch is told.
+//! The layout of vectors, numbers and parameters on the device.
 
 use super::number::RING;
 use crate::lcp::SolverKind;
 
-/// Sums that one stage brings together at most.
+/// The most sums that one stage makes.
 pub(super) const REDUCTIONS: u32 = 8;
 
-/// Constants there is room for.
+/// The most constants of a tape.
 pub(super) const CONSTANTS: u32 = 32;
 
-/// Residuals that one batch may note.
+/// The most residuals that one batch notes.
 pub(super) const LOOKS: u32 = 32;
 
-/// Where the constants begin among the numbers.
+/// The place of the first constant among the numbers.
 pub(super) const FIRST_CONSTANT: u32 = RING;
 
-/// Which look ended the batch, counted from one; zero where none did. The looks follow it.
+/// The place of the number of the look that ended the batch, counted from one; zero until a look ends it. The residuals
+/// of the looks follow it.
 pub(super) const HALT: u32 = FIRST_CONSTANT + CONSTANTS;
 
-/// All numbers.
+/// How many numbers the device holds.
 pub(super) const NUMBERS: u32 = HALT + 1 + LOOKS;
 
-/// Words of the grids of indirect dispatches: workgroups for rows and pairs, for bodies.
+/// Words of the grids of indirect dispatches: three for rows and pairs, three for bodies.
 pub(super) const GRID_WORDS: usize = 6;
 
-/// Vectors and numbers that one stage can be told.
+/// The most vectors and numbers that one stage uses: a dispatch passes their places.
 pub(super) const MOST_VECTORS: usize = 32;
 pub(super) const MOST_NUMBERS: usize = 16;
 
-/// The vectors that every solve has, and those of one kind.
+/// The places of the vectors that every solve has, and of those that one kind of solver adds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Slots {
     pub q: u32,
@@ -39,9 +40,9 @@ pub(super) struct Slots {
     pub x: u32,
     /// The majorant and its inverse.
     pub majorant: Option<[u32; 2]>,
-    /// What pairs of two rows need.
+    /// The coupling of the two rows of a pair.
     pub coupling: Option<u32>,
-    /// The first vector for others.
+    /// The first place that a method may use.
     pub free: u32,
 }
 
@@ -51,7 +52,11 @@ impl Slots {
         match kind {
             SolverKind::ProjectedJacobi => (slots.majorant, slots.free) = (Some([4, 5]), 6),
             SolverKind::Auto | SolverKind::PairBlockCg => (slots.coupling, slots.free) = (Some(4), 5),
-            _ => {}
+            SolverKind::Apgd
+            | SolverKind::Bbpgd
+            | SolverKind::ProjectedGaussSeidel
+            | SolverKind::Dense
+            | SolverKind::InteriorPoint => {}
         }
         slots
     }

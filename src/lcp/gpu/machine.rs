@@ -9,7 +9,7 @@ use super::problem::DeviceProblem;
 use super::shape::StageArguments;
 use super::tape::{Stage, Sums, Tape};
 use super::turns::{self, Part, TURN_WORDS};
-use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Precision, Recorder, WORKGROUP};
+use crate::gpu::{Bound, Buffer, Gpu, GpuError, Kernel, Precision, Recorder, WORKGROUP};
 use std::ops::Range;
 
 /// Workgroups of a stage at most; beyond, invocations take several rows.
@@ -133,13 +133,13 @@ impl Machine {
             ..Parameters::default()
         };
         let mut program = program(tape);
-        let (mut parts, mut told) = (Vec::new(), Vec::new());
+        let (mut parts, mut arguments) = (Vec::new(), Vec::new());
         if small {
             let turns;
             (parts, turns) = turns::of(tape, [base.rows, base.pairs, base.bodies]);
             program.extend(turns.as_flattened());
         } else {
-            told = tape.stages.iter().map(|stage| StageArguments::of(tape, stage)).collect();
+            arguments = tape.stages.iter().map(|stage| StageArguments::of(tape, stage)).collect();
         }
         self.program.reserve(gpu, program.len() as u64 / 4)?;
         self.program.write(gpu, 0, bytemuck::cast_slice(&program));
@@ -153,15 +153,15 @@ impl Machine {
         let grid = [groups[0] as u32, 1, 1, groups[1] as u32, 1, 1];
         self.grid.write(gpu, 0, bytemuck::cast_slice(&grid));
         self.kernels.make_common(gpu, self.variant, small)?;
-        for told in told.iter().flatten() {
-            self.kernels.make(gpu, self.variant, &told.shape)?;
+        for arguments in arguments.iter().flatten() {
+            self.kernels.make(gpu, self.variant, &arguments.shape)?;
         }
         let beyond = [0, 1].map(|grid| items[grid].saturating_sub(groups[grid] * u64::from(WORKGROUP)));
         let mut run = Run { machine: self, problem, tape, record, base, groups, beyond, looked: false };
         if small {
             run.small(&parts)
         } else {
-            run.large(&told)
+            run.large(&arguments)
         }
         let mut record = run.record;
         if read.is_empty() {
@@ -189,42 +189,66 @@ fn operation(tape: &Tape, index: usize) -> u32 {
 
 impl Run<'_, '_> {
     /// One dispatch a stage.
-    fn large(&mut self, told: &[Option<StageArguments>]) {
+    fn large(&mut self, arguments: &[Option<StageArguments>]) {
         let (machine, problem) = (self.machine, self.problem);
         let Some(kernels) = machine.kernels.large() else { return };
         let [scalars, vectors, partial] = [&machine.scalars, &machine.vectors, &machine.partial];
-        for (stage, told) in self.tape.stages.iter().zip(told) {
+        for (stage, arguments) in self.tape.stages.iter().zip(arguments) {
             self.record.stage(stage.name());
             match *stage {
                 Stage::Rows { product, sums, .. } => {
-                    let mut buffers = vec![scalars, vectors, partial];
+                    let mut buffers = vec![("scalars", scalars), ("vectors", vectors), ("partial", partial)];
                     if product.is_some() {
-                        buffers.extend([&problem.pair, &problem.jacobian, &problem.velocity]);
+                        buffers.extend([
+                            ("pair", &problem.pair),
+                            ("jacobian", &problem.jacobian),
+                            ("velocity", &problem.velocity),
+                        ]);
                     }
                     let add_q = product.is_some_and(|product| product.add_q);
-                    self.rows(told.as_ref(), sums, add_q, &buffers);
+                    self.rows(arguments.as_ref(), sums, add_q, &buffers);
                 }
                 Stage::Pairs { sums, .. } => {
-                    let buffers = [scalars, vectors, partial, &problem.block_start, &machine.entries];
-                    self.rows(told.as_ref(), sums, false, &buffers);
+                    let buffers = [
+                        ("scalars", scalars),
+                        ("vectors", vectors),
+                        ("partial", partial),
+                        ("block_start", &problem.block_start),
+                        ("entries", &machine.entries),
+                    ];
+                    self.rows(arguments.as_ref(), sums, false, &buffers);
                 }
                 Stage::Bodies { x } => {
                     let parameters = Parameters { x, ..self.base };
-                    let [start, entries] = [&problem.incidence_start, &problem.incidence];
-                    let buffers = [vectors, start, entries, &machine.gathered, &problem.velocity];
+                    let buffers = [
+                        ("vectors", vectors),
+                        ("incidence_start", &problem.incidence_start),
+                        ("incidence", &problem.incidence),
+                        ("gathered", &machine.gathered),
+                        ("velocity", &problem.velocity),
+                    ];
                     self.dispatch(&kernels.bodies, &parameters, &buffers, 1);
                 }
                 Stage::Finish { begin, end, kinds, sums } => {
                     let [first, last] = [begin, end].map(|index| operation(self.tape, index));
                     let parameters = Parameters { first, last, kinds, reductions: sums, ..self.base };
-                    let buffers = [&machine.program, scalars, partial, &machine.grid];
+                    let buffers = [
+                        ("program", &machine.program),
+                        ("scalars", scalars),
+                        ("partial", partial),
+                        ("grid", &machine.grid),
+                    ];
                     self.record.run_groups(&kernels.finish, bytemuck::bytes_of(&parameters), &buffers, 1);
                     self.looked |= self.tape.looks_in(begin, end);
                 }
                 Stage::PrepareRows => {
                     self.prepare_rows();
-                    let lists = [&problem.incidence_start, &problem.incidence];
-                    let buffers = [lists[0], lists[1], &problem.jacobian, &machine.gathered];
+                    let buffers = [
+                        ("incidence_start", &problem.incidence_start),
+                        ("incidence", &problem.incidence),
+                        ("jacobian", &problem.jacobian),
+                        ("gathered", &machine.gathered),
+                    ];
                     let parameters = bytemuck::bytes_of(&self.base);
                     self.record.run(&kernels.prepare_entries, parameters, &buffers, 2 * problem.rows);
                 }
@@ -234,19 +258,19 @@ impl Run<'_, '_> {
         }
     }
 
-    fn rows(&mut self, told: Option<&StageArguments>, sums: Sums, add_q: bool, buffers: &[&Buffer]) {
-        let Some(told) = told else { return };
-        let Some(kernel) = self.machine.kernels.stage(&told.shape) else { return };
+    fn rows(&mut self, arguments: Option<&StageArguments>, sums: Sums, add_q: bool, buffers: &[Bound<'_>]) {
+        let Some(arguments) = arguments else { return };
+        let Some(kernel) = self.machine.kernels.stage(&arguments.shape) else { return };
         let Sums { first: reduction, count: reductions, kinds } = sums;
         let add_q = u32::from(add_q);
         let mut parameters = Parameters { reduction, reductions, kinds, add_q, ..self.base };
-        parameters.vectors[..told.vectors.len()].copy_from_slice(&told.vectors);
-        parameters.numbers[..told.numbers.len()].copy_from_slice(&told.numbers);
+        parameters.vectors[..arguments.vectors.len()].copy_from_slice(&arguments.vectors);
+        parameters.numbers[..arguments.numbers.len()].copy_from_slice(&arguments.numbers);
         self.dispatch(kernel, &parameters, buffers, 0);
     }
 
     /// Dispatches a stage: directly, until it may have to be skipped. Grid 0 is for rows and pairs, 1 for bodies.
-    fn dispatch(&mut self, kernel: &Kernel, parameters: &Parameters, buffers: &[&Buffer], grid: usize) {
+    fn dispatch(&mut self, kernel: &Kernel, parameters: &Parameters, buffers: &[Bound<'_>], grid: usize) {
         let parameters = bytemuck::bytes_of(parameters);
         self.record.weigh(self.beyond[grid]);
         if self.looked {
@@ -286,15 +310,15 @@ impl Run<'_, '_> {
         let (machine, problem) = (self.machine, self.problem);
         let parameters = Parameters { first, last, ..self.base };
         let mut buffers = vec![
-            &machine.program,
-            &machine.scalars,
-            &machine.vectors,
-            &problem.velocity,
-            &problem.jacobian,
-            &machine.lists,
+            ("program", &machine.program),
+            ("scalars", &machine.scalars),
+            ("vectors", &machine.vectors),
+            ("velocity", &problem.velocity),
+            ("jacobian", &problem.jacobian),
+            ("lists", &machine.lists),
         ];
         if self.machine.variant.slots.coupling.is_some() {
-            buffers.push(&machine.entries);
+            buffers.push(("entries", &machine.entries));
         }
         if let Some(kernel) = machine.kernels.small() {
             self.record.run_groups(kernel, bytemuck::bytes_of(&parameters), &buffers, 1);
@@ -304,12 +328,12 @@ impl Run<'_, '_> {
     fn prepare_rows(&mut self) {
         let problem = self.problem;
         let buffers = [
-            &problem.pair,
-            &problem.jacobian,
-            &problem.q,
-            &problem.gamma,
-            &problem.incidence_start,
-            &self.machine.vectors,
+            ("pair", &problem.pair),
+            ("jacobian", &problem.jacobian),
+            ("offset", &problem.q),
+            ("gamma", &problem.gamma),
+            ("incidence_start", &problem.incidence_start),
+            ("vectors", &self.machine.vectors),
         ];
         if let Some(kernel) = self.machine.kernels.prepare_rows() {
             self.record.run(kernel, bytemuck::bytes_of(&self.base), &buffers, problem.rows);
@@ -318,8 +342,13 @@ impl Run<'_, '_> {
 
     fn prepare_pairs(&mut self) {
         let problem = self.problem;
-        let [vectors, entries] = [&self.machine.vectors, &self.machine.entries];
-        let buffers = [&problem.block_start, &problem.pair, &problem.jacobian, vectors, entries];
+        let buffers = [
+            ("block_start", &problem.block_start),
+            ("pair", &problem.pair),
+            ("jacobian", &problem.jacobian),
+            ("vectors", &self.machine.vectors),
+            ("entries", &self.machine.entries),
+        ];
         if let Some(kernel) = self.machine.kernels.prepare_pairs() {
             self.record.run(kernel, bytemuck::bytes_of(&self.base), &buffers, problem.pairs);
         }

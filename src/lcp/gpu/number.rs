@@ -11,7 +11,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// Numbers in the ring.
 pub(super) const RING: u32 = 256;
 
-/// What is done with numbers, as in `shaders/lcp/numbers.wgsl`.
+/// What is done with numbers, by `shaders/lcp/numbers.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub(super) enum Operation {
@@ -26,6 +26,38 @@ pub(super) enum Operation {
     Max,
     IfPositive,
     Look,
+}
+
+impl Operation {
+    /// All, in their order.
+    pub const ALL: [Operation; 10] = [
+        Operation::Take,
+        Operation::Add,
+        Operation::Sub,
+        Operation::Mul,
+        Operation::Div,
+        Operation::Neg,
+        Operation::Min,
+        Operation::Max,
+        Operation::IfPositive,
+        Operation::Look,
+    ];
+
+    /// The name of its number in kernels.
+    pub fn constant(self) -> &'static str {
+        match self {
+            Operation::Take => "TAKE",
+            Operation::Add => "ADD",
+            Operation::Sub => "SUB",
+            Operation::Mul => "MUL",
+            Operation::Div => "DIV",
+            Operation::Neg => "NEG",
+            Operation::Min => "MIN",
+            Operation::Max => "MAX",
+            Operation::IfPositive => "IF_POSITIVE",
+            Operation::Look => "LOOK",
+        }
+    }
 }
 
 /// A number known here, or the nth one on the device.

@@ -7,41 +7,42 @@ use crate::lcp::pair_blocks::{self, sorted};
 
 /// One LCP on the device: as [`Problem`], with the rows of a pair together.
 ///
-/// All buffers belong to the caller and have room for at least what is said; what is beyond is not looked at.
+/// The caller owns the buffers. Each has room for at least the elements given here; kernels ignore the rest.
 pub struct DeviceProblem {
-    /// How many bodies there are.
+    /// The number of bodies.
     pub bodies: u64,
-    /// How many rows.
+    /// The number of rows.
     pub rows: u64,
-    /// How many slots for pairs, empty ones too.
+    /// The number of slots for pairs, empty slots included.
     pub pairs: u64,
-    /// Three unknowns a body (x, y, turn) rather than six.
+    /// Whether a body has three unknowns (x, y, turn) instead of six.
     pub planar: bool,
-    /// The two bodies of each row: two words. A second one from `bodies` on has no mobility: its block is zero, and it
-    /// is in no list.
+    /// The two bodies of each row: two words. A second number from `bodies` on is a surface without mobility: its block
+    /// is zero, and no list has it.
     pub pair: Buffer,
-    /// The two blocks of each row of `J`: vectors of four numbers, planar one a block (x, y, turn, 0), else two
-    /// (linear, angular).
+    /// The two blocks of each row of `J`, in vectors of four numbers: one vector a block in the plane (x, y, turn, 0),
+    /// else two (linear, angular).
     pub jacobian: Buffer,
-    /// `g` at `gamma = 0`, a number a row.
+    /// The offset `q` of each row: `g` at `gamma = 0`.
     pub q: Buffer,
-    /// Where the rows of each slot begin, and their end: one word a slot and one more. The slots' rows follow each
-    /// other and are all.
+    /// The first row of each slot, and the number of rows at the end: one word a slot and one more. Every row belongs to
+    /// a slot, and the slots' rows follow each other.
     pub block_start: Buffer,
-    /// Where the list of each body begins in `incidence`, and their end.
+    /// The first entry of each body's list in `incidence`, and the number of entries at the end.
     pub incidence_start: Buffer,
     /// `2 row + side` for each row of a body, ascending; `side` is the body's place in the row's pair. Two words a row
     /// at most.
     pub incidence: Buffer,
-    /// The multipliers, a number a row: the start (what is not finite or negative counts as zero), then the result.
+    /// The multiplier of each row: first the warm start, where negative and infinite numbers count as zero, then the
+    /// result.
     pub gamma: Buffer,
-    /// `J^T gamma` of the result: a vector of four numbers a body, planar, else two.
+    /// `J^T gamma` of the result: for each body one vector of four numbers in the plane, else two.
     pub velocity: Buffer,
 }
 
 impl DeviceProblem {
-    /// Brings a problem to the device, and a start, of which missing numbers are zero. Returns also the order of rows
-    /// there: the place in `problem` of each row.
+    /// Uploads a problem and a warm start, whose missing numbers are zero. Also returns the order of the rows on the
+    /// device: for each its place in `problem`.
     ///
     /// # Errors
     /// [`GpuError::Limit`], [`GpuError::OutOfMemory`], [`GpuError::NoF64`].
@@ -102,7 +103,7 @@ impl DeviceProblem {
         Ok(gamma)
     }
 
-    /// Reads `velocity` back: three numbers a body, planar, else six.
+    /// Reads `velocity` back: for each body three numbers in the plane, else six.
     ///
     /// # Errors
     /// The fault that the device reported.

@@ -1,21 +1,21 @@
 //! The text of a stage's kernel. Stages that differ only in which vectors and numbers they use have the same shape and
-//! share a kernel; the vectors and numbers are told to the dispatch.
+//! share a kernel; each dispatch passes the places of its vectors and numbers as parameters.
 //!
-//! A kernel made for its stage keeps what one instruction makes for the next in registers. Interpreting the
-//! instructions took five to ten times as long on a software adapter.
+//! A kernel made for its stage keeps intermediate results in registers. Interpreting the instructions took five to ten
+//! times as long on a software adapter.
 
 use super::layout::{FIRST_CONSTANT, MOST_NUMBERS, MOST_VECTORS};
 use super::tape::{Action, Stage, Tape, Words};
 use std::fmt::Write as _;
 
-/// A number that an instruction uses: a constant by its bits, or one told.
+/// A number that an instruction uses: a constant by its bits, or a parameter of the dispatch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Operand {
     Constant(u64),
-    StageArguments(u32),
+    Parameter(u32),
 }
 
-/// An instruction over told vectors.
+/// An instruction whose vectors are parameters of the dispatch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Line {
     action: Action,
@@ -24,18 +24,18 @@ struct Line {
     numbers: [Operand; 2],
 }
 
-/// What a stage does, whichever vectors and numbers it does it with.
+/// The instructions of a stage, without the places of their vectors and numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Shape {
     before: Vec<Line>,
-    /// On whole pairs.
+    /// The instruction on whole pairs.
     block: Option<Line>,
     after: Vec<Line>,
-    /// Whether the rows of a product come first, and which vector they make.
+    /// The vector that the rows of a product make, where these come first.
     product: Option<u32>,
 }
 
-/// A stage's shape and what it is told.
+/// A stage's shape, and the places of its vectors and numbers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct StageArguments {
     pub shape: Shape,
@@ -52,23 +52,23 @@ fn place(of: u32, list: &mut Vec<u32>) -> u32 {
 }
 
 impl StageArguments {
-    /// What a stage of rows or pairs is told; `None` for others.
+    /// The arguments of a stage of rows or pairs; `None` for other stages.
     pub fn of(tape: &Tape, stage: &Stage) -> Option<StageArguments> {
-        let mut told = StageArguments::default();
+        let mut arguments = StageArguments::default();
         let instructions = |begin: usize, end: usize| &tape.instructions[begin..end];
         match *stage {
             Stage::Rows { begin, end, product, .. } => {
-                told.shape.product = product.map(|product| place(product.out, &mut told.vectors));
-                told.shape.before = told.lines(tape, instructions(begin, end));
+                arguments.shape.product = product.map(|product| place(product.out, &mut arguments.vectors));
+                arguments.shape.before = arguments.lines(tape, instructions(begin, end));
             }
             Stage::Pairs { begin, middle, end, .. } => {
-                told.shape.before = told.lines(tape, instructions(begin, middle));
-                told.shape.block = told.lines(tape, instructions(middle, middle + 1)).pop();
-                told.shape.after = told.lines(tape, instructions(middle + 1, end));
+                arguments.shape.before = arguments.lines(tape, instructions(begin, middle));
+                arguments.shape.block = arguments.lines(tape, instructions(middle, middle + 1)).pop();
+                arguments.shape.after = arguments.lines(tape, instructions(middle + 1, end));
             }
             _ => return None,
         }
-        Some(told)
+        Some(arguments)
     }
 
     fn lines(&mut self, tape: &Tape, instructions: &[Words]) -> Vec<Line> {
@@ -81,13 +81,13 @@ impl StageArguments {
         let vectors = [a, b, c].map(|vector| place(vector, &mut self.vectors));
         let numbers = [s, t].map(|number| match tape.constants().get((number.wrapping_sub(FIRST_CONSTANT)) as usize) {
             Some(constant) => Operand::Constant(constant.to_bits()),
-            None => Operand::StageArguments(place(number, &mut self.numbers)),
+            None => Operand::Parameter(place(number, &mut self.numbers)),
         });
         let out = if action.is_sum() { 0 } else { place(out, &mut self.vectors) };
         Line { action, out, vectors, numbers }
     }
 
-    /// Whether a dispatch can be told of one more instruction.
+    /// Whether the parameters of a dispatch have room for one more instruction.
     pub fn has_room(&self) -> bool {
         self.vectors.len() + 4 <= MOST_VECTORS && self.numbers.len() + 2 <= MOST_NUMBERS
     }
@@ -116,8 +116,8 @@ impl Shape {
         }
         if let Some(line) = &self.block {
             let step = number(line.numbers[0], &literal);
-            let [x, g, _] = line.vectors.map(told_vector);
-            let out = told_vector(line.out);
+            let [x, g, _] = line.vectors.map(vector_place);
+            let out = vector_place(line.out);
             let _ = writeln!(text, "    let step = {step};");
             text.push_str(CHUNK);
             rows(&mut text, ROWS_OF_CHUNK, &self.before, 0, None);
@@ -149,7 +149,7 @@ fn main(
 
 const ALL_ROWS: &str = "    for (var row = invocation(group, groups, local); row < parameters.rows; row += parameters.groups * WORKGROUP) {\n";
 
-/// A workgroup takes consecutive pairs at once. Their rows follow each other, so its invocations share them evenly.
+/// A workgroup computes consecutive pairs. Their rows follow each other, so its invocations share them evenly.
 const CHUNK: &str = "    for (var chunk = group_index(group, groups); chunk * WORKGROUP < parameters.pairs; chunk += parameters.groups) {
     let slot = chunk * WORKGROUP + local;
     let begin = block_start[chunk * WORKGROUP];
@@ -158,24 +158,24 @@ const CHUNK: &str = "    for (var chunk = group_index(group, groups); chunk * WO
 
 const ROWS_OF_CHUNK: &str = "    for (var row = begin + local; row < end; row += WORKGROUP) {\n";
 
-fn told_vector(vector: u32) -> String {
+fn vector_place(vector: u32) -> String {
     format!("parameters.vectors[{}][{}]", vector / 4, vector % 4)
 }
 
 fn number(operand: Operand, literal: &impl Fn(f64) -> String) -> String {
     match operand {
         Operand::Constant(bits) => literal(f64::from_bits(bits)),
-        Operand::StageArguments(number) => format!("scalars[parameters.numbers[{}][{}]]", number / 4, number % 4),
+        Operand::Parameter(number) => format!("scalars[parameters.numbers[{}][{}]]", number / 4, number % 4),
     }
 }
 
-/// A loop that does lines, the first of which is number `first`, on rows; before them the rows of a product.
+/// Adds a loop over rows. It does `lines`, of which the first has number `first`, after the rows of a product.
 fn rows(text: &mut String, head: &str, lines: &[Line], first: usize, product: Option<u32>) {
     if lines.is_empty() && product.is_none() {
         return;
     }
     text.push_str(head);
-    // The name that holds each vector's number of this row, and whether it is yet to be written.
+    // For each vector the variable that holds its number of this row, and whether the loop must store it.
     let mut known: Vec<Option<(String, bool)>> = vec![None; MOST_VECTORS];
     if let Some(out) = product {
         text.push_str("        let product = product_of(row);\n");
@@ -186,12 +186,12 @@ fn rows(text: &mut String, head: &str, lines: &[Line], first: usize, product: Op
         for vector in line.vectors {
             let (name, _) = known[vector as usize].get_or_insert_with(|| {
                 let name = format!("v{vector}");
-                let _ = writeln!(text, "        let {name} = vectors[at({}, row)];", told_vector(vector));
+                let _ = writeln!(text, "        let {name} = vectors[at({}, row)];", vector_place(vector));
                 (name, false)
             });
             names.push(name.clone());
         }
-        let value = format!("row_value({}u, {}, s{k}, t{k})", line.action as u32, names.join(", "));
+        let value = format!("row_value({}, {}, s{k}, t{k})", line.action.constant(), names.join(", "));
         if line.action.is_sum() {
             let _ = writeln!(text, "        sum{k} = join({}u, sum{k}, {value});", line.action.kind());
         } else {
@@ -201,7 +201,7 @@ fn rows(text: &mut String, head: &str, lines: &[Line], first: usize, product: Op
     }
     for (vector, known) in known.iter().enumerate() {
         if let Some((name, true)) = known {
-            let _ = writeln!(text, "        vectors[at({}, row)] = {name};", told_vector(vector as u32));
+            let _ = writeln!(text, "        vectors[at({}, row)] = {name};", vector_place(vector as u32));
         }
     }
     text.push_str("    }\n");

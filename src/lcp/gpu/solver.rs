@@ -31,7 +31,11 @@ impl Solver {
             SolverKind::ProjectedGaussSeidel => "solver projected_gauss_seidel",
             SolverKind::Dense => "solver dense",
             SolverKind::InteriorPoint => "solver interior_point",
-            _ => return Ok(()),
+            SolverKind::Auto
+            | SolverKind::ProjectedJacobi
+            | SolverKind::Apgd
+            | SolverKind::Bbpgd
+            | SolverKind::PairBlockCg => return Ok(()),
         };
         Err(GpuError::Unsupported { what: what.into() })
     }
@@ -77,7 +81,10 @@ impl Solver {
             SolverKind::ProjectedJacobi => self.solve_by(gpu, problem, ProjectedJacobi::default()),
             SolverKind::Apgd => self.solve_by(gpu, problem, Apgd::new()),
             SolverKind::Bbpgd => self.solve_by(gpu, problem, Bbpgd::new()),
-            _ => self.solve_by(gpu, problem, PairBlockCg::new()),
+            SolverKind::Auto | SolverKind::PairBlockCg => self.solve_by(gpu, problem, PairBlockCg::new()),
+            kind @ (SolverKind::ProjectedGaussSeidel | SolverKind::Dense | SolverKind::InteriorPoint) => {
+                Err(Solver::check(kind).err().unwrap_or(GpuError::Unsupported { what: "such solver".into() }))
+            }
         }
     }
 

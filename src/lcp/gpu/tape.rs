@@ -9,7 +9,13 @@ use super::layout::{CONSTANTS, FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS};
 use super::number::{self, Noted, Number, Operation, RING};
 use super::shape::StageArguments;
 
-/// What is done on a row, as in `shaders/lcp/instructions.wgsl`.
+/// How the values of rows are brought together, with their names in kernels.
+const SUM: u32 = 0;
+const LEAST: u32 = 1;
+const WORST: u32 = 2;
+pub(super) const REDUCTION_KINDS: [(&str, u32); 3] = [("SUM", SUM), ("LEAST", LEAST), ("WORST", WORST)];
+
+/// What is done on a row, by `shaders/lcp/instructions.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Hash)]
 #[repr(u32)]
 pub(super) enum Action {
@@ -29,17 +35,36 @@ pub(super) enum Action {
 }
 
 impl Action {
-    /// How its values are brought together, as in `shaders/lcp/reduce.wgsl`.
+    /// How its values are brought together, by `shaders/lcp/reduce.wgsl`.
     pub fn kind(self) -> u32 {
         match self {
-            Action::Room => 1,
-            Action::Residual | Action::Largest => 2,
-            _ => 0,
+            Action::Room => LEAST,
+            Action::Residual | Action::Largest => WORST,
+            _ => SUM,
+        }
+    }
+
+    /// The name of its number in kernels.
+    pub fn constant(self) -> &'static str {
+        match self {
+            Action::Zero => "ZERO",
+            Action::Copy => "COPY",
+            Action::CopyIf => "COPY_IF",
+            Action::Combine => "COMBINE",
+            Action::Proximal => "PROXIMAL",
+            Action::Project => "PROJECT",
+            Action::Invert => "INVERT",
+            Action::Dot => "DOT",
+            Action::Triple => "TRIPLE",
+            Action::Objective => "OBJECTIVE",
+            Action::Room => "ROOM",
+            Action::Residual => "RESIDUAL",
+            Action::Largest => "LARGEST",
         }
     }
 }
 
-/// So many instructions and one more always fit what a dispatch can be told.
+/// This many instructions and one more always fit the parameters of a dispatch.
 const FEW: usize = 6;
 
 /// One instruction: what, out, three vectors, two numbers.
@@ -277,11 +302,11 @@ impl Tape {
         }
     }
 
-    /// Whether the last stage might be more than a dispatch can be told with one more instruction.
+    /// Whether the last stage might exceed the parameters of a dispatch with one more instruction.
     fn is_full(&self) -> bool {
         match self.stages.last() {
             Some(stage @ (Stage::Rows { begin, end, .. } | Stage::Pairs { begin, end, .. })) if end - begin > FEW => {
-                !StageArguments::of(self, stage).is_some_and(|told| told.has_room())
+                !StageArguments::of(self, stage).is_some_and(|arguments| arguments.has_room())
             }
             _ => false,
         }

@@ -2,7 +2,7 @@
 
 use crate::periodic::Periods;
 use crate::separation::{Placed, separation};
-use crate::shape::Shape;
+use crate::shape::{Centreline, Geometry, Shape};
 use glam::{DQuat, DVec3, I64Vec3};
 use std::collections::{BTreeMap, HashMap};
 
@@ -13,16 +13,18 @@ use std::collections::{BTreeMap, HashMap};
 /// `b^2 / c`, is not above `b`. For a ring or a custom shape it is the bounding sphere, so that rings do not interlock
 /// by chance.
 pub(super) fn capsule_of(shape: &Shape) -> (Shape, DVec3) {
-    match *shape {
-        Shape::Sphere { .. } | Shape::Spherocylinder { .. } => (*shape, DVec3::Z),
-        Shape::Ellipsoid { radii } => {
+    match shape.geometry() {
+        Geometry::Centreline { curve: Centreline::Point | Centreline::Segment { .. }, .. } => (*shape, DVec3::Z),
+        Geometry::Ellipsoid { radii } => {
             let mut order = [0, 1, 2];
             order.sort_by(|&i, &j| radii[i].total_cmp(&radii[j]));
             let [_, middle, longest] = order;
             let [diameter, length] = [2.0 * radii[middle], 2.0 * radii[longest]];
             (Shape::Spherocylinder { diameter, length }, DVec3::AXES[longest])
         }
-        Shape::Torus { .. } | Shape::Convex(_) => (Shape::Sphere { radius: shape.bounding_radius() }, DVec3::Z),
+        Geometry::Centreline { curve: Centreline::Circle { .. }, .. } | Geometry::Convex(_) => {
+            (Shape::Sphere { radius: shape.bounding_radius() }, DVec3::Z)
+        }
     }
 }
 

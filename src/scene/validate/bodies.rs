@@ -3,7 +3,7 @@
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
 use super::super::orientation::norm;
-use super::super::{Body, BodyLineage, Dynamics, Scene};
+use super::super::{Body, BodyLineage, Scene};
 use super::shapes::check_shape;
 use super::{MAX_BODIES, SMALLEST_QUATERNION, number, numbers};
 use std::collections::HashSet;
@@ -37,7 +37,7 @@ impl Scene {
         for (name, velocity) in [("velocity", body.velocity), ("angular_velocity", body.angular_velocity)] {
             let Some(velocity) = velocity else { continue };
             let key = key.field(name);
-            if matches!(self.dynamics, Dynamics::Overdamped { .. }) {
+            if !self.dynamics.has_inertia() {
                 let message = "has no meaning without inertia; leave it out, or choose the inertial law";
                 return Err(SceneError::bad(key, message));
             }

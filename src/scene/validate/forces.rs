@@ -3,31 +3,11 @@
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
 use super::super::nearest::nearest;
-use super::super::{Dynamics, Force, Growth, Method, Scene, Stop};
+use super::super::{Force, Growth, Method, Scene, Stop};
 use super::{MAX_BODIES, number, numbers, positive};
 use crate::dynamics::MOST_LENGTH_NOISE;
 use crate::shape::Shape;
 use std::f64::consts::LN_2;
-
-impl Force {
-    pub(in super::super) fn group(&self) -> Option<&str> {
-        match self {
-            Force::Uniform { group, .. }
-            | Force::Gravity { group, .. }
-            | Force::RadialInward { group }
-            | Force::RadialOutward { group } => group.as_deref(),
-        }
-    }
-
-    pub(super) fn name(&self) -> &'static str {
-        match self {
-            Force::Uniform { .. } => "uniform",
-            Force::Gravity { .. } => "gravity",
-            Force::RadialInward { .. } => "radial_inward",
-            Force::RadialOutward { .. } => "radial_outward",
-        }
-    }
-}
 
 impl Scene {
     pub(super) fn check_forces(&self, key: &Key) -> Result<(), SceneError> {
@@ -39,7 +19,7 @@ impl Scene {
                 Force::Uniform { force, .. } => numbers(&key.field("force"), force)?,
                 Force::Gravity { acceleration, .. } => {
                     numbers(&key.field("acceleration"), acceleration)?;
-                    if matches!(self.dynamics, Dynamics::Overdamped { .. }) {
+                    if !self.dynamics.has_inertia() {
                         let message = "needs the inertial law, where bodies have mass; `uniform` is a force per body";
                         return Err(SceneError::bad(key, message));
                     }

@@ -4,7 +4,7 @@
 use super::super::error::{FaultKind, SceneError};
 use super::super::generate::isotropic_volume;
 use super::super::key::Key;
-use super::super::{Force, Generate, Scene};
+use super::super::{Generate, Scene};
 use super::positive;
 use crate::periodic::Periods;
 use crate::separation::Surface;
@@ -72,7 +72,7 @@ impl Scene {
 
     fn check_periodic_forces(&self, root: &Key) -> Result<(), SceneError> {
         for (i, force) in self.forces.iter().enumerate() {
-            if matches!(force, Force::RadialInward { .. } | Force::RadialOutward { .. }) {
+            if force.is_radial() {
                 let message = "points from or to one point, which a periodic scene does not have";
                 return Err(SceneError::bad(root.field("forces").index(i).field(force.name()), message));
             }

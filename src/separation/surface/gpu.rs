@@ -11,9 +11,9 @@
 //! Surfaces are read from an array `surfaces: array<vec4r>`, [`SURFACE_VECTORS`] each.
 
 use super::super::direction::perpendicular;
-use super::super::gpu::{add_bodies_to, add_tolerances_to};
+use super::super::gpu::{Family, add_bodies_to, add_tolerances_to};
 use super::Surface;
-use crate::gpu::{GpuError, Lattice, Source, fragment};
+use crate::gpu::{Fragment, GpuError, Lattice, Source, fragment};
 use crate::shape::Shape;
 use glam::DVec3;
 
@@ -39,21 +39,36 @@ const LARGEST_RADIUS: f64 = 4_194_304.0;
 /// in floats.
 const LARGEST_SQUARE: f64 = 1_073_741_824.0;
 
-/// The families of shapes that a kernel is to know, by their tags.
-fn arms(shapes: &[Shape]) -> [(bool, &'static str, &'static str); 3] {
-    let any = |tags: [u32; 2]| shapes.iter().any(|shape| tags.contains(&shape.code().0));
-    [
-        (any([0, 1]), "body.kind < KIND_ELLIPSOID", "arm_of_segment(body, place)"),
-        (any([2, 2]), "body.kind == KIND_ELLIPSOID", "arm_of_ellipsoid(surface, offset, body, place)"),
-        (any([3, 3]), "body.kind == KIND_TORUS", "arm_of_circle(surface, offset, body, place)"),
-    ]
+/// The kinds of surfaces as numbers, as kernels read them.
+#[derive(Clone, Copy)]
+enum Kind {
+    Plane,
+    Sphere,
+    Cylinder,
 }
+
+/// What a family of shapes adds to a kernel: its fragment, and the call that makes an `Arm`.
+const ARMS: [(Family, Fragment, &str); 3] = [
+    (Family::Segment, fragment!("separation/surface_segment.wgsl"), "arm_of_segment(body, place)"),
+    (
+        Family::Ellipsoid,
+        fragment!("separation/surface_ellipsoid.wgsl"),
+        "arm_of_ellipsoid(surface, offset, body, place)",
+    ),
+    (Family::Circle, fragment!("separation/surface_circle.wgsl"), "arm_of_circle(surface, offset, body, place)"),
+];
 
 /// Adds surfaces, and the gaps of points, to a source that has this [lattice](Lattice::define).
 #[must_use]
 pub fn add_surfaces_to(source: Source, lattice: &Lattice) -> Source {
     let coarse = f64::from(COARSE_BITS);
+    let kinds = [
+        ("SURFACE_PLANE", Kind::Plane as u32),
+        ("SURFACE_SPHERE", Kind::Sphere as u32),
+        ("SURFACE_CYLINDER", Kind::Cylinder as u32),
+    ];
     source
+        .constants("kinds of surfaces", kinds)
         .integer("SURFACE_VECTORS", SURFACE_VECTORS as u32)
         .integer("UNIT_BITS", UNIT_BITS)
         .real("UNIT", unit(lattice))
@@ -80,21 +95,12 @@ pub fn add_places_to(source: Source, lattice: &Lattice, shapes: &[Shape]) -> Sou
         .include(fragment!("separation/ring.wgsl"))
         .include(fragment!("separation/point_ellipsoid.wgsl"))
         .include(fragment!("separation/surface_place.wgsl"));
-    let [segment, ellipsoid, circle] = arms(shapes);
-    for (arm, fragment) in [
-        (segment, fragment!("separation/surface_segment.wgsl")),
-        (ellipsoid, fragment!("separation/surface_ellipsoid.wgsl")),
-        (circle, fragment!("separation/surface_circle.wgsl")),
-    ] {
-        if arm.0 {
-            source = source.include(fragment);
-        }
-    }
     let mut text = "fn arm_of(surface: Surface, offset: Offset, body: Placed, place: u32) -> Arm {\n".to_owned();
-    for (_, test, call) in arms(shapes).into_iter().filter(|arm| arm.0) {
-        text.push_str(&format!("    if {test} {{ return {call}; }}\n"));
+    for (family, fragment, call) in ARMS.into_iter().filter(|(family, ..)| family.has_any(shapes)) {
+        source = source.include(fragment);
+        text.push_str(&format!("    if {} {{ return {call}; }}\n", family.test_of("body.kind")));
     }
-    text.push_str("    return Arm(vec3r(), real(0.0), false);\n}\n");
+    text.push_str("    return Arm(vec3r(not_a_number()), not_a_number(), true);\n}\n");
     source.text(&text)
 }
 
@@ -109,10 +115,10 @@ fn unit(lattice: &Lattice) -> f64 {
 /// [`GpuError::Unsupported`] where its point or centre lies beyond the lattice.
 pub fn surface_numbers(surface: &Surface, lattice: &Lattice) -> Result<[f64; 4 * SURFACE_VECTORS], GpuError> {
     let (kind, reference, radius, directions) = match *surface {
-        Surface::Plane { point, normal } => (0.0, point, 0.0, [normal, DVec3::ZERO]),
-        Surface::Sphere { centre, radius } => (1.0, centre, radius, [DVec3::ZERO; 2]),
+        Surface::Plane { point, normal } => (Kind::Plane, point, 0.0, [normal, DVec3::ZERO]),
+        Surface::Sphere { centre, radius } => (Kind::Sphere, centre, radius, [DVec3::ZERO; 2]),
         Surface::Cylinder { centre, axis, radius } => {
-            (2.0, centre, radius, [perpendicular(axis), axis.cross(perpendicular(axis))])
+            (Kind::Cylinder, centre, radius, [perpendicular(axis), axis.cross(perpendicular(axis))])
         }
     };
     let radius = (radius / unit(lattice)).min(LARGEST_RADIUS);
@@ -130,7 +136,8 @@ pub fn surface_numbers(surface: &Surface, lattice: &Lattice) -> Result<[f64; 4 *
         [direction, coarse, direction - coarse / scale].map(|v| vector(v.to_array(), 0.0))
     };
     let [first, second] = directions.map(parts);
-    let head = [vector(remainders, kind), vector(high.map(f64::from), whole), vector(low, radius - whole)];
+    let head =
+        [vector(remainders, f64::from(kind as u8)), vector(high.map(f64::from), whole), vector(low, radius - whole)];
     let mut numbers = [0.0; 4 * SURFACE_VECTORS];
     for (to, from) in numbers.iter_mut().zip([head, first, second].as_flattened().as_flattened()) {
         *to = *from;

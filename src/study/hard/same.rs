@@ -160,20 +160,9 @@ fn turn(body: &mut Body, turned: DQuat, by: DVec3) {
 
 fn scale(body: &mut Body, s: f64) {
     body.position = body.position.map(|x| x * s);
-    match &mut body.shape {
-        Shape::Sphere { radius } => *radius *= s,
-        Shape::Spherocylinder { diameter, length } => {
-            *diameter *= s;
-            *length *= s;
-        }
-        Shape::Ellipsoid { radii } => *radii = radii.map(|radius| radius * s),
-        Shape::Torus { major_radius, minor_radius } => {
-            *major_radius *= s;
-            *minor_radius *= s;
-        }
-        // No scene holds one.
-        Shape::Convex(_) => {}
-    }
+    let (tag, sizes) = body.shape.code();
+    // No scene holds a custom shape, which has no code.
+    body.shape = Shape::from_code(tag, sizes.map(|size| size * s)).unwrap_or(body.shape);
 }
 
 #[cfg(test)]

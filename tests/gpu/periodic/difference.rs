@@ -65,7 +65,7 @@ fn differences(gpu: &Gpu, precision: Precision, periods: &LatticePeriods, points
     let [cells, remainders] = points.buffers(gpu, precision);
     let out = Buffer::new(gpu, "differences", 4 * precision.bytes(), count).unwrap();
     let mut record = gpu.record();
-    record.run(&kernel, &[], &[&cells, &remainders, &out], count);
+    record.run(&kernel, &[], &[("cells", &cells), ("remainders", &remainders), ("out", &out)], count);
     precision.decode(&record.read(&[(&out, 0..count * 4 * precision.bytes() as u64)]).unwrap()[0])
 }
 
@@ -204,7 +204,12 @@ fn separations(
     let out = Buffer::new(gpu, "separations", 4 * precision.bytes(), 3 * count).unwrap();
     let mut record = gpu.record();
     let parameters = [count as u32, 0, 0, 0].map(u32::to_le_bytes).concat();
-    record.run(&kernel, &parameters, &[&cells, &remainders, &bodies, &out], count);
+    record.run(
+        &kernel,
+        &parameters,
+        &[("cells", &cells), ("remainders", &remainders), ("bodies", &bodies), ("out", &out)],
+        count,
+    );
     let read = record.read(&[(&out, 0..12 * count * precision.bytes() as u64)]).unwrap();
     let numbers = precision.decode(&read[0]);
     let vector = |v: &[f64; 12], k: usize| DVec3::from_slice(&v[4 * k..]);

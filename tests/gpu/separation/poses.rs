@@ -31,8 +31,7 @@ impl Pose {
     }
 
     pub fn families(&self) -> PairFamilies {
-        let (a, b) = (self.a.shape.code().0, self.b.shape.code().0);
-        PairFamilies::ALL.into_iter().find(|pair| pair.is_of_families(a, b)).unwrap()
+        PairFamilies::of(&self.a.shape, &self.b.shape).unwrap()
     }
 
     pub fn kind(&self) -> String {

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::backend::gpu::separations::Report;
-use crate::gpu::{LatticePeriods, Precision, validate};
+use crate::gpu::{LatticePeriods, Made, Precision, validate};
 use crate::scene::{self, Rows, Stepping, Wall};
 use std::mem::offset_of;
 
@@ -12,8 +12,7 @@ fn setups() -> Vec<Setup> {
         let mut scene = scene::parse(built_in.text, built_in.name).unwrap();
         let shapes: Vec<_> = scene.build().unwrap().shape;
         let plain = Setup::new(&scene.model(), &shapes, Precision::F32).unwrap();
-        assert!(wall_sources(&plain).is_none() && of_middle(&plain).is_empty());
-        assert!(plain.branches > 0);
+        assert!(plain.walls.is_empty() && !plain.midpoint && plain.branches > 0);
         setups.push(plain);
         scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3 }];
         scene.time.stepping = Stepping::Midpoint;
@@ -27,16 +26,11 @@ fn setups() -> Vec<Setup> {
 }
 
 fn of_middle(setup: &Setup) -> Vec<Source> {
-    midpoint_sources(setup).into_iter().flatten().chain(middle(setup)).chain(stretch(setup)).collect()
+    <Option<MidpointKernels>>::sources(setup.midpoint.then_some(setup))
 }
 
 fn of_branches(setup: &Setup) -> Vec<Source> {
-    if setup.branches == 0 {
-        return Vec::new();
-    }
-    let optional = [branch_source::ahead, branch_source::aim, branch_source::stretch];
-    let extra = optional.into_iter().filter_map(|kernel| kernel(setup));
-    branch_source::branch_sources(setup).into_iter().chain(extra).collect()
+    <Option<BranchKernels>>::sources((setup.branches > 0).then_some(setup))
 }
 
 #[test]
@@ -56,11 +50,7 @@ fn a_middle_has_the_kernels_that_its_scene_needs() {
 }
 
 fn every_source(setup: &Setup) -> Vec<Source> {
-    let growth = growth_sources(setup).into_iter().flatten();
-    let walls = wall_sources(setup).into_iter().flatten();
-    let steps = sources(setup).into_iter().chain(narrow_sources(setup)).chain(growth).chain(walls);
-    let steps = steps.chain(of_branches(setup));
-    steps.chain(of_middle(setup)).chain(arrive(setup)).chain([motion(setup, true)]).collect()
+    Kernels::sources(setup).into_iter().chain([motion(setup, true)]).collect()
 }
 
 #[test]
@@ -105,7 +95,8 @@ fn periods_are_in_the_kernels_of_pairs_alone_and_only_where_there_are_some() {
     for mut setup in setups() {
         let open = every_source(&setup);
         // With branches, the kernels that compute them too.
-        let of_branches = if setup.branches > 0 { 2 } else { 0 } + branch_source::aim(&setup).iter().len();
+        let own = of_branches(&setup);
+        let of_branches = own.iter().filter(|source| ["branches", "stage", "aim"].contains(&source.name())).count();
         let pairs = narrow_sources(&setup).len() + of_branches;
         let period = Some(5000.3 * setup.lattice.pitch());
         setup.lattice_periods = LatticePeriods::new(setup.lattice, [period, None, None]).unwrap();
@@ -124,7 +115,7 @@ fn periods_are_in_the_kernels_of_pairs_alone_and_only_where_there_are_some() {
 #[test]
 fn the_report_is_laid_out_as_in_wgsl() {
     let setup = setups().remove(0);
-    let inside = sources(&setup).into_iter().find(|s| s.name() == "inside").unwrap();
+    let inside = Kernels::sources(&setup).into_iter().find(|s| s.name() == "inside").unwrap();
     let module = validate(&inside).unwrap();
     let mut layouter = naga::proc::Layouter::default();
     layouter.update(module.to_ctx()).unwrap();

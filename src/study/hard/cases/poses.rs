@@ -69,10 +69,9 @@ fn one_place() -> Vec<Case> {
         let at = |turn: DQuat| body(shape, [0.3, 0.1, -0.2], turn);
         let name = match shape {
             Shape::Ellipsoid { radii } => format!("ellipsoids {radii:?}"),
-            Shape::Sphere { .. } => "spheres".into(),
             Shape::Spherocylinder { .. } => "rods".into(),
             Shape::Torus { .. } => "rings".into(),
-            Shape::Convex(_) => "custom shapes".into(),
+            _ => format!("{}s", shape.name()),
         };
         [
             still("one place", format!("three identical {name}"), vec![at(turned); 3]),

@@ -71,7 +71,7 @@ pub(super) fn drive(random: &mut Random, scene: &mut Scene, reach: f64) -> Strin
     let forces = random.below(3);
     scene.forces = (0..forces).map(|_| force(random, scene, reach)).collect();
     let mut said: Vec<&str> = scene.forces.iter().map(named).collect();
-    if matches!(scene.dynamics, Dynamics::Inertial { .. }) {
+    if scene.dynamics.has_inertia() {
         let moves = random.chance(0.5).then(|| random.log_within(SPEED[0], SPEED[1]) * reach / dt);
         let spins = random.chance(0.5).then(|| random.log_within(SPIN[0], SPIN[1]) / dt);
         said.extend(moves.map(|_| "moving"));

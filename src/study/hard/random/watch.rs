@@ -3,7 +3,7 @@
 
 use crate::bodies::Bodies;
 use crate::dynamics::{ForceField, Law, force_fields, law};
-use crate::scene::{Dynamics, Scene};
+use crate::scene::Scene;
 use crate::simulation::Simulation;
 use crate::step::contacts;
 use crate::study::hard::Measure;
@@ -38,7 +38,7 @@ impl Watch {
     pub(super) fn see(&mut self, before: &Bodies, simulation: &Simulation) {
         let Ok(state) = simulation.state() else { return };
         let scene = simulation.scene();
-        if matches!(scene.dynamics, Dynamics::Overdamped { .. }) {
+        if !scene.dynamics.has_inertia() {
             self.see_ways(before, &state.bodies, scene);
         }
         if let Some(energy) = &mut self.energy {

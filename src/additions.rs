@@ -1,0 +1,55 @@
+//! What an addition costs: a kind of shape, force, law or solver is named in few files, those of the table "Where things
+//! are added" of ARCHITECTURE.md, and this test fails where another file begins to name one. Studies choose among them
+//! and are not looked at.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// One of each kind, and the files that may name it.
+const NAMED: [(&str, &[&str]); 5] = [
+    ("Shape::Torus", &["shape/mod.rs", "shape/code.rs", "scene/validate/shapes.rs", "scene/generate/chainmail.rs"]),
+    ("Tag::Torus", &["shape/code.rs", "separation/gpu.rs", "render/rays.rs"]),
+    (
+        "Force::Gravity",
+        &["dynamics/force.rs", "backend/gpu/source.rs", "scene/validate/forces.rs", "scene/validate/planar.rs"],
+    ),
+    ("Dynamics::Inertial", &["dynamics/law.rs", "backend/gpu/source.rs", "scene/validate/mod.rs", "measure/frame.rs"]),
+    ("SolverKind::Apgd", &["lcp/kind.rs", "lcp/solver.rs", "lcp/gpu/solver.rs", "lcp/gpu/layout.rs"]),
+];
+
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() && path.file_name().is_some_and(|name| name != "study") {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|kind| kind == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// The code of a file, without comments and tests.
+fn code(path: &Path) -> String {
+    let text = fs::read_to_string(path).unwrap();
+    let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+    text.lines().map(|line| line.split("//").next().unwrap()).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn kinds_are_named_in_the_files_where_they_are_added_alone() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut all = Vec::new();
+    sources(&root, &mut all);
+    all.retain(|path| !path.ends_with("tests.rs") && !path.ends_with("additions.rs"));
+    for (name, allowed) in NAMED {
+        let mut naming: Vec<String> = all
+            .iter()
+            .filter(|path| code(path).contains(name))
+            .map(|path| path.strip_prefix(&root).unwrap().to_string_lossy().replace('\\', "/"))
+            .collect();
+        naming.sort();
+        let mut allowed: Vec<&str> = allowed.to_vec();
+        allowed.sort_unstable();
+        assert_eq!(naming, allowed, "{name}: see ARCHITECTURE.md, \"Where things are added\"");
+    }
+}

@@ -1,0 +1,96 @@
+//! Tables of kernels. A line of a table is a field's name, its type and the source that it is made from, so that a
+//! kernel cannot be made from another's source, and a kernel without a source does not compile.
+
+use super::{Gpu, GpuError, Kernel, Source};
+
+/// What a field of a table may be: a kernel, several, one where the scene needs it, or another table.
+pub(crate) trait Made: Sized {
+    /// What it is made from.
+    type From<'a>;
+
+    /// Compiles it.
+    fn make(gpu: &Gpu, from: Self::From<'_>) -> Result<Self, GpuError>;
+
+    /// Its sources, for tests that need no device.
+    #[cfg(test)]
+    fn sources(from: Self::From<'_>) -> Vec<Source>;
+}
+
+impl Made for Kernel {
+    type From<'a> = Source;
+
+    fn make(gpu: &Gpu, from: Source) -> Result<Self, GpuError> {
+        Kernel::new(gpu, &from)
+    }
+
+    #[cfg(test)]
+    fn sources(from: Source) -> Vec<Source> {
+        vec![from]
+    }
+}
+
+impl<T: Made> Made for Option<T> {
+    type From<'a> = Option<T::From<'a>>;
+
+    fn make(gpu: &Gpu, from: Self::From<'_>) -> Result<Self, GpuError> {
+        from.map(|from| T::make(gpu, from)).transpose()
+    }
+
+    #[cfg(test)]
+    fn sources(from: Self::From<'_>) -> Vec<Source> {
+        from.into_iter().flat_map(T::sources).collect()
+    }
+}
+
+impl<T: Made> Made for Vec<T> {
+    type From<'a> = Vec<T::From<'a>>;
+
+    fn make(gpu: &Gpu, from: Self::From<'_>) -> Result<Self, GpuError> {
+        from.into_iter().map(|from| T::make(gpu, from)).collect()
+    }
+
+    #[cfg(test)]
+    fn sources(from: Self::From<'_>) -> Vec<Source> {
+        from.into_iter().flat_map(T::sources).collect()
+    }
+}
+
+/// Declares a struct of kernels, each with the source that it is made from, which may refer to what all are made for:
+///
+/// ```ignore
+/// kernels! {
+///     /// The kernels of a list.
+///     pub(super) struct Kernels for setup: &Setup {
+///         sort: Kernel = sort(setup),
+///         /// Where the scene has walls.
+///         find: Option<Kernel> = (!setup.walls.is_empty()).then(|| find(setup)),
+///     }
+/// }
+/// ```
+macro_rules! kernels {
+    (
+        $(#[$about:meta])*
+        $visible:vis struct $Table:ident for $setup:ident: &$Setup:ty {
+            $($(#[$doc:meta])* $name:ident: $Kernel:ty = $source:expr,)*
+        }
+    ) => {
+        $(#[$about])*
+        $visible struct $Table {
+            $($(#[$doc])* pub $name: $Kernel,)*
+        }
+
+        impl $crate::gpu::Made for $Table {
+            type From<'a> = &'a $Setup;
+
+            fn make(gpu: &$crate::gpu::Gpu, $setup: &$Setup) -> Result<Self, $crate::gpu::GpuError> {
+                Ok($Table { $($name: <$Kernel as $crate::gpu::Made>::make(gpu, $source)?,)* })
+            }
+
+            #[cfg(test)]
+            fn sources($setup: &$Setup) -> Vec<$crate::gpu::Source> {
+                [$(<$Kernel as $crate::gpu::Made>::sources($source),)*].concat()
+            }
+        }
+    };
+}
+pub(crate) use kernels;
