@@ -40,9 +40,8 @@
 //!
 //! ```
 //! use relcp::{Simulation, scene};
-//! let scene = scene::load("three-capsules", &[])?;
-//! let bodies = scene.build()?;
-//! let mut simulation = Simulation::new(scene, bodies)?;
+//! let scene = Scene::built_in("three-capsules")?;
+//! let mut simulation = Simulation::new(scene)?;
 //! let report = simulation.step()?;
 //! assert!(report.max_overlap < 1e-5 && report.recursions == 1);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -57,6 +56,7 @@ pub mod bodies;
 mod broad_phase;
 mod constraint;
 pub mod dynamics;
+mod error;
 #[cfg(feature = "files")]
 pub mod export;
 mod freedom;
@@ -91,12 +91,14 @@ pub mod warm;
 
 pub use bodies::Bodies;
 pub use dynamics::{ForceField, Load};
+pub use error::Error;
 pub use glam;
 pub use scene::{Scene, SceneError};
 pub use separation::{Placed, Separation};
 pub use shape::Shape;
-pub use simulation::{Compute, Simulation};
-pub use step::{Fault, State, StepReport, contacts};
+pub use simulation::{Compute, Simulation, SimulationBuilder};
+pub use step::{Contact, Fault, State, StepReport, contacts};
+pub use walls::WallContact;
 
 /// The README's example compiles and runs with the others.
 #[cfg(doctest)]

@@ -25,9 +25,17 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[non_exhaustive]
 pub struct Periodic {
     /// The period along x, y and z; null where space is open. In a planar scene along z it is null.
     pub lengths: [Option<f64>; 3],
+}
+
+impl Periodic {
+    /// These periods along x, y and z; `None` where space is open.
+    pub const fn new(lengths: [Option<f64>; 3]) -> Periodic {
+        Periodic { lengths }
+    }
 }
 
 /// The translations under which a periodic space is the same: those by whole lengths along the axes.

@@ -32,6 +32,7 @@ use std::path::{Path, PathBuf};
 
 /// A format.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Format {
     /// One GSD file.
     Gsd,

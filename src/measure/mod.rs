@@ -130,7 +130,7 @@ impl From<&str> for LeftOut {
 
 /// A measure.
 pub trait Measure: Sync {
-    /// Its name: what `--only` takes, and what its profile's file is called.
+    /// Its name: what [`select`] takes, and what its profile's file is called.
     fn name(&self) -> &'static str;
     /// What it tells, in a line.
     fn about(&self) -> &'static str;

@@ -33,7 +33,7 @@ pub(crate) mod steps;
 mod tests;
 mod totals;
 
-pub use contacts::{Contact, TOUCHING, contacts};
+pub use contacts::{ContactForce, TOUCHING, contacts};
 pub use container::{FORMAT, Header, VERSION, decode, encode, encode_with_forces, read_state, write_state};
 pub(crate) use difference::differing_keys;
 pub use error::{RecordError, StateError, StatesError};

@@ -3,7 +3,7 @@
 use super::error::StatesError;
 use super::{Folder, read_state};
 use crate::bodies::Bodies;
-use crate::scene;
+use crate::scene::{self, Scene};
 use crate::warm::Warm;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -75,7 +75,7 @@ impl States {
             let name = stem(path);
             return Ok(States { name, entries: vec![Entry::File(path.into())], notes: Vec::new() });
         }
-        let scene = scene::load(source, &[])?;
+        let scene = Scene::load(source, scene::NO_OVERRIDES)?;
         let (time, bodies) = (scene.time.start, scene.build()?);
         let snapshot = Snapshot { step: 0, time, bodies, warm: None };
         Ok(States { name: stem(path), ..States::single(source, snapshot) })
@@ -86,7 +86,7 @@ impl States {
     /// ```
     /// use relcp::record::{Snapshot, States};
     /// use relcp::scene;
-    /// let bodies = scene::load("three-capsules", &[])?.build()?;
+    /// let bodies = Scene::built_in("three-capsules")?.build()?;
     /// let states = States::single("mine", Snapshot { step: 0, time: 0.0, bodies, warm: None });
     /// assert_eq!((states.len(), states.read(0)?.bodies.len()), (1, 3));
     /// # Ok::<(), Box<dyn std::error::Error>>(())

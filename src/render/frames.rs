@@ -266,7 +266,7 @@ impl Painter<'_> {
             origin: self.states.origin(index),
             colour: self.frames.colour.name(),
             why,
-            help: "run with output.forces = true (`relcp run SCENE --set output.forces=true`), and with contact.method relcp or snsd; \
+            help: "run with output.forces = true (output.forces=true as an override), and with contact.method relcp or snsd; \
                    or choose orientation, length, speed, contacts or overlap, which every state tells",
         })
     }

@@ -24,7 +24,7 @@ impl Scene {
     /// gives.
     ///
     /// ```
-    /// let scene = relcp::scene::load("colony", &[])?;
+    /// let scene = relcp::Scene::built_in("colony")?;
     /// assert_eq!(scene.build()?.len(), 1);
     /// # Ok::<(), relcp::scene::SceneError>(())
     /// ```

@@ -1,6 +1,6 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
-use super::{Contact, Dump, Recursion, Rows, SMALLEST_NUMBER, Scene};
+use super::{ContactSettings, Dump, Recursion, Rows, SMALLEST_NUMBER, Scene};
 use crate::dynamics::Cells;
 use crate::lcp::Settings;
 use crate::periodic::Periods;
@@ -22,7 +22,7 @@ impl Scene {
     /// When the LCP solver stops: as given, or at a tenth of the overlap tolerance and after 100,000 iterations.
     ///
     /// ```
-    /// let scene = relcp::scene::load("colony", &["solver.max_iterations=5".into()])?;
+    /// let scene = relcp::Scene::load("colony", ["solver.max_iterations=5"])?;
     /// let settings = scene.lcp_settings();
     /// assert_eq!((settings.tolerance, settings.max_iterations), (0.1 * scene.contact.overlap_tolerance, 5));
     /// # Ok::<(), relcp::scene::SceneError>(())
@@ -114,7 +114,7 @@ impl Scene {
             periods: self.periods(),
             confined: !self.walls.is_empty() || self.periodic.is_some(),
             cells: self.cells(),
-            contact: Contact { recursion: self.recursion(), ..self.contact },
+            contact: ContactSettings { recursion: self.recursion(), ..self.contact },
             solver: self.solver.kind,
             lcp: self.lcp_settings(),
         }

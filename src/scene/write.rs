@@ -10,8 +10,8 @@ impl Scene {
     ///
     /// ```
     /// # use relcp::scene;
-    /// let scene = scene::load("two-ellipsoids", &[])?;
-    /// assert_eq!(scene::parse(&scene.to_json(), "copy")?, scene);
+    /// let scene = Scene::built_in("two-ellipsoids")?;
+    /// assert_eq!(Scene::parse(&scene.to_json(), "copy")?, scene);
     /// # Ok::<(), scene::SceneError>(())
     /// ```
     pub fn to_json(&self) -> String {

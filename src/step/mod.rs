@@ -18,7 +18,7 @@ mod unresolved;
 
 pub use algorithm::{Plan, step};
 pub use backend::{Backend, Overlap, RetryBackend};
-pub use contacts::{ImageContact, contacts, image_contacts, max_overlap};
+pub use contacts::{Contact, contacts, max_overlap};
 pub(crate) use dump::MOST_DUMPED;
 pub use dump::{Dump, DumpWhen};
 pub use fault::Fault;
@@ -29,6 +29,6 @@ pub(crate) use passing::may_pass;
 pub use passing::{Passed, passed};
 pub use piece::{Crowd, Piece};
 pub use report::{Phases, StepReport};
-pub use settings::{Contact, Method, OnFailure, Recursion, Rows, Stepping, Time};
+pub use settings::{ContactSettings, Method, OnFailure, Recursion, Rows, Stepping, Time};
 pub use state::State;
 pub use unresolved::Unresolved;

@@ -7,7 +7,7 @@ use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
 use relcp::lcp::Problem;
-use relcp::scene::{self, Rows, Scene};
+use relcp::scene::{Rows, Scene};
 use relcp::step::{Backend, State};
 
 /// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to the sizes of bodies
@@ -22,14 +22,14 @@ fn scenes() -> Vec<Scene> {
             r#"{{"name": "{name}", "seed": 4, "time": {{"dt": 1.5, "end": 15}}, "solver": {{"kind": "pair_block_cg", "max_iterations": 1}}, "forces": [{{"radial_inward": {{}}}}],
             "generate": [{{"isotropic": {{"count": 60, "shape": {shape}, "volume_fraction": 0.15}}}}] {more}}}"#
         );
-        scene::parse(&text, name).unwrap()
+        Scene::parse(&text, name).unwrap()
     };
     let outward = |name: &str, shape: &str, walls: &str, more: &str| {
         let text = format!(
             r#"{{"name": "{name}", "seed": 4, "time": {{"dt": 4, "end": 40}}, "solver": {{"kind": "pair_block_cg", "max_iterations": 1}},
             "forces": [{{"radial_outward": {{}}}}], "walls": [{walls}], "generate": [{{"isotropic": {{"count": 60, "shape": {shape}, "volume_fraction": 0.05}}}}] {more}}}"#
         );
-        scene::parse(&text, name).unwrap()
+        Scene::parse(&text, name).unwrap()
     };
     let ball =
         r#"{"half_space": {"normal": [1, 2, -1], "offset": -20}}, {"sphere": {"center": [0.3, 0, 0], "radius": 7}}"#;

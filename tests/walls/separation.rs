@@ -47,6 +47,7 @@ fn surface_point(body: &Placed, u: f64, v: f64) -> DVec3 {
             DVec3::new((major_radius + minor_radius * d) * c, (major_radius + minor_radius * d) * s, minor_radius * t)
         }
         Shape::Convex(shape) => shape.point(ball(u, v)),
+        other => panic!("{other:?}"),
     };
     body.position + body.orientation * local
 }
