@@ -14,11 +14,10 @@ use std::io;
 ///
 /// ```
 /// fn main() -> Result<(), relcp::Error> {
-///     let shape = relcp::Shape::Sphere { radius: 1.0 };
-///     shape.validate()?;
-/// #   #[cfg(feature = "files")]
-///     let error = relcp::Error::from(relcp::Scene::built_in("colny").unwrap_err());
-/// #   #[cfg(feature = "files")]
+///     let mut scene = relcp::Scene::new("none", relcp::scene::Time::new(0.1, 1.0)); // without bodies
+///     relcp::Shape::Sphere { radius: 1.0 }.validate()?;
+///     scene.time.dt = -1.0;
+///     let error = relcp::Simulation::new(scene).err().ok_or(std::io::Error::other("started"))?;
 ///     assert!(matches!(error, relcp::Error::Scene(_)));
 ///     Ok(())
 /// }

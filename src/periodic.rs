@@ -137,6 +137,7 @@ impl Periods {
 
     /// The images of `b` whose boxes share a point with `a`, faces counted, as the first and the last number of periods
     /// that it is moved by along each axis; none where they share none.
+    #[doc(hidden)]
     pub fn images(&self, a: &Aabb, b: &Aabb) -> Option<[I64Vec3; 2]> {
         let (mut first, mut last) = (I64Vec3::ZERO, I64Vec3::ZERO);
         for axis in 0..3 {
@@ -159,6 +160,7 @@ impl Periods {
     }
 
     /// Whether a proper box shares a point with some image of another.
+    #[doc(hidden)]
     pub fn touches(&self, a: &Aabb, b: &Aabb) -> bool {
         if self.is_none() { a.touches(b) } else { self.images(a, b).is_some() }
     }

@@ -3,7 +3,7 @@
 
 use proptest::prelude::*;
 use relcp::bodies::{Bodies, NO_GROUP};
-use relcp::dynamics::grow;
+use relcp::internals::dynamics::grow;
 use relcp::scene::{self, FaultKind, Force, Generate, Method, Scene, SceneError};
 use relcp::shape::Shape;
 use relcp::simulation::Simulation;

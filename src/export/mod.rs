@@ -11,7 +11,7 @@
 //! let states = States::open("three-capsules")?;
 //! let done = export(&states, Format::Vtk { cutoff: None }, folder.path(), &mut |_done, _all| true)?;
 //! assert!(done.files.contains(&folder.path().join("bodies.pvd")));
-//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! # Ok::<(), relcp::Error>(())
 //! ```
 
 mod classes;

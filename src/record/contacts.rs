@@ -51,7 +51,7 @@ struct Force {
 /// let states = States::open("three-capsules")?;
 /// let found = contacts(&*states.read(0)?, Some(0.5));
 /// assert!(found.iter().all(|contact| contact.separation <= 0.5 && contact.gamma.is_nan()));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// # Ok::<(), relcp::Error>(())
 /// ```
 pub fn contacts(state: &Snapshot, cutoff: Option<f64>) -> Vec<ContactForce> {
     let bodies = &state.bodies;

@@ -12,7 +12,7 @@
 //! assert!(folder.path().ends_with("two-rods"));
 //! assert!(folder.state(12).ends_with("states/state_0000000012.npz"));
 //! assert_eq!(COLUMNS[0], "step");
-//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! # Ok::<(), relcp::Error>(())
 //! ```
 
 mod blocks;

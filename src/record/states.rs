@@ -85,11 +85,11 @@ impl States {
     ///
     /// ```
     /// use relcp::record::{Snapshot, States};
-    /// use relcp::scene;
+    /// use relcp::Scene;
     /// let bodies = Scene::built_in("three-capsules")?.build()?;
     /// let states = States::single("mine", Snapshot { step: 0, time: 0.0, bodies, warm: None });
     /// assert_eq!((states.len(), states.read(0)?.bodies.len()), (1, 3));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// # Ok::<(), relcp::Error>(())
     /// ```
     pub fn single(name: &str, snapshot: Snapshot) -> Self {
         let entry = Entry::Held { origin: name.into(), snapshot: Box::new(snapshot) };

@@ -147,7 +147,7 @@ struct ScannedState {
 /// let frames = Frames { size: [120, 80], ..Frames::default() };
 /// let rendered = render("three-capsules", &states, &frames, folder.path(), &mut |_done, _all| true)?;
 /// assert!(rendered.complete && folder.path().join("frames/000000.png").is_file());
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// # Ok::<(), relcp::Error>(())
 /// ```
 ///
 /// # Errors

@@ -39,18 +39,17 @@ const PICTURE_SIDES: [u32; 2] = [1280, 720];
 /// ```
 /// use relcp::record::Folder;
 /// use relcp::run::{Run, RunStatus};
-/// use relcp::{Simulation, scene};
+/// use relcp::{Scene, Simulation};
 /// let parent = tempfile::tempdir()?;
 /// let scene = Scene::built_in("three-capsules")?;
-/// let bodies = scene.build()?;
 /// let folder = Folder::create_in(parent.path(), &scene.name)?;
-/// let mut run = Run::start(Simulation::builder(scene).bodies(bodies).build()?, folder, std::time::Duration::ZERO)?;
+/// let mut run = Run::start(Simulation::new(scene)?, folder, std::time::Duration::ZERO)?;
 /// while !run.done() {
 ///     run.advance()?;
 /// }
 /// let summary = run.finish()?;
 /// assert_eq!((summary.status, summary.steps), (RunStatus::Done, 8));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// # Ok::<(), relcp::Error>(())
 /// ```
 pub struct Run {
     simulation: Simulation,

@@ -24,9 +24,11 @@ impl Scene {
     /// gives.
     ///
     /// ```
-    /// let scene = relcp::Scene::built_in("colony")?;
+    /// use relcp::scene::{Generate, Time};
+    /// let mut scene = relcp::Scene::new("cell", Time::new(0.1, 1.0));
+    /// scene.generate.push(Generate::Founder { diameter: 0.5, length: 2.0, group: None });
     /// assert_eq!(scene.build()?.len(), 1);
-    /// # Ok::<(), relcp::scene::SceneError>(())
+    /// # Ok::<(), relcp::Error>(())
     /// ```
     ///
     /// # Errors

@@ -40,9 +40,11 @@ pub enum FaultKind {
 /// the column. With the feature `files` it is a `miette::Diagnostic` that points into the text.
 ///
 /// ```
+/// # #[cfg(feature = "files")] {
 /// let error = relcp::Scene::parse("{\n  \"name\": \"x\",\n  \"tme\": {}\n}", "x.json").unwrap_err();
 /// assert_eq!((error.key(), error.line(), error.column()), ("tme", Some(3), Some(3)));
 /// assert!(error.to_string().contains("`time`"));
+/// # }
 /// ```
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]

@@ -64,6 +64,7 @@ pub enum Shape {
 
 /// The curve that a shape of the centreline family is thickened around, in body axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[doc(hidden)]
 pub enum Centreline {
     /// The centre.
     Point,
@@ -81,6 +82,7 @@ pub enum Centreline {
 
 /// What a separation needs to know of a shape: its family and that family's numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[doc(hidden)]
 pub enum Geometry {
     /// A curve thickened by `radius`.
     Centreline {
@@ -161,6 +163,7 @@ impl Shape {
 
     /// The shape's family and its numbers.
     #[inline]
+    #[doc(hidden)]
     pub fn geometry(&self) -> Geometry {
         match *self {
             Shape::Sphere { radius } => Geometry::Centreline { curve: Centreline::Point, radius },

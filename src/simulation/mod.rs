@@ -23,6 +23,7 @@ use std::mem::discriminant;
 /// A scene's bodies and the backend that steps them.
 ///
 /// ```
+/// # #[cfg(feature = "files")] {
 /// use relcp::{Scene, Simulation};
 /// let mut simulation = Simulation::new(Scene::load("two-ellipsoids", ["time.end=0.1"])?)?;
 /// while !simulation.done() {
@@ -30,6 +31,7 @@ use std::mem::discriminant;
 ///     assert!(report.max_overlap <= 1e-5);
 /// }
 /// assert_eq!(simulation.state()?.bodies.len(), 2);
+/// # }
 /// # Ok::<(), relcp::Error>(())
 /// ```
 pub struct Simulation {
@@ -52,6 +54,7 @@ impl Simulation {
     /// Prepares the simulation of a scene. By default it starts from the scene's own bodies, on the CPU.
     ///
     /// ```
+    /// # #[cfg(feature = "files")] {
     /// use relcp::{Scene, Simulation};
     /// let scene = Scene::built_in("three-capsules")?;
     /// let mut first = Simulation::new(scene.clone())?;
@@ -59,6 +62,7 @@ impl Simulation {
     /// let state = first.state()?.clone();
     /// let second = Simulation::builder(scene).resume(state).build()?;
     /// assert_eq!(second.steps(), 1);
+    /// # }
     /// # Ok::<(), relcp::Error>(())
     /// ```
     pub fn builder(scene: Scene) -> SimulationBuilder {

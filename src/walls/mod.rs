@@ -28,6 +28,7 @@ pub fn surface_of(number: u32) -> Option<usize> {
 }
 
 /// The number of a surface in the place of a body's.
+#[doc(hidden)]
 #[inline]
 pub fn number_of(surface: usize) -> u32 {
     FIRST + surface as u32
@@ -93,6 +94,7 @@ impl Walls {
     }
 
     /// The surfaces, in order.
+    #[doc(hidden)]
     pub fn surfaces(&self) -> &[Surface] {
         &self.surfaces
     }

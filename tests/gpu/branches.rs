@@ -9,8 +9,9 @@ use relcp::gpu::{Gpu, Precision};
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
+use relcp::internals::step::Backend;
 use relcp::scene::{self, Scene};
-use relcp::step::{Backend, State};
+use relcp::step::State;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 

@@ -8,9 +8,10 @@ use relcp::gpu::Precision;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::SPATIAL;
+use relcp::internals::step::Backend;
 use relcp::scene::{Scene, Stepping};
 use relcp::simulation::{Compute, Simulation};
-use relcp::step::{Backend, State};
+use relcp::step::State;
 
 const OTHERS: [&str; 4] = [
     r#"{"sphere": {"radius": 0.6}}"#,

@@ -6,9 +6,10 @@ use relcp::gpu::Precision;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
+use relcp::internals::step::Backend;
 use relcp::lcp::Problem;
 use relcp::scene::{Rows, Scene};
-use relcp::step::{Backend, State};
+use relcp::step::State;
 
 /// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to the sizes of bodies
 /// (about two) and of what they move by in the step. The worst seen are 3e-6 and 2e-7 in f32, 3e-15 and 1e-15 in f64.

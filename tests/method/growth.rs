@@ -4,7 +4,7 @@ use crate::laws::{body, rod, start};
 use crate::random::parse;
 use glam::{DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
-use relcp::dynamics::grow;
+use relcp::internals::dynamics::grow;
 use relcp::scene::{Dynamics, Growth, Scene, Stepping, Wall};
 use relcp::separation::Placed;
 use relcp::shape::Shape;

@@ -6,12 +6,13 @@ use crate::promises::{HEAPS, backend, objective};
 use crate::random::{Random, heap, parse};
 use glam::{DQuat, DVec3};
 use relcp::bodies::Bodies;
-use relcp::dynamics::stretch;
+use relcp::internals::dynamics::stretch;
+use relcp::internals::step::Backend;
 use relcp::scene::{Scene, Stepping};
 use relcp::separation::{Placed, separation};
 use relcp::shape::Shape;
 use relcp::simulation::Simulation;
-use relcp::step::{Backend, contacts};
+use relcp::step::contacts;
 use serde_json::json;
 use std::f64::consts::FRAC_PI_2;
 

@@ -1,11 +1,12 @@
 //! Bodies that a step takes through each other are told, and nothing else is.
 
 use glam::{DQuat, DVec3};
-use relcp::dynamics::{Pose, Twist, advance};
+use relcp::internals::dynamics::{Pose, Twist, advance};
+use relcp::internals::step::passed;
 use relcp::scene::Scene;
 use relcp::separation::{Placed, separation};
 use relcp::simulation::Simulation;
-use relcp::step::{Passed, passed};
+use relcp::step::Passed;
 use std::path::Path;
 
 fn torn_chain(sets: &[&str]) -> Scene {

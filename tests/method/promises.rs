@@ -4,10 +4,11 @@ use crate::random::heap;
 use glam::DVec3;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::freedom::SPATIAL;
+use relcp::internals::step::Backend;
 use relcp::lcp::{Problem, velocity};
 use relcp::scene::{Recursion, Scene, SolverKind};
 use relcp::simulation::Simulation;
-use relcp::step::{Backend, State};
+use relcp::step::State;
 
 pub const HEAPS: [&[&str]; 4] =
     [&["sphere"], &["spherocylinder"], &["ellipsoid"], &["sphere", "spherocylinder", "ellipsoid"]];

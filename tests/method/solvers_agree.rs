@@ -5,10 +5,11 @@ use crate::random::parse;
 use glam::DVec3;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
+use relcp::internals::step::Backend;
 use relcp::lcp::{Problem, Settings, Solver, Status, velocity};
 use relcp::scene::{Scene, SolverKind};
 use relcp::simulation::Simulation;
-use relcp::step::{Backend, State};
+use relcp::step::State;
 use relcp::warm::Warm;
 use serde_json::json;
 

@@ -7,11 +7,12 @@ use rand_chacha::ChaCha8Rng;
 use relcp::bodies::Bodies;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::freedom::SPATIAL;
+use relcp::internals::step::Backend;
 use relcp::scene::Scene;
 use relcp::separation::Placed;
 use relcp::shape::Shape;
 use relcp::simulation::{Compute, Simulation};
-use relcp::step::{Backend, Fault, State};
+use relcp::step::{Fault, State};
 
 /// Steps a scene from `bodies` to its end; each step is audited by every image of every pair. Returns the recursions,
 /// the rows and the largest overlap.

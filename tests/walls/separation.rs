@@ -3,7 +3,8 @@
 use glam::{DQuat, DVec3, DVec4};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::separation::{Placed, Surface};
+use relcp::internals::separation::Surface;
+use relcp::separation::Placed;
 use relcp::shape::Shape;
 use std::f64::consts::{PI, TAU};
 

@@ -8,9 +8,10 @@ use relcp::gpu::Precision;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
+use relcp::internals::step::Backend;
 use relcp::lcp::Problem;
 use relcp::scene::{Rows, Scene, SolverKind};
-use relcp::step::{Backend, State};
+use relcp::step::State;
 use std::collections::HashMap;
 
 /// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to sizes and moves.
