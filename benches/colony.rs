@@ -4,7 +4,7 @@
 //! `cargo bench --bench colony` grows 256 cells; `RELCP_CELLS=1024 cargo bench --bench colony` the size of the
 //! published table.
 
-use relcp::scene;
+use relcp::Scene;
 use relcp::simulation::Simulation;
 use relcp::step::{Phases, StepReport};
 use std::time::{Duration, Instant};
@@ -62,9 +62,8 @@ impl Generation {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cells: usize = std::env::var("RELCP_CELLS").ok().and_then(|n| n.parse().ok()).unwrap_or(256);
     let generations = (cells as f64).log2().ceil();
-    let scene = scene::load("colony", &[format!("time.end={}", generations * 2f64.ln() + 0.005)])?;
-    let bodies = scene.build()?;
-    let mut simulation = Simulation::new(scene, bodies)?;
+    let scene = Scene::load("colony", &[format!("time.end={}", generations * 2f64.ln() + 0.005)])?;
+    let mut simulation = Simulation::new(scene)?;
     println!(
         "| cells | steps | wall s | rows | recursions | products | worst overlap | unconverged | broad ms | narrow ms | solve ms | integrate ms | growth ms |"
     );

@@ -1,8 +1,7 @@
 //! A force of one's own: every ellipsoid is drawn to the origin by a spring and turned towards the z axis.
 
-use glam::DVec3;
-use relcp::{Bodies, Load, Simulation, scene};
-use std::error::Error;
+use relcp::glam::DVec3;
+use relcp::{Bodies, Load, Scene, Simulation};
 
 const SCENE: &str = r#"{
   "name": "spring", "seed": 3,
@@ -17,11 +16,11 @@ fn upright(bodies: &Bodies) -> f64 {
     squares.sum::<f64>() / bodies.len() as f64
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let scene = scene::parse(SCENE, "spring")?;
+fn main() -> Result<(), relcp::Error> {
+    let scene = Scene::parse(SCENE, "spring")?;
     let bodies = scene.build()?;
     let before = upright(&bodies);
-    let mut simulation = Simulation::new(scene, bodies)?;
+    let mut simulation = Simulation::builder(scene).bodies(bodies).build()?;
     simulation.add_force(Box::new(|bodies: &Bodies, i: usize, _time: f64| {
         let axis = bodies.orientation[i] * DVec3::Z;
         let up = if axis.z < 0.0 { -DVec3::Z } else { DVec3::Z };

@@ -1,9 +1,8 @@
 //! Shapes of one's own, by their support functions: rounded dice and eggs are pressed together.
 
-use glam::DVec3;
+use relcp::glam::DVec3;
 use relcp::shape::{Convex, ConvexError, Shape};
-use relcp::{Bodies, Load, Simulation, scene};
-use std::error::Error;
+use relcp::{Bodies, Load, Scene, Simulation};
 
 /// Balls to place the bodies by: each holds a die or an egg.
 const SCENE: &str = r#"{
@@ -27,7 +26,7 @@ fn egg(n: DVec3) -> DVec3 {
     ellipsoid(DVec3::new(0.6, 0.6, 0.8), n) + 0.04 * (3.0 * n.z.powi(2) * DVec3::Z - 2.0 * n.z.powi(3) * n)
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), relcp::Error> {
     let die = Convex::new(die)?;
     // Where its centre of mass is not the origin, a shape is refused, and the error says where it is.
     let egg = match Convex::new(egg) {
@@ -35,12 +34,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         other => other?,
     };
     println!("a die of volume {:.4} and an egg of volume {:.4}", die.volume(), egg.volume());
-    let scene = scene::parse(SCENE, "dice and eggs")?;
+    let scene = Scene::parse(SCENE, "dice and eggs")?;
     let mut bodies = scene.build()?;
     for (i, shape) in bodies.shape.iter_mut().enumerate() {
         *shape = Shape::Convex(if i % 2 == 0 { die } else { egg });
     }
-    let mut simulation = Simulation::new(scene, bodies)?;
+    let mut simulation = Simulation::builder(scene).bodies(bodies).build()?;
     simulation.add_force(Box::new(|bodies: &Bodies, i: usize, _time: f64| Load {
         force: -4.0 * bodies.position[i],
         torque: DVec3::ZERO,
@@ -49,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         simulation.step()?;
     }
     let contacts = simulation.contacts(1e-4)?; // computed afresh
-    let overlap = contacts.iter().map(|(_, pair)| -pair.separation).fold(0.0, f64::max);
+    let overlap = contacts.iter().map(|contact| -contact.separation).fold(0.0, f64::max);
     assert!(overlap <= 1e-5);
     println!("{} contacts, the largest overlap {overlap:.1e}", contacts.len());
     Ok(())

@@ -2,19 +2,18 @@
 //! adder), whatever it was born with, and its daughters share its length unevenly. Between two steps the state may be
 //! changed at will.
 
-use glam::{DQuat, DVec3};
 use relcp::bodies::Lineage;
-use relcp::{Shape, Simulation, State, scene};
+use relcp::glam::{DQuat, DVec3};
+use relcp::{Scene, Shape, Simulation, State};
 use std::collections::HashMap;
-use std::error::Error;
 
 const ADDED: f64 = 2.0;
 const CELLS: usize = 24;
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), relcp::Error> {
     // Cells of the scene's own rule would divide at a length that none reaches.
-    let scene = scene::load("colony", &["time.end=10".into(), "growth.division_length=100".into()])?;
-    let mut simulation = Simulation::new(scene.clone(), scene.build()?)?;
+    let scene = Scene::load("colony", ["time.end=10", "growth.division_length=100"])?;
+    let mut simulation = Simulation::new(scene.clone())?;
     let mut born_with = HashMap::new();
     while !simulation.done() && simulation.state()?.bodies.len() < CELLS {
         let report = simulation.step()?;
@@ -29,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         }
         if state.bodies.len() > before {
-            simulation = Simulation::resume(scene.clone(), state)?;
+            simulation = Simulation::builder(scene.clone()).resume(state).build()?;
         }
     }
     let bodies = &simulation.state()?.bodies;

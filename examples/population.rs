@@ -1,16 +1,14 @@
 //! A loop of one's own: a colony grows until it has so many cells, then its picture is drawn.
 
 use relcp::render::{View, picture};
-use relcp::{Simulation, scene};
-use std::error::Error;
+use relcp::{Scene, Simulation};
 
 const CELLS: usize = 32;
 
-fn main() -> Result<(), Box<dyn Error>> {
+fn main() -> Result<(), relcp::Error> {
     // The end is only a limit here, so it lies far off.
-    let scene = scene::load("colony", &["time.end=10".into(), "growth.reorientation_degrees=2".into()])?;
-    let bodies = scene.build()?;
-    let mut simulation = Simulation::new(scene, bodies)?;
+    let scene = Scene::load("colony", ["time.end=10", "growth.reorientation_degrees=2"])?;
+    let mut simulation = Simulation::new(scene)?;
     while !simulation.done() && simulation.state()?.bodies.len() < CELLS {
         simulation.step()?;
     }

@@ -10,6 +10,29 @@ pub mod broad_phase {
     pub use crate::broad_phase::*;
 }
 
+/// Laws of motion, growth and division.
+pub mod dynamics {
+    pub use crate::dynamics::force::force_fields;
+    pub use crate::dynamics::growth::{Cells, grow, stretch};
+    pub use crate::dynamics::inertial::Inertial;
+    pub use crate::dynamics::law::law;
+    pub use crate::dynamics::motion::{Ending, Factor, Law, Motion};
+    pub use crate::dynamics::overdamped::Overdamped;
+    pub use crate::dynamics::spin::Spin;
+    pub use crate::dynamics::waiting::Waiting;
+    pub use crate::motion::{Pose, Twist, advance};
+}
+
+/// The algorithm of a step, and the verbs that a backend carries out.
+pub mod step {
+    pub use crate::step::algorithm::{Plan, step};
+    pub use crate::step::backend::{Backend, Overlap, RetryBackend};
+    pub use crate::step::keep::Keep;
+    pub use crate::step::model::Model;
+    pub use crate::step::passing::passed;
+    pub use crate::step::piece::{Crowd, Piece};
+}
+
 /// Rows.
 pub mod constraint {
     pub use crate::constraint::*;
@@ -49,10 +72,18 @@ pub mod lcp {
     }
 }
 
-/// Separations on a device.
-#[cfg(feature = "gpu")]
+/// Walls.
+pub mod walls {
+    pub use crate::walls::number_of;
+}
+
+/// Branches of separations, surfaces of walls, separations on a device.
 pub mod separation {
+    pub use crate::separation::branches::{WHOLE, branch, branch_slack, branches, is_branch};
+    pub use crate::separation::planar::planar_separation;
+    pub use crate::separation::surface::Surface;
     /// Their kernels and numbers.
+    #[cfg(feature = "gpu")]
     pub mod gpu {
         pub use crate::separation::gpu::*;
     }

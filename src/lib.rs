@@ -1,5 +1,34 @@
-//! Smooth rigid bodies that do not overlap: spheres, rods, ellipsoids and rings in contact, by a recursively generated
-//! linear complementarity problem (ReLCP; Palmer, Aktulga, Gao: "Smooth-Rigid-Body Contact as a ReLCP", 2026).
+//! Smooth rigid bodies in contact: spheres, rods, ellipsoids, rings and shapes of your own that do not overlap.
+//!
+//! After every step the true surfaces overlap by less than a tolerance that you choose. Each step solves a linear
+//! complementarity problem for the contact forces, and adds constraints until no pair overlaps: the recursively
+//! generated LCP (ReLCP) of Palmer, Aktulga and Gao, "Smooth-Rigid-Body Contact as a ReLCP" (2026).
+//!
+//! # A first run
+//!
+//! One cell grows and divides in the plane until there are eight. The scene is made in code, so this runs without any
+//! feature of the crate:
+//!
+//! ```
+//! use relcp::scene::{Generate, Growth, Time};
+//! use relcp::{Scene, Simulation};
+//!
+//! fn main() -> Result<(), relcp::Error> {
+//!     let mut scene = Scene::new("colony", Time::new(0.01, 2.2)); // steps of 0.01 to time 2.2
+//!     scene.planar = true;
+//!     scene.growth = Some(Growth::new(1.0, 4.0)); // length' = length; division at length 4
+//!     scene.generate = vec![Generate::Founder { diameter: 0.5, length: 2.0, group: None }];
+//!     let mut simulation = Simulation::new(scene)?;
+//!     while !simulation.done() {
+//!         assert!(simulation.step()?.max_overlap <= 1e-5); // the default tolerance
+//!     }
+//!     assert_eq!(simulation.state()?.bodies.len(), 8);
+//!     Ok(())
+//! }
+//! ```
+//!
+//! With the feature `files` (in the default features), scenes are also read: `Scene::built_in("colony")?`, or
+//! `Scene::load("mine.json", ["time.dt=0.005"])?`. Units of length, time and force are your own.
 //!
 //! # The equations
 //!
@@ -17,38 +46,41 @@
 //! contact, `E = dt M^-1`, and the state ends with the velocity of its momenta, which are kept ([`dynamics`]).
 //!
 //! The first rows are made at `C^k` (`U_j = 0`), in the plane a quarter of a step ahead of it, one for each smooth
-//! branch of a near pair's separation ([`separation::branches`]). After a solve, all pairs are tested in the trial
-//! `C(U)`. Each that overlaps by more than the tolerance gets one more row, made there, or in the plane has its own row
-//! moved. The new problem is solved again, until none overlaps.
+//! branch of a near pair's separation. After a solve, all pairs are tested in the trial `C(U)`. Each that overlaps by
+//! more than the tolerance gets one more row, made there, or in the plane has its own row moved. The new problem is
+//! solved again, until none overlaps.
 //!
 //! # Symbols
 //!
 //! | symbol | in code | meaning | unit |
 //! | --- | --- | --- | --- |
-//! | `Phi` | `separation` | shared-normal signed distance of a pair; negative where it overlaps | length |
-//! | `n` | `normal` | unit normal from a to b | 1 |
-//! | `r_a`, `r_b` | `lever_a`, `lever_b` | from a centre to its contact point | length |
-//! | `D` | row | `(-n, -r_a x n, n, r_b x n)`, carried back to `C^k` (`constraint`) | 1, length |
+//! | `Phi` | [`Contact::separation`] | shared-normal signed distance of a pair; negative where it overlaps | length |
+//! | `n` | [`Contact::normal`] | unit normal from a to b | 1 |
+//! | `r_a`, `r_b` | [`Contact::levers`] | from a centre to its contact point | length |
+//! | `D` | row | `(-n, -r_a x n, n, r_b x n)`, carried back to `C^k` | 1, length |
 //! | `gamma` | `gamma` | the contact force of a row | force |
 //! | `g` | | a row's linearised separation | length |
-//! | `E`, `L` | [`dynamics::Factor`] | effective mobility and its symmetric root | |
-//! | `U` | [`motion::Twist`] | generalized velocity of a body | length / time, 1 / time |
+//! | `E` | [`dynamics`] | effective mobility | |
+//! | `U` | [`Twist`] | generalized velocity of a body | length / time, 1 / time |
 //! | `tau` | `solver.tolerance` | largest natural residual `max abs min(g, A_ii gamma)` of a solved LCP | length |
 //! | `eps` | `contact.overlap_tolerance` | largest overlap of an accepted step | length |
 //!
-//! # A first run
+//! # Where to go
 //!
-//! ```
-//! use relcp::{Simulation, scene};
-//! let scene = scene::load("three-capsules", &[])?;
-//! let bodies = scene.build()?;
-//! let mut simulation = Simulation::new(scene, bodies)?;
-//! let report = simulation.step()?;
-//! assert!(report.max_overlap < 1e-5 && report.recursions == 1);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+//! | for | see |
+//! | --- | --- |
+//! | a scene: bodies, forces, walls, periods, growth, settings | [`Scene`], [`scene`] |
+//! | steps, states, what a step reports | [`Simulation`], [`State`], [`StepReport`] |
+//! | a simulation from bodies of your own, from a saved state, on a GPU | [`Simulation::builder`], [`Compute`] |
+//! | contacts, with normals and points | [`contacts()`], [`Simulation::contacts`] |
+//! | forces and shapes of your own | [`ForceField`], [`shape::Convex`] |
+//! | separations of two shapes by themselves | [`separation`](mod@separation) |
+//! | an LCP by itself | [`lcp`] |
+//! | errors | [`Error`], [`Fault`] |
+//! | with `files`: a run's folder, pictures, measures, exports, batches | `run`, `record`, `render`, `measure`, `export`, `batch` |
 //!
-//! The step itself is [`step::step`], over the verbs of [`step::Backend`].
+//! The folder `examples` has one short program for each of these, `docs/guide.md` the choice of a step and of
+//! tolerances, `docs/limitations.md` what the method does not do.
 
 #[cfg(test)]
 mod additions;
@@ -59,6 +91,7 @@ pub mod bodies;
 mod broad_phase;
 mod constraint;
 pub mod dynamics;
+mod error;
 #[cfg(feature = "files")]
 pub mod export;
 mod freedom;
@@ -68,7 +101,7 @@ pub mod internals;
 pub mod lcp;
 #[cfg(feature = "files")]
 pub mod measure;
-pub mod motion;
+mod motion;
 pub mod periodic;
 #[cfg(feature = "python")]
 pub mod python;
@@ -93,14 +126,17 @@ pub mod warm;
 
 pub use bodies::Bodies;
 pub use dynamics::{ForceField, Load};
+pub use error::Error;
 pub use glam;
+pub use motion::Twist;
 pub use scene::{Scene, SceneError};
 pub use separation::{Placed, Separation};
 pub use shape::Shape;
-pub use simulation::{Compute, Simulation};
-pub use step::{Fault, State, StepReport, contacts};
+pub use simulation::{Compute, Simulation, SimulationBuilder};
+pub use step::{Contact, Fault, State, StepReport, contacts};
+pub use walls::WallContact;
 
 /// The README's example compiles and runs with the others.
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "files"))]
 #[doc = include_str!("../README.md")]
 pub struct Readme;

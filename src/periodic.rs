@@ -25,9 +25,17 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[non_exhaustive]
 pub struct Periodic {
     /// The period along x, y and z; null where space is open. In a planar scene along z it is null.
     pub lengths: [Option<f64>; 3],
+}
+
+impl Periodic {
+    /// These periods along x, y and z; `None` where space is open.
+    pub const fn new(lengths: [Option<f64>; 3]) -> Periodic {
+        Periodic { lengths }
+    }
 }
 
 /// The translations under which a periodic space is the same: those by whole lengths along the axes.
@@ -129,6 +137,7 @@ impl Periods {
 
     /// The images of `b` whose boxes share a point with `a`, faces counted, as the first and the last number of periods
     /// that it is moved by along each axis; none where they share none.
+    #[doc(hidden)]
     pub fn images(&self, a: &Aabb, b: &Aabb) -> Option<[I64Vec3; 2]> {
         let (mut first, mut last) = (I64Vec3::ZERO, I64Vec3::ZERO);
         for axis in 0..3 {
@@ -151,6 +160,7 @@ impl Periods {
     }
 
     /// Whether a proper box shares a point with some image of another.
+    #[doc(hidden)]
     pub fn touches(&self, a: &Aabb, b: &Aabb) -> bool {
         if self.is_none() { a.touches(b) } else { self.images(a, b).is_some() }
     }

@@ -10,6 +10,7 @@ use thiserror::Error;
 
 /// Why no member was run, or no table made.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum BatchError {
     /// The sweep, its scene, or a member's scene is refused.
     #[error(transparent)]
@@ -24,19 +25,9 @@ pub enum BatchError {
     Threads(String),
 }
 
-impl BatchError {
-    /// The program's exit status: 2 for what was asked for, 4 for a file, 1 for the system.
-    pub fn exit_code(&self) -> i32 {
-        match self {
-            BatchError::Scene(error) => error.exit_code(),
-            BatchError::Record(error) => error.exit_code(),
-            BatchError::Threads(_) => 1,
-        }
-    }
-}
-
 /// Why a member was not run to its end.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum MemberError {
     /// Its bodies could not be placed.
     #[error(transparent)]

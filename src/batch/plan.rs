@@ -182,7 +182,7 @@ fn value_at<'v>(whole: &'v Value, dotted: &str) -> Option<&'v Value> {
 
 /// The scene's text: a built-in one, or a file seen from the sweep's folder.
 fn scene_of(sweep: &Sweep, text: &Source, base: &Path) -> Result<Source, SceneError> {
-    if let Some(built_in) = scene::built_in().iter().find(|b| b.name == sweep.scene) {
+    if let Some(built_in) = scene::BuiltIn::ALL.iter().find(|b| b.name == sweep.scene) {
         return Ok(Source::new(built_in.text, built_in.name));
     }
     Source::file(&base.join(&sweep.scene)).map_err(|error| match error.kind() {

@@ -10,7 +10,7 @@ use crate::record::Folder;
 use crate::run::{Run, RunError, RunStatus};
 use crate::scene::{FaultKind, Scene};
 use crate::simulation::{Compute, Simulation};
-use crate::step::StepReport;
+use crate::step::{State, StepReport};
 use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -181,10 +181,10 @@ impl Crew<'_> {
         let compute = (self.settle)(&scene)?;
         if matches!(task.standing, MemberState::Unfinished | MemberState::Summed(_)) {
             let folder = Folder::open(&task.folder).map_err(RunError::from)?;
-            return Ok(Run::resume_on(&compute, scene, folder)?);
+            return Ok(Run::resume(scene, folder, &compute)?);
         }
-        let bodies = scene.build_while(&mut |_| !self.watch.stop())?;
-        let simulation = Simulation::new_on(&compute, scene, bodies).map_err(MemberError::Start)?;
+        let state = State::new(scene.build_while(&mut |_| !self.watch.stop())?);
+        let simulation = Simulation::start(&compute, scene, state).map_err(MemberError::Start)?;
         // The folder comes last, so that nothing is left of a member that cannot be begun.
         let folder = match task.standing {
             MemberState::Unstarted => Folder::restart(&task.folder),

@@ -3,7 +3,7 @@
 use super::plan::{HASH_DIGITS, INDEX_DIGITS, Member, Plan};
 use crate::record::{Folder, RecordError, differing_keys, scene_hash};
 use crate::run::RunStatus;
-use crate::scene::{self, StopReason};
+use crate::scene::{Scene, StopReason};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashSet};
 use std::fs;
@@ -167,7 +167,7 @@ fn standing(plan: &Plan, member: &Member, path: &Path) -> Result<MemberState, Re
         return Ok(MemberState::Summed(Box::new(outcome)));
     }
     if folder.scene().exists() {
-        let recorded = scene::read(&folder.scene());
+        let recorded = Scene::read(&folder.scene());
         let recorded =
             recorded.map_err(|e| RecordError::Mangled { path: folder.scene(), what: e.message().to_owned() })?;
         guard(&scene_hash(&recorded))?;

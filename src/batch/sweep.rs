@@ -18,7 +18,7 @@ const MAX_NAME_BYTES: usize = 128;
 
 /// One scene in many variants: every combination of the grid's values, the list's entries and the seeds.
 ///
-/// Keys are dotted, as `--set` takes them. `set` comes first, then the grid, the list and the seed, each over what was
+/// Keys are dotted, as overrides have them. `set` comes first, then the grid, the list and the seed, each over what was
 /// before it. Of the members' order the grid's first key is the slowest index, then its other keys, then the list, and
 /// the seeds are the fastest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -155,7 +155,7 @@ impl Watch for BatchProgress {
             Ended::Now(RunStatus::Done) => "done",
             Ended::Now(RunStatus::OutOfTolerance) => "ended out of tolerance",
             Ended::Now(RunStatus::Interrupted) => "stopped, with a checkpoint",
-            Ended::Now(RunStatus::Stopped | RunStatus::Fault) => "stopped at a step that cannot be taken",
+            Ended::Now(_) => "stopped at a step that cannot be taken",
         };
         let count = self.ended.fetch_add(1, Relaxed) + 1;
         if !self.quiet {

@@ -5,8 +5,7 @@ use super::exit::{CliError, Exit};
 use super::output;
 use relcp::bodies::Bodies;
 use relcp::record::{Folder, read_state};
-use relcp::scene;
-use relcp::step::image_contacts;
+use relcp::scene::{self, Scene};
 use relcp::walls::Walls;
 use serde::Serialize;
 use std::io::{self, Write};
@@ -64,47 +63,46 @@ fn open(state: &str) -> Result<(Bodies, Walls), CliError> {
     if path.is_dir() {
         let bodies = read_state(&path.join("checkpoint.npz"))?.1.bodies;
         let scene = Folder::view(path).scene();
-        let walls = if scene.exists() { scene::read(&scene)?.walls() } else { Walls::default() };
+        let walls = if scene.exists() { Scene::read(&scene)?.walls() } else { Walls::default() };
         return Ok((bodies, walls));
     }
     if path.extension().is_some_and(|extension| extension == "npz") {
         return Ok((read_state(path)?.1.bodies, Walls::default()));
     }
-    let scene = scene::load(state, &[])?;
+    let scene = Scene::load(state, scene::NO_OVERRIDES)?;
     Ok((scene.build()?, scene.walls()))
 }
 
 fn find(bodies: &Bodies, walls: &Walls, cutoff: f64) -> Report {
-    let position = &bodies.position;
     let mut report = Report { contacts: Vec::new(), walls: Vec::new(), max_overlap: walls.max_overlap(bodies) };
     for near in walls.contacts(bodies, cutoff) {
         report.walls.push(AtWall {
             body: near.body,
             id: bodies.lineage[near.body].id,
             wall: near.wall,
-            separation: near.found.separation,
-            normal: near.found.normal.to_array(),
-            point: (position[near.body] + near.found.lever_a).to_array(),
+            separation: near.separation,
+            normal: near.normal.to_array(),
+            point: near.point(bodies).to_array(),
         });
     }
     // Asked for everything that overlaps even where the cutoff leaves some of it out.
-    for near in image_contacts(bodies, cutoff.max(0.0)) {
-        let ([a, b], s) = (near.pair, near.found);
+    for near in relcp::contacts(bodies, cutoff.max(0.0)) {
+        let ([a, b], [point_a, point_b]) = (near.bodies, near.points(bodies).map(|x| x.to_array()));
         let image = (!bodies.periods.is_none()).then(|| near.image.to_array());
-        if -s.separation > report.max_overlap {
-            report.max_overlap = -s.separation;
+        if -near.separation > report.max_overlap {
+            report.max_overlap = -near.separation;
         }
-        if s.separation <= cutoff {
+        if near.separation <= cutoff {
             report.contacts.push(Pair {
                 a,
                 b,
                 id_a: bodies.lineage[a].id,
                 id_b: bodies.lineage[b].id,
                 image,
-                separation: s.separation,
-                normal: s.normal.to_array(),
-                point_a: (position[a] + s.lever_a).to_array(),
-                point_b: (position[b] + bodies.periods.shift(near.image) + s.lever_b).to_array(),
+                separation: near.separation,
+                normal: near.normal.to_array(),
+                point_a,
+                point_b,
             });
         }
     }

@@ -1,18 +1,18 @@
 //! Exit statuses, and what leads to them.
 
 use miette::Diagnostic;
+use relcp::Error;
 use relcp::batch::{BatchError, Ended, MemberError};
 use relcp::export::ExportError;
 use relcp::gpu::GpuError;
 use relcp::measure::MeasureError;
-use relcp::record::RecordError;
+use relcp::record::{RecordError, StatesError};
 use relcp::render::RenderError;
 use relcp::run::{RunError, RunStatus};
-use relcp::scene::SceneError;
+use relcp::scene::{FaultKind, SceneError};
 use relcp::step::Fault;
 use relcp::study::StudyError;
 use std::io;
-use thiserror::Error;
 
 /// How the program ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,15 +34,6 @@ pub(super) enum Exit {
 }
 
 impl Exit {
-    fn of(code: i32) -> Exit {
-        match code {
-            2 => Exit::Usage,
-            4 => Exit::File,
-            130 => Exit::Interrupted,
-            _ => Exit::Internal,
-        }
-    }
-
     /// Of two members' ends, the batch's: an interruption first, as it is the user's, then what most needs to be looked
     /// at.
     pub(super) fn worse(self, other: Exit) -> Exit {
@@ -63,19 +54,99 @@ impl Exit {
         match ended {
             Ended::Before(status) | Ended::Now(status) => (*status).into(),
             Ended::NotBegun => Exit::Interrupted,
-            Ended::Failed(MemberError::Scene(error)) => Exit::of(error.exit_code()),
+            Ended::Failed(MemberError::Scene(error)) => error.into(),
             Ended::Failed(MemberError::Start(Fault::Device(_)) | MemberError::Device(_)) => Exit::Device,
             Ended::Failed(MemberError::Start(_) | MemberError::Unfit(_)) => Exit::Usage,
-            Ended::Failed(MemberError::Run(error)) => Exit::of_run(error),
+            Ended::Failed(MemberError::Run(error)) => error.into(),
+            Ended::Failed(_) => Exit::Internal,
         }
     }
+}
 
-    fn of_run(error: &RunError) -> Exit {
+impl From<&SceneError> for Exit {
+    fn from(error: &SceneError) -> Exit {
+        match error.kind() {
+            FaultKind::Io => Exit::File,
+            FaultKind::Interrupted => Exit::Interrupted,
+            _ => Exit::Usage,
+        }
+    }
+}
+
+impl From<&RecordError> for Exit {
+    fn from(error: &RecordError) -> Exit {
         match error {
-            RunError::Record(error) => Exit::of(error.exit_code()),
+            RecordError::NotEmpty { .. } | RecordError::OtherScene { .. } | RecordError::InUse { .. } => Exit::Usage,
+            _ => Exit::File,
+        }
+    }
+}
+
+impl From<&StatesError> for Exit {
+    fn from(error: &StatesError) -> Exit {
+        match error {
+            StatesError::Record(error) => error.into(),
+            StatesError::Scene(error) => error.into(),
+            StatesError::Custom { .. } => Exit::Usage,
+            _ => Exit::File,
+        }
+    }
+}
+
+impl From<&RunError> for Exit {
+    fn from(error: &RunError) -> Exit {
+        match error {
+            RunError::Record(error) => error.into(),
             RunError::Fault(Fault::Device(_)) => Exit::Device,
             RunError::Fault(fault) if fault.is_of_scene() => Exit::OutOfTolerance,
-            RunError::Fault(_) => Exit::Internal,
+            _ => Exit::Internal,
+        }
+    }
+}
+
+impl From<&ExportError> for Exit {
+    fn from(error: &ExportError) -> Exit {
+        match error {
+            ExportError::Record(error) => error.into(),
+            ExportError::Scene(error) => error.into(),
+            ExportError::Unfit { .. } | ExportError::Custom { .. } => Exit::Usage,
+            ExportError::Stopped { .. } => Exit::Interrupted,
+            _ => Exit::File,
+        }
+    }
+}
+
+impl From<&MeasureError> for Exit {
+    fn from(error: &MeasureError) -> Exit {
+        match error {
+            MeasureError::States(error) => error.into(),
+            MeasureError::Record(error) => error.into(),
+            MeasureError::Unknown { .. } => Exit::Usage,
+            MeasureError::Stopped { .. } => Exit::Interrupted,
+            _ => Exit::File,
+        }
+    }
+}
+
+impl From<&RenderError> for Exit {
+    fn from(error: &RenderError) -> Exit {
+        match error {
+            RenderError::States(error) => error.into(),
+            RenderError::Record(error) => error.into(),
+            RenderError::NoState { .. } | RenderError::Encoder { .. } => Exit::File,
+            RenderError::Device(_) => Exit::Device,
+            RenderError::Stopped { .. } => Exit::Interrupted,
+            _ => Exit::Usage,
+        }
+    }
+}
+
+impl From<&BatchError> for Exit {
+    fn from(error: &BatchError) -> Exit {
+        match error {
+            BatchError::Scene(error) => error.into(),
+            BatchError::Record(error) => error.into(),
+            _ => Exit::Internal,
         }
     }
 }
@@ -86,13 +157,13 @@ impl From<RunStatus> for Exit {
             RunStatus::Done => Exit::Done,
             RunStatus::OutOfTolerance | RunStatus::Stopped => Exit::OutOfTolerance,
             RunStatus::Interrupted => Exit::Interrupted,
-            RunStatus::Fault => Exit::Internal,
+            _ => Exit::Internal,
         }
     }
 }
 
 /// Why a command ends early.
-#[derive(Debug, Error, Diagnostic)]
+#[derive(Debug, thiserror::Error, Diagnostic)]
 pub(super) enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -132,25 +203,27 @@ pub(super) enum CliError {
 
 impl CliError {
     /// A simulation that cannot be started.
-    pub(super) fn start(fault: Fault) -> CliError {
-        match fault {
-            Fault::Device(fault) => CliError::Device(fault),
-            fault => CliError::Start(fault),
+    pub(super) fn start(error: Error) -> CliError {
+        match error {
+            Error::Scene(error) => CliError::Scene(error),
+            Error::Fault(Fault::Device(fault)) | Error::Gpu(fault) => CliError::Device(fault),
+            Error::Fault(fault) => CliError::Start(fault),
+            other => CliError::Usage(other.to_string()),
         }
     }
 
     pub(super) fn exit(&self) -> Exit {
         match self {
-            CliError::Scene(error) => Exit::of(error.exit_code()),
-            CliError::Export(error) => Exit::of(error.exit_code()),
-            CliError::Measure(error) => Exit::of(error.exit_code()),
-            CliError::Render(error) => Exit::of(error.exit_code()),
-            CliError::Record(error) => Exit::of(error.exit_code()),
-            CliError::Run(error) => Exit::of_run(error),
-            CliError::Batch(error) => Exit::of(error.exit_code()),
+            CliError::Scene(error) => error.into(),
+            CliError::Export(error) => error.into(),
+            CliError::Measure(error) => error.into(),
+            CliError::Render(error) => error.into(),
+            CliError::Record(error) => error.into(),
+            CliError::Run(error) => error.into(),
+            CliError::Batch(error) => error.into(),
             CliError::Device(_) => Exit::Device,
             CliError::Study(StudyError::Gpu(_) | StudyError::Fault(Fault::Device(_))) => Exit::Device,
-            CliError::Study(StudyError::Record(error)) => Exit::of(error.exit_code()),
+            CliError::Study(StudyError::Record(error)) => error.into(),
             CliError::Study(_) => Exit::Internal,
             CliError::Start(_) | CliError::Usage(_) | CliError::NoScene(_) => Exit::Usage,
             CliError::Output(_) => Exit::File,

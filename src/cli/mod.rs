@@ -9,6 +9,7 @@ mod devices;
 mod driver;
 mod exit;
 mod export;
+mod hint;
 mod interrupt;
 mod log;
 mod manual;

@@ -2,6 +2,7 @@
 //! program.
 
 use super::exit::CliError;
+use super::hint::Hinted;
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::io::{self, BufWriter, ErrorKind, Write};
@@ -66,5 +67,5 @@ pub(super) fn whole_words() {
 
 /// Writes an error to standard error, with its causes, its place and what would be right.
 pub(super) fn report(error: CliError) {
-    let _ = write!(io::stderr(), "{:?}", miette::Report::new(error));
+    let _ = write!(io::stderr(), "{:?}", miette::Report::new(Hinted(error)));
 }

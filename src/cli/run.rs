@@ -8,7 +8,7 @@ use super::{compute, output, placing, view};
 use relcp::gpu::Profile;
 use relcp::record::{Folder, PassedStep, RecordError, Retried};
 use relcp::run::{Run, RunError, RunStatus, Summary};
-use relcp::scene::{self, Scene};
+use relcp::scene::Scene;
 use relcp::simulation::{Compute, Simulation};
 use serde::Serialize;
 use std::io::{self, Write};
@@ -78,10 +78,10 @@ fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> 
         return Err(CliError::Usage("which scene? `relcp scenes` lists the built-in ones".into()));
     };
     let begun = Instant::now();
-    let scene = scene::load(source, &arguments.sets)?;
+    let scene = Scene::load(source, &arguments.sets)?;
     let bodies = placing::place(&scene, interrupt, arguments.print.quiet)?;
     let compute = settle(arguments, &scene)?;
-    let simulation = Simulation::new_on(&compute, scene, bodies).map_err(CliError::start)?;
+    let simulation = Simulation::builder(scene).bodies(bodies).on(&compute).build().map_err(CliError::start)?;
     let folder = match &arguments.out {
         Some(path) => Folder::create(path)?,
         None => Folder::create_in(Path::new(RUNS), &simulation.scene().name)?,
@@ -96,18 +96,18 @@ fn resume(arguments: &Arguments) -> Result<Run, CliError> {
             let folder = Folder::open(path)?;
             let recorded = folder.scene();
             let scene = match source {
-                Some(source) => scene::load(source, &arguments.sets)?,
-                None => scene::load(text_of(&recorded)?, &arguments.sets)?,
+                Some(source) => Scene::load(source, &arguments.sets)?,
+                None => Scene::load(text_of(&recorded)?, &arguments.sets)?,
             };
             (folder, scene)
         }
         (None, Some(source)) => {
-            let scene = scene::load(source, &arguments.sets)?;
+            let scene = Scene::load(source, &arguments.sets)?;
             (latest(&scene)?, scene)
         }
     };
     let compute = settle(arguments, &scene)?;
-    Ok(Run::resume_on(&compute, scene, folder)?)
+    Ok(Run::resume(scene, folder, &compute)?)
 }
 
 /// What computes; for a profile kernels are compiled when they are made, so that it tells how long that took.

@@ -3,11 +3,11 @@
 use super::arguments::{Check, Scenes, Schema};
 use super::exit::{CliError, Exit};
 use super::output;
-use relcp::{batch, scene};
+use relcp::{Scene, batch, scene};
 use serde_json::json;
 
 pub(super) fn scenes(arguments: &Scenes) -> Result<Exit, CliError> {
-    let built_in = scene::built_in();
+    let built_in = scene::BuiltIn::ALL;
     if let Some(name) = &arguments.name {
         let found = built_in.iter().find(|scene| scene.name == name.as_str());
         let scene = found.ok_or_else(|| CliError::NoScene(name.clone()))?;
@@ -23,7 +23,7 @@ pub(super) fn scenes(arguments: &Scenes) -> Result<Exit, CliError> {
 }
 
 pub(super) fn check(arguments: &Check) -> Result<Exit, CliError> {
-    let scene = scene::load(&arguments.scene, &arguments.sets)?;
+    let scene = Scene::load(&arguments.scene, &arguments.sets)?;
     let bodies = scene.build()?;
     let (name, count, steps) = (&scene.name, bodies.len(), scene.time.steps());
     if arguments.print.json {

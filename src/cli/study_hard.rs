@@ -5,7 +5,7 @@ use super::compute;
 use super::exit::CliError;
 use super::study::{Found, pretty, value, write_all};
 use super::study_paper::{on_the_cpu, say};
-use relcp::scene;
+use relcp::Scene;
 use relcp::simulation::Compute;
 use relcp::study::hard::random::{self, Options, Row, Ticket};
 use relcp::study::hard::{Size, Study, Verdict, all};
@@ -53,11 +53,11 @@ const QUICK_STEPS: u64 = 20;
 
 /// Scenes drawn from a seed, in place of the cases.
 fn drawn(arguments: &Arguments) -> Result<Found, CliError> {
-    let compute = compute::settle(&arguments.compute, &scene::load("colony", &[])?)?;
+    let compute = compute::settle(&arguments.compute, &Scene::built_in("colony")?)?;
     // A device computes one scene after another.
     let (threads, computed_by) = match &compute {
-        Compute::Cpu => (rayon::current_num_threads(), COMPUTED_BY.to_owned()),
         Compute::Gpu { gpu, precision } => (1, format!("{} {}", gpu.name(), precision.name())),
+        _ => (rayon::current_num_threads(), COMPUTED_BY.to_owned()),
     };
     let most_steps = if arguments.quick { QUICK_STEPS } else { u64::MAX };
     let options = Options { seed: arguments.seed, threads, most_steps, compute };

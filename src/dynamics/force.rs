@@ -56,6 +56,7 @@ impl<F: Fn(&Bodies, usize, f64) -> Load + Send + Sync> ForceField for F {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
+#[non_exhaustive]
 pub enum Force {
     /// The same force on every body.
     Uniform {

@@ -8,6 +8,7 @@ use thiserror::Error;
 
 /// Why states could not be exported. The files that are complete by then stay.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum ExportError {
     /// A file could not be read or written.
     #[error(transparent)]
@@ -65,19 +66,6 @@ impl From<StatesError> for ExportError {
             StatesError::Scene(error) => ExportError::Scene(error),
             StatesError::NoState { path } => ExportError::NoState { path },
             StatesError::Custom { origin, body } => ExportError::Custom { origin, body },
-        }
-    }
-}
-
-impl ExportError {
-    /// The program's exit status: 4 where a file is at fault, 2 where a scene or a number is, 130 where it was stopped.
-    pub fn exit_code(&self) -> i32 {
-        match self {
-            ExportError::Record(error) => error.exit_code(),
-            ExportError::Scene(error) => error.exit_code(),
-            ExportError::NoState { .. } => 4,
-            ExportError::Unfit { .. } | ExportError::Custom { .. } => 2,
-            ExportError::Stopped { .. } => 130,
         }
     }
 }

@@ -57,7 +57,7 @@ struct Common {
 /// let done = gsd(&States::open("three-capsules")?, &path, &mut |_, _| true)?;
 /// assert_eq!((done.states, done.bodies), (1, 3));
 /// assert_eq!(std::fs::read(&path)?[..8], [0xDF, 0x65, 0xDF, 0x65, 0xDF, 0x65, 0xDF, 0x65]);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// # Ok::<(), relcp::Error>(())
 /// ```
 ///
 /// # Errors

@@ -12,7 +12,7 @@
 //! let states = States::open("three-capsules")?;
 //! let done = export(&states, Format::Vtk { cutoff: None }, folder.path(), &mut |_done, _all| true)?;
 //! assert!(done.files.contains(&folder.path().join("bodies.pvd")));
-//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! # Ok::<(), relcp::Error>(())
 //! ```
 
 mod classes;
@@ -38,6 +38,7 @@ use std::path::{Path, PathBuf};
 
 /// A format.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Format {
     /// One GSD file.
     Gsd,

@@ -56,7 +56,7 @@ const RING_SEGMENTS: usize = 64;
 /// for name in ["bodies.pvd", "axes.pvd", "contacts.pvd", "show.py", "states/bodies_0000000000.vtp"] {
 ///     assert!(folder.path().join(name).exists(), "{name}");
 /// }
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// # Ok::<(), relcp::Error>(())
 /// ```
 pub fn vtk(states: &States, folder: &Path, cutoff: Option<f64>, watch: Watch) -> Result<Exported, ExportError> {
     let inner = folder.join(STATES);

@@ -37,8 +37,8 @@ pub struct AdapterReport {
     pub workgroup: u32,
     /// What keeps it from being used; empty where nothing does.
     pub lacks: Vec<String>,
-    /// Whether `--backend auto` would take it.
+    /// Whether it is taken where a device is not required: it is hardware and fits.
     pub automatic: bool,
-    /// Whether `--backend gpu` would take it.
+    /// Whether it is taken where a device is required: software will do.
     pub taken: bool,
 }

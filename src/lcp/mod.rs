@@ -56,6 +56,7 @@ pub struct Settings {
 
 /// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Status {
     /// The residual is at or under the tolerance.
     Solved,
@@ -91,6 +92,7 @@ impl Status {
 
 /// What a solve did.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Outcome {
     /// How it ended.
     pub status: Status,

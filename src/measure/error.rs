@@ -8,6 +8,7 @@ use thiserror::Error;
 
 /// Why states could not be measured. The files that are complete by then stay.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum MeasureError {
     /// A state could not be found or read.
     #[error(transparent)]
@@ -66,20 +67,6 @@ impl From<StatesError> for MeasureError {
         match error {
             StatesError::NoState { path } => MeasureError::NoState { path },
             other => MeasureError::States(other),
-        }
-    }
-}
-
-impl MeasureError {
-    /// The program's exit status: 4 where a file is at fault, 2 where an argument or a scene is, 130 where it was
-    /// stopped.
-    pub fn exit_code(&self) -> i32 {
-        match self {
-            MeasureError::States(error) => error.exit_code(),
-            MeasureError::Record(error) => error.exit_code(),
-            MeasureError::Unknown { .. } => 2,
-            MeasureError::NoState { .. } | MeasureError::Unfit { .. } | MeasureError::Unmade { .. } => 4,
-            MeasureError::Stopped { .. } => 130,
         }
     }
 }

@@ -48,10 +48,10 @@ impl Frame {
 pub(crate) fn scene_behind(source: &str) -> Result<Option<(Scene, String)>, StatesError> {
     let path = Path::new(source);
     if let Some(path) = scene_of(path) {
-        return Ok(Some((scene::read(&path)?, path.display().to_string())));
+        return Ok(Some((Scene::read(&path)?, path.display().to_string())));
     }
     if path.is_dir() || path.extension().is_some_and(|extension| extension == "npz") {
         return Ok(None);
     }
-    Ok(Some((scene::load(source, &[])?, source.into())))
+    Ok(Some((Scene::load(source, scene::NO_OVERRIDES)?, source.into())))
 }

@@ -11,7 +11,7 @@
 //! let states = States::open("three-capsules")?;
 //! let measured = measure("three-capsules", &states, &select(&["radius".into()])?, &Settings::default(), &mut |_done, _all| true)?;
 //! assert!(measured.value(0, "radius_outermost").is_some_and(|radius| radius > 0.0));
-//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! # Ok::<(), relcp::Error>(())
 //! ```
 
 mod axis;
@@ -150,7 +150,7 @@ impl From<&str> for LeftOut {
 
 /// A measure.
 pub trait Measure: Sync {
-    /// Its name: what `--only` takes, and what its profile's file is called.
+    /// Its name: what [`select`] takes, and what its profile's file is called.
     fn name(&self) -> &'static str;
     /// What it tells, in a line.
     fn about(&self) -> &'static str;

@@ -4,7 +4,7 @@ use super::{Frame, LeftOut, Settings, axis, interior};
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
 use crate::dynamics::virial_of_wall;
-use crate::record::{Contact, Snapshot, TOUCHING, contacts};
+use crate::record::{ContactForce, Snapshot, TOUCHING, contacts};
 use crate::separation::{branch, is_branch, separation};
 use crate::walls::surface_of;
 use glam::DVec3;
@@ -26,7 +26,7 @@ pub struct View<'a> {
     pub axes: Vec<Option<DVec3>>,
     /// The bodies' volumes; in the plane the areas of their sections.
     pub volumes: Vec<f64>,
-    contacts: OnceLock<Vec<Contact>>,
+    contacts: OnceLock<Vec<ContactForce>>,
 }
 
 impl<'a> View<'a> {
@@ -97,12 +97,12 @@ impl<'a> View<'a> {
     }
 
     /// The contacts, as an export has them.
-    pub fn contacts(&self) -> &[Contact] {
+    pub fn contacts(&self) -> &[ContactForce] {
         self.contacts.get_or_init(|| contacts(self.state, Some(self.cutoff())))
     }
 
     /// The contacts nearer than the cutoff.
-    pub fn touching(&self) -> impl Iterator<Item = &Contact> {
+    pub fn touching(&self) -> impl Iterator<Item = &ContactForce> {
         let cutoff = self.cutoff();
         self.contacts().iter().filter(move |contact| contact.separation <= cutoff)
     }
@@ -111,7 +111,7 @@ impl<'a> View<'a> {
     ///
     /// # Errors
     /// [`LeftOut`] where the state does not know its contact forces, or knows those of sub-spheres.
-    pub fn pushing(&self) -> Result<impl Iterator<Item = &Contact>, LeftOut> {
+    pub fn pushing(&self) -> Result<impl Iterator<Item = &ContactForce>, LeftOut> {
         let Some(warm) = &self.state.warm else {
             return Err(
                 "the state has no contact forces: only a checkpoint has, and states of a run with output.forces".into(),

@@ -31,14 +31,14 @@ impl Pairs {
             *forces.entry(pair.map(|body| body as usize)).or_default() += gamma;
         }
         let mut found = Pairs::default();
-        for (pair, s) in contacts(bodies, cutoff) {
-            let [a, b] = pair;
-            found.pairs.push(pair.map(|body| body as u64));
-            found.separation.push(s.separation);
-            found.normal.push(s.normal.to_array());
-            found.point_a.push((bodies.position[a] + s.lever_a).to_array());
-            found.point_b.push((bodies.position[b] + s.lever_b).to_array());
-            found.gamma.push(forces.get(&pair).copied().unwrap_or(0.0));
+        for near in contacts(bodies, cutoff) {
+            let [a, b] = near.bodies.map(|body| bodies.position[body]);
+            found.pairs.push(near.bodies.map(|body| body as u64));
+            found.separation.push(near.separation);
+            found.normal.push(near.normal.to_array());
+            found.point_a.push((a + near.levers[0]).to_array());
+            found.point_b.push((b + near.levers[1]).to_array());
+            found.gamma.push(forces.get(&near.bodies).copied().unwrap_or(0.0));
         }
         found
     }
@@ -102,9 +102,9 @@ impl AtWalls {
         for near in walls.contacts(bodies, cutoff) {
             found.body.push(near.body as u64);
             found.wall.push(near.wall as u64);
-            found.separation.push(near.found.separation);
-            found.normal.push(near.found.normal.to_array());
-            found.point.push((bodies.position[near.body] + near.found.lever_a).to_array());
+            found.separation.push(near.separation);
+            found.normal.push(near.normal.to_array());
+            found.point.push(near.point(bodies).to_array());
         }
         found
     }

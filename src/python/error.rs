@@ -33,6 +33,7 @@ create_exception!(relcp, RecordError, Error, "A state file could not be read or 
 fn kind(kind: FaultKind) -> &'static str {
     match kind {
         FaultKind::Io => "io",
+        FaultKind::UnknownScene => "unknown_scene",
         FaultKind::Syntax => "syntax",
         FaultKind::UnknownKey => "unknown_key",
         FaultKind::MissingKey => "missing_key",

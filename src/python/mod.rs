@@ -30,7 +30,7 @@ fn devices(py: Python<'_>, adapter: Option<String>) -> PyResult<Bound<'_, PyAny>
 /// The built-in scenes: what each shows, by its name.
 #[pyfunction]
 fn scenes() -> Vec<(&'static str, &'static str)> {
-    crate::scene::built_in().iter().map(|scene| (scene.name, scene.summary)).collect()
+    crate::scene::BuiltIn::ALL.iter().map(|scene| (scene.name, scene.summary)).collect()
 }
 
 /// The compiled half of the package `relcp`.

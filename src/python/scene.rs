@@ -3,7 +3,7 @@
 use super::arrays::loads;
 use super::error::{bad_scene, scene_fault};
 use crate::record::scene_hash;
-use crate::scene::{self, Override, Scene, Source};
+use crate::scene::{Override, Scene, Source};
 use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -71,7 +71,7 @@ impl PyScene {
     fn load(py: Python<'_>, source: PathBuf, overrides: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let sets = self::overrides(overrides)?;
         let Some(source) = source.to_str() else { return Err(PyValueError::new_err("the path is not Unicode")) };
-        py.detach(|| scene::load(source, &sets)).map(PyScene).map_err(|fault| scene_fault(py, &fault, true))
+        py.detach(|| Scene::load(source, &sets)).map(PyScene).map_err(|fault| scene_fault(py, &fault, true))
     }
 
     /// Reads a scene from JSON text; `origin` names the text in messages. Raises SceneError with line and column.

@@ -1,22 +1,15 @@
 //! A simulation with what its run did so far, and the threads that compute it: what a Python object holds.
 
 use super::compute::shared_threads_live;
+use crate::error::Error;
 use crate::record::{RecordError, Totals, scene_hash, write_state};
 use crate::run::{RunStatus, Summary};
-use crate::scene::{Scene, SceneError};
+use crate::scene::Scene;
 use crate::simulation::{Compute, Simulation};
 use crate::step::{Fault, State, StepReport, max_overlap};
 use rayon::ThreadPool;
 use std::path::Path;
 use std::time::{Duration, Instant};
-
-/// Why a session cannot be started.
-pub(super) enum NoStart {
-    /// The bodies cannot be placed.
-    Scene(SceneError),
-    /// The backend refuses.
-    Fault(Fault),
-}
 
 /// A simulation under way.
 pub(super) struct Session {
@@ -60,13 +53,13 @@ pub(super) struct Batch {
 
 impl Session {
     /// Starts a scene from its own bodies.
-    pub fn start(compute: &Compute, scene: Scene, threads: Threads) -> Result<Self, NoStart> {
+    pub fn start(compute: &Compute, scene: Scene, threads: Threads) -> Result<Self, Error> {
         let begun = Instant::now();
         let hash = scene_hash(&scene);
         let (simulation, start_max_overlap) = threads.run(|| {
-            let bodies = scene.build().map_err(NoStart::Scene)?;
+            let bodies = scene.build()?;
             let start_max_overlap = max_overlap(&bodies, &scene.walls());
-            Simulation::new_on(compute, scene, bodies).map_err(NoStart::Fault).map(|s| (s, start_max_overlap))
+            Simulation::start(compute, scene, State::new(bodies)).map(|s| (s, start_max_overlap)).map_err(Error::from)
         })?;
         let mut totals = Totals { start_max_overlap, ..Totals::default() };
         totals.wall.setup = begun.elapsed().as_secs_f64();
@@ -83,7 +76,7 @@ impl Session {
         threads: Threads,
     ) -> Result<Self, Fault> {
         let hash = scene_hash(&scene);
-        let simulation = threads.run(|| Simulation::resume_on(compute, scene, state))?;
+        let simulation = threads.run(|| Simulation::start(compute, scene, state))?;
         Ok(Session { simulation, totals, scene_hash: hash, threads })
     }
 

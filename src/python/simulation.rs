@@ -6,8 +6,9 @@ use super::contacts::{AtWalls, Contacts, Pairs, WallContacts};
 use super::error::{RecordError, SimulationError, fault, recorded, scene_fault};
 use super::report::StepReport;
 use super::scene::PyScene;
-use super::session::{NoStart, Session, Threads};
+use super::session::{Session, Threads};
 use crate::bodies::Bodies;
+use crate::error::Error;
 use crate::record::{read_state, scene_hash, state_hash};
 use crate::simulation::Compute;
 use crate::step::State;
@@ -97,10 +98,11 @@ impl PySimulation {
     }
 }
 
-fn no_start(py: Python<'_>, no: NoStart) -> PyErr {
+fn no_start(py: Python<'_>, no: Error) -> PyErr {
     match no {
-        NoStart::Scene(refused) => scene_fault(py, &refused, true),
-        NoStart::Fault(refused) => fault(refused),
+        Error::Scene(refused) => scene_fault(py, &refused, true),
+        Error::Fault(refused) => fault(refused),
+        other => SimulationError::new_err(other.to_string()),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::states::Snapshot;
 use crate::separation::{Separation, branch, separation};
-use crate::step::image_contacts;
+use crate::step;
 use crate::walls::surface_of;
 use glam::{DVec3, I64Vec3};
 use std::collections::BTreeMap;
@@ -16,7 +16,8 @@ pub const TOUCHING: f64 = 1e-3;
 
 /// A contact of two bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
+#[non_exhaustive]
+pub struct ContactForce {
     /// The bodies, by their rows.
     pub pair: [usize; 2],
     /// What the second body is moved by to the image that the first one meets; zero where space has no periods.
@@ -50,15 +51,19 @@ struct Force {
 /// let states = States::open("three-capsules")?;
 /// let found = contacts(&*states.read(0)?, Some(0.5));
 /// assert!(found.iter().all(|contact| contact.separation <= 0.5 && contact.gamma.is_nan()));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// # Ok::<(), relcp::Error>(())
 /// ```
-pub fn contacts(state: &Snapshot, cutoff: Option<f64>) -> Vec<Contact> {
+pub fn contacts(state: &Snapshot, cutoff: Option<f64>) -> Vec<ContactForce> {
     let bodies = &state.bodies;
     let thickness = bodies.shape.iter().map(|shape| shape.thickness()).fold(f64::INFINITY, f64::min);
     let cutoff = cutoff.unwrap_or(if thickness.is_finite() { TOUCHING * thickness } else { 0.0 });
     let key = |pair: [usize; 2], image: I64Vec3| (pair, image.to_array());
-    let near = image_contacts(bodies, cutoff).into_iter();
-    let mut found: BTreeMap<_, Separation> = near.map(|near| (key(near.pair, near.image), near.found)).collect();
+    let mut found: BTreeMap<_, Separation> = BTreeMap::new();
+    for step::Contact { bodies, image, separation, normal, levers: [lever_a, lever_b] } in
+        step::contacts(bodies, cutoff)
+    {
+        found.insert(key(bodies, image), Separation { separation, normal, lever_a, lever_b });
+    }
     let mut forces = BTreeMap::<_, Force>::new();
     for warm in state.warm.iter().flatten().filter(|warm| surface_of(warm.pair[1]).is_none()) {
         let pair = warm.pair.map(|body| body as usize);
@@ -89,7 +94,7 @@ pub fn contacts(state: &Snapshot, cutoff: Option<f64>) -> Vec<Contact> {
     let contact = |(key, s): (([usize; 2], [i64; 3]), Separation)| {
         let (pair, image) = key;
         let shift = bodies.periods.shift(image.into());
-        Contact {
+        ContactForce {
             pair,
             shift,
             point: 0.5 * (bodies.position[pair[0]] + s.lever_a + (bodies.position[pair[1]] + shift) + s.lever_b),

@@ -10,6 +10,7 @@ use thiserror::Error;
 
 /// What is wrong with the bytes of a state.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum StateError {
     /// The bytes are of something else.
     #[error("it is not a state file")]
@@ -56,6 +57,7 @@ impl StateError {
 
 /// Why a run's files could not be read or written.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum RecordError {
     /// The system refused.
     #[error("{}: could not {action}", path.display())]
@@ -94,21 +96,21 @@ pub enum RecordError {
     },
     /// A new run would mix its files with others.
     #[error("{}: the folder is not empty", path.display())]
-    #[diagnostic(help("name another folder with --out, or go on with the run that is in it with --resume"))]
+    #[diagnostic(help("name another folder, or resume the run that is in it"))]
     NotEmpty {
         /// The folder.
         path: PathBuf,
     },
     /// There is nothing to go on from.
     #[error("{}: there is no run to go on with: no checkpoint", path.display())]
-    #[diagnostic(help("name the folder of an earlier run with --out, or start a new one without --resume"))]
+    #[diagnostic(help("name the folder of an earlier run, or start a new one"))]
     NoCheckpoint {
         /// The folder.
         path: PathBuf,
     },
     /// The folder's run is of another scene.
     #[error("{}: the run in this folder is of another scene; it differs in {}", path.display(), keys.join(", "))]
-    #[diagnostic(help("give the scene and the --set options that the run was started with, or leave both out"))]
+    #[diagnostic(help("give the scene and the overrides that the run was started with"))]
     OtherScene {
         /// The folder.
         path: PathBuf,
@@ -117,7 +119,7 @@ pub enum RecordError {
     },
     /// Another process is writing into the folder.
     #[error("{}: another run is writing into this folder", path.display())]
-    #[diagnostic(help("wait for it, stop it, or name another folder with --out"))]
+    #[diagnostic(help("wait for it, stop it, or name another folder"))]
     InUse {
         /// The folder.
         path: PathBuf,
@@ -135,18 +137,11 @@ impl RecordError {
         let path = path.to_owned();
         move |fault| RecordError::State { path, fault }
     }
-
-    /// The program's exit status: 2 where the arguments ask for what cannot be, 4 where a file is at fault.
-    pub fn exit_code(&self) -> i32 {
-        match self {
-            RecordError::NotEmpty { .. } | RecordError::OtherScene { .. } | RecordError::InUse { .. } => 2,
-            _ => 4,
-        }
-    }
 }
 
 /// Why states could not be found or read.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum StatesError {
     /// A file could not be read.
     #[error(transparent)]
@@ -173,16 +168,4 @@ pub enum StatesError {
         /// The first body concerned, by its row.
         body: usize,
     },
-}
-
-impl StatesError {
-    /// The program's exit status: 4 where a file is at fault, 2 where a scene is.
-    pub fn exit_code(&self) -> i32 {
-        match self {
-            StatesError::Record(error) => error.exit_code(),
-            StatesError::Scene(error) => error.exit_code(),
-            StatesError::NoState { .. } => 4,
-            StatesError::Custom { .. } => 2,
-        }
-    }
 }

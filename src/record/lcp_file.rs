@@ -87,6 +87,7 @@ impl LcpHeader {
 
 /// What is wrong with the bytes of an LCP.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum LcpFileError {
     /// The bytes are of something else.
     #[error("this is not an LCP (.npz): {0}")]

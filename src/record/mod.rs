@@ -12,7 +12,7 @@
 //! assert!(folder.path().ends_with("two-rods"));
 //! assert!(folder.state(12).ends_with("states/state_0000000012.npz"));
 //! assert_eq!(COLUMNS[0], "step");
-//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! # Ok::<(), relcp::Error>(())
 //! ```
 
 mod blocks;
@@ -33,7 +33,7 @@ pub(crate) mod steps;
 mod tests;
 mod totals;
 
-pub use contacts::{Contact, TOUCHING, contacts};
+pub use contacts::{ContactForce, TOUCHING, contacts};
 pub use container::{FORMAT, Header, VERSION, decode, encode, encode_with_forces, read_state, write_state};
 pub(crate) use difference::differing_keys;
 pub use error::{RecordError, StateError, StatesError};

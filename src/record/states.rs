@@ -3,7 +3,7 @@
 use super::error::StatesError;
 use super::{Folder, read_state};
 use crate::bodies::Bodies;
-use crate::scene;
+use crate::scene::{self, Scene};
 use crate::warm::Warm;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -81,7 +81,7 @@ impl States {
             let planar = planar_of(path)?;
             return Ok(States { name, entries: vec![Entry::File(path.into())], notes: Vec::new(), planar });
         }
-        let scene = scene::load(source, &[])?;
+        let scene = Scene::load(source, scene::NO_OVERRIDES)?;
         let (time, bodies) = (scene.time.start, scene.build()?);
         let snapshot = Snapshot { step: 0, time, bodies, warm: None };
         Ok(States { name: stem(path), planar: Some(scene.planar), ..States::single(source, snapshot) })
@@ -91,11 +91,11 @@ impl States {
     ///
     /// ```
     /// use relcp::record::{Snapshot, States};
-    /// use relcp::scene;
-    /// let bodies = scene::load("three-capsules", &[])?.build()?;
+    /// use relcp::Scene;
+    /// let bodies = Scene::built_in("three-capsules")?.build()?;
     /// let states = States::single("mine", Snapshot { step: 0, time: 0.0, bodies, warm: None });
     /// assert_eq!((states.len(), states.read(0)?.bodies.len()), (1, 3));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// # Ok::<(), relcp::Error>(())
     /// ```
     pub fn single(name: &str, snapshot: Snapshot) -> Self {
         let entry = Entry::Held { origin: name.into(), snapshot: Box::new(snapshot) };
@@ -238,7 +238,7 @@ pub(crate) fn scene_of(source: &Path) -> Option<PathBuf> {
 
 /// What that scene says of its plane.
 fn planar_of(source: &Path) -> Result<Option<bool>, StatesError> {
-    scene_of(source).map(|path| Ok(scene::read(&path)?.planar)).transpose()
+    scene_of(source).map(|path| Ok(Scene::read(&path)?.planar)).transpose()
 }
 
 fn flat(bodies: &Bodies) -> bool {

@@ -9,6 +9,7 @@ use thiserror::Error;
 /// Why the pictures of a run could not be made. But for [`RenderError::Record`], [`RenderError::Encoder`] and
 /// [`RenderError::Stopped`] nothing was written.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum RenderError {
     /// A state could not be found or read.
     #[error(transparent)]
@@ -44,7 +45,7 @@ pub enum RenderError {
         help: &'static str,
     },
     /// The ends of a scale were given for colours that are on none.
-    #[error("--range needs a numeric quantity; {colour} has no scale")]
+    #[error("a range needs a numeric quantity; {colour} has no scale")]
     #[diagnostic(help("leave the range out, or choose other colours"))]
     NoScale {
         /// What the colours are to tell.
@@ -52,7 +53,7 @@ pub enum RenderError {
     },
     /// No state is in the interval.
     #[error("none of the {states} states is {interval}; they are from time {first} to {last}")]
-    #[diagnostic(help("leave out --from and --to for all states"))]
+    #[diagnostic(help("choose another interval, or all states"))]
     Nothing {
         /// How many there are.
         states: usize,
@@ -64,15 +65,15 @@ pub enum RenderError {
         last: f64,
     },
     /// Pictures would be mixed with others, or replace them.
-    #[error("{}: numbered pictures are there that no `relcp render` has left", path.display())]
-    #[diagnostic(help("name another folder with --out"))]
+    #[error("{}: numbered pictures are there that relcp has not drawn", path.display())]
+    #[diagnostic(help("name another folder"))]
     Foreign {
         /// Their folder.
         path: PathBuf,
     },
     /// There is no encoder for a movie.
     #[error("no movie can be made: there is no `ffmpeg` on the path")]
-    #[diagnostic(help("install ffmpeg, or leave --movie out for pictures only"))]
+    #[diagnostic(help("install ffmpeg, or make pictures only"))]
     NoEncoder,
     /// The encoder did not make the movie.
     #[error("{}: ffmpeg made no movie: {what}", path.display())]
@@ -85,7 +86,7 @@ pub enum RenderError {
     },
     /// Whoever asked for it asked to stop.
     #[error("stopped after {done} of {all}")]
-    #[diagnostic(help("the same command again starts anew and replaces what is there"))]
+    #[diagnostic(help("drawing again starts anew and replaces what is there"))]
     Stopped {
         /// How much was done.
         done: usize,
@@ -99,25 +100,6 @@ impl From<StatesError> for RenderError {
         match error {
             StatesError::NoState { path } => RenderError::NoState { path },
             other => RenderError::States(other),
-        }
-    }
-}
-
-impl RenderError {
-    /// The program's exit status: 4 where a file is at fault, 2 where an argument is, 5 where a device is, 130 where it
-    /// was stopped.
-    pub fn exit_code(&self) -> i32 {
-        match self {
-            RenderError::States(error) => error.exit_code(),
-            RenderError::Record(error) => error.exit_code(),
-            RenderError::NoState { .. } | RenderError::Encoder { .. } => 4,
-            RenderError::Missing { .. }
-            | RenderError::NoScale { .. }
-            | RenderError::Nothing { .. }
-            | RenderError::Foreign { .. }
-            | RenderError::NoEncoder => 2,
-            RenderError::Device(_) => 5,
-            RenderError::Stopped { .. } => 130,
         }
     }
 }

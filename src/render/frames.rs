@@ -152,7 +152,7 @@ struct ScannedState {
 /// let frames = Frames { size: [120, 80], ..Frames::default() };
 /// let rendered = render("three-capsules", &states, &frames, folder.path(), &mut |_done, _all| true)?;
 /// assert!(rendered.complete && folder.path().join("frames/000000.png").is_file());
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// # Ok::<(), relcp::Error>(())
 /// ```
 ///
 /// # Errors
@@ -289,7 +289,7 @@ impl Painter<'_> {
             origin: self.states.origin(index),
             colour: self.frames.colour.name(),
             why,
-            help: "run with output.forces = true (`relcp run SCENE --set output.forces=true`), and with contact.method relcp or snsd; \
+            help: "run with output.forces = true (output.forces=true as an override), and with contact.method relcp or snsd; \
                    or choose orientation, length, speed, contacts or overlap, which every state tells",
         })
     }

@@ -135,8 +135,8 @@ fn sums(bodies: usize, pairs: impl Iterator<Item = ([usize; 2], f64)>) -> Vec<f6
 
 fn overlaps(bodies: &Bodies) -> Vec<f64> {
     let mut deepest = vec![0.0_f64; bodies.len()];
-    for (pair, found) in crate::step::contacts(bodies, 0.0) {
-        pair.iter().for_each(|&body| deepest[body] = deepest[body].max(-found.separation));
+    for near in crate::step::contacts(bodies, 0.0) {
+        near.bodies.iter().for_each(|&body| deepest[body] = deepest[body].max(-near.separation));
     }
     deepest
 }

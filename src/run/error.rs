@@ -7,6 +7,7 @@ use thiserror::Error;
 
 /// Why a run stopped.
 #[derive(Debug, Error, Diagnostic)]
+#[non_exhaustive]
 pub enum RunError {
     /// A step could not be taken. The state before it is in the checkpoint.
     #[error(transparent)]

@@ -39,18 +39,17 @@ const PICTURE_SIDES: [u32; 2] = [1280, 720];
 /// ```
 /// use relcp::record::Folder;
 /// use relcp::run::{Run, RunStatus};
-/// use relcp::{Simulation, scene};
+/// use relcp::{Scene, Simulation};
 /// let parent = tempfile::tempdir()?;
-/// let scene = scene::load("three-capsules", &[])?;
-/// let bodies = scene.build()?;
+/// let scene = Scene::built_in("three-capsules")?;
 /// let folder = Folder::create_in(parent.path(), &scene.name)?;
-/// let mut run = Run::start(Simulation::new(scene, bodies)?, folder, std::time::Duration::ZERO)?;
+/// let mut run = Run::start(Simulation::new(scene)?, folder, std::time::Duration::ZERO)?;
 /// while !run.done() {
 ///     run.advance()?;
 /// }
 /// let summary = run.finish()?;
 /// assert_eq!((summary.status, summary.steps), (RunStatus::Done, 8));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// # Ok::<(), relcp::Error>(())
 /// ```
 pub struct Run {
     simulation: Simulation,
@@ -97,12 +96,12 @@ impl Run {
     ///
     /// A damaged checkpoint is passed over for the one before it, with a [note](Run::notes). Rows and states after the
     /// checkpoint are removed; the run makes them again.
-    pub fn resume(scene: Scene, folder: Folder) -> Result<Self, RunError> {
-        Run::resume_on(&Compute::Cpu, scene, folder)
-    }
-
-    /// As [`Run::resume`], computed by what `compute` says.
-    pub fn resume_on(compute: &Compute, scene: Scene, folder: Folder) -> Result<Self, RunError> {
+    ///
+    /// # Errors
+    /// [`RecordError::OtherScene`] where the folder's run is of another scene; a checkpoint that cannot be read, a file
+    /// that cannot be written, and what [`SimulationBuilder::build`](crate::simulation::SimulationBuilder::build)
+    /// refuses.
+    pub fn resume(scene: Scene, folder: Folder, compute: &Compute) -> Result<Self, RunError> {
         let begun = Instant::now();
         let scene_hash = scene_hash(&scene);
         let mut notes = Vec::new();
@@ -123,7 +122,7 @@ impl Run {
             ));
         }
         let schedule = Schedule::new(&scene);
-        let simulation = Simulation::resume_on(compute, scene, state)?;
+        let simulation = Simulation::start(compute, scene, state)?;
         let last_row = match simulation.stopped_by() {
             Some(_) => Some(header.step).filter(|step| *step > 0),
             None => schedule.last_row(header.step),

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 /// How a run stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum RunStatus {
     /// It went to its end, and every step met its tolerances.
     Done,

@@ -3,22 +3,21 @@
 use super::*;
 use crate::bodies::Bodies;
 use crate::dynamics::Load;
-use crate::scene;
+use crate::scene::{self, Scene};
+use crate::simulation::Compute;
 use glam::DVec3;
 use std::fs;
 
 /// Two rods that are pushed together, over 60 steps.
 fn rods(folder: &Path) -> Run {
     let scene = rods_scene(folder);
-    let bodies = scene.build().unwrap();
-    Run::start(Simulation::new(scene, bodies).unwrap(), Folder::create(&folder.join("run")).unwrap(), Duration::ZERO)
-        .unwrap()
+    Run::start(Simulation::new(scene).unwrap(), Folder::create(&folder.join("run")).unwrap(), Duration::ZERO).unwrap()
 }
 
 fn rods_scene(folder: &Path) -> scene::Scene {
     let path = folder.join("rods.json");
     fs::write(&path, include_str!("../../tests/data/rods.json")).unwrap();
-    scene::load(path.to_str().unwrap(), &[]).unwrap()
+    Scene::read(&path).unwrap()
 }
 
 fn to_end(mut run: Run) -> Summary {
@@ -59,7 +58,7 @@ fn a_run_that_crashed_after_a_checkpoint_goes_on_to_the_same_bits() {
     drop(run);
     assert!(!broken.path().join("run/summary.json").exists());
     let folder = Folder::open(&broken.path().join("run")).unwrap();
-    let resumed = Run::resume(rods_scene(broken.path()), folder).unwrap();
+    let resumed = Run::resume(rods_scene(broken.path()), folder, &Compute::Cpu).unwrap();
     assert_eq!((resumed.simulation().state().unwrap().step, resumed.totals().steps), (17, 17));
     let summary = to_end(resumed);
     let (whole, broken) = (whole.path().join("run"), broken.path().join("run"));
@@ -82,8 +81,7 @@ fn what_is_measured_while_it_runs_is_what_is_measured_afterwards_and_survives_a_
     };
     let start = |name: &str| {
         let (scene, folder) = (scene(), Folder::create(&place.path().join(name)).unwrap());
-        let bodies = scene.build().unwrap();
-        Run::start(Simulation::new(scene, bodies).unwrap(), folder, Duration::ZERO).unwrap()
+        Run::start(Simulation::new(scene).unwrap(), folder, Duration::ZERO).unwrap()
     };
     to_end(start("whole"));
     let mut run = start("broken");
@@ -95,7 +93,7 @@ fn what_is_measured_while_it_runs_is_what_is_measured_afterwards_and_survives_a_
     }
     drop(run);
     let broken = Folder::open(&place.path().join("broken")).unwrap();
-    to_end(Run::resume(scene(), broken.clone()).unwrap());
+    to_end(Run::resume(scene(), broken.clone(), &Compute::Cpu).unwrap());
     let whole = Folder::view(&place.path().join("whole"));
     let measured = fs::read_to_string(whole.measures()).unwrap();
     assert_eq!(fs::read_to_string(broken.measures()).unwrap(), measured);
@@ -125,7 +123,7 @@ fn what_is_measured_while_it_runs_is_what_is_measured_afterwards_and_survives_a_
     assert!(compared >= 15 * 3, "{compared}");
     let text = r#"{"name": "a", "time": {"dt": 0.1, "end": 1}, "output": {"measures": ["radius", "size"]},
         "bodies": [{"shape": {"sphere": {"radius": 1}}, "position": [0, 0, 0]}]}"#;
-    let refused = scene::parse(text, "a").unwrap_err().to_string();
+    let refused = Scene::parse(text, "a").unwrap_err().to_string();
     assert!(refused.contains("there is no measure \"size\"") && refused.contains("nematic"), "{refused}");
 }
 
@@ -163,12 +161,15 @@ fn a_damaged_checkpoint_gives_way_to_the_one_before() {
     drop(run);
     let folder = Folder::open(&place.path().join("run")).unwrap();
     fs::write(folder.checkpoint(), b"PK\x03\x04").unwrap();
-    let run = Run::resume(rods_scene(place.path()), folder.clone()).unwrap();
+    let run = Run::resume(rods_scene(place.path()), folder.clone(), &Compute::Cpu).unwrap();
     assert_eq!(run.simulation().state().unwrap().step, 10);
     assert!(run.notes()[0].contains("cut short"), "{:?}", run.notes());
     drop(run);
     fs::write(folder.checkpoint(), b"").unwrap();
-    assert!(matches!(Run::resume(rods_scene(place.path()), folder), Err(RunError::Record(RecordError::State { .. }))));
+    assert!(matches!(
+        Run::resume(rods_scene(place.path()), folder, &Compute::Cpu),
+        Err(RunError::Record(RecordError::State { .. }))
+    ));
 }
 
 #[test]
@@ -178,7 +179,7 @@ fn another_scene_is_refused_by_its_keys() {
     let mut scene = rods_scene(place.path());
     scene.time.dt *= 2.0;
     let folder = Folder::open(&place.path().join("run")).unwrap();
-    match Run::resume(scene, folder) {
+    match Run::resume(scene, folder, &Compute::Cpu) {
         Err(RunError::Record(RecordError::OtherScene { keys, .. })) => assert_eq!(keys, ["time.dt"]),
         other => panic!("{:?}", other.err()),
     }
@@ -189,7 +190,10 @@ fn a_folder_that_a_run_is_writing_into_is_refused() {
     let place = tempfile::tempdir().unwrap();
     let running = rods(place.path());
     let folder = Folder::open(&place.path().join("run")).unwrap();
-    assert!(matches!(Run::resume(rods_scene(place.path()), folder), Err(RunError::Record(RecordError::InUse { .. }))));
+    assert!(matches!(
+        Run::resume(rods_scene(place.path()), folder, &Compute::Cpu),
+        Err(RunError::Record(RecordError::InUse { .. }))
+    ));
     drop(running);
 }
 
@@ -206,6 +210,6 @@ fn rows_that_are_missing_are_told() {
     let text = fs::read_to_string(folder.steps()).unwrap();
     let cut: Vec<&str> = text.lines().filter(|line| !line.starts_with("9,")).collect();
     fs::write(folder.steps(), cut.join("\n")).unwrap();
-    let refused = Run::resume(rods_scene(place.path()), folder).err().unwrap();
+    let refused = Run::resume(rods_scene(place.path()), folder, &Compute::Cpu).err().unwrap();
     assert!(refused.to_string().contains("step 9"), "{refused}");
 }

@@ -24,9 +24,11 @@ impl Scene {
     /// gives.
     ///
     /// ```
-    /// let scene = relcp::scene::load("colony", &[])?;
+    /// use relcp::scene::{Generate, Time};
+    /// let mut scene = relcp::Scene::new("cell", Time::new(0.1, 1.0));
+    /// scene.generate.push(Generate::Founder { diameter: 0.5, length: 2.0, group: None });
     /// assert_eq!(scene.build()?.len(), 1);
-    /// # Ok::<(), relcp::scene::SceneError>(())
+    /// # Ok::<(), relcp::Error>(())
     /// ```
     ///
     /// # Errors
@@ -39,8 +41,8 @@ impl Scene {
     /// thousand draws, with the number of bodies placed so far, and stops where it answers `false`.
     ///
     /// ```
-    /// use relcp::scene::{self, FaultKind};
-    /// let scene = scene::load("compaction", &[])?;
+    /// use relcp::scene::{FaultKind, Scene};
+    /// let scene = Scene::built_in("compaction")?;
     /// let stopped = scene.build_while(&mut |placed| placed < 100);
     /// assert_eq!(stopped.unwrap_err().kind(), FaultKind::Interrupted);
     /// # Ok::<(), relcp::scene::SceneError>(())

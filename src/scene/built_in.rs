@@ -22,26 +22,30 @@ macro_rules! scenes {
     };
 }
 
-const BUILT_IN: &[BuiltIn] = scenes! {
-    "two-ellipsoids": "two ellipsoids are pushed together, slide and turn past each other (dt 0.01)",
-    "two-ellipsoids-full": "the same at the step size of the paper's reference solution (dt 1e-5, 4,000,000 steps)",
-    "three-capsules": "three spherocylinders that overlap at the start (8 steps; the paper's only size)",
-    "compaction": "1,000 ellipsoids at 0.25 % volume fraction are drawn into a dense ball",
-    "compaction-full": "10,000 ellipsoids, the paper's size",
-    "colony": "one growing cell becomes a planar colony of 512",
-    "colony-full": "one growing cell becomes 131,072, the paper's size",
-    "chainmail": "a sheet of 6 x 6 interlaced rings is stretched until it is taut",
-    "chainmail-full": "a sheet of 20 x 20 interlaced rings",
-};
+impl BuiltIn {
+    /// The built-in scenes, in the order that a list shows them.
+    ///
+    /// ```
+    /// use relcp::{Scene, scene::BuiltIn};
+    /// for scene in BuiltIn::ALL {
+    ///     Scene::parse(scene.text, scene.name)?;
+    /// }
+    /// # Ok::<(), relcp::Error>(())
+    /// ```
+    pub const ALL: &'static [BuiltIn] = scenes! {
+        "two-ellipsoids": "two ellipsoids are pushed together, slide and turn past each other (dt 0.01)",
+        "two-ellipsoids-full": "the same at the step size of the paper's reference solution (dt 1e-5, 4,000,000 steps)",
+        "three-capsules": "three spherocylinders that overlap at the start (8 steps; the paper's only size)",
+        "compaction": "1,000 ellipsoids at 0.25 % volume fraction are drawn into a dense ball",
+        "compaction-full": "10,000 ellipsoids, the paper's size",
+        "colony": "one growing cell becomes a planar colony of 512",
+        "colony-full": "one growing cell becomes 131,072, the paper's size",
+        "chainmail": "a sheet of 6 x 6 interlaced rings is stretched until it is taut",
+        "chainmail-full": "a sheet of 20 x 20 interlaced rings",
+    };
 
-/// The built-in scenes, in the order that a list shows them.
-///
-/// ```
-/// for scene in relcp::scene::built_in() {
-///     relcp::scene::parse(scene.text, scene.name)?;
-/// }
-/// # Ok::<(), relcp::scene::SceneError>(())
-/// ```
-pub fn built_in() -> &'static [BuiltIn] {
-    BUILT_IN
+    /// The one of this name.
+    pub fn named(name: &str) -> Option<&'static BuiltIn> {
+        BuiltIn::ALL.iter().find(|scene| scene.name == name)
+    }
 }

@@ -16,9 +16,12 @@ const LONGEST_MESSAGE: usize = 1_000;
 
 /// What sort of fault a scene has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FaultKind {
     /// A file could not be read.
     Io,
+    /// No built-in scene has the name.
+    UnknownScene,
     /// The text is not JSON.
     Syntax,
     /// A key that does not exist.
@@ -43,14 +46,15 @@ pub enum FaultKind {
 
 /// A scene was refused.
 ///
-/// It knows the key (dotted: `bodies.0.position.1`, as `--set` takes it), and, for a scene read from text, the line and
+/// It knows the key (dotted: `bodies.0.position.1`, as overrides take it), and, for a scene read from text, the line and
 /// the column. With the feature `files` it is a `miette::Diagnostic` that points into the text.
 ///
 /// ```
-/// let error = relcp::scene::parse("{\n  \"name\": \"x\",\n  \"tme\": {}\n}", "x.json").unwrap_err();
+/// # #[cfg(feature = "files")] {
+/// let error = relcp::Scene::parse("{\n  \"name\": \"x\",\n  \"tme\": {}\n}", "x.json").unwrap_err();
 /// assert_eq!((error.key(), error.line(), error.column()), ("tme", Some(3), Some(3)));
 /// assert!(error.to_string().contains("`time`"));
-/// assert_eq!(error.exit_code(), 2);
+/// # }
 /// ```
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
@@ -185,16 +189,6 @@ impl SceneError {
     /// The column in characters, from 1, where the scene was read from text.
     pub fn column(&self) -> Option<usize> {
         self.0.line_column().map(|p| p.1)
-    }
-
-    /// The exit status of a program that stops for this: 4 for a file that cannot be read, 130 for an interruption, 2
-    /// for a bad scene.
-    pub fn exit_code(&self) -> i32 {
-        match self.0.kind {
-            FaultKind::Io => 4,
-            FaultKind::Interrupted => 130,
-            _ => 2,
-        }
     }
 }
 

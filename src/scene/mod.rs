@@ -35,15 +35,15 @@ mod write;
 pub use crate::dynamics::{Dynamics, Force, Growth, OnNoRoom, Stop, StopReason};
 pub use crate::lcp::SolverKind;
 pub use crate::periodic::Periodic;
-pub use crate::step::{Contact, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
+pub use crate::step::{ContactSettings, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
 pub use crate::walls::Wall;
 #[cfg(feature = "files")]
-pub use built_in::{BuiltIn, built_in};
+pub use built_in::BuiltIn;
 pub use error::{FaultKind, SceneError};
 #[cfg(feature = "files")]
 pub(crate) use read::Source;
 #[cfg(feature = "files")]
-pub use read::{MAX_FILE_BYTES, load, parse, read};
+pub use read::{MAX_FILE_BYTES, NO_OVERRIDES};
 #[cfg(feature = "files")]
 pub use reference::reference;
 #[cfg(feature = "files")]
@@ -52,6 +52,7 @@ pub use validate::{LARGEST_NUMBER, MAX_BODIES, MAX_STATES, MAX_STEPS, SMALLEST_N
 #[cfg(feature = "files")]
 pub use write::schema;
 
+use crate::bodies::Lineage;
 use crate::shape::Shape;
 #[cfg(feature = "files")]
 use schemars::JsonSchema;
@@ -59,9 +60,23 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Everything that determines a run.
+///
+/// [`Scene::new`] makes one in code, and assignments change it; later versions may add fields, whose defaults leave a
+/// scene as it was.
+///
+/// ```
+/// use relcp::scene::{Body, Time};
+/// use relcp::{Scene, Shape};
+/// let mut scene = Scene::new("ball", Time::new(0.1, 1.0));
+/// scene.contact.overlap_tolerance = 1e-6;
+/// scene.bodies.push(Body::new(Shape::Sphere { radius: 1.0 }, [0.0; 3]));
+/// assert_eq!(scene.build()?.len(), 1);
+/// # Ok::<(), relcp::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[non_exhaustive]
 pub struct Scene {
     /// A name for people; it stands in the summary and names the run's folder.
     pub name: String,
@@ -75,7 +90,7 @@ pub struct Scene {
     pub time: Time,
     /// How contacts are resolved, and how well.
     #[cfg_attr(feature = "files", serde(default))]
-    pub contact: Contact,
+    pub contact: ContactSettings,
     /// The LCP solver.
     #[cfg_attr(feature = "files", serde(default))]
     pub solver: Solver,
@@ -106,10 +121,33 @@ pub struct Scene {
     pub output: Output,
 }
 
+impl Scene {
+    /// A scene without bodies, of this name, whose other settings are the defaults of a scene file.
+    pub fn new(name: impl Into<String>, time: Time) -> Scene {
+        Scene {
+            name: name.into(),
+            seed: u64::default(),
+            dynamics: Dynamics::default(),
+            time,
+            contact: ContactSettings::default(),
+            solver: Solver::default(),
+            planar: bool::default(),
+            forces: Vec::default(),
+            walls: Vec::default(),
+            periodic: None,
+            growth: None,
+            bodies: Vec::default(),
+            generate: Vec::default(),
+            output: Output::default(),
+        }
+    }
+}
+
 /// The LCP solver and when it stops.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
+#[non_exhaustive]
 pub struct Solver {
     /// Which solver.
     pub kind: SolverKind,
@@ -130,6 +168,7 @@ pub struct Solver {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[non_exhaustive]
 pub struct Body {
     /// Its shape.
     pub shape: Shape,
@@ -152,10 +191,26 @@ pub struct Body {
     pub lineage: Option<BodyLineage>,
 }
 
+impl Body {
+    /// A body without group, at rest, its axes those of space.
+    pub const fn new(shape: Shape, position: [f64; 3]) -> Body {
+        Body {
+            shape,
+            position,
+            orientation: identity(),
+            velocity: None,
+            angular_velocity: None,
+            group: None,
+            lineage: None,
+        }
+    }
+}
+
 /// Identity and ancestry of a body, as a run writes it into `final.json`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[non_exhaustive]
 pub struct BodyLineage {
     /// Unique over the run.
     pub id: u64,
@@ -167,8 +222,14 @@ pub struct BodyLineage {
     pub generation: u32,
 }
 
-#[cfg(feature = "files")]
-fn identity() -> [f64; 4] {
+impl From<Lineage> for BodyLineage {
+    fn from(line: Lineage) -> Self {
+        let Lineage { id, parent, birth, generation } = line;
+        BodyLineage { id, parent, birth, generation }
+    }
+}
+
+const fn identity() -> [f64; 4] {
     [1.0, 0.0, 0.0, 0.0]
 }
 
@@ -176,6 +237,7 @@ fn identity() -> [f64; 4] {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
+#[non_exhaustive]
 pub enum Generate {
     /// `count` bodies at random positions and isotropic random orientations, without overlap, in a cube centred on the
     /// origin whose volume is theirs over `volume_fraction`. Centres are in the cube; the bodies' ends may stick out.
@@ -250,6 +312,7 @@ pub(crate) const MEASURES: [&str; 11] = [
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
+#[non_exhaustive]
 pub struct Output {
     /// Time between recorded states. Without it: a hundredth of the run.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]

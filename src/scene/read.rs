@@ -11,7 +11,7 @@ use super::place::{self, Place};
 use super::set::Override;
 use super::translate::{Misread, translate, translate_syntax};
 use super::tree::Tree;
-use super::{Scene, built_in};
+use super::{BuiltIn, Scene};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::borrow::Cow;
@@ -23,51 +23,83 @@ use std::path::Path;
 /// by one at about 500 bytes a body with lineage and velocities.
 pub const MAX_FILE_BYTES: u64 = 8 << 30;
 
-/// Reads and validates a scene file: JSON, in which comments (`//`, `/* */`, `#`) and trailing commas are allowed.
-///
-/// # Errors
-/// [`SceneError`] with its place: a file that cannot be read ([`SceneError::exit_code`] 4), text that is not JSON,
-/// unknown, missing and repeated keys, wrong types, and everything that [`Scene::validate`] refuses (2).
-pub fn read(path: &Path) -> Result<Scene, SceneError> {
-    Source::file(path)?.scene(&[])
-}
+/// No overrides, for [`Scene::load`].
+pub const NO_OVERRIDES: [&str; 0] = [];
 
-/// Reads and validates a scene from JSON text; `origin` names the text in messages.
-///
-/// ```
-/// let text = r#"{ "name": "ball", "time": { "dt": 0.1, "end": 1 },
-///                 "bodies": [ { "shape": { "sphere": { "radius": 1 } }, "position": [0, 0, 0] } ] }"#;
-/// let scene = relcp::scene::parse(text, "ball.json")?;
-/// assert_eq!(scene.time.steps(), 10);
-/// # Ok::<(), relcp::scene::SceneError>(())
-/// ```
-///
-/// # Errors
-/// As [`read`], less the files.
-pub fn parse(text: &str, origin: &str) -> Result<Scene, SceneError> {
-    parse_with(text, origin, &[])
-}
-
-/// Reads and validates a built-in scene by its name, or else a scene file by its path, after overrides `KEY=VALUE`.
-///
-/// A key is dotted, with indices for lists (`bodies.0.position.1=2.5`); missing objects on its way are made, and an
-/// index one past a list's end appends to it. A value is JSON, or else a string. A built-in name wins over a file of
-/// that name, which `./NAME` still reaches.
-///
-/// ```
-/// let scene = relcp::scene::load("two-ellipsoids", &["time.dt=0.05".into(), "contact.method=snsd".into()])?;
-/// assert_eq!(scene.time.dt, 0.05);
-/// # Ok::<(), relcp::scene::SceneError>(())
-/// ```
-///
-/// # Errors
-/// As [`read`]; also an override that is not `KEY=VALUE`, whose key cannot be followed or does not exist.
-pub fn load(source: &str, sets: &[String]) -> Result<Scene, SceneError> {
-    let sets = sets.iter().map(|s| Override::parse(s)).collect::<Result<Vec<_>, _>>()?;
-    match built_in().iter().find(|b| b.name == source) {
-        Some(scene) => parse_with(scene.text, source, &sets),
-        None => Source::file(Path::new(source))?.scene(&sets),
+impl Scene {
+    /// Reads and validates a scene file: JSON, in which comments (`//`, `/* */`, `#`) and trailing commas are allowed.
+    ///
+    /// # Errors
+    /// [`SceneError`] with its place: a file that cannot be read ([`FaultKind::Io`]), text that is not JSON, unknown,
+    /// missing and repeated keys, wrong types, and everything that [`Scene::validate`] refuses.
+    pub fn read(path: impl AsRef<Path>) -> Result<Scene, SceneError> {
+        Source::file(path.as_ref())?.scene(&[])
     }
+
+    /// Reads and validates a scene from JSON text; `origin` names the text in messages.
+    ///
+    /// ```
+    /// let text = r#"{ "name": "ball", "time": { "dt": 0.1, "end": 1 },
+    ///                 "bodies": [ { "shape": { "sphere": { "radius": 1 } }, "position": [0, 0, 0] } ] }"#;
+    /// let scene = relcp::Scene::parse(text, "ball.json")?;
+    /// assert_eq!(scene.time.steps(), 10);
+    /// # Ok::<(), relcp::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Scene::read`], less the files.
+    pub fn parse(text: &str, origin: &str) -> Result<Scene, SceneError> {
+        parse_with(text, origin, &[])
+    }
+
+    /// Reads a built-in scene by its name ([`BuiltIn::ALL`]).
+    ///
+    /// ```
+    /// let scene = relcp::Scene::built_in("colony")?;
+    /// assert!(scene.planar && scene.growth.is_some());
+    /// assert!(relcp::Scene::built_in("colny").is_err());
+    /// # Ok::<(), relcp::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`SceneError`] of the kind [`FaultKind::UnknownScene`] where there is no such scene.
+    pub fn built_in(name: &str) -> Result<Scene, SceneError> {
+        let Some(scene) = BuiltIn::named(name) else {
+            let refused = SceneError::new(FaultKind::UnknownScene, "", format!("there is no built-in scene `{name}`"));
+            return Err(match nearest_built_in(name) {
+                Some(near) => refused.with_help(format!("the nearest built-in scene is `{near}`")),
+                None => refused,
+            });
+        };
+        parse_with(scene.text, name, &[])
+    }
+
+    /// Reads and validates a built-in scene by its name, or else a scene file by its path, after overrides `KEY=VALUE`.
+    /// Without any: [`Scene::built_in`], [`Scene::read`], or [`NO_OVERRIDES`].
+    ///
+    /// A key is dotted, with indices for lists (`bodies.0.position.1=2.5`); missing objects on its way are made, and an
+    /// index one past a list's end appends to it. A value is JSON, or else a string. A built-in name wins over a file
+    /// of that name, which `./NAME` still reaches.
+    ///
+    /// ```
+    /// let scene = relcp::Scene::load("two-ellipsoids", ["time.dt=0.05", "contact.method=snsd"])?;
+    /// assert_eq!(scene.time.dt, 0.05);
+    /// # Ok::<(), relcp::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Scene::read`]; also an override that is not `KEY=VALUE`, whose key cannot be followed or does not exist.
+    pub fn load(source: &str, overrides: impl IntoIterator<Item = impl AsRef<str>>) -> Result<Scene, SceneError> {
+        let sets = overrides.into_iter().map(|set| Override::parse(set.as_ref())).collect::<Result<Vec<_>, _>>()?;
+        match BuiltIn::named(source) {
+            Some(scene) => parse_with(scene.text, source, &sets),
+            None => Source::file(Path::new(source))?.scene(&sets),
+        }
+    }
+}
+
+fn nearest_built_in(name: &str) -> Option<&'static str> {
+    nearest(name, BuiltIn::ALL.iter().map(|scene| scene.name))
 }
 
 /// A text that is read once, and the name that it has in messages.
@@ -162,7 +194,7 @@ fn read_bytes(path: &Path, origin: &str) -> Result<Vec<u8>, SceneError> {
     let refuse = |message: String| SceneError::new(FaultKind::Io, "", message).of(origin);
     let file = File::open(path).map_err(|e| {
         let fault = refuse(format!("cannot be read: {e}"));
-        match nearest(origin, built_in().iter().map(|b| b.name)) {
+        match nearest_built_in(origin) {
             Some(name) if e.kind() == std::io::ErrorKind::NotFound && path.components().count() == 1 => {
                 fault.with_help(format!("neither a file nor a built-in scene; the nearest built-in scene is `{name}`"))
             }

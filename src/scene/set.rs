@@ -16,7 +16,7 @@ pub(crate) struct Override {
 
 /// Where an override stands.
 enum Origin {
-    /// In an argument `--set KEY=VALUE`.
+    /// In a text `KEY=VALUE` of its own.
     Argument(String),
     /// In another text, at a path of keys and indices.
     Text(Arc<Source>, Vec<String>),
@@ -28,7 +28,7 @@ const MAX_SEGMENTS: usize = 32;
 impl Override {
     /// Reads `KEY=VALUE`. A value that does not begin like a JSON object, list or string and is not JSON is a string.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
-        let origin = Origin::Argument(format!("--set {text}"));
+        let origin = Origin::Argument(format!("override {text}"));
         let Some((dotted, value)) = text.split_once('=') else {
             let message = "expected KEY=VALUE, for example time.dt=0.01";
             return Err(origin.blame(SceneError::new(FaultKind::BadOverride, "", message)));

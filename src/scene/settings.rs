@@ -1,6 +1,6 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
-use super::{Contact, Dump, Recursion, Rows, SMALLEST_NUMBER, Scene};
+use super::{ContactSettings, Dump, Recursion, Rows, SMALLEST_NUMBER, Scene};
 use crate::dynamics::Cells;
 use crate::lcp::Settings;
 use crate::periodic::Periods;
@@ -22,10 +22,10 @@ impl Scene {
     /// When the LCP solver stops: as given, or at a tenth of the overlap tolerance and after 100,000 iterations.
     ///
     /// ```
-    /// let scene = relcp::scene::load("colony", &["solver.max_iterations=5".into()])?;
+    /// let mut scene = relcp::Scene::new("none", relcp::scene::Time::new(0.1, 1.0));
+    /// scene.solver.max_iterations = Some(5);
     /// let settings = scene.lcp_settings();
     /// assert_eq!((settings.tolerance, settings.max_iterations), (0.1 * scene.contact.overlap_tolerance, 5));
-    /// # Ok::<(), relcp::scene::SceneError>(())
     /// ```
     pub fn lcp_settings(&self) -> Settings {
         // No smaller than a scene may say, so that what is written out can be read.
@@ -98,11 +98,13 @@ impl Scene {
     }
 
     /// How cells grow, where any do.
+    #[doc(hidden)]
     pub fn cells(&self) -> Option<Cells> {
         self.growth.map(|growth| Cells { growth, planar: self.planar, seed: self.seed })
     }
 
     /// What the steps of this scene are computed with.
+    #[doc(hidden)]
     pub fn model(&self) -> Model {
         Model {
             planar: self.planar,
@@ -114,7 +116,7 @@ impl Scene {
             periods: self.periods(),
             confined: !self.walls.is_empty() || self.periodic.is_some(),
             cells: self.cells(),
-            contact: Contact { recursion: self.recursion(), ..self.contact },
+            contact: ContactSettings { recursion: self.recursion(), ..self.contact },
             solver: self.solver.kind,
             lcp: self.lcp_settings(),
         }

@@ -9,10 +9,10 @@ impl Scene {
     /// This scene as JSON: one line a body, numbers that come back to the same bits.
     ///
     /// ```
-    /// # use relcp::scene;
-    /// let scene = scene::load("two-ellipsoids", &[])?;
-    /// assert_eq!(scene::parse(&scene.to_json(), "copy")?, scene);
-    /// # Ok::<(), scene::SceneError>(())
+    /// # use relcp::Scene;
+    /// let scene = Scene::built_in("two-ellipsoids")?;
+    /// assert_eq!(Scene::parse(&scene.to_json(), "copy")?, scene);
+    /// # Ok::<(), relcp::Error>(())
     /// ```
     pub fn to_json(&self) -> String {
         let mut bytes = Vec::new();

@@ -19,18 +19,18 @@ mod farthest;
 pub(crate) mod gpu;
 mod outermost;
 mod peak;
-mod planar;
+pub(crate) mod planar;
 mod point_ellipsoid;
 mod segment_convex;
 mod segment_ellipsoid;
 mod segments;
 mod support;
-mod surface;
+pub(crate) mod surface;
 
-pub use branches::{WHOLE, branch, branch_slack, branches, is_branch};
+pub(crate) use branches::{branch, branch_slack, branches, is_branch};
 pub(crate) use outermost::farthest;
-pub use planar::planar_separation;
-pub use surface::Surface;
+pub(crate) use planar::planar_separation;
+pub(crate) use surface::Surface;
 pub(crate) use surface::reach_of_place;
 
 /// The distance of a point from a custom shape's surface, both in the body's axes, negative inside; and the outward

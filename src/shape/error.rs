@@ -4,6 +4,7 @@ use super::{LARGEST_SIZE, MAX_ASPECT, SMALLEST_SIZE};
 
 /// Why a shape is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ShapeError {
     /// A size that is infinite or not a number.
     #[error("{name} must be finite, not {value}")]
@@ -71,6 +72,7 @@ impl ShapeError {
 
 /// Why a shape has no proxy of so many spheres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ProxyError {
     /// An even count on a major axis: the middle sphere would be missing.
     #[error("the number of spheres on a major axis must be odd, not {count}: one is at the centre")]

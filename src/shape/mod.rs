@@ -27,6 +27,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
+#[non_exhaustive]
 pub enum Shape {
     /// All points within `radius` of the centre.
     Sphere {
@@ -66,6 +67,7 @@ pub enum Shape {
 
 /// The curve that a shape of the centreline family is thickened around, in body axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[doc(hidden)]
 pub enum Centreline {
     /// The centre.
     Point,
@@ -83,6 +85,7 @@ pub enum Centreline {
 
 /// What a separation needs to know of a shape: its family and that family's numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[doc(hidden)]
 pub enum Geometry {
     /// A curve thickened by `radius`.
     Centreline {
@@ -163,6 +166,7 @@ impl Shape {
 
     /// The shape's family and its numbers.
     #[inline]
+    #[doc(hidden)]
     pub fn geometry(&self) -> Geometry {
         match *self {
             Shape::Sphere { radius } => Geometry::Centreline { curve: Centreline::Point, radius },

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 /// What computes the steps.
 #[derive(Clone, Default)]
+#[non_exhaustive]
 pub enum Compute {
     /// The CPU, in f64.
     #[default]

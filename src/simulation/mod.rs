@@ -1,7 +1,9 @@
 //! A simulation: a scene's bodies and the backend that steps them.
 
+mod builder;
 mod compute;
 
+pub use builder::SimulationBuilder;
 pub use compute::Compute;
 
 use crate::backend::cpu::Cpu;
@@ -9,27 +11,28 @@ use crate::backend::cpu::Cpu;
 use crate::backend::gpu::Device;
 use crate::bodies::Bodies;
 use crate::dynamics::ForceField;
+use crate::error::Error;
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Gpu, Precision};
 use crate::scene::{Scene, StopReason};
-use crate::separation::{Separation, supports};
-use crate::step::{Backend, Fault, Keep, Plan, SavedLcp, State, StepReport, contacts, max_overlap, step};
+use crate::separation::supports;
+use crate::step::{Backend, Contact, Fault, Keep, Plan, SavedLcp, State, StepReport, contacts, max_overlap, step};
 use crate::walls::WallContact;
 use std::mem::discriminant;
 
 /// A scene's bodies and the backend that steps them.
 ///
 /// ```
-/// use relcp::{Simulation, scene};
-/// let scene = scene::load("two-ellipsoids", &["time.end=0.1".into()])?;
-/// let bodies = scene.build()?;
-/// let mut simulation = Simulation::new(scene, bodies)?;
+/// # #[cfg(feature = "files")] {
+/// use relcp::{Scene, Simulation};
+/// let mut simulation = Simulation::new(Scene::load("two-ellipsoids", ["time.end=0.1"])?)?;
 /// while !simulation.done() {
 ///     let report = simulation.step()?;
 ///     assert!(report.max_overlap <= 1e-5);
 /// }
 /// assert_eq!(simulation.state()?.bodies.len(), 2);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// # }
+/// # Ok::<(), relcp::Error>(())
 /// ```
 pub struct Simulation {
     scene: Scene,
@@ -40,40 +43,37 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Starts a validated scene from the bodies that [`Scene::build`] made.
+    /// Starts a scene from its own bodies, on the CPU: [`Simulation::builder`] with nothing set.
     ///
     /// # Errors
-    /// [`Fault::NoProxy`] where the method is multi-sphere and a body has no proxy of that count;
-    /// [`Fault::NoSeparation`] where two of the shapes have no separation.
-    pub fn new(scene: Scene, bodies: Bodies) -> Result<Self, Fault> {
-        Self::new_on(&Compute::Cpu, scene, bodies)
+    /// As [`SimulationBuilder::build`].
+    pub fn new(scene: Scene) -> Result<Self, Error> {
+        Self::builder(scene).build()
     }
 
-    /// As [`Simulation::new`], computed by what `compute` says.
+    /// Prepares the simulation of a scene. By default it starts from the scene's own bodies, on the CPU.
     ///
-    /// # Errors
-    /// As [`Simulation::new`], and [`Fault::Device`].
-    pub fn new_on(compute: &Compute, scene: Scene, bodies: Bodies) -> Result<Self, Fault> {
-        // A parent's id is taken too, although the parent is no more.
-        let taken = bodies.lineage.iter().map(|l| l.id.max(l.parent.unwrap_or(0)));
-        let next_id = taken.max().map_or(0, |id| id + 1);
-        Self::resume_on(compute, scene, State { step: 0, next_id, bodies, warm: Vec::new() })
+    /// ```
+    /// # #[cfg(feature = "files")] {
+    /// use relcp::{Scene, Simulation};
+    /// let scene = Scene::built_in("three-capsules")?;
+    /// let mut first = Simulation::new(scene.clone())?;
+    /// first.step()?;
+    /// let state = first.state()?.clone();
+    /// let second = Simulation::builder(scene).resume(state).build()?;
+    /// assert_eq!(second.steps(), 1);
+    /// # }
+    /// # Ok::<(), relcp::Error>(())
+    /// ```
+    pub fn builder(scene: Scene) -> SimulationBuilder {
+        SimulationBuilder::new(scene)
     }
 
-    /// Goes on from a state that a run of the same scene was saved in, to the same bits.
+    /// Steps `scene` from `state`.
     ///
     /// # Errors
-    /// As [`Simulation::new`].
-    pub fn resume(scene: Scene, state: State) -> Result<Self, Fault> {
-        Self::resume_on(&Compute::Cpu, scene, state)
-    }
-
-    /// As [`Simulation::resume`], computed by what `compute` says. On a device the bits may differ from an
-    /// uninterrupted run's: the order of its sums depends on when the candidate pairs were last searched for.
-    ///
-    /// # Errors
-    /// As [`Simulation::new_on`].
-    pub fn resume_on(compute: &Compute, scene: Scene, state: State) -> Result<Self, Fault> {
+    /// A [`Fault`]: bodies that the scene's method or a device cannot do.
+    pub(crate) fn start(compute: &Compute, scene: Scene, state: State) -> Result<Self, Fault> {
         check_pairs(&state.bodies)?;
         let cutoff = scene.cutoff_of(state.bodies.shape.iter().copied());
         let model = scene.model();
@@ -183,11 +183,11 @@ impl Simulation {
         self.keep.count(saved);
     }
 
-    /// Every pair of bodies whose separation is at most `cutoff`, sorted by pair. See [`contacts`].
+    /// Every pair of bodies whose separation is at most `cutoff`, sorted by pair. See [`contacts()`].
     ///
     /// # Errors
     /// As [`Simulation::state`].
-    pub fn contacts(&self, cutoff: f64) -> Result<Vec<([usize; 2], Separation)>, Fault> {
+    pub fn contacts(&self, cutoff: f64) -> Result<Vec<Contact>, Fault> {
         Ok(contacts(&self.state()?.bodies, cutoff))
     }
 

@@ -8,7 +8,7 @@
 //! recursion is the paper's: rows for what overlaps, at the full tolerance, until nothing does; so its end and its
 //! guarantees are the paper's too. No row is ever taken back.
 
-use super::{Contact, Recursion};
+use super::{ContactSettings, Recursion};
 use crate::step::Overlap;
 
 /// Residual of the first solve, in overlap tolerances. Rods packed in space (1,000, at dt 0.02 and 0.1, whose first
@@ -49,7 +49,7 @@ pub(super) struct Accuracy {
 
 impl Accuracy {
     /// Of the first solve of a step whose last one is to meet `tolerance`.
-    pub fn first(contact: &Contact, tolerance: f64) -> Self {
+    pub fn first(contact: &ContactSettings, tolerance: f64) -> Self {
         let overlap_tolerance = contact.overlap_tolerance;
         let recursive = contact.method.most_recursions(contact.max_recursions) > 0;
         let exact = contact.recursion != Recursion::Inexact || !recursive;
@@ -102,15 +102,15 @@ impl Accuracy {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{self, Method};
+    use crate::scene::{Method, Scene};
 
     fn overlap(worst: f64) -> Overlap {
         Overlap { worst, violations: usize::from(worst > 0.0), pair: None, wall: None, proxy: None }
     }
 
-    fn contact() -> Contact {
-        let contact = scene::load("three-capsules", &[]).unwrap().contact;
-        Contact { overlap_tolerance: 1e-5, recursion: Recursion::Inexact, ..contact }
+    fn contact() -> ContactSettings {
+        let contact = Scene::built_in("three-capsules").unwrap().contact;
+        ContactSettings { overlap_tolerance: 1e-5, recursion: Recursion::Inexact, ..contact }
     }
 
     #[test]
@@ -154,16 +154,19 @@ mod tests {
 
     #[test]
     fn a_coarse_overlap_tolerance_does_not_let_the_first_trial_go_through_bodies() {
-        let coarse = Contact { overlap_tolerance: 0.02, cutoff: Some(0.05), ..contact() };
+        let coarse = ContactSettings { overlap_tolerance: 0.02, cutoff: Some(0.05), ..contact() };
         assert_eq!(Accuracy::first(&coarse, 2e-3).residual(), 0.05);
         assert_eq!(Accuracy::first(&coarse, 0.07).residual(), 0.07);
-        assert_eq!(Accuracy::first(&Contact { cutoff: Some(0.05), ..contact() }, 1e-6).residual(), FIRST * 1e-5);
+        assert_eq!(
+            Accuracy::first(&ContactSettings { cutoff: Some(0.05), ..contact() }, 1e-6).residual(),
+            FIRST * 1e-5
+        );
     }
 
     #[test]
     fn an_exact_recursion_and_a_method_without_one_are_solved_tightly_at_once() {
-        let exact = Contact { recursion: Recursion::Exact, ..contact() };
-        let alone = Contact { method: Method::Snsd, ..contact() };
+        let exact = ContactSettings { recursion: Recursion::Exact, ..contact() };
+        let alone = ContactSettings { method: Method::Snsd, ..contact() };
         for contact in [exact, alone] {
             // The solver's tolerance may be any: rows are for what overlaps by more than the other one.
             for tolerance in [1e-9, 1e-6, 1e-3] {

@@ -5,7 +5,7 @@
 //! it, and no body went through another. One that does not hold is never accepted: [`retry`] takes the step again.
 
 use super::accuracy::Accuracy;
-use super::{Contact, Fault, Keep, Model, OnFailure, Rows, StepReport, Stepping, retry};
+use super::{ContactSettings, Fault, Keep, Model, OnFailure, Rows, StepReport, Stepping, retry};
 use crate::dynamics::OnNoRoom;
 use crate::lcp::{Outcome, Status};
 use crate::step::{Backend, Overlap};
@@ -35,7 +35,7 @@ fn most_tightenings(model: &Model) -> u32 {
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
     /// The scene's, with the cutoff that it leaves out.
-    pub contact: Contact,
+    pub contact: ContactSettings,
     /// What the step's last LCP is solved to, a length.
     pub tolerance: f64,
     /// The stepping scheme.
@@ -57,7 +57,7 @@ impl Plan {
     /// Of steps of bodies that have this cutoff.
     pub fn new(model: &Model, cutoff: f64) -> Plan {
         Plan {
-            contact: Contact { cutoff: Some(cutoff), ..model.contact },
+            contact: ContactSettings { cutoff: Some(cutoff), ..model.contact },
             tolerance: model.lcp.tolerance,
             stepping: model.time.stepping,
             on_no_room: model.cells.filter(|_| model.confined).map(|cells| cells.growth.on_no_room),
@@ -201,7 +201,7 @@ fn midpoint(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut
 
 /// Whether a solve stalled with a row violated by more than the overlap tolerance: its rows have no common solution,
 /// and as rows are never changed, more of them will not give them one. It happens where a body fits a hole nowhere.
-fn contradicted(outcome: &Outcome, contact: &Contact) -> bool {
+fn contradicted(outcome: &Outcome, contact: &ContactSettings) -> bool {
     let stalled = matches!(outcome.status, Status::NoProgress | Status::Infeasible | Status::NotFinite);
     stalled && outcome.residual > contact.overlap_tolerance
 }
@@ -242,7 +242,7 @@ impl Attempt {
 
 impl StepReport {
     /// Whether the step may have one more recursion.
-    fn may_recurse(&self, contact: &Contact) -> bool {
+    fn may_recurse(&self, contact: &ContactSettings) -> bool {
         self.recursions < contact.method.most_recursions(contact.max_recursions)
     }
 

@@ -7,28 +7,57 @@ use crate::walls::Walls;
 use glam::{DVec3, I64Vec3};
 use rayon::prelude::*;
 
-/// A near pair, in periodic space at one of its images.
+/// Two bodies that are near, and where: the shared-normal signed distance of a pair, in periodic space at one of its
+/// images.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ImageContact {
-    /// The bodies, `a <= b`: with a long cutoff a body of periodic space is near its own images, of which one of each
-    /// two opposite ones is listed.
-    pub pair: [usize; 2],
-    /// The periods by which b is moved along each axis; zero in space without periods.
+#[non_exhaustive]
+pub struct Contact {
+    /// The rows of both bodies, the lower first. In periodic space a body may be near its own images: both are then the
+    /// same, and one of each two opposite images is listed.
+    pub bodies: [usize; 2],
+    /// The periods by which the second body is moved along each axis; zero in space without periods.
     pub image: I64Vec3,
-    /// The separation there.
-    pub found: Separation,
+    /// `Phi`: the distance between the surfaces along the normal, a length; negative where they overlap.
+    pub separation: f64,
+    /// Unit normal from the first body to the second.
+    pub normal: DVec3,
+    /// From each body's centre to the contact point on its surface.
+    pub levers: [DVec3; 2],
 }
 
-/// Every pair of bodies whose separation is at most `cutoff`, sorted by pair, computed afresh from the bodies alone: it
-/// shares no cached candidates, warm normals or shortcuts with the steps, so it audits them. In periodic space a pair
-/// is listed once for each of its images that is near ([`image_contacts`]).
-pub fn contacts(bodies: &Bodies, cutoff: f64) -> Vec<([usize; 2], Separation)> {
-    image_contacts(bodies, cutoff).into_iter().map(|contact| (contact.pair, contact.found)).collect()
+impl Contact {
+    fn new(bodies: [usize; 2], image: I64Vec3, found: Separation) -> Contact {
+        let Separation { separation, normal, lever_a, lever_b } = found;
+        Contact { bodies, image, separation, normal, levers: [lever_a, lever_b] }
+    }
+
+    /// The contact points on both surfaces, in space: the second one on the [image](Contact::image) that is near.
+    /// `bodies` are those that the contact was found in.
+    ///
+    /// # Panics
+    /// If `bodies` has fewer bodies than those.
+    pub fn points(&self, bodies: &Bodies) -> [DVec3; 2] {
+        let [a, b] = self.bodies.map(|i| bodies.position[i]);
+        [a + self.levers[0], b + bodies.periods.shift(self.image) + self.levers[1]]
+    }
 }
 
-/// As [`contacts`], with the images; sorted by pair and image. In periodic space a cutoff over the shortest period
-/// counts as that.
-pub fn image_contacts(bodies: &Bodies, cutoff: f64) -> Vec<ImageContact> {
+/// Every pair of bodies whose separation is at most `cutoff`, sorted by pair and image, computed afresh from the bodies
+/// alone: it shares no cached candidates, warm normals or shortcuts with the steps, so it audits them. In periodic
+/// space a pair is listed once for each of its images that is near, and a cutoff over the shortest period counts as
+/// that.
+///
+/// ```
+/// # #[cfg(feature = "files")] {
+/// let bodies = relcp::Scene::built_in("three-capsules")?.build()?;
+/// let near = relcp::contacts(&bodies, 0.0);
+/// assert_eq!(near.len(), 2);
+/// let [a, b] = near[0].points(&bodies);
+/// assert!(((b - a).dot(near[0].normal) - near[0].separation).abs() < 1e-12);
+/// # }
+/// # Ok::<(), relcp::Error>(())
+/// ```
+pub fn contacts(bodies: &Bodies, cutoff: f64) -> Vec<Contact> {
     let periods = bodies.periods;
     let cutoff = periods.shortest().map_or(cutoff, |period| cutoff.min(period));
     let boxes: Vec<Aabb> = (0..bodies.len())
@@ -52,7 +81,7 @@ pub fn image_contacts(bodies: &Bodies, cutoff: f64) -> Vec<ImageContact> {
                 separation(&Placed { position: DVec3::ZERO, ..a }, &Placed { position: delta, ..b }, None)?
             }
         };
-        (found.separation <= cutoff).then_some(ImageContact { pair, image, found })
+        (found.separation <= cutoff).then(|| Contact::new(pair, image, found))
     };
     let of_pair = |pair: &[u32; 2]| {
         let pair = pair.map(|i| i as usize);
@@ -79,6 +108,6 @@ fn all_between(first: I64Vec3, last: I64Vec3) -> Vec<I64Vec3> {
 /// afresh: zero where none overlap.
 pub fn max_overlap(bodies: &Bodies, walls: &Walls) -> f64 {
     let past_walls = walls.max_overlap(bodies);
-    let deeper = |worst: f64, s: &Separation| if -s.separation > worst { -s.separation } else { worst };
-    contacts(bodies, 0.0).iter().fold(past_walls, |worst, (_, s)| deeper(worst, s))
+    let deeper = |worst: f64, overlap: f64| if overlap > worst { overlap } else { worst };
+    contacts(bodies, 0.0).iter().map(|contact| -contact.separation).fold(past_walls, deeper)
 }

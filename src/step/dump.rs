@@ -19,6 +19,7 @@ pub(crate) const MOST_DUMPED: u32 = 10_000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[non_exhaustive]
 pub struct Dump {
     /// Which solves.
     pub when: DumpWhen,
@@ -36,6 +37,7 @@ pub struct Dump {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum DumpWhen {
     /// Those that did not reach the tolerance.
     Unconverged,
@@ -46,6 +48,11 @@ pub enum DumpWhen {
 }
 
 impl Dump {
+    /// The solves of this kind, the rest by default.
+    pub const fn new(when: DumpWhen) -> Dump {
+        Dump { when, products: None, most: None }
+    }
+
     /// Most LCPs that are saved.
     pub fn at_most(&self) -> usize {
         self.most.unwrap_or(MOST) as usize

@@ -6,6 +6,7 @@ use crate::gpu::GpuError;
 
 /// Why a step could not be taken. The simulation keeps its last accepted state.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Fault {
     /// A number that is not finite turned up.
     #[error(

@@ -1,6 +1,6 @@
 //! What steps are computed with.
 
-use super::{Contact, Time};
+use super::{ContactSettings, Time};
 use crate::dynamics::{Cells, Dynamics, Force};
 use crate::lcp::{Settings, SolverKind};
 use crate::periodic::Periods;
@@ -29,7 +29,7 @@ pub struct Model {
     /// How cells grow, where any do.
     pub cells: Option<Cells>,
     /// How contacts are resolved; `recursion` is not `Auto`.
-    pub contact: Contact,
+    pub contact: ContactSettings,
     /// The LCP solver.
     pub solver: SolverKind,
     /// When it stops.

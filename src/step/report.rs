@@ -8,6 +8,7 @@ use std::time::Duration;
 
 /// Wall time by phase.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Phases {
     /// Finding candidate pairs.
     pub broad_phase: Duration,
@@ -33,6 +34,7 @@ impl AddAssign for Phases {
 
 /// What one step did.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct StepReport {
     /// Its number, from 1.
     pub step: u64,

@@ -20,6 +20,7 @@ const ROUNDING_OF_STEPS: f64 = 1e-6;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[non_exhaustive]
 pub struct Time {
     /// Step size.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
@@ -35,6 +36,11 @@ pub struct Time {
 }
 
 impl Time {
+    /// Euler steps of `dt` from time 0 to `end`.
+    pub const fn new(dt: f64, end: f64) -> Time {
+        Time { dt, end, start: 0.0, stepping: Stepping::Euler }
+    }
+
     /// How many steps the run takes. A last interval shorter than a millionth of `dt` is rounding, not a step.
     pub fn steps(&self) -> u64 {
         (((self.end - self.start) / self.dt) - ROUNDING_OF_STEPS).ceil().max(0.0) as u64
@@ -51,11 +57,9 @@ impl Time {
     /// each, from `end` on.
     ///
     /// ```
-    /// use relcp::scene;
-    /// let scene = scene::load("three-capsules", &["time.dt=0.3".into(), "time.end=1".into()])?;
-    /// let times: Vec<f64> = (0..=scene.time.steps()).map(|step| scene.time.after(step)).collect();
+    /// let time = relcp::step::Time::new(0.3, 1.0);
+    /// let times: Vec<f64> = (0..=time.steps()).map(|step| time.after(step)).collect();
     /// assert_eq!(times, [0.0, 0.3, 0.6, 0.3 * 3.0, 1.0]);
-    /// # Ok::<(), relcp::scene::SceneError>(())
     /// ```
     pub fn after(&self, step: u64) -> f64 {
         let steps = self.steps();
@@ -70,6 +74,7 @@ impl Time {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum Stepping {
     /// The first-order step of the paper.
     #[default]
@@ -83,7 +88,8 @@ pub enum Stepping {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
-pub struct Contact {
+#[non_exhaustive]
+pub struct ContactSettings {
     /// Which rows are made, and whether the recursion runs.
     pub method: Method,
     /// Largest overlap of smooth surfaces that an accepted step may leave, a length.
@@ -111,10 +117,10 @@ pub struct Contact {
     pub cutoff: Option<f64>,
 }
 
-impl Default for Contact {
+impl Default for ContactSettings {
     fn default() -> Self {
         let (method, recursion) = (Method::default(), Recursion::default());
-        Contact {
+        ContactSettings {
             method,
             overlap_tolerance: 1e-5,
             max_recursions: 64,
@@ -126,7 +132,7 @@ impl Default for Contact {
     }
 }
 
-impl Contact {
+impl ContactSettings {
     /// How rows are made: methods without recursion have the paper's.
     pub fn rows_of_method(&self) -> Rows {
         if self.method == Method::Relcp { self.rows } else { Rows::Paper }
@@ -144,6 +150,7 @@ impl Contact {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum Rows {
     /// One row for each smooth branch of a pair's separation that may become active in the step, linearised where the
     /// last velocities lead. A violation first moves its own row.
@@ -164,6 +171,7 @@ impl Rows {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum OnFailure {
     /// The run ends with the state before the step, and says why.
     #[default]
@@ -185,6 +193,7 @@ impl OnFailure {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum Recursion {
     /// Inexact in space, where packed bodies recurse several times a step; exact in the plane, with the paper's rows,
     /// in midpoint steps, and where `solver.tolerance` is given.
@@ -208,6 +217,7 @@ impl Recursion {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
+#[non_exhaustive]
 pub enum Method {
     /// One row a near pair of smooth surfaces, more where the trial still overlaps.
     #[default]

@@ -1,6 +1,7 @@
 //! Large states made of copies of a stored one.
 
 use crate::bodies::{Bodies, Lineage};
+use crate::error::Error;
 use crate::gpu::GpuError;
 use crate::record::{LcpFileError, RecordError, StateError, decode};
 use crate::run::RunError;
@@ -44,6 +45,24 @@ pub enum StudyError {
     /// A table could not be made.
     #[error("a table could not be made: {0}")]
     Table(String),
+    /// Something else failed.
+    #[error(transparent)]
+    Other(Error),
+}
+
+impl From<Error> for StudyError {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::State(error) => StudyError::State(error),
+            Error::Record(error) => StudyError::Record(error),
+            Error::Run(error) => StudyError::Run(error),
+            Error::Scene(error) => StudyError::Scene(error),
+            Error::Fault(error) => StudyError::Fault(error),
+            Error::Gpu(error) => StudyError::Gpu(error),
+            Error::Lcp(error) => StudyError::Lcp(error),
+            other => StudyError::Other(other),
+        }
+    }
 }
 
 /// Side by side copies of a stored state, `count` bodies in all: in a square where it lies in the plane z = 0, else in

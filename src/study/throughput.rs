@@ -5,7 +5,7 @@
 
 use super::{StudyError, copy_bandwidth, tiled};
 use crate::gpu::{Counters, Gpu};
-use crate::scene;
+use crate::scene::Scene;
 use crate::simulation::{Compute, Simulation};
 use crate::step::Phases;
 use serde::Serialize;
@@ -97,10 +97,10 @@ fn product_bytes(constraints: usize, planar: bool, number: usize) -> f64 {
 /// Steps `bodies` bodies of a kind and times `steps` steps after `warm_up` others, in which pipelines are compiled and
 /// multipliers remembered.
 pub fn measure(kind: Kind, bodies: usize, [warm_up, steps]: [usize; 2], compute: &Compute) -> Result<Row, StudyError> {
-    let scene = scene::load(kind.scene(), &["time.end=1".into(), "time.dt=0.001".into()])?;
+    let scene = Scene::load(kind.scene(), ["time.end=1", "time.dt=0.001"])?;
     let planar = scene.planar;
     let start = tiled(kind.state(), bodies)?;
-    let mut simulation = Simulation::new_on(compute, scene, start)?;
+    let mut simulation = Simulation::builder(scene).bodies(start).on(compute).build()?;
     for _ in 0..warm_up {
         simulation.step()?;
     }

@@ -95,7 +95,7 @@ struct Looked {
 /// let viewed = view("three-capsules", &States::open("three-capsules")?, &Pages::default(), &path, &mut |_done, _all|
 /// true)?;
 /// assert!(viewed.states == 1 && viewed.bodies == 3 && path.is_file());
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// # Ok::<(), relcp::Error>(())
 /// ```
 ///
 /// # Errors

@@ -16,6 +16,7 @@ pub(crate) use wall::across;
 
 use crate::bodies::Bodies;
 use crate::separation::{Placed, Separation, Surface};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// A loop over fewer bodies than this runs on one thread; a body's gap to a surface takes some 20 ns.
@@ -23,13 +24,32 @@ const LEAST_BODIES_A_TASK: usize = 512;
 
 /// A body near a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct WallContact {
-    /// The body.
+    /// The body's row.
     pub body: usize,
     /// The wall's place in the scene's list.
     pub wall: usize,
-    /// The body's separation from one of the wall's surfaces, with the normal towards it; `lever_b` is zero.
-    pub found: Separation,
+    /// The body's signed distance from one of the wall's surfaces, a length; negative where it reaches past it.
+    pub separation: f64,
+    /// Unit normal towards the wall.
+    pub normal: DVec3,
+    /// From the body's centre to the contact point on its surface.
+    pub lever: DVec3,
+}
+
+impl WallContact {
+    fn new(body: usize, wall: usize, found: Separation) -> WallContact {
+        WallContact { body, wall, separation: found.separation, normal: found.normal, lever: found.lever_a }
+    }
+
+    /// The contact point on the body's surface, in space. `bodies` are those that the contact was found in.
+    ///
+    /// # Panics
+    /// If `bodies` has fewer bodies than that.
+    pub fn point(&self, bodies: &Bodies) -> DVec3 {
+        bodies.position[self.body] + self.lever
+    }
 }
 
 /// The surfaces of all walls of a scene, in order.
@@ -62,6 +82,7 @@ impl Walls {
     }
 
     /// The surfaces, in order.
+    #[doc(hidden)]
     pub fn surfaces(&self) -> &[Surface] {
         &self.surfaces
     }
@@ -92,8 +113,8 @@ impl Walls {
             let walls = self.surfaces.iter().zip(&self.wall);
             walls
                 .filter(|(surface, _)| surface.bound(&placed) <= cutoff)
-                .map(|(surface, wall)| WallContact { body, wall: *wall, found: surface.separation(&placed) })
-                .filter(|contact| contact.found.separation <= cutoff)
+                .map(|(surface, wall)| WallContact::new(body, *wall, surface.separation(&placed)))
+                .filter(|contact| contact.separation <= cutoff)
                 .collect::<Vec<_>>()
         };
         if self.is_empty() {
@@ -105,7 +126,7 @@ impl Walls {
     /// How far the body that is farthest outside reaches past a wall; zero where all are inside.
     pub fn max_overlap(&self, bodies: &Bodies) -> f64 {
         self.contacts(bodies, 0.0).iter().fold(0.0, |worst, contact| {
-            let depth = -contact.found.separation;
+            let depth = -contact.separation;
             if depth > worst { depth } else { worst }
         })
     }

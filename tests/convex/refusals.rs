@@ -3,11 +3,11 @@
 use crate::bodies::{die, egg, egg_point, needles, placed};
 use glam::{DMat3, DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
-use relcp::export::{Format, export};
+use relcp::export::{ExportError, Format, export};
 use relcp::internals::constraint::RowSourceError;
 use relcp::record::{Folder, RecordError, Snapshot, StateError, States, encode};
 use relcp::run::{Run, RunError};
-use relcp::scene;
+use relcp::scene::{self, Scene};
 use relcp::shape::{Convex, ConvexError, ProxyError, Shape, ShapeError};
 use relcp::simulation::Simulation;
 use relcp::step::{Fault, State};
@@ -88,10 +88,10 @@ fn no_file_holds_a_custom_shape() {
     assert!(!scene::schema().to_string().contains("onvex"));
 
     let folder = tempfile::tempdir().unwrap();
-    let scene = scene::load("two-ellipsoids", &[]).unwrap();
+    let scene = Scene::built_in("two-ellipsoids").unwrap();
     let last = scene.final_scene(&eggs().bodies, 1.0);
     assert!(last.write_json(Vec::new()).is_err());
-    let simulation = Simulation::new(scene, eggs().bodies).unwrap();
+    let simulation = Simulation::builder(scene).bodies(eggs().bodies).build().unwrap();
     let run = Run::start(simulation, Folder::create(&folder.path().join("run")).unwrap(), Duration::ZERO);
     let Err(RunError::Record(RecordError::State { fault, .. })) = run else { panic!("the run started") };
     assert_eq!(fault, StateError::Custom { body: 1 });
@@ -106,14 +106,14 @@ fn no_export_takes_a_custom_shape() {
     for format in [Format::Vtk { cutoff: None }, Format::Gsd] {
         let error = export(&states, format, folder.path(), &mut |_, _| true).unwrap_err();
         assert!(error.to_string().contains("body 1 has a custom shape"), "{error}");
-        assert_eq!(error.exit_code(), 2);
+        assert!(matches!(error, ExportError::Custom { body: 1, .. }));
     }
 }
 
 #[test]
 fn a_scene_made_in_code_may_hold_one_and_is_checked_but_not_written() {
     let scene = || {
-        let mut scene = scene::load("two-ellipsoids", &[]).unwrap();
+        let mut scene = Scene::built_in("two-ellipsoids").unwrap();
         scene.bodies[1].shape = Shape::Convex(egg());
         scene
     };
@@ -137,16 +137,21 @@ fn there_is_no_proxy() {
     let egg = Shape::Convex(egg());
     assert_eq!((egg.proxy(5), egg.check_proxy(5)), (Err(ProxyError::Custom), Err(ProxyError::Custom)));
     let settings = [r#"contact.method={"multisphere":{"count":5}}"#.to_owned()];
-    let scene = scene::load("two-ellipsoids", &settings).unwrap();
-    let refused = Simulation::new(scene, eggs().bodies).err();
-    assert_eq!(refused, Some(Fault::NoProxy(RowSourceError { body: 1, source: ProxyError::Custom })));
+    let scene = Scene::load("two-ellipsoids", &settings).unwrap();
+    let refused = Simulation::builder(scene).bodies(eggs().bodies).build().err();
+    let Some(relcp::Error::Fault(refused)) = refused else { panic!("{refused:?}") };
+    assert_eq!(refused, Fault::NoProxy(RowSourceError { body: 1, source: ProxyError::Custom }));
 }
 
 #[test]
 fn bodies_without_a_separation_are_refused() {
     let ring = Shape::Torus { major_radius: 2.0, minor_radius: 0.1 };
-    let scene = || scene::load("two-ellipsoids", &[]).unwrap();
-    let refused = Simulation::new(scene(), bodies(&[ring, Shape::Sphere { radius: 1.0 }, Shape::Convex(egg())])).err();
-    assert_eq!(refused, Some(Fault::NoSeparation { pair: [0, 2], shapes: ["torus", "custom shape"] }));
-    assert!(Simulation::new(scene(), bodies(&[ring, Shape::Sphere { radius: 1.0 }])).is_ok());
+    let scene = || Scene::built_in("two-ellipsoids").unwrap();
+    let refused = Simulation::builder(scene())
+        .bodies(bodies(&[ring, Shape::Sphere { radius: 1.0 }, Shape::Convex(egg())]))
+        .build()
+        .err();
+    let Some(relcp::Error::Fault(refused)) = refused else { panic!("{refused:?}") };
+    assert_eq!(refused, Fault::NoSeparation { pair: [0, 2], shapes: ["torus", "custom shape"] });
+    assert!(Simulation::builder(scene()).bodies(bodies(&[ring, Shape::Sphere { radius: 1.0 }])).build().is_ok());
 }

@@ -4,7 +4,8 @@ use crate::bodies::{die, direction, egg, ellipsoid, placed, random, superball, t
 use glam::{DQuat, DVec3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use relcp::separation::{Placed, Separation, bound, planar_separation, separation, supports};
+use relcp::internals::separation::planar_separation;
+use relcp::separation::{Placed, Separation, bound, separation, supports};
 use relcp::shape::Shape;
 use std::f64::consts::FRAC_PI_2;
 

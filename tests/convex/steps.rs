@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::dynamics::Load;
 use relcp::render::{Colour, View, picture};
-use relcp::scene::{self, Scene};
+use relcp::scene::Scene;
 use relcp::shape::Shape;
 use relcp::simulation::Simulation;
 use relcp::step::contacts;
@@ -13,7 +13,7 @@ use relcp::step::contacts;
 /// A scene of one ball, whose bodies are replaced.
 fn scene(rest: &str) -> Scene {
     let ball = r#""bodies": [ { "shape": { "sphere": { "radius": 1 } }, "position": [0, 0, 0] } ]"#;
-    scene::parse(&format!(r#"{{ "name": "custom", "seed": 1, {ball}, {rest} }}"#), "custom").unwrap()
+    Scene::parse(&format!(r#"{{ "name": "custom", "seed": 1, {ball}, {rest} }}"#), "custom").unwrap()
 }
 
 /// Bodies of several kinds on a grid, turned at random.
@@ -36,14 +36,14 @@ fn crowd(side: i32, pitch: f64) -> Bodies {
 }
 
 fn worst(bodies: &Bodies) -> f64 {
-    contacts(bodies, 0.0).iter().fold(0.0, |worst, (_, found)| worst.max(-found.separation))
+    contacts(bodies, 0.0).iter().fold(0.0, |worst, contact| worst.max(-contact.separation))
 }
 
 #[test]
 fn a_crowd_drawn_together_overlaps_by_no_more_than_the_tolerance() {
     let scene = scene(r#""time": { "dt": 0.05, "end": 3.0 }"#);
     assert_eq!(scene.contact.overlap_tolerance, 1e-5);
-    let mut simulation = Simulation::new(scene, crowd(2, 4.0)).unwrap();
+    let mut simulation = Simulation::builder(scene).bodies(crowd(2, 4.0)).build().unwrap();
     simulation.add_force(Box::new(|bodies: &Bodies, i: usize, _: f64| Load {
         force: -4.0 * bodies.position[i],
         torque: DVec3::ZERO,
@@ -70,11 +70,11 @@ fn dice_and_eggs_that_fall_come_to_rest_on_a_floor() {
         let leaning = DQuat::from_rotation_x(0.2 + 0.3 * k as f64);
         bodies.push(placed(shape, DVec3::new(0.3 * k as f64, 0.0, 4.2 * k as f64 - 1.5), leaning), NO_GROUP);
     }
-    let mut simulation = Simulation::new(scene, bodies).unwrap();
+    let mut simulation = Simulation::builder(scene).bodies(bodies).build().unwrap();
     while !simulation.done() {
         assert!(simulation.step().unwrap().max_overlap <= 1e-5);
         let walls = simulation.wall_contacts(0.0).unwrap();
-        assert!(walls.iter().all(|contact| contact.found.separation >= -1e-5), "{walls:?}");
+        assert!(walls.iter().all(|contact| contact.separation >= -1e-5), "{walls:?}");
     }
     assert!(!simulation.wall_contacts(1e-3).unwrap().is_empty());
 }
@@ -83,14 +83,14 @@ fn dice_and_eggs_that_fall_come_to_rest_on_a_floor() {
 #[test]
 fn custom_ellipsoids_go_the_way_of_ellipsoids() {
     let run = |custom: bool| {
-        let scene = scene::load("two-ellipsoids", &["time.end=0.2".into()]).unwrap();
+        let scene = Scene::load("two-ellipsoids", ["time.end=0.2"]).unwrap();
         let mut bodies = scene.build().unwrap();
         for shape in bodies.shape.iter_mut().filter(|_| custom) {
             if let Shape::Ellipsoid { radii } = *shape {
                 *shape = Shape::Convex(ellipsoid(radii));
             }
         }
-        let mut simulation = Simulation::new(scene, bodies).unwrap();
+        let mut simulation = Simulation::builder(scene).bodies(bodies).build().unwrap();
         while !simulation.done() {
             simulation.step().unwrap();
         }
@@ -107,7 +107,7 @@ fn a_run_is_the_same_on_any_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let scene = scene(r#""time": { "dt": 0.05, "end": 0.5 }"#);
-            let mut simulation = Simulation::new(scene, BODIES.clone()).unwrap();
+            let mut simulation = Simulation::builder(scene).bodies(BODIES.clone()).build().unwrap();
             simulation.add_force(Box::new(|bodies: &Bodies, i: usize, _: f64| Load {
                 force: -10.0 * bodies.position[i],
                 torque: DVec3::ZERO,

@@ -4,7 +4,8 @@ use crate::bodies::{die, direction, egg, ellipsoid, placed, random, turn};
 use glam::DVec3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use relcp::separation::{Placed, Surface};
+use relcp::internals::separation::Surface;
+use relcp::separation::Placed;
 use relcp::shape::Shape;
 
 fn surfaces(random: &mut ChaCha8Rng) -> [Surface; 3] {

@@ -1,10 +1,10 @@
 //! What is exported: bodies of every shape, and a colony that grows.
 
 use glam::{DQuat, DVec3};
+use relcp::Scene;
 use relcp::bodies::{Bodies, Lineage, NO_GROUP};
 use relcp::record::{Folder, Snapshot};
 use relcp::run::Run;
-use relcp::scene;
 use relcp::separation::Placed;
 use relcp::shape::Shape;
 use relcp::simulation::Simulation;
@@ -65,10 +65,11 @@ pub fn every_shape() -> Snapshot {
 /// The run of a colony that grows from one cell to eight, in `parent`.
 pub fn colony(parent: &Path) -> Folder {
     let sets = ["time.dt=0.01", "time.end=2.5", "growth.reorientation_degrees=20", "output.every=0.1"];
-    let scene = scene::load("colony", &sets.map(String::from)).unwrap();
+    let scene = Scene::load("colony", &sets.map(String::from)).unwrap();
     let bodies = scene.build().unwrap();
     let folder = Folder::create_in(parent, &scene.name).unwrap();
-    let mut run = Run::start(Simulation::new(scene, bodies).unwrap(), folder.clone(), Duration::ZERO).unwrap();
+    let mut run =
+        Run::start(Simulation::builder(scene).bodies(bodies).build().unwrap(), folder.clone(), Duration::ZERO).unwrap();
     while !run.done() {
         run.advance().unwrap();
     }

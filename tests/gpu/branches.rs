@@ -9,8 +9,9 @@ use relcp::gpu::{Gpu, Precision};
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
+use relcp::internals::step::Backend;
 use relcp::scene::{self, Scene};
-use relcp::step::{Backend, State};
+use relcp::step::State;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -40,7 +41,7 @@ fn crowd(name: &str, shapes: &[&str], dt: f64, fraction: f64, more: &str) -> Sce
         "forces": [{{"radial_inward": {{}}}}], "generate": [{}]}}"#,
         groups.join(", ")
     );
-    scene::parse(&text, name).unwrap()
+    Scene::parse(&text, name).unwrap()
 }
 
 /// The same in the plane: bodies on a grid, turned at random, drawn together or, in walls, apart.
@@ -59,7 +60,7 @@ fn flat(name: &str, shapes: &[&str], dt: f64, more: &str) -> Scene {
         "forces": [{{"{way}": {{}}}}], "bodies": [{}]}}"#,
         bodies.join(", ")
     );
-    scene::parse(&text, name).unwrap()
+    Scene::parse(&text, name).unwrap()
 }
 
 /// Bodies in a cell of space, half of which move.
@@ -70,7 +71,7 @@ fn in_periods(name: &str) -> Scene {
         "generate": [{{"isotropic": {{"count": 45, "shape": {ROD}, "volume_fraction": 0.0478, "group": "up"}}}},
                      {{"isotropic": {{"count": 45, "shape": {ROD}, "volume_fraction": 0.0478}}}}]}}"#
     );
-    scene::parse(&text, name).unwrap()
+    Scene::parse(&text, name).unwrap()
 }
 
 fn scenes() -> Vec<Scene> {

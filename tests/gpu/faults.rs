@@ -2,11 +2,11 @@
 //! written.
 
 use crate::device::device;
+use relcp::Scene;
 use relcp::gpu::{Choice, Gpu, GpuError, Precision, adapters};
 use relcp::internals::gpu::{Buffer, Kernel, Source};
 use relcp::record::{Folder, read_state};
 use relcp::run::{Run, RunError};
-use relcp::scene;
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::Fault;
 use std::sync::Arc;
@@ -25,7 +25,7 @@ fn an_adapter_that_is_not_there_is_said_with_those_that_are() {
     let fault = Gpu::open(&choice).err().unwrap();
     assert!(matches!(fault, GpuError::NoAdapter { .. }));
     let text = fault.to_string();
-    assert!(text.contains("no such adapter") && text.contains(gpu.name()) && text.contains("--backend cpu"), "{text}");
+    assert!(text.contains("no such adapter") && text.contains(gpu.name()) && text.contains("on the CPU"), "{text}");
 }
 
 #[test]
@@ -46,10 +46,10 @@ fn a_device_opened_with_the_least_limits_runs_a_scene() {
     let choice = Choice { name: Some(gpu.name().to_owned()), software: true, default_limits: true };
     let gpu = Arc::new(Gpu::open(&choice).unwrap());
     assert_eq!((gpu.bank_bytes(), gpu.most_elements(1)), (128 << 20, 256 << 20));
-    let scene = scene::load("three-capsules", &[]).unwrap();
+    let scene = Scene::built_in("three-capsules").unwrap();
     let bodies = scene.build().unwrap();
     let compute = Compute::Gpu { gpu, precision: Precision::F32 };
-    let mut simulation = Simulation::new_on(&compute, scene, bodies).unwrap();
+    let mut simulation = Simulation::builder(scene).bodies(bodies).on(&compute).build().unwrap();
     while !simulation.done() {
         simulation.step().unwrap();
     }
@@ -79,10 +79,10 @@ fn a_wrong_kernel_is_refused_with_its_place() {
 fn a_lost_device_ends_the_run_and_keeps_its_checkpoint() {
     let Some(gpu) = own() else { return };
     let place = tempfile::tempdir().unwrap();
-    let scene = scene::load("two-ellipsoids", &["time.dt=0.05".into()]).unwrap();
+    let scene = Scene::load("two-ellipsoids", ["time.dt=0.05"]).unwrap();
     let bodies = scene.build().unwrap();
     let compute = Compute::Gpu { gpu: gpu.clone(), precision: Precision::F32 };
-    let simulation = Simulation::new_on(&compute, scene, bodies).unwrap();
+    let simulation = Simulation::builder(scene).bodies(bodies).on(&compute).build().unwrap();
     let folder = Folder::create(&place.path().join("run")).unwrap();
     let mut run = Run::start(simulation, folder.clone(), Duration::ZERO).unwrap();
     for _ in 0..5 {
@@ -93,7 +93,7 @@ fn a_lost_device_ends_the_run_and_keeps_its_checkpoint() {
     gpu.destroy();
     let fault = run.advance().unwrap_err();
     assert!(matches!(fault, RunError::Fault(Fault::Device(GpuError::Lost { .. }))), "{fault}");
-    assert!(fault.to_string().contains("--resume"));
+    assert!(fault.to_string().contains("resumed from its last checkpoint"));
     drop(run);
     assert_eq!(read_state(&folder.checkpoint()).unwrap().1.step, 5);
 }

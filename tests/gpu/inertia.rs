@@ -8,9 +8,10 @@ use relcp::gpu::Precision;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::SPATIAL;
-use relcp::scene::{self, Scene, Stepping};
+use relcp::internals::step::Backend;
+use relcp::scene::{Scene, Stepping};
 use relcp::simulation::{Compute, Simulation};
-use relcp::step::{Backend, State};
+use relcp::step::State;
 
 const OTHERS: [&str; 4] = [
     r#"{"sphere": {"radius": 0.6}}"#,
@@ -43,7 +44,7 @@ fn tops(stepping: Stepping, rings: bool) -> Scene {
         r#"{{"name": "tops", "time": {{"dt": 0.01, "end": 20}}, "dynamics": {{"inertial": {{"density": 1.5}}}}, "bodies": [{}]}}"#,
         bodies.join(",")
     );
-    let mut scene = scene::parse(&text, "tops").unwrap();
+    let mut scene = Scene::parse(&text, "tops").unwrap();
     scene.time.stepping = stepping;
     scene
 }
@@ -116,7 +117,7 @@ fn a_free_spin_does_not_gain_energy() {
         let scene = tops(stepping, rings);
         for precision in precisions(gpu) {
             let compute = Compute::Gpu { gpu: gpu.clone(), precision };
-            let mut simulation = Simulation::new_on(&compute, scene.clone(), scene.build().unwrap()).unwrap();
+            let mut simulation = Simulation::builder(scene.clone()).on(&compute).build().unwrap();
             let begin = spins(&simulation.state().unwrap().bodies);
             while !simulation.done() {
                 simulation.step().unwrap();

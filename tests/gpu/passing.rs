@@ -1,7 +1,7 @@
 //! Bodies that pass each other, on the device and on the CPU.
 
 use crate::device::{device, precisions};
-use relcp::scene;
+use relcp::Scene;
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::StepReport;
 use std::path::Path;
@@ -9,9 +9,8 @@ use std::path::Path;
 fn steps(compute: &Compute, sets: &[&str]) -> Vec<StepReport> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/torn-chain.json");
     let sets: Vec<String> = sets.iter().map(|set| set.to_string()).collect();
-    let scene = scene::load(path.to_str().unwrap(), &sets).unwrap();
-    let bodies = scene.build().unwrap();
-    let mut simulation = Simulation::new_on(compute, scene, bodies).unwrap();
+    let scene = Scene::load(path.to_str().unwrap(), &sets).unwrap();
+    let mut simulation = Simulation::builder(scene).on(compute).build().unwrap();
     let mut found = Vec::new();
     while !simulation.done() {
         found.push(simulation.step().unwrap());

@@ -6,9 +6,10 @@ use relcp::gpu::Precision;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
+use relcp::internals::step::Backend;
 use relcp::lcp::Problem;
-use relcp::scene::{self, Rows, Scene};
-use relcp::step::{Backend, State};
+use relcp::scene::{Rows, Scene};
+use relcp::step::State;
 
 /// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to the sizes of bodies
 /// (about two) and of what they move by in the step. The worst seen are 3e-6 and 2e-7 in f32, 3e-15 and 1e-15 in f64.
@@ -22,14 +23,14 @@ fn scenes() -> Vec<Scene> {
             r#"{{"name": "{name}", "seed": 4, "time": {{"dt": 1.5, "end": 15}}, "solver": {{"kind": "pair_block_cg", "max_iterations": 1}}, "forces": [{{"radial_inward": {{}}}}],
             "generate": [{{"isotropic": {{"count": 60, "shape": {shape}, "volume_fraction": 0.15}}}}] {more}}}"#
         );
-        scene::parse(&text, name).unwrap()
+        Scene::parse(&text, name).unwrap()
     };
     let outward = |name: &str, shape: &str, walls: &str, more: &str| {
         let text = format!(
             r#"{{"name": "{name}", "seed": 4, "time": {{"dt": 4, "end": 40}}, "solver": {{"kind": "pair_block_cg", "max_iterations": 1}},
             "forces": [{{"radial_outward": {{}}}}], "walls": [{walls}], "generate": [{{"isotropic": {{"count": 60, "shape": {shape}, "volume_fraction": 0.05}}}}] {more}}}"#
         );
-        scene::parse(&text, name).unwrap()
+        Scene::parse(&text, name).unwrap()
     };
     let ball =
         r#"{"half_space": {"normal": [1, 2, -1], "offset": -20}}, {"sphere": {"center": [0.3, 0, 0], "radius": 7}}"#;

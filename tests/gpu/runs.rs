@@ -3,7 +3,7 @@
 use crate::device::{device, precisions};
 use glam::DVec3;
 use relcp::gpu::{Gpu, Precision};
-use relcp::scene::{self, StopReason};
+use relcp::scene::{Scene, StopReason};
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::{StepReport, contacts};
 use std::sync::Arc;
@@ -17,9 +17,8 @@ struct Ran {
 impl Ran {
     fn on(compute: &Compute, name: &str, sets: &[&str]) -> Ran {
         let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
-        let scene = scene::load(name, &sets).unwrap();
-        let bodies = scene.build().unwrap();
-        let mut simulation = Simulation::new_on(compute, scene, bodies).unwrap();
+        let scene = Scene::load(name, &sets).unwrap();
+        let mut simulation = Simulation::builder(scene).on(compute).build().unwrap();
         let mut reports = Vec::new();
         while !simulation.done() {
             reports.push(simulation.step().unwrap());
@@ -34,7 +33,7 @@ impl Ran {
     /// The largest overlap of the final state, in f64 on the CPU.
     fn audited(&self) -> f64 {
         let found = contacts(&self.simulation.state().unwrap().bodies, 0.0);
-        found.iter().map(|(_, s)| -s.separation).fold(0.0, f64::max)
+        found.iter().map(|contact| -contact.separation).fold(0.0, f64::max)
     }
 
     fn gyration(&self) -> f64 {

@@ -20,12 +20,12 @@ fn compute(gpu: &Arc<Gpu>, precision: Precision) -> Compute {
 }
 
 fn parse(text: &str) -> Scene {
-    scene::parse(text, "test").unwrap()
+    Scene::parse(text, "test").unwrap()
 }
 
 /// Takes `steps` steps of a scene from its start.
 fn steps(compute: &Compute, scene: &Scene, steps: usize) -> (State, Vec<StepReport>) {
-    let mut simulation = Simulation::new_on(compute, scene.clone(), scene.build().unwrap()).unwrap();
+    let mut simulation = Simulation::builder(scene.clone()).on(compute).build().unwrap();
     let reports = (0..steps).map(|_| simulation.step().unwrap()).collect();
     (simulation.state().unwrap().clone(), reports)
 }
@@ -103,9 +103,9 @@ fn growth_and_division_in_space() {
 #[test]
 fn a_force_of_the_users_own() {
     let Some(gpu) = device() else { return };
-    let scene = scene::load("two-ellipsoids", &["time.dt=0.05".into()]).unwrap();
+    let scene = Scene::load("two-ellipsoids", ["time.dt=0.05"]).unwrap();
     let ran = |compute: &Compute| {
-        let mut simulation = Simulation::new_on(compute, scene.clone(), scene.build().unwrap()).unwrap();
+        let mut simulation = Simulation::builder(scene.clone()).on(compute).build().unwrap();
         simulation.add_force(Box::new(|bodies: &Bodies, i: usize, time: f64| Load {
             force: DVec3::X * (0.1 * time) - 0.2 * bodies.position[i],
             torque: DVec3::Z * 0.3,
@@ -122,7 +122,7 @@ fn a_force_of_the_users_own() {
 /// Rods packed side by side and end to end, each pressed by its neighbours from the start: `n x n` of them, some
 /// overlapping a little.
 pub fn patch(n: usize, offset: DVec3) -> Scene {
-    let mut scene = scene::load("colony", &["time.end=1".into()]).unwrap();
+    let mut scene = Scene::load("colony", ["time.end=1"]).unwrap();
     scene.generate.clear();
     let along = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);
     for i in 0..n {
@@ -132,22 +132,17 @@ pub fn patch(n: usize, offset: DVec3) -> Scene {
             let place = DVec3::new(2.4 * k as f64 + 0.6 * (i % 3) as f64 + wave, 0.502 * i as f64 - 0.5 * wave, 0.0);
             let place = (place * 1_048_576.0).round() / 1_048_576.0 + offset;
             let turn = DQuat::from_rotation_z(0.002 * (((5 * i + k) % 7) as f64 - 3.0)) * along;
-            scene.bodies.push(scene::Body {
-                shape: relcp::shape::Shape::Spherocylinder { diameter: 0.5, length: 2.35 },
-                position: place.to_array(),
-                orientation: [turn.w, turn.x, turn.y, turn.z],
-                group: None,
-                velocity: None,
-                angular_velocity: None,
-                lineage: None,
-            });
+            let rod = relcp::shape::Shape::Spherocylinder { diameter: 0.5, length: 2.35 };
+            let mut body = scene::Body::new(rod, place.to_array());
+            body.orientation = [turn.w, turn.x, turn.y, turn.z];
+            scene.bodies.push(body);
         }
     }
     scene
 }
 
 fn overlaps(bodies: &Bodies) -> Vec<([usize; 2], f64)> {
-    contacts(bodies, 1e-4).into_iter().map(|(pair, s)| (pair, s.separation)).collect()
+    contacts(bodies, 1e-4).into_iter().map(|contact| (contact.bodies, contact.separation)).collect()
 }
 
 #[test]
@@ -214,7 +209,7 @@ fn buffers_that_overflow_drop_nothing() {
     let rows = |reports: &[StepReport]| reports.iter().map(|r| (r.constraints, r.products)).collect::<Vec<_>>();
     assert_eq!(rows(&reports), rows(&grown_reports));
     // From one cell to many: bodies overflow too.
-    let colony = scene::load("colony", &["time.end=3.6".into(), "time.dt=0.005".into()]).unwrap();
+    let colony = Scene::load("colony", ["time.end=3.6", "time.dt=0.005"]).unwrap();
     let [a, b] = [gpu, &small].map(|gpu| steps(&compute(gpu, Precision::F32), &colony, 720).0);
     assert!(a.bodies.len() >= 32);
     assert_eq!(state_hash(&a), state_hash(&b));
@@ -239,8 +234,7 @@ fn buffers_larger_than_a_binding_give_the_same_bits() {
             let bytes = (1 << 13) * precision.bytes() as u64;
             let banked = with_banks(gpu, bytes, false);
             let (one, reports) = steps(&compute(gpu, precision), &scene, 2);
-            let mut simulation =
-                Simulation::new_on(&compute(&banked, precision), scene.clone(), scene.build().unwrap()).unwrap();
+            let mut simulation = Simulation::builder(scene.clone()).on(&compute(&banked, precision)).build().unwrap();
             for _ in 0..2 {
                 simulation.step().unwrap();
             }
@@ -258,8 +252,7 @@ fn too_many_bindings_are_refused_by_name() {
     let Some(gpu) = device() else { return };
     let scene = patch(40, DVec3::ZERO);
     let least = with_banks(gpu, 1 << 13, true);
-    let mut simulation =
-        Simulation::new_on(&compute(&least, Precision::F32), scene.clone(), scene.build().unwrap()).unwrap();
+    let mut simulation = Simulation::builder(scene.clone()).on(&compute(&least, Precision::F32)).build().unwrap();
     let fault = simulation.step().unwrap_err();
     let Fault::Device(GpuError::Bindings { kernel, needs, has: 8, .. }) = &fault else { panic!("{fault}") };
     assert!(!kernel.is_empty() && *needs > 8);
@@ -268,9 +261,8 @@ fn too_many_bindings_are_refused_by_name() {
 #[test]
 fn a_fault_leaves_the_last_accepted_state() {
     let Some(gpu) = device() else { return };
-    let scene = scene::load("three-capsules", &[]).unwrap();
-    let mut simulation =
-        Simulation::new_on(&compute(gpu, Precision::F32), scene.clone(), scene.build().unwrap()).unwrap();
+    let scene = Scene::built_in("three-capsules").unwrap();
+    let mut simulation = Simulation::builder(scene.clone()).on(&compute(gpu, Precision::F32)).build().unwrap();
     simulation.add_force(Box::new(|_: &Bodies, i: usize, time: f64| Load {
         force: DVec3::splat(if time > 4e-4 && i == 1 { f64::NAN } else { 0.0 }),
         torque: DVec3::ZERO,
@@ -293,10 +285,11 @@ fn a_fault_leaves_the_last_accepted_state() {
 fn what_only_the_cpu_does_is_refused() {
     let Some(gpu) = device() else { return };
     for set in ["contact.method={\"multisphere\":{\"count\":7}}", "solver.kind=dense", "solver.kind=interior_point"] {
-        let scene = scene::load("three-capsules", &[set.into()]).unwrap();
-        let bodies = scene.build().unwrap();
-        let refused = Simulation::new_on(&compute(gpu, Precision::F32), scene, bodies).err();
-        assert!(matches!(refused, Some(Fault::Device(GpuError::Unsupported { .. }))), "{set}: {refused:?}");
+        let scene = Scene::load("three-capsules", [set]).unwrap();
+        let refused = Simulation::builder(scene).on(&compute(gpu, Precision::F32)).build().err();
+        let unsupported =
+            |error: &relcp::Error| matches!(error, relcp::Error::Fault(Fault::Device(GpuError::Unsupported { .. })));
+        assert!(refused.as_ref().is_some_and(unsupported), "{set}: {refused:?}");
     }
 }
 
@@ -309,7 +302,7 @@ fn a_run_goes_on_from_its_state() {
         let (half, _) = steps(&compute, &scene, 5);
         let (whole, _) = steps(&compute, &scene, 10);
         assert!(half.warm.iter().any(|w| w.gamma > 0.0));
-        let mut resumed = Simulation::resume_on(&compute, scene.clone(), half).unwrap();
+        let mut resumed = Simulation::builder(scene.clone()).on(&compute).resume(half).build().unwrap();
         let reports: Vec<_> = (0..5).map(|_| resumed.step().unwrap()).collect();
         assert_eq!(reports[4].step, 10);
         let off = apart(&resumed.state().unwrap().bodies, &whole.bodies);
@@ -347,16 +340,16 @@ fn rows_apart(ours: &Stored, theirs: &Stored) -> (f64, f64) {
 fn lcps_are_kept() {
     let Some(gpu) = device() else { return };
     let sets = ["solver.dump.when=all".to_string(), "solver.dump.most=4".into()];
-    let mut divided = scene::load("colony", &sets).unwrap();
+    let mut divided = Scene::load("colony", &sets).unwrap();
     divided.growth.as_mut().unwrap().division_length = 2.001;
     let mut many = patch(8, DVec3::ZERO);
     many.solver.dump = divided.solver.dump;
-    let mut capsules = scene::load("three-capsules", &sets).unwrap();
+    let mut capsules = Scene::load("three-capsules", &sets).unwrap();
     // An inexact recursion depends on the last digits.
     capsules.contact.recursion = scene::Recursion::Exact;
     for (scene, unknowns) in [(capsules, 6), (divided, 3), (many, 3)] {
         let kept = |compute: &Compute| {
-            let mut simulation = Simulation::new_on(compute, scene.clone(), scene.build().unwrap()).unwrap();
+            let mut simulation = Simulation::builder(scene.clone()).on(compute).build().unwrap();
             (0..4).for_each(|_| assert!(simulation.step().unwrap().max_overlap <= 1e-5));
             simulation.take_lcps()
         };
@@ -436,7 +429,8 @@ fn bodies_that_parted_do_not_go_on_pushing_each_other() {
         // Within the solver's tolerance in one step.
         let warm = vec![Warm { pair: [0, 1], feature: 0, gamma: 2e-4, normal: DVec3::X }];
         let state = State { step: 0, next_id: 2, bodies, warm };
-        let mut simulation = Simulation::resume_on(&compute(gpu, precision), scene.clone(), state).unwrap();
+        let mut simulation =
+            Simulation::builder(scene.clone()).on(&compute(gpu, precision)).resume(state).build().unwrap();
         for _ in 0..100 {
             let report = simulation.step().unwrap();
             assert_eq!((report.constraints, report.unconverged), (1, 0), "{report:?}");

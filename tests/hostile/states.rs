@@ -2,17 +2,16 @@
 
 use super::archives;
 use super::mutants::{Fate, each};
+use relcp::Scene;
 use relcp::record::{Totals, decode, encode, encode_with_forces, state_hash};
-use relcp::scene;
 use relcp::simulation::Simulation;
 use relcp::step::contacts;
 
 /// A state with near pairs, as a checkpoint, with the forces, and without.
 pub fn files() -> Vec<Vec<u8>> {
     let stepped = |sets: &[String]| {
-        let scene = scene::load("three-capsules", sets).unwrap();
-        let bodies = scene.build().unwrap();
-        let mut simulation = Simulation::new(scene, bodies).unwrap();
+        let scene = Scene::load("three-capsules", sets).unwrap();
+        let mut simulation = Simulation::new(scene).unwrap();
         for _ in 0..3 {
             simulation.step().unwrap();
         }

@@ -4,15 +4,16 @@ use crate::laws::{body, rod, start};
 use crate::random::parse;
 use glam::{DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
-use relcp::dynamics::{Cells, pressures};
+use relcp::dynamics::pressures;
 use relcp::internals::backend::gpu::Device;
+use relcp::internals::dynamics::Cells;
 use relcp::measure::{Frame, Settings, View};
 use relcp::record::{Folder, Snapshot};
 use relcp::run::{Run, RunStatus};
 use relcp::scene::{self, Growth, Scene, Stepping, StopReason};
 use relcp::separation::Placed;
 use relcp::shape::Shape;
-use relcp::simulation::Simulation;
+use relcp::simulation::{Compute, Simulation};
 use relcp::warm::Warm;
 use serde_json::json;
 use std::collections::HashMap;
@@ -20,7 +21,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::time::Duration;
 
 fn set(sets: &[&str]) -> Scene {
-    scene::load("colony", &sets.iter().map(|set| set.to_string()).collect::<Vec<_>>()).unwrap()
+    Scene::load("colony", &sets.iter().map(|set| set.to_string()).collect::<Vec<_>>()).unwrap()
 }
 
 /// A colony whose cells differ and feel pressure, to some twenty cells.
@@ -39,7 +40,8 @@ pub fn uneven(stepping: Stepping) -> Scene {
 
 fn cells(seed: u64, noise: [f64; 2]) -> Cells {
     let [division_length_noise, rate_noise] = noise;
-    let growth = Growth { rate: 0.5, division_length: 4.0, division_length_noise, rate_noise, ..Growth::default() };
+    let mut growth = Growth::new(0.5, 4.0);
+    (growth.division_length_noise, growth.rate_noise) = (division_length_noise, rate_noise);
     Cells { growth, planar: true, seed }
 }
 
@@ -179,7 +181,7 @@ fn finish(mut run: Run) -> Simulation {
     }
     let (scene, state) = (run.simulation().scene().clone(), run.simulation().state().unwrap().clone());
     run.finish().unwrap();
-    Simulation::resume(scene, state).unwrap()
+    Simulation::builder(scene).resume(state).build().unwrap()
 }
 
 #[test]
@@ -198,7 +200,7 @@ fn a_checkpoint_keeps_what_growth_needs() {
         broken.checkpoint().unwrap();
         let folder = broken.folder().clone();
         drop(broken);
-        let resumed = finish(Run::resume(uneven(stepping), folder).unwrap());
+        let resumed = finish(Run::resume(uneven(stepping), folder, &Compute::Cpu).unwrap());
         assert!(resumed.state().unwrap() == whole.state().unwrap());
         assert!(whole.state().unwrap().warm.iter().any(|warm| warm.gamma > 0.0));
     }
@@ -240,6 +242,7 @@ fn a_run_stops_at_a_population_a_time_or_a_radius() {
             }
             StopReason::Time => assert!(before.1 < 1.01 && after.1 >= 1.01),
             StopReason::Radius => assert!(before.2 < 5.0 && after.2 >= 5.0, "{before:?} {after:?}"),
+            other => panic!("{other:?}"),
         }
         // The folder of such a run has its last state and row, and stays as it is when it is resumed.
         let parent = tempfile::tempdir().unwrap();
@@ -254,12 +257,12 @@ fn a_run_stops_at_a_population_a_time_or_a_radius() {
         assert!(folder.state(summary.steps).is_file() && folder.last().is_file());
         let rows = std::fs::read_to_string(folder.steps()).unwrap();
         assert!(rows.trim_end().lines().last().unwrap().starts_with(&format!("{},", summary.steps)));
-        let again = Run::resume(scene.clone(), folder.clone()).unwrap();
+        let again = Run::resume(scene.clone(), folder.clone(), &Compute::Cpu).unwrap();
         assert!(again.done());
         assert_eq!(again.finish().unwrap().stopped_by, Some(reason));
         assert_eq!(std::fs::read_to_string(folder.steps()).unwrap(), rows);
         // What it ended with can be gone on with as a scene.
-        assert!(scene::read(&folder.last()).is_ok());
+        assert!(Scene::read(&folder.last()).is_ok());
     }
     let mut whole = start(set(&["time.dt=0.02", "time.end=0.1", "growth.stop.population=100"]));
     while !whole.done() {
@@ -271,9 +274,9 @@ fn a_run_stops_at_a_population_a_time_or_a_radius() {
 #[test]
 fn a_stop_bounds_the_population_that_a_scene_may_ask_for() {
     let long = ["time.end=30".to_owned(), "growth.stop.population=1000".into()];
-    assert!(scene::load("colony", &long[..1]).is_err());
-    assert!(scene::load("colony", &long).is_ok());
-    assert!(scene::load("colony", &["time.end=30".into(), "growth.stop.radius=10".into()]).is_err());
+    assert!(Scene::load("colony", &long[..1]).is_err());
+    assert!(Scene::load("colony", &long).is_ok());
+    assert!(Scene::load("colony", ["time.end=30", "growth.stop.radius=10"]).is_err());
 }
 
 #[test]

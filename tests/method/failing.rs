@@ -1,7 +1,7 @@
 //! Steps that fail: what is accepted of them, what is taken again, and what ends a run.
 
 use glam::DVec3;
-use relcp::scene::{self, Scene};
+use relcp::scene::Scene;
 use relcp::simulation::Simulation;
 use relcp::step::{Fault, StepReport};
 use std::path::Path;
@@ -11,16 +11,15 @@ const TOLERANCE: f64 = 1e-5;
 fn stored(name: &str, sets: &[&str]) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
     let sets: Vec<String> = sets.iter().map(|set| set.to_string()).collect();
-    scene::load(path.to_str().unwrap(), &sets).unwrap()
+    Scene::load(path.to_str().unwrap(), &sets).unwrap()
 }
 
 fn parsed(text: &str) -> Scene {
-    scene::parse(text, "scene.json").unwrap()
+    Scene::parse(text, "scene.json").unwrap()
 }
 
 fn start(scene: Scene) -> Simulation {
-    let bodies = scene.build().unwrap();
-    Simulation::new(scene, bodies).unwrap()
+    Simulation::new(scene).unwrap()
 }
 
 /// Runs to the end, or to the fault that ends it.
@@ -87,7 +86,7 @@ fn a_run_goes_on_to_the_same_bits_where_steps_are_taken_in_pieces() {
     whole.step().unwrap();
     let between = whole.state().unwrap().clone();
     run(&mut whole);
-    let mut resumed = Simulation::resume(scene, between).unwrap();
+    let mut resumed = Simulation::builder(scene).resume(between).build().unwrap();
     run(&mut resumed);
     assert_eq!(resumed.state().unwrap(), whole.state().unwrap());
 }

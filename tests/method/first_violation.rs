@@ -1,12 +1,12 @@
 //! What the first solve of a step leaves out: its order in `dt`, and that it is what the recursion works on.
 
 use crate::laws::start;
-use relcp::scene;
+use relcp::scene::{self, Scene};
 use relcp::simulation::Simulation;
 use relcp::step::StepReport;
 
 fn load(name: &str, sets: &[&str]) -> scene::Scene {
-    scene::load(name, &sets.iter().copied().map(str::to_owned).collect::<Vec<_>>()).unwrap()
+    Scene::load(name, &sets.iter().copied().map(str::to_owned).collect::<Vec<_>>()).unwrap()
 }
 
 /// The largest of a step that ends after `from`.

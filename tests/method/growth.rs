@@ -4,8 +4,8 @@ use crate::laws::{body, rod, start};
 use crate::random::parse;
 use glam::{DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
-use relcp::dynamics::grow;
-use relcp::scene::{self, Dynamics, Growth, OnNoRoom, Scene, Stepping, Wall};
+use relcp::internals::dynamics::grow;
+use relcp::scene::{Dynamics, Growth, Scene, Stepping, Wall};
 use relcp::separation::Placed;
 use relcp::shape::Shape;
 use relcp::simulation::Simulation;
@@ -14,16 +14,13 @@ use serde_json::json;
 use std::collections::HashSet;
 use std::f64::consts::{FRAC_PI_2, LN_2};
 
-const GROWTH: Growth = Growth {
-    rate: 1.0,
-    division_length: 4.0,
-    reorientation_degrees: 0.01,
-    division_length_noise: 0.0,
-    rate_noise: 0.0,
-    stress_sensitivity: 0.0,
-    on_no_room: OnNoRoom::Stop,
-    stop: None,
-};
+const GROWTH: Growth = turning(Growth::new(1.0, 4.0), 0.01);
+
+/// The same with daughters that turn by up to these degrees.
+const fn turning(mut growth: Growth, degrees: f64) -> Growth {
+    growth.reorientation_degrees = degrees;
+    growth
+}
 
 fn cells(poses: &[(u64, f64, DVec3, DQuat)]) -> Bodies {
     let mut bodies = Bodies::default();
@@ -48,7 +45,7 @@ fn tips(bodies: &Bodies, i: usize) -> [DVec3; 2] {
 #[test]
 fn daughters_exactly_fill_their_mother() {
     let pose = DQuat::from_axis_angle(DVec3::new(1.0, -0.5, 0.2).normalize(), 1.1);
-    let still = Growth { reorientation_degrees: 0.0, rate: 0.0, ..GROWTH };
+    let still = Growth::new(0.0, 4.0);
     for mother_length in [4.0, 4.003] {
         let mut bodies = cells(&[(0, mother_length, DVec3::new(1.0, 2.0, 3.0), pose)]);
         bodies.velocity[0] = DVec3::new(0.1, 0.2, -0.3);
@@ -82,7 +79,7 @@ fn turns_are_small_random_and_depend_on_seed_and_mother_only() {
     let divide = |seed: u64, poses: &[(u64, f64, DVec3, DQuat)], id: u64, planar: bool| {
         let mut bodies = cells(poses);
         let mut next_id = 1000;
-        grow(&mut bodies, &Growth { reorientation_degrees: 2.0, ..GROWTH }, planar, seed, 0.0, 0.0, &mut next_id);
+        grow(&mut bodies, &turning(GROWTH, 2.0), planar, seed, 0.0, 0.0, &mut next_id);
         let daughters: Vec<DQuat> = (0..bodies.len())
             .filter(|i| bodies.lineage[*i].parent == Some(id))
             .map(|i| bodies.orientation[i])
@@ -165,7 +162,7 @@ fn grown(scene: Scene, tolerance: f64) -> Simulation {
                 );
             }
         }
-        let audited = contacts(bodies, 0.0).iter().map(|(_, s)| -s.separation).fold(0.0, f64::max);
+        let audited = contacts(bodies, 0.0).iter().map(|contact| -contact.separation).fold(0.0, f64::max);
         assert!(
             (audited - report.max_overlap).abs() < 1e-12,
             "step {}: {audited:e} against {:e}",
@@ -232,18 +229,18 @@ fn scenes_with_memory() -> Vec<Scene> {
             "generate": [{"isotropic": {"count": count, "shape": {"ellipsoid": {"radii": [0.6, 0.6, 1.5]}}, "volume_fraction": 0.15}}]
         }))
     };
-    let chainmail = scene::load(
-        "chainmail",
-        &["generate.0.chainmail.columns=4".into(), "time.dt=0.01".into(), "time.end=2".into()],
-    )
-    .unwrap();
+    let chainmail = Scene::load("chainmail", ["generate.0.chainmail.columns=4", "time.dt=0.01", "time.end=2"]).unwrap();
+    let mut heavy = ellipsoids(json!("relcp"), 600, 5);
+    heavy.dynamics = Dynamics::Inertial { density: 0.2 };
+    let mut on_a_floor = ellipsoids(json!("relcp"), 600, 8);
+    on_a_floor.walls = vec![Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: -1.0 }];
     let midpoint = |mut scene: Scene| {
         scene.time.stepping = Stepping::Midpoint;
         scene
     };
     vec![
         midpoint(colony(true, json!({"overdamped": {"drag": 1.0}}), 1, after_division(4))),
-        midpoint(Scene { dynamics: Dynamics::Inertial { density: 0.2 }, ..ellipsoids(json!("relcp"), 600, 5) }),
+        midpoint(heavy),
         colony(true, json!({"overdamped": {"drag": 1.0}}), 1, after_division(5)),
         crate::colonies::uneven(Stepping::Euler),
         crate::colonies::uneven(Stepping::Midpoint),
@@ -252,10 +249,7 @@ fn scenes_with_memory() -> Vec<Scene> {
         chainmail,
         crate::wall_steps::a_pressed_colony(),
         crate::wall_steps::sub_spheres_in_a_box(),
-        Scene {
-            walls: vec![Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: -1.0 }],
-            ..ellipsoids(json!("relcp"), 600, 8)
-        },
+        on_a_floor,
     ]
 }
 
@@ -303,7 +297,7 @@ fn a_run_resumed_midway_ends_with_the_same_bits() {
         }
         for state in saved {
             let from = state.step;
-            let mut resumed = Simulation::resume(scene.clone(), state).unwrap();
+            let mut resumed = Simulation::builder(scene.clone()).resume(state).build().unwrap();
             while !resumed.done() {
                 resumed.step().unwrap();
             }

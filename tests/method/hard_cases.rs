@@ -6,7 +6,8 @@ use crate::laws::{body, rod, sphere, start};
 use crate::random::{Random, heap, parse};
 use glam::{DQuat, DVec3};
 use relcp::bodies::Bodies;
-use relcp::dynamics::{Load, Pose, Twist, advance};
+use relcp::dynamics::Load;
+use relcp::internals::dynamics::{Pose, Twist, advance};
 use relcp::scene::{OnFailure, Scene};
 use relcp::simulation::Simulation;
 use relcp::step::{StepReport, contacts};
@@ -49,7 +50,7 @@ fn audited(simulation: &mut Simulation, steps: usize) -> Vec<StepReport> {
             let report = simulation.step().unwrap();
             let bodies = &simulation.state().unwrap().bodies;
             assert_finite(bodies);
-            let found = contacts(bodies, 0.0).iter().map(|(_, s)| -s.separation).fold(0.0, f64::max);
+            let found = contacts(bodies, 0.0).iter().map(|contact| -contact.separation).fold(0.0, f64::max);
             let scale = bodies.shape.iter().map(|s| s.major_axis()).fold(0.0, f64::max);
             assert!((found - report.max_overlap).abs() <= 1e-12 * scale, "says {:e}, is {found:e}", report.max_overlap);
             report
@@ -256,7 +257,7 @@ fn deepest_on_the_way(before: &Bodies, after: &Bodies, dt: f64) -> f64 {
             let pose = advance(from, twist, part * dt);
             (bodies.position[i], bodies.orientation[i]) = (pose.position, pose.orientation);
         }
-        contacts(&bodies, 0.0).iter().map(|(_, s)| -s.separation).fold(0.0, f64::max)
+        contacts(&bodies, 0.0).iter().map(|contact| -contact.separation).fold(0.0, f64::max)
     };
     (1..200).map(|k| between(f64::from(k) / 200.0)).fold(0.0, f64::max)
 }
@@ -345,7 +346,7 @@ fn movable(seed: u64, kinds: &[&str], tolerance: f64) -> (Scene, Bodies) {
 }
 
 fn pulled_together(scene: &Scene, bodies: Bodies, turned: DQuat, steps: usize) -> Bodies {
-    let mut simulation = Simulation::new(scene.clone(), bodies).unwrap();
+    let mut simulation = Simulation::builder(scene.clone()).bodies(bodies).build().unwrap();
     simulation.add_force(Box::new(move |bodies: &Bodies, i: usize, _: f64| {
         let to_first = bodies.position[0] - bodies.position[i];
         Load { force: to_first + turned * DVec3::new(0.1, 0.2, 0.3), torque: turned * DVec3::new(0.2, -0.1, 0.1) }
@@ -468,7 +469,7 @@ fn a_jammed_start_without_forces_stays_put() {
     let mut still = settled.scene().clone();
     still.forces.clear();
     let bodies = settled.state().unwrap().bodies.clone();
-    let mut still = Simulation::new(still, bodies.clone()).unwrap();
+    let mut still = Simulation::builder(still).bodies(bodies.clone()).build().unwrap();
     resolves("a heap without its forces", &mut still, 20);
     let moved = furthest(&still.state().unwrap().bodies, &bodies, DVec3::ZERO, DQuat::IDENTITY);
     println!("moved by {moved:e}");
@@ -533,7 +534,8 @@ fn bodies_given_beside_a_scene_without_any_still_touch() {
         json!([]),
     );
     let bodies = with.build().unwrap();
-    let empty = relcp::scene::Scene { bodies: Vec::new(), ..with };
-    let mut simulation = Simulation::new(empty, bodies).unwrap();
+    let mut empty = with;
+    empty.bodies.clear();
+    let mut simulation = Simulation::builder(empty).bodies(bodies).build().unwrap();
     assert_eq!(simulation.step().unwrap().constraints, 1);
 }

@@ -116,7 +116,7 @@ fn a_symmetric_top_turns_at_second_order() {
             let exact = DQuat::from_scaled_axis(4.0 / moments.x * momentum)
                 * start
                 * DQuat::from_rotation_z(4.0 * along * (1.0 / moments.z - 1.0 / moments.x));
-            let mut simulation = Simulation::new(scene, bodies).unwrap();
+            let mut simulation = Simulation::builder(scene).bodies(bodies).build().unwrap();
             while !simulation.done() {
                 simulation.step().unwrap();
             }
@@ -189,7 +189,7 @@ fn a_run_that_goes_on_from_its_state_has_the_same_bits() {
         for _ in 0..40 {
             whole.step().unwrap();
         }
-        let mut resumed = Simulation::resume(scene, whole.state().unwrap().clone()).unwrap();
+        let mut resumed = Simulation::builder(scene).resume(whole.state().unwrap().clone()).build().unwrap();
         for _ in 0..40 {
             whole.step().unwrap();
             resumed.step().unwrap();

@@ -14,8 +14,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub fn start(scene: Scene) -> Simulation {
-    let bodies = scene.build().unwrap();
-    Simulation::new(scene, bodies).unwrap()
+    Simulation::new(scene).unwrap()
 }
 
 pub fn body(shape: Value, position: [f64; 3], orientation: DQuat) -> Value {
@@ -250,7 +249,7 @@ fn fall_together(seed: u64, shape: &Value, method: &str, dt: f64, spin: f64) -> 
         bodies.velocity[i] = -2.0 * bodies.position[i] + 0.5 * random.vector();
         bodies.angular_velocity[i] = spin * random.vector();
     }
-    let mut simulation = Simulation::new(scene, bodies).unwrap();
+    let mut simulation = Simulation::builder(scene).bodies(bodies).build().unwrap();
     let begin = energy(&simulation.state().unwrap().bodies, 1.0);
     let mut fall = Fall { unexplained: 0.0, recurred: 0.0, rise: 0.0, loss: 0.0, momenta: [0.0; 3] };
     let sizes = {
@@ -270,7 +269,7 @@ fn fall_together(seed: u64, shape: &Value, method: &str, dt: f64, spin: f64) -> 
             let of_pair = simulation.state().unwrap().warm.iter().filter(|w| w.pair.map(|i| i as usize) == pair);
             of_pair.map(|w| w.gamma).sum()
         };
-        let parting: f64 = contacts(&before, 0.0).iter().map(|(pair, s)| -s.separation * force(*pair)).sum();
+        let parting: f64 = contacts(&before, 0.0).iter().map(|near| -near.separation * force(near.bodies)).sum();
         let unexplained = gain - parting / begin;
         let most = if report.recursions > 0 { &mut fall.recurred } else { &mut fall.unexplained };
         *most = most.max(unexplained);

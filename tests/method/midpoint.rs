@@ -6,12 +6,13 @@ use crate::promises::{HEAPS, backend, objective};
 use crate::random::{Random, heap, parse};
 use glam::{DQuat, DVec3};
 use relcp::bodies::Bodies;
-use relcp::dynamics::stretch;
-use relcp::scene::{self, Scene, Stepping};
+use relcp::internals::dynamics::stretch;
+use relcp::internals::step::Backend;
+use relcp::scene::{Scene, Stepping};
 use relcp::separation::{Placed, separation};
 use relcp::shape::Shape;
 use relcp::simulation::Simulation;
-use relcp::step::{Backend, contacts};
+use relcp::step::contacts;
 use serde_json::json;
 use std::f64::consts::FRAC_PI_2;
 
@@ -52,7 +53,7 @@ fn orders(errors: &[f64]) -> Vec<f64> {
 #[test]
 fn two_ellipsoids_pass_at_second_order() {
     let at_30 = |dt: f64, stepping| {
-        let scene = scene::load("two-ellipsoids", &["time.end=30".into()]).unwrap();
+        let scene = Scene::load("two-ellipsoids", ["time.end=30"]).unwrap();
         let found = end(&scene, dt, stepping);
         // The upper body's centre and the angle of its long axis.
         [found[0], found[1], (found[7] / found[6]).atan()]
@@ -73,7 +74,7 @@ fn two_ellipsoids_pass_at_second_order() {
 
 #[test]
 fn the_order_does_not_depend_on_the_tolerance() {
-    let mut scene = scene::load("two-ellipsoids", &["time.end=30".into()]).unwrap();
+    let mut scene = Scene::load("two-ellipsoids", ["time.end=30"]).unwrap();
     scene.contact.overlap_tolerance = 1e-9;
     let errors = errors(&scene, 0.4, 3, 128.0, Stepping::Midpoint);
     assert!(orders(&errors).iter().all(|order| *order >= 1.8), "{errors:?}");
@@ -81,7 +82,7 @@ fn the_order_does_not_depend_on_the_tolerance() {
 
 /// The mean order of the upper body's path to t = 16 over four halvings, by a method that does not recur.
 fn order_without_recursion(method: serde_json::Value) -> f64 {
-    let mut scene = scene::load("two-ellipsoids", &["time.end=16".into()]).unwrap();
+    let mut scene = Scene::load("two-ellipsoids", ["time.end=16"]).unwrap();
     scene.contact.method = serde_json::from_value(method.clone()).unwrap();
     scene.time.stepping = Stepping::Midpoint;
     let end = |dt: f64| {
@@ -168,7 +169,7 @@ fn a_stretch_is_the_derivative_of_the_separation_by_length() {
 
 fn inertial(apart: f64) -> Scene {
     let sets = ["dynamics={\"inertial\":{\"density\":0.2}}", "time.end=3", "contact.overlap_tolerance=1e-8"];
-    let mut scene = scene::load("two-ellipsoids", &sets.map(str::to_owned)).unwrap();
+    let mut scene = Scene::load("two-ellipsoids", &sets.map(str::to_owned)).unwrap();
     for body in &mut scene.bodies {
         body.position[1] *= apart;
         body.angular_velocity = Some([0.3, 0.2, 0.4]);
@@ -226,7 +227,7 @@ fn every_built_in_scene_holds_its_tolerance_at_every_step() {
     ];
     for (name, sets) in scenes {
         let sets: Vec<String> = sets.iter().copied().chain(["time.stepping=\"midpoint\""]).map(str::to_owned).collect();
-        let mut simulation = start(scene::load(name, &sets).unwrap());
+        let mut simulation = start(Scene::load(name, &sets).unwrap());
         let (mut recursions, mut most, mut worst) = (0, 0, 0.0f64);
         while !simulation.done() {
             let report = simulation.step().unwrap();
@@ -235,7 +236,7 @@ fn every_built_in_scene_holds_its_tolerance_at_every_step() {
             worst = worst.max(report.max_overlap);
         }
         let audited = contacts(&simulation.state().unwrap().bodies, 0.0);
-        let audited = audited.iter().map(|(_, s)| -s.separation).fold(0.0, f64::max);
+        let audited = audited.iter().map(|contact| -contact.separation).fold(0.0, f64::max);
         println!("{name}: {} bodies, {recursions} recursions, {most} at most, {worst:.1e}", simulation.bodies());
         assert!(worst <= 1e-5 && audited <= 1e-5, "{name}: {worst:e} {audited:e}");
         if simulation.scene().planar {
@@ -297,8 +298,8 @@ fn rows_only_tighten_and_the_recursion_ends() {
 /// The centres of a colony that goes on from `bodies` for a time of 0.05.
 fn centres_after(bodies: &Bodies, sets: &[&str]) -> Vec<DVec3> {
     let sets = sets.iter().chain(&["time.start=4", "time.end=4.05", "contact.overlap_tolerance=1e-6"]);
-    let scene = scene::load("colony", &sets.map(|set| set.to_string()).collect::<Vec<_>>()).unwrap();
-    let mut simulation = Simulation::new(scene, bodies.clone()).unwrap();
+    let scene = Scene::load("colony", &sets.map(|set| set.to_string()).collect::<Vec<_>>()).unwrap();
+    let mut simulation = Simulation::builder(scene).bodies(bodies.clone()).build().unwrap();
     while !simulation.done() {
         assert!(simulation.step().unwrap().max_overlap <= 1e-6);
     }
@@ -309,9 +310,9 @@ fn centres_after(bodies: &Bodies, sets: &[&str]) -> Vec<DVec3> {
 /// end pushed at the other, and midpoint steps came out ten times farther off than the paper's.
 #[test]
 fn crowded_rods_whose_contacts_jump_are_no_farther_off_than_by_eulers_steps() {
-    let scene = scene::load("colony", &["time.end=4", "time.dt=0.01"].map(String::from)).unwrap();
+    let scene = Scene::load("colony", ["time.end=4", "time.dt=0.01"]).unwrap();
     let founder = scene.build().unwrap();
-    let mut colony = Simulation::new(scene, founder).unwrap();
+    let mut colony = Simulation::builder(scene).bodies(founder).build().unwrap();
     while !colony.done() {
         colony.step().unwrap();
     }

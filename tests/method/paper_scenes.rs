@@ -1,16 +1,15 @@
 //! The paper's larger scenes, small: they run to their end within tolerance, and the other methods fail as the paper
 //! says.
 
-use relcp::scene;
+use relcp::Scene;
 use relcp::shape::Shape;
 use relcp::simulation::Simulation;
 use relcp::step::StepReport;
 
 fn run(name: &str, sets: &[&str]) -> (Simulation, Vec<StepReport>) {
     let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
-    let scene = scene::load(name, &sets).unwrap();
-    let bodies = scene.build().unwrap();
-    let mut simulation = Simulation::new(scene, bodies).unwrap();
+    let scene = Scene::load(name, &sets).unwrap();
+    let mut simulation = Simulation::new(scene).unwrap();
     let mut reports = Vec::new();
     while !simulation.done() {
         reports.push(simulation.step().unwrap());
@@ -34,7 +33,7 @@ fn assert_within(simulation: &Simulation, reports: &[StepReport]) {
         worst(reports)
     );
     assert_eq!((over, unconverged), (0, 0));
-    let audited = simulation.contacts(0.0).unwrap().iter().map(|(_, s)| -s.separation).fold(0.0, f64::max);
+    let audited = simulation.contacts(0.0).unwrap().iter().map(|contact| -contact.separation).fold(0.0, f64::max);
     assert!(audited <= 1e-5, "the state itself overlaps by {audited:e}");
     assert!((audited - reports.last().unwrap().max_overlap).abs() < 1e-12);
 }

@@ -1,23 +1,23 @@
 //! Bodies that a step takes through each other are told, and nothing else is.
 
 use glam::{DQuat, DVec3};
-use relcp::dynamics::{Pose, Twist, advance};
-use relcp::scene::{self, Scene};
+use relcp::internals::dynamics::{Pose, Twist, advance};
+use relcp::internals::step::passed;
+use relcp::scene::Scene;
 use relcp::separation::{Placed, separation};
 use relcp::simulation::Simulation;
-use relcp::step::{Passed, passed};
+use relcp::step::Passed;
 use std::path::Path;
 
 fn torn_chain(sets: &[&str]) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/torn-chain.json");
     let sets: Vec<String> = sets.iter().map(|set| set.to_string()).collect();
-    scene::load(path.to_str().unwrap(), &sets).unwrap()
+    Scene::load(path.to_str().unwrap(), &sets).unwrap()
 }
 
 /// Each step's passage.
 fn passages(scene: Scene) -> Vec<Option<Passed>> {
-    let bodies = scene.build().unwrap();
-    let mut simulation = Simulation::new(scene, bodies).unwrap();
+    let mut simulation = Simulation::new(scene).unwrap();
     let mut found = Vec::new();
     while !simulation.done() {
         let report = simulation.step().unwrap();
@@ -42,7 +42,7 @@ fn rings_that_come_apart_within_tolerance_are_told_of_in_that_step() {
 #[test]
 fn rods_at_speeds_that_the_paper_steps_at_do_not_pass() {
     for (name, sets) in [("colony", ["time.end=5", "time.dt=0.01"]), ("compaction", ["time.end=2", "time.dt=0.1"])] {
-        let scene = scene::load(name, &sets.map(String::from)).unwrap();
+        let scene = Scene::load(name, &sets.map(String::from)).unwrap();
         assert!(passages(scene).iter().all(Option::is_none), "{name}");
     }
 }

@@ -4,10 +4,11 @@ use crate::random::heap;
 use glam::DVec3;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::freedom::SPATIAL;
+use relcp::internals::step::Backend;
 use relcp::lcp::{Problem, velocity};
 use relcp::scene::{Recursion, Scene, SolverKind};
 use relcp::simulation::Simulation;
-use relcp::step::{Backend, State};
+use relcp::step::State;
 
 pub const HEAPS: [&[&str]; 4] =
     [&["sphere"], &["spherocylinder"], &["ellipsoid"], &["sphere", "spherocylinder", "ellipsoid"]];
@@ -73,8 +74,7 @@ fn the_objective_does_not_increase_and_retained_rows_stay_satisfied() {
 /// The positions after `steps` steps, or none where a solve ended without converging, which the report says; one with
 /// the least overlap is as good as the overlap tolerance.
 fn positions(scene: Scene, steps: usize) -> Option<Vec<DVec3>> {
-    let bodies = scene.build().unwrap();
-    let mut simulation = Simulation::new(scene, bodies).unwrap();
+    let mut simulation = Simulation::new(scene).unwrap();
     for _ in 0..steps {
         let report = simulation.step().unwrap();
         if report.unconverged > 0 || report.relaxed > 0 {
@@ -141,7 +141,7 @@ fn as_dt_falls_the_recursion_stops_after_the_first_solve() {
     // From a start without overlap: one ordinary step first takes the overlaps of the heap away.
     let scene = heap(300, &["ellipsoid"], 16, 0.02);
     let bodies = scene.build().unwrap();
-    let mut simulation = Simulation::new(scene.clone(), bodies).unwrap();
+    let mut simulation = Simulation::builder(scene.clone()).bodies(bodies).build().unwrap();
     simulation.step().unwrap();
     let settled = simulation.state().unwrap().bodies.clone();
     let one_step = |method: &str, dt: f64| {
@@ -149,7 +149,7 @@ fn as_dt_falls_the_recursion_stops_after_the_first_solve() {
         scene.time.dt = dt;
         scene.time.end = dt;
         scene.contact.method = serde_json::from_value(method.into()).unwrap();
-        let mut simulation = Simulation::new(scene, settled.clone()).unwrap();
+        let mut simulation = Simulation::builder(scene).bodies(settled.clone()).build().unwrap();
         let report = simulation.step().unwrap();
         (report.recursions, simulation.state().unwrap().bodies.clone())
     };
@@ -165,7 +165,7 @@ fn an_inexact_recursion_keeps_the_tolerances_and_stays_near_the_exact_one() {
         let exact = positions(scene.clone(), 1).unwrap();
         let tolerance = scene.lcp_settings().tolerance;
         scene.contact.recursion = Recursion::Inexact;
-        let mut simulation = Simulation::new(scene.clone(), scene.build().unwrap()).unwrap();
+        let mut simulation = Simulation::new(scene.clone()).unwrap();
         let report = simulation.step().unwrap();
         assert!(report.max_overlap <= 1e-5 && report.residual <= tolerance && report.unconverged == 0, "{report:?}");
         let inexact = simulation.state().unwrap().bodies.position.clone();

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::scene::{self, Scene};
+use relcp::scene::Scene;
 use relcp::separation::{Placed, Separation, separation};
 use relcp::shape::Shape;
 use serde_json::json;
@@ -106,5 +106,5 @@ pub fn heap(seed: u64, kinds: &[&str], count: usize, dt: f64) -> Scene {
 }
 
 pub fn parse(value: &serde_json::Value) -> Scene {
-    scene::parse(&value.to_string(), "test").unwrap()
+    Scene::parse(&value.to_string(), "test").unwrap()
 }

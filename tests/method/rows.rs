@@ -3,8 +3,8 @@
 
 use crate::random::{KINDS, Random};
 use glam::{DMat3, DVec3};
-use relcp::dynamics::{Ending, Factor, Motion, Pose, Twist, advance};
 use relcp::internals::constraint::{self, Mover};
+use relcp::internals::dynamics::{Ending, Factor, Motion, Pose, Twist, advance};
 use relcp::internals::freedom::SPATIAL;
 use relcp::lcp::Problem;
 use relcp::separation::{Placed, separation};

@@ -5,10 +5,11 @@ use crate::random::parse;
 use glam::DVec3;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
+use relcp::internals::step::Backend;
 use relcp::lcp::{Problem, Settings, Solver, Status, velocity};
-use relcp::scene::{self, Scene, SolverKind};
+use relcp::scene::{Scene, SolverKind};
 use relcp::simulation::Simulation;
-use relcp::step::{Backend, State};
+use relcp::step::State;
 use relcp::warm::Warm;
 use serde_json::json;
 
@@ -72,7 +73,7 @@ fn compare<const D: usize>(name: &str, problems: &[Problem<D>]) {
 
 fn small(name: &str, sets: &[&str]) -> Scene {
     let sets: Vec<String> = sets.iter().map(|s| s.to_string()).collect();
-    scene::load(name, &sets).unwrap()
+    Scene::load(name, &sets).unwrap()
 }
 
 #[test]
@@ -121,7 +122,8 @@ fn bodies_that_parted_do_not_go_on_pushing_each_other() {
         let start = bodies.position[1];
         // It moves each by 2e-7 in a step, which a solver may do within its tolerance; in a hundred that would be 2e-5.
         let warm = vec![Warm { pair: [0, 1], feature: 0, gamma: 2e-4, normal: DVec3::X }];
-        let mut simulation = Simulation::resume(scene, State { step: 0, next_id: 2, bodies, warm }).unwrap();
+        let mut simulation =
+            Simulation::builder(scene).resume(State { step: 0, next_id: 2, bodies, warm }).build().unwrap();
         for _ in 0..100 {
             let report = simulation.step().unwrap();
             assert_eq!((report.constraints, report.unconverged), (1, 0), "{kind:?}: {report:?}");

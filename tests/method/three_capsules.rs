@@ -10,8 +10,7 @@ fn run(method: &str) -> Vec<relcp::step::StepReport> {
     let scene = parse(&json!({
         "name": "three-capsules", "time": {"dt": data["dt"], "end": 8e-4}, "contact": {"method": method, "rows": "paper", "cutoff": 0.5}, "bodies": data["bodies"]
     }));
-    let bodies = scene.build().unwrap();
-    let mut simulation = Simulation::new(scene, bodies).unwrap();
+    let mut simulation = Simulation::new(scene).unwrap();
     assert_eq!(simulation.scene().time.steps(), 8);
     (0..8).map(|_| simulation.step().unwrap()).collect()
 }

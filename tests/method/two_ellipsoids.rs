@@ -2,7 +2,7 @@
 //! solution.
 
 use glam::DVec3;
-use relcp::scene;
+use relcp::Scene;
 use relcp::simulation::Simulation;
 
 struct Passage {
@@ -17,9 +17,8 @@ struct Passage {
 
 fn pass(dt: f64, method: &str) -> Passage {
     let sets = [format!("time.dt={dt}"), format!("contact.method=\"{method}\"")];
-    let scene = scene::load("two-ellipsoids", &sets).unwrap();
-    let bodies = scene.build().unwrap();
-    let mut simulation = Simulation::new(scene, bodies).unwrap();
+    let scene = Scene::load("two-ellipsoids", &sets).unwrap();
+    let mut simulation = Simulation::new(scene).unwrap();
     let mut touching = Vec::new();
     let mut passage = Passage {
         at_30: [0.0; 3],

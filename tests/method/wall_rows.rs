@@ -1,11 +1,12 @@
 //! Every row of a body with a wall is the derivative of its gap along `C(U)`, at the step's start and at a trial.
 
 use crate::random::Random;
-use relcp::dynamics::{Ending, Factor, Motion, Pose, Twist, advance};
 use relcp::internals::constraint::{self, FIXED, Mover};
+use relcp::internals::dynamics::{Ending, Factor, Motion, Pose, Twist, advance};
 use relcp::internals::freedom::SPATIAL;
+use relcp::internals::separation::Surface;
 use relcp::lcp::Problem;
-use relcp::separation::{Placed, Separation, Surface};
+use relcp::separation::{Placed, Separation};
 use relcp::shape::Shape;
 
 const KINDS: [&str; 4] = ["sphere", "spherocylinder", "ellipsoid", "torus"];

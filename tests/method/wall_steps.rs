@@ -33,7 +33,7 @@ fn sub_spheres_stay_inside_too() {
     let scene = sub_spheres_in_a_box();
     let bodies = scene.build().unwrap();
     let walls = scene.walls();
-    let mut simulation = Simulation::new(scene, bodies).unwrap();
+    let mut simulation = Simulation::builder(scene).bodies(bodies).build().unwrap();
     let (mut proxy, mut smooth, mut walls_worst) = (0.0_f64, 0.0_f64, 0);
     while !simulation.done() {
         let report = simulation.step().unwrap();
@@ -74,8 +74,7 @@ fn a_floor_carries_the_weight() {
         "forces": [{"uniform": {"force": [0.25, 0, -2]}}],
         "bodies": [{"shape": {"spherocylinder": {"diameter": 1, "length": 4}}, "position": [0, 0, 2], "orientation": [0.8, 0, 0.6, 0]}]
     }));
-    let bodies = scene.build().unwrap();
-    let mut simulation = Simulation::new(scene, bodies).unwrap();
+    let mut simulation = Simulation::new(scene).unwrap();
     while !simulation.done() {
         assert!(simulation.step().unwrap().max_overlap <= 1e-5);
     }
@@ -102,9 +101,10 @@ fn every_solver_solves_problems_with_walls() {
         scene.contact.overlap_tolerance = 1e-6;
         scene.solver.kind = kind;
         scene.solver.tolerance = Some(1e-10);
-        scene.solver.dump = Some(Dump { when: DumpWhen::All, products: None, most: Some(1000) });
-        let bodies = scene.build().unwrap();
-        let mut simulation = Simulation::new(scene, bodies).unwrap();
+        let mut dump = Dump::new(DumpWhen::All);
+        dump.most = Some(1000);
+        scene.solver.dump = Some(dump);
+        let mut simulation = Simulation::new(scene).unwrap();
         let mut worst = 0.0_f64;
         while !simulation.done() {
             assert_eq!(simulation.step().unwrap().unconverged, 0, "{kind:?}");
@@ -131,7 +131,7 @@ fn what_is_remembered_of_walls_is_a_pressure() {
     let scene = a_pressed_colony();
     let frame = Frame::of_scene(&scene, "colony".into());
     let bodies = scene.build().unwrap();
-    let mut simulation = Simulation::new(scene.clone(), bodies).unwrap();
+    let mut simulation = Simulation::builder(scene.clone()).bodies(bodies).build().unwrap();
     while !simulation.done() {
         simulation.step().unwrap();
     }
@@ -148,8 +148,9 @@ fn what_is_remembered_of_walls_is_a_pressure() {
     for ((felt, virial), area) in felt.iter().zip(view.virials().unwrap()).zip(&view.volumes) {
         assert!((felt - virial / (2.0 * area)).abs() <= 1e-12 * felt.abs().max(1.0));
     }
-    let open = Scene { walls: Vec::new(), ..scene };
-    let mut free = Simulation::resume(open, state).unwrap();
+    let mut open = scene;
+    open.walls.clear();
+    let mut free = Simulation::builder(open).resume(state).build().unwrap();
     assert!(free.step().unwrap().max_overlap <= 1e-5);
     assert!(free.state().unwrap().warm.iter().all(|w| surface_of(w.pair[1]).is_none()));
 }

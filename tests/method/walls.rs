@@ -31,6 +31,7 @@ fn past(wall: &Wall, body: &Placed) -> f64 {
                     DVec3::new(cosine, sine, 0.0) * (major_radius + minor_radius * d) + DVec3::Z * (minor_radius * t)
                 }
                 Shape::Convex(shape) => shape.point(n),
+                other => panic!("{other:?}"),
             };
             worst = worst.max(beyond(wall, body.position + body.orientation * local));
         }
@@ -52,6 +53,7 @@ pub fn beyond(wall: &Wall, p: DVec3) -> f64 {
             let ends = length.map_or(f64::NEG_INFINITY, |length| from.dot(axis).abs() - 0.5 * length);
             (from.cross(axis).length() - radius).max(ends)
         }
+        other => panic!("{other:?}"),
     }
 }
 
@@ -70,8 +72,7 @@ struct Ran {
 /// the tolerance, looked at anew.
 fn run_with(scene: Scene, audit_every: u64) -> Ran {
     let (tolerance, walls, planar) = (scene.contact.overlap_tolerance, scene.walls.clone(), scene.planar);
-    let bodies = scene.build().unwrap();
-    let mut simulation = Simulation::new(scene, bodies).unwrap();
+    let mut simulation = Simulation::new(scene).unwrap();
     let mut ran = Ran::default();
     while !simulation.done() {
         let report = simulation.step().unwrap();
@@ -83,7 +84,7 @@ fn run_with(scene: Scene, audit_every: u64) -> Ran {
             continue;
         }
         let bodies = &simulation.state().unwrap().bodies;
-        let pairs = contacts(bodies, 0.0).iter().fold(0.0_f64, |worst, (_, s)| worst.max(-s.separation));
+        let pairs = contacts(bodies, 0.0).iter().fold(0.0_f64, |worst, contact| worst.max(-contact.separation));
         let mut outside = 0.0_f64;
         for i in 0..bodies.len() {
             for wall in &walls {

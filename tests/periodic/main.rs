@@ -8,7 +8,7 @@ mod steps;
 
 use glam::DVec3;
 use relcp::bodies::Bodies;
-use relcp::scene::{self, Scene};
+use relcp::scene::Scene;
 use relcp::separation::{Placed, separation};
 
 /// The largest overlap of a state: every body with every other one at 27 images and more around the nearest, by its own
@@ -63,5 +63,5 @@ pub fn suspension(shape: &str) -> Scene {
         rule("up"),
         rule("down")
     );
-    scene::parse(&text, "suspension").unwrap()
+    Scene::parse(&text, "suspension").unwrap()
 }

@@ -2,15 +2,15 @@
 
 use crate::{audit, suspension};
 use glam::DVec3;
+use relcp::Scene;
 use relcp::bodies::Bodies;
 use relcp::measure::{Settings, measure, select};
 use relcp::periodic::Periods;
 use relcp::record::{Snapshot, StateError, States, contacts, decode, encode, encode_with_forces, read_state};
-use relcp::scene;
 use relcp::separation::Placed;
 use relcp::shape::Shape;
 use relcp::simulation::Simulation;
-use relcp::step::{State, image_contacts};
+use relcp::step::State;
 use relcp::warm::Warm;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -29,7 +29,7 @@ fn relcp(folder: &Path, arguments: &[&str]) -> (i32, String, String) {
 #[test]
 fn a_state_carries_its_periods_and_refuses_those_that_cannot_be() {
     let scene = suspension("rod");
-    let mut simulation = Simulation::new(scene.clone(), scene.build().unwrap()).unwrap();
+    let mut simulation = Simulation::new(scene.clone()).unwrap();
     simulation.step().unwrap();
     let state = simulation.state().unwrap();
     let bytes = encode_with_forces(state, "0123", 0.1).unwrap();
@@ -53,10 +53,10 @@ fn contacts_are_listed_at_every_image_that_is_near() {
     let text = r#"{ "name": "one", "time": { "dt": 0.1, "end": 1 }, "periodic": { "lengths": [5, 4, null] },
         "bodies": [ { "shape": { "sphere": { "radius": 0.5 } }, "position": [0, 0, 0] },
                     { "shape": { "sphere": { "radius": 0.5 } }, "position": [12.4, 0, 0] } ] }"#;
-    let bodies = scene::parse(text, "one").unwrap().build().unwrap();
+    let bodies = Scene::parse(text, "one").unwrap().build().unwrap();
     let found = |cutoff: f64| -> Vec<_> {
-        let near = image_contacts(&bodies, cutoff).into_iter();
-        near.map(|near| (near.pair, near.image.to_array(), (near.found.separation * 1e9).round() / 1e9)).collect()
+        let near = relcp::step::contacts(&bodies, cutoff).into_iter();
+        near.map(|near| (near.bodies, near.image.to_array(), (near.separation * 1e9).round() / 1e9)).collect()
     };
     assert_eq!(found(1.3), []);
     assert_eq!(found(1.45), [([0, 1], [-2, 0, 0], 1.4)]);
@@ -65,8 +65,8 @@ fn contacts_are_listed_at_every_image_that_is_near() {
         found(3.0),
         [([0, 0], [0, 1, 0], 3.0), ([0, 1], [-3, 0, 0], 1.6), ([0, 1], [-2, 0, 0], 1.4), ([1, 1], [0, 1, 0], 3.0)]
     );
-    let at = image_contacts(&bodies, 1.45)[0];
-    assert!((at.found.normal - DVec3::X).length() < 1e-15);
+    let at = relcp::step::contacts(&bodies, 1.45)[0];
+    assert!((at.normal - DVec3::X).length() < 1e-15);
     // More than a period counts as one.
     assert_eq!(found(1e9), found(4.0));
 }
@@ -75,7 +75,7 @@ fn contacts_are_listed_at_every_image_that_is_near() {
 fn forces_balance_and_measures_know_the_cell() {
     let mut scene = suspension("ellipsoid");
     scene.output.forces = true;
-    let mut simulation = Simulation::new(scene.clone(), scene.build().unwrap()).unwrap();
+    let mut simulation = Simulation::new(scene.clone()).unwrap();
     while !simulation.done() {
         simulation.step().unwrap();
     }

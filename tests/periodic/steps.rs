@@ -7,11 +7,12 @@ use rand_chacha::ChaCha8Rng;
 use relcp::bodies::Bodies;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::freedom::SPATIAL;
-use relcp::scene::{self, Scene};
+use relcp::internals::step::Backend;
+use relcp::scene::Scene;
 use relcp::separation::Placed;
 use relcp::shape::Shape;
 use relcp::simulation::{Compute, Simulation};
-use relcp::step::{Backend, Fault, State};
+use relcp::step::{Fault, State};
 
 /// Steps a scene from `bodies` to its end; each step is audited by every image of every pair. Returns the recursions,
 /// the rows and the largest overlap.
@@ -22,7 +23,7 @@ fn run(scene: &Scene, bodies: Bodies) -> (Bodies, Vec<u32>, Vec<usize>, f64) {
 /// As [`run`]; `pairs_alone` says whether the overlap that a step reports is one of two bodies.
 fn run_to(scene: &Scene, bodies: Bodies, pairs_alone: bool) -> (Bodies, Vec<u32>, Vec<usize>, f64) {
     let (mut recursions, mut rows, mut worst) = (Vec::new(), Vec::new(), 0.0_f64);
-    let mut simulation = Simulation::new(scene.clone(), bodies).unwrap();
+    let mut simulation = Simulation::builder(scene.clone()).bodies(bodies).build().unwrap();
     while !simulation.done() {
         let report = simulation.step().unwrap();
         assert_eq!(report.unconverged, 0, "step {}", report.step);
@@ -63,7 +64,7 @@ fn a_dense_suspension_holds_the_tolerance_through_its_boundaries() {
 fn a_crowd_that_starts_in_overlap_is_parted_in_one_step() {
     let text = r#"{"name": "crowd", "time": {"dt": 0.02, "end": 0.1}, "periodic": {"lengths": [8.0, 8.0, 8.5]},
         "forces": [{"uniform": {"force": [0.0, 0.0, -1.0]}}], "bodies": [{"shape": {"sphere": {"radius": 0.5}}, "position": [0.0, 0.0, 0.0]}]}"#;
-    let scene = scene::parse(text, "crowd").unwrap();
+    let scene = Scene::parse(text, "crowd").unwrap();
     let mut bodies = scene.build().unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(8);
     let shapes = [
@@ -117,8 +118,8 @@ fn the_outcome_does_not_depend_on_where_the_cell_is_or_on_the_images_of_bodies()
 #[test]
 fn a_jump_of_a_thousand_cells_between_steps_changes_nothing() {
     let scene = suspension("rod");
-    let resume = |state: State| Simulation::resume(scene.clone(), state).unwrap();
-    let fresh = || Simulation::new(scene.clone(), scene.build().unwrap()).unwrap();
+    let resume = |state: State| Simulation::builder(scene.clone()).resume(state).build().unwrap();
+    let fresh = || Simulation::new(scene.clone()).unwrap();
     let (mut straight, mut jumps) = (fresh(), fresh());
     for step in 0..10 {
         let (one, other) = (straight.step().unwrap(), jumps.step().unwrap());
@@ -142,13 +143,16 @@ fn threads_and_resumption_leave_the_bits_as_they_are() {
     let steps = |threads: usize, resumed: bool| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let mut simulation = Simulation::new(scene.clone(), scene.build().unwrap()).unwrap();
+            let mut simulation = Simulation::new(scene.clone()).unwrap();
             for step in 0..12 {
                 simulation.step().unwrap();
                 if resumed && step == 6 {
                     let state = simulation.state().unwrap();
                     let bytes = relcp::record::encode(state, "x", 0.0, Some(&Default::default())).unwrap();
-                    simulation = Simulation::resume(scene.clone(), relcp::record::decode(&bytes).unwrap().1).unwrap();
+                    simulation = Simulation::builder(scene.clone())
+                        .resume(relcp::record::decode(&bytes).unwrap().1)
+                        .build()
+                        .unwrap();
                 }
             }
             simulation.state().unwrap().clone()
@@ -171,7 +175,7 @@ fn two_spheres_meet_through_the_boundary_as_they_do_in_the_middle() {
             {{"uniform": {{"force": [1.0, 0.0, 0.0], "group": "l"}}}}, {{"uniform": {{"force": [-1.0, 0.1, 0.0], "group": "r"}}}}],
             "bodies": [{a}, {b}]}}"#
         );
-        scene::parse(&text, "two").unwrap()
+        Scene::parse(&text, "two").unwrap()
     };
     let open = scene(&at(-1.0, 0.0, "l"), &at(1.0, 0.3, "r"), "");
     let through = scene(&at(4.0, 0.0, "l"), &at(-4.0, 0.3, "r"), r#""periodic": {"lengths": [10.0, null, null]},"#);
@@ -183,7 +187,8 @@ fn two_spheres_meet_through_the_boundary_as_they_do_in_the_middle() {
         assert!(alone.orientation[i].abs_diff_eq(met.orientation[i], 1e-12));
     }
     // Without the period they part.
-    let parted = Scene { periodic: None, ..through };
+    let mut parted = through;
+    parted.periodic = None;
     let (parted, ..) = run(&parted, parted.build().unwrap());
     assert!((parted.position[0].x - met.position[0].x).abs() > 0.3);
 }
@@ -197,7 +202,7 @@ fn a_channel_across_a_periodic_axis_holds_bodies_that_go_round() {
             "forces": [{{"gravity": {{"acceleration": [4.0, -1.0, 0.0]}}}}],
             "generate": [{{"isotropic": {{"count": 20, "shape": {{"spherocylinder": {{"diameter": 1.0, "length": 3.5}}}}, "volume_fraction": 0.1}}}}]}}"#
         );
-        let scene = scene::parse(&text, "flow").unwrap();
+        let scene = Scene::parse(&text, "flow").unwrap();
         let (after, _, _, worst) = run_to(&scene, scene.build().unwrap(), false);
         let past = scene.walls().max_overlap(&after);
         let rounds = after.position.iter().filter(|x| x.x > 4.5).count();
@@ -220,7 +225,7 @@ fn rows_have_the_levers_of_the_image() {
             r#"{{"name": "pair", "time": {{"dt": 0.1, "end": 1.0}}, "contact": {{"cutoff": 0.5}}, {periodic}
             "forces": [{{"uniform": {{"force": [0.3, 0.2, 0.1]}}}}], "bodies": [{bodies}]}}"#
         );
-        let scene = scene::parse(&text, "pair").unwrap();
+        let scene = Scene::parse(&text, "pair").unwrap();
         let state = State { bodies: scene.build().unwrap(), ..State::default() };
         let mut backend = Cpu::<SPATIAL>::new(&scene.model(), state).unwrap();
         backend.begin().unwrap();
@@ -250,10 +255,10 @@ fn cells_divide_and_push_their_own_kind_through_the_boundary() {
     let text = r#"{"name": "cells", "seed": 3, "planar": true, "time": {"dt": 0.02, "end": 3.0}, "periodic": {"lengths": [9.0, 14.0, null]},
         "growth": {"rate": 1.0, "division_length": 4.0, "reorientation_degrees": 5.0, "stress_sensitivity": 0.001, "stop": {"population": 24}},
         "generate": [{"founder": {"diameter": 0.5, "length": 2.0}}]}"#;
-    let scene = scene::parse(text, "cells").unwrap();
+    let scene = Scene::parse(text, "cells").unwrap();
     for stepping in ["euler", "midpoint"] {
         let scene =
-            scene::parse(&text.replace(r#""end": 3.0"#, &format!(r#""end": 3.6, "stepping": "{stepping}""#)), "cells")
+            Scene::parse(&text.replace(r#""end": 3.0"#, &format!(r#""end": 3.6, "stepping": "{stepping}""#)), "cells")
                 .unwrap();
         let (after, _, rows, worst) = run(&scene, scene.build().unwrap());
         let outside = after.position.iter().filter(|x| x.x.abs() > 4.5).count();
@@ -262,7 +267,7 @@ fn cells_divide_and_push_their_own_kind_through_the_boundary() {
     }
     // Long enough in the open for its ends to meet; refused where half a period is shorter than a cell grows.
     let short = text.replace("[9.0, 14.0, null]", "[9.0, 8.0, null]");
-    let error = scene::parse(&short, "cells").unwrap_err();
+    let error = Scene::parse(&short, "cells").unwrap_err();
     assert_eq!(error.key(), "periodic.lengths.1");
     assert!(scene.validate().is_ok());
 }
@@ -272,9 +277,9 @@ fn sub_spheres_and_the_other_methods_meet_through_the_boundary() {
     for (method, most) in [("{\"multisphere\": {\"count\": 5}}", 0.3), ("\"snsd\"", 0.05)] {
         let mut scene = suspension("rod");
         scene =
-            scene::parse(&scene.to_json().replace("\"method\": \"relcp\"", &format!("\"method\": {method}")), "rods")
+            Scene::parse(&scene.to_json().replace("\"method\": \"relcp\"", &format!("\"method\": {method}")), "rods")
                 .unwrap();
-        let mut simulation = Simulation::new(scene.clone(), scene.build().unwrap()).unwrap();
+        let mut simulation = Simulation::new(scene.clone()).unwrap();
         for _ in 0..15 {
             simulation.step().unwrap();
         }
@@ -294,19 +299,19 @@ fn a_step_that_leaps_over_images_and_bodies_out_of_sight_are_faults() {
         )
     };
     let step = |text: &str, by: f64| {
-        let scene = scene::parse(text, "far").unwrap();
+        let scene = Scene::parse(text, "far").unwrap();
         let mut bodies = scene.build().unwrap();
         bodies.position[0].x += by;
-        let mut simulation = Simulation::new_on(&Compute::Cpu, scene, bodies).unwrap();
+        let mut simulation = Simulation::builder(scene).bodies(bodies).on(&Compute::Cpu).build().unwrap();
         simulation.step().map(|report| report.max_overlap)
     };
     assert_eq!(step(&text(0.2, 0.0), 0.0), Ok(0.0));
     assert!(matches!(step(&text(1000.0, 0.0), 0.0), Err(Fault::PeriodTooShort { step: 1, body: 0, .. })));
     assert!(matches!(step(&text(0.2, 0.0), 1e12), Err(Fault::TooFar { step: 1, body: 0 })));
     // A body of one's own that is longer than the scene's.
-    let scene = scene::parse(&text(0.2, 0.0), "far").unwrap();
+    let scene = Scene::parse(&text(0.2, 0.0), "far").unwrap();
     let mut bodies = scene.build().unwrap();
     bodies.shape[0] = relcp::shape::Shape::Sphere { radius: 1.5 };
-    let fault = Simulation::new(scene, bodies).unwrap().step().unwrap_err();
+    let fault = Simulation::builder(scene).bodies(bodies).build().unwrap().step().unwrap_err();
     assert!(fault.to_string().contains("half of the period 4.0"), "{fault}");
 }

@@ -87,7 +87,7 @@ class BadScenes(unittest.TestCase):
 
     def test_overrides(self):
         fault = self.refused(lambda: relcp.Scene.load("colony", {"time.ent": 2}))
-        self.assertEqual((fault.origin, fault.key), ("--set time.ent=2", "time.ent"))
+        self.assertEqual((fault.origin, fault.key), ("override time.ent=2", "time.ent"))
         self.refused(lambda: relcp.Scene.load("colony", ["time.end"]))
 
     def test_files(self):

@@ -3,7 +3,8 @@
 use glam::{DQuat, DVec3, DVec4};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::separation::{Placed, Surface};
+use relcp::internals::separation::Surface;
+use relcp::separation::Placed;
 use relcp::shape::Shape;
 use std::f64::consts::{PI, TAU};
 
@@ -47,6 +48,7 @@ fn surface_point(body: &Placed, u: f64, v: f64) -> DVec3 {
             DVec3::new((major_radius + minor_radius * d) * c, (major_radius + minor_radius * d) * s, minor_radius * t)
         }
         Shape::Convex(shape) => shape.point(ball(u, v)),
+        other => panic!("{other:?}"),
     };
     body.position + body.orientation * local
 }

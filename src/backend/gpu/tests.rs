@@ -116,7 +116,7 @@ fn main(
 
 /// Momentum, velocity and mean turning velocity of bodies whose turns reach one a step, by the device.
 fn turns(gpu: &Gpu, precision: Precision, bodies: &[(Shape, DQuat, DVec3)]) -> Vec<f64> {
-    let scene = crate::scene::load("two-ellipsoids", &["dynamics={\"inertial\":{\"density\":1}}".into()]).unwrap();
+    let scene = crate::scene::Scene::load("two-ellipsoids", ["dynamics={\"inertial\":{\"density\":1}}"]).unwrap();
     let setup = Setup::new(&scene.model(), &[Shape::Sphere { radius: 1.0 }], precision).unwrap();
     let source = Source::new("turns", precision)
         .integer("BODIES", bodies.len() as u32)
@@ -186,7 +186,7 @@ fn lengths_split_exactly() {
 
 #[test]
 fn custom_shapes_are_refused_before_a_device_is_asked() {
-    let scene = crate::scene::load("two-ellipsoids", &[]).unwrap();
+    let scene = crate::scene::Scene::built_in("two-ellipsoids").unwrap();
     let shapes = [Shape::Sphere { radius: 1.0 }, Shape::Convex(Convex::new(|n: DVec3| n).unwrap())];
     let refused = Setup::new(&scene.model(), &shapes, Precision::F32).err();
     assert_eq!(refused, Some(GpuError::Unsupported { what: "custom shapes".into() }));

@@ -6,9 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Growth and division of spherocylinders: `length' = rate * length` between divisions.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[non_exhaustive]
 pub struct Growth {
     /// Relative growth per time.
     #[cfg_attr(feature = "files", schemars(range(min = 0)))]
@@ -48,6 +49,7 @@ pub struct Growth {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum OnNoRoom {
     /// The run ends with the state before the step, and says so; with `contact.on_failure` `"continue"` cells overlap
     /// instead.
@@ -73,6 +75,21 @@ fn is_zero(value: &f64) -> bool {
 }
 
 impl Growth {
+    /// Growth at a rate per time, with division into halves at a tip-to-tip length; no noise, daughters along their
+    /// mother.
+    pub const fn new(rate: f64, division_length: f64) -> Growth {
+        Growth {
+            rate,
+            division_length,
+            reorientation_degrees: 0.0,
+            division_length_noise: 0.0,
+            rate_noise: 0.0,
+            stress_sensitivity: 0.0,
+            on_no_room: OnNoRoom::Stop,
+            stop: None,
+        }
+    }
+
     /// The fastest that a cell grows.
     pub fn fastest_rate(&self) -> f64 {
         self.rate * (1.0 + self.rate_noise)
@@ -88,6 +105,7 @@ impl Growth {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
+#[non_exhaustive]
 pub struct Stop {
     /// So many bodies, or more: a step may divide several cells.
     #[cfg_attr(feature = "files", schemars(range(min = 1)))]
@@ -107,6 +125,7 @@ pub struct Stop {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum StopReason {
     /// [`Stop::population`].
     Population,

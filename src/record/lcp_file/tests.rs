@@ -1,8 +1,8 @@
 use super::*;
 use crate::record::Folder;
 use crate::run::Run;
-use crate::scene;
-use crate::simulation::Simulation;
+use crate::scene::Scene;
+use crate::simulation::{Compute, Simulation};
 use std::io::Write;
 use std::time::Duration;
 use zip::ZipWriter;
@@ -186,10 +186,11 @@ fn what_no_lcp_can_have_is_refused_with_its_array() {
 fn run(name: &str, sets: &[&str], clean: bool) -> Vec<(String, Stored, LcpHeader)> {
     let parent = tempfile::tempdir().unwrap();
     let sets: Vec<String> = sets.iter().map(|set| set.to_string()).collect();
-    let scene = scene::load(name, &sets).unwrap();
+    let scene = Scene::load(name, &sets).unwrap();
     let bodies = scene.build().unwrap();
     let folder = Folder::create(parent.path()).unwrap();
-    let mut run = Run::start(Simulation::new(scene, bodies).unwrap(), folder.clone(), Duration::ZERO).unwrap();
+    let mut run =
+        Run::start(Simulation::builder(scene).bodies(bodies).build().unwrap(), folder.clone(), Duration::ZERO).unwrap();
     while !run.done() {
         run.advance().unwrap();
     }
@@ -259,19 +260,19 @@ fn solves_that_fail_or_are_slow_are_saved_alone() {
 #[test]
 fn a_run_that_is_taken_up_again_saves_no_more_and_the_same() {
     let sets = ["solver.dump.when=all".to_string(), "solver.dump.most=5".into()];
-    let scene = || scene::load("three-capsules", &sets).unwrap();
+    let scene = || Scene::load("three-capsules", &sets).unwrap();
     let whole = run("three-capsules", &["solver.dump.when=all", "solver.dump.most=5"], true);
     assert_eq!(whole.len(), 5);
     let parent = tempfile::tempdir().unwrap();
     let folder = Folder::create(parent.path()).unwrap();
-    let simulation = Simulation::new(scene(), scene().build().unwrap()).unwrap();
+    let simulation = Simulation::new(scene()).unwrap();
     let mut first = Run::start(simulation, folder.clone(), Duration::ZERO).unwrap();
     first.advance().unwrap();
     first.checkpoint().unwrap();
     first.advance().unwrap();
     // As if it were killed here: what step 2 left is made again.
     drop(first);
-    let mut again = Run::resume(scene(), folder.clone()).unwrap();
+    let mut again = Run::resume(scene(), folder.clone(), &Compute::Cpu).unwrap();
     assert!(saved(&folder).iter().all(|(.., header)| header.step == 1));
     while !again.done() {
         again.advance().unwrap();

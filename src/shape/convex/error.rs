@@ -4,6 +4,7 @@ use crate::shape::ShapeError;
 
 /// Why a support function is refused. Normals and points are in body axes.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ConvexError {
     /// A point that is not finite.
     #[error("the point for the normal {normal:?} is not finite")]

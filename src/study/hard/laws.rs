@@ -110,7 +110,7 @@ impl Watch {
         let force = |pair: [usize; 2]| -> f64 {
             state.warm.iter().filter(|warm| warm.pair.map(|i| i as usize) == pair).map(|warm| warm.gamma).sum()
         };
-        let parting: f64 = contacts(before, 0.0).iter().map(|(pair, found)| -found.separation * force(*pair)).sum();
+        let parting: f64 = contacts(before, 0.0).iter().map(|near| -near.separation * force(near.bodies)).sum();
         (with - without - parting) / first
     }
 }

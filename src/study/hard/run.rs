@@ -5,7 +5,7 @@ use crate::bodies::Bodies;
 use crate::gpu::Precision;
 use crate::scene::{Method, OnFailure, Scene, SceneError};
 use crate::simulation::{Compute, Simulation};
-use crate::step::{Fault, StepReport, contacts};
+use crate::step::{Fault, State, StepReport, contacts};
 use crate::walls::Walls;
 use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -161,7 +161,7 @@ impl Run {
         self.bodies = start.scene.build()?;
         self.figures.bodies = self.bodies.len();
         let walls = start.scene.walls();
-        let mut simulation = Simulation::new_on(compute, start.scene.clone(), self.bodies.clone())?;
+        let mut simulation = Simulation::start(compute, start.scene.clone(), State::new(self.bodies.clone()))?;
         if let Some(pull) = start.pull {
             simulation.add_force(Box::new(pull));
         }
@@ -244,7 +244,7 @@ impl Figures {
 
     /// Looks at an accepted state without anything that the step knows of it.
     pub(super) fn audit(&mut self, report: &StepReport, after: &Bodies, walls: &Walls, precision: Precision) {
-        let found = contacts(after, 0.0).iter().map(|(_, s)| -s.separation).fold(0.0, f64::max);
+        let found = contacts(after, 0.0).iter().map(|contact| -contact.separation).fold(0.0, f64::max);
         let found = found.max(walls.max_overlap(after));
         self.states_not_finite += u64::from(!finite(after));
         self.max_overlap = self.max_overlap.max(found);

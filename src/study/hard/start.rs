@@ -2,7 +2,7 @@
 
 use crate::bodies::Bodies;
 use crate::dynamics::{ForceField, Load};
-use crate::scene::{Body, Contact, Dynamics, Force, Output, Scene, Solver, Stepping, Time};
+use crate::scene::{Body, Dynamics, Force, Scene, Time};
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
@@ -35,23 +35,8 @@ impl ForceField for Pull {
 impl Start {
     /// Bodies at rest without inertia; steps of `dt`.
     pub fn still(dt: f64, bodies: Vec<Body>) -> Start {
-        let scene = Scene {
-            name: "hard".into(),
-            seed: 1,
-            dynamics: Dynamics::default(),
-            // Never reached: the study counts the steps.
-            time: Time { dt, end: 1e3 * dt, start: 0.0, stepping: Stepping::Euler },
-            contact: Contact::default(),
-            solver: Solver::default(),
-            planar: false,
-            forces: Vec::new(),
-            growth: None,
-            walls: Vec::new(),
-            periodic: None,
-            bodies,
-            generate: Vec::new(),
-            output: Output::default(),
-        };
+        // The end is never reached: the study counts the steps.
+        let scene = Scene { seed: 1, bodies, ..Scene::new("hard", Time::new(dt, 1e3 * dt)) };
         Start { scene, pull: None }
     }
 
@@ -105,15 +90,7 @@ pub(super) fn ring(major_radius: f64, minor_radius: f64) -> Shape {
 
 pub(super) fn body(shape: Shape, position: [f64; 3], orientation: DQuat) -> Body {
     let DQuat { x, y, z, w } = orientation;
-    Body {
-        shape,
-        position,
-        orientation: [w, x, y, z],
-        velocity: None,
-        angular_velocity: None,
-        group: None,
-        lineage: None,
-    }
+    Body { orientation: [w, x, y, z], ..Body::new(shape, position) }
 }
 
 pub(super) fn upright(shape: Shape, position: [f64; 3]) -> Body {

@@ -3,7 +3,7 @@
 use super::StudyError;
 use super::top::spin;
 use crate::bodies::Bodies;
-use crate::scene::{self, Scene, Stepping};
+use crate::scene::{Scene, Stepping};
 use crate::simulation::Simulation;
 use crate::step::State;
 use glam::{DQuat, DVec3};
@@ -80,7 +80,7 @@ impl Heap {
             "name": "heap", "time": {"dt": self.dt(), "end": self.end, "stepping": self.stepping}, "dynamics": {"inertial": {"density": 1.0}},
             "forces": [{"gravity": {"acceleration": [0.0, 0.0, -GRAVITY]}}], "walls": parsed(self.place().1), "bodies": bodies,
         });
-        Ok(scene::parse(&text.to_string(), "heap")?)
+        Ok(Scene::parse(&text.to_string(), "heap")?)
     }
 }
 
@@ -169,7 +169,7 @@ pub fn settle(heap: &Heap) -> Result<HeapRow, StudyError> {
         missed: 0,
         passed: 0,
     };
-    let mut simulation = Simulation::new(scene.clone(), bodies)?;
+    let mut simulation = Simulation::builder(scene.clone()).bodies(bodies).build()?;
     // Sums of about a hundred terms.
     let rounding = 1e-13 * first;
     while !simulation.done() {

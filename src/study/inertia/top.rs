@@ -2,7 +2,7 @@
 
 use super::StudyError;
 use crate::bodies::Bodies;
-use crate::scene::{self, Scene, Stepping};
+use crate::scene::{Scene, Stepping};
 use crate::simulation::{Compute, Simulation};
 use crate::study::paper::COMPUTED_BY;
 use glam::{DQuat, DVec3};
@@ -69,7 +69,7 @@ fn tops(tops: &[Top], stepping: Stepping, angle: f64) -> Result<Scene, StudyErro
     let text = json!({
         "name": "tops", "time": {"dt": angle / SPEED, "end": 1e9, "stepping": stepping}, "dynamics": {"inertial": {"density": 1.0}}, "bodies": bodies,
     });
-    Ok(scene::parse(&text.to_string(), "tops")?)
+    Ok(Scene::parse(&text.to_string(), "tops")?)
 }
 
 /// A body's angular momentum about its centre and its energy of rotation, at a density of one.
@@ -100,8 +100,7 @@ fn turn_together(
     steps: u64,
 ) -> Result<Vec<TopRow>, StudyError> {
     let scene = tops(of, stepping, angle)?;
-    let bodies = scene.build()?;
-    let mut simulation = Simulation::new_on(compute, scene, bodies)?;
+    let mut simulation = Simulation::builder(scene).on(compute).build()?;
     let (computed_by, look_every) = match compute {
         Compute::Cpu => (COMPUTED_BY.to_owned(), 1),
         Compute::Gpu { gpu, precision } => {
@@ -164,7 +163,7 @@ pub fn attitude_error(stepping: Stepping, angle: f64) -> Result<Order, StudyErro
     let exact = DQuat::from_scaled_axis(end / moments.x * momentum)
         * start
         * DQuat::from_rotation_z(end * along * (1.0 / moments.z - 1.0 / moments.x));
-    let mut simulation = Simulation::new(scene, bodies)?;
+    let mut simulation = Simulation::builder(scene).bodies(bodies).build()?;
     for _ in 0..steps as u64 {
         simulation.step()?;
     }

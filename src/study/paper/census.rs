@@ -52,15 +52,15 @@ impl Census {
         let farthest = self.thickness * SHOWN.into_iter().fold(0.0, f64::max);
         self.bodies += bodies.len();
         let near = contacts(bodies, farthest);
-        self.surfaces.extend(near.iter().map(|(_, found)| found.separation));
+        self.surfaces.extend(near.iter().map(|contact| contact.separation));
         self.surfaces.sort_by(f64::total_cmp);
         self.spheres.resize(counts.len(), (0, Vec::new()));
         for (count, (own, found)) in counts.iter().zip(&mut self.spheres) {
             *own = *count;
             let proxies = RowSource::SubSpheres { count: *count }.proxies(&bodies.shape)?;
-            for ([a, b], _) in &near {
-                let placed = bodies.pair(*a, *b);
-                let (placed, of) = ([&placed[0], &placed[1]], [&*proxies[*a], &*proxies[*b]]);
+            for [a, b] in near.iter().map(|contact| contact.bodies) {
+                let placed = bodies.pair(a, b);
+                let (placed, of) = ([&placed[0], &placed[1]], [&*proxies[a], &*proxies[b]]);
                 sub_sphere_separations(placed, of, farthest, |_, near| found.push(near.separation));
             }
             found.sort_by(f64::total_cmp);

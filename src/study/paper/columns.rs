@@ -31,13 +31,12 @@ pub(super) fn measure_columns<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene;
+    use crate::scene::Scene;
 
     #[test]
     fn columns_of_several_measures_are_told_in_the_order_asked_for() {
-        let scene = scene::load("chainmail", &["generate.0.chainmail.columns=1".into()]).unwrap();
-        let bodies = scene.build().unwrap();
-        let simulation = Simulation::new(scene, bodies).unwrap();
+        let scene = Scene::load("chainmail", ["generate.0.chainmail.columns=1"]).unwrap();
+        let simulation = Simulation::new(scene).unwrap();
         // Six centres in a row, 1.6 apart: the mean square is 1.6^2 (6^2 - 1) / 12.
         let [order, gyration, none] =
             measure_columns(&simulation, ["nematic_order", "radius_gyration", "no_such_column"]).unwrap();

@@ -220,11 +220,8 @@ pub fn follow_with(
 ) -> Result<(Course, Simulation), StudyError> {
     let mut course = Course::new(&scene);
     let mut simulation = match from {
-        Some(state) => Simulation::resume(scene, state)?,
-        None => {
-            let bodies = scene.build()?;
-            Simulation::new(scene, bodies)?
-        }
+        Some(state) => Simulation::builder(scene).resume(state).build()?,
+        None => Simulation::new(scene)?,
     };
     course.bodies = simulation.bodies();
     let processor = cpu_time();
@@ -244,18 +241,17 @@ pub fn follow_with(
     let taken = processor.zip(cpu_time()).map(|(from, to)| 1e3 * to.saturating_sub(from).as_secs_f64());
     course.cpu_milliseconds = taken;
     let overlaps = contacts(&simulation.state()?.bodies, 0.0);
-    course.last_overlap = overlaps.iter().map(|(_, found)| -found.separation).fold(0.0, f64::max);
+    course.last_overlap = overlaps.iter().map(|contact| -contact.separation).fold(0.0, f64::max);
     Ok((course, simulation))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene;
 
     #[test]
     fn a_run_is_summed_up_in_windows() {
-        let mut scene = scene::load("two-ellipsoids", &["time.end=8".into(), "time.dt=0.1".into()]).unwrap();
+        let mut scene = Scene::load("two-ellipsoids", ["time.end=8", "time.dt=0.1"]).unwrap();
         scene.contact.method = Method::Multisphere { count: 7 };
         let (course, simulation) = follow(scene, None, 30).unwrap();
         let steps: Vec<u64> = course.windows.iter().map(|window| window.steps).collect();
@@ -274,7 +270,7 @@ mod tests {
 
     #[test]
     fn a_run_goes_on_from_the_state_of_another_method() {
-        let load = |end: &str| scene::load("two-ellipsoids", &[end.into(), "time.dt=0.1".into()]).unwrap();
+        let load = |end: &str| Scene::load("two-ellipsoids", [end, "time.dt=0.1"]).unwrap();
         let (_, relcp) = follow(load("time.end=8"), None, 80).unwrap();
         let mut scene = load("time.end=8.5");
         scene.contact.method = Method::Multisphere { count: 5 };

@@ -3,9 +3,9 @@
 use super::Size;
 use super::instance::computed_by;
 use crate::record::decode;
-use crate::scene::{self, SolverKind};
+use crate::scene::{Scene, SolverKind};
 use crate::simulation::{Compute, Simulation};
-use crate::step::Fault;
+use crate::step::{Fault, State};
 use crate::study::StudyError;
 use serde::Serialize;
 
@@ -97,7 +97,7 @@ fn run(case: &Case, solver: &str, size: &Size, compute: &Compute) -> Result<RunR
     sets.push(format!("solver.kind={solver}"));
     sets.push(format!("solver.max_iterations={}", size.run_iterations));
     sets.push(format!("contact.max_recursions={MOST_RECURSIONS}"));
-    let scene = scene::load(case.scene, &sets)?;
+    let scene = Scene::load(case.scene, &sets)?;
     let bodies = match case.state {
         Some(state) => decode(state)?.1.bodies,
         None => scene.build()?,
@@ -123,7 +123,7 @@ fn run(case: &Case, solver: &str, size: &Size, compute: &Compute) -> Result<RunR
             ..row
         });
     }
-    let mut simulation = match Simulation::new_on(compute, scene, bodies) {
+    let mut simulation = match Simulation::start(compute, scene, State::new(bodies)) {
         Ok(simulation) => simulation,
         Err(fault @ Fault::Device(crate::gpu::GpuError::Unsupported { .. })) => {
             return Ok(RunRow { refused: Some(fault.to_string()), ..row });

@@ -247,7 +247,7 @@ fn once(
     let scene = case.scene(problem)?;
     let (bodies, dt) = (scene.build()?, scene.time.dt);
     let begun = Instant::now();
-    let mut simulation = Simulation::new_on(compute, scene, bodies)?;
+    let mut simulation = Simulation::builder(scene).bodies(bodies).on(compute).build()?;
     let (computed_by, machine) = by(&simulation);
     let mut row = Row {
         problem: problem.name,

@@ -3,7 +3,7 @@
 use super::pose::{Pose, poses};
 use super::reference::Making;
 use crate::record::Fnv;
-use crate::scene::{self, Contact, Output, Scene, Solver, Stepping};
+use crate::scene::{ContactSettings, Output, Scene, Solver, Stepping};
 use crate::study::StudyError;
 
 /// Starts that differ by less are the same: sines differ in their last bits from machine to machine.
@@ -132,9 +132,9 @@ impl Problem {
     pub fn scene(&self) -> Result<Scene, StudyError> {
         let time = [format!("time.end={}", self.end), format!("time.dt={}", self.end / self.coarsest as f64)];
         let sets: Vec<String> = self.sets.iter().map(|set| (*set).to_owned()).chain(time).collect();
-        let mut scene = scene::load(self.scene, &sets)?;
+        let mut scene = Scene::load(self.scene, &sets)?;
         // The methods and tolerances are the cases'; so is the cutoff, which one of the built-in scenes sets.
-        scene.contact = Contact::default();
+        scene.contact = ContactSettings::default();
         Ok(scene)
     }
 
@@ -157,7 +157,8 @@ impl Problem {
         let bodies = scene.build()?;
         scene.time.dt = 1.0;
         scene.time.stepping = Stepping::default();
-        (scene.contact, scene.solver, scene.output) = (Contact::default(), Solver::default(), Output::default());
+        (scene.contact, scene.solver, scene.output) =
+            (ContactSettings::default(), Solver::default(), Output::default());
         let mut hash = Fnv::default();
         hash.update(scene.to_json().as_bytes());
         for Pose { id, position, orientation } in poses(&bodies) {

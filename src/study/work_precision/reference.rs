@@ -71,8 +71,7 @@ impl Reference {
             scene.time.stepping = stepping;
             scene.contact.overlap_tolerance = tolerance;
             scene.solver.tolerance = Some(made.solver_tolerance);
-            let bodies = scene.build()?;
-            let mut simulation = Simulation::new(scene, bodies)?;
+            let mut simulation = Simulation::new(scene)?;
             while !simulation.done() {
                 unconverged += u64::from(simulation.step()?.unconverged);
             }

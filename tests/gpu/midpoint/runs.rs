@@ -8,7 +8,7 @@ use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
 use relcp::gpu::{Choice, Gpu, Precision};
 use relcp::record::state_hash;
-use relcp::scene::{self, Scene, Stepping};
+use relcp::scene::{Scene, Stepping};
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::{Fault, State, StepReport, contacts};
 use std::sync::Arc;
@@ -19,11 +19,11 @@ fn compute(gpu: &Arc<Gpu>, precision: Precision) -> Compute {
 
 fn midpoint(name: &str, sets: &[&str]) -> Scene {
     let sets: Vec<String> = sets.iter().copied().chain(["time.stepping=midpoint"]).map(str::to_owned).collect();
-    scene::load(name, &sets).unwrap()
+    Scene::load(name, &sets).unwrap()
 }
 
 fn parse(text: &str) -> Scene {
-    let mut scene = scene::parse(text, "test").unwrap();
+    let mut scene = Scene::parse(text, "test").unwrap();
     scene.time.stepping = Stepping::Midpoint;
     scene
 }
@@ -35,7 +35,7 @@ struct Ran {
 
 impl Ran {
     fn on(compute: &Compute, scene: &Scene) -> Ran {
-        let mut simulation = Simulation::new_on(compute, scene.clone(), scene.build().unwrap()).unwrap();
+        let mut simulation = Simulation::builder(scene.clone()).on(compute).build().unwrap();
         let mut reports = Vec::new();
         while !simulation.done() {
             reports.push(simulation.step().unwrap());
@@ -54,7 +54,7 @@ impl Ran {
 
 /// The largest overlap of bodies, and with walls, in f64 on the CPU.
 fn audited(scene: &Scene, bodies: &Bodies) -> f64 {
-    let pairs = contacts(bodies, 0.0).iter().fold(0.0_f64, |worst, (_, s)| worst.max(-s.separation));
+    let pairs = contacts(bodies, 0.0).iter().fold(0.0_f64, |worst, contact| worst.max(-contact.separation));
     pairs.max(scene.walls().max_overlap(bodies))
 }
 
@@ -223,7 +223,7 @@ fn a_force_of_the_users_own_is_that_of_the_middle() {
     let Some(gpu) = device() else { return };
     let scene = collision();
     let ran = |compute: &Compute| {
-        let mut simulation = Simulation::new_on(compute, scene.clone(), scene.build().unwrap()).unwrap();
+        let mut simulation = Simulation::builder(scene.clone()).on(compute).build().unwrap();
         simulation.add_force(Box::new(|bodies: &Bodies, i: usize, time: f64| Load {
             force: DVec3::X * (20.0 * (9.0 * time).sin()) - 0.5 * bodies.velocity[i],
             torque: DVec3::Z * 0.3,
@@ -250,7 +250,7 @@ fn a_fault_in_the_middle_leaves_the_last_accepted_state() {
     scene.time.stepping = Stepping::Midpoint;
     let (dt, taken) = (scene.time.dt, 3);
     for precision in precisions(gpu) {
-        let start = || Simulation::new_on(&compute(gpu, precision), scene.clone(), scene.build().unwrap()).unwrap();
+        let start = || Simulation::builder(scene.clone()).on(&compute(gpu, precision)).build().unwrap();
         let mut simulation = start();
         let last = (f64::from(taken) + 0.25) * dt;
         simulation.add_force(Box::new(move |_: &Bodies, i: usize, time: f64| Load {
@@ -300,7 +300,7 @@ fn buffers_larger_than_a_binding_give_the_same_bits() {
         let banked = with_banks(gpu, bytes, false);
         let after = |gpu: &Arc<Gpu>| {
             let compute = compute(gpu, precision);
-            let mut simulation = Simulation::new_on(&compute, scene.clone(), scene.build().unwrap()).unwrap();
+            let mut simulation = Simulation::builder(scene.clone()).on(&compute).build().unwrap();
             (0..2).for_each(|_| assert!(simulation.step().is_ok()));
             let most = gpu.buffers().iter().map(|(_, size)| size.div_ceil(bytes)).max().unwrap();
             (state_hash(simulation.state().unwrap()), most)
@@ -319,10 +319,10 @@ fn a_run_goes_on_from_its_state() {
     for precision in precisions(gpu) {
         let [ours, cpu] = [compute(gpu, precision), Compute::Cpu];
         for (from, to) in [(&ours, &ours), (&ours, &cpu), (&cpu, &ours)] {
-            let mut whole = Simulation::new_on(from, scene.clone(), scene.build().unwrap()).unwrap();
+            let mut whole = Simulation::builder(scene.clone()).on(from).build().unwrap();
             (0..4).for_each(|_| assert!(whole.step().is_ok()));
             let half = whole.state().unwrap().clone();
-            let mut resumed = Simulation::resume_on(to, scene.clone(), half).unwrap();
+            let mut resumed = Simulation::builder(scene.clone()).on(to).resume(half).build().unwrap();
             for _ in 0..4 {
                 let (one, other) = (whole.step().unwrap(), resumed.step().unwrap());
                 assert_eq!((one.recursions, one.constraints), (other.recursions, other.constraints));

@@ -8,9 +8,10 @@ use relcp::gpu::Precision;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
+use relcp::internals::step::Backend;
 use relcp::lcp::Problem;
-use relcp::scene::{self, Rows, Scene, SolverKind};
-use relcp::step::{Backend, State};
+use relcp::scene::{Rows, Scene, SolverKind};
+use relcp::step::State;
 use std::collections::HashMap;
 
 /// What rows may differ by: in blocks of J relative to the largest entry, and in q relative to sizes and moves.
@@ -33,7 +34,7 @@ const GROWTH: &str =
 const LENGTHENING: &str = r#", "growth": {"rate": 0.05, "division_length": 4, "rate_noise": 0.3}"#;
 
 fn parse(name: &str, text: &str) -> Scene {
-    scene::parse(&format!(r#"{{"name": "{name}", "seed": 4, {text}}}"#), name).unwrap()
+    Scene::parse(&format!(r#"{{"name": "{name}", "seed": 4, {text}}}"#), name).unwrap()
 }
 
 /// Bodies that are drawn together.

@@ -23,7 +23,7 @@ fn suspension(planar: bool, lengths: &str, rules: &str, more: &str, end: f64) ->
         "forces": [{{"uniform": {{"force": [3.0, 1.0, 0.0], "group": "up"}}}}, {{"uniform": {{"force": [-3.0, 0.5, 0.0], "group": "down"}}}}],
         "generate": [{rules}]}}"#
     );
-    scene::parse(&text, "suspension").unwrap()
+    Scene::parse(&text, "suspension").unwrap()
 }
 
 fn rule(group: &str, count: usize, shape: &str, fraction: f64) -> String {
@@ -57,15 +57,10 @@ fn in_the_plane(shape: Shape) -> Scene {
     scene.generate.clear();
     for i in 0..30 {
         let turn = DQuat::from_rotation_z(2.4 * f64::from(i)) * DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);
-        scene.bodies.push(scene::Body {
-            shape,
-            position: [3.0 * f64::from(i % 6) - 0.1, 3.4 * f64::from(i / 6), 0.0],
-            orientation: [turn.w, turn.x, turn.y, turn.z],
-            group: Some(["down", "up"][i as usize % 2].into()),
-            velocity: None,
-            angular_velocity: None,
-            lineage: None,
-        });
+        let mut body = scene::Body::new(shape, [3.0 * f64::from(i % 6) - 0.1, 3.4 * f64::from(i / 6), 0.0]);
+        body.orientation = [turn.w, turn.x, turn.y, turn.z];
+        body.group = Some(["down", "up"][i as usize % 2].into());
+        scene.bodies.push(body);
     }
     scene
 }
@@ -81,7 +76,7 @@ struct Ran {
 
 impl Ran {
     fn from(compute: &Compute, scene: &Scene, bodies: Bodies) -> Ran {
-        let mut simulation = Simulation::new_on(compute, scene.clone(), bodies).unwrap();
+        let mut simulation = Simulation::builder(scene.clone()).bodies(bodies).on(compute).build().unwrap();
         let mut reports = Vec::new();
         while !simulation.done() {
             reports.push(simulation.step().unwrap());
@@ -99,7 +94,7 @@ impl Ran {
 
     /// The largest overlap of the final state, of every image, in f64 on the CPU.
     fn audited(&self) -> f64 {
-        contacts(&self.state.bodies, 0.0).iter().map(|(_, s)| -s.separation).fold(0.0, f64::max)
+        contacts(&self.state.bodies, 0.0).iter().map(|contact| -contact.separation).fold(0.0, f64::max)
     }
 
     /// Contacts through a boundary, near or overlapping.
@@ -189,7 +184,7 @@ fn cells_divide_and_push_their_own_kind_through_the_boundary() {
     let text = r#"{"name": "cells", "seed": 3, "planar": true, "time": {"dt": 0.02, "end": 3.0}, "periodic": {"lengths": [9.0, 14.0, null]},
         "growth": {"rate": 1.0, "division_length": 4.0, "reorientation_degrees": 5.0, "stress_sensitivity": 0.001},
         "generate": [{"founder": {"diameter": 0.5, "length": 2.0}}]}"#;
-    let scene = scene::parse(text, "cells").unwrap();
+    let scene = Scene::parse(text, "cells").unwrap();
     let Some(gpu) = device() else { return };
     let cpu = Ran::of(&Compute::Cpu, &scene);
     for precision in precisions(gpu) {
@@ -263,14 +258,14 @@ fn a_run_goes_on_from_its_state_after_a_jump_of_a_thousand_cells() {
     let scene = planar_rods();
     for precision in precisions(gpu) {
         let compute = compute(gpu, precision);
-        let mut straight = Simulation::new_on(&compute, scene.clone(), scene.build().unwrap()).unwrap();
+        let mut straight = Simulation::builder(scene.clone()).on(&compute).build().unwrap();
         for _ in 0..5 {
             straight.step().unwrap();
         }
         let mut state = straight.state().unwrap().clone();
         let length = state.bodies.periods.length();
         state.bodies.position.iter_mut().step_by(4).for_each(|x| *x += 1000.0 * length);
-        let mut jumps = Simulation::resume_on(&compute, scene.clone(), state).unwrap();
+        let mut jumps = Simulation::builder(scene.clone()).on(&compute).resume(state).build().unwrap();
         for _ in 0..5 {
             let (one, other) = (straight.step().unwrap(), jumps.step().unwrap());
             assert_eq!(one.constraints, other.constraints);
@@ -293,12 +288,12 @@ fn a_step_that_leaps_over_images_is_a_fault() {
         )
     };
     let step = |compute: &Compute, text: &str, radius: Option<f64>| {
-        let scene = scene::parse(text, "far").unwrap();
+        let scene = Scene::parse(text, "far").unwrap();
         let mut bodies = scene.build().unwrap();
         if let Some(radius) = radius {
             bodies.shape[1] = Shape::Sphere { radius };
         }
-        Simulation::new_on(compute, scene, bodies).unwrap().step().map(|report| report.max_overlap)
+        Simulation::builder(scene).bodies(bodies).on(compute).build().unwrap().step().map(|report| report.max_overlap)
     };
     let on_cpu = |force: f64, radius| step(&Compute::Cpu, &text(force), radius).unwrap_err();
     let span = |fault: Fault| match fault {
@@ -326,7 +321,7 @@ fn bodies_that_with_the_cutoff_are_just_half_a_period_long_are_not_too_long() {
             r#"{{"name": "half", "time": {{"dt": 1.0, "end": 1.0}}, "periodic": {{"lengths": [{period}, null, null]}}, "contact": {{"cutoff": 0.5}},
             "bodies": [{{"shape": {{"sphere": {{"radius": {radius}}}}}, "position": [0, 0, 0]}}]}}"#
         );
-        let scene = scene::parse(&text, "half").unwrap();
+        let scene = Scene::parse(&text, "half").unwrap();
         for compute in precisions(gpu).into_iter().map(|precision| compute(gpu, precision)).chain([Compute::Cpu]) {
             assert_eq!(Ran::of(&compute, &scene).worst(), 0.0);
         }

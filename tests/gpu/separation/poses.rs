@@ -4,7 +4,8 @@ use glam::{DQuat, DVec3, DVec4};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use relcp::internals::separation::gpu::PairFamilies;
-use relcp::separation::{Placed, planar_separation, separation};
+use relcp::internals::separation::planar_separation;
+use relcp::separation::{Placed, separation};
 use relcp::shape::Shape;
 use std::f64::consts::{FRAC_PI_2, TAU};
 

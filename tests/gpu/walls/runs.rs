@@ -20,7 +20,7 @@ struct Ran {
 
 impl Ran {
     fn on(compute: &Compute, scene: &Scene) -> Ran {
-        let mut simulation = Simulation::new_on(compute, scene.clone(), scene.build().unwrap()).unwrap();
+        let mut simulation = Simulation::builder(scene.clone()).on(compute).build().unwrap();
         let mut reports = Vec::new();
         while !simulation.done() {
             reports.push(simulation.step().unwrap());
@@ -31,7 +31,7 @@ impl Ran {
     /// The largest overlap of the final state, of bodies and with walls, in f64 on the CPU.
     fn audited(&self, walls: &Walls) -> [f64; 2] {
         let bodies = &self.simulation.state().unwrap().bodies;
-        let pairs = contacts(bodies, 0.0).iter().fold(0.0_f64, |worst, (_, s)| worst.max(-s.separation));
+        let pairs = contacts(bodies, 0.0).iter().fold(0.0_f64, |worst, contact| worst.max(-contact.separation));
         [pairs, walls.max_overlap(bodies)]
     }
 
@@ -90,7 +90,7 @@ fn both(scene: &Scene, off: [f64; 2], check: impl Fn(&Ran, &Ran)) {
 }
 
 fn parse(scene: &Value) -> Scene {
-    scene::parse(&scene.to_string(), "test").unwrap()
+    Scene::parse(&scene.to_string(), "test").unwrap()
 }
 
 fn colony(name: &str, end: f64, walls: Value, stress_sensitivity: f64) -> Scene {
@@ -197,14 +197,14 @@ fn bodies_slide_on_a_floor_through_the_boundaries_of_a_cell() {
     );
     let Force::Uniform { force, .. } = &mut scene.forces[0] else { panic!("{:?}", scene.forces) };
     force[0] = 3.0;
-    scene.periodic = Some(Periodic { lengths: [Some(4.2), Some(4.4), None] });
+    scene.periodic = Some(Periodic::new([Some(4.2), Some(4.4), None]));
     scene.validate().unwrap();
     both(&scene, [1e-3, 2e-6], |ran, _| {
         let bodies = &ran.simulation.state().unwrap().bodies;
         assert!(bodies.position.iter().any(|x| x.x > 2.1), "{:?}", bodies.position);
         let through =
             |[a, b]: [usize; 2]| (bodies.position[a] - bodies.position[b]).truncate().abs().max_element() > 2.2;
-        assert!(contacts(bodies, 1e-4).iter().any(|(pair, _)| through(*pair)));
+        assert!(contacts(bodies, 1e-4).iter().any(|contact| through(contact.bodies)));
     });
 }
 
@@ -250,7 +250,7 @@ fn a_run_goes_on_from_its_state() {
         let [device, cpu] = [on_device(gpu, precision), Compute::Cpu];
         for (from, to) in [(&device, &device), (&device, &cpu), (&cpu, &device)] {
             let whole = Ran::on(from, &scene);
-            let mut half = Simulation::new_on(from, scene.clone(), scene.build().unwrap()).unwrap();
+            let mut half = Simulation::builder(scene.clone()).on(from).build().unwrap();
             (0..40).for_each(|_| assert!(half.step().unwrap().max_overlap <= 1e-5));
             let state = half.state().unwrap().clone();
             let at_walls: Vec<_> =
@@ -259,7 +259,7 @@ fn a_run_goes_on_from_its_state() {
                 at_walls.len() >= 3
                     && at_walls.iter().all(|w| w.normal.is_normalized() || w.normal.length() > 0.999_999)
             );
-            let mut resumed = Simulation::resume_on(to, scene.clone(), state).unwrap();
+            let mut resumed = Simulation::builder(scene.clone()).on(to).resume(state).build().unwrap();
             (0..20).for_each(|_| assert!(resumed.step().unwrap().max_overlap <= 1e-5));
             let ended = &resumed.state().unwrap().bodies.position;
             let off = ended.iter().zip(whole.positions()).map(|(x, y)| x.distance(y)).fold(0.0, f64::max);

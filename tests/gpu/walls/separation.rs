@@ -10,8 +10,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use relcp::gpu::{Gpu, Precision};
 use relcp::internals::gpu::{Buffer, Kernel, Lattice, Source};
+use relcp::internals::separation::Surface;
 use relcp::internals::separation::gpu::{add_places_to, surface_numbers};
-use relcp::separation::{Placed, Separation, Surface};
+use relcp::separation::{Placed, Separation};
 use relcp::shape::Shape;
 use std::f64::consts::FRAC_PI_2;
 

@@ -3,13 +3,13 @@
 use super::*;
 use crate::backend::gpu::separations::Report;
 use crate::gpu::{LatticePeriods, Made, Precision, validate};
-use crate::scene::{self, Rows, Stepping, Wall};
+use crate::scene::{self, Rows, Scene, Stepping, Wall};
 use std::mem::offset_of;
 
 fn setups() -> Vec<Setup> {
     let mut setups = Vec::new();
-    for built_in in scene::built_in() {
-        let mut scene = scene::parse(built_in.text, built_in.name).unwrap();
+    for built_in in scene::BuiltIn::ALL {
+        let mut scene = Scene::parse(built_in.text, built_in.name).unwrap();
         let shapes: Vec<_> = scene.build().unwrap().shape;
         let plain = Setup::new(&scene.model(), &shapes, Precision::F32).unwrap();
         assert!(plain.walls.is_empty() && !plain.midpoint && plain.branches > 0);

@@ -1,9 +1,7 @@
 //! Colonies that fill a confined space: channels, discs, boxes and cups, to the end that there is no room.
 
 use super::{Drawn, draw};
-use crate::scene::{
-    Body, Contact, Dynamics, Growth, OnNoRoom, Output, Scene, SceneError, Solver, Stepping, Stop, Time, Wall,
-};
+use crate::scene::{Body, Growth, OnNoRoom, Scene, SceneError, Stop, Time, Wall};
 use crate::study::hard::start::{Random, body, rod};
 use glam::{DQuat, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -65,20 +63,12 @@ fn attempt(random: &mut Random, name: String) -> Drawn {
     let alone = (2.0 * POPULATION as f64).ln() / growth.rate;
     let steps = (PATIENCE * alone / dt).ceil().min(MOST_STEPS);
     let scene = Scene {
-        name,
         seed: random.any(),
-        dynamics: Dynamics::default(),
-        time: Time { dt, end: steps * dt, start: 0.0, stepping: Stepping::Euler },
-        contact: Contact::default(),
-        solver: Solver::default(),
         planar: true,
-        forces: Vec::new(),
         growth: Some(growth),
         walls,
-        periodic: None,
         bodies: vec![founder],
-        generate: Vec::new(),
-        output: Output::default(),
+        ..Scene::new(name, Time::new(dt, steps * dt))
     };
     let what = format!(
         "{what}, {:.2} diameters wide, dt {dt:.1e}, noise of lengths {:.2}, of rates {:.2}, turns to {:.0} degrees{}",

@@ -2,7 +2,8 @@
 
 use super::shapes::Mixture;
 use crate::scene::{
-    Body, Contact, Dynamics, Force, Growth, OnFailure, OnNoRoom, Recursion, Scene, Solver, SolverKind, Stepping, Stop,
+    Body, ContactSettings, Dynamics, Force, Growth, OnFailure, OnNoRoom, Recursion, Scene, Solver, SolverKind,
+    Stepping, Stop,
 };
 use crate::study::hard::start::Random;
 use glam::DVec3;
@@ -129,8 +130,8 @@ fn set_moving(random: &mut Random, body: &mut Body, moves: Option<f64>, spins: O
 }
 
 /// Contact and solver: the defaults in four of five scenes.
-pub(super) fn settings(random: &mut Random, thinnest: f64) -> (Contact, Solver, String) {
-    let (mut contact, mut solver) = (Contact::default(), Solver::default());
+pub(super) fn settings(random: &mut Random, thinnest: f64) -> (ContactSettings, Solver, String) {
+    let (mut contact, mut solver) = (ContactSettings::default(), Solver::default());
     // A tolerance must be under the thinnest body's thickness.
     if contact.overlap_tolerance > 0.1 * thinnest {
         contact.overlap_tolerance = 1e-3 * thinnest;

@@ -16,7 +16,7 @@ pub use page::{csv, page};
 pub use run::{From, Options, Row, Ticket, run, run_all};
 
 use super::start::Random;
-use crate::scene::{Output, Scene, SceneError, Time};
+use crate::scene::{Scene, SceneError, Time};
 use place::{Manner, Placer};
 use room::{Needs, Room};
 use shapes::Mixture;
@@ -80,21 +80,12 @@ fn attempt(random: &mut Random, name: String) -> Drawn {
     let steps = random.log_within(STEPS[0], STEPS[1]).min(MOST_BODY_STEPS / count).floor();
     let (contact, solver, settings) = drive::settings(random, mixture.thinnest());
     let mut scene = Scene {
-        name,
         seed: random.any(),
         dynamics: drive::dynamics(random),
-        // Half a step less than its last step's end: as many steps, whatever is rounded.
-        time: Time { dt, end: steps * dt, start: 0.0, stepping: drive::stepping(random) },
         contact,
         solver,
         planar,
-        forces: Vec::new(),
-        growth: None,
-        walls: Vec::new(),
-        periodic: None,
-        bodies: Vec::new(),
-        generate: Vec::new(),
-        output: Output::default(),
+        ..Scene::new(name, Time { stepping: drive::stepping(random), ..Time::new(dt, steps * dt) })
     };
     scene.growth = drive::growth(random, &mixture, dt, count as u64);
     let reach = mixture.reach().max(longest(&scene));

@@ -1,6 +1,6 @@
 use super::watch::Watch;
 use super::*;
-use crate::scene::{Dynamics, Force, parse};
+use crate::scene::{Dynamics, Force, Scene};
 use crate::simulation::{Compute, Simulation};
 use crate::study::hard::Verdict;
 use crate::study::hard::start::{Start, heap, moving, rod, sphere, upright};
@@ -14,13 +14,13 @@ fn every_scene_of_a_seed_is_accepted_and_can_be_read_back() {
     for number in 0..MANY {
         let drawn = random(7, number).unwrap();
         assert!(drawn.scene.build().is_ok_and(|bodies| !bodies.is_empty()), "{number}");
-        assert_eq!(parse(&drawn.scene.to_json(), "again").unwrap(), drawn.scene, "{number}");
+        assert_eq!(Scene::parse(&drawn.scene.to_json(), "again").unwrap(), drawn.scene, "{number}");
         let steps = drawn.scene.time.steps();
         assert!((1..=400).contains(&steps) && drawn.scene.bodies.len() <= 60, "{}", drawn.what);
     }
     for number in 0..MANY {
         let drawn = confined(7, number).unwrap();
-        assert_eq!(parse(&drawn.scene.to_json(), "again").unwrap(), drawn.scene, "{number}");
+        assert_eq!(Scene::parse(&drawn.scene.to_json(), "again").unwrap(), drawn.scene, "{number}");
     }
 }
 
@@ -47,7 +47,7 @@ fn everything_that_a_scene_may_have_is_drawn() {
         count(&|scene| scene.periodic.is_some() && !scene.walls.is_empty()),
         count(&|scene| scene.forces.iter().any(|force| matches!(force, Force::RadialOutward { .. }))),
         count(&|scene| scene.forces.iter().any(|force| matches!(force, Force::Gravity { group: Some(_), .. }))),
-        count(&|scene| scene.contact != crate::scene::Contact::default()),
+        count(&|scene| scene.contact != crate::scene::ContactSettings::default()),
     ];
     assert!(rare.iter().all(|count| *count >= 3), "{rare:?}");
 }
@@ -85,7 +85,7 @@ fn a_step_over_the_tolerance_ends_the_run() {
 
 fn watched(start: &Start, change: impl Fn(&mut Simulation) -> bool, steps: usize) -> Watch {
     let mut watch = Watch::new(&start.scene);
-    let mut simulation = Simulation::new(start.scene.clone(), start.scene.build().unwrap()).unwrap();
+    let mut simulation = Simulation::new(start.scene.clone()).unwrap();
     for _ in 0..steps {
         let before = simulation.state().unwrap().bodies.clone();
         simulation.step().unwrap();

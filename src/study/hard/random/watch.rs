@@ -57,7 +57,7 @@ impl Watch {
             dt * self.law.motion(before, i, load, dt).free.linear.length()
         };
         let free = (0..before.len()).map(free).fold(0.0, f64::max);
-        let overlap = contacts(before, 0.0).iter().map(|(_, found)| -found.separation).fold(0.0, f64::max);
+        let overlap = contacts(before, 0.0).iter().map(|contact| -contact.separation).fold(0.0, f64::max);
         let longest = after.shape.iter().chain(&before.shape).map(|shape| shape.major_axis()).fold(0.0, f64::max);
         let growth = scene.growth.map_or(0.0, |growth| growth.fastest_rate() * dt * longest);
         // Daughters are turned, and stand a quarter of their mother's length beside her centre.

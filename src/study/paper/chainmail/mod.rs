@@ -10,7 +10,7 @@ mod plot;
 use super::measured::value;
 use super::{COMPUTED_BY, Course, Measured, Target, Window, follow_with};
 use crate::bodies::Bodies;
-use crate::scene::{self, Method, Rows, Scene};
+use crate::scene::{Method, Rows, Scene};
 use crate::step::State;
 use crate::study::StudyError;
 use crate::study::table::csv_table;
@@ -67,7 +67,7 @@ impl Size {
             format!("generate.0.chainmail.major_radius={MAJOR_RADIUS}"),
             format!("generate.0.chainmail.minor_radius={MINOR_RADIUS}"),
         ];
-        let mut scene = scene::load("chainmail", &sets)?;
+        let mut scene = Scene::load("chainmail", &sets)?;
         scene.contact.method = method;
         scene.contact.rows = Rows::Paper;
         Ok(scene)

@@ -17,7 +17,7 @@ use super::columns::measure_columns;
 use super::measured::value;
 use super::{COMPUTED_BY, Census, Course, Measured, Target, follow_with};
 use crate::render::{View, picture};
-use crate::scene::{self, Method, Rows, Scene};
+use crate::scene::{Method, Rows, Scene};
 use crate::step::Fault;
 use crate::study::StudyError;
 use crate::study::table::csv_table;
@@ -118,7 +118,7 @@ impl Case {
     fn scene(&self) -> Result<Scene, StudyError> {
         let end = DT * ((f64::from(self.generations) * LN_2 / DT).ceil() + AFTER);
         let sets = [format!("time.dt={DT}"), format!("time.end={end}"), format!("seed={}", self.seed)];
-        let mut scene = scene::load("colony", &sets)?;
+        let mut scene = Scene::load("colony", &sets)?;
         scene.contact.method = self.method;
         scene.contact.rows = Rows::Paper;
         scene.contact.cutoff = Some(CUTOFF_PER_THICKNESS * scene.thinnest());

@@ -12,7 +12,7 @@ mod targets;
 use super::columns::measure_columns;
 use super::measured::value;
 use super::{COMPUTED_BY, Census, Course, Measured, Target, Window, follow};
-use crate::scene::{self, Method, Rows, Scene, SolverKind};
+use crate::scene::{Method, Rows, Scene, SolverKind};
 use crate::step::{Fault, State};
 use crate::study::StudyError;
 use crate::study::table::csv_table;
@@ -97,7 +97,7 @@ impl Size {
             format!("generate.0.isotropic.count={}", self.bodies),
             format!("generate.0.isotropic.volume_fraction={}", self.volume_fraction),
         ];
-        let mut scene = scene::load("compaction", &sets)?;
+        let mut scene = Scene::load("compaction", &sets)?;
         scene.contact.method = case.method;
         scene.contact.rows = Rows::Paper;
         scene.contact.cutoff = Some(CUTOFF_PER_THICKNESS * scene.thinnest());

@@ -83,7 +83,7 @@ impl Case {
         let mut sets: Vec<String> = press.iter().map(|set| (*set).to_owned()).collect();
         sets.push(format!("time.dt={}", self.dt));
         sets.push(format!("time.end={}", self.dt * steps as f64));
-        let mut scene = scene::load("three-capsules", &sets)?;
+        let mut scene = Scene::load("three-capsules", &sets)?;
         scene.contact.rows = Rows::Paper;
         scene.contact.method = match self.method {
             Method::Relcp => scene::Method::Relcp,
@@ -161,7 +161,7 @@ pub fn follow(case: Case, steps: u64) -> Result<Run, StudyError> {
     let bodies = scene.build()?;
     let mut run = Run::new(case, scene.contact.overlap_tolerance);
     let mut frames = vec![tips(&bodies)];
-    let mut simulation = Simulation::new(scene, bodies)?;
+    let mut simulation = Simulation::builder(scene).bodies(bodies).build()?;
     let width = steps.div_ceil(MOST_WINDOWS).max(1);
     let mut window = Shake::default();
     while simulation.steps() < steps {

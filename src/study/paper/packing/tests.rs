@@ -1,5 +1,7 @@
 use super::*;
 use crate::scene::Dynamics;
+use crate::simulation::{Compute, Simulation};
+use crate::step::State;
 
 #[test]
 fn rods_of_the_lattice_are_clear_of_each_other_and_move_as_fast_as_the_field() {
@@ -14,7 +16,7 @@ fn rods_of_the_lattice_are_clear_of_each_other_and_move_as_fast_as_the_field() {
     let many = super::scene(10, 0.1).unwrap().build().unwrap();
     let square = many.orientation.iter().map(|q| (*q * glam::DVec3::Z).powf(2.0)).sum::<glam::DVec3>() / 1000.0;
     assert!((square - 1.0 / 3.0).abs().max_element() < 0.05, "{square}");
-    let far = crate::simulation::Simulation::new(scene.clone(), bodies).and_then(|mut simulation| {
+    let far = Simulation::start(&Compute::Cpu, scene.clone(), State::new(bodies)).and_then(|mut simulation| {
         simulation.step()?;
         Ok(simulation.state()?.bodies.velocity[0])
     });
@@ -41,7 +43,7 @@ fn a_tiny_packing_is_measured() {
     let files = study.files().unwrap();
     let text = |name: &str| String::from_utf8(files.iter().find(|file| file.0 == name).unwrap().1.clone()).unwrap();
     assert_eq!((text("packing.csv").lines().count(), text("packing-steps.csv").lines().count()), (3, 226));
-    let read = crate::scene::parse(&text("packing-8-scene.json"), "").unwrap();
+    let read = crate::scene::Scene::parse(&text("packing-8-scene.json"), "").unwrap();
     assert_eq!((read.bodies.len(), read.time.dt), (8, 0.1));
     assert!(study.plots().unwrap()[0].1.starts_with("<svg"));
     assert_eq!(study.numbers().unwrap()["runs"][0]["course"]["steps"], 75);

@@ -1,7 +1,7 @@
 //! One run, and the path that it takes.
 
 use super::l2;
-use crate::scene::{self, Method, Rows, Scene, Stepping};
+use crate::scene::{Method, Rows, Scene, Stepping};
 use crate::separation::Placed;
 use crate::simulation::Simulation;
 use crate::study::StudyError;
@@ -95,7 +95,7 @@ impl Case {
     /// # Errors
     /// [`StudyError::Scene`], which the tests rule out.
     pub fn scene(&self) -> Result<Scene, StudyError> {
-        let mut scene = scene::load("two-ellipsoids", &[format!("time.dt={}", self.dt)])?;
+        let mut scene = Scene::load("two-ellipsoids", &[format!("time.dt={}", self.dt)])?;
         scene.contact.rows = Rows::Paper;
         if self.side == Side::Left {
             for body in &mut scene.bodies {
@@ -207,7 +207,7 @@ pub(super) fn once(case: Case, scene: &Scene) -> Result<Run, StudyError> {
     let begun = Instant::now();
     let bodies = scene.build()?;
     path.push(&bodies.placed(0));
-    let mut simulation = Simulation::new(scene.clone(), bodies)?;
+    let mut simulation = Simulation::builder(scene.clone()).bodies(bodies).build()?;
     let mut run = Run {
         case,
         path,

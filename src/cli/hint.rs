@@ -1,0 +1,104 @@
+//! What the program's user can do about an error of the library: the options that the library does not know of.
+
+use super::exit::CliError;
+use miette::{Diagnostic, LabeledSpan, SourceCode};
+use relcp::batch::BatchError;
+use relcp::export::ExportError;
+use relcp::gpu::GpuError;
+use relcp::measure::MeasureError;
+use relcp::record::{RecordError, StatesError};
+use relcp::render::RenderError;
+use relcp::run::RunError;
+use relcp::step::Fault;
+use relcp::study::StudyError;
+use std::error::Error;
+use std::fmt;
+
+/// An error with the program's hint in the place of the library's help.
+#[derive(Debug)]
+pub(super) struct Hinted(pub CliError);
+
+impl fmt::Display for Hinted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+impl Error for Hinted {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        self.0.source()
+    }
+}
+
+impl Diagnostic for Hinted {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        match of(&self.0) {
+            Some(hint) => Some(Box::new(hint)),
+            None => self.0.help(),
+        }
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.0.source_code()
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        self.0.labels()
+    }
+}
+
+fn of(error: &CliError) -> Option<&'static str> {
+    match error {
+        CliError::Device(fault) | CliError::Start(Fault::Device(fault)) => of_device(fault),
+        CliError::Run(RunError::Fault(Fault::Device(fault))) => of_device(fault),
+        CliError::Study(StudyError::Gpu(fault) | StudyError::Fault(Fault::Device(fault))) => of_device(fault),
+        CliError::Render(RenderError::Device(fault)) => of_device(fault),
+        CliError::Render(error) => of_render(error),
+        CliError::Record(error)
+        | CliError::Run(RunError::Record(error))
+        | CliError::Export(ExportError::Record(error))
+        | CliError::Measure(MeasureError::Record(error) | MeasureError::States(StatesError::Record(error)))
+        | CliError::Batch(BatchError::Record(error))
+        | CliError::Study(StudyError::Record(error)) => of_record(error),
+        _ => None,
+    }
+}
+
+fn of_device(fault: &GpuError) -> Option<&'static str> {
+    match fault {
+        GpuError::NoF64 { .. } => Some("use --precision f32, or --backend cpu"),
+        GpuError::Lost { .. } | GpuError::Hang { .. } => {
+            Some("run again with --resume to go on from the last checkpoint")
+        }
+        GpuError::Kernel { .. } | GpuError::Refused { .. } => None,
+        _ => Some("use --backend cpu"),
+    }
+}
+
+fn of_record(error: &RecordError) -> Option<&'static str> {
+    match error {
+        RecordError::NotEmpty { .. } => {
+            Some("name another folder with --out, or go on with the run that is in it with --resume")
+        }
+        RecordError::NoCheckpoint { .. } => {
+            Some("name the folder of an earlier run with --out, or start a new one without --resume")
+        }
+        RecordError::OtherScene { .. } => {
+            Some("give the scene and the --set options that the run was started with, or leave both out")
+        }
+        RecordError::InUse { .. } => Some("wait for it, stop it, or name another folder with --out"),
+        _ => None,
+    }
+}
+
+fn of_render(error: &RenderError) -> Option<&'static str> {
+    match error {
+        RenderError::States(StatesError::Record(error)) | RenderError::Record(error) => of_record(error),
+        RenderError::NoScale { .. } => Some("leave --range out, or choose another --colour"),
+        RenderError::Nothing { .. } => Some("leave out --from and --to for all states"),
+        RenderError::Foreign { .. } => Some("name another folder with --out"),
+        RenderError::NoEncoder => Some("install ffmpeg, or leave --movie out for pictures only"),
+        RenderError::Stopped { .. } => Some("the same command again starts anew and replaces what is there"),
+        _ => None,
+    }
+}
