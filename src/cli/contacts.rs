@@ -58,8 +58,7 @@ pub(super) fn contacts(arguments: &Contacts) -> Result<Exit, CliError> {
 
 /// The bodies of a scene as they start, of a state file, or of the state that a run's folder stands at; and the walls,
 /// of which a state file knows nothing.
-fn open(state: &str) -> Result<(Bodies, Walls), CliError> {
-    let path = Path::new(state);
+fn open(path: &Path) -> Result<(Bodies, Walls), CliError> {
     if path.is_dir() {
         let bodies = read_state(&path.join("checkpoint.npz"))?.1.bodies;
         let scene = Folder::view(path).scene();
@@ -69,7 +68,7 @@ fn open(state: &str) -> Result<(Bodies, Walls), CliError> {
     if path.extension().is_some_and(|extension| extension == "npz") {
         return Ok((read_state(path)?.1.bodies, Walls::default()));
     }
-    let scene = Scene::load(state, scene::NO_OVERRIDES)?;
+    let scene = Scene::load(path, scene::NO_OVERRIDES)?;
     Ok((scene.build()?, scene.walls()))
 }
 

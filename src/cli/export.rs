@@ -57,9 +57,8 @@ pub(super) fn export(arguments: &Arguments) -> Result<Exit, CliError> {
 }
 
 /// In a run's folder, or else here, named after what is exported.
-fn place(run: &str, name: &str, extension: &str) -> PathBuf {
-    let path = Path::new(run);
-    if path.is_dir() { path.join(extension) } else { PathBuf::from(format!("{name}-{extension}")) }
+fn place(run: &Path, name: &str, extension: &str) -> PathBuf {
+    if run.is_dir() { run.join(extension) } else { PathBuf::from(format!("{name}-{extension}")) }
 }
 
 fn print(exported: &Exported) -> Result<(), CliError> {

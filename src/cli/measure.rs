@@ -58,9 +58,8 @@ pub(super) fn measure(arguments: &Arguments) -> Result<Exit, CliError> {
 }
 
 /// In a run's folder, or else here, named after what is measured.
-fn place(run: &str, name: &str) -> PathBuf {
-    let path = Path::new(run);
-    if path.is_dir() { path.join("measures") } else { PathBuf::from(format!("{name}-measures")) }
+fn place(run: &Path, name: &str) -> PathBuf {
+    if run.is_dir() { run.join("measures") } else { PathBuf::from(format!("{name}-measures")) }
 }
 
 /// The numbers of the last state, and where the others are.

@@ -141,9 +141,8 @@ fn make_movie(
 }
 
 /// In a run's folder, or else here, named after what is drawn.
-fn place(run: &str, name: &str) -> PathBuf {
-    let path = Path::new(run);
-    if path.is_dir() { path.join("render") } else { PathBuf::from(format!("{name}-render")) }
+fn place(run: &Path, name: &str) -> PathBuf {
+    if run.is_dir() { run.join("render") } else { PathBuf::from(format!("{name}-render")) }
 }
 
 fn print(rendered: &Rendered, folder: &Path, movie: Option<&Path>) -> Result<(), CliError> {

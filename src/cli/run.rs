@@ -97,7 +97,7 @@ fn resume(arguments: &Arguments) -> Result<Run, CliError> {
             let recorded = folder.scene();
             let scene = match source {
                 Some(source) => Scene::load(source, &arguments.sets)?,
-                None => Scene::load(text_of(&recorded)?, &arguments.sets)?,
+                None => Scene::load(&recorded, &arguments.sets)?,
             };
             (folder, scene)
         }
@@ -125,10 +125,6 @@ fn latest(scene: &Scene) -> Result<Folder, RecordError> {
         Some(path) => Folder::open(&path),
         None => Err(RecordError::NoCheckpoint { path: runs }),
     }
-}
-
-fn text_of(path: &Path) -> Result<&str, CliError> {
-    path.to_str().ok_or_else(|| CliError::Usage(format!("{}: the path is not Unicode", path.display())))
 }
 
 fn show(

@@ -63,19 +63,15 @@ pub(super) fn view(arguments: &Arguments) -> Result<Exit, CliError> {
 
 /// Writes the page of a run that has ended into its folder.
 pub(super) fn after(folder: &Path) -> Result<PathBuf, CliError> {
-    let Some(source) = folder.to_str() else {
-        return Err(CliError::Usage(format!("{}: the path is not Unicode", folder.display())));
-    };
-    let states = States::open(source).map_err(RenderError::from)?;
+    let states = States::open(folder).map_err(RenderError::from)?;
     let file = folder.join(PAGE);
-    write(source, &states, &Pages::default(), &file, &mut |_, _| true)?;
+    write(folder, &states, &Pages::default(), &file, &mut |_, _| true)?;
     Ok(file)
 }
 
 /// In a run's folder, or else here, named after what is shown.
-fn place(run: &str, name: &str) -> PathBuf {
-    let path = Path::new(run);
-    if path.is_dir() { path.join(PAGE) } else { PathBuf::from(format!("{name}-{PAGE}")) }
+fn place(run: &Path, name: &str) -> PathBuf {
+    if run.is_dir() { run.join(PAGE) } else { PathBuf::from(format!("{name}-{PAGE}")) }
 }
 
 fn print(file: &Path, viewed: &Viewed) -> Result<(), CliError> {

@@ -3,6 +3,7 @@
 use super::{Cell, Column, Found, Frame, LeftOut, Measure, MeasureError, Settings, View};
 use crate::bodies::Bodies;
 use crate::record::{States, Watch};
+use std::path::Path;
 
 /// How far the square of an orientation's length may be from 1: what is read as a rotation then turns axes by no more
 /// than this. States of a run in f32 are within 1e-15 (500 steps of two ellipsoids), so that this is for states made by
@@ -34,7 +35,7 @@ pub struct Measured {
 /// # Errors
 /// States that cannot be read or hold numbers that are not finite; [`MeasureError::Stopped`] where `watch` says so.
 pub fn measure(
-    source: &str,
+    source: impl AsRef<Path>,
     states: &States,
     measures: &[&'static dyn Measure],
     settings: &Settings,
@@ -49,7 +50,7 @@ pub fn measure(
 /// # Errors
 /// As [`measure()`].
 pub fn measure_last(
-    source: &str,
+    source: impl AsRef<Path>,
     states: &States,
     measures: &[&'static dyn Measure],
     settings: &Settings,

@@ -23,8 +23,8 @@ impl Frame {
     ///
     /// # Errors
     /// A scene or a state that cannot be read.
-    pub fn of(source: &str, states: &States) -> Result<Frame, StatesError> {
-        if let Some((scene, origin)) = scene_behind(source)? {
+    pub fn of(source: impl AsRef<Path>, states: &States) -> Result<Frame, StatesError> {
+        if let Some((scene, origin)) = scene_behind(source.as_ref())? {
             return Ok(Frame::of_scene(&scene, origin));
         }
         Ok(Frame { planar: states.planar()?, planar_from: "the bodies of the last state".into(), drag: None })
@@ -45,13 +45,12 @@ impl Frame {
 ///
 /// # Errors
 /// A scene that cannot be read.
-pub(crate) fn scene_behind(source: &str) -> Result<Option<(Scene, String)>, StatesError> {
-    let path = Path::new(source);
+pub(crate) fn scene_behind(path: &Path) -> Result<Option<(Scene, String)>, StatesError> {
     if let Some(path) = scene_of(path) {
         return Ok(Some((Scene::read(&path)?, path.display().to_string())));
     }
     if path.is_dir() || path.extension().is_some_and(|extension| extension == "npz") {
         return Ok(None);
     }
-    Ok(Some((Scene::load(source, scene::NO_OVERRIDES)?, source.into())))
+    Ok(Some((Scene::load(path, scene::NO_OVERRIDES)?, path.display().to_string())))
 }

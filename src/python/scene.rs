@@ -70,8 +70,7 @@ impl PyScene {
     #[pyo3(signature = (source, overrides=None))]
     fn load(py: Python<'_>, source: PathBuf, overrides: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let sets = self::overrides(overrides)?;
-        let Some(source) = source.to_str() else { return Err(PyValueError::new_err("the path is not Unicode")) };
-        py.detach(|| Scene::load(source, &sets)).map(PyScene).map_err(|fault| scene_fault(py, &fault, true))
+        py.detach(|| Scene::load(&source, &sets)).map(PyScene).map_err(|fault| scene_fault(py, &fault, true))
     }
 
     /// Reads a scene from JSON text; `origin` names the text in messages. Raises SceneError with line and column.

@@ -71,8 +71,8 @@ impl States {
     /// # Errors
     /// [`StatesError::NoState`] for a folder without states; a scene that cannot be read, or a state where there is no
     /// other.
-    pub fn open(source: &str) -> Result<Self, StatesError> {
-        let path = Path::new(source);
+    pub fn open(source: impl AsRef<Path>) -> Result<Self, StatesError> {
+        let path = source.as_ref();
         if path.is_dir() {
             return States::of_run(path);
         }
@@ -81,10 +81,14 @@ impl States {
             let planar = planar_of(path)?;
             return Ok(States { name, entries: vec![Entry::File(path.into())], notes: Vec::new(), planar });
         }
-        let scene = Scene::load(source, scene::NO_OVERRIDES)?;
+        let scene = Scene::load(path, scene::NO_OVERRIDES)?;
         let (time, bodies) = (scene.time.start, scene.build()?);
         let snapshot = Snapshot { step: 0, time, bodies, warm: None };
-        Ok(States { name: stem(path), planar: Some(scene.planar), ..States::single(source, snapshot) })
+        Ok(States {
+            name: stem(path),
+            planar: Some(scene.planar),
+            ..States::single(&path.display().to_string(), snapshot)
+        })
     }
 
     /// A state of one's own; `name` stands in messages and names the files.
@@ -136,9 +140,9 @@ impl States {
         let entries = States::whole(entries, &mut notes)?;
         if entries.is_empty() {
             let last = folder.last();
-            return match last.to_str() {
-                Some(text) if last.exists() => Ok(States { name, ..States::open(text)? }),
-                _ => Err(StatesError::NoState { path: path.into() }),
+            return match last.exists() {
+                true => Ok(States { name, ..States::open(last)? }),
+                false => Err(StatesError::NoState { path: path.into() }),
             };
         }
         Ok(States { name, entries, notes, planar: planar_of(path)? })

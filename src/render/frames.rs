@@ -158,7 +158,7 @@ struct ScannedState {
 /// # Errors
 /// A [`RenderError`]: states that cannot be read, or do not have what the colours are to tell.
 pub fn render(
-    source: &str,
+    source: impl AsRef<Path>,
     states: &States,
     frames: &Frames,
     folder: &Path,
@@ -173,7 +173,7 @@ pub fn render(
 /// As [`render`], and [`RenderError::Device`].
 pub fn render_on(
     rays: Option<&Rays>,
-    source: &str,
+    source: impl AsRef<Path>,
     states: &States,
     frames: &Frames,
     folder: &Path,
@@ -182,6 +182,7 @@ pub fn render_on(
     if frames.range.is_some() && frames.colour.ends().is_none() {
         return Err(RenderError::NoScale { colour: frames.colour.name() });
     }
+    let source = source.as_ref();
     let run = Frame::of(source, states)?;
     let side = frames.side.unwrap_or(if run.planar { Side::Top } else { Side::Oblique });
     let size = frames.size.map(|side| side.clamp(1, View::LARGEST_SIDE));

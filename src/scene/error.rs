@@ -100,7 +100,7 @@ impl Fault {
 }
 
 /// A text of at most so many characters: of a longer one both ends.
-fn shortened(text: &str, longest: usize) -> Cow<'_, str> {
+pub(super) fn shortened(text: &str, longest: usize) -> Cow<'_, str> {
     let count = text.chars().count();
     if count <= longest {
         return text.into();

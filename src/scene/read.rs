@@ -23,6 +23,9 @@ use std::path::Path;
 /// by one at about 500 bytes a body with lineage and velocities.
 pub const MAX_FILE_BYTES: u64 = 8 << 30;
 
+/// The source that is the standard input.
+const STANDARD_INPUT: &str = "-";
+
 /// No overrides, for [`Scene::load`].
 pub const NO_OVERRIDES: [&str; 0] = [];
 
@@ -79,7 +82,7 @@ impl Scene {
     ///
     /// A key is dotted, with indices for lists (`bodies.0.position.1=2.5`); missing objects on its way are made, and an
     /// index one past a list's end appends to it. A value is JSON, or else a string. A built-in name wins over a file
-    /// of that name, which `./NAME` still reaches.
+    /// of that name, which `./NAME` still reaches. `-` is the standard input.
     ///
     /// ```
     /// let scene = relcp::Scene::load("two-ellipsoids", ["time.dt=0.05", "contact.method=snsd"])?;
@@ -89,11 +92,16 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::read`]; also an override that is not `KEY=VALUE`, whose key cannot be followed or does not exist.
-    pub fn load(source: &str, overrides: impl IntoIterator<Item = impl AsRef<str>>) -> Result<Scene, SceneError> {
+    pub fn load(
+        source: impl AsRef<Path>,
+        overrides: impl IntoIterator<Item = impl AsRef<str>>,
+    ) -> Result<Scene, SceneError> {
         let sets = overrides.into_iter().map(|set| Override::parse(set.as_ref())).collect::<Result<Vec<_>, _>>()?;
-        match BuiltIn::named(source) {
-            Some(scene) => parse_with(scene.text, source, &sets),
-            None => Source::file(Path::new(source))?.scene(&sets),
+        let source = source.as_ref();
+        match source.to_str().and_then(BuiltIn::named) {
+            Some(scene) => parse_with(scene.text, scene.name, &sets),
+            None if source == Path::new(STANDARD_INPUT) => Source::standard_input()?.scene(&sets),
+            None => Source::file(source)?.scene(&sets),
         }
     }
 }
@@ -129,10 +137,20 @@ impl Source {
         self.written.as_ref().unwrap_or(&self.text)
     }
 
+    /// What stands on the standard input.
+    fn standard_input() -> Result<Self, SceneError> {
+        let origin = "standard input".to_owned();
+        Source::decoded(take_bytes(std::io::stdin().lock(), &origin)?, origin)
+    }
+
     /// A file's text.
     pub fn file(path: &Path) -> Result<Self, SceneError> {
         let origin = path.display().to_string();
-        match String::from_utf8(read_bytes(path, &origin)?) {
+        Source::decoded(read_bytes(path, &origin)?, origin)
+    }
+
+    fn decoded(bytes: Vec<u8>, origin: String) -> Result<Self, SceneError> {
+        match String::from_utf8(bytes) {
             Ok(text) if unmarked(&text).len() == text.len() => Ok(Source::of(text, origin)),
             Ok(text) => Ok(Source::new(&text, &origin)),
             Err(e) => {
@@ -205,8 +223,13 @@ fn read_bytes(path: &Path, origin: &str) -> Result<Vec<u8>, SceneError> {
     if meta.is_dir() {
         return Err(refuse("is a directory, not a scene file".to_owned()));
     }
+    take_bytes(file, origin)
+}
+
+fn take_bytes(from: impl Read, origin: &str) -> Result<Vec<u8>, SceneError> {
     let mut bytes = Vec::new();
-    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(|e| refuse(format!("cannot be read: {e}")))?;
+    let fault = |e| SceneError::new(FaultKind::Io, "", format!("cannot be read: {e}")).of(origin);
+    from.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(fault)?;
     if bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(
             SceneError::new(FaultKind::TooLarge, "", format!("is longer than {MAX_FILE_BYTES} bytes")).of(origin)

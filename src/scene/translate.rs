@@ -1,6 +1,6 @@
 //! From serde's words to a scene's: which key, what was wrong, what would be right.
 
-use super::error::{FaultKind, SceneError};
+use super::error::{FaultKind, SceneError, shortened};
 use super::nearest::nearest;
 use super::place;
 use serde_json::error::Category;
@@ -69,6 +69,9 @@ fn without_place(error: &serde_json::Error) -> String {
     words.strip_suffix(&place).unwrap_or(&words).to_owned()
 }
 
+/// A name of more characters is cut in messages.
+const LONGEST_NAME: usize = 60;
+
 /// Words that some programs write for numbers that JSON does not have.
 const NOT_NUMBERS: [&str; 4] = ["NaN", "nan", "Infinity", "inf"];
 
@@ -87,6 +90,7 @@ fn syntax(words: &str, key: &str, text: &str, byte: Option<usize>) -> SceneError
 
 fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> String {
     let known: Vec<&str> = known.collect();
+    let name = &shortened(name, LONGEST_NAME);
     match nearest(name, known.iter().copied()) {
         _ if known.is_empty() => format!("unknown {what} `{name}`; no {what} is allowed here"),
         _ if known.len() == 1 => format!("unknown {what} `{name}`; the only {what} here is `{}`", known[0]),

@@ -101,16 +101,17 @@ struct Looked {
 /// # Errors
 /// A [`RenderError`]: states that cannot be read or are not there, a file that cannot be written.
 pub fn view(
-    source: &str,
+    source: impl AsRef<Path>,
     states: &States,
     pages: &Pages,
     path: &Path,
     watch: Watch<'_>,
 ) -> Result<Viewed, RenderError> {
+    let source = source.as_ref();
     let frame = Frame::of(source, states)?;
     let scene = scene_behind(source)?.map(|(scene, _)| scene);
     let chosen = Chosen::of(states, pages, &mut *watch)?;
-    let (steps, lost) = steps::read(Path::new(source), pages);
+    let (steps, lost) = steps::read(source, pages);
     let walls = scene.as_ref().map_or_else(Walls::default, |scene| Walls::new(&scene.walls, frame.planar));
     let mut packer = Packer::new(&chosen);
     let mut notes = states.notes().to_vec();

@@ -215,3 +215,47 @@ fn contacts_have_a_head_and_ids_and_refuse_a_backend() {
         place.relcp(&[&["contacts", "run"], &option[..]].concat()).expect(2);
     }
 }
+
+#[test]
+fn a_scene_is_read_from_standard_input() {
+    let place = Place::new();
+    let text = fs::read(place.at("rods.json")).unwrap();
+    let mut command = assert_cmd::Command::cargo_bin("relcp").unwrap();
+    let arguments = ["run", "-", "--set", "time.end=0.1", "--quiet", "--out", "run"];
+    command.current_dir(place.0.path()).args(arguments).write_stdin(text).assert().success();
+    assert_eq!(place.json("run/summary.json")["time"], json!(0.1));
+    let mut command = assert_cmd::Command::cargo_bin("relcp").unwrap();
+    let output = command.args(["check", "-"]).write_stdin("{\"nme\": 1}").output().unwrap();
+    let err = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && err.contains("standard input:1:2: nme: unknown key"), "{err}");
+}
+
+#[test]
+#[cfg(unix)]
+fn paths_need_not_be_unicode() {
+    use std::ffi::OsString;
+    use std::os::unix::ffi::OsStringExt;
+    let place = Place::new();
+    let name = |text: &[u8]| OsString::from_vec(text.to_vec());
+    fs::copy(place.at("rods.json"), place.0.path().join(name(b"rods-\xff.json"))).unwrap();
+    let run = |arguments: &[OsString]| {
+        let mut command = assert_cmd::Command::cargo_bin("relcp").unwrap();
+        command.current_dir(place.0.path()).args(arguments).assert().success();
+    };
+    let words = |words: &[&str]| -> Vec<OsString> { words.iter().map(Into::into).collect() };
+    let out = name(b"run-\xfe");
+    run(&[
+        words(&["run", "--quiet", "--view", "--set", "time.end=0.1"]),
+        vec![name(b"rods-\xff.json"), "--out".into(), out.clone()],
+    ]
+    .concat());
+    for command in [
+        &["measure", "--quiet"][..],
+        &["contacts"],
+        &["export", "--format", "xyz"],
+        &["render", "--last", "--size", "64x36"],
+    ] {
+        run(&[words(command), vec![out.clone()]].concat());
+    }
+    run(&[words(&["run", "--resume", "--quiet", "--set", "time.end=0.1"]), vec!["--out".into(), out]].concat());
+}

@@ -9,7 +9,8 @@ pub(super) use run::{Backend, Batch, Compute, Precision, Print, Run};
 pub(super) use states::{Contacts, Export, ExportFormat, Measure, Render, View};
 pub(super) use study::{Study, StudyName};
 
-use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum, ValueHint};
+use std::path::PathBuf;
 
 /// More threads than this are a slip of the pen.
 const MOST_THREADS: i64 = 1024;
@@ -137,9 +138,9 @@ pub(super) struct Devices {
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  relcp check mine.json --set time.end=2")]
 pub(super) struct Check {
-    /// A scene file, or the name of a built-in scene
-    #[arg(value_name = "SCENE")]
-    pub(super) scene: String,
+    /// A scene file, the name of a built-in scene, or - for the standard input
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub(super) scene: PathBuf,
     /// Replace a value of the scene by its dotted key
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(super) sets: Vec<String>,

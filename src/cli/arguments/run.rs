@@ -1,7 +1,7 @@
 //! Arguments of commands that compute: what with, and what is run.
 
 use super::MOST_THREADS;
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -60,9 +60,10 @@ The folder has scene.json, steps.csv, states/, final.json, final.png, summary.js
 #[derive(Args, Debug)]
 #[command(after_help = RUN_EXAMPLES)]
 pub(in crate::cli) struct Run {
-    /// A scene file, or the name of a built-in scene; with --resume and --out it may be left out
-    #[arg(value_name = "SCENE")]
-    pub(in crate::cli) scene: Option<String>,
+    /// A scene file, the name of a built-in scene, or - for the standard input; with --resume and --out it may be left
+    /// out
+    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    pub(in crate::cli) scene: Option<PathBuf>,
     /// The run's folder, new or empty; without it, runs/NAME, or runs/NAME-2 and so on where that is taken
     #[arg(long, value_name = "DIR")]
     pub(in crate::cli) out: Option<PathBuf>,

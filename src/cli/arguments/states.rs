@@ -21,7 +21,7 @@ pub(in crate::cli) struct Contacts {
     /// A scene file, a run's final.json, one of its states (.npz; it knows no walls), or a run's folder: the state that
     /// it stands at
     #[arg(value_name = "STATE")]
-    pub(in crate::cli) state: String,
+    pub(in crate::cli) state: PathBuf,
     /// Pairs nearer than this, a length; in a periodic scene at most the shortest period
     #[arg(long, value_name = "LENGTH", default_value_t = 0.0, value_parser = length)]
     pub(in crate::cli) cutoff: f64,
@@ -62,7 +62,7 @@ pub(in crate::cli) enum ExportFormat {
 pub(in crate::cli) struct Export {
     /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
     #[arg(value_name = "RUN")]
-    pub(in crate::cli) run: String,
+    pub(in crate::cli) run: PathBuf,
     /// The format
     #[arg(long, value_enum)]
     pub(in crate::cli) format: ExportFormat,
@@ -98,7 +98,7 @@ in the checkpoint, and in all states of a run with output.forces; stress and for
 pub(in crate::cli) struct Measure {
     /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
     #[arg(value_name = "RUN")]
-    pub(in crate::cli) run: String,
+    pub(in crate::cli) run: PathBuf,
     /// These measures only, by commas or as often as needed: nematic, correlation, radius, packing, density, length,
     /// contacts, stress, force_chains, microdomains, dissipation
     #[arg(long, value_name = "MEASURE", value_delimiter = ',')]
@@ -148,7 +148,7 @@ A movie is made where `ffmpeg` is on the path. A hardware GPU casts the rays if 
 pub(in crate::cli) struct Render {
     /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
     #[arg(value_name = "RUN")]
-    pub(in crate::cli) run: String,
+    pub(in crate::cli) run: PathBuf,
     /// Where the files go; without it RUN/render, and for what is no folder NAME-render here
     #[arg(long, value_name = "DIR")]
     pub(in crate::cli) out: Option<PathBuf>,
@@ -223,7 +223,7 @@ The command replaces an earlier page only when the new one is complete.";
 pub(in crate::cli) struct View {
     /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
     #[arg(value_name = "RUN")]
-    pub(in crate::cli) run: String,
+    pub(in crate::cli) run: PathBuf,
     /// Output file [default: RUN/view.html; for a single file NAME-view.html in the current folder]
     #[arg(long, value_name = "FILE")]
     pub(in crate::cli) out: Option<PathBuf>,
