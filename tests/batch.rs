@@ -102,7 +102,7 @@ fn bad_sweeps_are_refused_with_their_place() {
         (r#" "seeds": 3}"#, WrongType, 2, 11, "seeds", "a list of seeds"),
         (r#" "seeds": [1], "grid": {"seed": [2]}}"#, BadValue, 2, 33, "grid.seed", "`seeds` too"),
         (r#" "grid": {"time": [{}]}, "list": [{"time.dt": 1}]}"#, BadValue, 2, 47, "list.0.time.dt", "`time`"),
-        (r#" "seeds": [1, ]}"#, Syntax, 2, 15, "seeds", "JSON"),
+        (r#" "seeds": [1 2]}"#, Syntax, 2, 14, "seeds", "JSON"),
     ] {
         let error = refused(&format!("{start}\n{rest}"));
         let found = (error.kind(), error.line(), error.column(), error.key());

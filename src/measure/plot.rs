@@ -258,7 +258,9 @@ fn draw_in(svg: &mut String, [x_name, y_name]: &[String; 2], curves: &[Curve]) -
 fn draw_curve(chart: &mut Chart<'_, '_>, curve: &Curve) -> Result<(), Fault> {
     let (points, colour) = (&curve.points, curve.colour);
     let at = |point: &Point| (point.x, point.y);
-    for pair in points.windows(2).filter(|pair| pair.iter().any(|point| point.error > 0.0)) {
+    let has_band =
+        |pair: &&[Point]| pair.iter().all(|point| !point.noisy) && pair.iter().any(|point| point.error > 0.0);
+    for pair in points.windows(2).filter(has_band) {
         let [a, b] = [pair[0], pair[1]];
         let corners = [(a.x, a.y - a.error), (b.x, b.y - b.error), (b.x, b.y + b.error), (a.x, a.y + a.error)];
         chart.draw_series([Polygon::new(corners, colour.mix(BAND))])?;
@@ -327,7 +329,7 @@ mod tests {
         let curve = |points: Vec<Point>| Curve { name: "t = 1".into(), points, colour: BLACK };
         let axes = ["distance (length)".to_owned(), "correlation".to_owned()];
         let svg = draw(&axes, &[curve(vec![point(0.0, false), point(1.0, false), point(2.0, true)])]).unwrap();
-        assert!(svg.contains("pale: fewer than 30") && svg.matches("<polygon").count() == 2, "{svg}");
+        assert!(svg.contains("pale: fewer than 30") && svg.matches("<polygon").count() == 1, "{svg}");
         assert!(svg.contains("width=\"86.1mm\"") && svg.contains("font-size=\"32"), "{svg}");
         assert!(draw(&axes, &[curve(vec![point(1.0, false)])]).unwrap().contains("<circle"));
     }

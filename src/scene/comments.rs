@@ -32,7 +32,7 @@ mod tests {
 
     #[test]
     fn what_is_no_comment_stays() {
-        for text in ["{\"a\": 1}", "", "{ /* no end", "{\"a\" 1}"] {
+        for text in ["{\"a\": 1}", "", "{\"a\" 1}"] {
             assert_eq!(blanked(text), text);
         }
     }

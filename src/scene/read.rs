@@ -137,6 +137,14 @@ impl Source {
         self.written.as_ref().unwrap_or(&self.text)
     }
 
+    /// Shows a fault of this text, not of an override, with its comments.
+    fn shown(&self, error: SceneError) -> SceneError {
+        match &self.written {
+            Some(written) if error.origin() == Some(&self.origin) => error.shown_in(written),
+            _ => error,
+        }
+    }
+
     /// What stands on the standard input.
     fn standard_input() -> Result<Self, SceneError> {
         let origin = "standard input".to_owned();
@@ -175,7 +183,7 @@ impl Source {
 
     /// The scene that it is, after overrides.
     pub fn scene(&self, sets: &[Override]) -> Result<Scene, SceneError> {
-        parse_json(&self.text, &self.origin, sets).map_err(|error| error.shown_in(self.written()))
+        parse_json(&self.text, &self.origin, sets).map_err(|error| self.shown(error))
     }
 
     /// The document of another type that it is, read as strictly as a scene: an object, no key unknown or repeated.
@@ -189,13 +197,13 @@ impl Source {
             // From the text, where keys stand in their order; from the tree, where a fault has its path.
             serde_json::from_str(&self.text).or_else(|_| from_tree(value, &self.text))
         };
-        let placed = |misread| misplaced(misread, &self.origin, &self.text, &[]).shown_in(self.written());
+        let placed = |misread| self.shown(misplaced(misread, &self.origin, &self.text, &[]));
         read().map_err(placed)
     }
 
     /// Says where a fault of that document, known by its key, stands.
     pub fn put(&self, error: SceneError) -> SceneError {
-        put(error, &self.origin, &self.text, &[]).shown_in(self.written())
+        self.shown(put(error, &self.origin, &self.text, &[]))
     }
 
     /// Points at a stretch of the text.
@@ -239,8 +247,7 @@ fn take_bytes(from: impl Read, origin: &str) -> Result<Vec<u8>, SceneError> {
 }
 
 fn parse_with(text: &str, origin: &str, sets: &[Override]) -> Result<Scene, SceneError> {
-    let text = unmarked(text);
-    parse_json(&blanked(text), origin, sets).map_err(|error| error.shown_in(text))
+    Source::new(text, origin).scene(sets)
 }
 
 fn parse_json(text: &str, origin: &str, sets: &[Override]) -> Result<Scene, SceneError> {

@@ -96,7 +96,7 @@ fn what_cannot_be_done_is_said_and_leaves_no_file() {
     let run = colony(place.path());
     for (arguments, status) in [
         (&["export", "colony"] as &[&str], 2),
-        (&["export", "colony", "--format", "xyz"], 2),
+        (&["export", "colony", "--format", "pdb"], 2),
         (&["export", "colony", "--format", "gsd", "--cutoff", "0.1"], 2),
         (&["export", "colony", "--format", "vtk", "--cutoff", "nan"], 2),
         (&["export", "no-such-run", "--format", "gsd"], 4),
