@@ -178,8 +178,8 @@ fn what_cannot_be_drawn_is_said_before_anything_is_written() {
     fs::create_dir(place.path().join("empty")).unwrap();
     for (arguments, status, said) in [
         (&["render"] as &[&str], 2, "RUN"),
-        (&["render", "run", "--colour", "force"], 2, "output.forces=true"),
-        (&["render", "run", "--colour", "pressure"], 2, "has no contact forces"),
+        (&["render", "run/final.json", "--colour", "force"], 2, "output.forces=true"),
+        (&["render", "run/final.json", "--colour", "pressure"], 2, "has no contact forces"),
         (&["render", "run", "--colour", "temperature"], 2, "orientation"),
         (&["render", "run", "--range", "0:1"], 2, "orientation has no scale"),
         (&["render", "run", "--colour", "age", "--range", "1:1"], 2, "not below"),
@@ -208,7 +208,7 @@ fn what_cannot_be_drawn_is_said_before_anything_is_written() {
     bytes[1500] ^= 1;
     fs::write(&state, bytes).unwrap();
     let before = frames(&place.path().join("run/render"));
-    let (_, err) = relcp(place.path(), &["render", "run"], 4);
+    let (_, err) = relcp(place.path(), &["render", state.to_str().unwrap(), "--out", "run/render"], 4);
     assert!(err.contains("state_0000000050.npz") && err.contains("damaged"), "{err}");
     assert!(before == frames(&place.path().join("run/render")));
 }

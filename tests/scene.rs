@@ -682,3 +682,15 @@ fn deep_nesting_is_refused_not_followed() {
     let error = set("colony", &[&format!("name={}", "[".repeat(100_000))]).unwrap_err();
     assert_eq!(error.kind(), FaultKind::BadOverride);
 }
+
+#[test]
+fn comments_and_trailing_commas_are_read_and_faults_keep_their_places() {
+    let text = "{\n  // a ball\n  \"name\": \"ball\", /* in\n space */ \"time\": { \"dt\": 0.1, \"end\": 1, },\n  # no bodies\n  \"bodies\": [],\n}\n";
+    assert_eq!(scene::parse(text, "ball.json").unwrap().time.end, 1.0);
+    let error = scene::parse(&text.replace("0.1", "-0.1"), "ball.json").unwrap_err();
+    assert_eq!((error.key(), error.line(), error.column()), ("time.dt", Some(4), Some(29)));
+    let shown = format!("{:?}", miette::Report::new(error));
+    assert!(shown.contains("space */") && shown.contains("# no bodies"), "{shown}");
+    let error = scene::parse("{ \"name\": \"x\" /* no end", "x.json").unwrap_err();
+    assert_eq!(error.kind(), FaultKind::Syntax);
+}

@@ -318,7 +318,7 @@ fn what_cannot_be_shown_is_told_and_leaves_the_page_before() {
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     fs::write(&state, bytes).unwrap();
-    let (_, err) = relcp(place.path(), &["view", "run"], 4);
+    let (_, err) = relcp(place.path(), &["view", state.to_str().unwrap(), "--out", "run/view.html"], 4);
     assert!(err.contains("state_0000000050.npz"), "{err}");
     assert!(before == fs::read(&file).unwrap());
     let parts = fs::read_dir(place.path().join("run"))

@@ -8,7 +8,7 @@ use super::plan::{Member, Plan};
 use super::standing::{Folders, MemberState};
 use crate::record::Folder;
 use crate::run::{Run, RunError, RunStatus};
-use crate::scene::Scene;
+use crate::scene::{FaultKind, Scene};
 use crate::simulation::{Compute, Simulation};
 use crate::step::StepReport;
 use rayon::ThreadPool;
@@ -157,7 +157,12 @@ impl Crew<'_> {
     }
 
     fn end(&self, task: &Task) -> Ended {
-        self.step(task).map_or_else(Ended::Failed, Ended::Now)
+        match self.step(task) {
+            Ok(status) => Ended::Now(status),
+            // Stopped while its bodies were placed: nothing of it is there yet.
+            Err(MemberError::Scene(error)) if error.kind() == FaultKind::Interrupted => Ended::NotBegun,
+            Err(error) => Ended::Failed(error),
+        }
     }
 
     fn step(&self, task: &Task) -> Result<RunStatus, MemberError> {
@@ -178,7 +183,7 @@ impl Crew<'_> {
             let folder = Folder::open(&task.folder).map_err(RunError::from)?;
             return Ok(Run::resume_on(&compute, scene, folder)?);
         }
-        let bodies = scene.build()?;
+        let bodies = scene.build_while(&mut |_| !self.watch.stop())?;
         let simulation = Simulation::new_on(&compute, scene, bodies).map_err(MemberError::Start)?;
         // The folder comes last, so that nothing is left of a member that cannot be begun.
         let folder = match task.standing {

@@ -9,12 +9,15 @@ use relcp::scene;
 use relcp::step::image_contacts;
 use relcp::walls::Walls;
 use serde::Serialize;
+use std::io::{self, Write};
 use std::path::Path;
 
 #[derive(Serialize)]
 struct Pair {
     a: usize,
     b: usize,
+    id_a: u64,
+    id_b: u64,
     /// The periods by which b is moved to the image that a meets; in periodic space only.
     #[serde(skip_serializing_if = "Option::is_none")]
     image: Option<[i64; 3]>,
@@ -27,6 +30,7 @@ struct Pair {
 #[derive(Serialize)]
 struct AtWall {
     body: usize,
+    id: u64,
     wall: usize,
     separation: f64,
     normal: [f64; 3],
@@ -42,8 +46,7 @@ struct Report {
 }
 
 pub(super) fn contacts(arguments: &Contacts) -> Result<Exit, CliError> {
-    // Always in f64 on the CPU: it is what other results are audited by.
-    super::compute::set_threads(&arguments.compute)?;
+    super::compute::set_thread_count(arguments.threads)?;
     let (bodies, walls) = open(&arguments.state)?;
     let report = find(&bodies, &walls, arguments.cutoff);
     if arguments.print.json {
@@ -77,6 +80,7 @@ fn find(bodies: &Bodies, walls: &Walls, cutoff: f64) -> Report {
     for near in walls.contacts(bodies, cutoff) {
         report.walls.push(AtWall {
             body: near.body,
+            id: bodies.lineage[near.body].id,
             wall: near.wall,
             separation: near.found.separation,
             normal: near.found.normal.to_array(),
@@ -94,6 +98,8 @@ fn find(bodies: &Bodies, walls: &Walls, cutoff: f64) -> Report {
             report.contacts.push(Pair {
                 a,
                 b,
+                id_a: bodies.lineage[a].id,
+                id_b: bodies.lineage[b].id,
                 image,
                 separation: s.separation,
                 normal: s.normal.to_array(),
@@ -108,15 +114,29 @@ fn find(bodies: &Bodies, walls: &Walls, cutoff: f64) -> Report {
 fn print(report: &Report) -> Result<(), CliError> {
     output::write(|out| {
         let point = |[x, y, z]: [f64; 3]| format!("{x:.6} {y:.6} {z:.6}");
+        if !report.contacts.is_empty() {
+            head(out, ["body a", "body b", "id a", "id b"])?;
+        }
         for c in &report.contacts {
             let (normal, a, b) = (point(c.normal), point(c.point_a), point(c.point_b));
-            writeln!(out, "{:>7} {:>7}  {:>13.6e}  normal {normal}  at {a}  and {b}", c.a, c.b, c.separation)?;
+            let Pair { a: body_a, b: body_b, id_a, id_b, separation, .. } = c;
+            write!(out, "{body_a:>7} {body_b:>7} {id_a:>7} {id_b:>7} {separation:>13.6e}")?;
+            writeln!(out, "  normal {normal}  at {a}  and {b}")?;
+        }
+        if !report.walls.is_empty() {
+            head(out, ["body", "wall", "id", ""])?;
         }
         for c in &report.walls {
             let (normal, at) = (point(c.normal), point(c.point));
-            writeln!(out, "{:>7} wall {:>2}  {:>13.6e}  normal {normal}  at {at}", c.body, c.wall, c.separation)?;
+            let AtWall { body, wall, id, separation, .. } = c;
+            writeln!(out, "{body:>7} {wall:>7} {id:>7} {:>7} {separation:>13.6e}  normal {normal}  at {at}", "")?;
         }
         let pairs = output::count(report.contacts.len(), "pair", "pairs");
         writeln!(out, "{pairs}, largest overlap {:.3e}", report.max_overlap)
     })
+}
+
+/// The names of the columns.
+fn head(out: &mut dyn Write, [a, b, c, d]: [&str; 4]) -> io::Result<()> {
+    writeln!(out, "{a:>7} {b:>7} {c:>7} {d:>7} {:>13}", "separation")
 }

@@ -22,16 +22,18 @@ struct Document<'a> {
 
 pub(super) fn export(arguments: &Arguments) -> Result<Exit, CliError> {
     compute::set_thread_count(arguments.threads)?;
-    let (format, extension) = match (arguments.format, arguments.cutoff) {
-        (ExportFormat::Gsd, Some(_)) => {
-            return Err(CliError::Usage(
-                "--cutoff says what a contact is, and GSD has no contacts; say --format vtk".into(),
-            ));
-        }
-        (ExportFormat::Gsd, None) => (Format::Gsd, "gsd"),
-        (ExportFormat::Vtk, cutoff) => (Format::Vtk { cutoff }, "vtk"),
+    let (format, extension) = match arguments.format {
+        ExportFormat::Gsd => (Format::Gsd, "gsd"),
+        ExportFormat::Lammps => (Format::Lammps, "lammps"),
+        ExportFormat::Vtk => (Format::Vtk { cutoff: arguments.cutoff }, "vtk"),
+        ExportFormat::Xyz => (Format::Xyz, "xyz"),
     };
+    if arguments.cutoff.is_some() && arguments.format != ExportFormat::Vtk {
+        let usage = format!("--cutoff says what a contact is, and {extension} has no contacts; say --format vtk");
+        return Err(CliError::Usage(usage));
+    }
     let states = States::open(&arguments.run).map_err(ExportError::from)?;
+    let states = if arguments.last { states.last() } else { states };
     let folder = arguments.out.clone().unwrap_or_else(|| place(&arguments.run, states.name(), extension));
     let interrupt = Interrupt::listen();
     let bar = (!arguments.print.quiet && std::io::stderr().is_terminal()).then(|| ProgressBar::new(0));

@@ -18,7 +18,7 @@ impl Interrupt {
             if asked.0.swap(true, Ordering::SeqCst) {
                 std::process::exit(Exit::Interrupted as i32);
             }
-            output::message("stopping after this step; once more to quit at once");
+            output::message("stopping; once more to quit at once");
         });
         if heard.is_err() {
             output::message("an interrupt will not leave a checkpoint: the system's signals cannot be listened to");

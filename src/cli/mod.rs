@@ -14,6 +14,7 @@ mod log;
 mod manual;
 mod measure;
 mod output;
+mod placing;
 mod progress;
 mod render;
 mod run;
@@ -28,18 +29,18 @@ mod study_work_precision;
 mod view;
 
 use arguments::{Arguments, Command};
-use clap::Parser;
 use exit::{CliError, Exit};
 use std::process::ExitCode;
 
 /// Runs the program on its arguments.
 pub fn main() -> ExitCode {
     driver::silence();
+    output::whole_words();
     std::panic::set_hook(Box::new(|panic| {
         output::message(&format!("internal fault, please report it with the scene and the command: {panic}"));
         std::process::exit(Exit::Internal as i32);
     }));
-    let arguments = Arguments::parse();
+    let arguments = Arguments::of_program();
     log::start(arguments.log);
     let exit = dispatch(arguments.command).unwrap_or_else(|error| {
         let exit = error.exit();

@@ -6,6 +6,7 @@ use serde::Serialize;
 use std::collections::BTreeSet;
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::sync::{Mutex, PoisonError};
+use textwrap::{WordSeparator, WordSplitter};
 
 /// Writes to standard output. That its reader has gone away is no fault.
 pub(super) fn write(with: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), CliError> {
@@ -51,6 +52,16 @@ pub(super) fn message_once(text: &str) {
     if SAID.lock().unwrap_or_else(PoisonError::into_inner).insert(text.to_owned()) {
         message(text);
     }
+}
+
+/// Lets errors break their lines at spaces only, so that names, numbers and paths stay whole.
+pub(super) fn whole_words() {
+    // Only a handler that is set already is refused, and this one is set once.
+    let _ = miette::set_hook(Box::new(|_| {
+        let options = miette::MietteHandlerOpts::new().break_words(false);
+        let options = options.word_separator(WordSeparator::AsciiSpace).word_splitter(WordSplitter::NoHyphenation);
+        Box::new(options.build())
+    }));
 }
 
 /// Writes an error to standard error, with its causes, its place and what would be right.

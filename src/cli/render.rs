@@ -7,7 +7,7 @@ use super::{compute, output};
 use indicatif::ProgressBar;
 use relcp::gpu::{Choice, Gpu, GpuError, adapters};
 use relcp::record::{RecordError, States, durable};
-use relcp::render::{Encoder, Frames, MOVIE, Rays, RenderError, Rendered, movie, render_on};
+use relcp::render::{Background, Encoder, Frames, MOVIE, Rays, RenderError, Rendered, movie, render_on};
 use serde::Serialize;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -30,6 +30,7 @@ pub(super) fn render(arguments: &Arguments) -> Result<Exit, CliError> {
     }
     let rays = rays(arguments)?;
     let states = States::open(&arguments.run).map_err(RenderError::from)?;
+    let states = if arguments.last { states.last() } else { states };
     let folder = arguments.out.clone().unwrap_or_else(|| place(&arguments.run, states.name()));
     let mut rendered = watched(arguments, rays.as_ref(), &states, &folder)?;
     let movie = make_movie(arguments, encoder.as_ref(), &folder, &mut rendered)?;
@@ -123,7 +124,11 @@ fn make_movie(
     folder: &Path,
     rendered: &mut Rendered,
 ) -> Result<Option<PathBuf>, RenderError> {
-    if arguments.no_movie || (arguments.movie.is_none() && rendered.frames.len() < 2) {
+    let opaque = arguments.background != Background::Transparent;
+    if arguments.no_movie
+        || (!opaque && arguments.movie.is_none())
+        || (arguments.movie.is_none() && rendered.frames.len() < 2)
+    {
         return Ok(None);
     }
     let Some(encoder) = encoder else {

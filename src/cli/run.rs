@@ -4,7 +4,7 @@ use super::arguments::Run as Arguments;
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{compute, output, view};
+use super::{compute, output, placing, view};
 use relcp::gpu::Profile;
 use relcp::record::{Folder, PassedStep, RecordError, Retried};
 use relcp::run::{Run, RunError, RunStatus, Summary};
@@ -33,7 +33,7 @@ struct Document<'a> {
 pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     compute::set_threads(&arguments.compute)?;
     let (interrupt, begun) = (Interrupt::listen(), Instant::now());
-    let mut run = if arguments.resume { resume(arguments)? } else { start(arguments)? };
+    let mut run = if arguments.resume { resume(arguments)? } else { start(arguments, &interrupt)? };
     for note in run.notes() {
         output::message(note);
     }
@@ -73,13 +73,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     fault.map_or(Ok(summary.status.into()), Err)
 }
 
-fn start(arguments: &Arguments) -> Result<Run, CliError> {
+fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> {
     let Some(source) = &arguments.scene else {
         return Err(CliError::Usage("which scene? `relcp scenes` lists the built-in ones".into()));
     };
     let begun = Instant::now();
     let scene = scene::load(source, &arguments.sets)?;
-    let bodies = scene.build()?;
+    let bodies = placing::place(&scene, interrupt, arguments.print.quiet)?;
     let compute = settle(arguments, &scene)?;
     let simulation = Simulation::new_on(&compute, scene, bodies).map_err(CliError::start)?;
     let folder = match &arguments.out {

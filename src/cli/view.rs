@@ -28,6 +28,7 @@ struct Document<'a> {
 pub(super) fn view(arguments: &Arguments) -> Result<Exit, CliError> {
     compute::set_thread_count(arguments.threads)?;
     let states = States::open(&arguments.run).map_err(RenderError::from)?;
+    let states = if arguments.last { states.last() } else { states };
     let file = arguments.out.clone().unwrap_or_else(|| place(&arguments.run, states.name()));
     let pages = Pages {
         colour: arguments.colour,

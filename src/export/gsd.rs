@@ -32,7 +32,7 @@ use std::path::Path;
 /// The name that the file gives of its writer.
 const APPLICATION: &str = concat!("relcp ", env!("CARGO_PKG_VERSION"));
 /// How much larger than the bodies' extent the box is, so that none touches it after rounding to 32 bits.
-const BOX_MARGIN: f64 = 1.01;
+pub(super) const BOX_MARGIN: f64 = 1.01;
 /// Bytes that are gathered before they go to the file.
 const BUFFER: usize = 1 << 20;
 
@@ -42,6 +42,7 @@ struct Common {
     /// Half the box.
     half: DVec3,
     bodies: usize,
+    planar: bool,
 }
 
 /// Writes the states as the GSD file `path`, whole or not at all.
@@ -101,7 +102,7 @@ fn survey(states: &States, watch: Watch) -> Result<Common, ExportError> {
             half = half.max(position.abs() + shape.half_extents(bodies.orientation[k]));
         }
     }
-    Ok(Common { classes: sizes.classes(), half, bodies: most })
+    Ok(Common { classes: sizes.classes(), half, bodies: most, planar: states.planar()? })
 }
 
 /// Says what of a body is not a number in 32 bits, or is a length that is nothing there.
@@ -140,8 +141,13 @@ fn frame<W: io::Write + io::Seek>(
     let classes = &common.classes;
     let length = bodies.periods.length();
     let sides = DVec3::select(length.cmpgt(DVec3::ZERO), length, common.half * 2.0 * BOX_MARGIN);
+    // A planar box has no height: HOOMD's sign of two dimensions.
+    let sides = if common.planar { sides.with_z(0.0) } else { sides };
     let box_sides = sides.to_array().map(|x| x as f32);
     file.chunk("configuration/step", 1, [*step])?;
+    if common.planar {
+        file.chunk("configuration/dimensions", 1, [2_u8])?;
+    }
     file.chunk("configuration/box", 1, box_sides.into_iter().chain([0.0; 3]))?;
     file.chunk("particles/N", 1, [bodies.len() as u32])?;
     if first && classes.len() > 0 {
@@ -187,7 +193,7 @@ fn log<W: io::Write + io::Seek>(file: &mut GsdFile<W>, state: &Snapshot) -> io::
 
 /// The three numbers by which OVITO draws a body of its own size: semi-axes, or a spherocylinder's radius, nothing and
 /// the length of its cylinder. A mesh has none.
-fn aspherical(shape: &Shape) -> [f64; 3] {
+pub(super) fn aspherical(shape: &Shape) -> [f64; 3] {
     match shape.geometry() {
         Geometry::Centreline { curve: Centreline::Point, radius } => [radius; 3],
         Geometry::Centreline { curve: Centreline::Segment { half }, radius } => [radius, 0.0, 2.0 * half],

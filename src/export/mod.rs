@@ -1,8 +1,9 @@
-//! The states of a run in formats that other programs read: GSD for OVITO and HOOMD's tools, VTK's for ParaView.
+//! The states of a run in formats that other programs read: GSD for OVITO and HOOMD's tools, VTK's for ParaView, LAMMPS'
+//! text dump and extended XYZ for OVITO, ASE and scripts.
 //!
-//! [`States`] finds the states, [`gsd()`] and [`vtk()`] write them. Each file is there whole or not at all. Shapes are
-//! exact wherever the format has them: see [`gsd`](mod@gsd) and [`vtk`](mod@vtk) for what is where, and how rods and
-//! rings are expressed.
+//! [`States`] finds the states, [`gsd()`], [`vtk()`], [`lammps()`] and [`xyz()`] write them. Each file is there whole or
+//! not at all. Shapes are exact wherever the format has them: see the modules of these names for what is where, and how
+//! rods and rings are expressed.
 //!
 //! ```
 //! use relcp::export::{Format, export};
@@ -18,12 +19,17 @@ mod classes;
 mod error;
 mod file_layer;
 pub mod gsd;
+pub mod lammps;
+mod text;
 pub mod vtk;
 mod vtp;
+pub mod xyz;
 
 pub use error::ExportError;
 pub use gsd::gsd;
+pub use lammps::lammps;
 pub use vtk::{SCRIPT, vtk};
+pub use xyz::xyz;
 
 use crate::record::{RecordError, States, Watch};
 use serde::Serialize;
@@ -35,6 +41,10 @@ use std::path::{Path, PathBuf};
 pub enum Format {
     /// One GSD file.
     Gsd,
+    /// One LAMMPS text dump.
+    Lammps,
+    /// One extended XYZ file.
+    Xyz,
     /// ParaView's collections and the files in them.
     Vtk {
         /// Pairs nearer than this are contacts; see [`contacts`](crate::record::contacts).
@@ -61,11 +71,13 @@ pub struct Exported {
 /// replaced.
 ///
 /// # Errors
-/// Those of [`fn@gsd`] and [`fn@vtk`]; a folder that cannot be made.
+/// Those of [`fn@gsd`], [`fn@vtk`], [`fn@lammps`] and [`fn@xyz`]; a folder that cannot be made.
 pub fn export(states: &States, format: Format, folder: &Path, watch: Watch) -> Result<Exported, ExportError> {
     fs::create_dir_all(folder).map_err(RecordError::io(folder, "create the folder"))?;
     match format {
         Format::Gsd => gsd(states, &folder.join(format!("{}.gsd", states.name())), watch),
+        Format::Lammps => lammps(states, &folder.join(format!("{}.lammpstrj", states.name())), watch),
+        Format::Xyz => xyz(states, &folder.join(format!("{}.xyz", states.name())), watch),
         Format::Vtk { cutoff } => vtk(states, folder, cutoff, watch),
     }
 }

@@ -99,7 +99,7 @@ fn file_name(name: &str, step: u64) -> String {
     format!("{name}_{step:010}.vtp")
 }
 
-fn finite(state: &Snapshot, origin: impl Fn() -> String) -> Result<(), ExportError> {
+pub(super) fn finite(state: &Snapshot, origin: impl Fn() -> String) -> Result<(), ExportError> {
     let bodies = &state.bodies;
     for body in 0..bodies.len() {
         let quantities = [

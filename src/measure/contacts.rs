@@ -39,7 +39,7 @@ impl Measure for Contacts {
     }
 
     fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &PROFILE, drawn: 1 })
+        Some(Profile { columns: &PROFILE, drawn: 1, counts: None })
     }
 
     fn plots(&self) -> &'static [&'static [&'static str]] {

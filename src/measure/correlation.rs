@@ -10,7 +10,7 @@
 //! pairs tells how much a bin is worth.
 
 use super::bins::Bins;
-use super::{Cell, Column, Found, LeftOut, Measure, Profile, View, cell, count};
+use super::{Cell, Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
 use crate::periodic::Periods;
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
@@ -34,6 +34,9 @@ const PROFILE: [Column; 3] = [
     Column { name: "pairs", what: "pairs in the bin" },
 ];
 
+/// Standard deviation of a pair's term where axes are independent: that of `cos 2 theta`, which that of `P_2` is below.
+const DEVIATION: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
 /// Bodies whose pairs are summed together: fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 32;
 
@@ -54,7 +57,11 @@ impl Measure for Correlation {
     }
 
     fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &PROFILE, drawn: 1 })
+        Some(Profile {
+            columns: &PROFILE,
+            drawn: 1,
+            counts: Some(Counts { column: 2, spread: Spread::OfMean(DEVIATION) }),
+        })
     }
 
     fn plots(&self) -> &'static [&'static [&'static str]] {

@@ -33,7 +33,7 @@ impl Measure for Density {
     }
 
     fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &PROFILE, drawn: 1 })
+        Some(Profile { columns: &PROFILE, drawn: 1, counts: None })
     }
 
     fn plots(&self) -> &'static [&'static [&'static str]] {

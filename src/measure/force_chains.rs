@@ -32,7 +32,7 @@ impl Measure for ForceChains {
     }
 
     fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &SIZE_COLUMNS, drawn: 1 })
+        Some(Profile { columns: &SIZE_COLUMNS, drawn: 1, counts: None })
     }
 
     fn plots(&self) -> &'static [&'static [&'static str]] {

@@ -1,10 +1,9 @@
 //! What a run's scene says that its states do not: whether it is planar, and the drag.
 
-use crate::bodies::Bodies;
-use crate::record::{Folder, States, StatesError};
+use crate::record::{States, StatesError, scene_of};
 use crate::scene::{self, Dynamics, Scene};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// What all states of a run share.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -28,11 +27,7 @@ impl Frame {
         if let Some((scene, origin)) = scene_behind(source)? {
             return Ok(Frame::of_scene(&scene, origin));
         }
-        let planar = match states.len() {
-            0 => false,
-            all => flat(&states.read(all - 1)?.bodies),
-        };
-        Ok(Frame { planar, planar_from: "the bodies of the last state".into(), drag: None })
+        Ok(Frame { planar: states.planar()?, planar_from: "the bodies of the last state".into(), drag: None })
     }
 
     /// The frame of a scene named `origin`.
@@ -59,24 +54,4 @@ pub(crate) fn scene_behind(source: &str) -> Result<Option<(Scene, String)>, Stat
         return Ok(None);
     }
     Ok(Some((scene::load(source, &[])?, source.into())))
-}
-
-/// The `scene.json` that belongs to a run's folder, or to a state in one.
-fn scene_of(source: &Path) -> Option<PathBuf> {
-    let found = |folder: &Path| Some(Folder::view(folder).scene()).filter(|scene| scene.is_file());
-    if source.is_dir() {
-        return found(source);
-    }
-    if source.extension()? != "npz" {
-        return None;
-    }
-    let folder = source.canonicalize().ok()?.parent()?.to_path_buf();
-    found(&folder).or_else(|| found(folder.parent()?))
-}
-
-fn flat(bodies: &Bodies) -> bool {
-    let plane = bodies.position.first().map(|position| position.z);
-    plane.is_some()
-        && bodies.position.iter().all(|position| Some(position.z) == plane)
-        && bodies.shape.iter().zip(&bodies.orientation).all(|(shape, q)| shape.is_planar_symmetric(*q))
 }

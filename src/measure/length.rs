@@ -1,7 +1,7 @@
 //! Lengths of rods, tip to tip: mean, standard deviation (of the population: divided by N), extremes, histogram.
 
 use super::view::median;
-use super::{Column, Found, LeftOut, Measure, Profile, View, cell, count};
+use super::{Column, Counts, Found, LeftOut, Measure, Profile, Spread, View, cell, count};
 use std::collections::BTreeMap;
 
 const COLUMNS: [Column; 5] = [
@@ -38,7 +38,7 @@ impl Measure for Length {
     }
 
     fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &PROFILE, drawn: 1 })
+        Some(Profile { columns: &PROFILE, drawn: 1, counts: Some(Counts { column: 2, spread: Spread::OfCount }) })
     }
 
     fn plots(&self) -> &'static [&'static [&'static str]] {

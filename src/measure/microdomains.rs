@@ -36,7 +36,7 @@ impl Measure for Microdomains {
     }
 
     fn profile(&self) -> Option<Profile> {
-        Some(Profile { columns: &SIZE_COLUMNS, drawn: 1 })
+        Some(Profile { columns: &SIZE_COLUMNS, drawn: 1, counts: None })
     }
 
     fn plots(&self) -> &'static [&'static [&'static str]] {

@@ -96,12 +96,32 @@ pub struct Column {
 }
 
 /// The columns of a profile, and which of them are drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Profile {
     /// The columns; the first is drawn along x.
     pub columns: &'static [Column],
     /// The column drawn along y.
     pub drawn: usize,
+    /// The column that tells how much a row is worth, where one does.
+    pub counts: Option<Counts>,
+}
+
+/// How many things a row of a profile is made from, and what that says of its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Counts {
+    /// The column of these numbers.
+    pub column: usize,
+    /// How the error of the drawn column follows from them.
+    pub spread: Spread,
+}
+
+/// Where the error of a row comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Spread {
+    /// The row is proportional to its count: the relative error is one over its root.
+    OfCount,
+    /// The row is a mean over its count, of numbers with this standard deviation.
+    OfMean(f64),
 }
 
 /// A cell of a table; `None` if the state does not define it.

@@ -1,19 +1,71 @@
 //! Plots of a measurement, as SVG: numbers over time, and profiles of a few states.
+//!
+//! They are made to go into a paper as they are: one column wide, text of eight points, colours that colour-blind
+//! readers tell apart (Okabe and Ito 2008; times by the viridis scale), names over the axes and not on the data.
 
-use super::{Cell, Measured};
+use super::{Cell, Column, Counts, Measured, Spread};
+use plotters::chart::ChartContext;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Width and height, in pixels.
-const SIDES: (u32, u32) = (800, 500);
+/// Width and height in points, 86 mm by 64 mm, and the pixels of a point.
+const SIDES: (u32, u32) = (244, 182);
+const POINT: u32 = 4;
+/// Sizes in pixels: text of 8 points, for which plotters wants a quarter more, curves of 1.2 and axes of half a point.
+const TEXT: u32 = 10 * POINT;
+const LINE: u32 = 5;
+const AXIS: u32 = 2;
+/// The mean width of a letter, in parts of the text's size.
+const LETTER: f64 = 0.45;
+/// The sample of a curve before its name.
+const SAMPLE: i32 = 40;
+
+/// Colours of numbers of different kinds.
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
+];
 
 /// Most states whose profiles are drawn, the last of them the last state that has one.
 const STATES: usize = 5;
 
-/// A name and its points.
-type Curve = (String, Vec<(f64, f64)>);
+/// The last of the times stands here on the viridis scale, whose end is too light on white.
+const LIGHTEST: f64 = 0.85;
+
+/// A row of a profile that fewer things were counted for is pale: its error is over a sixth of what it tells.
+const FEW: f64 = 30.0;
+
+/// Parts of a colour that stay in a band of errors, and in the pale end of a curve.
+const BAND: f64 = 0.25;
+const PALE: f64 = 0.35;
+
+/// A point of a curve: where, how far it may be off, and whether it is worth little.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Point {
+    x: f64,
+    y: f64,
+    error: f64,
+    noisy: bool,
+}
+
+/// A name, its points and its colour.
+#[derive(Clone, Debug)]
+struct Curve {
+    name: String,
+    points: Vec<Point>,
+    colour: RGBColor,
+}
 
 /// A plot that failed: its file and what went wrong.
 type Failed = (String, String);
+
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// The file of a plot over time.
 pub(super) fn time_file(columns: &[&str]) -> String {
@@ -29,49 +81,93 @@ pub(super) fn profile_file(measure: &str) -> String {
 pub(super) fn plots(measured: &Measured) -> Result<Vec<(String, String)>, Failed> {
     let mut plots = Vec::new();
     for (at, measure) in measured.measures.iter().enumerate() {
-        for columns in measure.plots() {
-            let curves =
-                columns.iter().map(|column| over_time(measured, column)).filter(|(_, points)| points.len() > 1);
-            plots.push((
-                time_file(columns),
-                measure.about().to_owned(),
-                ["time".to_owned(), columns.join(", ")],
-                curves.collect(),
-            ));
+        for names in measure.plots() {
+            let columns = || names.iter().filter_map(|name| measure.columns().iter().find(|c| c.name == *name));
+            let curves = columns().zip(COLOURS.into_iter().cycle());
+            let curves: Vec<Curve> = curves
+                .map(|(column, colour)| over_time(measured, column, colour))
+                .filter(|curve| curve.points.len() > 1)
+                .collect();
+            let y = match columns().collect::<Vec<_>>().as_slice() {
+                [column] => labelled(column),
+                several => several.first().map(|column| unit(column)).unwrap_or_default(),
+            };
+            plots.push((time_file(names), ["time".to_owned(), y], curves));
         }
         if let Some(profile) = measure.profile() {
-            let [x, y] = [profile.columns[0].name, profile.columns[profile.drawn].name].map(String::from);
-            plots.push((
-                profile_file(measure.name()),
-                measure.about().to_owned(),
-                [x, y],
-                profiles(measured, at, profile.drawn),
-            ));
+            let axes = [0, profile.drawn].map(|column| labelled(&profile.columns[column]));
+            plots.push((profile_file(measure.name()), axes, profiles(measured, at, profile.drawn, profile.counts)));
         }
     }
-    let shown = plots.into_iter().filter(|(.., curves): &(_, _, _, Vec<Curve>)| !curves.is_empty());
+    let shown = plots.into_iter().filter(|(.., curves)| !curves.is_empty());
     shown
-        .map(|(file, title, axes, curves)| match draw(&title, &axes, &curves) {
+        .map(|(file, axes, curves)| match draw(&axes, &curves) {
             Ok(svg) => Ok((file, svg)),
-            Err(what) => Err((file, what)),
+            Err(what) => Err((file, what.to_string())),
         })
         .collect()
 }
 
-fn over_time(measured: &Measured, column: &str) -> Curve {
-    let point = |state: usize| Some((measured.times[state], measured.value(state, column)?));
-    (column.to_owned(), (0..measured.len()).filter_map(point).collect())
+/// A column's name in words, with its unit.
+fn labelled(column: &Column) -> String {
+    let unit = unit(column);
+    let name = column.name.replace('_', " ").replace(" degrees", "");
+    if unit.is_empty() { name } else { format!("{name} ({unit})") }
 }
 
-fn profiles(measured: &Measured, at: usize, drawn: usize) -> Vec<Curve> {
-    let point = |row: &Vec<Cell>| Some((row[0]?, row[drawn]?));
+/// The unit of a column, in units of the scene, as its description ends; empty for a pure number.
+fn unit(column: &Column) -> String {
+    if column.name.ends_with("_degrees") {
+        return "degrees".into();
+    }
+    let last = column.what.rsplit("; ").next().unwrap_or_default();
+    match last.strip_prefix("a ").unwrap_or(last) {
+        unit @ ("length" | "force" | "length over time" | "force times length over time") => unit.into(),
+        _ => String::new(),
+    }
+}
+
+fn over_time(measured: &Measured, column: &Column, colour: RGBColor) -> Curve {
+    let point = |state: usize| {
+        let y = measured.value(state, column.name)?;
+        Some(Point { x: measured.times[state], y, error: 0.0, noisy: false })
+    };
+    let points = (0..measured.len()).filter_map(point).collect();
+    Curve { name: column.name.replace('_', " "), points, colour }
+}
+
+fn profiles(measured: &Measured, at: usize, drawn: usize, counts: Option<Counts>) -> Vec<Curve> {
+    let point = |row: &Vec<Cell>| {
+        let (x, y) = (row[0]?, row[drawn]?);
+        let count = counts.and_then(|counts| row[counts.column]);
+        let error = counts.zip(count).map_or(0.0, |(counts, count)| counts.error(y, count));
+        Some(Point { x, y, error, noisy: count.is_some_and(|count| count < FEW) })
+    };
     let curve = |state: usize| {
         let rows = &measured.found[at][state].as_ref().ok()?.rows;
         let points: Vec<_> = rows.iter().filter_map(point).collect();
-        (!points.is_empty()).then(|| (format!("time {}", round(measured.times[state])), points))
+        let name = format!("t = {}", round(measured.times[state], 3));
+        (!points.is_empty()).then_some(Curve { name, points, colour: BLACK })
     };
     let curves: Vec<Curve> = (0..measured.len()).filter_map(curve).collect();
-    spaced(curves.len()).into_iter().map(|k| curves[k].clone()).collect()
+    let chosen = spaced(curves.len());
+    let last = chosen.len().saturating_sub(1).max(1) as f64;
+    let coloured = |(k, at): (usize, usize)| {
+        let colour = ViridisRGB.get_color(LIGHTEST * (1.0 - k as f64 / last));
+        Curve { colour, ..curves[at].clone() }
+    };
+    chosen.into_iter().enumerate().map(coloured).collect()
+}
+
+impl Counts {
+    /// The standard error of a value that is made from so many.
+    fn error(self, value: f64, count: f64) -> f64 {
+        match self.spread {
+            _ if count <= 0.0 => 0.0,
+            Spread::OfCount => value.abs() / count.sqrt(),
+            Spread::OfMean(deviation) => deviation / count.sqrt(),
+        }
+    }
 }
 
 /// Which of `all` states are drawn: up to [`STATES`], evenly spaced, and the last.
@@ -80,14 +176,14 @@ fn spaced(all: usize) -> Vec<usize> {
     (1..=drawn).map(|k| k * all / drawn - 1).collect()
 }
 
-/// Six digits, as times like 0.30000000000000004 are called 0.3.
-fn round(value: f64) -> f64 {
-    format!("{value:.5e}").parse().unwrap_or(value)
+/// So many digits, as times like 0.30000000000000004 are called 0.3.
+fn round(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }
 
 /// The label of a tick of an axis of this span: what is left of zero where steps are added up is zero.
 fn label(value: f64, span: f64) -> String {
-    if value.abs() < 1e-9 * span { "0".into() } else { round(value).to_string() }
+    if value.abs() < 1e-9 * span { "0".into() } else { round(value, 6).to_string() }
 }
 
 /// The range of values, widened where it is empty.
@@ -100,53 +196,102 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     (low - margin, high + margin)
 }
 
-fn draw(title: &str, [x_name, y_name]: &[String; 2], curves: &[Curve]) -> Result<String, String> {
-    let points = || curves.iter().flat_map(|(_, points)| points);
-    let (x_low, x_high) = range(points().map(|point| point.0));
-    // Zero belongs to the picture where it is not far.
-    let (y_low, y_high) = range(points().map(|point| point.1));
-    let y_low = if y_low > 0.0 && y_low < 0.5 * y_high { 0.0 } else { y_low };
+type Fault = Box<dyn std::error::Error>;
+
+fn draw(axes: &[String; 2], curves: &[Curve]) -> Result<String, Fault> {
     let mut svg = String::new();
-    {
-        let area = SVGBackend::with_string(&mut svg, SIDES).into_drawing_area();
-        let failed = |e: &dyn std::fmt::Display| e.to_string();
-        area.fill(&WHITE).map_err(|e| failed(&e))?;
-        let mut chart = ChartBuilder::on(&area)
-            .caption(title, ("sans-serif", 18))
-            .margin(12)
-            .x_label_area_size(42)
-            .y_label_area_size(72)
-            .build_cartesian_2d(x_low..x_high, y_low..y_high + 0.05 * (y_high - y_low))
-            .map_err(|e| failed(&e))?;
-        let tick = |span: f64| move |value: &f64| label(*value, span);
-        chart
-            .configure_mesh()
-            .light_line_style(TRANSPARENT)
-            .x_desc(x_name)
-            .y_desc(y_name)
-            .x_label_formatter(&tick(x_high - x_low))
-            .y_label_formatter(&tick(y_high - y_low))
-            .draw()
-            .map_err(|e| failed(&e))?;
-        for (k, (name, points)) in curves.iter().enumerate() {
-            let colour = Palette99::pick(k).mix(1.0);
-            let line = LineSeries::new(points.iter().copied(), colour.stroke_width(2)).point_size(2);
-            chart
-                .draw_series(line)
-                .map_err(|e| failed(&e))?
-                .label(name)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+    draw_in(&mut svg, axes, curves)?;
+    // In millimetres, so that it is a column wide wherever it is placed.
+    let pixels = format!("width=\"{}\" height=\"{}\"", SIDES.0 * POINT, SIDES.1 * POINT);
+    let [wide, high] = [SIDES.0, SIDES.1].map(|points| f64::from(points) * 25.4 / 72.0);
+    Ok(svg.replacen(&pixels, &format!("width=\"{wide:.1}mm\" height=\"{high:.1}mm\""), 1))
+}
+
+fn draw_in(svg: &mut String, [x_name, y_name]: &[String; 2], curves: &[Curve]) -> Result<(), Fault> {
+    let points = || curves.iter().flat_map(|curve| &curve.points);
+    let (x_low, x_high) = range(points().map(|point| point.x));
+    // Errors of pale points do not decide the picture. Zero belongs to it where it is not far.
+    let sure = |point: &&Point| !point.noisy;
+    let ends = |point: &Point| [point.y - point.error, point.y + point.error];
+    let (y_low, y_high) = range(points().map(|point| point.y).chain(points().filter(sure).flat_map(ends)));
+    let y_low = if y_low > 0.0 && y_low < 0.5 * y_high { 0.0 } else { y_low };
+
+    let area = SVGBackend::with_string(svg, (SIDES.0 * POINT, SIDES.1 * POINT)).into_drawing_area();
+    area.fill(&WHITE)?;
+    let names = names(curves);
+    let (head, rest) = area.split_vertically(names.len() as u32 * (TEXT + TEXT / 4));
+    for (row, entries) in names.iter().enumerate() {
+        let wide = (SIDES.0 * POINT) as i32 / entries.len().max(1) as i32;
+        for (k, (name, colour)) in entries.iter().enumerate() {
+            let (x, y) = (wide * k as i32 + POINT as i32 * 3, (row as u32 * (TEXT + TEXT / 4) + TEXT * 3 / 4) as i32);
+            if let Some(colour) = colour {
+                head.draw(&PathElement::new([(x, y), (x + SAMPLE, y)], colour.stroke_width(LINE)))?;
+            }
+            let style = ("sans-serif", TEXT).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
+            head.draw(&Text::new(name.clone(), (x + SAMPLE + 8, y), style))?;
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.8))
-            .border_style(BLACK.mix(0.2))
-            .draw()
-            .map_err(|e| failed(&e))?;
-        area.present().map_err(|e| failed(&e))?;
     }
-    Ok(svg)
+    let mut chart = ChartBuilder::on(&rest)
+        .margin(3 * POINT)
+        .x_label_area_size(TEXT * 5 / 2)
+        .y_label_area_size(TEXT * 4)
+        .build_cartesian_2d(x_low..x_high, y_low..y_high + 0.05 * (y_high - y_low))?;
+    let tick = |span: f64| move |value: &f64| label(*value, span);
+    chart
+        .configure_mesh()
+        .disable_mesh()
+        .axis_style(BLACK.stroke_width(AXIS))
+        .label_style(("sans-serif", TEXT))
+        .x_labels(5)
+        .y_labels(5)
+        .x_desc(x_name)
+        .y_desc(y_name)
+        .x_label_formatter(&tick(x_high - x_low))
+        .y_label_formatter(&tick(y_high - y_low))
+        .draw()?;
+    curves.iter().try_for_each(|curve| draw_curve(&mut chart, curve))?;
+    area.present()?;
+    Ok(())
+}
+
+/// The band of errors, then the curve, pale where it is worth little. A point alone is a dot.
+fn draw_curve(chart: &mut Chart<'_, '_>, curve: &Curve) -> Result<(), Fault> {
+    let (points, colour) = (&curve.points, curve.colour);
+    let at = |point: &Point| (point.x, point.y);
+    for pair in points.windows(2).filter(|pair| pair.iter().any(|point| point.error > 0.0)) {
+        let [a, b] = [pair[0], pair[1]];
+        let corners = [(a.x, a.y - a.error), (b.x, b.y - b.error), (b.x, b.y + b.error), (a.x, a.y + a.error)];
+        chart.draw_series([Polygon::new(corners, colour.mix(BAND))])?;
+    }
+    // Runs of points that are drawn alike; each begins with the last point of the one before.
+    let mut first = 0;
+    while first + 1 < points.len() {
+        let noisy = |k: usize| points[k].noisy || points[k + 1].noisy;
+        let last = (first + 1..points.len() - 1).find(|k| noisy(*k) != noisy(first)).unwrap_or(points.len() - 1);
+        let style = if noisy(first) { colour.mix(PALE).stroke_width(LINE / 2) } else { colour.stroke_width(LINE) };
+        chart.draw_series([PathElement::new(points[first..=last].iter().map(at).collect::<Vec<_>>(), style)])?;
+        first = last;
+    }
+    if let [point] = points.as_slice() {
+        chart.draw_series([Circle::new(at(point), LINE, colour.filled())])?;
+    }
+    Ok(())
+}
+
+/// The names over the axes in rows, as many in a row as fit; none of a single number, which the axis names.
+fn names(curves: &[Curve]) -> Vec<Vec<(String, Option<RGBColor>)>> {
+    let mut entries: Vec<(String, Option<RGBColor>)> = Vec::new();
+    if curves.len() > 1 || curves.iter().any(|curve| curve.name.starts_with("t =")) {
+        entries.extend(curves.iter().map(|curve| (curve.name.clone(), Some(curve.colour))));
+    }
+    let longest = entries.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
+    let wide = f64::from(SAMPLE + 24) + LETTER * f64::from(TEXT) * longest as f64;
+    let in_a_row = (f64::from(SIDES.0 * POINT) / wide).floor().max(1.0) as usize;
+    let mut rows: Vec<_> = entries.chunks(in_a_row).map(<[_]>::to_vec).collect();
+    if curves.iter().any(|curve| curve.points.iter().any(|point| point.noisy)) {
+        rows.push(vec![(format!("pale: fewer than {FEW} counted; bands: standard errors"), None)]);
+    }
+    rows
 }
 
 #[cfg(test)]
@@ -163,5 +308,27 @@ mod tests {
     fn the_curves_drawn_are_spread_over_the_states_and_the_last_is_among_them() {
         assert_eq!(spaced(12), [1, 3, 6, 8, 11]);
         assert_eq!((spaced(3), spaced(0)), (vec![0, 1, 2], vec![]));
+    }
+
+    #[test]
+    fn labels_have_words_and_units() {
+        let column = |name, what| labelled(&Column { name, what });
+        assert_eq!(
+            column("correlation_length", "where C(r) first falls to 1/e; a length"),
+            "correlation length (length)"
+        );
+        assert_eq!(column("nematic_order", "order of all axes: 0 isotropic, 1 aligned"), "nematic order");
+        assert_eq!(column("nematic_director_degrees", "angle of the director"), "nematic director (degrees)");
+    }
+
+    #[test]
+    fn few_counts_are_pale_with_bands_and_a_point_alone_is_a_dot() {
+        let point = |x: f64, noisy| Point { x, y: 1.0 + x, error: 0.1, noisy };
+        let curve = |points: Vec<Point>| Curve { name: "t = 1".into(), points, colour: BLACK };
+        let axes = ["distance (length)".to_owned(), "correlation".to_owned()];
+        let svg = draw(&axes, &[curve(vec![point(0.0, false), point(1.0, false), point(2.0, true)])]).unwrap();
+        assert!(svg.contains("pale: fewer than 30") && svg.matches("<polygon").count() == 2, "{svg}");
+        assert!(svg.contains("width=\"86.1mm\"") && svg.contains("font-size=\"32"), "{svg}");
+        assert!(draw(&axes, &[curve(vec![point(1.0, false)])]).unwrap().contains("<circle"));
     }
 }

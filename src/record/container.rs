@@ -5,7 +5,8 @@
 //! spherocylinder, 2 ellipsoid, 3 torus), `size` (N x 3, the shape's sizes in the order of a scene), `group` (2^32 - 1:
 //! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`. A checkpoint has `warm_pair`, `warm_feature`,
 //! `warm_gamma`, `warm_normal` as well, a row a near pair, and the run's totals in its header; a state has the former
-//! where the scene's `output.forces` asks for it. `header.json` is the [`Header`].
+//! where the scene's `output.forces` asks for it. `header` is the [`Header`], the bytes of its JSON text:
+//! `json.loads(bytes(state["header"]))`.
 
 use super::blocks::{blocks, read_bodies, read_warm};
 use super::durable;
@@ -23,8 +24,8 @@ use std::path::Path;
 
 /// The name of the format, in a file's header.
 pub const FORMAT: &str = "relcp-state";
-/// The version that this program writes; it reads those up to it.
-pub const VERSION: u64 = 1;
+/// The version that this program writes; it reads those up to it. Version 1 had its header as `header.json`.
+pub const VERSION: u64 = 2;
 /// The part of a period to which floats must tell where a body is.
 const LEAST_KNOWN: f64 = 0.1;
 /// The fewest bytes that a body, or a near pair, takes: what bounds the counts that a file may claim.

@@ -5,12 +5,12 @@
 //! at `gamma = 0`, a length), `gamma0` (the start), `gamma` (what the solver ended with), `v` (`J^T gamma`, bodies x
 //! unknowns).
 //!
-//! Files written here have a `header.json` beside them and the seal of states. Files of other programs need neither,
+//! Files written here have a `header` beside them, as states do, and the seal of states. Files of other programs need neither,
 //! may be deflated, and their numbers may be of 4 or 8 bytes.
 
 use super::durable;
 use super::error::RecordError;
-use super::npz::{Block, Data, HEADER, MAGIC, header_text, seal_holds, write};
+use super::npz::{Block, Data, EARLIER_HEADER, HEADER, MAGIC, header_json, header_text, seal_holds, write};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::lcp::Stored;
 use crate::simulation::Simulation;
@@ -237,10 +237,13 @@ impl<'a> Arrays<'a> {
             format: String,
             version: u64,
         }
-        if self.0.index_for_name(HEADER).is_none() {
+        let json = if self.0.index_for_name(HEADER).is_some() {
+            header_json(self.entry(HEADER)?).ok_or_else(|| damaged(HEADER, "it is no array"))?
+        } else if self.0.index_for_name(EARLIER_HEADER).is_some() {
+            self.entry(EARLIER_HEADER)?
+        } else {
             return Ok(None);
-        }
-        let json = self.entry(HEADER)?;
+        };
         let kind: Kind = serde_json::from_slice(&json).map_err(|e| damaged(HEADER, e))?;
         if kind.format != LCP_FORMAT {
             return Err(LcpFileError::NotAnLcp(format!("it is a `{}`", kind.format)));

@@ -43,6 +43,7 @@ pub(crate) use folder::folder_name;
 pub(crate) use hash::Fnv;
 pub use hash::{scene_hash, state_hash};
 pub use lcp_file::{LCP_FORMAT, LCP_VERSION, LcpFileError, LcpHeader, decode_lcp, encode_lcp, read_lcp, write_lcp};
+pub(crate) use states::scene_of;
 pub use states::{Snapshot, States, Watch};
 pub use steps::{COLUMNS, StepRow};
 pub use totals::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds};

@@ -1,5 +1,5 @@
-//! Named arrays in one file that numpy opens as `.npz`: an uncompressed zip of little-endian `.npy` entries, beside
-//! `header.json`.
+//! Named arrays in one file that numpy opens as `.npz`: an uncompressed zip of little-endian `.npy` entries. `header` is
+//! one of them, the bytes of a JSON text; up to version 0.1 it was an entry `header.json`, which no array is.
 //!
 //! The zip holds a CRC-32 of every entry. A seal closes the file, as the zip's comment: the FNV-1a of all bytes before
 //! it, so that a damaged byte is found wherever it lies, in the directory too. No entry has a date: the same arrays are
@@ -12,8 +12,9 @@ use std::io::{BufWriter, Cursor, Read, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
-/// The entry that says what the arrays are.
-pub(super) const HEADER: &str = "header.json";
+/// The entry that says what the arrays are, and what files of earlier versions have in its place.
+pub(super) const HEADER: &str = "header.npy";
+pub(super) const EARLIER_HEADER: &str = "header.json";
 /// What a zip starts with.
 pub(super) const MAGIC: &[u8] = b"PK\x03\x04";
 /// What stands before the seal's digits.
@@ -45,8 +46,9 @@ pub(super) struct Block {
 pub(super) fn write(header: &[u8], blocks: &[Block]) -> Result<Vec<u8>, StateError> {
     let fault = |e: zip::result::ZipError| StateError::Unwritable(e.to_string());
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    let header = array("|u1", 1, header).map_err(|e| StateError::Unwritable(e.to_string()))?;
     zip.start_file(HEADER, options(header.len())).map_err(fault)?;
-    zip.write_all(header).map_err(|e| StateError::Unwritable(e.to_string()))?;
+    zip.write_all(&header).map_err(|e| StateError::Unwritable(e.to_string()))?;
     for block in blocks {
         let bytes = npy(block).map_err(|e| StateError::Unwritable(e.to_string()))?;
         zip.start_file(format!("{}.npy", block.name), options(bytes.len())).map_err(fault)?;
@@ -133,11 +135,19 @@ impl<'a> Archive<'a> {
             Err(e) => return Err(StateError::damaged("the directory", e)),
         };
         let mut archive = Archive { zip, size: bytes.len() as u64 };
-        let header = accept(&archive.entry(HEADER)?)?;
+        let header = accept(&archive.header()?)?;
         if sealed != Some(true) {
             return Err(archive.find_damage());
         }
         Ok((archive, header))
+    }
+
+    /// The JSON text of the header.
+    fn header(&mut self) -> Result<Vec<u8>, StateError> {
+        if self.zip.index_for_name(HEADER).is_none() {
+            return self.entry(EARLIER_HEADER);
+        }
+        header_json(self.entry(HEADER)?).ok_or_else(|| StateError::damaged(HEADER, "it is no array"))
     }
 
     /// The first entry whose CRC does not hold, where the seal does not.
@@ -204,6 +214,12 @@ impl<'a> Archive<'a> {
         let flat: Vec<T> = file.into_vec().map_err(|e| StateError::damaged(name, e))?;
         Ok(flat.as_chunks::<N>().0.to_vec())
     }
+}
+
+/// The JSON text in the entry [`HEADER`].
+pub(super) fn header_json(mut entry: Vec<u8>) -> Option<Vec<u8>> {
+    let (_, length) = header_text(&entry)?;
+    Some(entry.split_off(entry.len() - length))
 }
 
 /// The description in a `.npy` entry, without blanks and trailing commas, and how many bytes follow it.

@@ -5,6 +5,7 @@ use super::{Folder, read_state};
 use crate::bodies::Bodies;
 use crate::scene;
 use crate::warm::Warm;
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
@@ -48,6 +49,8 @@ pub struct States {
     name: String,
     entries: Vec<Entry>,
     notes: Vec<String>,
+    /// Whether the scene that they are of is planar, where there is one.
+    planar: Option<bool>,
 }
 
 #[derive(Clone, Debug)]
@@ -60,12 +63,14 @@ impl States {
     /// The states of `source`, which is
     ///
     /// * a run's folder: its `states/` in order, and the checkpoint in place of the state of its step, or after the
-    ///   last (a checkpoint knows the contact forces); `final.json` where there is neither;
+    ///   last (a checkpoint knows the contact forces); `final.json` where there is neither. A damaged state is left out,
+    ///   with a [note](States::notes);
     /// * a state file (`.npz`);
     /// * a scene file or the name of a built-in scene: the state that it starts from.
     ///
     /// # Errors
-    /// [`StatesError::NoState`] for a folder without states; a scene or a state that cannot be read.
+    /// [`StatesError::NoState`] for a folder without states; a scene that cannot be read, or a state where there is no
+    /// other.
     pub fn open(source: &str) -> Result<Self, StatesError> {
         let path = Path::new(source);
         if path.is_dir() {
@@ -73,12 +78,13 @@ impl States {
         }
         if path.extension().is_some_and(|extension| extension == "npz") {
             let name = stem(path);
-            return Ok(States { name, entries: vec![Entry::File(path.into())], notes: Vec::new() });
+            let planar = planar_of(path)?;
+            return Ok(States { name, entries: vec![Entry::File(path.into())], notes: Vec::new(), planar });
         }
         let scene = scene::load(source, &[])?;
         let (time, bodies) = (scene.time.start, scene.build()?);
         let snapshot = Snapshot { step: 0, time, bodies, warm: None };
-        Ok(States { name: stem(path), ..States::single(source, snapshot) })
+        Ok(States { name: stem(path), planar: Some(scene.planar), ..States::single(source, snapshot) })
     }
 
     /// A state of one's own; `name` stands in messages and names the files.
@@ -93,7 +99,7 @@ impl States {
     /// ```
     pub fn single(name: &str, snapshot: Snapshot) -> Self {
         let entry = Entry::Held { origin: name.into(), snapshot: Box::new(snapshot) };
-        States { name: name.into(), entries: vec![entry], notes: Vec::new() }
+        States { name: name.into(), entries: vec![entry], notes: Vec::new(), planar: None }
     }
 
     fn of_run(path: &Path) -> Result<Self, StatesError> {
@@ -115,7 +121,7 @@ impl States {
                     held = Some(Entry::Held { origin: checkpoint.display().to_string(), snapshot: Box::new(snapshot) });
                 }
                 Err(fault) if recorded.is_empty() => return Err(fault.into()),
-                Err(fault) => notes.push(format!("{fault}; exported without it")),
+                Err(fault) => notes.push(format!("{fault}; it is left out")),
             }
         }
         let after = held.as_ref().map_or(0, |entry| match entry {
@@ -127,6 +133,7 @@ impl States {
             entries.insert(after, held);
         }
         let name = name_of(path);
+        let entries = States::whole(entries, &mut notes)?;
         if entries.is_empty() {
             let last = folder.last();
             return match last.to_str() {
@@ -134,7 +141,42 @@ impl States {
                 _ => Err(StatesError::NoState { path: path.into() }),
             };
         }
-        Ok(States { name, entries, notes })
+        Ok(States { name, entries, notes, planar: planar_of(path)? })
+    }
+
+    /// The entries that can be read, each damaged one with a note in its place; the fault of the first where none can.
+    fn whole(entries: Vec<Entry>, notes: &mut Vec<String>) -> Result<Vec<Entry>, StatesError> {
+        let fault = |entry: &Entry| match entry {
+            Entry::File(path) => read_state(path).err(),
+            Entry::Held { .. } => None,
+        };
+        let mut faults: Vec<_> = entries.par_iter().map(fault).collect();
+        if faults.iter().all(Option::is_some)
+            && let Some(fault) = faults.iter_mut().find_map(Option::take)
+        {
+            return Err(fault.into());
+        }
+        notes.extend(faults.iter().flatten().map(|fault| format!("{fault}; it is left out")));
+        Ok(entries.into_iter().zip(faults).filter(|(_, fault)| fault.is_none()).map(|(entry, _)| entry).collect())
+    }
+
+    /// The last state alone.
+    pub fn last(mut self) -> Self {
+        self.entries.drain(..self.entries.len().saturating_sub(1));
+        self
+    }
+
+    /// Whether they are of a planar run, by its scene. Without a scene: whether all bodies of the last state lie in one
+    /// plane of constant z and are mirrored by it.
+    ///
+    /// # Errors
+    /// A state that cannot be read.
+    pub fn planar(&self) -> Result<bool, StatesError> {
+        match (self.planar, self.entries.len()) {
+            (Some(planar), _) => Ok(planar),
+            (None, 0) => Ok(false),
+            (None, all) => Ok(flat(&self.read(all - 1)?.bodies)),
+        }
     }
 
     /// What the files are named after: the run's folder, the file or the scene.
@@ -179,6 +221,31 @@ impl States {
             }
         }
     }
+}
+
+/// The `scene.json` that belongs to a run's folder, or to a state in one.
+pub(crate) fn scene_of(source: &Path) -> Option<PathBuf> {
+    let found = |folder: &Path| Some(Folder::view(folder).scene()).filter(|scene| scene.is_file());
+    if source.is_dir() {
+        return found(source);
+    }
+    if source.extension()? != "npz" {
+        return None;
+    }
+    let folder = source.canonicalize().ok()?.parent()?.to_path_buf();
+    found(&folder).or_else(|| found(folder.parent()?))
+}
+
+/// What that scene says of its plane.
+fn planar_of(source: &Path) -> Result<Option<bool>, StatesError> {
+    scene_of(source).map(|path| Ok(scene::read(&path)?.planar)).transpose()
+}
+
+fn flat(bodies: &Bodies) -> bool {
+    let plane = bodies.position.first().map(|position| position.z);
+    plane.is_some()
+        && bodies.position.iter().all(|position| Some(position.z) == plane)
+        && bodies.shape.iter().zip(&bodies.orientation).all(|(shape, q)| shape.is_planar_symmetric(*q))
 }
 
 fn stem(path: &Path) -> String {

@@ -5,12 +5,17 @@
 //! tell, and what they lack. Then the pictures are drawn, some at a time in parallel. A picture is there whole or not
 //! at all, and its bytes do not depend on threads.
 
+use super::backdrop::Backdrop;
 use super::camera::{Extent, axes_from};
 use super::quantity::Quantity;
 use super::scale::{self, Scale};
-use super::{Background, Camera, Image, Rays, RenderError, Side, View, caption, on_cpu, on_device, painted};
-use crate::measure::{Frame, LeftOut};
+use super::{
+    BLACK, Background, Camera, Image, Rays, RenderError, Side, View, WHITE, caption, inks_on, on_cpu, on_device,
+    painted,
+};
+use crate::measure::{Frame, LeftOut, scene_behind};
 use crate::record::{RecordError, Snapshot, States, Watch, durable};
+use glam::Vec3;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::fs;
@@ -180,8 +185,10 @@ pub fn render_on(
     let run = Frame::of(source, states)?;
     let side = frames.side.unwrap_or(if run.planar { Side::Top } else { Side::Oblique });
     let size = frames.size.map(|side| side.clamp(1, View::LARGEST_SIDE));
-    let painter = Painter { rays, states, frames, run, side, size };
-    let seen = painter.look(&mut *watch)?;
+    let scene = scene_behind(source)?.map(|(scene, _)| scene);
+    let backdrop = scene.map_or_else(Backdrop::default, |scene| Backdrop::of(&scene));
+    let painter = Painter { rays, states, frames, run, backdrop, side, size };
+    let (seen, note) = painter.look(&mut *watch)?;
     let mut rendered = Rendered {
         complete: false,
         adapter: rays.map(|rays| rays.gpu().name().to_owned()),
@@ -190,7 +197,7 @@ pub fn render_on(
         side,
         fit: frames.fit,
         frames: Vec::new(),
-        notes: states.notes().to_vec(),
+        notes: states.notes().iter().cloned().chain(note).collect(),
     };
     clear(folder)?;
     let document = folder.join(DOCUMENT);
@@ -207,25 +214,33 @@ struct Painter<'a> {
     states: &'a States,
     frames: &'a Frames,
     run: Frame,
+    backdrop: Backdrop,
     side: Side,
     size: [u32; 2],
 }
 
 impl Painter<'_> {
-    /// Looks at the states that are to be drawn.
-    fn look(&self, watch: Watch<'_>) -> Result<Vec<ScannedState>, RenderError> {
+    /// Looks at the states that are to be drawn; and says how many have nothing to colour them by.
+    fn look(&self, watch: Watch<'_>) -> Result<(Vec<ScannedState>, Option<String>), RenderError> {
         let Frames { from, to, every, .. } = *self.frames;
         let all = from == f64::NEG_INFINITY && to == f64::INFINITY;
         // Without an interval those between need not be read.
         let asked: Vec<usize> = (0..self.states.len()).step_by(if all { every.max(1) } else { 1 }).collect();
         let mut seen = Vec::new();
+        let mut missing = (0, None);
         let mut times = [f64::INFINITY, f64::NEG_INFINITY];
         for part in asked.chunks(rayon::current_num_threads().max(1)) {
             if !watch(seen.len(), asked.len()) {
                 return Err(RenderError::Stopped { done: seen.len(), all: asked.len() });
             }
-            let looked: Vec<ScannedState> = part.par_iter().map(|&i| self.look_at(i)).collect::<Result<_, _>>()?;
-            for state in looked {
+            for looked in part.par_iter().map(|&i| self.look_at(i)).collect::<Vec<_>>() {
+                let state = match looked {
+                    Err(fault @ RenderError::Missing { .. }) => {
+                        missing = (missing.0 + 1, missing.1.or(Some(fault)));
+                        continue;
+                    }
+                    looked => looked?,
+                };
                 times = [times[0].min(state.time), times[1].max(state.time)];
                 if all || inside(state.time, from, to) {
                     seen.push(state);
@@ -236,6 +251,9 @@ impl Painter<'_> {
             seen = seen.into_iter().step_by(every.max(1)).collect();
         }
         let Some(last) = seen.last() else {
+            if let Some(fault) = missing.1 {
+                return Err(fault);
+            }
             let interval = interval(from, to);
             return Err(RenderError::Nothing { states: asked.len(), interval, first: times[0], last: times[1] });
         };
@@ -247,7 +265,12 @@ impl Painter<'_> {
                 help: "bodies are born where the scene has `growth` and a cell has reached growth.division_length",
             });
         }
-        Ok(seen)
+        let colour = self.frames.colour.name();
+        let note = (missing.0 > 0).then(|| {
+            let states = missing.0;
+            format!("{states} states have no {colour} and are left out; output.forces=true records the forces of all")
+        });
+        Ok((seen, note))
     }
 
     fn look_at(&self, index: usize) -> Result<ScannedState, RenderError> {
@@ -326,18 +349,26 @@ impl Painter<'_> {
             ..View::default()
         };
         let bodies = state.bodies.wrapped();
-        let mut image = match self.rays {
-            Some(rays) => painted(&bodies, &view, camera, &colours, on_device(rays))?,
-            None => {
-                let Ok(image) = painted(&bodies, &view, camera, &colours, on_cpu);
-                image
+        let paint = |inks: [Vec3; 2]| {
+            let mut image = match self.rays {
+                Some(rays) => painted(&bodies, &view, camera, &colours, inks, on_device(rays))?,
+                None => {
+                    let Ok(image) = painted(&bodies, &view, camera, &colours, inks, on_cpu);
+                    image
+                }
+            };
+            let inks = inks.map(super::bytes);
+            self.backdrop.draw(&mut image, &view, camera, inks[0], inks[1]);
+            if self.frames.words {
+                caption::state(&mut image, &state, inks);
+                caption::legend(&mut image, self.frames.colour, scale, inks);
             }
+            Ok::<_, RenderError>(image)
         };
-        if self.frames.words {
-            let inks = self.frames.background.ink_and_paper().map(super::bytes);
-            caption::state(&mut image, &state, inks);
-            caption::legend(&mut image, self.frames.colour, scale, inks);
-        }
+        let image = match self.frames.background {
+            Background::Transparent => Image::between(paint(inks_on(WHITE))?, &paint(inks_on(BLACK))?),
+            background => paint(background.ink_and_paper())?,
+        };
         let file = Path::new(FOLDER).join(format!("{number:06}.png"));
         write(&image, &folder.join(&file))?;
         Ok(RenderedFrame {

@@ -1,5 +1,6 @@
 //! A finished picture and its file.
 
+use super::colour::{decode, encode};
 use std::io;
 use std::path::Path;
 
@@ -9,9 +10,27 @@ pub struct Image {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) pixels: Vec<u8>,
+    /// How opaque each pixel is, of a picture that is not opaque everywhere.
+    pub(super) alpha: Option<Vec<u8>>,
 }
 
 impl Image {
+    /// A picture with opacities from the same picture on white and on black paper: where both agree it is opaque, and
+    /// where they differ by all that papers differ there is nothing.
+    pub(super) fn between(white: Image, black: &Image) -> Image {
+        let mut alpha = Vec::with_capacity(white.pixels.len() / 3);
+        let mut pixels = Vec::with_capacity(white.pixels.len());
+        for (on_white, on_black) in white.pixels.chunks_exact(3).zip(black.pixels.chunks_exact(3)) {
+            let light = |bytes: &[u8], k: usize| decode(bytes[k]);
+            let shows: f32 = (0..3).map(|k| light(on_white, k) - light(on_black, k)).sum::<f32>() / 3.0;
+            let opaque = (1.0 - shows).clamp(0.0, 1.0);
+            alpha.push((255.0 * opaque).round() as u8);
+            let own = |k: usize| if opaque > 0.0 { encode(light(on_black, k) / opaque) } else { 0 };
+            pixels.extend((0..3).map(own));
+        }
+        Image { pixels, alpha: Some(alpha), ..white }
+    }
+
     /// Width in pixels.
     pub fn width(&self) -> u32 {
         self.width
@@ -20,6 +39,11 @@ impl Image {
     /// Height in pixels.
     pub fn height(&self) -> u32 {
         self.height
+    }
+
+    /// How opaque each pixel is, from 0 to 255; `None` where all are opaque.
+    pub fn alpha(&self) -> Option<&[u8]> {
+        self.alpha.as_deref()
     }
 
     /// The bytes, three to a pixel.
@@ -61,11 +85,18 @@ impl Image {
 
     pub(crate) fn encode(&self, mut sink: impl io::Write) -> io::Result<()> {
         let mut encoder = png::Encoder::new(&mut sink, self.width, self.height);
-        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_color(if self.alpha.is_some() { png::ColorType::Rgba } else { png::ColorType::Rgb });
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         let mut writer = encoder.write_header()?;
-        writer.write_image_data(&self.pixels)?;
+        match &self.alpha {
+            None => writer.write_image_data(&self.pixels)?,
+            Some(alpha) => {
+                let pixels = self.pixels.chunks_exact(3).zip(alpha);
+                let bytes: Vec<u8> = pixels.flat_map(|(rgb, alpha)| [rgb[0], rgb[1], rgb[2], *alpha]).collect();
+                writer.write_image_data(&bytes)?;
+            }
+        }
         writer.finish()?;
         sink.flush()
     }

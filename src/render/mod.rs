@@ -5,6 +5,7 @@
 //!
 //! [`picture`] is of bodies; [`render`](fn@render) makes those of a run's states, and [`fn@movie`] a movie of them.
 
+mod backdrop;
 mod camera;
 mod caption;
 mod colour;
@@ -27,6 +28,7 @@ mod shade;
 mod shadow;
 mod text;
 
+pub(crate) use backdrop::Backdrop;
 pub use camera::Camera;
 pub use error::RenderError;
 pub use frames::MOVIE;
@@ -79,13 +81,15 @@ pub enum Background {
     White,
     /// Nearly black.
     Dark,
+    /// Nothing: a pixel is as opaque as what covers it. Words are as on white.
+    Transparent,
 }
 
 impl Background {
     /// The linear light of words and of what is behind them.
     fn ink_and_paper(self) -> [Vec3; 2] {
         match self {
-            Background::White => [[0.25, 0.0, 0.0], [1.0, 0.0, 0.0]],
+            Background::White | Background::Transparent => [[0.25, 0.0, 0.0], [1.0, 0.0, 0.0]],
             Background::Dark => [[0.85, 0.0, 0.0], [0.17, 0.0, -0.015]],
         }
         .map(colour::linear)
@@ -162,8 +166,23 @@ pub fn picture(bodies: &Bodies, view: &View) -> Image {
 
 /// As [`picture`], by a camera of one's own: one camera for all pictures of a movie keeps them still.
 pub fn picture_by(bodies: &Bodies, view: &View, camera: &Camera) -> Image {
-    let Ok(image) = painted(bodies, view, camera, &colour::of_bodies(bodies, view.colour), on_cpu);
-    image
+    let paint = |inks| {
+        let Ok(image) = painted(bodies, view, camera, &colour::of_bodies(bodies, view.colour), inks, on_cpu);
+        image
+    };
+    match view.background {
+        Background::Transparent => Image::between(paint(inks_on(WHITE)), &paint(inks_on(BLACK))),
+        background => paint(background.ink_and_paper()),
+    }
+}
+
+/// The papers that a transparent picture is drawn on, to see through which of its pixels they show.
+const WHITE: Vec3 = Vec3::ONE;
+const BLACK: Vec3 = Vec3::ZERO;
+
+/// The ink of a transparent picture, and one of these papers.
+fn inks_on(paper: Vec3) -> [Vec3; 2] {
+    [Background::Transparent.ink_and_paper()[0], paper]
 }
 
 /// As [`picture_by`], the rays cast by a device. Its pixels differ from the CPU's by rounding.
@@ -171,7 +190,12 @@ pub fn picture_by(bodies: &Bodies, view: &View, camera: &Camera) -> Image {
 /// # Errors
 /// A [`GpuError`] where the device fails.
 pub fn picture_on(rays: &Rays, bodies: &Bodies, view: &View, camera: &Camera) -> Result<Image, GpuError> {
-    painted(bodies, view, camera, &colour::of_bodies(bodies, view.colour), on_device(rays))
+    let colours = colour::of_bodies(bodies, view.colour);
+    let paint = |inks| painted(bodies, view, camera, &colours, inks, on_device(rays));
+    match view.background {
+        Background::Transparent => Ok(Image::between(paint(inks_on(WHITE))?, &paint(inks_on(BLACK))?)),
+        background => paint(background.ink_and_paper()),
+    }
 }
 
 /// Casts rays on the CPU.
@@ -184,12 +208,13 @@ fn on_device(rays: &Rays) -> impl Fn(&Bodies, &Camera, u32, u32) -> Result<Sampl
     |bodies, camera, width, height| Samples::cast_on(rays, bodies, camera, width, height)
 }
 
-/// As [`picture_by`], with a linear colour a body, and what casts the rays.
+/// As [`picture_by`], with a linear colour a body, ink and paper, and what casts the rays.
 fn painted<E>(
     bodies: &Bodies,
     view: &View,
     camera: &Camera,
     colours: &[Vec3],
+    [ink, paper]: [Vec3; 2],
     cast: impl Fn(&Bodies, &Camera, u32, u32) -> Result<Samples, E>,
 ) -> Result<Image, E> {
     let [width, height] = [view.width, view.height].map(|side| side.clamp(1, View::LARGEST_SIDE));
@@ -206,7 +231,6 @@ fn painted<E>(
         }
         false => None,
     };
-    let [ink, paper] = view.background.ink_and_paper();
     let shading = Shading {
         samples: &samples,
         camera,
@@ -224,7 +248,7 @@ fn painted<E>(
             pixel.copy_from_slice(&shading.pixel(x, y, &pattern).map_or(background, bytes));
         }
     });
-    let mut image = Image { width, height, pixels };
+    let mut image = Image { width, height, pixels, alpha: None };
     if view.scale_bar && !bodies.is_empty() {
         scale_bar::draw(&mut image, scale, bytes(ink), background);
     }

@@ -64,7 +64,7 @@ mod tests {
     #[test]
     fn the_bar_is_as_long_as_it_says() {
         for scale in [0.37, 1.0, 13.0, 1e5] {
-            let mut image = Image { width: 800, height: 600, pixels: vec![255; 800 * 600 * 3] };
+            let mut image = Image { width: 800, height: 600, pixels: vec![255; 800 * 600 * 3], alpha: None };
             draw(&mut image, scale, [0; 3], [255; 3]);
             let (length, _) = round_length(LONGEST * 800.0 / scale).unwrap();
             let row = 600 - 14 - 1;

@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn what_is_outside_the_picture_is_left_out() {
-        let mut image = Image { width: 20, height: 10, pixels: vec![255; 600] };
+        let mut image = Image { width: 20, height: 10, pixels: vec![255; 600], alpha: None };
         let far = marks("wide words", 15, 5, 1);
         draw(&mut image, &far, 1, [0; 3], [200; 3]);
         draw(&mut image, &[[0, 0, 2, 2]], 3, [0; 3], [200; 3]);

@@ -18,7 +18,7 @@ use crate::record::{
     Folder, Header, LcpHeader, RecordError, StateError, Totals, differing_keys, durable, encode, encode_with_forces,
     read_state, scene_hash, write_lcp, write_state,
 };
-use crate::render::{View, picture};
+use crate::render::{Backdrop, View, picture};
 use crate::scene::Scene;
 use crate::simulation::{Compute, Simulation};
 use crate::step::{Fault, State, StepReport, max_overlap};
@@ -334,11 +334,16 @@ impl Run {
     }
 
     fn draw(&self) -> Result<(), RunError> {
+        if !self.simulation.scene().output.picture {
+            return Ok(());
+        }
         let [width, height] = PICTURE_SIDES;
         let view = View { width, height, planar: self.simulation.scene().planar, ..View::default() };
         let path = self.folder.picture();
         let mut bytes = Vec::new();
-        let image = picture(&self.simulation.state()?.bodies.wrapped(), &view);
+        let bodies = self.simulation.state()?.bodies.wrapped();
+        let mut image = picture(&bodies, &view);
+        Backdrop::of(self.simulation.scene()).behind(&mut image, &view, &bodies);
         image.encode(&mut bytes).map_err(RecordError::io(&path, "pack it"))?;
         Ok(durable::write(&path, &bytes)?)
     }

@@ -32,6 +32,23 @@ impl Scene {
     /// # Errors
     /// What [`Scene::validate`] refuses, and a rule of `generate` that finds no place for a body.
     pub fn build(&self) -> Result<Bodies, SceneError> {
+        self.build_while(&mut |_| true)
+    }
+
+    /// As [`Scene::build`], which may take minutes where many bodies are placed by rule: asks `goes_on` every few
+    /// thousand draws, with the number of bodies placed so far, and stops where it answers `false`.
+    ///
+    /// ```
+    /// use relcp::scene::{self, FaultKind};
+    /// let scene = scene::load("compaction", &[])?;
+    /// let stopped = scene.build_while(&mut |placed| placed < 100);
+    /// assert_eq!(stopped.unwrap_err().kind(), FaultKind::Interrupted);
+    /// # Ok::<(), relcp::scene::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Scene::build`], and [`FaultKind::Interrupted`](super::FaultKind) where it was stopped.
+    pub fn build_while(&self, goes_on: &mut dyn FnMut(usize) -> bool) -> Result<Bodies, SceneError> {
         self.validate()?;
         let names = self.group_names();
         let numbers: HashMap<&str, u32> = names.iter().map(String::as_str).zip(0..).collect();
@@ -45,7 +62,7 @@ impl Scene {
             bodies.angular_velocity[index] = body.angular_velocity.map_or(DVec3::ZERO, DVec3::from);
         }
         for index in 0..self.generate.len() {
-            generate::add(self, index, &mut bodies, group_of(self.generate[index].group()))?;
+            generate::add(self, index, &mut bodies, group_of(self.generate[index].group()), goes_on)?;
         }
         self.add_lineage(&mut bodies);
         Ok(bodies)

@@ -1,10 +1,18 @@
 //! Why a scene was refused: what was wrong, where, and what would be right.
 
 #[cfg(feature = "files")]
-use super::place::{self, Place};
+use super::excerpt::Excerpt;
 #[cfg(feature = "files")]
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode};
+use super::place::Place;
+#[cfg(feature = "files")]
+use miette::{Diagnostic, LabeledSpan, SourceCode};
+use std::borrow::Cow;
 use std::fmt;
+
+/// More characters of a name, a key or a message are cut out of its middle, so that a message fits a terminal whatever
+/// stands in the scene. No message of this program's own is longer.
+const LONGEST_KEY: usize = 200;
+const LONGEST_MESSAGE: usize = 1_000;
 
 /// What sort of fault a scene has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +37,8 @@ pub enum FaultKind {
     BadOverride,
     /// Bodies that could not be placed by rule.
     Placement,
+    /// The program was asked to stop while bodies were placed.
+    Interrupted,
 }
 
 /// A scene was refused.
@@ -54,26 +64,47 @@ struct Fault {
     message: String,
     help: Option<String>,
     #[cfg(feature = "files")]
-    place: Option<Place>,
-    line_column: Option<(usize, usize)>,
-    #[cfg(feature = "files")]
-    text: Option<NamedSource<String>>,
+    excerpt: Option<Excerpt>,
 }
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(origin) = &self.origin {
-            write!(f, "{origin}")?;
-            if let Some((line, column)) = self.line_column {
+            write!(f, "{}", shortened(origin, LONGEST_KEY))?;
+            if let Some((line, column)) = self.line_column() {
                 write!(f, ":{line}:{column}")?;
             }
             write!(f, ": ")?;
         }
         if !self.key.is_empty() {
-            write!(f, "{}: ", self.key)?;
+            write!(f, "{}: ", shortened(&self.key, LONGEST_KEY))?;
         }
-        write!(f, "{}", self.message)
+        write!(f, "{}", shortened(&self.message, LONGEST_MESSAGE))
     }
+}
+
+impl Fault {
+    #[cfg(feature = "files")]
+    fn line_column(&self) -> Option<(usize, usize)> {
+        self.excerpt.as_ref().map(|excerpt| excerpt.line_column)
+    }
+
+    #[cfg(not(feature = "files"))]
+    fn line_column(&self) -> Option<(usize, usize)> {
+        None
+    }
+}
+
+/// A text of at most so many characters: of a longer one both ends.
+fn shortened(text: &str, longest: usize) -> Cow<'_, str> {
+    let count = text.chars().count();
+    if count <= longest {
+        return text.into();
+    }
+    let half = longest / 2;
+    let head: String = text.chars().take(half).collect();
+    let tail: String = text.chars().skip(count - half).collect();
+    format!("{head} … {tail}").into()
 }
 
 impl SceneError {
@@ -85,10 +116,7 @@ impl SceneError {
             message: message.into(),
             help: None,
             #[cfg(feature = "files")]
-            place: None,
-            line_column: None,
-            #[cfg(feature = "files")]
-            text: None,
+            excerpt: None,
         }))
     }
 
@@ -111,10 +139,17 @@ impl SceneError {
     /// Points at a stretch of bytes of the text.
     #[cfg(feature = "files")]
     pub(crate) fn at(mut self, origin: &str, text: &str, place: Place) -> Self {
-        self.0.line_column = Some(place::line_column(text, place.start));
-        self.0.place = Some(place);
-        self.0.text = Some(NamedSource::new(origin, text.to_owned()).with_language("json"));
+        self.0.excerpt = Some(Excerpt::of(&shortened(origin, LONGEST_KEY), text, place));
         self.of(origin)
+    }
+
+    /// Shows the fault in this text, in which every byte has the place that it had in the text that was read.
+    #[cfg(feature = "files")]
+    pub(crate) fn shown_in(mut self, text: &str) -> Self {
+        if let (Some(excerpt), Some(origin)) = (&self.0.excerpt, &self.0.origin) {
+            self.0.excerpt = Some(Excerpt::of(&shortened(origin, LONGEST_KEY), text, excerpt.place));
+        }
+        self
     }
 
     /// What sort of fault it is.
@@ -144,17 +179,22 @@ impl SceneError {
 
     /// The line, from 1, where the scene was read from text.
     pub fn line(&self) -> Option<usize> {
-        self.0.line_column.map(|p| p.0)
+        self.0.line_column().map(|p| p.0)
     }
 
     /// The column in characters, from 1, where the scene was read from text.
     pub fn column(&self) -> Option<usize> {
-        self.0.line_column.map(|p| p.1)
+        self.0.line_column().map(|p| p.1)
     }
 
-    /// The exit status of a program that stops for this: 4 for a file that cannot be read, 2 for a bad scene.
+    /// The exit status of a program that stops for this: 4 for a file that cannot be read, 130 for an interruption, 2
+    /// for a bad scene.
     pub fn exit_code(&self) -> i32 {
-        if self.0.kind == FaultKind::Io { 4 } else { 2 }
+        match self.0.kind {
+            FaultKind::Io => 4,
+            FaultKind::Interrupted => 130,
+            _ => 2,
+        }
     }
 }
 
@@ -165,11 +205,11 @@ impl Diagnostic for SceneError {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.0.text.as_ref().map(|t| t as &dyn SourceCode)
+        self.0.excerpt.as_ref().map(|excerpt| excerpt as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let place = self.0.place?;
+        let place = self.0.excerpt.as_ref()?.place;
         let label = LabeledSpan::new(Some("here".to_owned()), place.start, place.end - place.start);
         Some(Box::new(std::iter::once(label)))
     }

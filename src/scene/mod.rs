@@ -6,7 +6,11 @@
 mod build;
 #[cfg(feature = "files")]
 mod built_in;
+#[cfg(feature = "files")]
+mod comments;
 mod error;
+#[cfg(feature = "files")]
+mod excerpt;
 mod generate;
 mod key;
 mod nearest;
@@ -258,6 +262,9 @@ pub struct Output {
     /// stresses of the last state only.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "std::ops::Not::not"))]
     pub forces: bool,
+    /// Whether the run ends with a picture, `final.png`.
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "is_true"))]
+    pub picture: bool,
     /// What of `relcp measure` is measured while it runs, by its names: `measures.csv` has a row for each of
     /// `steps.csv`. What takes more than one state is left empty there. Each row costs what `relcp measure` takes for a
     /// state, and on a GPU the state is read back for it.
@@ -265,8 +272,13 @@ pub struct Output {
     pub measures: Vec<String>,
 }
 
+#[cfg(feature = "files")]
+fn is_true(value: &bool) -> bool {
+    *value
+}
+
 impl Default for Output {
     fn default() -> Self {
-        Output { every: None, step_stride: 1, forces: false, measures: Vec::new() }
+        Output { every: None, step_stride: 1, forces: false, picture: true, measures: Vec::new() }
     }
 }

@@ -19,12 +19,14 @@ fn distance(a: &str, b: &str) -> usize {
 /// Longest name worth comparing: no known name is longer than half of it.
 const LONGEST: usize = 64;
 
-/// The nearest of `known`, the first of equals; `None` where nothing is known or the name is absurdly long.
+/// The nearest of `known`, the first of equals; `None` where none is alike, nothing is known or the name is absurdly
+/// long. Names are alike where at most half of the letters of the longer one must be changed.
 pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     if name.chars().count() > LONGEST {
         return None;
     }
-    known.into_iter().min_by_key(|k| distance(name, k))
+    let alike = |known: &&str| 2 * distance(name, known) <= name.chars().count().max(known.chars().count());
+    known.into_iter().filter(alike).min_by_key(|known| distance(name, known))
 }
 
 #[cfg(test)]
@@ -38,5 +40,6 @@ mod tests {
         assert_eq!(distance("same", "same"), 0);
         assert_eq!(nearest("tiem", ["name", "time", "forces"]), Some("time"));
         assert_eq!(nearest("x", []), None);
+        assert_eq!(nearest("spring", ["constant", "gravity", "trap"]), None);
     }
 }

@@ -4,6 +4,7 @@
 //! repeated keys as well. Either way a fault ends up with its dotted key, and with its line and column where it stands
 //! in the text.
 
+use super::comments::blanked;
 use super::error::{FaultKind, SceneError};
 use super::nearest::nearest;
 use super::place::{self, Place};
@@ -13,6 +14,7 @@ use super::tree::Tree;
 use super::{Scene, built_in};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -21,7 +23,7 @@ use std::path::Path;
 /// by one at about 500 bytes a body with lineage and velocities.
 pub const MAX_FILE_BYTES: u64 = 8 << 30;
 
-/// Reads and validates a scene file (JSON).
+/// Reads and validates a scene file: JSON, in which comments (`//`, `/* */`, `#`) and trailing commas are allowed.
 ///
 /// # Errors
 /// [`SceneError`] with its place: a file that cannot be read ([`SceneError::exit_code`] 4), text that is not JSON,
@@ -71,20 +73,35 @@ pub fn load(source: &str, sets: &[String]) -> Result<Scene, SceneError> {
 /// A text that is read once, and the name that it has in messages.
 pub(crate) struct Source {
     origin: String,
+    /// With blanks in place of comments.
     text: String,
+    /// With its comments, where it has some.
+    written: Option<String>,
 }
 
 impl Source {
     /// A text that is there already. A byte order mark, as some editors write it, is not part of it.
     pub fn new(text: &str, origin: &str) -> Self {
-        Source { origin: origin.to_owned(), text: unmarked(text).to_owned() }
+        Source::of(unmarked(text).to_owned(), origin.to_owned())
+    }
+
+    fn of(text: String, origin: String) -> Self {
+        match blanked(&text) {
+            Cow::Borrowed(_) => Source { origin, text, written: None },
+            Cow::Owned(blanked) => Source { origin, text: blanked, written: Some(text) },
+        }
+    }
+
+    /// The text as it was written.
+    fn written(&self) -> &str {
+        self.written.as_ref().unwrap_or(&self.text)
     }
 
     /// A file's text.
     pub fn file(path: &Path) -> Result<Self, SceneError> {
         let origin = path.display().to_string();
         match String::from_utf8(read_bytes(path, &origin)?) {
-            Ok(text) if unmarked(&text).len() == text.len() => Ok(Source { origin, text }),
+            Ok(text) if unmarked(&text).len() == text.len() => Ok(Source::of(text, origin)),
             Ok(text) => Ok(Source::new(&text, &origin)),
             Err(e) => {
                 let start = e.utf8_error().valid_up_to();
@@ -108,7 +125,7 @@ impl Source {
 
     /// The scene that it is, after overrides.
     pub fn scene(&self, sets: &[Override]) -> Result<Scene, SceneError> {
-        parse_with(&self.text, &self.origin, sets)
+        parse_json(&self.text, &self.origin, sets).map_err(|error| error.shown_in(self.written()))
     }
 
     /// The document of another type that it is, read as strictly as a scene: an object, no key unknown or repeated.
@@ -122,17 +139,18 @@ impl Source {
             // From the text, where keys stand in their order; from the tree, where a fault has its path.
             serde_json::from_str(&self.text).or_else(|_| from_tree(value, &self.text))
         };
-        read().map_err(|misread| misplaced(misread, &self.origin, &self.text, &[]))
+        let placed = |misread| misplaced(misread, &self.origin, &self.text, &[]).shown_in(self.written());
+        read().map_err(placed)
     }
 
     /// Says where a fault of that document, known by its key, stands.
     pub fn put(&self, error: SceneError) -> SceneError {
-        put(error, &self.origin, &self.text, &[])
+        put(error, &self.origin, &self.text, &[]).shown_in(self.written())
     }
 
     /// Points at a stretch of the text.
     pub fn at(&self, error: SceneError, place: Place) -> SceneError {
-        error.at(&self.origin, &self.text, narrowed(&self.text, place))
+        error.at(&self.origin, self.written(), narrowed(&self.text, place))
     }
 }
 
@@ -167,6 +185,10 @@ fn read_bytes(path: &Path, origin: &str) -> Result<Vec<u8>, SceneError> {
 
 fn parse_with(text: &str, origin: &str, sets: &[Override]) -> Result<Scene, SceneError> {
     let text = unmarked(text);
+    parse_json(&blanked(text), origin, sets).map_err(|error| error.shown_in(text))
+}
+
+fn parse_json(text: &str, origin: &str, sets: &[Override]) -> Result<Scene, SceneError> {
     let mut scene = typed(text, sets).map_err(|misread| misplaced(misread, origin, text, sets))?;
     scene.validate().map_err(|error| put(error, origin, text, sets))?;
     scene.normalize_orientations();
@@ -238,8 +260,11 @@ fn refuse_lists(text: &str) -> Result<(), Misread> {
     match place::misplaced_list(text, &LISTS) {
         None => Ok(()),
         Some(path) => {
-            let error =
-                SceneError::new(FaultKind::WrongType, path.join("."), "expected anything but a list, found one");
+            let error = SceneError::new(
+                FaultKind::WrongType,
+                path.join("."),
+                "expected an object or a single value, found a list",
+            );
             Err(Misread { error, byte: None })
         }
     }

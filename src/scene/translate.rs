@@ -88,9 +88,9 @@ fn syntax(words: &str, key: &str, text: &str, byte: Option<usize>) -> SceneError
 fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> String {
     let known: Vec<&str> = known.collect();
     match nearest(name, known.iter().copied()) {
-        None if known.is_empty() => format!("unknown {what} `{name}`; no {what} is allowed here"),
-        None => format!("unknown {what}; the {what}s here are {}", known.join(", ")),
-        Some(near) if known.len() == 1 => format!("unknown {what} `{name}`; the only {what} here is `{near}`"),
+        _ if known.is_empty() => format!("unknown {what} `{name}`; no {what} is allowed here"),
+        _ if known.len() == 1 => format!("unknown {what} `{name}`; the only {what} here is `{}`", known[0]),
+        None => format!("unknown {what} `{name}`; the {what}s here are {}", known.join(", ")),
         Some(near) => {
             format!("unknown {what} `{name}`; the nearest is `{near}` (the {what}s here are {})", known.join(", "))
         }

@@ -164,6 +164,7 @@ impl Simulation {
     /// # Errors
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
+        self.plan.span = self.scene.time.span(self.steps() + 1);
         let mut report = step(self.backend.as_mut(), &self.plan, &mut self.keep)?;
         self.plan.parts_first = false;
         report.time = self.scene.time.after(report.step);

@@ -45,6 +45,8 @@ pub struct Plan {
     /// Whether bodies are parted before the step, in no time. Where bodies have inertia, a start that overlaps would
     /// become speed.
     pub parts_first: bool,
+    /// The length of the next step, in parts of `dt`: see [`Time::span`](super::Time::span).
+    pub span: f64,
     /// Recursions that may move the offsets of rows before rows are appended.
     pub(super) most_tightenings: u32,
     /// Whether the least bad trial of an attempt is kept.
@@ -60,6 +62,7 @@ impl Plan {
             stepping: model.time.stepping,
             on_no_room: model.cells.filter(|_| model.confined).map(|cells| cells.growth.on_no_room),
             parts_first: false,
+            span: 1.0,
             most_tightenings: most_tightenings(model),
             keeps_least_bad: model.contact.on_failure == OnFailure::Continue,
         }
@@ -79,7 +82,7 @@ impl Plan {
 
 /// Takes one step and says what it did. A fault leaves the last accepted state. LCPs that `keep` wants are kept there.
 pub fn step(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -> Result<StepReport, Fault> {
-    let first = if plan.parts_first { None } else { Some(attempt(backend, plan, keep)) };
+    let first = if plan.parts_first || plan.span < 1.0 { None } else { Some(attempt(backend, plan, keep)) };
     let (mut report, overlap) = match first {
         Some(Ok(mut tried)) if !plan.promises() || tried.holds(plan) => {
             tried.report.phases = backend.accept()?; // C^k+1

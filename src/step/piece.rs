@@ -1,17 +1,29 @@
 //! What of a step is taken at once: all of it, or where that fails a piece of it, in which some cells may have to wait.
 
-/// A piece of a step, in parts of its `dt`. Pieces come from halving, so that their numbers are exact.
+/// A piece of a step, in parts of the step. Pieces come from halving, so that their numbers are exact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
     /// Where in the step it begins.
     pub start: f64,
     /// How long it is.
     pub length: f64,
+    /// How long the step is, in parts of `dt`: 1, but for a run's last step, which may be shorter.
+    pub span: f64,
 }
 
 impl Piece {
     /// The step in one.
-    pub const WHOLE: Piece = Piece { start: 0.0, length: 1.0 };
+    pub const WHOLE: Piece = Piece::whole(1.0);
+
+    /// A step of this part of `dt` in one.
+    pub const fn whole(span: f64) -> Piece {
+        Piece { start: 0.0, length: 1.0, span }
+    }
+
+    /// Whether it is a step in one.
+    pub fn is_whole(self) -> bool {
+        self.length == 1.0
+    }
 
     /// The shortest piece, a 64th: after it a step counts as one that cannot be taken. Six halvings make a way that
     /// leads through a body of the usual steps (under 48 thicknesses a step) one that does not, and contradictions
@@ -21,7 +33,7 @@ impl Piece {
     /// Its two halves; none of the shortest piece.
     pub fn halves(self) -> Option<[Piece; 2]> {
         let length = 0.5 * self.length;
-        let half = |start| Piece { start, length };
+        let half = |start| Piece { start, length, ..self };
         (length >= Piece::SHORTEST).then(|| [half(self.start), half(self.start + length)])
     }
 

@@ -28,8 +28,8 @@ const MOST_ROUNDS_OF_PARTING: u32 = 32;
 /// differ by some 1e-9 of a body.
 const LEFT_FOR_ROUNDING: f64 = 0.99;
 
-/// Takes the step that failed as `failed` says again, and accepts it; or first parts the bodies of one that is yet to
-/// be taken.
+/// Takes the step that failed as `failed` says again, and accepts it; or takes one whose bodies are first parted, or
+/// that is shorter than the others.
 pub(super) fn take_again(
     backend: &mut dyn Backend,
     plan: &Plan,
@@ -94,7 +94,7 @@ impl Taking<'_> {
         if self.plan.parts_first {
             self.parted(again)?;
         }
-        match self.piece(again, Piece::WHOLE, first) {
+        match self.piece(again, Piece::whole(self.plan.span), first) {
             Err(Fault::Unresolved(_)) if self.plan.accepts_the_least_bad() => {
                 again.restore(before);
                 self.waiting = Waiting::None;
@@ -123,8 +123,8 @@ impl Taking<'_> {
             None => self.attempt(again, piece),
         };
         let failed = match tried {
-            Ok(tried) if tried.holds(self.plan) => return self.accept(again, tried),
-            Ok(tried) if piece == Piece::WHOLE && self.began_like_this(again) => {
+            Ok(tried) if !self.plan.promises() || tried.holds(self.plan) => return self.accept(again, tried),
+            Ok(tried) if piece.is_whole() && self.began_like_this(again) => {
                 self.report.add_cost(&tried.report);
                 return self.spread(again);
             }
@@ -133,7 +133,7 @@ impl Taking<'_> {
         };
         self.count_failure(&failed);
         let overlaps = again.start_overlap() > self.plan.contact.overlap_tolerance;
-        if piece == Piece::WHOLE && overlaps && !self.report.parted && self.parted(again)?.is_some() {
+        if piece.is_whole() && overlaps && !self.report.parted && self.parted(again)?.is_some() {
             return self.piece(again, piece, None);
         }
         if let Some(overlap) = self.wait(again, piece)? {
@@ -208,7 +208,7 @@ impl Taking<'_> {
     /// way, and the softer they are the less bodies move, so that there is always one among the trials that throws
     /// none.
     fn spread(&mut self, again: &mut dyn RetryBackend) -> Result<Overlap, Fault> {
-        again.prepare(Piece::WHOLE, &self.waiting);
+        again.prepare(Piece::whole(self.plan.span), &self.waiting);
         let mut taken = self.softened(again, self.plan.stepping)?;
         taken.report.phases = again.backend().accept()?;
         for _ in 0..MOST_ROUNDS_OF_SPREADING {
@@ -264,7 +264,7 @@ impl Taking<'_> {
     /// Tries a piece with cells waiting that have no room, where the scene lets them: of a whole step first those that
     /// overlap, then those that are pressed, then all; of the shortest piece all.
     fn wait(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Option<Overlap>, Fault> {
-        let whole = piece == Piece::WHOLE;
+        let whole = piece.is_whole();
         if self.plan.on_no_room != Some(OnNoRoom::Stall) || !(whole || piece.length <= Piece::SHORTEST) {
             return Ok(None);
         }

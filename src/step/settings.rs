@@ -13,7 +13,10 @@ use serde::{Deserialize, Serialize};
 /// change by more than 3 %, while the rows fall by 15 % and 8 %; two thirds of that are had at 1/10.
 const CUTOFF_PER_THICKNESS: f64 = 0.1;
 
-/// Step size and duration.
+/// A part of a step that is rounding of the run's time, not a step.
+const ROUNDING_OF_STEPS: f64 = 1e-6;
+
+/// Step size and duration. Where `dt` does not divide the time from start to end, the last step is shorter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
@@ -34,12 +37,32 @@ pub struct Time {
 impl Time {
     /// How many steps the run takes. A last interval shorter than a millionth of `dt` is rounding, not a step.
     pub fn steps(&self) -> u64 {
-        (((self.end - self.start) / self.dt) - 1e-6).ceil().max(0.0) as u64
+        (((self.end - self.start) / self.dt) - ROUNDING_OF_STEPS).ceil().max(0.0) as u64
     }
 
-    /// The time after `step` steps.
+    /// The length of step number `step`, from 1, in parts of `dt`: 1, and less for the last step where `dt` does not
+    /// divide the run's time.
+    pub fn span(&self, step: u64) -> f64 {
+        let left = (self.end - self.start) / self.dt - (self.steps() as f64 - 1.0);
+        if step == self.steps() && left < 1.0 - ROUNDING_OF_STEPS { left } else { 1.0 }
+    }
+
+    /// The time after `step` steps: multiples of `dt`, and `end` after the last one. Steps beyond the last are of `dt`
+    /// each, from `end` on.
+    ///
+    /// ```
+    /// use relcp::scene;
+    /// let scene = scene::load("three-capsules", &["time.dt=0.3".into(), "time.end=1".into()])?;
+    /// let times: Vec<f64> = (0..=scene.time.steps()).map(|step| scene.time.after(step)).collect();
+    /// assert_eq!(times, [0.0, 0.3, 0.6, 0.3 * 3.0, 1.0]);
+    /// # Ok::<(), relcp::scene::SceneError>(())
+    /// ```
     pub fn after(&self, step: u64) -> f64 {
-        self.start + step as f64 * self.dt
+        let steps = self.steps();
+        if step < steps || self.span(steps) == 1.0 {
+            return self.start + step as f64 * self.dt;
+        }
+        self.end + (step - steps) as f64 * self.dt
     }
 }
 

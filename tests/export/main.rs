@@ -9,5 +9,6 @@ mod gsd;
 mod gsd_file;
 mod readers;
 mod scenes;
+mod text_files;
 mod vtk;
 mod vtp_file;

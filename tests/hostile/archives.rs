@@ -79,13 +79,19 @@ fn damage_entry(random: &mut ChaCha8Rng, entries: &mut Vec<(String, Vec<u8>)>) {
     let other = random.random_range(0..entries.len().max(1));
     let Some((name, data)) = entries.get_mut(at) else { return };
     match random.random_range(0..10) {
-        0 => *name = pick(random, &["../x.npy", "/etc/x.npy", "q.npy", "header.json", "", "a\0b"]).to_owned(),
+        0 => {
+            *name =
+                pick(random, &["../x.npy", "/etc/x.npy", "q.npy", "header.npy", "header.json", "", "a\0b"]).to_owned()
+        }
         1 => drop(entries.remove(at)),
         2 => entries[other].1 = entries[at].1.clone(),
         3 => entries.swap(at, other),
-        4 | 5 => match entries.iter_mut().find(|(name, _)| name == "header.json") {
-            Some((_, json)) => {
-                *json = text::mutate(random, &String::from_utf8_lossy(json), &["relcp-state", "relcp-lcp"])
+        4 | 5 => match entries.iter_mut().find(|(name, _)| name == "header.npy") {
+            Some((_, array)) => {
+                // An array of bytes: a description, 10 bytes and as many as the two last of them say, then the text.
+                let described = array.get(8..10).map_or(0, |n| 10 + usize::from(u16::from_le_bytes([n[0], n[1]])));
+                let json = array.split_off(described.min(array.len()));
+                array.extend(text::mutate(random, &String::from_utf8_lossy(&json), &["relcp-state", "relcp-lcp"]));
             }
             None => damage(random, &mut entries[at].1),
         },

@@ -155,7 +155,7 @@ fn a_directory_of_overlapping_entries_is_not_read_through() {
     let large = vec![("00000000.npy".to_owned(), vec![0; 1 << 21])];
     for mut bytes in [states::files().swap_remove(2), lcps::files().swap_remove(0)] {
         let header = entries(&bytes).swap_remove(0);
-        assert_eq!(header.0, "header.json");
+        assert_eq!(header.0, "header.npy");
         bytes = pack(&[&[header][..], &large].concat(), CompressionMethod::Stored, false);
         let directory = bytes.windows(4).position(|four| four == b"PK\x01\x02").unwrap();
         let end = bytes.windows(4).rposition(|four| four == b"PK\x05\x06").unwrap();

@@ -36,7 +36,7 @@ pub fn files() -> Vec<Vec<u8>> {
     let written = lcps.iter().map(|lcp| encode_lcp(lcp, &header()).unwrap());
     let numpy = written.clone().map(|bytes| {
         let mut entries = archives::entries(&bytes);
-        entries.retain(|(name, _)| name != "header.json");
+        entries.retain(|(name, _)| name != "header.npy");
         archives::pack(&entries, CompressionMethod::Deflated, false)
     });
     written.chain(numpy).collect()

@@ -46,12 +46,12 @@ def states(run):
     else:
         paths = sorted(glob.glob(os.path.join(run, "states", "state_*.npz"))) + [os.path.join(run, "checkpoint.npz")]
     import json
-    import zipfile
 
     found = {}
     for path in filter(os.path.exists, paths):
-        header = json.loads(zipfile.ZipFile(path).read("header.json"))
-        found[header["step"]] = (header["time"], np.load(path), path)
+        state = np.load(path)
+        header = json.loads(bytes(state["header"]))
+        found[header["step"]] = (header["time"], state, path)
     return [(step, *found[step]) for step in sorted(found)]
 
 

@@ -17,7 +17,9 @@ use crate::freedom::{PLANAR, pack, unpack};
 use crate::lcp::{self, Outcome, Problem, Settings, Status, Stored};
 use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::{ProxySphere, Shape};
-use crate::step::{Backend, Fault, Model, Overlap, Passed, Phases, Piece, RetryBackend, Rows, State, Stepping, passed};
+use crate::step::{
+    Backend, Fault, Model, Overlap, Passed, Phases, Piece, RetryBackend, Rows, State, Stepping, Time, passed,
+};
 use crate::walls::{Walls, surface_of};
 use crate::warm::Warm;
 use glam::DVec3;
@@ -51,8 +53,7 @@ struct Reach {
 
 /// The CPU backend. `D` is [`crate::freedom::PLANAR`] or [`crate::freedom::SPATIAL`].
 pub struct Cpu<const D: usize> {
-    dt: f64,
-    start_time: f64,
+    time: Time,
     growth: Option<Cells>,
     /// What slows the growth of this step's bodies, where something does.
     pressures: Vec<f64>,
@@ -132,8 +133,7 @@ impl<const D: usize> Cpu<D> {
         state.warm.retain(|w| surface_of(w.pair[1]).is_none_or(|surface| surface < walls.len()));
         Ok(Cpu {
             walls,
-            dt: model.time.dt,
-            start_time: model.time.start,
+            time: model.time,
             growth: model.cells,
             pressures: Vec::new(),
             overlap_tolerance: model.contact.overlap_tolerance,
@@ -196,12 +196,12 @@ impl<const D: usize> Cpu<D> {
 
     /// When the present piece of the step begins.
     fn piece_start(&self) -> f64 {
-        self.start_time + self.state.step as f64 * self.dt + self.piece.start * self.dt
+        self.time.after(self.state.step) + self.piece.start * self.piece.span * self.time.dt
     }
 
     /// How long it is.
     fn piece_length(&self) -> f64 {
-        self.piece.length * self.dt
+        self.piece.length * self.piece.span * self.time.dt
     }
 
     /// Where forces, mobilities and first rows are taken: the middle where it is made, else the start.

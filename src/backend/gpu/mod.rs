@@ -169,7 +169,6 @@ pub struct Device {
     model: Model,
     setup: Setup,
     kernels: Kernels,
-    start_time: f64,
     plugged: Vec<Box<dyn ForceField>>,
     /// Whether the kernel of forces reads loads from the host.
     takes_loads: bool,
@@ -246,7 +245,6 @@ impl Device {
         let ancestry = Ancestry::of(&setup, &state);
         let width = setup.motion_width() as usize;
         Ok(Device {
-            start_time: model.time.start,
             plugged: Vec::new(),
             takes_loads: false,
             step: state.step,
@@ -295,7 +293,7 @@ impl Device {
     }
 
     fn step_start(&self) -> f64 {
-        self.start_time + self.step as f64 * self.setup.dt
+        self.model.time.after(self.step)
     }
 
     fn parameters(&self) -> [u8; 16] {

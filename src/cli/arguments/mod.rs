@@ -9,7 +9,7 @@ pub(super) use run::{Backend, Batch, Compute, Precision, Print, Run};
 pub(super) use states::{Contacts, Export, ExportFormat, Measure, Render, View};
 pub(super) use study::{Study, StudyName};
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 
 /// More threads than this are a slip of the pen.
 const MOST_THREADS: i64 = 1024;
@@ -147,10 +147,23 @@ pub(super) struct Check {
     pub(super) print: Print,
 }
 
+impl Arguments {
+    /// Reads the program's arguments. A negative number is a value everywhere, never an unknown option, so that the
+    /// option's own message refuses it.
+    pub(super) fn of_program() -> Arguments {
+        let matches = negative_numbers_are_values(Arguments::command()).get_matches();
+        Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+}
+
+fn negative_numbers_are_values(command: clap::Command) -> clap::Command {
+    let takes_value = |arg: Arg| if arg.get_action().takes_values() { arg.allow_negative_numbers(true) } else { arg };
+    command.mut_args(takes_value).mut_subcommands(negative_numbers_are_values)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_definition_is_sound() {

@@ -93,8 +93,8 @@ pub(in crate::cli) struct Run {
 
 /// A time span, in seconds.
 fn seconds(text: &str) -> Result<Duration, String> {
-    let number: f64 = text.parse().map_err(|_| "not a number of seconds".to_string())?;
-    Duration::try_from_secs_f64(number).map_err(|e| e.to_string())
+    let number: f64 = text.parse().map_err(|_| "it is not a number of seconds".to_string())?;
+    Duration::try_from_secs_f64(number).map_err(|_| "it is not a time of 0 seconds or more".into())
 }
 
 const BATCH_EXAMPLES: &str = "\

@@ -1,7 +1,7 @@
 //! Arguments of commands that look at states: contacts, export, measure, render, view.
 
 use super::number::{length, positive, range, size};
-use super::{Backend, Compute, MOST_THREADS, Print};
+use super::{Backend, MOST_THREADS, Print};
 use clap::{Args, ValueEnum};
 use relcp::render::{Background, Fit, Quantity, Side};
 use std::path::PathBuf;
@@ -23,10 +23,11 @@ pub(in crate::cli) struct Contacts {
     #[arg(value_name = "STATE")]
     pub(in crate::cli) state: String,
     /// Pairs nearer than this, a length; in a periodic scene at most the shortest period
-    #[arg(long, value_name = "LENGTH", default_value_t = 0.0, allow_negative_numbers = true, value_parser = length)]
+    #[arg(long, value_name = "LENGTH", default_value_t = 0.0, value_parser = length)]
     pub(in crate::cli) cutoff: f64,
-    #[command(flatten)]
-    pub(in crate::cli) compute: Compute,
+    /// How many threads; without it, one a core. Contacts are always computed in f64 by the CPU
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
+    pub(in crate::cli) threads: Option<u16>,
     #[command(flatten)]
     pub(in crate::cli) print: Print,
 }
@@ -39,6 +40,7 @@ Examples:
   relcp export runs/colony --format vtk --cutoff 0.01 --json | jq .files
 
 gsd: a frame a state; a type of particles for each size of a shape (for growing rods, 256 classes; exact sizes in log/).
+lammps, xyz: a frame a state, a line a body; rods in xyz are drawn by OVITO as spherocylinders.
 vtk: bodies.pvd, axes.pvd and contacts.pvd with the times of the run, and show.py, which shows them in ParaView.
 Every file appears whole or not at all.";
 
@@ -47,8 +49,12 @@ Every file appears whole or not at all.";
 pub(in crate::cli) enum ExportFormat {
     /// For OVITO and HOOMD's tools
     Gsd,
+    /// LAMMPS' text dump, for LAMMPS, OVITO, ASE and scripts
+    Lammps,
     /// For ParaView
     Vtk,
+    /// Extended XYZ, for OVITO, ASE and scripts
+    Xyz,
 }
 
 #[derive(Args, Debug)]
@@ -60,11 +66,14 @@ pub(in crate::cli) struct Export {
     /// The format
     #[arg(long, value_enum)]
     pub(in crate::cli) format: ExportFormat,
-    /// Output folder [default: RUN/gsd or RUN/vtk; for a single file NAME-gsd or NAME-vtk in the current folder]
+    /// Output folder [default: RUN/FORMAT; for a single file NAME-FORMAT in the current folder]
     #[arg(long, value_name = "DIR")]
     pub(in crate::cli) out: Option<PathBuf>,
+    /// The last state only
+    #[arg(long)]
+    pub(in crate::cli) last: bool,
     /// Pairs nearer than this are contacts, a length; without it a thousandth of the thinnest body. With vtk only
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = length)]
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub(in crate::cli) cutoff: Option<f64>,
     /// How many threads; without it, one a core
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
@@ -110,7 +119,7 @@ pub(in crate::cli) struct Measure {
     #[arg(long, value_name = "DEGREES", default_value_t = relcp::measure::DOMAIN_ANGLE, value_parser = positive)]
     pub(in crate::cli) domain_angle: f64,
     /// Pairs nearer than this touch, a length; without it a thousandth of the thinnest body
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = length)]
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub(in crate::cli) cutoff: Option<f64>,
     /// Seed for sampling bodies in the correlation of large states
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -128,7 +137,7 @@ Examples:
   relcp render runs/colony --colour age --size 1280x720 --fps 30 --movie colony.mp4
   relcp render runs/colony --colour pressure     of a run with --set output.forces=true
   relcp render runs/colony --from 2 --to 4 --every 5 --fit each --background dark
-  relcp render runs/colony/final.json --out final
+  relcp render runs/colony --last --out final    one picture
 
 frames/000000.png and so on have one camera and one scale of colours, fitted to all of them; frames.json says
 which state each shows. What an earlier rendering left in the folder, whole or not, is replaced.
@@ -165,14 +174,17 @@ pub(in crate::cli) struct Render {
     /// Draw bodies only: no time, number of bodies, scale bar or colour scale
     #[arg(long)]
     pub(in crate::cli) bare: bool,
+    /// The last state only
+    #[arg(long, conflicts_with_all = ["every", "from", "to"])]
+    pub(in crate::cli) last: bool,
     /// Every so many states
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(in crate::cli) every: u32,
     /// From this time on
-    #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = length)]
+    #[arg(long, value_name = "TIME", value_parser = length)]
     pub(in crate::cli) from: Option<f64>,
     /// Up to this time
-    #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = length)]
+    #[arg(long, value_name = "TIME", value_parser = length)]
     pub(in crate::cli) to: Option<f64>,
     /// Pictures a second of the movie
     #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=MOST_A_SECOND))]
@@ -218,14 +230,17 @@ pub(in crate::cli) struct View {
     /// First colour; the page offers every colour that the states have data for
     #[arg(long, value_enum, default_value = "orientation")]
     pub(in crate::cli) colour: Quantity,
+    /// The last state only
+    #[arg(long, conflicts_with_all = ["every", "from", "to"])]
+    pub(in crate::cli) last: bool,
     /// Every so many states
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(in crate::cli) every: u32,
     /// From this time on
-    #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = length)]
+    #[arg(long, value_name = "TIME", value_parser = length)]
     pub(in crate::cli) from: Option<f64>,
     /// Up to this time
-    #[arg(long, value_name = "TIME", allow_negative_numbers = true, value_parser = length)]
+    #[arg(long, value_name = "TIME", value_parser = length)]
     pub(in crate::cli) to: Option<f64>,
     /// Show it in the browser of this machine
     #[arg(long)]

@@ -16,6 +16,8 @@ use std::f64::consts::PI;
 /// Draws of one body before placement counts as failed; at the largest accepted volume fraction the worst body needs
 /// under a two-hundredth of it (tested).
 const MAX_DRAWS: u64 = 1_000_000;
+/// Draws between two questions whether the placement goes on: some milliseconds.
+const DRAWS_A_QUESTION: u64 = 2_048;
 /// Stream of the first rule; streams below are those of dividing bodies, whose ids stay below 2^53.
 const FIRST_STREAM: u64 = 1 << 63;
 
@@ -30,7 +32,13 @@ pub(super) struct Order {
 }
 
 /// Places the bodies, clear of those already there and of their images, and inside of the walls.
-pub(super) fn add(order: &Order, walls: &Walls, bodies: &mut Bodies, group: u32) -> Result<(), SceneError> {
+pub(super) fn add(
+    order: &Order,
+    walls: &Walls,
+    bodies: &mut Bodies,
+    group: u32,
+    goes_on: &mut dyn FnMut(usize) -> bool,
+) -> Result<(), SceneError> {
     let mut random = ChaCha8Rng::seed_from_u64(order.seed);
     random.set_stream(FIRST_STREAM + order.rule as u64);
     let sides = sides(order, bodies.periods);
@@ -38,8 +46,18 @@ pub(super) fn add(order: &Order, walls: &Walls, bodies: &mut Bodies, group: u32)
     for i in 0..bodies.len() {
         occupied.insert(capsule(&bodies.shape[i], bodies.position[i], bodies.orientation[i]));
     }
+    let mut draws = 0;
     for done in 0..order.count {
-        let Some((position, orientation, _)) = place(order, sides, &occupied, walls, &mut random) else {
+        let mut going = true;
+        let mut asked = || {
+            draws += 1;
+            going = draws % DRAWS_A_QUESTION != 0 || goes_on(bodies.len());
+            going
+        };
+        let Some((position, orientation, _)) = place(order, sides, &occupied, walls, &mut random, &mut asked) else {
+            if !going {
+                return Err(stopped(order, done));
+            }
             let key = format!("generate.{}.isotropic.volume_fraction", order.rule);
             let message = format!("no place for body {} of {} in {MAX_DRAWS} draws", done + 1, order.count);
             let help = match walls.is_empty() {
@@ -56,15 +74,21 @@ pub(super) fn add(order: &Order, walls: &Walls, bodies: &mut Bodies, group: u32)
     Ok(())
 }
 
-/// A free place, and the draws that it took.
+fn stopped(order: &Order, done: u64) -> SceneError {
+    let message = format!("stopped after {done} of {} bodies were placed", order.count);
+    SceneError::new(FaultKind::Interrupted, format!("generate.{}.isotropic", order.rule), message)
+}
+
+/// A free place, and the draws that it took; none also where `goes_on`, asked before each draw, says so.
 fn place(
     order: &Order,
     sides: DVec3,
     occupied: &Occupied,
     walls: &Walls,
     random: &mut ChaCha8Rng,
+    goes_on: &mut dyn FnMut() -> bool,
 ) -> Option<(DVec3, DQuat, u64)> {
-    (1..=MAX_DRAWS).find_map(|draws| {
+    (1..=MAX_DRAWS).take_while(|_| goes_on()).find_map(|draws| {
         let mut position = sides * (DVec3::from_array(random.random::<[f64; 3]>()) - 0.5);
         let orientation = rotation(random);
         if order.planar {
@@ -149,7 +173,7 @@ mod tests {
         let (sides, mut occupied, mut worst) = (sides(&order, Periods::NONE), Occupied::default(), 0);
         for _ in 0..count {
             let (position, orientation, draws) =
-                place(&order, sides, &occupied, &Walls::default(), &mut random).unwrap();
+                place(&order, sides, &occupied, &Walls::default(), &mut random, &mut || true).unwrap();
             occupied.insert(capsule(&shape, position, orientation));
             worst = worst.max(draws);
         }

@@ -14,10 +14,19 @@ use crate::separation::Placed;
 use crate::walls::Walls;
 use glam::{DQuat, DVec3};
 
+/// Asked now and then, with the number of bodies placed so far, whether the placement goes on.
+type GoesOn<'a> = &'a mut dyn FnMut(usize) -> bool;
+
 /// Adds the bodies of the scene's rule `index`, all in the group of number `group`, and inside of the walls.
-pub(super) fn add(scene: &Scene, index: usize, bodies: &mut Bodies, group: u32) -> Result<(), SceneError> {
+pub(super) fn add(
+    scene: &Scene,
+    index: usize,
+    bodies: &mut Bodies,
+    group: u32,
+    goes_on: GoesOn,
+) -> Result<(), SceneError> {
     let (first, walls) = (bodies.len(), scene.walls());
-    place(scene, index, &walls, bodies, group)?;
+    place(scene, index, &walls, bodies, group, goes_on)?;
     check_sheet(scene, index, bodies, first)?;
     for i in first..bodies.len() {
         if let Some((depth, wall)) =
@@ -53,7 +62,14 @@ fn check_sheet(scene: &Scene, index: usize, bodies: &Bodies, first: usize) -> Re
     Ok(())
 }
 
-fn place(scene: &Scene, index: usize, walls: &Walls, bodies: &mut Bodies, group: u32) -> Result<(), SceneError> {
+fn place(
+    scene: &Scene,
+    index: usize,
+    walls: &Walls,
+    bodies: &mut Bodies,
+    group: u32,
+    goes_on: GoesOn,
+) -> Result<(), SceneError> {
     match &scene.generate[index] {
         Generate::Isotropic { count, shape, volume_fraction, .. } => {
             let order = isotropic::Order {
@@ -64,7 +80,7 @@ fn place(scene: &Scene, index: usize, walls: &Walls, bodies: &mut Bodies, group:
                 seed: scene.seed,
                 rule: index,
             };
-            isotropic::add(&order, walls, bodies, group)
+            isotropic::add(&order, walls, bodies, group, goes_on)
         }
         Generate::Chainmail { columns, rows, major_radius, minor_radius, .. } => {
             chainmail::add(*columns, *rows, *major_radius, *minor_radius, bodies, group);

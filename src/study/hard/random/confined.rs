@@ -68,7 +68,7 @@ fn attempt(random: &mut Random, name: String) -> Drawn {
         name,
         seed: random.any(),
         dynamics: Dynamics::default(),
-        time: Time { dt, end: (steps - 0.5) * dt, start: 0.0, stepping: Stepping::Euler },
+        time: Time { dt, end: steps * dt, start: 0.0, stepping: Stepping::Euler },
         contact: Contact::default(),
         solver: Solver::default(),
         planar: true,

@@ -84,7 +84,7 @@ fn attempt(random: &mut Random, name: String) -> Drawn {
         seed: random.any(),
         dynamics: drive::dynamics(random),
         // Half a step less than its last step's end: as many steps, whatever is rounded.
-        time: Time { dt, end: (steps - 0.5) * dt, start: 0.0, stepping: drive::stepping(random) },
+        time: Time { dt, end: steps * dt, start: 0.0, stepping: drive::stepping(random) },
         contact,
         solver,
         planar,

@@ -1,55 +1,16 @@
 //! The program from outside: exit statuses, what goes to which stream, files, interruption.
 #![allow(clippy::unwrap_used)]
 
+mod found_by_use;
+mod place;
+
 use assert_cmd::Command;
+use place::Place;
 use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
-
-/// A place of its own with the scene of two rods that are pushed together over 60 steps, as `rods.json`.
-struct Place(tempfile::TempDir);
-
-impl Place {
-    fn new() -> Self {
-        let place = Place(tempfile::tempdir().unwrap());
-        fs::write(place.at("rods.json"), include_str!("data/rods.json")).unwrap();
-        place
-    }
-
-    fn at(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn relcp(&self, arguments: &[&str]) -> Ran {
-        let output = Command::cargo_bin("relcp").unwrap().current_dir(&self.0).args(arguments).output().unwrap();
-        Ran {
-            status: output.status.code(),
-            out: String::from_utf8(output.stdout).unwrap(),
-            err: String::from_utf8(output.stderr).unwrap(),
-        }
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_slice(&fs::read(self.at(name)).unwrap()).unwrap()
-    }
-}
-
-#[derive(Debug)]
-struct Ran {
-    status: Option<i32>,
-    out: String,
-    err: String,
-}
-
-impl Ran {
-    #[track_caller]
-    fn expect(self, status: i32) -> Self {
-        assert_eq!(self.status, Some(status), "{self:#?}");
-        self
-    }
-}
 
 fn rows(folder: &Path) -> Vec<String> {
     let text = fs::read_to_string(folder.join("steps.csv")).unwrap();
@@ -291,7 +252,7 @@ fn steps_out_of_tolerance_are_status_3_and_named() {
 #[test]
 fn bodies_that_went_through_each_other_are_status_3_and_named() {
     let place = Place::new();
-    fs::write(place.at("torn.json"), include_str!("data/torn-chain.json")).unwrap();
+    fs::write(place.at("torn.json"), include_str!("../data/torn-chain.json")).unwrap();
     // Torn so fast that a 64th of the step is too long as well.
     let fast = ["--set", "contact.on_failure=continue", "--set", "time.dt=20", "--set", "time.end=100"];
     let ran = place.relcp(&[&["run", "torn.json", "--backend", "cpu", "--out", "run"], &fast[..]].concat()).expect(3);

@@ -1,0 +1,79 @@
+//! LAMMPS' text dump: what its `read_dump`, OVITO, ASE and many scripts read.
+//!
+//! A frame a state, with its time, and a line a body:
+//!
+//! | columns | what |
+//! | --- | --- |
+//! | `id` | the body's id, counted from 1 |
+//! | `type` | 1 sphere, 2 spherocylinder, 3 ellipsoid, 4 torus |
+//! | `x y z ix iy iz` | the centre, in the box, and the periods to add to it |
+//! | `vx vy vz omegax omegay omegaz` | velocities |
+//! | `quatw quati quatj quatk` | the rotation from the body's axes |
+//! | `shapex shapey shapez` | the full extents along the body's axes, as LAMMPS has them for ellipsoids |
+//! | `d_size1 d_size2 d_size3` | the shape's sizes in the order of a scene |
+//! | `i_parent d_birth i_generation i_group` | lineage and group; a parent is counted from 1 and 0 is none, a group -1 |
+//!
+//! Numbers have all their digits. LAMMPS and OVITO draw types 2 and 4 as ellipsoids of the same extents.
+
+use super::text::{Space, write_frames};
+use super::{ExportError, Exported};
+use crate::bodies::{Bodies, NO_GROUP};
+use crate::record::{Snapshot, States, Watch};
+use glam::DQuat;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// The names of the columns.
+const COLUMNS: &str = "id type x y z ix iy iz vx vy vz omegax omegay omegaz quatw quati quatj quatk shapex shapey shapez \
+                       d_size1 d_size2 d_size3 i_parent d_birth i_generation i_group";
+
+/// Half the height of a planar box, which LAMMPS wants to have one.
+const HALF_HEIGHT: f64 = 0.5;
+
+/// Writes the states as the LAMMPS dump `path`, whole or not at all: see [the module](self).
+///
+/// # Errors
+/// A state that cannot be read; a number that is not finite; a file that cannot be written.
+///
+/// ```
+/// use relcp::export::lammps;
+/// use relcp::record::States;
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("two.lammpstrj");
+/// lammps(&States::open("two-ellipsoids")?, &path, &mut |_, _| true)?;
+/// assert!(std::fs::read_to_string(&path)?.contains("ITEM: NUMBER OF ATOMS\n2\n"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn lammps(states: &States, path: &Path, watch: Watch) -> Result<Exported, ExportError> {
+    write_frames(states, path, watch, frame)
+}
+
+fn frame(out: &mut dyn Write, state: &Snapshot, space: &Space) -> io::Result<()> {
+    let bodies = &state.bodies;
+    let sign = |axis: usize| if space.periodic[axis] { "pp" } else { "ff" };
+    let bounds = [sign(0), sign(1), if space.planar { "pp" } else { sign(2) }].join(" ");
+    writeln!(out, "ITEM: TIME\n{:?}\nITEM: TIMESTEP\n{}", state.time, state.step)?;
+    writeln!(out, "ITEM: NUMBER OF ATOMS\n{}\nITEM: BOX BOUNDS {bounds}", bodies.len())?;
+    for (axis, side) in space.sides.to_array().into_iter().enumerate() {
+        let half = if space.planar && axis == 2 { HALF_HEIGHT } else { 0.5 * side };
+        writeln!(out, "{:?} {half:?}", -half)?;
+    }
+    writeln!(out, "ITEM: ATOMS {COLUMNS}")?;
+    (0..bodies.len()).try_for_each(|k| line(out, bodies, k))
+}
+
+fn line(out: &mut dyn Write, bodies: &Bodies, k: usize) -> io::Result<()> {
+    let (shape, lineage, q) = (&bodies.shape[k], &bodies.lineage[k], bodies.orientation[k]);
+    let (position, image) = bodies.periods.wrapped(bodies.position[k]);
+    let (tag, sizes) = shape.code();
+    write!(out, "{} {}", lineage.id + 1, tag + 1)?;
+    position.to_array().iter().try_for_each(|x| write!(out, " {x:?}"))?;
+    image.to_array().iter().try_for_each(|n| write!(out, " {n}"))?;
+    let extents = 2.0 * shape.half_extents(DQuat::IDENTITY);
+    let numbers = bodies.velocity[k].to_array().into_iter().chain(bodies.angular_velocity[k].to_array());
+    let numbers = numbers.chain([q.w, q.x, q.y, q.z]).chain(extents.to_array()).chain(sizes);
+    numbers.into_iter().try_for_each(|x| write!(out, " {x:?}"))?;
+    let parent = lineage.parent.map_or(0, |parent| parent + 1);
+    let group = if bodies.group[k] == NO_GROUP { -1 } else { i64::from(bodies.group[k]) };
+    writeln!(out, " {parent} {:?} {} {group}", lineage.birth, lineage.generation)
+}

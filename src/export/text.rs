@@ -1,0 +1,64 @@
+//! What the text formats share: all states in one file, with a box that is the same in every frame.
+
+use super::gsd::BOX_MARGIN;
+use super::vtk::finite;
+use super::{ExportError, Exported};
+use crate::record::{RecordError, Snapshot, States, Watch, durable};
+use glam::DVec3;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+/// The box of all frames, centred at the origin.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Space {
+    /// Its sides: the periods, and along the other axes what holds all bodies of all states.
+    pub sides: DVec3,
+    /// Which axes are periodic.
+    pub periodic: [bool; 3],
+    /// Whether it is that of a planar run.
+    pub planar: bool,
+}
+
+/// Writes all states, which are read twice, as one text file, whole or not at all. `frame` writes one of them.
+pub(super) fn write_frames(
+    states: &States,
+    path: &Path,
+    watch: Watch,
+    frame: impl Fn(&mut dyn Write, &Snapshot, &Space) -> io::Result<()>,
+) -> Result<Exported, ExportError> {
+    let all = states.len();
+    let mut going = |read: usize, done: usize| match watch(read, 2 * all) {
+        true => Ok(()),
+        false => Err(ExportError::Stopped { done, all }),
+    };
+    let (mut half, mut most) = (DVec3::ZERO, 0);
+    let mut periods = crate::periodic::Periods::NONE;
+    for i in 0..all {
+        going(i, 0)?;
+        let state = states.read(i)?;
+        finite(&state, || states.origin(i))?;
+        state.refuse_custom(|| states.origin(i))?;
+        let bodies = state.bodies.wrapped();
+        for (k, shape) in bodies.shape.iter().enumerate() {
+            half = half.max(bodies.position[k].abs() + shape.half_extents(bodies.orientation[k]));
+        }
+        (most, periods) = (most.max(bodies.len()), bodies.periods);
+    }
+    let periodic = periods.lengths().map(|length| length.is_some());
+    let sides = DVec3::select(periods.length().cmpgt(DVec3::ZERO), periods.length(), 2.0 * BOX_MARGIN * half);
+    let space = Space { sides: sides.max(DVec3::splat(f64::MIN_POSITIVE)), periodic, planar: states.planar()? };
+    let fault = || RecordError::io(path, "write it");
+    let bytes = durable::place_with(path, |part: &mut File| {
+        let mut out = BufWriter::new(part);
+        for i in 0..all {
+            going(all + i, i)?;
+            frame(&mut out, &*states.read(i)?, &space).map_err(fault())?;
+        }
+        let file = out.into_inner().map_err(|e| fault()(e.into_error()))?;
+        Ok::<u64, ExportError>(file.metadata().map_err(fault())?.len())
+    })?;
+    durable::sync_folder(durable::folder_of(path))?;
+    going(2 * all, all)?;
+    Ok(Exported { files: vec![path.into()], states: all, bodies: most, bytes, notes: states.notes().to_vec() })
+}

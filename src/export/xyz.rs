@@ -1,0 +1,76 @@
+//! Extended XYZ: what OVITO and ASE read, and easy to read by a script.
+//!
+//! A frame a state: the number of bodies, a line of `key=value` with the box, its periodic axes, the time and the names
+//! of the columns, then a line a body:
+//!
+//! | column | what |
+//! | --- | --- |
+//! | `species` | `X`, as ASE has no other name for what is no atom |
+//! | `pos`, `velo` | the centre, in the box where space is periodic, and its velocity |
+//! | `orientation` | the rotation from the body's axes, `x y z w` |
+//! | `aspherical_shape` | what OVITO draws: semi-axes; of a rod its radius, 0 and the length of its cylinder; of a ring zeros |
+//! | `shape`, `size` | the shape's name and its sizes in the order of a scene |
+//! | `omega` | the angular velocity |
+//! | `id`, `parent`, `birth`, `generation`, `group` | lineage and group; -1 is none |
+//!
+//! Numbers have all their digits.
+
+use super::gsd::aspherical;
+use super::text::{Space, write_frames};
+use super::{ExportError, Exported};
+use crate::bodies::{Bodies, NO_GROUP};
+use crate::record::{Snapshot, States, Watch};
+use std::io::{self, Write};
+use std::path::Path;
+
+/// The names, types and widths of the columns.
+const COLUMNS: &str = "species:S:1:pos:R:3:velo:R:3:orientation:R:4:aspherical_shape:R:3:shape:S:1:size:R:3:omega:R:3:\
+                       id:I:1:parent:I:1:birth:R:1:generation:I:1:group:I:1";
+
+/// Writes the states as the extended XYZ file `path`, whole or not at all: see [the module](self).
+///
+/// # Errors
+/// A state that cannot be read; a number that is not finite; a file that cannot be written.
+///
+/// ```
+/// use relcp::export::xyz;
+/// use relcp::record::States;
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("two.xyz");
+/// xyz(&States::open("two-ellipsoids")?, &path, &mut |_, _| true)?;
+/// assert!(std::fs::read_to_string(&path)?.starts_with("2\nLattice="));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn xyz(states: &States, path: &Path, watch: Watch) -> Result<Exported, ExportError> {
+    write_frames(states, path, watch, frame)
+}
+
+fn frame(out: &mut dyn Write, state: &Snapshot, space: &Space) -> io::Result<()> {
+    let bodies = &state.bodies;
+    let ([x, y, z], [cx, cy, cz]) = (space.sides.to_array(), (-0.5 * space.sides).to_array());
+    let [px, py, pz] = space.periodic.map(|periodic| if periodic { 'T' } else { 'F' });
+    writeln!(out, "{}", bodies.len())?;
+    write!(out, "Lattice=\"{x:?} 0 0 0 {y:?} 0 0 0 {z:?}\" Origin=\"{cx:?} {cy:?} {cz:?}\" pbc=\"{px} {py} {pz}\" ")?;
+    writeln!(out, "Time={:?} Step={} Properties={COLUMNS}", state.time, state.step)?;
+    (0..bodies.len()).try_for_each(|k| line(out, bodies, k))
+}
+
+fn line(out: &mut dyn Write, bodies: &Bodies, k: usize) -> io::Result<()> {
+    let (shape, lineage, q) = (&bodies.shape[k], &bodies.lineage[k], bodies.orientation[k]);
+    let position = bodies.periods.wrapped(bodies.position[k]).0;
+    write!(out, "X")?;
+    numbers(out, &position.to_array())?;
+    numbers(out, &bodies.velocity[k].to_array())?;
+    numbers(out, &[q.x, q.y, q.z, q.w])?;
+    numbers(out, &aspherical(shape))?;
+    write!(out, " {}", shape.name())?;
+    numbers(out, &shape.code().1)?;
+    numbers(out, &bodies.angular_velocity[k].to_array())?;
+    let parent = lineage.parent.map_or(-1, |parent| parent as i64);
+    let group = if bodies.group[k] == NO_GROUP { -1 } else { i64::from(bodies.group[k]) };
+    writeln!(out, " {} {parent} {:?} {} {group}", lineage.id, lineage.birth, lineage.generation)
+}
+
+fn numbers(out: &mut dyn Write, numbers: &[f64]) -> io::Result<()> {
+    numbers.iter().try_for_each(|x| write!(out, " {x:?}"))
+}
