@@ -16,6 +16,7 @@ macro_rules! tags {
             pub const ALL: &'static [Tag] = &[$(Tag::$Kind,)*];
 
             /// The name of its number in kernels; `None` for a kind that only the CPU computes with.
+            #[cfg(feature = "gpu")]
             pub fn constant(self) -> Option<&'static str> {
                 match self {
                     $(Tag::$Kind => $constant,)*

@@ -13,6 +13,7 @@ mod sphere;
 mod spherocylinder;
 mod torus;
 
+#[cfg(feature = "gpu")]
 pub(crate) use code::Tag;
 pub use convex::{Convex, ConvexError, SupportFunction};
 pub use error::{ProxyError, ShapeError};
