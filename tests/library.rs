@@ -1,4 +1,5 @@
 //! What a program that uses the library meets first: scenes in code, the builder, contacts, errors.
+#![allow(clippy::unwrap_used)]
 
 use relcp::gpu::GpuError;
 use relcp::scene::{Body, Dump, DumpWhen, FaultKind, Growth, NO_OVERRIDES, Periodic, Time, Wall};
@@ -49,12 +50,12 @@ fn a_builder_refuses_what_its_scene_and_its_bodies_cannot_do() {
 fn scenes_made_in_code_have_the_defaults_of_a_file() {
     let text = r#"{ "name": "x", "time": { "dt": 0.1, "end": 1 }, "solver": { "dump": { "when": "slow" } },
         "periodic": { "lengths": [9, null, null] }, "growth": { "rate": 1, "division_length": 4 },
-        "bodies": [ { "shape": { "sphere": { "radius": 0.5 } }, "position": [1, 0, 0] } ] }"#;
+        "bodies": [ { "shape": { "spherocylinder": { "diameter": 0.5, "length": 2 } }, "position": [1, 0, 0] } ] }"#;
     let mut scene = Scene::new("x", Time::new(0.1, 1.0));
     scene.solver.dump = Some(Dump::new(DumpWhen::Slow));
     scene.periodic = Some(Periodic::new([Some(9.0), None, None]));
     scene.growth = Some(Growth::new(1.0, 4.0));
-    scene.bodies.push(Body::new(BALL, [1.0, 0.0, 0.0]));
+    scene.bodies.push(Body::new(Shape::Spherocylinder { diameter: 0.5, length: 2.0 }, [1.0, 0.0, 0.0]));
     assert_eq!(scene, Scene::parse(text, "x").unwrap());
 }
 

@@ -146,7 +146,7 @@ fn broken_scenes_are_refused_with_kind_key_place_and_message() {
 #[test]
 fn files_that_cannot_be_read_are_not_bad_scenes() {
     let folder = tempfile::tempdir().unwrap();
-    let missing = Scene::read(&folder.path().join("none.json")).unwrap_err();
+    let missing = Scene::read(folder.path().join("none.json")).unwrap_err();
     assert_eq!(missing.kind(), FaultKind::Io);
     let directory = Scene::read(folder.path()).unwrap_err();
     assert_eq!(directory.kind(), FaultKind::Io);
@@ -190,7 +190,7 @@ fn a_refusal_points_into_the_text() {
 // ---- overrides ----
 
 fn set(source: &str, sets: &[&str]) -> Result<Scene, SceneError> {
-    Scene::load(source, &sets.iter().map(|s| (*s).to_owned()).collect::<Vec<_>>())
+    Scene::load(source, sets.iter().map(|s| (*s).to_owned()).collect::<Vec<_>>())
 }
 
 #[test]

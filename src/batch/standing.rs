@@ -167,7 +167,7 @@ fn standing(plan: &Plan, member: &Member, path: &Path) -> Result<MemberState, Re
         return Ok(MemberState::Summed(Box::new(outcome)));
     }
     if folder.scene().exists() {
-        let recorded = Scene::read(&folder.scene());
+        let recorded = Scene::read(folder.scene());
         let recorded =
             recorded.map_err(|e| RecordError::Mangled { path: folder.scene(), what: e.message().to_owned() })?;
         guard(&scene_hash(&recorded))?;

@@ -65,7 +65,7 @@ pub fn every_shape() -> Snapshot {
 /// The run of a colony that grows from one cell to eight, in `parent`.
 pub fn colony(parent: &Path) -> Folder {
     let sets = ["time.dt=0.01", "time.end=2.5", "growth.reorientation_degrees=20", "output.every=0.1"];
-    let scene = Scene::load("colony", &sets.map(String::from)).unwrap();
+    let scene = Scene::load("colony", sets).unwrap();
     let bodies = scene.build().unwrap();
     let folder = Folder::create_in(parent, &scene.name).unwrap();
     let mut run =

@@ -21,7 +21,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::time::Duration;
 
 fn set(sets: &[&str]) -> Scene {
-    Scene::load("colony", &sets.iter().map(|set| set.to_string()).collect::<Vec<_>>()).unwrap()
+    Scene::load("colony", sets.iter().map(|set| set.to_string()).collect::<Vec<_>>()).unwrap()
 }
 
 /// A colony whose cells differ and feel pressure, to some twenty cells.
@@ -262,7 +262,7 @@ fn a_run_stops_at_a_population_a_time_or_a_radius() {
         assert_eq!(again.finish().unwrap().stopped_by, Some(reason));
         assert_eq!(std::fs::read_to_string(folder.steps()).unwrap(), rows);
         // What it ended with can be gone on with as a scene.
-        assert!(Scene::read(&folder.last()).is_ok());
+        assert!(Scene::read(folder.last()).is_ok());
     }
     let mut whole = start(set(&["time.dt=0.02", "time.end=0.1", "growth.stop.population=100"]));
     while !whole.done() {

@@ -6,7 +6,7 @@ use relcp::simulation::Simulation;
 use relcp::step::StepReport;
 
 fn load(name: &str, sets: &[&str]) -> scene::Scene {
-    Scene::load(name, &sets.iter().copied().map(str::to_owned).collect::<Vec<_>>()).unwrap()
+    Scene::load(name, sets.iter().copied().map(str::to_owned).collect::<Vec<_>>()).unwrap()
 }
 
 /// The largest of a step that ends after `from`.

@@ -169,7 +169,7 @@ fn a_stretch_is_the_derivative_of_the_separation_by_length() {
 
 fn inertial(apart: f64) -> Scene {
     let sets = ["dynamics={\"inertial\":{\"density\":0.2}}", "time.end=3", "contact.overlap_tolerance=1e-8"];
-    let mut scene = Scene::load("two-ellipsoids", &sets.map(str::to_owned)).unwrap();
+    let mut scene = Scene::load("two-ellipsoids", sets).unwrap();
     for body in &mut scene.bodies {
         body.position[1] *= apart;
         body.angular_velocity = Some([0.3, 0.2, 0.4]);
@@ -298,7 +298,7 @@ fn rows_only_tighten_and_the_recursion_ends() {
 /// The centres of a colony that goes on from `bodies` for a time of 0.05.
 fn centres_after(bodies: &Bodies, sets: &[&str]) -> Vec<DVec3> {
     let sets = sets.iter().chain(&["time.start=4", "time.end=4.05", "contact.overlap_tolerance=1e-6"]);
-    let scene = Scene::load("colony", &sets.map(|set| set.to_string()).collect::<Vec<_>>()).unwrap();
+    let scene = Scene::load("colony", sets).unwrap();
     let mut simulation = Simulation::builder(scene).bodies(bodies.clone()).build().unwrap();
     while !simulation.done() {
         assert!(simulation.step().unwrap().max_overlap <= 1e-6);

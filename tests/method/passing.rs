@@ -42,7 +42,7 @@ fn rings_that_come_apart_within_tolerance_are_told_of_in_that_step() {
 #[test]
 fn rods_at_speeds_that_the_paper_steps_at_do_not_pass() {
     for (name, sets) in [("colony", ["time.end=5", "time.dt=0.01"]), ("compaction", ["time.end=2", "time.dt=0.1"])] {
-        let scene = Scene::load(name, &sets.map(String::from)).unwrap();
+        let scene = Scene::load(name, sets.map(String::from)).unwrap();
         assert!(passages(scene).iter().all(Option::is_none), "{name}");
     }
 }

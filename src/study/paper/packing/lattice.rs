@@ -25,7 +25,7 @@ pub(super) const SEED: u64 = 1;
 /// the rotational mobility is `12 / L^2`.
 pub fn scene(side: u32, dt: f64) -> Result<Scene, StudyError> {
     let sets = [("time.dt", dt), ("time.end", END), ("dynamics.overdamped.drag", 1.0 / LENGTH)];
-    let mut scene = Scene::load("compaction", &sets.map(|(key, value)| format!("{key}={value}")))?;
+    let mut scene = Scene::load("compaction", sets.map(|(key, value)| format!("{key}={value}")))?;
     scene.name = format!("packing-{}", side.pow(3));
     scene.seed = SEED;
     scene.generate.clear();
