@@ -27,7 +27,9 @@ mod segments;
 mod support;
 pub(crate) mod surface;
 
-pub(crate) use branches::{branch, branch_slack, branches, is_branch};
+#[cfg(feature = "files")]
+pub(crate) use branches::is_branch;
+pub(crate) use branches::{branch, branch_slack, branches};
 pub(crate) use outermost::farthest;
 pub(crate) use planar::planar_separation;
 pub(crate) use surface::Surface;

@@ -115,6 +115,7 @@ fn an_adapter_that_is_not_there_is_status_5() {
     let place = Place::new();
     let ran = place.relcp(&["run", "rods.json", "--backend", "gpu", "--adapter", "no such adapter"]).expect(5);
     assert!(ran.err.contains("no usable adapter named no such adapter"), "{}", ran.err);
+    assert!(ran.err.contains("help: use --backend cpu"), "{}", ran.err);
     assert!(!place.at("runs").exists());
     place.relcp(&["devices", "--adapter", "no such adapter"]).expect(5);
 }
