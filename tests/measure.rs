@@ -178,7 +178,7 @@ fn what_cannot_be_measured_is_said() {
     let mut bytes = fs::read(&state).unwrap();
     bytes[1500] ^= 1;
     fs::write(&state, bytes).unwrap();
-    let (_, err) = relcp(place.path(), &["measure", "run"], 4);
+    let (_, err) = relcp(place.path(), &["measure", state.to_str().unwrap(), "--out", "alone"], 4);
     assert!(err.contains("state_0000000025.npz") && err.contains("damaged"), "{err}");
     fs::write(place.path().join("run/scene.json"), b"{").unwrap();
     // A bad scene, as everywhere.
@@ -216,7 +216,7 @@ fn a_damaged_checkpoint_leaves_the_states_to_be_measured() {
     colony(place.path());
     fs::write(place.path().join("run/checkpoint.npz"), b"PK\x03\x04 and no more").unwrap();
     let (out, _) = relcp(place.path(), &["measure", "run"], 0);
-    assert!(out.contains("11 states") && out.contains("checkpoint.npz") && out.contains("without it"), "{out}");
+    assert!(out.contains("11 states") && out.contains("checkpoint.npz") && out.contains("left out"), "{out}");
     let rows = table(&place.path().join("run/measures/measures.csv"));
     assert!(rows.iter().all(|row| row["pressure"].is_none() && row["touching"].is_some()));
     assert!(!place.path().join("run/measures/stress.csv").exists());

@@ -683,12 +683,12 @@ fn deep_nesting_is_refused_not_followed() {
 
 #[test]
 fn comments_and_trailing_commas_are_read_and_faults_keep_their_places() {
-    let text = "{\n  // a ball\n  \"name\": \"ball\", /* in\n space */ \"time\": { \"dt\": 0.1, \"end\": 1, },\n  # no bodies\n  \"bodies\": [],\n}\n";
+    let text = "{\n  // a ball\n  \"name\": \"ball\", /* in\n space */ \"time\": { \"dt\": 0.1, \"end\": 1, },\n  # one body\n  \"bodies\": [{ \"shape\": { \"sphere\": { \"radius\": 1, }, }, \"position\": [0, 0, 0,], }],\n}\n";
     assert_eq!(Scene::parse(text, "ball.json").unwrap().time.end, 1.0);
     let error = Scene::parse(&text.replace("0.1", "-0.1"), "ball.json").unwrap_err();
-    assert_eq!((error.key(), error.line(), error.column()), ("time.dt", Some(4), Some(29)));
+    assert_eq!((error.key(), error.line(), error.column()), ("time.dt", Some(4), Some(27)));
     let shown = format!("{:?}", miette::Report::new(error));
-    assert!(shown.contains("space */") && shown.contains("# no bodies"), "{shown}");
+    assert!(shown.contains("space */") && shown.contains("# one body"), "{shown}");
     let error = Scene::parse("{ \"name\": \"x\" /* no end", "x.json").unwrap_err();
     assert_eq!(error.kind(), FaultKind::Syntax);
 }

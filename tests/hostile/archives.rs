@@ -74,6 +74,14 @@ pub fn mutate(random: &mut ChaCha8Rng, bytes: &[u8]) -> Vec<u8> {
     pack(&entries, method, random.random_bool(0.8))
 }
 
+/// Takes the text out of a header: an array of bytes, which is a description, 10 bytes and as many as the two last of
+/// them say, then the text.
+pub fn header_json(array: &mut Vec<u8>) -> String {
+    let described = array.get(8..10).map_or(0, |n| 10 + usize::from(u16::from_le_bytes([n[0], n[1]])));
+    let json = array.split_off(described.min(array.len()));
+    String::from_utf8_lossy(&json).into_owned()
+}
+
 fn damage_entry(random: &mut ChaCha8Rng, entries: &mut Vec<(String, Vec<u8>)>) {
     let at = random.random_range(0..entries.len().max(1));
     let other = random.random_range(0..entries.len().max(1));
@@ -88,10 +96,8 @@ fn damage_entry(random: &mut ChaCha8Rng, entries: &mut Vec<(String, Vec<u8>)>) {
         3 => entries.swap(at, other),
         4 | 5 => match entries.iter_mut().find(|(name, _)| name == "header.npy") {
             Some((_, array)) => {
-                // An array of bytes: a description, 10 bytes and as many as the two last of them say, then the text.
-                let described = array.get(8..10).map_or(0, |n| 10 + usize::from(u16::from_le_bytes([n[0], n[1]])));
-                let json = array.split_off(described.min(array.len()));
-                array.extend(text::mutate(random, &String::from_utf8_lossy(&json), &["relcp-state", "relcp-lcp"]));
+                let json = header_json(array);
+                array.extend(text::mutate(random, &json, &["relcp-state", "relcp-lcp"]));
             }
             None => damage(random, &mut entries[at].1),
         },

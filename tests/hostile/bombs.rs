@@ -1,6 +1,6 @@
 //! Inputs that ask for more than there is: each is refused by arithmetic, before anything is allocated.
 
-use super::archives::{entries, pack};
+use super::archives::{self, entries, pack};
 use super::{lcps, states};
 use relcp::batch::{BatchError, Plan};
 use relcp::record::{decode, decode_lcp};
@@ -85,9 +85,9 @@ fn states_that_claim_too_many_rows_are_refused() {
         [("\"bodies\": 3", "\"bodies\": 1000000000000"), ("\"bodies\": 3", "\"bodies\": 18446744073709551615")]
     {
         let mut forged = whole.clone();
-        let json = String::from_utf8(forged[0].1.clone()).unwrap();
+        let json = archives::header_json(&mut forged[0].1);
         assert!(json.contains(from), "{json}");
-        forged[0].1 = json.replace(from, to).into_bytes();
+        forged[0].1.extend(json.replace(from, to).into_bytes());
         let error = in_bounds(|| decode(&pack(&forged, CompressionMethod::Stored, true)).unwrap_err());
         assert!(error.to_string().contains("more rows than the file can hold"), "{error}");
     }
