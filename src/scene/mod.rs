@@ -76,6 +76,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[cfg_attr(feature = "files", schemars(description = "Everything that determines a run."))]
 #[non_exhaustive]
 pub struct Scene {
     /// A name for people; it stands in the summary and names the run's folder.

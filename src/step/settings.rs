@@ -87,7 +87,7 @@ pub enum Stepping {
 /// How contacts are resolved, and how well.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
-#[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields, default), schemars(rename = "Contact"))]
 #[non_exhaustive]
 pub struct ContactSettings {
     /// Which rows are made, and whether the recursion runs.
