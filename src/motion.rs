@@ -27,7 +27,7 @@ pub struct Twist {
 ///
 /// ```
 /// use glam::{DQuat, DVec3};
-/// use relcp::motion::{Pose, Twist, advance};
+/// use relcp::internals::dynamics::{Pose, Twist, advance};
 /// let from = Pose { position: DVec3::ZERO, orientation: DQuat::IDENTITY };
 /// let to = advance(from, Twist { linear: DVec3::X, angular: DVec3::ZERO }, 0.5);
 /// assert_eq!(to.position, DVec3::new(0.5, 0.0, 0.0));

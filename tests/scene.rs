@@ -244,7 +244,7 @@ fn bad_overrides_name_themselves_and_the_nearest_key() {
     let file = folder.path().join("s.json");
     for (broken, key) in [("\"dt\": 0.01, \"dt\": 1", "time.dt"), ("\"dt\": 0", "time.dt"), ("\"tt\": 1", "time.tt")] {
         std::fs::write(&file, good().to_json().replace("\"dt\": 0.01", broken)).unwrap();
-        let error = Scene::load(&file.display().to_string(), ["output.step_stride=2"]).unwrap_err();
+        let error = Scene::load(&file, ["output.step_stride=2"]).unwrap_err();
         assert_eq!(error.key(), key, "{error}");
         assert!(error.line() > Some(1), "{error}");
     }
@@ -323,7 +323,7 @@ proptest! {
             let folder = tempfile::tempdir().unwrap();
             let file = folder.path().join("s.json");
             std::fs::write(&file, &bytes).unwrap();
-            match Scene::load(&file.display().to_string(), sets) {
+            match Scene::load(&file, sets) {
                 Ok(scene) => prop_assert!(scene.validate().is_ok()),
                 Err(error) => prop_assert!(error.line().is_some_and(|l| l > 0) || error.origin().is_some_and(|o| o.starts_with("override ")), "{}", error),
             }

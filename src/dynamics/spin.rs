@@ -52,7 +52,7 @@ impl Spin {
     ///
     /// ```
     /// use glam::{DQuat, DVec3};
-    /// let spin = relcp::dynamics::Spin::new(DVec3::new(2.0, 2.0, 1.0));
+    /// let spin = relcp::internals::dynamics::Spin::new(DVec3::new(2.0, 2.0, 1.0));
     /// assert_eq!(spin.momentum(DQuat::IDENTITY, DVec3::new(1.0, 0.0, 3.0)), DVec3::new(1.0, 0.0, 1.5));
     /// ```
     pub fn momentum(&self, orientation: DQuat, velocity: DVec3) -> DVec3 {

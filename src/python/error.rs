@@ -43,6 +43,7 @@ fn kind(kind: FaultKind) -> &'static str {
         FaultKind::TooLarge => "too_large",
         FaultKind::BadOverride => "bad_override",
         FaultKind::Placement => "placement",
+        FaultKind::Interrupted => "interrupted",
     }
 }
 

@@ -4,7 +4,7 @@ use super::arrays::loads;
 use super::error::{bad_scene, scene_fault};
 use crate::record::scene_hash;
 use crate::scene::{Override, Scene, Source};
-use pyo3::exceptions::{PyException, PyValueError};
+use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use std::path::PathBuf;

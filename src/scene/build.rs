@@ -42,7 +42,7 @@ impl Scene {
     ///
     /// ```
     /// use relcp::scene::{FaultKind, Scene};
-    /// let scene = Scene::built_in("compaction")?;
+    /// let scene = Scene::load("compaction", ["generate.0.isotropic.count=10000"])?;
     /// let stopped = scene.build_while(&mut |placed| placed < 100);
     /// assert_eq!(stopped.unwrap_err().kind(), FaultKind::Interrupted);
     /// # Ok::<(), relcp::scene::SceneError>(())

@@ -64,7 +64,8 @@ pub fn is_branch(feature: u32) -> bool {
 ///
 /// ```
 /// use glam::{DQuat, DVec3};
-/// use relcp::separation::{Placed, branches, separation};
+/// use relcp::internals::separation::branches;
+/// use relcp::separation::{Placed, separation};
 /// use relcp::shape::Shape;
 /// // Two rods side by side touch at both ends of the interval that they share.
 /// let shape = Shape::Spherocylinder { diameter: 0.5, length: 2.5 };

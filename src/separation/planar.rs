@@ -32,7 +32,8 @@ const RIGHT_ANGLE: f64 = 1e-9;
 ///
 /// ```
 /// use glam::{DQuat, DVec3};
-/// use relcp::separation::{Placed, planar_separation};
+/// use relcp::internals::separation::planar_separation;
+/// use relcp::separation::Placed;
 /// use relcp::shape::Shape;
 /// let shape = Shape::Spherocylinder { diameter: 0.5, length: 3.0 };
 /// let along = |angle: f64| DQuat::from_rotation_z(angle) * DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);

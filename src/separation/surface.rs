@@ -74,7 +74,8 @@ impl Surface {
     ///
     /// ```
     /// use glam::{DQuat, DVec3};
-    /// use relcp::separation::{Placed, Surface};
+    /// use relcp::internals::separation::Surface;
+    /// use relcp::separation::Placed;
     /// use relcp::shape::Shape;
     /// let shape = Shape::Ellipsoid { radii: [1.0, 1.0, 2.0] };
     /// let body = Placed { shape, position: DVec3::Z * 2.5, orientation: DQuat::IDENTITY };

@@ -42,7 +42,8 @@ class SceneError(Error):
     """A scene was refused."""
 
     kind: str
-    """io, syntax, unknown_key, missing_key, duplicate_key, wrong_type, bad_value, too_large, bad_override or placement."""
+    """io, syntax, unknown_key, missing_key, duplicate_key, wrong_type, bad_value, too_large, bad_override, placement, interrupted or
+    unknown_scene."""
     key: str
     """Dotted, as overrides take it; empty for the scene as a whole."""
     message: str
