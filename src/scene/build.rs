@@ -41,11 +41,13 @@ impl Scene {
     /// thousand draws, with the number of bodies placed so far, and stops where it answers `false`.
     ///
     /// ```
-    /// use relcp::scene::{FaultKind, Scene};
-    /// let scene = Scene::load("compaction", ["generate.0.isotropic.count=10000"])?;
+    /// use relcp::scene::{FaultKind, Generate, Time};
+    /// use relcp::{Scene, Shape};
+    /// let mut scene = Scene::new("many", Time::new(0.1, 1.0));
+    /// let shape = Shape::Sphere { radius: 0.5 };
+    /// scene.generate.push(Generate::Isotropic { count: 10_000, shape, volume_fraction: 0.02, group: None });
     /// let stopped = scene.build_while(&mut |placed| placed < 100);
     /// assert_eq!(stopped.unwrap_err().kind(), FaultKind::Interrupted);
-    /// # Ok::<(), relcp::scene::SceneError>(())
     /// ```
     ///
     /// # Errors
