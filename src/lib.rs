@@ -94,6 +94,8 @@ pub mod dynamics;
 mod error;
 #[cfg(feature = "files")]
 pub mod export;
+#[cfg(feature = "files")]
+pub mod figure;
 mod freedom;
 pub mod gpu;
 #[doc(hidden)]
@@ -102,6 +104,8 @@ pub mod lcp;
 #[cfg(feature = "files")]
 pub mod measure;
 mod motion;
+#[cfg(feature = "files")]
+mod page;
 pub mod periodic;
 #[cfg(feature = "python")]
 pub mod python;

@@ -172,6 +172,30 @@ fn scenes_and_single_states_are_drawn_too_and_from_any_side() {
 }
 
 #[test]
+fn pictures_as_vectors_have_the_camera_of_pictures_in_pixels() {
+    let place = tempfile::tempdir().unwrap();
+    colony(place.path(), "run", false);
+    let render = |format: &str| {
+        let arguments = ["render", "run", "--size", "400x300", "--format", format, "--out", format, "--quiet"];
+        relcp(place.path(), &arguments, 0);
+        (frames(&place.path().join(format)), document(&place.path().join(format)))
+    };
+    let [(svg, svgs), (pdf, pdfs), (_, pngs)] = ["svg", "pdf", "png"].map(render);
+    let last = String::from_utf8(svg.last().unwrap().clone()).unwrap();
+    assert!(last.contains("viewBox=\"0 0 400 300\"") && last.contains("t=2.5  n=8"), "{last}");
+    assert!(pdf.len() == svg.len() && pdf.iter().all(|bytes| bytes.starts_with(b"%PDF")));
+    for (at, frame) in pngs["frames"].as_array().unwrap().iter().enumerate() {
+        for vectors in [&svgs, &pdfs] {
+            assert_eq!(vectors["frames"][at]["centre"], frame["centre"]);
+            assert_eq!(vectors["frames"][at]["pixels_per_length"], frame["pixels_per_length"]);
+        }
+    }
+    // Another format in the same folder replaces what was there.
+    relcp(place.path(), &["render", "run", "--last", "--format", "svg", "--out", "pdf", "--quiet"], 0);
+    assert_eq!(names(&place.path().join("pdf/frames")), ["000000.svg"]);
+}
+
+#[test]
 fn what_cannot_be_drawn_is_said_before_anything_is_written() {
     let place = tempfile::tempdir().unwrap();
     colony(place.path(), "run", false);
@@ -190,6 +214,9 @@ fn what_cannot_be_drawn_is_said_before_anything_is_written() {
         (&["render", "run", "--movie", "x.gif"], 2, ".mp4"),
         (&["render", "run", "--movie", "x.mp4"], 2, "there is no `ffmpeg` on the path"),
         (&["render", "two-ellipsoids", "--colour", "age"], 2, "`growth`"),
+        (&["render", "two-ellipsoids", "--format", "pdf"], 2, "this run is seen in space"),
+        (&["render", "run", "--format", "svg", "--view", "front"], 2, "this run is seen from a side"),
+        (&["render", "run", "--format", "svg", "--movie", "x.mp4"], 2, "--format"),
         (&["render", "run", "--out", "run/scene.json"], 4, "scene.json"),
         (&["render", "empty"], 4, "there is no state to draw"),
         (&["render", "no-such-run"], 4, "no-such-run"),

@@ -48,7 +48,7 @@ pub(super) fn measure(arguments: &Arguments) -> Result<Exit, CliError> {
         bar.finish_and_clear();
     }
     let measured = measured?;
-    let files = write(&measured, &folder)?;
+    let files = write(&measured, &folder, &arguments.figures.figures)?;
     if arguments.print.json {
         output::json(&Printed { folder: &folder, files: &files, document: Document::new(&measured) })?;
     } else if !arguments.print.quiet {

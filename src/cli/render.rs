@@ -5,6 +5,7 @@ use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::{compute, output};
 use indicatif::ProgressBar;
+use relcp::figure::Format;
 use relcp::gpu::{Choice, Gpu, GpuError, adapters};
 use relcp::record::{RecordError, States, durable};
 use relcp::render::{Background, Encoder, Frames, MOVIE, Rays, RenderError, Rendered, movie, render_on};
@@ -25,6 +26,9 @@ struct Document<'a> {
 pub(super) fn render(arguments: &Arguments) -> Result<Exit, CliError> {
     compute::set_thread_count(arguments.threads)?;
     let encoder = if arguments.no_movie { None } else { Encoder::find() };
+    if arguments.movie.is_some() && arguments.format != Format::Png {
+        return Err(CliError::Usage("--movie: a movie is made of pictures in pixels; leave --format out".into()));
+    }
     if let Some(movie) = &arguments.movie {
         check_movie(movie, encoder.as_ref())?;
     }
@@ -109,6 +113,7 @@ fn frames(arguments: &Arguments) -> Frames {
         size: arguments.size,
         side: arguments.view,
         background: arguments.background,
+        format: arguments.format,
         fit: arguments.fit,
         words: !arguments.bare,
         every: arguments.every as usize,
@@ -124,9 +129,9 @@ fn make_movie(
     folder: &Path,
     rendered: &mut Rendered,
 ) -> Result<Option<PathBuf>, RenderError> {
-    let opaque = arguments.background != Background::Transparent;
+    let fits_a_movie = arguments.background != Background::Transparent && arguments.format == Format::Png;
     if arguments.no_movie
-        || (!opaque && arguments.movie.is_none())
+        || (!fits_a_movie && arguments.movie.is_none())
         || (arguments.movie.is_none() && rendered.frames.len() < 2)
     {
         return Ok(None);

@@ -5,6 +5,8 @@ use super::arguments::{Backend, Study as Arguments, StudyName};
 use super::exit::CliError;
 use super::study::{Found, pretty, value, write_all};
 use super::{compute, output};
+use relcp::figure::{Figure, Format};
+use relcp::study::StudyError;
 use relcp::study::paper::{COMPUTED_BY, Measured, chainmail, colony, compaction, jitter, packing, two_ellipsoids};
 use serde_json::{Value, json};
 
@@ -67,11 +69,11 @@ pub(super) fn made(mut study: impl Measured, arguments: &Arguments) -> Result<Fo
 
 fn written(study: &impl Measured, arguments: &Arguments) -> Result<(String, Value), CliError> {
     let (text, numbers, plots) = (study.page(), study.numbers()?, study.plots()?);
-    let page = with_plots(&text, plots.iter().map(|(name, _)| *name));
+    let page = with_plots(&text, arguments, &plots);
     let mut files = study.files()?;
     files.push((format!("{}.md", study.name()), page.into_bytes()));
     files.push((format!("{}.json", study.name()), pretty(&numbers)?));
-    files.extend(plots.into_iter().map(|(name, svg)| (name.to_owned(), svg.into_bytes())));
+    files.extend(plot_files(arguments, &plots)?);
     write_all(&arguments.out, files.iter().map(|(name, bytes)| (name.as_str(), &bytes[..])))?;
     Ok((text, numbers))
 }
@@ -104,12 +106,12 @@ fn written_two_ellipsoids(study: &two_ellipsoids::Study, arguments: &Arguments) 
         "targets": value(&study.targets())?,
     });
     let plots = study.plots()?;
-    let page = with_plots(&text, plots.iter().map(|(name, _)| *name));
+    let page = with_plots(&text, arguments, &plots);
     let (json, table) = (pretty(&numbers)?, study.csv()?);
     let files: [(&str, &[u8]); 3] =
         [("two-ellipsoids.md", page.as_bytes()), ("two-ellipsoids.json", &json), ("two-ellipsoids.csv", &table)];
-    let plots = plots.iter().map(|(name, svg)| (*name, svg.as_bytes()));
-    write_all(&arguments.out, files.into_iter().chain(plots))?;
+    let plots = plot_files(arguments, &plots)?;
+    write_all(&arguments.out, files.into_iter().chain(plots.iter().map(|(name, bytes)| (name.as_str(), &bytes[..]))))?;
     Ok((text, numbers))
 }
 
@@ -131,7 +133,6 @@ fn jitter(arguments: &Arguments) -> Result<Found, CliError> {
 }
 
 fn written_jitter(study: &jitter::Study, arguments: &Arguments) -> Result<(String, Value), CliError> {
-    const PLOT: &str = "jitter.svg";
     let text = study.page();
     let numbers = json!({
         "computed_by": COMPUTED_BY,
@@ -139,20 +140,35 @@ fn written_jitter(study: &jitter::Study, arguments: &Arguments) -> Result<(Strin
         "runs": value(&study.runs())?,
         "targets": value(&study.targets())?,
     });
-    let page = with_plots(&text, [PLOT]);
-    let (json, table, steps, plot) = (pretty(&numbers)?, study.csv()?, study.steps_csv()?, study.plot()?);
-    let files: [(&str, &[u8]); 5] = [
-        ("jitter.md", page.as_bytes()),
-        ("jitter.json", &json),
-        ("jitter.csv", &table),
-        ("jitter-steps.csv", &steps),
-        (PLOT, plot.as_bytes()),
-    ];
-    write_all(&arguments.out, files)?;
+    let plots = [("jitter", study.plot()?)];
+    let page = with_plots(&text, arguments, &plots);
+    let (json, table, steps) = (pretty(&numbers)?, study.csv()?, study.steps_csv()?);
+    let files: [(&str, &[u8]); 4] =
+        [("jitter.md", page.as_bytes()), ("jitter.json", &json), ("jitter.csv", &table), ("jitter-steps.csv", &steps)];
+    let plots = plot_files(arguments, &plots)?;
+    write_all(&arguments.out, files.into_iter().chain(plots.iter().map(|(name, bytes)| (name.as_str(), &bytes[..]))))?;
     Ok((text, numbers))
 }
 
-fn with_plots<'a>(text: &str, plots: impl IntoIterator<Item = &'a str>) -> String {
-    let shown: String = plots.into_iter().map(|name| format!("\n![]({name})")).collect();
-    format!("{text}\n## Plots\n{shown}\n")
+/// A page with its plots: as SVG where there are such, or in the first format that is asked for.
+pub(super) fn with_plots(text: &str, arguments: &Arguments, plots: &[(impl AsRef<str>, Figure)]) -> String {
+    let formats = &arguments.figures.figures;
+    let shown =
+        if formats.contains(&Format::Svg) { Format::Svg } else { formats.first().copied().unwrap_or(Format::Svg) };
+    let shown = |(name, _): &(_, _)| format!("\n![]({}.{})", AsRef::<str>::as_ref(name), shown.extension());
+    format!("{text}\n## Plots\n{}\n", plots.iter().map(shown).collect::<String>())
+}
+
+/// The files of plots, in all formats that are asked for.
+pub(super) fn plot_files(
+    arguments: &Arguments,
+    plots: &[(impl AsRef<str>, Figure)],
+) -> Result<Vec<(String, Vec<u8>)>, CliError> {
+    let each = plots.iter().flat_map(|plot| arguments.figures.figures.iter().map(move |format| (plot, *format)));
+    each.map(|((name, figure), format)| {
+        let file = format!("{}.{}", name.as_ref(), format.extension());
+        let bytes = figure.file(format).map_err(|what| StudyError::Plot(format!("{file}: {what}")))?;
+        Ok((file, bytes))
+    })
+    .collect()
 }

@@ -4,6 +4,8 @@ use super::arguments::Study;
 use super::exit::CliError;
 use super::output;
 use super::study::{Found, computes, pretty, value, write_all};
+use super::study_paper::{plot_files, with_plots};
+use relcp::figure::Figure;
 use relcp::lcp::Status;
 use relcp::record::{Folder, RecordError, read_lcp};
 use relcp::study::StudyError;
@@ -57,15 +59,15 @@ fn written(
     let text = page(instances, runs, size);
     let numbers = json!({ "size": size, "lcps": value(&instances)?, "runs": value(&runs)? });
     let plots = instances.iter().map(|instance| Ok((plot_name(instance), plot(instance)?)));
-    let plots = plots.collect::<Result<Vec<(String, String)>, StudyError>>()?;
-    let shown = plots.iter().map(|(name, _)| format!("\n![]({name})")).collect::<String>();
-    let (page, table) = (format!("{text}\n## Plots\n{shown}\n"), attempts_csv(instances)?);
+    let plots = plots.collect::<Result<Vec<(String, Figure)>, StudyError>>()?;
+    let (page, table) = (with_plots(&text, arguments, &plots), attempts_csv(instances)?);
     let (json, runs) = (pretty(&numbers)?, runs_csv(runs)?);
     let mut files = vec![("solvers.md", page.as_bytes()), ("solvers.json", &json[..]), ("solvers.csv", &table[..])];
     if !runs.is_empty() {
         files.push(("solvers-runs.csv", &runs[..]));
     }
-    files.extend(plots.iter().map(|(name, svg)| (name.as_str(), svg.as_bytes())));
+    let plots = plot_files(arguments, &plots)?;
+    files.extend(plots.iter().map(|(name, bytes)| (name.as_str(), &bytes[..])));
     write_all(&arguments.out, files)?;
     Ok((text, numbers))
 }
@@ -78,7 +80,7 @@ fn false_claim(attempt: &Attempt) -> bool {
 
 fn plot_name(instance: &Instance) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' || c == '.' { c } else { '_' };
-    format!("solvers-{}.svg", instance.lcp.chars().map(plain).collect::<String>())
+    format!("solvers-{}", instance.lcp.chars().map(plain).collect::<String>())
 }
 
 /// The LCPs of files, of the folders that hold them, and of runs, each by its name; names that are there twice are

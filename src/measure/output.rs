@@ -2,6 +2,7 @@
 //! `measures.json` with all of it, and a plot a file.
 
 use super::{Cell, Column, Frame, MeasureError, Measured, Settings, plot};
+use crate::figure::Format;
 use crate::record::{RecordError, durable};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -85,7 +86,7 @@ impl<'a> StateOf<'a> {
 ///
 /// # Errors
 /// A file or a folder that cannot be written, a plot that cannot be made.
-pub fn write(measured: &Measured, folder: &Path) -> Result<Vec<PathBuf>, MeasureError> {
+pub fn write(measured: &Measured, folder: &Path, formats: &[Format]) -> Result<Vec<PathBuf>, MeasureError> {
     fs::create_dir_all(folder).map_err(RecordError::io(folder, "create the folder"))?;
     let mut files: Vec<(String, Vec<u8>)> = vec![(TABLE.into(), table(measured, &folder.join(TABLE))?)];
     for (at, measure) in measured.measures.iter().enumerate() {
@@ -95,10 +96,12 @@ pub fn write(measured: &Measured, folder: &Path) -> Result<Vec<PathBuf>, Measure
             files.extend(rows.map(|rows| (name, rows)));
         }
     }
-    for (name, svg) in
-        plot::plots(measured).map_err(|(name, what)| MeasureError::Unmade { path: folder.join(name), what })?
-    {
-        files.push((name, svg.into_bytes()));
+    let unmade = |(name, what): (String, String)| MeasureError::Unmade { path: folder.join(name), what };
+    for (name, figure) in plot::plots(measured).map_err(unmade)? {
+        for format in formats {
+            let file = format!("{name}.{}", format.extension());
+            files.push((file.clone(), figure.file(*format).map_err(|what| unmade((file, what)))?));
+        }
     }
     for (name, bytes) in &files {
         durable::place(&folder.join(name), bytes)?;
@@ -113,9 +116,13 @@ pub fn write(measured: &Measured, folder: &Path) -> Result<Vec<PathBuf>, Measure
 
 /// Removes what measures of this program call theirs and is not among `paths`.
 fn remove_others(folder: &Path, paths: &[PathBuf]) -> Result<(), RecordError> {
-    let profiles = super::ALL.iter().flat_map(|m| [format!("{}.csv", m.name()), plot::profile_file(m.name())]);
-    let over_time = super::ALL.iter().flat_map(|m| m.plots().iter().map(|columns| plot::time_file(columns)));
-    for path in profiles.chain(over_time).map(|name| folder.join(name)) {
+    let tables = super::ALL.iter().map(|m| format!("{}.csv", m.name()));
+    let profiles = super::ALL.iter().map(|m| plot::profile_name(m.name()));
+    let over_time = super::ALL.iter().flat_map(|m| m.plots().iter().map(|columns| plot::time_name(columns)));
+    let figures = profiles.chain(over_time).flat_map(|name| {
+        [Format::Svg, Format::Pdf, Format::Png].map(|format| format!("{name}.{}", format.extension()))
+    });
+    for path in tables.chain(figures).map(|name| folder.join(name)) {
         if path.is_file() && !paths.contains(&path) {
             fs::remove_file(&path).map_err(RecordError::io(&path, "remove it"))?;
         }

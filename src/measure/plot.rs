@@ -1,36 +1,16 @@
-//! Plots of a measurement, as SVG: numbers over time, and profiles of a few states.
-//!
-//! They are made to go into a paper as they are: one column wide, text of eight points, colours that colour-blind
-//! readers tell apart (Okabe and Ito 2008; times by the viridis scale), names over the axes and not on the data.
+//! Plots of a measurement: numbers over time, and profiles of a few states.
 
 use super::{Cell, Column, Counts, Measured, Spread};
+use crate::figure::{
+    self, AXIS, COLOURS, COLUMN, DOT, Failed, Figure, Head, LINE, MARGIN, Name, POINT, Sheet, TEXT, TICK, X_LABELS,
+    Y_LABELS,
+};
 use plotters::chart::ChartContext;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Width and height in points, 86 mm by 64 mm, and the pixels of a point.
-const SIDES: (u32, u32) = (244, 182);
-const POINT: u32 = 4;
-/// Sizes in pixels: text of 8 points, for which plotters wants a quarter more, curves of 1.2 and axes of half a point.
-const TEXT: u32 = 10 * POINT;
-const LINE: u32 = 5;
-const AXIS: u32 = 2;
-/// The mean width of a letter, in parts of the text's size.
-const LETTER: f64 = 0.45;
-/// The sample of a curve before its name.
-const SAMPLE: i32 = 40;
-
-/// Colours of numbers of different kinds.
-const COLOURS: [RGBColor; 7] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(0, 0, 0),
-];
+/// Width and height in points: three quarters as high as wide.
+const SIDES: [u32; 2] = [COLUMN, COLUMN * 3 / 4];
 
 /// Most states whose profiles are drawn, the last of them the last state that has one.
 const STATES: usize = 5;
@@ -62,23 +42,23 @@ struct Curve {
     colour: RGBColor,
 }
 
-/// A plot that failed: its file and what went wrong.
-type Failed = (String, String);
+/// A plot that was not drawn: its name and what went wrong.
+type Undrawn = (String, String);
 
-type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+type Chart<'a, 'b> = ChartContext<'a, Sheet<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
-/// The file of a plot over time.
-pub(super) fn time_file(columns: &[&str]) -> String {
-    format!("{}.svg", columns.first().copied().unwrap_or_default())
+/// The name of a plot over time, without the end of its file.
+pub(super) fn time_name(columns: &[&str]) -> String {
+    columns.first().copied().unwrap_or_default().into()
 }
 
-/// The file of a measure's profile.
-pub(super) fn profile_file(measure: &str) -> String {
-    format!("{measure}_profile.svg")
+/// The name of a measure's profile.
+pub(super) fn profile_name(measure: &str) -> String {
+    format!("{measure}_profile")
 }
 
-/// All plots that have anything to show, by file. A single state has no course over time.
-pub(super) fn plots(measured: &Measured) -> Result<Vec<(String, String)>, Failed> {
+/// All plots that have anything to show, by name. A single state has no course over time.
+pub(super) fn plots(measured: &Measured) -> Result<Vec<(String, Figure)>, Undrawn> {
     let mut plots = Vec::new();
     for (at, measure) in measured.measures.iter().enumerate() {
         for names in measure.plots() {
@@ -92,18 +72,18 @@ pub(super) fn plots(measured: &Measured) -> Result<Vec<(String, String)>, Failed
                 [column] => labelled(column),
                 several => several.first().map(|column| unit(column)).unwrap_or_default(),
             };
-            plots.push((time_file(names), ["time".to_owned(), y], curves));
+            plots.push((time_name(names), ["time".to_owned(), y], curves));
         }
         if let Some(profile) = measure.profile() {
             let axes = [0, profile.drawn].map(|column| labelled(&profile.columns[column]));
-            plots.push((profile_file(measure.name()), axes, profiles(measured, at, profile.drawn, profile.counts)));
+            plots.push((profile_name(measure.name()), axes, profiles(measured, at, profile.drawn, profile.counts)));
         }
     }
     let shown = plots.into_iter().filter(|(.., curves)| !curves.is_empty());
     shown
-        .map(|(file, axes, curves)| match draw(&axes, &curves) {
-            Ok(svg) => Ok((file, svg)),
-            Err(what) => Err((file, what.to_string())),
+        .map(|(name, axes, curves)| match draw(&name, &axes, &curves) {
+            Ok(figure) => Ok((name, figure)),
+            Err(what) => Err((name, what.to_string())),
         })
         .collect()
 }
@@ -146,7 +126,7 @@ fn profiles(measured: &Measured, at: usize, drawn: usize, counts: Option<Counts>
     let curve = |state: usize| {
         let rows = &measured.found[at][state].as_ref().ok()?.rows;
         let points: Vec<_> = rows.iter().filter_map(point).collect();
-        let name = format!("t = {}", round(measured.times[state], 3));
+        let name = format!("t = {}", figure::shortest(measured.times[state], 3));
         (!points.is_empty()).then_some(Curve { name, points, colour: BLACK })
     };
     let curves: Vec<Curve> = (0..measured.len()).filter_map(curve).collect();
@@ -176,16 +156,6 @@ fn spaced(all: usize) -> Vec<usize> {
     (1..=drawn).map(|k| k * all / drawn - 1).collect()
 }
 
-/// So many digits, as times like 0.30000000000000004 are called 0.3.
-fn round(value: f64, digits: usize) -> f64 {
-    format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
-}
-
-/// The label of a tick of an axis of this span: what is left of zero where steps are added up is zero.
-fn label(value: f64, span: f64) -> String {
-    if value.abs() < 1e-9 * span { "0".into() } else { round(value, 6).to_string() }
-}
-
 /// The range of values, widened where it is empty.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
@@ -196,18 +166,7 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     (low - margin, high + margin)
 }
 
-type Fault = Box<dyn std::error::Error>;
-
-fn draw(axes: &[String; 2], curves: &[Curve]) -> Result<String, Fault> {
-    let mut svg = String::new();
-    draw_in(&mut svg, axes, curves)?;
-    // In millimetres, so that it is a column wide wherever it is placed.
-    let pixels = format!("width=\"{}\" height=\"{}\"", SIDES.0 * POINT, SIDES.1 * POINT);
-    let [wide, high] = [SIDES.0, SIDES.1].map(|points| f64::from(points) * 25.4 / 72.0);
-    Ok(svg.replacen(&pixels, &format!("width=\"{wide:.1}mm\" height=\"{high:.1}mm\""), 1))
-}
-
-fn draw_in(svg: &mut String, [x_name, y_name]: &[String; 2], curves: &[Curve]) -> Result<(), Fault> {
+fn draw(title: &str, [x_name, y_name]: &[String; 2], curves: &[Curve]) -> Result<Figure, Failed> {
     let points = || curves.iter().flat_map(|curve| &curve.points);
     let (x_low, x_high) = range(points().map(|point| point.x));
     // Errors of pale points do not decide the picture. Zero belongs to it where it is not far.
@@ -215,47 +174,34 @@ fn draw_in(svg: &mut String, [x_name, y_name]: &[String; 2], curves: &[Curve]) -
     let ends = |point: &Point| [point.y - point.error, point.y + point.error];
     let (y_low, y_high) = range(points().map(|point| point.y).chain(points().filter(sure).flat_map(ends)));
     let y_low = if y_low > 0.0 && y_low < 0.5 * y_high { 0.0 } else { y_low };
-
-    let area = SVGBackend::with_string(svg, (SIDES.0 * POINT, SIDES.1 * POINT)).into_drawing_area();
-    area.fill(&WHITE)?;
-    let names = names(curves);
-    let (head, rest) = area.split_vertically(names.len() as u32 * (TEXT + TEXT / 4));
-    for (row, entries) in names.iter().enumerate() {
-        let wide = (SIDES.0 * POINT) as i32 / entries.len().max(1) as i32;
-        for (k, (name, colour)) in entries.iter().enumerate() {
-            let (x, y) = (wide * k as i32 + POINT as i32 * 3, (row as u32 * (TEXT + TEXT / 4) + TEXT * 3 / 4) as i32);
-            if let Some(colour) = colour {
-                head.draw(&PathElement::new([(x, y), (x + SAMPLE, y)], colour.stroke_width(LINE)))?;
-            }
-            let style = ("sans-serif", TEXT).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
-            head.draw(&Text::new(name.clone(), (x + SAMPLE + 8, y), style))?;
-        }
-    }
-    let mut chart = ChartBuilder::on(&rest)
-        .margin(3 * POINT)
-        .x_label_area_size(TEXT * 5 / 2)
-        .y_label_area_size(TEXT * 4)
-        .build_cartesian_2d(x_low..x_high, y_low..y_high + 0.05 * (y_high - y_low))?;
-    let tick = |span: f64| move |value: &f64| label(*value, span);
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .axis_style(BLACK.stroke_width(AXIS))
-        .label_style(("sans-serif", TEXT))
-        .x_labels(5)
-        .y_labels(5)
-        .x_desc(x_name)
-        .y_desc(y_name)
-        .x_label_formatter(&tick(x_high - x_low))
-        .y_label_formatter(&tick(y_high - y_low))
-        .draw()?;
-    curves.iter().try_for_each(|curve| draw_curve(&mut chart, curve))?;
-    area.present()?;
-    Ok(())
+    Figure::draw(title, SIDES, |area| {
+        let head = Head::new(COLUMN * POINT, "", names(curves));
+        let rest = head.draw(area, head.height())?;
+        let mut chart = ChartBuilder::on(&rest)
+            .margin(MARGIN)
+            .x_label_area_size(X_LABELS)
+            .y_label_area_size(Y_LABELS)
+            .build_cartesian_2d(x_low..x_high, y_low..y_high + 0.05 * (y_high - y_low))?;
+        let tick = |span: f64| move |value: &f64| figure::tick(*value, span);
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .axis_style(BLACK.stroke_width(AXIS))
+            .set_all_tick_mark_size(TICK)
+            .label_style(("sans-serif", TEXT))
+            .x_labels(5)
+            .y_labels(5)
+            .x_desc(x_name)
+            .y_desc(y_name)
+            .x_label_formatter(&tick(x_high - x_low))
+            .y_label_formatter(&tick(y_high - y_low))
+            .draw()?;
+        curves.iter().try_for_each(|curve| draw_curve(&mut chart, curve))
+    })
 }
 
 /// The band of errors, then the curve, pale where it is worth little. A point alone is a dot.
-fn draw_curve(chart: &mut Chart<'_, '_>, curve: &Curve) -> Result<(), Fault> {
+fn draw_curve(chart: &mut Chart<'_, '_>, curve: &Curve) -> Result<(), Failed> {
     let (points, colour) = (&curve.points, curve.colour);
     let at = |point: &Point| (point.x, point.y);
     let has_band =
@@ -275,36 +221,27 @@ fn draw_curve(chart: &mut Chart<'_, '_>, curve: &Curve) -> Result<(), Fault> {
         first = last;
     }
     if let [point] = points.as_slice() {
-        chart.draw_series([Circle::new(at(point), LINE, colour.filled())])?;
+        chart.draw_series([Circle::new(at(point), DOT, colour.filled())])?;
     }
     Ok(())
 }
 
-/// The names over the axes in rows, as many in a row as fit; none of a single number, which the axis names.
-fn names(curves: &[Curve]) -> Vec<Vec<(String, Option<RGBColor>)>> {
-    let mut entries: Vec<(String, Option<RGBColor>)> = Vec::new();
+/// The names over the axes; none of a single number, which the axis names.
+fn names(curves: &[Curve]) -> Vec<Name> {
+    let mut names = Vec::new();
     if curves.len() > 1 || curves.iter().any(|curve| curve.name.starts_with("t =")) {
-        entries.extend(curves.iter().map(|curve| (curve.name.clone(), Some(curve.colour))));
+        names.extend(curves.iter().map(|curve| Name { text: curve.name.clone(), colour: Some(curve.colour) }));
     }
-    let longest = entries.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0);
-    let wide = f64::from(SAMPLE + 24) + LETTER * f64::from(TEXT) * longest as f64;
-    let in_a_row = (f64::from(SIDES.0 * POINT) / wide).floor().max(1.0) as usize;
-    let mut rows: Vec<_> = entries.chunks(in_a_row).map(<[_]>::to_vec).collect();
     if curves.iter().any(|curve| curve.points.iter().any(|point| point.noisy)) {
-        rows.push(vec![(format!("pale: fewer than {FEW} counted; bands: standard errors"), None)]);
+        let text = format!("pale: fewer than {FEW} counted; bands: standard errors");
+        names.push(Name { text, colour: None });
     }
-    rows
+    names
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn ticks_are_short() {
-        assert_eq!(label(1.1102230246251565e-16, 1.8), "0");
-        assert_eq!((label(0.30000000000000004, 1.0), label(-2e-7, 1e-6)), ("0.3".into(), "-0.0000002".into()));
-    }
 
     #[test]
     fn the_curves_drawn_are_spread_over_the_states_and_the_last_is_among_them() {
@@ -328,9 +265,13 @@ mod tests {
         let point = |x: f64, noisy| Point { x, y: 1.0 + x, error: 0.1, noisy };
         let curve = |points: Vec<Point>| Curve { name: "t = 1".into(), points, colour: BLACK };
         let axes = ["distance (length)".to_owned(), "correlation".to_owned()];
-        let svg = draw(&axes, &[curve(vec![point(0.0, false), point(1.0, false), point(2.0, true)])]).unwrap();
-        assert!(svg.contains("pale: fewer than 30") && svg.matches("<polygon").count() == 1, "{svg}");
-        assert!(svg.contains("width=\"86.1mm\"") && svg.contains("font-size=\"32"), "{svg}");
-        assert!(draw(&axes, &[curve(vec![point(1.0, false)])]).unwrap().contains("<circle"));
+        let draw = |points| draw("correlation", &axes, &[curve(points)]).unwrap().svg();
+        let svg = draw(vec![point(0.0, false), point(1.0, false), point(2.0, true)]);
+        let [blue, pale] =
+            ["fill=\"#000000\" fill-opacity=\"0.25\"", "stroke-opacity=\"0.35\""].map(|ink| svg.matches(ink).count());
+        assert!(svg.contains("pale: fewer than 30") && blue == 1 && pale == 1, "{svg}");
+        assert!(svg.contains("width=\"86.08mm\"") && svg.contains("font-size=\"80\""), "{svg}");
+        // Arcs of a dot, where the ticks and lines of the axes have none.
+        assert!(!svg.contains('Q') && draw(vec![point(1.0, false)]).contains('Q'));
     }
 }

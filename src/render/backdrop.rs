@@ -1,40 +1,47 @@
-//! What stands still behind the bodies of a planar picture: the walls, grey outside of them, and the periodic cell.
+//! What stands still behind the bodies of a picture: the walls and the periodic cell.
 //!
-//! Every pixel that shows no body asks the walls' own surfaces how far it is from them, so that a wall of any kind is
-//! drawn where bodies meet it.
+//! In a planar picture every pixel that shows no body asks the walls' own surfaces how far it is from them, so that a wall
+//! of any kind is drawn where bodies meet it, and grey outside. In other pictures walls are lines behind the bodies.
 
 use super::image::Image;
 use super::{Camera, View};
 use crate::bodies::Bodies;
 use crate::periodic::Periods;
 use crate::scene::Scene;
-use crate::walls::Walls;
+use crate::walls::{Line, Wall, Walls, edges};
 use glam::DVec3;
 use rayon::prelude::*;
+use tiny_skia::{FillRule, Mask, PathBuilder, Stroke, Transform};
 
 /// Half the thickness of a line, in parts of the picture's smaller side.
 const HALF_LINE: f64 = 1.0 / 900.0;
 
-/// How much ink is in what is outside of the walls.
+/// How much ink is in what is outside of the walls, and in lines of walls in space.
 const OUTSIDE: f64 = 0.14;
+const IN_SPACE: f64 = 0.55;
 
 /// What stands still in a scene.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Backdrop {
     pub walls: Walls,
     pub periods: Periods,
+    /// The walls as the scene has them.
+    pub scene_walls: Vec<Wall>,
 }
 
 impl Backdrop {
     /// Of a scene.
     pub fn of(scene: &Scene) -> Self {
-        Backdrop { walls: scene.walls(), periods: scene.periods() }
+        Backdrop { walls: scene.walls(), periods: scene.periods(), scene_walls: scene.walls.clone() }
     }
 
-    /// Draws it behind the bodies of a picture seen along z; nothing in other pictures.
+    /// Draws it behind the bodies of a picture.
     pub fn draw(&self, image: &mut Image, view: &View, camera: &Camera, ink: [u8; 3], paper: [u8; 3]) {
-        let along_z = camera.toward == DVec3::Z;
-        if !view.planar || !along_z || (self.walls.is_empty() && self.periods.is_none()) {
+        if self.walls.is_empty() && self.periods.is_none() {
+            return;
+        }
+        if !view.planar || camera.toward != DVec3::Z {
+            self.draw_lines(image, camera, ink, paper);
             return;
         }
         let (width, height, scale) = (image.width as usize, image.height as usize, camera.pixels_per_length());
@@ -49,11 +56,45 @@ impl Backdrop {
                 let line = |distance: f64| (half_line + 0.5 - distance).clamp(0.0, 1.0);
                 let grey = OUTSIDE * (0.5 - inside).clamp(0.0, 1.0);
                 let part = grey.max(line(inside.abs())).max(0.5 * line(edge));
-                for (channel, (ink, paper)) in pixel.iter_mut().zip(ink.into_iter().zip(paper)) {
-                    *channel = (f64::from(paper) + part * (f64::from(ink) - f64::from(paper))).round() as u8;
-                }
+                mix(pixel, ink, paper, part);
             }
         });
+    }
+
+    /// Draws it as lines.
+    fn draw_lines(&self, image: &mut Image, camera: &Camera, ink: [u8; 3], paper: [u8; 3]) {
+        let (width, height, scale) = (image.width, image.height, camera.pixels_per_length());
+        let half_line = (HALF_LINE * f64::from(width.min(height))).max(0.5);
+        let Some(mut mask) = Mask::new(width, height) else { return };
+        let mut builder = PathBuilder::new();
+        for [from, to] in self.lines(camera, 0.5 * f64::from(width.min(height)) / scale) {
+            let [from, to] = [from, to].map(|point| {
+                let at = camera.to_view(point - camera.centre) * scale;
+                [0.5 * f64::from(width) + at.x, 0.5 * f64::from(height) - at.y].map(|x| x as f32)
+            });
+            builder.move_to(from[0], from[1]);
+            builder.line_to(to[0], to[1]);
+        }
+        let stroke = Stroke { width: 2.0 * half_line as f32, ..Stroke::default() };
+        let Some(drawn) = builder.finish().and_then(|path| path.stroke(&stroke, 1.0)) else { return };
+        mask.fill_path(&drawn, FillRule::Winding, true, Transform::identity());
+        for (pixel, part) in image.pixels.chunks_exact_mut(3).zip(mask.data()).filter(|(pixel, _)| *pixel == paper) {
+            mix(pixel, ink, paper, IN_SPACE * f64::from(*part) / 255.0);
+        }
+    }
+
+    /// The lines of walls and of the periodic cell in what a camera sees, so far about its centre.
+    fn lines(&self, camera: &Camera, reach: f64) -> Vec<Line> {
+        let [low, high] = [-reach, reach].map(|reach| camera.centre + DVec3::splat(reach));
+        let mut lines: Vec<Line> = self.scene_walls.iter().flat_map(|wall| wall.lines(low, high)).collect();
+        if !self.periods.is_none() {
+            let lengths = self.periods.lengths();
+            let end = |axis: usize, open: f64, sign: f64| lengths[axis].map_or(open, |length| 0.5 * sign * length);
+            let corner =
+                |open: DVec3, sign: f64| DVec3::from_array(std::array::from_fn(|axis| end(axis, open[axis], sign)));
+            lines.extend(edges(corner(low, -1.0), corner(high, 1.0)));
+        }
+        lines
     }
 
     /// Draws it into the [`picture`](super::picture) of these bodies.
@@ -62,8 +103,29 @@ impl Backdrop {
         self.draw(image, view, &Camera::fit(bodies, view), ink, paper);
     }
 
+    /// Whether there are walls.
+    pub fn has_walls(&self) -> bool {
+        !self.walls.is_empty()
+    }
+
+    /// The edges of the periodic cell that may be seen between two corners of a picture: in a direction without a period
+    /// they go through it.
+    pub fn edges(&self, low: DVec3, high: DVec3) -> Vec<[DVec3; 2]> {
+        let lengths = self.periods.lengths();
+        let span =
+            [0, 1].map(|axis| lengths[axis].map_or([low[axis], high[axis]], |length| [-0.5 * length, 0.5 * length]));
+        let mut edges = Vec::new();
+        if lengths[0].is_some() {
+            edges.extend(span[0].map(|x| span[1].map(|y| DVec3::new(x, y, 0.0))));
+        }
+        if lengths[1].is_some() {
+            edges.extend(span[1].map(|y| span[0].map(|x| DVec3::new(x, y, 0.0))));
+        }
+        edges
+    }
+
     /// How far a point is inside of all walls; negative outside, infinite without walls.
-    fn inside(&self, point: DVec3) -> f64 {
+    pub fn inside(&self, point: DVec3) -> f64 {
         let gaps = self.walls.surfaces().iter().map(|surface| surface.at(point, DVec3::ZERO, 0.0).separation);
         gaps.fold(f64::INFINITY, f64::min)
     }
@@ -75,6 +137,13 @@ impl Backdrop {
     }
 }
 
+/// A part of ink on paper.
+fn mix(pixel: &mut [u8], ink: [u8; 3], paper: [u8; 3], part: f64) {
+    for (channel, (ink, paper)) in pixel.iter_mut().zip(ink.into_iter().zip(paper)) {
+        *channel = (f64::from(paper) + part * (f64::from(ink) - f64::from(paper))).round() as u8;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -82,7 +151,6 @@ mod tests {
     use crate::render::{Background, picture};
     use crate::separation::Placed;
     use crate::shape::Shape;
-    use crate::walls::Wall;
     use glam::DQuat;
 
     fn drawn(backdrop: &Backdrop, planar: bool) -> Image {
@@ -109,8 +177,17 @@ mod tests {
         assert_eq!(shade(100, 100), 255);
         assert!(shade(100, 54) < 200 && shade(100, 146) < 200, "{} {}", shade(100, 54), shade(100, 146));
         assert!((215..250).contains(&shade(100, 20)) && (215..250).contains(&shade(100, 190)));
-        // In space it is left out.
-        assert_eq!(drawn(&backdrop, false), drawn(&Backdrop::default(), false));
+    }
+
+    #[test]
+    fn a_box_in_space_is_lines_behind_the_bodies() {
+        let wall = Wall::Box { minimum: [-2.5, -2.0, -2.0], maximum: [2.5, 2.0, 2.0] };
+        let scene_walls = vec![wall];
+        let backdrop = Backdrop { walls: Walls::new(&[wall], false), scene_walls, ..Backdrop::default() };
+        let (with, without) = (drawn(&backdrop, false), drawn(&Backdrop::default(), false));
+        let changed = with.pixels.chunks_exact(3).zip(without.pixels.chunks_exact(3)).filter(|(a, b)| a != b);
+        let (inked, over) = changed.fold((0, 0), |(n, over), (_, old)| (n + 1, over + usize::from(old != [255; 3])));
+        assert!(inked > 500 && over == 0, "{inked} {over}");
     }
 
     #[test]

@@ -6,6 +6,7 @@ use super::scale::Scale;
 use super::text::{self, GLYPH};
 use super::{Image, Quantity};
 use crate::record::Snapshot;
+use glam::Vec3;
 use std::f32::consts::PI;
 
 /// The scale of colours takes this part of a picture's width.
@@ -19,37 +20,50 @@ const GAP: usize = 5;
 /// Ink, and what is behind it.
 pub(super) type Inks = [[u8; 3]; 2];
 
-/// Time and number of bodies.
+/// Time and number of bodies, in words.
+pub(super) fn words(state: &Snapshot) -> String {
+    format!("t={}  n={}", text::number(state.time, 6), state.bodies.len())
+}
+
+/// What stands at the ends of the scale of colours; `None` where the colours tell nothing.
+pub(super) fn ends(quantity: Quantity, scale: Option<Scale>) -> Option<[String; 2]> {
+    match (quantity, scale) {
+        (Quantity::Plain, _) => None,
+        (Quantity::Orientation, _) => Some(["0".into(), "180".into()]),
+        (_, None) => None,
+        (_, Some(scale)) => {
+            let more = if scale.largest > scale.high { ">" } else { "" };
+            Some([text::number(scale.low, 4), format!("{more}{}", text::number(scale.high, 4))])
+        }
+    }
+}
+
+/// The linear colour at a part of the scale, from 0 to 1.
+pub(super) fn shade(quantity: Quantity, part: f32) -> Vec3 {
+    match quantity {
+        Quantity::Orientation => hue([(PI * part).cos(), (PI * part).sin()], 0.0),
+        _ => ramp(part),
+    }
+}
+
+/// Writes time and number of bodies.
 pub(super) fn state(image: &mut Image, state: &Snapshot, [ink, paper]: Inks) {
     let Some(dot) = text::dot(image) else { return };
-    let words = format!("t={}  n={}", text::number(state.time, 6), state.bodies.len());
-    let marks = text::marks(&words, BORDER * dot, BORDER * dot, dot);
+    let marks = text::marks(&words(state), BORDER * dot, BORDER * dot, dot);
     text::draw(image, &marks, dot, ink, paper);
 }
 
 /// The name of what the colours tell, and the scale with its ends.
 pub(super) fn legend(image: &mut Image, quantity: Quantity, scale: Option<Scale>, [ink, paper]: Inks) {
     let Some(dot) = text::dot(image) else { return };
-    let ends = match (quantity, scale) {
-        (Quantity::Plain, _) => return,
-        (Quantity::Orientation, _) => ["0".into(), "180".into()],
-        (_, None) => return,
-        (_, Some(scale)) => {
-            let more = if scale.largest > scale.high { ">" } else { "" };
-            [text::number(scale.low, 4), format!("{more}{}", text::number(scale.high, 4))]
-        }
-    };
+    let Some(ends) = ends(quantity, scale) else { return };
     let width = (WIDTH * f64::from(image.width)) as usize;
     let (right, bottom) = ((image.width as usize).saturating_sub(BORDER * dot), image.height as usize - BORDER * dot);
     let (left, top) = (right.saturating_sub(width), bottom - THICKNESS * dot);
     text::fill(image, [left - dot, top - dot, right - left + 2 * dot, (THICKNESS + 2) * dot], ink);
     for x in left..right {
         let part = (x - left) as f32 / (right - left - 1).max(1) as f32;
-        let light = match quantity {
-            Quantity::Orientation => hue([(PI * part).cos(), (PI * part).sin()], 0.0),
-            _ => ramp(part),
-        };
-        text::fill(image, [x, top, 1, THICKNESS * dot], super::bytes(light));
+        text::fill(image, [x, top, 1, THICKNESS * dot], super::bytes(shade(quantity, part)));
     }
     let [above, title] = [1, 2].map(|line| top - line * (GLYPH[1] + GAP) * dot);
     let at_right = |words: &str| right.saturating_sub(text::width(words, dot));

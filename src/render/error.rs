@@ -51,6 +51,13 @@ pub enum RenderError {
         /// What the colours are to tell.
         colour: &'static str,
     },
+    /// Vectors have no light, no shadows and nothing hidden.
+    #[error("pictures as vectors are of planar runs seen from the top; this run is seen {side}")]
+    #[diagnostic(help("choose png"))]
+    NoVectors {
+        /// From where, in words.
+        side: &'static str,
+    },
     /// No state is in the interval.
     #[error("none of the {states} states is {interval}; they are from time {first} to {last}")]
     #[diagnostic(help("choose another interval, or all states"))]

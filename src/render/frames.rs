@@ -6,23 +6,19 @@
 //! at all, and its bytes do not depend on threads.
 
 use super::backdrop::Backdrop;
-use super::camera::{Extent, axes_from};
+use super::painter::Painter;
 use super::quantity::Quantity;
-use super::scale::{self, Scale};
-use super::{
-    BLACK, Background, Camera, Image, Rays, RenderError, Side, View, WHITE, caption, inks_on, on_cpu, on_device,
-    painted,
-};
-use crate::measure::{Frame, LeftOut, scene_behind};
-use crate::record::{RecordError, Snapshot, States, Watch, durable};
-use glam::Vec3;
-use rayon::prelude::*;
+use super::scale::Scale;
+use super::{Background, Rays, RenderError, Side, View};
+use crate::figure::Format;
+use crate::measure::{Frame, scene_behind};
+use crate::record::{RecordError, States, Watch, durable};
 use serde::Serialize;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The folder of the pictures, in that of a rendering.
-const FOLDER: &str = "frames";
+pub(super) const FOLDER: &str = "frames";
 /// What a rendering says of itself. It is there, not complete, before the first picture.
 const DOCUMENT: &str = "frames.json";
 /// The movie, where it has no other place.
@@ -30,10 +26,6 @@ pub const MOVIE: &str = "movie.mp4";
 /// How far a time may be outside the interval and still count as in it, relative to the larger of both: the rounding of
 /// a product.
 const ROUNDING: f64 = 1e-9;
-/// Memory that the rays of the pictures drawn at a time may take together, in bytes; a picture alone may take more.
-const MEMORY: usize = 2 << 30;
-/// Memory that a pixel takes while it is drawn, in bytes: four rays of 16 bytes, and its colour.
-const MEMORY_A_PIXEL: usize = 67;
 
 /// What camera and scale are fitted to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -60,6 +52,8 @@ pub struct Frames {
     pub side: Option<Side>,
     /// What stands behind the bodies.
     pub background: Background,
+    /// Pixels, or for a planar run seen from the top vectors.
+    pub format: Format,
     /// What camera and scale are fitted to.
     pub fit: Fit,
     /// Whether there are words: time, number of bodies, bar of length, scale of colours.
@@ -81,6 +75,7 @@ impl Default for Frames {
             size: [width, height],
             side: None,
             background,
+            format: Format::Png,
             fit: Fit::default(),
             words: true,
             every: 1,
@@ -130,19 +125,8 @@ pub struct Rendered {
     pub notes: Vec<String>,
 }
 
-/// A state that was looked at.
-struct ScannedState {
-    /// Its number among the states.
-    index: usize,
-    time: f64,
-    extent: Extent,
-    scale: Option<Scale>,
-    /// Whether some body is another one's daughter.
-    births: bool,
-}
-
 /// Makes the pictures of `states`, which were [opened](States::open) from `source`, as `folder/frames/000000.png` and
-/// so on, and `folder/frames.json`. What an earlier rendering left there, whole or not, is replaced.
+/// so on (`.svg` or `.pdf` for vectors), and `folder/frames.json`. What an earlier rendering left there, whole or not, is replaced.
 ///
 /// ```
 /// use relcp::record::States;
@@ -185,6 +169,9 @@ pub fn render_on(
     let source = source.as_ref();
     let run = Frame::of(source, states)?;
     let side = frames.side.unwrap_or(if run.planar { Side::Top } else { Side::Oblique });
+    if frames.format != Format::Png && (side != Side::Top || !run.planar) {
+        return Err(RenderError::NoVectors { side: if run.planar { "from a side" } else { "in space" } });
+    }
     let size = frames.size.map(|side| side.clamp(1, View::LARGEST_SIDE));
     let scene = scene_behind(source)?.map(|(scene, _)| scene);
     let backdrop = scene.map_or_else(Backdrop::default, |scene| Backdrop::of(&scene));
@@ -210,180 +197,6 @@ pub fn render_on(
     Ok(rendered)
 }
 
-struct Painter<'a> {
-    rays: Option<&'a Rays>,
-    states: &'a States,
-    frames: &'a Frames,
-    run: Frame,
-    backdrop: Backdrop,
-    side: Side,
-    size: [u32; 2],
-}
-
-impl Painter<'_> {
-    /// Looks at the states that are to be drawn; and says how many have nothing to colour them by.
-    fn look(&self, watch: Watch<'_>) -> Result<(Vec<ScannedState>, Option<String>), RenderError> {
-        let Frames { from, to, every, .. } = *self.frames;
-        let all = from == f64::NEG_INFINITY && to == f64::INFINITY;
-        // Without an interval those between need not be read.
-        let asked: Vec<usize> = (0..self.states.len()).step_by(if all { every.max(1) } else { 1 }).collect();
-        let mut seen = Vec::new();
-        let mut missing = (0, None);
-        let mut times = [f64::INFINITY, f64::NEG_INFINITY];
-        for part in asked.chunks(rayon::current_num_threads().max(1)) {
-            if !watch(seen.len(), asked.len()) {
-                return Err(RenderError::Stopped { done: seen.len(), all: asked.len() });
-            }
-            for looked in part.par_iter().map(|&i| self.look_at(i)).collect::<Vec<_>>() {
-                let state = match looked {
-                    Err(fault @ RenderError::Missing { .. }) => {
-                        missing = (missing.0 + 1, missing.1.or(Some(fault)));
-                        continue;
-                    }
-                    looked => looked?,
-                };
-                times = [times[0].min(state.time), times[1].max(state.time)];
-                if all || inside(state.time, from, to) {
-                    seen.push(state);
-                }
-            }
-        }
-        if !all {
-            seen = seen.into_iter().step_by(every.max(1)).collect();
-        }
-        let Some(last) = seen.last() else {
-            if let Some(fault) = missing.1 {
-                return Err(fault);
-            }
-            let interval = interval(from, to);
-            return Err(RenderError::Nothing { states: asked.len(), interval, first: times[0], last: times[1] });
-        };
-        if self.frames.colour.is_of_births() && !seen.iter().any(|state| state.births) {
-            return Err(RenderError::Missing {
-                origin: self.states.origin(last.index),
-                colour: self.frames.colour.name(),
-                why: "no body was born in these states".into(),
-                help: "bodies are born where the scene has `growth` and a cell has reached growth.division_length",
-            });
-        }
-        let colour = self.frames.colour.name();
-        let note = (missing.0 > 0).then(|| {
-            let states = missing.0;
-            format!("{states} states have no {colour} and are left out; output.forces=true records the forces of all")
-        });
-        Ok((seen, note))
-    }
-
-    fn look_at(&self, index: usize) -> Result<ScannedState, RenderError> {
-        let state = self.states.read(index)?;
-        let outside = !inside(state.time, self.frames.from, self.frames.to);
-        if outside {
-            return Ok(ScannedState { index, time: state.time, extent: Extent::NONE, scale: None, births: false });
-        }
-        let extent = Extent::of(axes_from(self.side), &state.bodies.wrapped());
-        let births = state.bodies.lineage.iter().any(|line| line.parent.is_some() || line.generation > 0);
-        Ok(ScannedState { index, time: state.time, extent, scale: self.scale_of(&self.values(index, &state)?), births })
-    }
-
-    fn values(&self, index: usize, state: &Snapshot) -> Result<Vec<f64>, RenderError> {
-        self.frames.colour.of(state, &self.run).map_err(|LeftOut(why)| RenderError::Missing {
-            origin: self.states.origin(index),
-            colour: self.frames.colour.name(),
-            why,
-            help: "run with output.forces = true (output.forces=true as an override), and with contact.method relcp or snsd; \
-                   or choose orientation, length, speed, contacts or overlap, which every state tells",
-        })
-    }
-
-    fn scale_of(&self, values: &[f64]) -> Option<Scale> {
-        let fitted = Scale::of(values, self.frames.colour.ends()?)?;
-        Some(match self.frames.range {
-            Some([low, high]) => Scale { low, high, ..fitted },
-            None => fitted,
-        })
-    }
-
-    /// Draws the states and writes the pictures, as many at a time as there are threads.
-    fn draw(&self, seen: &[ScannedState], folder: &Path, watch: Watch<'_>) -> Result<Vec<RenderedFrame>, RenderError> {
-        let together = seen.iter().fold(Extent::NONE, |all, state| all.with(state.extent));
-        let scale = seen.iter().filter_map(|state| state.scale).reduce(Scale::with);
-        let pixels = self.size[0] as usize * self.size[1] as usize;
-        let at_a_time = rayon::current_num_threads().min(MEMORY / (MEMORY_A_PIXEL * pixels)).max(1);
-        let mut drawn = Vec::new();
-        for part in seen.chunks(at_a_time) {
-            if !watch(drawn.len(), seen.len()) {
-                return Err(RenderError::Stopped { done: drawn.len(), all: seen.len() });
-            }
-            let first = drawn.len();
-            let one = |(k, state): (usize, &ScannedState)| {
-                let (extent, scale) = match self.frames.fit {
-                    Fit::Run => (together, scale),
-                    Fit::Each => (state.extent, state.scale),
-                };
-                let camera = extent.fit(axes_from(self.side), self.size);
-                self.draw_one(first + k, state.index, &camera, scale, folder)
-            };
-            drawn.extend(part.par_iter().enumerate().map(one).collect::<Result<Vec<_>, _>>()?);
-        }
-        watch(seen.len(), seen.len());
-        Ok(drawn)
-    }
-
-    fn draw_one(
-        &self,
-        number: usize,
-        index: usize,
-        camera: &Camera,
-        scale: Option<Scale>,
-        folder: &Path,
-    ) -> Result<RenderedFrame, RenderError> {
-        let state = self.states.read(index)?;
-        let values = self.values(index, &state)?;
-        let colours = scale::colours(self.frames.colour, &state.bodies, &values, scale);
-        let [width, height] = self.size;
-        let view = View {
-            width,
-            height,
-            planar: self.run.planar,
-            background: self.frames.background,
-            scale_bar: self.frames.words,
-            ..View::default()
-        };
-        let bodies = state.bodies.wrapped();
-        let paint = |inks: [Vec3; 2]| {
-            let mut image = match self.rays {
-                Some(rays) => painted(&bodies, &view, camera, &colours, inks, on_device(rays))?,
-                None => {
-                    let Ok(image) = painted(&bodies, &view, camera, &colours, inks, on_cpu);
-                    image
-                }
-            };
-            let inks = inks.map(super::bytes);
-            self.backdrop.draw(&mut image, &view, camera, inks[0], inks[1]);
-            if self.frames.words {
-                caption::state(&mut image, &state, inks);
-                caption::legend(&mut image, self.frames.colour, scale, inks);
-            }
-            Ok::<_, RenderError>(image)
-        };
-        let image = match self.frames.background {
-            Background::Transparent => Image::between(paint(inks_on(WHITE))?, &paint(inks_on(BLACK))?),
-            background => paint(background.ink_and_paper())?,
-        };
-        let file = Path::new(FOLDER).join(format!("{number:06}.png"));
-        write(&image, &folder.join(&file))?;
-        Ok(RenderedFrame {
-            file,
-            step: state.step,
-            time: state.time,
-            bodies: state.bodies.len(),
-            centre: camera.centre.to_array(),
-            pixels_per_length: camera.pixels_per_length(),
-            scale,
-        })
-    }
-}
-
 /// An interval of time in words.
 pub(crate) fn interval(from: f64, to: f64) -> String {
     match (from.is_finite(), to.is_finite()) {
@@ -397,12 +210,6 @@ pub(crate) fn interval(from: f64, to: f64) -> String {
 pub(crate) fn inside(time: f64, from: f64, to: f64) -> bool {
     let slack = |bound: f64| if bound.is_finite() { ROUNDING * time.abs().max(bound.abs()) } else { 0.0 };
     time >= from - slack(from) && time <= to + slack(to)
-}
-
-fn write(image: &Image, path: &Path) -> Result<(), RecordError> {
-    let mut bytes = Vec::new();
-    image.encode(&mut bytes).map_err(RecordError::io(path, "pack it"))?;
-    durable::place(path, &bytes)
 }
 
 /// Makes the folder, and removes the pictures of an earlier rendering.
@@ -427,6 +234,9 @@ fn clear(folder: &Path) -> Result<(), RenderError> {
 
 /// Whether it has the name of a picture.
 fn is_picture(path: &Path) -> bool {
-    let number = path.file_name().and_then(|name| name.to_str()?.strip_suffix(".png"));
+    let number = path.file_name().and_then(|name| {
+        let name = name.to_str()?;
+        [Format::Png, Format::Svg, Format::Pdf].iter().find_map(|f| name.strip_suffix(f.extension())?.strip_suffix('.'))
+    });
     number.is_some_and(|number| number.len() >= 6 && number.bytes().all(|byte| byte.is_ascii_digit()))
 }

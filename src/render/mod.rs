@@ -15,6 +15,7 @@ mod frames;
 mod image;
 mod intersect;
 mod movie;
+mod painter;
 mod quantity;
 mod raster;
 #[cfg(feature = "gpu")]
@@ -27,6 +28,7 @@ mod scale_bar;
 mod shade;
 mod shadow;
 mod text;
+mod vector;
 
 pub(crate) use backdrop::Backdrop;
 pub use camera::Camera;

@@ -4,7 +4,7 @@ use super::Image;
 use super::text::{self, GLYPH};
 
 /// The bar takes at most this part of the picture's width.
-const LONGEST: f64 = 0.16;
+pub(super) const LONGEST: f64 = 0.16;
 
 /// Draws the bar in `ink`, edged by `paper` so that it can be read over bodies.
 pub(super) fn draw(image: &mut Image, pixels_per_length: f64, ink: [u8; 3], paper: [u8; 3]) {
@@ -22,7 +22,7 @@ pub(super) fn draw(image: &mut Image, pixels_per_length: f64, ink: [u8; 3], pape
 }
 
 /// The greatest of 1, 2 and 5 times a power of ten that is at most `longest`, and how it is written.
-fn round_length(longest: f64) -> Option<(f64, String)> {
+pub(super) fn round_length(longest: f64) -> Option<(f64, String)> {
     if !(longest.is_finite() && longest > 0.0) {
         return None;
     }

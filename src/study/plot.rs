@@ -1,35 +1,26 @@
-//! Curves in panels side by side and below each other, as SVG.
+//! Curves in panels side by side and below each other.
 
 use super::StudyError;
+use crate::figure::{
+    self, AXIS, Area, COLOURS, COLUMN, DOT, Failed, Figure, Head, LINE, MARGIN, Name, POINT, TEXT, TEXT_WIDTH, TICK,
+    X_LABELS, Y_LABELS,
+};
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
-use plotters::coord::{Shift, types::RangedCoordf64};
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::ops::Range;
 
-/// Colours that stay apart for most eyes (Okabe and Ito 2008), for as many curves as there may be in turn.
-pub(super) const COLOURS: [RGBColor; 8] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(0, 0, 0),
-    RGBColor(150, 150, 0),
-];
-
-/// Pixels of a panel.
-const PANEL: (u32, u32) = (560, 420);
-
-/// Pixels of the title.
-const TITLE: u32 = 30;
+/// Axes of a panel are so high over their width, and in narrow panels no lower than this (points).
+const ASPECT: f64 = 0.7;
+const LEAST_HEIGHT: u32 = 150;
 
 /// How far a logarithmic axis goes beyond the curves, a factor; a linear one goes beyond them by this part of its
 /// length.
-const MARGIN: f64 = 1.5;
+const MARGIN_FACTOR: f64 = 1.5;
 const LINEAR_MARGIN: f64 = 0.04;
 
-type Failed = Box<dyn std::error::Error>;
+/// How much ink is in a line that guides the eye.
+const GUIDE: f64 = 0.3;
 
 /// A named curve.
 #[derive(Clone, Debug)]
@@ -47,42 +38,41 @@ pub(super) struct Axis {
     pub(super) logarithmic: bool,
 }
 
-/// A panel of a plot.
+/// A panel of a figure.
 #[derive(Clone, Debug)]
 pub(super) struct Panel {
     pub(super) title: String,
     pub(super) axes: [Axis; 2],
     pub(super) curves: Vec<Curve>,
-    /// Where the names of the curves are written, if they are.
-    pub(super) names: Option<SeriesLabelPosition>,
+    /// Whether the names of the curves are written over it.
+    pub(super) named: bool,
+    /// Heights of grey lines across it.
+    pub(super) guides: Vec<f64>,
 }
 
 /// Draws rows of panels, each row as long as the first. Points that a logarithmic axis does not have are left out.
-pub(super) fn draw(title: &str, rows: &[Vec<Panel>]) -> Result<String, StudyError> {
-    let mut out = String::new();
-    draw_in(title, rows, &mut out).map_err(|fault| StudyError::Plot(fault.to_string()))?;
-    Ok(out)
-}
-
-fn draw_in(title: &str, rows: &[Vec<Panel>], out: &mut String) -> Result<(), Failed> {
-    let columns = rows.first().map_or(1, Vec::len).max(1);
-    let count = |n: usize| u32::try_from(n).unwrap_or(1);
-    let size = (PANEL.0 * count(columns), PANEL.1 * count(rows.len().max(1)) + TITLE);
-    let area = SVGBackend::with_string(out, size).into_drawing_area();
-    area.fill(&WHITE)?;
-    let area = area.titled(title, ("sans-serif", 20))?;
-    let areas = area.split_evenly((rows.len().max(1), columns));
-    for (area, panel) in areas.iter().zip(rows.iter().flatten()) {
-        let [x, y] = panel.ranges();
-        match panel.axes.each_ref().map(|axis| axis.logarithmic) {
-            [false, false] => fill(area, panel, linear(x), linear(y))?,
-            [false, true] => fill(area, panel, linear(x), y.log_scale())?,
-            [true, false] => fill(area, panel, x.log_scale(), linear(y))?,
-            [true, true] => fill(area, panel, x.log_scale(), y.log_scale())?,
+pub(super) fn draw(title: &str, rows: &[Vec<Panel>]) -> Result<Figure, StudyError> {
+    let columns = rows.first().map_or(1, Vec::len).max(1) as u32;
+    let wide = if columns == 1 { COLUMN } else { TEXT_WIDTH };
+    let own = wide / columns;
+    let heads: Vec<Vec<Head>> =
+        rows.iter().map(|row| row.iter().map(|panel| panel.head(own * POINT)).collect()).collect();
+    let highest = |heads: &Vec<Head>| heads.iter().map(Head::height).max().unwrap_or(0);
+    let axes = ((f64::from(own) * ASPECT) as u32).max(LEAST_HEIGHT);
+    let high: u32 = heads.iter().map(|heads| axes + highest(heads).div_ceil(POINT)).sum();
+    let drawn = Figure::draw(title, [wide, high.max(1)], |area| {
+        let mut rest = area.clone();
+        for (row, heads) in rows.iter().zip(&heads) {
+            let head = highest(heads);
+            let (own, below) = rest.split_vertically(head + axes * POINT);
+            for ((area, panel), names) in own.split_evenly((1, columns as usize)).iter().zip(row).zip(heads) {
+                panel.draw(&names.draw(area, head)?)?;
+            }
+            rest = below;
         }
-    }
-    area.present()?;
-    Ok(())
+        Ok(())
+    });
+    drawn.map_err(|fault| StudyError::Plot(fault.to_string()))
 }
 
 fn linear(range: Range<f64>) -> RangedCoordf64 {
@@ -90,6 +80,22 @@ fn linear(range: Range<f64>) -> RangedCoordf64 {
 }
 
 impl Panel {
+    fn head(&self, wide: u32) -> Head {
+        let coloured = self.curves.iter().zip(COLOURS.iter().cycle());
+        let names = coloured.map(|(curve, colour)| Name { text: curve.name.clone(), colour: Some(*colour) });
+        Head::new(wide, &self.title, if self.named { names.collect() } else { Vec::new() })
+    }
+
+    fn draw(&self, area: &Area<'_>) -> Result<(), Failed> {
+        let [x, y] = self.ranges();
+        match self.axes.each_ref().map(|axis| axis.logarithmic) {
+            [false, false] => fill(area, self, linear(x), linear(y)),
+            [false, true] => fill(area, self, linear(x), y.log_scale()),
+            [true, false] => fill(area, self, x.log_scale(), linear(y)),
+            [true, true] => fill(area, self, x.log_scale(), y.log_scale()),
+        }
+    }
+
     fn shows(&self, (x, y): (f64, f64)) -> bool {
         let has = |axis: &Axis, v: f64| v.is_finite() && (v > 0.0 || !axis.logarithmic);
         has(&self.axes[0], x) && has(&self.axes[1], y)
@@ -107,7 +113,7 @@ impl Axis {
     fn range(&self, values: impl Iterator<Item = f64>) -> Range<f64> {
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         match (high >= low, self.logarithmic) {
-            (true, true) => low / MARGIN..high * MARGIN,
+            (true, true) => low / MARGIN_FACTOR..high * MARGIN_FACTOR,
             (true, false) if high > low => {
                 let margin = LINEAR_MARGIN * (high - low);
                 low - margin..high + margin
@@ -118,58 +124,48 @@ impl Axis {
         }
     }
 
-    fn label(&self, value: f64) -> String {
-        if self.logarithmic {
-            format!("{value:.0e}")
-        } else {
-            // What is left of zero where steps are added up is zero.
-            let short = format!("{value:.3}");
-            let short = short.trim_end_matches('0').trim_end_matches('.');
-            if short == "-0" { "0".into() } else { short.into() }
-        }
+    fn label(&self, value: f64, range: &Range<f64>) -> String {
+        if self.logarithmic { figure::power(value) } else { figure::tick(value, range.end - range.start) }
     }
 }
 
-fn fill<X, Y>(area: &DrawingArea<SVGBackend<'_>, Shift>, panel: &Panel, x: X, y: Y) -> Result<(), Failed>
+fn fill<X, Y>(area: &Area<'_>, panel: &Panel, x: X, y: Y) -> Result<(), Failed>
 where
     X: AsRangedCoord<Value = f64>,
     Y: AsRangedCoord<Value = f64>,
     X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
     Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
 {
+    let [across, up] = panel.ranges();
     let mut chart = ChartBuilder::on(area)
-        .caption(&panel.title, ("sans-serif", 16))
-        .margin(10)
-        .x_label_area_size(40)
-        .y_label_area_size(70)
+        .margin(MARGIN)
+        .x_label_area_size(X_LABELS)
+        .y_label_area_size(Y_LABELS)
         .build_cartesian_2d(x, y)?;
     let [x_axis, y_axis] = &panel.axes;
     chart
         .configure_mesh()
+        .disable_mesh()
+        .axis_style(BLACK.stroke_width(AXIS))
+        .set_all_tick_mark_size(TICK)
+        .label_style(("sans-serif", TEXT))
         .x_desc(x_axis.name)
         .y_desc(y_axis.name)
-        .x_label_formatter(&|value| x_axis.label(*value))
-        .y_label_formatter(&|value| y_axis.label(*value))
-        .x_labels(8)
-        .light_line_style(WHITE)
-        .max_light_lines(1)
+        .x_label_formatter(&|value| x_axis.label(*value, &across))
+        .y_label_formatter(&|value| y_axis.label(*value, &up))
+        .x_labels(5)
+        .y_labels(6)
         .draw()?;
-    for (curve, colour) in panel.curves.iter().zip(COLOURS.iter().cycle()) {
-        let style = colour.stroke_width(2);
-        let points = curve.points.iter().copied().filter(|point| panel.shows(*point));
-        let line = LineSeries::new(points, style).point_size(if curve.marked { 3 } else { 0 });
-        let drawn = chart.draw_series(line)?;
-        if panel.names.is_some() {
-            drawn.label(&curve.name).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
-        }
+    for height in &panel.guides {
+        let line = [(across.start, *height), (across.end, *height)];
+        chart.draw_series([PathElement::new(line, BLACK.mix(GUIDE).stroke_width(AXIS))])?;
     }
-    if let Some(position) = &panel.names {
-        chart
-            .configure_series_labels()
-            .position(position.clone())
-            .background_style(WHITE.mix(0.8))
-            .border_style(BLACK.mix(0.3))
-            .draw()?;
+    for (curve, colour) in panel.curves.iter().zip(COLOURS.iter().cycle()) {
+        let points: Vec<_> = curve.points.iter().copied().filter(|point| panel.shows(*point)).collect();
+        if curve.marked {
+            chart.draw_series(points.iter().map(|point| Circle::new(*point, DOT, colour.filled())))?;
+        }
+        chart.draw_series([PathElement::new(points, colour.stroke_width(LINE))])?;
     }
     Ok(())
 }
@@ -185,7 +181,8 @@ mod tests {
             title: "panel".into(),
             axes: [axis("x"), axis("y")],
             curves: vec![curve],
-            names: Some(SeriesLabelPosition::LowerLeft),
+            named: true,
+            guides: vec![2e-4],
         }
     }
 
@@ -195,15 +192,8 @@ mod tests {
             vec![panel(vec![], true), panel(vec![(1.0, 0.0), (2.0, 1e-3), (f64::NAN, 1.0)], true)],
             vec![panel(vec![], false), panel(vec![(1.0, 2.0)], false)],
         ];
-        assert!(draw("title", &rows).unwrap().starts_with("<svg"));
-        assert_eq!(rows[0][1].ranges()[0], 2.0 / MARGIN..2.0 * MARGIN);
-    }
-
-    #[test]
-    fn ticks_are_short() {
-        let [linear, logarithmic] = [false, true].map(|logarithmic| Axis { name: "", logarithmic });
-        assert_eq!(linear.label(-1e-17), "0");
-        assert_eq!((linear.label(0.30000000000000004), linear.label(40.0)), ("0.3".into(), "40".into()));
-        assert_eq!(logarithmic.label(1e-5), "1e-5");
+        let svg = draw("title", &rows).unwrap().svg();
+        assert!(svg.contains("width=\"178.15mm\"") && svg.matches(">one<").count() == 4, "{svg}");
+        assert_eq!(rows[0][1].ranges()[0], 2.0 / MARGIN_FACTOR..2.0 * MARGIN_FACTOR);
     }
 }

@@ -4,9 +4,13 @@
 //! of a body's, so that pairs, rows and what a step remembers are the same for both, and in an LCP its block of `J` is
 //! zero.
 
+#[cfg(feature = "files")]
+mod lines;
 mod number;
 mod wall;
 
+#[cfg(feature = "files")]
+pub(crate) use lines::{Line, edges};
 #[cfg(feature = "gpu")]
 pub(crate) use number::AtSurface;
 pub(crate) use number::{in_rows, of_rows};

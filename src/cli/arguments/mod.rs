@@ -10,6 +10,7 @@ pub(super) use states::{Contacts, Export, ExportFormat, Measure, Render, View};
 pub(super) use study::{Study, StudyName};
 
 use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum, ValueHint};
+use relcp::figure::Format;
 use std::path::PathBuf;
 
 /// More threads than this are a slip of the pen.
@@ -76,6 +77,14 @@ pub(super) enum Command {
     Completions(Completions),
     /// Print a page of the manual, for `man`
     Man(Man),
+}
+
+/// The files of figures.
+#[derive(Args, Clone, Debug)]
+pub(super) struct Figures {
+    /// Formats of the figures, by commas: svg, pdf, png
+    #[arg(long, value_enum, value_name = "FORMAT", value_delimiter = ',', default_value = "svg")]
+    pub(super) figures: Vec<Format>,
 }
 
 #[derive(Args, Debug)]

@@ -1,8 +1,9 @@
 //! Arguments of commands that look at states: contacts, export, measure, render, view.
 
 use super::number::{length, positive, range, size};
-use super::{Backend, MOST_THREADS, Print};
+use super::{Backend, Figures, MOST_THREADS, Print};
 use clap::{Args, ValueEnum};
+use relcp::figure::Format;
 use relcp::render::{Background, Fit, Quantity, Side};
 use std::path::PathBuf;
 
@@ -128,6 +129,8 @@ pub(in crate::cli) struct Measure {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) threads: Option<u16>,
     #[command(flatten)]
+    pub(in crate::cli) figures: Figures,
+    #[command(flatten)]
     pub(in crate::cli) print: Print,
 }
 
@@ -138,6 +141,7 @@ Examples:
   relcp render runs/colony --colour pressure     of a run with --set output.forces=true
   relcp render runs/colony --from 2 --to 4 --every 5 --fit each --background dark
   relcp render runs/colony --last --out final    one picture
+  relcp render runs/colony --last --format pdf   as vectors, for a paper
 
 frames/000000.png and so on have one camera and one scale of colours, fitted to all of them; frames.json says
 which state each shows. What an earlier rendering left in the folder, whole or not, is replaced.
@@ -168,6 +172,9 @@ pub(in crate::cli) struct Render {
     /// Background
     #[arg(long, value_enum, default_value = "white")]
     pub(in crate::cli) background: Background,
+    /// Format: pixels, or for a planar run seen from the top vectors, 178 mm wide
+    #[arg(long, value_enum, default_value = "png")]
+    pub(in crate::cli) format: Format,
     /// States that set the camera and the colour scale
     #[arg(long, value_enum, default_value = "run")]
     pub(in crate::cli) fit: Fit,

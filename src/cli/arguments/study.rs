@@ -1,6 +1,6 @@
 //! Arguments of studies.
 
-use super::{Compute, Print};
+use super::{Compute, Figures, Print};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -88,6 +88,8 @@ pub(in crate::cli) struct Study {
     /// Where the tables go; with all, a folder for each study in it
     #[arg(long, value_name = "DIR", default_value = "studies")]
     pub(in crate::cli) out: PathBuf,
+    #[command(flatten)]
+    pub(in crate::cli) figures: Figures,
     #[command(flatten)]
     pub(in crate::cli) compute: Compute,
     #[command(flatten)]

@@ -17,6 +17,7 @@ pub use top::{Order, SHAPES, TopRow, attitude_error, turn};
 use super::StudyError;
 use super::paper::{Measured, Target};
 use super::table::csv_table;
+use crate::figure::Figure;
 use crate::scene::Stepping;
 use crate::simulation::Compute;
 use serde::Serialize;
@@ -196,7 +197,7 @@ impl Measured for Study {
         ])
     }
 
-    fn plots(&self) -> Result<Vec<(&'static str, String)>, StudyError> {
-        Ok(vec![("inertia.svg", plot::plot(self)?)])
+    fn plots(&self) -> Result<Vec<(&'static str, Figure)>, StudyError> {
+        Ok(vec![("inertia", plot::plot(self)?)])
     }
 }

@@ -1,16 +1,16 @@
 //! What tops drift by, over the angle of a step.
 
 use super::{SHAPES, STEPPINGS, Study, TopRow};
+use crate::figure::Figure;
 use crate::study::StudyError;
 use crate::study::paper::COMPUTED_BY;
 use crate::study::plot::{Axis, Curve, Panel, draw};
-use plotters::prelude::SeriesLabelPosition;
 
 /// Changes below a rounding are drawn as one.
 const LEAST: f64 = f64::EPSILON;
 
 /// A panel a stepping for what tops keep of their energy on the CPU.
-pub(super) fn plot(study: &Study) -> Result<String, StudyError> {
+pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {
     let panel = |stepping| {
         let curve = |(top, _, _): &(&'static str, _, _)| {
             let of_top = |row: &&TopRow| row.top == *top && row.stepping == stepping && row.computed_by == COMPUTED_BY;
@@ -24,7 +24,8 @@ pub(super) fn plot(study: &Study) -> Result<String, StudyError> {
                 Axis { name: "largest change of energy, a part of it", logarithmic: true },
             ],
             curves: SHAPES.iter().map(curve).collect(),
-            names: Some(SeriesLabelPosition::UpperRight),
+            named: true,
+            guides: Vec::new(),
         }
     };
     draw("Tops that turn freely, by the CPU in f64", &[STEPPINGS.map(panel).to_vec()])

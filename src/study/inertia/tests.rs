@@ -18,7 +18,7 @@ fn a_small_study_holds_and_has_its_files() {
         study.page()
     );
     assert_eq!(study.files().unwrap().len(), 3);
-    assert!(study.plots().unwrap()[0].1.starts_with("<svg"));
+    assert!(study.plots().unwrap()[0].1.svg().starts_with("<svg"));
     assert_eq!(study.numbers().unwrap()["heaps"][1]["shape"], "rods");
 }
 

@@ -1,5 +1,6 @@
 //! What the program needs to know of a study that is made run by run.
 
+use crate::figure::Figure;
 use crate::study::StudyError;
 use serde::Serialize;
 use serde_json::Value;
@@ -33,11 +34,11 @@ pub trait Measured {
     /// [`StudyError::Table`].
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>, StudyError>;
 
-    /// The plots, by the names of their files.
+    /// The plots, by the names of their files without the end.
     ///
     /// # Errors
     /// [`StudyError::Plot`].
-    fn plots(&self) -> Result<Vec<(&'static str, String)>, StudyError>;
+    fn plots(&self) -> Result<Vec<(&'static str, Figure)>, StudyError>;
 }
 
 /// Numbers as JSON.

@@ -22,6 +22,7 @@ pub use reference::{CERTAINTY, Making, Reference};
 use super::StudyError;
 use super::paper::{Measured, Target, order};
 use super::table::csv_table;
+use crate::figure::Figure;
 use crate::simulation::Compute;
 use serde_json::{Value, json};
 
@@ -156,7 +157,7 @@ impl Measured for Study {
         Ok(vec![("work-precision.csv".into(), csv_table(self.rows.iter())?)])
     }
 
-    fn plots(&self) -> Result<Vec<(&'static str, String)>, StudyError> {
+    fn plots(&self) -> Result<Vec<(&'static str, Figure)>, StudyError> {
         let plot = |(problem, reference): &(Problem, Reference)| {
             Ok((problem.plot, plot::plot(problem, reference, &self.of(problem))?))
         };

@@ -4,17 +4,13 @@ use super::best::curves;
 use super::case::{Row, Sweep};
 use super::problem::Problem;
 use super::reference::Reference;
+use crate::figure::Figure;
 use crate::study::StudyError;
 use crate::study::plot::{Axis, Curve, Panel, draw};
-use plotters::prelude::SeriesLabelPosition;
 
 /// The panels of a scene.
-pub(super) fn plot(problem: &Problem, reference: &Reference, rows: &[&Row]) -> Result<String, StudyError> {
-    let panel = |title: &str,
-                 name: &'static str,
-                 names: Option<SeriesLabelPosition>,
-                 shows: fn(&Row) -> bool,
-                 work: fn(&Row) -> f64| {
+pub(super) fn plot(problem: &Problem, reference: &Reference, rows: &[&Row]) -> Result<Figure, StudyError> {
+    let panel = |title: &str, name: &'static str, named: bool, shows: fn(&Row) -> bool, work: fn(&Row) -> f64| {
         let shown = rows.iter().copied().filter(|row| shows(row));
         let mut drawn: Vec<Curve> = curves(shown)
             .into_iter()
@@ -35,20 +31,14 @@ pub(super) fn plot(problem: &Problem, reference: &Reference, rows: &[&Row]) -> R
             title: title.into(),
             axes: [Axis { name, logarithmic: true }, Axis { name: "error at the end", logarithmic: true }],
             curves: drawn,
-            names,
+            named,
+            guides: Vec::new(),
         }
     };
     let refined: fn(&Row) -> bool = |row| row.sweep != Sweep::Tolerance;
-    let time = panel("over wall time", "milliseconds of all steps", None, refined, |row| 1e3 * row.wall_seconds);
-    // The names of the curves of both are written where cheap runs are not and exact ones neither.
-    let products =
-        panel("over products", "products with A of all steps", Some(SeriesLabelPosition::UpperRight), refined, |row| {
-            row.products as f64
-        });
+    let time = panel("over wall time", "milliseconds of all steps", true, refined, |row| 1e3 * row.wall_seconds);
+    let products = panel("over products", "products with A of all steps", false, refined, |row| row.products as f64);
     let swept: fn(&Row) -> bool = |row| row.sweep == Sweep::Tolerance;
-    let tolerance =
-        panel("over the overlap tolerance", "overlap tolerance", Some(SeriesLabelPosition::LowerLeft), swept, |row| {
-            row.overlap_tolerance
-        });
+    let tolerance = panel("over the overlap tolerance", "overlap tolerance", false, swept, |row| row.overlap_tolerance);
     draw(&format!("{}: work and precision", problem.name), &[vec![time, products, tolerance]])
 }

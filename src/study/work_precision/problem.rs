@@ -38,7 +38,7 @@ macro_rules! problem {
     ($name:literal, $($field:ident: $value:expr),* $(,)?) => {
         Problem {
             name: $name,
-            plot: concat!("work-precision-", $name, ".svg"),
+            plot: concat!("work-precision-", $name),
             stored: include_str!(concat!("../../../assets/references/", $name, ".json")),
             $($field: $value),*
         }

@@ -151,7 +151,7 @@ fn the_page_tells_the_cheapest_ways_and_what_is_missed() {
     assert!(page.contains("| ~other bodies |"), "{page}");
     assert_eq!(study.files().unwrap()[0].1.split(|byte| *byte == b'\n').count(), 12);
     let plots = study.plots().unwrap();
-    assert!(plots.len() == PROBLEMS.len() && plots.iter().all(|(_, svg)| svg.starts_with("<svg")));
+    assert!(plots.len() == PROBLEMS.len() && plots.iter().all(|(_, figure)| figure.svg().starts_with("<svg")));
     assert_eq!(study.numbers().unwrap()["best"].as_array().unwrap().len(), ERRORS.len() * PROBLEMS.len());
 }
 

@@ -10,6 +10,7 @@ mod plot;
 use super::measured::value;
 use super::{COMPUTED_BY, Course, Measured, Target, Window, follow_with};
 use crate::bodies::Bodies;
+use crate::figure::Figure;
 use crate::scene::{Method, Rows, Scene};
 use crate::step::State;
 use crate::study::StudyError;
@@ -160,8 +161,8 @@ impl Measured for Study {
         ])
     }
 
-    fn plots(&self) -> Result<Vec<(&'static str, String)>, StudyError> {
-        Ok(vec![("chainmail.svg", plot::plot(self)?)])
+    fn plots(&self) -> Result<Vec<(&'static str, Figure)>, StudyError> {
+        Ok(vec![("chainmail", plot::plot(self)?)])
     }
 }
 

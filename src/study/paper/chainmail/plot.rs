@@ -1,15 +1,15 @@
 //! The largest violation over time, and how far the sheet reaches.
 
 use super::{Run, Study};
+use crate::figure::Figure;
 use crate::study::StudyError;
 use crate::study::paper::Window;
 use crate::study::plot::{Axis, Curve, Panel, draw};
-use plotters::prelude::SeriesLabelPosition;
 
 /// What is drawn in place of anything smaller, zero too: a logarithm has no place for it.
 const FLOOR: f64 = 1e-9;
 
-pub(super) fn plot(study: &Study) -> Result<String, StudyError> {
+pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {
     let violations = study.runs().iter().flat_map(violations).collect();
     let extents = study.runs().iter().flat_map(|run| {
         [(0, "x"), (1, "y")].map(|(axis, name)| {
@@ -18,19 +18,20 @@ pub(super) fn plot(study: &Study) -> Result<String, StudyError> {
             Curve { name: format!("{}, along {name}", run.course.method), points, marked: false }
         })
     });
-    let panel = |title: &str, name, logarithmic, curves, names| Panel {
+    let panel = |title: &str, name, logarithmic, curves| Panel {
         title: title.into(),
         axes: [Axis { name: "time", logarithmic: false }, Axis { name, logarithmic }],
         curves,
-        names: Some(names),
+        named: true,
+        guides: Vec::new(),
     };
     let overlap = "largest overlap of the steps, a length (1e-9: that or less)";
     let reach = "root mean square of the centres, a length";
     draw(
         "Chainmail",
         &[vec![
-            panel("violation", overlap, true, violations, SeriesLabelPosition::MiddleRight),
-            panel("extent of the sheet", reach, false, extents.collect(), SeriesLabelPosition::LowerRight),
+            panel("violation", overlap, true, violations),
+            panel("extent of the sheet", reach, false, extents.collect()),
         ]],
     )
 }

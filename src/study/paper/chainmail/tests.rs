@@ -21,12 +21,12 @@ fn a_tiny_sheet_is_stretched_by_every_method() {
     let files = study.files().unwrap();
     let lines = |at: usize| String::from_utf8(files[at].1.clone()).unwrap().lines().count();
     assert_eq!((lines(0), lines(1)), (4, 601));
-    assert!(study.plots().unwrap()[0].1.starts_with("<svg"));
+    assert!(study.plots().unwrap()[0].1.svg().starts_with("<svg"));
 }
 
 #[test]
 fn nothing_is_said_of_what_was_not_run() {
     let study = Study::begin(Size::QUICK);
     assert!(study.targets().iter().all(|target| target.met.is_none()));
-    assert!(study.page().contains("not run") && study.plots().unwrap()[0].1.starts_with("<svg"));
+    assert!(study.page().contains("not run") && study.plots().unwrap()[0].1.svg().starts_with("<svg"));
 }

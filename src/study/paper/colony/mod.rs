@@ -16,6 +16,7 @@ pub use rows::{ByGeneration, Row, Spread};
 use super::columns::measure_columns;
 use super::measured::value;
 use super::{COMPUTED_BY, Census, Course, Measured, Target, follow_with};
+use crate::figure::Figure;
 use crate::render::{View, picture};
 use crate::scene::{Method, Rows, Scene};
 use crate::step::Fault;
@@ -256,8 +257,8 @@ impl Measured for Study {
         Ok(files)
     }
 
-    fn plots(&self) -> Result<Vec<(&'static str, String)>, StudyError> {
-        Ok(vec![("colony.svg", plot::plot(self)?)])
+    fn plots(&self) -> Result<Vec<(&'static str, Figure)>, StudyError> {
+        Ok(vec![("colony", plot::plot(self)?)])
     }
 }
 

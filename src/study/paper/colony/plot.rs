@@ -1,13 +1,13 @@
 //! Time over that of ReLCP and rows over time, as in the paper's Figure 5; and how cells are aligned, by generation.
 
 use super::{Morphology, Run, SHOWN, Study};
+use crate::figure::Figure;
 use crate::scene::Method;
 use crate::study::StudyError;
 use crate::study::paper::method_name;
 use crate::study::plot::{Axis, Curve, Panel, draw};
-use plotters::prelude::SeriesLabelPosition;
 
-pub(super) fn plot(study: &Study) -> Result<String, StudyError> {
+pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {
     let morphology = study.morphology();
     let of = |quantity: &'static str| aligned(&morphology, quantity);
     draw("Colony", &[vec![ratios(study), rows(study)], vec![of("correlation length"), of("local nematic order")]])
@@ -37,7 +37,8 @@ fn over_time(name: &'static str, curves: Vec<Curve>) -> Panel {
         title: name.into(),
         axes: [Axis { name: "time", logarithmic: false }, Axis { name, logarithmic: true }],
         curves,
-        names: Some(SeriesLabelPosition::UpperLeft),
+        named: true,
+        guides: Vec::new(),
     }
 }
 
@@ -54,6 +55,7 @@ fn aligned(morphology: &[Morphology], quantity: &'static str) -> Panel {
             curve(&method_name(Method::Relcp), |m| m.relcp),
             curve(&method_name(Method::Multisphere { count: SHOWN }), |m| m.spheres),
         ],
-        names: Some(SeriesLabelPosition::UpperRight),
+        named: true,
+        guides: Vec::new(),
     }
 }

@@ -40,7 +40,7 @@ fn a_small_colony_is_grown_by_both_methods() {
     assert!(page.contains("Runs: 2 of ReLCP, one of the others") && page.contains("fewer than 8 there are gaps"));
     let names: Vec<String> = study.files().unwrap().into_iter().map(|file| file.0).collect();
     assert!(names.contains(&"colony-relcp.png".into()) && names.len() == 8, "{names:?}");
-    assert!(study.plots().unwrap()[0].1.starts_with("<svg"));
+    assert!(study.plots().unwrap()[0].1.svg().starts_with("<svg"));
 }
 
 #[test]

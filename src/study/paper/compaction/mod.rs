@@ -12,6 +12,7 @@ mod targets;
 use super::columns::measure_columns;
 use super::measured::value;
 use super::{COMPUTED_BY, Census, Course, Measured, Target, Window, follow};
+use crate::figure::Figure;
 use crate::scene::{Method, Rows, Scene, SolverKind};
 use crate::step::{Fault, State};
 use crate::study::StudyError;
@@ -325,8 +326,8 @@ impl Measured for Study {
         ])
     }
 
-    fn plots(&self) -> Result<Vec<(&'static str, String)>, StudyError> {
-        Ok(vec![("compaction.svg", plot::plot(self)?)])
+    fn plots(&self) -> Result<Vec<(&'static str, Figure)>, StudyError> {
+        Ok(vec![("compaction", plot::plot(self)?)])
     }
 }
 

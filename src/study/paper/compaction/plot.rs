@@ -1,11 +1,11 @@
 //! Time over that of ReLCP, and rows, over time; a line of panels a step, as in the paper's Figure 4.
 
 use super::{Part, Run, Study};
+use crate::figure::Figure;
 use crate::study::StudyError;
 use crate::study::plot::{Axis, Curve, Panel, draw};
-use plotters::prelude::SeriesLabelPosition;
 
-pub(super) fn plot(study: &Study) -> Result<String, StudyError> {
+pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {
     let rows: Vec<Vec<Panel>> = study.size().steps.iter().map(|(dt, _)| panels(study, *dt)).collect();
     draw("Compaction", &rows)
 }
@@ -24,7 +24,8 @@ fn panels(study: &Study, dt: f64) -> Vec<Panel> {
         title: format!("dt {dt}"),
         axes: [Axis { name: "time", logarithmic: false }, Axis { name, logarithmic: true }],
         curves,
-        names: Some(SeriesLabelPosition::UpperLeft),
+        named: true,
+        guides: Vec::new(),
     };
     vec![panel("time of a step over ReLCP's", ratios.collect()), panel("rows of a step", rows.collect())]
 }

@@ -49,7 +49,7 @@ fn a_tiny_suspension_is_compacted() {
     let files = study.files().unwrap();
     let lines = |at: usize| String::from_utf8(files[at].1.clone()).unwrap().lines().count();
     assert_eq!((lines(0), lines(1)), (14, 301));
-    assert!(study.plots().unwrap()[0].1.starts_with("<svg"));
+    assert!(study.plots().unwrap()[0].1.svg().starts_with("<svg"));
 }
 
 #[test]

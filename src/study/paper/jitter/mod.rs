@@ -14,6 +14,7 @@ pub use run::{Capsules, Case, Method, Run, Window, follow};
 pub use shake::Shake;
 
 use super::Target;
+use crate::figure::Figure;
 use crate::study::StudyError;
 use crate::study::table::csv_table;
 use serde::Serialize;
@@ -124,7 +125,7 @@ impl Study {
     ///
     /// # Errors
     /// [`StudyError::Plot`].
-    pub fn plot(&self) -> Result<String, StudyError> {
+    pub fn plot(&self) -> Result<Figure, StudyError> {
         plot::plot(self)
     }
 }

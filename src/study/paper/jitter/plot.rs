@@ -1,15 +1,15 @@
 //! Overlap and jitter over time.
 
 use super::{Capsules, Method, Run, Study, Window};
+use crate::figure::Figure;
 use crate::study::StudyError;
 use crate::study::plot::{Axis, Curve, Panel, draw};
-use plotters::prelude::SeriesLabelPosition;
 
 /// What is drawn in place of anything smaller, zero too: a logarithm has no place for it.
 const FLOOR: f64 = 1e-9;
 
 /// Overlaps above, jitter below; the capsules that are left alone to the left, those that are pressed to the right.
-pub(super) fn plot(study: &Study) -> Result<String, StudyError> {
+pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {
     let row = |name: &'static str, of: fn(&Window) -> Option<f64>| {
         [Capsules::Alone, Capsules::Pressed].map(|capsules| panel(study, capsules, name, of)).into()
     };
@@ -41,6 +41,7 @@ fn panel(study: &Study, capsules: Capsules, name: &'static str, of: fn(&Window) 
             Axis { name, logarithmic: true },
         ],
         curves: of_method(Method::Relcp).chain(of_method(Method::Snsd)).collect(),
-        names: Some(SeriesLabelPosition::LowerLeft),
+        named: true,
+        guides: Vec::new(),
     }
 }

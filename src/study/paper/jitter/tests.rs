@@ -51,7 +51,7 @@ fn pressed_capsules_shake_without_recursion() {
     assert!(!study.missed() && study.targets().iter().all(|target| target.met == Some(true)), "{:?}", study.targets());
     let page = study.page();
     assert!(page.contains("| LCP-SNSD | 1e-2 |") && page.contains("200 of 200"), "{page}");
-    assert!(study.plot().unwrap().starts_with("<svg"));
+    assert!(study.plot().unwrap().svg().starts_with("<svg"));
     assert_eq!(String::from_utf8(study.csv().unwrap()).unwrap().lines().count(), 3);
     assert_eq!(String::from_utf8(study.steps_csv().unwrap()).unwrap().lines().count(), 201);
 }

@@ -15,6 +15,7 @@ pub use lattice::scene;
 use super::columns::measure_columns;
 use super::measured::value;
 use super::{COMPUTED_BY, Course, Measured, Target, follow};
+use crate::figure::Figure;
 use crate::study::StudyError;
 use crate::study::table::csv_table;
 use serde::Serialize;
@@ -145,8 +146,8 @@ impl Measured for Study {
         Ok(files)
     }
 
-    fn plots(&self) -> Result<Vec<(&'static str, String)>, StudyError> {
-        Ok(vec![("packing.svg", plot::plot(self)?)])
+    fn plots(&self) -> Result<Vec<(&'static str, Figure)>, StudyError> {
+        Ok(vec![("packing", plot::plot(self)?)])
     }
 }
 

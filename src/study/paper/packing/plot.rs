@@ -1,20 +1,21 @@
 //! Overlap over the time of a step, and both over time.
 
 use super::{ENGINES, Run, Study};
+use crate::figure::Figure;
 use crate::study::StudyError;
 use crate::study::paper::Window;
 use crate::study::plot::{Axis, Curve, Panel, draw};
-use plotters::prelude::SeriesLabelPosition;
 
 /// What is drawn in place of anything smaller, zero too: a logarithm has no place for it.
 const FLOOR: f64 = 1e-9;
 
-pub(super) fn plot(study: &Study) -> Result<String, StudyError> {
+pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {
     let over_time = |name: &'static str, logarithmic: bool, of: fn(&Window) -> f64| Panel {
         title: "over time".into(),
         axes: [Axis { name: "time", logarithmic: false }, Axis { name, logarithmic }],
         curves: study.runs().iter().map(|run| curve(run, of)).collect(),
-        names: Some(SeriesLabelPosition::UpperLeft),
+        named: true,
+        guides: Vec::new(),
     };
     let steps = over_time("milliseconds a step", true, |window| window.milliseconds);
     let overlap = over_time("largest overlap (1e-9: that or less)", true, |window| window.max_overlap.max(FLOOR));
@@ -49,6 +50,7 @@ fn beside(study: &Study) -> Panel {
             Axis { name: "largest overlap, a length", logarithmic: true },
         ],
         curves: ours.chain(theirs).collect(),
-        names: Some(SeriesLabelPosition::MiddleLeft),
+        named: true,
+        guides: Vec::new(),
     }
 }

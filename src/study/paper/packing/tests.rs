@@ -45,7 +45,7 @@ fn a_tiny_packing_is_measured() {
     assert_eq!((text("packing.csv").lines().count(), text("packing-steps.csv").lines().count()), (3, 226));
     let read = crate::scene::Scene::parse(&text("packing-8-scene.json"), "").unwrap();
     assert_eq!((read.bodies.len(), read.time.dt), (8, 0.1));
-    assert!(study.plots().unwrap()[0].1.starts_with("<svg"));
+    assert!(study.plots().unwrap()[0].1.svg().starts_with("<svg"));
     assert_eq!(study.numbers().unwrap()["runs"][0]["course"]["steps"], 75);
 }
 

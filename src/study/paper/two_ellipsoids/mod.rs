@@ -16,6 +16,7 @@ pub use path::{Case, Path, Run, Scheme, Side, follow};
 pub use reference::Reference;
 
 use super::{Target, l2, order};
+use crate::figure::Figure;
 use crate::study::StudyError;
 use crate::study::table::csv_table;
 use serde::Serialize;
@@ -255,8 +256,8 @@ impl Study {
     ///
     /// # Errors
     /// [`StudyError::Plot`].
-    pub fn plots(&self) -> Result<[(&'static str, String); 2], StudyError> {
-        Ok([("two-ellipsoids-work.svg", plot::work(self)?), ("two-ellipsoids-paths.svg", plot::paths(self)?)])
+    pub fn plots(&self) -> Result<[(&'static str, Figure); 2], StudyError> {
+        Ok([("two-ellipsoids-work", plot::work(self)?), ("two-ellipsoids-paths", plot::paths(self)?)])
     }
 }
 

@@ -2,15 +2,15 @@
 
 use super::targets::of;
 use super::{Row, Run, Scheme, Side, Study};
+use crate::figure::Figure;
 use crate::study::StudyError;
 use crate::study::plot::{Axis, Curve, Panel, draw};
-use plotters::prelude::SeriesLabelPosition;
 
 /// Time between the points of a drawn path.
 const DRAWN: f64 = 0.4;
 
 /// Error over wall time and over products, both logarithmic.
-pub(super) fn work(study: &Study) -> Result<String, StudyError> {
+pub(super) fn work(study: &Study) -> Result<Figure, StudyError> {
     let rows = study.rows();
     let curve = |side: Side, scheme: Scheme, work: fn(&Row) -> f64| Curve {
         name: match scheme {
@@ -28,7 +28,8 @@ pub(super) fn work(study: &Study) -> Result<String, StudyError> {
             .into_iter()
             .filter(|curve| !curve.points.is_empty())
             .collect(),
-        names: Some(SeriesLabelPosition::LowerLeft),
+        named: true,
+        guides: Vec::new(),
     };
     let panels = [Side::Right, Side::Left].map(|side| {
         vec![
@@ -40,7 +41,7 @@ pub(super) fn work(study: &Study) -> Result<String, StudyError> {
 }
 
 /// x, y and angle over time: the paper's steps, midpoint steps and sub-spheres below each other, for both sides.
-pub(super) fn paths(study: &Study) -> Result<String, StudyError> {
+pub(super) fn paths(study: &Study) -> Result<Figure, StudyError> {
     let row = |side: Side, scheme: Scheme| {
         let own = |run: &&Run| (run.case.side, run.case.scheme) == (side, scheme);
         let runs: Vec<&Run> = study.runs().iter().filter(own).collect();
@@ -72,6 +73,7 @@ fn panel(study: &Study, runs: &[&Run], of: (Side, Scheme), quantity: usize, name
         title: format!("{}: {}: {name}", side.name(), scheme.name()),
         axes: [Axis { name: "time", logarithmic: false }, Axis { name, logarithmic: false }],
         curves,
-        names: (quantity == 0).then_some(SeriesLabelPosition::UpperLeft),
+        named: quantity == 0,
+        guides: Vec::new(),
     }
 }

@@ -119,7 +119,7 @@ fn page_tables_and_plot_say_what_was_measured() {
     let instances = [instance];
     let text = page(&instances, &[], &Size::FULL);
     let csv = String::from_utf8(attempts_csv(&instances).unwrap()).unwrap();
-    let svg = plot(&instances[0]).unwrap();
+    let svg = plot(&instances[0]).unwrap().svg();
     assert!(text.contains("Refused: dense: too large, it is given at most 1000 rows."), "{text}");
     assert_eq!(csv.lines().count(), 1 + instances[0].attempts.len());
     assert!(csv.starts_with("lcp,solver,computed_by,start,tolerance,status,refused,"), "{csv}");
@@ -136,8 +136,8 @@ fn page_tables_and_plot_say_what_was_measured() {
 fn a_plot_of_nothing_is_a_plot() {
     let named = Named { name: "empty".into(), lcp: Stored { unknowns: 6, ..Stored::default() } };
     let instance = measure(&named, &[Compute::Cpu], &within(10)).unwrap();
-    assert!(plot(&instance).unwrap().contains("empty: 0 rows"));
-    assert!(plot(&Instance { curves: Vec::new(), ..instance }).unwrap().ends_with("</svg>\n"));
+    assert!(plot(&instance).unwrap().svg().contains("empty: 0 rows"));
+    assert!(plot(&Instance { curves: Vec::new(), ..instance }).unwrap().svg().ends_with("</svg>\n"));
 }
 
 #[test]

@@ -1,0 +1,134 @@
+//! Figures that go into a paper as they are: one column or a page wide, text of eight points, colours that colour-blind
+//! readers tell apart (Okabe and Ito 2008; times by the viridis scale), names over the axes and not on the data.
+
+mod backend;
+mod head;
+
+pub(crate) use backend::Sheet;
+pub(crate) use head::{Head, Name};
+
+pub use crate::page::Format;
+use crate::page::Page;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+/// Units of a page in a point.
+pub(crate) const POINT: u32 = 10;
+/// Widths of a column and of a page in points, 86 mm and 178 mm: what most journals of this field have.
+pub(crate) const COLUMN: u32 = 244;
+pub(crate) const TEXT_WIDTH: u32 = 505;
+/// Sizes in units: text of 8 points, curves of 1.2, axes and ticks of half a point, marks of points.
+pub(crate) const TEXT: u32 = 8 * POINT;
+pub(crate) const LINE: u32 = 12;
+pub(crate) const AXIS: u32 = 5;
+pub(crate) const TICK: u32 = 25;
+pub(crate) const DOT: u32 = 16;
+/// Room beside a figure's edges.
+pub(crate) const MARGIN: u32 = 4 * POINT;
+/// Room for numbers and a name along the axes.
+pub(crate) const X_LABELS: u32 = TEXT * 3;
+pub(crate) const Y_LABELS: u32 = TEXT * 9 / 2;
+
+/// Colours of curves of different kinds.
+pub(crate) const COLOURS: [RGBColor; 8] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
+    RGBColor(150, 150, 0),
+];
+
+/// What a drawing may fail with.
+pub(crate) type Failed = Box<dyn std::error::Error>;
+
+/// A place to draw on.
+pub(crate) type Area<'a> = DrawingArea<Sheet<'a>, Shift>;
+
+/// A figure, in any of its formats.
+#[derive(Clone, Debug)]
+pub struct Figure(Page);
+
+impl Figure {
+    /// A figure of some points of width and height.
+    pub(crate) fn draw(
+        title: &str,
+        [wide, high]: [u32; 2],
+        draw: impl FnOnce(&Area<'_>) -> Result<(), Failed>,
+    ) -> Result<Self, Failed> {
+        let size = [wide * POINT, high * POINT];
+        let mut page = Page::new(title, size.map(|side| side as f32), 1.0 / POINT as f32);
+        let area = Sheet::on(&mut page).into_drawing_area();
+        area.fill(&WHITE)?;
+        draw(&area)?;
+        area.present()?;
+        drop(area);
+        Ok(Figure(page))
+    }
+
+    /// Its file.
+    ///
+    /// # Errors
+    /// What went wrong, in words.
+    pub fn file(&self, format: Format) -> Result<Vec<u8>, String> {
+        self.0.file(format)
+    }
+
+    /// It as SVG.
+    pub fn svg(&self) -> String {
+        self.0.svg()
+    }
+}
+
+/// The number beside a tick of a linear axis of this span: short, and what is left of zero where steps are added up is
+/// zero.
+pub(crate) fn tick(value: f64, span: f64) -> String {
+    if value.abs() < 1e-9 * span { "0".into() } else { shortest(value, 6) }
+}
+
+/// The number beside a tick of a logarithmic axis, where it is neither small nor large, or as a power of ten.
+pub(crate) fn power(value: f64) -> String {
+    if (0.01..=1000.0).contains(&value) {
+        return shortest(value, 2);
+    }
+    let text = format!("{value:.0e}");
+    match text.split_once('e') {
+        Some(("1", exponent)) => format!("10{}", exponent.chars().map(raised).collect::<String>()),
+        Some((digit, exponent)) => format!("{digit}·10{}", exponent.chars().map(raised).collect::<String>()),
+        None => text,
+    }
+}
+
+fn raised(digit: char) -> char {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    digit.to_digit(10).and_then(|digit| DIGITS.get(digit as usize).copied()).unwrap_or('⁻')
+}
+
+/// So many digits, as times like 0.30000000000000004 are called 0.3.
+pub(crate) fn shortest(value: f64, digits: usize) -> String {
+    format!("{value:.*e}", digits - 1).parse::<f64>().unwrap_or(value).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_short() {
+        assert_eq!(tick(1.1102230246251565e-16, 1.8), "0");
+        assert_eq!((tick(0.30000000000000004, 1.0), tick(-2e-7, 1e-6)), ("0.3".into(), "-0.0000002".into()));
+        assert_eq!([1e-5, 1e4, 0.01, 100.0, 20.0, 2e-5].map(power), ["10⁻⁵", "10⁴", "0.01", "100", "20", "2·10⁻⁵"]);
+    }
+
+    #[test]
+    fn a_figure_holds_what_is_drawn() {
+        let drawn = Figure::draw("one", [100, 50], |area| {
+            area.draw(&Circle::new((100, 100), 20, COLOURS[1].filled()))?;
+            Ok(())
+        });
+        let svg = drawn.unwrap().svg();
+        assert!(svg.contains("#d55e00") && svg.contains("viewBox=\"0 0 1000 500\""), "{svg}");
+    }
+}

@@ -1,0 +1,249 @@
+//! Draws the states of a run, one picture a state: looks at all of them first, then draws some at a time in parallel.
+
+use super::backdrop::Backdrop;
+use super::camera::{Extent, axes_from};
+use super::frames::{FOLDER, Fit, Frames, RenderedFrame, inside, interval};
+use super::scale::{self, Scale};
+use super::{
+    BLACK, Background, Camera, Image, Rays, RenderError, Side, View, WHITE, caption, inks_on, on_cpu, on_device,
+    painted, vector,
+};
+use crate::bodies::Bodies;
+use crate::figure::Format;
+use crate::measure::{Frame, LeftOut};
+use crate::page::Page;
+use crate::record::{RecordError, Snapshot, States, Watch, durable};
+use glam::Vec3;
+use rayon::prelude::*;
+use std::path::Path;
+
+/// Memory that the rays of the pictures drawn at a time may take together, in bytes; a picture alone may take more.
+const MEMORY: usize = 2 << 30;
+/// Memory that a pixel takes while it is drawn, in bytes: four rays of 16 bytes, and its colour.
+const MEMORY_A_PIXEL: usize = 67;
+
+/// A state that was looked at.
+pub(super) struct ScannedState {
+    /// Its number among the states.
+    index: usize,
+    time: f64,
+    extent: Extent,
+    scale: Option<Scale>,
+    /// Whether some body is another one's daughter.
+    births: bool,
+}
+
+/// What pictures of a run are drawn by.
+pub(super) struct Painter<'a> {
+    pub rays: Option<&'a Rays>,
+    pub states: &'a States,
+    pub frames: &'a Frames,
+    pub run: Frame,
+    pub backdrop: Backdrop,
+    pub side: Side,
+    pub size: [u32; 2],
+}
+
+impl Painter<'_> {
+    /// Looks at the states that are to be drawn; and says how many have nothing to colour them by.
+    pub fn look(&self, watch: Watch<'_>) -> Result<(Vec<ScannedState>, Option<String>), RenderError> {
+        let Frames { from, to, every, .. } = *self.frames;
+        let all = from == f64::NEG_INFINITY && to == f64::INFINITY;
+        // Without an interval those between need not be read.
+        let asked: Vec<usize> = (0..self.states.len()).step_by(if all { every.max(1) } else { 1 }).collect();
+        let mut seen = Vec::new();
+        let mut missing = (0, None);
+        let mut times = [f64::INFINITY, f64::NEG_INFINITY];
+        for part in asked.chunks(rayon::current_num_threads().max(1)) {
+            if !watch(seen.len(), asked.len()) {
+                return Err(RenderError::Stopped { done: seen.len(), all: asked.len() });
+            }
+            for looked in part.par_iter().map(|&i| self.look_at(i)).collect::<Vec<_>>() {
+                let state = match looked {
+                    Err(fault @ RenderError::Missing { .. }) => {
+                        missing = (missing.0 + 1, missing.1.or(Some(fault)));
+                        continue;
+                    }
+                    looked => looked?,
+                };
+                times = [times[0].min(state.time), times[1].max(state.time)];
+                if all || inside(state.time, from, to) {
+                    seen.push(state);
+                }
+            }
+        }
+        if !all {
+            seen = seen.into_iter().step_by(every.max(1)).collect();
+        }
+        let Some(last) = seen.last() else {
+            if let Some(fault) = missing.1 {
+                return Err(fault);
+            }
+            let interval = interval(from, to);
+            return Err(RenderError::Nothing { states: asked.len(), interval, first: times[0], last: times[1] });
+        };
+        if self.frames.colour.is_of_births() && !seen.iter().any(|state| state.births) {
+            return Err(RenderError::Missing {
+                origin: self.states.origin(last.index),
+                colour: self.frames.colour.name(),
+                why: "no body was born in these states".into(),
+                help: "bodies are born where the scene has `growth` and a cell has reached growth.division_length",
+            });
+        }
+        let colour = self.frames.colour.name();
+        let note = (missing.0 > 0).then(|| {
+            let states = missing.0;
+            format!("{states} states have no {colour} and are left out; output.forces=true records the forces of all")
+        });
+        Ok((seen, note))
+    }
+
+    fn look_at(&self, index: usize) -> Result<ScannedState, RenderError> {
+        let state = self.states.read(index)?;
+        let outside = !inside(state.time, self.frames.from, self.frames.to);
+        if outside {
+            return Ok(ScannedState { index, time: state.time, extent: Extent::NONE, scale: None, births: false });
+        }
+        let extent = Extent::of(axes_from(self.side), &state.bodies.wrapped());
+        let births = state.bodies.lineage.iter().any(|line| line.parent.is_some() || line.generation > 0);
+        Ok(ScannedState { index, time: state.time, extent, scale: self.scale_of(&self.values(index, &state)?), births })
+    }
+
+    fn values(&self, index: usize, state: &Snapshot) -> Result<Vec<f64>, RenderError> {
+        self.frames.colour.of(state, &self.run).map_err(|LeftOut(why)| RenderError::Missing {
+            origin: self.states.origin(index),
+            colour: self.frames.colour.name(),
+            why,
+            help: "run with output.forces = true (output.forces=true as an override), and with contact.method relcp or snsd; \
+                   or choose orientation, length, speed, contacts or overlap, which every state tells",
+        })
+    }
+
+    fn scale_of(&self, values: &[f64]) -> Option<Scale> {
+        let fitted = Scale::of(values, self.frames.colour.ends()?)?;
+        Some(match self.frames.range {
+            Some([low, high]) => Scale { low, high, ..fitted },
+            None => fitted,
+        })
+    }
+
+    /// Draws the states and writes the pictures, as many at a time as there are threads.
+    pub fn draw(
+        &self,
+        seen: &[ScannedState],
+        folder: &Path,
+        watch: Watch<'_>,
+    ) -> Result<Vec<RenderedFrame>, RenderError> {
+        let together = seen.iter().fold(Extent::NONE, |all, state| all.with(state.extent));
+        let scale = seen.iter().filter_map(|state| state.scale).reduce(Scale::with);
+        let pixels = self.size[0] as usize * self.size[1] as usize;
+        let at_a_time = rayon::current_num_threads().min(MEMORY / (MEMORY_A_PIXEL * pixels)).max(1);
+        let mut drawn = Vec::new();
+        for part in seen.chunks(at_a_time) {
+            if !watch(drawn.len(), seen.len()) {
+                return Err(RenderError::Stopped { done: drawn.len(), all: seen.len() });
+            }
+            let first = drawn.len();
+            let one = |(k, state): (usize, &ScannedState)| {
+                let (extent, scale) = match self.frames.fit {
+                    Fit::Run => (together, scale),
+                    Fit::Each => (state.extent, state.scale),
+                };
+                let camera = extent.fit(axes_from(self.side), self.size);
+                self.draw_one(first + k, state.index, &camera, scale, folder)
+            };
+            drawn.extend(part.par_iter().enumerate().map(one).collect::<Result<Vec<_>, _>>()?);
+        }
+        watch(seen.len(), seen.len());
+        Ok(drawn)
+    }
+
+    fn draw_one(
+        &self,
+        number: usize,
+        index: usize,
+        camera: &Camera,
+        scale: Option<Scale>,
+        folder: &Path,
+    ) -> Result<RenderedFrame, RenderError> {
+        let state = self.states.read(index)?;
+        let values = self.values(index, &state)?;
+        let colours = scale::colours(self.frames.colour, &state.bodies, &values, scale);
+        let bodies = state.bodies.wrapped();
+        let bytes = match self.frames.format {
+            Format::Png => self.pixels(&state, &bodies, camera, &colours, scale)?,
+            format => self
+                .vectors(&state, &bodies, camera, &colours, scale)
+                .file(format)
+                .map_err(|what| RecordError::io(folder, "draw a picture")(std::io::Error::other(what)))?,
+        };
+        let file = Path::new(FOLDER).join(format!("{number:06}.{}", self.frames.format.extension()));
+        durable::place(&folder.join(&file), &bytes)?;
+        Ok(RenderedFrame {
+            file,
+            step: state.step,
+            time: state.time,
+            bodies: state.bodies.len(),
+            centre: camera.centre.to_array(),
+            pixels_per_length: camera.pixels_per_length(),
+            scale,
+        })
+    }
+
+    /// The picture of a state in pixels, packed.
+    fn pixels(
+        &self,
+        state: &Snapshot,
+        bodies: &Bodies,
+        camera: &Camera,
+        colours: &[Vec3],
+        scale: Option<Scale>,
+    ) -> Result<Vec<u8>, RenderError> {
+        let [width, height] = self.size;
+        let view = View {
+            width,
+            height,
+            planar: self.run.planar,
+            background: self.frames.background,
+            scale_bar: self.frames.words,
+            ..View::default()
+        };
+        let paint = |inks: [Vec3; 2]| {
+            let mut image = match self.rays {
+                Some(rays) => painted(bodies, &view, camera, colours, inks, on_device(rays))?,
+                None => {
+                    let Ok(image) = painted(bodies, &view, camera, colours, inks, on_cpu);
+                    image
+                }
+            };
+            let inks = inks.map(super::bytes);
+            self.backdrop.draw(&mut image, &view, camera, inks[0], inks[1]);
+            if self.frames.words {
+                caption::state(&mut image, state, inks);
+                caption::legend(&mut image, self.frames.colour, scale, inks);
+            }
+            Ok::<_, RenderError>(image)
+        };
+        let image = match self.frames.background {
+            Background::Transparent => Image::between(paint(inks_on(WHITE))?, &paint(inks_on(BLACK))?),
+            background => paint(background.ink_and_paper())?,
+        };
+        let mut bytes = Vec::new();
+        image.encode(&mut bytes).map_err(RecordError::io(Path::new(FOLDER), "pack a picture"))?;
+        Ok(bytes)
+    }
+
+    /// The picture of a state as vectors.
+    fn vectors(
+        &self,
+        state: &Snapshot,
+        bodies: &Bodies,
+        camera: &Camera,
+        colours: &[Vec3],
+        scale: Option<Scale>,
+    ) -> Page {
+        let words = self.frames.words.then(|| (caption::words(state), self.frames.colour, scale));
+        let (backdrop, background, size) = (&self.backdrop, self.frames.background, self.size);
+        vector::page(&vector::Drawn { bodies, colours, backdrop, camera, background, size, words })
+    }
+}
