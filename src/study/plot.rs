@@ -44,8 +44,6 @@ pub(super) struct Panel {
     pub(super) title: String,
     pub(super) axes: [Axis; 2],
     pub(super) curves: Vec<Curve>,
-    /// Whether the names of the curves are written over it.
-    pub(super) named: bool,
     /// Heights of grey lines across it.
     pub(super) guides: Vec<f64>,
 }
@@ -55,18 +53,17 @@ pub(super) fn draw(title: &str, rows: &[Vec<Panel>]) -> Result<Figure, StudyErro
     let columns = rows.first().map_or(1, Vec::len).max(1) as u32;
     let wide = if columns == 1 { COLUMN } else { TEXT_WIDTH };
     let own = wide / columns;
-    let heads: Vec<Vec<Head>> =
-        rows.iter().map(|row| row.iter().map(|panel| panel.head(own * POINT)).collect()).collect();
-    let highest = |heads: &Vec<Head>| heads.iter().map(Head::height).max().unwrap_or(0);
+    let heads: Vec<RowHead> = rows.iter().map(|row| RowHead::new(row, wide * POINT)).collect();
     let axes = ((f64::from(own) * ASPECT) as u32).max(LEAST_HEIGHT);
-    let high: u32 = heads.iter().map(|heads| axes + highest(heads).div_ceil(POINT)).sum();
+    let high: u32 = heads.iter().map(|head| axes + head.height().div_ceil(POINT)).sum();
     let drawn = Figure::draw(title, [wide, high.max(1)], |area| {
         let mut rest = area.clone();
-        for (row, heads) in rows.iter().zip(&heads) {
-            let head = highest(heads);
-            let (own, below) = rest.split_vertically(head + axes * POINT);
-            for ((area, panel), names) in own.split_evenly((1, columns as usize)).iter().zip(row).zip(heads) {
-                panel.draw(&names.draw(area, head)?)?;
+        for (row, head) in rows.iter().zip(&heads) {
+            let (own, below) = rest.split_vertically(head.height() + axes * POINT);
+            let panels = head.names.draw(&own, head.names.height())?;
+            for (area, panel) in panels.split_evenly((1, columns as usize)).iter().zip(row) {
+                let heading = Head::new(own_width(area), &panel.title, Vec::new());
+                panel.draw(&heading.draw(area, head.heading)?, &head.order)?;
             }
             rest = below;
         }
@@ -75,24 +72,54 @@ pub(super) fn draw(title: &str, rows: &[Vec<Panel>]) -> Result<Figure, StudyErro
     drawn.map_err(|fault| StudyError::Plot(fault.to_string()))
 }
 
+/// What stands over a row of panels: the names of all its curves, each once. A name has one colour in all panels.
+struct RowHead {
+    order: Vec<String>,
+    names: Head,
+    /// The height of the panels' own headings.
+    heading: u32,
+}
+
+impl RowHead {
+    fn new(row: &[Panel], wide: u32) -> Self {
+        let mut order: Vec<String> = Vec::new();
+        for curve in row.iter().flat_map(|panel| &panel.curves) {
+            if !order.contains(&curve.name) {
+                order.push(curve.name.clone());
+            }
+        }
+        let names = order.iter().map(|name| Name { text: name.clone(), colour: Some(colour(&order, name)) });
+        let heading = row.iter().map(|panel| Head::new(wide, &panel.title, Vec::new()).height()).max().unwrap_or(0);
+        RowHead { names: Head::new(wide, "", names.collect()), order, heading }
+    }
+
+    fn height(&self) -> u32 {
+        self.names.height() + self.heading
+    }
+}
+
+fn own_width(area: &Area<'_>) -> u32 {
+    area.dim_in_pixel().0
+}
+
+/// The colour of a name.
+fn colour(order: &[String], name: &str) -> RGBColor {
+    let at = order.iter().position(|own| own == name).unwrap_or(0);
+    COLOURS[at % COLOURS.len()]
+}
+
 fn linear(range: Range<f64>) -> RangedCoordf64 {
     range.into()
 }
 
 impl Panel {
-    fn head(&self, wide: u32) -> Head {
-        let coloured = self.curves.iter().zip(COLOURS.iter().cycle());
-        let names = coloured.map(|(curve, colour)| Name { text: curve.name.clone(), colour: Some(*colour) });
-        Head::new(wide, &self.title, if self.named { names.collect() } else { Vec::new() })
-    }
-
-    fn draw(&self, area: &Area<'_>) -> Result<(), Failed> {
+    fn draw(&self, area: &Area<'_>, order: &[String]) -> Result<(), Failed> {
         let [x, y] = self.ranges();
         match self.axes.each_ref().map(|axis| axis.logarithmic) {
-            [false, false] => fill(area, self, linear(x), linear(y)),
-            [false, true] => fill(area, self, linear(x), y.log_scale()),
-            [true, false] => fill(area, self, x.log_scale(), linear(y)),
-            [true, true] => fill(area, self, x.log_scale(), y.log_scale()),
+            [false, false] => fill((area, self, order), linear(x), linear(y)),
+            [false, true] => fill((area, self, order), linear(x), y.log_scale()),
+            [true, false] => fill((area, self, order), x.log_scale(), linear(y)),
+            [true, true] => fill((area, self, order), x.log_scale(), y.log_scale()),
         }
     }
 
@@ -129,7 +156,7 @@ impl Axis {
     }
 }
 
-fn fill<X, Y>(area: &Area<'_>, panel: &Panel, x: X, y: Y) -> Result<(), Failed>
+fn fill<X, Y>((area, panel, order): (&Area<'_>, &Panel, &[String]), x: X, y: Y) -> Result<(), Failed>
 where
     X: AsRangedCoord<Value = f64>,
     Y: AsRangedCoord<Value = f64>,
@@ -160,7 +187,8 @@ where
         let line = [(across.start, *height), (across.end, *height)];
         chart.draw_series([PathElement::new(line, BLACK.mix(GUIDE).stroke_width(AXIS))])?;
     }
-    for (curve, colour) in panel.curves.iter().zip(COLOURS.iter().cycle()) {
+    for curve in &panel.curves {
+        let colour = colour(order, &curve.name);
         let points: Vec<_> = curve.points.iter().copied().filter(|point| panel.shows(*point)).collect();
         if curve.marked {
             chart.draw_series(points.iter().map(|point| Circle::new(*point, DOT, colour.filled())))?;
@@ -177,13 +205,7 @@ mod tests {
     fn panel(points: Vec<(f64, f64)>, logarithmic: bool) -> Panel {
         let axis = |name| Axis { name, logarithmic };
         let curve = Curve { name: "one".into(), points, marked: true };
-        Panel {
-            title: "panel".into(),
-            axes: [axis("x"), axis("y")],
-            curves: vec![curve],
-            named: true,
-            guides: vec![2e-4],
-        }
+        Panel { title: "panel".into(), axes: [axis("x"), axis("y")], curves: vec![curve], guides: vec![2e-4] }
     }
 
     #[test]
@@ -193,7 +215,7 @@ mod tests {
             vec![panel(vec![], false), panel(vec![(1.0, 2.0)], false)],
         ];
         let svg = draw("title", &rows).unwrap().svg();
-        assert!(svg.contains("width=\"178.15mm\"") && svg.matches(">one<").count() == 4, "{svg}");
+        assert!(svg.contains("width=\"178.15mm\"") && svg.matches(">one<").count() == 2, "{svg}");
         assert_eq!(rows[0][1].ranges()[0], 2.0 / MARGIN_FACTOR..2.0 * MARGIN_FACTOR);
     }
 }

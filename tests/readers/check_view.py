@@ -2,9 +2,8 @@
 
     check_view.py PROGRAM FOLDER [--browser chromium] [--sizes 512,16384,131072] [--picks 40]
 
-PROGRAM is a relcp, FOLDER is made for its runs. Needs Chromium, numpy, pillow and websocket-client (for the DevTools
-protocol). Prints Markdown tables of pictures, picks and sizes, and ends with status 1 where a check fails, 3 where
-something is missing.
+PROGRAM is a relcp, FOLDER is made for its runs. It needs Chromium, numpy, pillow and websocket-client (for the DevTools
+protocol), prints Markdown tables, and ends with status 1 where a check fails, 3 where a package is missing.
 
 Pictures: the canvas of the page against `relcp render --bare` at the canvas's size, with the same fit to all states.
 Picks: clicks on projected centres; the expected body is the first that a ray through the clicked sample meets.
@@ -14,6 +13,7 @@ import argparse
 import base64
 import glob
 import io
+import itertools
 import json
 import os
 import shutil
@@ -33,15 +33,16 @@ except ImportError as missing:
 FLAGS = ["--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run",
          "--disable-background-networking", "--window-size=1280,800", "--remote-debugging-port=0", "about:blank"]
 SYNC = "page.painter.gl.readPixels(0, 0, 1, 1, 6408, 5121, new Uint8Array(4))"  # waits for the picture
-OPENED = f"""new Promise((done) => {{ const look = () => {{
+OPENED = f"""new Promise((done, refuse) => {{ const look = () => {{
   const page = window.viewer, busy = document.getElementById("busy");
-  if (!page) return busy?.textContent.includes("cannot") ? done(busy.textContent) : setTimeout(look, 5);
+  if (busy?.textContent.includes("cannot")) return refuse(busy.textContent);
+  if (!page) return setTimeout(look, 5);
   {SYNC}; done([page.opened.read, performance.now()]);
 }}; look(); }})"""
-# At rest the last picture is a fine one. A page that has a coarse one after three seconds is noted, and helped.
-AT_REST = f"""new Promise((done) => {{ const page = window.viewer, begun = performance.now(); const look = () => {{
-  const late = performance.now() - begun > 3000;
-  if ((!page.drawn_finely || page.drawing) && !late) return setTimeout(look, 20);
+# At rest the last picture is a fine one. A page with a coarse one, two seconds after it, is noted, and helped.
+AT_REST = f"""new Promise((done) => {{ const page = window.viewer; let since = performance.now(); const look = () => {{
+  if (page.drawing) since = performance.now();
+  if (page.drawing || (!page.drawn_finely && performance.now() < since + 2000)) return setTimeout(look, 20);
   if (!page.drawn_finely) {{ window.stayed_coarse = (window.stayed_coarse ?? 0) + 1; page.draw(true); }}
   {SYNC}; done(performance.now());
 }}; look(); }})"""
@@ -51,23 +52,21 @@ WATCH = f"""(() => {{ const page = window.viewer; window.coarse = []; page.draw 
   if (!fine) window.coarse.push(performance.now() - begun); }}; }})()"""
 CLICKED = "viewer.canvas.addEventListener('pointerup', () => { window.samples = viewer.painter.samples; }, true)"
 BOX = "((box) => [box.left, box.top, box.width, box.height])(viewer.canvas.getBoundingClientRect())"
-RUNS = {
-    "colony": ("colony", ["orientation", "pressure"], ["output.every=0.25", "output.forces=true"]),
+FORCES, COUNT, DENSITY = "output.forces=true", "generate.0.isotropic.count=", "generate.0.isotropic.volume_fraction="
+RUNS = {  # by name: scene, colours, what is set
+    "colony": ("colony", ["orientation", "pressure"], [FORCES, "output.every=0.25"]),
     "packing": ("compaction", ["orientation", "force"], [
-        "generate.0.isotropic.count=300", "generate.0.isotropic.volume_fraction=0.05", "time.end=20",
-        "output.every=1", "output.forces=true"]),
+        FORCES, COUNT + "300", DENSITY + "0.05", "time.end=20", "output.every=1"]),
 }
-CHEAP = ["generate.0.isotropic.volume_fraction=0.2", "time.dt=0.05", "time.end=0.95", "output.every=0.05",
-         "contact.overlap_tolerance=0.01"]
+CHEAP = [DENSITY + "0.2", "time.dt=0.05", "time.end=0.95", "output.every=0.05", "contact.overlap_tolerance=0.01"]
 FAILED = []
-PAPER = 250  # all parts of white paper are above
-FAR = 32  # of 255
+PAPER, FAR = 250, 32  # of 255: white paper is above, and a pixel that is off by more is far
+HALF = np.array([0.5, -0.5])  # of a sample, to the right and down
 
 
 def check(what, holds, said=""):
     print(f"{'ok  ' if holds else 'FAIL'} {what} {said}", flush=True)
-    if not holds:
-        FAILED.append(what)
+    FAILED.extend([] if holds else [what])
 
 
 class Browser:
@@ -98,41 +97,35 @@ class Browser:
         while True:
             answer = json.loads(self.socket.recv())
             if answer.get("id") == self.last:
-                if "error" in answer:
-                    raise RuntimeError(f"{method}: {answer['error']}")
                 return answer["result"]
             self.events.append(answer)
 
     def run(self, script):
         answer = self.call("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
         if "exceptionDetails" in answer:
-            raise RuntimeError(answer["exceptionDetails"]["exception"].get("description", answer))
+            raise RuntimeError(answer["exceptionDetails"])
         return answer["result"].get("value")
 
-    def key(self, key):
-        for kind in ("keyDown", "keyUp"):
+    def keys(self, *keys):
+        for key, kind in itertools.product(keys, ("keyDown", "keyUp")):
             self.call("Input.dispatchKeyEvent", type=kind, key=key)
 
     def mouse(self, kind, at, pressed=True, shift=False, **more):
-        """Moves, presses or releases the left button, or turns the wheel."""
         self.call("Input.dispatchMouseEvent", type=kind, x=at[0], y=at[1], clickCount=1, buttons=int(pressed),
                   button="none" if kind == "mouseWheel" else "left", modifiers=8 if shift else 0, **more)
 
     def drag(self, at, moves, shift=False):
         """Presses, moves by each pair of pixels in turn, releases; without moves it is a click."""
         self.mouse("mousePressed", at, shift=shift)
-        for move in moves:
-            at = (at[0] + move[0], at[1] + move[1])
+        for right, down in moves:
+            at = (at[0] + right, at[1] + down)
             self.mouse("mouseMoved", at, shift=shift)
         self.mouse("mouseReleased", at, False, shift)
 
     def open(self, page):
         """Opens a page; gives milliseconds until it is read, has a first picture, and has a fine one."""
         self.call("Page.navigate", url="file://" + os.path.abspath(page))
-        times = self.run(OPENED)
-        if isinstance(times, str):
-            raise RuntimeError(times)
-        return *times, self.run(AT_REST)
+        return *self.run(OPENED), self.run(AT_REST)
 
     def quiet(self, name):
         """Nothing was asked of the network but the page itself, and nothing stands in the console."""
@@ -143,13 +136,8 @@ class Browser:
         check(f"network {name}", asked and not other, str(other))
         check(f"console {name}", not said, json.dumps(said)[:300])
         coarse = self.run("window.stayed_coarse ?? 0")
-        check(f"fine at rest {name}", coarse == 0, f"{coarse} times a coarse picture stayed for three seconds")
+        check(f"fine at rest {name}", coarse == 0, f"{coarse} times a coarse picture stayed for two seconds")
         self.events.clear()
-
-    def canvas(self):
-        self.run(AT_REST)
-        data = self.run("viewer.canvas.toDataURL('image/png')").split(",")[1]
-        return np.asarray(Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB"), float)
 
     def close(self):
         self.session = None
@@ -172,10 +160,6 @@ def make(program, folder, name, scene, sets):
         relcp(program, "run", scene, "--out", run, "--backend", "cpu", *options)
     relcp(program, "view", run)
     return run
-
-
-def states_of(run):
-    return [dict(np.load(path)) for path in sorted(glob.glob(os.path.join(run, "states", "state_*.npz")))]
 
 
 def to_body(q, v):
@@ -205,17 +189,6 @@ def first_met(state, origin, toward):
     return int(met.argmax()) if np.isfinite(met.max()) else -1
 
 
-def choose_colour(browser, name):
-    """Presses C until the colour has this name."""
-    while browser.run("document.getElementById('colour').selectedOptions[0].textContent") != name:
-        browser.key("c")
-
-
-def show_state(browser, k):
-    for key in ["Home"] + k * ["ArrowRight"]:
-        browser.key(key)
-
-
 def pictures(browser, program, run, colours, count, rows):
     """The canvas beside `relcp render`, at three times and in each colour."""
     width, height = browser.run("[viewer.canvas.width, viewer.canvas.height]")
@@ -224,55 +197,51 @@ def pictures(browser, program, run, colours, count, rows):
         out = os.path.join(run, "render-" + colour)
         relcp(program, "render", run, "--out", out, "--size", f"{width}x{height}", "--colour", colour, "--bare",
               "--no-movie", "--backend", "cpu")
-        choose_colour(browser, colour)
+        while browser.run("document.getElementById('colour').selectedOptions[0].textContent") != colour:
+            browser.keys("c")
         for k in (0, count // 2, count - 1):
-            show_state(browser, k)
-            page = browser.canvas()
-            drawn = np.asarray(Image.open(os.path.join(out, "frames", f"{k:06}.png")).convert("RGB"), float)
+            browser.keys("Home", *k * ["ArrowRight"])
+            data = browser.run(f"{AT_REST}.then(() => viewer.canvas.toDataURL('image/png'))").split(",")[1]
+            sources = io.BytesIO(base64.b64decode(data)), os.path.join(out, "frames", f"{k:06}.png")
+            page, drawn = (np.asarray(Image.open(source).convert("RGB"), float) for source in sources)
             off = np.abs(page - drawn)
             body = (np.minimum(page, drawn) < PAPER).any(2)
             mean, far = off[body].mean(), (off.max(2) > FAR)[body].mean()
             beside = np.hstack([page, drawn, np.minimum(4 * off, 255)]).astype(np.uint8)
             Image.fromarray(beside).save(os.path.join(run, f"beside-{colour}-{k}.png"))
-            rows.append([name, colour, k, f"{width} x {height}", f"{body.mean():.1%}", f"{off.mean():.3f}",
-                         f"{mean:.2f}", f"{far:.2%}"])
+            rows.append([name, colour, k, f"{body.mean():.1%}", f"{off.mean():.3f}", f"{mean:.2f}", f"{far:.2%}"])
             check(f"picture {name} {colour} state {k}", mean < 4 and far < 0.04, f"{mean:.2f} of 255, {far:.2%} far")
 
 
 def picks(browser, run, states, wanted, rows, random):
     """Clicks on projected centres of the middle and the last state, before and after turning and enlarging."""
     left, top, width, height = browser.run(BOX)
-    middle = (left + width / 2, top + height / 2)
-    origin = np.array(browser.run("viewer.run.header.origin"))
+    middle, origin = (left + width / 2, top + height / 2), np.array(browser.run("viewer.run.header.origin"))
     tried, hidden, missed = 0, 0, []
     browser.run(CLICKED)
     for turned in (False, True):
         if turned:
-            browser.drag(middle, 10 * [(9, -5)], shift=browser.run("viewer.planar"))
+            browser.drag(middle, 3 * [(30, -15)], shift=browser.run("viewer.planar"))
             browser.mouse("mouseWheel", middle, False, deltaX=0, deltaY=-150)
         for k in (len(states) // 2, len(states) - 1):
-            show_state(browser, k)
+            browser.keys("Home", *k * ["ArrowRight"])
             browser.run(AT_REST)
             axes, at, scale = browser.run("[viewer.camera.axes, viewer.camera.middle, viewer.camera.scale]")
             axes, shown, state = np.array(axes), origin + at, states[k]
-            picked = 0
-            for i in random.permutation(len(state["id"])):
-                right, up, _ = scale * axes @ (state["position"][i] - shown)
-                x, y = round(width / 2 + right), round(height / 2 - up)
-                if picked == wanted // 4 or not (2 < x < width - 2 and 2 < y < height - 2):
-                    continue
-                picked += 1
-                browser.key("Escape")
+            across = scale * (state["position"] - shown) @ axes[:2].T * [1, -1]
+            pixels = np.round(across + [width / 2, height / 2]).astype(int)
+            seen = ((pixels > 2) & (pixels < [width - 2, height - 2])).all(1)
+            for i in random.permutation(np.flatnonzero(seen))[: wanted // 4]:
+                x, y = map(int, pixels[i])
+                browser.keys("Escape")
                 browser.drag((left + x, top + y), [])
                 # The middle of the sample that the page looked at, with one or two along a pixel.
-                middle_of = 0.5 / browser.run("window.samples")
-                across = (x + middle_of - width / 2) * axes[0] - (y + middle_of - height / 2) * axes[1]
-                met = first_met(state, shown + across / scale, axes[2])
+                sample = np.array([x - width / 2, height / 2 - y]) + HALF / browser.run("window.samples")
+                met = first_met(state, shown + sample @ axes[:2] / scale, axes[2])
                 told = browser.run("document.querySelector('#picked h2')?.textContent ?? 'none'")
                 expected = f"Body {state['id'][met]}" if met >= 0 else "none"
                 tried, hidden = tried + 1, hidden + (met != i)
-                if told != expected:
-                    missed.append(f"state {k} at {x}, {y}: {told}, not {expected}")
+                missed += [f"state {k} at {x}, {y}: {told}, not {expected}"] * (told != expected)
     name = os.path.basename(run)
     rows.append([name, tried, hidden, tried - len(missed)])
     check(f"picks {name}", tried > 0 and not missed, f"{tried - len(missed)} of {tried} {'; '.join(missed[:4])}")
@@ -284,12 +253,11 @@ def sizes(browser, run, rows):
     read, drawn, fine = np.median([browser.open(page) for _ in range(3)], axis=0)
     left, top, width, height = browser.run(BOX)
     browser.run(WATCH)
-    browser.drag((left + width / 2, top + height / 2), [(7, 3)] * 12 + [(-7, -3)] * 12)
+    browser.drag((left + width / 2, top + height / 2), [(12, 5)] * 6 + [(-12, -5)] * 6)
     frames = browser.run(f"{AT_REST}.then(() => window.coarse)")
-    bodies, states, contacts = browser.run("[viewer.state.bodies, viewer.run.states.length, "
-                                           "viewer.run.states.filter((state) => state.contacts).length]")
-    rows.append([f"{bodies:,}", f"{states}, {contacts} with contacts", f"{os.path.getsize(page) / 1e6:.2f} MB",
-                 f"{read / 1e3:.2f} s", f"{drawn / 1e3:.2f} s", f"{fine / 1e3:.2f} s",
+    contacts = browser.run("viewer.run.states.map((state) => state.contacts?.count ?? -1)")
+    rows.append([f"{browser.run('viewer.state.bodies'):,}", len(contacts), sum(n >= 0 for n in contacts), max(contacts),
+                 f"{os.path.getsize(page) / 1e6:.2f} MB", *(f"{time / 1e3:.2f} s" for time in (read, drawn, fine)),
                  f"{np.median(frames):.0f} ms, {max(frames):.0f} ms at most of {len(frames)}"])
 
 
@@ -312,21 +280,20 @@ def main():
     compared, picked, opened = [], [], []
     for name, (scene, colours, sets) in RUNS.items():
         run = make(program, folder, name, scene, sets)
-        states = states_of(run)
+        states = [dict(np.load(path)) for path in sorted(glob.glob(os.path.join(run, "states", "state_*.npz")))]
         browser.open(os.path.join(run, "view.html"))
         pictures(browser, program, run, colours, len(states), compared)
         picks(browser, run, states, arguments.picks, picked, random)
         browser.quiet(name)
     for count in filter(None, arguments.sizes.split(",")):
-        run = make(program, folder, f"sizes-{count}", "compaction", [f"generate.0.isotropic.count={count}", *CHEAP])
+        run = make(program, folder, f"sizes-{count}", "compaction", [COUNT + count, *CHEAP])
         sizes(browser, run, opened)
         browser.quiet(os.path.basename(run))
-    renderer = browser.run("viewer.painter.gl.getParameter(37446)")
+    print("\n" + browser.version, browser.run("viewer.painter.gl.getParameter(37446)"), sep=", ")
     browser.close()
-    print(f"\n{browser.version}, {renderer}")
-    table(["run", "colour", "state", "pixels", "with bodies", "mean off, all", "on bodies", f"by > {FAR}"], compared)
+    table(["run", "colour", "state", "pixels with bodies", "mean off, all", "on bodies", f"by > {FAR}"], compared)
     table(["run", "clicks", "at a hidden centre", "right"], picked)
-    table(["bodies", "states", "file", "read", "first picture", "fine picture", "a frame while turning"], opened)
+    table(["bodies", "states", "with contacts", "most", "file", "read", "first picture", "fine", "turning"], opened)
     sys.exit(1 if FAILED else 0)
 
 

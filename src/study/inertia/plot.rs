@@ -24,7 +24,6 @@ pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {
                 Axis { name: "largest change of energy, a part of it", logarithmic: true },
             ],
             curves: SHAPES.iter().map(curve).collect(),
-            named: true,
             guides: Vec::new(),
         }
     };

@@ -22,7 +22,6 @@ pub fn plot(instance: &Instance) -> Result<Figure, StudyError> {
             Axis { name: "smallest residual so far (length)", logarithmic: true },
         ],
         curves: instance.curves.iter().filter(|curve| curve.start == start).map(|curve| drawn(curve, low)).collect(),
-        named: true,
         guides: TOLERANCES.to_vec(),
     };
     draw(&title, &[Start::BOTH.map(panel).to_vec()])

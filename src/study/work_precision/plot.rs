@@ -10,7 +10,7 @@ use crate::study::plot::{Axis, Curve, Panel, draw};
 
 /// The panels of a scene.
 pub(super) fn plot(problem: &Problem, reference: &Reference, rows: &[&Row]) -> Result<Figure, StudyError> {
-    let panel = |title: &str, name: &'static str, named: bool, shows: fn(&Row) -> bool, work: fn(&Row) -> f64| {
+    let panel = |title: &str, name: &'static str, shows: fn(&Row) -> bool, work: fn(&Row) -> f64| {
         let shown = rows.iter().copied().filter(|row| shows(row));
         let mut drawn: Vec<Curve> = curves(shown)
             .into_iter()
@@ -31,14 +31,13 @@ pub(super) fn plot(problem: &Problem, reference: &Reference, rows: &[&Row]) -> R
             title: title.into(),
             axes: [Axis { name, logarithmic: true }, Axis { name: "error at the end", logarithmic: true }],
             curves: drawn,
-            named,
             guides: Vec::new(),
         }
     };
     let refined: fn(&Row) -> bool = |row| row.sweep != Sweep::Tolerance;
-    let time = panel("over wall time", "milliseconds of all steps", true, refined, |row| 1e3 * row.wall_seconds);
-    let products = panel("over products", "products with A of all steps", false, refined, |row| row.products as f64);
+    let time = panel("over wall time", "milliseconds of all steps", refined, |row| 1e3 * row.wall_seconds);
+    let products = panel("over products", "products with A of all steps", refined, |row| row.products as f64);
     let swept: fn(&Row) -> bool = |row| row.sweep == Sweep::Tolerance;
-    let tolerance = panel("over the overlap tolerance", "overlap tolerance", false, swept, |row| row.overlap_tolerance);
+    let tolerance = panel("over the overlap tolerance", "overlap tolerance", swept, |row| row.overlap_tolerance);
     draw(&format!("{}: work and precision", problem.name), &[vec![time, products, tolerance]])
 }

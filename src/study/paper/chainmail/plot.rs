@@ -22,7 +22,6 @@ pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {
         title: title.into(),
         axes: [Axis { name: "time", logarithmic: false }, Axis { name, logarithmic }],
         curves,
-        named: true,
         guides: Vec::new(),
     };
     let overlap = "largest overlap of the steps, a length (1e-9: that or less)";

@@ -37,7 +37,6 @@ fn over_time(name: &'static str, curves: Vec<Curve>) -> Panel {
         title: name.into(),
         axes: [Axis { name: "time", logarithmic: false }, Axis { name, logarithmic: true }],
         curves,
-        named: true,
         guides: Vec::new(),
     }
 }
@@ -55,7 +54,6 @@ fn aligned(morphology: &[Morphology], quantity: &'static str) -> Panel {
             curve(&method_name(Method::Relcp), |m| m.relcp),
             curve(&method_name(Method::Multisphere { count: SHOWN }), |m| m.spheres),
         ],
-        named: true,
         guides: Vec::new(),
     }
 }

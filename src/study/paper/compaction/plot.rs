@@ -24,7 +24,6 @@ fn panels(study: &Study, dt: f64) -> Vec<Panel> {
         title: format!("dt {dt}"),
         axes: [Axis { name: "time", logarithmic: false }, Axis { name, logarithmic: true }],
         curves,
-        named: true,
         guides: Vec::new(),
     };
     vec![panel("time of a step over ReLCP's", ratios.collect()), panel("rows of a step", rows.collect())]

@@ -41,7 +41,6 @@ fn panel(study: &Study, capsules: Capsules, name: &'static str, of: fn(&Window) 
             Axis { name, logarithmic: true },
         ],
         curves: of_method(Method::Relcp).chain(of_method(Method::Snsd)).collect(),
-        named: true,
         guides: Vec::new(),
     }
 }

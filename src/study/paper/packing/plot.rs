@@ -14,7 +14,6 @@ pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {
         title: "over time".into(),
         axes: [Axis { name: "time", logarithmic: false }, Axis { name, logarithmic }],
         curves: study.runs().iter().map(|run| curve(run, of)).collect(),
-        named: true,
         guides: Vec::new(),
     };
     let steps = over_time("milliseconds a step", true, |window| window.milliseconds);
@@ -44,13 +43,12 @@ fn beside(study: &Study) -> Panel {
         marked: true,
     });
     Panel {
-        title: "beside engines with 1,000 rods on another machine".into(),
+        title: "engines: 1,000 rods, elsewhere".into(),
         axes: [
             Axis { name: "processor's milliseconds a step", logarithmic: true },
             Axis { name: "largest overlap, a length", logarithmic: true },
         ],
         curves: ours.chain(theirs).collect(),
-        named: true,
         guides: Vec::new(),
     }
 }

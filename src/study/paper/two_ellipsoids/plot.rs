@@ -28,7 +28,6 @@ pub(super) fn work(study: &Study) -> Result<Figure, StudyError> {
             .into_iter()
             .filter(|curve| !curve.points.is_empty())
             .collect(),
-        named: true,
         guides: Vec::new(),
     };
     let panels = [Side::Right, Side::Left].map(|side| {
@@ -73,7 +72,6 @@ fn panel(study: &Study, runs: &[&Run], of: (Side, Scheme), quantity: usize, name
         title: format!("{}: {}: {name}", side.name(), scheme.name()),
         axes: [Axis { name: "time", logarithmic: false }, Axis { name, logarithmic: false }],
         curves,
-        named: quantity == 0,
         guides: Vec::new(),
     }
 }
