@@ -1,6 +1,7 @@
 //! The program from outside: exit statuses, what goes to which stream, files, interruption.
 #![allow(clippy::unwrap_used)]
 
+mod completions;
 mod found_by_use;
 mod place;
 
