@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 mod completions;
+mod flags;
 mod found_by_use;
 mod place;
 
