@@ -6,6 +6,7 @@ use super::exit::{CliError, Exit};
 use super::run::RUNS;
 use super::{compute, output};
 use relcp::batch::{BatchError, Ended, Folders, Member, MemberError, Options, Plan, RowStatus, Table, run};
+use relcp::record::RecordError;
 use relcp::scene::Scene;
 use relcp::simulation::Compute;
 use serde_json::json;
@@ -72,6 +73,7 @@ fn list(arguments: &Arguments, plan: &Plan, out: &Path) -> Result<Exit, CliError
 
 fn table(arguments: &Arguments, plan: &Plan, out: &Path) -> Result<Exit, CliError> {
     let table = Table::of(plan, out, plan.members())?;
+    std::fs::create_dir_all(out).map_err(RecordError::io(out, "create the folder"))?;
     table.write(out)?;
     print(arguments, &table)?;
     let left = table.rows.iter().filter(|row| !row.status.finished()).count();

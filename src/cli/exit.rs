@@ -13,6 +13,7 @@ use relcp::scene::{FaultKind, SceneError};
 use relcp::step::Fault;
 use relcp::study::StudyError;
 use std::io;
+use std::path::PathBuf;
 
 /// How the program ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -193,6 +194,9 @@ pub(super) enum CliError {
     #[error("there is no built-in scene `{0}`")]
     #[diagnostic(help("`relcp scenes` lists them"))]
     NoScene(String),
+    #[error("{}: no LCP of this run was saved: its scene has no solver.dump, or no solve met it", .0.display())]
+    #[diagnostic(help("run the scene again with --set solver.dump.when=all, or =slow for the slow solves only"))]
+    NoLcps(PathBuf),
     #[error(transparent)]
     Device(#[from] GpuError),
     #[error(transparent)]
@@ -225,7 +229,7 @@ impl CliError {
             CliError::Study(StudyError::Gpu(_) | StudyError::Fault(Fault::Device(_))) => Exit::Device,
             CliError::Study(StudyError::Record(error)) => error.into(),
             CliError::Study(_) => Exit::Internal,
-            CliError::Start(_) | CliError::Usage(_) | CliError::NoScene(_) => Exit::Usage,
+            CliError::Start(_) | CliError::Usage(_) | CliError::NoScene(_) | CliError::NoLcps(_) => Exit::Usage,
             CliError::Output(_) => Exit::File,
         }
     }

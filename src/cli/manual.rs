@@ -4,17 +4,25 @@ use super::arguments::{Arguments, Completions, Man};
 use super::exit::{CliError, Exit};
 use super::output;
 use clap::{Command, CommandFactory};
+use clap_complete::env::{CompleteEnv, Shells};
 
 const NAME: &str = "relcp";
+/// The variable by which the script of a shell asks the program.
+const ASKED: &str = "RELCP_COMPLETE";
 /// What stands at the foot of a page.
 const SOURCE: &str = concat!("relcp ", env!("CARGO_PKG_VERSION"));
 
 pub(super) fn completions(arguments: &Completions) -> Result<Exit, CliError> {
-    // Into memory first: the generator takes a writer that fails for a panic.
-    let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut Arguments::command(), NAME, &mut script);
-    output::write(|out| out.write_all(&script))?;
+    let shells = Shells::builtins();
+    let shell = shells.completer(&arguments.shell.to_string());
+    let shell = shell.ok_or_else(|| CliError::Usage(format!("{} has no completions", arguments.shell)))?;
+    output::write(|out| shell.write_registration(ASKED, NAME, NAME, NAME, &mut *out))?;
     Ok(Exit::Done)
+}
+
+/// Answers the script of a shell and ends, where the script asks what completes a command line.
+pub(super) fn complete() {
+    CompleteEnv::with_factory(Arguments::command).var(ASKED).complete();
 }
 
 pub(super) fn man(arguments: &Man) -> Result<Exit, CliError> {

@@ -35,6 +35,7 @@ use std::process::ExitCode;
 
 /// Runs the program on its arguments.
 pub fn main() -> ExitCode {
+    manual::complete();
     driver::silence();
     output::whole_words();
     std::panic::set_hook(Box::new(|panic| {

@@ -102,15 +102,21 @@ fn read(paths: &[PathBuf]) -> Result<Vec<Named>, CliError> {
 }
 
 fn in_folder(path: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let of_run = Folder::view(path).lcps();
-    let folder = if of_run.is_dir() { of_run } else { path.to_owned() };
-    let fault = || RecordError::io(&folder, "list it");
-    let entries = std::fs::read_dir(&folder).map_err(fault())?.collect::<Result<Vec<_>, _>>().map_err(fault())?;
-    let mut files: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).collect();
+    let run = Folder::view(path);
+    let is_run = run.scene().is_file();
+    let folder = if is_run || run.lcps().is_dir() { run.lcps() } else { path.to_owned() };
+    let mut files = if is_run && !folder.exists() { Vec::new() } else { listed(&folder)? };
     files.retain(|file| file.extension().is_some_and(|extension| extension == "npz"));
     files.sort();
-    if files.is_empty() {
-        return Err(CliError::Usage(format!("{}: there is no .npz in it", folder.display())));
+    match files.is_empty() {
+        false => Ok(files),
+        true if is_run => Err(CliError::NoLcps(path.to_owned())),
+        true => Err(CliError::Usage(format!("{}: there is no .npz in it", folder.display()))),
     }
-    Ok(files)
+}
+
+fn listed(folder: &Path) -> Result<Vec<PathBuf>, CliError> {
+    let fault = || RecordError::io(folder, "list it");
+    let entries = std::fs::read_dir(folder).map_err(fault())?.collect::<Result<Vec<_>, _>>().map_err(fault())?;
+    Ok(entries.into_iter().map(|entry| entry.path()).collect())
 }

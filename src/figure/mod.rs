@@ -14,9 +14,8 @@ use plotters::prelude::*;
 
 /// Units of a page in a point.
 pub(crate) const POINT: u32 = 10;
-/// Widths of a column and of a page in points, 86 mm and 178 mm: what most journals of this field have.
+/// The width of a column in points, 86 mm: what most journals of this field have.
 pub(crate) const COLUMN: u32 = 244;
-pub(crate) const TEXT_WIDTH: u32 = 505;
 /// Sizes in units: text of 8 points, curves of 1.2, axes and ticks of half a point, marks of points.
 pub(crate) const TEXT: u32 = 8 * POINT;
 pub(crate) const LINE: u32 = 12;
@@ -88,24 +87,6 @@ pub(crate) fn tick(value: f64, span: f64) -> String {
     if value.abs() < 1e-9 * span { "0".into() } else { shortest(value, 6) }
 }
 
-/// The number beside a tick of a logarithmic axis, where it is neither small nor large, or as a power of ten.
-pub(crate) fn power(value: f64) -> String {
-    if (0.01..=1000.0).contains(&value) {
-        return shortest(value, 2);
-    }
-    let text = format!("{value:.0e}");
-    match text.split_once('e') {
-        Some(("1", exponent)) => format!("10{}", exponent.chars().map(raised).collect::<String>()),
-        Some((digit, exponent)) => format!("{digit}·10{}", exponent.chars().map(raised).collect::<String>()),
-        None => text,
-    }
-}
-
-fn raised(digit: char) -> char {
-    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    digit.to_digit(10).and_then(|digit| DIGITS.get(digit as usize).copied()).unwrap_or('⁻')
-}
-
 /// So many digits, as times like 0.30000000000000004 are called 0.3.
 pub(crate) fn shortest(value: f64, digits: usize) -> String {
     format!("{value:.*e}", digits - 1).parse::<f64>().unwrap_or(value).to_string()
@@ -119,7 +100,6 @@ mod tests {
     fn ticks_are_short() {
         assert_eq!(tick(1.1102230246251565e-16, 1.8), "0");
         assert_eq!((tick(0.30000000000000004, 1.0), tick(-2e-7, 1e-6)), ("0.3".into(), "-0.0000002".into()));
-        assert_eq!([1e-5, 1e4, 0.01, 100.0, 20.0, 2e-5].map(power), ["10⁻⁵", "10⁴", "0.01", "100", "20", "2·10⁻⁵"]);
     }
 
     #[test]

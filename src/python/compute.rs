@@ -1,5 +1,6 @@
 //! What computes a simulation, as its arguments say.
 
+use super::driver::opening;
 use super::error::device;
 use crate::gpu::{Choice, GpuError, Precision, adapters};
 use crate::scene::Scene;
@@ -55,7 +56,8 @@ impl Wanted<'_> {
     /// A hardware GPU if there is one that can do it, else the CPU.
     fn automatic(&self, py: Python<'_>, scene: &Scene, precision: Option<Precision>) -> PyResult<Compute> {
         let choice = self.choice(false);
-        let Some(adapter) = py.detach(|| adapters(&choice)).into_iter().find(|adapter| adapter.automatic) else {
+        let found = opening(py, || adapters(&choice))?;
+        let Some(adapter) = found.into_iter().find(|adapter| adapter.automatic) else {
             return self.cpu(precision);
         };
         match self.open(py, scene, precision, false) {
@@ -74,7 +76,7 @@ impl Wanted<'_> {
 
     fn open(&self, py: Python<'_>, scene: &Scene, precision: Option<Precision>, software: bool) -> PyResult<Compute> {
         let choice = self.choice(software);
-        let opened = py.detach(|| Compute::open(&choice, precision.unwrap_or_default(), scene));
+        let opened = opening(py, || Compute::open(&choice, precision.unwrap_or_default(), scene))?;
         let compute = opened.map_err(|fault: GpuError| device(&fault))?;
         if let Compute::Gpu { gpu, .. } = &compute {
             gpu.warnings().iter().try_for_each(|warning| warn(py, warning))?;

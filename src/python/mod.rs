@@ -7,6 +7,7 @@
 mod arrays;
 mod compute;
 mod contacts;
+mod driver;
 mod error;
 mod report;
 mod scene;
@@ -23,7 +24,7 @@ use pyo3::prelude::*;
 #[pyo3(signature = (adapter=None))]
 fn devices(py: Python<'_>, adapter: Option<String>) -> PyResult<Bound<'_, PyAny>> {
     let choice = Choice { name: adapter, software: true, ..Choice::default() };
-    let found = py.detach(|| adapters(&choice));
+    let found = driver::opening(py, || adapters(&choice))?;
     arrays::json(py, &found)
 }
 

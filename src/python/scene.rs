@@ -3,7 +3,7 @@
 use super::arrays::loads;
 use super::error::{bad_scene, scene_fault};
 use crate::record::scene_hash;
-use crate::scene::{Override, Scene, Source};
+use crate::scene::{Override, Scene, SceneError, Source};
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -16,8 +16,9 @@ const DICT: &str = "dict";
 #[pyclass(frozen, name = "Scene", module = "relcp")]
 pub(super) struct PyScene(pub Scene);
 
-/// A Python value as JSON text. Arrays and numbers of numpy become lists and numbers by their `tolist`.
-fn dumps(value: &Bound<'_, PyAny>) -> PyResult<String> {
+/// A Python value as JSON text. Arrays and numbers of numpy become lists and numbers by their `tolist`. A fault names
+/// the value.
+fn dumps(value: &Bound<'_, PyAny>, name: &str) -> PyResult<String> {
     let py = value.py();
     let arguments = PyDict::new(py);
     arguments.set_item("allow_nan", false)?;
@@ -26,35 +27,40 @@ fn dumps(value: &Bound<'_, PyAny>) -> PyResult<String> {
         Ok(text) => text.extract(),
         Err(fault) if fault.is_instance_of::<PyException>(py) => {
             let message =
-                format!("expected dicts, lists, text, finite numbers, booleans and None: {}", fault.value(py));
+                format!("{name}: expected dicts, lists, text, finite numbers, booleans and None: {}", fault.value(py));
             Err(bad_scene(py, "wrong_type", message, fault))
         }
         Err(interrupt) => Err(interrupt),
     }
 }
 
-/// Overrides as the program's `--set` has them: a dict from dotted keys to values, or `KEY=VALUE` each.
-fn overrides(given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<String>> {
+/// Overrides: a dict from dotted keys to values, one text `KEY=VALUE`, or several. A fault in one names it as its user
+/// wrote it.
+fn overrides(py: Python<'_>, given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Override>> {
     let Some(given) = given else { return Ok(Vec::new()) };
+    let fault = |no: SceneError| scene_fault(py, &no, true);
     if let Ok(dict) = given.cast::<PyDict>() {
         let set = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
-            Ok(format!("{}={}", key.extract::<String>()?, dumps(&value)?))
+            let key: String = key.extract()?;
+            let name = format!("overrides[{key:?}]");
+            let json = dumps(&value, &name)?;
+            Override::of_json(name, &key, &json).map_err(fault)
         };
         return dict.iter().map(set).collect();
     }
+    let text = |name: String, text: Bound<'_, PyAny>| {
+        let text: String = text.extract()?;
+        Override::named(format!("{name} {text:?}"), &text).map_err(fault)
+    };
     if given.is_instance_of::<PyString>() {
-        return Ok(vec![given.extract()?]);
+        return Ok(vec![text("overrides".into(), given.clone())?]);
     }
-    given.try_iter()?.map(|set| set?.extract()).collect()
+    given.try_iter()?.enumerate().map(|(index, set)| text(format!("overrides[{index}]"), set?)).collect()
 }
 
-fn from_text(py: Python<'_>, text: &str, origin: &str, sets: &[String], written: bool) -> PyResult<PyScene> {
-    let read = || {
-        let sets = sets.iter().map(|set| Override::parse(set)).collect::<Result<Vec<_>, _>>()?;
-        Source::new(text, origin).scene(&sets)
-    };
+fn from_text(py: Python<'_>, text: &str, origin: &str, sets: &[Override], written: bool) -> PyResult<PyScene> {
     // A fault in an override says so; only a place in the text is nothing to a dict.
-    py.detach(read).map(PyScene).map_err(|fault| {
+    py.detach(|| Source::new(text, origin).scene(sets)).map(PyScene).map_err(|fault| {
         let in_text = fault.origin() == Some(origin);
         scene_fault(py, &fault, written || !in_text)
     })
@@ -64,20 +70,20 @@ fn from_text(py: Python<'_>, text: &str, origin: &str, sets: &[String], written:
 impl PyScene {
     /// Reads a built-in scene by its name, or else a scene file by its path.
     ///
-    /// `overrides` gives keys other values, as the program's `--set`: `{"time.end": 20, "bodies.0.position.1": 2.5}` or
-    /// `["time.end=20"]`. Raises SceneError with the place of the fault.
+    /// `overrides` gives keys other values: `{"time.end": 20, "bodies.0.position.1": 2.5}` or `["time.end=20"]`. Raises
+    /// SceneError with the place of the fault.
     #[staticmethod]
     #[pyo3(signature = (source, overrides=None))]
     fn load(py: Python<'_>, source: PathBuf, overrides: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        let sets = self::overrides(overrides)?;
-        py.detach(|| Scene::load(&source, &sets)).map(PyScene).map_err(|fault| scene_fault(py, &fault, true))
+        let sets = self::overrides(py, overrides)?;
+        py.detach(|| Scene::load_with(&source, &sets)).map(PyScene).map_err(|fault| scene_fault(py, &fault, true))
     }
 
     /// Reads a scene from JSON text; `origin` names the text in messages. Raises SceneError with line and column.
     #[staticmethod]
     #[pyo3(signature = (text, overrides=None, origin="text"))]
     fn from_json(py: Python<'_>, text: &str, overrides: Option<&Bound<'_, PyAny>>, origin: &str) -> PyResult<Self> {
-        from_text(py, text, origin, &self::overrides(overrides)?, true)
+        from_text(py, text, origin, &self::overrides(py, overrides)?, true)
     }
 
     /// Makes a scene from a dict with a scene file's keys; arrays of numpy may stand for lists. Raises SceneError with
@@ -85,7 +91,8 @@ impl PyScene {
     #[staticmethod]
     #[pyo3(signature = (value, overrides=None))]
     fn from_dict(value: &Bound<'_, PyDict>, overrides: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
-        from_text(value.py(), &dumps(value)?, DICT, &self::overrides(overrides)?, false)
+        let py = value.py();
+        from_text(py, &dumps(value, DICT)?, DICT, &self::overrides(py, overrides)?, false)
     }
 
     /// Its name.

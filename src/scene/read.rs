@@ -97,11 +97,15 @@ impl Scene {
         overrides: impl IntoIterator<Item = impl AsRef<str>>,
     ) -> Result<Scene, SceneError> {
         let sets = overrides.into_iter().map(|set| Override::parse(set.as_ref())).collect::<Result<Vec<_>, _>>()?;
-        let source = source.as_ref();
+        Scene::load_with(source.as_ref(), &sets)
+    }
+
+    /// [`Scene::load`], with overrides that are read.
+    pub(crate) fn load_with(source: &Path, sets: &[Override]) -> Result<Scene, SceneError> {
         match source.to_str().and_then(BuiltIn::named) {
-            Some(scene) => parse_with(scene.text, scene.name, &sets),
-            None if source == Path::new(STANDARD_INPUT) => Source::standard_input()?.scene(&sets),
-            None => Source::file(source)?.scene(&sets),
+            Some(scene) => parse_with(scene.text, scene.name, sets),
+            None if source == Path::new(STANDARD_INPUT) => Source::standard_input()?.scene(sets),
+            None => Source::file(source)?.scene(sets),
         }
     }
 }

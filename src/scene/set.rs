@@ -16,8 +16,8 @@ pub(crate) struct Override {
 
 /// Where an override stands.
 enum Origin {
-    /// In a text `KEY=VALUE` of its own.
-    Argument(String),
+    /// By itself, under this name.
+    Alone(String),
     /// In another text, at a path of keys and indices.
     Text(Arc<Source>, Vec<String>),
 }
@@ -28,21 +28,38 @@ const MAX_SEGMENTS: usize = 32;
 impl Override {
     /// Reads `KEY=VALUE`. A value that does not begin like a JSON object, list or string and is not JSON is a string.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
-        let origin = Origin::Argument(format!("override {text}"));
+        Override::named(format!("override {text}"), text)
+    }
+
+    /// The same, with the name that faults in it have.
+    pub fn named(name: String, text: &str) -> Result<Self, SceneError> {
+        let origin = Origin::Alone(name);
         let Some((dotted, value)) = text.split_once('=') else {
             let message = "expected KEY=VALUE, for example time.dt=0.01";
             return Err(origin.blame(SceneError::new(FaultKind::BadOverride, "", message)));
         };
         let mut set = Override::new(origin, dotted, Value::Null)?;
-        set.value = match serde_json::from_str::<Tree>(value) {
-            Ok(tree) => tree.0,
-            Err(e) if value.trim_start().starts_with(['{', '[', '"']) => {
-                let message = format!("the value is not JSON: {e}");
-                return Err(set.blame(SceneError::new(FaultKind::BadOverride, dotted, message)));
-            }
-            Err(_) => Value::String(value.to_owned()),
+        let is_json = value.trim_start().starts_with(['{', '[', '"']);
+        set.value = match set.json(dotted, value) {
+            Err(fault) if is_json => return Err(fault),
+            read => read.unwrap_or_else(|_| Value::String(value.to_owned())),
         };
         Ok(set)
+    }
+
+    /// Gives a dotted key the value of a JSON text; faults in it have the name.
+    #[cfg(any(test, feature = "python"))]
+    pub fn of_json(name: String, dotted: &str, json: &str) -> Result<Self, SceneError> {
+        let mut set = Override::new(Origin::Alone(name), dotted, Value::Null)?;
+        set.value = set.json(dotted, json)?;
+        Ok(set)
+    }
+
+    fn json(&self, dotted: &str, text: &str) -> Result<Value, SceneError> {
+        serde_json::from_str::<Tree>(text).map(|tree| tree.0).map_err(|fault| {
+            let message = format!("the value is not JSON: {fault}");
+            self.blame(SceneError::new(FaultKind::BadOverride, dotted, message))
+        })
     }
 
     /// Gives the dotted key `dotted` the value that stands in a text at a path.
@@ -120,7 +137,7 @@ impl Override {
 impl Origin {
     fn blame(&self, error: SceneError) -> SceneError {
         let (text, path) = match self {
-            Origin::Argument(argument) => return error.of(argument),
+            Origin::Alone(name) => return error.of(name),
             Origin::Text(text, path) => (text, path),
         };
         let key_is_wrong = matches!(error.kind(), FaultKind::UnknownKey | FaultKind::BadOverride);
@@ -160,6 +177,23 @@ mod tests {
             json!({"forces": [{"uniform": {"group": "up"}}]})
         );
         assert_eq!(apply(json!({"x": 1}), "x=1e999").unwrap(), json!({"x": "1e999"}));
+    }
+
+    #[test]
+    fn faults_have_the_name_that_the_caller_gives() {
+        let fault =
+            |set: Result<Override, SceneError>| set.and_then(|set| set.apply(&mut json!({"s": 1}))).unwrap_err();
+        for set in [
+            Override::of_json("overrides[\"s.t\"]".into(), "s.t", "1"),
+            Override::of_json("overrides[\"s.t\"]".into(), "s.t", "{"),
+            Override::named("overrides[\"s.t\"]".into(), "s.t=1"),
+        ] {
+            let fault = fault(set);
+            assert_eq!((fault.origin(), fault.key()), (Some("overrides[\"s.t\"]"), "s.t"));
+            assert!(fault.to_string().starts_with("overrides[\"s.t\"]: s.t: "), "{fault}");
+        }
+        // A key with an equals sign in it is a key.
+        assert_eq!(Override::of_json("o".into(), "a=b", "2").unwrap().key, ["a=b"]);
     }
 
     #[test]

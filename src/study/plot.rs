@@ -2,13 +2,16 @@
 
 use super::StudyError;
 use crate::figure::{
-    self, AXIS, Area, COLOURS, COLUMN, DOT, Failed, Figure, Head, LINE, MARGIN, Name, POINT, TEXT, TEXT_WIDTH, TICK,
-    X_LABELS, Y_LABELS,
+    self, AXIS, Area, COLOURS, COLUMN, DOT, Failed, Figure, Head, LINE, MARGIN, Name, POINT, TEXT, TICK, X_LABELS,
+    Y_LABELS,
 };
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::ops::Range;
+
+/// The width of a page's text in points, 178 mm: what most journals of this field have.
+const TEXT_WIDTH: u32 = 505;
 
 /// Axes of a panel are so high over their width, and in narrow panels no lower than this (points).
 const ASPECT: f64 = 0.7;
@@ -152,7 +155,7 @@ impl Axis {
     }
 
     fn label(&self, value: f64, range: &Range<f64>) -> String {
-        if self.logarithmic { figure::power(value) } else { figure::tick(value, range.end - range.start) }
+        if self.logarithmic { power(value) } else { figure::tick(value, range.end - range.start) }
     }
 }
 
@@ -198,6 +201,24 @@ where
     Ok(())
 }
 
+/// The number beside a tick of a logarithmic axis, where it is neither small nor large, or as a power of ten.
+fn power(value: f64) -> String {
+    if (0.01..=1000.0).contains(&value) {
+        return figure::shortest(value, 2);
+    }
+    let text = format!("{value:.0e}");
+    match text.split_once('e') {
+        Some(("1", exponent)) => format!("10{}", exponent.chars().map(raised).collect::<String>()),
+        Some((digit, exponent)) => format!("{digit}·10{}", exponent.chars().map(raised).collect::<String>()),
+        None => text,
+    }
+}
+
+fn raised(digit: char) -> char {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    digit.to_digit(10).and_then(|digit| DIGITS.get(digit as usize).copied()).unwrap_or('⁻')
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -206,6 +227,11 @@ mod tests {
         let axis = |name| Axis { name, logarithmic };
         let curve = Curve { name: "one".into(), points, marked: true };
         Panel { title: "panel".into(), axes: [axis("x"), axis("y")], curves: vec![curve], guides: vec![2e-4] }
+    }
+
+    #[test]
+    fn ticks_of_logarithmic_axes_are_powers_of_ten() {
+        assert_eq!([1e-5, 1e4, 0.01, 100.0, 20.0, 2e-5].map(power), ["10⁻⁵", "10⁴", "0.01", "100", "20", "2·10⁻⁵"]);
     }
 
     #[test]

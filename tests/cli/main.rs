@@ -1,6 +1,8 @@
 //! The program from outside: exit statuses, what goes to which stream, files, interruption.
 #![allow(clippy::unwrap_used)]
 
+mod completions;
+mod flags;
 mod found_by_use;
 mod place;
 

@@ -86,9 +86,29 @@ class BadScenes(unittest.TestCase):
             self.assertEqual(self.refused(lambda: relcp.Scene.from_dict(bad)).line, None)
 
     def test_overrides(self):
-        fault = self.refused(lambda: relcp.Scene.load("colony", {"time.ent": 2}))
-        self.assertEqual((fault.origin, fault.key), ("override time.ent=2", "time.ent"))
-        self.refused(lambda: relcp.Scene.load("colony", ["time.end"]))
+        for overrides, origin, key in [
+            ({"time.ent": 2}, 'overrides["time.ent"]', "time.ent"),
+            ({"time.end": "soon"}, 'overrides["time.end"]', "time.end"),
+            ({"time.dt": -1}, 'overrides["time.dt"]', "time.dt"),
+            ({"time..dt": 1}, 'overrides["time..dt"]', "time..dt"),
+            ({"time.dt.x": 1}, 'overrides["time.dt.x"]', "time.dt.x"),
+            ({"time=dt": 1}, 'overrides["time=dt"]', "time=dt"),
+            ({"contact.method": {"multisphere": {}}}, 'overrides["contact.method"]', "contact.method.multisphere"),
+            (["time.dt=0.1", "time.ent=2"], 'overrides[1] "time.ent=2"', "time.ent"),
+            (["time.end"], 'overrides[0] "time.end"', ""),
+            ("time.end", 'overrides "time.end"', ""),
+        ]:
+            for make in [
+                lambda: relcp.Scene.load("colony", overrides),
+                lambda: relcp.Scene.from_dict(BALL, overrides),
+                lambda: relcp.Scene.from_json(json.dumps(BALL), overrides),
+            ]:
+                fault = self.refused(make)
+                self.assertTrue(fault.key.startswith(key), fault)
+                self.assertEqual(fault.origin, origin)
+                self.assertTrue(str(fault).startswith(origin + ": "), fault)
+        fault = self.refused(lambda: relcp.Scene.load("colony", {"time.dt": float("nan")}))
+        self.assertTrue(str(fault).startswith('overrides["time.dt"]: expected '), fault)
 
     def test_files(self):
         fault = self.refused(lambda: relcp.Scene.load("two-elipsoids"))
@@ -98,6 +118,42 @@ class BadScenes(unittest.TestCase):
     def test_bodies_without_a_place(self):
         crowded = {"isotropic": {"count": 50, "shape": {"sphere": {"radius": 1}}, "volume_fraction": 0.6}}
         self.refused(lambda: relcp.Simulation(relcp.Scene.from_dict({**BALL, "bodies": [], "generate": [crowded]})))
+
+
+class Words(unittest.TestCase):
+    def test_no_message_speaks_of_the_program_and_its_options(self):
+        ball = relcp.Scene.from_dict(BALL)
+        with tempfile.TemporaryDirectory() as place:
+            state = pathlib.Path(place) / "state.npz"
+            relcp.Simulation(ball).save(state)
+            torn = pathlib.Path(place) / "torn.npz"
+            torn.write_bytes(state.read_bytes()[:100])
+            other = relcp.Scene.load("three-capsules")
+            cases = [
+                lambda: relcp.Scene.load("colony", {"time.dt": -1}),
+                lambda: relcp.Scene.load("colony", ["time.dt"]),
+                lambda: relcp.Scene.load("colny"),
+                lambda: relcp.Scene.from_dict({**BALL, "seed": -1}),
+                lambda: relcp.Scene.from_json("{"),
+                lambda: relcp.Simulation(ball, backend="tpu"),
+                lambda: relcp.Simulation(ball, threads=0),
+                lambda: relcp.Simulation(ball, precision="f16"),
+                lambda: relcp.Simulation(ball, precision="f32"),
+                lambda: relcp.Simulation(ball, adapter="x"),
+                lambda: relcp.Simulation(ball, backend="gpu", adapter="no-such-adapter"),
+                lambda: relcp.Simulation(ball, backend="auto", adapter="no-such-adapter"),
+                lambda: relcp.Simulation(ball).step(0),
+                lambda: relcp.Simulation(ball).contacts(float("inf")),
+                lambda: relcp.Simulation(ball).save(pathlib.Path(place) / "no" / "state.npz"),
+                lambda: relcp.Simulation.resume(ball, pathlib.Path(place) / "none.npz"),
+                lambda: relcp.Simulation.resume(ball, torn),
+                lambda: relcp.Simulation.resume(other, state),
+            ]
+            for case in cases:
+                with self.assertRaises((relcp.Error, ValueError)) as caught:
+                    case()
+                message = f"{caught.exception} {getattr(caught.exception, 'help', '')}"
+                self.assertNotRegex(message, r"(^|[\s`'\"(])--?[a-z]|relcp [a-z]", message)
 
 
 if __name__ == "__main__":

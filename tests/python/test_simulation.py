@@ -4,6 +4,7 @@ import multiprocessing
 import os
 import pathlib
 import signal
+import subprocess
 import sys
 import tempfile
 import threading
@@ -197,6 +198,26 @@ class Devices(unittest.TestCase):
         with self.assertRaises(relcp.DeviceError):
             relcp.Simulation(scene, backend="gpu")
 
+    @unittest.skipUnless(os.name == "posix", "other systems have no such variable")
+    def test_drivers_are_silent_without_a_runtime_folder(self):
+        program = """
+import os, relcp
+relcp.devices()
+scene = relcp.Scene.load("three-capsules")
+for backend in ("auto", "gpu"):
+    try:
+        relcp.Simulation(scene, backend=backend).run()
+    except relcp.DeviceError:
+        pass
+assert "XDG_RUNTIME_DIR" not in os.environ
+os.environ["XDG_RUNTIME_DIR"] = "/"
+relcp.devices()
+assert os.environ["XDG_RUNTIME_DIR"] == "/"
+"""
+        environment = {name: value for name, value in os.environ.items() if name != "XDG_RUNTIME_DIR"}
+        ran = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True)
+        self.assertEqual((ran.returncode, ran.stderr), (0, ""))
+
     def test_a_run(self):
         if not any(adapter["taken"] for adapter in relcp.devices()):
             if os.environ.get("RELCP_REQUIRE_GPU") == "1":
@@ -290,6 +311,9 @@ class Process(unittest.TestCase):
         self.assertEqual(simulation.state_hash, alone.state_hash)
 
     def test_an_interrupt_ends_it_between_two_steps(self):
+        # A process that was started in the background of a script ignores the signal, and so would this one.
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        self.addCleanup(signal.signal, signal.SIGINT, before)
         simulation = relcp.Simulation(crowd())
         threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
         begun = time.monotonic()

@@ -1,5 +1,6 @@
 //! The program's arguments: its commands, and those of them that are small.
 
+mod complete;
 mod number;
 mod run;
 mod states;
@@ -9,7 +10,7 @@ pub(super) use run::{Backend, Batch, Compute, Precision, Print, Run};
 pub(super) use states::{Contacts, Export, ExportFormat, Measure, Render, View};
 pub(super) use study::{Study, StudyName};
 
-use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum, ValueHint};
+use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use relcp::figure::Format;
 use std::path::PathBuf;
 
@@ -129,6 +130,7 @@ pub(super) struct Man {
 #[command(after_help = "Example:\n  relcp scenes two-ellipsoids > mine.json")]
 pub(super) struct Scenes {
     /// Print this one, as JSON
+    #[arg(add = complete::built_in())]
     pub(super) name: Option<String>,
     /// List them as JSON
     #[arg(long)]
@@ -148,7 +150,7 @@ pub(super) struct Devices {
 #[command(after_help = "Example:\n  relcp check mine.json --set time.end=2")]
 pub(super) struct Check {
     /// A scene file, the name of a built-in scene, or - for the standard input
-    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    #[arg(value_name = "SCENE", add = complete::scene())]
     pub(super) scene: PathBuf,
     /// Replace a value of the scene by its dotted key
     #[arg(long = "set", value_name = "KEY=VALUE")]

@@ -1,6 +1,6 @@
 //! Arguments of commands that compute: what with, and what is run.
 
-use super::MOST_THREADS;
+use super::{MOST_THREADS, complete};
 use clap::{Args, ValueEnum, ValueHint};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -62,10 +62,10 @@ The folder has scene.json, steps.csv, states/, final.json, final.png, summary.js
 pub(in crate::cli) struct Run {
     /// A scene file, the name of a built-in scene, or - for the standard input; with --resume and --out it may be left
     /// out
-    #[arg(value_name = "SCENE", value_hint = ValueHint::FilePath)]
+    #[arg(value_name = "SCENE", add = complete::scene())]
     pub(in crate::cli) scene: Option<PathBuf>,
     /// The run's folder, new or empty; without it, runs/NAME, or runs/NAME-2 and so on where that is taken
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: Option<PathBuf>,
     /// Replace a value of the scene by its dotted key, as in time.dt=0.01 or bodies.0.position=[0,0,1]
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -114,10 +114,10 @@ Ctrl-C stops all of them with checkpoints. The exit status is the worst of the m
 #[command(after_help = BATCH_EXAMPLES)]
 pub(in crate::cli) struct Batch {
     /// A sweep file; `relcp schema --sweep` describes it
-    #[arg(value_name = "SWEEP")]
+    #[arg(value_name = "SWEEP", value_hint = ValueHint::FilePath)]
     pub(in crate::cli) sweep: PathBuf,
     /// The folder with the members' folders; without it, runs/NAME
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: Option<PathBuf>,
     /// Most members at a time; without it, one a core, and on a device one. The results are the same bits for any
     /// number

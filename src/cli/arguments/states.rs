@@ -1,8 +1,8 @@
 //! Arguments of commands that look at states: contacts, export, measure, render, view.
 
 use super::number::{length, positive, range, size};
-use super::{Backend, Figures, MOST_THREADS, Print};
-use clap::{Args, ValueEnum};
+use super::{Backend, Figures, MOST_THREADS, Print, complete};
+use clap::{Args, ValueEnum, ValueHint};
 use relcp::figure::Format;
 use relcp::render::{Background, Fit, Quantity, Side};
 use std::path::PathBuf;
@@ -19,9 +19,9 @@ Examples:
 #[derive(Args, Debug)]
 #[command(after_help = CONTACTS_EXAMPLES)]
 pub(in crate::cli) struct Contacts {
-    /// A scene file, a run's final.json, one of its states (.npz; it knows no walls), or a run's folder: the state that
-    /// it stands at
-    #[arg(value_name = "STATE")]
+    /// A scene file, the name of a built-in scene, a run's final.json, one of its states (.npz; it knows no walls), or a
+    /// run's folder: the state that it stands at
+    #[arg(value_name = "STATE", add = complete::run())]
     pub(in crate::cli) state: PathBuf,
     /// Pairs nearer than this, a length; in a periodic scene at most the shortest period
     #[arg(long, value_name = "LENGTH", default_value_t = 0.0, value_parser = length)]
@@ -62,13 +62,13 @@ pub(in crate::cli) enum ExportFormat {
 #[command(after_help = EXPORT_EXAMPLES)]
 pub(in crate::cli) struct Export {
     /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
-    #[arg(value_name = "RUN")]
+    #[arg(value_name = "RUN", add = complete::run())]
     pub(in crate::cli) run: PathBuf,
     /// The format
     #[arg(long, value_enum)]
     pub(in crate::cli) format: ExportFormat,
     /// Output folder [default: RUN/FORMAT; for a single file NAME-FORMAT in the current folder]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: Option<PathBuf>,
     /// The last state only
     #[arg(long)]
@@ -98,7 +98,7 @@ in the checkpoint, and in all states of a run with output.forces; stress and for
 #[command(after_help = MEASURE_EXAMPLES)]
 pub(in crate::cli) struct Measure {
     /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
-    #[arg(value_name = "RUN")]
+    #[arg(value_name = "RUN", add = complete::run())]
     pub(in crate::cli) run: PathBuf,
     /// These measures only, by commas or as often as needed: nematic, correlation, radius, packing, density, length,
     /// contacts, stress, force_chains, microdomains, dissipation
@@ -108,7 +108,7 @@ pub(in crate::cli) struct Measure {
     #[arg(long)]
     pub(in crate::cli) last: bool,
     /// Where the files go; without it RUN/measures, and for what is no folder NAME-measures here
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: Option<PathBuf>,
     /// Width of the bins of distance, a length; without it the median thickness of the bodies
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
@@ -151,16 +151,16 @@ A movie is made where `ffmpeg` is on the path. A hardware GPU casts the rays if 
 #[command(after_help = RENDER_EXAMPLES)]
 pub(in crate::cli) struct Render {
     /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
-    #[arg(value_name = "RUN")]
+    #[arg(value_name = "RUN", add = complete::run())]
     pub(in crate::cli) run: PathBuf,
     /// Where the files go; without it RUN/render, and for what is no folder NAME-render here
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: Option<PathBuf>,
     /// Quantity shown by the colours
     #[arg(long, value_enum, default_value = "orientation")]
     pub(in crate::cli) colour: Quantity,
-    /// Range of the colour scale, as in 0:2.5 [default: all values, except the largest
-    /// hundredth of speeds, overlaps, forces and pressures
+    /// Range of the colour scale, as in 0:2.5 [default: all values, except the largest hundredth of speeds, overlaps,
+    /// forces and pressures]
     #[arg(long, value_name = "LOW:HIGH", allow_hyphen_values = true, value_parser = range)]
     pub(in crate::cli) range: Option<[f64; 2]>,
     /// Width and height in pixels
@@ -197,7 +197,7 @@ pub(in crate::cli) struct Render {
     #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=MOST_A_SECOND))]
     pub(in crate::cli) fps: u32,
     /// The movie, .mp4, .mov or .mkv; without it movie.mp4 beside frames, where there is `ffmpeg`
-    #[arg(long, value_name = "FILE", conflicts_with = "no_movie")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "no_movie")]
     pub(in crate::cli) movie: Option<PathBuf>,
     /// No movie, also where there is `ffmpeg`
     #[arg(long)]
@@ -229,10 +229,10 @@ The command replaces an earlier page only when the new one is complete.";
 #[command(after_help = VIEW_EXAMPLES)]
 pub(in crate::cli) struct View {
     /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
-    #[arg(value_name = "RUN")]
+    #[arg(value_name = "RUN", add = complete::run())]
     pub(in crate::cli) run: PathBuf,
     /// Output file [default: RUN/view.html; for a single file NAME-view.html in the current folder]
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(in crate::cli) out: Option<PathBuf>,
     /// First colour; the page offers every colour that the states have data for
     #[arg(long, value_enum, default_value = "orientation")]

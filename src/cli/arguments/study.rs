@@ -1,7 +1,7 @@
 //! Arguments of studies.
 
 use super::{Compute, Figures, Print};
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
 use std::path::PathBuf;
 
 /// What is measured.
@@ -53,7 +53,7 @@ pub(in crate::cli) struct Study {
     #[arg(value_enum)]
     pub(in crate::cli) name: StudyName,
     /// For solvers: files of LCPs, folders of them, or runs with them (see solver.dump), in place of the built-in ones
-    #[arg(value_name = "FILES")]
+    #[arg(value_name = "FILES", value_hint = ValueHint::AnyPath)]
     pub(in crate::cli) files: Vec<PathBuf>,
     /// For throughput: the largest number of bodies
     #[arg(long, value_name = "N", default_value_t = 10_000)]
@@ -71,7 +71,7 @@ pub(in crate::cli) struct Study {
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub(in crate::cli) warm_up: u32,
     /// For work-precision: makes the reference solutions anew and writes them into this folder, in place of the study
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) make_references: Option<PathBuf>,
     /// For hard: so many scenes drawn from --seed, in place of the cases
     #[arg(long, value_name = "N")]
@@ -86,7 +86,7 @@ pub(in crate::cli) struct Study {
     #[arg(long)]
     pub(in crate::cli) quick: bool,
     /// Where the tables go; with all, a folder for each study in it
-    #[arg(long, value_name = "DIR", default_value = "studies")]
+    #[arg(long, value_name = "DIR", default_value = "studies", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: PathBuf,
     #[command(flatten)]
     pub(in crate::cli) figures: Figures,

@@ -70,7 +70,7 @@ class Scene:
 
     @staticmethod
     def load(source: _Path, overrides: _Overrides = None) -> Scene:
-        """A built-in scene by its name, or else a scene file by its path; `overrides` as the program's `--set`."""
+        """A built-in scene by its name, or else a scene file by its path; `overrides` gives dotted keys other values."""
 
     @staticmethod
     def from_json(text: str, overrides: _Overrides = None, origin: str = "text") -> Scene:

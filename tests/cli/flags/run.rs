@@ -1,0 +1,101 @@
+//! Flags of `relcp run`, and those of every command.
+
+use super::{Case, EVERY, Place, case, compute, fresh, json, ran, shows_json, shows_quiet, threads};
+
+pub const CASES: &[Case] = &[
+    case(EVERY, "--help", help),
+    case(EVERY, "--version", version),
+    case(EVERY, "--log", log),
+    case("run", "--out", out),
+    case("run", "--set", set),
+    case("run", "--resume", resume),
+    case("run", "--checkpoint-every", checkpoint_every),
+    case("run", "--max-wall", max_wall),
+    case("run", "--view", view),
+    case("run", "--profile", profile),
+    case("run", "--backend", compute::shows_backend),
+    case("run", "--adapter", compute::shows_adapter),
+    case("run", "--precision", compute::shows_precision),
+    case("run", "--threads", threads::shows),
+    case("run", "--json", shows_json),
+    case("run", "--quiet", shows_quiet),
+];
+
+fn help(place: &Place, _: &str) {
+    for arguments in [&["--help"][..], &["run", "--help"], &["study", "--help"]] {
+        let help = place.relcp(arguments).expect(0).out;
+        assert!(help.contains("Usage: relcp") && help.contains("Options:"), "{help}");
+    }
+}
+
+fn version(place: &Place, _: &str) {
+    assert_eq!(place.relcp(&["--version"]).expect(0).out.trim(), format!("relcp {}", env!("CARGO_PKG_VERSION")));
+}
+
+fn log(place: &Place, _: &str) {
+    let levels = |level: &str| {
+        let err = ran(place, "run", &["--quiet", "--log", level]).expect(0).err;
+        ["INFO", "DEBUG", "TRACE"].map(|level| err.contains(level))
+    };
+    assert_eq!(levels("error"), [false; 3]);
+    assert_eq!(levels("warn"), [false; 3]);
+    assert_eq!(levels("info"), [true, false, false]);
+    assert_eq!(levels("debug"), [true, true, false]);
+    assert_eq!(levels("trace"), [true; 3]);
+}
+
+fn out(place: &Place, _: &str) {
+    let out = fresh();
+    let run = ["run", "rods.json", "--set", "time.end=0.02", "--quiet"];
+    place.relcp(&[&run[..], &["--out", &out]].concat()).expect(0);
+    assert!(place.at(&out).join("summary.json").is_file() && !place.at("runs").exists());
+    // A folder that is not empty is refused; without the option the run has a place of its own.
+    place.relcp(&[&run[..], &["--out", &out]].concat()).expect(2);
+    place.relcp(&run).expect(0);
+    place.relcp(&run).expect(0);
+    assert!(place.at("runs/rods/summary.json").is_file() && place.at("runs/rods-2/summary.json").is_file());
+}
+
+fn set(place: &Place, _: &str) {
+    let sets = ["--set", "time.dt=0.01", "--set", "bodies.0.position=[0,0,9]"];
+    assert_eq!(json(place, "run", &sets)["steps"], 10);
+    assert_eq!(json(place, "run", &[])["steps"], 5);
+}
+
+fn resume(place: &Place, _: &str) {
+    let out = fresh();
+    let run = ["run", "rods.json", "--set", "time.end=0.1", "--quiet", "--out", &out];
+    place.relcp(&[&run[..], &["--max-wall", "0"]].concat()).expect(130);
+    place.relcp(&["run", "--resume", "--quiet", "--out", &out]).expect(0);
+    let resumed = place.json(&format!("{out}/summary.json"));
+    assert_eq!(resumed["state_hash"], json(place, "run", &[])["state_hash"]);
+}
+
+fn checkpoint_every(place: &Place, _: &str) {
+    let checkpoints = |more: &[&str]| {
+        let err = ran(place, "run", &[more, &["--log", "info"]].concat()).expect(0).err;
+        err.lines().filter(|line| line.contains("checkpoint into")).count()
+    };
+    let (rare, often) = (checkpoints(&[]), checkpoints(&["--checkpoint-every", "0"]));
+    // A run has one as it begins and as it ends, and so one after each of its five steps.
+    assert!(rare <= 3 && often >= rare + 4, "{rare} {often}");
+    ran(place, "run", &["--checkpoint-every", "soon"]).expect(2);
+}
+
+fn max_wall(place: &Place, _: &str) {
+    let stopped = ran(place, "run", &["--max-wall", "0"]).expect(130);
+    assert!(stopped.err.contains("go on with: relcp run --resume"), "{stopped:#?}");
+    ran(place, "run", &["--max-wall", "600"]).expect(0);
+}
+
+fn view(place: &Place, _: &str) {
+    let printed = json(place, "run", &["--view"]);
+    assert!(place.at(printed["view"].as_str().unwrap()).is_file());
+    assert!(json(place, "run", &[]).get("view").is_none());
+}
+
+fn profile(place: &Place, _: &str) {
+    let out = ran(place, "run", &["--profile"]).expect(0).out;
+    assert!(out.contains("narrow phase ") && out.contains("of memory"), "{out}");
+    assert!(!ran(place, "run", &[]).expect(0).out.contains("of memory"));
+}

@@ -1,0 +1,141 @@
+//! Flags of `relcp study`.
+
+use super::{Case, Place, case, compute, fresh, ran, shows_json, shows_quiet, threads};
+use serde_json::Value;
+use std::process::{Command, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+pub const CASES: &[Case] = &[
+    case("study", "--largest", largest),
+    case("study", "--smallest", smallest),
+    case("study", "--of", of),
+    case("study", "--steps", steps),
+    case("study", "--warm-up", warm_up),
+    case("study", "--make-references", make_references),
+    case("study", "--random", random),
+    case("study", "--confined", confined),
+    case("study", "--seed", seed),
+    case("study", "--quick", quick),
+    case("study", "--out", out),
+    case("study", "--backend", compute::shows_backend),
+    case("study", "--adapter", compute::shows_adapter),
+    case("study", "--precision", compute::shows_precision),
+    case("study", "--threads", threads::shows),
+    case("study", "--json", shows_json),
+    case("study", "--quiet", shows_quiet),
+];
+
+fn study(place: &Place, words: &str) -> (Value, String) {
+    let out = fresh();
+    let line = format!("study {words} --backend cpu --json --quiet --out {out}");
+    let ran = place.relcp(&line.split(' ').collect::<Vec<_>>());
+    assert!(matches!(ran.status, Some(0 | 3)), "{ran:#?}");
+    (serde_json::from_str(&ran.out).unwrap(), out)
+}
+
+/// One size of throughput, measured once: the table, and the page.
+fn throughput(place: &Place) -> &'static (Value, String) {
+    static MEASURED: OnceLock<(Value, String)> = OnceLock::new();
+    MEASURED.get_or_init(|| {
+        let (rows, out) = study(place, "throughput --of colony --largest 1024 --steps 1 --warm-up 0");
+        (rows, std::fs::read_to_string(place.at(&out).join("throughput.md")).unwrap())
+    })
+}
+
+fn sizes(rows: &Value) -> Vec<u64> {
+    rows.as_array().unwrap().iter().map(|row| row["bodies"].as_u64().unwrap()).collect()
+}
+
+fn largest(place: &Place, _: &str) {
+    assert_eq!(sizes(&throughput(place).0), [1024]);
+    assert!(sizes(&study(place, "throughput --of colony --largest 1023").0).is_empty());
+}
+
+fn smallest(place: &Place, _: &str) {
+    assert!(sizes(&study(place, "throughput --smallest 1025 --largest 1025").0).is_empty());
+}
+
+/// A compaction has a size of 1,000 bodies, and would be there.
+fn of(place: &Place, _: &str) {
+    assert_eq!(throughput(place).0[0]["kind"], "colony");
+    assert!(sizes(&study(place, "throughput --of colony --largest 1000").0).is_empty());
+    ran(place, "study", &["--of", "rods"]).expect(2);
+}
+
+fn steps(place: &Place, _: &str) {
+    let (rows, page) = throughput(place);
+    assert!(rows[0]["steps"] == 1 && page.contains("1 steps timed after 0"), "{page}");
+    ran(place, "study", &["--steps", "0"]).expect(2);
+}
+
+fn warm_up(place: &Place, _: &str) {
+    assert!(throughput(place).1.contains("timed after 0"));
+    let page = ran(place, "study", &["--warm-up", "3"]).expect(0).out;
+    assert!(page.contains("5 steps timed after 3"), "{page}");
+}
+
+/// Minutes in all: the first of them is waited for.
+fn make_references(place: &Place, _: &str) {
+    let out = fresh();
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin("relcp"))
+        .current_dir(&place.0)
+        .args(["study", "work-precision", "--quiet", "--make-references", &out])
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let begun = Instant::now();
+    let made = || {
+        place.at(&out).read_dir().is_ok_and(|mut files| {
+            files
+                .any(|file| file.is_ok_and(|file| file.path().extension().is_some_and(|extension| extension == "json")))
+        })
+    };
+    while !made() && begun.elapsed() < Duration::from_secs(120) {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    // In place of the study.
+    assert!(made() && !place.at("studies").exists());
+}
+
+fn names(rows: &Value) -> Vec<&str> {
+    rows["rows"].as_array().unwrap().iter().map(|row| row["name"].as_str().unwrap()).collect()
+}
+
+fn random(place: &Place, _: &str) {
+    let (rows, _) = study(place, "hard --random 3 --quick");
+    assert_eq!(names(&rows).len(), 3, "{rows}");
+    assert!(ran(place, "study", &["--random", "3"]).expect(2).err.contains("relcp study hard"));
+}
+
+fn confined(place: &Place, _: &str) {
+    let (rows, _) = study(place, "hard --confined 1 --quick");
+    assert!(matches!(names(&rows)[..], [name] if name.starts_with("confined-1")), "{rows}");
+}
+
+fn seed(place: &Place, _: &str) {
+    let drawn = |seed: &str| {
+        let rows = study(place, &format!("hard --random 2 --quick --seed {seed}")).0;
+        assert_eq!(rows["seed"].to_string(), seed);
+        rows["rows"].to_string()
+    };
+    assert!(drawn("4") != drawn("5"));
+}
+
+fn quick(place: &Place, _: &str) {
+    let run = "run three-capsules --backend cpu --quiet --set solver.dump.when=all --set solver.dump.most=1 --out lcps";
+    place.relcp(&run.split(' ').collect::<Vec<_>>()).expect(0);
+    let (quick, full) = (study(place, "solvers lcps --quick").0, study(place, "solvers lcps").0);
+    assert!(quick["size"] != full["size"], "{quick}");
+}
+
+fn out(place: &Place, _: &str) {
+    let words = ["study", "throughput", "--largest", "1", "--backend", "cpu", "--quiet"];
+    let out = fresh();
+    place.relcp(&[&words[..], &["--out", &out]].concat()).expect(0);
+    assert!(place.at(&out).join("throughput.md").is_file() && !place.at("studies").exists());
+    place.relcp(&words).expect(0);
+    assert!(place.at("studies/throughput.md").is_file());
+}
