@@ -271,11 +271,12 @@ class Viewer {
   /** Draws soon, and finely when nothing has moved for a while. */
   request() {
     clearTimeout(this.resting);
-    this.resting = setTimeout(() => this.draw(true), this.playing ? 10 * REST : REST);
     if (this.drawing) return;
     this.drawing = requestAnimationFrame(() => {
       this.drawing = undefined;
       this.draw(false);
+      // Only now: a slow browser has waited longer than that for this frame, and the coarse picture would come last.
+      this.resting = setTimeout(() => this.draw(true), this.playing ? 10 * REST : REST);
     });
   }
 
