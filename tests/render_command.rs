@@ -62,7 +62,7 @@ fn a_run_has_a_picture_a_state_with_one_camera_and_one_scale() {
     colony(place.path(), "run", false);
     let (out, err) = relcp(place.path(), &["render", "run", "--colour", "length", "--size", "400x250"], 0);
     assert!(out.starts_with("6 pictures of 400 x 250 in run/render/frames") && err.is_empty(), "{out}{err}");
-    assert!(out.contains("note: no movie: there is no `ffmpeg` on the path"), "{out}");
+    assert!(out.contains("note: no movie.mp4: there is no `ffmpeg` on the path"), "{out}");
     let folder = place.path().join("run/render");
     assert_eq!(names(&folder), ["frames", "frames.json"]);
     assert_eq!(names(&folder.join("frames")), (0..6).map(|k| format!("{k:06}.png")).collect::<Vec<_>>());
@@ -312,6 +312,50 @@ mod movies {
         assert_eq!(names(&place.path().join("run/render")), ["frames", "frames.json"]);
         assert_eq!(names(&place.path().join("run/render/frames")).len(), 6);
     }
+}
+
+/// The pictures of an animated PNG, each as the page shows it, and how long, in seconds.
+fn played(path: &Path) -> Vec<(Vec<u8>, f64)> {
+    let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap()));
+    let mut reader = decoder.read_info().unwrap();
+    let [width, height] = [reader.info().width, reader.info().height].map(|side| side as usize);
+    let count = reader.info().animation_control().unwrap().num_frames;
+    let mut shown = vec![0; 3 * width * height];
+    let mut played = Vec::new();
+    for _ in 0..count {
+        let mut part = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut part).unwrap();
+        let control = *reader.info().frame_control().unwrap();
+        let [left, top, wide, high] =
+            [control.x_offset, control.y_offset, control.width, control.height].map(|number| number as usize);
+        for row in 0..high {
+            let at = 3 * ((top + row) * width + left);
+            shown[at..at + 3 * wide].copy_from_slice(&part[3 * row * wide..3 * (row + 1) * wide]);
+        }
+        played.push((shown.clone(), f64::from(control.delay_num) / f64::from(control.delay_den)));
+    }
+    played
+}
+
+#[test]
+fn a_moving_picture_needs_no_other_program() {
+    let place = tempfile::tempdir().unwrap();
+    colony(place.path(), "run", false);
+    let arguments = ["render", "run", "--size", "64x64", "--fps", "10", "--movie", "colony.png"];
+    let (out, _) = relcp(place.path(), &arguments, 0);
+    assert!(out.contains("colony.png") && !out.contains("ffmpeg"), "{out}");
+    let played = played(&place.path().join("colony.png"));
+    let pictures = names(&place.path().join("run/render/frames"));
+    assert_eq!(played.len(), pictures.len());
+    for (name, (shown, _)) in pictures.iter().zip(&played) {
+        let file = fs::File::open(place.path().join("run/render/frames").join(name)).unwrap();
+        let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
+        let mut drawn = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut drawn).unwrap();
+        assert!(drawn == *shown, "{name}");
+    }
+    let (last, others) = played.split_last().unwrap();
+    assert!(last.1 == 1.0 && others.iter().all(|(_, seconds)| *seconds == 0.1));
 }
 
 #[test]

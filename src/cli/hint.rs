@@ -97,7 +97,7 @@ fn of_render(error: &RenderError) -> Option<&'static str> {
         RenderError::NoScale { .. } => Some("leave --range out, or choose another --colour"),
         RenderError::Nothing { .. } => Some("leave out --from and --to for all states"),
         RenderError::Foreign { .. } => Some("name another folder with --out"),
-        RenderError::NoEncoder => Some("install ffmpeg, or leave --movie out for pictures only"),
+        RenderError::NoEncoder => Some("install ffmpeg, or make an animated PNG, which needs none: --movie NAME.png"),
         RenderError::Stopped { .. } => Some("the same command again starts anew and replaces what is there"),
         _ => None,
     }

@@ -8,7 +8,9 @@ use indicatif::ProgressBar;
 use relcp::figure::Format;
 use relcp::gpu::{Choice, Gpu, GpuError, adapters};
 use relcp::record::{RecordError, States, durable};
-use relcp::render::{Background, Encoder, Frames, MOVIE, Rays, RenderError, Rendered, movie, render_on};
+use relcp::render::{
+    Background, ENDINGS, Encoder, Frames, MOVIE, MovieKind, Rays, RenderError, Rendered, movie, render_on,
+};
 use serde::Serialize;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -48,11 +50,10 @@ pub(super) fn render(arguments: &Arguments) -> Result<Exit, CliError> {
 
 /// What would keep a movie from being made, before any work.
 fn check_movie(movie: &Path, encoder: Option<&Encoder>) -> Result<(), CliError> {
-    if !Encoder::knows(movie) {
-        return Err(CliError::Usage("--movie: the name must end in .mp4, .mov or .mkv".into()));
-    }
-    if encoder.is_none() {
-        return Err(RenderError::NoEncoder.into());
+    match MovieKind::of(movie) {
+        None => return Err(CliError::Usage(format!("--movie: the name must end in {ENDINGS}"))),
+        Some(MovieKind::Video(_)) if encoder.is_none() => return Err(RenderError::NoEncoder.into()),
+        Some(_) => {}
     }
     let folder = durable::folder_of(movie);
     let found = folder.metadata().map_err(RecordError::io(folder, "find the movie's folder"))?;
@@ -136,10 +137,10 @@ fn make_movie(
     {
         return Ok(None);
     }
-    let Some(encoder) = encoder else {
-        rendered.notes.push("no movie: there is no `ffmpeg` on the path".into());
+    if encoder.is_none() && arguments.movie.is_none() {
+        rendered.notes.push("no movie.mp4: there is no `ffmpeg` on the path; --movie NAME.png needs none".into());
         return Ok(None);
-    };
+    }
     let path = arguments.movie.clone().unwrap_or_else(|| folder.join(MOVIE));
     movie(encoder, folder, arguments.fps, &path)?;
     Ok(Some(path))

@@ -78,9 +78,9 @@ pub enum RenderError {
         /// Their folder.
         path: PathBuf,
     },
-    /// There is no encoder for a movie.
-    #[error("no movie can be made: there is no `ffmpeg` on the path")]
-    #[diagnostic(help("install ffmpeg, or make pictures only"))]
+    /// There is no encoder for a video.
+    #[error("no video can be made: there is no `ffmpeg` on the path")]
+    #[diagnostic(help("install ffmpeg, or make an animated PNG, which needs none"))]
     NoEncoder,
     /// The encoder did not make the movie.
     #[error("{}: ffmpeg made no movie: {what}", path.display())]

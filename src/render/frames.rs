@@ -19,6 +19,11 @@ use std::path::{Path, PathBuf};
 
 /// The folder of the pictures, in that of a rendering.
 pub(super) const FOLDER: &str = "frames";
+/// The file of a picture, in the folder of a rendering.
+pub(super) fn picture_file(number: usize, format: Format) -> PathBuf {
+    Path::new(FOLDER).join(format!("{number:06}.{}", format.extension()))
+}
+
 /// What a rendering says of itself. It is there, not complete, before the first picture.
 const DOCUMENT: &str = "frames.json";
 /// The movie, where it has no other place.

@@ -5,6 +5,7 @@
 //!
 //! [`picture`] is of bodies; [`render`](fn@render) makes those of a run's states, and [`fn@movie`] a movie of them.
 
+mod animation;
 mod backdrop;
 mod camera;
 mod caption;
@@ -37,7 +38,7 @@ pub use frames::MOVIE;
 pub use frames::{Fit, Frames, Rendered, RenderedFrame, render, render_on};
 pub(crate) use frames::{inside, interval};
 pub use image::Image;
-pub use movie::{Encoder, movie};
+pub use movie::{ENDINGS, Encoder, MovieKind, movie};
 pub use quantity::Quantity;
 pub use rays::Rays;
 pub use scale::Scale;

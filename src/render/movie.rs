@@ -1,13 +1,19 @@
-//! A movie of pictures, by the program `ffmpeg` where it is on the path.
+//! A movie of pictures: an animated PNG, or a video by the program `ffmpeg` where it is on the path.
 
-use super::RenderError;
+use super::frames::picture_file;
+use super::{RenderError, animation};
+use crate::figure::Format;
 use crate::record::RecordError;
 use crate::record::durable;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Endings of a movie's name, and what the encoder calls these formats.
-const FORMATS: [(&str, &str); 3] = [("mp4", "mp4"), ("mov", "mov"), ("mkv", "matroska")];
+/// Endings of a video's name, and what the encoder calls these formats.
+const VIDEOS: [(&str, &str); 3] = [("mp4", "mp4"), ("mov", "mov"), ("mkv", "matroska")];
+/// Endings of an animated PNG's name.
+const ANIMATIONS: [&str; 2] = ["png", "apng"];
+/// All of them, in a message.
+pub const ENDINGS: &str = ".png, .apng, .mp4, .mov or .mkv";
 /// Options of the video encoders, the first that the program has is taken: H.264 at its default quality, else MPEG-4.
 const CODECS: [&[&str]; 2] = [&["-c:v", "libx264"], &["-c:v", "mpeg4", "-q:v", "2"]];
 /// Players take even widths and heights only: one more column or row where it must be.
@@ -26,16 +32,26 @@ impl Encoder {
         let name = format!("ffmpeg{}", std::env::consts::EXE_SUFFIX);
         std::env::split_paths(&path).map(|folder| folder.join(&name)).find(|file| is_program(file)).map(Encoder)
     }
-
-    /// Whether a movie of this name can be made, by its ending.
-    pub fn knows(movie: &Path) -> bool {
-        format(movie).is_some()
-    }
 }
 
-fn format(movie: &Path) -> Option<&'static str> {
-    let ending = movie.extension()?.to_str()?.to_ascii_lowercase();
-    FORMATS.iter().find(|(of, _)| *of == ending).map(|(_, format)| *format)
+/// What a movie of a name is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MovieKind {
+    /// An animated PNG, which the program writes itself.
+    Animation,
+    /// A video, by `ffmpeg`, which calls it so.
+    Video(&'static str),
+}
+
+impl MovieKind {
+    /// That of a movie of this name, by its ending.
+    pub fn of(movie: &Path) -> Option<MovieKind> {
+        let ending = movie.extension()?.to_str()?.to_ascii_lowercase();
+        if ANIMATIONS.contains(&ending.as_str()) {
+            return Some(MovieKind::Animation);
+        }
+        VIDEOS.iter().find(|(of, _)| *of == ending).map(|(_, format)| MovieKind::Video(format))
+    }
 }
 
 #[cfg(unix)]
@@ -50,13 +66,38 @@ fn is_program(file: &Path) -> bool {
 }
 
 /// Makes a movie of the pictures that [`render`](super::render) left in `folder`, so many a second. It is there whole
-/// or not at all; a file of that name is replaced.
+/// or not at all; a file of that name is replaced. An animation needs no encoder, repeats, and shows its last picture
+/// for a second.
 ///
 /// # Errors
-/// [`RenderError::Encoder`] where the program fails or knows no movie of that name; a file that cannot be written.
-pub fn movie(encoder: &Encoder, folder: &Path, frames_a_second: u32, movie: &Path) -> Result<(), RenderError> {
-    let fault = |what: String| RenderError::Encoder { path: movie.into(), what };
-    let format = format(movie).ok_or_else(|| fault("its name must end in .mp4, .mov or .mkv".into()))?;
+/// [`RenderError::Encoder`] where the program fails or the name is of no kind of movie; [`RenderError::NoEncoder`] for
+/// a video without one; a file that cannot be read or written.
+pub fn movie(encoder: Option<&Encoder>, folder: &Path, frames_a_second: u32, movie: &Path) -> Result<(), RenderError> {
+    match MovieKind::of(movie) {
+        Some(MovieKind::Animation) => {
+            let pictures: Vec<PathBuf> = (0..)
+                .map(|number| folder.join(picture_file(number, Format::Png)))
+                .take_while(|file| file.is_file())
+                .collect();
+            animation::write(&pictures, frames_a_second, movie)
+        }
+        Some(MovieKind::Video(format)) => {
+            video(encoder.ok_or(RenderError::NoEncoder)?, format, folder, frames_a_second, movie)
+        }
+        None => {
+            let what = format!("its name must end in {ENDINGS}");
+            Err(RenderError::Encoder { path: movie.into(), what })
+        }
+    }
+}
+
+fn video(
+    encoder: &Encoder,
+    format: &str,
+    folder: &Path,
+    frames_a_second: u32,
+    movie: &Path,
+) -> Result<(), RenderError> {
     let pictures = folder.join("frames").join("%06d.png");
     durable::place_by(movie, |part| {
         let mut said = String::new();
@@ -72,7 +113,7 @@ pub fn movie(encoder: &Encoder, folder: &Path, frames_a_second: u32, movie: &Pat
             }
             said = format!("{} ({})", last(&done.stderr), done.status);
         }
-        Err(fault(said))
+        Err(RenderError::Encoder { path: movie.into(), what: said })
     })
 }
 

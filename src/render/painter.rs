@@ -2,7 +2,7 @@
 
 use super::backdrop::Backdrop;
 use super::camera::{Extent, axes_from};
-use super::frames::{FOLDER, Fit, Frames, RenderedFrame, inside, interval};
+use super::frames::{FOLDER, Fit, Frames, RenderedFrame, inside, interval, picture_file};
 use super::scale::{self, Scale};
 use super::{
     BLACK, Background, Camera, Image, Rays, RenderError, Side, View, WHITE, caption, inks_on, on_cpu, on_device,
@@ -177,7 +177,7 @@ impl Painter<'_> {
                 .file(format)
                 .map_err(|what| RecordError::io(folder, "draw a picture")(std::io::Error::other(what)))?,
         };
-        let file = Path::new(FOLDER).join(format!("{number:06}.{}", self.frames.format.extension()));
+        let file = picture_file(number, self.frames.format);
         durable::place(&folder.join(&file), &bytes)?;
         Ok(RenderedFrame {
             file,

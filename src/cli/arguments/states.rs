@@ -141,11 +141,12 @@ Examples:
   relcp render runs/colony --colour pressure     of a run with --set output.forces=true
   relcp render runs/colony --from 2 --to 4 --every 5 --fit each --background dark
   relcp render runs/colony --last --out final    one picture
+  relcp render runs/colony --movie colony.png    an animated PNG, which web pages play
   relcp render runs/colony --last --format pdf   as vectors, for a paper
 
 frames/000000.png and so on have one camera and one scale of colours, fitted to all of them; frames.json says
 which state each shows. What an earlier rendering left in the folder, whole or not, is replaced.
-A movie is made where `ffmpeg` is on the path. A hardware GPU casts the rays if there is one.";
+A video is made where `ffmpeg` is on the path; an animated PNG needs none. A hardware GPU casts the rays if there is one.";
 
 #[derive(Args, Debug)]
 #[command(after_help = RENDER_EXAMPLES)]
@@ -196,7 +197,8 @@ pub(in crate::cli) struct Render {
     /// Pictures a second of the movie
     #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=MOST_A_SECOND))]
     pub(in crate::cli) fps: u32,
-    /// The movie, .mp4, .mov or .mkv; without it movie.mp4 beside frames, where there is `ffmpeg`
+    /// The movie, .png (animated) or .apng, and with `ffmpeg` .mp4, .mov or .mkv; without it movie.mp4, where there is
+    /// `ffmpeg`
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "no_movie")]
     pub(in crate::cli) movie: Option<PathBuf>,
     /// No movie, also where there is `ffmpeg`
