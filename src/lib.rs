@@ -100,6 +100,8 @@ mod freedom;
 pub mod gpu;
 #[doc(hidden)]
 pub mod internals;
+#[cfg(test)]
+mod layers;
 pub mod lcp;
 #[cfg(feature = "files")]
 pub mod measure;

@@ -9,12 +9,12 @@ use std::collections::{BTreeSet, HashSet};
 impl<const D: usize> Cpu<D> {
     /// Forces beside the scene's own are taken over, and given back by [`Cpu::give_forces`].
     pub fn lend_forces(&mut self, forces: &mut Vec<Box<dyn ForceField>>) {
-        self.forces.append(forces);
+        self.setup.forces.append(forces);
     }
 
     /// Gives the last `count` forces back.
     pub fn give_forces(&mut self, count: usize) -> Vec<Box<dyn ForceField>> {
-        self.forces.split_off(self.forces.len() - count)
+        self.setup.forces.split_off(self.setup.forces.len() - count)
     }
 
     /// The state, for a device to go on from.
@@ -29,33 +29,33 @@ impl<const D: usize> RetryBackend for Cpu<D> {
     }
 
     fn part(&mut self, parting: bool) {
-        self.parting = parting;
+        self.start.parting = parting;
     }
 
     fn restore(&mut self, state: &State) {
         self.state.clone_from(state);
-        (self.next, self.parting) = (None, false);
+        (self.next, self.start.parting) = (None, false);
     }
 
     fn set_multipliers(&mut self, gamma: &[f64]) {
-        self.changed = true;
-        self.gamma.fill(0.0);
-        self.gamma.iter_mut().zip(gamma).for_each(|(own, gamma)| *own = *gamma);
+        let own = self.rows.change_gamma();
+        own.fill(0.0);
+        own.iter_mut().zip(gamma).for_each(|(own, gamma)| *own = *gamma);
     }
 
     fn give_way(&mut self, compliance: f64) -> Result<Outcome, Fault> {
-        self.changed = true;
-        Ok(self.solver.relax_by(compliance, &self.problem, &mut self.gamma))
+        Ok(self.solve.relax_by(&mut self.rows, compliance))
     }
 
     fn crowded(&self, crowd: Crowd) -> Vec<u64> {
         let bodies: BTreeSet<u32> = match crowd {
             Crowd::Overlapping => {
-                let over = self.overlapping.iter().filter(|near| near.found.separation < -self.overlap_tolerance);
+                let tolerance = self.setup.overlap_tolerance;
+                let over = self.trial.overlapping.iter().filter(|near| near.found.separation < -tolerance);
                 over.flat_map(|near| near.pair).collect()
             }
             Crowd::Pressed => {
-                let pressed = self.problem.pair.iter().zip(&self.gamma).filter(|(_, gamma)| **gamma > 0.0);
+                let pressed = self.rows.problem.pair.iter().zip(&self.rows.gamma).filter(|(_, gamma)| **gamma > 0.0);
                 pressed.flat_map(|(pair, _)| *pair).collect()
             }
         };
@@ -65,12 +65,12 @@ impl<const D: usize> RetryBackend for Cpu<D> {
             _ => line.id,
         };
         // The surfaces of walls come after all bodies.
-        let lines = bodies.into_iter().filter_map(|body| self.start.lineage.get(body as usize));
+        let lines = bodies.into_iter().filter_map(|body| self.start.bodies.lineage.get(body as usize));
         lines.map(mother).collect::<BTreeSet<u64>>().into_iter().collect()
     }
 
     fn start_overlap(&self) -> f64 {
-        self.start_overlap
+        self.first.overlap
     }
 
     fn backend(&mut self) -> &mut dyn Backend {

@@ -7,6 +7,7 @@ pub const CASES: &[Case] = &[
     case("measure", "--only", only),
     case("measure", "--last", last),
     case("measure", "--out", out),
+    case("measure", "--figures", figures),
     case("measure", "--bin", bin),
     case("measure", "--neighbourhood", neighbourhood),
     case("measure", "--domain-angle", domain_angle),
@@ -55,6 +56,28 @@ fn out(place: &Place, _: &str) {
     assert!(place.at("run/measures/measures.csv").is_file() && place.at("rods-measures").is_dir());
 }
 
+/// The first bytes of a file of each format.
+pub const HEADS: [(&str, &[u8]); 3] = [("svg", b"<svg "), ("pdf", b"%PDF-"), ("png", b"\x89PNG")];
+
+/// Checks that a folder has figures in these formats, each what its name says, and in no other.
+pub fn check_figures(folder: &std::path::Path, formats: &[&str]) {
+    for (format, head) in HEADS {
+        let files = std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().path());
+        let own: Vec<_> = files.filter(|path| path.extension().is_some_and(|ending| ending == format)).collect();
+        assert_eq!(own.is_empty(), !formats.contains(&format), "{format}: {own:?}");
+        assert!(own.iter().all(|path| std::fs::read(path).unwrap().starts_with(head)), "{own:?}");
+    }
+}
+
+fn figures(place: &Place, _: &str) {
+    for formats in ["svg,pdf,png", "pdf"] {
+        let out = fresh();
+        place.relcp(&["measure", "run", "--quiet", "--out", &out, "--figures", formats]).expect(0);
+        check_figures(&place.at(&out), &formats.split(',').collect::<Vec<_>>());
+    }
+    ran(place, "measure", &["--figures", "jpeg"]).expect(2);
+}
+
 fn bin(place: &Place, _: &str) {
     assert_eq!(value(place, "correlation_bin", &["--bin", "0.25"]), 0.25);
     // The rods are 1 thick.
@@ -65,8 +88,8 @@ fn bin(place: &Place, _: &str) {
 fn neighbourhood(place: &Place, _: &str) {
     assert_eq!(value(place, "nematic_local_neighbours", &["--neighbourhood", "0.1"]), 0.0);
     assert_eq!(value(place, "nematic_local_neighbours", &["--neighbourhood", "9"]), 1.0);
-    // The rods are 4 long.
-    assert_eq!(value(place, "nematic_local_radius", &[]), 4.0);
+    // The rods are 3 long.
+    assert_eq!(value(place, "nematic_local_radius", &[]), 3.0);
 }
 
 /// The rods cross.

@@ -40,9 +40,10 @@ fn words(help: &str, section: &str, most: usize) -> Vec<String> {
     near.filter_map(|line| line.split_whitespace().next()).map(str::to_owned).collect()
 }
 
-/// The flags that a help lists; of descriptions nothing.
+/// The flags that a help lists; of descriptions and examples nothing.
 fn flags(help: &str) -> BTreeSet<String> {
-    let near = help.lines().filter(|line| line.len() - line.trim_start().len() <= 6);
+    let lines = help.lines().take_while(|line| *line != "Examples:");
+    let near = lines.filter(|line| line.len() - line.trim_start().len() <= 6);
     let options = near.filter(|line| line.trim_start().starts_with('-'));
     options
         .filter_map(|line| line.split([' ', ',', '[']).find(|word| word.starts_with("--")).map(str::to_owned))

@@ -12,6 +12,7 @@ pub const CASES: &[Case] = &[
     case("render", "--size", size),
     case("render", "--view", view),
     case("render", "--background", background),
+    case("render", "--format", format),
     case("render", "--fit", fit),
     case("render", "--bare", bare),
     case("render", "--last", last),
@@ -76,16 +77,17 @@ fn out(place: &Place, _: &str) {
 }
 
 fn colour(place: &Place, _: &str) {
-    let ((speed, a), (group, b)) =
-        (last_picture(place, &["--colour", "speed"]), last_picture(place, &["--colour", "group"]));
-    assert_eq!((&speed["colour"], &group["colour"]), (&json!("speed"), &json!("group")));
+    let ((speed, a), (plain, b)) =
+        (last_picture(place, &["--colour", "speed"]), last_picture(place, &["--colour", "plain"]));
+    assert_eq!((&speed["colour"], &plain["colour"]), (&json!("speed"), &json!("plain")));
     assert!(!same(&a, &b));
     ran(place, "render", &["--colour", "taste"]).expect(2);
 }
 
 fn range(place: &Place, _: &str) {
     let (document, _) = last_picture(place, &["--colour", "length", "--range", "-1:2.5"]);
-    assert_eq!(document["frames"][0]["scale"], json!([-1.0, 2.5]));
+    let scale = &document["frames"][0]["scale"];
+    assert_eq!((&scale["low"], &scale["high"]), (&json!(-1.0), &json!(2.5)));
     ran(place, "render", &["--range", "2:1"]).expect(2);
 }
 
@@ -99,7 +101,7 @@ fn size(place: &Place, _: &str) {
 }
 
 fn view(place: &Place, _: &str) {
-    let sides = ["top", "front", "side", "oblique"].map(|side| {
+    let sides = ["top", "front", "right", "oblique"].map(|side| {
         let (document, picture) = last_picture(place, &["--view", side]);
         assert_eq!(document["side"], side);
         fs::read(picture).unwrap()
@@ -120,6 +122,18 @@ fn background(place: &Place, _: &str) {
     });
     let [[white, opaque], [dark, _], [_, clear]] = corners;
     assert!(white == 255 && dark < 100 && opaque == 255 && clear == 0, "{corners:?}");
+}
+
+/// Vectors are of planar scenes.
+fn format(place: &Place, _: &str) {
+    let out = fresh();
+    for (format, head) in super::measure::HEADS {
+        let words = ["render", "colony", "--backend", "cpu", "--quiet", "--out", &out, "--format", format];
+        place.relcp(&words).expect(0);
+        let pictures = place.at(&out).join("frames");
+        assert!(fs::read(pictures.join(format!("000000.{format}"))).unwrap().starts_with(head), "{format}");
+    }
+    ran(place, "render", &["--format", "jpeg"]).expect(2);
 }
 
 fn fit(place: &Place, _: &str) {
@@ -203,10 +217,11 @@ mod movies {
         String::new()
     }
 
-    /// Renders with an encoder that writes its arguments into the movie: what was asked for, where a movie is made.
+    /// Renders two pictures with an encoder that writes its arguments into the movie: what was asked for, where a movie
+    /// is made.
     fn encoded(place: &Place, more: &[&str], movie: Option<&str>) -> Option<String> {
         let out = fresh();
-        let render = ["render", "run", "--last", "--size", "64x36", "--backend", "cpu", "--out", &out];
+        let render = ["render", "run", "--every", "12", "--size", "64x36", "--backend", "cpu", "--out", &out];
         let script = "for last in \"$@\"; do :; done\necho \"$*\" > \"$last\"";
         beside(place, "ffmpeg", script, &[&render[..], more].concat());
         fs::read_to_string(movie.map_or(place.at(&out).join("movie.mp4"), |movie| place.at(movie))).ok()
@@ -224,6 +239,11 @@ mod movies {
         if cfg!(unix) {
             assert!(encoded(place, &["--movie", "own.mkv"], Some("own.mkv")).is_some());
         }
+        let out = fresh();
+        let render = ["render", "run", "--every", "12", "--size", "64x36", "--backend", "cpu", "--out", &out];
+        place.relcp(&[&render[..], &["--movie", "own.png"]].concat()).expect(0);
+        let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(place.at("own.png")).unwrap()));
+        assert_eq!(decoder.read_info().unwrap().info().animation_control().unwrap().num_frames, 2);
         place.relcp(&["render", "run", "--movie", "own.gif"]).expect(2);
     }
 

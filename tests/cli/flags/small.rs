@@ -106,6 +106,6 @@ fn sweep(place: &Place, _: &str) {
 
 fn markdown(place: &Place, _: &str) {
     let page = place.relcp(&["schema", "--markdown"]).expect(0).out;
-    assert!(page.starts_with("# The keys of a scene") && page.contains("| `dt` |"), "{page}");
+    assert!(page.starts_with("# The keys of a scene") && page.contains("| **`dt`** |"), "{page}");
     place.relcp(&["schema", "--markdown", "--sweep"]).expect(2);
 }

@@ -18,6 +18,7 @@ pub const CASES: &[Case] = &[
     case("study", "--seed", seed),
     case("study", "--quick", quick),
     case("study", "--out", out),
+    case("study", "--figures", figures),
     case("study", "--backend", compute::shows_backend),
     case("study", "--adapter", compute::shows_adapter),
     case("study", "--precision", compute::shows_precision),
@@ -138,4 +139,12 @@ fn out(place: &Place, _: &str) {
     assert!(place.at(&out).join("throughput.md").is_file() && !place.at("studies").exists());
     place.relcp(&words).expect(0);
     assert!(place.at("studies/throughput.md").is_file());
+}
+
+fn figures(place: &Place, _: &str) {
+    let (_, out) = study(place, "jitter --quick --figures pdf,png");
+    super::measure::check_figures(&place.at(&out), &["pdf", "png"]);
+    let (_, out) = study(place, "jitter --quick");
+    super::measure::check_figures(&place.at(&out), &["svg"]);
+    ran(place, "study", &["--figures", "jpeg"]).expect(2);
 }

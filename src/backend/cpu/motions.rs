@@ -1,0 +1,96 @@
+//! How bodies move on their own in a step, how far they may still go, and what that makes of a row.
+
+use super::LEAST_BODIES_A_TASK;
+use super::first::First;
+use super::narrow_phase::Near;
+use super::setup::Setup;
+use super::start::Start;
+use crate::constraint::{self, FIXED, Mover};
+use crate::dynamics::{Load, Motion, Twist};
+use crate::step::{Fault, Rows};
+use crate::walls::surface_of;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// How far a body may still move on its own from where first rows are made, lengths: its centre, its surface as it
+/// turns, and both.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Reach {
+    linear: DVec3,
+    angular: f64,
+    pub(super) either: f64,
+}
+
+/// Loads, effective mobilities and free velocities, and reaches, by body.
+#[derive(Default)]
+pub(super) struct Motions {
+    pub(super) motion: Vec<Motion>,
+    pub(super) reach: Vec<Reach>,
+}
+
+impl Motions {
+    pub(super) fn set(&mut self, setup: &Setup, start: &Start, first: &First) {
+        let (dt, here) = (start.interval, start.here());
+        let time = start.time + if start.middle.is_some() { 0.5 * dt } else { 0.0 };
+        let (law, forces) = setup.law(start.parting);
+        let of_body = |i: usize| {
+            let mut load = Load::default();
+            for force in forces {
+                load += force.load(here, i, time);
+            }
+            let motion = match &start.middle {
+                Some(middle) => law.motion_by_middle(&start.bodies, middle, i, load, dt),
+                None => law.motion(here, i, load, dt),
+            };
+            let reached = first.reached[i];
+            let linear = motion.free.linear - reached.linear;
+            let angular = (motion.free.angular - reached.angular).length() * here.shape[i].bounding_radius();
+            (motion, Reach { linear: dt * linear, angular: dt * angular, either: dt * (linear.length() + angular) })
+        };
+        (0..here.len())
+            .into_par_iter()
+            .with_min_len(LEAST_BODIES_A_TASK)
+            .map(of_body)
+            .unzip_into_vecs(&mut self.motion, &mut self.reach);
+    }
+
+    /// The distance within which a pair is near where first rows are made.
+    pub(super) fn limit(&self, setup: &Setup, a: usize, b: usize) -> f64 {
+        let (a, b) = (&self.reach[a], &self.reach[b]);
+        match setup.rows {
+            Rows::Paper => setup.cutoff + a.either + b.either,
+            Rows::Auto => setup.cutoff + (b.linear - a.linear).length() + a.angular + b.angular,
+        }
+    }
+
+    /// The blocks and the offset of the row of `near`, which was found where the velocities `reached` lead in `dt`.
+    pub(super) fn row<const D: usize>(&self, near: &Near, reached: &[Twist], dt: f64) -> ([[f64; D]; 2], f64) {
+        let mover = |number: u32| match surface_of(number) {
+            Some(_) => FIXED,
+            None => {
+                let body = number as usize;
+                Mover { motion: &self.motion[body], reached_with: reached[body] }
+            }
+        };
+        constraint::row(&near.found, near.pair.map(mover), dt)
+    }
+
+    /// Refuses bodies that reach, or move freely in this step, too far for the shortest period, so that other images
+    /// than the nearest could come near, and bodies so far away that nearest images are made of rounding.
+    pub(super) fn check_periods(&self, setup: &Setup, start: &Start, step: u64) -> Result<(), Fault> {
+        let Start { bodies, .. } = start;
+        let Some(period) = bodies.periods.shortest() else { return Ok(()) };
+        let span = |body: usize| 2.0 * (bodies.shape[body].bounding_radius() + self.reach[body].either) + setup.cutoff;
+        // Not a number is refused.
+        let fits = |body: usize| span(body) <= 0.5 * period;
+        let all = || (0..bodies.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK);
+        if let Some(body) = all().find_first(|body| !fits(*body)) {
+            return Err(Fault::PeriodTooShort { step, body, span: span(body), period });
+        }
+        let far = |body: usize| bodies.periods.farthest(bodies.position[body]) * f64::EPSILON > setup.overlap_tolerance;
+        match all().find_first(|body| far(*body)) {
+            Some(body) => Err(Fault::TooFar { step, body }),
+            None => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! One record a pair: all that a step knows of it from one verb to the next.
+
+use super::narrow_phase::Near;
+use crate::walls::surface_of;
+use crate::warm::Warm;
+use glam::DVec3;
+
+/// What is known of a pair. The second of a pair may be a surface of a wall.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    pub pair: [u32; 2],
+    /// The normal found last, where the next search starts; zero where none was found.
+    normal: DVec3,
+    /// From where and to where its multipliers stand in what the last step left, and its rows among the first rows.
+    recalled: [u32; 2],
+    rows: [u32; 2],
+}
+
+impl Record {
+    fn of(near: &Near) -> Record {
+        Record { pair: near.pair, normal: near.found.normal, recalled: [0; 2], rows: [0; 2] }
+    }
+
+    /// The normal found last.
+    pub fn normal(&self) -> Option<DVec3> {
+        (self.normal != DVec3::ZERO).then_some(self.normal)
+    }
+
+    /// Its first rows.
+    pub fn first_rows(&self) -> std::ops::Range<usize> {
+        self.rows[0] as usize..self.rows[1] as usize
+    }
+}
+
+/// The records of all pairs, sorted by pair.
+#[derive(Default)]
+pub struct Pairs {
+    records: Vec<Record>,
+    /// What the last step, or the first half of this one, left; sorted by pair and feature.
+    warm: Vec<Warm>,
+}
+
+impl Pairs {
+    /// Takes over what the last step left.
+    pub fn remember(&mut self, warm: Vec<Warm>) {
+        self.warm = warm;
+    }
+
+    /// Makes the records of the pairs that the last step left.
+    pub fn recall(&mut self) {
+        self.records.clear();
+        let mut first = 0;
+        for of_pair in self.warm.chunk_by(|w, v| w.pair == v.pair) {
+            let last = first + of_pair.len() as u32;
+            let normal = of_pair.iter().map(|w| w.normal).find(|normal| *normal != DVec3::ZERO).unwrap_or_default();
+            self.records.push(Record { pair: of_pair[0].pair, normal, recalled: [first, last], rows: [0; 2] });
+            first = last;
+        }
+    }
+
+    /// Makes the records of the pairs with first rows, in place of those of the last step. `found` has the separation of
+    /// each near pair, and `rows` the rows of these and of walls; both sorted by pair.
+    pub fn keep(&mut self, found: &[Near], rows: &[Near]) {
+        self.records.clear();
+        let (mut found, mut first) = (found.iter().peekable(), 0);
+        for of_pair in rows.chunk_by(|near, next| near.pair == next.pair) {
+            let (pair, last) = (of_pair[0].pair, first + of_pair.len() as u32);
+            while found.next_if(|near| near.pair < pair).is_some() {}
+            let normal = found.next_if(|near| near.pair == pair).map_or(DVec3::ZERO, |near| near.found.normal);
+            self.records.push(Record { pair, normal, recalled: [0; 2], rows: [first, last] });
+            first = last;
+        }
+    }
+
+    /// Takes over the normals of `found` (sorted by pair).
+    pub fn renew(&mut self, found: &[Near]) {
+        let (mut new, mut at) = (Vec::new(), 0);
+        for near in found {
+            at += self.records[at..].partition_point(|record| record.pair < near.pair);
+            match self.records.get_mut(at).filter(|record| record.pair == near.pair) {
+                Some(record) => record.normal = near.found.normal,
+                None => new.push(Record::of(near)),
+            }
+        }
+        if !new.is_empty() {
+            self.records.extend(new);
+            self.records.sort_by_key(|record| record.pair);
+        }
+    }
+
+    /// The record of a pair.
+    pub fn get(&self, pair: [u32; 2]) -> Option<&Record> {
+        let at = self.records.binary_search_by_key(&pair, |record| record.pair).ok()?;
+        self.records.get(at)
+    }
+
+    /// The records from `pair` on, for pairs that are asked about in their order.
+    pub fn from(&self, pair: [u32; 2]) -> Cursor<'_> {
+        let first = self.records.partition_point(|record| record.pair < pair);
+        Cursor { rest: &self.records[first..] }
+    }
+
+    /// The multipliers that a pair ended the last step with, by feature.
+    pub fn recalled(&self, record: Option<&Record>) -> &[Warm] {
+        record.map_or(&[], |record| &self.warm[record.recalled[0] as usize..record.recalled[1] as usize])
+    }
+
+    /// The multipliers that first rows (sorted by pair and feature) start from: those that their branches ended the
+    /// last step with. What a branch without a row ended with goes to the pair's nearest one.
+    pub fn multipliers(&self, rows: &[Near]) -> Vec<f64> {
+        let mut gamma = vec![0.0; rows.len()];
+        let mut cursor = Cursor { rest: &self.records };
+        let mut first = 0;
+        for of_pair in rows.chunk_by(|near, next| near.pair == next.pair) {
+            let pair = of_pair[0].pair;
+            let separation = |row: &usize| of_pair[*row].found.separation;
+            let nearest = (0..of_pair.len()).min_by(|i, j| separation(i).total_cmp(&separation(j))).unwrap_or(0);
+            let wall = surface_of(pair[1]).is_some();
+            for w in self.recalled(cursor.find(pair)) {
+                let own = of_pair.iter().position(|near| near.feature == w.feature);
+                if let Some(row) = own.or((!wall).then_some(nearest)) {
+                    gamma[first + row] += w.gamma;
+                }
+            }
+            first += of_pair.len();
+        }
+        gamma
+    }
+
+    /// Copies the normals to the same pairs in `warm` (sorted).
+    pub fn copy_normals(&self, warm: &mut [Warm]) {
+        let mut cursor = Cursor { rest: &self.records };
+        for w in warm {
+            w.normal = cursor.find(w.pair).map_or(w.normal, |record| record.normal);
+        }
+    }
+}
+
+/// A walk along the records.
+pub struct Cursor<'a> {
+    rest: &'a [Record],
+}
+
+impl<'a> Cursor<'a> {
+    /// The record of `pair`, which is not before the one asked about last.
+    pub fn find(&mut self, pair: [u32; 2]) -> Option<&'a Record> {
+        while self.rest.first().is_some_and(|record| record.pair < pair) {
+            self.rest = &self.rest[1..];
+        }
+        self.rest.first().filter(|record| record.pair == pair)
+    }
+}

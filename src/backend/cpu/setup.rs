@@ -1,0 +1,57 @@
+//! What a scene fixes for all steps on the CPU.
+
+use super::first;
+use crate::bodies::Bodies;
+use crate::constraint::RowSource;
+use crate::dynamics::{self, Cells, ForceField, Law, Overdamped};
+use crate::shape::Shape;
+use crate::step::{Model, Rows, Stepping, Time};
+use crate::walls::Walls;
+
+/// How bodies move that are parted: the long ones turn and move less easily. The drag cancels out.
+const PARTING: Overdamped = Overdamped { drag: 1.0 };
+
+/// A scene's law, forces, walls and tolerances, and how its rows are made.
+pub(super) struct Setup {
+    pub(super) time: Time,
+    pub(super) growth: Option<Cells>,
+    pub(super) forces: Vec<Box<dyn ForceField>>,
+    pub(super) walls: Walls,
+    pub(super) source: RowSource,
+    pub(super) rows: Rows,
+    pub(super) overlap_tolerance: f64,
+    pub(super) cutoff: f64,
+    /// Thickness of the thinnest body.
+    pub(super) thinnest: f64,
+    /// Whether first rows may be made where the last velocities lead.
+    pub(super) leads_ahead: bool,
+    law: Box<dyn Law>,
+}
+
+impl Setup {
+    pub(super) fn new(model: &Model, bodies: &Bodies) -> Setup {
+        let shapes = || bodies.shape.iter();
+        Setup {
+            time: model.time,
+            growth: model.cells,
+            forces: dynamics::force_fields(&model.forces, &model.groups, &model.dynamics),
+            walls: model.walls.clone(),
+            source: model.contact.method.row_source(),
+            rows: model.contact.rows_of_method(),
+            overlap_tolerance: model.contact.overlap_tolerance,
+            cutoff: model.contact.cutoff_of(shapes().copied()),
+            thinnest: shapes().map(Shape::thickness).fold(f64::INFINITY, f64::min),
+            leads_ahead: first::leads_ahead(model),
+            law: dynamics::law(&model.dynamics),
+        }
+    }
+
+    pub(super) fn is_midpoint(&self) -> bool {
+        self.time.stepping == Stepping::Midpoint
+    }
+
+    /// The law and the forces of a step, or of bodies that are parted in no time.
+    pub(super) fn law(&self, parting: bool) -> (&dyn Law, &[Box<dyn ForceField>]) {
+        if parting { (&PARTING, &[]) } else { (self.law.as_ref(), &self.forces) }
+    }
+}

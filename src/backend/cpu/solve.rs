@@ -1,0 +1,63 @@
+//! The solves of a step.
+
+use super::row_set::RowSet;
+use crate::lcp::{self, Outcome, Settings, Solver};
+use crate::step::{Model, Rows};
+
+/// A solver, and what it has done in this step.
+pub(super) struct Solve<const D: usize> {
+    solver: Solver<D>,
+    rows: Rows,
+    /// Whether there was a solve in this step, and the residual that the last one left.
+    solved: bool,
+    residual: f64,
+}
+
+impl<const D: usize> Solve<D> {
+    pub(super) fn new(model: &Model) -> Self {
+        let solver = lcp::Solver::new(model.solver, model.lcp);
+        let rows = model.contact.rows_of_method();
+        let solver = match rows {
+            Rows::Auto => solver,
+            Rows::Paper => solver.for_parallel_rows(),
+        };
+        Solve { solver, rows, solved: false, residual: 0.0 }
+    }
+
+    pub(super) fn begin(&mut self) {
+        self.solved = false;
+    }
+
+    /// Solves from the present multipliers, and from what is left of the last solve.
+    pub(super) fn solve(&mut self, rows: &mut RowSet<D>, tolerance: f64) -> Outcome {
+        self.solver.set_settings(Settings { tolerance, ..self.solver.settings() });
+        let first = !std::mem::replace(&mut self.solved, true);
+        let same = !rows.take_changed() && self.rows == Rows::Auto;
+        let outcome = match (first, same) {
+            (true, _) => self.solver.solve(&rows.problem, &mut rows.gamma),
+            (false, true) => self.solver.go_on(&mut rows.gamma),
+            (false, false) => self.solver.solve_next(&rows.problem, &mut rows.gamma),
+        };
+        self.residual = outcome.residual;
+        outcome
+    }
+
+    /// Solves with rows that give way as far as `allowed`, if that is nearer to a solution than what the last solve
+    /// left.
+    pub(super) fn relax(&mut self, rows: &mut RowSet<D>, allowed: f64) -> Option<Outcome> {
+        let mut relaxed = rows.gamma.clone();
+        let outcome = self.solver.relax(&rows.problem, &mut relaxed, allowed);
+        let gamma = rows.change_gamma();
+        // What no method improved on stays.
+        if self.residual.is_finite() && outcome.residual >= self.residual {
+            return None;
+        }
+        *gamma = relaxed;
+        Some(outcome)
+    }
+
+    pub(super) fn relax_by(&mut self, rows: &mut RowSet<D>, compliance: f64) -> Outcome {
+        rows.change_gamma();
+        self.solver.relax_by(compliance, &rows.problem, &mut rows.gamma)
+    }
+}

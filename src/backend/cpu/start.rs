@@ -1,0 +1,101 @@
+//! What a step, or a piece of one, starts from: `C^k` with the bodies and the lengths of this step, and its middle.
+
+use super::setup::Setup;
+use crate::bodies::Bodies;
+use crate::dynamics::{Pose, Waiting};
+use crate::separation::Placed;
+use crate::shape::ProxySphere;
+use crate::step::{Fault, Piece, State};
+
+pub(super) struct Start {
+    /// What of the step is being taken, and the cells that wait in it.
+    pub(super) piece: Piece,
+    waiting: Waiting,
+    /// Whether bodies are parted in no time.
+    pub(super) parting: bool,
+    /// When the piece begins.
+    pub(super) time: f64,
+    /// The length of the part of the step that is being computed.
+    pub(super) interval: f64,
+    /// `C^k` with the bodies of this step and the lengths at the end of the part.
+    pub(super) bodies: Bodies,
+    /// The next free id.
+    pub(super) next_id: u64,
+    /// `C_h` with the lengths there, once it is made.
+    pub(super) middle: Option<Bodies>,
+    /// Each body's sub-spheres; empty where rows are of surfaces.
+    pub(super) proxies: Vec<Vec<ProxySphere>>,
+    /// What slows the growth of this step's bodies, where something does.
+    pressures: Vec<f64>,
+}
+
+impl Start {
+    pub(super) fn new(interval: f64, next_id: u64) -> Start {
+        Start {
+            piece: Piece::WHOLE,
+            waiting: Waiting::None,
+            parting: false,
+            time: 0.0,
+            interval,
+            bodies: Bodies::default(),
+            next_id,
+            middle: None,
+            proxies: Vec::new(),
+            pressures: Vec::new(),
+        }
+    }
+
+    /// Grows and divides the bodies of `state` for this piece of the next step.
+    pub(super) fn begin(
+        &mut self,
+        setup: &Setup,
+        state: &State,
+        (piece, waiting): (Piece, Waiting),
+    ) -> Result<(), Fault> {
+        (self.piece, self.waiting) = (piece, waiting);
+        self.time = setup.time.after(state.step) + piece.start * piece.span * setup.time.dt;
+        let length = self.piece_length(setup);
+        self.interval = if setup.is_midpoint() { 0.5 * length } else { length };
+        self.bodies.clone_from(&state.bodies);
+        self.next_id = state.next_id;
+        self.middle = None;
+        if let Some(growth) = setup.growth.filter(|_| !self.parting) {
+            let span = (self.time, self.interval);
+            self.pressures = growth.pressures(&state.bodies, &state.warm);
+            growth.grow(&mut self.bodies, span, &mut self.next_id, &mut self.pressures, &self.waiting);
+        }
+        self.make_proxies(setup)
+    }
+
+    /// Takes the configuration in the middle, and the lengths at the end.
+    pub(super) fn set_middle(&mut self, setup: &Setup, middle: Bodies) {
+        self.middle = Some(middle);
+        self.interval = self.piece_length(setup);
+        if let Some(growth) = setup.growth {
+            growth.lengthen(&mut self.bodies, 0.5 * self.interval, &self.pressures, &self.waiting);
+        }
+    }
+
+    pub(super) fn make_proxies(&mut self, setup: &Setup) -> Result<(), Fault> {
+        self.proxies = setup.source.proxies(&self.bodies.shape).map_err(Fault::NoProxy)?;
+        Ok(())
+    }
+
+    fn piece_length(&self, setup: &Setup) -> f64 {
+        self.piece.length * self.piece.span * setup.time.dt
+    }
+
+    /// Where forces, mobilities and first rows are taken: the middle where it is made, else the start.
+    pub(super) fn here(&self) -> &Bodies {
+        self.middle.as_ref().unwrap_or(&self.bodies)
+    }
+
+    pub(super) fn pose(&self, i: usize) -> Pose {
+        Pose { position: self.bodies.position[i], orientation: self.bodies.orientation[i] }
+    }
+
+    /// Body `i` with its shape at the end of the part, in another pose.
+    pub(super) fn placed_at(&self, i: usize, Pose { position, orientation }: Pose) -> Placed {
+        Placed { shape: self.bodies.shape[i], position, orientation }
+    }
+}

@@ -1,0 +1,149 @@
+//! The trial: `U`, `C(U)`, and what overlaps there.
+
+use super::LEAST_BODIES_A_TASK;
+use super::motions::Motions;
+use super::narrow_phase::Near;
+use super::row_set::RowSet;
+use super::setup::Setup;
+use super::start::Start;
+use super::walls::past_wall;
+use crate::bodies::Bodies;
+use crate::constraint::{self, sub_sphere_separations};
+use crate::dynamics::{self, Pose, Twist};
+use crate::freedom::{pack, unpack};
+use crate::lcp;
+use crate::separation::{Placed, branches};
+use crate::step::{Fault, Overlap, Rows};
+use crate::walls::surface_of;
+use rayon::prelude::*;
+
+/// Where the multipliers lead.
+#[derive(Default)]
+pub(super) struct Trial<const D: usize> {
+    pub(super) twist: Vec<Twist>,
+    pub(super) poses: Vec<Pose>,
+    /// The pairs, and bodies at walls, that overlap; sorted by pair.
+    pub(super) overlapping: Vec<Near>,
+    /// The overlap from which on a pair is a violation.
+    violating: f64,
+    /// `J^T gamma`.
+    pub(super) scaled: Vec<[f64; D]>,
+}
+
+impl<const D: usize> Trial<D> {
+    /// The trial's twists and poses, or the first body that has none.
+    pub(super) fn set(&mut self, rows: &RowSet<D>, motions: &Motions, start: &Start, step: u64) -> Result<(), Fault> {
+        lcp::velocity_into(&rows.problem, &rows.gamma, &mut self.scaled);
+        let (dt, scaled) = (start.interval, &self.scaled);
+        let of_body = |i: usize| {
+            let twist = constraint::velocity(&motions.motion[i], &scaled[i], dt);
+            (twist, dynamics::advance(start.pose(i), twist, dt))
+        };
+        (0..start.bodies.len())
+            .into_par_iter()
+            .with_min_len(LEAST_BODIES_A_TASK)
+            .map(of_body)
+            .unzip_into_vecs(&mut self.twist, &mut self.poses);
+        let finite = |t: &Twist| t.linear.is_finite() && t.angular.is_finite();
+        if let Some(body) = self.twist.iter().position(|t| !finite(t)) {
+            return Err(Fault::NotFinite { step, what: "velocity", body });
+        }
+        // A finite velocity can still be too large to arrive anywhere: the square of a quaternion's length overflows.
+        match self.poses.iter().position(|p| !p.position.is_finite() || !p.orientation.is_normalized()) {
+            Some(body) => Err(Fault::NotFinite { step, what: "pose", body }),
+            None => Ok(()),
+        }
+    }
+
+    /// The velocities that the present part ends with.
+    pub(super) fn arrived(&self, setup: &Setup, start: &Start, motions: &Motions) -> Vec<Twist> {
+        let (here, (law, _)) = (start.here(), setup.law(start.parting));
+        let of_body = |i: usize| {
+            if start.parting {
+                return start.bodies.twist(i);
+            }
+            let twist = law.arrived(here, i, &motions.motion[i], self.twist[i], self.poses[i].orientation);
+            // What the scene does not carry is exactly zero.
+            let (linear, angular) = unpack::<D>(&pack(twist.linear, twist.angular));
+            Twist { linear, angular }
+        };
+        (0..start.bodies.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK).map(of_body).collect()
+    }
+
+    /// Takes bodies there.
+    pub(super) fn arrive(&self, bodies: &mut Bodies, arrived: &[Twist]) {
+        for (i, (pose, twist)) in self.poses.iter().zip(arrived).enumerate() {
+            bodies.position[i] = pose.position;
+            bodies.orientation[i] = pose.orientation;
+            bodies.velocity[i] = twist.linear;
+            bodies.angular_velocity[i] = twist.angular;
+        }
+    }
+
+    pub(super) fn placed(&self, start: &Start, i: usize) -> Placed {
+        start.placed_at(i, self.poses[i])
+    }
+
+    pub(super) fn pair(&self, start: &Start, a: usize, b: usize) -> [Placed; 2] {
+        start.bodies.periods.pair(self.placed(start, a), self.placed(start, b))
+    }
+
+    /// Takes what overlaps, and says how much.
+    pub(super) fn set_overlapping(
+        &mut self,
+        setup: &Setup,
+        start: &Start,
+        overlapping: Vec<Near>,
+        violating: f64,
+    ) -> Overlap {
+        (self.overlapping, self.violating) = (overlapping, violating);
+        let worst = self.overlapping.iter().min_by(|p, q| p.found.separation.total_cmp(&q.found.separation));
+        Overlap {
+            worst: worst.map_or(0.0, |near| (-near.found.separation).max(0.0)),
+            pair: worst.filter(|near| surface_of(near.pair[1]).is_none()).map(|near| near.pair.map(|i| i as usize)),
+            wall: worst.and_then(|near| Some([near.pair[0] as usize, setup.walls.wall_of(surface_of(near.pair[1])?)])),
+            violations: self.overlapping.iter().filter(|near| near.found.separation < -violating).count(),
+            proxy: self.worst_proxy_overlap(setup, start),
+        }
+    }
+
+    fn worst_proxy_overlap(&self, setup: &Setup, start: &Start) -> Option<f64> {
+        if start.proxies.is_empty() {
+            return None;
+        }
+        // Sub-spheres lie inside their surfaces, so only pairs whose surfaces overlap can have sub-spheres that do.
+        let mut worst = 0.0f64;
+        for near in &self.overlapping {
+            let [a, b] = near.pair.map(|i| i as usize);
+            if let Some(surface) = surface_of(near.pair[1]) {
+                worst = worst.max(past_wall(&setup.walls, &start.proxies[a], &self.placed(start, a), surface));
+                continue;
+            }
+            let [of_a, of_b] = self.pair(start, a, b);
+            let proxies = [start.proxies[a].as_slice(), start.proxies[b].as_slice()];
+            sub_sphere_separations([&of_a, &of_b], proxies, 0.0, |_, found| worst = worst.max(-found.separation));
+        }
+        Some(worst)
+    }
+
+    /// All violations: the overlaps of more than was asked about, with the paper's rows one a pair, else each branch.
+    pub(super) fn violations(&self, setup: &Setup, start: &Start) -> Vec<Near> {
+        let over = self.overlapping.iter().filter(|near| near.found.separation < -self.violating);
+        if setup.rows == Rows::Paper {
+            return over.copied().collect();
+        }
+        let mut violated = Vec::new();
+        for near in over {
+            if surface_of(near.pair[1]).is_some() {
+                violated.push(*near);
+                continue;
+            }
+            let [a, b] = near.pair.map(|i| i as usize);
+            let [of_a, of_b] = self.pair(start, a, b);
+            branches(&of_a, &of_b, &near.found, -self.violating - near.found.separation, |feature, found| {
+                violated.push(Near { pair: near.pair, feature, found });
+            });
+        }
+        violated
+    }
+}
