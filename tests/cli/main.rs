@@ -4,6 +4,7 @@
 mod completions;
 mod flags;
 mod found_by_use;
+mod pages;
 mod place;
 
 use assert_cmd::Command;

@@ -1,0 +1,139 @@
+//! What README and the other pages promise: their commands do what they say, their links and pictures are there.
+
+use super::place::Place;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// README and all pages that people write; those of studies are made by the program.
+fn pages() -> Vec<PathBuf> {
+    let mut pages: Vec<PathBuf> =
+        ["README.md", "CONTRIBUTING.md", "ARCHITECTURE.md"].map(|name| root().join(name)).into();
+    for folder in ["docs", "docs/notes"] {
+        let files = fs::read_dir(root().join(folder)).unwrap().map(|entry| entry.unwrap().path());
+        pages.extend(files.filter(|path| path.extension().is_some_and(|ending| ending == "md")));
+    }
+    assert!(pages.len() > 15);
+    pages
+}
+
+/// The lines of a page's blocks of one language.
+fn code(page: &str, language: &str) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut inside = false;
+    for line in page.lines() {
+        match line.trim_start().strip_prefix("```") {
+            Some(named) => inside = !inside && named == language,
+            None if inside => lines.push(line.to_owned()),
+            None => {}
+        }
+    }
+    lines
+}
+
+/// A command's words, without its comment.
+fn words(line: &str) -> Vec<&str> {
+    line.split('#').next().unwrap().split_whitespace().collect()
+}
+
+#[test]
+fn readme_has_two_commands_and_the_first_does_what_it_says() {
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    let lines = code(&readme, "sh");
+    let commands: Vec<Vec<&str>> = lines.iter().map(|line| words(line)).collect();
+    let (first, others) = commands[0].split_at(4);
+    assert_eq!(first, ["cargo", "run", "--release", "--"]);
+    assert_eq!(commands[1..], [["cargo", "test"]]);
+    let place = Place::new();
+    let out = place.relcp(others).expect(0).out;
+    let summary = place.json("runs/colony/summary.json");
+    assert_eq!((summary["steps"].as_u64(), summary["bodies"].as_u64()), (Some(6250), Some(512)), "{summary}");
+    assert!(summary["max_overlap"].as_f64().unwrap() <= 1e-5, "{summary}");
+    for said in ["512 cells", "6,250 steps", "1e-5"] {
+        assert!(readme.contains(said), "{said}");
+    }
+    assert!(out.contains("runs/colony") && place.at("runs/colony/final.png").is_file(), "{out}");
+}
+
+#[test]
+fn readme_is_two_screens_and_its_picture_moves() {
+    let readme = fs::read_to_string(root().join("README.md")).unwrap();
+    assert!(readme.split_whitespace().count() < 900);
+    let (_, after) = readme.split_once("](assets/").unwrap();
+    let picture = root().join("assets").join(after.split_once(')').unwrap().0);
+    assert!(fs::metadata(&picture).unwrap().len() < 4_000_000);
+    let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(picture).unwrap()));
+    let animation = *decoder.read_info().unwrap().info().animation_control().unwrap();
+    assert!(animation.num_frames > 20 && animation.num_plays == 0);
+}
+
+#[test]
+fn links_and_pictures_of_the_pages_are_there() {
+    let (mut links, mut missing) = (0, Vec::new());
+    for path in pages() {
+        let page = fs::read_to_string(&path).unwrap();
+        for after in page.split("](").skip(1) {
+            let target = after.split(')').next().unwrap();
+            if target.contains("://") || target.starts_with('#') || target.contains(char::is_whitespace) {
+                continue;
+            }
+            links += 1;
+            let (file, anchor) = target.split_once('#').map_or((target, None), |(file, anchor)| (file, Some(anchor)));
+            let file = path.parent().unwrap().join(file);
+            let holds = match anchor {
+                Some(anchor) => fs::read_to_string(&file).is_ok_and(|page| anchors(&page).contains(anchor)),
+                None => file.exists(),
+            };
+            if !holds {
+                missing.push(format!("{}: {target}", path.display()));
+            }
+        }
+    }
+    assert!(links > 100 && missing.is_empty(), "{links} links; missing: {missing:#?}");
+}
+
+/// The anchors of a page's headings, as web pages of repositories make them.
+fn anchors(page: &str) -> BTreeSet<String> {
+    let headings = page.lines().filter(|line| line.starts_with('#'));
+    let anchor = |line: &str| -> String {
+        let text = line.trim_start_matches('#').trim().to_lowercase();
+        let kept = text.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+        kept.map(|c| if c == ' ' { '-' } else { c }).collect()
+    };
+    headings.map(anchor).collect()
+}
+
+/// Commands of pages, as those of the program's help, name its commands and flags of theirs.
+#[test]
+fn commands_of_the_pages_have_the_flags_that_they_name() {
+    let place = Place::new();
+    let (mut commands, mut wrong) = (0, Vec::new());
+    let mut helps = std::collections::HashMap::new();
+    for path in pages() {
+        for line in code(&fs::read_to_string(&path).unwrap(), "sh") {
+            let words = words(&line);
+            let ["relcp", command, more @ ..] = words.as_slice() else { continue };
+            if command.starts_with('-') {
+                continue;
+            }
+            commands += 1;
+            let help = helps.entry((*command).to_owned()).or_insert_with(|| {
+                let ran = place.relcp(&[command, "--help"]);
+                (ran.status == Some(0)).then_some(ran.out)
+            });
+            let has = |flag: &str| {
+                help.as_ref()
+                    .is_some_and(|help| help.contains(&format!("{flag} ")) || help.contains(&format!("{flag}\n")))
+            };
+            let flags = more.iter().filter(|word| word.starts_with("--")).map(|word| word.split('=').next().unwrap());
+            if help.is_none() || !flags.clone().all(has) {
+                wrong.push(format!("{}: {line}", path.display()));
+            }
+        }
+    }
+    assert!(commands > 20 && wrong.is_empty(), "{commands} commands; wrong: {wrong:#?}");
+}
