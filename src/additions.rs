@@ -1,6 +1,6 @@
-//! What an addition costs: a kind of shape, force, law or solver is named in few files, those of the table "Where things
-//! are added" of ARCHITECTURE.md, and this test fails where another file begins to name one. Studies choose among them
-//! and are not looked at.
+//! What an addition costs: a kind of shape, force, law or solver is named in few files, those of the table "Where
+//! things are added" of ARCHITECTURE.md, and this test fails where another file begins to name one. Studies choose
+//! among them and are not looked at.
 
 use std::fs;
 use std::path::{Path, PathBuf};

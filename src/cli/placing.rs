@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 const QUIET_FOR: Duration = Duration::from_secs(1);
 /// Time between lines where there is no terminal.
 const LINE_EVERY: Duration = Duration::from_secs(5);
-/// Memory of a run, a body. A million ellipsoids that fill 2 % of space have a peak of 1.6 kB each over a step; the rest
-/// is for the constraints of bodies that touch.
+/// Memory of a run, a body. A million ellipsoids that fill 2 % of space have a peak of 1.6 kB each over a step; the
+/// rest is for the constraints of bodies that touch.
 const BYTES_A_BODY: u64 = 3_000;
 /// A run that needs less is not worth a line.
 const WORTH_A_LINE: u64 = 4_000_000_000;

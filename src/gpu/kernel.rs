@@ -1,7 +1,7 @@
 //! A compute pipeline. Its bindings are those of the validated source.
 //!
-//! Binding 0 may be a uniform: the parameters of one dispatch. All other bindings are storage buffers, bound by the names
-//! of their variables.
+//! Binding 0 may be a uniform: the parameters of one dispatch. All other bindings are storage buffers, bound by the
+//! names of their variables.
 
 use super::banks::{self, Banked};
 use super::device::lock;

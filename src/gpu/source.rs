@@ -76,7 +76,8 @@ impl Source {
         self
     }
 
-    /// Adds a group of constants of type `u32`, once. In tests a `switch` with a case of one of them needs cases of all.
+    /// Adds a group of constants of type `u32`, once. In tests a `switch` with a case of one of them needs cases of
+    /// all.
     #[must_use]
     pub fn constants(mut self, name: &'static str, constants: impl IntoIterator<Item = (&'static str, u32)>) -> Self {
         if self.fragments.contains(&name) {

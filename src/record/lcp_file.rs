@@ -5,8 +5,8 @@
 //! at `gamma = 0`, a length), `gamma0` (the start), `gamma` (what the solver ended with), `v` (`J^T gamma`, bodies x
 //! unknowns).
 //!
-//! Files written here have a `header` beside them, as states do, and the seal of states. Files of other programs need neither,
-//! may be deflated, and their numbers may be of 4 or 8 bytes.
+//! Files written here have a `header` beside them, as states do, and the seal of states. Files of other programs need
+//! neither, may be deflated, and their numbers may be of 4 or 8 bytes.
 
 use super::durable;
 use super::error::RecordError;

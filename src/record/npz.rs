@@ -1,5 +1,5 @@
-//! Named arrays in one file that numpy opens as `.npz`: an uncompressed zip of little-endian `.npy` entries. `header` is
-//! one of them, the bytes of a JSON text; up to version 0.1 it was an entry `header.json`, which no array is.
+//! Named arrays in one file that numpy opens as `.npz`: an uncompressed zip of little-endian `.npy` entries. `header`
+//! is one of them, the bytes of a JSON text; up to version 0.1 it was an entry `header.json`, which no array is.
 //!
 //! The zip holds a CRC-32 of every entry. A seal closes the file, as the zip's comment: the FNV-1a of all bytes before
 //! it, so that a damaged byte is found wherever it lies, in the directory too. No entry has a date: the same arrays are

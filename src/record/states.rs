@@ -63,8 +63,8 @@ impl States {
     /// The states of `source`, which is
     ///
     /// * a run's folder: its `states/` in order, and the checkpoint in place of the state of its step, or after the
-    ///   last (a checkpoint knows the contact forces); `final.json` where there is neither. A damaged state is left out,
-    ///   with a [note](States::notes);
+    ///   last (a checkpoint knows the contact forces); `final.json` where there is neither. A damaged state is left
+    ///   out, with a [note](States::notes);
     /// * a state file (`.npz`);
     /// * a scene file or the name of a built-in scene: the state that it starts from.
     ///

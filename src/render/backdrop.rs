@@ -1,7 +1,8 @@
 //! What stands still behind the bodies of a picture: the walls and the periodic cell.
 //!
-//! In a planar picture every pixel that shows no body asks the walls' own surfaces how far it is from them, so that a wall
-//! of any kind is drawn where bodies meet it, and grey outside. In other pictures walls are lines behind the bodies.
+//! In a planar picture every pixel that shows no body asks the walls' own surfaces how far it is from them, so that a
+//! wall of any kind is drawn where bodies meet it, and grey outside. In other pictures walls are lines behind the
+//! bodies.
 
 use super::image::Image;
 use super::{Camera, View};
@@ -108,8 +109,8 @@ impl Backdrop {
         !self.walls.is_empty()
     }
 
-    /// The edges of the periodic cell that may be seen between two corners of a picture: in a direction without a period
-    /// they go through it.
+    /// The edges of the periodic cell that may be seen between two corners of a picture: in a direction without a
+    /// period they go through it.
     pub fn edges(&self, low: DVec3, high: DVec3) -> Vec<[DVec3; 2]> {
         let lengths = self.periods.lengths();
         let span =

@@ -131,7 +131,8 @@ pub struct Rendered {
 }
 
 /// Makes the pictures of `states`, which were [opened](States::open) from `source`, as `folder/frames/000000.png` and
-/// so on (`.svg` or `.pdf` for vectors), and `folder/frames.json`. What an earlier rendering left there, whole or not, is replaced.
+/// so on (`.svg` or `.pdf` for vectors), and `folder/frames.json`. What an earlier rendering left there, whole or not,
+/// is replaced.
 ///
 /// ```
 /// use relcp::record::States;

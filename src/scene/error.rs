@@ -46,8 +46,8 @@ pub enum FaultKind {
 
 /// A scene was refused.
 ///
-/// It knows the key (dotted: `bodies.0.position.1`, as overrides take it), and, for a scene read from text, the line and
-/// the column. With the feature `files` it is a `miette::Diagnostic` that points into the text.
+/// It knows the key (dotted: `bodies.0.position.1`, as overrides take it), and, for a scene read from text, the line
+/// and the column. With the feature `files` it is a `miette::Diagnostic` that points into the text.
 ///
 /// ```
 /// # #[cfg(feature = "files")] {

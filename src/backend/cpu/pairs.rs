@@ -58,8 +58,8 @@ impl Pairs {
         }
     }
 
-    /// Makes the records of the pairs with first rows, in place of those of the last step. `found` has the separation of
-    /// each near pair, and `rows` the rows of these and of walls; both sorted by pair.
+    /// Makes the records of the pairs with first rows, in place of those of the last step. `found` has the separation
+    /// of each near pair, and `rows` the rows of these and of walls; both sorted by pair.
     pub fn keep(&mut self, found: &[Near], rows: &[Near]) {
         self.records.clear();
         let (mut found, mut first) = (found.iter().peekable(), 0);

@@ -19,8 +19,8 @@ Examples:
 #[derive(Args, Debug)]
 #[command(after_help = CONTACTS_EXAMPLES)]
 pub(in crate::cli) struct Contacts {
-    /// A scene file, the name of a built-in scene, a run's final.json, one of its states (.npz; it knows no walls), or a
-    /// run's folder: the state that it stands at
+    /// A scene file, the name of a built-in scene, a run's final.json, one of its states (.npz; it knows no walls), or
+    /// a run's folder: the state that it stands at
     #[arg(value_name = "STATE", add = complete::run())]
     pub(in crate::cli) state: PathBuf,
     /// Pairs nearer than this, a length; in a periodic scene at most the shortest period

@@ -13,8 +13,8 @@ const FINISH_WORKGROUP: u32 = 256;
 /// Invocations of the workgroup that solves a small problem.
 pub(super) const SMALL_WORKGROUP: u32 = 32;
 
-/// Relative addition to the diagonal of a pair's block, as on the CPU; at least this many roundings, because the entries
-/// of a block are sums of products, each with its rounding.
+/// Relative addition to the diagonal of a pair's block, as on the CPU; at least this many roundings, because the
+/// entries of a block are sums of products, each with its rounding.
 const REGULARIZATION: f64 = 1e-6;
 const ROUNDINGS: f64 = 32.0;
 

@@ -25,8 +25,8 @@ pub struct DeviceProblem {
     pub jacobian: Buffer,
     /// The offset `q` of each row: `g` at `gamma = 0`.
     pub q: Buffer,
-    /// The first row of each slot, and the number of rows at the end: one word a slot and one more. Every row belongs to
-    /// a slot, and the slots' rows follow each other.
+    /// The first row of each slot, and the number of rows at the end: one word a slot and one more. Every row belongs
+    /// to a slot, and the slots' rows follow each other.
     pub block_start: Buffer,
     /// The first entry of each body's list in `incidence`, and the number of entries at the end.
     pub incidence_start: Buffer,
