@@ -9,11 +9,8 @@ use std::path::{Path, PathBuf};
 const NAMED: [(&str, &[&str]); 5] = [
     ("Shape::Torus", &["shape/mod.rs", "shape/code.rs", "scene/validate/shapes.rs", "scene/generate/chainmail.rs"]),
     ("Tag::Torus", &["shape/code.rs", "separation/gpu.rs", "render/rays.rs"]),
-    (
-        "Force::Gravity",
-        &["dynamics/force.rs", "backend/gpu/source.rs", "scene/validate/forces.rs", "scene/validate/planar.rs"],
-    ),
-    ("Dynamics::Inertial", &["dynamics/law.rs", "backend/gpu/source.rs", "scene/validate/mod.rs", "measure/frame.rs"]),
+    ("Force::Gravity", &["dynamics/force.rs", "backend/gpu/source.rs"]),
+    ("Dynamics::Inertial", &["dynamics/law.rs", "backend/gpu/source.rs"]),
     ("SolverKind::Apgd", &["lcp/kind.rs", "lcp/solver.rs", "lcp/gpu/solver.rs", "lcp/gpu/layout.rs"]),
 ];
 

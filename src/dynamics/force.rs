@@ -116,6 +116,20 @@ impl Force {
             Force::RadialInward { .. } | Force::RadialOutward { .. } => true,
         }
     }
+
+    /// Its vector, under its key, where it is the same everywhere.
+    pub(crate) fn vector(&self) -> Option<(&'static str, &[f64; 3])> {
+        match self {
+            Force::Uniform { force, .. } => Some(("force", force)),
+            Force::Gravity { acceleration, .. } => Some(("acceleration", acceleration)),
+            Force::RadialInward { .. } | Force::RadialOutward { .. } => None,
+        }
+    }
+
+    /// Whether it acts on mass, which bodies have with inertia only.
+    pub(crate) fn needs_mass(&self) -> bool {
+        matches!(self, Force::Gravity { .. })
+    }
 }
 
 /// These forces as fields. `groups` are the names of the groups, by index.

@@ -41,6 +41,22 @@ impl Dynamics {
         }
     }
 
+    /// The drag coefficient of the overdamped law.
+    pub fn drag(&self) -> Option<f64> {
+        match *self {
+            Dynamics::Overdamped { drag } => Some(drag),
+            Dynamics::Inertial { .. } => None,
+        }
+    }
+
+    /// The law's name and that of its coefficient, which are their keys in a scene, with the coefficient.
+    pub(crate) fn coefficient(&self) -> ([&'static str; 2], f64) {
+        match *self {
+            Dynamics::Overdamped { drag } => (["overdamped", "drag"], drag),
+            Dynamics::Inertial { density } => (["inertial", "density"], density),
+        }
+    }
+
     /// Whether velocities are a part of the state.
     pub fn has_inertia(&self) -> bool {
         self.density().is_some()

@@ -1,7 +1,7 @@
 //! What a run's scene says that its states do not: whether it is planar, and the drag.
 
 use crate::record::{States, StatesError, scene_of};
-use crate::scene::{self, Dynamics, Scene};
+use crate::scene::{self, Scene};
 use serde::Serialize;
 use std::path::Path;
 
@@ -32,11 +32,7 @@ impl Frame {
 
     /// The frame of a scene named `origin`.
     pub fn of_scene(scene: &Scene, origin: String) -> Frame {
-        let drag = match scene.dynamics {
-            Dynamics::Overdamped { drag } => Some(drag),
-            Dynamics::Inertial { .. } => None,
-        };
-        Frame { planar: scene.planar, planar_from: origin, drag }
+        Frame { planar: scene.planar, planar_from: origin, drag: scene.dynamics.drag() }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
 use super::super::nearest::nearest;
-use super::super::{Force, Growth, Method, Scene, Stop};
+use super::super::{Growth, Method, Scene, Stop};
 use super::{MAX_BODIES, number, numbers, positive};
 use crate::dynamics::MOST_LENGTH_NOISE;
 use crate::shape::Shape;
@@ -15,16 +15,12 @@ impl Scene {
         for (i, force) in self.forces.iter().enumerate() {
             let key = key.index(i);
             let key = key.field(force.name());
-            match force {
-                Force::Uniform { force, .. } => numbers(&key.field("force"), force)?,
-                Force::Gravity { acceleration, .. } => {
-                    numbers(&key.field("acceleration"), acceleration)?;
-                    if !self.dynamics.has_inertia() {
-                        let message = "needs the inertial law, where bodies have mass; `uniform` is a force per body";
-                        return Err(SceneError::bad(key, message));
-                    }
-                }
-                Force::RadialInward { .. } | Force::RadialOutward { .. } => {}
+            if let Some((name, vector)) = force.vector() {
+                numbers(&key.field(name), vector)?;
+            }
+            if force.needs_mass() && !self.dynamics.has_inertia() {
+                let message = "needs the inertial law, where bodies have mass; `uniform` is a force per body";
+                return Err(SceneError::bad(key, message));
             }
             if let Some(group) = force.group().filter(|g| !groups.iter().any(|known| known == g)) {
                 let message = match nearest(group, groups.iter().map(String::as_str)) {

@@ -13,7 +13,7 @@ mod walls;
 
 use super::error::{FaultKind, SceneError};
 use super::key::Key;
-use super::{Dump, DumpWhen, Dynamics, MEASURES, Scene};
+use super::{Dump, DumpWhen, MEASURES, Scene};
 use crate::shape;
 use crate::step::MOST_DUMPED;
 
@@ -47,12 +47,8 @@ impl Scene {
         let root = &Key::ROOT;
         self.check_name(root)?;
         self.check_time(&root.field("time"))?;
-        match self.dynamics {
-            Dynamics::Overdamped { drag } => positive(&root.field("dynamics").field("overdamped").field("drag"), drag)?,
-            Dynamics::Inertial { density } => {
-                positive(&root.field("dynamics").field("inertial").field("density"), density)?;
-            }
-        }
+        let ([law, name], coefficient) = self.dynamics.coefficient();
+        positive(&root.field("dynamics").field(law).field(name), coefficient)?;
         self.check_bodies(root)?;
         self.check_generate(root)?;
         self.check_contact(&root.field("contact"))?;

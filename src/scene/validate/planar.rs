@@ -86,20 +86,15 @@ fn check_rule(key: &Key, rule: &Generate) -> Result<(), SceneError> {
 }
 
 fn check_force(key: &Key, force: &Force, plane: f64) -> Result<(), SceneError> {
-    let across = |name: &'static str, vector: &[f64; 3]| {
-        if vector[2] == 0.0 {
-            return Ok(());
+    match force.vector() {
+        Some((name, vector)) if vector[2] != 0.0 => {
+            let message = format!("must be 0 in a planar scene, not {:?}", vector[2]);
+            Err(SceneError::bad(key.field(force.name()).field(name).index(2), message))
         }
-        let message = format!("must be 0 in a planar scene, not {:?}", vector[2]);
-        Err(SceneError::bad(key.field(force.name()).field(name).index(2), message))
-    };
-    match force {
-        Force::Uniform { force, .. } => across("force", force),
-        Force::Gravity { acceleration, .. } => across("acceleration", acceleration),
-        Force::RadialInward { .. } | Force::RadialOutward { .. } if plane != 0.0 => {
+        None if force.is_radial() && plane != 0.0 => {
             let message = format!("points out of the plane z = {plane:?}; a radial field needs the plane z = 0");
             Err(SceneError::bad(key.field(force.name()), message))
         }
-        Force::RadialInward { .. } | Force::RadialOutward { .. } => Ok(()),
+        _ => Ok(()),
     }
 }
