@@ -354,6 +354,9 @@ fn a_moving_picture_needs_no_other_program() {
         reader.next_frame(&mut drawn).unwrap();
         assert!(drawn == *shown, "{name}");
     }
+    let among = ["render", "run", "--size", "64x64", "--movie", "run/render/../render/frames/000000.png"];
+    let (_, err) = relcp(place.path(), &among, 2);
+    assert!(err.contains("is among the pictures"), "{err}");
     let (last, others) = played.split_last().unwrap();
     assert!(last.1 == 1.0 && others.iter().all(|(_, seconds)| *seconds == 0.1));
 }

@@ -38,6 +38,9 @@ pub(super) fn render(arguments: &Arguments) -> Result<Exit, CliError> {
     let states = States::open(&arguments.run).map_err(RenderError::from)?;
     let states = if arguments.last { states.last() } else { states };
     let folder = arguments.out.clone().unwrap_or_else(|| place(&arguments.run, states.name()));
+    if let Some(movie) = arguments.movie.as_deref().filter(|movie| is_among_pictures(movie, &folder)) {
+        return Err(CliError::Usage(format!("--movie: {} is among the pictures", movie.display())));
+    }
     let mut rendered = watched(arguments, rays.as_ref(), &states, &folder)?;
     let movie = make_movie(arguments, encoder.as_ref(), &folder, &mut rendered)?;
     if arguments.print.json {
@@ -61,6 +64,13 @@ fn check_movie(movie: &Path, encoder: Option<&Encoder>) -> Result<(), CliError> 
         return Err(CliError::Usage(format!("--movie: {} is not a folder", folder.display())));
     }
     Ok(())
+}
+
+/// Whether a movie would stand where the pictures go, in place of one of them.
+fn is_among_pictures(movie: &Path, folder: &Path) -> bool {
+    let pictures = folder.join("frames");
+    let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    whole(durable::folder_of(movie)) == whole(&pictures)
 }
 
 /// The device that casts the rays, where one does.
