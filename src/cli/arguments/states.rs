@@ -35,8 +35,8 @@ pub(in crate::cli) struct Contacts {
 
 const EXPORT_EXAMPLES: &str = "\
 Examples:
-  relcp export runs/colony --format gsd          one file, runs/colony/gsd/colony.gsd: ovito runs/colony/gsd/colony.gsd
-  relcp export runs/colony --format vtk          collections of states: paraview --script=runs/colony/vtk/show.py
+  relcp export runs/colony --format gsd          then: ovito runs/colony/gsd/colony.gsd
+  relcp export runs/colony --format vtk          then: paraview --script=runs/colony/vtk/show.py
   relcp export runs/colony/final.json --format gsd --out final
   relcp export runs/colony --format vtk --cutoff 0.01 --json | jq .files
 
