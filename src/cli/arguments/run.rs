@@ -100,7 +100,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
 
 const BATCH_EXAMPLES: &str = "\
 Examples:
-  relcp batch rates.json                               every member, as many at a time as there are cores
+  relcp batch rates.json                               every member, as many at once as cores
   relcp batch rates.json --list                        what would be run, and where
   relcp batch rates.json --index 3 --threads 4         one member, as a job of a cluster
   relcp batch rates.json --table                       the table of what is there so far

@@ -85,7 +85,7 @@ pub(in crate::cli) struct Export {
 
 const MEASURE_EXAMPLES: &str = "\
 Examples:
-  relcp measure runs/colony                      every measure of every state, into runs/colony/measures
+  relcp measure runs/colony                      every measure of every state
   relcp measure runs/colony --only nematic,correlation
   relcp measure runs/colony --last --json | jq '.states[0].values'
   relcp measure runs/colony/states/state_0000000100.npz --domain-angle 5 --out at-100
@@ -136,7 +136,7 @@ pub(in crate::cli) struct Measure {
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
-  relcp render runs/colony                       every state, into runs/colony/render/frames, and movie.mp4
+  relcp render runs/colony                       every state, and movie.mp4
   relcp render runs/colony --colour age --size 1280x720 --fps 30 --movie colony.mp4
   relcp render runs/colony --colour pressure     of a run with --set output.forces=true
   relcp render runs/colony --from 2 --to 4 --every 5 --fit each --background dark

@@ -44,7 +44,7 @@ Examples:
   relcp study hard --random 200 --confined 40 --seed 3 scenes that nobody thought of
   relcp study all --quick --out studies                some minutes
   relcp run colony --set solver.dump.when=slow --out runs/slow
-  relcp study solvers runs/slow                        every solver on the LCPs that were slow there";
+  relcp study solvers runs/slow                        every solver on its slow LCPs";
 
 #[derive(Args, Clone, Debug)]
 #[command(after_help = STUDY_EXAMPLES)]
