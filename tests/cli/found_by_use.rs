@@ -90,8 +90,7 @@ fn a_signal_while_bodies_are_placed_ends_the_run() {
         .spawn()
         .unwrap();
     std::thread::sleep(Duration::from_secs(2));
-    let signal = std::process::Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap();
-    assert!(signal.success());
+    super::place::signal(&child, "-TERM");
     let asked = Instant::now();
     let status = child.wait().unwrap();
     // Within a second on an idle machine; this bound only tells it from minutes.

@@ -27,8 +27,10 @@ fn drivers_are_silent_without_a_runtime_folder() {
     for arguments in [&["devices"][..], &["run", "rods.json", "--quiet", "--out", "run"]] {
         let mut command = Command::cargo_bin("relcp").unwrap();
         let output = command.current_dir(&place.0).env_remove("XDG_RUNTIME_DIR").args(arguments).output().unwrap();
-        assert!(output.status.success());
-        assert_eq!(String::from_utf8(output.stderr).unwrap(), "", "{arguments:?}");
+        let err = String::from_utf8(output.stderr).unwrap();
+        // Without an adapter `devices` ends with a message of its own.
+        let none = output.status.code() == Some(5) && arguments == ["devices"];
+        assert!((output.status.success() && err.is_empty()) || (none && !err.contains("XDG")), "{arguments:?}: {err}");
     }
 }
 
@@ -375,8 +377,7 @@ fn an_interrupted_run_goes_on_to_the_same_bits() {
         assert!(begun.elapsed() < Duration::from_secs(600), "the run does not get on");
         std::thread::sleep(Duration::from_millis(1));
     }
-    let sent = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(sent.success());
+    place::signal(&child, "-INT");
     let ended = child.wait_with_output().unwrap();
     let err = String::from_utf8_lossy(&ended.stderr);
     assert_eq!(ended.status.code(), Some(130), "{err}");

@@ -33,6 +33,13 @@ impl Place {
     }
 }
 
+/// Sends a signal by the shell's own `kill`: bare systems have no program of this name.
+#[cfg(unix)]
+pub fn signal(child: &std::process::Child, signal: &str) {
+    let kill = format!("kill {signal} {}", child.id());
+    assert!(std::process::Command::new("sh").args(["-c", &kill]).status().unwrap().success());
+}
+
 #[derive(Debug)]
 pub struct Ran {
     pub status: Option<i32>,
