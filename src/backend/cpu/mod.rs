@@ -1,8 +1,8 @@
 //! The verbs of a timestep on the CPU, in f64, generic over the number of unknowns of a body.
 //!
-//! A step passes through stages, each in a file of its own: its [`start`], how bodies move on their own ([`motions`]),
-//! where [`first`] rows are made and which pairs have one ([`near`]), the [`row_set`], the [`solve`] and the [`trial`].
-//! A stage writes what it owns and reads those before it. [`pairs`] holds one record a pair for all of them.
+//! A step passes through stages, each in a file of its own: its `start`, how bodies move on their own (`motions`), where
+//! `first` rows are made and which pairs have one (`near`), the `row_set`, the `solve` and the `trial`. A stage writes
+//! what it owns and reads those before it. `pairs` holds one record a pair for all of them.
 //!
 //! Parallel loops write to places of their own or collect in order, so the bits do not depend on the number of threads.
 
