@@ -9,7 +9,9 @@ pub(crate) use head::{Head, Name};
 
 pub use crate::page::Format;
 use crate::page::Page;
+use plotters::chart::MeshStyle;
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::Ranged;
 use plotters::prelude::*;
 
 /// Units of a page in a point.
@@ -79,6 +81,12 @@ impl Figure {
     pub fn svg(&self) -> String {
         self.0.svg()
     }
+}
+
+/// The style of the axes of all figures: no grid, short ticks, text of one size.
+pub(crate) fn style<X: Ranged, Y: Ranged, D: DrawingBackend>(axes: &mut MeshStyle<'_, '_, X, Y, D>) {
+    axes.disable_mesh();
+    axes.axis_style(BLACK.stroke_width(AXIS)).set_all_tick_mark_size(TICK).label_style(("sans-serif", TEXT));
 }
 
 /// The number beside a tick of a linear axis of this span: short, and what is left of zero where steps are added up is

@@ -2,8 +2,7 @@
 
 use super::{Cell, Column, Counts, Measured, Spread};
 use crate::figure::{
-    self, AXIS, COLOURS, COLUMN, DOT, Failed, Figure, Head, LINE, MARGIN, Name, POINT, Sheet, TEXT, TICK, X_LABELS,
-    Y_LABELS,
+    self, COLOURS, COLUMN, DOT, Failed, Figure, Head, LINE, MARGIN, Name, POINT, Sheet, X_LABELS, Y_LABELS,
 };
 use plotters::chart::ChartContext;
 use plotters::coord::types::RangedCoordf64;
@@ -183,13 +182,9 @@ fn draw(title: &str, [x_name, y_name]: &[String; 2], curves: &[Curve]) -> Result
             .y_label_area_size(Y_LABELS)
             .build_cartesian_2d(x_low..x_high, y_low..y_high + 0.05 * (y_high - y_low))?;
         let tick = |span: f64| move |value: &f64| figure::tick(*value, span);
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .axis_style(BLACK.stroke_width(AXIS))
-            .set_all_tick_mark_size(TICK)
-            .label_style(("sans-serif", TEXT))
-            .x_labels(5)
+        let mut axes = chart.configure_mesh();
+        figure::style(&mut axes);
+        axes.x_labels(5)
             .y_labels(5)
             .x_desc(x_name)
             .y_desc(y_name)

@@ -42,7 +42,7 @@ impl Picture {
         &self.bytes[(first + columns[0]) * self.depth()..(first + columns[1]) * self.depth()]
     }
 
-    /// The smallest part that holds all pixels that differ; one pixel where none does, as a part must have one.
+    /// The smallest part that holds all pixels that differ. A part has one pixel at least, also where none differs.
     fn changed(&self, before: &Picture) -> Part {
         let [width, height] = self.size;
         let differs = |row: &usize| self.row(*row, [0, width]) != before.row(*row, [0, width]);

@@ -2,8 +2,7 @@
 
 use super::StudyError;
 use crate::figure::{
-    self, AXIS, Area, COLOURS, COLUMN, DOT, Failed, Figure, Head, LINE, MARGIN, Name, POINT, TEXT, TICK, X_LABELS,
-    Y_LABELS,
+    self, AXIS, Area, COLOURS, COLUMN, DOT, Failed, Figure, Head, LINE, MARGIN, Name, POINT, X_LABELS, Y_LABELS,
 };
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::coord::types::RangedCoordf64;
@@ -65,7 +64,7 @@ pub(super) fn draw(title: &str, rows: &[Vec<Panel>]) -> Result<Figure, StudyErro
             let (own, below) = rest.split_vertically(head.height() + axes * POINT);
             let panels = head.names.draw(&own, head.names.height())?;
             for (area, panel) in panels.split_evenly((1, columns as usize)).iter().zip(row) {
-                let heading = Head::new(own_width(area), &panel.title, Vec::new());
+                let heading = Head::new(area.dim_in_pixel().0, &panel.title, Vec::new());
                 panel.draw(&heading.draw(area, head.heading)?, &head.order)?;
             }
             rest = below;
@@ -99,10 +98,6 @@ impl RowHead {
     fn height(&self) -> u32 {
         self.names.height() + self.heading
     }
-}
-
-fn own_width(area: &Area<'_>) -> u32 {
-    area.dim_in_pixel().0
 }
 
 /// The colour of a name.
@@ -173,13 +168,9 @@ where
         .y_label_area_size(Y_LABELS)
         .build_cartesian_2d(x, y)?;
     let [x_axis, y_axis] = &panel.axes;
-    chart
-        .configure_mesh()
-        .disable_mesh()
-        .axis_style(BLACK.stroke_width(AXIS))
-        .set_all_tick_mark_size(TICK)
-        .label_style(("sans-serif", TEXT))
-        .x_desc(x_axis.name)
+    let mut axes = chart.configure_mesh();
+    figure::style(&mut axes);
+    axes.x_desc(x_axis.name)
         .y_desc(y_axis.name)
         .x_label_formatter(&|value| x_axis.label(*value, &across))
         .y_label_formatter(&|value| y_axis.label(*value, &up))

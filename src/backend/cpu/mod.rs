@@ -1,8 +1,8 @@
 //! The verbs of a timestep on the CPU, in f64, generic over the number of unknowns of a body.
 //!
-//! A step passes through stages, each in a file of its own: its `start`, how bodies move on their own (`motions`), where
-//! `first` rows are made and which pairs have one (`near`), the `row_set`, the `solve` and the `trial`. A stage writes
-//! what it owns and reads those before it. `pairs` holds one record a pair for all of them.
+//! A step passes through stages, each in a file of its own: its `start`, how bodies move on their own (`motions`),
+//! where `first` rows are made and which pairs have one (`near`), the `row_set`, the `solve` and the `trial`. A stage
+//! writes what it owns and reads those before it. `pairs` holds one record a pair for all of them.
 //!
 //! Parallel loops write to places of their own or collect in order, so the bits do not depend on the number of threads.
 
@@ -186,7 +186,7 @@ impl<const D: usize> Backend for Cpu<D> {
         let whole = next.is_none() && !start.parting;
         start.begin(setup, state, next.take().unwrap_or((Piece::WHOLE, Waiting::None)))?;
         solve.begin();
-        pairs.remember(state.warm.clone());
+        pairs.remember(&state.warm);
         phases.growth += begun.elapsed();
         let begun = Instant::now();
         first.predict(start, D == PLANAR && setup.leads_ahead && whole);
@@ -201,7 +201,7 @@ impl<const D: usize> Backend for Cpu<D> {
         self.trial.set(&self.rows, &self.motions, &self.start, step)?;
         let left = self.left();
         let Cpu { setup, start, motions, first, pairs, trial, phases, .. } = self;
-        pairs.remember(left);
+        pairs.remember(&left);
         let mut middle = start.bodies.clone();
         trial.arrive(&mut middle, &trial.arrived(setup, start, motions));
         start.set_middle(setup, middle);

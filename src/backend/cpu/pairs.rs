@@ -42,8 +42,8 @@ pub struct Pairs {
 
 impl Pairs {
     /// Takes over what the last step left.
-    pub fn remember(&mut self, warm: Vec<Warm>) {
-        self.warm = warm;
+    pub fn remember(&mut self, warm: &[Warm]) {
+        warm.clone_into(&mut self.warm);
     }
 
     /// Makes the records of the pairs that the last step left.

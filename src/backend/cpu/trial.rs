@@ -31,7 +31,10 @@ pub(super) struct Trial<const D: usize> {
 }
 
 impl<const D: usize> Trial<D> {
-    /// The trial's twists and poses, or the first body that has none.
+    /// Computes the trial's twists and poses.
+    ///
+    /// # Errors
+    /// [`Fault::NotFinite`] names the first body whose velocity or pose is not finite.
     pub(super) fn set(&mut self, rows: &RowSet<D>, motions: &Motions, start: &Start, step: u64) -> Result<(), Fault> {
         lcp::velocity_into(&rows.problem, &rows.gamma, &mut self.scaled);
         let (dt, scaled) = (start.interval, &self.scaled);

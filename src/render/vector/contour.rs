@@ -12,7 +12,7 @@ const SQUARES: f64 = 480.0;
 /// An edge of a square: its lower or left end, and whether it goes up.
 type Edge = (usize, usize, bool);
 
-/// The zero line of `of` on a page so large; `None` where it has none.
+/// The line on which `of` is zero, on a page of this size; `None` where `of` has no zero there.
 pub(super) fn zero([wide, high]: [f64; 2], of: impl Fn(f64, f64) -> f64) -> Option<Path> {
     let side = wide.max(high) / SQUARES;
     let [columns, rows] = [wide, high].map(|length| (length / side).ceil() as usize);

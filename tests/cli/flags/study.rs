@@ -92,7 +92,7 @@ fn make_references(place: &Place, _: &str) {
                 .any(|file| file.is_ok_and(|file| file.path().extension().is_some_and(|extension| extension == "json")))
         })
     };
-    while !made() && begun.elapsed() < Duration::from_secs(120) {
+    while !made() && begun.elapsed() < Duration::from_secs(600) {
         std::thread::sleep(Duration::from_millis(20));
     }
     child.kill().unwrap();
