@@ -4,14 +4,22 @@
 
 use super::Problem;
 use super::incidence::Incidence;
+use super::loops::{Chunks, add_up, dots, fold, map, update};
 use super::pair_blocks::{self, PairBlocks};
-use super::product::{PARALLEL_ROWS, Product, dots, fold, map, update};
+use super::product::Product;
 use super::residual::{of_row, worse};
 use super::verbs::{Metric, Verbs};
+use std::ops::Range;
 
 /// A diagonal entry of `A` is a zero row's at or under this part of the largest: its square root, the length of the row
 /// of `J`, is then below the rounding of the largest row's.
 const ZERO_ROW: f64 = f64::EPSILON * f64::EPSILON;
+
+/// Rows of a chunk of a sum: few enough for several threads to have some each in a problem of a thousand rows.
+const CHUNK: usize = 256;
+
+/// The same for rows as the paper has them, whose sums keep their bits.
+const CHUNK_OF_PARALLEL_ROWS: usize = 4_096;
 
 /// One problem, made ready for the solvers. Its buffers are used again for the next problem.
 #[derive(Clone, Debug, Default)]
@@ -28,18 +36,23 @@ pub struct Cpu<const D: usize> {
     compliance: f64,
     product: Product<D>,
     blocks: PairBlocks,
-    parallel: bool,
+    chunks: Chunks,
+    parallel_rows: bool,
     products: u64,
     looks: Vec<f64>,
 }
 
 impl<const D: usize> Cpu<D> {
+    /// One for problems with many nearly parallel rows.
+    pub(crate) fn for_parallel_rows() -> Self {
+        Cpu { parallel_rows: true, ..Cpu::default() }
+    }
+
     /// Takes a problem: sorts its rows by pair and copies them.
     pub fn rebuild(&mut self, problem: &Problem<D>) {
         pair_blocks::order(&problem.pair, &mut self.order);
         self.q.clear();
         self.q.extend(self.order.iter().map(|row| problem.q[*row as usize]));
-        self.parallel = self.q.len() >= PARALLEL_ROWS && rayon::current_num_threads() > 1;
         self.product.rebuild(problem.bodies, &problem.pair, &problem.jacobian, &self.order);
         self.diagonal = self.product.diagonal();
         let zero = ZERO_ROW * self.diagonal.iter().fold(0.0, |largest: f64, s| largest.max(*s));
@@ -48,7 +61,12 @@ impl<const D: usize> Cpu<D> {
         self.inverse = invert(&self.diagonal);
         self.majorant = self.product.majorant();
         self.inverse_majorant = invert(&self.majorant);
-        self.blocks.rebuild(self.product.pair(), self.product.jacobian(), &live, self.parallel);
+        self.blocks.rebuild(self.product.pair(), self.product.jacobian(), &live);
+        self.chunks = if self.parallel_rows {
+            Chunks::of_rows(self.q.len(), CHUNK_OF_PARALLEL_ROWS)
+        } else {
+            Chunks::of_pairs(self.product.pair(), CHUNK)
+        };
         self.compliance = 0.0;
         self.products = 0;
         self.looks.clear();
@@ -117,18 +135,51 @@ impl<const D: usize> Cpu<D> {
         self.products += n;
     }
 
-    fn give_way(&self, x: &[f64], ax: &mut [f64]) {
-        if self.compliance > 0.0 {
-            let part = self.compliance;
-            update(self.parallel, ax, [x, &self.diagonal], |ax, [x, s]| ax + part * s * x);
+    /// The problem as several threads share it.
+    pub(super) fn whole(&mut self) -> Whole<'_, D> {
+        let (gathered, pair, jacobian, incidence) = self.product.gathered();
+        Whole {
+            diagonals: Diagonals {
+                plain: &self.diagonal,
+                inverse: &self.inverse,
+                majorant: &self.majorant,
+                inverse_majorant: &self.inverse_majorant,
+            },
+            q: &self.q,
+            compliance: self.compliance,
+            pair,
+            jacobian,
+            incidence,
+            gathered,
+            blocks: self.blocks.whole(),
+            chunks: &self.chunks,
+            products: self.products,
+            looks: std::mem::take(&mut self.looks),
         }
     }
 
-    fn diagonal_of(&self, metric: Metric) -> (&[f64], &[f64]) {
-        match metric {
-            Metric::Majorant => (&self.majorant, &self.inverse_majorant),
-            Metric::Diagonal | Metric::PairBlocks => (&self.diagonal, &self.inverse),
+    fn give_way(&self, x: &[f64], ax: &mut [f64]) {
+        if self.compliance > 0.0 {
+            let part = self.compliance;
+            update(ax, [x, &self.diagonal], |ax, [x, s]| ax + part * s * x);
         }
+    }
+
+    fn fold<const N: usize>(
+        &self,
+        inputs: [&[f64]; N],
+        start: f64,
+        join: impl Fn(f64, f64) -> f64,
+        value: impl Fn([f64; N]) -> f64,
+    ) -> f64 {
+        let chunks = self.chunks.ranges().map(|chunk| fold(chunk, inputs, start, &join, &value));
+        chunks.fold(start, &join)
+    }
+
+    fn diagonal_of(&self, metric: Metric) -> (&[f64], &[f64]) {
+        let (plain, inverse) = (&self.diagonal, &self.inverse);
+        let (majorant, inverse_majorant) = (&self.majorant, &self.inverse_majorant);
+        Diagonals { plain, inverse, majorant, inverse_majorant }.of_metric(metric)
     }
 }
 
@@ -141,6 +192,58 @@ pub(crate) struct Rows<'a, const D: usize> {
     pub diagonal: &'a [f64],
     /// `1 / A_ii`, zero for zero rows.
     pub inverse: &'a [f64],
+}
+
+/// The diagonals of a problem's rows, or of some of them.
+#[derive(Clone, Copy)]
+pub(super) struct Diagonals<'a> {
+    plain: &'a [f64],
+    inverse: &'a [f64],
+    majorant: &'a [f64],
+    inverse_majorant: &'a [f64],
+}
+
+impl<'a> Diagonals<'a> {
+    /// Those of some rows.
+    pub fn of(self, rows: Range<usize>) -> Self {
+        let of = |numbers: &'a [f64]| &numbers[rows.clone()];
+        Diagonals {
+            plain: of(self.plain),
+            inverse: of(self.inverse),
+            majorant: of(self.majorant),
+            inverse_majorant: of(self.inverse_majorant),
+        }
+    }
+
+    /// The one of `A`.
+    pub fn plain(self) -> &'a [f64] {
+        self.plain
+    }
+
+    /// That of a metric and its inverse.
+    pub fn of_metric(self, metric: Metric) -> (&'a [f64], &'a [f64]) {
+        match metric {
+            Metric::Majorant => (self.majorant, self.inverse_majorant),
+            Metric::Diagonal | Metric::PairBlocks => (self.plain, self.inverse),
+        }
+    }
+}
+
+/// A problem that several threads share: all of it to read, but for the blocks, of which each has its own part.
+pub(super) struct Whole<'a, const D: usize> {
+    pub diagonals: Diagonals<'a>,
+    pub q: &'a [f64],
+    pub compliance: f64,
+    pub pair: &'a [[u32; 2]],
+    pub jacobian: &'a [[[f64; D]; 2]],
+    pub incidence: &'a Incidence,
+    /// The blocks of `J` in the order of the incidence lists.
+    pub gathered: &'a [[f64; D]],
+    pub blocks: pair_blocks::Part<'a>,
+    pub chunks: &'a Chunks,
+    /// Products made so far, and residuals that nobody has asked for yet.
+    pub products: u64,
+    pub looks: Vec<f64>,
 }
 
 impl<const D: usize> Verbs for Cpu<D> {
@@ -179,23 +282,24 @@ impl<const D: usize> Verbs for Cpu<D> {
     }
 
     fn dot(&mut self, x: &Vec<f64>, y: &Vec<f64>) -> f64 {
-        fold(self.parallel, [x, y], 0.0, |a, b| a + b, |[x, y]| x * y)
+        self.fold([x, y], 0.0, |a, b| a + b, |[x, y]| x * y)
     }
 
     fn dots<const N: usize>(&mut self, pairs: [[&Vec<f64>; 2]; N]) -> [f64; N] {
-        dots(self.parallel, pairs.map(|pair| pair.map(Vec::as_slice)))
+        let pairs = pairs.map(|pair| pair.map(Vec::as_slice));
+        add_up(self.chunks.ranges().map(|chunk| dots(chunk, pairs)))
     }
 
     fn twice_objective(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {
-        fold(self.parallel, [x, &self.q, g], 0.0, |a, b| a + b, |[x, q, g]| x * (q + g))
+        self.fold([x, &self.q, g], 0.0, |a, b| a + b, |[x, q, g]| x * (q + g))
     }
 
     fn combine(&mut self, a: f64, x: &Vec<f64>, b: f64, y: &Vec<f64>, out: &mut Vec<f64>) {
-        map(self.parallel, out, [x, y], |[x, y]| a * x + b * y);
+        map(out, [x, y], |[x, y]| a * x + b * y);
     }
 
     fn add(&mut self, a: f64, x: &Vec<f64>, y: &mut Vec<f64>) {
-        update(self.parallel, y, [x], |y, [x]| y + a * x);
+        update(y, [x], |y, [x]| y + a * x);
     }
 
     fn proximal(&mut self, metric: Metric, x: &Vec<f64>, step: f64, g: &Vec<f64>, out: &mut Vec<f64>) {
@@ -203,35 +307,35 @@ impl<const D: usize> Verbs for Cpu<D> {
             return self.blocks.proximal(x, step, g, out);
         }
         let (_, inverse) = self.diagonal_of(metric);
-        map(self.parallel, out, [x, g, inverse], |[x, g, inverse]| (x - step * g * inverse).max(0.0));
+        map(out, [x, g, inverse], |[x, g, inverse]| (x - step * g * inverse).max(0.0));
     }
 
     fn project(&mut self, metric: Metric, x: &Vec<f64>, out: &mut Vec<f64>) {
         if metric == Metric::PairBlocks {
             return self.blocks.project(x, out);
         }
-        map(self.parallel, out, [x], |[x]| x.max(0.0));
+        map(out, [x], |[x]| x.max(0.0));
     }
 
     fn square(&mut self, metric: Metric, x: &Vec<f64>) -> f64 {
         let (diagonal, _) = self.diagonal_of(metric);
-        fold(self.parallel, [diagonal, x], 0.0, |a, b| a + b, |[s, x]| s * x * x)
+        self.fold([diagonal, x], 0.0, |a, b| a + b, |[s, x]| s * x * x)
     }
 
     fn inverse_square(&mut self, metric: Metric, x: &Vec<f64>) -> f64 {
         let (_, inverse) = self.diagonal_of(metric);
-        fold(self.parallel, [inverse, x], 0.0, |a, b| a + b, |[s, x]| s * x * x)
+        self.fold([inverse, x], 0.0, |a, b| a + b, |[s, x]| s * x * x)
     }
 
     fn ratio_test(&mut self, x: &Vec<f64>, d: &Vec<f64>) -> f64 {
         // Both sides are computed and no branch is taken: which rows come down is not predictable. A quotient that is
         // not a number is no bound.
         let row = |[x, d]: [f64; 2]| if d < 0.0 { x / -d } else { f64::INFINITY };
-        fold(self.parallel, [x, d], f64::INFINITY, |a, b| if b < a { b } else { a }, row)
+        self.fold([x, d], f64::INFINITY, |a, b| if b < a { b } else { a }, row)
     }
 
     fn residual(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {
-        fold(self.parallel, [g, &self.diagonal, x], 0.0, worse, |[g, s, x]| of_row(g, s, x))
+        self.fold([g, &self.diagonal, x], 0.0, worse, |[g, s, x]| of_row(g, s, x))
     }
 
     fn read(&mut self, scalar: f64) -> f64 {

@@ -2,6 +2,7 @@
 
 use super::verbs::{Scalar, Verbs};
 use super::{Settings, Status};
+use std::ops::Range;
 
 /// A solve stops without success when the best residual has not come down by [`PROGRESS`] over this many iterations, or
 /// over as many as the last gain took to come, if those are more. The slowest stored instances pause for some hundred
@@ -74,6 +75,22 @@ pub(crate) struct Drive<T> {
     pub history: Option<Vec<ResidualSample>>,
 }
 
+impl Drive<Vec<f64>> {
+    /// What it needs to go on with some of the rows.
+    pub fn share(&self, rows: Range<usize>) -> Self {
+        let of = |numbers: &[f64]| numbers[rows.clone()].to_vec();
+        let at = Point { x: of(&self.at.x), g: of(&self.at.g) };
+        Drive { at, best: of(&self.best), start: Vec::new(), history: None }
+    }
+
+    /// Takes back what [`Drive::share`] gave.
+    pub fn take_back(&mut self, rows: Range<usize>, share: &Self) {
+        self.at.x[rows.clone()].copy_from_slice(&share.at.x);
+        self.at.g[rows.clone()].copy_from_slice(&share.at.g);
+        self.best[rows].copy_from_slice(&share.best);
+    }
+}
+
 impl<T> Drive<T> {
     /// Iterates until the true residual is at most the tolerance, or there is no hope. Returns the status, the
     /// iterations, and the residual of a fresh gradient at `self.at.x`, which has the smallest residual of all iterates
@@ -91,43 +108,72 @@ impl<T> Drive<T> {
     where
         T: Default,
     {
-        self.run_while(verbs, method, settings, check_every, |_, _, _, _| true)
+        self.run_while(verbs, method, settings, check_every, |_, _, _| true)
     }
 
-    /// [`Drive::run`] that ends as if the iterations were used up where `goes_on` refuses the iterate, the number of
-    /// iterations and the residual.
+    /// [`Drive::run`] that ends as if the iterations were used up where `goes_on` refuses the iterate and where the
+    /// solve stands.
     pub fn run_while<V: Verbs<Vector = T>>(
         &mut self,
         verbs: &mut V,
         method: &mut impl Method<V>,
         settings: &Settings,
         check_every: u64,
-        mut goes_on: impl FnMut(&V, &Point<T>, u64, f64) -> bool,
+        mut goes_on: impl FnMut(&V, &Point<T>, Standing) -> bool,
     ) -> (Status, u64, f64)
     where
         T: Default,
     {
         let mut course = self.begin(verbs, method, settings);
         let status = loop {
-            self.iterate(verbs, method, &mut course, check_every);
-            course.take_looks(verbs, &mut self.history);
-            let may_go_on = || goes_on(verbs, &self.at, course.iteration, course.now);
-            match course.verdict(method.patience(), may_go_on) {
-                Verdict::GoOn => {}
-                Verdict::Confirm => self.confirm(verbs, method, &mut course),
-                Verdict::End(status) => break status,
+            match self.go(verbs, method, &mut course, check_every, &|_| true) {
+                Some(status) => break status,
+                None if goes_on(verbs, &self.at, course.standing()) => {}
+                None => break Status::MaxIterations,
             }
         };
         self.end(verbs, &course, status)
     }
 
-    /// The first look, at the start.
-    fn begin<'a, V: Verbs<Vector = T>>(
+    /// Goes on until the solve ends, or to where it `pauses`.
+    pub fn go<V: Verbs<Vector = T>>(
         &mut self,
         verbs: &mut V,
         method: &mut impl Method<V>,
-        settings: &'a Settings,
-    ) -> Course<'a, V::Scalar> {
+        course: &mut Course<V::Scalar>,
+        check_every: u64,
+        pauses: &impl Fn(Standing) -> bool,
+    ) -> Option<Status> {
+        loop {
+            if !std::mem::take(&mut course.paused) {
+                self.iterate(verbs, method, course, check_every);
+                course.take_looks(verbs, &mut self.history);
+                match course.verdict() {
+                    Verdict::GoOn => course.least = course.least.min(course.now),
+                    Verdict::Confirm => {
+                        self.confirm(verbs, method, course);
+                        continue;
+                    }
+                    Verdict::End(status) => return Some(status),
+                }
+                if pauses(course.standing()) {
+                    course.paused = true;
+                    return None;
+                }
+            }
+            if course.is_hopeless(method.patience()) {
+                return Some(Status::NoProgress);
+            }
+        }
+    }
+
+    /// The first look, at the start.
+    pub fn begin<V: Verbs<Vector = T>>(
+        &mut self,
+        verbs: &mut V,
+        method: &mut impl Method<V>,
+        settings: &Settings,
+    ) -> Course<V::Scalar> {
         let at = &mut self.at;
         verbs.clear(&mut at.g);
         verbs.gradient(&at.x, &mut at.g);
@@ -145,7 +191,7 @@ impl<T> Drive<T> {
         &mut self,
         verbs: &mut V,
         method: &mut impl Method<V>,
-        course: &mut Course<'_, V::Scalar>,
+        course: &mut Course<V::Scalar>,
         check_every: u64,
     ) {
         let (at, settings) = (&mut self.at, course.settings);
@@ -173,7 +219,7 @@ impl<T> Drive<T> {
         &mut self,
         verbs: &mut V,
         method: &mut impl Method<V>,
-        course: &mut Course<'_, V::Scalar>,
+        course: &mut Course<V::Scalar>,
     ) {
         let (at, tolerance) = (&mut self.at, course.settings.tolerance);
         verbs.gradient(&at.x, &mut at.g);
@@ -188,10 +234,10 @@ impl<T> Drive<T> {
     }
 
     /// Chooses the iterate that is returned: the last one of a solve that succeeded, else the best one, else the start.
-    fn end<V: Verbs<Vector = T>>(
+    pub fn end<V: Verbs<Vector = T>>(
         &mut self,
         verbs: &mut V,
-        course: &Course<'_, V::Scalar>,
+        course: &Course<V::Scalar>,
         status: Status,
     ) -> (Status, u64, f64) {
         let (at, at_start) = (&mut self.at, course.at_start.unwrap_or(f64::NAN));
@@ -224,9 +270,20 @@ enum Verdict {
     End(Status),
 }
 
+/// Where a solve stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Standing {
+    /// Iterations taken.
+    pub iterations: u64,
+    /// The residual after them, and the least one from which a solve went on.
+    pub residual: f64,
+    pub least: f64,
+}
+
 /// The course of one solve: its iterations and residuals.
-struct Course<'a, S> {
-    settings: &'a Settings,
+#[derive(Clone)]
+pub(crate) struct Course<S> {
+    settings: Settings,
     /// The residual that a start may have to be a solution without an iteration.
     enough_at_start: f64,
     /// The smallest residual, as the backend has it.
@@ -239,15 +296,18 @@ struct Course<'a, S> {
     /// Whether that is the residual of a fresh gradient.
     fresh: bool,
     at_start: Option<f64>,
+    least: f64,
+    /// Whether it paused after its last look.
+    paused: bool,
     /// The last residual that counted as a gain, and when it came.
     marked: f64,
     marked_at: u64,
 }
 
-impl<'a, S> Course<'a, S> {
-    fn new(settings: &'a Settings, best: S) -> Self {
+impl<S> Course<S> {
+    fn new(settings: &Settings, best: S) -> Self {
         Course {
-            settings,
+            settings: *settings,
             enough_at_start: if settings.max_iterations > 0 { 0.0 } else { settings.tolerance },
             best,
             pending: vec![(0, true)],
@@ -255,6 +315,8 @@ impl<'a, S> Course<'a, S> {
             now: f64::NAN,
             fresh: true,
             at_start: None,
+            least: f64::INFINITY,
+            paused: false,
             marked: f64::INFINITY,
             marked_at: 0,
         }
@@ -276,9 +338,19 @@ impl<'a, S> Course<'a, S> {
         }
     }
 
-    /// Whether the solve goes on. `may_go_on` is asked only where nothing else ends it.
-    fn verdict(&self, patience: u64, may_go_on: impl FnOnce() -> bool) -> Verdict {
-        let Settings { tolerance, max_iterations, .. } = *self.settings;
+    /// Whether nobody has looked at the start yet.
+    pub fn is_new(&self) -> bool {
+        self.at_start.is_none()
+    }
+
+    /// Where it stands.
+    pub fn standing(&self) -> Standing {
+        Standing { iterations: self.iteration, residual: self.now, least: self.least }
+    }
+
+    /// Whether the solve goes on.
+    fn verdict(&self) -> Verdict {
+        let Settings { tolerance, max_iterations, .. } = self.settings;
         if !self.now.is_finite() {
             return Verdict::End(Status::NotFinite);
         }
@@ -290,13 +362,12 @@ impl<'a, S> Course<'a, S> {
         if solved_at_start && self.iteration >= ITERATIONS_FROM_A_SOLUTION {
             return Verdict::End(Status::NoProgress);
         }
-        if self.iteration >= max_iterations || !may_go_on() {
-            return Verdict::End(Status::MaxIterations);
-        }
-        if self.iteration - self.marked_at >= patience.max(self.marked_at) {
-            return Verdict::End(Status::NoProgress);
-        }
-        Verdict::GoOn
+        if self.iteration >= max_iterations { Verdict::End(Status::MaxIterations) } else { Verdict::GoOn }
+    }
+
+    /// Whether its last gain lies too far back.
+    fn is_hopeless(&self, patience: u64) -> bool {
+        self.iteration - self.marked_at >= patience.max(self.marked_at)
     }
 }
 

@@ -8,6 +8,7 @@ pub(crate) mod cpu;
 #[cfg(feature = "gpu")]
 pub(crate) mod gpu;
 pub(crate) mod incidence;
+mod loops;
 pub(crate) mod pair_blocks;
 pub(crate) mod product;
 pub(crate) mod verbs;
@@ -26,6 +27,7 @@ mod relax;
 mod residual;
 mod solver;
 mod stored;
+mod team;
 
 pub use drive::ResidualSample;
 pub use kind::SolverKind;

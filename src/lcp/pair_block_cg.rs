@@ -13,6 +13,7 @@
 
 use super::drive::{Method, Point};
 use super::verbs::{Metric, Scalar, Verbs};
+use std::ops::Range;
 
 /// Bounds of the remembered trial length. On the stored systems a longest of 1 costs up to a fifth more products where
 /// pairs have several rows, and 2 to 64 cost the same.
@@ -40,20 +41,21 @@ impl<T: Default> Direction<T> {
     }
 }
 
-pub(crate) struct PairBlockCg<V: Verbs> {
+/// The method, over vectors `T` and numbers `S`.
+pub(crate) struct PairBlockCg<T, S> {
     /// `z`.
-    gradient_step: V::Vector,
-    trial: V::Vector,
+    gradient_step: T,
+    trial: T,
     /// `d`, `e`, and room for the next.
-    made: [Direction<V::Vector>; 3],
+    made: [Direction<T>; 3],
     /// `d . A d` and `e . A e`, zero when there is none.
-    curvature: [V::Scalar; 2],
-    length: V::Scalar,
+    curvature: [S; 2],
+    length: S,
     /// Whether the next beginning keeps the displacements.
     goes_on: bool,
 }
 
-impl<V: Verbs> PairBlockCg<V> {
+impl<T: Default, S: Scalar> PairBlockCg<T, S> {
     /// Says whether the next beginning is of the same problem as the last one, at the point where this method ended: it
     /// then keeps the displacements.
     pub fn go_on(&mut self, same: bool) {
@@ -63,8 +65,8 @@ impl<V: Verbs> PairBlockCg<V> {
     pub fn new() -> Self {
         PairBlockCg {
             goes_on: false,
-            gradient_step: V::Vector::default(),
-            trial: V::Vector::default(),
+            gradient_step: T::default(),
+            trial: T::default(),
             made: [Direction::none(), Direction::none(), Direction::none()],
             curvature: [0.0.into(); 2],
             length: 1.0.into(),
@@ -72,8 +74,8 @@ impl<V: Verbs> PairBlockCg<V> {
     }
 
     /// The `a` and `b` of the direction, and `g . z`.
-    fn parts(&mut self, verbs: &mut V, g: &V::Vector) -> ([V::Scalar; 2], V::Scalar) {
-        let zero = V::Scalar::from(0.0);
+    fn parts<V: Verbs<Vector = T, Scalar = S>>(&mut self, verbs: &mut V, g: &T) -> ([S; 2], S) {
+        let zero = S::from(0.0);
         let ([d, e, _], z) = (&self.made, &self.gradient_step);
         let [g_d, z_ad, g_e, z_ae, across, g_z] = verbs.dots([
             [g, &d.displacement],
@@ -84,7 +86,7 @@ impl<V: Verbs> PairBlockCg<V> {
             [g, z],
         ]);
         let right = [-g_d - z_ad, -g_e - z_ae];
-        let shift = V::Scalar::from(1.0 + (ROUNDING * verbs.rounding()).max(REGULARIZATION));
+        let shift = S::from(1.0 + (ROUNDING * verbs.rounding()).max(REGULARIZATION));
         let diagonal = [self.curvature[0] * shift, self.curvature[1] * shift];
         let det = diagonal[0] * diagonal[1] - across * across;
         let alone = self.curvature[0].if_positive(right[0] / diagonal[0], zero);
@@ -96,7 +98,34 @@ impl<V: Verbs> PairBlockCg<V> {
     }
 }
 
-impl<V: Verbs> Method<V> for PairBlockCg<V> {
+impl<S: Scalar> PairBlockCg<Vec<f64>, S> {
+    /// What it needs to go on with some of the rows.
+    pub fn share(&self, rows: Range<usize>) -> Self {
+        let of = |numbers: &[f64]| numbers[rows.clone()].to_vec();
+        let made =
+            |made: &Direction<Vec<f64>>| Direction { displacement: of(&made.displacement), product: of(&made.product) };
+        let room = || vec![0.0; rows.len()];
+        PairBlockCg {
+            gradient_step: room(),
+            trial: room(),
+            made: [made(&self.made[0]), made(&self.made[1]), Direction { displacement: room(), product: room() }],
+            curvature: self.curvature,
+            length: self.length,
+            goes_on: self.goes_on,
+        }
+    }
+
+    /// Takes back what [`PairBlockCg::share`] gave.
+    pub fn take_back(&mut self, rows: Range<usize>, share: &Self) {
+        for (made, share) in self.made.iter_mut().zip(&share.made).take(2) {
+            made.displacement[rows.clone()].copy_from_slice(&share.displacement);
+            made.product[rows.clone()].copy_from_slice(&share.product);
+        }
+        (self.curvature, self.length, self.goes_on) = (share.curvature, share.length, share.goes_on);
+    }
+}
+
+impl<V: Verbs> Method<V> for PairBlockCg<V::Vector, V::Scalar> {
     fn begin(&mut self, verbs: &mut V, _: &Point<V::Vector>) {
         if std::mem::take(&mut self.goes_on) {
             return;

@@ -10,16 +10,12 @@ mod small;
 
 use super::product::dot;
 use larger::Larger;
-use rayon::prelude::*;
 use small::{Block, Double, Packed, Single};
 
 /// Relative addition to the diagonal of a block. On the stored systems 1e-6, 1e-7 and 1e-8 cost the same products
 /// within a quarter, the largest of them the least where a pair has many rows; it keeps most digits of the Cholesky
 /// factor of a block with repeated rows.
 const REGULARIZATION: f64 = 1e-6;
-
-/// How many blocks one parallel task takes.
-const TASK: usize = 2_048;
 
 /// The most rows of a block that has a type of its own.
 const SMALL: usize = 8;
@@ -38,7 +34,20 @@ pub struct PairBlocks {
     larger: Larger,
     /// 1 for rows of `A` that are not zero, else 0.
     live: Vec<f64>,
-    parallel: bool,
+}
+
+/// Consecutive blocks, for one thread.
+pub(crate) struct Part<'a> {
+    singles: &'a mut [Single],
+    doubles: &'a mut [Double],
+    triples: &'a mut [Packed<3, 6>],
+    fours: &'a mut [Packed<4, 10>],
+    fives: &'a mut [Packed<5, 15>],
+    sixes: &'a mut [Packed<6, 21>],
+    sevens: &'a mut [Packed<7, 28>],
+    eights: &'a mut [Packed<8, 36>],
+    larger: larger::Part<'a>,
+    live: &'a [f64],
 }
 
 /// What is minimized, over rows that stand together.
@@ -67,15 +76,8 @@ pub fn order(pair: &[[u32; 2]], order: &mut Vec<u32>) {
 
 impl PairBlocks {
     /// Makes the blocks of rows that stand in the order of [`order`]; `live` says which rows of `A` are not zero.
-    pub fn rebuild<const D: usize>(
-        &mut self,
-        pair: &[[u32; 2]],
-        jacobian: &[[[f64; D]; 2]],
-        live: &[bool],
-        parallel: bool,
-    ) {
+    pub fn rebuild<const D: usize>(&mut self, pair: &[[u32; 2]], jacobian: &[[[f64; D]; 2]], live: &[bool]) {
         self.clear();
-        self.parallel = parallel;
         self.live.extend(live.iter().map(|live| f64::from(u8::from(*live))));
         let matrix = |i: usize, j: usize| match (i == j, live[i]) {
             (true, true) => entry(pair, jacobian, i, j) * (1.0 + REGULARIZATION),
@@ -113,6 +115,34 @@ impl PairBlocks {
         self.live.clear();
     }
 
+    /// All blocks.
+    pub(crate) fn whole(&mut self) -> Part<'_> {
+        Part {
+            singles: &mut self.singles,
+            doubles: &mut self.doubles,
+            triples: &mut self.triples,
+            fours: &mut self.fours,
+            fives: &mut self.fives,
+            sixes: &mut self.sixes,
+            sevens: &mut self.sevens,
+            eights: &mut self.eights,
+            larger: self.larger.whole(),
+            live: &self.live,
+        }
+    }
+
+    /// [`Part::proximal`] of all blocks.
+    pub fn proximal(&mut self, x: &[f64], step: f64, g: &[f64], out: &mut [f64]) {
+        self.whole().proximal(x, step, g, out);
+    }
+
+    /// [`Part::project`] of all blocks.
+    pub fn project(&mut self, x: &[f64], out: &mut [f64]) {
+        self.whole().project(x, out);
+    }
+}
+
+impl<'a> Part<'a> {
     /// `out = argmin over y >= 0 of step g . (y - x) + 1/2 (y - x) . B (y - x)`. Zero rows of `A` keep `x`, which is
     /// not negative there.
     pub fn proximal(&mut self, x: &[f64], step: f64, g: &[f64], out: &mut [f64]) {
@@ -125,17 +155,54 @@ impl PairBlocks {
     }
 
     fn minimize(&mut self, x: &[f64], slope: Option<(f64, &[f64])>, out: &mut [f64]) {
-        let mut rest = Rest { step: Step { x, slope, live: &self.live }, out, parallel: self.parallel };
-        rest.each(&mut self.singles);
-        rest.each(&mut self.doubles);
-        rest.each(&mut self.triples);
-        rest.each(&mut self.fours);
-        rest.each(&mut self.fives);
-        rest.each(&mut self.sixes);
-        rest.each(&mut self.sevens);
-        rest.each(&mut self.eights);
-        self.larger.minimize(rest.step, rest.out, self.parallel);
+        let mut rest = Rest { step: Step { x, slope, live: self.live }, out };
+        rest.each(self.singles);
+        rest.each(self.doubles);
+        rest.each(self.triples);
+        rest.each(self.fours);
+        rest.each(self.fives);
+        rest.each(self.sixes);
+        rest.each(self.sevens);
+        rest.each(self.eights);
+        self.larger.minimize(rest.step, rest.out);
     }
+
+    /// Parts the blocks of the first so many rows from the others. No block may have rows on both sides.
+    pub fn split_at(self, rows: usize) -> (Self, Self) {
+        let mut left = rows;
+        let (singles, more_singles) = split(self.singles, &mut left);
+        let (doubles, more_doubles) = split(self.doubles, &mut left);
+        let (triples, more_triples) = split(self.triples, &mut left);
+        let (fours, more_fours) = split(self.fours, &mut left);
+        let (fives, more_fives) = split(self.fives, &mut left);
+        let (sixes, more_sixes) = split(self.sixes, &mut left);
+        let (sevens, more_sevens) = split(self.sevens, &mut left);
+        let (eights, more_eights) = split(self.eights, &mut left);
+        let (larger, more_larger) = self.larger.split_at(left);
+        let (live, more_live) = self.live.split_at(rows);
+        (
+            Part { singles, doubles, triples, fours, fives, sixes, sevens, eights, larger, live },
+            Part {
+                singles: more_singles,
+                doubles: more_doubles,
+                triples: more_triples,
+                fours: more_fours,
+                fives: more_fives,
+                sixes: more_sixes,
+                sevens: more_sevens,
+                eights: more_eights,
+                larger: more_larger,
+                live: more_live,
+            },
+        )
+    }
+}
+
+/// The blocks that the next `left` rows have among these, and the others; `left` becomes what is left of them.
+fn split<'a, const M: usize, B: Block<M>>(blocks: &'a mut [B], left: &mut usize) -> (&'a mut [B], &'a mut [B]) {
+    let first = blocks.len().min(*left / M);
+    *left -= M * first;
+    blocks.split_at_mut(first)
 }
 
 impl<'a> Step<'a> {
@@ -154,23 +221,16 @@ impl<'a> Step<'a> {
 struct Rest<'a> {
     step: Step<'a>,
     out: &'a mut [f64],
-    parallel: bool,
 }
 
 impl Rest<'_> {
     /// Solves blocks of `M` rows, which come next.
-    fn each<const M: usize, B: Block<M> + Send>(&mut self, blocks: &mut [B]) {
+    fn each<const M: usize, B: Block<M>>(&mut self, blocks: &mut [B]) {
         let rows = M * blocks.len();
         let (step, rest) = self.step.split_at(rows);
         let (out, rest_out) = std::mem::take(&mut self.out).split_at_mut(rows);
         (self.step, self.out) = (rest, rest_out);
-        if self.parallel {
-            let tasks = blocks.par_chunks_mut(TASK).zip(out.par_chunks_mut(M * TASK)).enumerate();
-            tasks
-                .for_each(|(k, (blocks, out))| solve(blocks, step.split_at(k * M * TASK).1.split_at(out.len()).0, out));
-        } else {
-            solve(blocks, step, out);
-        }
+        solve(blocks, step, out);
     }
 }
 
@@ -235,7 +295,7 @@ mod tests {
         let live: Vec<bool> = jacobian.iter().map(|blocks| *blocks != [[0.0; 3]; 2]).collect();
         assert!(live.contains(&false));
         let mut blocks = PairBlocks::default();
-        blocks.rebuild(&pair, &jacobian, &live, false);
+        blocks.rebuild(&pair, &jacobian, &live);
 
         let x: Vec<f64> = pair.iter().map(|_| uniform().max(0.0)).collect();
         let g: Vec<f64> = pair.iter().map(|_| uniform()).collect();
@@ -253,11 +313,17 @@ mod tests {
             }
             assert!(y[i] >= 0.0 && rise > -1e-8 && (y[i] == 0.0 || rise.abs() < 1e-8), "{i}: {} {rise:e}", y[i]);
         }
-        let mut parallel = PairBlocks::default();
-        parallel.rebuild(&pair, &jacobian, &live, true);
-        let mut same = vec![0.0; x.len()];
-        parallel.proximal(&x, 0.7, &g, &mut same);
-        assert_eq!(same, y);
+        // In parts, at every edge between two pairs.
+        for edge in (0..=x.len()).filter(|i| *i == 0 || *i == x.len() || sorted(pair[*i - 1]) != sorted(pair[*i])) {
+            let mut parted = PairBlocks::default();
+            parted.rebuild(&pair, &jacobian, &live);
+            let mut same = vec![0.0; x.len()];
+            let (mut first, mut second) = parted.whole().split_at(edge);
+            let (low, high) = same.split_at_mut(edge);
+            first.proximal(&x[..edge], 0.7, &g[..edge], low);
+            second.proximal(&x[edge..], 0.7, &g[edge..], high);
+            assert_eq!(same, y, "{edge}");
+        }
         blocks.project(&x, &mut y);
         assert_eq!(y, x);
     }

@@ -4,12 +4,13 @@ use super::apgd::Apgd;
 use super::bbpgd::Bbpgd;
 use super::cpu::Cpu;
 use super::dense::Dense;
-use super::drive::{Drive, ResidualSample};
+use super::drive::{Drive, Point, ResidualSample, Standing};
 use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
 use super::local::Local;
 use super::pair_block_cg::PairBlockCg;
 use super::projected_gauss_seidel::ProjectedGaussSeidel;
 use super::projected_jacobi::ProjectedJacobi;
+use super::team::Team;
 use super::verbs::Verbs;
 use super::{Outcome, Problem, Settings, SolverKind, Status};
 
@@ -87,6 +88,8 @@ pub struct Solver<const D: usize> {
     patient: bool,
     /// Whether conjugate gradients have begun with the present problem.
     iterated: bool,
+    /// Threads for them, where their sums are made for that.
+    team: Option<Team>,
 }
 
 enum Engine<const D: usize> {
@@ -94,7 +97,7 @@ enum Engine<const D: usize> {
     ProjectedGaussSeidel(ProjectedGaussSeidel<D>),
     Apgd(Apgd<Cpu<D>>),
     Bbpgd(Bbpgd<Cpu<D>>),
-    PairBlockCg(PairBlockCg<Cpu<D>>),
+    PairBlockCg(PairBlockCg<Vec<f64>, f64>),
     Dense(Dense),
     InteriorPoint(Box<InteriorPoint<D>>),
 }
@@ -127,13 +130,15 @@ impl<const D: usize> Solver<D> {
             local: (kind == SolverKind::Auto).then(Local::default),
             patient: true,
             iterated: false,
+            team: Some(Team::default()),
         }
     }
 
     /// The same for LCPs with many nearly parallel rows, such as a recursion appends. These slow conjugate gradients
     /// down, so that `auto` goes over to the interior-point method as soon as the residuals show it.
     pub fn for_parallel_rows(mut self) -> Self {
-        (self.local, self.patient) = (None, false);
+        (self.local, self.patient, self.team) = (None, false, None);
+        self.cpu = Cpu::for_parallel_rows();
         self
     }
 
@@ -306,12 +311,17 @@ impl<const D: usize> Solver<D> {
             self.iterated = true;
             let settings = &Settings { max_iterations: left, ..self.settings };
             let mut goes_on = affordable(safeguard, &mut self.forecast, settings.tolerance, self.patient);
+            let looks = |standing: Standing| {
+                let due = standing.iterations >= next && standing.iterations.is_multiple_of(LOOK_EVERY);
+                attempts > 0 && due && standing.residual <= NEARLY * settings.tolerance
+            };
             let mut few = false;
-            let (status, more, found) = drive.run_while(cpu, method, settings, 1, |cpu, at, iteration, residual| {
-                let looks = attempts > 0 && iteration >= next && iteration.is_multiple_of(LOOK_EVERY);
-                few = looks && residual <= NEARLY * settings.tolerance && local.is_worth(cpu, at, settings.tolerance);
-                !few && goes_on(cpu, iteration, residual)
-            });
+            let pauses = |standing: Standing| looks(standing) || standing.iterations.is_multiple_of(WINDOW);
+            let (status, more, found) =
+                run(cpu, drive, method, &mut self.team, settings, &pauses, |cpu, at, standing| {
+                    few = looks(standing) && local.is_worth(cpu, at, settings.tolerance);
+                    !few && goes_on(cpu, standing)
+                });
             iterations += more;
             if !few {
                 return (status, iterations, found);
@@ -343,9 +353,15 @@ impl<const D: usize> Solver<D> {
             Engine::PairBlockCg(method) => match self.safeguard.as_mut().filter(|_| guarded) {
                 Some(safeguard) => {
                     let mut goes_on = affordable(safeguard, &mut self.forecast, settings.tolerance, self.patient);
-                    drive.run_while(cpu, method, settings, 1, |cpu, _, taken, residual| goes_on(cpu, taken, residual))
+                    let pauses = |standing: Standing| standing.iterations.is_multiple_of(WINDOW);
+                    run(cpu, drive, method, &mut self.team, settings, &pauses, |cpu, _, standing| {
+                        goes_on(cpu, standing)
+                    })
                 }
-                None => drive.run(cpu, method, settings, 1),
+                None => {
+                    let pauses = |standing: Standing| standing.iterations.is_multiple_of(WINDOW);
+                    run(cpu, drive, method, &mut self.team, settings, &pauses, |_, _, _| true)
+                }
             },
             Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
             // As in the drive: a start is no solution because multipliers of the last step are small.
@@ -354,7 +370,33 @@ impl<const D: usize> Solver<D> {
     }
 }
 
-/// Says for a number of iterations and the residual there whether one more is worth it: while all of them have not cost
+/// Conjugate gradients as [`Drive::run_while`] runs them, on as many threads as pay. `goes_on` is asked where the solve
+/// `pauses`.
+fn run<const D: usize>(
+    cpu: &mut Cpu<D>,
+    drive: &mut Drive<Vec<f64>>,
+    method: &mut PairBlockCg<Vec<f64>, f64>,
+    team: &mut Option<Team>,
+    settings: &Settings,
+    pauses: &(impl Fn(Standing) -> bool + Sync),
+    mut goes_on: impl FnMut(&Cpu<D>, &Point<Vec<f64>>, Standing) -> bool,
+) -> (Status, u64, f64) {
+    let mut course = drive.begin(cpu, method, settings);
+    let status = loop {
+        let ended = match team {
+            Some(team) => team.go(cpu, drive, method, &mut course, pauses),
+            None => drive.go(cpu, method, &mut course, 1, pauses),
+        };
+        match ended {
+            Some(status) => break status,
+            None if goes_on(cpu, &drive.at, course.standing()) => {}
+            None => break Status::MaxIterations,
+        }
+    };
+    drive.end(cpu, &course, status)
+}
+
+/// Says where a solve stands whether one more iteration is worth it: while all of them have not cost
 /// as much as the safeguard would, and if `patient` is false while what is left, as the last iterations make one
 /// expect, costs less than a part of it. Later problems of a step keep its first forecast: they have the same pairs and
 /// few more.
@@ -363,16 +405,15 @@ fn affordable<const D: usize>(
     forecast: &mut Option<f64>,
     tolerance: f64,
     patient: bool,
-) -> impl FnMut(&Cpu<D>, u64, f64) -> bool {
-    let (mut best, mut marks) = (f64::INFINITY, [f64::INFINITY; 2]);
-    move |cpu, iterations, residual| {
-        best = best.min(residual);
+) -> impl FnMut(&Cpu<D>, Standing) -> bool {
+    let mut marks = [f64::INFINITY; 2];
+    move |cpu, Standing { iterations, least, .. }| {
         if !iterations.is_multiple_of(WINDOW) {
             return true;
         }
-        let gain = (marks[0] / best).ln() / (2 * WINDOW) as f64;
-        marks = [marks[1], best];
-        let left = (best / tolerance).ln() / gain;
+        let gain = (marks[0] / least).ln() / (2 * WINDOW) as f64;
+        marks = [marks[1], least];
+        let left = (least / tolerance).ln() / gain;
         if iterations < ITERATIONS_BEFORE_FORECAST || left <= ITERATIONS_BEFORE_FORECAST as f64 {
             return true;
         }
@@ -445,7 +486,10 @@ mod tests {
         let mut forecast = Some(2_000.0 * NANOSECONDS_OF_A_ROW * 1_000.0);
         let mut safeguard = InteriorPoint::default();
         let mut goes_on = affordable(&mut safeguard, &mut forecast, 1e-6, false);
-        let goes_on = |iteration: &u64| goes_on(&cpu, *iteration, factor.powf(*iteration as f64 / -100.0));
+        let goes_on = |iteration: &u64| {
+            let residual = factor.powf(*iteration as f64 / -100.0);
+            goes_on(&cpu, Standing { iterations: *iteration, residual, least: residual })
+        };
         (0..5_000).take_while(goes_on).count() as u64
     }
 

@@ -1,0 +1,158 @@
+//! Loops over vectors of one number a row, and sums in chunks.
+//!
+//! A sum adds what each chunk of rows comes to, chunk after chunk, so its bits do not depend on who computes which chunk.
+//! Within a chunk it has eight interleaved parts, which the compiler makes vectors of.
+
+use super::pair_blocks::sorted;
+use std::ops::Range;
+
+/// Interleaved parts of a sum.
+const PARTS: usize = 8;
+
+/// So many numbers of each of six vectors fit the nearest cache together, 24 KiB.
+const CACHED: usize = 512;
+
+/// Consecutive ranges of rows.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Chunks {
+    /// Where each chunk begins; one more at the end.
+    edges: Vec<usize>,
+}
+
+impl Chunks {
+    /// Chunks of so many rows, the last one of what is left.
+    pub fn of_rows(rows: usize, size: usize) -> Self {
+        Chunks { edges: (0..rows).step_by(size).chain([rows]).collect() }
+    }
+
+    /// Chunks of about so many rows that part no pair's rows, which stand together.
+    pub fn of_pairs(pair: &[[u32; 2]], size: usize) -> Self {
+        let inside = |edge: usize| edge > 0 && edge < pair.len() && sorted(pair[edge - 1]) == sorted(pair[edge]);
+        let whole = |edge: usize| (edge..).find(|edge| !inside(*edge)).unwrap_or(edge);
+        let mut edges: Vec<usize> = (0..pair.len()).step_by(size).map(whole).chain([pair.len()]).collect();
+        edges.dedup();
+        Chunks { edges }
+    }
+
+    /// How many chunks there are.
+    pub fn len(&self) -> usize {
+        self.edges.len().saturating_sub(1)
+    }
+
+    /// The rows of each.
+    pub fn ranges(&self) -> impl Iterator<Item = Range<usize>> {
+        self.edges.windows(2).map(|edges| edges[0]..edges[1])
+    }
+
+    /// Shares them out in order, to each about as many rows: the chunks of every share.
+    pub fn shares(&self, shares: usize) -> Vec<Range<usize>> {
+        let rows = self.edges.last().copied().unwrap_or(0);
+        let edge = |share: usize| self.edges.partition_point(|edge| edge * shares < share * rows).min(self.len());
+        (0..shares).map(|share| edge(share)..edge(share + 1)).collect()
+    }
+
+    /// The chunks of a share as rows counted from its first one, and these rows in all.
+    pub fn share(&self, chunks: &Range<usize>) -> (Chunks, Range<usize>) {
+        let edges = &self.edges[chunks.start..=chunks.end];
+        let (first, last) = (edges[0], edges[edges.len() - 1]);
+        (Chunks { edges: edges.iter().map(|edge| edge - first).collect() }, first..last)
+    }
+}
+
+/// `out[i] = value(inputs[..][i])`, by slices of equal length, so that the loop has no checks.
+pub(crate) fn map<const N: usize>(out: &mut [f64], inputs: [&[f64]; N], value: impl Fn([f64; N]) -> f64) {
+    update(out, inputs, |_, numbers| value(numbers));
+}
+
+/// `out[i] = value(out[i], inputs[..][i])`.
+pub(crate) fn update<const N: usize>(out: &mut [f64], inputs: [&[f64]; N], value: impl Fn(f64, [f64; N]) -> f64) {
+    let inputs = inputs.map(|input| &input[..out.len()]);
+    for (i, out) in out.iter_mut().enumerate() {
+        *out = value(*out, std::array::from_fn(|k| inputs[k][i]));
+    }
+}
+
+/// `x . y` of each pair on a chunk, in one pass: a vector that stands in several pairs is brought to the nearest cache
+/// once.
+pub(crate) fn dots<const N: usize>(chunk: Range<usize>, pairs: [[&[f64]; 2]; N]) -> [f64; N] {
+    let mut parts = [[0.0; PARTS]; N];
+    for first in chunk.clone().step_by(CACHED) {
+        let range = first..(first + CACHED).min(chunk.end);
+        for ([x, y], parts) in pairs.iter().zip(&mut parts) {
+            let (x, y) = (x[range.clone()].as_chunks::<PARTS>(), y[range.clone()].as_chunks::<PARTS>());
+            let mut sums = *parts;
+            for (x, y) in x.0.iter().zip(y.0) {
+                for (k, sum) in sums.iter_mut().enumerate() {
+                    *sum += x[k] * y[k];
+                }
+            }
+            for (sum, (x, y)) in sums.iter_mut().zip(x.1.iter().zip(y.1)) {
+                *sum += x * y;
+            }
+            *parts = sums;
+        }
+    }
+    parts.map(|parts| parts.into_iter().fold(0.0, |a, b| a + b))
+}
+
+/// Folds `value(inputs[..][i])` over a chunk with `join`.
+pub(crate) fn fold<const N: usize>(
+    chunk: Range<usize>,
+    inputs: [&[f64]; N],
+    start: f64,
+    join: impl Fn(f64, f64) -> f64,
+    value: impl Fn([f64; N]) -> f64,
+) -> f64 {
+    let rows = chunk.len();
+    let chunks = inputs.map(|input| input[chunk.clone()].as_chunks::<PARTS>());
+    let mut parts = [start; PARTS];
+    for c in 0..rows / PARTS {
+        let chunk = chunks.map(|(whole, _)| whole[c]);
+        for (k, part) in parts.iter_mut().enumerate() {
+            *part = join(*part, value(std::array::from_fn(|n| chunk[n][k])));
+        }
+    }
+    for (k, part) in parts.iter_mut().enumerate().take(rows % PARTS) {
+        *part = join(*part, value(std::array::from_fn(|n| chunks[n].1[k])));
+    }
+    parts.into_iter().fold(start, &join)
+}
+
+/// Adds what the chunks come to.
+pub(crate) fn add_up<const N: usize>(chunks: impl Iterator<Item = [f64; N]>) -> [f64; N] {
+    chunks.fold([0.0; N], |sum, part| std::array::from_fn(|k| sum[k] + part[k]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chunks_part_no_pair_and_shares_have_all_rows_once() {
+        let pair: Vec<[u32; 2]> = (0..1_000_u32).map(|row| [row / 3, row / 3 + 1]).collect();
+        let chunks = Chunks::of_pairs(&pair, 100);
+        assert_eq!(chunks.len(), 10);
+        assert!(chunks.ranges().all(|rows| rows.start % 3 == 0));
+        for shares in [1, 2, 3, 7, 16] {
+            let rows: Vec<usize> =
+                chunks.shares(shares).iter().flat_map(|chunks_of| chunks.share(chunks_of).1).collect();
+            assert!(rows.into_iter().eq(0..1_000), "{shares}");
+        }
+        assert_eq!(Chunks::of_pairs(&[[0, 1]; 700], 100).edges, [0, 700]);
+        assert_eq!(Chunks::of_pairs(&[], 100).len(), 0);
+        assert_eq!(Chunks::of_rows(250, 100).edges, [0, 100, 200, 250]);
+    }
+
+    #[test]
+    fn sums_are_those_of_a_plain_loop() {
+        let x: Vec<f64> = (0..700).map(|i| f64::from(i % 13) - 6.0).collect();
+        let y: Vec<f64> = (0..700).map(|i| f64::from(i % 7)).collect();
+        let plain: f64 = x.iter().zip(&y).map(|(x, y)| x * y).sum();
+        for size in [1, 5, 64, 600, 5_000] {
+            let chunks = Chunks::of_rows(700, size);
+            assert_eq!(add_up(chunks.ranges().map(|rows| dots(rows, [[&x, &y]]))), [plain]);
+            let least = |rows| fold(rows, [&x], f64::INFINITY, f64::min, |[x]| x);
+            assert_eq!(chunks.ranges().map(least).fold(f64::INFINITY, f64::min), -6.0);
+        }
+    }
+}

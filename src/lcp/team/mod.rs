@@ -1,0 +1,205 @@
+//! Several threads that take a solver through the same iterations, each with some of the rows.
+//!
+//! A loop over some thousand rows takes a few microseconds, less than it costs to hand it to other threads. So threads
+//! are started once for many iterations and run the solver itself, each on its own rows; they meet at a barrier where a
+//! number of all rows is needed, some ten times an iteration. All of them compute the same numbers from the same sums
+//! of chunks, so they take the same decisions, and the bits are those of one thread.
+
+mod member;
+mod pace;
+mod shared;
+
+use super::Status;
+use super::cpu::Cpu;
+use super::drive::{Course, Drive, Standing};
+use super::pair_block_cg::PairBlockCg;
+use super::verbs::Verbs;
+use member::Member;
+use pace::Pace;
+use shared::Shared;
+use std::time::Instant;
+
+/// Fewest rows for each thread. An iteration takes some 15 microseconds there, and its barriers two to four.
+const LEAST_ROWS: usize = 768;
+
+/// Threads for the iterations of a solver.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Team {
+    pace: Pace,
+}
+
+/// The method that it runs, and its state.
+type Method = PairBlockCg<Vec<f64>, f64>;
+
+impl Team {
+    /// [`Drive::go`] on as many threads as pay.
+    pub fn go<const D: usize>(
+        &mut self,
+        cpu: &mut Cpu<D>,
+        drive: &mut Drive<Vec<f64>>,
+        method: &mut Method,
+        course: &mut Course<f64>,
+        pauses: &(impl Fn(Standing) -> bool + Sync),
+    ) -> Option<Status> {
+        let rows = drive.at.x.len();
+        let members = (rows / LEAST_ROWS).min(rayon::current_num_threads());
+        // The first look is at the start: there is nothing to share yet.
+        if members < 2 || course.is_new() {
+            return drive.go(cpu, method, course, 1, pauses);
+        }
+        let team = self.pace.chooses_team();
+        let (begun, before) = (Instant::now(), course.standing().iterations);
+        let ended = if team {
+            together(members, cpu, drive, method, course, pauses)
+        } else {
+            drive.go(cpu, method, course, 1, pauses)
+        };
+        let (iterations, time) = (course.standing().iterations - before, begun.elapsed());
+        let threads = if team { members } else { 1 };
+        log::trace!("{iterations} iterations on {rows} rows by {threads} threads in {} us", time.as_micros());
+        self.pace.note(team, rows, iterations, time);
+        ended
+    }
+}
+
+/// What a member works on.
+struct Share {
+    drive: Drive<Vec<f64>>,
+    method: Method,
+    course: Course<f64>,
+}
+
+/// [`Drive::go`] on so many threads.
+fn together<const D: usize>(
+    members: usize,
+    cpu: &mut Cpu<D>,
+    drive: &mut Drive<Vec<f64>>,
+    method: &mut Method,
+    course: &mut Course<f64>,
+    pauses: &(impl Fn(Standing) -> bool + Sync),
+) -> Option<Status> {
+    let whole = cpu.whole();
+    let bodies = whole.incidence.start.len() - 1;
+    let shared = Shared::new(members, drive.at.x.len(), D * bodies, whole.chunks.len());
+    let mut members = Member::of_all(whole, &shared, members);
+    let mut shares: Vec<Share> = members.iter().map(|member| share(member, drive, method, course)).collect();
+    if let Some(first) = shares.first_mut() {
+        first.drive.history = drive.history.take();
+    }
+    let work = |member: &mut Member<D>, share: &mut Share| {
+        let _guard = shared.guard();
+        share.drive.go(member, &mut share.method, &mut share.course, 1, pauses)
+    };
+    let ended = std::thread::scope(|scope| {
+        let mut all = members.iter_mut().zip(&mut shares);
+        let first = all.next();
+        for (member, share) in all {
+            scope.spawn(move || work(member, share));
+        }
+        first.and_then(|(member, share)| work(member, share))
+    });
+    for (member, share) in members.iter().zip(&shares) {
+        let rows = member.rows.clone();
+        drive.take_back(rows.clone(), &share.drive);
+        method.take_back(rows, &share.method);
+    }
+    let products = members.first().map(|member| member.products());
+    if let Some(first) = shares.into_iter().next() {
+        drive.history = first.drive.history;
+        *course = first.course;
+    }
+    drop(members);
+    if let Some(products) = products {
+        cpu.count(products - cpu.products_made());
+    }
+    ended
+}
+
+fn share<const D: usize>(member: &Member<D>, drive: &Drive<Vec<f64>>, method: &Method, course: &Course<f64>) -> Share {
+    let rows = member.rows.clone();
+    Share { drive: drive.share(rows.clone()), method: method.share(rows), course: course.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lcp::product::dot;
+    use crate::lcp::{Problem, ResidualSample, Settings};
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    /// Bodies on a ring, each joined to the next few by one to eleven rows, some of them zero.
+    fn ring<const D: usize>(bodies: u32) -> Problem<D> {
+        let mut rng = ChaCha8Rng::seed_from_u64(11);
+        let mut problem = Problem { bodies: bodies as usize, ..Problem::default() };
+        for a in 0..bodies {
+            for b in [1, 2, 5].map(|far| (a + far) % bodies) {
+                for _ in 0..1 + (a * b) % 11 {
+                    let mut block = || std::array::from_fn(|_| rng.random::<f64>() - 0.5);
+                    problem.jacobian.push([block(), if a % 9 == 0 { [0.0; D] } else { block() }]);
+                    problem.pair.push(if a % 2 == 0 { [a, b] } else { [b, a] });
+                }
+            }
+        }
+        // One that has a solution.
+        let touches: Vec<bool> = problem.pair.iter().map(|_| rng.random::<bool>()).collect();
+        let gamma: Vec<f64> =
+            touches.iter().map(|touches| f64::from(u8::from(*touches)) * rng.random::<f64>()).collect();
+        let v = crate::lcp::velocity(&problem, &gamma);
+        let moved =
+            |([a, b], [ja, jb]): (&[u32; 2], &[[f64; D]; 2])| dot(ja, &v[*a as usize]) + dot(jb, &v[*b as usize]);
+        let moved = problem.pair.iter().zip(&problem.jacobian).map(moved);
+        problem.q = moved.zip(touches).map(|(moved, touches)| f64::from(u8::from(!touches)) - moved).collect();
+        problem
+    }
+
+    /// The course of a solve that pauses every `period` iterations, by so many members in each of its rounds.
+    fn solve<const D: usize>(problem: &Problem<D>, period: u64, members: &[usize]) -> Solved {
+        let (mut cpu, mut drive, mut method) = (Cpu::default(), Drive::default(), Method::new());
+        cpu.rebuild(problem);
+        cpu.import(&vec![0.1; problem.q.len()], &mut drive.at.x);
+        drive.history = Some(Vec::new());
+        let settings = Settings { tolerance: 1e-6, max_iterations: 4_000 };
+        let mut course = drive.begin(&mut cpu, &mut method, &settings);
+        let pauses = |standing: Standing| standing.iterations.is_multiple_of(period);
+        let mut rounds = members.iter().cycle();
+        let status = loop {
+            let ended = match rounds.next() {
+                Some(1) | None => drive.go(&mut cpu, &mut method, &mut course, 1, &pauses),
+                Some(members) => together(*members, &mut cpu, &mut drive, &mut method, &mut course, &pauses),
+            };
+            if let Some(status) = ended {
+                break status;
+            }
+        };
+        let ended = drive.end(&mut cpu, &course, status);
+        let numbers = drive.at.x.iter().chain(&drive.at.g).map(|number| number.to_bits()).collect();
+        Solved { ended, products: cpu.products_made(), numbers, history: drive.history }
+    }
+
+    #[derive(Debug, PartialEq)]
+    struct Solved {
+        ended: (Status, u64, f64),
+        products: u64,
+        numbers: Vec<u64>,
+        history: Option<Vec<ResidualSample>>,
+    }
+
+    #[test]
+    fn the_bits_do_not_depend_on_the_number_of_threads() {
+        let (planar, spatial) = (ring::<3>(300), ring::<6>(200));
+        let (planar_alone, spatial_alone) = (solve(&planar, 7, &[1]), solve(&spatial, 7, &[1]));
+        assert_eq!([planar_alone.ended.0, spatial_alone.ended.0], [Status::Solved; 2]);
+        for members in [vec![2], vec![3], vec![1, 2], vec![5, 1, 2]] {
+            assert!(solve(&planar, 7, &members) == planar_alone, "{members:?}");
+            assert!(solve(&spatial, 7, &members) == spatial_alone, "{members:?}");
+        }
+        assert!(solve(&planar, 1_000, &[4]) == planar_alone);
+    }
+
+    #[test]
+    fn more_threads_than_chunks_are_no_fault() {
+        let problem = ring::<3>(4);
+        assert_eq!(solve(&problem, 3, &[6]), solve(&problem, 3, &[1]));
+    }
+}

@@ -1,0 +1,148 @@
+//! What the threads of a team exchange: vectors, sums of chunks, and a barrier.
+//!
+//! Numbers are exchanged as the bits of atomic integers, each written by one thread between two barriers and read by
+//! others after the second. Waiting threads spin, since a barrier comes every few microseconds, and give their core away
+//! after a while, for machines with other work.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+
+/// Looks at a barrier before a waiting thread gives its core away: some ten microseconds.
+const LOOKS: u32 = 4_000;
+
+/// Most sums that are made at once.
+pub(super) const SUMS: usize = 6;
+
+/// Numbers that several threads read and write.
+#[derive(Default)]
+pub(super) struct Numbers(Vec<AtomicU64>);
+
+impl Numbers {
+    fn zeros(n: usize) -> Self {
+        Numbers((0..n).map(|_| AtomicU64::new(0)).collect())
+    }
+
+    #[inline]
+    pub fn get(&self, place: usize) -> f64 {
+        f64::from_bits(self.0[place].load(Ordering::Relaxed))
+    }
+
+    /// Numbers from a place on.
+    #[inline]
+    pub fn block<const D: usize>(&self, place: usize) -> [f64; D] {
+        let numbers = &self.0[place..place + D];
+        std::array::from_fn(|k| f64::from_bits(numbers[k].load(Ordering::Relaxed)))
+    }
+
+    /// Writes numbers from a place on.
+    #[inline]
+    pub fn put(&self, place: usize, numbers: &[f64]) {
+        for (to, number) in self.0[place..place + numbers.len()].iter().zip(numbers) {
+            to.store(number.to_bits(), Ordering::Relaxed);
+        }
+    }
+}
+
+/// What the threads of a team share.
+pub(super) struct Shared {
+    members: usize,
+    arrived: AtomicUsize,
+    round: AtomicUsize,
+    /// Whether a member has panicked: the others would wait for it for ever.
+    broken: AtomicBool,
+    /// The vector that is multiplied.
+    pub x: Numbers,
+    /// `J^T x`.
+    pub velocity: Numbers,
+    /// Sums of the chunks. Two, by turns: whoever writes one has passed a barrier since the others read it.
+    pub sums: [Numbers; 2],
+}
+
+impl Shared {
+    /// For so many members, rows, numbers of velocities and chunks.
+    pub fn new(members: usize, rows: usize, unknowns: usize, chunks: usize) -> Self {
+        Shared {
+            members,
+            arrived: AtomicUsize::new(0),
+            round: AtomicUsize::new(0),
+            broken: AtomicBool::new(false),
+            x: Numbers::zeros(rows),
+            velocity: Numbers::zeros(unknowns),
+            sums: [Numbers::zeros(SUMS * chunks), Numbers::zeros(SUMS * chunks)],
+        }
+    }
+
+    /// Waits until all members are here. What one of them wrote before is what all of them read after it.
+    ///
+    /// # Panics
+    /// If another member has.
+    pub fn meet(&self) {
+        let round = self.round.load(Ordering::Relaxed);
+        if self.arrived.fetch_add(1, Ordering::AcqRel) + 1 == self.members {
+            self.arrived.store(0, Ordering::Relaxed);
+            self.round.store(round.wrapping_add(1), Ordering::Release);
+            return;
+        }
+        let mut looks = 0;
+        while self.round.load(Ordering::Acquire) == round {
+            if looks < LOOKS {
+                looks += 1;
+                std::hint::spin_loop();
+                continue;
+            }
+            assert!(!self.broken.load(Ordering::Relaxed), "another thread of the solver has panicked");
+            std::thread::yield_now();
+        }
+    }
+
+    /// Tells the others if this member panics before the guard is dropped.
+    pub fn guard(&self) -> Guard<'_> {
+        Guard(self)
+    }
+}
+
+/// See [`Shared::guard`].
+pub(super) struct Guard<'a>(&'a Shared);
+
+impl Drop for Guard<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.broken.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_members_read_what_all_wrote_before_they_met() {
+        let shared = Shared::new(3, 3, 0, 0);
+        let work = |member: usize| {
+            for round in 0..200 {
+                shared.x.put(member, &[f64::from(round)]);
+                shared.meet();
+                assert!((0..3).all(|other| shared.x.get(other) == f64::from(round)));
+                shared.meet();
+            }
+        };
+        std::thread::scope(|scope| {
+            let work = &work;
+            (0..3).for_each(|member| drop(scope.spawn(move || work(member))));
+        });
+    }
+
+    #[test]
+    fn nobody_waits_for_a_member_that_panicked() {
+        let shared = Shared::new(2, 0, 0, 0);
+        let ended = std::thread::scope(|scope| {
+            let waits = scope.spawn(|| shared.meet());
+            let panics = scope.spawn(|| {
+                let _guard = shared.guard();
+                panic!("on purpose");
+            });
+            [waits.join().is_err(), panics.join().is_err()]
+        });
+        assert_eq!(ended, [true, true]);
+    }
+}
