@@ -5,6 +5,7 @@
 use super::Problem;
 use super::incidence::Incidence;
 use super::loops::{Chunks, add_up, dots, fold, map, update};
+use super::numbering;
 use super::pair_blocks::{self, PairBlocks};
 use super::product::Product;
 use super::residual::{of_row, worse};
@@ -18,7 +19,10 @@ const ZERO_ROW: f64 = f64::EPSILON * f64::EPSILON;
 /// Rows of a chunk of a sum: few enough for several threads to have some each in a problem of a thousand rows.
 const CHUNK: usize = 256;
 
-/// The same for rows as the paper has them, whose sums keep their bits.
+/// Most chunks: enough for the threads of any machine.
+const MOST_CHUNKS: usize = 128;
+
+/// Rows of a chunk for rows as the paper has them, whose sums keep their bits.
 const CHUNK_OF_PARALLEL_ROWS: usize = 4_096;
 
 /// One problem, made ready for the solvers. Its buffers are used again for the next problem.
@@ -50,10 +54,23 @@ impl<const D: usize> Cpu<D> {
 
     /// Takes a problem: sorts its rows by pair and copies them.
     pub fn rebuild(&mut self, problem: &Problem<D>) {
-        pair_blocks::order(&problem.pair, &mut self.order);
+        let mut place = Vec::new();
+        let numbered: Vec<[u32; 2]>;
+        let (pair, blocks);
+        if self.parallel_rows {
+            pair_blocks::order(&problem.pair, &mut self.order);
+            (pair, blocks) = (&problem.pair, Chunks::of_rows(problem.pair.len(), problem.pair.len().max(1)));
+            self.chunks = Chunks::of_rows(problem.pair.len(), CHUNK_OF_PARALLEL_ROWS);
+        } else {
+            numbering::rebuild(problem.bodies, &problem.pair, &problem.jacobian, &mut place);
+            numbered = problem.pair.iter().map(|pair| pair.map(|body| place[body as usize])).collect();
+            let size = CHUNK.max(numbered.len().div_ceil(MOST_CHUNKS));
+            self.chunks = pair_blocks::order_in_chunks(&numbered, size, &mut self.order);
+            (pair, blocks) = (&numbered, self.chunks.clone());
+        }
         self.q.clear();
         self.q.extend(self.order.iter().map(|row| problem.q[*row as usize]));
-        self.product.rebuild(problem.bodies, &problem.pair, &problem.jacobian, &self.order);
+        self.product.rebuild(problem.bodies, pair, &problem.jacobian, &self.order);
         self.diagonal = self.product.diagonal();
         let zero = ZERO_ROW * self.diagonal.iter().fold(0.0, |largest: f64, s| largest.max(*s));
         let live: Vec<bool> = self.diagonal.iter().map(|s| *s > zero).collect();
@@ -61,12 +78,7 @@ impl<const D: usize> Cpu<D> {
         self.inverse = invert(&self.diagonal);
         self.majorant = self.product.majorant();
         self.inverse_majorant = invert(&self.majorant);
-        self.blocks.rebuild(self.product.pair(), self.product.jacobian(), &live);
-        self.chunks = if self.parallel_rows {
-            Chunks::of_rows(self.q.len(), CHUNK_OF_PARALLEL_ROWS)
-        } else {
-            Chunks::of_pairs(self.product.pair(), CHUNK)
-        };
+        self.blocks.rebuild(self.product.pair(), self.product.jacobian(), &live, &blocks);
         self.compliance = 0.0;
         self.products = 0;
         self.looks.clear();
@@ -137,7 +149,6 @@ impl<const D: usize> Cpu<D> {
 
     /// The problem as several threads share it.
     pub(super) fn whole(&mut self) -> Whole<'_, D> {
-        let (gathered, pair, jacobian, incidence) = self.product.gathered();
         Whole {
             diagonals: Diagonals {
                 plain: &self.diagonal,
@@ -147,10 +158,9 @@ impl<const D: usize> Cpu<D> {
             },
             q: &self.q,
             compliance: self.compliance,
-            pair,
-            jacobian,
-            incidence,
-            gathered,
+            pair: self.product.pair(),
+            jacobian: self.product.jacobian(),
+            incidence: self.product.incidence(),
             blocks: self.blocks.whole(),
             chunks: &self.chunks,
             products: self.products,
@@ -237,8 +247,6 @@ pub(super) struct Whole<'a, const D: usize> {
     pub pair: &'a [[u32; 2]],
     pub jacobian: &'a [[[f64; D]; 2]],
     pub incidence: &'a Incidence,
-    /// The blocks of `J` in the order of the incidence lists.
-    pub gathered: &'a [[f64; D]],
     pub blocks: pair_blocks::Part<'a>,
     pub chunks: &'a Chunks,
     /// Products made so far, and residuals that nobody has asked for yet.

@@ -18,10 +18,11 @@
 
 use super::Problem;
 use super::cpu::Cpu;
-use super::drive::{Drive, Point};
+use super::drive::{Drive, Point, Standing};
 use super::pair_block_cg::PairBlockCg;
 use super::product::{add, dot};
 use super::residual::of_row;
+use super::team::{self, Team};
 use super::verbs::Verbs;
 use super::{Settings, Status};
 use rayon::prelude::*;
@@ -46,6 +47,9 @@ const MOST_ROUNDS: usize = 12;
 /// Most iterations in a part.
 const MOST_ITERATIONS: u64 = 500;
 
+/// Iterations in a part between two looks at how fast they are.
+const ROUND: u64 = 100;
+
 /// What the rounds came to.
 pub(super) struct Rounds {
     /// Whether the residual of the whole is within the tolerance, and that residual.
@@ -65,11 +69,17 @@ struct Part {
 }
 
 /// Which bodies and rows a round takes; its buffers are used again.
-#[derive(Default)]
 pub(super) struct Local {
     free: Vec<bool>,
     taken: Vec<bool>,
     number: Vec<u32>,
+    team: Option<Team>,
+}
+
+impl Default for Local {
+    fn default() -> Self {
+        Local { free: Vec::new(), taken: Vec::new(), number: Vec::new(), team: Some(Team::default()) }
+    }
 }
 
 impl Local {
@@ -81,8 +91,7 @@ impl Local {
         for round in 0..MOST_ROUNDS {
             let layers = LAYERS + MORE_LAYERS * round;
             let Some(parts) = self.parts(cpu, at, tolerance, layers) else { break };
-            let solved: Vec<(Vec<f64>, u64)> =
-                parts.par_iter().map(|part| solve_part(cpu, at, part, INNER * tolerance)).collect();
+            let solved = self.solve(cpu, at, &parts, INNER * tolerance);
             let mut slowest = 0;
             for (part, (x, iterations)) in parts.iter().zip(&solved) {
                 part.rows.iter().zip(x).for_each(|(row, x)| at.x[*row as usize] = *x);
@@ -99,6 +108,23 @@ impl Local {
             }
         }
         rounds
+    }
+
+    /// Solves the parts: large ones one by one with all threads, the others each with one.
+    fn solve<const D: usize>(
+        &mut self,
+        cpu: &Cpu<D>,
+        at: &Point<Vec<f64>>,
+        parts: &[Part],
+        tolerance: f64,
+    ) -> Vec<(Vec<f64>, u64)> {
+        let is_large = |part: &Part| Team::has_work(part.rows.len());
+        let small = |part: &Part| (!is_large(part)).then(|| solve_part(cpu, at, part, tolerance, &mut None));
+        let solved: Vec<_> = parts.par_iter().map(small).collect();
+        let solved = parts.iter().zip(solved);
+        solved
+            .map(|(part, solved)| solved.unwrap_or_else(|| solve_part(cpu, at, part, tolerance, &mut self.team)))
+            .collect()
     }
 
     /// Whether few rows are to be solved again.
@@ -208,7 +234,13 @@ impl Local {
 }
 
 /// Solves the rows of a part with everything else as it is.
-fn solve_part<const D: usize>(cpu: &Cpu<D>, at: &Point<Vec<f64>>, part: &Part, tolerance: f64) -> (Vec<f64>, u64) {
+fn solve_part<const D: usize>(
+    cpu: &Cpu<D>,
+    at: &Point<Vec<f64>>,
+    part: &Part,
+    tolerance: f64,
+    team: &mut Option<Team>,
+) -> (Vec<f64>, u64) {
     let rows = cpu.rows();
     // The last place is for what does not move.
     let place = |body: u32| part.bodies.binary_search(&body).unwrap_or(part.bodies.len()) as u32;
@@ -235,7 +267,11 @@ fn solve_part<const D: usize>(cpu: &Cpu<D>, at: &Point<Vec<f64>>, part: &Part, t
     let mut drive = Drive::default();
     inner.import(&x, &mut drive.at.x);
     let settings = Settings { tolerance, max_iterations: MOST_ITERATIONS };
-    let (status, iterations, _) = drive.run(&mut inner, &mut PairBlockCg::new(), &settings, 1);
+    let method = &mut PairBlockCg::new();
+    // A team's pace is judged round by round.
+    let pauses = |standing: Standing| standing.iterations.is_multiple_of(ROUND);
+    let run = team::run(team, &mut inner, &mut drive, method, &settings, &pauses, |_, _, _| true);
+    let (status, iterations, _) = run;
     if status != Status::NotFinite {
         inner.export(&drive.at.x, &mut x);
     }

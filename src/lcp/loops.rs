@@ -3,7 +3,6 @@
 //! A sum adds what each chunk of rows comes to, chunk after chunk, so its bits do not depend on who computes which chunk.
 //! Within a chunk it has eight interleaved parts, which the compiler makes vectors of.
 
-use super::pair_blocks::sorted;
 use std::ops::Range;
 
 /// Interleaved parts of a sum.
@@ -25,12 +24,8 @@ impl Chunks {
         Chunks { edges: (0..rows).step_by(size).chain([rows]).collect() }
     }
 
-    /// Chunks of about so many rows that part no pair's rows, which stand together.
-    pub fn of_pairs(pair: &[[u32; 2]], size: usize) -> Self {
-        let inside = |edge: usize| edge > 0 && edge < pair.len() && sorted(pair[edge - 1]) == sorted(pair[edge]);
-        let whole = |edge: usize| (edge..).find(|edge| !inside(*edge)).unwrap_or(edge);
-        let mut edges: Vec<usize> = (0..pair.len()).step_by(size).map(whole).chain([pair.len()]).collect();
-        edges.dedup();
+    /// Chunks between these edges: 0, where one ends and the next begins, and the number of rows.
+    pub fn between(edges: Vec<usize>) -> Self {
         Chunks { edges }
     }
 
@@ -128,19 +123,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn chunks_part_no_pair_and_shares_have_all_rows_once() {
-        let pair: Vec<[u32; 2]> = (0..1_000_u32).map(|row| [row / 3, row / 3 + 1]).collect();
-        let chunks = Chunks::of_pairs(&pair, 100);
-        assert_eq!(chunks.len(), 10);
-        assert!(chunks.ranges().all(|rows| rows.start % 3 == 0));
+    fn shares_have_all_rows_once() {
+        let chunks = Chunks::between(vec![0, 102, 201, 300, 420, 500, 1_000]);
         for shares in [1, 2, 3, 7, 16] {
-            let rows: Vec<usize> =
-                chunks.shares(shares).iter().flat_map(|chunks_of| chunks.share(chunks_of).1).collect();
+            let rows: Vec<usize> = chunks.shares(shares).iter().flat_map(|share| chunks.share(share).1).collect();
             assert!(rows.into_iter().eq(0..1_000), "{shares}");
         }
-        assert_eq!(Chunks::of_pairs(&[[0, 1]; 700], 100).edges, [0, 700]);
-        assert_eq!(Chunks::of_pairs(&[], 100).len(), 0);
         assert_eq!(Chunks::of_rows(250, 100).edges, [0, 100, 200, 250]);
+        assert_eq!((Chunks::of_rows(0, 100).len(), Chunks::between(vec![0]).len()), (0, 0));
     }
 
     #[test]

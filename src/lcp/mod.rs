@@ -20,6 +20,7 @@ mod drive;
 mod interior_point;
 mod kind;
 mod local;
+mod numbering;
 mod pair_block_cg;
 mod projected_gauss_seidel;
 mod projected_jacobi;

@@ -8,6 +8,7 @@
 mod larger;
 mod small;
 
+use super::loops::Chunks;
 use super::product::dot;
 use larger::Larger;
 use small::{Block, Double, Packed, Single};
@@ -20,9 +21,20 @@ const REGULARIZATION: f64 = 1e-6;
 /// The most rows of a block that has a type of its own.
 const SMALL: usize = 8;
 
-/// The blocks of rows that stand in the order of [`order`].
+/// The blocks of rows that stand in the order of [`order`], chunk by chunk.
 #[derive(Clone, Debug, Default)]
 pub struct PairBlocks {
+    chunks: Vec<Blocks>,
+}
+
+/// The blocks of consecutive chunks, for one thread.
+pub(crate) struct Part<'a> {
+    chunks: &'a mut [Blocks],
+}
+
+/// The blocks of a chunk.
+#[derive(Clone, Debug, Default)]
+struct Blocks {
     singles: Vec<Single>,
     doubles: Vec<Double>,
     triples: Vec<Packed<3, 6>>,
@@ -34,20 +46,6 @@ pub struct PairBlocks {
     larger: Larger,
     /// 1 for rows of `A` that are not zero, else 0.
     live: Vec<f64>,
-}
-
-/// Consecutive blocks, for one thread.
-pub(crate) struct Part<'a> {
-    singles: &'a mut [Single],
-    doubles: &'a mut [Double],
-    triples: &'a mut [Packed<3, 6>],
-    fours: &'a mut [Packed<4, 10>],
-    fives: &'a mut [Packed<5, 15>],
-    sixes: &'a mut [Packed<6, 21>],
-    sevens: &'a mut [Packed<7, 28>],
-    eights: &'a mut [Packed<8, 36>],
-    larger: larger::Part<'a>,
-    live: &'a [f64],
 }
 
 /// What is minimized, over rows that stand together.
@@ -62,21 +60,116 @@ struct Step<'a> {
 /// Orders rows so that those of a pair stand together: pairs with one row first, then those with two, up to eight, then
 /// the others, each by pair; the rows of a pair in their own order.
 pub fn order(pair: &[[u32; 2]], order: &mut Vec<u32>) {
+    by_pair(pair, order);
+    let class = classes(pair, order);
+    order.sort_by_key(|row| class[*row as usize]);
+}
+
+/// The same within chunks of about so many rows, each of all pairs whose smaller bodies are in some range.
+pub(crate) fn order_in_chunks(pair: &[[u32; 2]], size: usize, order: &mut Vec<u32>) -> Chunks {
+    by_pair(pair, order);
+    let class = classes(pair, order);
+    let body = |row: u32| sorted(pair[row as usize])[0];
+    let mut edges = vec![0];
+    let mut last = 0;
+    for bodies in order.chunk_by(|i, j| body(*i) == body(*j)) {
+        last += bodies.len();
+        if last - edges[edges.len() - 1] >= size {
+            edges.push(last);
+        }
+    }
+    if last > edges[edges.len() - 1] {
+        edges.push(last);
+    }
+    let chunks = Chunks::between(edges);
+    for rows in chunks.ranges() {
+        order[rows].sort_by_key(|row| class[*row as usize]);
+    }
+    chunks
+}
+
+fn by_pair(pair: &[[u32; 2]], order: &mut Vec<u32>) {
     order.clear();
     order.extend(0..pair.len() as u32);
     order.sort_by_key(|row| sorted(pair[*row as usize]));
+}
+
+/// How many rows each row's pair has, as far as that decides its place; `order` is by pair.
+fn classes(pair: &[[u32; 2]], order: &[u32]) -> Vec<u8> {
     let mut class = vec![0_u8; pair.len()];
     for block in order.chunk_by(|i, j| sorted(pair[*i as usize]) == sorted(pair[*j as usize])) {
         for row in block {
             class[*row as usize] = block.len().min(SMALL + 1) as u8;
         }
     }
-    order.sort_by_key(|row| class[*row as usize]);
+    class
 }
 
 impl PairBlocks {
-    /// Makes the blocks of rows that stand in the order of [`order`]; `live` says which rows of `A` are not zero.
-    pub fn rebuild<const D: usize>(&mut self, pair: &[[u32; 2]], jacobian: &[[[f64; D]; 2]], live: &[bool]) {
+    /// Makes the blocks of rows that stand in the order of [`order`] in each chunk; `live` says which rows of `A` are
+    /// not zero.
+    pub(crate) fn rebuild<const D: usize>(
+        &mut self,
+        pair: &[[u32; 2]],
+        jacobian: &[[[f64; D]; 2]],
+        live: &[bool],
+        chunks: &Chunks,
+    ) {
+        self.chunks.resize_with(chunks.len(), Blocks::default);
+        for (blocks, rows) in self.chunks.iter_mut().zip(chunks.ranges()) {
+            blocks.rebuild(&pair[rows.clone()], &jacobian[rows.clone()], &live[rows]);
+        }
+    }
+
+    /// All blocks.
+    pub(crate) fn whole(&mut self) -> Part<'_> {
+        Part { chunks: &mut self.chunks }
+    }
+
+    /// [`Part::proximal`] of all blocks.
+    pub fn proximal(&mut self, x: &[f64], step: f64, g: &[f64], out: &mut [f64]) {
+        self.whole().proximal(x, step, g, out);
+    }
+
+    /// [`Part::project`] of all blocks.
+    pub fn project(&mut self, x: &[f64], out: &mut [f64]) {
+        self.whole().project(x, out);
+    }
+}
+
+impl Part<'_> {
+    /// `out = argmin over y >= 0 of step g . (y - x) + 1/2 (y - x) . B (y - x)`. Zero rows of `A` keep `x`, which is
+    /// not negative there.
+    pub fn proximal(&mut self, x: &[f64], step: f64, g: &[f64], out: &mut [f64]) {
+        let mut first = 0;
+        for blocks in &mut *self.chunks {
+            let rows = first..first + blocks.live.len();
+            first = rows.end;
+            blocks.minimize(&x[rows.clone()], Some((step, &g[rows.clone()])), &mut out[rows]);
+        }
+    }
+
+    /// `out = argmin over y >= 0 of (y - x) . B (y - x)`.
+    pub fn project(&mut self, x: &[f64], out: &mut [f64]) {
+        let mut first = 0;
+        for blocks in &mut *self.chunks {
+            let rows = first..first + blocks.live.len();
+            first = rows.end;
+            blocks.minimize(&x[rows.clone()], None, &mut out[rows]);
+        }
+    }
+}
+
+impl<'a> Part<'a> {
+    /// Parts the first so many chunks from the others.
+    pub fn split_at(self, chunks: usize) -> (Part<'a>, Part<'a>) {
+        let (first, others) = self.chunks.split_at_mut(chunks);
+        (Part { chunks: first }, Part { chunks: others })
+    }
+}
+
+impl Blocks {
+    fn rebuild<const D: usize>(&mut self, pair: &[[u32; 2]], jacobian: &[[[f64; D]; 2]], live: &[bool]) {
         self.clear();
         self.live.extend(live.iter().map(|live| f64::from(u8::from(*live))));
         let matrix = |i: usize, j: usize| match (i == j, live[i]) {
@@ -115,94 +208,18 @@ impl PairBlocks {
         self.live.clear();
     }
 
-    /// All blocks.
-    pub(crate) fn whole(&mut self) -> Part<'_> {
-        Part {
-            singles: &mut self.singles,
-            doubles: &mut self.doubles,
-            triples: &mut self.triples,
-            fours: &mut self.fours,
-            fives: &mut self.fives,
-            sixes: &mut self.sixes,
-            sevens: &mut self.sevens,
-            eights: &mut self.eights,
-            larger: self.larger.whole(),
-            live: &self.live,
-        }
-    }
-
-    /// [`Part::proximal`] of all blocks.
-    pub fn proximal(&mut self, x: &[f64], step: f64, g: &[f64], out: &mut [f64]) {
-        self.whole().proximal(x, step, g, out);
-    }
-
-    /// [`Part::project`] of all blocks.
-    pub fn project(&mut self, x: &[f64], out: &mut [f64]) {
-        self.whole().project(x, out);
-    }
-}
-
-impl<'a> Part<'a> {
-    /// `out = argmin over y >= 0 of step g . (y - x) + 1/2 (y - x) . B (y - x)`. Zero rows of `A` keep `x`, which is
-    /// not negative there.
-    pub fn proximal(&mut self, x: &[f64], step: f64, g: &[f64], out: &mut [f64]) {
-        self.minimize(x, Some((step, g)), out);
-    }
-
-    /// `out = argmin over y >= 0 of (y - x) . B (y - x)`.
-    pub fn project(&mut self, x: &[f64], out: &mut [f64]) {
-        self.minimize(x, None, out);
-    }
-
     fn minimize(&mut self, x: &[f64], slope: Option<(f64, &[f64])>, out: &mut [f64]) {
-        let mut rest = Rest { step: Step { x, slope, live: self.live }, out };
-        rest.each(self.singles);
-        rest.each(self.doubles);
-        rest.each(self.triples);
-        rest.each(self.fours);
-        rest.each(self.fives);
-        rest.each(self.sixes);
-        rest.each(self.sevens);
-        rest.each(self.eights);
+        let mut rest = Rest { step: Step { x, slope, live: &self.live }, out };
+        rest.each(&mut self.singles);
+        rest.each(&mut self.doubles);
+        rest.each(&mut self.triples);
+        rest.each(&mut self.fours);
+        rest.each(&mut self.fives);
+        rest.each(&mut self.sixes);
+        rest.each(&mut self.sevens);
+        rest.each(&mut self.eights);
         self.larger.minimize(rest.step, rest.out);
     }
-
-    /// Parts the blocks of the first so many rows from the others. No block may have rows on both sides.
-    pub fn split_at(self, rows: usize) -> (Self, Self) {
-        let mut left = rows;
-        let (singles, more_singles) = split(self.singles, &mut left);
-        let (doubles, more_doubles) = split(self.doubles, &mut left);
-        let (triples, more_triples) = split(self.triples, &mut left);
-        let (fours, more_fours) = split(self.fours, &mut left);
-        let (fives, more_fives) = split(self.fives, &mut left);
-        let (sixes, more_sixes) = split(self.sixes, &mut left);
-        let (sevens, more_sevens) = split(self.sevens, &mut left);
-        let (eights, more_eights) = split(self.eights, &mut left);
-        let (larger, more_larger) = self.larger.split_at(left);
-        let (live, more_live) = self.live.split_at(rows);
-        (
-            Part { singles, doubles, triples, fours, fives, sixes, sevens, eights, larger, live },
-            Part {
-                singles: more_singles,
-                doubles: more_doubles,
-                triples: more_triples,
-                fours: more_fours,
-                fives: more_fives,
-                sixes: more_sixes,
-                sevens: more_sevens,
-                eights: more_eights,
-                larger: more_larger,
-                live: more_live,
-            },
-        )
-    }
-}
-
-/// The blocks that the next `left` rows have among these, and the others; `left` becomes what is left of them.
-fn split<'a, const M: usize, B: Block<M>>(blocks: &'a mut [B], left: &mut usize) -> (&'a mut [B], &'a mut [B]) {
-    let first = blocks.len().min(*left / M);
-    *left -= M * first;
-    blocks.split_at_mut(first)
 }
 
 impl<'a> Step<'a> {
@@ -286,7 +303,8 @@ mod tests {
         let last = jacobian.len() - 1;
         jacobian[last] = [[0.0; 3]; 2];
         let mut places = Vec::new();
-        order(&pair, &mut places);
+        let chunks = order_in_chunks(&pair, 40, &mut places);
+        assert!(chunks.len() > 2);
         let pair: Vec<[u32; 2]> = places.iter().map(|row| pair[*row as usize]).collect();
         let mut jacobian: Vec<[[f64; 3]; 2]> = places.iter().map(|row| jacobian[*row as usize]).collect();
         for i in (1..pair.len()).step_by(4).filter(|i| pair[*i] == pair[i - 1]) {
@@ -295,7 +313,7 @@ mod tests {
         let live: Vec<bool> = jacobian.iter().map(|blocks| *blocks != [[0.0; 3]; 2]).collect();
         assert!(live.contains(&false));
         let mut blocks = PairBlocks::default();
-        blocks.rebuild(&pair, &jacobian, &live);
+        blocks.rebuild(&pair, &jacobian, &live, &chunks);
 
         let x: Vec<f64> = pair.iter().map(|_| uniform().max(0.0)).collect();
         let g: Vec<f64> = pair.iter().map(|_| uniform()).collect();
@@ -312,17 +330,6 @@ mod tests {
                 rise += shift * entry(&pair, &jacobian, i, j) * (y[j] - x[j]);
             }
             assert!(y[i] >= 0.0 && rise > -1e-8 && (y[i] == 0.0 || rise.abs() < 1e-8), "{i}: {} {rise:e}", y[i]);
-        }
-        // In parts, at every edge between two pairs.
-        for edge in (0..=x.len()).filter(|i| *i == 0 || *i == x.len() || sorted(pair[*i - 1]) != sorted(pair[*i])) {
-            let mut parted = PairBlocks::default();
-            parted.rebuild(&pair, &jacobian, &live);
-            let mut same = vec![0.0; x.len()];
-            let (mut first, mut second) = parted.whole().split_at(edge);
-            let (low, high) = same.split_at_mut(edge);
-            first.proximal(&x[..edge], 0.7, &g[..edge], low);
-            second.proximal(&x[edge..], 0.7, &g[edge..], high);
-            assert_eq!(same, y, "{edge}");
         }
         blocks.project(&x, &mut y);
         assert_eq!(y, x);

@@ -1,7 +1,6 @@
 //! The product `A x = J (J^T x)`: `v = J^T x` body by body, then the rows of `J v`.
 //!
-//! One thread scatters row by row; of several, each gathers the velocities of its own bodies. Either way a body's terms
-//! are added in ascending order of the rows, so both give the same bits.
+//! A body's terms are added in ascending order of the rows.
 
 use super::incidence::Incidence;
 
@@ -11,8 +10,6 @@ pub struct Product<const D: usize> {
     pair: Vec<[u32; 2]>,
     jacobian: Vec<[[f64; D]; 2]>,
     incidence: Incidence,
-    /// The blocks of `J` in the order of the incidence lists, once someone gathers.
-    gathered: Vec<[f64; D]>,
     velocity: Vec<[f64; D]>,
 }
 
@@ -26,7 +23,6 @@ impl<const D: usize> Product<D> {
         self.velocity.clear();
         self.velocity.resize(bodies, [0.0; D]);
         self.incidence.rebuild(bodies, &self.pair);
-        self.gathered.clear();
     }
 
     /// The bodies of each row.
@@ -44,23 +40,10 @@ impl<const D: usize> Product<D> {
         &self.jacobian
     }
 
-    /// The blocks of `J` in the order of the incidence lists, the pairs, the blocks row by row, and the lists.
-    #[allow(clippy::type_complexity)]
-    pub(super) fn gathered(&mut self) -> (&[[f64; D]], &[[u32; 2]], &[[[f64; D]; 2]], &Incidence) {
-        if self.gathered.is_empty() {
-            let blocks = self.jacobian.as_flattened();
-            self.gathered.extend(self.incidence.entries.iter().map(|entry| blocks[*entry as usize]));
-        }
-        (&self.gathered, &self.pair, &self.jacobian, &self.incidence)
-    }
-
     /// `out = offset + A x`, or `A x` without an offset.
     pub fn apply(&mut self, x: &[f64], offset: Option<&[f64]>, out: &mut [f64]) {
         scatter(&self.pair, &self.jacobian, x, &mut self.velocity);
-        let velocity = &self.velocity;
-        for (out, ([a, b], blocks)) in out.iter_mut().zip(self.pair.iter().zip(&self.jacobian)) {
-            *out = row(blocks, &velocity[*a as usize], &velocity[*b as usize]);
-        }
+        along(&self.pair, &self.jacobian, &self.velocity, out);
         if let Some(q) = offset {
             out.iter_mut().zip(q).for_each(|(out, q)| *out += q);
         }
@@ -83,6 +66,16 @@ impl<const D: usize> Product<D> {
 /// `out = J^T x`, one block a body, row by row.
 pub(crate) fn scatter<const D: usize>(pair: &[[u32; 2]], jacobian: &[[[f64; D]; 2]], x: &[f64], out: &mut [[f64; D]]) {
     out.fill([0.0; D]);
+    scatter_onto(pair, jacobian, x, out);
+}
+
+/// `out += J^T x`, row by row.
+pub(crate) fn scatter_onto<const D: usize>(
+    pair: &[[u32; 2]],
+    jacobian: &[[[f64; D]; 2]],
+    x: &[f64],
+    out: &mut [[f64; D]],
+) {
     for (([a, b], [ja, jb]), x) in pair.iter().zip(jacobian).zip(x) {
         add(&mut out[*a as usize], *x, ja);
         add(&mut out[*b as usize], *x, jb);
@@ -98,10 +91,22 @@ pub(crate) fn dot<const D: usize>(x: &[f64; D], y: &[f64; D]) -> f64 {
     sum
 }
 
+/// `out = J v`.
+pub(crate) fn along<const D: usize>(
+    pair: &[[u32; 2]],
+    jacobian: &[[[f64; D]; 2]],
+    velocity: &[[f64; D]],
+    out: &mut [f64],
+) {
+    for (out, ([a, b], blocks)) in out.iter_mut().zip(pair.iter().zip(jacobian)) {
+        *out = row(blocks, &velocity[*a as usize], &velocity[*b as usize]);
+    }
+}
+
 /// A row of `J v`, from its blocks and the velocities of its bodies, in two interleaved sums of which the compiler
 /// makes one vector.
 #[inline]
-pub(crate) fn row<const D: usize>([ja, jb]: &[[f64; D]; 2], va: &[f64; D], vb: &[f64; D]) -> f64 {
+fn row<const D: usize>([ja, jb]: &[[f64; D]; 2], va: &[f64; D], vb: &[f64; D]) -> f64 {
     let mut sum = [0.0; 2];
     for k in (0..D / 2 * 2).step_by(2) {
         for (lane, sum) in sum.iter_mut().enumerate() {

@@ -4,13 +4,13 @@ use super::apgd::Apgd;
 use super::bbpgd::Bbpgd;
 use super::cpu::Cpu;
 use super::dense::Dense;
-use super::drive::{Drive, Point, ResidualSample, Standing};
+use super::drive::{Drive, ResidualSample, Standing};
 use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
 use super::local::Local;
 use super::pair_block_cg::PairBlockCg;
 use super::projected_gauss_seidel::ProjectedGaussSeidel;
 use super::projected_jacobi::ProjectedJacobi;
-use super::team::Team;
+use super::team::{self, Team};
 use super::verbs::Verbs;
 use super::{Outcome, Problem, Settings, SolverKind, Status};
 
@@ -48,7 +48,7 @@ const NEARLY: f64 = 10.0;
 
 /// Nanoseconds of an iteration of the conjugate gradients for each row: 18 to 27 on one core while the rows fit its
 /// cache, 55 to 65 beyond (November 2026), whatever the unknowns.
-const NANOSECONDS_OF_A_ROW: f64 = 20.0;
+const NANOSECONDS_OF_A_ROW: f64 = 12.0;
 
 /// A solver of LCPs on the CPU. It keeps its buffers from one problem to the next.
 ///
@@ -318,7 +318,7 @@ impl<const D: usize> Solver<D> {
             let mut few = false;
             let pauses = |standing: Standing| looks(standing) || standing.iterations.is_multiple_of(WINDOW);
             let (status, more, found) =
-                run(cpu, drive, method, &mut self.team, settings, &pauses, |cpu, at, standing| {
+                team::run(&mut self.team, cpu, drive, method, settings, &pauses, |cpu, at, standing| {
                     few = looks(standing) && local.is_worth(cpu, at, settings.tolerance);
                     !few && goes_on(cpu, standing)
                 });
@@ -354,13 +354,13 @@ impl<const D: usize> Solver<D> {
                 Some(safeguard) => {
                     let mut goes_on = affordable(safeguard, &mut self.forecast, settings.tolerance, self.patient);
                     let pauses = |standing: Standing| standing.iterations.is_multiple_of(WINDOW);
-                    run(cpu, drive, method, &mut self.team, settings, &pauses, |cpu, _, standing| {
+                    team::run(&mut self.team, cpu, drive, method, settings, &pauses, |cpu, _, standing| {
                         goes_on(cpu, standing)
                     })
                 }
                 None => {
                     let pauses = |standing: Standing| standing.iterations.is_multiple_of(WINDOW);
-                    run(cpu, drive, method, &mut self.team, settings, &pauses, |_, _, _| true)
+                    team::run(&mut self.team, cpu, drive, method, settings, &pauses, |_, _, _| true)
                 }
             },
             Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
@@ -368,32 +368,6 @@ impl<const D: usize> Solver<D> {
             Engine::InteriorPoint(method) => method.run(cpu, drive, settings, 0.0),
         }
     }
-}
-
-/// Conjugate gradients as [`Drive::run_while`] runs them, on as many threads as pay. `goes_on` is asked where the solve
-/// `pauses`.
-fn run<const D: usize>(
-    cpu: &mut Cpu<D>,
-    drive: &mut Drive<Vec<f64>>,
-    method: &mut PairBlockCg<Vec<f64>, f64>,
-    team: &mut Option<Team>,
-    settings: &Settings,
-    pauses: &(impl Fn(Standing) -> bool + Sync),
-    mut goes_on: impl FnMut(&Cpu<D>, &Point<Vec<f64>>, Standing) -> bool,
-) -> (Status, u64, f64) {
-    let mut course = drive.begin(cpu, method, settings);
-    let status = loop {
-        let ended = match team {
-            Some(team) => team.go(cpu, drive, method, &mut course, pauses),
-            None => drive.go(cpu, method, &mut course, 1, pauses),
-        };
-        match ended {
-            Some(status) => break status,
-            None if goes_on(cpu, &drive.at, course.standing()) => {}
-            None => break Status::MaxIterations,
-        }
-    };
-    drive.end(cpu, &course, status)
 }
 
 /// Says where a solve stands whether one more iteration is worth it: while all of them have not cost

@@ -165,7 +165,9 @@ impl Simulation {
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
         self.plan.span = self.scene.time.span(self.steps() + 1);
-        let mut report = step(self.backend.as_mut(), &self.plan, &mut self.keep)?;
+        // On one of the threads that its parallel loops run on: calling them from outside costs more than many loops.
+        let Simulation { backend, plan, keep, .. } = self;
+        let mut report = rayon::scope(|_| step(backend.as_mut(), plan, keep))?;
         self.plan.parts_first = false;
         report.time = self.scene.time.after(report.step);
         self.look_for_stop()?;

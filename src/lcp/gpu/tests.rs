@@ -98,7 +98,7 @@ fn rig<const D: usize>(
     pair_blocks::order(&problem.pair, &mut order);
     let (mut device_problem, _) = DeviceProblem::upload(gpu, precision, &problem, &[]).unwrap();
     with_empty_slots(gpu, &mut device_problem);
-    let mut cpu = Cpu::default();
+    let mut cpu = Cpu::for_parallel_rows();
     cpu.rebuild(&problem);
     let mut device = Device::new(gpu, machine, &device_problem);
     device.prepare();
@@ -312,7 +312,7 @@ fn steps_of_pairs_with_many_rows_descend() {
             let mut problem = problem::<3>(5, rows, 1);
             problem.pair.iter_mut().for_each(|pair| *pair = [0, 1]);
             let (device_problem, _) = DeviceProblem::upload(gpu, precision, &problem, &[]).unwrap();
-            let mut cpu = Cpu::default();
+            let mut cpu = Cpu::for_parallel_rows();
             cpu.rebuild(&problem);
             let mut device = Device::new(gpu, &mut machine, &device_problem);
             device.prepare();

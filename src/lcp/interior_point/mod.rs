@@ -257,7 +257,7 @@ mod tests {
             jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]; 2],
             q: vec![-0.1, -0.2],
         };
-        let (mut cpu, mut drive) = (Cpu::default(), Drive::default());
+        let (mut cpu, mut drive) = (Cpu::for_parallel_rows(), Drive::default());
         cpu.rebuild(&problem);
         cpu.import(&[0.05, 0.0], &mut drive.at.x);
         let mut solver = InteriorPoint::with_largest_factor(10);

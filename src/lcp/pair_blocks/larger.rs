@@ -1,7 +1,6 @@
 //! The small problems of pairs with many rows, by the active set method alone.
 
 use super::{REGULARIZATION, Step};
-use std::ops::Range;
 
 /// The blocks, and in `rows` and `offsets` where the rows and the matrix of each begin.
 #[derive(Clone, Debug, Default)]
@@ -43,38 +42,11 @@ impl Larger {
         self.offsets.push(self.matrices.len());
     }
 
-    /// All blocks.
-    pub fn whole(&self) -> Part<'_> {
-        Part { all: self, blocks: 0..self.rows.len().saturating_sub(1) }
-    }
-}
-
-/// Some of the blocks, one after the other.
-pub(super) struct Part<'a> {
-    all: &'a Larger,
-    blocks: Range<usize>,
-}
-
-impl Part<'_> {
-    /// Parts the blocks of the first so many rows from the others.
-    pub fn split_at(self, rows: usize) -> (Self, Self) {
-        let (all, Range { start, end }) = (self.all, self.blocks);
-        let first = all.rows.get(start).copied().unwrap_or(0) as usize;
-        let edge = start + all.rows[start.min(all.rows.len())..].partition_point(|row| (*row as usize) < first + rows);
-        let edge = edge.min(end);
-        (Part { all, blocks: start..edge }, Part { all, blocks: edge..end })
-    }
-
-    /// Solves the blocks; `step` and `out` begin with their rows.
+    /// Solves all blocks.
     pub fn minimize(&self, step: Step, out: &mut [f64]) {
-        let (all, blocks) = (self.all, self.blocks.clone());
-        if blocks.is_empty() {
-            return;
-        }
         let scratch = &mut Scratch::default();
-        let base = all.rows[blocks.start] as usize;
-        for block in blocks {
-            let rows = all.rows[block] as usize - base..all.rows[block + 1] as usize - base;
+        for block in 0..self.rows.len().saturating_sub(1) {
+            let rows = self.rows[block] as usize..self.rows[block + 1] as usize;
             let (x, live) = (&step.x[rows.clone()], &step.live[rows.clone()]);
             let out = &mut out[rows.clone()];
             scratch.slope.clear();
@@ -88,7 +60,7 @@ impl Part<'_> {
                 }
                 None => scratch.slope.resize(x.len(), 0.0),
             }
-            active_set(&all.matrices[all.offsets[block]..all.offsets[block + 1]], x, scratch);
+            active_set(&self.matrices[self.offsets[block]..self.offsets[block + 1]], x, scratch);
             let y = x.iter().zip(&scratch.change).map(|(x, change)| (x + change).max(0.0));
             out.iter_mut().zip(y).for_each(|(out, y)| *out = y);
         }

@@ -1,12 +1,15 @@
 //! The vector verbs on one of several threads, which has some of the rows. All threads take the same solver through the
 //! same steps; they meet where a number of all rows is needed.
+//!
+//! Rows stand in the order of their pair's smaller body, so each member has the velocities of consecutive bodies, and
+//! its bodies' other rows are all of members before it. Those rows' multipliers it is given, and adds them first, as one
+//! thread would; the velocities of bodies after its own it is given too.
 
 use super::shared::{SUMS, Shared};
 use crate::lcp::cpu::{Diagonals, Whole};
-use crate::lcp::incidence::Incidence;
 use crate::lcp::loops::{Chunks, add_up, dots, fold, map, update};
-use crate::lcp::pair_blocks;
-use crate::lcp::product::{add, row};
+use crate::lcp::pair_blocks::{self, sorted};
+use crate::lcp::product::{add, along, scatter_onto};
 use crate::lcp::residual::{of_row, worse};
 use crate::lcp::verbs::{Metric, Verbs};
 use std::ops::Range;
@@ -16,6 +19,15 @@ pub(super) struct Member<'a, const D: usize> {
     shared: &'a Shared,
     pub rows: Range<usize>,
     bodies: Range<usize>,
+    /// Rows of members before it at its bodies, by body: the row, the body, the block.
+    before: Vec<(u32, u32, [f64; D])>,
+    /// The bodies of these rows: others need their velocities.
+    given: Vec<u32>,
+    /// Its rows with bodies of members after it, by its own numbers, and these bodies.
+    across: Vec<u32>,
+    taken: Vec<u32>,
+    /// Of all bodies; right for its own, and after an exchange for those it takes.
+    velocity: Vec<[f64; D]>,
     /// Its chunks, by its own rows, the number of the first of them, and how many there are in all.
     chunks: Chunks,
     first_chunk: usize,
@@ -25,8 +37,6 @@ pub(super) struct Member<'a, const D: usize> {
     compliance: f64,
     pair: &'a [[u32; 2]],
     jacobian: &'a [[[f64; D]; 2]],
-    incidence: &'a Incidence,
-    gathered: &'a [[f64; D]],
     blocks: pair_blocks::Part<'a>,
     /// The sums that are written next.
     turn: usize,
@@ -37,22 +47,41 @@ pub(super) struct Member<'a, const D: usize> {
 impl<'a, const D: usize> Member<'a, D> {
     /// Shares a problem out: to each member some chunks of rows, and bodies with about as many rows.
     pub fn of_all(whole: Whole<'a, D>, shared: &'a Shared, members: usize) -> Vec<Self> {
-        let Whole { diagonals, q, compliance, pair, jacobian, incidence, gathered, chunks, products, looks, .. } =
-            whole;
+        let Whole { diagonals, q, compliance, pair, jacobian, incidence, chunks, products, looks, .. } = whole;
         let mut blocks = Some(whole.blocks);
-        let entries = incidence.entries.len();
-        let body = |member: usize| {
-            let before = |start: &u32| *start as usize * members < member * entries;
-            incidence.start.partition_point(before).min(incidence.start.len() - 1)
+        let all = incidence.start.len() - 1;
+        let first_body = |chunk: usize| {
+            let rows = chunks.ranges().nth(chunk).unwrap_or(0..0);
+            pair[rows].iter().map(|pair| sorted(*pair)[0] as usize).min().unwrap_or(all)
         };
-        let last = |member: usize| if member == members { incidence.start.len() - 1 } else { body(member) };
-        let share = |(member, of): (usize, Range<usize>)| {
+        let share = |of: Range<usize>| {
             let (own, rows) = chunks.share(&of);
-            let (part, rest) = blocks.take()?.split_at(rows.len());
+            let bodies = if of.start == 0 { 0 } else { first_body(of.start) }..first_body(of.end);
+            let mut before = Vec::new();
+            for body in bodies.clone() {
+                let early = incidence.of(body).iter().take_while(|entry| ((**entry / 2) as usize) < rows.start);
+                before.extend(early.map(|entry| {
+                    let (row, side) = (*entry / 2, (*entry % 2) as usize);
+                    (row, body as u32, jacobian[row as usize][side])
+                }));
+            }
+            let mut given: Vec<u32> = before.iter().map(|(_, body, _)| *body).collect();
+            given.dedup();
+            let far = |row: &u32| sorted(pair[rows.start + *row as usize])[1] as usize >= bodies.end;
+            let across: Vec<u32> = (0..rows.len() as u32).filter(far).collect();
+            let mut taken: Vec<u32> = across.iter().map(|row| sorted(pair[rows.start + *row as usize])[1]).collect();
+            taken.sort_unstable();
+            taken.dedup();
+            let (part, rest) = blocks.take()?.split_at(of.len());
             blocks = Some(rest);
             Some(Member {
                 shared,
-                bodies: body(member)..last(member + 1),
+                bodies,
+                before,
+                given,
+                across,
+                taken,
+                velocity: vec![[0.0; D]; all],
                 chunks: own,
                 first_chunk: of.start,
                 all_chunks: chunks.len(),
@@ -61,8 +90,6 @@ impl<'a, const D: usize> Member<'a, D> {
                 compliance,
                 pair: &pair[rows.clone()],
                 jacobian: &jacobian[rows.clone()],
-                incidence,
-                gathered,
                 blocks: part,
                 turn: 0,
                 products,
@@ -70,7 +97,7 @@ impl<'a, const D: usize> Member<'a, D> {
                 rows,
             })
         };
-        chunks.shares(members).into_iter().enumerate().map_while(share).collect()
+        chunks.shares(members).into_iter().map_while(share).collect()
     }
 
     /// What the chunks of all members come to, each by `chunk`.
@@ -103,21 +130,23 @@ impl<'a, const D: usize> Member<'a, D> {
     fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
         self.products += 1;
         let shared = self.shared;
-        shared.x.put(self.rows.start, x);
-        shared.meet();
-        for body in self.bodies.clone() {
-            let range = self.incidence.start[body] as usize..self.incidence.start[body + 1] as usize;
-            let mut sum = [0.0; D];
-            for (entry, block) in self.incidence.entries[range.clone()].iter().zip(&self.gathered[range]) {
-                add(&mut sum, shared.x.get((*entry / 2) as usize), block);
-            }
-            shared.velocity.put(D * body, &sum);
+        for row in self.across.iter().map(|row| *row as usize) {
+            shared.x.put(self.rows.start + row, &x[row..=row]);
         }
         shared.meet();
-        for (out, ([a, b], blocks)) in out.iter_mut().zip(self.pair.iter().zip(self.jacobian)) {
-            let [va, vb] = [*a, *b].map(|body| shared.velocity.block(D * body as usize));
-            *out = row(blocks, &va, &vb);
+        self.velocity[self.bodies.clone()].fill([0.0; D]);
+        for (row, body, block) in &self.before {
+            add(&mut self.velocity[*body as usize], shared.x.get(*row as usize), block);
         }
+        scatter_onto(self.pair, self.jacobian, x, &mut self.velocity);
+        for body in self.given.iter().map(|body| *body as usize) {
+            shared.velocity.put(D * body, &self.velocity[body]);
+        }
+        shared.meet();
+        for body in self.taken.iter().map(|body| *body as usize) {
+            self.velocity[body] = shared.velocity.block(D * body);
+        }
+        along(self.pair, self.jacobian, &self.velocity, out);
     }
 
     fn give_way(&self, x: &[f64], ax: &mut [f64]) {
