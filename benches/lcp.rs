@@ -15,6 +15,7 @@ fn main() {
     // `cargo test --benches` runs this file too, without `--bench`: nothing to time then.
     if std::env::args().any(|argument| argument == "--bench") {
         products();
+        teams();
         iterations();
         solvers();
     }
@@ -66,28 +67,45 @@ fn lattice(rows: usize) -> Problem<3> {
 }
 
 fn products() {
-    println!("threads {}", rayon::current_num_threads());
-    println!("     rows  one thread, us  all threads, us  bytes a second / triad (1 thread, all)");
+    println!("     rows  a product, us  bytes a second / triad of one thread");
+    let triad = one_thread(triad);
     for rows in [1_000, 4_000, 8_000, 16_000, 32_000, 100_000, 400_000, 1_000_000] {
         let problem = lattice(rows);
         let rows = problem.q.len();
-        // Every block of J twice (for J^T x and for J v), x twice, the result once, velocities twice, pairs or entries
-        // twice.
+        // Every block of J twice (for J^T x and for J v), x twice, the result once, velocities twice, pairs twice.
         let bytes = (rows * (2 * 48 + 2 * 8 + 8 + 2 * 8) + problem.bodies * 2 * 24) as f64;
         let order: Vec<u32> = (0..rows as u32).collect();
-        let measure = || {
-            let mut product = Product::<3>::default();
-            product.rebuild(problem.bodies, &problem.pair, &problem.jacobian, &order);
-            let (x, mut out) = (vec![1.0; rows], vec![0.0; rows]);
-            let seconds = shortest(4_000_000 / rows + 10, || {
-                product.apply(&x, None, &mut out);
-                black_box(&out);
-            });
-            (seconds, bytes / seconds / triad())
+        let mut product = Product::<3>::default();
+        product.rebuild(problem.bodies, &problem.pair, &problem.jacobian, &order);
+        let (x, mut out) = (vec![1.0; rows], vec![0.0; rows]);
+        let seconds = shortest(4_000_000 / rows + 10, || {
+            product.apply(&x, None, &mut out);
+            black_box(&out);
+        });
+        println!("{rows:9}  {:13.0}  {:.2}", seconds * 1e6, bytes / seconds / triad);
+    }
+}
+
+fn one_thread<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(work)
+}
+
+/// What an iteration of `pair_block_cg` costs one thread and all of them, on copies of a stored system.
+fn teams() {
+    println!("threads {}", rayon::current_num_threads());
+    println!("     rows  an iteration of one thread, us  of all, us  ratio");
+    let (small, gamma) = stored::<3>("tests/data/lcp/colony1024_rec0");
+    for n in [1, 2, 4, 8, 16, 32] {
+        let (problem, start) = (copies(&small, n), gamma.repeat(n));
+        let iteration = || {
+            // The first solve tells the solver how fast one thread is.
+            let mut solver = Solver::new(SolverKind::PairBlockCg, Settings { tolerance: 0.0, max_iterations: 400 });
+            shortest(6, || {
+                black_box(solver.solve(&problem, &mut start.clone()));
+            }) / 400.0
         };
-        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(measure);
-        let all = measure();
-        println!("{rows:9}  {:14.0}  {:15.0}  {:.2}, {:.2}", one.0 * 1e6, all.0 * 1e6, one.1, all.1);
+        let (one, all) = (one_thread(iteration), iteration());
+        println!("{:9}  {:30.0}  {:10.0}  {:.2}", problem.q.len(), one * 1e6, all * 1e6, all / one);
     }
 }
 

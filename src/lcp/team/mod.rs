@@ -1,7 +1,7 @@
 //! Several threads that take a solver through the same iterations, each with some of the rows.
 //!
 //! A loop over some thousand rows takes a few microseconds, less than it costs to hand it to other threads. So threads
-//! are started once for many iterations and run the solver itself, each on its own rows; they meet at a barrier where a
+//! come together once for many iterations and run the solver itself, each on its own rows; they meet at a barrier where a
 //! number of all rows is needed, some ten times an iteration. All of them compute the same numbers from the same sums
 //! of chunks, so they take the same decisions, and the bits are those of one thread.
 
@@ -78,13 +78,18 @@ impl Team {
         if members < 1 || course.is_new() {
             return drive.go(cpu, method, course, 1, pauses);
         }
-        let team = members > 1 && self.pace.chooses_team();
+        let mut team = members > 1 && self.pace.chooses_team();
         let (begun, before) = (Instant::now(), course.standing().iterations);
-        let ended = if team {
-            together(members, cpu, drive, method, course, pauses)
-        } else {
-            drive.go(cpu, method, course, 1, pauses)
-        };
+        let mut ended = None;
+        if team {
+            match together(members, cpu, drive, method, course, pauses) {
+                Some(of_team) => ended = of_team,
+                None => team = false,
+            }
+        }
+        if !team {
+            ended = drive.go(cpu, method, course, 1, pauses);
+        }
         let (iterations, time) = (course.standing().iterations - before, begun.elapsed());
         let threads = if team { members } else { 1 };
         log::trace!("{iterations} iterations on {rows} rows by {threads} threads in {} us", time.as_micros());
@@ -100,7 +105,7 @@ struct Share {
     course: Course<f64>,
 }
 
-/// [`Drive::go`] on so many threads.
+/// [`Drive::go`] on so many threads, if they come.
 fn together<const D: usize>(
     members: usize,
     cpu: &mut Cpu<D>,
@@ -108,10 +113,11 @@ fn together<const D: usize>(
     method: &mut Method,
     course: &mut Course<f64>,
     pauses: &(impl Fn(Standing) -> bool + Sync),
-) -> Option<Status> {
+) -> Option<Option<Status>> {
     let whole = cpu.whole();
     let bodies = whole.incidence.start.len() - 1;
     let shared = Shared::new(members, drive.at.x.len(), D * bodies, whole.chunks.len());
+    let looks = whole.looks.clone();
     let mut members = Member::of_all(whole, &shared, members);
     let mut shares: Vec<Share> = members.iter().map(|member| share(member, drive, method, course)).collect();
     if let Some(first) = shares.first_mut() {
@@ -121,27 +127,35 @@ fn together<const D: usize>(
         let _guard = shared.guard();
         share.drive.go(member, &mut share.method, &mut share.course, 1, pauses)
     };
-    let ended = std::thread::scope(|scope| {
+    let ended = rayon::scope(|scope| {
         let mut all = members.iter_mut().zip(&mut shares);
         let first = all.next();
         for (member, share) in all {
-            scope.spawn(move || work(member, share));
+            let (work, shared) = (&work, &shared);
+            scope.spawn(move |_| {
+                if shared.join() {
+                    work(member, share);
+                }
+            });
         }
-        first.and_then(|(member, share)| work(member, share))
+        first.filter(|_| shared.gather()).map(|(member, share)| work(member, share))
     });
-    for (member, share) in members.iter().zip(&shares) {
-        let rows = member.rows.clone();
-        drive.take_back(rows.clone(), &share.drive);
-        method.take_back(rows, &share.method);
+    if ended.is_some() {
+        for (member, share) in members.iter().zip(&shares) {
+            let rows = member.rows.clone();
+            drive.take_back(rows.clone(), &share.drive);
+            method.take_back(rows, &share.method);
+        }
     }
-    let products = members.first().map(|member| member.products());
+    let products = members.first().map_or(0, |member| member.products());
     if let Some(first) = shares.into_iter().next() {
         drive.history = first.drive.history;
         *course = first.course;
     }
     drop(members);
-    if let Some(products) = products {
-        cpu.count(products - cpu.products_made());
+    match ended {
+        Some(_) => cpu.count(products - cpu.products_made()),
+        None => cpu.put_back(looks),
     }
     ended
 }
@@ -197,7 +211,16 @@ mod tests {
         let status = loop {
             let ended = match rounds.next() {
                 Some(1) | None => drive.go(&mut cpu, &mut method, &mut course, 1, &pauses),
-                Some(members) => together(*members, &mut cpu, &mut drive, &mut method, &mut course, &pauses),
+                Some(members) => {
+                    let work = || loop {
+                        // On a busy machine threads may be long in coming.
+                        if let Some(ended) = together(*members, &mut cpu, &mut drive, &mut method, &mut course, &pauses)
+                        {
+                            break ended;
+                        }
+                    };
+                    rayon::ThreadPoolBuilder::new().num_threads(*members).build().unwrap().install(work)
+                }
             };
             if let Some(status) = ended {
                 break status;

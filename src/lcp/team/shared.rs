@@ -4,7 +4,8 @@
 //! others after the second. Waiting threads spin, since a barrier comes every few microseconds, and give their core away
 //! after a while, for machines with other work.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 /// Looks at a barrier before a waiting thread gives its core away, some two microseconds. Two threads that the system
 /// puts on one core wait so long at each barrier: with 4,000 looks a hundred iterations took 38 ms there, in place of 3.
@@ -43,9 +44,19 @@ impl Numbers {
     }
 }
 
+/// How long the first member waits for the others to come: some times what it takes to wake a thread.
+const PATIENCE: Duration = Duration::from_micros(200);
+
+/// Whether a team comes together.
+const FORMING: u32 = 0;
+const COMPLETE: u32 = 1;
+const GIVEN_UP: u32 = 2;
+
 /// What the threads of a team share.
 pub(super) struct Shared {
     members: usize,
+    present: AtomicUsize,
+    formation: AtomicU32,
     arrived: AtomicUsize,
     round: AtomicUsize,
     /// Whether a member has panicked: the others would wait for it for ever.
@@ -63,12 +74,40 @@ impl Shared {
     pub fn new(members: usize, rows: usize, unknowns: usize, chunks: usize) -> Self {
         Shared {
             members,
+            present: AtomicUsize::new(0),
+            formation: AtomicU32::new(FORMING),
             arrived: AtomicUsize::new(0),
             round: AtomicUsize::new(0),
             broken: AtomicBool::new(false),
             x: Numbers::zeros(rows),
             velocity: Numbers::zeros(unknowns),
             sums: [Numbers::zeros(SUMS * chunks), Numbers::zeros(SUMS * chunks)],
+        }
+    }
+
+    /// The first member waits for the others. Whether all have come before its patience ends: threads that are busy
+    /// elsewhere may be long in coming, and a team of some of them would wait for ever.
+    pub fn gather(&self) -> bool {
+        let begun = Instant::now();
+        while self.present.load(Ordering::Acquire) + 1 < self.members {
+            if begun.elapsed() > PATIENCE {
+                self.formation.store(GIVEN_UP, Ordering::Release);
+                return false;
+            }
+            std::hint::spin_loop();
+        }
+        self.formation.store(COMPLETE, Ordering::Release);
+        true
+    }
+
+    /// Another member comes. Whether there is a team.
+    pub fn join(&self) -> bool {
+        self.present.fetch_add(1, Ordering::AcqRel);
+        loop {
+            match self.formation.load(Ordering::Acquire) {
+                FORMING => std::thread::yield_now(),
+                formation => return formation == COMPLETE,
+            }
         }
     }
 
@@ -131,6 +170,17 @@ mod tests {
             let work = &work;
             (0..3).for_each(|member| drop(scope.spawn(move || work(member))));
         });
+    }
+
+    #[test]
+    fn a_team_that_does_not_come_together_is_given_up() {
+        let shared = Shared::new(3, 0, 0, 0);
+        let ended = std::thread::scope(|scope| {
+            let came = scope.spawn(|| shared.join());
+            (shared.gather(), came.join().ok())
+        });
+        assert_eq!(ended, (false, Some(false)));
+        assert!(!shared.join(), "too late");
     }
 
     #[test]
