@@ -1,6 +1,9 @@
-//! The vector verbs on the CPU, in f64. Rows are kept in the order of
-//! [`pair_blocks::order`], so that the rows of a pair stand together and neighbours in
-//! memory share bodies.
+//! The vector verbs on the CPU, in f64, on one thread.
+//!
+//! Bodies have numbers of their own here (`lcp::numbering`), and rows an order of their own: that of
+//! [`pair_blocks::order`] within chunks of rows with near bodies. So the rows of a pair stand together, rows near each
+//! other share bodies, and a chunk is what one of several threads takes (`lcp::team`). Rows as the paper has them keep
+//! their bodies' numbers and stand in one chunk.
 
 use super::Problem;
 use super::incidence::Incidence;

@@ -353,19 +353,15 @@ impl<const D: usize> Solver<D> {
             Engine::ProjectedGaussSeidel(method) => drive.run(cpu, method, settings, SWEEPS),
             Engine::Apgd(method) => drive.run(cpu, method, settings, 1),
             Engine::Bbpgd(method) => drive.run(cpu, method, settings, 1),
-            Engine::PairBlockCg(method) => match self.safeguard.as_mut().filter(|_| guarded) {
-                Some(safeguard) => {
-                    let mut goes_on = affordable(safeguard, &mut self.forecast, settings.tolerance, self.patient);
-                    let pauses = |standing: Standing| standing.iterations.is_multiple_of(WINDOW);
-                    team::run(&mut self.team, cpu, drive, method, settings, &pauses, |cpu, _, standing| {
-                        goes_on(cpu, standing)
-                    })
-                }
-                None => {
-                    let pauses = |standing: Standing| standing.iterations.is_multiple_of(WINDOW);
-                    team::run(&mut self.team, cpu, drive, method, settings, &pauses, |_, _, _| true)
-                }
-            },
+            Engine::PairBlockCg(method) => {
+                let pauses = |standing: Standing| standing.iterations.is_multiple_of(WINDOW);
+                let safeguard = self.safeguard.as_mut().filter(|_| guarded);
+                let (forecast, tolerance, patient) = (&mut self.forecast, settings.tolerance, self.patient);
+                let mut worth = safeguard.map(|safeguard| affordable(safeguard, forecast, tolerance, patient));
+                team::run(&mut self.team, cpu, drive, method, settings, &pauses, |cpu, _, standing| {
+                    worth.as_mut().is_none_or(|worth| worth(cpu, standing))
+                })
+            }
             Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
             // As in the drive: a start is no solution because multipliers of the last step are small.
             Engine::InteriorPoint(method) => method.run(cpu, drive, settings, 0.0),
@@ -373,10 +369,9 @@ impl<const D: usize> Solver<D> {
     }
 }
 
-/// Says where a solve stands whether one more iteration is worth it: while all of them have not cost
-/// as much as the safeguard would, and if `patient` is false while what is left, as the last iterations make one
-/// expect, costs less than a part of it. Later problems of a step keep its first forecast: they have the same pairs and
-/// few more.
+/// Says where a solve stands whether one more iteration is worth it: while all of them have not cost as much as the
+/// safeguard would, and if `patient` is false while what is left, as the last iterations make one expect, costs less
+/// than a part of it. Later problems of a step keep its first forecast: they have the same pairs and few more.
 fn affordable<const D: usize>(
     safeguard: &mut InteriorPoint<D>,
     forecast: &mut Option<f64>,

@@ -84,7 +84,10 @@ impl Team {
         if team {
             match together(members, cpu, drive, method, course, pauses) {
                 Some(of_team) => ended = of_team,
-                None => team = false,
+                None => {
+                    team = false;
+                    self.pace.go_alone();
+                }
             }
         }
         if !team {

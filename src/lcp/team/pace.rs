@@ -36,6 +36,12 @@ impl Pace {
         !alone
     }
 
+    /// Takes the next rounds alone: a team was slower, or did not come together.
+    pub fn go_alone(&mut self) {
+        self.rounds_alone = self.next_rounds_alone;
+        self.next_rounds_alone = (2 * self.next_rounds_alone).min(MOST_ROUNDS_ALONE);
+    }
+
     /// Notes what a round took.
     pub fn note(&mut self, team: bool, rows: usize, iterations: u64, time: Duration) {
         if iterations < LEAST_ITERATIONS || rows == 0 {
@@ -43,10 +49,7 @@ impl Pace {
         }
         let now = time.as_nanos() as f64 / (iterations as f64 * rows as f64);
         match self.alone {
-            Some(alone) if team && now > alone => {
-                self.rounds_alone = self.next_rounds_alone;
-                self.next_rounds_alone = (2 * self.next_rounds_alone).min(MOST_ROUNDS_ALONE);
-            }
+            Some(alone) if team && now > alone => self.go_alone(),
             _ if team => self.next_rounds_alone = ROUNDS_ALONE,
             _ => self.alone = Some(now),
         }
