@@ -107,6 +107,26 @@ fn anchors(page: &str) -> BTreeSet<String> {
     headings.map(anchor).collect()
 }
 
+/// Between back-ticks: paths of this repository that end in a file.
+#[test]
+fn files_of_the_project_that_pages_name_are_there() {
+    let (mut files, mut missing) = (0, Vec::new());
+    for path in pages() {
+        for named in fs::read_to_string(&path).unwrap().split('`').skip(1).step_by(2) {
+            let folder = named.split('/').next().unwrap();
+            let is_path = ["src", "shaders", "tests", "benches", "assets", "examples"].contains(&folder);
+            let is_file = Path::new(named).extension().is_some() && !named.contains(['*', ' ', '{', ':']);
+            if is_path && is_file && folder != named {
+                files += 1;
+                if !root().join(named).exists() {
+                    missing.push(format!("{}: {named}", path.display()));
+                }
+            }
+        }
+    }
+    assert!(files > 10 && missing.is_empty(), "{files} files; missing: {missing:#?}");
+}
+
 /// Commands of pages, as those of the program's help, name its commands and flags of theirs.
 #[test]
 fn commands_of_the_pages_have_the_flags_that_they_name() {
