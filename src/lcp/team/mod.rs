@@ -172,9 +172,12 @@ fn share<const D: usize>(member: &Member<D>, drive: &Drive<Vec<f64>>, method: &M
 mod tests {
     use super::*;
     use crate::lcp::product::dot;
-    use crate::lcp::{Problem, ResidualSample};
+    use crate::lcp::{Problem, ResidualSample, Solver, SolverKind};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
+
+    /// Times that a team may fail to come together.
+    const TRIES: usize = 1_000;
 
     /// Bodies on a ring, each joined to the next few by one to eleven rows, some of them zero.
     fn ring<const D: usize>(bodies: u32) -> Problem<D> {
@@ -215,15 +218,12 @@ mod tests {
             let ended = match rounds.next() {
                 Some(1) | None => drive.go(&mut cpu, &mut method, &mut course, 1, &pauses),
                 Some(members) => {
-                    let work = || loop {
-                        // On a busy machine threads may be long in coming.
-                        if let Some(ended) = together(*members, &mut cpu, &mut drive, &mut method, &mut course, &pauses)
-                        {
-                            break ended;
-                        }
-                    };
+                    // On a busy machine threads may be long in coming.
+                    let mut come = || together(*members, &mut cpu, &mut drive, &mut method, &mut course, &pauses);
+                    let work = || (0..TRIES).find_map(|_| come());
                     rayon::ThreadPoolBuilder::new().num_threads(*members).build().unwrap().install(work)
                 }
+                .unwrap_or_else(|| drive.go(&mut cpu, &mut method, &mut course, 1, &pauses)),
             };
             if let Some(status) = ended {
                 break status;
@@ -252,6 +252,25 @@ mod tests {
             assert!(solve(&spatial, 7, &members) == spatial_alone, "{members:?}");
         }
         assert!(solve(&planar, 1_000, &[5]) == planar_alone);
+    }
+
+    #[test]
+    fn two_solves_that_share_threads_both_end_with_the_bits_of_one() {
+        let problem = ring::<3>(150);
+        assert!(problem.q.len() >= 2 * LEAST_ROWS);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+        let solve = || {
+            let mut gamma = Vec::new();
+            let settings = Settings { tolerance: 1e-9, max_iterations: 400 };
+            let outcome = pool.install(|| Solver::new(SolverKind::PairBlockCg, settings).solve(&problem, &mut gamma));
+            (outcome, gamma)
+        };
+        let alone = solve();
+        let both = std::thread::scope(|scope| {
+            let threads = [scope.spawn(solve), scope.spawn(solve)];
+            threads.map(|thread| thread.join().unwrap())
+        });
+        assert!(both.iter().all(|solved| *solved == alone));
     }
 
     #[test]
