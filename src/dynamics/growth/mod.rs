@@ -68,7 +68,8 @@ impl Cells {
             rate *= 1.0 + self.growth.rate_noise * self.own(id)[1];
         }
         if self.growth.stress_sensitivity > 0.0 {
-            rate *= (-self.growth.stress_sensitivity * pressure).exp();
+            // Contacts only push. Where the axes of two rods nearly cross, a virial may be negative, without bound.
+            rate *= (-self.growth.stress_sensitivity * pressure.max(0.0)).exp();
         }
         rate
     }
@@ -213,5 +214,18 @@ impl Turn {
     #[cfg(feature = "gpu")]
     pub(crate) fn in_body(self, planar: bool) -> DQuat {
         self.in_space(planar, DQuat::IDENTITY)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_under_a_negative_pressure_grows_no_faster_than_a_free_one() {
+        let growth = Growth { stress_sensitivity: 0.05, ..Growth::new(1.3, 4.0) };
+        let cells = Cells { growth, planar: true, seed: 1 };
+        assert_eq!([0.0, -1e6, f64::NEG_INFINITY].map(|pressure| cells.rate(7, pressure)), [1.3; 3]);
+        assert!(cells.rate(7, 10.0) < 1.0);
     }
 }
