@@ -1,7 +1,7 @@
 //! Loops over vectors of one number a row, and sums in chunks.
 //!
-//! A sum adds what each chunk of rows comes to, chunk after chunk, so its bits do not depend on who computes which chunk.
-//! Within a chunk it has eight interleaved parts, which the compiler makes vectors of.
+//! A sum adds what each chunk of rows comes to, chunk after chunk, so its bits do not depend on who computes which
+//! chunk. Within a chunk it has eight interleaved parts, which the compiler makes vectors of.
 
 use std::ops::Range;
 

@@ -1,6 +1,6 @@
 //! Bodies numbered so that those which share rows have near numbers: the breadth-first order of Cuthill and McKee
-//! (Reducing the bandwidth of sparse symmetric matrices, 1969), begun at a body far from the others. Rows sorted by such
-//! numbers find the velocities that they need near each other, in memory and in one thread's share.
+//! (Reducing the bandwidth of sparse symmetric matrices, 1969), begun at a body far from the others. Rows sorted by
+//! such numbers find the velocities that they need near each other, in memory and in one thread's share.
 
 use super::incidence::Incidence;
 

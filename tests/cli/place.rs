@@ -5,6 +5,17 @@ use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;
 
+/// Looks, every ten milliseconds, whether something has come. Not for ever, so that a test of what never comes ends.
+pub fn comes(mut condition: impl FnMut() -> bool) -> bool {
+    (0..60_000).any(|_| {
+        let has_come = condition();
+        if !has_come {
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        has_come
+    })
+}
+
 /// A place of its own with the scene of two rods that are pushed together over 60 steps, as `rods.json`.
 pub struct Place(pub tempfile::TempDir);
 

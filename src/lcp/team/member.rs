@@ -1,9 +1,9 @@
 //! The vector verbs on one of several threads, which has some of the rows. All threads take the same solver through the
 //! same steps; they meet where a number of all rows is needed.
 //!
-//! Rows stand in the order of their pair's smaller body, so each member has the velocities of consecutive bodies, and
-//! its bodies' other rows are all of members before it. Those rows' multipliers it is given, and adds them first, as one
-//! thread would; the velocities of bodies after its own it is given too.
+//! Rows stand in the order of their pair's smaller body. So each member has the velocities of consecutive bodies, and
+//! other rows of its bodies belong to members before it. It takes their multipliers and adds them first, as one thread
+//! would. It also takes the velocities of bodies after its own.
 
 use super::shared::{SUMS, Shared};
 use crate::lcp::cpu::{Diagonals, Whole};

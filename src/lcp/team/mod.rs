@@ -1,9 +1,9 @@
 //! Several threads that take a solver through the same iterations, each with some of the rows.
 //!
 //! A loop over some thousand rows takes a few microseconds, less than it costs to hand it to other threads. So threads
-//! come together once for many iterations and run the solver itself, each on its own rows; they meet at a barrier where a
-//! number of all rows is needed, some ten times an iteration. All of them compute the same numbers from the same sums
-//! of chunks, so they take the same decisions, and the bits are those of one thread.
+//! come together once for many iterations and run the solver itself, each on its own rows. They meet at a barrier where
+//! a number of all rows is needed, some seven times an iteration. All of them compute the same numbers from the same
+//! sums of chunks, so they take the same decisions, and the bits are those of one thread.
 
 mod member;
 mod pace;

@@ -1,14 +1,14 @@
 //! What the threads of a team exchange: vectors, sums of chunks, and a barrier.
 //!
 //! Numbers are exchanged as the bits of atomic integers, each written by one thread between two barriers and read by
-//! others after the second. Waiting threads spin, since a barrier comes every few microseconds, and give their core away
-//! after a while, for machines with other work.
+//! others after the second. Waiting threads spin, since a barrier comes every few microseconds, and give their core
+//! away after a while, for machines with other work.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 /// Looks at a barrier before a waiting thread gives its core away, some two microseconds. Two threads that the system
-/// puts on one core wait so long at each barrier: with 4,000 looks a hundred iterations took 38 ms there, in place of 3.
+/// puts on one core wait so long at each barrier: with 4,000 looks a hundred iterations took 38 ms there, not 3.
 const LOOKS: u32 = 100;
 
 /// Most sums that are made at once.

@@ -10,7 +10,7 @@ mod small;
 mod study;
 mod threads;
 
-use super::place::Place;
+use super::place::{Place, comes};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;

@@ -1,6 +1,6 @@
 //! Flags of `relcp render` and `relcp view`.
 
-use super::{Case, Place, case, compute, fresh, json, ran, same, shows_json, shows_quiet, threads};
+use super::{Case, Place, case, comes, compute, fresh, json, ran, same, shows_json, shows_quiet, threads};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::PathBuf;
@@ -259,11 +259,7 @@ mod movies {
         }
         let words = ["view", "run", "--last", "--open", "--quiet", "--out", "shown.html"];
         beside(place, "xdg-open", "echo \"$1\" > asked.part\nexec /bin/mv asked.part asked", &words);
-        let begun = std::time::Instant::now();
-        while !place.at("asked").exists() {
-            assert!(begun.elapsed().as_secs() < 600, "nothing was shown");
-            std::thread::sleep(std::time::Duration::from_millis(5));
-        }
+        assert!(comes(|| place.at("asked").exists()), "nothing was shown");
         assert_eq!(fs::read_to_string(place.at("asked")).unwrap().trim(), "shown.html");
     }
 }

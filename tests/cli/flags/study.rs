@@ -1,10 +1,9 @@
 //! Flags of `relcp study`.
 
-use super::{Case, Place, case, compute, fresh, ran, shows_json, shows_quiet, threads};
+use super::{Case, Place, case, comes, compute, fresh, ran, shows_json, shows_quiet, threads};
 use serde_json::Value;
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
-use std::time::{Duration, Instant};
 
 pub const CASES: &[Case] = &[
     case("study", "--largest", largest),
@@ -85,20 +84,17 @@ fn make_references(place: &Place, _: &str) {
         .stdout(Stdio::null())
         .spawn()
         .unwrap();
-    let begun = Instant::now();
     let made = || {
         place.at(&out).read_dir().is_ok_and(|mut files| {
             files
                 .any(|file| file.is_ok_and(|file| file.path().extension().is_some_and(|extension| extension == "json")))
         })
     };
-    while !made() && begun.elapsed() < Duration::from_secs(600) {
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    let made = comes(made);
     child.kill().unwrap();
     child.wait().unwrap();
     // In place of the study.
-    assert!(made() && !place.at("studies").exists());
+    assert!(made && !place.at("studies").exists());
 }
 
 fn names(rows: &Value) -> Vec<&str> {

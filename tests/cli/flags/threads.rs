@@ -1,8 +1,7 @@
 //! `--threads` of every command: how many threads the program has while it waits for a file.
 
-use super::{Place, fresh};
+use super::{Place, comes, fresh};
 use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
 
 /// Words of a command that waits for what it reads: for the standard input, or for a pipe of this name.
 fn waiting(command: &str, pipe: &str) -> String {
@@ -19,15 +18,13 @@ fn waiting(command: &str, pipe: &str) -> String {
 /// Threads of a process, when they have been the same for a while.
 fn settled(child: &Child, at_least: usize) -> usize {
     let count = || std::fs::read_dir(format!("/proc/{}/task", child.id())).map_or(0, Iterator::count);
-    let (begun, mut last, mut since) = (Instant::now(), 0, Instant::now());
-    while last < at_least || since.elapsed() < Duration::from_millis(300) {
-        assert!(begun.elapsed() < Duration::from_secs(600), "{last} threads, expected {at_least} or more");
-        std::thread::sleep(Duration::from_millis(10));
+    let (mut last, mut same) = (0, 0);
+    let settled = comes(|| {
         let now = count();
-        if now != last {
-            (last, since) = (now, Instant::now());
-        }
-    }
+        (last, same) = (now, if now == last { same + 1 } else { 0 });
+        last >= at_least && same >= 30
+    });
+    assert!(settled, "{last} threads, expected {at_least} or more");
     last
 }
 
