@@ -79,7 +79,7 @@ fn products() {
         product.rebuild(problem.bodies, &problem.pair, &problem.jacobian, &order);
         let (x, mut out) = (vec![1.0; rows], vec![0.0; rows]);
         let seconds = shortest(4_000_000 / rows + 10, || {
-            product.apply(&x, None, &mut out);
+            product.apply(&x, &mut out);
             black_box(&out);
         });
         println!("{rows:9}  {:13.0}  {:.2}", seconds * 1e6, bytes / seconds / triad);

@@ -7,12 +7,12 @@
 
 use super::Problem;
 use super::incidence::Incidence;
-use super::loops::{Chunks, add_up, dots, fold, map, update};
+use super::loops::Chunks;
 use super::numbering;
+use super::on_rows::{Diagonals, Numbers, OnRows};
 use super::pair_blocks::{self, PairBlocks};
 use super::product::Product;
-use super::residual::{of_row, worse};
-use super::verbs::{Metric, Verbs};
+use super::residual::worse;
 use std::ops::Range;
 
 /// A diagonal entry of `A` is a zero row's at or under this part of the largest: its square root, the length of the row
@@ -176,28 +176,13 @@ impl<const D: usize> Cpu<D> {
         self.looks = looks;
     }
 
-    fn give_way(&self, x: &[f64], ax: &mut [f64]) {
-        if self.compliance > 0.0 {
-            let part = self.compliance;
-            update(ax, [x, &self.diagonal], |ax, [x, s]| ax + part * s * x);
+    fn diagonals(&self) -> Diagonals<'_> {
+        Diagonals {
+            plain: &self.diagonal,
+            inverse: &self.inverse,
+            majorant: &self.majorant,
+            inverse_majorant: &self.inverse_majorant,
         }
-    }
-
-    fn fold<const N: usize>(
-        &self,
-        inputs: [&[f64]; N],
-        start: f64,
-        join: impl Fn(f64, f64) -> f64,
-        value: impl Fn([f64; N]) -> f64,
-    ) -> f64 {
-        let chunks = self.chunks.ranges().map(|chunk| fold(chunk, inputs, start, &join, &value));
-        chunks.fold(start, &join)
-    }
-
-    fn diagonal_of(&self, metric: Metric) -> (&[f64], &[f64]) {
-        let (plain, inverse) = (&self.diagonal, &self.inverse);
-        let (majorant, inverse_majorant) = (&self.majorant, &self.inverse_majorant);
-        Diagonals { plain, inverse, majorant, inverse_majorant }.of_metric(metric)
     }
 }
 
@@ -210,41 +195,6 @@ pub(crate) struct Rows<'a, const D: usize> {
     pub diagonal: &'a [f64],
     /// `1 / A_ii`, zero for zero rows.
     pub inverse: &'a [f64],
-}
-
-/// The diagonals of a problem's rows, or of some of them.
-#[derive(Clone, Copy)]
-pub(super) struct Diagonals<'a> {
-    plain: &'a [f64],
-    inverse: &'a [f64],
-    majorant: &'a [f64],
-    inverse_majorant: &'a [f64],
-}
-
-impl<'a> Diagonals<'a> {
-    /// Those of some rows.
-    pub fn of(self, rows: Range<usize>) -> Self {
-        let of = |numbers: &'a [f64]| &numbers[rows.clone()];
-        Diagonals {
-            plain: of(self.plain),
-            inverse: of(self.inverse),
-            majorant: of(self.majorant),
-            inverse_majorant: of(self.inverse_majorant),
-        }
-    }
-
-    /// The one of `A`.
-    pub fn plain(self) -> &'a [f64] {
-        self.plain
-    }
-
-    /// That of a metric and its inverse.
-    pub fn of_metric(self, metric: Metric) -> (&'a [f64], &'a [f64]) {
-        match metric {
-            Metric::Majorant => (self.majorant, self.inverse_majorant),
-            Metric::Diagonal | Metric::PairBlocks => (self.plain, self.inverse),
-        }
-    }
 }
 
 /// A problem that several threads share: all of it to read, but for the blocks, of which each has its own part.
@@ -262,111 +212,29 @@ pub(super) struct Whole<'a, const D: usize> {
     pub looks: Vec<f64>,
 }
 
-impl<const D: usize> Verbs for Cpu<D> {
-    type Vector = Vec<f64>;
-    type Scalar = f64;
-
-    fn clear(&mut self, x: &mut Vec<f64>) {
-        x.clear();
-        x.resize(self.q.len(), 0.0);
+impl<const D: usize> OnRows for Cpu<D> {
+    fn numbers(&self) -> Numbers<'_> {
+        Numbers { diagonals: self.diagonals(), q: &self.q, compliance: self.compliance }
     }
 
-    fn copy(&mut self, from: &Vec<f64>, to: &mut Vec<f64>) {
-        to.clone_from(from);
-    }
-
-    fn copy_if_positive(&mut self, condition: f64, from: &Vec<f64>, to: &mut Vec<f64>) {
-        if condition > 0.0 {
-            to.clone_from(from);
-        }
-    }
-
-    fn take(&mut self, from: &mut Vec<f64>, to: &mut Vec<f64>) {
-        std::mem::swap(from, to);
-    }
-
-    fn product(&mut self, x: &Vec<f64>, ax: &mut Vec<f64>) {
+    fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
         self.products += 1;
-        self.product.apply(x, None, ax);
-        self.give_way(x, ax);
+        self.product.apply(x, out);
     }
 
-    fn gradient(&mut self, x: &Vec<f64>, g: &mut Vec<f64>) {
-        self.products += 1;
-        self.product.apply(x, Some(&self.q), g);
-        self.give_way(x, g);
+    fn minimize_pairs(&mut self, x: &[f64], slope: Option<(f64, &[f64])>, out: &mut [f64]) {
+        self.blocks.whole().minimize(x, slope, out);
     }
 
-    fn dot(&mut self, x: &Vec<f64>, y: &Vec<f64>) -> f64 {
-        self.fold([x, y], 0.0, |a, b| a + b, |[x, y]| x * y)
+    fn of_chunks<const N: usize>(&self, chunk: impl Fn(Range<usize>) -> [f64; N]) -> impl Iterator<Item = [f64; N]> {
+        self.chunks.ranges().map(chunk)
     }
 
-    fn dots<const N: usize>(&mut self, pairs: [[&Vec<f64>; 2]; N]) -> [f64; N] {
-        let pairs = pairs.map(|pair| pair.map(Vec::as_slice));
-        add_up(self.chunks.ranges().map(|chunk| dots(chunk, pairs)))
+    fn noted(&mut self) -> &mut Vec<f64> {
+        &mut self.looks
     }
 
-    fn twice_objective(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {
-        self.fold([x, &self.q, g], 0.0, |a, b| a + b, |[x, q, g]| x * (q + g))
-    }
-
-    fn combine(&mut self, a: f64, x: &Vec<f64>, b: f64, y: &Vec<f64>, out: &mut Vec<f64>) {
-        map(out, [x, y], |[x, y]| a * x + b * y);
-    }
-
-    fn add(&mut self, a: f64, x: &Vec<f64>, y: &mut Vec<f64>) {
-        update(y, [x], |y, [x]| y + a * x);
-    }
-
-    fn proximal(&mut self, metric: Metric, x: &Vec<f64>, step: f64, g: &Vec<f64>, out: &mut Vec<f64>) {
-        if metric == Metric::PairBlocks {
-            return self.blocks.proximal(x, step, g, out);
-        }
-        let (_, inverse) = self.diagonal_of(metric);
-        map(out, [x, g, inverse], |[x, g, inverse]| (x - step * g * inverse).max(0.0));
-    }
-
-    fn project(&mut self, metric: Metric, x: &Vec<f64>, out: &mut Vec<f64>) {
-        if metric == Metric::PairBlocks {
-            return self.blocks.project(x, out);
-        }
-        map(out, [x], |[x]| x.max(0.0));
-    }
-
-    fn square(&mut self, metric: Metric, x: &Vec<f64>) -> f64 {
-        let (diagonal, _) = self.diagonal_of(metric);
-        self.fold([diagonal, x], 0.0, |a, b| a + b, |[s, x]| s * x * x)
-    }
-
-    fn inverse_square(&mut self, metric: Metric, x: &Vec<f64>) -> f64 {
-        let (_, inverse) = self.diagonal_of(metric);
-        self.fold([inverse, x], 0.0, |a, b| a + b, |[s, x]| s * x * x)
-    }
-
-    fn ratio_test(&mut self, x: &Vec<f64>, d: &Vec<f64>) -> f64 {
-        // Both sides are computed and no branch is taken: which rows come down is not predictable. A quotient that is
-        // not a number is no bound.
-        let row = |[x, d]: [f64; 2]| if d < 0.0 { x / -d } else { f64::INFINITY };
-        self.fold([x, d], f64::INFINITY, |a, b| if b < a { b } else { a }, row)
-    }
-
-    fn residual(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {
-        self.fold([g, &self.diagonal, x], 0.0, worse, |[g, s, x]| of_row(g, s, x))
-    }
-
-    fn read(&mut self, scalar: f64) -> f64 {
-        scalar
-    }
-
-    fn look(&mut self, residual: f64, _: f64) {
-        self.looks.push(residual);
-    }
-
-    fn looks(&mut self) -> Vec<f64> {
-        std::mem::take(&mut self.looks)
-    }
-
-    fn products(&self) -> u64 {
+    fn made(&self) -> u64 {
         self.products
     }
 }

@@ -21,6 +21,7 @@ mod interior_point;
 mod kind;
 mod local;
 mod numbering;
+mod on_rows;
 mod pair_block_cg;
 mod projected_gauss_seidel;
 mod projected_jacobi;

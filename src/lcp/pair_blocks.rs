@@ -125,37 +125,19 @@ impl PairBlocks {
     pub(crate) fn whole(&mut self) -> Part<'_> {
         Part { chunks: &mut self.chunks }
     }
-
-    /// [`Part::proximal`] of all blocks.
-    pub fn proximal(&mut self, x: &[f64], step: f64, g: &[f64], out: &mut [f64]) {
-        self.whole().proximal(x, step, g, out);
-    }
-
-    /// [`Part::project`] of all blocks.
-    pub fn project(&mut self, x: &[f64], out: &mut [f64]) {
-        self.whole().project(x, out);
-    }
 }
 
 impl Part<'_> {
-    /// `out = argmin over y >= 0 of step g . (y - x) + 1/2 (y - x) . B (y - x)`. Zero rows of `A` keep `x`, which is
-    /// not negative there.
-    pub fn proximal(&mut self, x: &[f64], step: f64, g: &[f64], out: &mut [f64]) {
+    /// With a slope, a step and a gradient: `out = argmin over y >= 0 of step g . (y - x) + 1/2 (y - x) . B (y - x)`.
+    /// Zero rows of `A` keep `x`, which is not negative there. Without one: `out = argmin over y >= 0 of (y - x) . B (y -
+    /// x)`.
+    pub fn minimize(&mut self, x: &[f64], slope: Option<(f64, &[f64])>, out: &mut [f64]) {
         let mut first = 0;
         for blocks in &mut *self.chunks {
             let rows = first..first + blocks.live.len();
             first = rows.end;
-            blocks.minimize(&x[rows.clone()], Some((step, &g[rows.clone()])), &mut out[rows]);
-        }
-    }
-
-    /// `out = argmin over y >= 0 of (y - x) . B (y - x)`.
-    pub fn project(&mut self, x: &[f64], out: &mut [f64]) {
-        let mut first = 0;
-        for blocks in &mut *self.chunks {
-            let rows = first..first + blocks.live.len();
-            first = rows.end;
-            blocks.minimize(&x[rows.clone()], None, &mut out[rows]);
+            let slope = slope.map(|(step, g)| (step, &g[rows.clone()]));
+            blocks.minimize(&x[rows.clone()], slope, &mut out[rows]);
         }
     }
 }
@@ -318,7 +300,7 @@ mod tests {
         let x: Vec<f64> = pair.iter().map(|_| uniform().max(0.0)).collect();
         let g: Vec<f64> = pair.iter().map(|_| uniform()).collect();
         let mut y = vec![0.0; x.len()];
-        blocks.proximal(&x, 0.7, &g, &mut y);
+        blocks.whole().minimize(&x, Some((0.7, &g)), &mut y);
         for i in 0..x.len() {
             if !live[i] {
                 assert_eq!(y[i], x[i]);
@@ -331,7 +313,7 @@ mod tests {
             }
             assert!(y[i] >= 0.0 && rise > -1e-8 && (y[i] == 0.0 || rise.abs() < 1e-8), "{i}: {} {rise:e}", y[i]);
         }
-        blocks.project(&x, &mut y);
+        blocks.whole().minimize(&x, None, &mut y);
         assert_eq!(y, x);
     }
 }

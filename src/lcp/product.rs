@@ -40,13 +40,10 @@ impl<const D: usize> Product<D> {
         &self.jacobian
     }
 
-    /// `out = offset + A x`, or `A x` without an offset.
-    pub fn apply(&mut self, x: &[f64], offset: Option<&[f64]>, out: &mut [f64]) {
+    /// `out = A x`.
+    pub fn apply(&mut self, x: &[f64], out: &mut [f64]) {
         scatter(&self.pair, &self.jacobian, x, &mut self.velocity);
         along(&self.pair, &self.jacobian, &self.velocity, out);
-        if let Some(q) = offset {
-            out.iter_mut().zip(q).for_each(|(out, q)| *out += q);
-        }
     }
 
     /// The diagonal of `A`.

@@ -1,0 +1,195 @@
+//! The vector verbs for rows that are in memory: of a thread that has all of a problem, and of one that has a share.
+//!
+//! What differs between the two is the product with `A`, and who makes which chunks of a sum.
+
+use super::loops::{add_up, dots, fold, map, update};
+use super::residual::{of_row, worse};
+use super::verbs::{Metric, Verbs};
+use std::ops::Range;
+
+/// The diagonals of a problem's rows, or of some of them.
+#[derive(Clone, Copy)]
+pub(super) struct Diagonals<'a> {
+    pub plain: &'a [f64],
+    pub inverse: &'a [f64],
+    pub majorant: &'a [f64],
+    pub inverse_majorant: &'a [f64],
+}
+
+impl<'a> Diagonals<'a> {
+    /// Those of some rows.
+    pub fn of(self, rows: Range<usize>) -> Self {
+        let of = |numbers: &'a [f64]| &numbers[rows.clone()];
+        Diagonals {
+            plain: of(self.plain),
+            inverse: of(self.inverse),
+            majorant: of(self.majorant),
+            inverse_majorant: of(self.inverse_majorant),
+        }
+    }
+
+    /// The one of `A`.
+    pub fn plain(self) -> &'a [f64] {
+        self.plain
+    }
+
+    /// That of a metric and its inverse.
+    pub fn of_metric(self, metric: Metric) -> (&'a [f64], &'a [f64]) {
+        match metric {
+            Metric::Majorant => (self.majorant, self.inverse_majorant),
+            Metric::Diagonal | Metric::PairBlocks => (self.plain, self.inverse),
+        }
+    }
+}
+
+/// The numbers of a thread's rows.
+pub(super) struct Numbers<'a> {
+    pub diagonals: Diagonals<'a>,
+    pub q: &'a [f64],
+    /// The part of its diagonal that is added to `A`.
+    pub compliance: f64,
+}
+
+/// A thread's rows of a problem.
+pub(super) trait OnRows {
+    /// Their numbers.
+    fn numbers(&self) -> Numbers<'_>;
+    /// `out = A x` without compliance, counted as a product.
+    fn multiply(&mut self, x: &[f64], out: &mut [f64]);
+    /// [`pair_blocks::Part::minimize`](super::pair_blocks::Part::minimize) of the blocks of these rows.
+    fn minimize_pairs(&mut self, x: &[f64], slope: Option<(f64, &[f64])>, out: &mut [f64]);
+    /// What every chunk of the whole problem comes to, those of these rows by `chunk`.
+    fn of_chunks<const N: usize>(&self, chunk: impl Fn(Range<usize>) -> [f64; N]) -> impl Iterator<Item = [f64; N]>;
+    /// The residuals that were noted and that nobody has asked for.
+    fn noted(&mut self) -> &mut Vec<f64>;
+    /// Products made.
+    fn made(&self) -> u64;
+}
+
+/// Folds `value(inputs[..][i])` over all rows of the problem with `join`, chunk by chunk.
+fn over<const N: usize>(
+    rows: &impl OnRows,
+    inputs: [&[f64]; N],
+    start: f64,
+    join: impl Fn(f64, f64) -> f64,
+    value: impl Fn([f64; N]) -> f64,
+) -> f64 {
+    let chunks = rows.of_chunks(|rows| [fold(rows, inputs, start, &join, &value)]);
+    chunks.fold(start, |all, [chunk]| join(all, chunk))
+}
+
+fn give_way(numbers: &Numbers, x: &[f64], ax: &mut [f64]) {
+    if numbers.compliance > 0.0 {
+        let part = numbers.compliance;
+        update(ax, [x, numbers.diagonals.plain()], |ax, [x, s]| ax + part * s * x);
+    }
+}
+
+impl<R: OnRows> Verbs for R {
+    type Vector = Vec<f64>;
+    type Scalar = f64;
+
+    fn clear(&mut self, x: &mut Vec<f64>) {
+        x.clear();
+        x.resize(self.numbers().q.len(), 0.0);
+    }
+
+    fn copy(&mut self, from: &Vec<f64>, to: &mut Vec<f64>) {
+        to.clone_from(from);
+    }
+
+    fn copy_if_positive(&mut self, condition: f64, from: &Vec<f64>, to: &mut Vec<f64>) {
+        if condition > 0.0 {
+            to.clone_from(from);
+        }
+    }
+
+    fn take(&mut self, from: &mut Vec<f64>, to: &mut Vec<f64>) {
+        std::mem::swap(from, to);
+    }
+
+    fn product(&mut self, x: &Vec<f64>, ax: &mut Vec<f64>) {
+        self.multiply(x, ax);
+        give_way(&self.numbers(), x, ax);
+    }
+
+    fn gradient(&mut self, x: &Vec<f64>, g: &mut Vec<f64>) {
+        self.multiply(x, g);
+        let numbers = self.numbers();
+        update(g, [numbers.q], |ax, [q]| ax + q);
+        give_way(&numbers, x, g);
+    }
+
+    fn dot(&mut self, x: &Vec<f64>, y: &Vec<f64>) -> f64 {
+        over(self, [x, y], 0.0, |a, b| a + b, |[x, y]| x * y)
+    }
+
+    fn dots<const N: usize>(&mut self, pairs: [[&Vec<f64>; 2]; N]) -> [f64; N] {
+        let pairs = pairs.map(|pair| pair.map(Vec::as_slice));
+        add_up(self.of_chunks(|rows| dots(rows, pairs)))
+    }
+
+    fn twice_objective(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {
+        over(self, [x, self.numbers().q, g], 0.0, |a, b| a + b, |[x, q, g]| x * (q + g))
+    }
+
+    fn combine(&mut self, a: f64, x: &Vec<f64>, b: f64, y: &Vec<f64>, out: &mut Vec<f64>) {
+        map(out, [x, y], |[x, y]| a * x + b * y);
+    }
+
+    fn add(&mut self, a: f64, x: &Vec<f64>, y: &mut Vec<f64>) {
+        update(y, [x], |y, [x]| y + a * x);
+    }
+
+    fn proximal(&mut self, metric: Metric, x: &Vec<f64>, step: f64, g: &Vec<f64>, out: &mut Vec<f64>) {
+        if metric == Metric::PairBlocks {
+            return self.minimize_pairs(x, Some((step, g)), out);
+        }
+        let (_, inverse) = self.numbers().diagonals.of_metric(metric);
+        map(out, [x, g, inverse], |[x, g, inverse]| (x - step * g * inverse).max(0.0));
+    }
+
+    fn project(&mut self, metric: Metric, x: &Vec<f64>, out: &mut Vec<f64>) {
+        if metric == Metric::PairBlocks {
+            return self.minimize_pairs(x, None, out);
+        }
+        map(out, [x], |[x]| x.max(0.0));
+    }
+
+    fn square(&mut self, metric: Metric, x: &Vec<f64>) -> f64 {
+        let (diagonal, _) = self.numbers().diagonals.of_metric(metric);
+        over(self, [diagonal, x], 0.0, |a, b| a + b, |[s, x]| s * x * x)
+    }
+
+    fn inverse_square(&mut self, metric: Metric, x: &Vec<f64>) -> f64 {
+        let (_, inverse) = self.numbers().diagonals.of_metric(metric);
+        over(self, [inverse, x], 0.0, |a, b| a + b, |[s, x]| s * x * x)
+    }
+
+    fn ratio_test(&mut self, x: &Vec<f64>, d: &Vec<f64>) -> f64 {
+        // Both sides are computed and no branch is taken: which rows come down is not predictable. A quotient that is
+        // not a number is no bound.
+        let row = |[x, d]: [f64; 2]| if d < 0.0 { x / -d } else { f64::INFINITY };
+        over(self, [x, d], f64::INFINITY, |a, b| if b < a { b } else { a }, row)
+    }
+
+    fn residual(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {
+        over(self, [g, self.numbers().diagonals.plain(), x], 0.0, worse, |[g, s, x]| of_row(g, s, x))
+    }
+
+    fn read(&mut self, scalar: f64) -> f64 {
+        scalar
+    }
+
+    fn look(&mut self, residual: f64, _: f64) {
+        self.noted().push(residual);
+    }
+
+    fn looks(&mut self) -> Vec<f64> {
+        std::mem::take(self.noted())
+    }
+
+    fn products(&self) -> u64 {
+        self.made()
+    }
+}
