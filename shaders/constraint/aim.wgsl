@@ -46,6 +46,7 @@ fn main(
     let delta = apart + parameters.dt * slid;
     let body_a = body_at_end(a);
     let body_b = body_at_end(b);
+    if !are_rods(body_a, body_b) { return; }
     for (var row = row_start[p]; row < row_start[p + 1u]; row += 1u) {
         let k = u32(staged[3u * row + 2u].w);
         // None, or the separation itself.

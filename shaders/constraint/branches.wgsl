@@ -26,10 +26,10 @@ fn turning(i: u32, body: Placed) -> vec3r {
 fn rows_of(p: u32) -> u32 {
     let a = pairs[p].x;
     let b = pairs[p].y;
-    if !RODS || is_surface(b) { return 1u; }
+    if !BRANCHED || is_surface(b) { return WHOLE; }
     let body_a = body_at(a);
     let body_b = body_at(b);
-    if !(is_rod(body_a) && is_rod(body_b)) { return 1u; }
+    if !has_branches(body_a, body_b) { return WHOLE; }
     let delta = lattice_difference(cells[a].xyz, remainders[a].xyz, cells[b].xyz, remainders[b].xyz);
     let contact = contacts[3u * p];
     if parameters.at_trial > 0u {

@@ -39,12 +39,12 @@ fn main(
     }
     if mask == 0u { return; }
     var row = first;
-    if (mask & 1u) > 0u {
-        let contact = contacts[3u * p];
+    let contact = contacts[3u * p];
+    if (mask & WHOLE) > 0u {
         stage(row, 0u, Separation(contact.w, contact.xyz, contacts[3u * p + 1u].xyz, contacts[3u * p + 2u].xyz));
         row += 1u;
     }
-    if !RODS || mask == 1u { return; }
+    if !BRANCHED || mask == WHOLE { return; }
     let a = pairs[p].x;
     let b = pairs[p].y;
     let delta = lattice_difference(cells[a].xyz, remainders[a].xyz, cells[b].xyz, remainders[b].xyz);
@@ -52,7 +52,7 @@ fn main(
     let body_b = body_at(b);
     for (var k = 1u; k < BRANCHES; k += 1u) {
         if (mask & (1u << k)) == 0u { continue; }
-        stage(row, k, separation_at(end_of(delta, body_a, body_b, k), tube_radius(body_a), tube_radius(body_b)));
+        stage(row, k, branch_separation(delta, body_a, body_b, contact.w, k));
         row += 1u;
     }
 }

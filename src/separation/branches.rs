@@ -3,6 +3,8 @@
 //!
 //! * Two segments: each end against the other segment, and in space the common perpendicular where it is inside of
 //!   both. An end against an end counts once, as that of the first body.
+//! * Two rings: each minimum of the distance along the smaller one, numbered by its angle there; of two rings of one
+//!   size along the second. Linked rings under tension touch in two places.
 //! * All other pairs have one branch, the separation itself.
 //!
 //! The distance at a fixed place of one body is never less than the separation, so that no branch forbids what the
@@ -11,6 +13,10 @@
 //! Degenerate cases: axes that cross or nearly do, where an end's distance no longer tells on which side it is, have
 //! the separation alone; so have segments without length.
 
+#[cfg(feature = "gpu")]
+pub(crate) mod gpu;
+
+use super::circles::{self, Circle};
 use super::segments::{self, Segment};
 use super::{Family, Nearest, Placed, Separation};
 use glam::DVec3;
@@ -18,14 +24,15 @@ use glam::DVec3;
 /// Set in the number of a branch that is an end, which no other contact of a pair has.
 const BRANCH: u32 = 1 << 31;
 
-/// The number of the separation itself as a branch: the only one of most pairs, the common perpendicular of two rods.
+/// The number of the separation itself as a branch: the only one of most pairs, the common perpendicular of two rods;
+/// of two rings where the distance has no minimum.
 pub const WHOLE: u32 = 0;
 
 /// How many branches a pair has at most, the separation itself among them.
 pub(crate) const BRANCHES: u32 = 5;
 
 /// The number of the branch in a place of the list of all: the separation itself, the ends of the first segment, those
-/// of the second.
+/// of the second; or the minima of two rings.
 #[cfg(feature = "gpu")]
 pub(crate) fn branch_in_place(place: u32) -> u32 {
     if place == 0 { WHOLE } else { BRANCH | (place - 1) }
@@ -50,6 +57,12 @@ pub(crate) const LEAST_SLACK: f64 = 0.001;
 /// becomes the nearest: 1,000 rods packed to t = 15 take 403 products a step at dt 0.02 and 1,274 at 0.1, and 430 and
 /// 1,468 with the slack of the plane.
 pub(crate) const SLACK_IN_SPACE: f64 = 2e-5;
+
+/// Minima of two rings are counted up to this many sums of the radii of their tubes above the nearest.
+pub(crate) const WINDOW: f64 = 1.0;
+
+/// The same of two rings, by whichever of the two the minima are looked for: over a million poses by 2e-11.
+pub(crate) const RING_ROUNDING: f64 = 1e-10;
 
 /// Two ways to compute a distance differ by less than this part of the sizes.
 pub(crate) const ROUNDING: f64 = 1e-12;
@@ -87,6 +100,10 @@ pub fn branches(a: &Placed, b: &Placed, nearest: &Separation, slack: f64, mut fo
                 found(WHOLE, *nearest);
             }
         }
+        (Family::Circle(of_a, ra), Family::Circle(of_b, rb)) if nearest.separation > -DEEPEST * (ra + rb) => {
+            let delta = b.position - a.position;
+            of_circles(delta, (of_a, ra), (of_b, rb), nearest, slack, &mut found);
+        }
         _ => found(WHOLE, *nearest),
     }
 }
@@ -104,6 +121,9 @@ pub fn branch_slack(a: &Placed, b: &Placed, nearest: &Separation, (turned, slid)
             let tilt = |axis: DVec3| turned.dot(axis.cross(nearest.normal)).abs();
             let tilted = tilt(a.axis).max(tilt(b.axis)) * 2.0 * a.half.min(b.half);
             tilted + 0.5 * slid * slid / (ra + rb) + LEAST_SLACK * (ra + rb)
+        }
+        (Family::Circle(a, ra), Family::Circle(b, rb)) => {
+            turned.length() * 2.0 * a.radius.min(b.radius) + slid + LEAST_SLACK * (ra + rb)
         }
         _ => 0.0,
     }
@@ -130,6 +150,37 @@ pub(crate) fn separation_at(a: &Placed, b: &Placed, feature: u32) -> Option<f64>
     let (end, other) = if number < 2 { (end_of(of_a) - delta, of_b) } else { (end_of(of_b) + delta, of_a) };
     let gap = end - end.dot(other.axis).clamp(-other.half, other.half) * other.axis;
     Some(gap.length() - (ra + rb))
+}
+
+fn of_circles(
+    delta: DVec3,
+    (a, ra): (Circle, f64),
+    (b, rb): (Circle, f64),
+    nearest: &Separation,
+    slack: f64,
+    found: &mut impl FnMut(u32, Separation),
+) {
+    let radii = ra + rb;
+    let rounding = RING_ROUNDING * (radii + delta.length() + a.radius + b.radius);
+    let most = nearest.separation + slack + rounding;
+    // Counted in a window of its own, so that a minimum has the same number whatever the slack is.
+    let window = nearest.separation + radii + WINDOW * radii;
+    let (mut number, mut any) = (0, false);
+    let mut keep = |separation: Separation| {
+        if separation.separation <= most {
+            found(BRANCH | number, separation);
+            any = true;
+        }
+        number += 1;
+    };
+    if a.radius < b.radius {
+        circles::minima(-delta, b, a, window, |found| keep(found.thickened(rb, ra).flipped()));
+    } else {
+        circles::minima(delta, a, b, window, |found| keep(found.thickened(ra, rb)));
+    }
+    if !any {
+        found(WHOLE, *nearest);
+    }
 }
 
 fn of_segments(
@@ -204,6 +255,44 @@ mod tests {
             });
         }
         assert!(ends >= 12, "{ends}");
+    }
+
+    /// Of linked rings that are drawn apart, in many poses: the nearest minimum is the pair's separation, and a minimum
+    /// has the same number whatever the slack is.
+    #[test]
+    fn two_rings_have_a_branch_for_each_minimum() {
+        let ring = |major_radius: f64, position: DVec3, orientation: DQuat| Placed {
+            shape: Shape::Torus { major_radius, minor_radius: 0.1 },
+            position,
+            orientation,
+        };
+        let mut several = 0;
+        for k in 0..200 {
+            let t = f64::from(k);
+            let (turn, tilt) = (DQuat::from_rotation_x(1.3 * t.sin()), DQuat::from_rotation_z(0.7 * t));
+            let radius = if k % 3 == 0 { 1.0 } else { 0.7 + 0.6 * (0.3 * t).sin().abs() };
+            let a = ring(1.0, DVec3::ZERO, tilt);
+            let b = ring(radius, DVec3::new(0.6 + radius, 0.1 * t.cos(), 0.05), turn * tilt);
+            let nearest = super::super::separation(&a, &b, None).unwrap();
+            let found = |slack: f64| {
+                let mut all = Vec::new();
+                branches(&a, &b, &nearest, slack, |feature, found| all.push((feature, found.separation)));
+                all
+            };
+            let all = found(0.1);
+            let least = all.iter().map(|(_, separation)| *separation).fold(f64::INFINITY, f64::min);
+            assert!((least - nearest.separation).abs() < 1e-12, "{k}: {least} {nearest:?}");
+            assert!(all.iter().all(|(feature, _)| place_of_branch(*feature).is_some()), "{k}: {all:?}");
+            for (feature, separation) in &all {
+                let wanted = branch(&a, &b, &nearest, *feature);
+                assert_eq!(wanted.separation, *separation, "{k}");
+            }
+            for part in [found(0.0), found(0.03)] {
+                assert!(!part.is_empty() && part.iter().all(|one| all.contains(one)), "{k}: {part:?} of {all:?}");
+            }
+            several += usize::from(all.len() > 1);
+        }
+        assert!(several > 20, "{several}");
     }
 
     #[test]

@@ -18,6 +18,7 @@ use super::Nearest;
 use super::direction::common_perpendicular;
 use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
+use std::sync::LazyLock;
 
 /// A circle about the origin, with two directions in its plane and its normal.
 #[derive(Clone, Copy)]
@@ -39,11 +40,22 @@ const TIE: f64 = 1e-13;
 const MEETING: f64 = 1e-6;
 /// Ratio of the second derivatives at the ends of an interval under which the first is taken as monotone between.
 const MONOTONE: f64 = 2.0;
+/// Minima at most that are told apart. Linked rings of a sheet that is drawn out have two.
+pub(super) const MINIMA: usize = 4;
 /// Steps at most of the refinement; each at least halves the bracket.
 const MAX_STEPS: usize = 60;
 /// Halvings at most of an interval: what hides in the last has a width of 1e-9, and is not nearer by more
 /// than its square.
 const MAX_HALVINGS: usize = 26;
+
+/// Sines and cosines of the samples' angles.
+static AROUND: LazyLock<[(f64, f64); SAMPLES]> = LazyLock::new(|| std::array::from_fn(|i| angle_of(i).sin_cos()));
+
+/// The angle of a sample.
+#[inline]
+fn angle_of(sample: usize) -> f64 {
+    TAU * sample as f64 / SAMPLES as f64
+}
 
 impl Circle {
     #[inline]
@@ -52,10 +64,9 @@ impl Circle {
         Circle { radius, first: axes.x_axis, second: axes.y_axis, axis: axes.z_axis }
     }
 
-    /// The direction from the centre, and along the circle, at an angle.
+    /// The direction from the centre, and along the circle, at the angle with this sine and cosine.
     #[inline]
-    fn frame(&self, angle: f64) -> (DVec3, DVec3) {
-        let (sine, cosine) = angle.sin_cos();
+    fn frame(&self, (sine, cosine): (f64, f64)) -> (DVec3, DVec3) {
         (self.first * cosine + self.second * sine, self.second * cosine - self.first * sine)
     }
 
@@ -82,7 +93,13 @@ struct Sample {
 /// Squared distance from circle a of the point of b (about `delta`) at an angle.
 #[inline]
 fn sample(delta: DVec3, a: &Circle, b: &Circle, angle: f64) -> Sample {
-    let (out, along) = b.frame(angle);
+    sample_at(delta, a, b, angle, angle.sin_cos())
+}
+
+/// The same with the angle's sine and cosine.
+#[inline]
+fn sample_at(delta: DVec3, a: &Circle, b: &Circle, angle: f64, sine_cosine: (f64, f64)) -> Sample {
+    let (out, along) = b.frame(sine_cosine);
     let (p, p1, p2) = (delta + out * b.radius, along * b.radius, out * -b.radius);
     let (z, z1, z2) = (a.axis.dot(p), a.axis.dot(p1), a.axis.dot(p2));
     let (q, q1, q2) = (p - a.axis * z, p1 - a.axis * z1, p2 - a.axis * z2);
@@ -103,36 +120,100 @@ fn sample(delta: DVec3, a: &Circle, b: &Circle, angle: f64) -> Sample {
     }
 }
 
+/// What a search keeps of the minima that it finds, in the order of their angles.
+trait Kept {
+    /// A distance over which no minimum is kept.
+    fn most(&self) -> f64;
+    /// Keeps a minimum, or not.
+    fn found(&mut self, minimum: Sample);
+}
+
+/// The nearest minimum, the first of equal ones.
+struct Least {
+    best: Option<Sample>,
+    tie: f64,
+}
+
+impl Kept for Least {
+    #[inline]
+    fn most(&self) -> f64 {
+        self.best.map_or(f64::INFINITY, |best| best.square.sqrt())
+    }
+
+    #[inline]
+    fn found(&mut self, minimum: Sample) {
+        if self.best.is_none_or(|best| minimum.square.sqrt() < best.square.sqrt() - self.tie) {
+            self.best = Some(minimum);
+        }
+    }
+}
+
+/// The first minima that are at most so far.
+struct Within {
+    most: f64,
+    angles: [f64; MINIMA],
+    count: usize,
+}
+
+impl Kept for Within {
+    fn most(&self) -> f64 {
+        self.most
+    }
+
+    fn found(&mut self, minimum: Sample) {
+        if minimum.square.sqrt() <= self.most && self.count < MINIMA {
+            self.angles[self.count] = minimum.angle;
+            self.count += 1;
+        }
+    }
+}
+
 /// Nearest points of circle `a` about the origin and circle `b` about `delta`.
 pub(super) fn nearest(delta: DVec3, a: Circle, b: Circle) -> Nearest {
     let size = delta.length() + a.radius + b.radius;
-    let around: [Sample; SAMPLES] = std::array::from_fn(|i| sample(delta, &a, &b, TAU * i as f64 / SAMPLES as f64));
-    let least = around.iter().map(|s| s.square).fold(f64::INFINITY, f64::min);
-    let most = around.iter().map(|s| s.square).fold(0.0, f64::max);
-    let mut best = around[0];
-    if most.sqrt() - least.sqrt() > TIE * size {
-        let mut found: Option<Sample> = None;
-        for i in 0..SAMPLES {
-            let next = Sample { angle: TAU * (i + 1) as f64 / SAMPLES as f64, ..around[(i + 1) % SAMPLES] };
-            search(delta, (&a, &b), (around[i], next), MAX_HALVINGS, TIE * size, &mut found);
-        }
-        best = found.unwrap_or_else(|| around.into_iter().fold(best, |m, s| if s.square < m.square { s } else { m }));
-    }
-    at_angle(delta, &a, &b, best.angle, size)
+    let mut kept = Least { best: None, tie: TIE * size };
+    let start = search_all(delta, (&a, &b), size, &mut kept);
+    at_angle(delta, &a, &b, kept.best.unwrap_or(start).angle, size)
 }
 
-/// Looks for a minimum between two samples and keeps it where it is nearer than the best so far.
+/// The nearest points at every minimum of the distance along circle `b` that is at most `most`, in the order of their
+/// angles on it, [`MINIMA`] at most. Circles at one distance all round have none.
+pub(super) fn minima(delta: DVec3, a: Circle, b: Circle, most: f64, mut found: impl FnMut(Nearest)) {
+    let size = delta.length() + a.radius + b.radius;
+    let mut kept = Within { most, angles: [0.0; MINIMA], count: 0 };
+    search_all(delta, (&a, &b), size, &mut kept);
+    for angle in &kept.angles[..kept.count] {
+        found(at_angle(delta, &a, &b, *angle, size));
+    }
+}
+
+/// Looks for minima all round, but for circles at one distance all round. Returns the nearest sample, of these the
+/// first.
+fn search_all(delta: DVec3, (a, b): (&Circle, &Circle), size: f64, kept: &mut impl Kept) -> Sample {
+    let around: [Sample; SAMPLES] = std::array::from_fn(|i| sample_at(delta, a, b, angle_of(i), AROUND[i]));
+    let least = around.iter().map(|s| s.square).fold(f64::INFINITY, f64::min);
+    let most = around.iter().map(|s| s.square).fold(0.0, f64::max);
+    if most.sqrt() - least.sqrt() <= TIE * size {
+        return around[0];
+    }
+    for i in 0..SAMPLES {
+        let next = Sample { angle: angle_of(i + 1), ..around[(i + 1) % SAMPLES] };
+        search(delta, (a, b), (around[i], next), MAX_HALVINGS, kept);
+    }
+    around.into_iter().reduce(|m, s| if s.square < m.square { s } else { m }).unwrap_or(around[0])
+}
+
+/// Looks for minima between two samples.
 fn search(
     delta: DVec3,
     circles: (&Circle, &Circle),
     (low, high): (Sample, Sample),
     halvings: usize,
-    tie: f64,
-    best: &mut Option<Sample>,
+    kept: &mut impl Kept,
 ) {
     let arc = circles.1.radius * (high.angle - low.angle);
     let reach = low.square.min(high.square).sqrt() - 0.5 * arc;
-    if best.is_some_and(|b| reach > b.square.sqrt()) {
+    if reach > kept.most() {
         return;
     }
     let bracket = low.slope <= 0.0 && high.slope > 0.0;
@@ -142,13 +223,10 @@ fn search(
     }
     let middle = sample(delta, circles.0, circles.1, 0.5 * (low.angle + high.angle));
     if open || halvings > 0 && !(is_resolved(&low, &middle, arc) && is_resolved(&middle, &high, arc)) {
-        search(delta, circles, (low, middle), halvings - 1, tie, best);
-        search(delta, circles, (middle, high), halvings - 1, tie, best);
+        search(delta, circles, (low, middle), halvings - 1, kept);
+        search(delta, circles, (middle, high), halvings - 1, kept);
     } else {
-        let here = refine(delta, circles, (low, middle, high));
-        if best.is_none_or(|b| here.square.sqrt() < b.square.sqrt() - tie) {
-            *best = Some(here);
-        }
+        kept.found(refine(delta, circles, (low, middle, high)));
     }
 }
 
@@ -193,7 +271,7 @@ fn refine(delta: DVec3, (a, b): (&Circle, &Circle), (low, middle, high): (Sample
 
 /// The nearest points for an angle along b.
 fn at_angle(delta: DVec3, a: &Circle, b: &Circle, angle: f64, size: f64) -> Nearest {
-    let (out, along) = b.frame(angle);
+    let (out, along) = b.frame(angle.sin_cos());
     let to = out * b.radius;
     let toward = a.toward(delta + to);
     let from = toward * a.radius;

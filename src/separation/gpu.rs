@@ -127,8 +127,7 @@ impl PairFamilies {
     pub fn add_to(self, source: Source, planar: bool) -> Source {
         let mut source = add_tolerances_to(add_bodies_to(source));
         if self == PairFamilies::Circles {
-            let halvings = halvings(source.precision());
-            source = source.integer("RING_HALVINGS", halvings);
+            source = add_minima_of_circles_to(source.include(fragment!("separation/nearest.wgsl")));
         }
         for fragment in self.fragments().iter().chain(self.entry(planar)) {
             source = source.include(*fragment);
@@ -161,9 +160,7 @@ impl PairFamilies {
                 fragment!("separation/entry.wgsl"),
             ],
             PairFamilies::Circles => &[
-                fragment!("separation/nearest.wgsl"),
                 fragment!("separation/order.wgsl"),
-                fragment!("separation/ring.wgsl"),
                 fragment!("separation/circles.wgsl"),
                 fragment!("separation/entry.wgsl"),
             ],
@@ -239,6 +236,13 @@ pub(crate) fn add_tolerances_to(source: Source) -> Source {
 /// rounding, and is not nearer by more than its square.
 fn halvings(precision: Precision) -> u32 {
     (-0.5 * precision.epsilon().log2()).ceil() as u32
+}
+
+/// Adds the search for the minima of the distance of two circles, to a source with bodies and `nearest.wgsl`.
+pub(crate) fn add_minima_of_circles_to(source: Source) -> Source {
+    let halvings = halvings(source.precision());
+    let source = source.integer("RING_HALVINGS", halvings).include(fragment!("separation/ring.wgsl"));
+    source.include(fragment!("separation/circle_minima.wgsl"))
 }
 
 /// Adds bodies in space, for shapes of all families: the structs `Placed` and `Separation`, and the functions

@@ -10,7 +10,8 @@ use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
 use relcp::internals::step::Backend;
-use relcp::scene::{self, Scene};
+use relcp::scene::{self, Body, Scene, SolverKind};
+use relcp::simulation::Simulation;
 use relcp::step::State;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -26,6 +27,8 @@ const STEPS: usize = 2;
 const VIOLATING: f64 = 1e-3;
 
 const ROD: &str = r#"{"spherocylinder": {"diameter": 0.5, "length": 2}}"#;
+const RING: &str = r#"{"torus": {"major_radius": 0.4, "minor_radius": 0.25}}"#;
+const LARGE_RING: &str = r#"{"torus": {"major_radius": 0.5, "minor_radius": 0.3}}"#;
 const LONG: &str = r#"{"spherocylinder": {"diameter": 0.5, "length": 4}}"#;
 
 /// Bodies that are drawn together; a solve has one iteration, so that multipliers are the CPU's to rounding and bodies
@@ -74,6 +77,29 @@ fn in_periods(name: &str) -> Scene {
     Scene::parse(&text, name).unwrap()
 }
 
+/// A sheet of linked rings that is drawn out until pairs touch in two places.
+fn taut(name: &str) -> Scene {
+    let sheet = ["generate.0.chainmail.columns=4", "generate.0.chainmail.rows=4", "time.dt=0.01", "time.end=1.3"];
+    let mut scene = Scene::load("chainmail", sheet).unwrap();
+    let mut simulation = Simulation::new(scene.clone()).unwrap();
+    while !simulation.done() {
+        simulation.step().unwrap();
+    }
+    let bodies = &simulation.state().unwrap().bodies;
+    let body = |i: usize| {
+        let DQuat { x, y, z, w } = bodies.orientation[i];
+        let mut body = Body::new(bodies.shape[i], bodies.position[i].to_array());
+        body.orientation = [w, x, y, z];
+        body
+    };
+    scene.bodies = (0..bodies.len()).map(body).collect();
+    scene.generate.clear();
+    scene.name = name.into();
+    (scene.time.dt, scene.time.end) = (0.02, 100.0);
+    (scene.solver.kind, scene.solver.max_iterations) = (SolverKind::PairBlockCg, Some(1));
+    scene
+}
+
 fn scenes() -> Vec<Scene> {
     let inertia = r#"}, "dynamics": {"inertial": {"density": 2}}"#;
     let disc = r#"}, "walls": [{"sphere": {"center": [0, 0, 0], "radius": 7.7}}]"#;
@@ -84,6 +110,9 @@ fn scenes() -> Vec<Scene> {
         crowd("rods", &[ROD], 0.6, 0.2, "}"),
         crowd("rods of two lengths with inertia", &[ROD, LONG], 0.35, 0.2, inertia),
         in_periods("rods in periodic space"),
+        taut("taut chainmail"),
+        crowd("rings of two sizes", &[RING, LARGE_RING], 0.8, 0.14, "}"),
+        crowd("rings by midpoint", &[RING, LARGE_RING], 1.6, 0.14, &format!("{midpoint}}}")),
         crowd("rods by midpoint", &[ROD], 1.2, 0.2, &format!("{midpoint}}}")),
         crowd("growing cells by midpoint", &[ROD], 0.8, 0.2, &format!("{midpoint}{growth}")),
         flat("rods in the plane", &[ROD], 0.4, "}"),

@@ -62,6 +62,23 @@ fn the_colony_grows_to_512_cells_in_the_plane() {
     }
 }
 
+/// Linked rings that are drawn apart touch in two places. With one constraint per pair every step recursed for the
+/// second one.
+#[test]
+fn taut_chainmail_does_not_recurse() {
+    let sheet = ["generate.0.chainmail.columns=4", "generate.0.chainmail.rows=4", "time.end=1.3"];
+    let taut = |rows: &str| {
+        let rows = format!("contact.rows={rows}");
+        let (simulation, reports) = run("chainmail", &[sheet.as_slice(), &[rows.as_str()]].concat());
+        assert_within(&simulation, &reports);
+        let taut = &reports[reports.len() - 100..];
+        taut.iter().map(|report| report.recursions).sum::<u32>()
+    };
+    let (paper, auto) = (taut("paper"), taut("auto"));
+    println!("recursions in 100 steps of a taut sheet: {paper} with one constraint per pair, {auto} by branches");
+    assert!(paper >= 90 && auto <= 5, "{paper} {auto}");
+}
+
 #[test]
 fn on_chainmail_only_relcp_holds_the_true_surfaces() {
     let sheet = ["generate.0.chainmail.columns=4", "generate.0.chainmail.rows=4"];

@@ -6,16 +6,11 @@ use super::source::{base, moved, numbers, of_pairs, spinning, stretched, with_fl
 use crate::backend::cpu::first::{AHEAD, DEEPEST_AHEAD};
 use crate::constraint::LEAST_ALIGNED;
 use crate::gpu::{Kernel, Source, fragment, kernels};
-use crate::separation::branches::{DEEPEST, LEAST_SLACK, ROUNDING, SLACK_IN_SPACE};
-use crate::separation::gpu::add_tolerances_to;
+use crate::separation::branches::gpu::Branched;
 use crate::shape::gpu::add_shapes_to;
 
 /// Set in the number of a first row's branch.
 pub(super) const FIRST_ROW: u32 = 1 << 3;
-
-/// Two ways to compute a distance differ by less than this many roundings of the sizes: by 2.1 at most in 7 million
-/// random pairs of rods, aspect 1.5 to 100.
-const ROUNDINGS: f64 = 8.0;
 
 kernels! {
     /// The kernels of a scene whose rows are by branches, beside those that have others for that.
@@ -30,8 +25,8 @@ kernels! {
         move_words: Kernel = moved(setup, "move words", "u32", 1),
         /// Where first rows are made where the last velocities lead.
         ahead: Option<Kernel> = setup.leads_ahead().then(|| ahead(setup)),
-        /// Where they are, and pairs have several branches.
-        aim: Option<Kernel> = (setup.leads_ahead() && setup.branches > 1).then(|| aim(setup)),
+        /// Where they are, and branches have a separation by their number.
+        aim: Option<Kernel> = (setup.leads_ahead() && Branched::of(&setup.shapes).has_ends()).then(|| aim(setup)),
         /// The staged contacts at later lengths, where bodies grow and steps have a middle.
         stretch: Option<Kernel> = (setup.midpoint && setup.growth.is_some())
             .then(|| stretched(setup).include(fragment!("dynamics/stretch_branches.wgsl"))),
@@ -48,14 +43,7 @@ fn plain(setup: &Setup, name: &str) -> Source {
 
 /// A source that knows the branches of pairs.
 fn geometry(setup: &Setup, name: &str) -> Source {
-    let rounding = (ROUNDINGS * setup.precision.epsilon()).max(ROUNDING);
-    let source = add_tolerances_to(numbered(setup, of_pairs(setup, name)))
-        .flag("RODS", setup.branches > 1)
-        .real("DEEPEST", DEEPEST)
-        .real("LEAST_SLACK", LEAST_SLACK)
-        .real("SLACK_IN_SPACE", SLACK_IN_SPACE)
-        .real("BRANCH_ROUNDING", rounding);
-    source.include(fragment!("separation/branches.wgsl"))
+    Branched::of(&setup.shapes).add_to(numbered(setup, of_pairs(setup, name)))
 }
 
 /// `last_turning`: the angular velocity that a state keeps.

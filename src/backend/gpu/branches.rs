@@ -12,8 +12,6 @@ use super::rows::{RowInputs, Rows};
 use super::source::Kernels;
 use super::{Setup, words};
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
-use crate::separation::branches::BRANCHES;
-use crate::shape::Shape;
 
 /// What rows by branches need beside the rows.
 pub(super) struct Branches {
@@ -25,12 +23,6 @@ pub(super) struct Branches {
     partners: Buffer,
     /// By pair and branch: what the first half of a step ended with.
     middle: Buffer,
-}
-
-/// How many branches pairs of bodies of these shapes have.
-pub(super) fn branches_of(shapes: &[Shape]) -> u32 {
-    let rods = shapes.iter().any(|shape| matches!(shape, Shape::Spherocylinder { .. }));
-    if rods { BRANCHES } else { 1 }
 }
 
 impl Branches {

@@ -31,6 +31,7 @@ use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Made, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
 use crate::periodic::Periods;
+use crate::separation::branches::gpu::Branched;
 use crate::shape::Shape;
 use crate::step::{self, Backend, Fault, Model, Overlap, Passed, Phases, RetryBackend, State, Stepping};
 use crate::walls::Walls;
@@ -96,7 +97,7 @@ impl Setup {
             dt: model.time.dt,
             midpoint: model.time.stepping == Stepping::Midpoint,
             branches: match model.contact.rows_of_method() {
-                step::Rows::Auto => branches::branches_of(shapes),
+                step::Rows::Auto => Branched::of(shapes).most(),
                 step::Rows::Paper => 0,
             },
             cutoff: model.contact.cutoff_of(shapes.iter().copied()),

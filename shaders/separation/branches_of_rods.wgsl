@@ -1,15 +1,12 @@
-// The smooth branches of the separation of two rods, as src/separation/branches.rs has them: number 0 is the separation
-// itself, 1 and 2 are the ends of the first rod against the other, 3 and 4 those of the second. Masks have a bit for
-// each.
-
-const WHOLE: u32 = 1u;
+// The smooth branches of the separation of two rods: number 0 is the separation itself, 1 and 2 are the ends of the
+// first rod against the other, 3 and 4 those of the second.
 
 // An end against the other segment: the points of the centrelines, the way from the first to the second, and the bit of
 // the other rod's end that is met end to end, or none.
 struct End { from_a: vec3r, to_b: vec3r, gap: vec3r, met: u32 }
 
-fn is_rod(p: Placed) -> bool {
-    return p.kind == SPHEROCYLINDER && half_segment(p) > 0.0;
+fn are_rods(a: Placed, b: Placed) -> bool {
+    return a.kind == SPHEROCYLINDER && half_segment(a) > 0.0 && b.kind == SPHEROCYLINDER && half_segment(b) > 0.0;
 }
 
 // The end of number k.
@@ -53,9 +50,7 @@ fn crosses_inside(delta: vec3r, a: Placed, b: Placed) -> bool {
     return abs(s) < half_segment(a) && abs(t) < half_segment(b);
 }
 
-// The branches of a pair of rods, `nearest` apart, that are at most `limit`, and of those that are over `most_active`
-// only the `pushed` ones; at least one.
-fn branches_within(delta: vec3r, a: Placed, b: Placed, nearest: real, limit: real, most_active: real, pushed: u32) -> u32 {
+fn rods_within(delta: vec3r, a: Placed, b: Placed, nearest: real, limit: real, most_active: real, pushed: u32) -> u32 {
     let radii = tube_radius(a) + tube_radius(b);
     if !(nearest > -DEEPEST * radii) { return WHOLE; }
     let most = limit + BRANCH_ROUNDING * (radii + half_segment(a) + half_segment(b));
@@ -76,16 +71,15 @@ fn branches_within(delta: vec3r, a: Placed, b: Placed, nearest: real, limit: rea
     return select(WHOLE, found, there && found > 0u);
 }
 
-// The separation at an end.
-fn separation_at(end: End, radius_a: real, radius_b: real) -> Separation {
+// The separation at the end of number k.
+fn separation_of_rods(delta: vec3r, a: Placed, b: Placed, k: u32) -> Separation {
+    let end = end_of(delta, a, b, k);
     let distance = length(end.gap);
-    let normal = end.gap / distance;
-    return Separation(distance - (radius_a + radius_b), normal, end.from_a + normal * radius_a, end.to_b - normal * radius_b);
+    return thickened(Nearest(end.from_a, end.to_b, end.gap / distance, distance), tube_radius(a), tube_radius(b));
 }
 
-// How far a branch may lie above the pair's separation and still become active, if the pair turns against each other by
-// the rotation vector `turned` and slides by `slid`; in space only what rounding hides.
-fn branch_slack(a: Placed, b: Placed, normal: vec3r, turned: vec3r, slid: real) -> real {
+// In the plane by how far the rods turn and slide; in space only what rounding hides.
+fn slack_of_rods(a: Placed, b: Placed, normal: vec3r, turned: vec3r, slid: real) -> real {
     let radii = tube_radius(a) + tube_radius(b);
     if !PLANAR { return SLACK_IN_SPACE * radii; }
     let tilt_a = abs(dot(turned, cross(body_z(a.orientation), normal)));
