@@ -2,7 +2,7 @@
 
 use super::{BRANCHES, DEEPEST, LEAST_SLACK, RING_ROUNDING, ROUNDING, SLACK_IN_SPACE, WINDOW};
 use crate::gpu::{Source, fragment};
-use crate::separation::gpu::{add_minima_of_circles_to, add_tolerances_to};
+use crate::separation::gpu::{Family, add_minima_of_circles_to, add_tolerances_to};
 use crate::shape::Shape;
 use std::fmt::Write as _;
 
@@ -22,7 +22,7 @@ impl Branched {
     pub fn of(shapes: &[Shape]) -> Self {
         Branched {
             rods: shapes.iter().any(|shape| matches!(shape, Shape::Spherocylinder { .. })),
-            rings: shapes.iter().any(|shape| matches!(shape, Shape::Torus { .. })),
+            rings: Family::Circle.has_any(shapes),
         }
     }
 
