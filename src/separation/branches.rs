@@ -5,6 +5,8 @@
 //!   both. An end against an end counts once, as that of the first body.
 //! * Two rings: each minimum of the distance along the smaller one, numbered by its angle there; of two rings of one
 //!   size along the second. Linked rings under tension touch in two places.
+//! * A ring and a rod: the minima of the distance along the rod, two at most, before and after the place nearest to the
+//!   ring's axis. A rod that lies across a ring touches it twice.
 //! * All other pairs have one branch, the separation itself.
 //!
 //! The distance at a fixed place of one body is never less than the separation, so that no branch forbids what the
@@ -16,6 +18,7 @@
 #[cfg(feature = "gpu")]
 pub(crate) mod gpu;
 
+use super::circle_segment;
 use super::circles::{self, Circle};
 use super::segments::{self, Segment};
 use super::{Family, Nearest, Placed, Separation};
@@ -32,7 +35,7 @@ pub const WHOLE: u32 = 0;
 pub(crate) const BRANCHES: u32 = 5;
 
 /// The number of the branch in a place of the list of all: the separation itself, the ends of the first segment, those
-/// of the second; or the minima of two rings.
+/// of the second; or the minima of two rings, or of a ring and a rod.
 #[cfg(feature = "gpu")]
 pub(crate) fn branch_in_place(place: u32) -> u32 {
     if place == 0 { WHOLE } else { BRANCH | (place - 1) }
@@ -104,6 +107,16 @@ pub fn branches(a: &Placed, b: &Placed, nearest: &Separation, slack: f64, mut fo
             let delta = b.position - a.position;
             of_circles(delta, (of_a, ra), (of_b, rb), nearest, slack, &mut found);
         }
+        (Family::Circle(ring, ra), Family::Segment(rod, rb)) if rod.half > 0.0 => {
+            let delta = b.position - a.position;
+            let turn = |found: Nearest| found.thickened(ra, rb);
+            of_circle_segment(delta, (ring, rod), (nearest, ra + rb), slack, turn, &mut found);
+        }
+        (Family::Segment(rod, ra), Family::Circle(ring, rb)) if rod.half > 0.0 => {
+            let delta = a.position - b.position;
+            let turn = |found: Nearest| found.thickened(rb, ra).flipped();
+            of_circle_segment(delta, (ring, rod), (nearest, ra + rb), slack, turn, &mut found);
+        }
         _ => found(WHOLE, *nearest),
     }
 }
@@ -124,6 +137,9 @@ pub fn branch_slack(a: &Placed, b: &Placed, nearest: &Separation, (turned, slid)
         }
         (Family::Circle(a, ra), Family::Circle(b, rb)) => {
             turned.length() * 2.0 * a.radius.min(b.radius) + slid + LEAST_SLACK * (ra + rb)
+        }
+        (Family::Circle(ring, ra), Family::Segment(rod, rb)) | (Family::Segment(rod, ra), Family::Circle(ring, rb)) => {
+            turned.length() * 2.0 * rod.half.min(ring.radius) + slid + LEAST_SLACK * (ra + rb)
         }
         _ => 0.0,
     }
@@ -183,6 +199,32 @@ fn of_circles(
     }
 }
 
+/// `delta` is from the ring to the rod, and `turn` makes a separation of the pair from what is found so.
+fn of_circle_segment(
+    delta: DVec3,
+    (ring, rod): (Circle, Segment),
+    (nearest, radii): (&Separation, f64),
+    slack: f64,
+    turn: impl Fn(Nearest) -> Separation,
+    found: &mut impl FnMut(u32, Separation),
+) {
+    let rounding = ROUNDING * (radii + delta.length() + ring.radius + rod.half);
+    let most = nearest.separation + slack + rounding;
+    let mut any = false;
+    if nearest.separation > -DEEPEST * radii {
+        circle_segment::minima(delta, ring, rod, |number, at| {
+            let separation = turn(at);
+            if separation.separation <= most {
+                found(BRANCH | number, separation);
+                any = true;
+            }
+        });
+    }
+    if !any {
+        found(WHOLE, *nearest);
+    }
+}
+
 fn of_segments(
     delta: DVec3,
     (a, ra): (Segment, f64),
@@ -230,77 +272,4 @@ fn of_segments(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::shape::Shape;
-    use glam::DQuat;
-
-    #[test]
-    fn an_end_has_the_same_separation_by_its_number() {
-        let rod = |length: f64, x: f64, turn: f64| Placed {
-            shape: Shape::Spherocylinder { diameter: 0.5, length },
-            position: DVec3::new(x, 0.2 * x, 0.1),
-            orientation: DQuat::from_rotation_x(turn) * DQuat::from_rotation_z(0.3),
-        };
-        let mut ends = 0;
-        for turn in [0.0, 0.01, 0.4, 1.2] {
-            let (a, b) = (rod(2.0, 0.0, 0.0), rod(3.0, 0.7, turn));
-            let nearest = super::super::separation(&a, &b, None).unwrap();
-            branches(&a, &b, &nearest, f64::INFINITY, |feature, found| match separation_at(&a, &b, feature) {
-                Some(separation) => {
-                    assert!((separation - found.separation).abs() < 1e-14, "{turn} {feature}");
-                    ends += 1;
-                }
-                None => assert_eq!(feature, WHOLE),
-            });
-        }
-        assert!(ends >= 12, "{ends}");
-    }
-
-    /// Of linked rings that are drawn apart, in many poses: the nearest minimum is the pair's separation, and a minimum
-    /// has the same number whatever the slack is.
-    #[test]
-    fn two_rings_have_a_branch_for_each_minimum() {
-        let ring = |major_radius: f64, position: DVec3, orientation: DQuat| Placed {
-            shape: Shape::Torus { major_radius, minor_radius: 0.1 },
-            position,
-            orientation,
-        };
-        let mut several = 0;
-        for k in 0..200 {
-            let t = f64::from(k);
-            let (turn, tilt) = (DQuat::from_rotation_x(1.3 * t.sin()), DQuat::from_rotation_z(0.7 * t));
-            let radius = if k % 3 == 0 { 1.0 } else { 0.7 + 0.6 * (0.3 * t).sin().abs() };
-            let a = ring(1.0, DVec3::ZERO, tilt);
-            let b = ring(radius, DVec3::new(0.6 + radius, 0.1 * t.cos(), 0.05), turn * tilt);
-            let nearest = super::super::separation(&a, &b, None).unwrap();
-            let found = |slack: f64| {
-                let mut all = Vec::new();
-                branches(&a, &b, &nearest, slack, |feature, found| all.push((feature, found.separation)));
-                all
-            };
-            let all = found(0.1);
-            let least = all.iter().map(|(_, separation)| *separation).fold(f64::INFINITY, f64::min);
-            assert!((least - nearest.separation).abs() < 1e-12, "{k}: {least} {nearest:?}");
-            assert!(all.iter().all(|(feature, _)| place_of_branch(*feature).is_some()), "{k}: {all:?}");
-            for (feature, separation) in &all {
-                let wanted = branch(&a, &b, &nearest, *feature);
-                assert_eq!(wanted.separation, *separation, "{k}");
-            }
-            for part in [found(0.0), found(0.03)] {
-                assert!(!part.is_empty() && part.iter().all(|one| all.contains(one)), "{k}: {part:?} of {all:?}");
-            }
-            several += usize::from(all.len() > 1);
-        }
-        assert!(several > 20, "{several}");
-    }
-
-    #[test]
-    fn every_branch_has_a_place_of_its_own() {
-        for place in 0..BRANCHES {
-            assert!(is_branch(branch_in_place(place)));
-            assert_eq!(place_of_branch(branch_in_place(place)), Some(place));
-        }
-        assert_eq!([3, BRANCH | 4, u32::MAX].map(place_of_branch), [None; 3]);
-    }
-}
+mod tests;

@@ -26,8 +26,27 @@ const MAX_STEPS: usize = 60;
 
 /// Nearest points of the circle `a` about the origin and the segment `b` about `delta`.
 pub(super) fn nearest(delta: DVec3, a: Circle, b: Segment) -> Nearest {
+    let tie = TIE * (delta.length() + a.radius + b.half);
+    let at = if b.half > 0.0 { place(delta, &a, b, tie) } else { 0.0 };
+    at_place(delta, a, b, at)
+}
+
+/// The nearest points at each minimum of the distance along the segment, which has a length: the one before the place
+/// nearest to the axis and the one after it, by number.
+pub(super) fn minima(delta: DVec3, a: Circle, b: Segment, mut found: impl FnMut(u32, Nearest)) {
+    let tie = TIE * (delta.length() + a.radius + b.half);
+    for (number, side) in sides(delta, &a, b).into_iter().enumerate() {
+        let at = minimum(delta, &a, b, &side);
+        // Where the distance falls on beyond the piece, its border is no minimum; where it does not, both pieces have it.
+        if side.low < side.high && ((at - side.inner).abs() > tie || at.abs() == b.half) {
+            found(number as u32, at_place(delta, a, b, at));
+        }
+    }
+}
+
+/// The nearest point of the circle to a place of the segment.
+fn at_place(delta: DVec3, a: Circle, b: Segment, at: f64) -> Nearest {
     let size = delta.length() + a.radius + b.half;
-    let at = if b.half > 0.0 { place(delta, &a, b, TIE * size) } else { 0.0 };
     let to = b.axis * at;
     let toward = a.toward(delta + to);
     let from = toward * a.radius;
@@ -69,8 +88,18 @@ fn sample(delta: DVec3, a: &Circle, b: Segment, at: f64, side: f64) -> Sample {
     Sample { square: z * z + off * off, slope: z * z1 + off * rho1, bend: z1 * z1 + rho1 * rho1 + off * rho2 }
 }
 
-/// The place along the segment nearest to the circle.
-fn place(delta: DVec3, a: &Circle, b: Segment, tie: f64) -> f64 {
+/// A piece of the segment on which the squared distance is convex.
+struct Side {
+    low: f64,
+    high: f64,
+    /// Its border towards the place nearest to the axis.
+    inner: f64,
+    /// -1 before that place, 1 after it.
+    sign: f64,
+}
+
+/// The piece before the place nearest to the axis and the one after it.
+fn sides(delta: DVec3, a: &Circle, b: Segment) -> [Side; 2] {
     let across = b.axis - a.axis * a.axis.dot(b.axis);
     let lean2 = across.length_squared();
     // A segment along the axis keeps one distance from it; the formulas below hold with any place in its stead.
@@ -82,15 +111,21 @@ fn place(delta: DVec3, a: &Circle, b: Segment, tie: f64) -> f64 {
     // An interior minimum is within R of the foot of the centre: the slope of rho is at most 1.
     let foot = -delta.dot(b.axis);
     let (low, high) = ((foot - a.radius).clamp(-b.half, b.half), (foot + a.radius).clamp(-b.half, b.half));
-    let before = minimum(delta, a, b, low, (turn - reach).clamp(low, high), -1.0);
-    let after = minimum(delta, a, b, (turn + reach).clamp(low, high), high, 1.0);
+    let [last, first] = [turn - reach, turn + reach].map(|inner| inner.clamp(low, high));
+    [Side { low, high: last, inner: last, sign: -1.0 }, Side { low: first, high, inner: first, sign: 1.0 }]
+}
+
+/// The place along the segment nearest to the circle.
+fn place(delta: DVec3, a: &Circle, b: Segment, tie: f64) -> f64 {
+    let [before, after] = sides(delta, a, b).map(|side| minimum(delta, a, b, &side));
     let square = |at: f64| sample(delta, a, b, at, 1.0).square.sqrt();
     if square(after) < square(before) - tie { after } else { before }
 }
 
-/// The place of the least distance in an interval on which its square is convex.
-fn minimum(delta: DVec3, a: &Circle, b: Segment, mut low: f64, mut high: f64, side: f64) -> f64 {
-    let slope = |at: f64| sample(delta, a, b, at, side);
+/// The place of the least distance in a piece.
+fn minimum(delta: DVec3, a: &Circle, b: Segment, side: &Side) -> f64 {
+    let (mut low, mut high) = (side.low, side.high);
+    let slope = |at: f64| sample(delta, a, b, at, side.sign);
     if slope(low).slope >= 0.0 {
         return low;
     }

@@ -147,6 +147,7 @@ impl PairFamilies {
             PairFamilies::CircleSegment => &[
                 fragment!("separation/nearest.wgsl"),
                 fragment!("separation/ring.wgsl"),
+                fragment!("separation/circle_segment_minima.wgsl"),
                 fragment!("separation/circle_segment.wgsl"),
                 fragment!("separation/entry.wgsl"),
             ],

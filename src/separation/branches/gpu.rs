@@ -70,40 +70,84 @@ impl Branched {
                 .real("RING_ROUNDING", (ROUNDINGS * epsilon).max(RING_ROUNDING))
                 .include(fragment!("separation/branches_of_rings.wgsl"));
         }
+        if self.rods && self.rings {
+            source = source
+                .include(fragment!("separation/circle_segment_minima.wgsl"))
+                .include(fragment!("separation/branches_of_ring_and_rod.wgsl"));
+        }
         source.text(&self.functions())
     }
 
     /// The functions that choose by the shapes of a pair.
     fn functions(self) -> String {
         let mut text = String::new();
-        let mut function = |head: &str, rods: &str, rings: &str, otherwise: &str| {
+        let tests = [("are_rods", self.rods), ("are_rings", self.rings), ("are_ring_and_rod", self.rods && self.rings)];
+        let mut function = |head: &str, values: [&str; 3], otherwise: &str| {
             let _ = writeln!(text, "fn {head} {{");
-            for (test, value, there) in [("are_rods", rods, self.rods), ("are_rings", rings, self.rings)] {
-                if there {
-                    let _ = writeln!(text, "    if {test}(a, b) {{ return {value}; }}");
-                }
+            for ((test, _), value) in tests.iter().zip(values).filter(|((_, there), _)| *there) {
+                let _ = writeln!(text, "    if {test}(a, b) {{ return {value}; }}");
             }
             let _ = writeln!(text, "    return {otherwise};\n}}");
         };
-        function("has_branches(a: Placed, b: Placed) -> bool", "true", "true", "false");
+        function("has_branches(a: Placed, b: Placed) -> bool", ["true"; 3], "false");
         function(
             "branches_within(delta: vec3r, a: Placed, b: Placed, nearest: real, limit: real, most_active: real, pushed: u32) -> u32",
-            "rods_within(delta, a, b, nearest, limit, most_active, pushed)",
-            "rings_within(delta, a, b, nearest, limit, most_active, pushed)",
+            [
+                "rods_within(delta, a, b, nearest, limit, most_active, pushed)",
+                "rings_within(delta, a, b, nearest, limit, most_active, pushed)",
+                "ring_and_rod_within(delta, a, b, nearest, limit, most_active, pushed)",
+            ],
             "WHOLE",
         );
         function(
             "branch_separation(delta: vec3r, a: Placed, b: Placed, nearest: real, k: u32) -> Separation",
-            "separation_of_rods(delta, a, b, k)",
-            "separation_of_rings(delta, a, b, nearest, k)",
+            [
+                "separation_of_rods(delta, a, b, k)",
+                "separation_of_rings(delta, a, b, nearest, k)",
+                "separation_of_ring_and_rod(delta, a, b, k)",
+            ],
             "Separation(nearest, vec3r(), vec3r(), vec3r())",
         );
         function(
             "branch_slack(a: Placed, b: Placed, normal: vec3r, turned: vec3r, slid: real) -> real",
-            "slack_of_rods(a, b, normal, turned, slid)",
-            "slack_of_rings(a, b, turned, slid)",
+            [
+                "slack_of_rods(a, b, normal, turned, slid)",
+                "slack_of_rings(a, b, turned, slid)",
+                "slack_of_ring_and_rod(a, b, turned, slid)",
+            ],
             "real(0.0)",
         );
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{Precision, validate};
+    use crate::separation::gpu::add_bodies_to;
+
+    #[test]
+    fn the_functions_of_every_mixture_are_valid_in_both_precisions() {
+        let cases = [(false, false), (true, false), (false, true), (true, true)];
+        for (precision, (rods, rings)) in
+            [Precision::F32, Precision::F64].into_iter().flat_map(|p| cases.map(|c| (p, c)))
+        {
+            let source =
+                add_bodies_to(Source::new("branches", precision)).flag("PLANAR", false).integer("BRANCHES", BRANCHES);
+            let source = Branched { rods, rings }.add_to(source).text(
+                "@group(0) @binding(0) var<storage, read_write> out: array<vec4r>;
+                 @compute @workgroup_size(WORKGROUP)
+                 fn main(@builtin(local_invocation_index) i: u32) {
+                     let body = Placed(i % 4u, out[i].xyz, out[i + 1u]);
+                     let apart = out[i + 2u];
+                     if !BRANCHED || !has_branches(body, body) { return; }
+                     let slack = branch_slack(body, body, apart.xyz, apart.xyz, apart.w);
+                     let mask = branches_within(apart.xyz, body, body, apart.w, apart.w, slack, 0u);
+                     if mask != WHOLE { out[i] = vec4r(branch_separation(apart.xyz, body, body, apart.w, 1u).normal, slack); }
+                 }",
+            );
+            validate(&source).unwrap_or_else(|e| panic!("{precision:?}, rods {rods}, rings {rings}: {e}"));
+        }
     }
 }
