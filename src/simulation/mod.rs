@@ -20,6 +20,11 @@ use crate::step::{Backend, Contact, Fault, Keep, Plan, SavedLcp, State, StepRepo
 use crate::walls::WallContact;
 use std::mem::discriminant;
 
+/// From so many bodies on a step runs on one of the threads that its parallel loops run on. Fewer bodies have no loop
+/// that is shared out. To hand a step over takes 13 microseconds, four times a step of two bodies; to call the loops of
+/// 1,024 cells from outside takes an eighth of their step.
+const LEAST_BODIES_IN_POOL: usize = 256;
+
 /// A scene's bodies and the backend that steps them.
 ///
 /// ```
@@ -165,9 +170,12 @@ impl Simulation {
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
         self.plan.span = self.scene.time.span(self.steps() + 1);
-        // On one of the threads that its parallel loops run on: calling them from outside costs more than many loops.
+        let in_pool = self.bodies() >= LEAST_BODIES_IN_POOL;
         let Simulation { backend, plan, keep, .. } = self;
-        let mut report = rayon::scope(|_| step(backend.as_mut(), plan, keep))?;
+        let mut report = match in_pool {
+            true => rayon::scope(|_| step(backend.as_mut(), plan, keep))?,
+            false => step(backend.as_mut(), plan, keep)?,
+        };
         self.plan.parts_first = false;
         report.time = self.scene.time.after(report.step);
         self.look_for_stop()?;
