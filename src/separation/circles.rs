@@ -90,38 +90,62 @@ struct Sample {
     rho1: f64,
 }
 
-/// Squared distance from circle a of the point of b (about `delta`) at an angle.
-#[inline]
-fn sample(delta: DVec3, a: &Circle, b: &Circle, angle: f64) -> Sample {
-    sample_at(delta, a, b, angle, angle.sin_cos())
+/// Circle b in the axes of circle a, whose normal is z: its centre, and two of its radii at right angles.
+struct Posed {
+    centre: DVec3,
+    first: DVec3,
+    second: DVec3,
+    radius_a: f64,
+    radius_b: f64,
 }
 
-/// The same with the angle's sine and cosine.
-#[inline]
-fn sample_at(delta: DVec3, a: &Circle, b: &Circle, angle: f64, sine_cosine: (f64, f64)) -> Sample {
-    let (out, along) = b.frame(sine_cosine);
-    let (p, p1, p2) = (delta + out * b.radius, along * b.radius, out * -b.radius);
-    let (z, z1, z2) = (a.axis.dot(p), a.axis.dot(p1), a.axis.dot(p2));
-    let (q, q1, q2) = (p - a.axis * z, p1 - a.axis * z1, p2 - a.axis * z2);
-    let rho = q.length();
-    let inverse = if rho > 0.0 { 1.0 / rho } else { 0.0 };
-    let rho1 = q.dot(q1) * inverse;
-    let rho2 = (q1.length_squared() + q.dot(q2) - rho1 * rho1) * inverse;
-    let off = rho - a.radius;
-    let size = a.radius + b.radius + z.abs();
-    Sample {
-        angle,
-        square: z * z + off * off,
-        slope: 2.0 * (z * z1 + off * rho1),
-        curvature: 2.0 * (z1 * z1 + z * z2 + rho1 * rho1 + off * rho2),
-        rounding: 2.0 * f64::EPSILON * (size * (z1.abs() + rho1.abs()) + b.radius * (z.abs() + off.abs())),
-        rho,
-        rho1,
+impl Posed {
+    /// Circle `b` about `delta`.
+    fn new(delta: DVec3, a: &Circle, b: &Circle) -> Posed {
+        let in_axes = |v: DVec3| DVec3::new(a.first.dot(v), a.second.dot(v), a.axis.dot(v));
+        Posed {
+            centre: in_axes(delta),
+            first: in_axes(b.first * b.radius),
+            second: in_axes(b.second * b.radius),
+            radius_a: a.radius,
+            radius_b: b.radius,
+        }
+    }
+
+    /// The squared distance from circle a at an angle along b.
+    #[inline]
+    fn sample(&self, angle: f64) -> Sample {
+        self.sample_at(angle, angle.sin_cos())
+    }
+
+    /// The same with the angle's sine and cosine.
+    #[inline]
+    fn sample_at(&self, angle: f64, (sine, cosine): (f64, f64)) -> Sample {
+        let (out, p1) = (self.first * cosine + self.second * sine, self.second * cosine - self.first * sine);
+        let p = self.centre + out;
+        let rho = (p.x * p.x + p.y * p.y).sqrt();
+        let inverse = if rho > 0.0 { 1.0 / rho } else { 0.0 };
+        let rho1 = (p.x * p1.x + p.y * p1.y) * inverse;
+        let spin = (p.x * p1.y - p.y * p1.x) * inverse;
+        let rho2 = (spin * spin - (p.x * out.x + p.y * out.y)) * inverse;
+        let off = rho - self.radius_a;
+        let size = self.radius_a + self.radius_b + p.z.abs();
+        Sample {
+            angle,
+            square: p.z * p.z + off * off,
+            slope: 2.0 * (p.z * p1.z + off * rho1),
+            curvature: 2.0 * (p1.z * p1.z - p.z * out.z + rho1 * rho1 + off * rho2),
+            rounding: 2.0 * f64::EPSILON * (size * (p1.z.abs() + rho1.abs()) + self.radius_b * (p.z.abs() + off.abs())),
+            rho,
+            rho1,
+        }
     }
 }
 
 /// What a search keeps of the minima that it finds, in the order of their angles.
 trait Kept {
+    /// Learns the distance of the nearest sample.
+    fn begin(&mut self, nearest: f64);
     /// A distance over which no minimum is kept.
     fn most(&self) -> f64;
     /// Keeps a minimum, or not.
@@ -132,12 +156,19 @@ trait Kept {
 struct Least {
     best: Option<Sample>,
     tie: f64,
+    /// The distance of the nearest sample: a bound before a minimum is found.
+    sampled: f64,
 }
 
 impl Kept for Least {
     #[inline]
+    fn begin(&mut self, nearest: f64) {
+        self.sampled = nearest;
+    }
+
+    #[inline]
     fn most(&self) -> f64 {
-        self.best.map_or(f64::INFINITY, |best| best.square.sqrt())
+        self.best.map_or(self.sampled, |best| best.square.sqrt())
     }
 
     #[inline]
@@ -156,6 +187,8 @@ struct Within {
 }
 
 impl Kept for Within {
+    fn begin(&mut self, _: f64) {}
+
     fn most(&self) -> f64 {
         self.most
     }
@@ -171,8 +204,8 @@ impl Kept for Within {
 /// Nearest points of circle `a` about the origin and circle `b` about `delta`.
 pub(super) fn nearest(delta: DVec3, a: Circle, b: Circle) -> Nearest {
     let size = delta.length() + a.radius + b.radius;
-    let mut kept = Least { best: None, tie: TIE * size };
-    let start = search_all(delta, (&a, &b), size, &mut kept);
+    let mut kept = Least { best: None, tie: TIE * size, sampled: f64::INFINITY };
+    let start = search_all(&Posed::new(delta, &a, &b), size, &mut kept);
     at_angle(delta, &a, &b, kept.best.unwrap_or(start).angle, size)
 }
 
@@ -181,7 +214,7 @@ pub(super) fn nearest(delta: DVec3, a: Circle, b: Circle) -> Nearest {
 pub(super) fn minima(delta: DVec3, a: Circle, b: Circle, most: f64, mut found: impl FnMut(Nearest)) {
     let size = delta.length() + a.radius + b.radius;
     let mut kept = Within { most, angles: [0.0; MINIMA], count: 0 };
-    search_all(delta, (&a, &b), size, &mut kept);
+    search_all(&Posed::new(delta, &a, &b), size, &mut kept);
     for angle in &kept.angles[..kept.count] {
         found(at_angle(delta, &a, &b, *angle, size));
     }
@@ -189,29 +222,25 @@ pub(super) fn minima(delta: DVec3, a: Circle, b: Circle, most: f64, mut found: i
 
 /// Looks for minima all round, but for circles at one distance all round. Returns the nearest sample, of these the
 /// first.
-fn search_all(delta: DVec3, (a, b): (&Circle, &Circle), size: f64, kept: &mut impl Kept) -> Sample {
-    let around: [Sample; SAMPLES] = std::array::from_fn(|i| sample_at(delta, a, b, angle_of(i), AROUND[i]));
+fn search_all(circles: &Posed, size: f64, kept: &mut impl Kept) -> Sample {
+    let sines = &*AROUND;
+    let around: [Sample; SAMPLES] = std::array::from_fn(|i| circles.sample_at(angle_of(i), sines[i]));
     let least = around.iter().map(|s| s.square).fold(f64::INFINITY, f64::min);
     let most = around.iter().map(|s| s.square).fold(0.0, f64::max);
     if most.sqrt() - least.sqrt() <= TIE * size {
         return around[0];
     }
+    kept.begin(least.sqrt());
     for i in 0..SAMPLES {
         let next = Sample { angle: angle_of(i + 1), ..around[(i + 1) % SAMPLES] };
-        search(delta, (a, b), (around[i], next), MAX_HALVINGS, kept);
+        search(circles, (around[i], next), MAX_HALVINGS, kept);
     }
     around.into_iter().reduce(|m, s| if s.square < m.square { s } else { m }).unwrap_or(around[0])
 }
 
 /// Looks for minima between two samples.
-fn search(
-    delta: DVec3,
-    circles: (&Circle, &Circle),
-    (low, high): (Sample, Sample),
-    halvings: usize,
-    kept: &mut impl Kept,
-) {
-    let arc = circles.1.radius * (high.angle - low.angle);
+fn search(circles: &Posed, (low, high): (Sample, Sample), halvings: usize, kept: &mut impl Kept) {
+    let arc = circles.radius_b * (high.angle - low.angle);
     let reach = low.square.min(high.square).sqrt() - 0.5 * arc;
     if reach > kept.most() {
         return;
@@ -221,12 +250,12 @@ fn search(
     if !open && !bracket {
         return;
     }
-    let middle = sample(delta, circles.0, circles.1, 0.5 * (low.angle + high.angle));
+    let middle = circles.sample(0.5 * (low.angle + high.angle));
     if open || halvings > 0 && !(is_resolved(&low, &middle, arc) && is_resolved(&middle, &high, arc)) {
-        search(delta, circles, (low, middle), halvings - 1, kept);
-        search(delta, circles, (middle, high), halvings - 1, kept);
+        search(circles, (low, middle), halvings - 1, kept);
+        search(circles, (middle, high), halvings - 1, kept);
     } else {
-        kept.found(refine(delta, circles, (low, middle, high)));
+        kept.found(refine(circles, (low, middle, high)));
     }
 }
 
@@ -245,7 +274,7 @@ fn is_resolved(low: &Sample, high: &Sample, arc: f64) -> bool {
 }
 
 /// The root of the slope in a bracket, by Newton's method, or halving where that leaves the bracket.
-fn refine(delta: DVec3, (a, b): (&Circle, &Circle), (low, middle, high): (Sample, Sample, Sample)) -> Sample {
+fn refine(circles: &Posed, (low, middle, high): (Sample, Sample, Sample)) -> Sample {
     let (mut left, mut right) = (low.angle, high.angle);
     let mut here = middle;
     for _ in 0..MAX_STEPS {
@@ -261,7 +290,7 @@ fn refine(delta: DVec3, (a, b): (&Circle, &Circle), (low, middle, high): (Sample
         let inside = here.curvature > 0.0 && newton > left && newton < right;
         let angle = if inside { newton } else { 0.5 * (left + right) };
         let step = (angle - here.angle).abs();
-        here = sample(delta, a, b, angle);
+        here = circles.sample(angle);
         if step <= 4.0 * f64::EPSILON {
             break;
         }
