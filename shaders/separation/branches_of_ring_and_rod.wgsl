@@ -1,5 +1,5 @@
-// The smooth branches of the separation of a ring and a rod: number 1 is the minimum of the distance before the place of
-// the rod nearest to the ring's axis, number 2 the one after it.
+// The smooth branches of the separation of a ring and a rod: number 1 is the minimum of the distance before the place
+// of the rod nearest to the ring's axis, number 2 the one after it.
 
 fn are_ring_and_rod(a: Placed, b: Placed) -> bool {
     let first = a.kind == TORUS && b.kind == SPHEROCYLINDER && half_segment(b) > 0.0;

@@ -2,11 +2,11 @@
 //
 // The point of circle a nearest to a given point is in closed form, which leaves the angle along circle b. In a's axes,
 // with z the height of b's point and rho its distance from a's axis, the squared distance is z^2 + (rho - R_a)^2. Its
-// minima are bracketed by samples and refined by safeguarded Newton. An interval is halved while it may hold two minima,
-// going by the derivatives at its ends, or while it is wide for how near it comes to the axis of a, where the function
-// is not smooth; one in which nothing that is wanted can be, at the length of its arc, is skipped. The intervals are
-// walked in order without a stack: an interval is a number at a level of halving, and the next is one more, halved as
-// often as it is even.
+// minima are bracketed by samples and refined by safeguarded Newton. An interval is halved while it may hold two
+// minima, going by the derivatives at its ends, or while it is wide for how near it comes to the axis of a, where the
+// function is not smooth; one in which nothing that is wanted can be, at the length of its arc, is skipped. The
+// intervals are walked in order without a stack: an interval is a number at a level of halving, and the next is one
+// more, halved as often as it is even.
 //
 // Degenerate cases: coaxial circles and others at one distance all round, which have no minimum; a point on the axis
 // (the first direction in the plane).
@@ -112,8 +112,8 @@ fn is_resolved(low: RingSample, high: RingSample, radius: real) -> bool {
     return flat || smooth_here && (monotone || steep);
 }
 
-// The minima that are at most `most` apart, of these the first; or, if only the `nearest` is wanted, that one, the first
-// of equal ones, and the nearest sample where there is no minimum.
+// The minima that are at most `most` apart, of these the first; or, if only the `nearest` is wanted, that one, the
+// first of equal ones, and the nearest sample where there is no minimum.
 fn ring_minima(pair: RingPair, size: real, most: real, nearest: bool) -> RingPlaces {
     let tie = TIE * size;
     var minima: RingPlaces;

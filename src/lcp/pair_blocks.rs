@@ -129,8 +129,8 @@ impl PairBlocks {
 
 impl Part<'_> {
     /// With a slope, a step and a gradient: `out = argmin over y >= 0 of step g . (y - x) + 1/2 (y - x) . B (y - x)`.
-    /// Zero rows of `A` keep `x`, which is not negative there. Without one: `out = argmin over y >= 0 of (y - x) . B (y -
-    /// x)`.
+    /// Zero rows of `A` keep `x`, which is not negative there. Without one, the projection: `out = argmin over y >= 0
+    /// of (y - x) . B (y - x)`.
     pub fn minimize(&mut self, x: &[f64], slope: Option<(f64, &[f64])>, out: &mut [f64]) {
         let mut first = 0;
         for blocks in &mut *self.chunks {

@@ -37,7 +37,8 @@ pub(super) fn minima(delta: DVec3, a: Circle, b: Segment, mut found: impl FnMut(
     let tie = TIE * (delta.length() + a.radius + b.half);
     for (number, side) in sides(delta, &a, b).into_iter().enumerate() {
         let at = minimum(delta, &a, b, &side);
-        // Where the distance falls on beyond the piece, its border is no minimum; where it does not, both pieces have it.
+        // Where the distance falls on beyond the piece, its border is no minimum; where it does not, both pieces have
+        // it.
         if side.low < side.high && ((at - side.inner).abs() > tie || at.abs() == b.half) {
             found(number as u32, at_place(delta, a, b, at));
         }

@@ -3,16 +3,16 @@
 //! The point of circle a nearest to a given point is in closed form, which leaves the angle `theta` along circle b.
 //! With `z` the height of its point over the plane of a and `rho` its distance from the axis of a, the squared distance
 //! is `z^2 + (rho - R_a)^2`, a sum of squares that keeps its digits as the circles meet. All its minima over `theta`
-//! are bracketed by samples and refined by safeguarded Newton, and the least is taken. Circle b is the smaller, so that
-//! what happens on the other is not passed between two samples.
+//! are bracketed by samples and refined by safeguarded Newton; wanted is the least, or each within some distance.
+//! Circle b is the smaller, so that what happens on the other is not passed between two samples.
 //!
 //! An interval is halved while it may hold two minima, going by first and second derivatives, or while it is wide for
-//! how near it comes to the axis of a, where the function is not smooth; one in which nothing nearer than the best so
-//! far can be, at the length of its arc, is skipped.
+//! how near it comes to the axis of a, where the function is not smooth; one in which nothing that is wanted can be, at
+//! the length of its arc, is skipped.
 //!
-//! Degenerate cases: coaxial circles and others at one distance all round (the first sample); circles that meet (the
-//! common perpendicular of their tangents); a point on the axis (the first direction in the plane); equal minima (the
-//! first).
+//! Degenerate cases: coaxial circles and others at one distance all round (the first sample, and no minimum); circles
+//! that meet (the common perpendicular of their tangents); a point on the axis (the first direction in the plane);
+//! equal minima (the first).
 
 use super::Nearest;
 use super::direction::common_perpendicular;
