@@ -1,8 +1,7 @@
-// One partial sum a workgroup and reduction.
-fn leave_sums(group: u32, local: u32) {
-    if parameters.reductions == 0u { return; }
-    reduce(local, parameters.kinds);
-    if local >= parameters.reduction && local < parameters.reduction + parameters.reductions {
-        partial[local * parameters.groups + group] = total(local, parameters.kinds);
+// Each workgroup leaves one partial sum of each for the next stage.
+fn leave_sums(group: u32, local: u32, count: u32, kinds: u32) {
+    reduce(local, kinds);
+    if local < count {
+        partial[parameters.sums_into + local * parameters.groups + group] = total(local, kinds);
     }
 }

@@ -72,7 +72,8 @@ fn main(@builtin(local_invocation_index) local: u32) {
         halted = select(0u, 1u, scalars[HALT] != 0.0);
     }
     for (var place = parameters.first; place < parameters.last; place += 4u) {
-        if workgroupUniformLoad(&halted) != 0u { break; }
+        // What confirms a look is done only after one that ended the batch.
+        if workgroupUniformLoad(&halted) != min(parameters.looks, 1u) { break; }
         // Instructions before and after.
         let rows = program[place];
         // The instruction for pairs, and their number; whether a product is a gradient.

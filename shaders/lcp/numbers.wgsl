@@ -3,7 +3,6 @@
 var<workgroup> numbers: array<real, NUMBERS>;
 var<workgroup> halted: u32;
 
-// A number that is not finite loses against one that is.
 fn operate(what: u32, a: real, b: real, c: real) -> real {
     switch what {
         case ADD: { return a + b; }
@@ -11,8 +10,8 @@ fn operate(what: u32, a: real, b: real, c: real) -> real {
         case MUL: { return a * b; }
         case DIV: { return a / b; }
         case NEG: { return -a; }
-        case MIN: { return select(select(select(b, a, a < b), a, !is_finite(b)), b, !is_finite(a)); }
-        case MAX: { return select(select(select(b, a, a > b), a, !is_finite(b)), b, !is_finite(a)); }
+        case MIN: { return smaller(a, b); }
+        case MAX: { return larger(a, b); }
         case IF_POSITIVE: { return select(c, b, a > 0.0); }
         case TAKE, LOOK: { return a; }
         default: { return not_a_number(); }
@@ -31,11 +30,13 @@ fn run_numbers(first: u32, last: u32) {
         }
         let a = numbers[i.y];
         let b = numbers[i.z];
-        numbers[out] = operate(what, a, b, numbers[i.w]);
-        if what == LOOK && !(a > b && is_finite(a)) {
+        if what == LOOK {
+            numbers[out] = a;
+            if a > b && is_finite(a) { continue; }
             halted = 1u;
-            numbers[HALT] = real(out - HALT);
+            numbers[HALT] = real(i.w);
             break;
         }
+        numbers[out] = operate(what, a, b, numbers[i.w]);
     }
 }

@@ -6,7 +6,6 @@ const ENTRIES: u32 = 36u;
 
 // B of pairs with more than two rows: MOST_EXACT numbers a row, the entries with the earlier rows of its part and with
 // itself.
-@group(0) @binding(ENTRIES_BINDING) var<storage, read> entries: array<real>;
 
 fn inverse_of(row: u32) -> real { return vectors[at(INVERSE, row)]; }
 

@@ -1,26 +1,25 @@
-// What one dispatch does. Stages and operations on numbers are places in the program.
+// What one dispatch does.
 struct Parameters {
     rows: u32,
     pairs: u32,
     bodies: u32,
     // Numbers from one vector to the next.
     stride: u32,
-    // The vector of a pass over the bodies.
-    x: u32,
-    // Whether a product is a gradient.
-    add_q: u32,
-    // The reductions of this dispatch, and the kinds of all, two bits each.
-    reduction: u32,
-    reductions: u32,
-    kinds: u32,
     // Workgroups that reduce.
     groups: u32,
-    // Operations on numbers; in one workgroup: stages.
+    // Looks before those of this stage, over the solve; in one workgroup: whether it confirms a look.
+    looks: u32,
+    // The place of the first number that this stage makes.
+    base: u32,
+    // Where the partial sums begin that this stage takes, and those that it makes.
+    sums_from: u32,
+    sums_into: u32,
+    // In one workgroup: turns.
     first: u32,
     last: u32,
-    unused: vec4<u32>,
-    // The vectors and numbers of a stage.
-    vectors: array<vec4<u32>, 8>,
+    unused: u32,
+    // The places of a stage's vectors, four in a word, and of its numbers, two in a word.
+    vectors: array<vec4<u32>, 2>,
     numbers: array<vec4<u32>, 4>,
 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;

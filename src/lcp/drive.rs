@@ -1,7 +1,8 @@
 //! The loop around an iterative method: when to stop, what to return.
 
-use super::verbs::{Scalar, Verbs};
+use super::verbs::{Looks, Scalar, Verbs};
 use super::{Settings, Status};
+use std::collections::VecDeque;
 use std::ops::Range;
 
 /// A solve stops without success when the best residual has not come down by [`PROGRESS`] over this many iterations, or
@@ -147,15 +148,16 @@ impl<T> Drive<T> {
         loop {
             if !std::mem::take(&mut course.paused) {
                 self.iterate(verbs, method, course, check_every);
-                course.take_looks(verbs, &mut self.history);
-                match course.verdict() {
-                    Verdict::GoOn => course.least = course.least.min(course.now),
-                    Verdict::Confirm => {
-                        self.confirm(verbs, method, course);
-                        continue;
-                    }
-                    Verdict::End(status) => return Some(status),
+                if !course.take_looks(verbs, &mut self.history) {
+                    continue;
                 }
+                if course.is_claim() {
+                    self.confirm(verbs, method, course);
+                }
+                if let Some(status) = course.verdict() {
+                    return Some(status);
+                }
+                course.least = course.least.min(course.now);
                 if pauses(course.standing()) {
                     course.paused = true;
                     return None;
@@ -196,13 +198,13 @@ impl<T> Drive<T> {
     ) {
         let (at, settings) = (&mut self.at, course.settings);
         let renewal = if verbs.rounding() > f64::EPSILON { RENEWAL_OF_COARSE_NUMBERS } else { RENEWAL };
-        while course.pending.len() < verbs.looks_at_once().max(1) && course.iteration < settings.max_iterations {
-            for _ in 0..check_every.min(settings.max_iterations - course.iteration) {
+        while course.pending.len() < verbs.looks_at_once().max(1) && course.noted < settings.max_iterations {
+            for _ in 0..check_every.min(settings.max_iterations - course.noted) {
                 method.step(verbs, at);
-                course.iteration += 1;
+                course.noted += 1;
             }
             let fresh = method.refresh(verbs, at);
-            if !fresh && course.iteration % renewal < check_every {
+            if !fresh && course.noted % renewal < check_every {
                 verbs.gradient(&at.x, &mut at.g);
             }
             let residual = verbs.residual(&at.x, &at.g);
@@ -210,7 +212,7 @@ impl<T> Drive<T> {
             verbs.copy_if_positive(course.best - residual, &at.x, &mut self.best);
             course.best = course.best.min(residual);
             verbs.look(residual, settings.tolerance);
-            course.pending.push((course.iteration, fresh));
+            course.pending.push_back((course.noted, fresh));
         }
     }
 
@@ -221,16 +223,13 @@ impl<T> Drive<T> {
         method: &mut impl Method<V>,
         course: &mut Course<V::Scalar>,
     ) {
-        let (at, tolerance) = (&mut self.at, course.settings.tolerance);
-        verbs.gradient(&at.x, &mut at.g);
-        let residual = verbs.residual(&at.x, &at.g);
-        if verbs.read(residual) > tolerance {
-            method.begin(verbs, at);
+        let (residual, known) = verbs.confirm(&self.at.x, &mut self.at.g);
+        if known > course.settings.tolerance {
+            method.begin(verbs, &self.at);
             course.best = residual;
         }
-        verbs.copy(&at.x, &mut self.best);
-        verbs.look(residual, tolerance);
-        course.pending.push((course.iteration, true));
+        verbs.copy(&self.at.x, &mut self.best);
+        course.take((known, course.iteration, true), verbs.products(), &mut self.history);
     }
 
     /// Chooses the iterate that is returned: the last one of a solve that succeeded, else the best one, else the start.
@@ -241,9 +240,9 @@ impl<T> Drive<T> {
         status: Status,
     ) -> (Status, u64, f64) {
         let (at, at_start) = (&mut self.at, course.at_start.unwrap_or(f64::NAN));
+        // Only the residual of a fresh gradient ends a solve so.
         if status == Status::Solved {
-            let residual = verbs.residual(&at.x, &at.g);
-            return (status, course.iteration, verbs.read(residual));
+            return (status, course.iteration, course.now);
         }
         // A recurrence picked the best iterate, and an infeasible system can lead it far astray: look at it afresh.
         verbs.copy(&self.best, &mut at.x);
@@ -260,14 +259,6 @@ impl<T> Drive<T> {
         let status = if residual <= course.settings.tolerance { Status::Solved } else { status };
         (status, course.iteration, residual)
     }
-}
-
-/// What follows from the residuals read so far.
-enum Verdict {
-    GoOn,
-    /// The residual of a gradient kept by recurrence is within the tolerance.
-    Confirm,
-    End(Status),
 }
 
 /// Where a solve stands.
@@ -289,8 +280,10 @@ pub(crate) struct Course<S> {
     /// The smallest residual, as the backend has it.
     best: S,
     /// Looks whose residuals were not read yet: the iterations taken, and whether the gradient was fresh.
-    pending: Vec<(u64, bool)>,
-    /// Iterations taken, and the residual after them.
+    pending: VecDeque<(u64, bool)>,
+    /// Iterations noted.
+    noted: u64,
+    /// Iterations known to be taken, and the residual after them.
     iteration: u64,
     now: f64,
     /// Whether that is the residual of a fresh gradient.
@@ -310,7 +303,8 @@ impl<S> Course<S> {
             settings: *settings,
             enough_at_start: if settings.max_iterations > 0 { 0.0 } else { settings.tolerance },
             best,
-            pending: vec![(0, true)],
+            pending: VecDeque::from([(0, true)]),
+            noted: 0,
             iteration: 0,
             now: f64::NAN,
             fresh: true,
@@ -322,19 +316,36 @@ impl<S> Course<S> {
         }
     }
 
-    /// Reads the residuals of all pending looks.
-    fn take_looks(&mut self, verbs: &mut impl Verbs, history: &mut Option<Vec<ResidualSample>>) {
-        (self.now, self.fresh) = (f64::NAN, true);
-        for (residual, (taken, fresh)) in verbs.looks().into_iter().zip(self.pending.drain(..)) {
-            (self.now, self.iteration, self.fresh) = (residual, taken, fresh);
-            if let Some(history) = history {
-                history.push(ResidualSample { iterations: taken, products: verbs.products(), residual });
-            }
-            self.at_start.get_or_insert(residual);
-            let gained = residual > self.settings.tolerance && residual <= PROGRESS * self.marked;
-            if residual.is_finite() && gained {
-                (self.marked, self.marked_at) = (residual, taken);
-            }
+    /// Reads the residuals that are known of pending looks. Says whether there were any.
+    fn take_looks(&mut self, verbs: &mut impl Verbs, history: &mut Option<Vec<ResidualSample>>) -> bool {
+        let Looks { residuals, ended } = verbs.looks();
+        let known = residuals.len().min(self.pending.len());
+        let looks: Vec<_> = residuals.into_iter().zip(self.pending.drain(..known)).collect();
+        for (residual, (taken, fresh)) in looks {
+            self.take((residual, taken, fresh), verbs.products(), history);
+        }
+        if ended {
+            self.pending.clear();
+            self.noted = self.iteration;
+        }
+        known > 0
+    }
+
+    /// Takes a residual after so many iterations, of a fresh gradient or not.
+    fn take(
+        &mut self,
+        (residual, taken, fresh): (f64, u64, bool),
+        products: u64,
+        history: &mut Option<Vec<ResidualSample>>,
+    ) {
+        (self.now, self.iteration, self.fresh) = (residual, taken, fresh);
+        if let Some(history) = history {
+            history.push(ResidualSample { iterations: taken, products, residual });
+        }
+        self.at_start.get_or_insert(residual);
+        let gained = residual > self.settings.tolerance && residual <= PROGRESS * self.marked;
+        if residual.is_finite() && gained {
+            (self.marked, self.marked_at) = (residual, taken);
         }
     }
 
@@ -348,21 +359,26 @@ impl<S> Course<S> {
         Standing { iterations: self.iteration, residual: self.now, least: self.least }
     }
 
-    /// Whether the solve goes on.
-    fn verdict(&self) -> Verdict {
+    /// Whether the residual of a gradient kept by recurrence is within the tolerance.
+    fn is_claim(&self) -> bool {
+        !self.fresh && self.now <= self.settings.tolerance
+    }
+
+    /// How the solve ends, if it does.
+    fn verdict(&self) -> Option<Status> {
         let Settings { tolerance, max_iterations, .. } = self.settings;
         if !self.now.is_finite() {
-            return Verdict::End(Status::NotFinite);
+            return Some(Status::NotFinite);
         }
         let enough = if self.iteration == 0 { self.enough_at_start } else { tolerance };
         if self.now <= enough {
-            return if self.fresh { Verdict::End(Status::Solved) } else { Verdict::Confirm };
+            return Some(Status::Solved);
         }
         let solved_at_start = self.at_start.is_some_and(|residual| residual <= tolerance);
         if solved_at_start && self.iteration >= ITERATIONS_FROM_A_SOLUTION {
-            return Verdict::End(Status::NoProgress);
+            return Some(Status::NoProgress);
         }
-        if self.iteration >= max_iterations { Verdict::End(Status::MaxIterations) } else { Verdict::GoOn }
+        (self.iteration >= max_iterations).then_some(Status::MaxIterations)
     }
 
     /// Whether its last gain lies too far back.

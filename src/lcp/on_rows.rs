@@ -4,7 +4,7 @@
 
 use super::loops::{add_up, dots, fold, map, update};
 use super::residual::{of_row, worse};
-use super::verbs::{Metric, Verbs};
+use super::verbs::{Looks, Metric, Verbs};
 use std::ops::Range;
 
 /// The diagonals of a problem's rows, or of some of them.
@@ -185,8 +185,8 @@ impl<R: OnRows> Verbs for R {
         self.noted().push(residual);
     }
 
-    fn looks(&mut self) -> Vec<f64> {
-        std::mem::take(self.noted())
+    fn looks(&mut self) -> Looks {
+        Looks { residuals: std::mem::take(self.noted()), ended: false }
     }
 
     fn products(&self) -> u64 {

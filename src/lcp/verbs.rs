@@ -48,6 +48,15 @@ pub enum Metric {
     PairBlocks,
 }
 
+/// Residuals that were noted.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Looks {
+    /// The earliest of those that were not known before.
+    pub residuals: Vec<f64>,
+    /// Whether all that follows the last of them was skipped.
+    pub ended: bool,
+}
+
 /// What a backend can do with vectors of one number a row.
 pub trait Verbs {
     /// One number a row. The default is empty: [`Verbs::clear`] gives it its length.
@@ -106,11 +115,17 @@ pub trait Verbs {
     /// Brings a number to the host. On a device this waits: it is for drivers, not for iterations.
     fn read(&mut self, scalar: Self::Scalar) -> f64;
     /// Notes a residual for [`Verbs::looks`]. A backend may skip all that follows until then if the residual is at most
-    /// `tolerance` or not finite.
+    /// `tolerance` or not finite; the vectors that the residual was made of stay as they are then.
     fn look(&mut self, residual: Self::Scalar, tolerance: f64);
-    /// The residuals noted since the last call, up to the one after which the rest was skipped, if it was. On a device
-    /// this waits.
-    fn looks(&mut self) -> Vec<f64>;
+    /// The residuals noted, those that are known: all of them if none was noted since the last call. On a device this
+    /// waits.
+    fn looks(&mut self) -> Looks;
+    /// Makes the gradient `g = q + A x` afresh where the last look was: one product. Returns the residual there.
+    fn confirm(&mut self, x: &Self::Vector, g: &mut Self::Vector) -> (Self::Scalar, f64) {
+        self.gradient(x, g);
+        let residual = self.residual(x, g);
+        (residual, self.read(residual))
+    }
     /// How many residuals are best noted before [`Verbs::looks`] is called.
     fn looks_at_once(&self) -> usize {
         1

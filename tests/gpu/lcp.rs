@@ -144,6 +144,24 @@ fn stored_systems_are_solved() {
     }
 }
 
+#[test]
+fn the_size_of_batches_changes_no_bit() {
+    let Some(gpu) = device() else { return };
+    let stored = stored("colony1024_rec1");
+    for precision in precisions(gpu) {
+        let settings = Settings { tolerance: 1e-5, max_iterations: 20_000 };
+        let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
+        let mut results = Vec::new();
+        for looks in [[1, 1], [2, 3], [16, 64]] {
+            solver.set_looks(looks);
+            let solved = solve(gpu, precision, &mut solver, &stored.problem, &stored.start);
+            println!("{} {looks:?}: {:?}", precision.name(), solved.outcome);
+            results.push((solved.outcome, solved.gamma));
+        }
+        assert!(results.iter().all(|result| *result == results[0]), "{}", precision.name());
+    }
+}
+
 /// A solvable problem: `q` is such that a random velocity keeps every row open or closed. Some rows repeat another of
 /// the same pair, as it is or nearly parallel or named the other way, some are zero.
 fn random<const D: usize>(seed: u64, bodies: u32, rows: usize) -> Problem<D> {

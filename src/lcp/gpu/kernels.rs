@@ -1,14 +1,11 @@
 //! The kernels of one solver, assembled for a number type, a dimension and a kind of solver.
 
-use super::layout::{GRID_WORDS, HALT, NUMBERS, REDUCTIONS, Slots};
-use super::number::Operation;
-use super::shape::Shape;
-use super::tape::{Action, REDUCTION_KINDS};
+use super::layout::{GRID_WORDS, HALT, LOOKS, NUMBERS, REDUCTIONS, Slots};
+use super::number::{Operation, RING};
+use super::shape::{Shape, ShapeWork};
+use super::stage::{Action, REDUCTION_KINDS};
 use crate::gpu::{Gpu, GpuError, Kernel, Precision, Source, WORKGROUP, fragment};
 use std::collections::HashMap;
-
-/// Invocations of the workgroup that adds up partial sums.
-const FINISH_WORKGROUP: u32 = 256;
 
 /// Invocations of the workgroup that solves a small problem.
 pub(super) const SMALL_WORKGROUP: u32 = 32;
@@ -34,18 +31,12 @@ pub(super) struct Variant {
 #[derive(Default)]
 pub(super) struct Kernels {
     prepare_rows: Option<Kernel>,
-    large: Option<Large>,
+    /// For large problems.
+    prepare_entries: Option<Kernel>,
     small: Option<Kernel>,
     /// For solvers with blocks of pairs.
     prepare_pairs: Option<Kernel>,
     stages: HashMap<Shape, Kernel>,
-}
-
-/// Kernels that all large problems need.
-pub(super) struct Large {
-    pub prepare_entries: Kernel,
-    pub bodies: Kernel,
-    pub finish: Kernel,
 }
 
 impl Kernels {
@@ -61,10 +52,8 @@ impl Kernels {
         if self.small.is_none() && small {
             self.small = Some(kernel(variant.small())?);
         }
-        if self.large.is_none() && !small {
-            let prepare_entries = kernel(variant.prepare_entries())?;
-            let (bodies, finish) = (kernel(variant.bodies())?, kernel(variant.finish())?);
-            self.large = Some(Large { prepare_entries, bodies, finish });
+        if self.prepare_entries.is_none() && !small {
+            self.prepare_entries = Some(kernel(variant.prepare_entries())?);
         }
         Ok(())
     }
@@ -81,8 +70,8 @@ impl Kernels {
         self.small.as_ref()
     }
 
-    pub fn large(&self) -> Option<&Large> {
-        self.large.as_ref()
+    pub fn prepare_entries(&self) -> Option<&Kernel> {
+        self.prepare_entries.as_ref()
     }
 
     /// Compiles the kernel of a stage, once.
@@ -114,6 +103,8 @@ impl Variant {
             .integer("REDUCTIONS", REDUCTIONS)
             .integer("NUMBERS", NUMBERS)
             .integer("HALT", HALT)
+            .integer("LOOKS", LOOKS)
+            .integer("RING", RING)
             .integer("GRID_WORDS", GRID_WORDS as u32)
             .integer("MOST_EXACT", MOST_EXACT)
             .real("REGULARIZATION", shift)
@@ -127,53 +118,55 @@ impl Variant {
     }
 
     fn reducing(&self, name: &str, workgroup: u32) -> Source {
-        self.source(name, workgroup).include(fragment!("lcp/reduce.wgsl")).include(fragment!("lcp/instructions.wgsl"))
+        self.source(name, workgroup).include(fragment!("lcp/reduce.wgsl")).include(fragment!("lcp/arithmetic.wgsl"))
     }
 
     /// The kernel of a stage.
     pub fn stage(&self, shape: &Shape) -> Source {
-        let name = match (shape.has_block(), shape.has_product()) {
-            (true, _) => "pairs",
-            (_, true) => "product",
-            _ => "rows",
+        let name = match &shape.work {
+            ShapeWork::Numbers => "numbers",
+            ShapeWork::Bodies { .. } => "bodies",
+            ShapeWork::Rows { block: Some(_), .. } => "pairs",
+            ShapeWork::Rows { product: Some(_), .. } => "product",
+            ShapeWork::Rows { .. } => "rows",
         };
-        let source = self.reducing(name, WORKGROUP).include(fragment!("lcp/leave_sums.wgsl"));
-        let text = shape.text(|x| source.literal(x));
-        let source = match (shape.has_block(), shape.has_product()) {
-            (true, _) => source
-                .include(fragment!("lcp/main_pairs.wgsl"))
-                .integer("ENTRIES_BINDING", 5)
-                .include(fragment!("lcp/pair_block.wgsl")),
-            (_, true) => source
-                .include(fragment!("lcp/main_rows.wgsl"))
-                .include(fragment!("lcp/rows_product.wgsl"))
-                .include(fragment!("lcp/jacobian.wgsl")),
-            _ => source.include(fragment!("lcp/main_rows.wgsl")),
-        };
+        let mut source = self.reducing(name, WORKGROUP).text(&shape.declarations());
+        source = source.text("var<workgroup> halted: u32;\n");
+        if !shape.taken.is_empty() {
+            source = source.include(fragment!("lcp/take_sums.wgsl"));
+        }
+        if shape.sums() > 0 {
+            source = source.include(fragment!("lcp/leave_sums.wgsl"));
+        }
+        if let ShapeWork::Rows { .. } = shape.work {
+            source = source.include(fragment!("lcp/instructions.wgsl"));
+        }
+        if shape.has_block() {
+            source = source.include(fragment!("lcp/pair_block.wgsl"));
+        }
+        if shape.has_product() {
+            source = source
+                .text("fn pair_of(row: u32) -> vec2<u32> { return pair[row]; }\n")
+                .include(fragment!("lcp/jacobian.wgsl"));
+        }
+        if shape.is_bodies() {
+            source = source.include(fragment!("lcp/move_bodies.wgsl"));
+        }
+        let text = shape.entry_point(|x| source.literal(x));
         source.text(&text)
-    }
-
-    pub fn bodies(&self) -> Source {
-        self.source("bodies", WORKGROUP).include(fragment!("lcp/main_bodies.wgsl"))
-    }
-
-    pub fn finish(&self) -> Source {
-        self.source("finish", FINISH_WORKGROUP)
-            .include(fragment!("lcp/reduce.wgsl"))
-            .include(fragment!("lcp/numbers.wgsl"))
-            .include(fragment!("lcp/main_finish.wgsl"))
     }
 
     pub fn small(&self) -> Source {
         let source = self
             .reducing("small", SMALL_WORKGROUP)
+            .include(fragment!("lcp/instructions.wgsl"))
             .include(fragment!("lcp/interpret.wgsl"))
             .include(fragment!("lcp/numbers.wgsl"))
             .include(fragment!("lcp/jacobian.wgsl"))
             .include(fragment!("lcp/main_small.wgsl"));
         match self.slots.coupling {
             Some(_) => source
-                .integer("ENTRIES_BINDING", 7)
+                .text("@group(0) @binding(7) var<storage, read> entries: array<real>;\n")
                 .include(fragment!("lcp/pair_block.wgsl"))
                 .include(fragment!("lcp/small_pairs.wgsl")),
             None => source.text("fn run_pairs(place: u32, pairs: u32, local: u32) {}\n"),
@@ -197,6 +190,7 @@ impl Variant {
 mod tests {
     use super::super::number::Number;
     use super::super::shape::StageArguments;
+    use super::super::stage::Stage;
     use super::super::tape::Tape;
     use super::*;
     use crate::gpu::validate;
@@ -221,7 +215,7 @@ mod tests {
     #[test]
     fn sources_are_valid() {
         for v in variants() {
-            let common = [v.bodies(), v.finish(), v.small(), v.prepare_rows(), v.prepare_entries()];
+            let common = [v.small(), v.prepare_rows(), v.prepare_entries()];
             common.iter().for_each(check);
             if v.slots.coupling.is_some() {
                 check(&v.prepare_pairs());
@@ -232,12 +226,13 @@ mod tests {
     #[test]
     fn generated_sources_are_valid() {
         // All actions before and after pairs, and after a product, with constants and with computed numbers.
-        let mut tape = Tape::default();
+        let mut tape = Tape::new(true);
         let computed = tape.sum(Action::Dot, [7, 8, 8]);
         let all = |tape: &mut Tape| {
             for action in Action::ALL {
                 if action.is_sum() {
-                    tape.sum(action, [7, 8, 9]);
+                    let sum = tape.sum(action, [7, 8, 9]);
+                    tape.look(-sum, 1.0);
                 } else {
                     tape.row(action, 10, [7, 8, 9], [computed, Number::Known(-1.5)]);
                 }
@@ -248,19 +243,22 @@ mod tests {
         all(&mut tape);
         tape.product(7, 10, true);
         all(&mut tape);
-        tape.finish();
-        let arguments: Vec<StageArguments> =
-            tape.stages.iter().filter_map(|stage| StageArguments::of(&tape, stage)).collect();
-        assert!(
-            arguments.iter().any(|arguments| arguments.shape.has_block())
-                && arguments.iter().any(|arguments| arguments.shape.has_product())
-        );
+        let late = tape.sum(Action::Dot, [10, 10, 10]);
+        tape.row(Action::CopyIf, 7, [8, 8, 7], [late, Number::Known(0.0)]);
+        tape.product(7, 10, false);
+        let segment = tape.all();
+        let mut kinds = Vec::new();
+        let mut arguments = Vec::new();
+        for stage in &segment.stages {
+            arguments.push(StageArguments::of(tape.constants(), stage, &kinds));
+            kinds = Stage::kinds(stage);
+        }
+        let shapes = || arguments.iter().map(|arguments| &arguments.shape);
+        assert!(shapes().any(Shape::has_block) && shapes().any(Shape::has_product) && shapes().any(Shape::looks));
+        assert!(shapes().any(|shape| matches!(shape.work, ShapeWork::Bodies { instead: Some(_), .. })));
         for v in variants() {
             let has_blocks = v.slots.coupling.is_some();
-            arguments
-                .iter()
-                .filter(|arguments| has_blocks || !arguments.shape.has_block())
-                .for_each(|arguments| check(&v.stage(&arguments.shape)));
+            shapes().filter(|shape| has_blocks || !shape.has_block()).for_each(|shape| check(&v.stage(shape)));
         }
     }
 }

@@ -9,14 +9,14 @@ pub(super) const REDUCTIONS: u32 = 8;
 /// The most constants of a tape.
 pub(super) const CONSTANTS: u32 = 32;
 
-/// The most residuals that one batch notes.
-pub(super) const LOOKS: u32 = 32;
+/// The most residuals that are noted and not read yet: their places are a ring.
+pub(super) const LOOKS: u32 = 128;
 
 /// The place of the first constant among the numbers.
 pub(super) const FIRST_CONSTANT: u32 = RING;
 
-/// The place of the number of the look that ended the batch, counted from one; zero until a look ends it. The residuals
-/// of the looks follow it.
+/// The place of the number of the look that ended the batch, counted from one over the solve; zero until a look ends it.
+/// The residuals of the looks follow it.
 pub(super) const HALT: u32 = FIRST_CONSTANT + CONSTANTS;
 
 /// How many numbers the device holds.
@@ -27,7 +27,7 @@ pub(super) const GRID_WORDS: usize = 6;
 
 /// The most vectors and numbers that one stage uses: a dispatch passes their places.
 pub(super) const MOST_VECTORS: usize = 32;
-pub(super) const MOST_NUMBERS: usize = 16;
+pub(super) const MOST_NUMBERS: usize = 32;
 
 /// The places of the vectors that every solve has, and of those that one kind of solver adds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,9 +46,13 @@ pub(super) struct Slots {
     pub free: u32,
 }
 
+/// The places of two of them, the same for all kinds.
+pub(super) const DIAGONAL: u32 = 1;
+pub(super) const X: u32 = 3;
+
 impl Slots {
     pub fn of(kind: SolverKind) -> Self {
-        let mut slots = Slots { q: 0, diagonal: 1, inverse: 2, x: 3, majorant: None, coupling: None, free: 4 };
+        let mut slots = Slots { q: 0, diagonal: DIAGONAL, inverse: 2, x: X, majorant: None, coupling: None, free: 4 };
         match kind {
             SolverKind::ProjectedJacobi => (slots.majorant, slots.free) = (Some([4, 5]), 6),
             SolverKind::Auto | SolverKind::PairBlockCg => (slots.coupling, slots.free) = (Some(4), 5),
@@ -70,15 +74,28 @@ pub(super) struct Parameters {
     pub pairs: u32,
     pub bodies: u32,
     pub stride: u32,
-    pub x: u32,
-    pub add_q: u32,
-    pub reduction: u32,
-    pub reductions: u32,
-    pub kinds: u32,
     pub groups: u32,
+    pub looks: u32,
+    pub base: u32,
+    pub sums_from: u32,
+    pub sums_into: u32,
     pub first: u32,
     pub last: u32,
-    pub unused: [u32; 4],
-    pub vectors: [u32; MOST_VECTORS],
-    pub numbers: [u32; MOST_NUMBERS],
+    pub unused: u32,
+    /// Places of vectors, four in a word.
+    pub vectors: [u32; MOST_VECTORS / 4],
+    /// Places of numbers, two in a word.
+    pub numbers: [u32; MOST_NUMBERS / 2],
+}
+
+impl Parameters {
+    /// Passes the places of a stage's vectors and numbers.
+    pub fn pass(&mut self, vectors: &[u32], numbers: &[u32]) {
+        for (nth, place) in vectors.iter().enumerate() {
+            self.vectors[nth / 4] |= place << (8 * (nth % 4));
+        }
+        for (nth, place) in numbers.iter().enumerate() {
+            self.numbers[nth / 2] |= place << (16 * (nth % 2));
+        }
+    }
 }

@@ -4,12 +4,13 @@
 //! iteration of a batch costs next to nothing. A small one is run by a single workgroup, whole batches at once.
 
 use super::kernels::{Kernels, MOST_EXACT, Variant};
-use super::layout::{FIRST_CONSTANT, GRID_WORDS, HALT, NUMBERS, Parameters, REDUCTIONS, Slots};
+use super::layout::{DIAGONAL, FIRST_CONSTANT, GRID_WORDS, HALT, NUMBERS, Parameters, REDUCTIONS, Slots};
+use super::number::Operation;
 use super::problem::DeviceProblem;
-use super::shape::StageArguments;
-use super::tape::{Stage, Sums, Tape};
+use super::shape::{Shape, ShapeWork, StageArguments};
+use super::stage::{Action, Product, Rows, Segment, Stage, Work};
 use super::turns::{self, Part, TURN_WORDS};
-use crate::gpu::{Bound, Buffer, Gpu, GpuError, Kernel, Precision, Recorder, WORKGROUP};
+use crate::gpu::{Bound, Buffer, Gpu, GpuError, Precision, Recorder, WORKGROUP};
 use std::ops::Range;
 
 /// Workgroups of a stage at most; beyond, invocations take several rows.
@@ -22,10 +23,16 @@ const LARGEST_SMALL_ON_SOFTWARE: u64 = 1024;
 /// The same on hardware: not measured; there one workgroup is a small part of the device.
 const LARGEST_SMALL: u64 = 128;
 
+/// Looks of the first batch and of the others. A solve of `n` iterations then waits at most `1 + n / 64` times, and one
+/// that needs few wastes little: what follows the last iteration costs some empty dispatches.
+const LOOKS_OF_BATCHES: [usize; 2] = [16, 64];
+
 pub(crate) struct Machine {
     variant: Variant,
     kernels: Kernels,
     pub largest_small: u64,
+    /// Looks of the first batch of a solve and of the others.
+    pub looks: [usize; 2],
     program: Buffer,
     scalars: Buffer,
     vectors: Buffer,
@@ -37,11 +44,27 @@ pub(crate) struct Machine {
     entries: Buffer,
 }
 
-/// One run of one tape.
+/// Partial sums of one stage, of the next, and of what confirms a look.
+const PARTS: u64 = 3;
+
+/// What a run starts with and what it reads.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Task {
+    /// How many vectors there are.
+    pub vectors: u32,
+    /// Whether no look has ended the batch yet.
+    pub afresh: bool,
+    /// Afterwards, if a look ended the batch: the gradient (the second one) at the iterate (the first one) is made
+    /// afresh, and the number at the third place is the residual there.
+    pub confirm: Option<[u32; 3]>,
+    /// Ranges of numbers to read.
+    pub read: Vec<Range<u32>>,
+}
+
+/// One run of one segment.
 struct Run<'a, 'g> {
     machine: &'a Machine,
     problem: &'a DeviceProblem,
-    tape: &'a Tape,
     record: Recorder<'g>,
     base: Parameters,
     /// Workgroups for rows and pairs, and for bodies.
@@ -58,10 +81,11 @@ impl Machine {
         Ok(Machine {
             kernels: Kernels::default(),
             largest_small: if gpu.is_software() { LARGEST_SMALL_ON_SOFTWARE } else { LARGEST_SMALL },
+            looks: LOOKS_OF_BATCHES,
             program: Buffer::new(gpu, "lcp-program", 16, 1)?,
             scalars: Buffer::new(gpu, "lcp-numbers", real, u64::from(NUMBERS))?,
             vectors: Buffer::new(gpu, "lcp-vectors", real, 1)?,
-            partial: Buffer::new(gpu, "lcp-partial", real, u64::from(REDUCTIONS) * MOST_GROUPS)?,
+            partial: Buffer::new(gpu, "lcp-partial", real, PARTS * u64::from(REDUCTIONS) * MOST_GROUPS)?,
             grid: Buffer::new(gpu, "lcp-grid", 4, GRID_WORDS as u64)?,
             gathered: Buffer::new(gpu, "lcp-gathered", 4 * real, 1)?,
             lists: Buffer::new(gpu, "lcp-lists", 4, 1)?,
@@ -97,23 +121,24 @@ impl Machine {
         Ok(self.precision().decode(&read[0]))
     }
 
-    fn is_small(&self, problem: &DeviceProblem) -> bool {
+    /// Whether one workgroup does it all.
+    pub fn is_small(&self, problem: &DeviceProblem) -> bool {
         problem.rows.max(problem.pairs).max(problem.bodies) <= self.largest_small
     }
 
-    /// Runs a tape on a problem with so many vectors, and reads ranges of numbers.
+    /// Runs a segment on a problem, and reads numbers.
     pub fn run(
         &mut self,
         gpu: &Gpu,
         problem: &DeviceProblem,
-        tape: &Tape,
-        vectors: u32,
-        read: &[Range<u32>],
+        segment: &Segment,
+        constants: &[f64],
+        task: &Task,
     ) -> Result<Vec<f64>, GpuError> {
         let stride = problem.rows.next_multiple_of(64);
         let small = self.is_small(problem);
         let mut record = gpu.record();
-        self.vectors.reserve_and_keep(gpu, &mut record, u64::from(vectors) * stride)?;
+        self.vectors.reserve_and_keep(gpu, &mut record, u64::from(task.vectors) * stride)?;
         if small {
             self.lists.reserve(gpu, 4 * problem.rows + problem.pairs + problem.bodies + 2)?;
         } else {
@@ -132,183 +157,204 @@ impl Machine {
             groups: groups[0] as u32,
             ..Parameters::default()
         };
-        let mut program = program(tape);
-        let (mut parts, mut arguments) = (Vec::new(), Vec::new());
-        if small {
-            let turns;
-            (parts, turns) = turns::of(tape, [base.rows, base.pairs, base.bodies]);
-            program.extend(turns.as_flattened());
-        } else {
-            arguments = tape.stages.iter().map(|stage| StageArguments::of(tape, stage)).collect();
-        }
-        self.program.reserve(gpu, program.len() as u64 / 4)?;
-        self.program.write(gpu, 0, bytemuck::cast_slice(&program));
         let real = self.variant.precision.bytes() as u64;
-        // No look ended this batch yet.
         let numbers = |from: u32, numbers: &[f64]| {
             self.scalars.write(gpu, u64::from(from) * real, &self.variant.precision.encode(numbers.iter().copied()));
         };
-        numbers(FIRST_CONSTANT, tape.constants());
-        numbers(HALT, &[0.0]);
-        let grid = [groups[0] as u32, 1, 1, groups[1] as u32, 1, 1];
-        self.grid.write(gpu, 0, bytemuck::cast_slice(&grid));
+        if task.afresh {
+            numbers(HALT, &[0.0]);
+            let grid = [groups[0] as u32, 1, 1, groups[1] as u32, 1, 1];
+            self.grid.write(gpu, 0, bytemuck::cast_slice(&grid));
+        }
         self.kernels.make_common(gpu, self.variant, small)?;
-        for arguments in arguments.iter().flatten() {
-            self.kernels.make(gpu, self.variant, &arguments.shape)?;
-        }
         let beyond = [0, 1].map(|grid| items[grid].saturating_sub(groups[grid] * u64::from(WORKGROUP)));
-        let mut run = Run { machine: self, problem, tape, record, base, groups, beyond, looked: false };
+        let confirmation = task.confirm.map(confirmation).unwrap_or_default();
         if small {
-            run.small(&parts)
+            numbers(FIRST_CONSTANT, constants);
+            let program = turns::of(segment, &confirmation, [base.rows, base.pairs, base.bodies]);
+            self.program.reserve(gpu, program.words.len() as u64 / 4)?;
+            self.program.write(gpu, 0, bytemuck::cast_slice(&program.words));
+            let mut run = Run { machine: self, problem, record, base, groups, beyond, looked: false };
+            run.small(program.first_turn, &program.parts);
+            record = run.record;
         } else {
-            run.large(&arguments)
+            let arguments = self.arguments(gpu, segment, &confirmation, constants)?;
+            let mut run = Run { machine: self, problem, record, base, groups, beyond, looked: false };
+            run.large(segment, &confirmation, &arguments);
+            record = run.record;
         }
-        let mut record = run.record;
-        if read.is_empty() {
+        if task.read.is_empty() {
             record.submit()?;
             return Ok(Vec::new());
         }
         let bytes = |range: &Range<u32>| u64::from(range.start) * real..u64::from(range.end) * real;
-        let ranges: Vec<_> = read.iter().map(|range| (&self.scalars, bytes(range))).collect();
+        let ranges: Vec<_> = task.read.iter().map(|range| (&self.scalars, bytes(range))).collect();
         let read = record.read(&ranges)?;
         Ok(read.iter().flat_map(|bytes| self.variant.precision.decode(bytes)).collect())
     }
+
+    /// The arguments of all stages, whose kernels are compiled.
+    fn arguments(
+        &mut self,
+        gpu: &Gpu,
+        segment: &Segment,
+        confirmation: &[Stage],
+        constants: &[f64],
+    ) -> Result<Vec<StageArguments>, GpuError> {
+        let mut all = Vec::new();
+        let mut kinds = segment.carried.clone();
+        for stage in &segment.stages {
+            all.push(StageArguments::of(constants, stage, &kinds));
+            kinds = stage.kinds();
+        }
+        kinds.clear();
+        for stage in confirmation {
+            let mut arguments = StageArguments::of(constants, stage, &kinds);
+            arguments.shape.confirms = true;
+            all.push(arguments);
+            kinds = stage.kinds();
+        }
+        for arguments in &all {
+            self.kernels.make(gpu, self.variant, &arguments.shape)?;
+        }
+        Ok(all)
+    }
 }
 
-/// The tape as words for the device: instructions and operations.
-fn program(tape: &Tape) -> Vec<u32> {
-    let mut words: Vec<u32> = tape.instructions.as_flattened().to_vec();
-    words.extend(tape.operations.as_flattened());
-    words
+/// The stages that make the gradient `g` at `x` afresh, and the residual there.
+fn confirmation([x, g, residual]: [u32; 3]) -> Vec<Stage> {
+    let words = [Action::Residual as u32, 0, x, g, DIAGONAL, FIRST_CONSTANT, FIRST_CONSTANT, 0];
+    let rows = Rows {
+        product: Some(Product { out: g, add_q: true }),
+        before: vec![words],
+        kinds: vec![Action::Residual.kind()],
+        ..Rows::default()
+    };
+    let take = [Operation::Take as u32 | residual << 8, 0, 0, 0];
+    vec![
+        Stage { operations: Vec::new(), work: Work::Bodies { x, instead: None } },
+        Stage { operations: Vec::new(), work: Work::Rows(rows) },
+        Stage { operations: vec![take], work: Work::Numbers },
+    ]
 }
 
-/// Where an operation stands in the program.
-fn operation(tape: &Tape, index: usize) -> u32 {
-    (2 * tape.instructions.len() + index) as u32
+/// The buffers of a stage's variables.
+fn buffers<'a>(machine: &'a Machine, problem: &'a DeviceProblem, shape: &Shape) -> Vec<Bound<'a>> {
+    let buffer = |name| match name {
+        "scalars" => &machine.scalars,
+        "partial" => &machine.partial,
+        "entries" => &machine.entries,
+        "gathered" => &machine.gathered,
+        "grid" => &machine.grid,
+        "block_start" => &problem.block_start,
+        "pair" => &problem.pair,
+        "jacobian" => &problem.jacobian,
+        "velocity" => &problem.velocity,
+        "incidence_start" => &problem.incidence_start,
+        "incidence" => &problem.incidence,
+        _ => &machine.vectors,
+    };
+    shape.variables().into_iter().map(|(name, ..)| (name, buffer(name))).collect()
 }
 
 impl Run<'_, '_> {
     /// One dispatch a stage.
-    fn large(&mut self, arguments: &[Option<StageArguments>]) {
-        let (machine, problem) = (self.machine, self.problem);
-        let Some(kernels) = machine.kernels.large() else { return };
-        let [scalars, vectors, partial] = [&machine.scalars, &machine.vectors, &machine.partial];
-        for (stage, arguments) in self.tape.stages.iter().zip(arguments) {
-            self.record.stage(stage.name());
-            match *stage {
-                Stage::Rows { product, sums, .. } => {
-                    let mut buffers = vec![("scalars", scalars), ("vectors", vectors), ("partial", partial)];
-                    if product.is_some() {
-                        buffers.extend([
-                            ("pair", &problem.pair),
-                            ("jacobian", &problem.jacobian),
-                            ("velocity", &problem.velocity),
-                        ]);
-                    }
-                    let add_q = product.is_some_and(|product| product.add_q);
-                    self.rows(arguments.as_ref(), sums, add_q, &buffers);
-                }
-                Stage::Pairs { sums, .. } => {
-                    let buffers = [
-                        ("scalars", scalars),
-                        ("vectors", vectors),
-                        ("partial", partial),
-                        ("block_start", &problem.block_start),
-                        ("entries", &machine.entries),
-                    ];
-                    self.rows(arguments.as_ref(), sums, false, &buffers);
-                }
-                Stage::Bodies { x } => {
-                    let parameters = Parameters { x, ..self.base };
-                    let buffers = [
-                        ("vectors", vectors),
-                        ("incidence_start", &problem.incidence_start),
-                        ("incidence", &problem.incidence),
-                        ("gathered", &machine.gathered),
-                        ("velocity", &problem.velocity),
-                    ];
-                    self.dispatch(&kernels.bodies, &parameters, &buffers, 1);
-                }
-                Stage::Finish { begin, end, kinds, sums } => {
-                    let [first, last] = [begin, end].map(|index| operation(self.tape, index));
-                    let parameters = Parameters { first, last, kinds, reductions: sums, ..self.base };
-                    let buffers = [
-                        ("program", &machine.program),
-                        ("scalars", scalars),
-                        ("partial", partial),
-                        ("grid", &machine.grid),
-                    ];
-                    self.record.run_groups(&kernels.finish, bytemuck::bytes_of(&parameters), &buffers, 1);
-                    self.looked |= self.tape.looks_in(begin, end);
-                }
-                Stage::PrepareRows => {
-                    self.prepare_rows();
-                    let buffers = [
-                        ("incidence_start", &problem.incidence_start),
-                        ("incidence", &problem.incidence),
-                        ("jacobian", &problem.jacobian),
-                        ("gathered", &machine.gathered),
-                    ];
-                    let parameters = bytemuck::bytes_of(&self.base);
-                    self.record.run(&kernels.prepare_entries, parameters, &buffers, 2 * problem.rows);
-                }
-                Stage::PreparePairs => self.prepare_pairs(),
-                Stage::Export { x } => self.export(x),
-            }
+    fn large(&mut self, segment: &Segment, confirmation: &[Stage], arguments: &[StageArguments]) {
+        // Where in the partial sums a stage leaves its own: by turns, so that those before it are still there.
+        let part = |nth: u64| (nth * u64::from(REDUCTIONS) * self.groups[0]) as u32;
+        let [even, odd, last] = [0, 1, 2].map(part);
+        let mut looks = segment.looks_before;
+        let mut into_odd = segment.run % 2 == 1;
+        let (own, after) = arguments.split_at(segment.stages.len().min(arguments.len()));
+        for (stage, arguments) in segment.stages.iter().zip(own) {
+            let (sums_from, sums_into) = if into_odd { (even, odd) } else { (odd, even) };
+            let parameters = Parameters { looks, sums_from, sums_into, ..self.base };
+            self.stage(stage, arguments, parameters);
+            looks += stage.looks();
+            into_odd = !into_odd;
+        }
+        for (stage, arguments) in confirmation.iter().zip(after) {
+            let parameters = Parameters { looks, sums_from: last, sums_into: last, ..self.base };
+            self.stage(stage, arguments, parameters);
         }
     }
 
-    fn rows(&mut self, arguments: Option<&StageArguments>, sums: Sums, add_q: bool, buffers: &[Bound<'_>]) {
-        let Some(arguments) = arguments else { return };
-        let Some(kernel) = self.machine.kernels.stage(&arguments.shape) else { return };
-        let Sums { first: reduction, count: reductions, kinds } = sums;
-        let add_q = u32::from(add_q);
-        let mut parameters = Parameters { reduction, reductions, kinds, add_q, ..self.base };
-        parameters.vectors[..arguments.vectors.len()].copy_from_slice(&arguments.vectors);
-        parameters.numbers[..arguments.numbers.len()].copy_from_slice(&arguments.numbers);
-        self.dispatch(kernel, &parameters, buffers, 0);
+    fn stage(&mut self, stage: &Stage, arguments: &StageArguments, parameters: Parameters) {
+        self.record.stage(stage.name());
+        match stage.work {
+            Work::PrepareRows => {
+                self.prepare_rows();
+                self.prepare_entries();
+            }
+            Work::PreparePairs => self.prepare_pairs(),
+            Work::Export { x } => self.export(x),
+            Work::Numbers | Work::Rows(_) | Work::Bodies { .. } => self.dispatch(arguments, parameters),
+        }
     }
 
-    /// Dispatches a stage: directly, until it may have to be skipped. Grid 0 is for rows and pairs, 1 for bodies.
-    fn dispatch(&mut self, kernel: &Kernel, parameters: &Parameters, buffers: &[Bound<'_>], grid: usize) {
-        let parameters = bytemuck::bytes_of(parameters);
-        self.record.weigh(self.beyond[grid]);
-        if self.looked {
-            let groups = (&self.machine.grid, 12 * grid as u64);
-            self.record.run_indirect(kernel, parameters, buffers, groups, self.groups[grid]);
+    /// Dispatches a stage: directly, until it may have to be skipped.
+    fn dispatch(&mut self, arguments: &StageArguments, mut parameters: Parameters) {
+        let shape = &arguments.shape;
+        let Some(kernel) = self.machine.kernels.stage(shape) else { return };
+        parameters.base = arguments.base;
+        parameters.pass(&arguments.vectors, &arguments.numbers);
+        let parameters = bytemuck::bytes_of(&parameters);
+        let buffers = buffers(self.machine, self.problem, shape);
+        let grid = usize::from(shape.is_bodies());
+        let groups = if shape.work == ShapeWork::Numbers { 1 } else { self.groups[grid] };
+        if shape.work != ShapeWork::Numbers {
+            self.record.weigh(self.beyond[grid]);
+        }
+        if self.looked && !shape.looks() && !shape.confirms {
+            let grid = (&self.machine.grid, 12 * grid as u64);
+            self.record.run_indirect(kernel, parameters, &buffers, grid, groups);
         } else {
-            self.record.run_groups(kernel, parameters, buffers, self.groups[grid]);
+            self.record.run_groups(kernel, parameters, &buffers, groups);
+        }
+        self.looked |= shape.looks();
+    }
+
+    fn prepare_entries(&mut self) {
+        let (machine, problem) = (self.machine, self.problem);
+        let buffers = [
+            ("incidence_start", &problem.incidence_start),
+            ("incidence", &problem.incidence),
+            ("jacobian", &problem.jacobian),
+            ("gathered", &machine.gathered),
+        ];
+        if let Some(kernel) = machine.kernels.prepare_entries() {
+            self.record.run(kernel, bytemuck::bytes_of(&self.base), &buffers, 2 * problem.rows);
         }
     }
 
     /// One workgroup for all stages, in dispatches that are long but not too long.
-    fn small(&mut self, parts: &[Part]) {
-        let mut place = operation(self.tape, self.tape.operations.len());
+    fn small(&mut self, first_turn: u32, parts: &[Part]) {
+        let mut place = first_turn;
         for part in parts {
             match part {
-                Part::Turns(turns) => {
+                Part::Turns(turns) | Part::Confirmation(turns) => {
                     let last = place + (turns * TURN_WORDS / 4) as u32;
-                    self.small_dispatch(place, last);
+                    self.small_dispatch(place, last, matches!(part, Part::Confirmation(_)));
                     place = last;
                 }
-                Part::Other(Stage::PrepareRows) => {
+                Part::Other(Work::PrepareRows) => {
                     self.prepare_rows();
                     self.make_lists();
                 }
-                Part::Other(Stage::PreparePairs) => self.prepare_pairs(),
-                Part::Other(Stage::Export { x }) => self.export(*x),
+                Part::Other(Work::PreparePairs) => self.prepare_pairs(),
+                Part::Other(Work::Export { x }) => self.export(*x),
                 Part::Other(_) => {}
             }
         }
     }
 
-    fn small_dispatch(&mut self, first: u32, last: u32) {
+    fn small_dispatch(&mut self, first: u32, last: u32, confirms: bool) {
         if first == last {
             return;
         }
         self.record.stage("lcp-small");
         let (machine, problem) = (self.machine, self.problem);
-        let parameters = Parameters { first, last, ..self.base };
+        let parameters = Parameters { first, last, looks: u32::from(confirms), ..self.base };
         let mut buffers = vec![
             ("program", &machine.program),
             ("scalars", &machine.scalars),

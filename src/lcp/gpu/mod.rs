@@ -11,9 +11,12 @@ mod number;
 mod problem;
 mod shape;
 mod solver;
+mod stage;
 mod tape;
+
 #[cfg(test)]
 mod tests;
+mod text;
 mod turns;
 mod verbs;
 

@@ -1,18 +1,21 @@
 //! Numbers that live on the device. Arithmetic with them is noted in a list of the thread, in order, and done later.
 //!
 //! A number is an entry of a ring on the device, so one that was made long ago is overwritten. No solver keeps a number
-//! for longer than two iterations, which make about half of the ring. A solve that reads an overwritten number ends
-//! with a fault.
+//! for longer than two iterations, which make about a quarter of the ring. A solve that reads a number older than half
+//! the ring ends with a fault: the other half is for stages that are done in another order than they were noted.
 
 use crate::lcp::verbs::Scalar;
 use std::cell::RefCell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Numbers in the ring.
-pub(super) const RING: u32 = 256;
+pub(super) const RING: u32 = 512;
+
+/// Numbers after which one counts as overwritten.
+const KEPT: u32 = RING / 2;
 
 /// What is done with numbers, by `shaders/lcp/numbers.wgsl`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u32)]
 pub(super) enum Operation {
     /// Takes the sum (or least, or worst) number `a` of the reductions just made.
@@ -102,7 +105,7 @@ pub(super) fn new() -> u32 {
 
 /// Where the nth number is in the ring.
 pub(super) fn place(nth: u32) -> u32 {
-    if NOTES.with_borrow(|notes| notes.next.wrapping_sub(nth)) > RING {
+    if NOTES.with_borrow(|notes| notes.next.wrapping_sub(nth)) > KEPT {
         report("a solver kept a number for longer than the device does");
     }
     nth % RING
@@ -208,7 +211,7 @@ mod tests {
     #[test]
     fn a_number_that_was_overwritten_is_a_fault() {
         let Number::At(kept) = made(1.0) else { panic!() };
-        for _ in 1..RING {
+        for _ in 1..KEPT {
             new();
         }
         place(kept);

@@ -1,38 +1,71 @@
-//! The text of a stage's kernel. Stages that differ only in which vectors and numbers they use have the same shape and
-//! share a kernel; each dispatch passes the places of its vectors and numbers as parameters.
+//! A stage's kernel. Stages that differ only in which vectors and numbers they use have the same shape and share a
+//! kernel; each dispatch passes the places of its vectors and numbers as parameters.
 //!
 //! A kernel made for its stage keeps intermediate results in registers. Interpreting the instructions took five to ten
 //! times as long on a software adapter.
 
 use super::layout::{FIRST_CONSTANT, MOST_NUMBERS, MOST_VECTORS};
-use super::tape::{Action, Stage, Tape, Words};
-use std::fmt::Write as _;
+use super::number::{Operation, RING};
+use super::stage::{Action, Rows, Stage, Words, Work};
 
-/// A number that an instruction uses: a constant by its bits, or a parameter of the dispatch.
+/// A number that a stage uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-enum Operand {
+pub(super) enum Operand {
+    /// A constant, by its bits.
     Constant(u64),
+    /// A number made before: a parameter of the dispatch.
     Parameter(u32),
+    /// What the stage's own nth operation made.
+    Made(u32),
+}
+
+/// An operation on numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct NumberLine {
+    pub operation: Operation,
+    pub operands: [Operand; 3],
+    /// Which sum of the stage before a [`Operation::Take`] takes.
+    pub sum: u32,
+    /// The place of what it makes, counted on round the ring from the first one that the stage makes. Of a look: how
+    /// many looks of the stage are before it.
+    pub out: u32,
 }
 
 /// An instruction whose vectors are parameters of the dispatch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-struct Line {
-    action: Action,
-    out: u32,
-    vectors: [u32; 3],
-    numbers: [Operand; 2],
+pub(super) struct Line {
+    pub action: Action,
+    pub out: u32,
+    pub vectors: [u32; 3],
+    pub numbers: [Operand; 2],
 }
 
-/// The instructions of a stage, without the places of their vectors and numbers.
+/// A stage without the places of its vectors and numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Shape {
-    before: Vec<Line>,
-    /// The instruction on whole pairs.
-    block: Option<Line>,
-    after: Vec<Line>,
-    /// The vector that the rows of a product make, where these come first.
-    product: Option<u32>,
+    /// The kinds of the sums of the stage before, where this one takes some.
+    pub taken: Vec<u32>,
+    pub numbers: Vec<NumberLine>,
+    pub work: ShapeWork,
+    /// Whether it is done only after a look ended the batch.
+    pub confirms: bool,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub(super) enum ShapeWork {
+    #[default]
+    Numbers,
+    Rows {
+        /// The vector that the rows of a product make, where these come first, and whether `q` is added.
+        product: Option<(u32, bool)>,
+        before: Vec<Line>,
+        block: Option<Line>,
+        after: Vec<Line>,
+    },
+    Bodies {
+        x: u32,
+        instead: Option<(Operand, u32)>,
+    },
 }
 
 /// A stage's shape, and the places of its vectors and numbers.
@@ -41,6 +74,8 @@ pub(super) struct StageArguments {
     pub shape: Shape,
     pub vectors: Vec<u32>,
     pub numbers: Vec<u32>,
+    /// The place of the first number that the stage makes.
+    pub base: u32,
 }
 
 fn place(of: u32, list: &mut Vec<u32>) -> u32 {
@@ -52,180 +87,116 @@ fn place(of: u32, list: &mut Vec<u32>) -> u32 {
 }
 
 impl StageArguments {
-    /// The arguments of a stage of rows or pairs; `None` for other stages.
-    pub fn of(tape: &Tape, stage: &Stage) -> Option<StageArguments> {
+    /// The arguments of a stage after one that makes sums of these kinds. Stages that prepare or export have none.
+    pub fn of(constants: &[f64], stage: &Stage, taken: &[u32]) -> StageArguments {
         let mut arguments = StageArguments::default();
-        let instructions = |begin: usize, end: usize| &tape.instructions[begin..end];
-        match *stage {
-            Stage::Rows { begin, end, product, .. } => {
-                arguments.shape.product = product.map(|product| place(product.out, &mut arguments.vectors));
-                arguments.shape.before = arguments.lines(tape, instructions(begin, end));
-            }
-            Stage::Pairs { begin, middle, end, .. } => {
-                arguments.shape.before = arguments.lines(tape, instructions(begin, middle));
-                arguments.shape.block = arguments.lines(tape, instructions(middle, middle + 1)).pop();
-                arguments.shape.after = arguments.lines(tape, instructions(middle + 1, end));
-            }
-            _ => return None,
+        arguments.operations(constants, &stage.operations);
+        if arguments.shape.numbers.iter().any(|line| line.operation == Operation::Take) {
+            arguments.shape.taken = taken.to_vec();
         }
-        Some(arguments)
+        // The places of what the operations made.
+        let made: Vec<u32> = stage.operations.iter().map(|words| words[0] >> 8).collect();
+        arguments.shape.work = match &stage.work {
+            Work::Rows(Rows { product, before, block, after, .. }) => ShapeWork::Rows {
+                product: product.map(|product| (place(product.out, &mut arguments.vectors), product.add_q)),
+                before: arguments.lines(constants, &made, before),
+                block: block.map(|words| arguments.line(constants, &made, &words)),
+                after: arguments.lines(constants, &made, after),
+            },
+            Work::Bodies { x, instead } => ShapeWork::Bodies {
+                x: place(*x, &mut arguments.vectors),
+                instead: instead.map(|[condition, from]| {
+                    (arguments.operand(constants, &made, condition), place(from, &mut arguments.vectors))
+                }),
+            },
+            _ => ShapeWork::Numbers,
+        };
+        arguments
     }
 
-    fn lines(&mut self, tape: &Tape, instructions: &[Words]) -> Vec<Line> {
-        instructions.iter().map(|words| self.line(tape, words)).collect()
+    fn operations(&mut self, constants: &[f64], operations: &[[u32; 4]]) {
+        let mut made = Vec::new();
+        let mut looks = 0;
+        let kind = |words: &[u32; 4]| Operation::ALL[(words[0] & 0xff) as usize];
+        let first = operations.iter().find(|words| kind(words) != Operation::Look);
+        self.base = first.map_or(0, |words| words[0] >> 8);
+        for words in operations {
+            let [head, a, b, c] = *words;
+            let operation = kind(words);
+            // The last word of a look is its number.
+            let used = match operation {
+                Operation::Take => [None; 3],
+                Operation::Look => [Some(a), Some(b), None],
+                _ => [Some(a), Some(b), Some(c)],
+            };
+            let none = Operand::Constant(0);
+            let operands = used.map(|place| place.map_or(none, |place| self.operand(constants, &made, place)));
+            let out = match operation {
+                Operation::Look => looks,
+                _ => (head >> 8).wrapping_sub(self.base) % RING,
+            };
+            looks += u32::from(operation == Operation::Look);
+            let sum = if operation == Operation::Take { a } else { 0 };
+            self.shape.numbers.push(NumberLine { operation, operands, sum, out });
+            made.push(head >> 8);
+        }
     }
 
-    fn line(&mut self, tape: &Tape, words: &Words) -> Line {
+    /// A number at a place, where the operations so far made those at other places.
+    fn operand(&mut self, constants: &[f64], made: &[u32], number: u32) -> Operand {
+        if let Some(constant) = constants.get((number.wrapping_sub(FIRST_CONSTANT)) as usize) {
+            return Operand::Constant(constant.to_bits());
+        }
+        match made.iter().rposition(|place| *place == number) {
+            Some(nth) => Operand::Made(nth as u32),
+            None => Operand::Parameter(place(number, &mut self.numbers)),
+        }
+    }
+
+    fn lines(&mut self, constants: &[f64], made: &[u32], instructions: &[Words]) -> Vec<Line> {
+        instructions.iter().map(|words| self.line(constants, made, words)).collect()
+    }
+
+    fn line(&mut self, constants: &[f64], made: &[u32], words: &Words) -> Line {
         let [action, out, a, b, c, s, t, _] = *words;
         let action = Action::ALL[action as usize];
         let vectors = [a, b, c].map(|vector| place(vector, &mut self.vectors));
-        let numbers = [s, t].map(|number| match tape.constants().get((number.wrapping_sub(FIRST_CONSTANT)) as usize) {
-            Some(constant) => Operand::Constant(constant.to_bits()),
-            None => Operand::Parameter(place(number, &mut self.numbers)),
-        });
-        let out = if action.is_sum() { 0 } else { place(out, &mut self.vectors) };
+        let numbers = [s, t].map(|number| self.operand(constants, made, number));
+        let out = if action.is_sum() { out } else { place(out, &mut self.vectors) };
         Line { action, out, vectors, numbers }
     }
 
-    /// Whether the parameters of a dispatch have room for one more instruction.
+    /// Whether the parameters of a dispatch have room for one more instruction or operation.
     pub fn has_room(&self) -> bool {
-        self.vectors.len() + 4 <= MOST_VECTORS && self.numbers.len() + 2 <= MOST_NUMBERS
+        self.vectors.len() + 4 <= MOST_VECTORS && self.numbers.len() + 3 <= MOST_NUMBERS
     }
 }
 
 impl Shape {
     pub fn has_block(&self) -> bool {
-        self.block.is_some()
+        matches!(&self.work, ShapeWork::Rows { block: Some(_), .. })
     }
 
     pub fn has_product(&self) -> bool {
-        self.product.is_some()
+        matches!(&self.work, ShapeWork::Rows { product: Some(_), .. })
     }
 
-    /// The kernel's entry point. `literal` writes a constant.
-    pub fn text(&self, literal: impl Fn(f64) -> String) -> String {
-        let mut text = String::from(BEGIN);
-        let lines: Vec<&Line> = self.before.iter().chain(&self.after).collect();
-        for (k, line) in lines.iter().enumerate() {
-            for (which, operand) in ["s", "t"].iter().zip(line.numbers) {
-                let _ = writeln!(text, "    let {which}{k} = {};", number(operand, &literal));
+    pub fn is_bodies(&self) -> bool {
+        matches!(self.work, ShapeWork::Bodies { .. })
+    }
+
+    /// Whether a look is among its operations.
+    pub fn looks(&self) -> bool {
+        self.numbers.iter().any(|line| line.operation == Operation::Look)
+    }
+
+    /// How many sums it makes.
+    pub fn sums(&self) -> usize {
+        match &self.work {
+            ShapeWork::Rows { before, after, .. } => {
+                before.iter().chain(after).filter(|line| line.action.is_sum()).count()
             }
-            if line.action.is_sum() {
-                let _ = writeln!(text, "    var sum{k} = identity({}u);", line.action.kind());
-            }
+            _ => 0,
         }
-        if let Some(line) = &self.block {
-            let step = number(line.numbers[0], &literal);
-            let [x, g, _] = line.vectors.map(vector_place);
-            let out = vector_place(line.out);
-            let _ = writeln!(text, "    let step = {step};");
-            text.push_str(CHUNK);
-            rows(&mut text, ROWS_OF_CHUNK, &self.before, 0, None);
-            let block = format!("minimize_block(block_start[slot], block_start[slot + 1u], {x}, {g}, step, {out})");
-            let _ = writeln!(
-                text,
-                "    storageBarrier();\n    if slot < parameters.pairs {{ {block}; }}\n    storageBarrier();"
-            );
-            rows(&mut text, ROWS_OF_CHUNK, &self.after, self.before.len(), None);
-            text.push_str("    storageBarrier();\n    }\n");
-        } else {
-            rows(&mut text, ALL_ROWS, &self.before, 0, self.product);
-        }
-        for (nth, k) in (0..lines.len()).filter(|k| lines[*k].action.is_sum()).enumerate() {
-            let _ = writeln!(text, "    lanes[(parameters.reduction + {nth}u) * WORKGROUP + local] = sum{k};");
-        }
-        text.push_str("    leave_sums(group_index(group, groups), local);\n}\n");
-        text
-    }
-}
-
-const BEGIN: &str = "@compute @workgroup_size(WORKGROUP)
-fn main(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-";
-
-const ALL_ROWS: &str = "    for (var row = invocation(group, groups, local); row < parameters.rows; row += parameters.groups * WORKGROUP) {\n";
-
-/// A workgroup computes consecutive pairs. Their rows follow each other, so its invocations share them evenly.
-const CHUNK: &str = "    for (var chunk = group_index(group, groups); chunk * WORKGROUP < parameters.pairs; chunk += parameters.groups) {
-    let slot = chunk * WORKGROUP + local;
-    let begin = block_start[chunk * WORKGROUP];
-    let end = block_start[min((chunk + 1u) * WORKGROUP, parameters.pairs)];
-";
-
-const ROWS_OF_CHUNK: &str = "    for (var row = begin + local; row < end; row += WORKGROUP) {\n";
-
-fn vector_place(vector: u32) -> String {
-    format!("parameters.vectors[{}][{}]", vector / 4, vector % 4)
-}
-
-fn number(operand: Operand, literal: &impl Fn(f64) -> String) -> String {
-    match operand {
-        Operand::Constant(bits) => literal(f64::from_bits(bits)),
-        Operand::Parameter(number) => format!("scalars[parameters.numbers[{}][{}]]", number / 4, number % 4),
-    }
-}
-
-/// Adds a loop over rows. It does `lines`, of which the first has number `first`, after the rows of a product.
-fn rows(text: &mut String, head: &str, lines: &[Line], first: usize, product: Option<u32>) {
-    if lines.is_empty() && product.is_none() {
-        return;
-    }
-    text.push_str(head);
-    // For each vector the variable that holds its number of this row, and whether the loop must store it.
-    let mut known: Vec<Option<(String, bool)>> = vec![None; MOST_VECTORS];
-    if let Some(out) = product {
-        text.push_str("        let product = product_of(row);\n");
-        known[out as usize] = Some(("product".into(), true));
-    }
-    for (k, line) in (first..).zip(lines) {
-        let mut names = Vec::new();
-        for vector in line.vectors {
-            let (name, _) = known[vector as usize].get_or_insert_with(|| {
-                let name = format!("v{vector}");
-                let _ = writeln!(text, "        let {name} = vectors[at({}, row)];", vector_place(vector));
-                (name, false)
-            });
-            names.push(name.clone());
-        }
-        let value = format!("row_value({}, {}, s{k}, t{k})", line.action.constant(), names.join(", "));
-        if line.action.is_sum() {
-            let _ = writeln!(text, "        sum{k} = join({}u, sum{k}, {value});", line.action.kind());
-        } else {
-            let _ = writeln!(text, "        let r{k} = {value};");
-            known[line.out as usize] = Some((format!("r{k}"), true));
-        }
-    }
-    for (vector, known) in known.iter().enumerate() {
-        if let Some((name, true)) = known {
-            let _ = writeln!(text, "        vectors[at({}, row)] = {name};", vector_place(vector as u32));
-        }
-    }
-    text.push_str("    }\n");
-}
-
-impl Action {
-    /// All, in their order.
-    pub const ALL: [Action; 13] = [
-        Action::Zero,
-        Action::Copy,
-        Action::CopyIf,
-        Action::Combine,
-        Action::Proximal,
-        Action::Project,
-        Action::Invert,
-        Action::Dot,
-        Action::Triple,
-        Action::Objective,
-        Action::Room,
-        Action::Residual,
-        Action::Largest,
-    ];
-
-    pub fn is_sum(self) -> bool {
-        self >= Action::Dot
     }
 }

@@ -1,7 +1,7 @@
 //! One door to the solvers on the device.
 
 use super::kernels::Variant;
-use super::layout::Slots;
+use super::layout::{LOOKS, Slots};
 use super::machine::Machine;
 use super::problem::DeviceProblem;
 use super::verbs::Device;
@@ -69,6 +69,12 @@ impl Solver {
     /// Problems with at most so many rows, pairs and bodies are solved by one workgroup from now on.
     pub fn set_largest_small(&mut self, largest: u64) {
         self.machine.largest_small = largest;
+    }
+
+    /// Reads the residuals of so many iterations at once from now on: first, and later in a solve. The bits of a result do
+    /// not depend on it.
+    pub fn set_looks(&mut self, looks: [usize; 2]) {
+        self.machine.looks = looks.map(|looks| looks.clamp(1, LOOKS as usize / 2));
     }
 
     /// Solves a problem: `gamma` becomes the solution, or the best iterate found, never worse than the start, and

@@ -1,151 +1,79 @@
-//! The tape: what verbs and arithmetic asked for, cut into stages.
+//! The tape: what verbs and arithmetic asked for, ordered into stages.
 //!
-//! A stage is what can be done without data of other rows: instructions on rows, with the sums over rows that they end
-//! in, or one pass over the bodies. It ends where a product or the small problems of the pairs need whole vectors, and
-//! where an instruction needs a number that the sums made; then the sums are finished and the operations on numbers
-//! done.
+//! A stage is what one dispatch does: operations on numbers, then instructions on rows with the small problems of the
+//! pairs between them, or one pass over the bodies. An instruction goes to the first stage that it can be done in. So
+//! one that waits for a number does not hold up those after it that do not.
+//!
+//! * The sums that a stage makes are brought together at the beginning of the next stage, with the operations that
+//!   wait for them.
+//! * A stage has at most one instruction on whole pairs. A product needs all of a vector and is two stages.
+//! * What is looked at (the iterate and its gradient) stays as it was looked at until the look is done, because
+//!   nothing that follows may be done if the look ends the solve.
 
 use super::layout::{CONSTANTS, FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS};
-use super::number::{self, Noted, Number, Operation, RING};
+use super::number::{self, Noted, Number, Operation};
 use super::shape::StageArguments;
+use super::stage::{Action, Product, Rows, Segment, Stage, Words, Work};
+use std::collections::HashMap;
 
-/// How the values of rows are brought together, with their names in kernels.
-const SUM: u32 = 0;
-const LEAST: u32 = 1;
-const WORST: u32 = 2;
-pub(super) const REDUCTION_KINDS: [(&str, u32); 3] = [("SUM", SUM), ("LEAST", LEAST), ("WORST", WORST)];
-
-/// What is done on a row, by `shaders/lcp/instructions.wgsl`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Hash)]
-#[repr(u32)]
-pub(super) enum Action {
-    Zero,
-    Copy,
-    CopyIf,
-    Combine,
-    Proximal,
-    Project,
-    Invert,
-    Dot,
-    Triple,
-    Objective,
-    Room,
-    Residual,
-    Largest,
-}
-
-impl Action {
-    /// How its values are brought together, by `shaders/lcp/reduce.wgsl`.
-    pub fn kind(self) -> u32 {
-        match self {
-            Action::Room => LEAST,
-            Action::Residual | Action::Largest => WORST,
-            _ => SUM,
-        }
-    }
-
-    /// The name of its number in kernels.
-    pub fn constant(self) -> &'static str {
-        match self {
-            Action::Zero => "ZERO",
-            Action::Copy => "COPY",
-            Action::CopyIf => "COPY_IF",
-            Action::Combine => "COMBINE",
-            Action::Proximal => "PROXIMAL",
-            Action::Project => "PROJECT",
-            Action::Invert => "INVERT",
-            Action::Dot => "DOT",
-            Action::Triple => "TRIPLE",
-            Action::Objective => "OBJECTIVE",
-            Action::Room => "ROOM",
-            Action::Residual => "RESIDUAL",
-            Action::Largest => "LARGEST",
-        }
-    }
-}
-
-/// This many instructions and one more always fit the parameters of a dispatch.
+/// With fewer instructions and operations a stage has room for one more, whatever it is.
 const FEW: usize = 6;
-
-/// One instruction: what, out, three vectors, two numbers.
-pub(super) type Words = [u32; 8];
-
-/// Where in the tape a stage's instructions or operations stand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stage {
-    /// Instructions on rows; before them the rows of a product.
-    Rows { begin: usize, end: usize, product: Option<Product>, sums: Sums },
-    /// Instructions on the rows of pairs, the one at `middle` on whole pairs.
-    Pairs { begin: usize, middle: usize, end: usize, sums: Sums },
-    /// `J^T x`.
-    Bodies { x: u32 },
-    /// Finishes sums, does operations on numbers.
-    Finish { begin: usize, end: usize, kinds: u32, sums: u32 },
-    /// Reads the problem.
-    PrepareRows,
-    /// Looks at the blocks of pairs.
-    PreparePairs,
-    /// Brings a vector to `gamma`.
-    Export { x: u32 },
-}
-
-/// The row half of a product.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Product {
-    pub out: u32,
-    pub add_q: bool,
-}
-
-/// The sums that a stage makes, of those that the next finish takes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Sums {
-    pub first: u32,
-    pub count: u32,
-    /// Kinds of all up to these.
-    pub kinds: u32,
-}
-
-impl Stage {
-    /// Its name, for timing.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Stage::Rows { product: None, .. } => "lcp-rows",
-            Stage::Rows { .. } => "lcp-product",
-            Stage::Pairs { .. } => "lcp-pairs",
-            Stage::Bodies { .. } => "lcp-bodies",
-            Stage::Finish { .. } => "lcp-finish",
-            Stage::PrepareRows | Stage::PreparePairs | Stage::Export { .. } => "lcp-prepare",
-        }
-    }
-}
 
 #[derive(Debug, Default)]
 pub(super) struct Tape {
-    pub instructions: Vec<Words>,
-    pub operations: Vec<[u32; 4]>,
     pub stages: Vec<Stage>,
+    /// Operations for the stage that comes next.
+    pending: Vec<[u32; 4]>,
+    /// The kinds of the sums of the stage before the first one here.
+    carried: Vec<u32>,
+    /// How many stages were run before.
+    run: u32,
+    /// Looks noted here, and looks run before.
     pub looks: u32,
+    looks_run: u32,
+    /// The stage whose operations have the last look.
+    look_at: Option<usize>,
+    /// What the last residual was made of.
+    looked_at: [u32; 2],
     constants: Vec<f64>,
     noted: Vec<Noted>,
-    /// Whether the last stage may be added to.
-    open: bool,
-    /// Numbers that are known after the next finish only.
-    unfinished: Vec<u32>,
-    /// Operations from here on wait for it, and so many sums.
-    waiting: usize,
-    sums: u32,
-    kinds: u32,
+    /// Nothing more goes to stages before this one.
+    floor: usize,
+    /// No more sums go to stages before this one: the last that a sum, a product or the pairs went to. The bits of a sum
+    /// depend on its stage, which must not depend on what was run already.
+    sums_floor: usize,
+    /// The stage at whose beginning a number is known.
+    ready: HashMap<u32, usize>,
+    vectors: Vec<Uses>,
+    /// Whether a product may choose its vector, and whether sums outlive a run. One workgroup can do neither.
+    apart: bool,
+}
+
+/// The last stages that used a vector, and the first one that may change it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Uses {
+    written: usize,
+    read: usize,
+    held: usize,
 }
 
 impl Tape {
+    /// An empty tape, for one dispatch a stage (`apart`) or one workgroup.
+    pub fn new(apart: bool) -> Self {
+        Tape { apart, ..Tape::default() }
+    }
+
     /// Takes up arithmetic noted since.
     fn catch_up(&mut self) {
         number::drain(&mut self.noted);
         for noted in std::mem::take(&mut self.noted) {
-            let [a, b, c] = noted.operands.map(|operand| self.number(operand));
+            let operands = noted.operands.map(|operand| self.number(operand));
+            let [a, b, c] = operands;
+            let known = operands.map(|place| self.known_at(place)).into_iter().max().unwrap_or(0);
+            let stage = self.operations_stage(known.max(self.floor));
             let out = number::place(noted.out);
-            self.operations.push([noted.operation as u32 | out << 8, a, b, c]);
-            self.unfinished.push(out);
+            self.operation(stage, [noted.operation as u32 | out << 8, a, b, c]);
+            self.ready.insert(out, stage);
         }
     }
 
@@ -174,71 +102,125 @@ impl Tape {
         &self.constants
     }
 
-    fn knows(&self, number: u32) -> bool {
-        number >= RING || !self.unfinished.contains(&number)
+    /// The stage at whose beginning a number is known.
+    fn known_at(&self, place: u32) -> usize {
+        self.ready.get(&place).copied().unwrap_or(0)
+    }
+
+    /// The first stage, from one on, that has room for an operation; it may be the one that comes next.
+    fn operations_stage(&mut self, first: usize) -> usize {
+        if let Some(stage) = (first..self.stages.len()).find(|nth| !self.is_full(*nth)) {
+            return stage;
+        }
+        let next = Stage { operations: std::mem::take(&mut self.pending), work: Work::Numbers };
+        let full = next.operations.len() > FEW && !StageArguments::of(&self.constants, &next, &[]).has_room();
+        self.pending = next.operations;
+        if full {
+            self.finish();
+        }
+        self.stages.len()
+    }
+
+    /// Adds an operation on numbers to a stage, which may be the one that comes next.
+    fn operation(&mut self, stage: usize, words: [u32; 4]) {
+        match self.stages.get_mut(stage) {
+            Some(stage) => stage.operations.push(words),
+            None => self.pending.push(words),
+        }
     }
 
     /// Adds an instruction on rows.
     pub fn row(&mut self, action: Action, out: u32, vectors: [u32; 3], numbers: [Number; 2]) {
-        let words = self.words(action, out, vectors, numbers);
-        self.rows_stage();
-        self.push(words);
+        let (words, first) = self.words(action, out, vectors, numbers);
+        let first = first.max(self.changes(out));
+        let stage = self.rows_stage(first, |_| true);
+        self.push(stage, words);
+        self.uses(out).written = stage;
     }
 
     /// Adds a sum (or least, or worst) over the rows.
     pub fn sum(&mut self, action: Action, vectors: [u32; 3]) -> Number {
-        self.catch_up();
-        if self.sums == REDUCTIONS {
-            self.finish();
-        }
-        let words = self.words(action, self.sums, vectors, [Number::Known(0.0); 2]);
-        self.rows_stage();
-        self.push(words);
+        let (mut words, first) = self.words(action, 0, vectors, [Number::Known(0.0); 2]);
+        let stage = self.rows_stage(first.max(self.sums_floor), |rows| rows.kinds.len() < REDUCTIONS as usize);
+        self.sums_floor = stage;
+        let Some(Work::Rows(rows)) = self.stages.get_mut(stage).map(|stage| &mut stage.work) else {
+            return Number::Known(f64::NAN);
+        };
+        let sum = rows.kinds.len() as u32;
+        rows.kinds.push(action.kind());
+        words[1] = sum;
+        self.push(stage, words);
         let nth = number::new();
         let place = number::place(nth);
-        self.operations.push([Operation::Take as u32 | place << 8, self.sums, 0, 0]);
-        self.unfinished.push(place);
-        self.kinds |= action.kind() << (2 * self.sums);
-        self.sums += 1;
-        if let Some(Stage::Rows { sums, .. } | Stage::Pairs { sums, .. }) = self.stages.last_mut() {
-            (sums.count, sums.kinds) = (sums.count + 1, self.kinds);
+        self.operation(stage + 1, [Operation::Take as u32 | place << 8, sum, 0, 0]);
+        self.ready.insert(place, stage + 1);
+        if action == Action::Residual {
+            self.looked_at = [vectors[0], vectors[1]];
         }
         Number::At(nth)
     }
 
     /// Adds the small problems of the pairs.
     pub fn pairs(&mut self, x: u32, step: Number, g: u32, out: u32) {
-        let words = self.words(Action::Proximal, out, [x, g, x], [step, Number::Known(0.0)]);
-        let middle = self.instructions.len();
-        let last = if self.open { self.stages.last().copied() } else { None };
-        match last {
-            Some(Stage::Rows { begin, end, product: None, sums }) => {
-                self.stages.pop();
-                self.stages.push(Stage::Pairs { begin, middle: end, end, sums });
-            }
-            _ => {
-                self.stages.push(Stage::Pairs { begin: middle, middle, end: middle, sums: self.new_sums() });
-                self.open = true;
-            }
+        let (words, first) = self.words(Action::Proximal, out, [x, g, x], [step, Number::Known(0.0)]);
+        let first = first.max(self.changes(out));
+        let stage = self.rows_stage(first, |rows| rows.product.is_none() && rows.block.is_none());
+        if let Some(Work::Rows(rows)) = self.stages.get_mut(stage).map(|stage| &mut stage.work) {
+            rows.block = Some(words);
         }
-        self.push(words);
+        self.sums_floor = stage.max(self.sums_floor);
+        for vector in [x, g] {
+            self.uses(vector).read = stage.max(self.uses(vector).read);
+        }
+        self.uses(out).written = stage;
     }
 
     /// Adds `out = [q +] A x`.
     pub fn product(&mut self, x: u32, out: u32, add_q: bool) {
         self.catch_up();
-        self.stages.push(Stage::Bodies { x });
-        let at = self.instructions.len();
-        let product = Some(Product { out, add_q });
-        self.stages.push(Stage::Rows { begin: at, end: at, product, sums: self.new_sums() });
-        self.open = true;
+        let mut rows = Rows { product: Some(Product { out, add_q }), ..Rows::default() };
+        match self.choice(x) {
+            // The copies that wait for the same numbers are made with the product's rows.
+            Some((choice, copies)) => {
+                let last = self.stages.len() - 1;
+                self.stages[last].work = choice;
+                rows.before = copies;
+            }
+            None => self.begin(Work::Bodies { x, instead: None }),
+        }
+        self.begin(Work::Rows(rows.clone()));
+        let last = self.stages.len() - 1;
+        self.sums_floor = last;
+        let touched = rows.before.iter().flat_map(|words| words[1..5].to_vec()).chain([x]);
+        for vector in touched {
+            self.uses(vector).read = last;
+        }
+        for out in rows.before.iter().map(|words| words[1]).chain([out]) {
+            self.uses(out).written = last;
+        }
+    }
+
+    /// The pass over the bodies that chooses its vector itself, if the last stage only copies where a number is
+    /// positive and one of the copies makes `x`; and the copies.
+    fn choice(&mut self, x: u32) -> Option<(Work, Vec<Words>)> {
+        let last = self.stages.len().checked_sub(1).filter(|last| self.apart && *last >= self.floor)?;
+        let Work::Rows(rows) = &self.stages[last].work else { return None };
+        let alone = rows.product.is_none() && rows.block.is_none() && rows.kinds.is_empty();
+        let copies = &rows.before;
+        let conditional = copies.iter().all(|words| words[0] == Action::CopyIf as u32);
+        let mut of_x = copies.iter().filter(|words| words[1] == x);
+        let (Some(copy), None, true) = (of_x.next(), of_x.next(), alone && conditional) else { return None };
+        // What it is copied from must not be another copy.
+        let from = copy[2];
+        let steady = copies.iter().all(|words| words[1] != from);
+        steady.then(|| (Work::Bodies { x, instead: Some([copy[5], from]) }, copies.clone()))
     }
 
     /// Adds another stage.
-    pub fn stage(&mut self, stage: Stage) {
-        self.catch_up();
-        self.open = false;
-        self.stages.push(stage);
+    pub fn stage(&mut self, work: Work) {
+        self.finish();
+        self.begin(work);
+        self.finish();
     }
 
     /// Notes a residual. Says whether there was room.
@@ -248,75 +230,147 @@ impl Tape {
             return false;
         }
         let [residual, tolerance] = [residual, Number::Known(tolerance)].map(|number| self.number(number));
+        let stage = self.known_at(residual).max(self.floor);
+        let nth = self.looks_run + self.looks;
         self.looks += 1;
-        let out = HALT + self.looks;
-        self.operations.push([Operation::Look as u32 | out << 8, residual, tolerance, tolerance]);
+        let out = HALT + 1 + nth % LOOKS;
+        self.operation(stage, [Operation::Look as u32 | out << 8, residual, tolerance, nth + 1]);
+        self.look_at = Some(stage);
+        for vector in self.looked_at {
+            self.uses(vector).held = stage;
+        }
         true
     }
 
     /// Ends the last stage, finishes all sums and does all operations.
     pub fn finish(&mut self) {
         self.catch_up();
-        self.open = false;
-        if self.waiting < self.operations.len() {
-            let (begin, end) = (self.waiting, self.operations.len());
-            self.stages.push(Stage::Finish { begin, end, kinds: self.kinds, sums: self.sums });
+        if !self.pending.is_empty() {
+            self.begin(Work::Numbers);
         }
-        (self.waiting, self.sums, self.kinds) = (self.operations.len(), 0, 0);
-        self.unfinished.clear();
+        self.floor = self.stages.len();
+        self.ready.clear();
+        self.vectors.clear();
     }
 
-    /// Whether there is a look among some operations.
-    pub fn looks_in(&self, begin: usize, end: usize) -> bool {
-        self.operations[begin..end].iter().any(|words| words[0] & 0xff == Operation::Look as u32)
+    /// Gives all that is to be done.
+    pub fn all(&mut self) -> Segment {
+        self.finish();
+        self.first(self.stages.len())
     }
 
-    /// Forgets all but the constants.
-    pub fn clear(&mut self) {
-        self.instructions.clear();
-        self.operations.clear();
+    /// Gives what is to be done before the last look, which then takes no stages of its own; all if that is nothing.
+    pub fn ready(&mut self) -> Segment {
+        self.catch_up();
+        match self
+            .look_at
+            .and_then(|stage| stage.checked_sub(1))
+            .filter(|stage| self.apart && *stage >= self.floor.max(1))
+        {
+            Some(stages) => self.first(stages),
+            None => self.all(),
+        }
+    }
+
+    /// Gives the first stages.
+    fn first(&mut self, count: usize) -> Segment {
+        let rest = self.stages.split_off(count);
+        let stages = std::mem::replace(&mut self.stages, rest);
+        let looks = stages.iter().map(Stage::looks).sum();
+        let kinds = stages.last().map_or_else(|| self.carried.clone(), Stage::kinds);
+        let carried = std::mem::replace(&mut self.carried, kinds);
+        let segment = Segment { stages, carried, run: self.run, looks_before: self.looks_run, looks };
+        self.run = self.run.wrapping_add(count as u32);
+        (self.looks, self.looks_run) = (self.looks - looks, self.looks_run + looks);
+        let later = |stage: usize| stage.saturating_sub(count);
+        (self.floor, self.sums_floor) = (later(self.floor), later(self.sums_floor));
+        self.look_at = self.look_at.filter(|stage| *stage >= count).map(later);
+        self.ready.retain(|_, stage| *stage >= count);
+        self.ready.values_mut().for_each(|stage| *stage = later(*stage));
+        for uses in &mut self.vectors {
+            *uses = Uses { written: later(uses.written), read: later(uses.read), held: later(uses.held) };
+        }
+        segment
+    }
+
+    /// Forgets what is noted and was not run.
+    pub fn forget(&mut self) {
+        self.catch_up();
         self.stages.clear();
-        self.unfinished.clear();
-        (self.looks, self.waiting, self.sums, self.kinds, self.open) = (0, 0, 0, 0, false);
+        self.pending.clear();
+        self.carried.clear();
+        self.ready.clear();
+        self.vectors.clear();
+        (self.looks, self.look_at, self.floor, self.sums_floor) = (0, None, 0, 0);
     }
 
-    /// An instruction, after a finish where its numbers need one.
-    fn words(&mut self, action: Action, out: u32, [a, b, c]: [u32; 3], numbers: [Number; 2]) -> Words {
+    /// What the last residual was made of: the iterate and its gradient.
+    pub fn looked_at(&self) -> [u32; 2] {
+        self.looked_at
+    }
+
+    /// An instruction, and the first stage that has all that it reads.
+    fn words(&mut self, action: Action, out: u32, vectors: [u32; 3], numbers: [Number; 2]) -> (Words, usize) {
         self.catch_up();
         let [s, t] = numbers.map(|number| self.number(number));
-        if !self.knows(s) || !self.knows(t) {
-            self.finish();
+        let [a, b, c] = vectors;
+        let mut first = self.floor.max(self.known_at(s)).max(self.known_at(t));
+        for vector in vectors {
+            first = first.max(self.uses(vector).written);
         }
-        [action as u32, out, a, b, c, s, t, 0]
+        ([action as u32, out, a, b, c, s, t, 0], first)
     }
 
-    fn new_sums(&self) -> Sums {
-        Sums { first: self.sums, count: 0, kinds: self.kinds }
+    /// The first stage that may change a vector.
+    fn changes(&mut self, vector: u32) -> usize {
+        let Uses { written, read, held } = *self.uses(vector);
+        written.max(read).max(held)
     }
 
-    fn rows_stage(&mut self) {
-        if !self.open || self.is_full() {
-            let at = self.instructions.len();
-            self.stages.push(Stage::Rows { begin: at, end: at, product: None, sums: self.new_sums() });
-            self.open = true;
+    fn uses(&mut self, vector: u32) -> &mut Uses {
+        let nth = vector as usize;
+        if self.vectors.len() <= nth {
+            self.vectors.resize(nth + 1, Uses::default());
         }
+        &mut self.vectors[nth]
     }
 
-    /// Whether the last stage might exceed the parameters of a dispatch with one more instruction.
-    fn is_full(&self) -> bool {
-        match self.stages.last() {
-            Some(stage @ (Stage::Rows { begin, end, .. } | Stage::Pairs { begin, end, .. })) if end - begin > FEW => {
-                !StageArguments::of(self, stage).is_some_and(|arguments| arguments.has_room())
+    /// The first stage on rows, from one on, that fits; a new one if there is none.
+    fn rows_stage(&mut self, first: usize, fits: impl Fn(&Rows) -> bool) -> usize {
+        for nth in first..self.stages.len() {
+            if let Work::Rows(rows) = &self.stages[nth].work
+                && fits(rows)
+                && !self.is_full(nth)
+            {
+                return nth;
             }
-            _ => false,
         }
+        self.begin(Work::Rows(Rows::default()));
+        self.stages.len() - 1
     }
 
-    fn push(&mut self, words: Words) {
-        self.instructions.push(words);
-        let at = self.instructions.len();
-        if let Some(Stage::Rows { end, .. } | Stage::Pairs { end, .. }) = self.stages.last_mut() {
-            *end = at;
+    /// Adds a stage, with the operations that wait for it.
+    fn begin(&mut self, work: Work) {
+        let operations = std::mem::take(&mut self.pending);
+        self.stages.push(Stage { operations, work });
+    }
+
+    /// Whether a stage might exceed the parameters of a dispatch with one more instruction.
+    fn is_full(&self, nth: usize) -> bool {
+        let stage = &self.stages[nth];
+        let instructions = match &stage.work {
+            Work::Rows(rows) => rows.before.len() + rows.after.len(),
+            _ => 0,
+        };
+        instructions + stage.operations.len() > FEW && !StageArguments::of(self.constants(), stage, &[]).has_room()
+    }
+
+    fn push(&mut self, stage: usize, words: Words) {
+        for vector in [words[2], words[3], words[4]] {
+            self.uses(vector).read = stage.max(self.uses(vector).read);
+        }
+        if let Some(Work::Rows(rows)) = self.stages.get_mut(stage).map(|stage| &mut stage.work) {
+            if rows.block.is_some() { rows.after.push(words) } else { rows.before.push(words) }
         }
     }
 }

@@ -380,20 +380,29 @@ fn a_batch_ends_at_the_look_that_converged() {
             let mut device = Device::new(gpu, &mut machine, &device_problem);
             device.prepare();
             for last in [0.25, f64::NAN] {
-                let [mut x, one]: [Slot; 2] = [1.0, 1.0].map(|x| device.uploaded(&[x; 10]));
-                let zero = device.number(0.0);
-                for residual in [4.0, last, 0.125] {
-                    let residual = device.number(residual) + if residual.is_nan() { zero / zero } else { zero };
+                // Of the residuals 4, 0.25 or NaN, and 0.125 the second one ends the batch.
+                // The iterates are so large that the gradient is the residual.
+                let [mut x, mut g, one]: [Slot; 3] = [1e6, 1.0, 1.0].map(|x| device.uploaded(&[x; 10]));
+                let mut worse = device.uploaded(&[last; 10]);
+                for (nth, to) in [4.0, last, 0.125].into_iter().enumerate() {
+                    let (none, to) = (device.number(0.0), device.number(if nth == 1 { 0.0 } else { to }));
+                    device.combine(to, &one, none, &one, &mut g);
+                    if nth == 1 {
+                        device.take(&mut worse, &mut g);
+                    }
+                    let more = device.number(5e5);
+                    device.add(more, &one, &mut x);
+                    let residual = device.residual(&x, &g);
                     device.look(residual, 0.5);
-                    let half = device.number(0.5);
-                    device.add(half, &one, &mut x);
                 }
-                let looks = device.looks();
+                let mut looks = device.looks();
+                looks.residuals.extend(if looks.ended { Vec::new() } else { device.looks().residuals });
+                let looks = looks.residuals;
                 assert_eq!(looks.len(), 2, "{} small {small}: {looks:?}", precision.name());
                 assert_eq!(looks[0], 4.0);
                 assert!(looks[1] == last || (last.is_nan() && !looks[1].is_finite()), "{looks:?}");
-                // What came after the first look was done, what came after the second was not.
-                assert_eq!(device.downloaded(&x), [1.5; 10], "{} small {small}", precision.name());
+                // The iterate that was looked at last is still there.
+                assert_eq!(device.downloaded(&x), [2e6; 10], "{} small {small}", precision.name());
             }
         }
     }

@@ -2,7 +2,7 @@
 //! again and a finish, or nothing for some of these.
 
 use super::kernels::SMALL_WORKGROUP;
-use super::tape::{Product, Stage, Tape};
+use super::stage::{Product, Rows, Segment, Stage, Words, Work, packed};
 
 /// One turn, as in `shaders/lcp/main_small.wgsl`.
 pub(super) const TURN_WORDS: usize = 16;
@@ -16,7 +16,9 @@ const ROUNDS_OF_BLOCKS: u64 = 64;
 /// What one workgroup is to do: so many turns, or another stage that has a kernel of its own.
 pub(super) enum Part {
     Turns(usize),
-    Other(Stage),
+    /// Turns that are done if a look ended the batch.
+    Confirmation(usize),
+    Other(Work),
 }
 
 /// What a turn does, in its order.
@@ -30,8 +32,20 @@ enum Step {
     Finish,
 }
 
+/// A segment for one workgroup.
+#[derive(Default)]
+pub(super) struct Program {
+    /// Instructions, operations and turns, as the device reads them.
+    pub words: Vec<u32>,
+    /// Where the turns begin, in fours of words.
+    pub first_turn: u32,
+    pub parts: Vec<Part>,
+}
+
 /// Builds turns.
 struct Turns {
+    instructions: Vec<Words>,
+    operations: Vec<[u32; 4]>,
     words: Vec<[u32; TURN_WORDS]>,
     last: Step,
     /// Rows, pairs and bodies of the problem.
@@ -40,72 +54,107 @@ struct Turns {
     bodies: u32,
 }
 
-/// A tape as turns for a problem of so many rows, pairs and bodies, in parts that are not too long for one dispatch.
-pub(super) fn of(tape: &Tape, size: [u32; 3]) -> (Vec<Part>, Vec<[u32; TURN_WORDS]>) {
-    let mut turns = Turns::new(size[0], size[1], size[2]);
+/// A segment, and what confirms a look, as turns for a problem of so many rows, pairs and bodies, in parts that are not
+/// too long for one dispatch.
+pub(super) fn of(segment: &Segment, confirmation: &[Stage], size: [u32; 3]) -> Program {
+    let mut turns = Turns::new(size);
     let (mut parts, mut first, mut rounds) = (Vec::new(), 0, 0);
-    for stage in &tape.stages {
-        let other = matches!(stage, Stage::PrepareRows | Stage::PreparePairs | Stage::Export { .. });
-        turns.add(tape, stage);
-        rounds += turns.rounds(stage);
+    let mut kinds = Vec::new();
+    for stage in &segment.stages {
+        let other = matches!(stage.work, Work::PrepareRows | Work::PreparePairs | Work::Export { .. });
+        turns.finish(&stage.operations, &kinds);
+        rounds += stage.operations.len() as u64 + 16;
         // Sums are kept in the workgroup until they are finished.
-        let long = matches!(stage, Stage::Finish { .. }) && rounds >= MOST_ROUNDS;
-        if other || long {
+        if other || (rounds >= MOST_ROUNDS && !stage.operations.is_empty()) {
             parts.push(Part::Turns(turns.words.len() - first));
             (first, rounds, turns.last) = (turns.words.len(), 0, Step::Finish);
         }
+        turns.add(&stage.work);
+        rounds += turns.rounds(stage);
+        kinds = stage.kinds();
         if other {
-            parts.push(Part::Other(*stage));
+            parts.push(Part::Other(stage.work.clone()));
         }
     }
     parts.push(Part::Turns(turns.words.len() - first));
-    (parts, turns.words)
+    (first, turns.last) = (turns.words.len(), Step::Finish);
+    kinds.clear();
+    for stage in confirmation {
+        turns.finish(&stage.operations, &kinds);
+        turns.add(&stage.work);
+        kinds = stage.kinds();
+    }
+    parts.push(Part::Confirmation(turns.words.len() - first));
+    turns.program(parts)
 }
 
 impl Turns {
-    fn new(rows: u32, pairs: u32, bodies: u32) -> Self {
-        Turns { words: Vec::new(), last: Step::Finish, rows, pairs, bodies }
+    fn new([rows, pairs, bodies]: [u32; 3]) -> Self {
+        let (instructions, operations) = (Vec::new(), Vec::new());
+        Turns { instructions, operations, words: Vec::new(), last: Step::Finish, rows, pairs, bodies }
     }
 
-    /// Adds a stage.
-    fn add(&mut self, tape: &Tape, stage: &Stage) {
-        let first_operation = 2 * tape.instructions.len();
+    /// All words. Operations follow the instructions.
+    fn program(mut self, parts: Vec<Part>) -> Program {
+        let first_operation = 2 * self.instructions.len() as u32;
+        for turn in &mut self.words {
+            turn[12] += first_operation;
+            turn[13] += first_operation;
+        }
+        let first_turn = first_operation + self.operations.len() as u32;
+        let lists = [self.instructions.as_flattened(), self.operations.as_flattened(), self.words.as_flattened()];
+        Program { words: lists.concat(), first_turn, parts }
+    }
+
+    /// Adds operations on numbers, which take sums of these kinds.
+    fn finish(&mut self, operations: &[[u32; 4]], kinds: &[u32]) {
+        if operations.is_empty() {
+            return;
+        }
+        let begin = self.operations.len() as u32;
+        self.operations.extend(operations);
+        let end = self.operations.len() as u32;
+        let turn = self.turn(Step::Finish);
+        (turn[12], turn[13], turn[14]) = (begin, end, packed(kinds));
+    }
+
+    /// Adds what a stage does after its operations.
+    fn add(&mut self, work: &Work) {
         let (rows, pairs, bodies) = (self.rows, self.pairs, self.bodies);
-        match *stage {
-            Stage::Rows { begin, end, product, .. } => {
-                if let Some(Product { out, add_q }) = product {
+        match work {
+            Work::Rows(Rows { product, before, block, after, .. }) => {
+                if let Some(Product { out, add_q }) = *product {
                     let turn = self.turn(Step::Product);
                     (turn[10], turn[11], turn[6]) = (rows, out, u32::from(add_q));
                 }
-                self.rows(begin, end);
+                self.rows(before);
+                if let Some(block) = block {
+                    let at = 2 * self.instructions.len() as u32;
+                    self.instructions.push(*block);
+                    let turn = self.turn(Step::Pairs);
+                    (turn[4], turn[5]) = (at, pairs);
+                }
+                self.rows(after);
             }
-            Stage::Pairs { begin, middle, end, .. } => {
-                self.rows(begin, middle);
-                let turn = self.turn(Step::Pairs);
-                (turn[4], turn[5]) = (2 * middle as u32, pairs);
-                self.rows(middle + 1, end);
-            }
-            Stage::Bodies { x } => {
+            Work::Bodies { x, .. } => {
                 let turn = self.turn(Step::Bodies);
-                (turn[8], turn[9]) = (bodies, x);
+                (turn[8], turn[9]) = (bodies, *x);
             }
-            Stage::Finish { begin, end, kinds, .. } => {
-                let turn = self.turn(Step::Finish);
-                (turn[12], turn[13], turn[14]) =
-                    ((first_operation + begin) as u32, (first_operation + end) as u32, kinds);
-            }
-            Stage::PrepareRows | Stage::PreparePairs | Stage::Export { .. } => {}
+            Work::Numbers | Work::PrepareRows | Work::PreparePairs | Work::Export { .. } => {}
         }
     }
 
-    fn rows(&mut self, begin: usize, end: usize) {
-        if begin == end {
+    fn rows(&mut self, instructions: &[Words]) {
+        if instructions.is_empty() {
             return;
         }
+        let begin = 2 * self.instructions.len() as u32;
+        self.instructions.extend(instructions);
+        let end = 2 * self.instructions.len() as u32;
         let begins = matches!(self.last, Step::After | Step::Finish);
         let (step, at) = if begins { (Step::Before, 0) } else { (Step::After, 2) };
         let turn = self.turn(step);
-        (turn[at], turn[at + 1]) = (2 * begin as u32, 2 * end as u32);
+        (turn[at], turn[at + 1]) = (begin, end);
     }
 
     /// The turn that can do this part: the last, unless that did it or a later one.
@@ -118,15 +167,16 @@ impl Turns {
         &mut self.words[last]
     }
 
-    /// About how many rounds of loops an invocation makes for a stage.
+    /// About how many rounds of loops an invocation makes for a stage on rows or bodies.
     fn rounds(&self, stage: &Stage) -> u64 {
         let each = |n: u32| u64::from(n.div_ceil(SMALL_WORKGROUP)) + 1;
         let rows = each(self.rows);
-        match *stage {
-            Stage::Rows { begin, end, product, .. } => ((end - begin) as u64 + u64::from(product.is_some())) * rows,
-            Stage::Pairs { begin, end, .. } => (end - begin) as u64 * rows + ROUNDS_OF_BLOCKS * rows,
-            Stage::Bodies { .. } => each(self.bodies) + 2 * rows,
-            Stage::Finish { begin, end, .. } => (end - begin) as u64 + 16,
+        match &stage.work {
+            Work::Rows(Rows { product, before, block, after, .. }) => {
+                let blocks = if block.is_some() { ROUNDS_OF_BLOCKS } else { 0 };
+                ((before.len() + after.len()) as u64 + u64::from(product.is_some()) + blocks) * rows
+            }
+            Work::Bodies { .. } => each(self.bodies) + 2 * rows,
             _ => 0,
         }
     }

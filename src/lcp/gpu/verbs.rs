@@ -1,19 +1,17 @@
 //! The verbs on the device. They write the tape; only reading runs it.
 
 use super::layout::{HALT, LOOKS};
-use super::machine::Machine;
+use super::machine::{Machine, Task};
 use super::number::Number;
 use super::problem::DeviceProblem;
-use super::tape::{Action, Stage, Tape};
+use super::stage::{Action, Segment, Work};
+use super::tape::Tape;
 use crate::gpu::{Gpu, GpuError};
-use crate::lcp::verbs::{Metric, Verbs};
+use crate::lcp::verbs::{Looks, Metric, Verbs};
+use std::collections::VecDeque;
 
 /// A diagonal entry at or under this many squared roundings of the largest is a zero row's, as on the CPU.
 const ZERO_ROW: f64 = 1.0;
-
-/// Looks of the first batches. Later ones take more, so that a long solve seldom waits and a short one wastes little.
-const FIRST_LOOKS: u32 = 4;
-const MOST_LOOKS: u32 = 32;
 
 /// A vector's place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,9 +26,16 @@ pub(crate) struct Device<'a> {
     /// Vectors so far.
     vectors: u32,
     products: u64,
-    /// Products at each look of the batch.
-    looked: Vec<u64>,
-    batches: u32,
+    /// Products at each look that was not read.
+    looked: VecDeque<u64>,
+    /// Whether a look was noted since the last ones were read.
+    noted: bool,
+    /// Whether a batch was read.
+    begun: bool,
+    /// Whether no look has ended a batch that is still to be skipped.
+    afresh: bool,
+    /// The residual of a gradient made afresh where the last look was.
+    confirmed: Option<(Number, f64)>,
     fault: Option<GpuError>,
 }
 
@@ -40,22 +45,26 @@ impl<'a> Device<'a> {
         // Arithmetic left over by a solve that ended early.
         super::number::drain(&mut Vec::new());
         super::number::take_misuse();
+        let apart = !machine.is_small(problem);
         Device {
             gpu,
             machine,
             problem,
-            tape: Tape::default(),
+            tape: Tape::new(apart),
             vectors,
             products: 0,
-            looked: Vec::new(),
-            batches: 0,
+            looked: VecDeque::new(),
+            noted: false,
+            begun: false,
+            afresh: true,
+            confirmed: None,
             fault: None,
         }
     }
 
     /// Reads the problem and inverts its diagonals.
     pub fn prepare(&mut self) {
-        self.tape.stage(Stage::PrepareRows);
+        self.tape.stage(Work::PrepareRows);
         let slots = self.machine.slots();
         let largest = self.tape.sum(Action::Largest, [slots.diagonal; 3]);
         let zero = largest * Number::Known(ZERO_ROW * self.rounding() * self.rounding());
@@ -65,7 +74,7 @@ impl<'a> Device<'a> {
             self.tape.row(Action::Invert, inverse, [slots.diagonal, majorant, majorant], [zero, none]);
         }
         if slots.coupling.is_some() {
-            self.tape.stage(Stage::PreparePairs);
+            self.tape.stage(Work::PreparePairs);
         }
     }
 
@@ -77,29 +86,37 @@ impl<'a> Device<'a> {
     /// Brings the result into the problem.
     pub fn finish(&mut self, x: &Slot) -> Result<(), GpuError> {
         let x = at(x);
-        self.tape.stage(Stage::Bodies { x });
-        self.tape.stage(Stage::Export { x });
-        self.run(&[]);
+        self.tape.stage(Work::Bodies { x, instead: None });
+        self.tape.stage(Work::Export { x });
+        self.run(Vec::new());
         self.fault.clone().map_or(Ok(()), Err)
     }
 
-    /// Runs the tape and reads numbers.
-    fn run(&mut self, read: &[std::ops::Range<u32>]) -> Vec<f64> {
-        self.tape.finish();
+    /// Runs all that is noted and reads numbers.
+    fn run(&mut self, read: Vec<std::ops::Range<u32>>) -> Vec<f64> {
+        let segment = self.tape.all();
+        self.run_segment(&segment, None, read)
+    }
+
+    /// Runs some of what is noted and reads numbers.
+    fn run_segment(
+        &mut self,
+        segment: &Segment,
+        confirm: Option<[u32; 3]>,
+        read: Vec<std::ops::Range<u32>>,
+    ) -> Vec<f64> {
         if let (None, Some(misuse)) = (&self.fault, super::number::take_misuse()) {
             self.fault = Some(GpuError::Refused { message: misuse.into() });
         }
+        let count = read.iter().map(|range| range.len()).sum();
+        let task = Task { vectors: self.vectors, afresh: std::mem::take(&mut self.afresh), confirm, read };
         if self.fault.is_none() {
-            match self.machine.run(self.gpu, self.problem, &self.tape, self.vectors, read) {
-                Ok(numbers) => {
-                    self.tape.clear();
-                    return numbers;
-                }
+            match self.machine.run(self.gpu, self.problem, segment, self.tape.constants(), &task) {
+                Ok(numbers) => return numbers,
                 Err(fault) => self.fault = Some(fault),
             }
         }
-        self.tape.clear();
-        vec![f64::NAN; read.iter().map(|range| range.len()).sum()]
+        vec![f64::NAN; count]
     }
 
     /// A vector to be written, with a place.
@@ -115,7 +132,7 @@ impl<'a> Device<'a> {
     pub fn uploaded(&mut self, numbers: &[f64]) -> Slot {
         let mut slot = Slot::default();
         let out = self.out(&mut slot);
-        self.run(&[]);
+        self.run(Vec::new());
         self.machine.write(self.gpu, self.problem, out, numbers).unwrap();
         slot
     }
@@ -123,7 +140,7 @@ impl<'a> Device<'a> {
     /// A vector's numbers, for tests.
     #[cfg(test)]
     pub fn downloaded(&mut self, slot: &Slot) -> Vec<f64> {
-        self.run(&[]);
+        self.run(Vec::new());
         self.machine.read(self.gpu, self.problem, at(slot)).unwrap()
     }
 
@@ -242,33 +259,55 @@ impl Verbs for Device<'_> {
             Number::Known(x) => x,
             Number::At(nth) => {
                 let place = super::number::place(nth);
-                self.run(std::slice::from_ref(&(place..place + 1)))[0]
+                self.run(std::iter::once(place..place + 1).collect())[0]
             }
         }
     }
 
     fn look(&mut self, residual: Number, tolerance: f64) {
         if self.tape.look(residual, tolerance) {
-            self.looked.push(self.products);
+            self.looked.push_back(self.products);
+            self.noted = true;
         }
     }
 
-    fn looks(&mut self) -> Vec<f64> {
-        let looked = std::mem::take(&mut self.looked);
-        self.batches += 1;
-        let numbers = self.run(std::slice::from_ref(&(HALT..HALT + 1 + looked.len() as u32)));
-        let mut looks = numbers[1..].to_vec();
-        if numbers[0] >= 1.0 && numbers[0] <= looks.len() as f64 {
-            looks.truncate(numbers[0] as usize);
-            self.products = looked[looks.len() - 1];
-            // What follows may end as soon.
-            self.batches = 0;
+    fn looks(&mut self) -> Looks {
+        let segment = if std::mem::take(&mut self.noted) { self.tape.ready() } else { self.tape.all() };
+        self.begun = true;
+        let [x, g] = self.tape.looked_at();
+        let fresh = super::number::new();
+        let place = super::number::place(fresh);
+        let read = vec![HALT..HALT + 1 + LOOKS, place..place + 1];
+        let numbers = self.run_segment(&segment, Some([x, g, place]), read);
+        let (halt, residuals, confirmed) = (numbers[0], &numbers[1..=LOOKS as usize], numbers[1 + LOOKS as usize]);
+        let ended = halt >= 1.0;
+        let looks = if ended { halt as u32 - segment.looks_before } else { segment.looks };
+        let residual = |nth: u32| residuals[((segment.looks_before + nth) % LOOKS) as usize];
+        let residuals: Vec<f64> = (0..looks).map(residual).collect();
+        let products = self.looked.drain(..residuals.len().min(self.looked.len())).next_back();
+        self.confirmed = None;
+        if ended {
+            self.products = products.unwrap_or(self.products);
+            self.confirmed = Some((Number::At(fresh), confirmed));
+            self.tape.forget();
+            self.looked.clear();
+            (self.afresh, self.begun) = (true, false);
         }
-        looks
+        Looks { residuals, ended }
+    }
+
+    fn confirm(&mut self, x: &Slot, g: &mut Slot) -> (Number, f64) {
+        if let Some(confirmed) = self.confirmed.take() {
+            self.products += 1;
+            return confirmed;
+        }
+        self.gradient(x, g);
+        let residual = self.residual(x, g);
+        (residual, self.read(residual))
     }
 
     fn looks_at_once(&self) -> usize {
-        (FIRST_LOOKS << self.batches.min(8)).min(MOST_LOOKS).min(LOOKS) as usize
+        self.machine.looks[usize::from(self.begun)]
     }
 
     fn rounding(&self) -> f64 {

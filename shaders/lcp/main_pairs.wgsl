@@ -1,5 +1,0 @@
-// A stage on the rows of all pairs, with the small problems of the pairs in the middle. What it does is generated.
-@group(0) @binding(1) var<storage, read> scalars: array<real>;
-@group(0) @binding(2) var<storage, read_write> vectors: array<real>;
-@group(0) @binding(3) var<storage, read_write> partial: array<real>;
-@group(0) @binding(4) var<storage, read> block_start: array<u32>;

@@ -1,0 +1,189 @@
+//! What one dispatch does.
+
+use super::layout::REDUCTIONS;
+use super::number::Operation;
+
+/// How the values of rows are brought together, with their names in kernels.
+const SUM: u32 = 0;
+const LEAST: u32 = 1;
+const WORST: u32 = 2;
+pub(super) const REDUCTION_KINDS: [(&str, u32); 3] = [("SUM", SUM), ("LEAST", LEAST), ("WORST", WORST)];
+
+/// What is done on a row, by `shaders/lcp/instructions.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Hash)]
+#[repr(u32)]
+pub(super) enum Action {
+    Zero,
+    Copy,
+    CopyIf,
+    Combine,
+    Proximal,
+    Project,
+    Invert,
+    Dot,
+    Triple,
+    Objective,
+    Room,
+    Residual,
+    Largest,
+}
+
+impl Action {
+    /// All, in their order.
+    pub const ALL: [Action; 13] = [
+        Action::Zero,
+        Action::Copy,
+        Action::CopyIf,
+        Action::Combine,
+        Action::Proximal,
+        Action::Project,
+        Action::Invert,
+        Action::Dot,
+        Action::Triple,
+        Action::Objective,
+        Action::Room,
+        Action::Residual,
+        Action::Largest,
+    ];
+
+    /// Whether it makes a sum (or least, or worst), not a vector.
+    pub fn is_sum(self) -> bool {
+        self >= Action::Dot
+    }
+
+    /// How its values are brought together, by `shaders/lcp/reduce.wgsl`.
+    pub fn kind(self) -> u32 {
+        match self {
+            Action::Room => LEAST,
+            Action::Residual | Action::Largest => WORST,
+            _ => SUM,
+        }
+    }
+
+    /// Which of its three vectors it reads.
+    pub fn reads(self) -> [bool; 3] {
+        match self {
+            Action::Zero => [false; 3],
+            Action::Copy | Action::Project | Action::Largest => [true, false, false],
+            Action::CopyIf => [true, false, true],
+            Action::Combine | Action::Invert | Action::Dot | Action::Room => [true, true, false],
+            Action::Proximal | Action::Triple | Action::Objective | Action::Residual => [true; 3],
+        }
+    }
+
+    /// The name of its number in kernels.
+    pub fn constant(self) -> &'static str {
+        match self {
+            Action::Zero => "ZERO",
+            Action::Copy => "COPY",
+            Action::CopyIf => "COPY_IF",
+            Action::Combine => "COMBINE",
+            Action::Proximal => "PROXIMAL",
+            Action::Project => "PROJECT",
+            Action::Invert => "INVERT",
+            Action::Dot => "DOT",
+            Action::Triple => "TRIPLE",
+            Action::Objective => "OBJECTIVE",
+            Action::Room => "ROOM",
+            Action::Residual => "RESIDUAL",
+            Action::Largest => "LARGEST",
+        }
+    }
+}
+
+/// One instruction: what, out (of a sum: which one of its stage), three vectors, two numbers.
+pub(super) type Words = [u32; 8];
+
+/// What one dispatch does.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Stage {
+    /// Operations on numbers, done first. They may take the sums of the stage before.
+    pub operations: Vec<[u32; 4]>,
+    pub work: Work,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Work {
+    /// Operations on numbers alone.
+    Numbers,
+    Rows(Rows),
+    /// `J^T x`; where the number (the first one) is positive, of the vector `instead` (the second one).
+    Bodies {
+        x: u32,
+        instead: Option<[u32; 2]>,
+    },
+    /// Reads the problem.
+    PrepareRows,
+    /// Looks at the blocks of pairs.
+    PreparePairs,
+    /// Brings a vector to `gamma`.
+    Export {
+        x: u32,
+    },
+}
+
+/// Work on rows.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Rows {
+    /// Before all else the rows of a product.
+    pub product: Option<Product>,
+    pub before: Vec<Words>,
+    /// The instruction on whole pairs.
+    pub block: Option<Words>,
+    pub after: Vec<Words>,
+    /// The kinds of the sums that it makes.
+    pub kinds: Vec<u32>,
+}
+
+/// The row half of a product.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Product {
+    pub out: u32,
+    pub add_q: bool,
+}
+
+impl Stage {
+    /// Its name, for timing.
+    pub fn name(&self) -> &'static str {
+        match &self.work {
+            Work::Rows(Rows { product: Some(_), .. }) => "lcp-product",
+            Work::Rows(Rows { block: Some(_), .. }) => "lcp-pairs",
+            Work::Rows(_) => "lcp-rows",
+            Work::Bodies { .. } => "lcp-bodies",
+            Work::Numbers => "lcp-numbers",
+            Work::PrepareRows | Work::PreparePairs | Work::Export { .. } => "lcp-prepare",
+        }
+    }
+
+    /// How many looks its operations have.
+    pub fn looks(&self) -> u32 {
+        self.operations.iter().filter(|words| words[0] & 0xff == Operation::Look as u32).count() as u32
+    }
+
+    /// The kinds of the sums that it makes.
+    pub fn kinds(&self) -> Vec<u32> {
+        match &self.work {
+            Work::Rows(rows) => rows.kinds.clone(),
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// Stages to be run one after the other.
+#[derive(Debug)]
+pub(super) struct Segment {
+    pub stages: Vec<Stage>,
+    /// The kinds of the sums of the stage before the first one.
+    pub carried: Vec<u32>,
+    /// How many stages were run before.
+    pub run: u32,
+    /// Looks before, over the solve, and looks in it.
+    pub looks_before: u32,
+    pub looks: u32,
+}
+
+/// Kinds of sums in one word, two bits each.
+pub(super) fn packed(kinds: &[u32]) -> u32 {
+    debug_assert!(kinds.len() <= REDUCTIONS as usize);
+    kinds.iter().enumerate().fold(0, |word, (nth, kind)| word | kind << (2 * nth))
+}

@@ -1,0 +1,297 @@
+//! The text of a stage's kernel, after the fragments that it calls.
+
+use super::layout::MOST_VECTORS;
+use super::number::Operation;
+use super::shape::{Line, NumberLine, Operand, Shape, ShapeWork};
+use super::stage::packed;
+use std::fmt::Write as _;
+
+/// The storage variables of a stage's kernel, in the order of their bindings: name, whether it is written, element.
+pub(super) type Variable = (&'static str, bool, &'static str);
+
+const BEGIN: &str = "@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let leads = local == 0u && group_index(group, groups) == 0u;
+";
+
+/// What follows a look that ended the batch does nothing.
+const GO_ON: &str = "    if local == 0u {
+        let ended = scalars[HALT];
+        halted = select(0u, 1u, ended != 0.0 && ended <= real(parameters.looks));
+    }
+    if workgroupUniformLoad(&halted) != 0u { return; }
+";
+
+/// What confirms a look that ended the batch does nothing without one.
+const CONFIRM: &str = "    if local == 0u { halted = select(1u, 0u, scalars[HALT] != 0.0); }
+    if workgroupUniformLoad(&halted) != 0u { return; }
+";
+
+const HALTS: &str = "    if leads && ended != 0u {
+        scalars[HALT] = real(ended);
+        for (var word = 0u; word < GRID_WORDS; word += 1u) { grid[word] = 0u; }
+    }
+    if local == 0u { halted = ended; }
+    if workgroupUniformLoad(&halted) != 0u { return; }
+";
+
+const ALL_ROWS: &str = "    for (var row = invocation(group, groups, local); row < parameters.rows; row += parameters.groups * WORKGROUP) {\n";
+
+/// A workgroup computes consecutive pairs. Their rows follow each other, so its invocations share them evenly.
+const CHUNK: &str = "    for (var chunk = group_index(group, groups); chunk * WORKGROUP < parameters.pairs; chunk += parameters.groups) {
+    let slot = chunk * WORKGROUP + local;
+    let begin = block_start[chunk * WORKGROUP];
+    let end = block_start[min((chunk + 1u) * WORKGROUP, parameters.pairs)];
+";
+
+const ROWS_OF_CHUNK: &str = "    for (var row = begin + local; row < end; row += WORKGROUP) {\n";
+
+impl Shape {
+    /// Its storage variables.
+    pub fn variables(&self) -> Vec<Variable> {
+        let sums = self.sums() > 0;
+        let makes = self.numbers.iter().any(|line| line.operation != Operation::Look);
+        let mut all = vec![("scalars", makes || self.looks(), "real")];
+        match &self.work {
+            ShapeWork::Numbers => {}
+            ShapeWork::Rows { .. } => all.push(("vectors", true, "real")),
+            ShapeWork::Bodies { .. } => all.push(("vectors", false, "real")),
+        }
+        if sums || !self.taken.is_empty() {
+            all.push(("partial", sums, "real"));
+        }
+        if self.has_block() {
+            all.extend([("block_start", false, "u32"), ("entries", false, "real")]);
+        }
+        if self.has_product() {
+            all.extend([("pair", false, "vec2<u32>"), ("jacobian", false, "vec4r"), ("velocity", false, "vec4r")]);
+        }
+        if self.is_bodies() {
+            all.extend([
+                ("incidence_start", false, "u32"),
+                ("incidence", false, "u32"),
+                ("gathered", false, "vec4r"),
+                ("velocity", true, "vec4r"),
+            ]);
+        }
+        if self.looks() {
+            all.push(("grid", true, "u32"));
+        }
+        all
+    }
+
+    /// The declarations of its variables.
+    pub fn declarations(&self) -> String {
+        let mut text = String::new();
+        for (nth, (name, written, element)) in self.variables().into_iter().enumerate() {
+            let access = if written { "read_write" } else { "read" };
+            let binding = nth + 1;
+            let _ = writeln!(text, "@group(0) @binding({binding}) var<storage, {access}> {name}: array<{element}>;");
+        }
+        text
+    }
+
+    /// The kernel's entry point. `literal` writes a constant.
+    pub fn entry_point(&self, literal: impl Fn(f64) -> String) -> String {
+        let mut text = String::from(BEGIN);
+        if self.confirms {
+            text.push_str(CONFIRM);
+        } else if self.looks() {
+            text.push_str(GO_ON);
+        }
+        self.add_numbers(&mut text, &literal);
+        match &self.work {
+            ShapeWork::Numbers => {}
+            ShapeWork::Rows { product, before, block, after } => {
+                let product = product.as_ref();
+                let [before, after] = [before, after].map(|lines| &lines[..]);
+                add_rows(&mut text, product, before, block.as_ref(), after, &literal);
+            }
+            ShapeWork::Bodies { x, instead } => {
+                let x = vector_place(*x);
+                let vector = match instead {
+                    None => x,
+                    Some((condition, from)) => {
+                        let condition = number(*condition, &literal);
+                        format!("select({x}, {}, {condition} > 0.0)", vector_place(*from))
+                    }
+                };
+                let _ = writeln!(text, "    let vector = {vector};");
+                text.push_str(
+                    "    move_bodies(vector, invocation(group, groups, local), groups.x * groups.y * WORKGROUP);\n",
+                );
+            }
+        }
+        text.push_str("}\n");
+        text
+    }
+
+    /// Takes the sums of the stage before and does the operations: every invocation for itself.
+    fn add_numbers(&self, text: &mut String, literal: &impl Fn(f64) -> String) {
+        if !self.taken.is_empty() {
+            let (count, kinds) = (self.taken.len(), packed(&self.taken));
+            let _ = writeln!(text, "    take_sums(local, {count}u, {kinds}u);");
+        }
+        if self.looks() {
+            text.push_str("    var ended = 0u;\n");
+        }
+        for (nth, line) in self.numbers.iter().enumerate() {
+            add_number(text, nth, line, literal);
+        }
+        let made = |line: &&NumberLine| line.operation != Operation::Look;
+        if self.numbers.iter().any(|line| made(&line)) {
+            text.push_str("    if leads {\n");
+            for (nth, line) in self.numbers.iter().enumerate().filter(|(_, line)| made(line)) {
+                let _ = writeln!(text, "        scalars[(parameters.base + {}u) % RING] = n{nth};", line.out);
+            }
+            text.push_str("    }\n");
+        }
+        if self.looks() {
+            text.push_str(HALTS);
+        }
+    }
+}
+
+/// Adds an operation.
+fn add_number(text: &mut String, nth: usize, line: &NumberLine, literal: &impl Fn(f64) -> String) {
+    let [a, b, c] = line.operands.map(|operand| number(operand, literal));
+    let value = match line.operation {
+        Operation::Take => format!("totals[{}]", line.sum),
+        Operation::Add => format!("{a} + {b}"),
+        Operation::Sub => format!("{a} - {b}"),
+        Operation::Mul => format!("{a} * {b}"),
+        Operation::Div => format!("{a} / {b}"),
+        Operation::Neg => format!("-{a}"),
+        Operation::Min => format!("smaller({a}, {b})"),
+        Operation::Max => format!("larger({a}, {b})"),
+        Operation::IfPositive => format!("select({c}, {b}, {a} > 0.0)"),
+        Operation::Look => {
+            let look = format!("parameters.looks + {}u", line.out);
+            let _ = writeln!(text, "    if ended == 0u {{");
+            let _ = writeln!(text, "        if leads {{ scalars[HALT + 1u + ({look}) % LOOKS] = {a}; }}");
+            let _ = writeln!(text, "        if !({a} > {b} && is_finite({a})) {{ ended = {look} + 1u; }}");
+            let _ = writeln!(text, "    }}");
+            return;
+        }
+    };
+    let _ = writeln!(text, "    let n{nth} = {value};");
+}
+
+/// Adds work on rows.
+fn add_rows(
+    text: &mut String,
+    product: Option<&(u32, bool)>,
+    before: &[Line],
+    block: Option<&Line>,
+    after: &[Line],
+    literal: &impl Fn(f64) -> String,
+) {
+    let lines: Vec<&Line> = before.iter().chain(after).collect();
+    for (k, line) in lines.iter().enumerate() {
+        for (which, operand) in ["s", "t"].iter().zip(line.numbers) {
+            let _ = writeln!(text, "    let {which}{k} = {};", number(operand, literal));
+        }
+        if line.action.is_sum() {
+            let _ = writeln!(text, "    var sum{k} = identity({}u);", line.action.kind());
+        }
+    }
+    if let Some(line) = block {
+        let step = number(line.numbers[0], literal);
+        let [x, g, _] = line.vectors.map(vector_place);
+        let out = vector_place(line.out);
+        let _ = writeln!(text, "    let step = {step};");
+        text.push_str(CHUNK);
+        let unread = (!line.vectors.contains(&line.out)).then_some(line.out);
+        add_loop(text, ROWS_OF_CHUNK, before, 0, None, unread);
+        let minimize = format!("minimize_block(block_start[slot], block_start[slot + 1u], {x}, {g}, step, {out})");
+        let _ = writeln!(
+            text,
+            "    storageBarrier();\n    if slot < parameters.pairs {{ {minimize}; }}\n    storageBarrier();"
+        );
+        add_loop(text, ROWS_OF_CHUNK, after, before.len(), None, None);
+        text.push_str("    storageBarrier();\n    }\n");
+    } else {
+        add_loop(text, ALL_ROWS, before, 0, product, None);
+    }
+    let kinds: Vec<(usize, &&Line)> = lines.iter().enumerate().filter(|(_, line)| line.action.is_sum()).collect();
+    for (k, line) in &kinds {
+        let _ = writeln!(text, "    lanes[{}u * WORKGROUP + local] = sum{k};", line.out);
+    }
+    if !kinds.is_empty() {
+        let packed = packed(&kinds.iter().map(|(_, line)| line.action.kind()).collect::<Vec<_>>());
+        let count = kinds.len();
+        let _ = writeln!(text, "    leave_sums(group_index(group, groups), local, {count}u, {packed}u);");
+    }
+}
+
+fn vector_place(vector: u32) -> String {
+    format!("((parameters.vectors[{}][{}] >> {}u) & 255u)", vector / 16, vector / 4 % 4, 8 * (vector % 4))
+}
+
+fn number(operand: Operand, literal: &impl Fn(f64) -> String) -> String {
+    match operand {
+        Operand::Constant(bits) => literal(f64::from_bits(bits)),
+        Operand::Made(nth) => format!("n{nth}"),
+        Operand::Parameter(number) => {
+            let place = format!("(parameters.numbers[{}][{}] >> {}u)", number / 8, number / 2 % 4, 16 * (number % 2));
+            format!("scalars[{place} & 65535u]")
+        }
+    }
+}
+
+/// Adds a loop over rows. It does `lines`, of which the first has number `first`, after the rows of a product. Nobody
+/// reads the vector `unread` after it.
+fn add_loop(
+    text: &mut String,
+    head: &str,
+    lines: &[Line],
+    first: usize,
+    product: Option<&(u32, bool)>,
+    unread: Option<u32>,
+) {
+    if lines.is_empty() && product.is_none() {
+        return;
+    }
+    text.push_str(head);
+    // For each vector the variable that holds its number of this row, and whether the loop must store it.
+    let mut known: Vec<Option<(String, bool)>> = vec![None; MOST_VECTORS];
+    if let Some((out, add_q)) = product {
+        let q = if *add_q { " + vectors[at(Q, row)]" } else { "" };
+        let _ = writeln!(text, "        let product = row_product(row){q};");
+        known[*out as usize] = Some(("product".into(), true));
+    }
+    for (k, line) in (first..).zip(lines) {
+        let mut names = Vec::new();
+        for (vector, read) in line.vectors.into_iter().zip(line.action.reads()) {
+            if !read {
+                names.push("real(0.0)".into());
+                continue;
+            }
+            let (name, _) = known[vector as usize].get_or_insert_with(|| {
+                let name = format!("v{vector}");
+                let _ = writeln!(text, "        let {name} = vectors[at({}, row)];", vector_place(vector));
+                (name, false)
+            });
+            names.push(name.clone());
+        }
+        let value = format!("row_value({}, {}, s{k}, t{k})", line.action.constant(), names.join(", "));
+        if line.action.is_sum() {
+            let _ = writeln!(text, "        sum{k} = join({}u, sum{k}, {value});", line.action.kind());
+        } else {
+            let _ = writeln!(text, "        let r{k} = {value};");
+            known[line.out as usize] = Some((format!("r{k}"), true));
+        }
+    }
+    for (vector, known) in (0..).zip(&known) {
+        if let Some((name, true)) = known
+            && unread != Some(vector)
+        {
+            let _ = writeln!(text, "        vectors[at({}, row)] = {name};", vector_place(vector));
+        }
+    }
+    text.push_str("    }\n");
+}
