@@ -28,32 +28,47 @@ fn run_rows(begin: u32, end: u32, local: u32) {
     }
 }
 
-fn run_bodies(x: u32, bodies: u32, local: u32) {
+// Where a body's entries stand among the lists.
+fn entries_of(body: u32) -> vec2<u32> {
     let starts = 2u * parameters.rows + parameters.pairs + 1u;
     let incidence = starts + parameters.bodies + 1u;
-    for (var body = local; body < bodies; body += WORKGROUP) {
-        let last = lists[starts + body + 1u];
-        var sum = vec4r();
-        var turn = vec4r();
-        for (var place = lists[starts + body]; place < last; place += 1u) {
-            let block = lists[incidence + place];
-            let number = vectors[at(x, block / 2u)];
-            sum += number * jacobian[block * WIDTH];
-            if WIDTH == 2u {
-                turn += number * jacobian[block * WIDTH + 1u];
-            }
-        }
-        velocity[body * WIDTH] = sum;
+    return vec2<u32>(incidence + lists[starts + body], incidence + lists[starts + body + 1u]);
+}
+
+fn move_body_plainly(body: u32, x: u32) {
+    let span = entries_of(body);
+    var sum = vec4r();
+    var turn = vec4r();
+    for (var place = span.x; place < span.y; place += 1u) {
+        let block = lists[place];
+        let number = vectors[at(x, block / 2u)];
+        sum += number * jacobian[block * WIDTH];
         if WIDTH == 2u {
-            velocity[body * WIDTH + 1u] = turn;
+            turn += number * jacobian[block * WIDTH + 1u];
         }
+    }
+    velocity[body * WIDTH] = sum;
+    if WIDTH == 2u {
+        velocity[body * WIDTH + 1u] = turn;
     }
 }
 
-fn run_product(out: u32, add_q: u32, rows: u32, local: u32) {
+fn run_bodies(x: u32, low: u32, bodies: u32, local: u32) {
+    for (var body = local; body < bodies; body += WORKGROUP) {
+        move_body(body, x, low);
+    }
+}
+
+fn run_product(out: u32, kind: vec2<u32>, rows: u32, local: u32) {
     for (var row = local; row < rows; row += WORKGROUP) {
-        let g = row_product(row);
-        vectors[at(out, row)] = select(g, g + vectors[at(Q, row)], add_q != 0u);
+        var g: real;
+        if kind.y != 0u {
+            g = gradient_of(row);
+        } else {
+            g = row_product(row);
+            g = select(g, g + vectors[at(Q, row)], kind.x != 0u);
+        }
+        vectors[at(out, row)] = g;
     }
 }
 
@@ -76,11 +91,11 @@ fn main(@builtin(local_invocation_index) local: u32) {
         if workgroupUniformLoad(&halted) != min(parameters.looks, 1u) { break; }
         // Instructions before and after.
         let rows = program[place];
-        // The instruction for pairs, and their number; whether a product is a gradient.
+        // The instruction for pairs, and their number; whether a product is a gradient, and from velocities in two parts.
         let blocks = program[place + 1u];
         // A product: bodies, their vector, rows, their result.
         let product = program[place + 2u];
-        // Operations on numbers, kinds of sums.
+        // Operations on numbers, kinds of sums; what rounding has left off the vector of the product.
         let finish = program[place + 3u];
         // Once in the text for both, which halves what a driver makes of it.
         for (var half = 0u; half < 2u; half += 1u) {
@@ -90,9 +105,9 @@ fn main(@builtin(local_invocation_index) local: u32) {
             fence();
             run_pairs(blocks.x, blocks.y, local);
             fence();
-            run_bodies(product.y, product.x, local);
+            run_bodies(product.y, finish.w, product.x, local);
             fence();
-            run_product(product.w, blocks.z, product.z, local);
+            run_product(product.w, blocks.zw, product.z, local);
             fence();
         }
         if finish.x < finish.y {

@@ -1,34 +1,44 @@
-// The small problem of one pair, argmin over y >= 0 of slope . (y - x) + 1/2 (y - x) . B (y - x), solved for y - x,
-// where B is the block of A with a relative regularization. Zero rows of A keep x. One and two rows in closed form,
-// more by the active set method of Lawson and Hanson. A pair of more than MOST_EXACT rows is cut into parts; with as
-// many times their blocks, which is no less than B, the step still descends.
+// The small problem of one pair, argmin over x + c >= 0 of g . c + 1/2 (c - w) . B (c - w), where B is the block of A
+// with a relative regularization. Changes are computed, not what they lead to, so that small ones are exact. Zero rows
+// of A stay. One and two rows in closed form, more by the active set method of Lawson and Hanson. A pair of more than
+// MOST_EXACT rows is cut into parts; with as many times their blocks, which is no less than B, the step still descends.
 const ENTRIES: u32 = 36u;
 
 // B of pairs with more than two rows: MOST_EXACT numbers a row, the entries with the earlier rows of its part and with
-// itself.
+// itself. They are in `entries`.
 
 fn inverse_of(row: u32) -> real { return vectors[at(INVERSE, row)]; }
 
+// A number of a vector that may be missing.
+fn number_of(vector: u32, row: u32) -> real {
+    if vector == NONE { return 0.0; }
+    return vectors[at(vector, row)];
+}
+
 // One row, or two.
-fn minimize_few(row: u32, two: bool, x: u32, g: u32, step: real, out: u32) {
+fn minimize_few(row: u32, two: bool, x: u32, w: u32, g: u32, out: u32) {
     let other = select(row, row + 1u, two);
-    let y = vec2r(vectors[at(x, row)], vectors[at(x, other)]);
+    // No change goes below these.
+    let lowest = -vec2r(vectors[at(x, row)], vectors[at(x, other)]);
+    let wanted = vec2r(number_of(w, row), number_of(w, other));
     let inverse = vec2r(inverse_of(row), inverse_of(other));
-    let slope = step * vec2r(vectors[at(g, row)], vectors[at(g, other)]);
+    let slope = vec2r(number_of(g, row), number_of(g, other));
     // B_01 and B_00 / det B.
     let b = vectors[at(COUPLING, row)];
     let inverse_schur = vectors[at(COUPLING, other)];
     let s = select(vec2r(), slope, inverse > vec2r());
     let ac = select(vec2r(1.0), SHIFT / inverse, inverse > vec2r());
-    let alone = max(y.x - s.x / ac.x, 0.0);
+    let alone = max(wanted.x - s.x / ac.x, lowest.x);
     // By elimination: what rounding does to the second change the first one makes up for, which Cramer's rule does not.
     let change = (b / ac.x * s.x - s.y) * inverse_schur;
-    let both = y + vec2r(-(s.x + b * change) / ac.x, change);
-    let first = max(y.x + (b * y.y - s.x) / ac.x, 0.0);
-    let second = max(y.y + (b * y.x - s.y) / ac.y, 0.0);
-    let rising = s.x - ac.x * y.x + b * (second - y.y) >= 0.0;
-    let one = select(vec2r(first, 0.0), vec2r(0.0, second), rising);
-    let best = select(one, both, both.x >= 0.0 && both.y >= 0.0);
+    let both = wanted + vec2r(-(s.x + b * change) / ac.x, change);
+    // One of them with the other at zero.
+    let y = wanted - lowest;
+    let first = max(wanted.x + (b * y.y - s.x) / ac.x, lowest.x);
+    let second = max(wanted.y + (b * y.x - s.y) / ac.y, lowest.y);
+    let rising = s.x - ac.x * y.x + b * (second - wanted.y) >= 0.0;
+    let one = select(vec2r(first, lowest.y), vec2r(lowest.x, second), rising);
+    let best = select(one, both, both.x >= lowest.x && both.y >= lowest.y);
     vectors[at(out, row)] = select(alone, best.x, two);
     if two {
         vectors[at(out, other)] = best.y;
@@ -48,18 +58,20 @@ fn entry(first: u32, i: u32, j: u32) -> real {
 }
 
 fn slope_of(row: u32, g: u32, step: real) -> real {
-    return select(real(0.0), step * vectors[at(g, row)], inverse_of(row) > 0.0);
+    return select(real(0.0), step * number_of(g, row), inverse_of(row) > 0.0);
 }
 
+fn start_of(row: u32, x: u32, w: u32) -> real { return vectors[at(x, row)] + number_of(w, row); }
+
 // Data are read where they are: of what is private, only what changes is kept.
-fn minimize_exactly(first: u32, m: u32, x: u32, g: u32, step: real, out: u32) {
+fn minimize_exactly(first: u32, m: u32, x: u32, w: u32, g: u32, step: real, out: u32) {
     var l: array<real, ENTRIES>;
-    // y - x; rows that are not free are held at y = 0.
+    // From y = x + w; rows that are not free are held at zero.
     var change: array<real, MOST_EXACT>;
     var aim: array<real, MOST_EXACT>;
     var free = 0u;
     for (var i = 0u; i < m; i += 1u) {
-        let start = vectors[at(x, first + i)];
+        let start = start_of(first + i, x, w);
         change[i] = max(-start, 0.0);
         free |= select(0u, 1u << i, start > 0.0);
     }
@@ -101,7 +113,7 @@ fn minimize_exactly(first: u32, m: u32, x: u32, g: u32, step: real, out: u32) {
             }
             a = a / l[triangle(i, i)];
             aim[i] = a;
-            let s = vectors[at(x, first + i)];
+            let s = start_of(first + i, x, w);
             if s + a <= 0.0 {
                 let y = s + change[i];
                 let bound = select(real(0.0), y / (change[i] - a), y > 0.0);
@@ -113,7 +125,7 @@ fn minimize_exactly(first: u32, m: u32, x: u32, g: u32, step: real, out: u32) {
         }
         let blocked = hit < m;
         for (var i = 0u; i < m; i += 1u) {
-            let s = vectors[at(x, first + i)];
+            let s = start_of(first + i, x, w);
             if has(free, i) {
                 var c = aim[i];
                 if blocked {
@@ -149,19 +161,21 @@ fn minimize_exactly(first: u32, m: u32, x: u32, g: u32, step: real, out: u32) {
         free |= 1u << entering;
     }
     for (var i = 0u; i < m; i += 1u) {
-        vectors[at(out, first + i)] = max(vectors[at(x, first + i)] + change[i], 0.0);
+        let lowest = -vectors[at(x, first + i)];
+        let above = start_of(first + i, x, w) + change[i] > 0.0;
+        vectors[at(out, first + i)] = select(lowest, max(number_of(w, first + i) + change[i], lowest), above);
     }
 }
 
-fn minimize_block(first: u32, last: u32, x: u32, g: u32, step: real, out: u32) {
+fn minimize_block(first: u32, last: u32, x: u32, w: u32, g: u32, out: u32) {
     let rows = last - first;
     if rows == 0u { return; }
     if rows <= 2u {
-        minimize_few(first, rows == 2u, x, g, step, out);
+        minimize_few(first, rows == 2u, x, w, g, out);
     }
     let parts = (rows + MOST_EXACT - 1u) / MOST_EXACT;
     let size = (rows + parts - 1u) / parts;
     for (var row = select(last, first, rows > 2u); row < last; row += size) {
-        minimize_exactly(row, min(size, last - row), x, g, step / real(parts), out);
+        minimize_exactly(row, min(size, last - row), x, w, g, 1.0 / real(parts), out);
     }
 }

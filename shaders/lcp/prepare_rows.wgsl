@@ -44,4 +44,7 @@ fn main(
     }
     let x = gamma[row];
     vectors[at(X, row)] = select(real(0.0), x, x > 0.0 && is_finite(x));
+    if LOW != NONE {
+        vectors[at(LOW, row)] = 0.0;
+    }
 }

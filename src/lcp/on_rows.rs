@@ -37,7 +37,7 @@ impl<'a> Diagonals<'a> {
     pub fn of_metric(self, metric: Metric) -> (&'a [f64], &'a [f64]) {
         match metric {
             Metric::Majorant => (self.majorant, self.inverse_majorant),
-            Metric::Diagonal | Metric::PairBlocks => (self.plain, self.inverse),
+            Metric::Diagonal => (self.plain, self.inverse),
         }
     }
 }
@@ -142,18 +142,28 @@ impl<R: OnRows> Verbs for R {
     }
 
     fn proximal(&mut self, metric: Metric, x: &Vec<f64>, step: f64, g: &Vec<f64>, out: &mut Vec<f64>) {
-        if metric == Metric::PairBlocks {
-            return self.minimize_pairs(x, Some((step, g)), out);
-        }
         let (_, inverse) = self.numbers().diagonals.of_metric(metric);
         map(out, [x, g, inverse], |[x, g, inverse]| (x - step * g * inverse).max(0.0));
     }
 
-    fn project(&mut self, metric: Metric, x: &Vec<f64>, out: &mut Vec<f64>) {
-        if metric == Metric::PairBlocks {
-            return self.minimize_pairs(x, None, out);
-        }
+    fn project(&mut self, _: Metric, x: &Vec<f64>, out: &mut Vec<f64>) {
         map(out, [x], |[x]| x.max(0.0));
+    }
+
+    fn descend(&mut self, x: &Vec<f64>, g: &Vec<f64>, out: &mut Vec<f64>) {
+        self.minimize_pairs(x, Some((1.0, g)), out);
+        update(out, [x], |y, [x]| y - x);
+    }
+
+    fn displace(&mut self, x: &Vec<f64>, terms: [(f64, &Vec<f64>); 3], out: &mut Vec<f64>, room: &mut Vec<f64>) {
+        let [(a, first), (b, second), (c, third)] = terms;
+        map(room, [x, first, second, third], |[x, p, q, r]| x + a * p + b * q + c * r);
+        self.minimize_pairs(room, None, out);
+        update(out, [x], |y, [x]| y - x);
+    }
+
+    fn advance(&mut self, a: f64, d: &Vec<f64>, x: &mut Vec<f64>, _: &mut Vec<f64>) {
+        update(x, [d], |x, [d]| (x + a * d).max(0.0));
     }
 
     fn square(&mut self, metric: Metric, x: &Vec<f64>) -> f64 {

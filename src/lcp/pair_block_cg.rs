@@ -12,7 +12,7 @@
 //! replaced by `z`. The length of the next trial remembers the last optimum.
 
 use super::drive::{Method, Point};
-use super::verbs::{Metric, Scalar, Verbs};
+use super::verbs::{Scalar, Verbs};
 use std::ops::Range;
 
 /// Bounds of the remembered trial length. On the stored systems a longest of 1 costs up to a fifth more products where
@@ -45,7 +45,8 @@ impl<T: Default> Direction<T> {
 pub(crate) struct PairBlockCg<T, S> {
     /// `z`.
     gradient_step: T,
-    trial: T,
+    /// Anything between two iterations.
+    room: T,
     /// `d`, `e`, and room for the next.
     made: [Direction<T>; 3],
     /// `d . A d` and `e . A e`, zero when there is none.
@@ -66,7 +67,7 @@ impl<T: Default, S: Scalar> PairBlockCg<T, S> {
         PairBlockCg {
             goes_on: false,
             gradient_step: T::default(),
-            trial: T::default(),
+            room: T::default(),
             made: [Direction::none(), Direction::none(), Direction::none()],
             curvature: [0.0.into(); 2],
             length: 1.0.into(),
@@ -107,7 +108,7 @@ impl<S: Scalar> PairBlockCg<Vec<f64>, S> {
         let room = || vec![0.0; rows.len()];
         PairBlockCg {
             gradient_step: room(),
-            trial: room(),
+            room: room(),
             made: [made(&self.made[0]), made(&self.made[1]), Direction { displacement: room(), product: room() }],
             curvature: self.curvature,
             length: self.length,
@@ -131,7 +132,7 @@ impl<V: Verbs> Method<V> for PairBlockCg<V::Vector, V::Scalar> {
             return;
         }
         verbs.clear(&mut self.gradient_step);
-        verbs.clear(&mut self.trial);
+        verbs.clear(&mut self.room);
         for made in &mut self.made {
             verbs.clear(&mut made.displacement);
             verbs.clear(&mut made.product);
@@ -142,16 +143,16 @@ impl<V: Verbs> Method<V> for PairBlockCg<V::Vector, V::Scalar> {
     fn step(&mut self, verbs: &mut V, at: &mut Point<V::Vector>) {
         let (zero, one) = (V::Scalar::from(0.0), V::Scalar::from(1.0));
 
-        verbs.proximal(Metric::PairBlocks, &at.x, one, &at.g, &mut self.trial);
-        verbs.combine(one, &self.trial, -one, &at.x, &mut self.gradient_step);
+        verbs.descend(&at.x, &at.g, &mut self.gradient_step);
         let ([a, b], descent) = self.parts(verbs, &at.g);
 
         let [d, e, next] = &mut self.made;
-        verbs.combine(one, &at.x, self.length, &self.gradient_step, &mut next.displacement);
-        verbs.add(self.length * a, &d.displacement, &mut next.displacement);
-        verbs.add(self.length * b, &e.displacement, &mut next.displacement);
-        verbs.project(Metric::PairBlocks, &next.displacement, &mut self.trial);
-        verbs.combine(one, &self.trial, -one, &at.x, &mut next.displacement);
+        let terms = [
+            (self.length, &self.gradient_step),
+            (self.length * a, &d.displacement),
+            (self.length * b, &e.displacement),
+        ];
+        verbs.displace(&at.x, terms, &mut next.displacement, &mut self.room);
         let safe = descent * V::Scalar::from(DESCENT);
         let flat = verbs.dot(&at.g, &next.displacement) - safe;
         verbs.copy_if_positive(flat, &self.gradient_step, &mut next.displacement);
@@ -161,9 +162,8 @@ impl<V: Verbs> Method<V> for PairBlockCg<V::Vector, V::Scalar> {
         let best = curvature.if_positive(-slope / curvature, one).max(zero);
         let room = verbs.ratio_test(&at.x, &next.displacement);
         let part = best.min(room);
-        // The projection only takes off what rounding leaves below zero.
-        verbs.combine(one, &at.x, part, &next.displacement, &mut self.trial);
-        verbs.project(Metric::Diagonal, &self.trial, &mut at.x);
+        // Only what rounding leaves is below zero.
+        verbs.advance(part, &next.displacement, &mut at.x, &mut self.room);
         verbs.add(part, &next.product, &mut at.g);
 
         // Kept without the factor `part`, which cancels in the direction.

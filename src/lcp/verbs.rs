@@ -37,15 +37,13 @@ impl Scalar for f64 {
     }
 }
 
-/// A symmetric positive definite matrix `B` near `A` whose projections and small problems are cheap.
+/// A diagonal matrix `B` near `A`, whose projections are cheap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Metric {
     /// The diagonal of `A`.
     Diagonal,
     /// A diagonal `W` with `x . A x <= x . W x` for every `x` (see [`super::product::Product::majorant`]).
     Majorant,
-    /// The diagonal blocks of `A`, one block for all rows of a pair (see `lcp::pair_blocks`).
-    PairBlocks,
 }
 
 /// Residuals that were noted.
@@ -104,9 +102,23 @@ pub trait Verbs {
     );
     /// The projection `out = argmin over y >= 0 of (y - x) . B (y - x)`.
     fn project(&mut self, metric: Metric, x: &Self::Vector, out: &mut Self::Vector);
-    /// `x . B x`. For the diagonal metrics.
+    /// `out = argmin over x + out >= 0 of g . out + 1/2 out . B out`, where `B` are the diagonal blocks of `A`, one for
+    /// all rows of a pair (see `lcp::pair_blocks`). Zero rows of `A` stay.
+    fn descend(&mut self, x: &Self::Vector, g: &Self::Vector, out: &mut Self::Vector);
+    /// `out = argmin over x + out >= 0 of (out - w) . B (out - w)` with the same blocks, where `w` is the sum of the
+    /// `terms`. `room` is anything afterwards.
+    fn displace(
+        &mut self,
+        x: &Self::Vector,
+        terms: [(Self::Scalar, &Self::Vector); 3],
+        out: &mut Self::Vector,
+        room: &mut Self::Vector,
+    );
+    /// `x = max(x + a d, 0)`. `room` is anything afterwards.
+    fn advance(&mut self, a: Self::Scalar, d: &Self::Vector, x: &mut Self::Vector, room: &mut Self::Vector);
+    /// `x . B x`.
     fn square(&mut self, metric: Metric, x: &Self::Vector) -> Self::Scalar;
-    /// `x . B^-1 x`, rows of `A` that are zero left out. For the diagonal metrics.
+    /// `x . B^-1 x`, rows of `A` that are zero left out.
     fn inverse_square(&mut self, metric: Metric, x: &Self::Vector) -> Self::Scalar;
     /// The largest `t` with `x + t d >= 0`, infinite if there is none.
     fn ratio_test(&mut self, x: &Self::Vector, d: &Self::Vector) -> Self::Scalar;

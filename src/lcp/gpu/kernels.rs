@@ -99,6 +99,7 @@ impl Variant {
             .integer("X", slots.x)
             .integer("NONE", u32::MAX)
             .integer("MAJORANT", slots.majorant.map_or(u32::MAX, |[majorant, _]| majorant))
+            .integer("LOW", slots.low.unwrap_or(u32::MAX))
             .integer("COUPLING", slots.coupling.unwrap_or(u32::MAX))
             .integer("REDUCTIONS", REDUCTIONS)
             .integer("NUMBERS", NUMBERS)
@@ -144,14 +145,20 @@ impl Variant {
         if shape.has_block() {
             source = source.include(fragment!("lcp/pair_block.wgsl"));
         }
+        if shape.is_exact() {
+            source = source.include(fragment!("lcp/exact.wgsl"));
+        }
         if shape.has_product() {
             source = source
                 .text("fn pair_of(row: u32) -> vec2<u32> { return pair[row]; }\n")
                 .include(fragment!("lcp/jacobian.wgsl"));
         }
-        if shape.is_bodies() {
-            source = source.include(fragment!("lcp/move_bodies.wgsl"));
-        }
+        source = match (shape.is_bodies(), shape.has_product(), shape.is_exact()) {
+            (true, _, true) => source.include(fragment!("lcp/move_bodies_exactly.wgsl")),
+            (true, _, false) => source.include(fragment!("lcp/move_bodies.wgsl")),
+            (_, true, true) => source.include(fragment!("lcp/gradient.wgsl")),
+            _ => source,
+        };
         let text = shape.entry_point(|x| source.literal(x));
         source.text(&text)
     }
@@ -164,6 +171,14 @@ impl Variant {
             .include(fragment!("lcp/numbers.wgsl"))
             .include(fragment!("lcp/jacobian.wgsl"))
             .include(fragment!("lcp/main_small.wgsl"));
+        let source = match self.slots.low {
+            Some(_) => source
+                .text("@group(0) @binding(8) var<storage, read_write> velocity_rest: array<vec4r>;\n")
+                .include(fragment!("lcp/exact.wgsl"))
+                .include(fragment!("lcp/gradient.wgsl"))
+                .include(fragment!("lcp/small_exact.wgsl")),
+            None => source.include(fragment!("lcp/small_plain.wgsl")),
+        };
         match self.slots.coupling {
             Some(_) => source
                 .text("@group(0) @binding(7) var<storage, read> entries: array<real>;\n")
@@ -190,7 +205,7 @@ impl Variant {
 mod tests {
     use super::super::number::Number;
     use super::super::shape::StageArguments;
-    use super::super::stage::Stage;
+    use super::super::stage::{Block, Stage};
     use super::super::tape::Tape;
     use super::*;
     use crate::gpu::validate;
@@ -205,7 +220,7 @@ mod tests {
         for precision in [Precision::F32, Precision::F64] {
             for planar in [true, false] {
                 for kind in [SolverKind::Auto, SolverKind::Bbpgd, SolverKind::ProjectedJacobi] {
-                    all.push(Variant { precision, planar, slots: Slots::of(kind) });
+                    all.push(Variant { precision, planar, slots: Slots::of(kind, precision) });
                 }
             }
         }
@@ -239,13 +254,14 @@ mod tests {
             }
         };
         all(&mut tape);
-        tape.pairs(7, computed, 8, 11);
+        tape.pairs(Block { x: 7, w: None, g: Some(8), out: 11 });
+        tape.pairs(Block { x: 7, w: Some(11), g: None, out: 11 });
         all(&mut tape);
-        tape.product(7, 10, true);
+        tape.product(7, None, 10, true);
         all(&mut tape);
         let late = tape.sum(Action::Dot, [10, 10, 10]);
         tape.row(Action::CopyIf, 7, [8, 8, 7], [late, Number::Known(0.0)]);
-        tape.product(7, 10, false);
+        tape.product(7, None, 10, false);
         let segment = tape.all();
         let mut kinds = Vec::new();
         let mut arguments = Vec::new();

@@ -1,6 +1,7 @@
 //! The layout of vectors, numbers and parameters on the device.
 
 use super::number::RING;
+use crate::gpu::Precision;
 use crate::lcp::SolverKind;
 
 /// The most sums that one stage makes.
@@ -42,6 +43,8 @@ pub(super) struct Slots {
     pub majorant: Option<[u32; 2]>,
     /// The coupling of the two rows of a pair.
     pub coupling: Option<u32>,
+    /// What rounding has left off the iterate.
+    pub low: Option<u32>,
     /// The first place that a method may use.
     pub free: u32,
 }
@@ -51,11 +54,16 @@ pub(super) const DIAGONAL: u32 = 1;
 pub(super) const X: u32 = 3;
 
 impl Slots {
-    pub fn of(kind: SolverKind) -> Self {
-        let mut slots = Slots { q: 0, diagonal: DIAGONAL, inverse: 2, x: X, majorant: None, coupling: None, free: 4 };
+    pub fn of(kind: SolverKind, precision: Precision) -> Self {
+        let mut slots = Slots { q: 0, diagonal: DIAGONAL, inverse: 2, x: X, majorant: None, coupling: None, low: None, free: 4 };
         match kind {
             SolverKind::ProjectedJacobi => (slots.majorant, slots.free) = (Some([4, 5]), 6),
-            SolverKind::Auto | SolverKind::PairBlockCg => (slots.coupling, slots.free) = (Some(4), 5),
+            SolverKind::Auto | SolverKind::PairBlockCg => {
+                (slots.coupling, slots.free) = (Some(4), 5);
+                if precision == Precision::F32 {
+                    (slots.low, slots.free) = (Some(5), 6);
+                }
+            }
             SolverKind::Apgd
             | SolverKind::Bbpgd
             | SolverKind::ProjectedGaussSeidel

@@ -39,6 +39,8 @@ pub(crate) struct Machine {
     partial: Buffer,
     grid: Buffer,
     gathered: Buffer,
+    /// What rounding has left off the velocities.
+    velocity_rest: Buffer,
     lists: Buffer,
     /// The blocks of pairs of more than two rows.
     entries: Buffer,
@@ -47,6 +49,16 @@ pub(crate) struct Machine {
 /// Partial sums of one stage, of the next, and of what confirms a look.
 const PARTS: u64 = 3;
 
+/// The gradient `g` at `x` is made afresh, and the residual there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Confirmation {
+    pub x: u32,
+    pub low: Option<u32>,
+    pub g: u32,
+    /// The place of the number that becomes the residual.
+    pub residual: u32,
+}
+
 /// What a run starts with and what it reads.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Task {
@@ -54,9 +66,8 @@ pub(super) struct Task {
     pub vectors: u32,
     /// Whether no look has ended the batch yet.
     pub afresh: bool,
-    /// Afterwards, if a look ended the batch: the gradient (the second one) at the iterate (the first one) is made
-    /// afresh, and the number at the third place is the residual there.
-    pub confirm: Option<[u32; 3]>,
+    /// What is done afterwards, if a look ended the batch.
+    pub confirm: Option<Confirmation>,
     /// Ranges of numbers to read.
     pub read: Vec<Range<u32>>,
 }
@@ -88,6 +99,7 @@ impl Machine {
             partial: Buffer::new(gpu, "lcp-partial", real, PARTS * u64::from(REDUCTIONS) * MOST_GROUPS)?,
             grid: Buffer::new(gpu, "lcp-grid", 4, GRID_WORDS as u64)?,
             gathered: Buffer::new(gpu, "lcp-gathered", 4 * real, 1)?,
+            velocity_rest: Buffer::new(gpu, "lcp-velocity-rest", 4 * real, 1)?,
             lists: Buffer::new(gpu, "lcp-lists", 4, 1)?,
             entries: Buffer::new(gpu, "lcp-entries", real, 1)?,
             variant,
@@ -146,6 +158,9 @@ impl Machine {
         }
         if self.variant.slots.coupling.is_some() {
             self.entries.reserve(gpu, problem.rows * u64::from(MOST_EXACT))?;
+        }
+        if self.variant.slots.low.is_some() {
+            self.velocity_rest.reserve(gpu, problem.bodies * if problem.planar { 1 } else { 2 })?;
         }
         let items = [problem.rows.max(problem.pairs), problem.bodies];
         let groups = items.map(|n| n.div_ceil(u64::from(WORKGROUP)).clamp(1, MOST_GROUPS));
@@ -221,18 +236,18 @@ impl Machine {
     }
 }
 
-/// The stages that make the gradient `g` at `x` afresh, and the residual there.
-fn confirmation([x, g, residual]: [u32; 3]) -> Vec<Stage> {
+/// The stages of a confirmation.
+fn confirmation(Confirmation { x, low, g, residual }: Confirmation) -> Vec<Stage> {
     let words = [Action::Residual as u32, 0, x, g, DIAGONAL, FIRST_CONSTANT, FIRST_CONSTANT, 0];
     let rows = Rows {
-        product: Some(Product { out: g, add_q: true }),
+        product: Some(Product { out: g, add_q: true, exact: low.is_some() }),
         before: vec![words],
         kinds: vec![Action::Residual.kind()],
         ..Rows::default()
     };
     let take = [Operation::Take as u32 | residual << 8, 0, 0, 0];
     vec![
-        Stage { operations: Vec::new(), work: Work::Bodies { x, instead: None } },
+        Stage { operations: Vec::new(), work: Work::Bodies { x, low, instead: None } },
         Stage { operations: Vec::new(), work: Work::Rows(rows) },
         Stage { operations: vec![take], work: Work::Numbers },
     ]
@@ -246,6 +261,7 @@ fn buffers<'a>(machine: &'a Machine, problem: &'a DeviceProblem, shape: &Shape) 
         "entries" => &machine.entries,
         "gathered" => &machine.gathered,
         "grid" => &machine.grid,
+        "velocity_rest" => &machine.velocity_rest,
         "block_start" => &problem.block_start,
         "pair" => &problem.pair,
         "jacobian" => &problem.jacobian,
@@ -365,6 +381,9 @@ impl Run<'_, '_> {
         ];
         if self.machine.variant.slots.coupling.is_some() {
             buffers.push(("entries", &machine.entries));
+        }
+        if self.machine.variant.slots.low.is_some() {
+            buffers.push(("velocity_rest", &machine.velocity_rest));
         }
         if let Some(kernel) = machine.kernels.small() {
             self.record.run_groups(kernel, bytemuck::bytes_of(&parameters), &buffers, 1);

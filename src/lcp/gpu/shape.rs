@@ -6,7 +6,7 @@
 
 use super::layout::{FIRST_CONSTANT, MOST_NUMBERS, MOST_VECTORS};
 use super::number::{Operation, RING};
-use super::stage::{Action, Rows, Stage, Words, Work};
+use super::stage::{Action, Block, Product, Rows, Stage, Words, Work};
 
 /// A number that a stage uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -56,14 +56,15 @@ pub(super) enum ShapeWork {
     #[default]
     Numbers,
     Rows {
-        /// The vector that the rows of a product make, where these come first, and whether `q` is added.
-        product: Option<(u32, bool)>,
+        /// The product whose rows come first.
+        product: Option<Product>,
         before: Vec<Line>,
-        block: Option<Line>,
+        block: Option<Block>,
         after: Vec<Line>,
     },
     Bodies {
         x: u32,
+        low: Option<u32>,
         instead: Option<(Operand, u32)>,
     },
 }
@@ -98,13 +99,14 @@ impl StageArguments {
         let made: Vec<u32> = stage.operations.iter().map(|words| words[0] >> 8).collect();
         arguments.shape.work = match &stage.work {
             Work::Rows(Rows { product, before, block, after, .. }) => ShapeWork::Rows {
-                product: product.map(|product| (place(product.out, &mut arguments.vectors), product.add_q)),
+                product: product.map(|product| Product { out: place(product.out, &mut arguments.vectors), ..product }),
                 before: arguments.lines(constants, &made, before),
-                block: block.map(|words| arguments.line(constants, &made, &words)),
+                block: block.map(|block| arguments.block(block)),
                 after: arguments.lines(constants, &made, after),
             },
-            Work::Bodies { x, instead } => ShapeWork::Bodies {
+            Work::Bodies { x, low, instead } => ShapeWork::Bodies {
                 x: place(*x, &mut arguments.vectors),
+                low: low.map(|low| place(low, &mut arguments.vectors)),
                 instead: instead.map(|[condition, from]| {
                     (arguments.operand(constants, &made, condition), place(from, &mut arguments.vectors))
                 }),
@@ -153,6 +155,11 @@ impl StageArguments {
         }
     }
 
+    fn block(&mut self, Block { x, w, g, out }: Block) -> Block {
+        let mut of = |vector| place(vector, &mut self.vectors);
+        Block { x: of(x), w: w.map(&mut of), g: g.map(&mut of), out: of(out) }
+    }
+
     fn lines(&mut self, constants: &[f64], made: &[u32], instructions: &[Words]) -> Vec<Line> {
         instructions.iter().map(|words| self.line(constants, made, words)).collect()
     }
@@ -183,6 +190,15 @@ impl Shape {
 
     pub fn is_bodies(&self) -> bool {
         matches!(self.work, ShapeWork::Bodies { .. })
+    }
+
+    /// Whether its velocities are in two parts.
+    pub fn is_exact(&self) -> bool {
+        match &self.work {
+            ShapeWork::Rows { product, .. } => product.is_some_and(|product| product.exact),
+            ShapeWork::Bodies { low, .. } => low.is_some(),
+            ShapeWork::Numbers => false,
+        }
     }
 
     /// Whether a look is among its operations.

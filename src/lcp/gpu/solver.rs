@@ -52,7 +52,7 @@ impl Solver {
         settings: Settings,
     ) -> Result<Self, GpuError> {
         Solver::check(kind)?;
-        let machine = Machine::new(gpu, Variant { precision, planar, slots: Slots::of(kind) })?;
+        let machine = Machine::new(gpu, Variant { precision, planar, slots: Slots::of(kind, precision) })?;
         Ok(Solver { kind, settings, machine })
     }
 

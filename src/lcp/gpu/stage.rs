@@ -20,6 +20,8 @@ pub(super) enum Action {
     Proximal,
     Project,
     Invert,
+    Advance,
+    AdvanceLow,
     Dot,
     Triple,
     Objective,
@@ -30,7 +32,7 @@ pub(super) enum Action {
 
 impl Action {
     /// All, in their order.
-    pub const ALL: [Action; 13] = [
+    pub const ALL: [Action; 15] = [
         Action::Zero,
         Action::Copy,
         Action::CopyIf,
@@ -38,6 +40,8 @@ impl Action {
         Action::Proximal,
         Action::Project,
         Action::Invert,
+        Action::Advance,
+        Action::AdvanceLow,
         Action::Dot,
         Action::Triple,
         Action::Objective,
@@ -66,8 +70,8 @@ impl Action {
             Action::Zero => [false; 3],
             Action::Copy | Action::Project | Action::Largest => [true, false, false],
             Action::CopyIf => [true, false, true],
-            Action::Combine | Action::Invert | Action::Dot | Action::Room => [true, true, false],
-            Action::Proximal | Action::Triple | Action::Objective | Action::Residual => [true; 3],
+            Action::Combine | Action::Invert | Action::Advance | Action::Dot | Action::Room => [true, true, false],
+            Action::AdvanceLow | Action::Proximal | Action::Triple | Action::Objective | Action::Residual => [true; 3],
         }
     }
 
@@ -81,6 +85,8 @@ impl Action {
             Action::Proximal => "PROXIMAL",
             Action::Project => "PROJECT",
             Action::Invert => "INVERT",
+            Action::Advance => "ADVANCE",
+            Action::AdvanceLow => "ADVANCE_LOW",
             Action::Dot => "DOT",
             Action::Triple => "TRIPLE",
             Action::Objective => "OBJECTIVE",
@@ -107,11 +113,9 @@ pub(super) enum Work {
     /// Operations on numbers alone.
     Numbers,
     Rows(Rows),
-    /// `J^T x`; where the number (the first one) is positive, of the vector `instead` (the second one).
-    Bodies {
-        x: u32,
-        instead: Option<[u32; 2]>,
-    },
+    /// `J^T x`, with what rounding has left off `x`, if there is such a vector; where the number (the first one) is
+    /// positive, of the vector `instead` (the second one).
+    Bodies { x: u32, low: Option<u32>, instead: Option<[u32; 2]> },
     /// Reads the problem.
     PrepareRows,
     /// Looks at the blocks of pairs.
@@ -129,17 +133,29 @@ pub(super) struct Rows {
     pub product: Option<Product>,
     pub before: Vec<Words>,
     /// The instruction on whole pairs.
-    pub block: Option<Words>,
+    pub block: Option<Block>,
     pub after: Vec<Words>,
     /// The kinds of the sums that it makes.
     pub kinds: Vec<u32>,
 }
 
 /// The row half of a product.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Product {
     pub out: u32,
     pub add_q: bool,
+    /// Whether the velocities are in two parts.
+    pub exact: bool,
+}
+
+/// `out = argmin over x + out >= 0 of g . out + 1/2 (out - w) . B (out - w)`: the vectors `x`, `w`, `g`, of which one of
+/// the last two is missing and counts as zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Block {
+    pub x: u32,
+    pub w: Option<u32>,
+    pub g: Option<u32>,
+    pub out: u32,
 }
 
 impl Stage {

@@ -13,7 +13,7 @@
 use super::layout::{CONSTANTS, FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS};
 use super::number::{self, Noted, Number, Operation};
 use super::shape::StageArguments;
-use super::stage::{Action, Product, Rows, Segment, Stage, Words, Work};
+use super::stage::{Action, Block, Product, Rows, Segment, Stage, Words, Work};
 use std::collections::HashMap;
 
 /// With fewer instructions and operations a stage has room for one more, whatever it is.
@@ -161,37 +161,47 @@ impl Tape {
     }
 
     /// Adds the small problems of the pairs.
-    pub fn pairs(&mut self, x: u32, step: Number, g: u32, out: u32) {
-        let (words, first) = self.words(Action::Proximal, out, [x, g, x], [step, Number::Known(0.0)]);
-        let first = first.max(self.changes(out));
+    pub fn pairs(&mut self, block: Block) {
+        self.catch_up();
+        let Block { x, w, g, out } = block;
+        let read: Vec<u32> = [Some(x), w, g].into_iter().flatten().collect();
+        let mut first = self.floor.max(self.changes(out));
+        for vector in &read {
+            first = first.max(self.uses(*vector).written);
+        }
         let stage = self.rows_stage(first, |rows| rows.product.is_none() && rows.block.is_none());
         if let Some(Work::Rows(rows)) = self.stages.get_mut(stage).map(|stage| &mut stage.work) {
-            rows.block = Some(words);
+            rows.block = Some(block);
         }
         self.sums_floor = stage.max(self.sums_floor);
-        for vector in [x, g] {
+        for vector in read {
             self.uses(vector).read = stage.max(self.uses(vector).read);
         }
         self.uses(out).written = stage;
     }
 
-    /// Adds `out = [q +] A x`.
-    pub fn product(&mut self, x: u32, out: u32, add_q: bool) {
+    /// Adds `out = [q +] A x`, perhaps with what rounding has left off `x`.
+    pub fn product(&mut self, x: u32, low: Option<u32>, out: u32, add_q: bool) {
         self.catch_up();
-        let mut rows = Rows { product: Some(Product { out, add_q }), ..Rows::default() };
-        match self.choice(x) {
+        let exact = low.is_some();
+        // A kernel may have only eight buffers.
+        if exact && self.pending.iter().any(|words| words[0] & 0xff == Operation::Look as u32) {
+            self.begin(Work::Numbers);
+        }
+        let mut rows = Rows { product: Some(Product { out, add_q, exact }), ..Rows::default() };
+        match self.choice(x).filter(|_| !exact) {
             // The copies that wait for the same numbers are made with the product's rows.
             Some((choice, copies)) => {
                 let last = self.stages.len() - 1;
                 self.stages[last].work = choice;
                 rows.before = copies;
             }
-            None => self.begin(Work::Bodies { x, instead: None }),
+            None => self.begin(Work::Bodies { x, low, instead: None }),
         }
         self.begin(Work::Rows(rows.clone()));
         let last = self.stages.len() - 1;
         self.sums_floor = last;
-        let touched = rows.before.iter().flat_map(|words| words[1..5].to_vec()).chain([x]);
+        let touched = rows.before.iter().flat_map(|words| words[1..5].to_vec()).chain([x]).chain(low);
         for vector in touched {
             self.uses(vector).read = last;
         }
@@ -213,7 +223,8 @@ impl Tape {
         // What it is copied from must not be another copy.
         let from = copy[2];
         let steady = copies.iter().all(|words| words[1] != from);
-        steady.then(|| (Work::Bodies { x, instead: Some([copy[5], from]) }, copies.clone()))
+        let instead = Some([copy[5], from]);
+        steady.then(|| (Work::Bodies { x, low: None, instead }, copies.clone()))
     }
 
     /// Adds another stage.

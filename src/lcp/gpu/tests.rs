@@ -4,7 +4,6 @@ use super::DeviceProblem;
 use super::kernels::Variant;
 use super::layout::Slots;
 use super::machine::Machine;
-use super::number::Number;
 use super::verbs::{Device, Slot};
 use crate::gpu::{Buffer, Gpu, Precision, precisions, test_device};
 use crate::lcp::cpu::Cpu;
@@ -63,7 +62,7 @@ struct Both<'a, const D: usize> {
 }
 
 fn machine(gpu: &Gpu, precision: Precision, planar: bool, kind: SolverKind, small: bool) -> Machine {
-    let mut machine = Machine::new(gpu, Variant { precision, planar, slots: Slots::of(kind) }).unwrap();
+    let mut machine = Machine::new(gpu, Variant { precision, planar, slots: Slots::of(kind, precision) }).unwrap();
     machine.largest_small = if small { u64::MAX } else { 0 };
     machine
 }
@@ -137,6 +136,10 @@ enum Verb {
     Gradient,
     Proximal(Metric),
     Project(Metric),
+    Descend,
+    /// By `number` times the first vector and the rest of them.
+    Displace,
+    Advance,
     Dot,
     Objective,
     Square(Metric),
@@ -158,6 +161,16 @@ fn make<V: Verbs>(verbs: &mut V, verb: Verb, [x, y, out]: [&mut V::Vector; 3], n
         Verb::Gradient => verbs.gradient(x, out),
         Verb::Proximal(metric) => verbs.proximal(metric, x, number, y, out),
         Verb::Project(metric) => verbs.project(metric, y, out),
+        Verb::Descend => verbs.descend(x, y, out),
+        Verb::Displace => {
+            let mut room = V::Vector::default();
+            verbs.clear(&mut room);
+            verbs.displace(x, [(number, y), (number, x), (-number, x)], out, &mut room);
+        }
+        Verb::Advance => {
+            verbs.copy(x, out);
+            verbs.advance(number, y, out, x);
+        }
         _ => unreachable!(),
     }
 }
@@ -265,6 +278,7 @@ fn verbs_on_rows_are_those_of_the_cpu() {
         Verb::Gradient,
         Verb::Proximal(diagonal),
         Verb::Project(diagonal),
+        Verb::Advance,
     ];
     let numbers =
         [Verb::Dot, Verb::Objective, Verb::Square(diagonal), Verb::InverseSquare(diagonal), Verb::Room, Verb::Residual];
@@ -280,26 +294,24 @@ fn the_majorant_is_that_of_the_cpu() {
 
 #[test]
 fn small_problems_of_pairs_are_solved() {
-    let metric = Metric::PairBlocks;
     everywhere(SolverKind::Auto, |what, bound, rig| {
         let rows = rig.rows();
         let (x, y) = (vector(1, rows, 0.5), vector(2, rows, 0.0));
         // A gradient that motions can bring to zero.
         let [g, _] = rig.vector(Verb::Product, [&y, &y, &y], 1.0);
         let shift = if what.starts_with("f32") { 32.0 * f64::from(f32::EPSILON) } else { 1e-6 };
-        for step in [1.0, 0.3] {
-            let [cpu, device] = rig.vector(Verb::Proximal(metric), [&x, &g, &x], step);
-            let unsolved = [rig.unsolved([&x, &g, &cpu], step, 1e-6), rig.unsolved([&x, &g, &device], step, shift)];
-            println!("{what}: left over {unsolved:?}");
-            assert!(unsolved[1] < 10.0 * bound && unsolved[0] < 1e-9, "{what}: {unsolved:?}");
-        }
-        // Of what is not negative nothing changes.
-        let [_, same] = rig.vector(Verb::Project(metric), [&x, &x, &y], 1.0);
-        assert_eq!(same, x, "{what}");
-        let [cpu, device] = rig.vector(Verb::Project(metric), [&x, &y, &x], 1.0);
-        let zero = vec![0.0; rows];
-        let unsolved = [rig.unsolved([&y, &zero, &cpu], 1.0, 1e-6), rig.unsolved([&y, &zero, &device], 1.0, shift)];
-        assert!(unsolved[1] < 10.0 * bound && unsolved[0] < 1e-9, "{what} project: {unsolved:?}");
+        let moved = |by: &[f64]| -> Vec<f64> { x.iter().zip(by).map(|(x, by)| x + by).collect() };
+        let [cpu, device] = rig.vector(Verb::Descend, [&x, &g, &x], 1.0).map(|change| moved(&change));
+        let unsolved = [rig.unsolved([&x, &g, &cpu], 1.0, 1e-6), rig.unsolved([&x, &g, &device], 1.0, shift)];
+        println!("{what}: left over {unsolved:?}");
+        assert!(unsolved[1] < 10.0 * bound && unsolved[0] < 1e-9, "{what}: {unsolved:?}");
+        // What leads to nothing negative does not change.
+        let [_, same] = rig.vector(Verb::Displace, [&x, &x, &y], 0.5);
+        assert_eq!(same, x.iter().map(|x| 0.5 * x).collect::<Vec<_>>(), "{what}");
+        let [cpu, device] = rig.vector(Verb::Displace, [&x, &y, &x], 1.0).map(|change| moved(&change));
+        let (aim, zero) = (moved(&y), vec![0.0; rows]);
+        let unsolved = [rig.unsolved([&aim, &zero, &cpu], 1.0, 1e-6), rig.unsolved([&aim, &zero, &device], 1.0, shift)];
+        assert!(unsolved[1] < 10.0 * bound && unsolved[0] < 1e-9, "{what} displace: {unsolved:?}");
     });
 }
 
@@ -320,20 +332,19 @@ fn steps_of_pairs_with_many_rows_descend() {
             let (x, mut g) = (vector(1, rows, 0.5), vec![0.0; rows]);
             cpu.product(&vector(2, rows, 0.0), &mut g);
             let [a, b, mut c] = [&x, &g, &x].map(|numbers| device.uploaded(numbers));
-            device.proximal(Metric::PairBlocks, &a, Number::Known(1.0), &b, &mut c);
-            let y = device.downloaded(&c);
+            device.descend(&a, &b, &mut c);
+            let change = device.downloaded(&c);
             let mut exact = vec![0.0; rows];
-            cpu.proximal(Metric::PairBlocks, &x, 1.0, &g, &mut exact);
+            cpu.descend(&x, &g, &mut exact);
             // With a single pair A is its block.
-            let mut model = |y: &Vec<f64>| {
-                let step: Vec<f64> = y.iter().zip(&x).map(|(y, x)| y - x).collect();
+            let mut model = |step: &Vec<f64>| {
                 let mut bend = vec![0.0; rows];
-                cpu.product(&step, &mut bend);
-                cpu.dot(&step, &g) + 0.5 * cpu.dot(&step, &bend)
+                cpu.product(step, &mut bend);
+                cpu.dot(step, &g) + 0.5 * cpu.dot(step, &bend)
             };
-            let (exact, made) = (model(&exact), model(&y));
+            let (exact, made) = (model(&exact), model(&change));
             println!("{} small {small} rows {rows}: {made:.3e} of {exact:.3e}", precision.name());
-            assert!(y.iter().all(|y| *y >= 0.0 && y.is_finite()));
+            assert!(x.iter().zip(&change).all(|(x, change)| x + change >= 0.0 && change.is_finite()));
             assert!(made < 0.05 * exact, "{} small {small} rows {rows}: {made}, exact {exact}", precision.name());
         }
     }

@@ -3,7 +3,7 @@
 use super::layout::MOST_VECTORS;
 use super::number::Operation;
 use super::shape::{Line, NumberLine, Operand, Shape, ShapeWork};
-use super::stage::packed;
+use super::stage::{Block, Product, packed};
 use std::fmt::Write as _;
 
 /// The storage variables of a stage's kernel, in the order of their bindings: name, whether it is written, element.
@@ -38,6 +38,8 @@ const HALTS: &str = "    if leads && ended != 0u {
     if local == 0u { halted = ended; }
     if workgroupUniformLoad(&halted) != 0u { return; }
 ";
+
+const ALL_BODIES: &str = "invocation(group, groups, local), groups.x * groups.y * WORKGROUP";
 
 const ALL_ROWS: &str = "    for (var row = invocation(group, groups, local); row < parameters.rows; row += parameters.groups * WORKGROUP) {\n";
 
@@ -78,6 +80,9 @@ impl Shape {
                 ("velocity", true, "vec4r"),
             ]);
         }
+        if self.is_exact() {
+            all.push(("velocity_rest", self.is_bodies(), "vec4r"));
+        }
         if self.looks() {
             all.push(("grid", true, "u32"));
         }
@@ -111,7 +116,11 @@ impl Shape {
                 let [before, after] = [before, after].map(|lines| &lines[..]);
                 add_rows(&mut text, product, before, block.as_ref(), after, &literal);
             }
-            ShapeWork::Bodies { x, instead } => {
+            ShapeWork::Bodies { x, low: Some(low), .. } => {
+                let (x, low) = (vector_place(*x), vector_place(*low));
+                let _ = writeln!(text, "    move_bodies_exactly({x}, {low}, {ALL_BODIES});");
+            }
+            ShapeWork::Bodies { x, low: None, instead } => {
                 let x = vector_place(*x);
                 let vector = match instead {
                     None => x,
@@ -121,9 +130,7 @@ impl Shape {
                     }
                 };
                 let _ = writeln!(text, "    let vector = {vector};");
-                text.push_str(
-                    "    move_bodies(vector, invocation(group, groups, local), groups.x * groups.y * WORKGROUP);\n",
-                );
+                let _ = writeln!(text, "    move_bodies(vector, {ALL_BODIES});");
             }
         }
         text.push_str("}\n");
@@ -184,9 +191,9 @@ fn add_number(text: &mut String, nth: usize, line: &NumberLine, literal: &impl F
 /// Adds work on rows.
 fn add_rows(
     text: &mut String,
-    product: Option<&(u32, bool)>,
+    product: Option<&Product>,
     before: &[Line],
-    block: Option<&Line>,
+    block: Option<&Block>,
     after: &[Line],
     literal: &impl Fn(f64) -> String,
 ) {
@@ -199,15 +206,13 @@ fn add_rows(
             let _ = writeln!(text, "    var sum{k} = identity({}u);", line.action.kind());
         }
     }
-    if let Some(line) = block {
-        let step = number(line.numbers[0], literal);
-        let [x, g, _] = line.vectors.map(vector_place);
-        let out = vector_place(line.out);
-        let _ = writeln!(text, "    let step = {step};");
+    if let Some(block) = block {
         text.push_str(CHUNK);
-        let unread = (!line.vectors.contains(&line.out)).then_some(line.out);
+        let unread = (![Some(block.x), block.w, block.g].contains(&Some(block.out))).then_some(block.out);
         add_loop(text, ROWS_OF_CHUNK, before, 0, None, unread);
-        let minimize = format!("minimize_block(block_start[slot], block_start[slot + 1u], {x}, {g}, step, {out})");
+        let [w, g] = [block.w, block.g].map(|vector| vector.map_or("NONE".into(), vector_place));
+        let (x, out) = (vector_place(block.x), vector_place(block.out));
+        let minimize = format!("minimize_block(block_start[slot], block_start[slot + 1u], {x}, {w}, {g}, {out})");
         let _ = writeln!(
             text,
             "    storageBarrier();\n    if slot < parameters.pairs {{ {minimize}; }}\n    storageBarrier();"
@@ -250,7 +255,7 @@ fn add_loop(
     head: &str,
     lines: &[Line],
     first: usize,
-    product: Option<&(u32, bool)>,
+    product: Option<&Product>,
     unread: Option<u32>,
 ) {
     if lines.is_empty() && product.is_none() {
@@ -259,9 +264,12 @@ fn add_loop(
     text.push_str(head);
     // For each vector the variable that holds its number of this row, and whether the loop must store it.
     let mut known: Vec<Option<(String, bool)>> = vec![None; MOST_VECTORS];
-    if let Some((out, add_q)) = product {
-        let q = if *add_q { " + vectors[at(Q, row)]" } else { "" };
-        let _ = writeln!(text, "        let product = row_product(row){q};");
+    if let Some(Product { out, add_q, exact }) = product {
+        let _ = match (add_q, exact) {
+            (true, true) => writeln!(text, "        let product = row_gradient(row);"),
+            (true, false) => writeln!(text, "        let product = row_product(row) + vectors[at(Q, row)];"),
+            (false, _) => writeln!(text, "        let product = row_product(row);"),
+        };
         known[*out as usize] = Some(("product".into(), true));
     }
     for (k, line) in (first..).zip(lines) {

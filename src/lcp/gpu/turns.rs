@@ -2,6 +2,7 @@
 //! again and a finish, or nothing for some of these.
 
 use super::kernels::SMALL_WORKGROUP;
+use super::layout::FIRST_CONSTANT;
 use super::stage::{Product, Rows, Segment, Stage, Words, Work, packed};
 
 /// One turn, as in `shaders/lcp/main_small.wgsl`.
@@ -123,22 +124,24 @@ impl Turns {
         let (rows, pairs, bodies) = (self.rows, self.pairs, self.bodies);
         match work {
             Work::Rows(Rows { product, before, block, after, .. }) => {
-                if let Some(Product { out, add_q }) = *product {
+                if let Some(Product { out, add_q, exact }) = *product {
                     let turn = self.turn(Step::Product);
-                    (turn[10], turn[11], turn[6]) = (rows, out, u32::from(add_q));
+                    (turn[10], turn[11], turn[6], turn[7]) = (rows, out, u32::from(add_q), u32::from(exact));
                 }
                 self.rows(before);
                 if let Some(block) = block {
                     let at = 2 * self.instructions.len() as u32;
-                    self.instructions.push(*block);
+                    let [w, g] = [block.w, block.g].map(|vector| vector.unwrap_or(u32::MAX));
+                    self.instructions.push([0, block.out, block.x, w, g, FIRST_CONSTANT, FIRST_CONSTANT, 0]);
                     let turn = self.turn(Step::Pairs);
                     (turn[4], turn[5]) = (at, pairs);
                 }
                 self.rows(after);
             }
-            Work::Bodies { x, .. } => {
+            Work::Bodies { x, low, .. } => {
                 let turn = self.turn(Step::Bodies);
-                (turn[8], turn[9]) = (bodies, *x);
+                // No such vector is the first one.
+                (turn[8], turn[9], turn[15]) = (bodies, *x, low.unwrap_or(0));
             }
             Work::Numbers | Work::PrepareRows | Work::PreparePairs | Work::Export { .. } => {}
         }

@@ -1,10 +1,10 @@
 //! The verbs on the device. They write the tape; only reading runs it.
 
 use super::layout::{HALT, LOOKS};
-use super::machine::{Machine, Task};
+use super::machine::{Confirmation, Machine, Task};
 use super::number::Number;
 use super::problem::DeviceProblem;
-use super::stage::{Action, Segment, Work};
+use super::stage::{Action, Block, Segment, Work};
 use super::tape::Tape;
 use crate::gpu::{Gpu, GpuError};
 use crate::lcp::verbs::{Looks, Metric, Verbs};
@@ -15,7 +15,20 @@ const ZERO_ROW: f64 = 1.0;
 
 /// A vector's place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Slot(pub(super) Option<u32>);
+pub(crate) struct Slot {
+    at: Option<u32>,
+    /// The place of what rounding has left off it.
+    low: Option<u32>,
+    /// Whether that is kept.
+    in_two: bool,
+}
+
+impl Slot {
+    /// Where the second part is, if there is one.
+    fn second(&self) -> Option<u32> {
+        self.low.filter(|_| self.in_two)
+    }
+}
 
 /// One problem on a device.
 pub(crate) struct Device<'a> {
@@ -28,6 +41,8 @@ pub(crate) struct Device<'a> {
     products: u64,
     /// Products at each look that was not read.
     looked: VecDeque<u64>,
+    /// The second part of the iterate.
+    looked_at_low: Option<u32>,
     /// Whether a look was noted since the last ones were read.
     noted: bool,
     /// Whether a batch was read.
@@ -54,6 +69,7 @@ impl<'a> Device<'a> {
             vectors,
             products: 0,
             looked: VecDeque::new(),
+            looked_at_low: None,
             noted: false,
             begun: false,
             afresh: true,
@@ -80,13 +96,14 @@ impl<'a> Device<'a> {
 
     /// The iterate's vector, which [`Device::prepare`] fills.
     pub fn start(&self) -> Slot {
-        Slot(Some(self.machine.slots().x))
+        let slots = self.machine.slots();
+        Slot { at: Some(slots.x), low: slots.low, in_two: slots.low.is_some() }
     }
 
     /// Brings the result into the problem.
     pub fn finish(&mut self, x: &Slot) -> Result<(), GpuError> {
-        let x = at(x);
-        self.tape.stage(Work::Bodies { x, instead: None });
+        let (x, low) = (at(x), x.second());
+        self.tape.stage(Work::Bodies { x, low, instead: None });
         self.tape.stage(Work::Export { x });
         self.run(Vec::new());
         self.fault.clone().map_or(Ok(()), Err)
@@ -102,7 +119,7 @@ impl<'a> Device<'a> {
     fn run_segment(
         &mut self,
         segment: &Segment,
-        confirm: Option<[u32; 3]>,
+        confirm: Option<Confirmation>,
         read: Vec<std::ops::Range<u32>>,
     ) -> Vec<f64> {
         if let (None, Some(misuse)) = (&self.fault, super::number::take_misuse()) {
@@ -121,7 +138,17 @@ impl<'a> Device<'a> {
 
     /// A vector to be written, with a place.
     fn out(&mut self, slot: &mut Slot) -> u32 {
-        *slot.0.get_or_insert_with(|| {
+        slot.in_two = false;
+        *slot.at.get_or_insert_with(|| {
+            self.vectors += 1;
+            self.vectors - 1
+        })
+    }
+
+    /// The place of the second part of a vector, with room for one.
+    fn second_out(&mut self, slot: &mut Slot) -> u32 {
+        slot.in_two = true;
+        *slot.low.get_or_insert_with(|| {
             self.vectors += 1;
             self.vectors - 1
         })
@@ -155,7 +182,7 @@ impl<'a> Device<'a> {
 
 /// Where a vector is. One that was never written is the first.
 fn at(slot: &Slot) -> u32 {
-    slot.0.unwrap_or(0)
+    slot.at.unwrap_or(0)
 }
 
 const NONE: Number = Number::Known(0.0);
@@ -175,13 +202,26 @@ impl Verbs for Device<'_> {
     }
 
     fn copy(&mut self, from: &Slot, to: &mut Slot) {
-        let out = self.out(to);
+        let (second, out) = (from.second(), self.out(to));
         self.tape.row(Action::Copy, out, [at(from); 3], [NONE; 2]);
+        if let Some(second) = second {
+            let out = self.second_out(to);
+            self.tape.row(Action::Copy, out, [second; 3], [NONE; 2]);
+        }
     }
 
     fn copy_if_positive(&mut self, condition: Number, from: &Slot, to: &mut Slot) {
+        let (second, other) = (from.second(), to.second());
         let out = self.out(to);
         self.tape.row(Action::CopyIf, out, [at(from), at(from), out], [condition, NONE]);
+        match (second, other) {
+            (None, None) => {}
+            (Some(second), Some(_)) => {
+                let out = self.second_out(to);
+                self.tape.row(Action::CopyIf, out, [second, second, out], [condition, NONE]);
+            }
+            _ => super::number::report("a solver mixes vectors in one part and in two"),
+        }
     }
 
     fn take(&mut self, from: &mut Slot, to: &mut Slot) {
@@ -192,13 +232,14 @@ impl Verbs for Device<'_> {
     fn product(&mut self, x: &Slot, ax: &mut Slot) {
         self.products += 1;
         let out = self.out(ax);
-        self.tape.product(at(x), out, false);
+        self.tape.product(at(x), None, out, false);
     }
 
     fn gradient(&mut self, x: &Slot, g: &mut Slot) {
         self.products += 1;
         let out = self.out(g);
-        self.tape.product(at(x), out, true);
+        self.looked_at_low = x.second();
+        self.tape.product(at(x), x.second(), out, true);
     }
 
     fn dot(&mut self, x: &Slot, y: &Slot) -> Number {
@@ -221,19 +262,37 @@ impl Verbs for Device<'_> {
 
     fn proximal(&mut self, metric: Metric, x: &Slot, step: Number, g: &Slot, out: &mut Slot) {
         let out = self.out(out);
-        if metric == Metric::PairBlocks {
-            return self.tape.pairs(at(x), step, at(g), out);
-        }
         let [_, inverse] = self.metric(metric);
         self.tape.row(Action::Proximal, out, [at(x), at(g), inverse], [step, NONE]);
     }
 
-    fn project(&mut self, metric: Metric, x: &Slot, out: &mut Slot) {
+    fn project(&mut self, _: Metric, x: &Slot, out: &mut Slot) {
         let out = self.out(out);
-        if metric == Metric::PairBlocks {
-            return self.tape.pairs(at(x), NONE, at(x), out);
-        }
         self.tape.row(Action::Project, out, [at(x); 3], [NONE; 2]);
+    }
+
+    fn descend(&mut self, x: &Slot, g: &Slot, out: &mut Slot) {
+        let out = self.out(out);
+        self.tape.pairs(Block { x: at(x), w: None, g: Some(at(g)), out });
+    }
+
+    fn displace(&mut self, x: &Slot, terms: [(Number, &Slot); 3], out: &mut Slot, _: &mut Slot) {
+        let [(a, first), (b, second), (c, third)] = terms.map(|(number, slot)| (number, at(slot)));
+        let out = self.out(out);
+        self.tape.row(Action::Combine, out, [first, second, second], [a, b]);
+        self.tape.row(Action::Combine, out, [third, out, out], [c, ONE]);
+        self.tape.pairs(Block { x: at(x), w: Some(out), g: None, out });
+    }
+
+    fn advance(&mut self, a: Number, d: &Slot, x: &mut Slot, _: &mut Slot) {
+        let second = x.second();
+        let out = self.out(x);
+        if let Some(low) = second {
+            // Before the first part changes.
+            self.tape.row(Action::AdvanceLow, low, [out, at(d), low], [a, NONE]);
+            x.in_two = true;
+        }
+        self.tape.row(Action::Advance, out, [out, at(d), at(d)], [a, NONE]);
     }
 
     fn square(&mut self, metric: Metric, x: &Slot) -> Number {
@@ -277,8 +336,9 @@ impl Verbs for Device<'_> {
         let [x, g] = self.tape.looked_at();
         let fresh = super::number::new();
         let place = super::number::place(fresh);
+        let confirm = Confirmation { x, low: self.looked_at_low, g, residual: place };
         let read = vec![HALT..HALT + 1 + LOOKS, place..place + 1];
-        let numbers = self.run_segment(&segment, Some([x, g, place]), read);
+        let numbers = self.run_segment(&segment, Some(confirm), read);
         let (halt, residuals, confirmed) = (numbers[0], &numbers[1..=LOOKS as usize], numbers[1 + LOOKS as usize]);
         let ended = halt >= 1.0;
         let looks = if ended { halt as u32 - segment.looks_before } else { segment.looks };

@@ -1,0 +1,29 @@
+// In one workgroup, the velocity J^T (x + low) of a body in two parts. Without `low` the velocity is plain.
+fn move_body(body: u32, x: u32, low: u32) {
+    if low == 0u {
+        move_body_plainly(body, x);
+        return;
+    }
+    let span = entries_of(body);
+    var sum = TwoParts();
+    var turn = TwoParts();
+    for (var place = span.x; place < span.y; place += 1u) {
+        let block = lists[place];
+        let number = vec4r(vectors[at(x, block / 2u)]);
+        let rest = vec4r(vectors[at(low, block / 2u)]);
+        sum = add_product(sum, jacobian[block * WIDTH], number, rest);
+        if WIDTH == 2u {
+            turn = add_product(turn, jacobian[block * WIDTH + 1u], number, rest);
+        }
+    }
+    sum = rounded(sum);
+    velocity[body * WIDTH] = sum.value;
+    velocity_rest[body * WIDTH] = sum.rest;
+    if WIDTH == 2u {
+        turn = rounded(turn);
+        velocity[body * WIDTH + 1u] = turn.value;
+        velocity_rest[body * WIDTH + 1u] = turn.rest;
+    }
+}
+
+fn gradient_of(row: u32) -> real { return row_gradient(row); }
