@@ -13,14 +13,8 @@ fn row_value(instruction: u32, a: real, b: real, c: real, s: real, t: real) -> r
         case COMBINE: { return s * a + t * b; }
         case PROXIMAL: { return max(a - s * b * c, 0.0); }
         case PROJECT: { return max(a, 0.0); }
-        case ADVANCE: { return max(a + s * b, 0.0); }
-        // What rounding takes off there is added to c.
-        case ADVANCE_LOW: {
-            let step = s * b;
-            let sum = a + step;
-            let part = sum - a;
-            return select(real(0.0), c + ((a - (sum - part)) + (step - part)), sum > 0.0);
-        }
+        case ADVANCE: { return max(advanced(a, b, s), 0.0); }
+        case ADVANCE_LOW: { return left_off(a, b, c, s); }
         case INVERT: { return select(real(0.0), 1.0 / b, a > s); }
         case DOT: { return a * b; }
         case TRIPLE: { return c * a * b; }

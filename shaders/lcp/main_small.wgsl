@@ -53,22 +53,15 @@ fn move_body_plainly(body: u32, x: u32) {
     }
 }
 
-fn run_bodies(x: u32, low: u32, bodies: u32, local: u32) {
+fn run_bodies(x: u32, second: u32, bodies: u32, local: u32) {
     for (var body = local; body < bodies; body += WORKGROUP) {
-        move_body(body, x, low);
+        move_body(body, x, second);
     }
 }
 
-fn run_product(out: u32, kind: vec2<u32>, rows: u32, local: u32) {
+fn run_product(out: u32, add_q: u32, rows: u32, local: u32) {
     for (var row = local; row < rows; row += WORKGROUP) {
-        var g: real;
-        if kind.y != 0u {
-            g = gradient_of(row);
-        } else {
-            g = row_product(row);
-            g = select(g, g + vectors[at(Q, row)], kind.x != 0u);
-        }
-        vectors[at(out, row)] = g;
+        vectors[at(out, row)] = product_of(row, select(real(0.0), vectors[at(Q, row)], add_q != 0u));
     }
 }
 
@@ -91,11 +84,11 @@ fn main(@builtin(local_invocation_index) local: u32) {
         if workgroupUniformLoad(&halted) != min(parameters.looks, 1u) { break; }
         // Instructions before and after.
         let rows = program[place];
-        // The instruction for pairs, and their number; whether a product is a gradient, and from velocities in two parts.
+        // The instruction for pairs, and their number; whether a product is a gradient.
         let blocks = program[place + 1u];
         // A product: bodies, their vector, rows, their result.
         let product = program[place + 2u];
-        // Operations on numbers, kinds of sums; what rounding has left off the vector of the product.
+        // Operations on numbers, kinds of sums; the second part of the product's vector.
         let finish = program[place + 3u];
         // Once in the text for both, which halves what a driver makes of it.
         for (var half = 0u; half < 2u; half += 1u) {
@@ -107,7 +100,7 @@ fn main(@builtin(local_invocation_index) local: u32) {
             fence();
             run_bodies(product.y, finish.w, product.x, local);
             fence();
-            run_product(product.w, blocks.zw, product.z, local);
+            run_product(product.w, blocks.z, product.z, local);
             fence();
         }
         if finish.x < finish.y {

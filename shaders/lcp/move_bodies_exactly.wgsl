@@ -1,4 +1,4 @@
-// The velocity J^T (x + low) of every body in two parts.
+// The velocity J^T (x + low) of every body in two parts; `low` may be missing.
 fn move_bodies_exactly(x: u32, low: u32, first: u32, step: u32) {
     for (var body = first; body < parameters.bodies; body += step) {
         let last = incidence_start[body + 1u];
@@ -7,7 +7,8 @@ fn move_bodies_exactly(x: u32, low: u32, first: u32, step: u32) {
         for (var place = incidence_start[body]; place < last; place += 1u) {
             let row = incidence[place] / 2u;
             let number = vec4r(vectors[at(x, row)]);
-            let rest = vec4r(vectors[at(low, row)]);
+            var rest = vec4r();
+            if low != NONE { rest = vec4r(vectors[at(low, row)]); }
             sum = add_product(sum, gathered[place * WIDTH], number, rest);
             if WIDTH == 2u {
                 turn = add_product(turn, gathered[place * WIDTH + 1u], number, rest);

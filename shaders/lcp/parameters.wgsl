@@ -17,7 +17,8 @@ struct Parameters {
     // In one workgroup: turns.
     first: u32,
     last: u32,
-    unused: u32,
+    // Zero, which a compiler cannot know.
+    zero: u32,
     // The places of a stage's vectors, four in a word, and of its numbers, two in a word.
     vectors: array<vec4<u32>, 2>,
     numbers: array<vec4<u32>, 4>,

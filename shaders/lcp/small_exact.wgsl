@@ -1,16 +1,14 @@
-// In one workgroup, the velocity J^T (x + low) of a body in two parts. Without `low` the velocity is plain.
-fn move_body(body: u32, x: u32, low: u32) {
-    if low == 0u {
-        move_body_plainly(body, x);
-        return;
-    }
+// In one workgroup, the velocity J^T (x + low) of a body in two parts. `second` is one more than the place of `low`, NONE
+// where that is missing.
+fn move_body(body: u32, x: u32, second: u32) {
     let span = entries_of(body);
     var sum = TwoParts();
     var turn = TwoParts();
     for (var place = span.x; place < span.y; place += 1u) {
         let block = lists[place];
         let number = vec4r(vectors[at(x, block / 2u)]);
-        let rest = vec4r(vectors[at(low, block / 2u)]);
+        var rest = vec4r();
+        if second != NONE { rest = vec4r(vectors[at(second - 1u, block / 2u)]); }
         sum = add_product(sum, jacobian[block * WIDTH], number, rest);
         if WIDTH == 2u {
             turn = add_product(turn, jacobian[block * WIDTH + 1u], number, rest);
@@ -26,4 +24,4 @@ fn move_body(body: u32, x: u32, low: u32) {
     }
 }
 
-fn gradient_of(row: u32) -> real { return row_gradient(row); }
+fn product_of(row: u32, q: real) -> real { return row_product_exactly(row, q); }

@@ -144,6 +144,61 @@ fn stored_systems_are_solved() {
     }
 }
 
+/// Cells that press on each other with `s gamma` of up to this length, in steps from 0.002 to 0.05 of the colony at
+/// 1,024 cells.
+const PRESSED: [&str; 5] = ["pressed_0.4", "pressed_3", "pressed_10", "pressed_27", "pressed_79"];
+
+/// The residual of a velocity and the multipliers that belong to it.
+fn residual_of_velocity(problem: &Problem<3>, gamma: &[f64], v: &[[f64; 3]]) -> f64 {
+    let mut worst: f64 = 0.0;
+    for (row, pair) in problem.pair.iter().enumerate() {
+        let (mut g, mut s) = (problem.q[row], 0.0);
+        for (body, block) in pair.iter().zip(&problem.jacobian[row]) {
+            for k in 0..3 {
+                g += block[k] * v[*body as usize][k];
+                s += block[k] * block[k];
+            }
+        }
+        worst = worst.max(g.min(s * gamma[row]).abs());
+    }
+    worst
+}
+
+#[test]
+fn pressed_systems_are_solved_in_f32_as_in_f64() {
+    let Some(gpu) = device() else { return };
+    let settings = Settings { tolerance: 1e-6, max_iterations: 20_000 };
+    for name in PRESSED {
+        let mut stored = stored(name);
+        // What f32 can hold, so that both solve the same problem.
+        let problem = &mut stored.problem;
+        let numbers = problem.q.iter_mut().chain(problem.jacobian.as_flattened_mut().as_flattened_mut());
+        numbers.for_each(|x| *x = f64::from(*x as f32));
+        let mut iterations = Vec::new();
+        for precision in precisions(gpu) {
+            let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
+            let before = gpu.counters();
+            let solved = solve(gpu, precision, &mut solver, &stored.problem, &stored.start);
+            let reads = gpu.counters().reads - before.reads;
+            let found = residual_of_velocity(&stored.problem, &solved.gamma, &solved.velocity);
+            println!(
+                "{name} {}: {:?} after {} iterations, residual {:.2e}, found {found:.2e}, {reads} reads with the results",
+                precision.name(),
+                solved.outcome.status,
+                solved.outcome.iterations,
+                solved.outcome.residual,
+            );
+            assert_eq!(solved.outcome.status, Status::Solved, "{name} {}", precision.name());
+            assert!(found <= 1.02e-6, "{name} {}: {found:e}", precision.name());
+            iterations.push(solved.outcome.iterations as f64);
+        }
+        if let [narrow, wide] = iterations[..] {
+            println!("{name}: {:.3} of the iterations in f64", narrow / wide);
+            assert!(narrow <= 1.1 * wide, "{name}: {narrow} iterations, in f64 {wide}");
+        }
+    }
+}
+
 #[test]
 fn the_size_of_batches_changes_no_bit() {
     let Some(gpu) = device() else { return };

@@ -55,7 +55,8 @@ pub(super) const X: u32 = 3;
 
 impl Slots {
     pub fn of(kind: SolverKind, precision: Precision) -> Self {
-        let mut slots = Slots { q: 0, diagonal: DIAGONAL, inverse: 2, x: X, majorant: None, coupling: None, low: None, free: 4 };
+        let mut slots =
+            Slots { q: 0, diagonal: DIAGONAL, inverse: 2, x: X, majorant: None, coupling: None, low: None, free: 4 };
         match kind {
             SolverKind::ProjectedJacobi => (slots.majorant, slots.free) = (Some([4, 5]), 6),
             SolverKind::Auto | SolverKind::PairBlockCg => {
@@ -89,7 +90,7 @@ pub(super) struct Parameters {
     pub sums_into: u32,
     pub first: u32,
     pub last: u32,
-    pub unused: u32,
+    pub zero: u32,
     /// Places of vectors, four in a word.
     pub vectors: [u32; MOST_VECTORS / 4],
     /// Places of numbers, two in a word.

@@ -8,7 +8,7 @@ use super::layout::{DIAGONAL, FIRST_CONSTANT, GRID_WORDS, HALT, NUMBERS, Paramet
 use super::number::Operation;
 use super::problem::DeviceProblem;
 use super::shape::{Shape, ShapeWork, StageArguments};
-use super::stage::{Action, Product, Rows, Segment, Stage, Work};
+use super::stage::{Action, Bodies, Product, Rows, Segment, Stage, Work};
 use super::turns::{self, Part, TURN_WORDS};
 use crate::gpu::{Bound, Buffer, Gpu, GpuError, Precision, Recorder, WORKGROUP};
 use std::ops::Range;
@@ -238,16 +238,17 @@ impl Machine {
 
 /// The stages of a confirmation.
 fn confirmation(Confirmation { x, low, g, residual }: Confirmation) -> Vec<Stage> {
+    let exact = low.is_some();
     let words = [Action::Residual as u32, 0, x, g, DIAGONAL, FIRST_CONSTANT, FIRST_CONSTANT, 0];
     let rows = Rows {
-        product: Some(Product { out: g, add_q: true, exact: low.is_some() }),
+        product: Some(Product { out: g, add_q: true, exact }),
         before: vec![words],
         kinds: vec![Action::Residual.kind()],
         ..Rows::default()
     };
     let take = [Operation::Take as u32 | residual << 8, 0, 0, 0];
     vec![
-        Stage { operations: Vec::new(), work: Work::Bodies { x, low, instead: None } },
+        Stage { operations: Vec::new(), work: Work::Bodies(Bodies { x, low, instead: None, exact }) },
         Stage { operations: Vec::new(), work: Work::Rows(rows) },
         Stage { operations: vec![take], work: Work::Numbers },
     ]
@@ -304,7 +305,7 @@ impl Run<'_, '_> {
             }
             Work::PreparePairs => self.prepare_pairs(),
             Work::Export { x } => self.export(x),
-            Work::Numbers | Work::Rows(_) | Work::Bodies { .. } => self.dispatch(arguments, parameters),
+            Work::Numbers | Work::Rows(_) | Work::Bodies(_) => self.dispatch(arguments, parameters),
         }
     }
 

@@ -6,7 +6,7 @@
 
 use super::layout::{FIRST_CONSTANT, MOST_NUMBERS, MOST_VECTORS};
 use super::number::{Operation, RING};
-use super::stage::{Action, Block, Product, Rows, Stage, Words, Work};
+use super::stage::{Action, Block, Bodies, Product, Rows, Stage, Words, Work};
 
 /// A number that a stage uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -66,6 +66,7 @@ pub(super) enum ShapeWork {
         x: u32,
         low: Option<u32>,
         instead: Option<(Operand, u32)>,
+        exact: bool,
     },
 }
 
@@ -104,7 +105,8 @@ impl StageArguments {
                 block: block.map(|block| arguments.block(block)),
                 after: arguments.lines(constants, &made, after),
             },
-            Work::Bodies { x, low, instead } => ShapeWork::Bodies {
+            Work::Bodies(Bodies { x, low, instead, exact }) => ShapeWork::Bodies {
+                exact: *exact,
                 x: place(*x, &mut arguments.vectors),
                 low: low.map(|low| place(low, &mut arguments.vectors)),
                 instead: instead.map(|[condition, from]| {
@@ -196,7 +198,7 @@ impl Shape {
     pub fn is_exact(&self) -> bool {
         match &self.work {
             ShapeWork::Rows { product, .. } => product.is_some_and(|product| product.exact),
-            ShapeWork::Bodies { low, .. } => low.is_some(),
+            ShapeWork::Bodies { exact, .. } => *exact,
             ShapeWork::Numbers => false,
         }
     }

@@ -113,9 +113,8 @@ pub(super) enum Work {
     /// Operations on numbers alone.
     Numbers,
     Rows(Rows),
-    /// `J^T x`, with what rounding has left off `x`, if there is such a vector; where the number (the first one) is
-    /// positive, of the vector `instead` (the second one).
-    Bodies { x: u32, low: Option<u32>, instead: Option<[u32; 2]> },
+    /// `J^T x`.
+    Bodies(Bodies),
     /// Reads the problem.
     PrepareRows,
     /// Looks at the blocks of pairs.
@@ -124,6 +123,18 @@ pub(super) enum Work {
     Export {
         x: u32,
     },
+}
+
+/// The half of a product that sums over the rows of each body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Bodies {
+    pub x: u32,
+    /// What rounding has left off it.
+    pub low: Option<u32>,
+    /// Where this number is positive, this vector is taken instead.
+    pub instead: Option<[u32; 2]>,
+    /// Whether the velocities are made in two parts.
+    pub exact: bool,
 }
 
 /// Work on rows.
@@ -165,7 +176,7 @@ impl Stage {
             Work::Rows(Rows { product: Some(_), .. }) => "lcp-product",
             Work::Rows(Rows { block: Some(_), .. }) => "lcp-pairs",
             Work::Rows(_) => "lcp-rows",
-            Work::Bodies { .. } => "lcp-bodies",
+            Work::Bodies(_) => "lcp-bodies",
             Work::Numbers => "lcp-numbers",
             Work::PrepareRows | Work::PreparePairs | Work::Export { .. } => "lcp-prepare",
         }

@@ -13,7 +13,7 @@
 use super::layout::{CONSTANTS, FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS};
 use super::number::{self, Noted, Number, Operation};
 use super::shape::StageArguments;
-use super::stage::{Action, Block, Product, Rows, Segment, Stage, Words, Work};
+use super::stage::{Action, Block, Bodies, Product, Rows, Segment, Stage, Words, Work};
 use std::collections::HashMap;
 
 /// With fewer instructions and operations a stage has room for one more, whatever it is.
@@ -47,6 +47,8 @@ pub(super) struct Tape {
     vectors: Vec<Uses>,
     /// Whether a product may choose its vector, and whether sums outlive a run. One workgroup can do neither.
     apart: bool,
+    /// Whether velocities are made in two parts.
+    exact: bool,
 }
 
 /// The last stages that used a vector, and the first one that may change it.
@@ -58,9 +60,14 @@ struct Uses {
 }
 
 impl Tape {
-    /// An empty tape, for one dispatch a stage (`apart`) or one workgroup.
-    pub fn new(apart: bool) -> Self {
-        Tape { apart, ..Tape::default() }
+    /// An empty tape, for one dispatch a stage (`apart`) or one workgroup, with velocities in two parts or in one.
+    pub fn new(apart: bool, exact: bool) -> Self {
+        Tape { apart, exact, ..Tape::default() }
+    }
+
+    /// Whether velocities are made in two parts.
+    pub fn exact(&self) -> bool {
+        self.exact
     }
 
     /// Takes up arithmetic noted since.
@@ -183,20 +190,20 @@ impl Tape {
     /// Adds `out = [q +] A x`, perhaps with what rounding has left off `x`.
     pub fn product(&mut self, x: u32, low: Option<u32>, out: u32, add_q: bool) {
         self.catch_up();
-        let exact = low.is_some();
+        let exact = self.exact;
         // A kernel may have only eight buffers.
         if exact && self.pending.iter().any(|words| words[0] & 0xff == Operation::Look as u32) {
             self.begin(Work::Numbers);
         }
         let mut rows = Rows { product: Some(Product { out, add_q, exact }), ..Rows::default() };
-        match self.choice(x).filter(|_| !exact) {
+        match self.choice(x) {
             // The copies that wait for the same numbers are made with the product's rows.
             Some((choice, copies)) => {
                 let last = self.stages.len() - 1;
                 self.stages[last].work = choice;
                 rows.before = copies;
             }
-            None => self.begin(Work::Bodies { x, low, instead: None }),
+            None => self.begin(Work::Bodies(Bodies { x, low, instead: None, exact })),
         }
         self.begin(Work::Rows(rows.clone()));
         let last = self.stages.len() - 1;
@@ -223,8 +230,8 @@ impl Tape {
         // What it is copied from must not be another copy.
         let from = copy[2];
         let steady = copies.iter().all(|words| words[1] != from);
-        let instead = Some([copy[5], from]);
-        steady.then(|| (Work::Bodies { x, low: None, instead }, copies.clone()))
+        let bodies = Bodies { x, low: None, instead: Some([copy[5], from]), exact: self.exact };
+        steady.then(|| (Work::Bodies(bodies), copies.clone()))
     }
 
     /// Adds another stage.

@@ -116,11 +116,7 @@ impl Shape {
                 let [before, after] = [before, after].map(|lines| &lines[..]);
                 add_rows(&mut text, product, before, block.as_ref(), after, &literal);
             }
-            ShapeWork::Bodies { x, low: Some(low), .. } => {
-                let (x, low) = (vector_place(*x), vector_place(*low));
-                let _ = writeln!(text, "    move_bodies_exactly({x}, {low}, {ALL_BODIES});");
-            }
-            ShapeWork::Bodies { x, low: None, instead } => {
+            ShapeWork::Bodies { x, low, instead, exact } => {
                 let x = vector_place(*x);
                 let vector = match instead {
                     None => x,
@@ -130,7 +126,11 @@ impl Shape {
                     }
                 };
                 let _ = writeln!(text, "    let vector = {vector};");
-                let _ = writeln!(text, "    move_bodies(vector, {ALL_BODIES});");
+                let low = low.map_or("NONE".into(), vector_place);
+                let _ = match exact {
+                    true => writeln!(text, "    move_bodies_exactly(vector, {low}, {ALL_BODIES});"),
+                    false => writeln!(text, "    move_bodies(vector, {ALL_BODIES});"),
+                };
             }
         }
         text.push_str("}\n");
@@ -265,11 +265,13 @@ fn add_loop(
     // For each vector the variable that holds its number of this row, and whether the loop must store it.
     let mut known: Vec<Option<(String, bool)>> = vec![None; MOST_VECTORS];
     if let Some(Product { out, add_q, exact }) = product {
-        let _ = match (add_q, exact) {
-            (true, true) => writeln!(text, "        let product = row_gradient(row);"),
-            (true, false) => writeln!(text, "        let product = row_product(row) + vectors[at(Q, row)];"),
-            (false, _) => writeln!(text, "        let product = row_product(row);"),
+        let product = match (exact, add_q) {
+            (true, true) => "row_product_exactly(row, vectors[at(Q, row)])",
+            (true, false) => "row_product_exactly(row, 0.0)",
+            (false, true) => "row_product(row) + vectors[at(Q, row)]",
+            (false, false) => "row_product(row)",
         };
+        let _ = writeln!(text, "        let product = {product};");
         known[*out as usize] = Some(("product".into(), true));
     }
     for (k, line) in (first..).zip(lines) {

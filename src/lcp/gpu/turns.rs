@@ -3,7 +3,7 @@
 
 use super::kernels::SMALL_WORKGROUP;
 use super::layout::FIRST_CONSTANT;
-use super::stage::{Product, Rows, Segment, Stage, Words, Work, packed};
+use super::stage::{Bodies, Product, Rows, Segment, Stage, Words, Work, packed};
 
 /// One turn, as in `shaders/lcp/main_small.wgsl`.
 pub(super) const TURN_WORDS: usize = 16;
@@ -124,9 +124,9 @@ impl Turns {
         let (rows, pairs, bodies) = (self.rows, self.pairs, self.bodies);
         match work {
             Work::Rows(Rows { product, before, block, after, .. }) => {
-                if let Some(Product { out, add_q, exact }) = *product {
+                if let Some(Product { out, add_q, .. }) = *product {
                     let turn = self.turn(Step::Product);
-                    (turn[10], turn[11], turn[6], turn[7]) = (rows, out, u32::from(add_q), u32::from(exact));
+                    (turn[10], turn[11], turn[6]) = (rows, out, u32::from(add_q));
                 }
                 self.rows(before);
                 if let Some(block) = block {
@@ -138,10 +138,11 @@ impl Turns {
                 }
                 self.rows(after);
             }
-            Work::Bodies { x, low, .. } => {
+            Work::Bodies(Bodies { x, low, exact, .. }) => {
                 let turn = self.turn(Step::Bodies);
-                // No such vector is the first one.
-                (turn[8], turn[9], turn[15]) = (bodies, *x, low.unwrap_or(0));
+                // Zero for velocities in one part, else one more than the place of the second part of the vector.
+                let second = if *exact { low.map_or(u32::MAX, |low| low + 1) } else { 0 };
+                (turn[8], turn[9], turn[15]) = (bodies, *x, second);
             }
             Work::Numbers | Work::PrepareRows | Work::PreparePairs | Work::Export { .. } => {}
         }
@@ -179,7 +180,7 @@ impl Turns {
                 let blocks = if block.is_some() { ROUNDS_OF_BLOCKS } else { 0 };
                 ((before.len() + after.len()) as u64 + u64::from(product.is_some()) + blocks) * rows
             }
-            Work::Bodies { .. } => each(self.bodies) + 2 * rows,
+            Work::Bodies(_) => each(self.bodies) + 2 * rows,
             _ => 0,
         }
     }

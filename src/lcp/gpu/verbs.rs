@@ -4,7 +4,7 @@ use super::layout::{HALT, LOOKS};
 use super::machine::{Confirmation, Machine, Task};
 use super::number::Number;
 use super::problem::DeviceProblem;
-use super::stage::{Action, Block, Segment, Work};
+use super::stage::{Action, Block, Bodies, Segment, Work};
 use super::tape::Tape;
 use crate::gpu::{Gpu, GpuError};
 use crate::lcp::verbs::{Looks, Metric, Verbs};
@@ -60,12 +60,12 @@ impl<'a> Device<'a> {
         // Arithmetic left over by a solve that ended early.
         super::number::drain(&mut Vec::new());
         super::number::take_misuse();
-        let apart = !machine.is_small(problem);
+        let (apart, exact) = (!machine.is_small(problem), machine.slots().low.is_some());
         Device {
             gpu,
             machine,
             problem,
-            tape: Tape::new(apart),
+            tape: Tape::new(apart, exact),
             vectors,
             products: 0,
             looked: VecDeque::new(),
@@ -103,7 +103,7 @@ impl<'a> Device<'a> {
     /// Brings the result into the problem.
     pub fn finish(&mut self, x: &Slot) -> Result<(), GpuError> {
         let (x, low) = (at(x), x.second());
-        self.tape.stage(Work::Bodies { x, low, instead: None });
+        self.tape.stage(Work::Bodies(Bodies { x, low, instead: None, exact: self.tape.exact() }));
         self.tape.stage(Work::Export { x });
         self.run(Vec::new());
         self.fault.clone().map_or(Ok(()), Err)

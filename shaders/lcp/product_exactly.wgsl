@@ -1,5 +1,5 @@
-// g = q + J v of a row, from velocities in two parts.
-fn row_gradient(row: u32) -> real {
+// q + J v of a row, from velocities in two parts.
+fn row_product_exactly(row: u32, q: real) -> real {
     let bodies = pair_of(row);
     var sum = TwoParts();
     for (var k = 0u; k < WIDTH; k += 1u) {
@@ -12,5 +12,5 @@ fn row_gradient(row: u32) -> real {
             sum = add_product(sum, jacobian[(2u * row + 1u) * WIDTH + k], velocity[place], velocity_rest[place]);
         }
     }
-    return all_of(vectors[at(Q, row)], sum);
+    return all_of(q, sum);
 }
