@@ -6,37 +6,18 @@
 //! L. Rudolph, D. D. Sleator, "Competitive snoopy caching", 1988): to look for something better costs at most a fixed
 //! part of what was spent without it.
 
+use super::machines::Machines;
 use super::trial::{Trial, Verdict};
-use super::{Leg, Machine, Reason};
+use super::{Leg, Machine, Reason, Settings};
 use crate::gpu::GpuError;
 use crate::step::{Fault, StepReport};
 use std::collections::VecDeque;
 
-/// When trials are made, and what they may cost.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// Fewer bodies than this are left to the CPU. A step of 1,024 cells takes the CPU 1.4 ms, and a large GPU some 15
-    /// times as long, which is what it takes to hand over its work; its time hardly depends on such sizes.
-    pub least_bodies: usize,
-    /// The part of the run's time that trials may cost.
-    pub allowed_loss: f64,
-    /// Seconds that opening a device and compiling its kernels is taken to last before it was done.
-    pub opening: f64,
-    /// Steps of a trial that are not timed.
-    pub warm_up: u32,
-    /// Steps of a trial that are timed.
-    pub trial_steps: u32,
-    /// Steps of the machine in use that a trial is compared to: the last ones.
-    pub reference_steps: usize,
-    /// A machine goes on after its trial where its step takes at most this part of the other one's, so that equal ones
-    /// do not take turns.
-    pub pays: f64,
-}
-
 /// Seconds that a device's step is taken to last at most, before one was measured: a part that hands over its work, and
-/// a multiple of the CPU's step. The former is five times what a large GPU took for a step of a small colony.
+/// a multiple of the CPU's step. The former is 15 times the step of 1,024 cells on one core, as was seen on a large GPU
+/// for a small colony; the latter is that of the slowest device that a trial is to keep within the loss allowed.
 const FIRST_LATENCY: f64 = 0.1;
-const FIRST_SLOWNESS: f64 = 3.0;
+const FIRST_SLOWNESS: f64 = 10.0;
 
 /// A growth of the bodies, or of the time of the CPU's step, that makes a trial of the device worth while.
 const GROWTH: f64 = 2.0;
@@ -54,42 +35,6 @@ const LATELY: usize = 4;
 
 /// How much longer the CPU's step may last than is expected from the last trial and the number of bodies.
 const CPU_SLACK: f64 = 2.0;
-
-impl Default for Settings {
-    fn default() -> Self {
-        Settings {
-            least_bodies: 1024,
-            allowed_loss: 0.05,
-            opening: 3.0,
-            warm_up: 1,
-            trial_steps: 8,
-            reference_steps: 16,
-            pays: 0.9,
-        }
-    }
-}
-
-/// What the chooser asks of a simulation and of its clock.
-pub(super) trait Machines {
-    /// Seconds from any moment.
-    fn now(&self) -> f64;
-    /// Accepted steps.
-    fn steps(&self) -> u64;
-    /// Bodies after them.
-    fn bodies(&self) -> usize;
-    /// Takes a step on the machine in use.
-    fn step(&mut self) -> Result<StepReport, Fault>;
-    /// Waits until all that the machine in use was given is done.
-    fn finish(&mut self) -> Result<(), Fault>;
-    /// Keeps the state, to go back to it where the device fails.
-    fn keep(&mut self) -> Result<(), Fault>;
-    /// Hands the state over to this machine, which is made ready where it is not. After a fault nothing has changed.
-    fn go_to(&mut self, machine: Machine) -> Result<(), Fault>;
-    /// Goes back to the CPU with the state after `steps` steps, from a device that failed.
-    fn fall_back(&mut self, steps: u64) -> Result<(), Fault>;
-    /// Records what computes from here on; the adapter, step, time and bodies are filled in.
-    fn record(&mut self, leg: Leg);
-}
 
 /// What the last trial found.
 #[derive(Clone, Copy, Debug)]

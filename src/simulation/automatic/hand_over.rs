@@ -1,7 +1,7 @@
 //! Hands a simulation's state over between the CPU and a device. What was in use stays idle beside what is in use, so
 //! that kernels are compiled once.
 
-use super::chooser::Machines;
+use super::machines::Machines;
 use super::{Auto, Automatic, Leg, Machine};
 use crate::simulation::Simulation;
 use crate::step::{Fault, State, StepReport};

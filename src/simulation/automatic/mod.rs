@@ -6,12 +6,14 @@
 mod chooser;
 mod hand_over;
 mod leg;
+mod machines;
+mod settings;
 #[cfg(test)]
 mod tests;
 mod trial;
 
-pub use chooser::Settings;
 pub use leg::{Leg, Machine, Reason};
+pub use settings::Settings;
 
 use super::Compute;
 use crate::gpu::{Choice, Gpu, GpuError, Precision};

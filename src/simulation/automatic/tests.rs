@@ -1,8 +1,9 @@
 //! The chooser, with machines and a clock that are played: what it chose, when, and how long the run took against the
 //! better of the two machines alone. Times are those of the played clock.
 
-use super::chooser::{Chooser, Machines, Settings};
-use super::{Leg, Machine, Reason};
+use super::chooser::Chooser;
+use super::machines::Machines;
+use super::{Leg, Machine, Reason, Settings};
 use crate::gpu::GpuError;
 use crate::step::{Fault, StepReport};
 
@@ -152,12 +153,19 @@ fn colony(step: u64) -> f64 {
 }
 
 #[test]
-fn a_colony_on_a_device_that_is_ten_times_slower_loses_under_five_percent() {
-    for steps in [7_000, 9_000, 11_000, 13_000] {
-        let mut run = Played::new(colony, |_, bodies| 10.0 * cpu(bodies));
-        let [taken, cpu, _] = run.run(steps);
-        assert!(taken <= 1.05 * cpu, "{taken} s of {cpu} s");
-        assert_eq!(run.on, Machine::Cpu);
+fn wherever_a_colony_on_a_slower_device_ends_it_has_lost_under_five_percent() {
+    for slowness in [1.0, 1.5, 3.0, 10.0] {
+        let mut run = Played::new(colony, move |_, bodies| slowness * cpu(bodies));
+        let mut chooser = Chooser::new(Settings::default());
+        let (mut alone, mut worst) = (0.0, 1.0f64);
+        for step in 0..14_000 {
+            alone += run.cost(Machine::Cpu, step);
+            chooser.step(&mut run).unwrap();
+            worst = worst.max(run.now / alone);
+        }
+        println!("{slowness} times slower: {worst:.4} of the CPU alone at most, {:.4} at last", run.now / alone);
+        assert!(worst <= 1.05 && run.on == Machine::Cpu, "{worst} with a device {slowness} times slower");
+        assert!(run.reasons().contains(&Reason::NotSlower));
     }
 }
 
@@ -172,11 +180,11 @@ fn below_its_least_size_a_run_never_opens_the_device() {
 fn a_colony_goes_over_to_a_device_that_is_faster_beyond_some_size() {
     let mut run = Played::new(colony, large_device);
     let [taken, cpu, gpu] = run.run(13_000);
-    assert!(taken < 0.35 * cpu && taken < 0.6 * gpu, "{taken} s, {cpu} s, {gpu} s");
+    assert!(taken < 0.4 * cpu && taken < 0.7 * gpu, "{taken} s, {cpu} s, {gpu} s");
     assert_eq!(run.on, Machine::Gpu);
-    // The two are equal at 15,900 bodies; opening the device is a twentieth of the run at 45,000.
+    // The two are equal at 15,900 bodies; a first trial may cost a twentieth of the run at 65,000.
     let taken_over = run.legs.iter().find(|leg| leg.reason == Reason::Faster).unwrap();
-    assert!((45_000..60_000).contains(&taken_over.bodies), "{taken_over}");
+    assert!((60_000..80_000).contains(&taken_over.bodies), "{taken_over}");
 }
 
 #[test]
@@ -184,8 +192,8 @@ fn many_bodies_go_over_to_a_device_that_is_ten_times_faster_once_its_opening_is_
     let mut run = Played::new(|_| 100_000.0, |_, bodies| 0.1 * cpu(bodies));
     let [taken, cpu, _] = run.run(10_000);
     assert_eq!(run.reasons()[..2], [Reason::FirstTrial, Reason::Faster]);
-    // A twentieth of 85 s is what opening, and two steps of the slowest expected kind, are taken to cost.
-    assert!(taken < 85.0 + 0.12 * cpu, "{taken} s of {cpu} s");
+    // A twentieth of 120 s is what opening, and two steps of the slowest expected kind, are taken to cost.
+    assert!(taken < 120.0 + 0.12 * cpu, "{taken} s of {cpu} s");
 }
 
 #[test]
@@ -202,7 +210,7 @@ fn a_device_that_becomes_slow_hands_the_run_back() {
 
 #[test]
 fn a_device_that_becomes_slow_at_once_costs_little_of_a_longer_run() {
-    let cost = |step: u64, bodies: f64| if step < 1_250 { 0.2 * cpu(bodies) } else { 10.0 * cpu(bodies) };
+    let cost = |step: u64, bodies: f64| if step < 1_600 { 0.2 * cpu(bodies) } else { 10.0 * cpu(bodies) };
     let mut run = Played::new(|_| 50_000.0, cost);
     let [taken, cpu, _] = run.run(12_000);
     assert!(taken < 1.05 * cpu, "{taken} s of {cpu} s");
@@ -224,11 +232,10 @@ fn steps_that_become_cheap_go_back_to_the_cpu() {
 #[test]
 fn a_scene_of_constant_size_is_measured_once_more_later() {
     // Its first steps are slow on the device.
-    let cost = |step: u64, bodies: f64| if step < 4_000 { 2.0 * cpu(bodies) } else { 0.2 * cpu(bodies) };
+    let cost = |step: u64, bodies: f64| if step < 3_000 { 2.0 * cpu(bodies) } else { 0.2 * cpu(bodies) };
     let mut run = Played::new(|_| 50_000.0, cost);
     let [taken, cpu, _] = run.run(40_000);
-    assert_eq!(run.reasons()[..3], [Reason::FirstTrial, Reason::NotSlower, Reason::Later]);
-    assert_eq!((run.on, run.reasons().last()), (Machine::Gpu, Some(&Reason::Faster)));
+    assert_eq!(run.reasons()[..4], [Reason::FirstTrial, Reason::NotSlower, Reason::Later, Reason::Faster]);
     assert!(taken < 0.4 * cpu, "{taken} s of {cpu} s");
 }
 

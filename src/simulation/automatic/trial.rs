@@ -1,7 +1,6 @@
 //! A trial: some steps that the machine not in use takes, and what their times say.
 
-use super::Machine;
-use super::chooser::Settings;
+use super::{Machine, Settings};
 
 /// What a trial says.
 #[derive(Clone, Copy, Debug, PartialEq)]
