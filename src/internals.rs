@@ -72,6 +72,11 @@ pub mod lcp {
     }
 }
 
+/// What chooses between the CPU and a device.
+pub mod simulation {
+    pub use crate::simulation::automatic::{Clock, Settings};
+}
+
 /// Walls.
 pub mod walls {
     pub use crate::walls::number_of;

@@ -99,7 +99,7 @@ fn run_members(arguments: &Arguments, plan: &Plan, out: &Path, members: &[Member
     // Members on one device would wait for each other.
     let jobs = arguments.jobs.map_or(if on_device { 1 } else { threads }, usize::from);
     let progress = BatchProgress::new(arguments.print.quiet);
-    let settle = |scene: &Scene| compute::settle(&arguments.compute, scene).map_err(unfit);
+    let settle = |scene: &Scene| compute::settle_many(&arguments.compute, scene).map_err(unfit);
     let options = Options { jobs, threads, retry: arguments.retry };
     let ended = run(plan, out, members, options, &settle, &progress)?;
     progress.end();
@@ -136,10 +136,10 @@ fn cores() -> usize {
 
 /// Whether the GPU computes, decided by the first member; reports an unusable GPU before any run.
 fn on_device(arguments: &ComputeArguments, plan: &Plan) -> Result<bool, CliError> {
-    if arguments.backend == Backend::Cpu && arguments.precision.is_none() && arguments.adapter.is_none() {
+    if arguments.backend != Backend::Gpu && arguments.precision.is_none() && arguments.adapter.is_none() {
         return Ok(false);
     }
-    Ok(matches!(compute::settle(arguments, &plan.scene(0)?)?, Compute::Gpu { .. }))
+    Ok(matches!(compute::settle_many(arguments, &plan.scene(0)?)?, Compute::Gpu { .. }))
 }
 
 fn unfit(error: CliError) -> MemberError {

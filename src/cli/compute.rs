@@ -6,7 +6,6 @@ use super::output;
 use relcp::gpu::{AdapterReport, Choice, GpuError, Precision, adapters};
 use relcp::scene::Scene;
 use relcp::simulation::Compute;
-use std::sync::OnceLock;
 
 /// Settles how many threads there are.
 pub(super) fn set_threads(arguments: &Arguments) -> Result<(), CliError> {
@@ -27,12 +26,41 @@ pub(super) fn choice(arguments: &Arguments) -> Choice {
     Choice { name: arguments.adapter.clone(), software: arguments.backend == Backend::Gpu, ..Choice::default() }
 }
 
-/// Settles what computes a scene, and says so where it is not what one might expect.
+/// What computes one run: with `auto` the CPU, until a hardware device is measured to be faster. What was asked for
+/// beside it is not given up silently.
 pub(super) fn settle(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> {
+    let of_device = arguments.precision == Some(Wanted::F32) || arguments.adapter.is_some();
     match arguments.backend {
-        Backend::Cpu => cpu(arguments),
+        // Adapters are looked for at the first trial, as that takes longer than many runs.
+        Backend::Auto if !of_device || hardware(arguments).is_some() => {
+            Ok(Compute::automatic(&choice(arguments), precision(arguments)))
+        }
+        Backend::Auto | Backend::Cpu => cpu(arguments),
         Backend::Gpu => open(arguments, scene).map_err(CliError::from),
-        Backend::Auto => automatic(arguments, scene),
+    }
+}
+
+/// What computes many runs side by side: with `auto` the CPU, whose cores they share.
+pub(super) fn settle_many(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> {
+    match arguments.backend {
+        Backend::Auto | Backend::Cpu => cpu(arguments),
+        Backend::Gpu => open(arguments, scene).map_err(CliError::from),
+    }
+}
+
+/// What is measured beside the CPU: with `auto` a hardware device, if there is one that can do it. None for the CPU
+/// alone.
+pub(super) fn beside_the_cpu(arguments: &Arguments, scene: &Scene) -> Result<Option<Compute>, CliError> {
+    match arguments.backend {
+        Backend::Cpu => cpu(arguments).map(|_| None),
+        Backend::Gpu => Ok(Some(open(arguments, scene)?)),
+        Backend::Auto => {
+            let Some(adapter) = hardware(arguments) else { return cpu(arguments).map(|_| None) };
+            open(arguments, scene).map(Some).or_else(|fault| {
+                output::message_once(&format!("{} is not used: {fault}", adapter.name));
+                cpu(arguments).map(|_| None)
+            })
+        }
     }
 }
 
@@ -49,27 +77,21 @@ pub(super) fn cpu(arguments: &Arguments) -> Result<Compute, CliError> {
     Ok(Compute::Cpu)
 }
 
-/// A hardware GPU if there is one that can do it, else the CPU. What was asked for beside it is not given up silently.
-fn automatic(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> {
-    // Looked for once, also where there are many runs.
-    static HARDWARE: OnceLock<Option<AdapterReport>> = OnceLock::new();
-    let find = || adapters(&choice(arguments)).into_iter().find(|adapter| adapter.automatic);
-    let Some(adapter) = HARDWARE.get_or_init(find) else { return cpu(arguments) };
-    match open(arguments, scene) {
-        Ok(compute) => Ok(compute),
-        Err(fault) => {
-            output::message_once(&format!("{} is not used: {fault}", adapter.name));
-            cpu(arguments)
-        }
-    }
+/// The first hardware adapter that fits.
+fn hardware(arguments: &Arguments) -> Option<AdapterReport> {
+    adapters(&choice(arguments)).into_iter().find(|adapter| adapter.automatic)
+}
+
+/// The precision that is asked for on a device.
+fn precision(arguments: &Arguments) -> Option<Precision> {
+    arguments.precision.map(|wanted| match wanted {
+        Wanted::F32 => Precision::F32,
+        Wanted::F64 => Precision::F64,
+    })
 }
 
 fn open(arguments: &Arguments, scene: &Scene) -> Result<Compute, GpuError> {
-    let precision = match arguments.precision {
-        None | Some(Wanted::F32) => Precision::F32,
-        Some(Wanted::F64) => Precision::F64,
-    };
-    let compute = Compute::open(&choice(arguments), precision, scene)?;
+    let compute = Compute::open_in(&choice(arguments), precision(arguments), scene)?;
     if let Compute::Gpu { gpu, .. } = &compute {
         for warning in gpu.warnings() {
             output::message_once(&format!("warning: {warning}"));

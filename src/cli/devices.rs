@@ -44,7 +44,7 @@ fn verdict(adapter: &AdapterReport) -> String {
         return format!("cannot be used: {}", adapter.lacks.join("; "));
     }
     match (adapter.automatic, adapter.taken) {
-        (true, _) => "taken by --backend auto and by --backend gpu: the first hardware adapter that fits".into(),
+        (true, _) => "taken by --backend gpu, and by --backend auto where it is measured to be faster".into(),
         (false, true) => {
             "taken by --backend gpu; not by auto, as a software adapter is slower than the CPU path".into()
         }

@@ -9,7 +9,7 @@ use relcp::gpu::Profile;
 use relcp::record::{Folder, PassedStep, RecordError, Retried};
 use relcp::run::{Run, RunError, RunStatus, Summary};
 use relcp::scene::Scene;
-use relcp::simulation::{Compute, Simulation};
+use relcp::simulation::{Compute, Machine, Simulation};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let folder = run.folder().clone();
     let simulation = run.simulation();
     let profile = simulation.device().filter(|_| arguments.profile);
-    let profile = profile.map(|gpu| Profile::of(gpu, simulation.steps() - first));
+    let profile = profile.map(|gpu| Profile::of(gpu, device_steps(simulation, first)));
     let summary = run.finish()?;
     // A page that cannot be written must not hide how the run ended.
     let page = arguments.view.then(|| view::after(folder.path())).transpose();
@@ -117,6 +117,14 @@ fn settle(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> {
         gpu.compile_at_once();
     }
     Ok(compute)
+}
+
+/// Steps after the `first` that a device took.
+fn device_steps(simulation: &Simulation, first: u64) -> u64 {
+    let legs = simulation.legs();
+    let ends = legs.iter().skip(1).map(|next| next.from_step).chain([simulation.steps() + 1]);
+    let on_device = legs.iter().zip(ends).filter(|(leg, _)| leg.machine == Machine::Gpu);
+    on_device.map(|(leg, end)| end.saturating_sub(leg.from_step.max(first + 1))).sum()
 }
 
 fn latest(scene: &Scene) -> Result<Folder, RecordError> {
@@ -183,11 +191,31 @@ fn print(out: &mut dyn Write, folder: &Path, s: &Summary) -> io::Result<()> {
     let phases = wall.phases().into_iter().filter(|(_, seconds)| *seconds > 0.0);
     let phases: Vec<String> = phases.map(|(name, seconds)| format!("{name} {seconds:.2}")).collect();
     writeln!(out, "  wall time   {:.2} s: {}", wall.total, phases.join(", "))?;
-    if let Some(adapter) = &s.adapter {
-        writeln!(out, "  computed by {adapter}, in {}", s.precision)?;
-    }
+    computed_by(out, s)?;
     writeln!(out, "  in          {}", folder.display())?;
     verdict(out, s)
+}
+
+/// Says what computed it, where that is not the CPU alone.
+fn computed_by(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
+    let one = s.legs.iter().all(|leg| leg.machine.name() == s.backend);
+    match &s.adapter {
+        Some(adapter) if one => return writeln!(out, "  computed by {adapter}, in {}", s.precision),
+        None if one => return Ok(()),
+        _ => {}
+    }
+    for leg in s.legs.iter().filter(|leg| !leg.is_trial() && !leg.is_return()) {
+        writeln!(out, "  computed    {leg}")?;
+    }
+    let (trials, lost) =
+        (s.legs.iter().filter(|leg| leg.is_trial()).count(), s.legs.last().map(|leg| leg.lost_seconds));
+    match lost {
+        Some(lost) if trials > 0 => {
+            let trials = output::count(trials, "trial", "trials");
+            writeln!(out, "  {trials} of the machine not in use, which cost {lost:.2} s")
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Says which steps did not meet their tolerances.

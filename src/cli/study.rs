@@ -92,10 +92,8 @@ fn write_rows(rows: &[Row], arguments: &Study) -> Result<(), CliError> {
 
 /// The CPU, and the device where there is one.
 pub(super) fn computes(arguments: &Study) -> Result<Vec<Compute>, CliError> {
-    let device = compute::settle(&arguments.compute, &relcp::Scene::built_in("colony")?)?;
-    let mut computes = vec![Compute::Cpu];
-    computes.extend(matches!(device, Compute::Gpu { .. }).then_some(device));
-    Ok(computes)
+    let device = compute::beside_the_cpu(&arguments.compute, &relcp::Scene::built_in("colony")?)?;
+    Ok([Compute::Cpu].into_iter().chain(device).collect())
 }
 
 fn page(rows: &[Row], arguments: &Study) -> String {

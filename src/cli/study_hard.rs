@@ -53,7 +53,7 @@ const QUICK_STEPS: u64 = 20;
 
 /// Scenes drawn from a seed, in place of the cases.
 fn drawn(arguments: &Arguments) -> Result<Found, CliError> {
-    let compute = compute::settle(&arguments.compute, &Scene::built_in("colony")?)?;
+    let compute = compute::settle_many(&arguments.compute, &Scene::built_in("colony")?)?;
     // A device computes one scene after another.
     let (threads, computed_by) = match &compute {
         Compute::Gpu { gpu, precision } => (1, format!("{} {}", gpu.name(), precision.name())),

@@ -42,6 +42,14 @@ impl Gpu {
         match *self {}
     }
 
+    /// Waits until all that was submitted is done.
+    ///
+    /// # Errors
+    /// None: there is no value to ask.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        match *self {}
+    }
+
     /// Bytes of all buffers at once, at most.
     pub fn peak_bytes(&self) -> u64 {
         match *self {}

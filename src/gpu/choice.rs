@@ -37,7 +37,7 @@ pub struct AdapterReport {
     pub workgroup: u32,
     /// What keeps it from being used; empty where nothing does.
     pub lacks: Vec<String>,
-    /// Whether it is taken where a device is not required: it is hardware and fits.
+    /// Whether it may be taken where a device is not required: it is hardware and fits.
     pub automatic: bool,
     /// Whether it is taken where a device is required: software will do.
     pub taken: bool,

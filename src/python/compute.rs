@@ -29,7 +29,7 @@ impl Wanted<'_> {
         match self.backend {
             "cpu" => self.cpu(precision),
             "gpu" => self.open(py, scene, precision, true),
-            "auto" => self.automatic(py, scene, precision),
+            "auto" => self.automatic(py, precision),
             other => Err(PyValueError::new_err(format!("backend: expected 'cpu', 'gpu' or 'auto', found {other:?}"))),
         }
     }
@@ -53,21 +53,14 @@ impl Wanted<'_> {
         Ok(Compute::Cpu)
     }
 
-    /// A hardware GPU if there is one that can do it, else the CPU.
-    fn automatic(&self, py: Python<'_>, scene: &Scene, precision: Option<Precision>) -> PyResult<Compute> {
+    /// The CPU, until a hardware GPU is measured to be faster. What is asked of a GPU is not given up silently.
+    fn automatic(&self, py: Python<'_>, precision: Option<Precision>) -> PyResult<Compute> {
         let choice = self.choice(false);
-        let found = opening(py, || adapters(&choice))?;
-        let Some(adapter) = found.into_iter().find(|adapter| adapter.automatic) else {
+        let of_device = precision == Some(Precision::F32) || self.adapter.is_some();
+        if of_device && !opening(py, || adapters(&choice))?.iter().any(|adapter| adapter.automatic) {
             return self.cpu(precision);
-        };
-        match self.open(py, scene, precision, false) {
-            Ok(compute) => Ok(compute),
-            Err(fault) => {
-                let compute = self.cpu(precision)?;
-                warn(py, &format!("{} is not used: {}", adapter.name, fault.value(py)))?;
-                Ok(compute)
-            }
         }
+        Ok(Compute::automatic(&choice, precision))
     }
 
     fn choice(&self, software: bool) -> Choice {
@@ -76,7 +69,7 @@ impl Wanted<'_> {
 
     fn open(&self, py: Python<'_>, scene: &Scene, precision: Option<Precision>, software: bool) -> PyResult<Compute> {
         let choice = self.choice(software);
-        let opened = opening(py, || Compute::open(&choice, precision.unwrap_or_default(), scene))?;
+        let opened = opening(py, || Compute::open_in(&choice, precision, scene))?;
         let compute = opened.map_err(|fault: GpuError| device(&fault))?;
         if let Compute::Gpu { gpu, .. } = &compute {
             gpu.warnings().iter().try_for_each(|warning| warn(py, warning))?;
@@ -109,7 +102,7 @@ pub(super) fn shared_threads_live() -> bool {
     *FIRST.get_or_init(std::process::id) == std::process::id()
 }
 
-fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+pub(super) fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
     let message = CString::new(message.replace('\0', " "))?;
     PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &message, 1)
 }

@@ -14,13 +14,18 @@ static LENT: Mutex<(usize, Option<String>)> = Mutex::new((0, None));
 
 /// Looks for a device with the interpreter's lock released.
 pub(super) fn opening<T: Send>(py: Python<'_>, open: impl FnOnce() -> T + Send) -> PyResult<T> {
+    silently(py, || py.detach(open))
+}
+
+/// Does what may look for a device.
+pub(super) fn silently<T>(py: Python<'_>, work: impl FnOnce() -> T) -> PyResult<T> {
     if cfg!(not(unix)) {
-        return Ok(py.detach(open));
+        return Ok(work());
     }
     lend(py)?;
-    let opened = py.detach(open);
+    let done = work();
     take_back(py)?;
-    Ok(opened)
+    Ok(done)
 }
 
 fn environment(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {

@@ -49,6 +49,8 @@ pub(super) struct Batch {
     pub taken: u64,
     /// The last of them and its wall time.
     pub last: Option<(StepReport, Duration)>,
+    /// What one should know of a device.
+    pub messages: Vec<String>,
 }
 
 impl Session {
@@ -56,7 +58,7 @@ impl Session {
     pub fn start(compute: &Compute, scene: Scene, threads: Threads) -> Result<Self, Error> {
         let begun = Instant::now();
         let hash = scene_hash(&scene);
-        let (simulation, start_max_overlap) = threads.run(|| {
+        let (mut simulation, start_max_overlap) = threads.run(|| {
             let bodies = scene.build()?;
             let start_max_overlap = max_overlap(&bodies, &scene.walls());
             Simulation::start(compute, scene, State::new(bodies)).map(|s| (s, start_max_overlap)).map_err(Error::from)
@@ -64,6 +66,7 @@ impl Session {
         let mut totals = Totals { start_max_overlap, ..Totals::default() };
         totals.wall.setup = begun.elapsed().as_secs_f64();
         totals.wall.total = totals.wall.setup;
+        totals.taken_up_by(&mut simulation);
         Ok(Session { simulation, totals, scene_hash: hash, threads })
     }
 
@@ -72,11 +75,12 @@ impl Session {
         compute: &Compute,
         scene: Scene,
         state: State,
-        totals: Totals,
+        mut totals: Totals,
         threads: Threads,
     ) -> Result<Self, Fault> {
         let hash = scene_hash(&scene);
-        let simulation = threads.run(|| Simulation::start(compute, scene, state))?;
+        let mut simulation = threads.run(|| Simulation::start(compute, scene, state))?;
+        totals.taken_up_by(&mut simulation);
         Ok(Session { simulation, totals, scene_hash: hash, threads })
     }
 
@@ -90,11 +94,13 @@ impl Session {
     pub fn advance(&mut self, most: u64, to_end: bool, wall: Duration) -> (Batch, Result<(), Fault>) {
         let Session { simulation, totals, threads, .. } = self;
         threads.run(move || {
-            let mut batch = Batch { taken: 0, last: None };
+            let mut batch = Batch { taken: 0, last: None, messages: Vec::new() };
             let begun = Instant::now();
             while batch.taken < most && !(to_end && simulation.done()) {
                 let step_begun = Instant::now();
                 let stepped = simulation.step();
+                let legs = totals.follow(simulation);
+                batch.messages.extend(legs.iter().filter_map(|leg| leg.message.clone()));
                 // A dump has no folder to go to.
                 simulation.take_lcps();
                 match stepped {

@@ -1,8 +1,9 @@
 //! A simulation: steps with the interpreter's lock released, arrays copied out.
 
 use super::arrays::{NO_PARENT, column, json, table, vectors};
-use super::compute::Wanted;
+use super::compute::{Wanted, warn};
 use super::contacts::{AtWalls, Contacts, Pairs, WallContacts};
+use super::driver::silently;
 use super::error::{RecordError, SimulationError, fault, recorded, scene_fault};
 use super::report::StepReport;
 use super::scene::PyScene;
@@ -30,8 +31,8 @@ type Table<'py, T> = PyResult<Bound<'py, PyArray2<T>>>;
 /// A scene's bodies and what steps them: `Simulation(scene, backend="cpu", threads=None, precision=None,
 /// adapter=None)`.
 ///
-/// `backend` is "cpu", "gpu" (a software adapter will do) or "auto" (a hardware GPU if there is one, else the CPU);
-/// `threads` is a number of threads of its own, None those of the process, one a core; `precision` is "f32" or "f64" on
+/// `backend` is "cpu", "gpu" (a software adapter will do) or "auto" (the CPU, until a hardware GPU is measured to be
+/// faster); `threads` is a number of threads of its own, None those of the process, one a core; `precision` is "f32" or "f64" on
 /// a GPU, f32 without it; `adapter` is a part of a GPU's name. The same scene gives the same bits for any number of
 /// threads, and those of the program.
 ///
@@ -42,12 +43,14 @@ pub(super) struct PySimulation {
     session: Mutex<Session>,
     /// Its state may have to be read from a device.
     on_device: bool,
+    /// A step may open a device.
+    opens: bool,
 }
 
 impl PySimulation {
-    fn hold(session: Session) -> Self {
-        let on_device = session.simulation().device().is_some();
-        PySimulation { session: Mutex::new(session), on_device }
+    fn hold(session: Session, compute: &Compute) -> Self {
+        let (on_device, opens) = (!matches!(compute, Compute::Cpu), matches!(compute, Compute::Auto(_)));
+        PySimulation { session: Mutex::new(session), on_device, opens }
     }
 
     /// Waits for the session, with the interpreter's lock released where another thread has it.
@@ -86,7 +89,9 @@ impl PySimulation {
     fn advance(&self, py: Python<'_>, most: u64, to_end: bool) -> PyResult<Option<StepReport>> {
         let (mut left, mut last) = (most, None);
         loop {
-            let (batch, ended) = self.compute(py, |session| session.advance(left, to_end, SIGNALS_EVERY))?;
+            let advance = || self.compute(py, |session| session.advance(left, to_end, SIGNALS_EVERY));
+            let (batch, ended) = if self.opens { silently(py, advance)?? } else { advance()? };
+            batch.messages.iter().try_for_each(|message| warn(py, message))?;
             ended.map_err(fault)?;
             left -= batch.taken;
             last = batch.last.or(last);
@@ -120,10 +125,10 @@ impl PySimulation {
     ) -> PyResult<Self> {
         let wanted = Wanted { backend, threads, precision, adapter };
         let threads = Threads::new(wanted.pool()?);
-        let compute = wanted.settle(py, &scene.0)?;
+        let compute: Compute = wanted.settle(py, &scene.0)?;
         let scene = scene.0.clone();
         let session = py.detach(|| Session::start(&compute, scene, threads)).map_err(|no| no_start(py, no))?;
-        Ok(PySimulation::hold(session))
+        Ok(PySimulation::hold(session, &compute))
     }
 
     /// Goes on from a state that `save` or the program wrote for the same scene: from a checkpoint to the same bits, on
@@ -149,7 +154,7 @@ impl PySimulation {
         let compute: Compute = wanted.settle(py, &scene.0)?;
         let (scene, totals) = (scene.0.clone(), header.totals.unwrap_or_default());
         let session = py.detach(|| Session::resume(&compute, scene, state, totals, threads)).map_err(fault)?;
-        Ok(PySimulation::hold(session))
+        Ok(PySimulation::hold(session, &compute))
     }
 
     /// Takes `n` steps, also past the scene's end, and returns the last one's report. Ctrl-C ends it between two steps,
@@ -201,10 +206,10 @@ impl PySimulation {
         Ok(self.session(py)?.simulation().done())
     }
 
-    /// "cpu" or "gpu".
+    /// What takes the next step, "cpu" or "gpu"; with backend="auto" it may change.
     #[getter]
-    fn backend(&self) -> &'static str {
-        if self.on_device { "gpu" } else { "cpu" }
+    fn backend(&self, py: Python<'_>) -> PyResult<&'static str> {
+        Ok(self.session(py)?.simulation().machine().name())
     }
 
     /// "f32" or "f64".
@@ -350,7 +355,10 @@ impl PySimulation {
         let simulation = session.simulation();
         let (name, bodies) = (&simulation.scene().name, simulation.bodies());
         let (steps, time) = (simulation.steps(), simulation.time());
-        Ok(format!("Simulation({name:?}, bodies={bodies}, steps={steps}, time={time}, backend={:?})", self.backend()))
+        Ok(format!(
+            "Simulation({name:?}, bodies={bodies}, steps={steps}, time={time}, backend={:?})",
+            simulation.machine().name()
+        ))
     }
 }
 

@@ -72,20 +72,21 @@ impl Run {
     /// # Errors
     /// A file that cannot be written; [`StateError::Custom`] where a body has a custom shape, before anything is
     /// written.
-    pub fn start(simulation: Simulation, folder: Folder, setup: Duration) -> Result<Self, RunError> {
+    pub fn start(mut simulation: Simulation, folder: Folder, setup: Duration) -> Result<Self, RunError> {
         let begun = Instant::now();
         if let Some(body) = simulation.state()?.bodies.first_custom() {
             return Err(RecordError::state(folder.path())(StateError::Custom { body }).into());
         }
-        let scene = simulation.scene();
+        let scene = simulation.scene().clone();
         let steps = Steps::create(&folder.steps())?;
-        let measures = Measures::create(&folder.measures(), scene)?;
+        let measures = Measures::create(&folder.measures(), &scene)?;
         write_scene(&folder.scene(), &scene.with_defaults())?;
         let mut totals =
             Totals { start_max_overlap: max_overlap(&simulation.state()?.bodies, &scene.walls()), ..Totals::default() };
         totals.wall.setup = (setup + begun.elapsed()).as_secs_f64();
         totals.wall.total = totals.wall.setup;
-        let (schedule, scene_hash) = (Schedule::new(scene), scene_hash(scene));
+        totals.taken_up_by(&mut simulation);
+        let (schedule, scene_hash) = (Schedule::new(&scene), scene_hash(&scene));
         let mut run = Run::new(simulation, folder, (steps, measures), schedule, scene_hash, totals);
         run.record_state()?;
         run.checkpoint()?;
@@ -122,7 +123,7 @@ impl Run {
             ));
         }
         let schedule = Schedule::new(&scene);
-        let simulation = Simulation::start(compute, scene, state)?;
+        let mut simulation = Simulation::start(compute, scene, state)?;
         let last_row = match simulation.stopped_by() {
             Some(_) => Some(header.step).filter(|step| *step > 0),
             None => schedule.last_row(header.step),
@@ -134,6 +135,7 @@ impl Run {
         let setup = begun.elapsed().as_secs_f64();
         totals.wall.setup += setup;
         totals.wall.total += setup;
+        totals.taken_up_by(&mut simulation);
         let saved = folder.count_lcps()?;
         let mut run = Run::new(simulation, folder, (steps, measures), schedule, scene_hash, totals);
         run.simulation.count_lcps(saved);
@@ -208,6 +210,7 @@ impl Run {
     pub fn advance(&mut self) -> Result<StepReport, RunError> {
         let begun = Instant::now();
         let stepped = self.simulation.step();
+        self.totals.follow(&self.simulation);
         self.save_lcps()?;
         let report = match stepped {
             Ok(report) => report,

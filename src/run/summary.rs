@@ -3,7 +3,7 @@
 use super::memory::peak_bytes;
 use crate::record::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds, state_hash};
 use crate::scene::{Method, SolverKind, Stepping, StopReason};
-use crate::simulation::Simulation;
+use crate::simulation::{Leg, Simulation};
 use crate::step::Fault;
 use serde::{Deserialize, Serialize};
 
@@ -102,12 +102,14 @@ pub struct Summary {
     pub method: &'static str,
     /// `euler` or `midpoint`.
     pub stepping: Stepping,
-    /// What computed it.
+    /// What computed the last step: `cpu` or `gpu`.
     pub backend: &'static str,
     /// Which device computed it; null on the CPU.
     pub adapter: Option<String>,
     /// Which numbers it was computed with.
     pub precision: &'static str,
+    /// What computed which steps, over all resumptions: one entry unless the run was resumed, or a device was tried.
+    pub legs: Vec<Leg>,
     /// Threads of the run that wrote this file.
     pub threads: usize,
     /// The program's version.
@@ -199,6 +201,7 @@ impl Summary {
             backend: if device.is_some() { "gpu" } else { "cpu" },
             adapter: device.map(|gpu| format!("{} ({})", gpu.name(), gpu.driver())),
             precision: simulation.precision().name(),
+            legs: totals.legs.clone(),
             threads: rayon::current_num_threads(),
             version: env!("CARGO_PKG_VERSION"),
             scene_hash: scene_hash.into(),

@@ -1,11 +1,15 @@
 //! What computes the steps: the CPU or a device.
 
+use super::Automatic;
+use crate::backend::cpu::Cpu;
 #[cfg(feature = "gpu")]
 use crate::backend::gpu::Device;
+use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Choice, Gpu, GpuError, Precision};
 #[cfg(feature = "gpu")]
 use crate::lcp;
 use crate::scene::Scene;
+use crate::step::{Backend, Fault, State};
 use std::sync::Arc;
 
 /// What computes the steps.
@@ -22,16 +26,42 @@ pub enum Compute {
         /// The numbers that its kernels compute with.
         precision: Precision,
     },
+    /// The CPU, until a device is measured to take the steps in less time.
+    ///
+    /// The moment at which the device takes over, or gives the state back, depends on measured times. So two runs may
+    /// differ in the last bits on a machine with a device that fits; elsewhere the bits are those of [`Compute::Cpu`].
+    Auto(Automatic),
 }
 
 impl Compute {
+    /// The CPU, until a hardware device is measured to take the steps in less time: the first one that fits the choice,
+    /// in this precision, or without one in the precision that suits it. It is opened when it is first tried: not below
+    /// 1,024 bodies, and not before the run has taken about a minute.
+    pub fn automatic(choice: &Choice, precision: Option<Precision>) -> Self {
+        Compute::Auto(Automatic::new(choice.clone(), precision))
+    }
+
+    /// The backend that takes the first step of a scene from a state.
+    pub(super) fn backend(&self, scene: &Scene, state: State) -> Result<Box<dyn Backend>, Fault> {
+        let model = scene.model();
+        Ok(match self {
+            Compute::Cpu | Compute::Auto(_) if scene.planar => Box::new(Cpu::<PLANAR>::new(&model, state)?),
+            Compute::Cpu | Compute::Auto(_) => Box::new(Cpu::<SPATIAL>::new(&model, state)?),
+            #[cfg(not(feature = "gpu"))]
+            Compute::Gpu { gpu, .. } => match **gpu {},
+            #[cfg(feature = "gpu")]
+            Compute::Gpu { gpu, precision } => Box::new(Device::new(gpu.clone(), *precision, &model, state)?),
+        })
+    }
+
     /// Whether a device can take all steps that a scene asks for.
     ///
     /// # Errors
     /// [`GpuError::Unsupported`] for what only the CPU does; [`GpuError::NotBuilt`] without the feature `gpu`.
     #[cfg(feature = "gpu")]
     pub fn check(scene: &Scene) -> Result<(), GpuError> {
-        Device::check(&scene.model())
+        Device::check(&scene.model())?;
+        lcp::gpu::Solver::check(scene.solver.kind)
     }
 
     /// Whether a device can take all steps that a scene asks for: there is none.
@@ -49,11 +79,27 @@ impl Compute {
     /// # Errors
     /// A [`GpuError`]: no device fits, or it cannot do what the scene asks for.
     pub fn open(choice: &Choice, precision: Precision, scene: &Scene) -> Result<Self, GpuError> {
+        Compute::open_in(choice, Some(precision), scene)
+    }
+
+    /// As [`Compute::open`]; without a precision in the one that suits the device.
+    ///
+    /// # Errors
+    /// As [`Compute::open`].
+    pub fn open_in(choice: &Choice, precision: Option<Precision>, scene: &Scene) -> Result<Self, GpuError> {
         Compute::check(scene)?;
-        #[cfg(feature = "gpu")]
-        lcp::gpu::Solver::check(scene.solver.kind)?;
-        let gpu = Gpu::open(choice)?;
+        Compute::of_device(Arc::new(Gpu::open(choice)?), precision)
+    }
+
+    /// An open device, in a precision, or without one in the precision that suits it.
+    pub(super) fn of_device(gpu: Arc<Gpu>, precision: Option<Precision>) -> Result<Self, GpuError> {
+        let precision = precision.unwrap_or_else(|| Compute::suited(&gpu));
         gpu.check(precision)?;
-        Ok(Compute::Gpu { gpu: Arc::new(gpu), precision })
+        Ok(Compute::Gpu { gpu, precision })
+    }
+
+    /// The precision that a device computes in where none is asked for.
+    fn suited(_gpu: &Gpu) -> Precision {
+        Precision::F32
     }
 }

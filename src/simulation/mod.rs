@@ -1,23 +1,22 @@
 //! A simulation: a scene's bodies and the backend that steps them.
 
+pub(crate) mod automatic;
 mod builder;
 mod compute;
 
+pub use automatic::{Automatic, Leg, Machine, Reason};
 pub use builder::SimulationBuilder;
 pub use compute::Compute;
 
-use crate::backend::cpu::Cpu;
-#[cfg(feature = "gpu")]
-use crate::backend::gpu::Device;
 use crate::bodies::Bodies;
 use crate::dynamics::ForceField;
 use crate::error::Error;
-use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Gpu, Precision};
 use crate::scene::{Scene, StopReason};
 use crate::separation::supports;
 use crate::step::{Backend, Contact, Fault, Keep, Plan, SavedLcp, State, StepReport, contacts, max_overlap, step};
 use crate::walls::WallContact;
+use automatic::Auto;
 use std::mem::discriminant;
 
 /// From so many bodies on a step runs on one of the threads that its parallel loops run on. Fewer bodies have no loop
@@ -43,6 +42,11 @@ pub struct Simulation {
     scene: Scene,
     plan: Plan,
     backend: Box<dyn Backend>,
+    /// What the state was handed over from, and may be handed back to.
+    idle: Option<Box<dyn Backend>>,
+    /// What chooses between the two; none where one was asked for.
+    auto: Option<Box<Auto>>,
+    legs: Vec<Leg>,
     keep: Keep,
     stopped_by: Option<StopReason>,
 }
@@ -87,16 +91,22 @@ impl Simulation {
         plan.parts_first = inertia && plan.promises() && state.step == 0 && {
             max_overlap(&state.bodies, &model.walls) > scene.contact.overlap_tolerance
         };
-        let backend: Box<dyn Backend> = match compute {
-            Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&model, state)?),
-            Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&model, state)?),
-            #[cfg(not(feature = "gpu"))]
-            Compute::Gpu { gpu, .. } => match **gpu {},
-            #[cfg(feature = "gpu")]
-            Compute::Gpu { gpu, precision } => Box::new(Device::new(gpu.clone(), *precision, &model, state)?),
+        let (auto, first) = match compute {
+            // What a device cannot do is not tried.
+            Compute::Auto(automatic) => match Compute::check(&scene) {
+                Ok(()) => (Some(Box::new(Auto::new(automatic))), Leg::first(Machine::Cpu, Reason::Begins)),
+                Err(fault) => {
+                    let message = Some(fault.to_string());
+                    (None, Leg { message, ..Leg::first(Machine::Cpu, Reason::Begins) })
+                }
+            },
+            Compute::Cpu => (None, Leg::first(Machine::Cpu, Reason::AskedFor)),
+            Compute::Gpu { .. } => (None, Leg::first(Machine::Gpu, Reason::AskedFor)),
         };
-        let keep = Keep::new(scene.solver.dump);
-        let mut simulation = Simulation { scene, plan, backend, keep, stopped_by: None };
+        let (backend, keep) = (compute.backend(&scene, state)?, Keep::new(scene.solver.dump));
+        let mut simulation =
+            Simulation { scene, plan, backend, idle: None, auto, legs: Vec::new(), keep, stopped_by: None };
+        simulation.record(first);
         simulation.look_for_stop()?;
         Ok(simulation)
     }
@@ -142,6 +152,42 @@ impl Simulation {
         self.backend.device()
     }
 
+    /// What took, or takes, which steps, in their order; those before a run was resumed too.
+    pub fn legs(&self) -> &[Leg] {
+        &self.legs
+    }
+
+    /// What takes the next step, unless it is measured anew.
+    pub fn machine(&self) -> Machine {
+        if self.device().is_some() { Machine::Gpu } else { Machine::Cpu }
+    }
+
+    /// Records what takes the steps from here on.
+    fn record(&mut self, leg: Leg) {
+        let adapter = self.device().map(|gpu| format!("{} ({})", gpu.name(), gpu.driver()));
+        let (precision, bodies) = (self.precision().name().into(), self.bodies());
+        let warnings = || {
+            let gpu = self.device().filter(|_| leg.reason == Reason::FirstTrial)?;
+            Some(format!("warning: {}", gpu.warnings().join("; "))).filter(|_| !gpu.warnings().is_empty())
+        };
+        let message = leg.message.clone().or_else(warnings);
+        let leg = Leg { adapter, precision, from_step: self.steps() + 1, time: self.time(), bodies, message, ..leg };
+        log::info!("{leg}");
+        self.legs.push(leg);
+    }
+
+    /// Counts what the run took before this simulation took it up, and by what: trials of a device may cost a part of
+    /// the whole run's time.
+    #[cfg(feature = "files")]
+    pub(crate) fn count_earlier(&mut self, seconds: f64, legs: &[Leg]) {
+        let lost = legs.last().map_or(0.0, |leg| leg.lost_seconds);
+        self.legs.iter_mut().for_each(|leg| leg.lost_seconds = lost);
+        self.legs.splice(0..0, legs.iter().cloned());
+        if let Some(auto) = &mut self.auto {
+            auto.resume(seconds, lost);
+        }
+    }
+
     /// The time after the last accepted step.
     pub fn time(&self) -> f64 {
         self.scene.time.after(self.steps())
@@ -169,6 +215,14 @@ impl Simulation {
     /// # Errors
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
+        let Some(mut auto) = self.auto.take() else { return self.take_step() };
+        let stepped = auto.step(self);
+        self.auto = Some(auto);
+        stepped
+    }
+
+    /// Takes one step on the machine in use.
+    fn take_step(&mut self) -> Result<StepReport, Fault> {
         self.plan.span = self.scene.time.span(self.steps() + 1);
         let in_pool = self.bodies() >= LEAST_BODIES_IN_POOL;
         let Simulation { backend, plan, keep, .. } = self;

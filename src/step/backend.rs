@@ -69,6 +69,10 @@ pub trait Backend: Send {
     fn state(&self) -> Result<&State, Fault>;
     /// Adds an external force.
     fn add_force(&mut self, force: Box<dyn crate::dynamics::ForceField>);
+    /// Gives away the forces that were added.
+    fn take_forces(&mut self) -> Vec<Box<dyn crate::dynamics::ForceField>>;
+    /// Goes on from a state of the same scene that another backend left.
+    fn go_on_from(&mut self, state: State) -> Result<(), Fault>;
     /// The device that computes, where one does.
     fn device(&self) -> Option<&crate::gpu::Gpu> {
         None

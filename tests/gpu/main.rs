@@ -4,6 +4,7 @@
 //! fail.
 #![allow(clippy::unwrap_used)]
 
+mod automatic;
 mod branches;
 mod broad_phase;
 mod device;

@@ -62,6 +62,8 @@ pub struct Cpu<const D: usize> {
     solve: Solve<D>,
     trial: Trial<D>,
     candidates: Candidates,
+    /// Forces beside the scene's own.
+    added_forces: usize,
     phases: Phases,
 }
 
@@ -85,6 +87,7 @@ impl<const D: usize> Cpu<D> {
             solve: Solve::new(model),
             trial: Trial::default(),
             candidates: Candidates::in_space(model.periods),
+            added_forces: 0,
             phases: Phases::default(),
             setup,
             state,
@@ -319,5 +322,16 @@ impl<const D: usize> Backend for Cpu<D> {
 
     fn add_force(&mut self, force: Box<dyn ForceField>) {
         self.setup.forces.push(force);
+        self.added_forces += 1;
+    }
+
+    fn take_forces(&mut self) -> Vec<Box<dyn ForceField>> {
+        let added = std::mem::take(&mut self.added_forces);
+        self.give_forces(added)
+    }
+
+    fn go_on_from(&mut self, state: State) -> Result<(), Fault> {
+        self.restore(&state);
+        Ok(())
     }
 }

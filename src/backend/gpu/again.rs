@@ -15,12 +15,7 @@ impl Device {
         &mut self,
         take: &mut dyn FnMut(&mut dyn RetryBackend) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
-        let mut state = self.known_state()?.clone();
-        // The list of a step whose cells divided knows of pairs of bodies that were not born.
-        let bodies = state.bodies.len() as u32;
-        state
-            .warm
-            .retain(|w| w.pair[0] < bodies && (w.pair[1] < bodies || crate::walls::surface_of(w.pair[1]).is_some()));
+        let state = self.known_state()?.clone();
         let mut cpu = Cpu::<D>::new(&self.model, state)?;
         let plugged = self.plugged.len();
         cpu.lend_forces(&mut self.plugged);
@@ -32,7 +27,7 @@ impl Device {
     }
 
     /// Goes on from a state of this scene.
-    fn restore(&mut self, state: State) -> Result<(), GpuError> {
+    pub(super) fn restore(&mut self, state: State) -> Result<(), GpuError> {
         let (gpu, bodies) = (self.gpu.clone(), state.bodies.len() as u64);
         let mut record = gpu.record();
         for poses in &mut self.poses {

@@ -34,7 +34,7 @@ use crate::periodic::Periods;
 use crate::separation::branches::gpu::Branched;
 use crate::shape::Shape;
 use crate::step::{self, Backend, Fault, Model, Overlap, Passed, Phases, RetryBackend, State, Stepping};
-use crate::walls::Walls;
+use crate::walls::{Walls, surface_of};
 use crate::warm::Warm;
 use candidates::Candidates;
 use midpoint::Part;
@@ -326,11 +326,15 @@ impl Device {
 
     fn read_state(&self) -> Result<State, GpuError> {
         let ancestry = self.before.as_ref().unwrap_or(&self.ancestry);
+        // The list of a step whose cells divided knows of pairs of bodies that were not born.
+        let born = |body: u32| u64::from(body) < self.accepted_bodies;
+        let mut warm = self.remembered()?;
+        warm.retain(|w| born(w.pair[0]) && (born(w.pair[1]) || surface_of(w.pair[1]).is_some()));
         Ok(State {
             step: self.step,
             next_id: ancestry.next_id,
             bodies: self.download(&self.poses[0], &self.shapes[0], self.accepted_bodies, ancestry)?,
-            warm: self.remembered()?,
+            warm,
         })
     }
 
@@ -514,6 +518,15 @@ impl Backend for Device {
 
     fn add_force(&mut self, force: Box<dyn ForceField>) {
         self.plugged.push(force);
+    }
+
+    fn take_forces(&mut self) -> Vec<Box<dyn ForceField>> {
+        std::mem::take(&mut self.plugged)
+    }
+
+    fn go_on_from(&mut self, mut state: State) -> Result<(), Fault> {
+        state.bodies.periods = self.setup.periods;
+        Ok(self.restore(state)?)
     }
 
     fn precision(&self) -> Precision {

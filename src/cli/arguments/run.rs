@@ -8,13 +8,14 @@ use std::time::Duration;
 /// How to compute.
 #[derive(Args, Clone, Debug)]
 pub(in crate::cli) struct Compute {
-    /// Backend: auto uses a hardware GPU if the machine has one, otherwise the CPU; gpu also accepts a software adapter
+    /// Backend: auto computes on the CPU; a long `run` with many bodies goes over to a hardware GPU that is measured to
+    /// be faster, and a `study` measures one beside the CPU. gpu also accepts a software adapter
     #[arg(long, value_enum, default_value = "auto")]
     pub(in crate::cli) backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) adapter: Option<String>,
-    /// Floating-point precision [default: f32 on a GPU, f64 on the CPU]
+    /// Floating-point precision [default: f32 on a GPU, f64 on the CPU]; with --backend auto that of the GPU
     #[arg(long, value_enum)]
     pub(in crate::cli) precision: Option<Precision>,
     /// Number of threads [default: one per core]. The bits of the results do not depend on it
@@ -119,7 +120,7 @@ pub(in crate::cli) struct Batch {
     /// The folder with the members' folders; without it, runs/NAME
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: Option<PathBuf>,
-    /// Most members at a time; without it, one a core, and on a device one. The results are the same bits for any
+    /// Most members at a time; without it, one a core, and with --backend gpu one. The results are the same bits for any
     /// number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) jobs: Option<u16>,

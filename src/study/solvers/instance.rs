@@ -247,7 +247,7 @@ fn attempt(what: Attempt, lcp: &Stored, solved: &Solved, reference: Option<&[f64
 /// The name of what computes.
 pub(super) fn computed_by(compute: &Compute) -> String {
     match compute {
-        Compute::Cpu => "CPU f64".into(),
+        Compute::Cpu | Compute::Auto(_) => "CPU f64".into(),
         Compute::Gpu { gpu, precision } => format!("{} {}", gpu.name(), precision.name()),
     }
 }
@@ -281,7 +281,7 @@ fn solve_with<const D: usize>(
     let mut best: Option<Solved> = None;
     for _ in 0..REPEATS {
         let solved = match compute {
-            Compute::Cpu => {
+            Compute::Cpu | Compute::Auto(_) => {
                 let mut solver = Solver::new(kind, settings);
                 solver.keep_history();
                 let mut gamma = start.clone();
