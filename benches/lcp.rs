@@ -175,11 +175,11 @@ fn iteration<const D: usize>(name: &str, problem: &Problem<D>) {
             cpu.clear(vector);
         }
         cpu.gradient(&x, &mut g);
-        cpu.proximal(Metric::PairBlocks, &x, 1.0, &g, &mut next);
-        cpu.combine(1.2, &next, -0.2, &x, &mut beyond);
+        cpu.descend(&x, &g, &mut next);
+        cpu.combine(1.2, &next, 0.0, &x, &mut beyond);
         points.push((x, g, beyond));
     }
-    let mut out = vec![0.0; rows];
+    let (mut out, mut room) = (vec![0.0; rows], vec![0.0; rows]);
     let mut least = [0.0; 3];
     for (x, g, beyond) in &points {
         let calls = 200_000 / rows + 5;
@@ -188,9 +188,10 @@ fn iteration<const D: usize>(name: &str, problem: &Problem<D>) {
         // The step of the first iterate before each call: the blocks of this one are not those of the last call.
         let mut times = [f64::INFINITY; 2];
         for _ in 0..calls {
-            cpu.proximal(Metric::PairBlocks, &points[0].0, 1.0, &points[0].1, &mut other);
-            times[0] = times[0].min(shortest(1, || cpu.proximal(Metric::PairBlocks, black_box(x), 1.0, g, &mut out)));
-            times[1] = times[1].min(shortest(1, || cpu.project(Metric::PairBlocks, black_box(beyond), &mut out)));
+            cpu.descend(&points[0].0, &points[0].1, &mut other);
+            times[0] = times[0].min(shortest(1, || cpu.descend(black_box(x), g, &mut out)));
+            let terms = [(1.0, black_box(beyond)), (0.0, x), (0.0, x)];
+            times[1] = times[1].min(shortest(1, || cpu.displace(x, terms, &mut out, &mut room)));
         }
         (least[1], least[2]) = (least[1] + times[0], least[2] + times[1]);
     }
