@@ -4,7 +4,7 @@
 
 use relcp::internals::lcp::cpu::Cpu;
 use relcp::internals::lcp::product::Product;
-use relcp::internals::lcp::verbs::{Metric, Verbs};
+use relcp::internals::lcp::verbs::Verbs;
 use relcp::lcp::{Problem, Settings, Solver};
 use relcp::scene::SolverKind;
 use std::hint::black_box;

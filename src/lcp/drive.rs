@@ -27,6 +27,15 @@ const RENEWAL_OF_COARSE_NUMBERS: u64 = 50;
 /// multipliers away; the few more are where it leaves a residual above the tolerance.
 const ITERATIONS_FROM_A_SOLUTION: u64 = 50;
 
+/// So many claims one after the other that fresh gradients refuse, none with a smaller residual than those before, are
+/// the floor of rounding. The pressed systems of `tests/data/lcp` need none in f64 and none in f32 with multipliers in two
+/// parts; with multipliers in one part up to 1,800 were refused and changed nothing.
+const MOST_REFUSED: u32 = 16;
+
+/// With a residual of more tolerances than this it is not rounding that refuses a claim, but rows that contradict each
+/// other and multipliers that grow without bounds.
+const NEAR: f64 = 100.0;
+
 /// The part of the best residual that counts as a gain.
 const PROGRESS: f64 = 0.99;
 
@@ -225,6 +234,7 @@ impl<T> Drive<T> {
     ) {
         let (residual, known) = verbs.confirm(&self.at.x, &mut self.at.g);
         if known > course.settings.tolerance {
+            course.refuse(known);
             method.begin(verbs, &self.at);
             course.best = residual;
         }
@@ -292,6 +302,9 @@ pub(crate) struct Course<S> {
     least: f64,
     /// Whether it paused after its last look.
     paused: bool,
+    /// Claims refused without a gain, and the least residual of those refused before.
+    refused: u32,
+    least_refused: f64,
     /// The last residual that counted as a gain, and when it came.
     marked: f64,
     marked_at: u64,
@@ -311,6 +324,8 @@ impl<S> Course<S> {
             at_start: None,
             least: f64::INFINITY,
             paused: false,
+            refused: 0,
+            least_refused: f64::INFINITY,
             marked: f64::INFINITY,
             marked_at: 0,
         }
@@ -364,6 +379,16 @@ impl<S> Course<S> {
         !self.fresh && self.now <= self.settings.tolerance
     }
 
+    /// Counts a claim that a fresh gradient refuses.
+    fn refuse(&mut self, residual: f64) {
+        if residual <= PROGRESS * self.least_refused {
+            (self.refused, self.least_refused) = (0, residual);
+        }
+        if residual <= NEAR * self.settings.tolerance {
+            self.refused += 1;
+        }
+    }
+
     /// How the solve ends, if it does.
     fn verdict(&self) -> Option<Status> {
         let Settings { tolerance, max_iterations, .. } = self.settings;
@@ -377,6 +402,9 @@ impl<S> Course<S> {
         let solved_at_start = self.at_start.is_some_and(|residual| residual <= tolerance);
         if solved_at_start && self.iteration >= ITERATIONS_FROM_A_SOLUTION {
             return Some(Status::NoProgress);
+        }
+        if self.refused >= MOST_REFUSED {
+            return Some(Status::RoundingFloor);
         }
         (self.iteration >= max_iterations).then_some(Status::MaxIterations)
     }
@@ -392,6 +420,31 @@ mod tests {
     use super::super::Problem;
     use super::super::cpu::Cpu;
     use super::*;
+
+    /// A method whose gradient is always zero.
+    struct Liar;
+
+    impl Method<Cpu<3>> for Liar {
+        fn begin(&mut self, _: &mut Cpu<3>, _: &Point<Vec<f64>>) {}
+        fn step(&mut self, _: &mut Cpu<3>, at: &mut Point<Vec<f64>>) {
+            at.g.fill(0.0);
+        }
+        fn refresh(&mut self, _: &mut Cpu<3>, _: &mut Point<Vec<f64>>) -> bool {
+            false
+        }
+    }
+
+    #[test]
+    fn claims_that_are_always_refused_end_at_the_rounding_floor() {
+        let block = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
+        let problem = Problem::<3> { bodies: 2, pair: vec![[0, 1]], jacobian: vec![block], q: vec![-1e-8] };
+        let mut cpu = Cpu::default();
+        cpu.rebuild(&problem);
+        let mut drive = Drive { at: Point { x: vec![0.0], g: Vec::new() }, ..Drive::default() };
+        let settings = Settings { tolerance: 1e-9, max_iterations: 10_000 };
+        let (status, iterations, residual) = drive.run(&mut cpu, &mut Liar, &settings, 1);
+        assert_eq!((status, iterations, residual), (Status::RoundingFloor, u64::from(MOST_REFUSED), 1e-8));
+    }
 
     /// A method whose first iteration leads away from the solution, and the others nowhere.
     struct Worse;

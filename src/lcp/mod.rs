@@ -68,6 +68,9 @@ pub enum Status {
     MaxIterations,
     /// No iterate improved on the best one for long; the best iterate is returned.
     NoProgress,
+    /// Rounding keeps the residual above the tolerance: gradients kept by recurrence come to it again and again, and
+    /// fresh ones show that they are wrong. The best iterate is returned.
+    RoundingFloor,
     /// No velocity of ordinary size satisfies all rows: proven, by a solver that can; the best iterate is returned.
     Infeasible,
     /// Rows that contradict each other were violated as little as can be: the residual says by how much
@@ -86,6 +89,7 @@ impl Status {
             Status::Solved => "solved",
             Status::MaxIterations => "max_iterations",
             Status::NoProgress => "no_progress",
+            Status::RoundingFloor => "rounding_floor",
             Status::Infeasible => "infeasible",
             Status::LeastOverlap => "least_overlap",
             Status::TooLarge => "too_large",

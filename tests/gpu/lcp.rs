@@ -4,7 +4,7 @@ use crate::device::{device, precisions};
 use npyz::NpyFile;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use relcp::gpu::{Gpu, GpuError, Precision};
+use relcp::gpu::{Choice, Gpu, GpuError, Precision};
 use relcp::internals::gpu::Buffer;
 use relcp::internals::lcp::gpu::{DeviceProblem, Solver};
 use relcp::lcp::{self, Outcome, Problem, Settings, Status, velocity};
@@ -136,7 +136,9 @@ fn stored_systems_are_solved() {
                 );
                 assert_eq!(solved.outcome.status, Status::Solved, "{name}");
                 assert!(rechecked <= 1.1 * tolerance, "{name}: {rechecked:e}");
-                assert!(error(&solved.velocity, &velocity(&stored.problem, &solved.gamma)) < 1e-5);
+                // In f32 the velocity is more exact than the multipliers in one part that are read.
+                let bound = if precision == Precision::F32 { 1e-4 } else { 1e-5 };
+                assert!(error(&solved.velocity, &velocity(&stored.problem, &solved.gamma)) < bound);
                 // What 1e-5 leaves of the velocity; on the CPU 8e-4 at worst.
                 assert!(error(&solved.velocity, &stored.velocity) < 4e-3, "{name}");
             }
@@ -166,7 +168,10 @@ fn residual_of_velocity(problem: &Problem<3>, gamma: &[f64], v: &[[f64; 3]]) -> 
 
 #[test]
 fn pressed_systems_are_solved_in_f32_as_in_f64() {
-    let Some(gpu) = device() else { return };
+    let Some(shared) = device() else { return };
+    // One of its own, whose read-backs are counted.
+    let choice = Choice { name: Some(shared.name().into()), software: true, ..Choice::default() };
+    let gpu = &Gpu::open(&choice).unwrap();
     let settings = Settings { tolerance: 1e-6, max_iterations: 20_000 };
     for name in PRESSED {
         let mut stored = stored(name);
@@ -179,10 +184,13 @@ fn pressed_systems_are_solved_in_f32_as_in_f64() {
             let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();
             let before = gpu.counters();
             let solved = solve(gpu, precision, &mut solver, &stored.problem, &stored.start);
-            let reads = gpu.counters().reads - before.reads;
+            // The results are two more.
+            let reads = gpu.counters().reads - before.reads - 2;
+            let most = 2 + solved.outcome.iterations / 64;
+            assert!(reads <= most, "{name} {}: {reads} reads, not {most}", precision.name());
             let found = residual_of_velocity(&stored.problem, &solved.gamma, &solved.velocity);
             println!(
-                "{name} {}: {:?} after {} iterations, residual {:.2e}, found {found:.2e}, {reads} reads with the results",
+                "{name} {}: {:?} after {} iterations, residual {:.2e}, found {found:.2e}, {reads} reads",
                 precision.name(),
                 solved.outcome.status,
                 solved.outcome.iterations,

@@ -51,6 +51,13 @@ pub(super) struct Shape {
     pub confirms: bool,
 }
 
+impl Line {
+    /// Whether it reads a vector.
+    pub fn reads(&self, vector: u32) -> bool {
+        self.vectors.into_iter().zip(self.action.reads()).any(|(read, reads)| reads && read == vector)
+    }
+}
+
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) enum ShapeWork {
     #[default]

@@ -4,9 +4,13 @@ use super::DeviceProblem;
 use super::kernels::Variant;
 use super::layout::Slots;
 use super::machine::Machine;
+use super::shape::StageArguments;
+use super::stage::Work;
 use super::verbs::{Device, Slot};
 use crate::gpu::{Buffer, Gpu, Precision, precisions, test_device};
 use crate::lcp::cpu::Cpu;
+use crate::lcp::drive::{Method, Point};
+use crate::lcp::pair_block_cg::PairBlockCg;
 use crate::lcp::product::dot;
 use crate::lcp::verbs::{Metric, Scalar, Verbs};
 use crate::lcp::{Problem, SolverKind, pair_blocks};
@@ -377,6 +381,80 @@ fn arithmetic_is_that_of_the_cpu() {
                 assert!((made - wanted).abs() < 1e-6, "{} small {small}: {made}, not {wanted}", precision.name());
             }
         }
+    }
+}
+
+/// Bytes that an iteration moves a row of a problem in the plane, each element of an array once a dispatch.
+fn bytes_of_a_row(stages: &[StageArguments], real: f64, bodies_of_a_row: f64) -> f64 {
+    stages
+        .iter()
+        .map(|arguments| {
+            let text = arguments.shape.entry_point(|x| format!("{x}"));
+            // A vector is named by its place among the parameters. Conditional copies are not made in most iterations.
+            let made: String =
+                text.lines().filter(|line| !line.trim_start().starts_with("if ")).collect::<Vec<_>>().join("\n");
+            let named = |vector: usize| {
+                let place = format!("parameters.vectors[{}][{}] >> {}u", vector / 16, vector / 4 % 4, 8 * (vector % 4));
+                made.lines().any(|line| line.contains("vectors[at(((") && line.contains(&place))
+            };
+            let block = text.contains("minimize_block");
+            let vectors = (0..arguments.vectors.len()).filter(|vector| named(*vector)).count();
+            let whole: f64 = arguments
+                .shape
+                .variables()
+                .iter()
+                .map(|(name, ..)| match *name {
+                    "pair" | "incidence" => 8.0,
+                    "jacobian" | "gathered" => 8.0 * real,
+                    "velocity" | "velocity_rest" => 4.0 * real * bodies_of_a_row,
+                    _ => 0.0,
+                })
+                .sum();
+            // The small problems also read the iterate or a step, the inverse diagonal and the coupling.
+            let of_blocks = if block { 3.0 * real } else { 0.0 };
+            let gathered = if arguments.shape.is_bodies() { real } else { 0.0 };
+            vectors as f64 * real + whole + of_blocks + gathered
+        })
+        .sum()
+}
+
+#[test]
+fn an_iteration_is_five_dispatches_at_most() {
+    let Some(gpu) = test_device() else { return };
+    for precision in precisions(gpu) {
+        let mut machine = machine(gpu, precision, true, SolverKind::Auto, false);
+        let problem = problem::<3>(1, 300, 2);
+        let (device_problem, _) = DeviceProblem::upload(gpu, precision, &problem, &[]).unwrap();
+        let mut device = Device::new(gpu, &mut machine, &device_problem);
+        device.prepare();
+        let mut at = Point { x: device.start(), g: Slot::default() };
+        let mut best = Slot::default();
+        device.gradient(&at.x, &mut at.g);
+        device.copy(&at.x, &mut best);
+        let mut method = PairBlockCg::new();
+        method.begin(&mut device, &at);
+        let mut least = device.residual(&at.x, &at.g);
+        for _ in 0..6 {
+            method.step(&mut device, &mut at);
+            let residual = device.residual(&at.x, &at.g);
+            device.copy_if_positive(least - residual, &at.x, &mut best);
+            least = least.min(residual);
+            device.look(residual, 1e-6);
+        }
+        // From one pass over the bodies to the next.
+        let stages = &device.tape.stages;
+        let bodies: Vec<usize> =
+            (0..stages.len()).filter(|stage| matches!(stages[*stage].work, Work::Bodies(_))).collect();
+        let spans: Vec<usize> = bodies.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        println!("{}: {spans:?} dispatches an iteration", precision.name());
+        assert!(spans[2..].iter().all(|span| *span <= 4), "{}: {spans:?}", precision.name());
+        let span = &stages[bodies[4]..bodies[5]];
+        let arguments: Vec<_> =
+            span.iter().map(|stage| StageArguments::of(device.tape.constants(), stage, &[])).collect();
+        // Crowded cells have 2.8 rows a body.
+        let bytes = bytes_of_a_row(&arguments, precision.bytes() as f64, 1.0 / 2.8);
+        println!("{}: {bytes:.0} bytes a row and iteration", precision.name());
+        assert!(bytes <= if precision == Precision::F32 { 240.0 } else { 420.0 }, "{bytes}");
     }
 }
 

@@ -3,7 +3,7 @@
 use super::layout::MOST_VECTORS;
 use super::number::Operation;
 use super::shape::{Line, NumberLine, Operand, Shape, ShapeWork};
-use super::stage::{Block, Product, packed};
+use super::stage::{Action, Block, Product, packed};
 use std::fmt::Write as _;
 
 /// The storage variables of a stage's kernel, in the order of their bindings: name, whether it is written, element.
@@ -248,6 +248,28 @@ fn number(operand: Operand, literal: &impl Fn(f64) -> String) -> String {
     }
 }
 
+/// Adds a copy that is made where a number is positive: without one nothing is read or written, but what is read later.
+fn add_copy(text: &mut String, k: usize, line: &Line, known: &mut [Option<(String, bool)>], read_later: bool) {
+    let value = |vector: u32| match &known[vector as usize] {
+        Some((name, _)) => name.clone(),
+        None => format!("vectors[at({}, row)]", vector_place(vector)),
+    };
+    let [from, _, _] = line.vectors;
+    let (copied, kept) = (value(from), value(line.out));
+    let stored = known[line.out as usize].as_ref().is_some_and(|(_, stored)| *stored);
+    if read_later || stored {
+        let _ = writeln!(text, "        var r{k} = {copied};");
+        let _ = writeln!(text, "        if !(s{k} > 0.0) {{ r{k} = {kept}; }}");
+    }
+    if stored {
+        known[line.out as usize] = Some((format!("r{k}"), true));
+        return;
+    }
+    let out = vector_place(line.out);
+    let _ = writeln!(text, "        if s{k} > 0.0 {{ vectors[at({out}, row)] = {copied}; }}");
+    known[line.out as usize] = read_later.then(|| (format!("r{k}"), false));
+}
+
 /// Adds a loop over rows. It does `lines`, of which the first has number `first`, after the rows of a product. Nobody
 /// reads the vector `unread` after it.
 fn add_loop(
@@ -274,7 +296,12 @@ fn add_loop(
         let _ = writeln!(text, "        let product = {product};");
         known[*out as usize] = Some(("product".into(), true));
     }
-    for (k, line) in (first..).zip(lines) {
+    for (at, (k, line)) in (first..).zip(lines).enumerate() {
+        if line.action == Action::CopyIf {
+            let read_later = lines[at + 1..].iter().any(|later| later.reads(line.out));
+            add_copy(text, k, line, &mut known, read_later);
+            continue;
+        }
         let mut names = Vec::new();
         for (vector, read) in line.vectors.into_iter().zip(line.action.reads()) {
             if !read {
