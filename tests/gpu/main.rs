@@ -14,6 +14,7 @@ mod lcp;
 mod midpoint;
 mod passing;
 mod periodic;
+mod profile;
 mod render;
 mod rows;
 mod runs;
