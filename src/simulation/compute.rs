@@ -1,11 +1,14 @@
 //! What computes the steps: the CPU or a device.
 
 #[cfg(feature = "gpu")]
-use crate::backend::gpu::Device;
+use crate::backend::gpu::{self as on_device, Device};
+use crate::bodies::Bodies;
 use crate::gpu::{Choice, Gpu, GpuError, Precision};
 #[cfg(feature = "gpu")]
 use crate::lcp;
 use crate::scene::Scene;
+use crate::step::{Contact, contacts};
+use crate::walls::{WallContact, Walls};
 use std::sync::Arc;
 
 /// What computes the steps.
@@ -55,5 +58,43 @@ impl Compute {
         let gpu = Gpu::open(choice)?;
         gpu.check(precision)?;
         Ok(Compute::Gpu { gpu: Arc::new(gpu), precision })
+    }
+
+    /// Every pair of bodies whose separation is at most `cutoff`, as [`contacts`] lists them, computed by the CPU in
+    /// f64, or by the device in its precision.
+    ///
+    /// ```
+    /// # #[cfg(feature = "files")] {
+    /// use relcp::{Scene, simulation::Compute};
+    /// let bodies = Scene::built_in("three-capsules")?.build()?;
+    /// assert_eq!(Compute::Cpu.contacts(&bodies, 0.0)?, relcp::contacts(&bodies, 0.0));
+    /// # }
+    /// # Ok::<(), relcp::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] where a device has no such shape, or a body is too far out; what it refuses.
+    pub fn contacts(&self, bodies: &Bodies, cutoff: f64) -> Result<Vec<Contact>, GpuError> {
+        match self {
+            Compute::Cpu => Ok(contacts(bodies, cutoff)),
+            #[cfg(not(feature = "gpu"))]
+            Compute::Gpu { gpu, .. } => match **gpu {},
+            #[cfg(feature = "gpu")]
+            Compute::Gpu { gpu, precision } => on_device::contacts(gpu, *precision, bodies, cutoff),
+        }
+    }
+
+    /// Every body and surface of a wall whose separation is at most `cutoff`, as [`Walls::contacts`] lists them.
+    ///
+    /// # Errors
+    /// As [`Compute::contacts`].
+    pub fn wall_contacts(&self, bodies: &Bodies, walls: &Walls, cutoff: f64) -> Result<Vec<WallContact>, GpuError> {
+        match self {
+            Compute::Cpu => Ok(walls.contacts(bodies, cutoff)),
+            #[cfg(not(feature = "gpu"))]
+            Compute::Gpu { gpu, .. } => match **gpu {},
+            #[cfg(feature = "gpu")]
+            Compute::Gpu { gpu, precision } => on_device::wall_contacts(gpu, *precision, (bodies, walls), cutoff),
+        }
     }
 }

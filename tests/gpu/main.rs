@@ -6,6 +6,7 @@
 
 mod branches;
 mod broad_phase;
+mod contacts;
 mod device;
 mod faults;
 mod inertia;
