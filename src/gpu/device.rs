@@ -255,6 +255,11 @@ impl Gpu {
         }
     }
 
+    /// Times no kernels from now on. What was timed is forgotten.
+    pub fn stop_timing(&self) {
+        *lock(&self.timer) = None;
+    }
+
     /// Seconds since the profile was begun, and what each stage did since then; all since the device was opened where
     /// none was begun. What was submitted and is not done yet is waited for where kernels are timed.
     pub(super) fn profiled(&self) -> (f64, Vec<StageUse>) {

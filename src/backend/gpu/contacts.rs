@@ -96,7 +96,7 @@ fn lattice(gpu: &Gpu, precision: Precision, bodies: &Bodies) -> Result<Lattice, 
 }
 
 fn base(lattice: &Lattice, precision: Precision, name: &str) -> Source {
-    let source = lattice.define(Source::new(&format!("contacts: {name}"), precision));
+    let source = lattice.define(Source::new(format!("contacts: {name}"), precision));
     add_bodies_to(source.include(fragment!("common/quaternion.wgsl")).include(fragment!("common/orientation.wgsl")))
         .include(fragment!("separation/placed.wgsl"))
 }
