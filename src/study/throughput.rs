@@ -54,6 +54,7 @@ impl Kind {
         })
     }
 
+    /// The packed rods are those of `assets/lcps/packing.json`, 1,000 of them, at t = 15.
     fn state(self) -> &'static [u8] {
         match self {
             Kind::Colony => include_bytes!("../../assets/states/colony-1024.npz"),

@@ -14,6 +14,9 @@ const UNTIL_CONSTANTS: f64 = 0.7;
 /// than in proportion.
 const GROWTH_OF_COST: f64 = 1.2;
 
+/// What a colony is given at least, on a device and on the CPU: one that grew for moments would count as measured.
+const LEAST_GROWTH: [Duration; 2] = [Duration::from_secs(30), Duration::from_secs(10)];
+
 /// A check against the CPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parity {
@@ -85,17 +88,48 @@ impl Item {
         }
     }
 
-    /// How long it will take, judged by the size before; or that the size before failed.
+    /// How long it will take, judged by what is known of its size, or of the size before; or why it cannot be.
     pub fn expected(&self, sizes: &[usize], results: &Results) -> Result<Duration, String> {
-        let Item::Speed(kind, size, precision) = *self else { return Ok(Duration::ZERO) };
+        let (kind, size, precision) = match *self {
+            Item::Speed(kind, size, precision) => (kind, size, precision),
+            Item::Iteration(precision) => {
+                let Some(bodies) = iteration_bodies(sizes, precision, results) else {
+                    return Err("steps of no size were measured".into());
+                };
+                let seconds = Kind::ALL.map(|kind| {
+                    results
+                        .items
+                        .get(&Item::Speed(kind, bodies, precision).name())
+                        .map_or(0.0, |entry| entry.wall_seconds)
+                });
+                return Ok(duration(seconds.into_iter().sum()));
+            }
+            Item::GrowthOnDevice(_) => return Ok(LEAST_GROWTH[0]),
+            Item::GrowthOnCpu => return Ok(LEAST_GROWTH[1]),
+            _ => return Ok(Duration::ZERO),
+        };
         let Some(before) = sizes.iter().copied().filter(|other| *other < size).max() else { return Ok(Duration::ZERO) };
         match results.items.get(&Item::Speed(kind, before, precision).name()) {
             Some(entry) if matches!(entry.finding, Finding::Failed { .. }) => Err(format!("{before} bodies failed")),
-            Some(entry) => {
-                let factor = GROWTH_OF_COST * size as f64 / before as f64;
-                Ok(Duration::try_from_secs_f64(factor * entry.wall_seconds).unwrap_or(Duration::MAX))
-            }
+            Some(entry) => Ok(duration(GROWTH_OF_COST * size as f64 / before as f64 * entry.wall_seconds)),
             None => Err(format!("{before} bodies were left out")),
         }
     }
+}
+
+fn duration(seconds: f64) -> Duration {
+    Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
+}
+
+/// Bodies whose iteration is told by stages, at most: enough that the device is busy, few enough for a software
+/// adapter.
+const ITERATION_BODIES: usize = 1 << 16;
+
+/// The bodies whose iteration is told by stages: the largest size up to a limit of which steps were measured.
+pub fn iteration_bodies(sizes: &[usize], precision: Precision, results: &Results) -> Option<usize> {
+    let measured = |size: usize| {
+        Kind::ALL.into_iter().all(|kind| results.finding(&Item::Speed(kind, size, precision).name()).is_some())
+    };
+    let near = sizes.iter().copied().filter(|size| *size <= ITERATION_BODIES && measured(*size));
+    near.max().or_else(|| sizes.iter().copied().filter(|size| measured(*size)).min())
 }

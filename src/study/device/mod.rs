@@ -26,14 +26,10 @@ use super::{StudyError, copy_bandwidth};
 use crate::figure::Figure;
 use crate::gpu::{Gpu, Precision};
 use crate::simulation::Compute;
-use item::{Item, Parity};
+use item::{Item, Parity, iteration_bodies};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
-
-/// Bodies whose iteration is told by stages, at most: enough that the device is busy, few enough for a software
-/// adapter. The largest size up to this counts.
-const ITERATION_BODIES: usize = 1 << 16;
 
 /// What of the time left a colony may take on a device; the CPU has the rest.
 const GROWTH_ON_DEVICE: f64 = 0.6;
@@ -117,6 +113,9 @@ impl Study {
             }
         }
         let Some(item) = chosen.filter(|_| go_on()) else {
+            if let Some(item) = chosen {
+                self.results.skipped.insert(item.name(), "interrupted".into());
+            }
             self.results.write(&self.folder)?;
             return Ok(None);
         };
@@ -169,8 +168,7 @@ impl Study {
                 Finding::Speed(Box::new(row))
             }
             Item::Iteration(precision) => {
-                let sizes = options.sizes.iter().copied();
-                let bodies = sizes.clone().filter(|n| *n <= ITERATION_BODIES).max().or(sizes.min()).unwrap_or(1);
+                let bodies = iteration_bodies(&options.sizes, precision, &self.results).unwrap_or(1);
                 let mut rows = Vec::new();
                 for kind in Kind::ALL {
                     rows.extend(speed::iteration((kind, bodies), (gpu, precision), options.quick)?);

@@ -16,6 +16,7 @@ use crate::simulation::{Compute, Simulation};
 use crate::step::{Backend, State};
 use crate::study::StudyError;
 use crate::study::solvers::built_in;
+use crate::study::throughput::{Kind, start};
 use glam::{DQuat, DVec3, DVec4};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -38,8 +39,9 @@ const ASPECT: f64 = 3.0;
 /// Pairs are between these separations, in thicknesses.
 const SEPARATIONS: std::ops::Range<f64> = -0.2..0.5;
 
-/// Steps of a scene at most.
+/// Steps of a scene, and bodies of those that are parts of dense states.
 const STEPS: usize = 20;
+const DENSE: usize = 300;
 
 /// Iterations of a solve at most.
 const MOST_ITERATIONS: u64 = 20_000;
@@ -287,22 +289,28 @@ fn of_solve<const D: usize>(gpu: &Gpu, precision: Precision, lcp: &Stored, toler
     Ok(lcp.residual(&device.download_gamma(gpu, precision, &order)?))
 }
 
-/// A few steps of small built-in scenes: where bodies are afterwards, and what they overlap by.
+/// A few steps of small scenes: where bodies are afterwards, and what they overlap by.
 pub fn steps(gpu: &Arc<Gpu>, precision: Precision) -> Result<Vec<Check>, StudyError> {
+    let built_in = |name: &str| -> Result<_, StudyError> {
+        let scene = Scene::built_in(name)?;
+        let bodies = scene.build()?;
+        Ok((name.to_owned(), scene, bodies))
+    };
+    let mut cases = vec![
+        (built_in("two-ellipsoids")?, [1e-4, 1e-7]),
+        (built_in("three-capsules")?, [1e-3, 1e-6]),
+        (built_in("chainmail")?, [1e-3, 1e-6]),
+    ];
+    for kind in Kind::ALL {
+        let (scene, bodies) = start(kind, DENSE)?;
+        cases.push(((format!("a dense {}", kind.name()), scene, bodies), [1e-3, 1e-6]));
+    }
     let mut checks = Vec::new();
-    for (name, bounds) in [
-        ("two-ellipsoids", [1e-4, 1e-7]),
-        ("three-capsules", [1e-3, 1e-6]),
-        ("compaction", [1e-3, 1e-6]),
-        ("chainmail", [1e-3, 1e-6]),
-    ] {
+    for ((name, scene, bodies), bounds) in cases {
         let run = |compute: &Compute| -> Result<(Vec<DVec3>, f64), StudyError> {
-            let mut simulation = Simulation::builder(Scene::built_in(name)?).on(compute).build()?;
+            let mut simulation = Simulation::builder(scene.clone()).bodies(bodies.clone()).on(compute).build()?;
             let mut overlap = 0.0;
             for _ in 0..STEPS {
-                if simulation.done() {
-                    break;
-                }
                 overlap = larger(overlap, simulation.step()?.max_overlap);
             }
             Ok((simulation.state()?.bodies.position.clone(), overlap))

@@ -31,6 +31,7 @@ fn a_tiny_study_runs_whole_and_a_second_call_computes_nothing_again() {
     let mut stopped = Study::open(gpu.clone(), tiny(time), folder.path()).unwrap();
     assert_eq!(stopped.next_item(&|| false).unwrap(), None);
     assert!(stopped.results().items.is_empty());
+    assert_eq!(stopped.results().skipped["parity/separations/f32"], "interrupted");
 
     let mut study = Study::open(gpu.clone(), tiny(time), folder.path()).unwrap();
     let said = all_of(&mut study);
@@ -104,6 +105,8 @@ fn a_size_is_left_out_where_the_one_before_was_or_took_too_long() {
     let folder = tempfile::tempdir().unwrap();
     let mut results = Results::open(folder.path(), &gpu).unwrap();
     assert_eq!(speed(64).expected(&sizes, &results), Ok(Duration::ZERO));
+    let iteration = Item::Iteration(Precision::F32);
+    assert_eq!(iteration.expected(&sizes, &results), Err("steps of no size were measured".into()));
     assert_eq!(speed(256).expected(&sizes, &results), Err("64 bodies were left out".into()));
     let finding = Finding::Bandwidth { bytes_a_second: 1.0 };
     let mut insert = |finding| {
@@ -112,6 +115,12 @@ fn a_size_is_left_out_where_the_one_before_was_or_took_too_long() {
     };
     assert_eq!(insert(finding), Ok(Duration::from_secs(48)));
     assert_eq!(insert(Finding::Failed { why: "it was lost".into() }), Err("64 bodies failed".into()));
+    for kind in super::super::throughput::Kind::ALL {
+        let (name, finding) =
+            (Item::Speed(kind, 64, Precision::F32).name(), Finding::Bandwidth { bytes_a_second: 1.0 });
+        results.items.insert(name, Entry { wall_seconds: 10.0, ended_unix_seconds: 0, finding });
+    }
+    assert_eq!(iteration.expected(&sizes, &results), Ok(Duration::from_secs(30)));
 }
 
 #[test]
