@@ -1,11 +1,13 @@
 //! `relcp contacts`: the near pairs of a state.
 
-use super::arguments::Contacts;
+use super::arguments::{Backend, Compute as Arguments, Contacts};
 use super::exit::{CliError, Exit};
-use super::output;
+use super::{compute, output};
 use relcp::bodies::Bodies;
+use relcp::gpu::Precision;
 use relcp::record::{Folder, read_state};
 use relcp::scene::{self, Scene};
+use relcp::simulation::Compute;
 use relcp::walls::Walls;
 use serde::Serialize;
 use std::io::{self, Write};
@@ -42,12 +44,16 @@ struct Report {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     walls: Vec<AtWall>,
     max_overlap: f64,
+    backend: &'static str,
+    /// The adapter and its driver, where a device computed it.
+    adapter: Option<String>,
+    precision: &'static str,
 }
 
 pub(super) fn contacts(arguments: &Contacts) -> Result<Exit, CliError> {
-    super::compute::set_thread_count(arguments.threads)?;
-    let (bodies, walls) = open(&arguments.state)?;
-    let report = find(&bodies, &walls, arguments.cutoff);
+    compute::set_thread_count(arguments.threads)?;
+    let State { bodies, walls, scene } = open(&arguments.state)?;
+    let report = find(&bodies, &walls, arguments.cutoff, &settle(arguments, scene.as_ref())?)?;
     if arguments.print.json {
         output::json(&report)?;
     } else if !arguments.print.quiet {
@@ -56,48 +62,87 @@ pub(super) fn contacts(arguments: &Contacts) -> Result<Exit, CliError> {
     Ok(Exit::Done)
 }
 
-/// The bodies of a scene as they start, of a state file, or of the state that a run's folder stands at; and the walls,
-/// of which a state file knows nothing.
-fn open(path: &Path) -> Result<(Bodies, Walls), CliError> {
+/// The bodies of a scene as they start, of a state file, or of the state that a run's folder stands at; and the walls
+/// and the scene, of which a state file knows nothing.
+struct State {
+    bodies: Bodies,
+    walls: Walls,
+    scene: Option<Scene>,
+}
+
+fn open(path: &Path) -> Result<State, CliError> {
+    let of = |bodies, scene: Option<Scene>| State {
+        bodies,
+        walls: scene.as_ref().map(Scene::walls).unwrap_or_default(),
+        scene,
+    };
     if path.is_dir() {
         let bodies = read_state(&path.join("checkpoint.npz"))?.1.bodies;
         let scene = Folder::view(path).scene();
-        let walls = if scene.exists() { Scene::read(&scene)?.walls() } else { Walls::default() };
-        return Ok((bodies, walls));
+        return Ok(of(bodies, if scene.exists() { Some(Scene::read(&scene)?) } else { None }));
     }
     if path.extension().is_some_and(|extension| extension == "npz") {
-        return Ok((read_state(path)?.1.bodies, Walls::default()));
+        return Ok(of(read_state(path)?.1.bodies, None));
     }
     let scene = Scene::load(path, scene::NO_OVERRIDES)?;
-    Ok((scene.build()?, scene.walls()))
+    Ok(of(scene.build()?, Some(scene)))
 }
 
-fn find(bodies: &Bodies, walls: &Walls, cutoff: f64) -> Report {
-    let mut report = Report { contacts: Vec::new(), walls: Vec::new(), max_overlap: walls.max_overlap(bodies) };
-    for near in walls.contacts(bodies, cutoff) {
-        report.walls.push(AtWall {
-            body: near.body,
-            id: bodies.lineage[near.body].id,
-            wall: near.wall,
-            separation: near.separation,
-            normal: near.normal.to_array(),
-            point: near.point(bodies).to_array(),
-        });
+/// The scene that a device is opened for where the bodies' own does not matter: contacts take no steps.
+const STAND_IN: &str = "three-capsules";
+
+/// What computes the contacts. A device is refused where it could not take the scene's steps for its shapes or rows.
+fn settle(arguments: &Contacts, scene: Option<&Scene>) -> Result<Compute, CliError> {
+    let Contacts { mut backend, adapter, precision, threads, .. } = arguments.clone();
+    if let (true, Some(Err(fault))) = (backend != Backend::Cpu, scene.map(Compute::check)) {
+        if backend == Backend::Gpu {
+            return Err(fault.into());
+        }
+        backend = Backend::Cpu;
+    }
+    compute::settle(&Arguments { backend, adapter, precision, threads }, &Scene::built_in(STAND_IN)?)
+}
+
+fn find(bodies: &Bodies, walls: &Walls, cutoff: f64, compute: &Compute) -> Result<Report, CliError> {
+    let mut report = Report {
+        contacts: Vec::new(),
+        walls: Vec::new(),
+        max_overlap: 0.0,
+        backend: "cpu",
+        adapter: None,
+        precision: Precision::F64.name(),
+    };
+    if let Compute::Gpu { gpu, precision } = compute {
+        report.backend = "gpu";
+        report.adapter = Some(format!("{} ({})", gpu.name(), gpu.driver()));
+        report.precision = precision.name();
     }
     // Asked for everything that overlaps even where the cutoff leaves some of it out.
-    for near in relcp::contacts(bodies, cutoff.max(0.0)) {
-        let ([a, b], [point_a, point_b]) = (near.bodies, near.points(bodies).map(|x| x.to_array()));
-        let image = (!bodies.periods.is_none()).then(|| near.image.to_array());
-        if -near.separation > report.max_overlap {
-            report.max_overlap = -near.separation;
-        }
+    let reach = cutoff.max(0.0);
+    let deeper = |worst: f64, separation: f64| if -separation > worst { -separation } else { worst };
+    for near in compute.wall_contacts(bodies, walls, reach)? {
+        report.max_overlap = deeper(report.max_overlap, near.separation);
         if near.separation <= cutoff {
+            report.walls.push(AtWall {
+                body: near.body,
+                id: bodies.lineage[near.body].id,
+                wall: near.wall,
+                separation: near.separation,
+                normal: near.normal.to_array(),
+                point: near.point(bodies).to_array(),
+            });
+        }
+    }
+    for near in compute.contacts(bodies, reach)? {
+        report.max_overlap = deeper(report.max_overlap, near.separation);
+        if near.separation <= cutoff {
+            let ([a, b], [point_a, point_b]) = (near.bodies, near.points(bodies).map(|x| x.to_array()));
             report.contacts.push(Pair {
                 a,
                 b,
                 id_a: bodies.lineage[a].id,
                 id_b: bodies.lineage[b].id,
-                image,
+                image: (!bodies.periods.is_none()).then(|| near.image.to_array()),
                 separation: near.separation,
                 normal: near.normal.to_array(),
                 point_a,
@@ -105,7 +150,7 @@ fn find(bodies: &Bodies, walls: &Walls, cutoff: f64) -> Report {
             });
         }
     }
-    report
+    Ok(report)
 }
 
 fn print(report: &Report) -> Result<(), CliError> {
@@ -129,7 +174,11 @@ fn print(report: &Report) -> Result<(), CliError> {
             writeln!(out, "{body:>7} {wall:>7} {id:>7} {:>7} {separation:>13.6e}  normal {normal}  at {at}", "")?;
         }
         let pairs = output::count(report.contacts.len(), "pair", "pairs");
-        writeln!(out, "{pairs}, largest overlap {:.3e}", report.max_overlap)
+        writeln!(out, "{pairs}, largest overlap {:.3e}", report.max_overlap)?;
+        match &report.adapter {
+            Some(adapter) => writeln!(out, "computed by {adapter}, in {}", report.precision),
+            None => Ok(()),
+        }
     })
 }
 

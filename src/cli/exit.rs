@@ -228,6 +228,8 @@ impl CliError {
             CliError::Device(_) => Exit::Device,
             CliError::Study(StudyError::Gpu(_) | StudyError::Fault(Fault::Device(_))) => Exit::Device,
             CliError::Study(StudyError::Record(error)) => error.into(),
+            CliError::Study(StudyError::Damaged(_)) => Exit::File,
+            CliError::Study(StudyError::Elsewhere(_)) => Exit::Usage,
             CliError::Study(_) => Exit::Internal,
             CliError::Start(_) | CliError::Usage(_) | CliError::NoScene(_) | CliError::NoLcps(_) => Exit::Usage,
             CliError::Output(_) => Exit::File,

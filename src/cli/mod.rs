@@ -22,6 +22,8 @@ mod run;
 mod scenes;
 mod study;
 mod study_all;
+#[cfg(feature = "gpu")]
+mod study_device;
 mod study_hard;
 mod study_inertia;
 mod study_paper;

@@ -3,6 +3,8 @@
 use super::arguments::{Study, StudyName};
 use super::exit::{CliError, Exit};
 use super::study_all::all;
+#[cfg(feature = "gpu")]
+use super::study_device::device;
 use super::study_hard::hard;
 use super::study_inertia::inertia;
 use super::study_paper::paper;
@@ -23,6 +25,8 @@ pub(super) struct Found {
     pub(super) text: String,
     pub(super) numbers: Value,
     pub(super) missed: bool,
+    /// Whether it was interrupted, so that it can be gone on with.
+    pub(super) interrupted: bool,
 }
 
 pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
@@ -32,6 +36,9 @@ pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
     }
     if arguments.name != StudyName::WorkPrecision && arguments.make_references.is_some() {
         return Err(CliError::Usage("--make-references is for `relcp study work-precision`".into()));
+    }
+    if arguments.name != StudyName::Device && !arguments.sizes.is_empty() {
+        return Err(CliError::Usage("--sizes is for `relcp study device`".into()));
     }
     let draws = arguments.random.is_some() || arguments.confined.is_some();
     if arguments.name != StudyName::Hard && draws {
@@ -46,7 +53,11 @@ pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
     } else if !arguments.print.quiet {
         output::write(|out| write!(out, "{}", found.text))?;
     }
-    Ok(if found.missed { Exit::OutOfTolerance } else { Exit::Done })
+    Ok(match (found.interrupted, found.missed) {
+        (true, _) => Exit::Interrupted,
+        (false, true) => Exit::OutOfTolerance,
+        (false, false) => Exit::Done,
+    })
 }
 
 /// Makes one study; which of them does not go by the name in the arguments, which may say all.
@@ -57,6 +68,10 @@ pub(super) fn one(name: StudyName, arguments: &Study) -> Result<Found, CliError>
         StudyName::Hard => hard(arguments),
         StudyName::WorkPrecision => work_precision(arguments),
         StudyName::Inertia => inertia(arguments),
+        #[cfg(feature = "gpu")]
+        StudyName::Device => device(arguments),
+        #[cfg(not(feature = "gpu"))]
+        StudyName::Device => Err(relcp::gpu::GpuError::NotBuilt.into()),
         name => paper(name, arguments),
     }
 }
@@ -64,7 +79,7 @@ pub(super) fn one(name: StudyName, arguments: &Study) -> Result<Found, CliError>
 fn throughput(arguments: &Study) -> Result<Found, CliError> {
     let computes = computes(arguments)?;
     let mut rows = Vec::new();
-    let kinds = [Kind::Colony, Kind::Compaction].into_iter().filter(|kind| arguments.of.is_none_or(|of| of == *kind));
+    let kinds = Kind::ALL.into_iter().filter(|kind| arguments.of.is_none_or(|of| of == *kind));
     for kind in kinds {
         for bodies in kind.sizes(arguments.largest).into_iter().filter(|n| *n >= arguments.smallest) {
             for compute in &computes {
@@ -81,7 +96,7 @@ fn throughput(arguments: &Study) -> Result<Found, CliError> {
     }
     write_rows(&rows, arguments)?;
     let missed = rows.iter().any(|row| row.unconverged > 0 || row.max_overlap > 1e-5);
-    Ok(Found { text: page(&rows, arguments), numbers: value(&rows)?, missed })
+    Ok(Found { text: page(&rows, arguments), numbers: value(&rows)?, missed, interrupted: false })
 }
 
 /// The page and the numbers of the rows so far.
@@ -99,7 +114,7 @@ pub(super) fn computes(arguments: &Study) -> Result<Vec<Compute>, CliError> {
 fn page(rows: &[Row], arguments: &Study) -> String {
     let Study { steps, warm_up, .. } = arguments;
     format!(
-        "# Throughput\n\nCopies of a stored colony of 1,024 cells and of a stored jammed compaction of 1,000 ellipsoids, side by side; dt = 0.001, overlap \
+        "# Throughput\n\nCopies of a stored colony of 1,024 cells, of a stored jammed compaction of 1,000 ellipsoids and of 1,000 rods packed into a ball, side by side; dt = 0.001, overlap \
          tolerance 1e-5, {steps} steps timed after {warm_up}. \"x copy floor\": an iteration's time over the time in which the device copies the bytes of one product with A. \
          Times are of this machine in this run.\n\n{}",
         table(rows)

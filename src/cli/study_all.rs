@@ -24,10 +24,10 @@ struct Made {
 pub(super) fn all(arguments: &Arguments) -> Result<Found, CliError> {
     let mut made: Vec<Made> = Vec::new();
     write(&made, arguments)?;
-    for name in StudyName::value_variants().iter().filter(|name| **name != StudyName::All) {
+    for name in alone() {
         let Some(shown) = name.to_possible_value() else { continue };
         let (begun, label) = (Instant::now(), shown.get_name().to_owned());
-        let found = one(*name, &of(arguments, &label))?;
+        let found = one(name, &of(arguments, &label))?;
         let about = shown.get_help().map(ToString::to_string).unwrap_or_default();
         made.push(Made { name: label, about, found, took: begun.elapsed() });
         // After each: the pages of those that were made have their index when the rest is interrupted.
@@ -38,7 +38,12 @@ pub(super) fn all(arguments: &Arguments) -> Result<Found, CliError> {
     }
     let (text, missed) = (index(&made, arguments), made.iter().any(|study| study.found.missed));
     let numbers: Map<String, Value> = made.into_iter().map(|study| (study.name, study.found.numbers)).collect();
-    Ok(Found { text, numbers: Value::Object(numbers), missed })
+    Ok(Found { text, numbers: Value::Object(numbers), missed, interrupted: false })
+}
+
+/// Those that are made: not the one that stands for all of them, and not that of a device, which takes its own time.
+fn alone() -> impl Iterator<Item = StudyName> {
+    StudyName::value_variants().iter().copied().filter(|name| !matches!(name, StudyName::All | StudyName::Device))
 }
 
 /// The arguments of one of them.
@@ -58,8 +63,7 @@ fn index(made: &[Made], arguments: &Arguments) -> String {
         "# Studies\n\nMade by `relcp study all{quick}`: {} of {} studies in {whole:.0} s. {}.\n\n\
          | study | what it tells | wanted and found | tolerances | seconds |\n| --- | --- | --- | --- | ---: |\n",
         made.len(),
-        // All but the one that stands for all of them.
-        StudyName::value_variants().len() - 1,
+        alone().count(),
         machine()
     );
     for Made { name, about, found, took } in made {
@@ -85,7 +89,7 @@ mod tests {
     use serde_json::json;
 
     fn made(name: &str, numbers: Value, missed: bool) -> Made {
-        let found = Found { text: String::new(), numbers, missed };
+        let found = Found { text: String::new(), numbers, missed, interrupted: false };
         Made { name: name.into(), about: "about it".into(), found, took: Duration::from_millis(1500) }
     }
 

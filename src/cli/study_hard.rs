@@ -32,7 +32,7 @@ pub(super) fn hard(arguments: &Arguments) -> Result<Found, CliError> {
         found = written(&study, arguments)?;
     }
     let (text, numbers) = found;
-    Ok(Found { text, numbers, missed: study.missed() })
+    Ok(Found { text, numbers, missed: study.missed(), interrupted: false })
 }
 
 fn written(study: &Study, arguments: &Arguments) -> Result<(String, Value), CliError> {
@@ -80,7 +80,7 @@ fn drawn(arguments: &Arguments) -> Result<Found, CliError> {
     let (json, table) = (pretty(&numbers)?, random::csv(&rows)?);
     let files: [(&str, &[u8]); 3] = [("drawn.md", text.as_bytes()), ("drawn.json", &json), ("drawn.csv", &table)];
     write_all(&arguments.out, files)?;
-    Ok(Found { text, numbers, missed: rows.iter().any(|row| row.verdict == Verdict::Fails) })
+    Ok(Found { text, numbers, missed: rows.iter().any(|row| row.verdict == Verdict::Fails), interrupted: false })
 }
 
 fn say_row(arguments: &Arguments, row: &Row) {

@@ -64,7 +64,7 @@ pub(super) fn made(mut study: impl Measured, arguments: &Arguments) -> Result<Fo
         found = written(&study, arguments)?;
     }
     let (text, numbers) = found;
-    Ok(Found { text, numbers, missed: study.missed() })
+    Ok(Found { text, numbers, missed: study.missed(), interrupted: false })
 }
 
 fn written(study: &impl Measured, arguments: &Arguments) -> Result<(String, Value), CliError> {
@@ -93,7 +93,7 @@ fn two_ellipsoids(arguments: &Arguments) -> Result<Found, CliError> {
         found = written_two_ellipsoids(&study, arguments)?;
     }
     let (text, numbers) = found;
-    Ok(Found { text, numbers, missed: study.missed() })
+    Ok(Found { text, numbers, missed: study.missed(), interrupted: false })
 }
 
 fn written_two_ellipsoids(study: &two_ellipsoids::Study, arguments: &Arguments) -> Result<(String, Value), CliError> {
@@ -129,7 +129,7 @@ fn jitter(arguments: &Arguments) -> Result<Found, CliError> {
         found = written_jitter(&study, arguments)?;
     }
     let (text, numbers) = found;
-    Ok(Found { text, numbers, missed: study.missed() })
+    Ok(Found { text, numbers, missed: study.missed(), interrupted: false })
 }
 
 fn written_jitter(study: &jitter::Study, arguments: &Arguments) -> Result<(String, Value), CliError> {

@@ -46,7 +46,7 @@ pub(super) fn solvers(arguments: &Study) -> Result<Found, CliError> {
     };
     let (text, numbers) = written(&size, &instances, &runs, arguments)?;
     let missed = instances.iter().flat_map(|instance| &instance.attempts).any(false_claim);
-    Ok(Found { text, numbers, missed })
+    Ok(Found { text, numbers, missed, interrupted: false })
 }
 
 /// Writes what was measured so far; the page without its plots, and the numbers.

@@ -31,5 +31,5 @@ fn make_references(folder: &Path, arguments: &Arguments) -> Result<Found, CliErr
         write_all(folder, [(&*format!("{}.json", problem.name), reference.text()?.as_bytes())])?;
         references.push(reference);
     }
-    Ok(Found { text, numbers: value(&references)?, missed: false })
+    Ok(Found { text, numbers: value(&references)?, missed: false, interrupted: false })
 }

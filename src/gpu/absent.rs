@@ -1,6 +1,6 @@
 //! A program that was built without the feature `gpu` has no device.
 
-use super::{AdapterReport, Choice, Counters, GpuError, PipelineReport, Precision, StageTime};
+use super::{AdapterReport, Choice, Counters, GpuError, PipelineReport, Precision, StageUse};
 
 /// An open device: there is none.
 pub enum Gpu {}
@@ -78,7 +78,7 @@ impl Gpu {
         match *self {}
     }
 
-    pub(super) fn stage_times(&self) -> Vec<StageTime> {
+    pub(super) fn profiled(&self) -> (f64, Vec<StageUse>) {
         match *self {}
     }
 }

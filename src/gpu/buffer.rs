@@ -140,7 +140,7 @@ impl Buffer {
 
     /// Writes bytes before the work that is submitted next.
     pub fn write(&self, gpu: &Gpu, offset: u64, bytes: &[u8]) {
-        lock(&gpu.counters).bytes_written += bytes.len() as u64;
+        lock(&gpu.tally).write(bytes.len() as u64);
         if !bytes.is_empty() {
             gpu.queue.write_buffer(&self.raw, offset, bytes);
         }

@@ -1,8 +1,9 @@
 //! An open device: its queue, what it allocated and did, and the first fault that it reported.
 
 use super::recorder::Staging;
+use super::tally::Tally;
 use super::timing::Timer;
-use super::{Choice, Counters, GpuError, PipelineReport, Precision, Recorder, StageTime, adapter, self_test};
+use super::{Choice, Counters, GpuError, PipelineReport, Precision, Recorder, StageUse, adapter, self_test};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -49,7 +50,9 @@ pub struct Gpu {
     features: wgpu::Features,
     next: AtomicU64,
     pub(super) shared: Arc<Shared>,
-    pub(super) counters: Mutex<Counters>,
+    pub(super) tally: Mutex<Tally>,
+    /// When a profile was begun, and what was counted until then.
+    profiled_from: Mutex<(Instant, Tally)>,
     pub(super) pipelines: Mutex<Vec<PipelineReport>>,
     pub(super) bind_groups: Mutex<BindGroups>,
     pub(super) staging: Mutex<Staging>,
@@ -110,7 +113,8 @@ impl Gpu {
             features,
             next: AtomicU64::new(1),
             shared,
-            counters: Mutex::default(),
+            tally: Mutex::default(),
+            profiled_from: Mutex::new((Instant::now(), Tally::default())),
             pipelines: Mutex::default(),
             bind_groups: Mutex::default(),
             staging: Mutex::default(),
@@ -125,7 +129,7 @@ impl Gpu {
         };
         log::info!("opened {} ({}), {:?}", gpu.name, gpu.driver, gpu.features);
         gpu.warnings = self_test::run(&gpu)?;
-        *lock(&gpu.counters) = Counters::default();
+        *lock(&gpu.tally) = Tally::default();
         lock(&gpu.pipelines).clear();
         Ok(gpu)
     }
@@ -173,7 +177,7 @@ impl Gpu {
 
     /// What the device did so far.
     pub fn counters(&self) -> Counters {
-        *lock(&self.counters)
+        lock(&self.tally).total()
     }
 
     /// The pipelines made so far.
@@ -243,16 +247,40 @@ impl Gpu {
         Recorder::new(self)
     }
 
-    /// Times kernels by stage from now on, where the adapter can.
+    /// Begins a profile: counts from now on, and times kernels by stage where the adapter can.
     pub fn start_timing(&self) {
+        *lock(&self.profiled_from) = (Instant::now(), lock(&self.tally).clone());
         if self.has_timestamps() {
             *lock(&self.timer) = Some(Timer::new(self));
         }
     }
 
-    /// The time of each stage since timing was started; empty where the adapter cannot tell.
-    pub fn stage_times(&self) -> Vec<StageTime> {
-        lock(&self.timer).as_ref().map(Timer::report).unwrap_or_default()
+    /// Times no kernels from now on. What was timed is forgotten.
+    pub fn stop_timing(&self) {
+        *lock(&self.timer) = None;
+    }
+
+    /// Seconds since the profile was begun, and what each stage did since then; all since the device was opened where
+    /// none was begun. What was submitted and is not done yet is waited for where kernels are timed.
+    pub(super) fn profiled(&self) -> (f64, Vec<StageUse>) {
+        let mut timer = lock(&self.timer);
+        if let Some(timer) = timer.as_mut() {
+            timer.collect(self);
+        }
+        let (begun, before) = &*lock(&self.profiled_from);
+        let mut before = before.clone();
+        let used = |(stage, counters): (&'static str, Counters)| {
+            let passes = timer.as_ref().map(|timer| timer.passes(stage));
+            StageUse {
+                stage,
+                seconds: passes.map(|passes| passes.seconds),
+                passes: passes.map_or(0, |passes| passes.timed),
+                untimed_passes: passes.map_or(0, |passes| passes.untimed),
+                counters: counters - *before.of(stage),
+            }
+        };
+        let stages = lock(&self.tally).stages().into_iter().map(used);
+        (begun.elapsed().as_secs_f64(), stages.filter(|stage| !stage.is_empty()).collect())
     }
 
     pub(super) fn new_id(&self) -> u64 {

@@ -40,6 +40,8 @@ pub(crate) mod sort;
 pub(crate) mod source;
 #[cfg(feature = "gpu")]
 pub(crate) mod table;
+#[cfg(feature = "gpu")]
+mod tally;
 #[cfg(all(test, feature = "gpu"))]
 mod test_device;
 #[cfg(feature = "gpu")]
@@ -66,7 +68,7 @@ pub(crate) use lattice::MOST_CELL;
 #[cfg(feature = "gpu")]
 pub(crate) use periods::LatticePeriods;
 pub use precision::Precision;
-pub use profile::{BufferUse, Counters, PipelineReport, Profile, StageTime};
+pub use profile::{BufferUse, Counters, PipelineReport, Profile, StageUse};
 #[cfg(feature = "gpu")]
 pub(crate) use recorder::{Bound, Recorder};
 #[cfg(feature = "gpu")]

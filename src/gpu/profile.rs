@@ -4,9 +4,10 @@
 use super::Gpu;
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops;
 
-/// What a device did since it was opened.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// What a device did, and how long the host waited for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "files", derive(serde::Serialize))]
 pub struct Counters {
     /// Dispatches recorded, indirect ones too.
@@ -15,10 +16,48 @@ pub struct Counters {
     pub submissions: u64,
     /// Times that the host waited for data.
     pub reads: u64,
+    /// Seconds that it waited for data.
+    pub wait_seconds: f64,
     /// Bytes read back.
     pub bytes_read: u64,
-    /// Bytes written to the device.
+    /// Bytes written to the device, with the parameters of dispatches.
     pub bytes_written: u64,
+}
+
+impl Counters {
+    /// Counts a read-back of so many bytes.
+    #[cfg(feature = "gpu")]
+    pub(super) fn read(&mut self, bytes: u64, waited: std::time::Duration) {
+        self.reads += 1;
+        self.bytes_read += bytes;
+        self.wait_seconds += waited.as_secs_f64();
+    }
+
+    fn with(self, other: Counters, count: fn(u64, u64) -> u64, seconds: fn(f64, f64) -> f64) -> Counters {
+        Counters {
+            dispatches: count(self.dispatches, other.dispatches),
+            submissions: count(self.submissions, other.submissions),
+            reads: count(self.reads, other.reads),
+            wait_seconds: seconds(self.wait_seconds, other.wait_seconds),
+            bytes_read: count(self.bytes_read, other.bytes_read),
+            bytes_written: count(self.bytes_written, other.bytes_written),
+        }
+    }
+}
+
+impl ops::AddAssign for Counters {
+    fn add_assign(&mut self, more: Counters) {
+        *self = self.with(more, |a, b| a + b, |a, b| a + b);
+    }
+}
+
+impl ops::Sub for Counters {
+    type Output = Counters;
+
+    /// What was counted since `before`.
+    fn sub(self, before: Counters) -> Counters {
+        self.with(before, u64::saturating_sub, |a, b| (a - b).max(0.0))
+    }
 }
 
 /// A pipeline that was made.
@@ -31,16 +70,31 @@ pub struct PipelineReport {
     pub seconds: f64,
 }
 
-/// The time that a stage's kernels took.
+/// What a stage did.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(serde::Serialize))]
-pub struct StageTime {
+pub struct StageUse {
     /// The stage.
     pub stage: &'static str,
-    /// Seconds on the device.
-    pub seconds: f64,
-    /// Passes timed.
+    /// Seconds of its kernels on the device, in the passes that were timed; none where the adapter has no timestamps.
+    /// Copies between passes are not in it.
+    pub seconds: Option<f64>,
+    /// Passes timed: dispatches of a stage that follow each other without a copy between them.
     pub passes: u64,
+    /// Passes that could not be timed: the adapter wrote no time, or was lost.
+    pub untimed_passes: u64,
+    /// Its dispatches, read-backs and bytes. A submission or a read-back is that of the stage recorded last, bytes that
+    /// the host wrote are those of the first stage of the submission that followed.
+    #[cfg_attr(feature = "files", serde(flatten))]
+    pub counters: Counters,
+}
+
+impl StageUse {
+    /// Whether it did nothing.
+    #[cfg(feature = "gpu")]
+    pub(super) fn is_empty(&self) -> bool {
+        self.counters == Counters::default() && self.passes + self.untimed_passes == 0
+    }
 }
 
 /// All buffers of one label.
@@ -67,16 +121,22 @@ pub struct Profile {
     pub buffers: Vec<BufferUse>,
     /// Bytes of all buffers at once, at most.
     pub peak_bytes: u64,
-    /// Steps since the device was opened.
+    /// Steps profiled.
     pub steps: u64,
-    /// Dispatches, submissions, read-backs since then.
+    /// Seconds of the clock since the profile was begun.
+    pub wall_seconds: f64,
+    /// Seconds of kernels on the device, of all stages; none where the adapter has no timestamps.
+    pub device_seconds: Option<f64>,
+    /// Passes that could not be timed.
+    pub untimed_passes: u64,
+    /// Dispatches, submissions, read-backs of all stages.
     pub counters: Counters,
-    /// Device time by stage; empty where the adapter does not tell.
-    pub stages: Vec<StageTime>,
+    /// What each stage did, in the order in which stages were first met.
+    pub stages: Vec<StageUse>,
 }
 
 impl Profile {
-    /// The profile of a device that took `steps` steps.
+    /// The profile of a device that took `steps` steps since the profile was begun.
     pub fn of(gpu: &Gpu, steps: u64) -> Profile {
         let mut by_label: BTreeMap<String, (usize, u64)> = BTreeMap::new();
         for (label, bytes) in gpu.buffers() {
@@ -86,14 +146,53 @@ impl Profile {
         let mut buffers: Vec<BufferUse> =
             by_label.into_iter().map(|(label, (count, bytes))| BufferUse { label, count, bytes }).collect();
         buffers.sort_by(|a, b| b.bytes.cmp(&a.bytes).then_with(|| a.label.cmp(&b.label)));
+        let (wall_seconds, stages) = gpu.profiled();
+        let mut counters = Counters::default();
+        stages.iter().for_each(|stage| counters += stage.counters);
         Profile {
             adapter: format!("{} ({})", gpu.name(), gpu.driver()),
             pipelines: gpu.pipelines(),
             buffers,
             peak_bytes: gpu.peak_bytes(),
             steps,
-            counters: gpu.counters(),
-            stages: gpu.stage_times(),
+            wall_seconds,
+            device_seconds: stages.iter().map(|stage| stage.seconds).sum(),
+            untimed_passes: stages.iter().map(|stage| stage.untimed_passes).sum(),
+            counters,
+            stages,
+        }
+    }
+}
+
+impl Profile {
+    /// A line a stage, one for all of them, and what of the clock they are.
+    fn table(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            out,
+            "  {:<20} {:>9} {:>10} {:>11} {:>10} {:>9} {:>11} {:>13}",
+            "stage", "device s", "dispatches", "submissions", "read-backs", "waited s", "bytes read", "bytes written"
+        )?;
+        let whole = ("all stages", self.device_seconds, &self.counters);
+        let lines = self.stages.iter().map(|stage| (stage.stage, stage.seconds, &stage.counters));
+        for (name, seconds, c) in lines.chain([whole]) {
+            let seconds = seconds.map_or("-".into(), |seconds| format!("{seconds:.4}"));
+            let (dispatches, submissions, reads) = (c.dispatches, c.submissions, c.reads);
+            write!(out, "  {name:<20} {seconds:>9} {dispatches:>10} {submissions:>11} {reads:>10} ")?;
+            writeln!(out, "{:>9.4} {:>11} {:>13}", c.wait_seconds, c.bytes_read, c.bytes_written)?;
+        }
+        let wall = self.wall_seconds;
+        let part = |seconds: f64| 100.0 * seconds / wall.max(f64::MIN_POSITIVE);
+        let waited = self.counters.wait_seconds;
+        write!(out, "  of {wall:.3} s of the clock ")?;
+        if let Some(seconds) = self.device_seconds {
+            write!(out, "kernels took {seconds:.3} s ({:.1} %), and ", part(seconds))?;
+        }
+        writeln!(out, "the host waited {waited:.3} s ({:.1} %) for data", part(waited))?;
+        let timed: u64 = self.stages.iter().map(|stage| stage.passes).sum();
+        match (self.device_seconds, self.untimed_passes) {
+            (None, _) => writeln!(out, "  the adapter has no timestamps: times of stages on the device are not known"),
+            (Some(_), 0) => writeln!(out, "  all {timed} passes were timed"),
+            (Some(_), untimed) => writeln!(out, "  {untimed} of {} passes could not be timed", timed + untimed),
         }
     }
 }
@@ -112,12 +211,7 @@ impl fmt::Display for Profile {
             a_step(c.bytes_read),
             a_step(c.bytes_written)
         )?;
-        for stage in &self.stages {
-            writeln!(out, "  {:<24} {:>10.3} s on the device", stage.stage, stage.seconds)?;
-        }
-        if self.stages.is_empty() {
-            writeln!(out, "  the adapter has no timestamps: times of stages on the device are not known")?;
-        }
+        self.table(out)?;
         let total: u64 = self.buffers.iter().map(|b| b.bytes).sum();
         writeln!(out, "  {:.2} MiB in buffers, at most {:.2}:", mib(total), mib(self.peak_bytes))?;
         for buffer in &self.buffers {

@@ -2,9 +2,12 @@
 
 use super::device::lock;
 use super::kernel::Compiled;
+use super::tally::Tally;
+use super::timing::Set;
 use super::{Buffer, Gpu, GpuError, Kernel};
 use std::ops::Range;
 use std::sync::atomic::Ordering;
+use std::time::Instant;
 
 /// Workgroups that one dimension of a dispatch may have.
 const MOST_GROUPS: u64 = 65_535;
@@ -20,6 +23,9 @@ const PARAMETER_SLOTS: usize = 1024;
 /// software adapter whose two cores were shared by six other programs took 18 s for an iteration of 16 dispatches: some
 /// 4 s for so many.
 const INVOCATIONS: u64 = 1 << 24;
+
+/// The stage of work that names none.
+pub(super) const UNNAMED: &str = "other";
 
 /// Bind groups kept at most.
 const MOST_BIND_GROUPS: usize = 4096;
@@ -40,7 +46,10 @@ pub struct Recorder<'g> {
     encoder: Option<wgpu::CommandEncoder>,
     pass: Option<wgpu::ComputePass<'static>>,
     parameters: Vec<u8>,
-    dispatches: u64,
+    /// What the submission is made of so far.
+    tally: Tally,
+    /// Queries of its passes.
+    timed: Vec<Set>,
     invocations: u64,
     stage: &'static str,
 }
@@ -52,9 +61,10 @@ impl<'g> Recorder<'g> {
             encoder: None,
             pass: None,
             parameters: Vec::new(),
-            dispatches: 0,
+            tally: Tally::default(),
+            timed: Vec::new(),
             invocations: 0,
-            stage: "other",
+            stage: UNNAMED,
         }
     }
 
@@ -63,7 +73,7 @@ impl<'g> Recorder<'g> {
         self.gpu
     }
 
-    /// Names what follows, for timing.
+    /// Names what follows, for a profile.
     pub fn stage(&mut self, name: &'static str) {
         if self.stage != name {
             self.stage = name;
@@ -145,9 +155,7 @@ impl<'g> Recorder<'g> {
     pub fn submit(&mut self) -> Result<(), GpuError> {
         self.pass = None;
         let Some(mut encoder) = self.encoder.take() else { return self.gpu.health() };
-        if let Some(timer) = lock(&self.gpu.timer).as_mut() {
-            timer.resolve(&mut encoder);
-        }
+        self.timed.iter().for_each(|set| set.resolve(&mut encoder));
         // The buffer of parameters is shared: no other thread may write it before this submission is in the queue.
         let staging = lock(&self.gpu.staging);
         if let Some(buffer) = staging.parameters.as_ref().filter(|_| !self.parameters.is_empty()) {
@@ -157,10 +165,10 @@ impl<'g> Recorder<'g> {
         self.gpu.submitted(self.gpu.queue.submit([encoder.finish()]));
         self.invocations = 0;
         drop(staging);
-        let mut counters = lock(&self.gpu.counters);
-        counters.submissions += 1;
-        counters.dispatches += std::mem::take(&mut self.dispatches);
-        drop(counters);
+        lock(&self.gpu.tally).submit(&mut self.tally, self.stage);
+        if let Some(timer) = lock(&self.gpu.timer).as_mut() {
+            timer.submitted(self.gpu, std::mem::take(&mut self.timed));
+        }
         self.gpu.health()
     }
 
@@ -188,7 +196,9 @@ impl<'g> Recorder<'g> {
         }
         self.submit()?;
         staging.map_async(wgpu::MapMode::Read, 0..total, |_| {});
+        let begun = Instant::now();
         self.gpu.wait()?;
+        let waited = begun.elapsed();
         let refused = |e: wgpu::MapRangeError| GpuError::Refused { message: e.to_string() };
         let view = staging.get_mapped_range(0..total).map_err(refused)?;
         let mut at = 0;
@@ -204,9 +214,7 @@ impl<'g> Recorder<'g> {
         if let Some(timer) = lock(&self.gpu.timer).as_mut() {
             timer.collect(self.gpu);
         }
-        let mut counters = lock(&self.gpu.counters);
-        counters.reads += 1;
-        counters.bytes_read += total;
+        lock(&self.gpu.tally).of(self.stage).read(total, waited);
         Ok(out)
     }
 
@@ -235,7 +243,7 @@ impl<'g> Recorder<'g> {
         let encoder = self.encoder.get_or_insert_with(|| self.gpu.device.create_command_encoder(&Default::default()));
         self.pass.get_or_insert_with(|| {
             let mut timer = lock(&self.gpu.timer);
-            let timestamps = timer.as_mut().and_then(|timer| timer.next(self.stage));
+            let timestamps = timer.as_mut().and_then(|timer| timer.next(self.gpu, &mut self.timed, self.stage));
             let timestamp_writes = timestamps.as_ref().map(|(set, begin, end)| wgpu::ComputePassTimestampWrites {
                 query_set: set,
                 beginning_of_pass_write_index: Some(*begin),
@@ -263,11 +271,14 @@ impl<'g> Recorder<'g> {
             self.parameters.extend_from_slice(parameters);
             self.parameters.resize(self.parameters.len().next_multiple_of(ALIGNMENT), 0);
         }
+        let parameter_bytes = self.parameters.len() as u64 - u64::from(offset);
         let bank_bytes = self.gpu.bank_bytes();
         let banks: Vec<u32> = buffers.iter().map(|b| b.banks(bank_bytes).count() as u32).collect();
         let compiled = kernel.compiled(self.gpu, &banks)?;
         let group = self.bind_group(kernel, &compiled, buffers)?;
-        self.dispatches += 1;
+        let counters = self.tally.of(self.stage);
+        counters.dispatches += 1;
+        counters.bytes_written += parameter_bytes;
         let offsets: &[u32] = if kernel.parameters > 0 { &[offset] } else { &[] };
         let pass = self.pass();
         pass.set_pipeline(&compiled.pipeline);

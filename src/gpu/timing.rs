@@ -1,95 +1,156 @@
 //! Times of passes by stage, from timestamp queries.
+//!
+//! Every submission has query sets of its own, which wait, filled, until the host waits for the device for another
+//! reason. So timing adds no wait of its own, unless very many submissions follow each other without one.
 
-use super::{Gpu, StageTime};
-use std::collections::BTreeMap;
+use super::Gpu;
+use std::mem::take;
 
-/// Passes that one submission can time; later ones in it are not timed.
-const MOST_PASSES: u32 = 512;
+/// Passes that one set of queries times; a submission takes as many sets as it needs. An adapter's query set holds at
+/// least 4,096 queries, of which a pass takes two.
+const PASSES: usize = 512;
 
-pub(super) struct Timer {
+/// Sets that wait to be read at most, 16 KiB each; then the host waits for them.
+const MOST_WAITING: usize = 256;
+
+/// Bytes of the two timestamps of a pass.
+const PASS_BYTES: u64 = 16;
+
+/// Queries of up to [`PASSES`] passes, and where their results go.
+pub(super) struct Set {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     read: wgpu::Buffer,
-    period: f64,
-    pending: Vec<&'static str>,
-    /// Stages of the submission whose results are in `read`.
-    submitted: Vec<&'static str>,
-    stages: BTreeMap<&'static str, (f64, u64)>,
+    /// The stage of each pass.
+    stages: Vec<&'static str>,
 }
 
-impl Timer {
-    pub fn new(gpu: &Gpu) -> Self {
+/// The passes of a stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Passes {
+    pub seconds: f64,
+    pub timed: u64,
+    pub untimed: u64,
+}
+
+pub(super) struct Timer {
+    /// Seconds of a tick.
+    period: f64,
+    free: Vec<Set>,
+    /// Sets whose passes the device has, or has done.
+    submitted: Vec<Set>,
+    stages: Vec<(&'static str, Passes)>,
+}
+
+impl Set {
+    fn new(gpu: &Gpu) -> Self {
         let buffer = |usage| {
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("timestamps"),
-                size: u64::from(2 * MOST_PASSES) * 8,
+                size: PASSES as u64 * PASS_BYTES,
                 usage: usage | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             })
         };
-        Timer {
+        Set {
             queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("timestamps"),
                 ty: wgpu::QueryType::Timestamp,
-                count: 2 * MOST_PASSES,
+                count: 2 * PASSES as u32,
             }),
             resolved: buffer(wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
             read: buffer(wgpu::BufferUsages::MAP_READ),
-            period: f64::from(gpu.queue.get_timestamp_period()) * 1e-9,
-            pending: Vec::new(),
-            submitted: Vec::new(),
-            stages: BTreeMap::new(),
+            stages: Vec::new(),
         }
     }
 
-    /// The queries of the next pass: its first and its last.
-    pub fn next(&mut self, stage: &'static str) -> Option<(wgpu::QuerySet, u32, u32)> {
-        let first = 2 * self.pending.len() as u32;
-        if first >= 2 * MOST_PASSES {
-            return None;
-        }
-        self.pending.push(stage);
-        Some((self.queries.clone(), first, first + 1))
+    fn bytes(&self) -> u64 {
+        self.stages.len() as u64 * PASS_BYTES
     }
 
-    /// Brings the queries of what was recorded into a buffer. A submission that is not waited for is not timed.
-    pub fn resolve(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        self.submitted = std::mem::take(&mut self.pending);
-        let count = 2 * self.submitted.len() as u32;
-        if count > 0 {
-            encoder.resolve_query_set(&self.queries, 0..count, &self.resolved, 0);
-            encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.read, 0, u64::from(count) * 8);
-        }
+    /// Brings the results into a buffer that the host can read.
+    pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..2 * self.stages.len() as u32, &self.resolved, 0);
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.read, 0, self.bytes());
     }
 
-    /// Adds the times of the last submission, which is done.
-    pub fn collect(&mut self, gpu: &Gpu) {
-        let submitted = std::mem::take(&mut self.submitted);
-        if submitted.is_empty() {
-            return;
-        }
-        let bytes = submitted.len() as u64 * 16;
-        self.read.map_async(wgpu::MapMode::Read, 0..bytes, |_| {});
-        if gpu.wait().is_err() {
-            return;
-        }
-        let Ok(view) = self.read.get_mapped_range(0..bytes) else { return };
-        for (stage, ticks) in submitted.iter().zip(view.as_chunks::<16>().0) {
-            let [begin, end] = [0, 8].map(|at| u64::from_le_bytes(std::array::from_fn(|i| ticks[at + i])));
-            let (seconds, passes) = self.stages.entry(stage).or_default();
-            *seconds += end.saturating_sub(begin) as f64 * self.period;
-            *passes += 1;
-        }
-        drop(view);
-        self.read.unmap();
-    }
-
-    pub fn report(&self) -> Vec<StageTime> {
-        let stage = |(stage, (seconds, passes)): (&&'static str, &(f64, u64))| StageTime {
-            stage,
-            seconds: *seconds,
-            passes: *passes,
+    /// Ticks of each pass, where the adapter wrote two that can be.
+    fn ticks(&self) -> Vec<Option<u64>> {
+        let unknown = || vec![None; self.stages.len()];
+        let Ok(view) = self.read.get_mapped_range(0..self.bytes()) else { return unknown() };
+        let ticks = |bytes: &[u8; 16]| {
+            let [begin, end] = [0, 8].map(|at| u64::from_le_bytes(std::array::from_fn(|i| bytes[at + i])));
+            end.checked_sub(begin).filter(|_| begin > 0)
         };
-        self.stages.iter().map(stage).collect()
+        view.as_chunks::<16>().0.iter().map(ticks).collect()
+    }
+}
+
+impl Timer {
+    pub fn new(gpu: &Gpu) -> Self {
+        let period = f64::from(gpu.queue.get_timestamp_period()) * 1e-9;
+        Timer { period, free: Vec::new(), submitted: Vec::new(), stages: Vec::new() }
+    }
+
+    /// The queries of the next pass of a submission that has `sets` so far: its first and its last.
+    pub fn next(&mut self, gpu: &Gpu, sets: &mut Vec<Set>, stage: &'static str) -> Option<(wgpu::QuerySet, u32, u32)> {
+        if sets.last().is_none_or(|set| set.stages.len() == PASSES) {
+            sets.push(self.free.pop().unwrap_or_else(|| Set::new(gpu)));
+        }
+        let set = sets.last_mut()?;
+        let first = 2 * set.stages.len() as u32;
+        set.stages.push(stage);
+        Some((set.queries.clone(), first, first + 1))
+    }
+
+    /// Keeps the sets of what was submitted until they are read.
+    pub fn submitted(&mut self, gpu: &Gpu, sets: Vec<Set>) {
+        self.submitted.extend(sets);
+        if self.submitted.len() > MOST_WAITING {
+            self.collect(gpu);
+        }
+    }
+
+    /// Adds the times of all that was submitted, which it waits for.
+    pub fn collect(&mut self, gpu: &Gpu) {
+        let mut sets = take(&mut self.submitted);
+        if sets.is_empty() {
+            return;
+        }
+        for set in &sets {
+            set.read.map_async(wgpu::MapMode::Read, 0..set.bytes(), |_| {});
+        }
+        // A device with a fault is not asked again.
+        let done = gpu.wait().is_ok();
+        for set in &mut sets {
+            let ticks = if done { set.ticks() } else { vec![None; set.stages.len()] };
+            for (stage, ticks) in take(&mut set.stages).into_iter().zip(ticks) {
+                self.add(stage, ticks);
+            }
+            set.read.unmap();
+        }
+        if done {
+            self.free.append(&mut sets);
+        }
+    }
+
+    fn add(&mut self, stage: &'static str, ticks: Option<u64>) {
+        let at = self.stages.iter().position(|(name, _)| *name == stage).unwrap_or_else(|| {
+            self.stages.push((stage, Passes::default()));
+            self.stages.len() - 1
+        });
+        let passes = &mut self.stages[at].1;
+        match ticks {
+            Some(ticks) => {
+                passes.seconds += ticks as f64 * self.period;
+                passes.timed += 1;
+            }
+            None => passes.untimed += 1,
+        }
+    }
+
+    /// The passes of a stage so far.
+    pub fn passes(&self, stage: &str) -> Passes {
+        self.stages.iter().find(|(name, _)| *name == stage).map_or_else(Passes::default, |(_, passes)| *passes)
     }
 }

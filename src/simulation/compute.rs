@@ -3,13 +3,15 @@
 use super::Automatic;
 use crate::backend::cpu::Cpu;
 #[cfg(feature = "gpu")]
-use crate::backend::gpu::Device;
+use crate::backend::gpu::{self as on_device, Device};
+use crate::bodies::Bodies;
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Choice, Gpu, GpuError, Precision};
 #[cfg(feature = "gpu")]
 use crate::lcp;
 use crate::scene::Scene;
-use crate::step::{Backend, Fault, State};
+use crate::step::{Backend, Contact, Fault, State, contacts};
+use crate::walls::{WallContact, Walls};
 use std::sync::Arc;
 
 /// What computes the steps.
@@ -101,5 +103,43 @@ impl Compute {
     /// The precision that a device computes in where none is asked for.
     fn suited(_gpu: &Gpu) -> Precision {
         Precision::F32
+    }
+
+    /// Every pair of bodies whose separation is at most `cutoff`, as [`contacts`] lists them, computed by the CPU in
+    /// f64, or by the device in its precision.
+    ///
+    /// ```
+    /// # #[cfg(feature = "files")] {
+    /// use relcp::{Scene, simulation::Compute};
+    /// let bodies = Scene::built_in("three-capsules")?.build()?;
+    /// assert_eq!(Compute::Cpu.contacts(&bodies, 0.0)?, relcp::contacts(&bodies, 0.0));
+    /// # }
+    /// # Ok::<(), relcp::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`GpuError::Unsupported`] where a device has no such shape, or a body is too far out; what it refuses.
+    pub fn contacts(&self, bodies: &Bodies, cutoff: f64) -> Result<Vec<Contact>, GpuError> {
+        match self {
+            Compute::Cpu | Compute::Auto(_) => Ok(contacts(bodies, cutoff)),
+            #[cfg(not(feature = "gpu"))]
+            Compute::Gpu { gpu, .. } => match **gpu {},
+            #[cfg(feature = "gpu")]
+            Compute::Gpu { gpu, precision } => on_device::contacts(gpu, *precision, bodies, cutoff),
+        }
+    }
+
+    /// Every body and surface of a wall whose separation is at most `cutoff`, as [`Walls::contacts`] lists them.
+    ///
+    /// # Errors
+    /// As [`Compute::contacts`].
+    pub fn wall_contacts(&self, bodies: &Bodies, walls: &Walls, cutoff: f64) -> Result<Vec<WallContact>, GpuError> {
+        match self {
+            Compute::Cpu | Compute::Auto(_) => Ok(walls.contacts(bodies, cutoff)),
+            #[cfg(not(feature = "gpu"))]
+            Compute::Gpu { gpu, .. } => match **gpu {},
+            #[cfg(feature = "gpu")]
+            Compute::Gpu { gpu, precision } => on_device::wall_contacts(gpu, *precision, (bodies, walls), cutoff),
+        }
     }
 }

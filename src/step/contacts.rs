@@ -26,7 +26,7 @@ pub struct Contact {
 }
 
 impl Contact {
-    fn new(bodies: [usize; 2], image: I64Vec3, found: Separation) -> Contact {
+    pub(crate) fn new(Candidate { bodies, image }: Candidate, found: Separation) -> Contact {
         let Separation { separation, normal, lever_a, lever_b } = found;
         Contact { bodies, image, separation, normal, levers: [lever_a, lever_b] }
     }
@@ -40,6 +40,13 @@ impl Contact {
         let [a, b] = self.bodies.map(|i| bodies.position[i]);
         [a + self.levers[0], b + bodies.periods.shift(self.image) + self.levers[1]]
     }
+}
+
+/// Two bodies that may be near, the second at an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Candidate {
+    pub bodies: [usize; 2],
+    pub image: I64Vec3,
 }
 
 /// Every pair of bodies whose separation is at most `cutoff`, sorted by pair and image, computed afresh from the bodies
@@ -58,6 +65,23 @@ impl Contact {
 /// # Ok::<(), relcp::Error>(())
 /// ```
 pub fn contacts(bodies: &Bodies, cutoff: f64) -> Vec<Contact> {
+    let (cutoff, found) = candidates(bodies, cutoff);
+    let near = |candidate: &Candidate| {
+        let [a, b] = candidate.bodies.map(|i| bodies.placed(i));
+        let found = match bodies.periods.is_none() {
+            true => separation(&a, &b, None)?,
+            false => {
+                let delta = b.position - a.position + bodies.periods.shift(candidate.image);
+                separation(&Placed { position: DVec3::ZERO, ..a }, &Placed { position: delta, ..b }, None)?
+            }
+        };
+        (found.separation <= cutoff).then(|| Contact::new(*candidate, found))
+    };
+    found.par_iter().filter_map(near).collect()
+}
+
+/// Every pair whose boxes are within `cutoff` of each other, sorted by pair and image; and the cutoff that counts.
+pub(crate) fn candidates(bodies: &Bodies, cutoff: f64) -> (f64, Vec<Candidate>) {
     let periods = bodies.periods;
     let cutoff = periods.shortest().map_or(cutoff, |period| cutoff.min(period));
     let boxes: Vec<Aabb> = (0..bodies.len())
@@ -72,17 +96,6 @@ pub fn contacts(bodies: &Bodies, cutoff: f64) -> Vec<Contact> {
         pairs.extend((0..boxes.len() as u32).map(|i| [i, i]));
         pairs.par_sort_unstable();
     }
-    let near = |pair: [usize; 2], image: I64Vec3| {
-        let [a, b] = pair.map(|i| bodies.placed(i));
-        let found = match periods.is_none() {
-            true => separation(&a, &b, None)?,
-            false => {
-                let delta = b.position - a.position + periods.shift(image);
-                separation(&Placed { position: DVec3::ZERO, ..a }, &Placed { position: delta, ..b }, None)?
-            }
-        };
-        (found.separation <= cutoff).then(|| Contact::new(pair, image, found))
-    };
     let of_pair = |pair: &[u32; 2]| {
         let pair = pair.map(|i| i as usize);
         let images = if periods.is_none() {
@@ -93,10 +106,10 @@ pub fn contacts(bodies: &Bodies, cutoff: f64) -> Vec<Contact> {
             all_between(first, last)
         };
         // Of a body and its own images, one of each two opposite ones.
-        let counts = |image: &I64Vec3| pair[0] != pair[1] || image.to_array() > [0; 3];
-        images.into_iter().filter(counts).filter_map(|image| near(pair, image)).collect::<Vec<_>>()
+        let counts = move |image: &I64Vec3| pair[0] != pair[1] || image.to_array() > [0; 3];
+        images.into_iter().filter(counts).map(move |image| Candidate { bodies: pair, image })
     };
-    pairs.par_iter().flat_map_iter(of_pair).collect()
+    (cutoff, pairs.par_iter().flat_map_iter(of_pair).collect())
 }
 
 fn all_between(first: I64Vec3, last: I64Vec3) -> Vec<I64Vec3> {

@@ -18,6 +18,8 @@ mod unresolved;
 
 pub(crate) use algorithm::{Plan, step};
 pub(crate) use backend::{Backend, Overlap, RetryBackend};
+#[cfg(feature = "gpu")]
+pub(crate) use contacts::{Candidate, candidates};
 pub use contacts::{Contact, contacts, max_overlap};
 pub(crate) use dump::MOST_DUMPED;
 pub use dump::{Dump, DumpWhen};

@@ -2,6 +2,8 @@
 
 #[cfg(feature = "gpu")]
 mod bandwidth;
+#[cfg(feature = "gpu")]
+pub mod device;
 pub mod hard;
 pub mod inertia;
 mod machine;

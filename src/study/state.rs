@@ -45,6 +45,12 @@ pub enum StudyError {
     /// A table could not be made.
     #[error("a table could not be made: {0}")]
     Table(String),
+    /// A file of results cannot be read as such.
+    #[error("results of a study are damaged: {0}")]
+    Damaged(String),
+    /// A file of results is another device's or version's.
+    #[error("{0}")]
+    Elsewhere(String),
     /// Something else failed.
     #[error(transparent)]
     Other(Error),

@@ -1,19 +1,22 @@
 //! Throughput: what a step costs by the number of bodies, on the CPU and on a device.
 //!
-//! The states are copies of a stored colony of 1,024 cells, and of a stored jammed compaction of 1,000 ellipsoids, side
-//! by side; each copy is a problem of its own, so the solver's iterations do not grow with their number here.
+//! The states are copies of a stored colony of 1,024 cells, of a stored jammed compaction of 1,000 ellipsoids and of
+//! 1,000 rods packed into a ball, side by side; each copy is a problem of its own, so the solver's iterations do not
+//! grow with their number here.
 
+use super::paper::packing;
 use super::{StudyError, copy_bandwidth, tiled};
+use crate::bodies::Bodies;
 use crate::gpu::{Counters, Gpu};
 use crate::scene::Scene;
 use crate::simulation::{Compute, Simulation};
 use crate::step::Phases;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
 /// What is measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -21,20 +24,42 @@ pub enum Kind {
     Colony,
     /// Jammed ellipsoids.
     Compaction,
+    /// Rods packed into a ball.
+    Packing,
 }
 
 impl Kind {
-    fn scene(self) -> &'static str {
+    /// All of them.
+    pub const ALL: [Kind; 3] = [Kind::Colony, Kind::Compaction, Kind::Packing];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
         match self {
-            Kind::Colony => "colony-full",
+            Kind::Colony => "colony",
             Kind::Compaction => "compaction",
+            Kind::Packing => "packing",
         }
     }
 
+    fn scene(self) -> Result<Scene, StudyError> {
+        const TIME: [&str; 2] = ["time.end=1", "time.dt=0.001"];
+        Ok(match self {
+            Kind::Colony => Scene::load("colony-full", TIME)?,
+            Kind::Compaction => Scene::load("compaction", TIME)?,
+            Kind::Packing => {
+                let mut scene = packing::scene(1, 1e-3)?;
+                scene.time.end = 1.0;
+                scene
+            }
+        })
+    }
+
+    /// The packed rods are those of `assets/lcps/packing.json`, 1,000 of them, at t = 15.
     fn state(self) -> &'static [u8] {
         match self {
             Kind::Colony => include_bytes!("../../assets/states/colony-1024.npz"),
             Kind::Compaction => include_bytes!("../../assets/states/compaction-1000.npz"),
+            Kind::Packing => include_bytes!("../../assets/states/packing-1000.npz"),
         }
     }
 
@@ -42,7 +67,7 @@ impl Kind {
     pub fn sizes(self, largest: usize) -> Vec<usize> {
         let all: Vec<usize> = match self {
             Kind::Colony => (10..=20).map(|k| 1 << k).collect(),
-            Kind::Compaction => (3..=6).map(|k| 10usize.pow(k)).collect(),
+            Kind::Compaction | Kind::Packing => (3..=6).map(|k| 10usize.pow(k)).collect(),
         };
         all.into_iter().filter(|n| *n <= largest).collect()
     }
@@ -67,6 +92,8 @@ pub struct Row {
     pub stages_ms: [f64; 5],
     /// Recursions a step.
     pub recursions: f64,
+    /// Iterations of the solver a step.
+    pub iterations: f64,
     /// Products with A a step.
     pub products: f64,
     /// Microseconds an iteration of the solver.
@@ -94,12 +121,31 @@ fn product_bytes(constraints: usize, planar: bool, number: usize) -> f64 {
     constraints as f64 * (4 * block + 2 * block + 2 * 4 + 8 + 4 * number) as f64
 }
 
+/// The scene of a kind, and so many bodies to start it from.
+pub(super) fn start(kind: Kind, bodies: usize) -> Result<(Scene, Bodies), StudyError> {
+    Ok((kind.scene()?, tiled(kind.state(), bodies)?))
+}
+
 /// Steps `bodies` bodies of a kind and times `steps` steps after `warm_up` others, in which pipelines are compiled and
 /// multipliers remembered.
-pub fn measure(kind: Kind, bodies: usize, [warm_up, steps]: [usize; 2], compute: &Compute) -> Result<Row, StudyError> {
-    let scene = Scene::load(kind.scene(), ["time.end=1", "time.dt=0.001"])?;
+pub fn measure(kind: Kind, bodies: usize, steps: [usize; 2], compute: &Compute) -> Result<Row, StudyError> {
+    let bandwidth = match compute {
+        Compute::Cpu | Compute::Auto(_) => None,
+        Compute::Gpu { gpu, .. } => Some(copy_bandwidth(gpu)?),
+    };
+    measure_with(kind, bodies, steps, compute, bandwidth)
+}
+
+/// The same, with what the device copies a second where that is known.
+pub(super) fn measure_with(
+    kind: Kind,
+    bodies: usize,
+    [warm_up, steps]: [usize; 2],
+    compute: &Compute,
+    bandwidth: Option<f64>,
+) -> Result<Row, StudyError> {
+    let (scene, start) = start(kind, bodies)?;
     let planar = scene.planar;
-    let start = tiled(kind.state(), bodies)?;
     let mut simulation = Simulation::builder(scene).bodies(start).on(compute).build()?;
     for _ in 0..warm_up {
         simulation.step()?;
@@ -130,13 +176,10 @@ pub fn measure(kind: Kind, bodies: usize, [warm_up, steps]: [usize; 2], compute:
     let a_step = |x: f64| x / steps.max(1) as f64;
     let ms = |d: Duration| a_step(1e3 * d.as_secs_f64());
     let iteration = phases.solve.as_secs_f64() / (iterations.max(1)) as f64;
-    let bandwidth_floor = match simulation.device() {
-        Some(gpu) => {
-            let bytes = product_bytes(constraints, planar, simulation.precision().bytes());
-            iteration * copy_bandwidth(gpu)? / bytes.max(1.0)
-        }
-        None => 0.0,
-    };
+    let bandwidth_floor = bandwidth.map_or(0.0, |bandwidth| {
+        let bytes = product_bytes(constraints, planar, simulation.precision().bytes());
+        iteration * bandwidth / bytes.max(1.0)
+    });
     let counted = |of: fn(&Counters) -> u64| a_step((of(&after) - of(&before)) as f64);
     Ok(Row {
         kind,
@@ -150,6 +193,7 @@ pub fn measure(kind: Kind, bodies: usize, [warm_up, steps]: [usize; 2], compute:
         step_ms: ms(wall),
         stages_ms: [phases.broad_phase, phases.narrow_phase, phases.solve, phases.integrate, phases.growth].map(ms),
         recursions: a_step(f64::from(recursions)),
+        iterations: a_step(iterations as f64),
         products: a_step(products as f64),
         iteration_us: 1e6 * iteration,
         pairs_per_second: pairs as f64 / phases.narrow_phase.as_secs_f64().max(1e-9),

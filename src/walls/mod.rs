@@ -43,7 +43,7 @@ pub struct WallContact {
 }
 
 impl WallContact {
-    fn new(body: usize, wall: usize, found: Separation) -> WallContact {
+    pub(crate) fn new(body: usize, wall: usize, found: Separation) -> WallContact {
         WallContact { body, wall, separation: found.separation, normal: found.normal, lever: found.lever_a }
     }
 
@@ -125,6 +125,17 @@ impl Walls {
             return Vec::new();
         }
         (0..bodies.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK).flat_map_iter(of_body).collect()
+    }
+
+    /// Every body and surface that a bound does not keep apart by more than `cutoff`, sorted by body, then surface.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn candidates(&self, bodies: &Bodies, cutoff: f64) -> Vec<[usize; 2]> {
+        let of_body = |body: usize| {
+            let placed = bodies.placed(body);
+            let near = move |(_, surface): &(usize, &Surface)| surface.bound(&placed) <= cutoff;
+            self.surfaces.iter().enumerate().filter(near).map(move |(at, _)| [body, at])
+        };
+        (0..bodies.len()).flat_map(of_body).collect()
     }
 
     /// How far the body that is farthest outside reaches past a wall; zero where all are inside.

@@ -199,7 +199,7 @@ fn the_picture_of_a_run_can_be_left_out() {
 }
 
 #[test]
-fn contacts_have_a_head_and_ids_and_refuse_a_backend() {
+fn contacts_have_a_head_and_ids_and_a_precision_without_a_device_is_refused() {
     let place = Place::new();
     place.relcp(&["run", "rods.json", "--quiet", "--out", "run"]).expect(0);
     let out = place.relcp(&["contacts", "run", "--cutoff", "1"]).expect(0).out;
@@ -210,7 +210,8 @@ fn contacts_have_a_head_and_ids_and_refuse_a_backend() {
     let printed: Value =
         serde_json::from_str(&place.relcp(&["contacts", "run", "--cutoff", "1", "--json"]).expect(0).out).unwrap();
     assert_eq!((&printed["contacts"][0]["id_a"], &printed["contacts"][0]["id_b"]), (&json!(0), &json!(1)));
-    for option in [["--backend", "gpu"], ["--precision", "f32"], ["--adapter", "x"]] {
+    assert_eq!((&printed["backend"], &printed["precision"]), (&json!("cpu"), &json!("f64")));
+    for option in [["--precision", "f32"], ["--adapter", "x"]] {
         place.relcp(&[&["contacts", "run"], &option[..]].concat()).expect(2);
     }
 }

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 /// A device of a test's own, to be spoilt.
-fn own() -> Option<Arc<Gpu>> {
+pub fn own() -> Option<Arc<Gpu>> {
     let name = device()?.name().to_owned();
     Some(Arc::new(Gpu::open(&Choice { name: Some(name), software: true, ..Choice::default() }).unwrap()))
 }

@@ -7,6 +7,7 @@
 mod automatic;
 mod branches;
 mod broad_phase;
+mod contacts;
 mod device;
 mod faults;
 mod inertia;
@@ -15,6 +16,7 @@ mod lcp;
 mod midpoint;
 mod passing;
 mod periodic;
+mod profile;
 mod render;
 mod rows;
 mod runs;

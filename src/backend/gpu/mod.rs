@@ -10,6 +10,7 @@ mod ahead;
 mod branch_source;
 mod branches;
 mod candidates;
+mod contacts;
 mod growing;
 mod midpoint;
 mod passing;
@@ -37,6 +38,7 @@ use crate::step::{self, Backend, Fault, Model, Overlap, Passed, Phases, RetryBac
 use crate::walls::{Walls, surface_of};
 use crate::warm::Warm;
 use candidates::Candidates;
+pub use contacts::{contacts, wall_contacts};
 use midpoint::Part;
 use rows::Rows;
 use separations::Report;

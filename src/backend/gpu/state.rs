@@ -65,13 +65,7 @@ impl Poses {
         }
         self.cells.write(gpu, 0, bytemuck::cast_slice(&cells));
         self.remainders.write(gpu, 0, &precision.encode(remainders));
-        let parts = |q: &DQuat| {
-            let q = q.to_array();
-            let coarse = q.map(|x| (x / TURN_PITCH).round() * TURN_PITCH);
-            let fine = std::array::from_fn(|i| q[i] - coarse[i]);
-            [coarse, fine].concat()
-        };
-        self.orientations.write(gpu, 0, &precision.encode(bodies.orientation.iter().flat_map(parts)));
+        self.orientations.write(gpu, 0, &precision.encode(bodies.orientation.iter().flat_map(coarse_and_fine)));
         let twist = |i: usize| {
             let (u, mut w) = (bodies.velocity[i], bodies.angular_velocity[i]);
             if setup.keeps_momentum() {
@@ -134,6 +128,13 @@ impl Shapes {
         record.copy(&from.shapes, 0, &self.shapes, 0, bodies * from.shapes.element() as u64);
         record.copy(&from.lengths, 0, &self.lengths, 0, bodies * from.lengths.element() as u64);
     }
+}
+
+/// An orientation as its coarse part, multiples of a pitch, and the rest.
+pub(super) fn coarse_and_fine(q: &DQuat) -> [f64; 8] {
+    let q = q.to_array();
+    let coarse = q.map(|x| (x / TURN_PITCH).round() * TURN_PITCH);
+    std::array::from_fn(|i| if i < 4 { coarse[i] } else { q[i - 4] - coarse[i - 4] })
 }
 
 /// A length as a coarse part, a multiple of the pitch, and the rest.

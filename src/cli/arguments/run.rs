@@ -84,7 +84,8 @@ pub(in crate::cli) struct Run {
     /// At the end write a page that shows the run in a browser, as `relcp view` does
     #[arg(long)]
     pub(in crate::cli) view: bool,
-    /// Print a profile: wall time by phase and peak memory; on a GPU also pipelines, buffers, dispatches and read-backs
+    /// Print a profile: wall time by phase and peak memory; on a GPU also times, dispatches, read-backs and bytes by
+    /// stage, pipelines and buffers
     #[arg(long)]
     pub(in crate::cli) profile: bool,
     #[command(flatten)]

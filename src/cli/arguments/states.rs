@@ -1,7 +1,7 @@
 //! Arguments of commands that look at states: contacts, export, measure, render, view.
 
 use super::number::{length, positive, range, size};
-use super::{Backend, Figures, MOST_THREADS, Print, complete};
+use super::{Backend, Figures, MOST_THREADS, Precision, Print, complete};
 use clap::{Args, ValueEnum, ValueHint};
 use relcp::figure::Format;
 use relcp::render::{Background, Fit, Quantity, Side};
@@ -14,9 +14,10 @@ const CONTACTS_EXAMPLES: &str = "\
 Examples:
   relcp contacts runs/colony
   relcp contacts runs/colony/final.json --json
-  relcp contacts runs/colony/states/state_0000000100.npz --cutoff 0.01";
+  relcp contacts runs/colony/states/state_0000000100.npz --cutoff 0.01
+  relcp contacts runs/colony --backend gpu             on a device, in its precision";
 
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(after_help = CONTACTS_EXAMPLES)]
 pub(in crate::cli) struct Contacts {
     /// A scene file, the name of a built-in scene, a run's final.json, one of its states (.npz; it knows no walls), or
@@ -26,7 +27,16 @@ pub(in crate::cli) struct Contacts {
     /// Pairs nearer than this, a length; in a periodic scene at most the shortest period
     #[arg(long, value_name = "LENGTH", default_value_t = 0.0, value_parser = length)]
     pub(in crate::cli) cutoff: f64,
-    /// How many threads; without it, one a core. Contacts are always computed in f64 by the CPU
+    /// What computes them: the CPU in f64; gpu a device, and a software adapter too; auto a hardware GPU if there is one
+    #[arg(long, value_enum, default_value = "cpu")]
+    pub(in crate::cli) backend: Backend,
+    /// The adapter, by a part of its name; `relcp devices` lists them
+    #[arg(long, value_name = "NAME")]
+    pub(in crate::cli) adapter: Option<String>,
+    /// Floating-point precision [default: f32 on a GPU, f64 on the CPU]
+    #[arg(long, value_enum)]
+    pub(in crate::cli) precision: Option<Precision>,
+    /// How many threads; without it, one a core
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) threads: Option<u16>,
     #[command(flatten)]

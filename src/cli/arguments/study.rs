@@ -1,5 +1,6 @@
 //! Arguments of studies.
 
+use super::number::positive;
 use super::{Compute, Figures, Print};
 use clap::{Args, ValueEnum, ValueHint};
 use std::path::PathBuf;
@@ -30,7 +31,9 @@ pub(in crate::cli) enum StudyName {
     Hard,
     /// Conservation in inertial motion: angular momentum and energy of tops, energy of heaps
     Inertia,
-    /// All of them, each in a folder of its own, and an index of their pages
+    /// One device: its results against the CPU's, bandwidth, time of steps and iterations, a growing colony
+    Device,
+    /// All but that of a device, each in a folder of its own, and an index of their pages
     All,
 }
 
@@ -42,6 +45,7 @@ Examples:
   relcp study work-precision --backend gpu             on the CPU, and on a device too
   relcp study hard --quick
   relcp study hard --random 200 --confined 40 --seed 3 scenes that nobody thought of
+  relcp study device --minutes 9                       the same again goes on
   relcp study all --quick --out studies                some minutes
   relcp run colony --set solver.dump.when=slow --out runs/slow
   relcp study solvers runs/slow                        every solver on its slow LCPs";
@@ -64,6 +68,12 @@ pub(in crate::cli) struct Study {
     /// For throughput: what is stepped, if not both
     #[arg(long, value_enum, value_name = "WHAT")]
     pub(in crate::cli) of: Option<relcp::study::throughput::Kind>,
+    /// For device: the numbers of bodies, by commas [default: 1024 to 1048576, each four times the one before]
+    #[arg(long, value_name = "N", value_delimiter = ',', value_parser = bodies)]
+    pub(in crate::cli) sizes: Vec<usize>,
+    /// For device: minutes that this call may take; what does not fit is left to the next call
+    #[arg(long, value_name = "MINUTES", default_value_t = 9.0, value_parser = positive)]
+    pub(in crate::cli) minutes: f64,
     /// For throughput: steps timed of each size
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub(in crate::cli) steps: u32,
@@ -85,7 +95,7 @@ pub(in crate::cli) struct Study {
     /// Fewer iterations, or fewer and shorter runs: a minute or two at most; of throughput with all only
     #[arg(long)]
     pub(in crate::cli) quick: bool,
-    /// Where the tables go; with all, a folder for each study in it
+    /// Where the tables go; with all, a folder for each study in it; with device and without --out, one by its name
     #[arg(long, value_name = "DIR", default_value = "studies", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: PathBuf,
     #[command(flatten)]
@@ -95,3 +105,14 @@ pub(in crate::cli) struct Study {
     #[command(flatten)]
     pub(in crate::cli) print: Print,
 }
+
+/// A number of bodies.
+fn bodies(text: &str) -> Result<usize, String> {
+    text.parse()
+        .ok()
+        .filter(|n| (1..=MOST_BODIES).contains(n))
+        .ok_or_else(|| format!("it is not a whole number from 1 to {MOST_BODIES}"))
+}
+
+/// Bodies of a study of a device at most.
+const MOST_BODIES: usize = 1 << 24;

@@ -24,6 +24,7 @@ fn said(place: &Place, command: &str, more: &str) -> String {
             format!("batch one.json --out {out}")
         }
         "render" => format!("render run --last --size 64x36 --no-movie --out {out}"),
+        "contacts" => "contacts run --cutoff 1".into(),
         "study" => format!("study hard --random 1 --quick --out {out}"),
         other => other.into(),
     };
@@ -31,7 +32,7 @@ fn said(place: &Place, command: &str, more: &str) -> String {
     let printed = place.relcp(&line.split_whitespace().collect::<Vec<_>>()).expect(0).out;
     let document: Value = serde_json::from_str(&printed).unwrap();
     match command {
-        "run" => format!("{} {} {}", document["backend"], document["adapter"], document["precision"]),
+        "run" | "contacts" => format!("{} {} {}", document["backend"], document["adapter"], document["precision"]),
         "batch" => {
             let folder = document["members"][0]["folder"].as_str().unwrap();
             let summary = place.json(&format!("{out}/{folder}/summary.json"));

@@ -133,7 +133,7 @@ fn tiny(place: &Place, command: &str, out: &str) -> Vec<String> {
             format!("batch sweep.json --backend cpu --out {out}")
         }
         "check" => "check rods.json".into(),
-        "contacts" => "contacts run --cutoff 1".into(),
+        "contacts" => "contacts run --cutoff 1 --backend cpu".into(),
         "export" => format!("export run --format xyz --out {out}"),
         "measure" => format!("measure run --out {out}"),
         "render" => format!("render run --size 64x36 --no-movie --backend cpu --out {out}"),

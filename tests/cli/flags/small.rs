@@ -1,6 +1,6 @@
 //! Flags of `scenes`, `check`, `contacts`, `export`, `devices` and `schema`.
 
-use super::{Case, Place, case, fresh, json, ran, shows_json, shows_quiet, threads};
+use super::{Case, Place, case, compute, fresh, json, ran, shows_json, shows_quiet, threads};
 use serde_json::Value;
 
 pub const CASES: &[Case] = &[
@@ -9,6 +9,9 @@ pub const CASES: &[Case] = &[
     case("check", "--json", shows_json),
     case("check", "--quiet", shows_quiet),
     case("contacts", "--cutoff", cutoff),
+    case("contacts", "--backend", compute::shows_backend),
+    case("contacts", "--adapter", compute::shows_adapter),
+    case("contacts", "--precision", compute::shows_precision),
     case("contacts", "--threads", threads::shows),
     case("contacts", "--json", shows_json),
     case("contacts", "--quiet", shows_quiet),

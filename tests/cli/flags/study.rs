@@ -9,6 +9,8 @@ pub const CASES: &[Case] = &[
     case("study", "--largest", largest),
     case("study", "--smallest", smallest),
     case("study", "--of", of),
+    case("study", "--sizes", sizes_of_a_device),
+    case("study", "--minutes", minutes),
     case("study", "--steps", steps),
     case("study", "--warm-up", warm_up),
     case("study", "--make-references", make_references),
@@ -61,6 +63,42 @@ fn of(place: &Place, _: &str) {
     assert_eq!(throughput(place).0[0]["kind"], "colony");
     assert!(sizes(&study(place, "throughput --of colony --largest 1000").0).is_empty());
     ran(place, "study", &["--of", "rods"]).expect(2);
+}
+
+/// A study of a device that has no time for anything: what it would measure.
+fn device(place: &Place, more: &str) -> Option<(Value, String)> {
+    let out = fresh();
+    let line = format!("study device --quick --quiet --json --minutes 1e-9 --out {out} {more}");
+    let ran = place.relcp(&line.split_whitespace().collect::<Vec<_>>());
+    if ran.status == Some(5) {
+        println!("SKIP relcp study device: there is no adapter");
+        return None;
+    }
+    assert_eq!(ran.status, Some(0), "{ran:#?}");
+    Some((serde_json::from_str(&ran.out).unwrap(), out))
+}
+
+fn sizes_of_a_device(place: &Place, _: &str) {
+    ran(place, "study", &["--sizes", "24"]).expect(2);
+    place.relcp(&["study", "device", "--sizes", "0"]).expect(2);
+    let Some((numbers, _)) = device(place, "--sizes 96,24 --precision f32") else { return };
+    let speeds = numbers["skipped"].as_object().unwrap().keys().filter(|name| name.starts_with("speed/colony/"));
+    assert_eq!(speeds.collect::<Vec<_>>(), ["speed/colony/24/f32", "speed/colony/96/f32"]);
+}
+
+/// Without time nothing is measured and all is told; the results stay where they are damaged.
+fn minutes(place: &Place, _: &str) {
+    place.relcp(&["study", "device", "--minutes", "0"]).expect(2);
+    place.relcp(&["study", "device", "--backend", "cpu"]).expect(2);
+    let Some((numbers, out)) = device(place, "") else { return };
+    assert!(numbers["items"].as_object().unwrap().is_empty(), "{numbers}");
+    assert!(numbers["skipped"]["bandwidth"].as_str().unwrap().contains("no time"), "{numbers}");
+    assert!(std::fs::read_to_string(place.at(&out).join("report.md")).unwrap().contains("was left out: no time"));
+    let file = place.at(&out).join("report.json");
+    std::fs::write(&file, "{").unwrap();
+    let err = place.relcp(&["study", "device", "--quiet", "--minutes", "1e-9", "--out", &out]).expect(4).err;
+    assert!(err.contains("damaged") && err.contains("report.json"), "{err}");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "{");
 }
 
 fn steps(place: &Place, _: &str) {

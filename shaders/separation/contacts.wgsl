@@ -1,0 +1,32 @@
+// The separations of pairs of bodies as they are: those of a list of contacts. Three vectors a pair: (normal,
+// separation), the lever of a, the lever of b.
+
+struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
+@group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
+@group(0) @binding(4) var<storage, read> orientations: array<vec4r>;
+@group(0) @binding(5) var<storage, read> shapes: array<vec4r>;
+@group(0) @binding(6) var<storage, read_write> contacts: array<vec4r>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let p = invocation(group, groups, local);
+    if p >= parameters.pairs { return; }
+    let a = pairs[p].x;
+    let b = pairs[p].y;
+    if !is_of_families(u32(shapes[a].w), u32(shapes[b].w)) { return; }
+    let delta = lattice_difference(cells[a].xyz, remainders[a].xyz, cells[b].xyz, remainders[b].xyz);
+    let body_a = placed(shapes[a], orientations[2u * a], orientations[2u * a + 1u]);
+    let body_b = placed(shapes[b], orientations[2u * b], orientations[2u * b + 1u]);
+    let found = separate(delta, body_a, body_b, vec3r(0.0, 0.0, 0.0));
+    contacts[3u * p] = vec4r(found.normal, found.separation);
+    contacts[3u * p + 1u] = vec4r(found.lever_a, 0.0);
+    contacts[3u * p + 2u] = vec4r(found.lever_b, 0.0);
+}

@@ -1,0 +1,196 @@
+//! The contacts of a state on a device, computed afresh, as [`crate::step::contacts`] and [`Walls::contacts`] do on the
+//! CPU: it shares nothing with the steps but the functions of separations.
+//!
+//! The host lists the candidates from boxes, with their images; the device computes their separations, normals and
+//! levers in its precision.
+
+use super::state::coarse_and_fine;
+use super::words;
+use crate::bodies::Bodies;
+use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Source, fragment};
+use crate::separation::Separation;
+use crate::separation::gpu::{PairFamilies, add_bodies_to, add_places_to, surface_numbers};
+use crate::step::{Candidate, Contact, candidates};
+use crate::walls::{AtSurface, WallContact, Walls};
+use glam::{DVec3, I64Vec3};
+use std::collections::HashMap;
+
+/// Pairs handed to a device at once: their contacts take 96 MiB in 64-bit numbers.
+const PAIRS_AT_ONCE: usize = 1 << 20;
+
+/// Numbers of a pair's contact: three vectors.
+const NUMBERS: usize = 12;
+
+/// Every pair of bodies whose separation is at most `cutoff`, in the order of [`crate::step::contacts`].
+///
+/// # Errors
+/// [`GpuError::Unsupported`] for custom shapes and bodies beyond the lattice, or what the device refuses.
+pub fn contacts(gpu: &Gpu, precision: Precision, bodies: &Bodies, cutoff: f64) -> Result<Vec<Contact>, GpuError> {
+    let lattice = lattice(gpu, precision, bodies)?;
+    let (cutoff, mut found) = candidates(bodies, cutoff);
+    // A ring and an ellipsoid have no separation, as on the CPU.
+    found.retain(|candidate| {
+        let [a, b] = candidate.bodies.map(|i| &bodies.shape[i]);
+        PairFamilies::of(a, b).is_some()
+    });
+    let families = PairFamilies::needed(bodies.shape.iter().copied());
+    let kernel = |families: &PairFamilies| {
+        let source = families.add_to(base(&lattice, precision, families.name()), false);
+        Kernel::new(gpu, &source.include(fragment!("separation/contacts.wgsl")))
+    };
+    let kernels = if found.is_empty() { Vec::new() } else { families.iter().map(kernel).collect::<Result<_, _>>()? };
+    let mut contacts = Vec::new();
+    for part in found.chunks(PAIRS_AT_ONCE) {
+        let (places, pairs) = places(bodies, part);
+        let placed = Placed::new(gpu, precision, &lattice, bodies, &places)?;
+        let separations = separate(gpu, precision, &kernels, &placed, &pairs, None)?;
+        let near = part.iter().zip(separations).filter(|(_, found)| found.separation <= cutoff);
+        contacts.extend(near.map(|(candidate, found)| Contact::new(*candidate, found)));
+    }
+    Ok(contacts)
+}
+
+/// Every body and surface whose separation is at most `cutoff`, in the order of [`Walls::contacts`].
+///
+/// # Errors
+/// As [`contacts`]; walls beyond the lattice too.
+pub fn wall_contacts(
+    gpu: &Gpu,
+    precision: Precision,
+    (bodies, walls): (&Bodies, &Walls),
+    cutoff: f64,
+) -> Result<Vec<WallContact>, GpuError> {
+    let lattice = lattice(gpu, precision, bodies)?;
+    let found = walls.candidates(bodies, cutoff);
+    if found.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut numbers = Vec::new();
+    for surface in walls.surfaces() {
+        numbers.extend(surface_numbers(surface, &lattice)?);
+    }
+    let surfaces = Buffer::reals(gpu, "surfaces", precision, 4, numbers)?;
+    let source = add_places_to(base(&lattice, precision, "surfaces"), &lattice, &bodies.shape);
+    let source = source.integer("PLACES", AtSurface::PLACES).include(fragment!("walls/contacts.wgsl"));
+    let kernels = [Kernel::new(gpu, &source)?];
+    let mut contacts = Vec::new();
+    for part in found.chunks(PAIRS_AT_ONCE) {
+        let places: Vec<_> = part.iter().map(|[body, _]| (*body, I64Vec3::ZERO)).collect();
+        let placed = Placed::new(gpu, precision, &lattice, bodies, &places)?;
+        let pairs: Vec<[u32; 2]> = part.iter().enumerate().map(|(i, [_, at])| [i as u32, *at as u32]).collect();
+        let separations = separate(gpu, precision, &kernels, &placed, &pairs, Some(&surfaces))?;
+        let near = part.iter().zip(separations).filter(|(_, found)| found.separation <= cutoff);
+        contacts.extend(near.map(|([body, at], found)| WallContact::new(*body, walls.wall_of(*at), found)));
+    }
+    Ok(contacts)
+}
+
+/// The lattice for these bodies.
+fn lattice(gpu: &Gpu, precision: Precision, bodies: &Bodies) -> Result<Lattice, GpuError> {
+    gpu.check(precision)?;
+    if let Some(shape) = bodies.shape.iter().find(|shape| shape.tag().constant().is_none()) {
+        return Err(GpuError::Unsupported { what: format!("{}s", shape.name()) });
+    }
+    let thickness = bodies.shape.iter().map(|shape| shape.thickness()).fold(f64::INFINITY, f64::min);
+    Lattice::for_thickness(if thickness.is_finite() { thickness } else { 1.0 })
+}
+
+fn base(lattice: &Lattice, precision: Precision, name: &str) -> Source {
+    let source = lattice.define(Source::new(format!("contacts: {name}"), precision));
+    add_bodies_to(source.include(fragment!("common/quaternion.wgsl")).include(fragment!("common/orientation.wgsl")))
+        .include(fragment!("separation/placed.wgsl"))
+}
+
+/// The bodies of these candidates, each image that is met once, and the pairs of places in that list.
+fn places(bodies: &Bodies, candidates: &[Candidate]) -> (Vec<(usize, I64Vec3)>, Vec<[u32; 2]>) {
+    let mut places: Vec<_> = (0..bodies.len()).map(|i| (i, I64Vec3::ZERO)).collect();
+    let mut images: HashMap<(usize, [i64; 3]), u32> = HashMap::new();
+    let pair = |Candidate { bodies: [a, b], image }: &Candidate| {
+        let place = if *image == I64Vec3::ZERO {
+            *b as u32
+        } else {
+            *images.entry((*b, image.to_array())).or_insert_with(|| {
+                places.push((*b, *image));
+                places.len() as u32 - 1
+            })
+        };
+        [*a as u32, place]
+    };
+    let pairs = candidates.iter().map(pair).collect();
+    (places, pairs)
+}
+
+/// Bodies at their places.
+struct Placed {
+    cells: Buffer,
+    remainders: Buffer,
+    orientations: Buffer,
+    shapes: Buffer,
+}
+
+impl Placed {
+    fn new(
+        gpu: &Gpu,
+        precision: Precision,
+        lattice: &Lattice,
+        bodies: &Bodies,
+        places: &[(usize, I64Vec3)],
+    ) -> Result<Self, GpuError> {
+        let (mut cells, mut remainders) = (Vec::<i32>::new(), Vec::new());
+        for (body, image) in places {
+            for x in (bodies.position[*body] + bodies.periods.shift(*image)).to_array() {
+                let (cell, remainder) = lattice.split(x)?;
+                cells.push(cell);
+                remainders.push(remainder);
+            }
+            cells.push(0);
+            remainders.push(0.0);
+        }
+        let orientations = places.iter().flat_map(|(body, _)| coarse_and_fine(&bodies.orientation[*body]));
+        let shapes = places.iter().flat_map(|(body, _)| {
+            let (tag, [x, y, z]) = bodies.shape[*body].code();
+            [x, y, z, f64::from(tag)]
+        });
+        Ok(Placed {
+            cells: Buffer::with(gpu, "cells", 16, bytemuck::cast_slice(&cells))?,
+            remainders: Buffer::reals(gpu, "remainders", precision, 4, remainders)?,
+            orientations: Buffer::reals(gpu, "orientations", precision, 8, orientations)?,
+            shapes: Buffer::reals(gpu, "shapes", precision, 4, shapes)?,
+        })
+    }
+}
+
+/// The separations of pairs of bodies, or of bodies and surfaces where there are any.
+fn separate(
+    gpu: &Gpu,
+    precision: Precision,
+    kernels: &[Kernel],
+    placed: &Placed,
+    pairs: &[[u32; 2]],
+    surfaces: Option<&Buffer>,
+) -> Result<Vec<Separation>, GpuError> {
+    let count = pairs.len() as u64;
+    let list = Buffer::with(gpu, "pairs", 8, bytemuck::cast_slice(pairs))?;
+    let out = Buffer::new(gpu, "contacts", NUMBERS * precision.bytes(), count)?;
+    let mut record = gpu.record();
+    record.stage("contacts");
+    for kernel in kernels {
+        let mut buffers = vec![
+            ("pairs", &list),
+            ("cells", &placed.cells),
+            ("remainders", &placed.remainders),
+            ("orientations", &placed.orientations),
+            ("shapes", &placed.shapes),
+        ];
+        buffers.extend(surfaces.map(|surfaces| ("surfaces", surfaces)));
+        buffers.push(("contacts", &out));
+        record.run(kernel, &words([count as u32, 0, 0, 0]), &buffers, count);
+    }
+    let read = record.read(&[(&out, 0..count * (NUMBERS * precision.bytes()) as u64)])?;
+    let numbers = precision.decode(&read[0]);
+    let separation = |v: &[f64; NUMBERS]| {
+        let vector = |k: usize| DVec3::from_slice(&v[4 * k..]);
+        Separation { separation: v[3], normal: vector(0), lever_a: vector(1), lever_b: vector(2) }
+    };
+    Ok(numbers.as_chunks::<NUMBERS>().0.iter().map(separation).collect())
+}

@@ -1,0 +1,55 @@
+//! What a device was made to do, counted by stage.
+
+use super::Counters;
+
+/// Counters by stage, in the order in which the stages were first named. There are some twenty stages at most, so they
+/// are looked for one after the other.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tally {
+    stages: Vec<(&'static str, Counters)>,
+    /// Bytes written for the next submission.
+    for_next: u64,
+}
+
+impl Tally {
+    /// The counters of a stage.
+    pub fn of(&mut self, stage: &'static str) -> &mut Counters {
+        let at = self.stages.iter().position(|(name, _)| *name == stage).unwrap_or_else(|| {
+            self.stages.push((stage, Counters::default()));
+            self.stages.len() - 1
+        });
+        &mut self.stages[at].1
+    }
+
+    /// Counts bytes that the host wrote. They belong to the submission that follows.
+    pub fn write(&mut self, bytes: u64) {
+        self.for_next += bytes;
+    }
+
+    /// Adds what a submission is made of, which ended in `stage`. What was written before belongs to its first stage.
+    pub fn submit(&mut self, submission: &mut Tally, stage: &'static str) {
+        let first = submission.stages.first().map_or(stage, |(first, _)| first);
+        self.of(first).bytes_written += std::mem::take(&mut self.for_next);
+        for (name, counters) in submission.stages.drain(..) {
+            *self.of(name) += counters;
+        }
+        self.of(stage).submissions += 1;
+    }
+
+    /// Stages and counters; bytes that no submission followed yet are those of `other`.
+    pub fn stages(&self) -> Vec<(&'static str, Counters)> {
+        let mut all = self.clone();
+        let written = std::mem::take(&mut all.for_next);
+        if written > 0 {
+            all.of(super::recorder::UNNAMED).bytes_written += written;
+        }
+        all.stages
+    }
+
+    /// The counters of all stages together.
+    pub fn total(&self) -> Counters {
+        let mut total = Counters { bytes_written: self.for_next, ..Counters::default() };
+        self.stages.iter().for_each(|(_, counters)| total += *counters);
+        total
+    }
+}
