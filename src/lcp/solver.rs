@@ -239,8 +239,7 @@ impl<const D: usize> Solver<D> {
     /// method goes on as long as it may.
     fn begin(&mut self) -> Outcome {
         let (mut status, mut iterations, mut residual) = self.iterate_and_finish_locally();
-        let unsolved =
-            matches!(status, Status::NoProgress | Status::RoundingFloor | Status::MaxIterations);
+        let unsolved = matches!(status, Status::NoProgress | Status::RoundingFloor | Status::MaxIterations);
         if self.safeguard.is_none() || !unsolved {
             let factorizations = match &self.engine {
                 Engine::InteriorPoint(method) => method.factorizations(),

@@ -95,14 +95,15 @@ impl Compute {
 
     /// An open device, in a precision, or without one in the precision that suits it.
     pub(super) fn of_device(gpu: Arc<Gpu>, precision: Option<Precision>) -> Result<Self, GpuError> {
-        let precision = precision.unwrap_or_else(|| Compute::suited(&gpu));
+        #[cfg(feature = "gpu")]
+        let precision = match precision {
+            Some(precision) => precision,
+            None => crate::gpu::suited(&gpu)?,
+        };
+        #[cfg(not(feature = "gpu"))]
+        let precision = precision.unwrap_or(Precision::F64);
         gpu.check(precision)?;
         Ok(Compute::Gpu { gpu, precision })
-    }
-
-    /// The precision that a device computes in where none is asked for.
-    fn suited(_gpu: &Gpu) -> Precision {
-        Precision::F32
     }
 
     /// Every pair of bodies whose separation is at most `cutoff`, as [`contacts`] lists them, computed by the CPU in

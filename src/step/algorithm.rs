@@ -202,10 +202,8 @@ fn midpoint(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut
 /// Whether a solve stalled with a row violated by more than the overlap tolerance: its rows have no common solution,
 /// and as rows are never changed, more of them will not give them one. It happens where a body fits a hole nowhere.
 fn contradicted(outcome: &Outcome, contact: &ContactSettings) -> bool {
-    let stalled = matches!(
-        outcome.status,
-        Status::NoProgress | Status::RoundingFloor | Status::Infeasible | Status::NotFinite
-    );
+    let stalled =
+        matches!(outcome.status, Status::NoProgress | Status::RoundingFloor | Status::Infeasible | Status::NotFinite);
     stalled && outcome.residual > contact.overlap_tolerance
 }
 

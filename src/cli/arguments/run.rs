@@ -15,7 +15,7 @@ pub(in crate::cli) struct Compute {
     /// The adapter, by a part of its name; `relcp devices` lists them
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) adapter: Option<String>,
-    /// Floating-point precision [default: f32 on a GPU, f64 on the CPU]; with --backend auto that of the GPU
+    /// Floating-point precision [default: f64 on the CPU and where it is fast on the GPU, else f32]; with --backend auto that of the GPU
     #[arg(long, value_enum)]
     pub(in crate::cli) precision: Option<Precision>,
     /// Number of threads [default: one per core]. The bits of the results do not depend on it

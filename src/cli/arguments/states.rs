@@ -33,7 +33,7 @@ pub(in crate::cli) struct Contacts {
     /// The adapter, by a part of its name; `relcp devices` lists them
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) adapter: Option<String>,
-    /// Floating-point precision [default: f32 on a GPU, f64 on the CPU]
+    /// Floating-point precision [default: f64 on the CPU and where it is fast on the GPU, else f32]
     #[arg(long, value_enum)]
     pub(in crate::cli) precision: Option<Precision>,
     /// How many threads; without it, one a core
