@@ -167,15 +167,90 @@ fn minimize_exactly(first: u32, m: u32, x: u32, w: u32, g: u32, step: real, out:
     }
 }
 
+// a z.x + b z.y = r.x, b z.x + c z.y = r.y.
+fn solve_two(a: real, b: real, c: real, r: vec2r) -> vec2r {
+    let l = b / a;
+    let second = (r.y - l * r.x) / max(c - l * b, LEAST_PIVOT * c);
+    return vec2r(r.x / a - l * second, second);
+}
+
+// The better one of two changes from y, each with the objective that it leads to, if the second one is allowed.
+fn better(best: vec4r, change: vec3r, y: vec3r, slope: vec3r, b: mat3r) -> vec4r {
+    let objective = dot(change, slope + 0.5 * (b * change));
+    let allowed = all(y + change >= vec3r()) && objective < best.w;
+    return select(best, vec4r(change, objective), allowed);
+}
+
+// Three rows, in registers: the best one of the minima with some of the rows held at zero.
+fn minimize_three(first: u32, x: u32, w: u32, g: u32, out: u32) {
+    let y = vec3r(start_of(first, x, w), start_of(first + 1u, x, w), start_of(first + 2u, x, w));
+    let slope = vec3r(slope_of(first, g, 1.0), slope_of(first + 1u, g, 1.0), slope_of(first + 2u, g, 1.0));
+    // Entries with the second and the third row.
+    let at_one = (first + 1u) * MOST_EXACT;
+    let at_two = (first + 2u) * MOST_EXACT;
+    let d = vec3r(entries[first * MOST_EXACT], entries[at_one + 1u], entries[at_two + 2u]);
+    let b01 = entries[at_one];
+    let b02 = entries[at_two];
+    let b12 = entries[at_two + 1u];
+    let b = mat3r(vec3r(d.x, b01, b02), vec3r(b01, d.y, b12), vec3r(b02, b12, d.z));
+    // None of them free.
+    var best = vec4r(-y, dot(y, 0.5 * (b * y) - slope));
+    // One.
+    let alone = b * y - d * y - slope;
+    best = better(best, vec3r(alone.x / d.x, -y.y, -y.z), y, slope, b);
+    best = better(best, vec3r(-y.x, alone.y / d.y, -y.z), y, slope, b);
+    best = better(best, vec3r(-y.x, -y.y, alone.z / d.z), y, slope, b);
+    // Two.
+    let xy = solve_two(d.x, b01, d.y, vec2r(b02, b12) * y.z - slope.xy);
+    best = better(best, vec3r(xy, -y.z), y, slope, b);
+    let xz = solve_two(d.x, b02, d.z, vec2r(b01, b12) * y.y - slope.xz);
+    best = better(best, vec3r(xz.x, -y.y, xz.y), y, slope, b);
+    let yz = solve_two(d.y, b12, d.z, vec2r(b01, b02) * y.x - slope.yz);
+    best = better(best, vec3r(-y.x, yz), y, slope, b);
+    // All, by the factors of B.
+    let l10 = b01 / d.x;
+    let l20 = b02 / d.x;
+    let d1 = max(d.y - l10 * b01, LEAST_PIVOT * d.y);
+    let l21 = (b12 - l20 * b01) / d1;
+    let d2 = max(d.z - l20 * b02 - l21 * l21 * d1, LEAST_PIVOT * d.z);
+    let r1 = l10 * slope.x - slope.y;
+    let last = (l20 * slope.x - slope.z - l21 * r1) / d2;
+    let middle = r1 / d1 - l21 * last;
+    best = better(best, vec3r(-slope.x / d.x - l10 * middle - l20 * last, middle, last), y, slope, b);
+    for (var i = 0u; i < 3u; i += 1u) {
+        let lowest = -vectors[at(x, first + i)];
+        let moved = max(number_of(w, first + i) + best[i], lowest);
+        vectors[at(out, first + i)] = select(lowest, moved, y[i] + best[i] > 0.0);
+    }
+}
+
+// Without a slope w is what is wanted wherever it leads to nothing negative.
+fn is_inside(first: u32, last: u32, x: u32, w: u32) -> bool {
+    var inside = true;
+    for (var row = first; row < last; row += 1u) {
+        inside = inside && start_of(row, x, w) >= 0.0;
+    }
+    return inside;
+}
+
 fn minimize_block(first: u32, last: u32, x: u32, w: u32, g: u32, out: u32) {
     let rows = last - first;
     if rows == 0u { return; }
+    if g == NONE && is_inside(first, last, x, w) {
+        for (var row = first; row < last; row += 1u) {
+            vectors[at(out, row)] = number_of(w, row);
+        }
+        return;
+    }
     if rows <= 2u {
         minimize_few(first, rows == 2u, x, w, g, out);
     }
+    if rows == 3u {
+        minimize_three(first, x, w, g, out);
+    }
     let parts = (rows + MOST_EXACT - 1u) / MOST_EXACT;
     let size = (rows + parts - 1u) / parts;
-    for (var row = select(last, first, rows > 2u); row < last; row += size) {
+    for (var row = select(last, first, rows > 3u); row < last; row += size) {
         minimize_exactly(row, min(size, last - row), x, w, g, 1.0 / real(parts), out);
     }
 }
