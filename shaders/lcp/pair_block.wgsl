@@ -224,33 +224,33 @@ fn minimize_three(first: u32, x: u32, w: u32, g: u32, out: u32) {
     }
 }
 
-// Without a slope w is what is wanted wherever it leads to nothing negative.
-fn is_inside(first: u32, last: u32, x: u32, w: u32) -> bool {
-    var inside = true;
-    for (var row = first; row < last; row += 1u) {
+// Without a slope w is what is wanted wherever it leads to nothing negative. One and two rows find that by themselves.
+fn is_inside(first: u32, last: u32, x: u32, w: u32, g: u32) -> bool {
+    let many = last - first > 2u && g == NONE;
+    var inside = many;
+    for (var row = select(last, first, many); row < last; row += 1u) {
         inside = inside && start_of(row, x, w) >= 0.0;
     }
     return inside;
 }
 
+// What is seldom needed stands in loops of few rounds: drivers without branches run through all else.
 fn minimize_block(first: u32, last: u32, x: u32, w: u32, g: u32, out: u32) {
     let rows = last - first;
     if rows == 0u { return; }
-    if g == NONE && is_inside(first, last, x, w) {
-        for (var row = first; row < last; row += 1u) {
-            vectors[at(out, row)] = number_of(w, row);
-        }
-        return;
-    }
     if rows <= 2u {
         minimize_few(first, rows == 2u, x, w, g, out);
     }
-    if rows == 3u {
+    let inside = is_inside(first, last, x, w, g);
+    for (var row = select(last, first, inside); row < last; row += 1u) {
+        vectors[at(out, row)] = number_of(w, row);
+    }
+    for (var round = select(1u, 0u, rows == 3u && !inside); round < 1u; round += 1u) {
         minimize_three(first, x, w, g, out);
     }
     let parts = (rows + MOST_EXACT - 1u) / MOST_EXACT;
     let size = (rows + parts - 1u) / parts;
-    for (var row = select(last, first, rows > 3u); row < last; row += size) {
+    for (var row = select(last, first, rows > 3u && !inside); row < last; row += size) {
         minimize_exactly(row, min(size, last - row), x, w, g, 1.0 / real(parts), out);
     }
 }

@@ -6,6 +6,7 @@
 @group(0) @binding(3) var<storage, read> jacobian: array<vec4r>;
 @group(0) @binding(4) var<storage, read_write> vectors: array<real>;
 @group(0) @binding(5) var<storage, read_write> entries: array<real>;
+@group(0) @binding(6) var<storage, read_write> span: array<u32>;
 
 fn alive(row: u32) -> bool { return vectors[at(INVERSE, row)] > 0.0; }
 
@@ -54,6 +55,9 @@ fn main(
     if slot >= parameters.pairs { return; }
     let first = block_start[slot];
     let rows = block_start[slot + 1u] - first;
+    for (var i = 0u; i < rows; i += 1u) {
+        span[first + i] = select(first + rows, (first + rows) | FIRST_OF_PAIR, i == 0u);
+    }
     if rows == 2u { prepare_two(first); }
     if rows < 3u { return; }
     let parts = (rows + MOST_EXACT - 1u) / MOST_EXACT;

@@ -108,6 +108,7 @@ impl Variant {
             .integer("RING", RING)
             .integer("GRID_WORDS", GRID_WORDS as u32)
             .integer("MOST_EXACT", MOST_EXACT)
+            .integer("FIRST_OF_PAIR", 1 << 31)
             .real("REGULARIZATION", shift)
             .real("SHIFT", 1.0 + shift)
             .real("SHIFT_OF_DETERMINANT", shift * (2.0 + shift))
@@ -151,7 +152,7 @@ impl Variant {
             source = self.instructions(source);
         }
         if shape.has_block() {
-            source = source.include(fragment!("lcp/pair_block.wgsl"));
+            source = source.include(fragment!("lcp/pair_block.wgsl")).include(fragment!("lcp/spans.wgsl"));
         }
         if shape.is_exact() {
             source = source.include(fragment!("lcp/two_sums.wgsl")).include(fragment!("lcp/exact.wgsl"));

@@ -13,8 +13,10 @@ use super::turns::{self, Part, TURN_WORDS};
 use crate::gpu::{Bound, Buffer, Gpu, GpuError, Precision, Recorder, WORKGROUP};
 use std::ops::Range;
 
-/// Workgroups of a stage at most; beyond, invocations take several rows.
-const MOST_GROUPS: u64 = 1024;
+/// Workgroups of a stage at most; beyond, invocations take several rows. Each of them brings the partial sums of all
+/// together, so that very many cost more than they gain. On lavapipe 2 to 64 cost the same within the noise at 2,900 rows;
+/// not measured on hardware.
+const MOST_GROUPS: u64 = 512;
 
 /// Rows, pairs or bodies up to which one workgroup does it all, unless set otherwise. On lavapipe it took a third of
 /// the time at 32 rows, half of it at 256 and 0.6 of it at 1,024, with two busy cores.
@@ -31,6 +33,8 @@ pub(crate) struct Machine {
     variant: Variant,
     kernels: Kernels,
     pub largest_small: u64,
+    /// Workgroups of a stage at most.
+    pub most_groups: u64,
     /// Looks of the first batch of a solve and of the others.
     pub looks: [usize; 2],
     program: Buffer,
@@ -44,6 +48,8 @@ pub(crate) struct Machine {
     lists: Buffer,
     /// The blocks of pairs of more than two rows.
     entries: Buffer,
+    /// Where each row's pair ends, marked at its first row.
+    span: Buffer,
 }
 
 /// Partial sums of one stage, of the next, and of what confirms a look.
@@ -78,9 +84,9 @@ struct Run<'a, 'g> {
     problem: &'a DeviceProblem,
     record: Recorder<'g>,
     base: Parameters,
-    /// Workgroups for rows and pairs, and for bodies.
+    /// Workgroups for rows, and for bodies.
     groups: [u64; 2],
-    /// Rows or pairs, and bodies, beyond one an invocation.
+    /// Rows, and bodies, beyond one an invocation.
     beyond: [u64; 2],
     /// Whether a look was made, so that the rest may be skipped.
     looked: bool,
@@ -92,6 +98,7 @@ impl Machine {
         Ok(Machine {
             kernels: Kernels::default(),
             largest_small: if gpu.is_software() { LARGEST_SMALL_ON_SOFTWARE } else { LARGEST_SMALL },
+            most_groups: MOST_GROUPS,
             looks: LOOKS_OF_BATCHES,
             program: Buffer::new(gpu, "lcp-program", 16, 1)?,
             scalars: Buffer::new(gpu, "lcp-numbers", real, u64::from(NUMBERS))?,
@@ -102,6 +109,7 @@ impl Machine {
             velocity_rest: Buffer::new(gpu, "lcp-velocity-rest", 4 * real, 1)?,
             lists: Buffer::new(gpu, "lcp-lists", 4, 1)?,
             entries: Buffer::new(gpu, "lcp-entries", real, 1)?,
+            span: Buffer::new(gpu, "lcp-spans", 4, 1)?,
             variant,
         })
     }
@@ -158,12 +166,13 @@ impl Machine {
         }
         if self.variant.slots.coupling.is_some() {
             self.entries.reserve(gpu, problem.rows * u64::from(MOST_EXACT))?;
+            self.span.reserve(gpu, problem.rows)?;
         }
         if self.variant.slots.low.is_some() {
             self.velocity_rest.reserve(gpu, problem.bodies * if problem.planar { 1 } else { 2 })?;
         }
-        let items = [problem.rows.max(problem.pairs), problem.bodies];
-        let groups = items.map(|n| n.div_ceil(u64::from(WORKGROUP)).clamp(1, MOST_GROUPS));
+        let items = [problem.rows, problem.bodies];
+        let groups = items.map(|n| n.div_ceil(u64::from(WORKGROUP)).clamp(1, self.most_groups));
         let base = Parameters {
             rows: problem.rows as u32,
             pairs: problem.pairs as u32,
@@ -263,7 +272,7 @@ fn buffers<'a>(machine: &'a Machine, problem: &'a DeviceProblem, shape: &Shape) 
         "gathered" => &machine.gathered,
         "grid" => &machine.grid,
         "velocity_rest" => &machine.velocity_rest,
-        "block_start" => &problem.block_start,
+        "span" => &machine.span,
         "pair" => &problem.pair,
         "jacobian" => &problem.jacobian,
         "velocity" => &problem.velocity,
@@ -414,6 +423,7 @@ impl Run<'_, '_> {
             ("jacobian", &problem.jacobian),
             ("vectors", &self.machine.vectors),
             ("entries", &self.machine.entries),
+            ("span", &self.machine.span),
         ];
         if let Some(kernel) = self.machine.kernels.prepare_pairs() {
             self.record.run(kernel, bytemuck::bytes_of(&self.base), &buffers, problem.pairs);

@@ -405,6 +405,7 @@ fn bytes_of_a_row(stages: &[StageArguments], real: f64, bodies_of_a_row: f64) ->
                 .iter()
                 .map(|(name, ..)| match *name {
                     "pair" | "incidence" => 8.0,
+                    "span" => 4.0,
                     "jacobian" | "gathered" => 8.0 * real,
                     "velocity" | "velocity_rest" => 4.0 * real * bodies_of_a_row,
                     _ => 0.0,

@@ -43,11 +43,14 @@ const ALL_BODIES: &str = "invocation(group, groups, local), groups.x * groups.y 
 
 const ALL_ROWS: &str = "    for (var row = invocation(group, groups, local); row < parameters.rows; row += parameters.groups * WORKGROUP) {\n";
 
-/// A workgroup computes consecutive pairs. Their rows follow each other, so its invocations share them evenly.
-const CHUNK: &str = "    for (var chunk = group_index(group, groups); chunk * WORKGROUP < parameters.pairs; chunk += parameters.groups) {
-    let slot = chunk * WORKGROUP + local;
-    let begin = block_start[chunk * WORKGROUP];
-    let end = block_start[min((chunk + 1u) * WORKGROUP, parameters.pairs)];
+/// A workgroup computes the pairs whose first row is among as many rows as it has invocations. A row's span is the end of
+/// its pair's rows, with a mark at the first one.
+const CHUNK: &str = "    for (var chunk = group_index(group, groups); chunk * WORKGROUP < parameters.rows; chunk += parameters.groups) {
+    let here = chunk * WORKGROUP;
+    let next = here + WORKGROUP;
+    let begin = first_from(here);
+    let end = first_from(next);
+    let own = here + local;
 ";
 
 const ROWS_OF_CHUNK: &str = "    for (var row = begin + local; row < end; row += WORKGROUP) {\n";
@@ -67,7 +70,7 @@ impl Shape {
             all.push(("partial", sums, "real"));
         }
         if self.has_block() {
-            all.extend([("block_start", false, "u32"), ("entries", false, "real")]);
+            all.extend([("span", false, "u32"), ("entries", false, "real")]);
         }
         if self.has_product() {
             all.extend([("pair", false, "vec2<u32>"), ("jacobian", false, "vec4r"), ("velocity", false, "vec4r")]);
@@ -212,11 +215,9 @@ fn add_rows(
         add_loop(text, ROWS_OF_CHUNK, before, 0, None, unread);
         let [w, g] = [block.w, block.g].map(|vector| vector.map_or("NONE".into(), vector_place));
         let (x, out) = (vector_place(block.x), vector_place(block.out));
-        let minimize = format!("minimize_block(block_start[slot], block_start[slot + 1u], {x}, {w}, {g}, {out})");
-        let _ = writeln!(
-            text,
-            "    storageBarrier();\n    if slot < parameters.pairs {{ {minimize}; }}\n    storageBarrier();"
-        );
+        let minimize = format!("minimize_block(own, span[own] & ~FIRST_OF_PAIR, {x}, {w}, {g}, {out})");
+        let _ =
+            writeln!(text, "    storageBarrier();\n    if begins_pair(own) {{ {minimize}; }}\n    storageBarrier();");
         add_loop(text, ROWS_OF_CHUNK, after, before.len(), None, None);
         text.push_str("    storageBarrier();\n    }\n");
     } else {
