@@ -25,9 +25,10 @@ const LARGEST_SMALL_ON_SOFTWARE: u64 = 1024;
 /// The same on hardware: not measured; there one workgroup is a small part of the device.
 const LARGEST_SMALL: u64 = 128;
 
-/// Looks of the first batch and of the others. A solve of `n` iterations then waits at most `1 + n / 64` times, and one
-/// that needs few wastes little: what follows the last iteration costs some empty dispatches.
-const LOOKS_OF_BATCHES: [usize; 2] = [16, 64];
+/// Looks of the first batch and of the others. A solve of `n` iterations then waits at most `2 + n / 64` times, some
+/// refused claims included, and one that needs few wastes little: what follows the last iteration costs some empty
+/// dispatches.
+const LOOKS_OF_BATCHES: [usize; 2] = [16, 80];
 
 pub(crate) struct Machine {
     variant: Variant,

@@ -74,7 +74,7 @@ impl Solver {
     /// Reads the residuals of so many iterations at once from now on: first, and later in a solve. The bits of a result do
     /// not depend on it.
     pub fn set_looks(&mut self, looks: [usize; 2]) {
-        self.machine.looks = looks.map(|looks| looks.clamp(1, LOOKS as usize / 2));
+        self.machine.looks = looks.map(|looks| looks.clamp(1, LOOKS as usize - 1));
     }
 
     /// Solves a problem: `gamma` becomes the solution, or the best iterate found, never worse than the start, and

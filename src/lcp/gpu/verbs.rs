@@ -351,7 +351,7 @@ impl Verbs for Device<'_> {
             self.confirmed = Some((Number::At(fresh), confirmed));
             self.tape.forget();
             self.looked.clear();
-            (self.afresh, self.begun) = (true, false);
+            self.afresh = true;
         }
         Looks { residuals, ended }
     }
