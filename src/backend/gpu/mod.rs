@@ -204,8 +204,9 @@ pub struct Device {
     next_rows: u64,
     /// The overlap from which on a pair of the last trial is a violation.
     violating: f64,
-    /// How far a point of a surface moves to the last trial, at most.
+    /// How far a point of a surface moves to the last trial, at most, and how far by its turn alone.
     farthest: f64,
+    turned: f64,
     state: OnceLock<State>,
     phases: Phases,
 }
@@ -271,6 +272,7 @@ impl Device {
             next_rows: 0,
             violating: model.contact.overlap_tolerance,
             farthest: 0.0,
+            turned: 0.0,
             state: OnceLock::from(state),
             phases: Phases::default(),
             setup,
@@ -427,6 +429,7 @@ impl Backend for Device {
         record.run(&self.kernels.sweep, &self.parameters(), &buffers, bodies);
         let report = self.separate(record, true)?;
         self.farthest = f64::from(f32::from_bits(report.farthest));
+        self.turned = f64::from(f32::from_bits(report.turned));
         self.phases.narrow_phase += begun.elapsed();
         Ok(report.overlap(&self.setup.walls))
     }

@@ -201,7 +201,7 @@ fn main(@builtin(local_invocation_index) tag: u32) {
     let shape = vec4r(1.0, 2.0, 3.0, real(tag));
     let body = Placed(tag, shape.xyz, vec4r(0.0, 0.0, 0.0, 1.0));
     found[3u * tag] = vec4r(solid(shape).volume, solid(shape).inertia);
-    found[3u * tag + 1u] = vec4r(major_axis(shape), bounding_radius(body), hull(body, vec3r(0.0, 0.6, 0.8)), 0.0);
+    found[3u * tag + 1u] = vec4r(major_axis(shape), bounding_radius(body), hull(body, vec3r(0.0, 0.6, 0.8)), thickness(body));
     found[3u * tag + 2u] = vec4r(half_extents(body), 0.0);
 }
 ";
@@ -221,7 +221,7 @@ fn a_number_that_is_no_shape_has_no_sizes() {
         let numbers = precision.decode(&record.read(&[(&found, 0..bytes)]).unwrap()[0]);
         for (tag, sizes) in (0..).zip(numbers.chunks(12)) {
             let known = Tag::of_number(tag).is_some_and(|tag| tag.constant().is_some());
-            for (k, size) in sizes.iter().enumerate().filter(|(k, _)| ![7, 11].contains(k)) {
+            for (k, size) in sizes.iter().enumerate().filter(|(k, _)| *k != 11) {
                 assert_eq!(size.is_finite(), known, "{precision:?} {tag} {k}: {size}");
             }
         }
