@@ -21,4 +21,5 @@ mod runs;
 mod separation;
 mod sort;
 mod steps;
+mod traffic;
 mod walls;

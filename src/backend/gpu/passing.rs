@@ -14,7 +14,7 @@ impl Device {
         if !may_pass(self.farthest, self.setup.thinnest()) || !self.some_may_pass()? {
             return Ok(None);
         }
-        let start = self.download(self.start(), self.start_shapes(), self.bodies, &self.ancestry)?;
+        let start = self.download(self.start(), self.start_shapes())?;
         let twist = self.trial_twists()?;
         let separate = if self.setup.planar { planar_separation } else { separation };
         Ok(passed(&start, &twist, self.setup.dt, |a, b| separate(a, b, None)))
