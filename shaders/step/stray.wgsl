@@ -25,7 +25,7 @@ fn main(
     let body = placed(shapes[i], orientations[2u * i], orientations[2u * i + 1u]);
     let outside = abs(off) + half_extents(body) - stored_boxes[i].xyz;
     let most = max(outside.x, max(outside.y, outside.z));
-    if !(most <= 0.0) {
+    if !(most <= 0.0) && bitcast<u32>(f32(most)) > atomicLoad(&report.strayed) {
         atomicMax(&report.strayed, bitcast<u32>(f32(most)));
     }
 }
