@@ -31,6 +31,8 @@ pub(super) struct Ancestry {
     /// Bodies and the next id in the last accepted state, and the mothers of the present step as they were in it.
     accepted: (usize, u64),
     mothers: Vec<(usize, Lineage, Growing)>,
+    /// The bodies that are due to divide in the step after the last accepted one: found when lengths are at hand anyway.
+    due: Vec<usize>,
     /// Bodies whose rates have changed since they were last asked for, some perhaps more than once.
     changed: Vec<usize>,
 }
@@ -52,7 +54,7 @@ impl Ancestry {
             bodies.lineage.iter().zip(lengths).map(own).collect()
         };
         let growing: Vec<_> = setup.growth.as_ref().map(growing).unwrap_or_default();
-        Ancestry {
+        let mut ancestry = Ancestry {
             lineage: bodies.lineage.clone(),
             group: bodies.group.clone(),
             changed: (0..growing.len()).collect(),
@@ -61,13 +63,15 @@ impl Ancestry {
             interval,
             accepted: (bodies.len(), state.next_id),
             mothers: Vec::new(),
-        }
+            due: Vec::new(),
+        };
+        ancestry.lengthen(0);
+        ancestry
     }
 
-    /// The bodies that are due to divide.
-    pub fn due(&self) -> Vec<usize> {
-        let due = self.growing.iter().enumerate().filter(|(_, own)| own.length >= own.division);
-        due.map(|(body, _)| body).collect()
+    /// The bodies that are due to divide at the start of the next step.
+    pub fn due(&self) -> &[usize] {
+        &self.due
     }
 
     /// Divides a body at `time`. Returns its index, that of the upper daughter, and the length of both.
@@ -119,9 +123,17 @@ impl Ancestry {
     pub fn accept(&mut self, parts: usize) {
         self.mothers.clear();
         self.accepted = (self.lineage.len(), self.next_id);
-        for own in &mut self.growing {
+        self.lengthen(parts);
+    }
+
+    fn lengthen(&mut self, parts: usize) {
+        self.due.clear();
+        for (body, own) in self.growing.iter_mut().enumerate() {
             for _ in 0..parts {
                 own.length *= own.factor;
+            }
+            if own.length >= own.division {
+                self.due.push(body);
             }
         }
     }

@@ -50,7 +50,7 @@ impl Device {
         // A step that failed may have left its own start behind.
         self.ancestry.undo();
         let pressures = self.press()?;
-        let due = self.ancestry.due();
+        let due = self.ancestry.due().to_vec();
         let old = self.accepted_bodies;
         let bodies = old + due.len() as u64;
         let gpu = self.gpu.clone();

@@ -71,6 +71,8 @@ pub(crate) struct Setup {
     pub growth: Option<Cells>,
     pub length_pitch: f64,
     pub shapes: Vec<Shape>,
+    /// The least thickness of a body.
+    pub thinnest: f64,
     pub walls: Walls,
 }
 
@@ -84,13 +86,13 @@ impl Setup {
         if let Some(shape) = shapes.iter().find(|shape| shape.tag().constant().is_none()) {
             return Err(GpuError::Unsupported { what: format!("{}s", shape.name()) });
         }
-        let thickness = shapes.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
+        let thinnest = shapes.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
         let lengths = shapes.iter().filter_map(Shape::growing_length);
         let longest = lengths.chain(model.cells.map(|c| c.growth.division_lengths()[1])).fold(0.0, f64::max);
         let periods = model.periods;
         // Without bodies any lattice will do that has room for the periods.
         let none = periods.shortest().map_or(1.0, |period| 0.5 * period);
-        let lattice = Lattice::for_thickness(if thickness.is_finite() { thickness } else { none })?;
+        let lattice = Lattice::for_thickness(if thinnest.is_finite() { thinnest } else { none })?;
         Ok(Setup {
             precision,
             planar: model.planar,
@@ -110,6 +112,7 @@ impl Setup {
             growth: model.cells,
             length_pitch: (longest / LENGTHS).max(f64::MIN_POSITIVE).log2().ceil().exp2(),
             shapes: shapes.to_vec(),
+            thinnest,
             walls: model.walls.clone(),
         })
     }

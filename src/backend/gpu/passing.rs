@@ -11,7 +11,7 @@ use glam::DVec3;
 
 impl Device {
     pub(super) fn passed_on_the_way(&self) -> Result<Option<Passed>, GpuError> {
-        if !may_pass(self.farthest, self.setup.thinnest()) || !self.some_may_pass()? {
+        if !may_pass(self.farthest, self.setup.thinnest) || !self.some_may_pass()? {
             return Ok(None);
         }
         let start = self.download(self.start(), self.start_shapes())?;
@@ -57,7 +57,7 @@ impl Device {
         let report: Report = bytemuck::pod_read_unaligned(&read[0]);
         let left = f64::from(f32::from_bits(report.strayed)) + self.turned;
         // What is not a number may be anything.
-        let inside = 2.0 * left < DEEPER * self.setup.thinnest();
+        let inside = 2.0 * left < DEEPER * self.setup.thinnest;
         Ok(report.passing > 0 || !inside)
     }
 
