@@ -67,6 +67,14 @@ fn bounding_radius(p: Placed) -> real {
     }
 }
 
+// The smallest diameter: of a ring, that of its tube.
+fn thickness(p: Placed) -> real {
+    if p.kind == ELLIPSOID {
+        return 2.0 * min(p.sizes.x, min(p.sizes.y, p.sizes.z));
+    }
+    return 2.0 * tube_radius(p);
+}
+
 // Half the sizes of the smallest box along the axes of space that holds the body.
 fn half_extents(p: Placed) -> vec3r {
     switch p.kind {

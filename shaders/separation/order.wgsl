@@ -1,14 +1,6 @@
 // The fixed order of a pair of one family: by their places, and where those are the same by bounding radius,
 // orientation and thickness.
 
-// The smallest diameter: of a ring, that of its tube.
-fn thickness(p: Placed) -> real {
-    if p.kind == ELLIPSOID {
-        return 2.0 * min(p.sizes.x, min(p.sizes.y, p.sizes.z));
-    }
-    return 2.0 * tube_radius(p);
-}
-
 // The sign of the first component that is not zero.
 fn first_sign(v: vec4r) -> real {
     if v.x != 0.0 { return sign(v.x); }

@@ -1,5 +1,5 @@
-// How far a point of a surface moves in the step, at most, over all bodies: whether any two can have gone through each
-// other.
+// How far a point of a surface moves in the step, at most, over all bodies, and how far by its turn alone: whether any
+// two can have gone through each other.
 
 struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
 
@@ -19,6 +19,13 @@ fn main(
     if i >= parameters.bodies { return; }
     let radius = bounding_radius(placed(shapes[i], orientations[2u * i], orientations[2u * i + 1u]));
     let first = MOTION * i + 2u;
-    let motion = parameters.dt * (length(motions[first].xyz) + radius * length(motions[first + 1u].xyz));
-    atomicMax(&report.farthest, bitcast<u32>(f32(motion)));
+    let turned = parameters.dt * radius * length(motions[first + 1u].xyz);
+    let motion = parameters.dt * length(motions[first].xyz) + turned;
+    // All invocations share these: most are no farther than one before them.
+    if bitcast<u32>(f32(motion)) > atomicLoad(&report.farthest) {
+        atomicMax(&report.farthest, bitcast<u32>(f32(motion)));
+    }
+    if bitcast<u32>(f32(turned)) > atomicLoad(&report.turned) {
+        atomicMax(&report.turned, bitcast<u32>(f32(turned)));
+    }
 }

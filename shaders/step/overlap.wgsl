@@ -1,5 +1,6 @@
 // The largest overlap of all pairs and how many violate the tolerance; in a second pass the first pair that overlaps by
-// that much, and in a third, of one invocation, its bodies.
+// that much, and in a third, of one invocation, its bodies. All invocations share the report: each workgroup changes it
+// once, and no maximum or minimum is written that is no better than the one there.
 
 struct Parameters { pairs: u32, pass_number: u32, b: u32, c: u32 }
 
@@ -7,6 +8,17 @@ struct Parameters { pairs: u32, pass_number: u32, b: u32, c: u32 }
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> contacts: array<vec4r>;
 @group(0) @binding(3) var<storage, read_write> report: Report;
+
+var<workgroup> group_worst: atomic<u32>;
+var<workgroup> group_violations: atomic<u32>;
+
+// Bits of a pair's overlap, zero where there is none.
+fn overlap_of(p: u32) -> u32 {
+    if p >= parameters.pairs || contacts[3u * p + 2u].w == 0.0 { return 0u; }
+    let overlap = f32(-contacts[3u * p].w);
+    if !(overlap > 0.0) { return 0u; }
+    return bitcast<u32>(overlap);
+}
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -23,16 +35,30 @@ fn main(
         }
         return;
     }
-    if p >= parameters.pairs || contacts[3u * p + 2u].w == 0.0 { return; }
-    let overlap = f32(-contacts[3u * p].w);
-    if !(overlap > 0.0) { return; }
-    let bits = bitcast<u32>(overlap);
-    if parameters.pass_number == 1u {
-        atomicMax(&report.worst, bits);
-        if contacts[3u * p + 2u].w >= VIOLATING {
-            atomicAdd(&report.violations, 1u);
+    let bits = overlap_of(p);
+    if parameters.pass_number == 2u {
+        if bits > 0u && bits == atomicLoad(&report.worst) && p < atomicLoad(&report.worst_pair) {
+            atomicMin(&report.worst_pair, p);
         }
-    } else if bits == atomicLoad(&report.worst) {
-        atomicMin(&report.worst_pair, p);
+        return;
+    }
+    if local == 0u {
+        atomicStore(&group_worst, 0u);
+        atomicStore(&group_violations, 0u);
+    }
+    workgroupBarrier();
+    if bits > atomicLoad(&group_worst) {
+        atomicMax(&group_worst, bits);
+    }
+    if bits > 0u && contacts[3u * p + 2u].w >= VIOLATING {
+        atomicAdd(&group_violations, 1u);
+    }
+    workgroupBarrier();
+    if local > 0u { return; }
+    if atomicLoad(&group_worst) > atomicLoad(&report.worst) {
+        atomicMax(&report.worst, atomicLoad(&group_worst));
+    }
+    if atomicLoad(&group_violations) > 0u {
+        atomicAdd(&report.violations, atomicLoad(&group_violations));
     }
 }

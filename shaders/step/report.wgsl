@@ -17,7 +17,10 @@ struct Report {
     largest: atomic<u32>,
     // Bits of the farthest that a point of a surface moves in the step, as a 32-bit float.
     farthest: atomic<u32>,
-    unused_2: u32,
-    unused_3: u32,
-    unused_4: u32,
+    // Bits of the farthest that a turn moves a point of a surface in the step, as a 32-bit float.
+    turned: atomic<u32>,
+    // Where it is asked for: bits of the farthest that a body starts outside its stored box, as a 32-bit float.
+    strayed: atomic<u32>,
+    // Where it is asked for: 1 where a candidate pair may pass through each other.
+    passing: atomic<u32>,
 }

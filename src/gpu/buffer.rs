@@ -45,6 +45,7 @@ impl Buffer {
         let id = gpu.new_id();
         let mut allocations = lock(&gpu.shared.allocations);
         allocations.live.insert(id, (label.to_owned(), size));
+        allocations.made += 1;
         allocations.bytes += size;
         allocations.peak = allocations.peak.max(allocations.bytes);
         drop(allocations);

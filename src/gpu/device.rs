@@ -24,6 +24,7 @@ const LEAST_BANK_BYTES: u64 = 256;
 #[derive(Debug, Default)]
 pub(super) struct Allocations {
     pub live: BTreeMap<u64, (String, u64)>,
+    pub made: u64,
     pub bytes: u64,
     pub peak: u64,
 }
@@ -188,6 +189,11 @@ impl Gpu {
     /// The buffers there are: label and bytes.
     pub fn buffers(&self) -> Vec<(String, u64)> {
         lock(&self.shared.allocations).live.values().cloned().collect()
+    }
+
+    /// How many buffers were made so far. Each new one makes the device bind kernels anew.
+    pub fn buffers_made(&self) -> u64 {
+        lock(&self.shared.allocations).made
     }
 
     /// The most bytes that buffers held at once.

@@ -28,9 +28,9 @@ pub(crate) use keep::Keep;
 pub use keep::SavedLcp;
 pub(crate) use model::Model;
 pub use passing::Passed;
-#[cfg(feature = "gpu")]
-pub(crate) use passing::may_pass;
 pub(crate) use passing::passed;
+#[cfg(feature = "gpu")]
+pub(crate) use passing::{DEEPER, may_pass};
 pub(crate) use piece::{Crowd, Piece};
 pub use report::{Phases, StepReport};
 pub use settings::{ContactSettings, Method, OnFailure, Recursion, Rows, Stepping, Time};

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 /// thickness: at 1 two equal spheres, or two crossing rods, have their middles in one place. Of the hard cases (`relcp
 /// study hard`) those that come so deep at all come to 0.9 of it, so every threshold between 0.5 and 0.9 detects the
 /// same steps.
-const DEEPER: f64 = 0.75;
+pub(crate) const DEEPER: f64 = 0.75;
 
 /// A part of the way on which a pair moves by less than this part of the thinner body's thickness is not divided: what
 /// is missed is deeper than the bar by half of it at most.

@@ -23,4 +23,5 @@ mod runs;
 mod separation;
 mod sort;
 mod steps;
+mod traffic;
 mod walls;

@@ -4,7 +4,7 @@
 //! It costs the state's way to the host and back, and happens where the CPU would cut the step into pieces, or where
 //! the device's numbers or its solver, which has no factorization, end before the tolerance.
 
-use super::{Ancestry, Device, growing};
+use super::{Ancestry, Device};
 use crate::backend::cpu::Cpu;
 use crate::gpu::GpuError;
 use crate::step::{Fault, RetryBackend, State};
@@ -41,8 +41,7 @@ impl Device {
         self.poses[0].write(&gpu, &self.setup, &state.bodies)?;
         self.shapes[0].write(&gpu, precision, &state.bodies.shape, self.grows().then_some(length_pitch));
         self.ancestry = Ancestry::of(&self.setup, &state);
-        self.before = None;
-        self.growths = growing::growths(&gpu, &self.setup, &self.ancestry)?;
+        self.growth.write_changed(&gpu, &self.setup, &mut self.ancestry)?;
         self.groups_of.reserve(&gpu, bodies)?;
         self.groups_of.write(&gpu, 0, bytemuck::cast_slice(&self.ancestry.group));
         (self.bodies, self.accepted_bodies, self.step) = (bodies, bodies, state.step);

@@ -13,11 +13,6 @@ impl Setup {
     pub fn leads_ahead(&self) -> bool {
         self.planar && self.branches > 0 && !self.midpoint && !self.inertia()
     }
-
-    /// The least thickness of a body.
-    pub fn thinnest(&self) -> f64 {
-        self.shapes.iter().map(|shape| shape.thickness()).fold(f64::INFINITY, f64::min)
-    }
 }
 
 impl Device {
@@ -55,6 +50,6 @@ impl Device {
 
     /// Whether bodies overlap so deeply ahead that normals there may point to the wrong side.
     pub(super) fn is_led_astray(&self, found: &Report) -> bool {
-        self.is_ahead() && f64::from(f32::from_bits(found.worst)) > DEEPEST_AHEAD * self.setup.thinnest()
+        self.is_ahead() && f64::from(f32::from_bits(found.worst)) > DEEPEST_AHEAD * self.setup.thinnest
     }
 }

@@ -101,6 +101,6 @@ fn ahead(setup: &Setup) -> Source {
 fn aim(setup: &Setup) -> Source {
     numbers(geometry(setup, "aim"))
         .real("AHEAD", AHEAD)
-        .real("MOST_AIMED", DEEPEST_AHEAD * setup.thinnest())
+        .real("MOST_AIMED", DEEPEST_AHEAD * setup.thinnest)
         .include(fragment!("constraint/aim.wgsl"))
 }

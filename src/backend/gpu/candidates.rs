@@ -39,6 +39,8 @@ pub(super) struct Candidates {
     pub lists: Lists,
     old: Lists,
     old_pair: Buffer,
+    /// Rows of pairs, where a list is made before there are any.
+    no_rows: Buffer,
     search: Search,
     pub surfaces: Option<Surfaces>,
     pub stored: [Buffer; 3],
@@ -74,6 +76,7 @@ impl Candidates {
             lists: Lists::new(gpu, setup)?,
             old: Lists::new(gpu, setup)?,
             old_pair: Buffer::new(gpu, "old pairs", 4, 0)?,
+            no_rows: Buffer::new(gpu, "row counts", 4, 0)?,
             search: Search::in_space(gpu, setup.precision, setup.planar, setup.lattice, setup.periods.lengths())?,
             surfaces: Surfaces::new(gpu, setup)?,
             stored: [
@@ -189,6 +192,7 @@ impl Candidates {
         let mut record = gpu.record();
         record.stage("broad phase");
         self.old_pair.reserve(gpu, pairs)?;
+        self.no_rows.reserve(gpu, pairs)?;
         let buffers = [
             ("pairs", &lists.pairs),
             ("old_pairs", &old.pairs),
@@ -218,13 +222,12 @@ impl Candidates {
                 rows.carry(gpu, kernels, &mut record, pairs, &self.old_pair)?;
             }
             None => {
-                let counts = Buffer::new(gpu, "row counts", 4, pairs)?;
                 let buffers = [
                     ("old_pair", &self.old_pair),
                     ("old_contacts", &old.contacts),
                     ("old_start", &old.adjacency_start),
                     ("contacts", &lists.contacts),
-                    ("counts", &counts),
+                    ("counts", &self.no_rows),
                 ];
                 record.run(&kernels.carry, &parameters, &buffers, pairs);
             }

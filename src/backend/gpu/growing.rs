@@ -2,10 +2,44 @@
 //! are prescribed and so known without asking the device; what moves and turns the daughters is a kernel. Only where
 //! pressure slows growth is the state read back for it, each step.
 
+use super::ancestry::Ancestry;
 use super::state::split_length;
-use super::{Ancestry, Device, Setup, words};
-use crate::dynamics::growth::{Turn, daughters};
+use super::{Device, Setup, words};
+use crate::dynamics::growth::Turn;
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
+
+/// What the kernels of growth read that the host writes. The buffers are kept: new ones would make the device bind all
+/// its kernels anew.
+pub(super) struct GrowthBuffers {
+    /// What each body grows by in a part of a step, as a part of its length.
+    growths: Buffer,
+    /// The divisions of a step.
+    divisions: Buffer,
+    indices: Buffer,
+}
+
+impl GrowthBuffers {
+    pub fn new(gpu: &Gpu, setup: &Setup, ancestry: &mut Ancestry) -> Result<Self, GpuError> {
+        let real = setup.precision.bytes();
+        let mut made = GrowthBuffers {
+            growths: Buffer::new(gpu, "growths", real, ancestry.growing.len() as u64)?,
+            divisions: Buffer::new(gpu, "divisions", 12 * real, 0)?,
+            indices: Buffer::new(gpu, "dividing bodies", 8, 0)?,
+        };
+        made.write_changed(gpu, setup, ancestry)?;
+        Ok(made)
+    }
+
+    /// Writes what bodies grow by whose rates have changed.
+    pub fn write_changed(&mut self, gpu: &Gpu, setup: &Setup, ancestry: &mut Ancestry) -> Result<(), GpuError> {
+        let lost = self.growths.reserve(gpu, ancestry.growing.len() as u64)?;
+        let real = setup.precision.bytes() as u64;
+        for (first, growths) in ancestry.changed_growths(lost) {
+            self.growths.write(gpu, first as u64 * real, &setup.precision.encode(growths));
+        }
+        Ok(())
+    }
+}
 
 impl Device {
     /// The step's start: the accepted state with divided and grown bodies.
@@ -14,14 +48,10 @@ impl Device {
             return Ok(());
         }
         // A step that failed may have left its own start behind.
-        if let Some(before) = self.before.take() {
-            self.ancestry = before;
-            self.write_growths()?;
-        }
+        self.ancestry.undo();
         let pressures = self.press()?;
+        let due = self.ancestry.due().to_vec();
         let old = self.accepted_bodies;
-        let Ancestry { length, division, .. } = &self.ancestry;
-        let due: Vec<usize> = (0..old as usize).filter(|i| length[*i] >= division[*i]).collect();
         let bodies = old + due.len() as u64;
         let gpu = self.gpu.clone();
         let mut record = gpu.record();
@@ -38,6 +68,7 @@ impl Device {
         if !due.is_empty() {
             self.divide(&mut record, &due, &pressures)?;
         }
+        self.growth.write_changed(&gpu, &self.setup, &mut self.ancestry)?;
         self.record_growth(&mut record);
         record.submit()
     }
@@ -49,24 +80,9 @@ impl Device {
         record.run(
             &growth.grow,
             &self.parameters(),
-            &[("shapes", &shapes.shapes), ("lengths", &shapes.lengths), ("growths", &self.growths)],
+            &[("shapes", &shapes.shapes), ("lengths", &shapes.lengths), ("growths", &self.growth.growths)],
             self.bodies,
         );
-    }
-
-    /// The growing lengths after an accepted step.
-    pub(super) fn lengthen(&mut self) {
-        let (interval, Ancestry { length, rate, .. }) = (growing_interval(&self.setup), &mut self.ancestry);
-        // Part by part, as on the CPU to the last bit: that says who divides.
-        for _ in 0..if self.setup.midpoint { 2 } else { 1 } {
-            length.iter_mut().zip(&*rate).for_each(|(length, rate)| *length *= (*rate * interval).exp());
-        }
-    }
-
-    /// What each body grows by, after divisions or without them.
-    fn write_growths(&mut self) -> Result<(), GpuError> {
-        self.growths = growths(&self.gpu, &self.setup, &self.ancestry)?;
-        Ok(())
     }
 
     /// The pressures that slow growth, where the cells feel them, and the rates under them: computed on the host, from
@@ -77,56 +93,41 @@ impl Device {
         };
         let state = self.known_state()?;
         let pressures = cells.pressures(&state.bodies, &state.warm);
-        let Ancestry { rate, lineage, .. } = &mut self.ancestry;
-        for ((rate, line), pressure) in rate.iter_mut().zip(lineage).zip(&pressures) {
-            *rate = cells.rate(line.id, *pressure);
-        }
-        self.write_growths()?;
+        self.ancestry.press(&cells, &pressures);
         Ok(pressures)
     }
 
     fn divide(&mut self, record: &mut Recorder<'_>, due: &[usize], pressures: &[f64]) -> Result<(), GpuError> {
         let (Some(cells), Some(kernels)) = (self.setup.growth, &self.kernels.growth) else { return Ok(()) };
-        self.before = Some(self.ancestry.clone());
         let time = self.step_start();
         let (planar, precision) = (self.setup.planar, self.setup.precision);
         let mut numbers = Vec::with_capacity(12 * due.len());
         let mut indices: Vec<[u32; 2]> = Vec::with_capacity(due.len());
         let degrees = cells.growth.reorientation_degrees;
-        let ancestry = &mut self.ancestry;
+        let old = self.ancestry.group.len();
         for &mother in due {
-            let upper = ancestry.lineage.len();
-            let line = ancestry.lineage[mother];
-            let half = 0.5 * ancestry.length[mother];
-            let mut random = Turn::stream(cells.seed, line.id);
+            let mut random = Turn::stream(cells.seed, self.ancestry.lineage[mother].id);
             let turns = [(); 2].map(|()| Turn::draw(&mut random, degrees, planar));
-            let [first, second] = daughters(&line, time, &mut ancestry.next_id);
-            ancestry.lineage[mother] = first;
-            ancestry.lineage.push(second);
-            ancestry.group.push(ancestry.group[mother]);
-            ancestry.length[mother] = half;
-            ancestry.length.push(half);
-            for own in [&mut ancestry.division, &mut ancestry.rate] {
-                own.push(0.0);
-            }
-            for (daughter, id) in [(mother, first.id), (upper, second.id)] {
-                ancestry.division[daughter] = cells.division_length(id);
-                ancestry.rate[daughter] = cells.rate(id, pressures.get(mother).copied().unwrap_or(0.0));
-            }
+            let pressure = pressures.get(mother).copied().unwrap_or(0.0);
+            let (mother, upper, half) = self.ancestry.divide(&cells, mother, time, pressure);
             let [coarse, fine] = split_length(half, self.setup.length_pitch);
             numbers.extend([coarse, fine, 0.0, 0.0]);
             numbers.extend(turns.iter().flat_map(|turn| turn.in_body(planar).to_array()));
             indices.push([mother as u32, upper as u32]);
         }
         let gpu = &self.gpu;
-        let divisions = Buffer::reals(gpu, "divisions", precision, 12, numbers)?;
-        let indices = Buffer::with(gpu, "dividing bodies", 8, bytemuck::cast_slice(&indices))?;
-        self.groups_of.reserve(gpu, self.ancestry.group.len() as u64)?;
-        self.groups_of.write(gpu, 0, bytemuck::cast_slice(&self.ancestry.group));
+        let count = due.len() as u64;
+        self.growth.divisions.reserve(gpu, count)?;
+        self.growth.divisions.write(gpu, 0, &precision.encode(numbers));
+        self.growth.indices.reserve(gpu, count)?;
+        self.growth.indices.write(gpu, 0, bytemuck::cast_slice(&indices));
+        let lost = self.groups_of.reserve(gpu, self.ancestry.group.len() as u64)?;
+        let from = if lost { 0 } else { old };
+        self.groups_of.write(gpu, 4 * from as u64, bytemuck::cast_slice(&self.ancestry.group[from..]));
         let (start, shapes) = (self.start(), self.start_shapes());
         let buffers = [
-            ("divisions", &divisions),
-            ("indices", &indices),
+            ("divisions", &self.growth.divisions),
+            ("indices", &self.growth.indices),
             ("cells", &start.cells),
             ("remainders", &start.remainders),
             ("orientations", &start.orientations),
@@ -134,21 +135,7 @@ impl Device {
             ("lengths", &shapes.lengths),
             ("twists", &start.twists),
         ];
-        record.run(&kernels.divide, &words([due.len() as u32, 0, 0, 0]), &buffers, due.len() as u64);
-        // The buffers go with this function: the device must have them by then.
-        record.submit()?;
-        self.write_growths()
+        record.run(&kernels.divide, &words([count as u32, 0, 0, 0]), &buffers, count);
+        Ok(())
     }
-}
-
-/// The length of a part of a step, in each of which bodies grow.
-fn growing_interval(setup: &Setup) -> f64 {
-    setup.length_of(setup.first_part())
-}
-
-/// What each body grows by in a part of a step, as a part of its length, on the device.
-pub(super) fn growths(gpu: &Gpu, setup: &Setup, ancestry: &Ancestry) -> Result<Buffer, GpuError> {
-    let interval = growing_interval(setup);
-    let growths = ancestry.rate.iter().map(|rate| (rate * interval).exp_m1());
-    Buffer::reals(gpu, "growths", setup.precision, 1, growths)
 }

@@ -83,7 +83,7 @@ impl Device {
 
     /// Forces of a library's user, computed on the host from the state there.
     fn write_loads(&mut self) -> Result<(), GpuError> {
-        let bodies = self.download(self.here(), self.here_shapes(), self.bodies, &self.ancestry)?;
+        let bodies = self.download(self.here(), self.here_shapes())?;
         let time = self.step_start() + if self.part == Part::FromMiddle { 0.5 * self.setup.dt } else { 0.0 };
         let load = |i: usize| {
             let mut load = Load::default();

@@ -7,6 +7,7 @@
 
 mod again;
 mod ahead;
+mod ancestry;
 mod branch_source;
 mod branches;
 mod candidates;
@@ -37,8 +38,10 @@ use crate::shape::Shape;
 use crate::step::{self, Backend, Fault, Model, Overlap, Passed, Phases, RetryBackend, State, Stepping};
 use crate::walls::{Walls, surface_of};
 use crate::warm::Warm;
+use ancestry::Ancestry;
 use candidates::Candidates;
 pub use contacts::{contacts, wall_contacts};
+use growing::GrowthBuffers;
 use midpoint::Part;
 use rows::Rows;
 use separations::Report;
@@ -70,6 +73,8 @@ pub(crate) struct Setup {
     pub growth: Option<Cells>,
     pub length_pitch: f64,
     pub shapes: Vec<Shape>,
+    /// The least thickness of a body.
+    pub thinnest: f64,
     pub walls: Walls,
 }
 
@@ -83,13 +88,13 @@ impl Setup {
         if let Some(shape) = shapes.iter().find(|shape| shape.tag().constant().is_none()) {
             return Err(GpuError::Unsupported { what: format!("{}s", shape.name()) });
         }
-        let thickness = shapes.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
+        let thinnest = shapes.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
         let lengths = shapes.iter().filter_map(Shape::growing_length);
         let longest = lengths.chain(model.cells.map(|c| c.growth.division_lengths()[1])).fold(0.0, f64::max);
         let periods = model.periods;
         // Without bodies any lattice will do that has room for the periods.
         let none = periods.shortest().map_or(1.0, |period| 0.5 * period);
-        let lattice = Lattice::for_thickness(if thickness.is_finite() { thickness } else { none })?;
+        let lattice = Lattice::for_thickness(if thinnest.is_finite() { thinnest } else { none })?;
         Ok(Setup {
             precision,
             planar: model.planar,
@@ -109,6 +114,7 @@ impl Setup {
             growth: model.cells,
             length_pitch: (longest / LENGTHS).max(f64::MIN_POSITIVE).log2().ceil().exp2(),
             shapes: shapes.to_vec(),
+            thinnest,
             walls: model.walls.clone(),
         })
     }
@@ -132,37 +138,6 @@ impl Setup {
 
 fn words(words: [u32; 4]) -> [u8; 16] {
     bytemuck::cast(words)
-}
-
-/// Who the bodies are: kept on the host.
-#[derive(Clone, Default)]
-struct Ancestry {
-    lineage: Vec<Lineage>,
-    group: Vec<u32>,
-    /// Growing lengths, NaN for bodies that do not grow.
-    length: Vec<f64>,
-    /// The lengths at which they divide, and their rates of growth in the step; empty where no body grows.
-    division: Vec<f64>,
-    rate: Vec<f64>,
-    next_id: u64,
-}
-
-impl Ancestry {
-    /// That of the bodies of a state.
-    fn of(setup: &Setup, state: &State) -> Ancestry {
-        let own = |of: &dyn Fn(&Cells, u64) -> f64| -> Vec<f64> {
-            let of_each = |cells: &Cells| state.bodies.lineage.iter().map(|line| of(cells, line.id)).collect();
-            setup.growth.as_ref().map(of_each).unwrap_or_default()
-        };
-        Ancestry {
-            division: own(&|cells, id| cells.division_length(id)),
-            rate: own(&|cells, id| cells.rate(id, 0.0)),
-            lineage: state.bodies.lineage.clone(),
-            group: state.bodies.group.clone(),
-            length: state.bodies.shape.iter().map(|s| s.growing_length().unwrap_or(f64::NAN)).collect(),
-            next_id: state.next_id,
-        }
-    }
 }
 
 /// The GPU backend.
@@ -189,11 +164,8 @@ pub struct Device {
     /// where steps have one.
     shapes: Vec<Shapes>,
     ancestry: Ancestry,
-    /// That of the last accepted state, where this step's differs.
-    before: Option<Ancestry>,
     groups_of: Buffer,
-    /// What each body grows by in a part of a step, as a part of its length.
-    growths: Buffer,
+    growth: GrowthBuffers,
     loads: Buffer,
     motions: Buffer,
     boxes: Buffer,
@@ -206,8 +178,9 @@ pub struct Device {
     next_rows: u64,
     /// The overlap from which on a pair of the last trial is a violation.
     violating: f64,
-    /// How far a point of a surface moves to the last trial, at most.
+    /// How far a point of a surface moves to the last trial, at most, and how far by its turn alone.
     farthest: f64,
+    turned: f64,
     state: OnceLock<State>,
     phases: Phases,
 }
@@ -245,7 +218,7 @@ impl Device {
             shapes.push(Shapes::new(&gpu, precision, bodies, grows)?);
         }
         shapes[0].write(&gpu, precision, &state.bodies.shape, grows.then_some(setup.length_pitch));
-        let ancestry = Ancestry::of(&setup, &state);
+        let mut ancestry = Ancestry::of(&setup, &state);
         let width = setup.motion_width() as usize;
         Ok(Device {
             plugged: Vec::new(),
@@ -257,10 +230,9 @@ impl Device {
             ahead: false,
             poses,
             shapes,
-            growths: growing::growths(&gpu, &setup, &ancestry)?,
+            growth: GrowthBuffers::new(&gpu, &setup, &mut ancestry)?,
             groups_of: Buffer::with(&gpu, "groups", 4, bytemuck::cast_slice(&ancestry.group))?,
             ancestry,
-            before: None,
             loads: Buffer::new(&gpu, "loads", 8 * real, 1)?,
             motions: Buffer::new(&gpu, "motions", 4 * width * real, bodies)?,
             boxes: Buffer::new(&gpu, "boxes", 4 * real, bodies)?,
@@ -273,6 +245,7 @@ impl Device {
             next_rows: 0,
             violating: model.contact.overlap_tolerance,
             farthest: 0.0,
+            turned: 0.0,
             state: OnceLock::from(state),
             phases: Phases::default(),
             setup,
@@ -303,8 +276,20 @@ impl Device {
         words([self.bodies as u32, 0, 0, 0])
     }
 
-    fn download(&self, poses: &Poses, shapes: &Shapes, count: u64, ancestry: &Ancestry) -> Result<Bodies, GpuError> {
-        let read = state::download(&self.gpu, &self.setup, poses, shapes, count)?;
+    /// The bodies of the present step in a state.
+    fn download(&self, poses: &Poses, shapes: &Shapes) -> Result<Bodies, GpuError> {
+        let Ancestry { lineage, group, .. } = &self.ancestry;
+        self.download_first(poses, shapes, (lineage.clone(), group.clone()))
+    }
+
+    /// As many bodies of a state as have a lineage.
+    fn download_first(
+        &self,
+        poses: &Poses,
+        shapes: &Shapes,
+        (lineage, group): (Vec<Lineage>, Vec<u32>),
+    ) -> Result<Bodies, GpuError> {
+        let read = state::download(&self.gpu, &self.setup, poses, shapes, lineage.len() as u64)?;
         Ok(Bodies {
             periods: self.setup.periods,
             shape: read.shape,
@@ -312,8 +297,8 @@ impl Device {
             orientation: read.orientation,
             velocity: read.velocity,
             angular_velocity: read.angular_velocity,
-            group: ancestry.group.clone(),
-            lineage: ancestry.lineage.clone(),
+            group,
+            lineage,
         })
     }
 
@@ -327,15 +312,15 @@ impl Device {
     }
 
     fn read_state(&self) -> Result<State, GpuError> {
-        let ancestry = self.before.as_ref().unwrap_or(&self.ancestry);
+        let (lineage, group, next_id) = self.ancestry.accepted();
         // The list of a step whose cells divided knows of pairs of bodies that were not born.
         let born = |body: u32| u64::from(body) < self.accepted_bodies;
         let mut warm = self.remembered()?;
         warm.retain(|w| born(w.pair[0]) && (born(w.pair[1]) || surface_of(w.pair[1]).is_some()));
         Ok(State {
             step: self.step,
-            next_id: ancestry.next_id,
-            bodies: self.download(&self.poses[0], &self.shapes[0], self.accepted_bodies, ancestry)?,
+            next_id,
+            bodies: self.download_first(&self.poses[0], &self.shapes[0], (lineage, group))?,
             warm,
         })
     }
@@ -429,6 +414,7 @@ impl Backend for Device {
         record.run(&self.kernels.sweep, &self.parameters(), &buffers, bodies);
         let report = self.separate(record, true)?;
         self.farthest = f64::from(f32::from_bits(report.farthest));
+        self.turned = f64::from(f32::from_bits(report.turned));
         self.phases.narrow_phase += begun.elapsed();
         Ok(report.overlap(&self.setup.walls))
     }
@@ -473,9 +459,8 @@ impl Backend for Device {
         if self.grows() {
             self.shapes.swap(0, 1);
         }
-        self.before = None;
         self.accepted_bodies = bodies;
-        self.lengthen();
+        self.ancestry.accept(if self.setup.midpoint { 2 } else { 1 });
         self.step += 1;
         self.state = OnceLock::new();
         self.phases.integrate += begun.elapsed();

@@ -1,23 +1,64 @@
-//! Bodies that pass each other: a kernel says how far any surface moves, and only where that is far enough the host
-//! looks at the step's way.
+//! Bodies that pass each other: a kernel says how far any surface moves. Where that is far enough, others say whether
+//! any two move so far against each other, and only where they do the host looks at the step's way.
 
 use super::Device;
+use super::separations::Report;
 use crate::dynamics::Twist;
 use crate::gpu::GpuError;
 use crate::separation::{planar_separation, separation};
-use crate::step::{Passed, may_pass, passed};
+use crate::step::{DEEPER, Passed, may_pass, passed};
 use glam::DVec3;
 
 impl Device {
     pub(super) fn passed_on_the_way(&self) -> Result<Option<Passed>, GpuError> {
-        let thinnest = self.setup.shapes.iter().map(|shape| shape.thickness()).fold(f64::INFINITY, f64::min);
-        if !may_pass(self.farthest, thinnest) {
+        if !may_pass(self.farthest, self.setup.thinnest) || !self.some_may_pass()? {
             return Ok(None);
         }
-        let start = self.download(self.start(), self.start_shapes(), self.bodies, &self.ancestry)?;
+        let start = self.download(self.start(), self.start_shapes())?;
         let twist = self.trial_twists()?;
         let separate = if self.setup.planar { planar_separation } else { separation };
         Ok(passed(&start, &twist, self.setup.dt, |a, b| separate(a, b, None)))
+    }
+
+    /// Whether two bodies may have passed: a candidate pair that moves far enough against each other, or any other two
+    /// where bodies leave their stored boxes on the way.
+    ///
+    /// Stored boxes hold the bodies at the trial, and those of two bodies that are no candidate pair are disjoint. A
+    /// body starts outside its box by at most `strayed`, and by its turn comes outside by at most `turned` more. Two
+    /// such bodies overlap by at most twice the sum, which must reach `DEEPER` of a thickness.
+    fn some_may_pass(&self) -> Result<bool, GpuError> {
+        let (gpu, bodies) = (self.gpu.clone(), self.bodies);
+        let (start, lists, stored) = (self.start(), &self.candidates.lists, &self.candidates.stored);
+        let mut record = gpu.record();
+        record.stage("narrow phase");
+        // Nothing has written these words since the report was made blank.
+        let buffers = [
+            ("cells", &start.cells),
+            ("remainders", &start.remainders),
+            ("orientations", &start.orientations),
+            ("shapes", &self.start_shapes().shapes),
+            ("stored_cells", &stored[0]),
+            ("stored_remainders", &stored[1]),
+            ("stored_boxes", &stored[2]),
+            ("report", &self.report),
+        ];
+        record.run(&self.kernels.stray, &self.parameters(), &buffers, bodies);
+        let buffers = [
+            ("pairs", &lists.pairs),
+            ("cells", &start.cells),
+            ("remainders", &start.remainders),
+            ("shapes", &self.start_shapes().shapes),
+            ("motions", &self.motions),
+            ("report", &self.report),
+        ];
+        let parameters = self.timed([lists.body_pairs as u32, 0, 0, 0]);
+        record.run(&self.kernels.passing, &parameters, &buffers, lists.body_pairs);
+        let read = record.read(&[(&self.report, 0..Report::BYTES)])?;
+        let report: Report = bytemuck::pod_read_unaligned(&read[0]);
+        let left = f64::from(f32::from_bits(report.strayed)) + self.turned;
+        // What is not a number may be anything.
+        let inside = 2.0 * left < DEEPER * self.setup.thinnest;
+        Ok(report.passing > 0 || !inside)
     }
 
     /// The velocities that lead from the start to the trial.

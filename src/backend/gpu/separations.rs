@@ -22,7 +22,9 @@ pub struct Report {
     pub(super) worst_b: u32,
     pub(super) largest: u32,
     pub(super) farthest: u32,
-    unused: [u32; 3],
+    pub(super) turned: u32,
+    pub(super) strayed: u32,
+    pub(super) passing: u32,
 }
 
 impl Report {

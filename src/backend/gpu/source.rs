@@ -10,6 +10,7 @@ use crate::dynamics::{Dynamics, Force, LAST_STEP};
 use crate::gpu::{Kernel, Precision, Source, fragment, kernels};
 use crate::separation;
 use crate::shape::gpu::add_shapes_to;
+use crate::step::DEEPER;
 use crate::walls::AtSurface;
 use std::fmt::Write as _;
 
@@ -144,6 +145,10 @@ kernels! {
         overlap: Kernel =
             reporting(with_flags(base(setup, "overlap"))).include(fragment!("step/overlap.wgsl")),
         farthest: Kernel = reporting(with_bodies(setup, "farthest")).include(fragment!("step/farthest.wgsl")),
+        stray: Kernel = reporting(with_bodies(setup, "stray")).include(fragment!("step/stray.wgsl")),
+        passing: Kernel = reporting(of_pairs(setup, "passing"))
+            .real("DEEPER", DEEPER)
+            .include(fragment!("step/passing.wgsl")),
         count: Kernel = count(setup),
         append: Kernel = append(setup),
         target: Kernel = base(setup, "target").include(fragment!("constraint/target.wgsl")),

@@ -96,8 +96,9 @@ fn periods_are_in_the_kernels_of_pairs_alone_and_only_where_there_are_some() {
         let open = every_source(&setup);
         // With branches, the kernels that compute them too.
         let own = of_branches(&setup);
-        let of_branches = own.iter().filter(|source| ["branches", "stage", "aim"].contains(&source.name())).count();
-        let pairs = narrow_sources(&setup).len() + of_branches;
+        let others = ["passing", "branches", "stage", "aim"];
+        let of_branches = own.iter().filter(|source| others.contains(&source.name())).count();
+        let pairs = narrow_sources(&setup).len() + 1 + of_branches;
         let period = Some(5000.3 * setup.lattice.pitch());
         setup.lattice_periods = LatticePeriods::new(setup.lattice, [period, None, None]).unwrap();
         let periodic = every_source(&setup);
@@ -106,7 +107,7 @@ fn periods_are_in_the_kernels_of_pairs_alone_and_only_where_there_are_some() {
         assert_eq!(changed.len(), pairs);
         for (_, source) in changed {
             let name = source.name();
-            assert!(name.starts_with("separations") || ["branches", "stage", "aim"].contains(&name), "{name}");
+            assert!(name.starts_with("separations") || others.contains(&name), "{name}");
             validate(source).unwrap_or_else(|e| panic!("{name}: {e}"));
         }
     }
@@ -132,4 +133,7 @@ fn the_report_is_laid_out_as_in_wgsl() {
     assert_eq!(offset("worst_b"), Some(offset_of!(Report, worst_b)));
     assert_eq!(offset("largest"), Some(offset_of!(Report, largest)));
     assert_eq!(offset("farthest"), Some(offset_of!(Report, farthest)));
+    assert_eq!(offset("turned"), Some(offset_of!(Report, turned)));
+    assert_eq!(offset("strayed"), Some(offset_of!(Report, strayed)));
+    assert_eq!(offset("passing"), Some(offset_of!(Report, passing)));
 }

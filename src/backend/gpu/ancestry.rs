@@ -1,0 +1,226 @@
+//! Who the bodies are and how they grow: kept on the host, which knows so who divides.
+
+use super::Setup;
+use crate::bodies::Lineage;
+use crate::dynamics::Cells;
+use crate::dynamics::growth::daughters;
+use crate::step::State;
+
+/// How a body grows, where bodies do.
+#[derive(Clone, Copy)]
+pub(super) struct Growing {
+    /// Its growing length, NaN for a body that does not grow, and the length at which it divides.
+    pub length: f64,
+    division: f64,
+    /// Its rate of growth in the step, and what its length is multiplied with in a part of a step. This is computed
+    /// when the rate changes, as an exponential costs more than all else that the host does for a body.
+    rate: f64,
+    factor: f64,
+}
+
+/// Who the bodies are. A step changes it by divisions at its start and by growth when it is accepted; until then the
+/// divisions can be undone.
+pub(super) struct Ancestry {
+    pub lineage: Vec<Lineage>,
+    pub group: Vec<u32>,
+    /// Empty where no body grows.
+    pub growing: Vec<Growing>,
+    pub next_id: u64,
+    /// The length of a part of a step, in each of which bodies grow.
+    interval: f64,
+    /// Bodies and the next id in the last accepted state, and the mothers of the present step as they were in it.
+    accepted: (usize, u64),
+    mothers: Vec<(usize, Lineage, Growing)>,
+    /// The bodies that are due to divide in the step after the last accepted one: found when lengths are at hand anyway.
+    due: Vec<usize>,
+    /// Bodies whose rates have changed since they were last asked for, some perhaps more than once.
+    changed: Vec<usize>,
+}
+
+impl Growing {
+    fn new(cells: &Cells, interval: f64, id: u64, length: f64, pressure: f64) -> Growing {
+        let rate = cells.rate(id, pressure);
+        Growing { length, division: cells.division_length(id), rate, factor: (rate * interval).exp() }
+    }
+}
+
+impl Ancestry {
+    /// That of the bodies of a state.
+    pub fn of(setup: &Setup, state: &State) -> Ancestry {
+        let (interval, bodies) = (setup.length_of(setup.first_part()), &state.bodies);
+        let lengths = bodies.shape.iter().map(|s| s.growing_length().unwrap_or(f64::NAN));
+        let growing = |cells: &Cells| {
+            let own = |(line, length): (&Lineage, f64)| Growing::new(cells, interval, line.id, length, 0.0);
+            bodies.lineage.iter().zip(lengths).map(own).collect()
+        };
+        let growing: Vec<_> = setup.growth.as_ref().map(growing).unwrap_or_default();
+        let mut ancestry = Ancestry {
+            lineage: bodies.lineage.clone(),
+            group: bodies.group.clone(),
+            changed: (0..growing.len()).collect(),
+            growing,
+            next_id: state.next_id,
+            interval,
+            accepted: (bodies.len(), state.next_id),
+            mothers: Vec::new(),
+            due: Vec::new(),
+        };
+        ancestry.lengthen(0);
+        ancestry
+    }
+
+    /// The bodies that are due to divide at the start of the next step.
+    pub fn due(&self) -> &[usize] {
+        &self.due
+    }
+
+    /// Divides a body at `time`. Returns its index, that of the upper daughter, and the length of both.
+    pub fn divide(&mut self, cells: &Cells, mother: usize, time: f64, pressure: f64) -> (usize, usize, f64) {
+        let (upper, line, own) = (self.lineage.len(), self.lineage[mother], self.growing[mother]);
+        self.mothers.push((mother, line, own));
+        let half = 0.5 * own.length;
+        let lines = daughters(&line, time, &mut self.next_id);
+        let [first, second] = lines.each_ref().map(|line| Growing::new(cells, self.interval, line.id, half, pressure));
+        self.lineage[mother] = lines[0];
+        self.lineage.push(lines[1]);
+        self.group.push(self.group[mother]);
+        self.growing[mother] = first;
+        self.growing.push(second);
+        if first.rate != own.rate {
+            self.changed.push(mother);
+        }
+        self.changed.push(upper);
+        (mother, upper, half)
+    }
+
+    /// Sets the rates under these pressures.
+    pub fn press(&mut self, cells: &Cells, pressures: &[f64]) {
+        for (body, (own, pressure)) in self.growing.iter_mut().zip(pressures).enumerate() {
+            let rate = cells.rate(self.lineage[body].id, *pressure);
+            if rate != own.rate {
+                (own.rate, own.factor) = (rate, (rate * self.interval).exp());
+                self.changed.push(body);
+            }
+        }
+    }
+
+    /// Takes back the divisions of a step that was not accepted.
+    pub fn undo(&mut self) {
+        let (bodies, next_id) = self.accepted;
+        self.lineage.truncate(bodies);
+        self.group.truncate(bodies);
+        self.growing.truncate(bodies);
+        self.next_id = next_id;
+        self.changed.retain(|body| *body < bodies);
+        while let Some((mother, line, own)) = self.mothers.pop() {
+            (self.lineage[mother], self.growing[mother]) = (line, own);
+            self.changed.push(mother);
+        }
+    }
+
+    /// Grows all bodies over an accepted step of `parts`: part by part, as on the CPU to the last bit, since lengths
+    /// say who divides.
+    pub fn accept(&mut self, parts: usize) {
+        self.mothers.clear();
+        self.accepted = (self.lineage.len(), self.next_id);
+        self.lengthen(parts);
+    }
+
+    fn lengthen(&mut self, parts: usize) {
+        self.due.clear();
+        for (body, own) in self.growing.iter_mut().enumerate() {
+            for _ in 0..parts {
+                own.length *= own.factor;
+            }
+            if own.length >= own.division {
+                self.due.push(body);
+            }
+        }
+    }
+
+    /// The lineages and groups of the last accepted state, and its next id.
+    pub fn accepted(&self) -> (Vec<Lineage>, Vec<u32>, u64) {
+        let (bodies, next_id) = self.accepted;
+        let mut lineage = self.lineage[..bodies].to_vec();
+        for (mother, line, _) in &self.mothers {
+            lineage[*mother] = *line;
+        }
+        (lineage, self.group[..bodies].to_vec(), next_id)
+    }
+
+    /// Runs of neighbouring bodies whose rates have changed since the last call, and what each body grows by in a part
+    /// of a step, as a part of its length. `all` counts every body as changed.
+    pub fn changed_growths(&mut self, all: bool) -> Vec<(usize, Vec<f64>)> {
+        let mut changed = std::mem::take(&mut self.changed);
+        if all {
+            changed = (0..self.growing.len()).collect();
+        }
+        changed.sort_unstable();
+        changed.dedup();
+        let growth = |body: &usize| (self.growing[*body].rate * self.interval).exp_m1();
+        let runs = changed.chunk_by(|a, b| a + 1 == *b);
+        runs.map(|run| (run[0], run.iter().map(growth).collect())).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    fn colony(noise: &str) -> (Cells, Ancestry) {
+        let scene = Scene::load("colony", [noise]).unwrap();
+        let model = scene.model();
+        let state = State::new(scene.clone().build().unwrap());
+        let setup = Setup::new(&model, &state.bodies.shape, crate::gpu::Precision::F32).unwrap();
+        (model.cells.unwrap(), Ancestry::of(&setup, &state))
+    }
+
+    fn lengths(of: &Ancestry) -> Vec<u64> {
+        of.growing.iter().map(|own| own.length.to_bits()).collect()
+    }
+
+    #[test]
+    fn divisions_of_a_step_that_fails_leave_no_trace() {
+        let (cells, mut of) = colony("growth.rate_noise=0.3");
+        assert_eq!(of.changed_growths(false), [(0, of.changed_growths(true)[0].1.clone())]);
+        assert!(of.changed_growths(false).is_empty(), "nothing has changed since");
+        while of.due().is_empty() {
+            of.accept(1);
+        }
+        let before = (of.lineage.clone(), of.group.clone(), lengths(&of), of.next_id, of.changed_growths(true));
+        let (mother, upper, half) = of.divide(&cells, 0, 1.0, 0.0);
+        assert_eq!((mother, upper, 2.0 * half), (0, 1, f64::from_bits(before.2[0])));
+        let changed = of.changed_growths(false);
+        assert!(changed.len() == 1 && changed[0].1.len() == 2 && changed[0].1[0] != changed[0].1[1], "{changed:?}");
+        assert_eq!(of.accepted(), (before.0.clone(), before.1.clone(), before.3));
+        of.undo();
+        assert_eq!(
+            (of.lineage.clone(), of.group.clone(), lengths(&of), of.next_id),
+            (before.0, before.1, before.2, before.3)
+        );
+        assert_eq!(of.changed_growths(false), before.4, "the mother's rate is written again");
+    }
+
+    #[test]
+    fn a_daughter_of_the_same_rate_is_the_only_one_written() {
+        let (cells, mut of) = colony("growth.division_length_noise=0.1");
+        of.changed_growths(false);
+        of.divide(&cells, 0, 1.0, 0.0);
+        let changed = of.changed_growths(false);
+        assert!(changed.len() == 1 && changed[0].0 == 1 && changed[0].1.len() == 1, "{changed:?}");
+    }
+
+    #[test]
+    fn lengths_grow_by_the_bits_of_the_cpu() {
+        let (cells, mut of) = colony("growth.rate_noise=0.3");
+        let (mut expected, id) = (of.growing[0].length, of.lineage[0].id);
+        for _ in 0..100 {
+            of.accept(2);
+            for _ in 0..2 {
+                expected *= (cells.rate(id, 0.0) * of.interval).exp();
+            }
+        }
+        assert_eq!(lengths(&of), [expected.to_bits()]);
+    }
+}
