@@ -3,7 +3,7 @@
 
 use crate::device::device;
 use relcp::dynamics::Load;
-use relcp::gpu::Choice;
+use relcp::gpu::{Choice, Precision};
 use relcp::internals::simulation::{Clock, Settings};
 use relcp::record::{Folder, state_hash};
 use relcp::run::{Run, RunStatus};
@@ -45,7 +45,7 @@ fn clock(slow_from: u64) -> Clock {
 }
 
 fn automatic(slow_from: u64) -> Compute {
-    Compute::Auto(Automatic::new(choice(), None).with(SOON, Some(clock(slow_from))))
+    Compute::Auto(Automatic::new(choice(), Some(Precision::F32)).with(SOON, Some(clock(slow_from))))
 }
 
 fn colony(end: f64) -> Scene {

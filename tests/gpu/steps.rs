@@ -447,7 +447,7 @@ fn lcps_of_a_run_on_the_device_are_files_that_the_study_reads() {
     let relcp = |arguments: &[&str]| {
         let mut command = assert_cmd::Command::cargo_bin("relcp").unwrap();
         let output = command.current_dir(&place).args(arguments).args(["--backend", "gpu", "--quiet"]);
-        let output = output.args(["--adapter", gpu.name()]).output().unwrap();
+        let output = output.args(["--adapter", gpu.name(), "--precision", "f32"]).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     };
     // The paper's rows, of which a violation makes a second LCP.

