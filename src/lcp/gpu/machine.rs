@@ -7,6 +7,7 @@ use super::kernels::{Kernels, MOST_EXACT, Variant};
 use super::layout::{DIAGONAL, FIRST_CONSTANT, GRID_WORDS, HALT, NUMBERS, Parameters, REDUCTIONS, Slots};
 use super::number::Operation;
 use super::problem::DeviceProblem;
+use super::room::Room;
 use super::shape::{Shape, ShapeWork, StageArguments};
 use super::stage::{Action, Bodies, Product, Rows, Segment, Stage, Work};
 use super::turns::{self, Part, TURN_WORDS};
@@ -229,7 +230,9 @@ impl Machine {
         let mut all = Vec::new();
         let mut kinds = segment.carried.clone();
         for stage in &segment.stages {
-            all.push(StageArguments::of(constants, stage, &kinds));
+            let arguments = StageArguments::of(constants, stage, &kinds);
+            debug_assert_eq!([arguments.vectors.len(), arguments.numbers.len()], Room::of(stage).places());
+            all.push(arguments);
             kinds = stage.kinds();
         }
         kinds.clear();

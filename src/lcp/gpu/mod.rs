@@ -9,6 +9,7 @@ mod layout;
 mod machine;
 mod number;
 mod problem;
+mod room;
 mod shape;
 mod solver;
 mod stage;

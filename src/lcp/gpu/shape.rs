@@ -4,7 +4,7 @@
 //! A kernel made for its stage keeps intermediate results in registers. Interpreting the instructions took five to ten
 //! times as long on a software adapter.
 
-use super::layout::{FIRST_CONSTANT, MOST_NUMBERS, MOST_VECTORS};
+use super::layout::FIRST_CONSTANT;
 use super::number::{Operation, RING};
 use super::stage::{Action, Block, Bodies, Product, Rows, Stage, Words, Work};
 
@@ -180,11 +180,6 @@ impl StageArguments {
         let numbers = [s, t].map(|number| self.operand(constants, made, number));
         let out = if action.is_sum() { out } else { place(out, &mut self.vectors) };
         Line { action, out, vectors, numbers }
-    }
-
-    /// Whether the parameters of a dispatch have room for one more instruction or operation.
-    pub fn has_room(&self) -> bool {
-        self.vectors.len() + 4 <= MOST_VECTORS && self.numbers.len() + 3 <= MOST_NUMBERS
     }
 }
 

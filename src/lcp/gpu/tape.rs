@@ -12,18 +12,18 @@
 
 use super::layout::{CONSTANTS, FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS};
 use super::number::{self, Noted, Number, Operation};
-use super::shape::StageArguments;
+use super::room::Room;
 use super::stage::{Action, Block, Bodies, Product, Rows, Segment, Stage, Words, Work};
 use std::collections::HashMap;
-
-/// With fewer instructions and operations a stage has room for one more, whatever it is.
-const FEW: usize = 6;
 
 #[derive(Debug, Default)]
 pub(super) struct Tape {
     pub stages: Vec<Stage>,
+    /// What each of them uses, and what the operations use that wait for the next.
+    rooms: Vec<Room>,
     /// Operations for the stage that comes next.
     pending: Vec<[u32; 4]>,
+    pending_room: Room,
     /// The kinds of the sums of the stage before the first one here.
     carried: Vec<u32>,
     /// How many stages were run before.
@@ -119,10 +119,7 @@ impl Tape {
         if let Some(stage) = (first..self.stages.len()).find(|nth| !self.is_full(*nth)) {
             return stage;
         }
-        let next = Stage { operations: std::mem::take(&mut self.pending), work: Work::Numbers };
-        let full = next.operations.len() > FEW && !StageArguments::of(&self.constants, &next, &[]).has_room();
-        self.pending = next.operations;
-        if full {
+        if self.pending_room.is_full() {
             self.finish();
         }
         self.stages.len()
@@ -130,9 +127,15 @@ impl Tape {
 
     /// Adds an operation on numbers to a stage, which may be the one that comes next.
     fn operation(&mut self, stage: usize, words: [u32; 4]) {
-        match self.stages.get_mut(stage) {
-            Some(stage) => stage.operations.push(words),
-            None => self.pending.push(words),
+        match (self.stages.get_mut(stage), self.rooms.get_mut(stage)) {
+            (Some(stage), Some(room)) => {
+                stage.operations.push(words);
+                room.operation(&words);
+            }
+            _ => {
+                self.pending.push(words);
+                self.pending_room.operation(&words);
+            }
         }
     }
 
@@ -179,6 +182,7 @@ impl Tape {
         let stage = self.rows_stage(first, |rows| rows.product.is_none() && rows.block.is_none());
         if let Some(Work::Rows(rows)) = self.stages.get_mut(stage).map(|stage| &mut stage.work) {
             rows.block = Some(block);
+            self.rooms[stage].block(block);
         }
         self.sums_floor = stage.max(self.sums_floor);
         for vector in read {
@@ -201,6 +205,7 @@ impl Tape {
             Some((choice, copies)) => {
                 let last = self.stages.len() - 1;
                 self.stages[last].work = choice;
+                self.rooms[last] = Room::of(&self.stages[last]);
                 rows.before = copies;
             }
             None => self.begin(Work::Bodies(Bodies { x, low, instead: None, exact })),
@@ -294,6 +299,9 @@ impl Tape {
     fn first(&mut self, count: usize) -> Segment {
         let rest = self.stages.split_off(count);
         let stages = std::mem::replace(&mut self.stages, rest);
+        for (room, stage) in self.rooms.drain(..count).zip(&stages) {
+            debug_assert_eq!(room.places(), Room::of(stage).places());
+        }
         let looks = stages.iter().map(Stage::looks).sum();
         let kinds = stages.last().map_or_else(|| self.carried.clone(), Stage::kinds);
         let carried = std::mem::replace(&mut self.carried, kinds);
@@ -315,7 +323,9 @@ impl Tape {
     pub fn forget(&mut self) {
         self.catch_up();
         self.stages.clear();
+        self.rooms.clear();
         self.pending.clear();
+        self.pending_room = Room::default();
         self.carried.clear();
         self.ready.clear();
         self.vectors.clear();
@@ -369,18 +379,16 @@ impl Tape {
 
     /// Adds a stage, with the operations that wait for it.
     fn begin(&mut self, work: Work) {
+        let mut room = std::mem::take(&mut self.pending_room);
+        room.work(&work);
         let operations = std::mem::take(&mut self.pending);
         self.stages.push(Stage { operations, work });
+        self.rooms.push(room);
     }
 
     /// Whether a stage might exceed the parameters of a dispatch with one more instruction.
     fn is_full(&self, nth: usize) -> bool {
-        let stage = &self.stages[nth];
-        let instructions = match &stage.work {
-            Work::Rows(rows) => rows.before.len() + rows.after.len(),
-            _ => 0,
-        };
-        instructions + stage.operations.len() > FEW && !StageArguments::of(self.constants(), stage, &[]).has_room()
+        self.rooms[nth].is_full()
     }
 
     fn push(&mut self, stage: usize, words: Words) {
@@ -388,7 +396,12 @@ impl Tape {
             self.uses(vector).read = stage.max(self.uses(vector).read);
         }
         if let Some(Work::Rows(rows)) = self.stages.get_mut(stage).map(|stage| &mut stage.work) {
-            if rows.block.is_some() { rows.after.push(words) } else { rows.before.push(words) }
+            if rows.block.is_some() {
+                rows.after.push(words)
+            } else {
+                rows.before.push(words)
+            }
+            self.rooms[stage].instruction(&words);
         }
     }
 }

@@ -1,0 +1,113 @@
+//! What a stage uses of the parameters that a dispatch passes: the places of vectors and of numbers, each once.
+
+use super::layout::{CONSTANTS, FIRST_CONSTANT, MOST_NUMBERS, MOST_VECTORS};
+use super::number::Operation;
+use super::stage::{Action, Block, Bodies, Rows, Stage, Words, Work};
+
+/// So many instructions and operations fit in any case: each uses four vectors and three numbers at most.
+const FEW: usize = 6;
+
+/// The vectors and numbers that a stage uses so far. It is kept up as the stage grows: solvers write a hundred thousand
+/// instructions a second, and to count them anew each time took a seventh of the time of steps of 64 cells.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Room {
+    /// Instructions and operations.
+    count: usize,
+    vectors: Vec<u32>,
+    /// Numbers that were made before the stage, but for constants.
+    numbers: Vec<u32>,
+    /// Numbers that the stage's own operations make.
+    made: Vec<u32>,
+}
+
+fn note(list: &mut Vec<u32>, place: u32) {
+    if !list.contains(&place) {
+        list.push(place);
+    }
+}
+
+impl Room {
+    /// Of a whole stage.
+    pub fn of(stage: &Stage) -> Self {
+        let mut room = Room::default();
+        stage.operations.iter().for_each(|words| room.operation(words));
+        room.work(&stage.work);
+        room
+    }
+
+    /// Adds what a stage does after its operations.
+    pub fn work(&mut self, work: &Work) {
+        match work {
+            Work::Rows(Rows { product, before, block, after, .. }) => {
+                self.vectors(product.map(|product| product.out));
+                if let Some(block) = block {
+                    self.block(*block);
+                }
+                before.iter().chain(after).for_each(|words| self.instruction(words));
+            }
+            Work::Bodies(Bodies { x, low, instead, .. }) => {
+                self.vectors([Some(*x), *low].into_iter().flatten());
+                if let Some([condition, from]) = *instead {
+                    self.number(condition);
+                    self.vectors([from]);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Adds the small problems of pairs.
+    pub fn block(&mut self, Block { x, w, g, out }: Block) {
+        self.vectors([Some(x), w, g, Some(out)].into_iter().flatten());
+    }
+
+    fn vectors(&mut self, places: impl IntoIterator<Item = u32>) {
+        places.into_iter().for_each(|place| note(&mut self.vectors, place));
+    }
+
+    /// Adds an instruction on rows.
+    pub fn instruction(&mut self, words: &Words) {
+        let [action, out, a, b, c, s, t, _] = *words;
+        self.count += 1;
+        self.vectors([a, b, c]);
+        if !Action::ALL[action as usize].is_sum() {
+            self.vectors([out]);
+        }
+        self.number(s);
+        self.number(t);
+    }
+
+    /// Adds an operation on numbers.
+    pub fn operation(&mut self, words: &[u32; 4]) {
+        let [head, a, b, c] = *words;
+        self.count += 1;
+        let kind = head & 0xff;
+        if kind != Operation::Take as u32 {
+            self.number(a);
+            self.number(b);
+            // The last word of a look is its number.
+            if kind != Operation::Look as u32 {
+                self.number(c);
+            }
+        }
+        self.made.push(head >> 8);
+    }
+
+    fn number(&mut self, place: u32) {
+        let is_constant = (FIRST_CONSTANT..FIRST_CONSTANT + CONSTANTS).contains(&place);
+        if !is_constant && !self.made.contains(&place) {
+            note(&mut self.numbers, place);
+        }
+    }
+
+    /// How many vectors and numbers a dispatch passes.
+    pub fn places(&self) -> [usize; 2] {
+        [self.vectors.len(), self.numbers.len()]
+    }
+
+    /// Whether the parameters of a dispatch might not do for one more instruction or operation.
+    pub fn is_full(&self) -> bool {
+        let [vectors, numbers] = self.places();
+        self.count > FEW && !(vectors + 4 <= MOST_VECTORS && numbers + 3 <= MOST_NUMBERS)
+    }
+}
