@@ -3,6 +3,7 @@
 mod arguments;
 mod batch;
 mod batch_progress;
+mod compiling;
 mod compute;
 mod contacts;
 mod devices;

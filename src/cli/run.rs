@@ -4,7 +4,7 @@ use super::arguments::Run as Arguments;
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{compute, output, placing, view};
+use super::{compiling, compute, output, placing, view};
 use relcp::gpu::Profile;
 use relcp::record::{Folder, PassedStep, RecordError, Retried};
 use relcp::run::{Run, RunError, RunStatus, Summary};
@@ -81,7 +81,8 @@ fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> 
     let scene = Scene::load(source, &arguments.sets)?;
     let bodies = placing::place(&scene, interrupt, arguments.print.quiet)?;
     let compute = settle(arguments, &scene)?;
-    let simulation = Simulation::builder(scene).bodies(bodies).on(&compute).build().map_err(CliError::start)?;
+    let builder = Simulation::builder(scene).bodies(bodies).on(&compute);
+    let simulation = compiling::watch(&compute, arguments.print.quiet, || builder.build()).map_err(CliError::start)?;
     let folder = match &arguments.out {
         Some(path) => Folder::create(path)?,
         None => Folder::create_in(Path::new(RUNS), &simulation.scene().name)?,
@@ -107,7 +108,7 @@ fn resume(arguments: &Arguments) -> Result<Run, CliError> {
         }
     };
     let compute = settle(arguments, &scene)?;
-    Ok(Run::resume(scene, folder, &compute)?)
+    Ok(compiling::watch(&compute, arguments.print.quiet, || Run::resume(scene, folder, &compute))?)
 }
 
 /// What computes; for a profile kernels are compiled when they are made, so that it tells how long that took.

@@ -74,7 +74,8 @@ impl Gpu {
         match *self {}
     }
 
-    pub(super) fn pipelines(&self) -> Vec<PipelineReport> {
+    /// The pipelines made so far.
+    pub fn pipelines(&self) -> Vec<PipelineReport> {
         match *self {}
     }
 

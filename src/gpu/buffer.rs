@@ -143,6 +143,8 @@ impl Buffer {
     pub fn write(&self, gpu: &Gpu, offset: u64, bytes: &[u8]) {
         lock(&gpu.tally).write(bytes.len() as u64);
         if !bytes.is_empty() {
+            // What was submitted before may read what is there now.
+            gpu.hand_over();
             gpu.queue.write_buffer(&self.raw, offset, bytes);
         }
     }

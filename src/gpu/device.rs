@@ -1,5 +1,6 @@
 //! An open device: its queue, what it allocated and did, and the first fault that it reported.
 
+use super::pending::Pending;
 use super::recorder::Staging;
 use super::tally::Tally;
 use super::timing::Timer;
@@ -38,7 +39,8 @@ pub(super) struct Shared {
     fault: Mutex<Option<GpuError>>,
 }
 
-pub(super) type BindGroups = HashMap<(u64, Vec<u64>), wgpu::BindGroup>;
+/// By the kernel, the buffer of its parameters, and its other buffers.
+pub(super) type BindGroups = HashMap<(u64, Option<usize>, Vec<u64>), wgpu::BindGroup>;
 
 /// An open device.
 pub struct Gpu {
@@ -56,6 +58,7 @@ pub struct Gpu {
     profiled_from: Mutex<(Instant, Tally)>,
     pub(super) pipelines: Mutex<Vec<PipelineReport>>,
     pub(super) bind_groups: Mutex<BindGroups>,
+    pub(super) pending: Mutex<Pending>,
     pub(super) staging: Mutex<Staging>,
     pub(super) reading: Mutex<()>,
     submissions: Mutex<Vec<wgpu::SubmissionIndex>>,
@@ -118,6 +121,7 @@ impl Gpu {
             profiled_from: Mutex::new((Instant::now(), Tally::default())),
             pipelines: Mutex::default(),
             bind_groups: Mutex::default(),
+            pending: Mutex::default(),
             staging: Mutex::default(),
             reading: Mutex::default(),
             submissions: Mutex::default(),
@@ -269,6 +273,7 @@ impl Gpu {
     /// Seconds since the profile was begun, and what each stage did since then; all since the device was opened where
     /// none was begun. What was submitted and is not done yet is waited for where kernels are timed.
     pub(super) fn profiled(&self) -> (f64, Vec<StageUse>) {
+        self.hand_over();
         let mut timer = lock(&self.timer);
         if let Some(timer) = timer.as_mut() {
             timer.collect(self);
@@ -312,6 +317,12 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::Hang`] where a submission takes two minutes, or the fault that the device reported.
     pub fn wait(&self) -> Result<(), GpuError> {
+        self.hand_over();
+        self.wait_for_submissions()
+    }
+
+    /// Waits for what the device has.
+    pub(super) fn wait_for_submissions(&self) -> Result<(), GpuError> {
         let submissions = std::mem::take(&mut *lock(&self.submissions));
         for index in submissions.into_iter().map(Some).chain([None]) {
             self.wait_for(index)?;

@@ -25,6 +25,8 @@ pub(crate) mod kernel;
 #[cfg(feature = "gpu")]
 pub(crate) mod lattice;
 #[cfg(feature = "gpu")]
+mod pending;
+#[cfg(feature = "gpu")]
 pub(crate) mod periods;
 mod precision;
 mod profile;

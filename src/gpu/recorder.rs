@@ -2,6 +2,7 @@
 
 use super::device::lock;
 use super::kernel::Compiled;
+use super::pending::{ALIGNMENT, INVOCATIONS, Recorded, Region, SLOTS};
 use super::tally::Tally;
 use super::timing::Set;
 use super::{Buffer, Gpu, GpuError, Kernel};
@@ -12,40 +13,30 @@ use std::time::Instant;
 /// Workgroups that one dimension of a dispatch may have.
 const MOST_GROUPS: u64 = 65_535;
 
-/// Alignment of the parameters of a dispatch: what every adapter allows.
-const ALIGNMENT: usize = 256;
-
-/// Parameters of this many dispatches fit one submission.
-const PARAMETER_SLOTS: usize = 1024;
-
-/// Invocations of one submission, about, each with one row or body. Systems take a device away from a program whose
-/// submission lasts seconds, and waiting tells a hang from much work only between submissions. With 5.2 million rows a
-/// software adapter whose two cores were shared by six other programs took 18 s for an iteration of 16 dispatches: some
-/// 4 s for so many.
-const INVOCATIONS: u64 = 1 << 24;
-
 /// The stage of work that names none.
 pub(super) const UNNAMED: &str = "other";
 
 /// Bind groups kept at most.
 const MOST_BIND_GROUPS: usize = 4096;
 
-/// Buffers that read-backs and parameters go through.
+/// The buffer that read-backs go through.
 #[derive(Default)]
 pub(super) struct Staging {
-    parameters: Option<wgpu::Buffer>,
     read: Option<wgpu::Buffer>,
 }
 
 /// A buffer, and the variable of a kernel that it is bound to.
 pub type Bound<'a> = (&'static str, &'a Buffer);
 
-/// Work being recorded. What is recorded is done in order, and nothing is done before [`Recorder::submit`].
+/// Work being recorded. What is recorded is done in order, and nothing is done before [`Recorder::submit`]. Work that was
+/// submitted may wait to be handed to the device with other work.
 pub struct Recorder<'g> {
     gpu: &'g Gpu,
     encoder: Option<wgpu::CommandEncoder>,
     pass: Option<wgpu::ComputePass<'static>>,
     parameters: Vec<u8>,
+    /// Where they will be, once there are any.
+    region: Option<Region>,
     /// What the submission is made of so far.
     tally: Tally,
     /// Queries of its passes.
@@ -61,6 +52,7 @@ impl<'g> Recorder<'g> {
             encoder: None,
             pass: None,
             parameters: Vec::new(),
+            region: None,
             tally: Tally::default(),
             timed: Vec::new(),
             invocations: 0,
@@ -148,7 +140,8 @@ impl<'g> Recorder<'g> {
         }
     }
 
-    /// Hands all that was recorded to the device.
+    /// Puts all that was recorded where it will be done after all that was submitted before, and before what is written
+    /// from now on.
     ///
     /// # Errors
     /// The fault that the device reported, if it did.
@@ -156,19 +149,15 @@ impl<'g> Recorder<'g> {
         self.pass = None;
         let Some(mut encoder) = self.encoder.take() else { return self.gpu.health() };
         self.timed.iter().for_each(|set| set.resolve(&mut encoder));
-        // The buffer of parameters is shared: no other thread may write it before this submission is in the queue.
-        let staging = lock(&self.gpu.staging);
-        if let Some(buffer) = staging.parameters.as_ref().filter(|_| !self.parameters.is_empty()) {
-            self.gpu.queue.write_buffer(buffer, 0, &self.parameters);
-        }
-        self.parameters.clear();
-        self.gpu.submitted(self.gpu.queue.submit([encoder.finish()]));
-        self.invocations = 0;
-        drop(staging);
-        lock(&self.gpu.tally).submit(&mut self.tally, self.stage);
-        if let Some(timer) = lock(&self.gpu.timer).as_mut() {
-            timer.submitted(self.gpu, std::mem::take(&mut self.timed));
-        }
+        lock(&self.gpu.tally).add(&mut self.tally, self.stage);
+        let parameters = std::mem::take(&mut self.parameters);
+        self.gpu.append(Recorded {
+            commands: encoder.finish(),
+            parameters: self.region.take().map(|region| (region, parameters)),
+            timed: std::mem::take(&mut self.timed),
+            invocations: std::mem::take(&mut self.invocations),
+            stage: self.stage,
+        });
         self.gpu.health()
     }
 
@@ -195,6 +184,7 @@ impl<'g> Recorder<'g> {
             at += size(range);
         }
         self.submit()?;
+        self.gpu.hand_over();
         staging.map_async(wgpu::MapMode::Read, 0..total, |_| {});
         let begun = Instant::now();
         self.gpu.wait()?;
@@ -262,20 +252,23 @@ impl<'g> Recorder<'g> {
     }
 
     fn bind_in_order(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[&Buffer]) -> Result<(), GpuError> {
-        if self.parameters.len() >= PARAMETER_SLOTS * ALIGNMENT {
+        if self.parameters.len() >= SLOTS * ALIGNMENT {
             // A fault shows at the next submission or read.
             let _ = self.submit();
         }
-        let offset = self.parameters.len() as u32;
+        let before = self.parameters.len();
+        let (mut offset, mut bank) = (0, None);
         if kernel.parameters > 0 {
+            let region = self.region()?;
+            (offset, bank) = (region.offset() + before as u32, Some(region.bank));
             self.parameters.extend_from_slice(parameters);
             self.parameters.resize(self.parameters.len().next_multiple_of(ALIGNMENT), 0);
         }
-        let parameter_bytes = self.parameters.len() as u64 - u64::from(offset);
+        let parameter_bytes = (self.parameters.len() - before) as u64;
         let bank_bytes = self.gpu.bank_bytes();
         let banks: Vec<u32> = buffers.iter().map(|b| b.banks(bank_bytes).count() as u32).collect();
         let compiled = kernel.compiled(self.gpu, &banks)?;
-        let group = self.bind_group(kernel, &compiled, buffers)?;
+        let group = self.bind_group(kernel, &compiled, bank, buffers)?;
         let counters = self.tally.of(self.stage);
         counters.dispatches += 1;
         counters.bytes_written += parameter_bytes;
@@ -292,24 +285,31 @@ impl<'g> Recorder<'g> {
         &self,
         kernel: &Kernel,
         compiled: &Compiled,
+        bank: Option<usize>,
         buffers: &[&Buffer],
     ) -> Result<wgpu::BindGroup, GpuError> {
         let mut groups = lock(&self.gpu.bind_groups);
         if self.gpu.shared.stale.swap(false, Ordering::Relaxed) || groups.len() > MOST_BIND_GROUPS {
             groups.clear();
         }
-        let key = (compiled.id, buffers.iter().map(|b| b.id).collect());
+        let key = (compiled.id, bank, buffers.iter().map(|b| b.id).collect());
         if let Some(group) = groups.get(&key) {
             return Ok(group.clone());
         }
         kernel.check_sizes(buffers)?;
-        let group = self.make_bind_group(kernel, compiled, buffers);
+        let group = self.make_bind_group(kernel, compiled, bank, buffers);
         groups.insert(key, group.clone());
         Ok(group)
     }
 
-    fn make_bind_group(&self, kernel: &Kernel, compiled: &Compiled, buffers: &[&Buffer]) -> wgpu::BindGroup {
-        let parameters = (kernel.parameters > 0).then(|| self.parameter_buffer());
+    fn make_bind_group(
+        &self,
+        kernel: &Kernel,
+        compiled: &Compiled,
+        bank: Option<usize>,
+        buffers: &[&Buffer],
+    ) -> wgpu::BindGroup {
+        let parameters = bank.and_then(|bank| self.gpu.parameter_buffer(bank));
         let part = |binding, buffer, offset, size| wgpu::BindGroupEntry {
             binding,
             resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
@@ -329,15 +329,21 @@ impl<'g> Recorder<'g> {
         self.gpu.device.create_bind_group(&descriptor)
     }
 
-    fn parameter_buffer(&self) -> wgpu::Buffer {
-        let make = || {
-            self.gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("parameters"),
-                size: ((PARAMETER_SLOTS + 1) * ALIGNMENT) as u64,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        };
-        lock(&self.gpu.staging).parameters.get_or_insert_with(make).clone()
+    /// Where the parameters will be.
+    fn region(&mut self) -> Result<Region, GpuError> {
+        if let Some(region) = self.region {
+            return Ok(region);
+        }
+        let region = self.gpu.take_region()?;
+        self.region = Some(region);
+        Ok(region)
+    }
+}
+
+impl Drop for Recorder<'_> {
+    fn drop(&mut self) {
+        if let Some(region) = self.region.take() {
+            self.gpu.leave_region(region);
+        }
     }
 }

@@ -7,7 +7,7 @@ use super::Counters;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tally {
     stages: Vec<(&'static str, Counters)>,
-    /// Bytes written for the next submission.
+    /// Bytes written for what is submitted next.
     for_next: u64,
 }
 
@@ -26,14 +26,13 @@ impl Tally {
         self.for_next += bytes;
     }
 
-    /// Adds what a submission is made of, which ended in `stage`. What was written before belongs to its first stage.
-    pub fn submit(&mut self, submission: &mut Tally, stage: &'static str) {
-        let first = submission.stages.first().map_or(stage, |(first, _)| first);
+    /// Adds what was recorded, which ended in `stage`. What was written before belongs to its first stage.
+    pub fn add(&mut self, recorded: &mut Tally, stage: &'static str) {
+        let first = recorded.stages.first().map_or(stage, |(first, _)| first);
         self.of(first).bytes_written += std::mem::take(&mut self.for_next);
-        for (name, counters) in submission.stages.drain(..) {
+        for (name, counters) in recorded.stages.drain(..) {
             *self.of(name) += counters;
         }
-        self.of(stage).submissions += 1;
     }
 
     /// Stages and counters; bytes that no submission followed yet are those of `other`.

@@ -121,7 +121,7 @@ impl Timer {
             set.read.map_async(wgpu::MapMode::Read, 0..set.bytes(), |_| {});
         }
         // A device with a fault is not asked again.
-        let done = gpu.wait().is_ok();
+        let done = gpu.wait_for_submissions().is_ok();
         for set in &mut sets {
             let ticks = if done { set.ticks() } else { vec![None; set.stages.len()] };
             for (stage, ticks) in take(&mut set.stages).into_iter().zip(ticks) {

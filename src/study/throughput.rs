@@ -102,8 +102,10 @@ pub struct Row {
     pub pairs_per_second: f64,
     /// Bytes that a product must move over what the device copies in the time of an iteration; zero on the CPU.
     pub bandwidth_floor: f64,
-    /// Dispatches and read-backs a step; zero on the CPU.
+    /// Dispatches a step; zero on the CPU, as the next two.
     pub dispatches: f64,
+    /// Submissions a step.
+    pub submissions: f64,
     /// Read-backs a step.
     pub reads: f64,
     /// Largest overlap of all steps.
@@ -199,6 +201,7 @@ pub(super) fn measure_with(
         pairs_per_second: pairs as f64 / phases.narrow_phase.as_secs_f64().max(1e-9),
         bandwidth_floor,
         dispatches: counted(|c| c.dispatches),
+        submissions: counted(|c| c.submissions),
         reads: counted(|c| c.reads),
         max_overlap,
         worst_residual,
@@ -209,13 +212,13 @@ pub(super) fn measure_with(
 /// The rows as a Markdown table.
 pub fn table(rows: &[Row]) -> String {
     let mut out = String::from(
-        "| what | bodies | computed by | rows | ms a step | broad / narrow / solve / integrate / growth, ms | recursions | products | us an iteration | x copy floor | pairs/s | dispatches | read-backs | worst overlap | worst residual | unconverged |\n| --- | ---: | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",
+        "| what | bodies | computed by | rows | ms a step | broad / narrow / solve / integrate / growth, ms | recursions | products | us an iteration | x copy floor | pairs/s | dispatches | submissions | read-backs | worst overlap | worst residual | unconverged |\n| --- | ---: | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",
     );
     for row in rows {
         let stages: Vec<String> = row.stages_ms.iter().map(|ms| format!("{ms:.2}")).collect();
         let _ = writeln!(
             out,
-            "| {:?} | {} | {} | {} | {:.2} | {} | {:.2} | {:.0} | {:.1} | {:.1} | {:.2e} | {:.0} | {:.1} | {:.2e} | {:.2e} | {} |",
+            "| {:?} | {} | {} | {} | {:.2} | {} | {:.2} | {:.0} | {:.1} | {:.1} | {:.2e} | {:.0} | {:.1} | {:.1} | {:.2e} | {:.2e} | {} |",
             row.kind,
             row.bodies,
             row.computed_by,
@@ -228,6 +231,7 @@ pub fn table(rows: &[Row]) -> String {
             row.bandwidth_floor,
             row.pairs_per_second,
             row.dispatches,
+            row.submissions,
             row.reads,
             row.max_overlap,
             row.worst_residual,

@@ -1,9 +1,10 @@
 //! What a step makes on the device and sends to and fro.
 
-use crate::device::device;
+use crate::device::{device, precisions};
 use relcp::Scene;
 use relcp::gpu::{Choice, Gpu, Precision};
 use relcp::simulation::{Compute, Simulation};
+use relcp::study::throughput::{self, Kind};
 use std::sync::Arc;
 
 /// A device of its own, as other tests count too.
@@ -82,6 +83,44 @@ fn a_step_without_events_sends_no_more_for_more_bodies() {
             // What is written are the parameters of dispatches, of which there are as many.
             assert_eq!(few, many, "1,156 and 2,500 rods with gaps of {gap}");
             assert!(few.iter().all(|[_, read, _]| *read < 1156));
+        }
+    }
+}
+
+/// Dispatches, submissions and read-backs of a step of the stored colony of 1,024 cells.
+#[test]
+fn a_step_of_1024_rods_is_handed_over_and_waited_for_a_few_times() {
+    let Some(gpu) = own() else { return };
+    for precision in precisions(&gpu) {
+        let compute = Compute::Gpu { gpu: gpu.clone(), precision };
+        let row = throughput::measure(Kind::Colony, 1024, [2, 4], &compute).unwrap();
+        println!(
+            "{}: {} iterations, {} dispatches, {} submissions, {} read-backs a step",
+            precision.name(),
+            row.iterations,
+            row.dispatches,
+            row.submissions,
+            row.reads
+        );
+        assert!(row.submissions <= 40.0 && row.reads <= 20.0, "{row:?}");
+    }
+}
+
+/// The built-in scenes in their first steps; a colony that grows past one workgroup compiles the others at that step.
+#[test]
+fn all_kernels_are_compiled_before_the_first_step() {
+    let Some(gpu) = own() else { return };
+    for name in ["colony", "compaction", "chainmail", "two-ellipsoids", "three-capsules"] {
+        for precision in precisions(&gpu) {
+            let compute = Compute::Gpu { gpu: gpu.clone(), precision };
+            let scene = Scene::built_in(name).unwrap();
+            let mut simulation = Simulation::builder(scene).on(&compute).build().unwrap();
+            let made = gpu.pipelines().len();
+            for _ in 0..3 {
+                simulation.step().unwrap();
+            }
+            let late: Vec<String> = gpu.pipelines()[made..].iter().map(|pipeline| pipeline.name.clone()).collect();
+            assert!(late.is_empty(), "{name} {}: {late:?}", precision.name());
         }
     }
 }

@@ -220,7 +220,7 @@ impl Device {
         shapes[0].write(&gpu, precision, &state.bodies.shape, grows.then_some(setup.length_pitch));
         let mut ancestry = Ancestry::of(&setup, &state);
         let width = setup.motion_width() as usize;
-        Ok(Device {
+        let mut device = Device {
             plugged: Vec::new(),
             takes_loads: false,
             step: state.step,
@@ -251,7 +251,15 @@ impl Device {
             setup,
             model: model.clone(),
             gpu,
-        })
+        };
+        device.compile_solver()?;
+        Ok(device)
+    }
+
+    /// Compiles the kernels of the solver for as many bodies as there are, where that is not done yet. All others are
+    /// compiled when the backend is made.
+    fn compile_solver(&mut self) -> Result<(), GpuError> {
+        self.solver.compile(&self.gpu, self.bodies)
     }
 
     /// The device.
@@ -341,6 +349,7 @@ impl Backend for Device {
         if self.grows() {
             let begun = Instant::now();
             self.grow()?;
+            self.compile_solver()?;
             self.phases.growth += begun.elapsed();
         }
         let begun = Instant::now();

@@ -12,14 +12,20 @@ use crate::lcp::drive::{Drive, Method};
 use crate::lcp::pair_block_cg::PairBlockCg;
 use crate::lcp::projected_jacobi::ProjectedJacobi;
 use crate::lcp::verbs::Verbs;
-use crate::lcp::{Outcome, Settings, SolverKind, Status};
+use crate::lcp::{Outcome, Problem, Settings, SolverKind, Status};
 
 /// A solver of LCPs on a device. It keeps its buffers from one problem to the next.
 pub struct Solver {
     kind: SolverKind,
     settings: Settings,
     machine: Machine,
+    /// Whether the kernels of small problems are compiled, and those of large ones.
+    compiled: [bool; 2],
 }
+
+/// The part of the largest small problem from which on a scene is taken to need the kernels of large ones too: crowded
+/// bodies have about three rows each, and slots for more pairs.
+const SOON_LARGE: u64 = 4;
 
 impl Solver {
     /// Whether there is a solver of a kind here.
@@ -53,7 +59,40 @@ impl Solver {
     ) -> Result<Self, GpuError> {
         Solver::check(kind)?;
         let machine = Machine::new(gpu, Variant { precision, planar, slots: Slots::of(kind, precision) })?;
-        Ok(Solver { kind, settings, machine })
+        Ok(Solver { kind, settings, machine, compiled: [false; 2] })
+    }
+
+    /// Compiles the kernels that so many bodies need, where that is not done yet, so that no solve waits for a compiler:
+    /// it iterates on a small problem for as long as new kernels may be met.
+    ///
+    /// # Errors
+    /// As [`Solver::solve`].
+    pub fn compile(&mut self, gpu: &Gpu, bodies: u64) -> Result<(), GpuError> {
+        let largest = self.machine.largest_small;
+        for (large, needed) in [(false, largest > 0), (true, bodies.saturating_mul(SOON_LARGE) > largest)] {
+            if needed && !std::mem::replace(&mut self.compiled[usize::from(large)], true) {
+                self.machine.largest_small = if large { 0 } else { u64::MAX };
+                let compiled = self.iterate_on_chain(gpu);
+                self.machine.largest_small = largest;
+                compiled?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Iterates on a chain of three bodies, two batches and more: no residual is below zero.
+    fn iterate_on_chain(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        let precision = self.machine.precision();
+        let mut problem = match self.machine.planar() {
+            true => DeviceProblem::upload(gpu, precision, &chain::<3>(), &[])?.0,
+            false => DeviceProblem::upload(gpu, precision, &chain::<6>(), &[])?.0,
+        };
+        let iterations = self.machine.looks.iter().sum::<usize>() as u64 + 1;
+        let settings = Settings { tolerance: -1.0, max_iterations: iterations };
+        let settings = std::mem::replace(&mut self.settings, settings);
+        let outcome = self.solve(gpu, &mut problem);
+        self.settings = settings;
+        outcome.map(|_| ())
     }
 
     /// When the solver stops.
@@ -124,6 +163,20 @@ impl Solver {
         device.prepare();
         let x = device.start();
         device.finish(&x)
+    }
+}
+
+/// Three bodies in a row that are pushed together, with two rows for the first pair.
+fn chain<const D: usize>() -> Problem<D> {
+    let row = |push: f64| {
+        let block = |sign: f64| std::array::from_fn(|k| sign * push / (k + 1) as f64);
+        [block(1.0), block(-1.0)]
+    };
+    Problem {
+        bodies: 3,
+        pair: vec![[0, 1], [0, 1], [1, 2]],
+        jacobian: vec![row(1.0), row(0.9), row(1.1)],
+        q: vec![-1.0, -0.8, -0.7],
     }
 }
 
