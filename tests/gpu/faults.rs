@@ -156,6 +156,35 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     assert!((5..=6).contains(&submissions), "{submissions}");
 }
 
+/// Threads that share a device record at once, more of them than one buffer has room for parameters.
+#[test]
+fn each_of_many_recorders_at_once_has_its_own_parameters() {
+    let Some(gpu) = own() else { return };
+    let text = "
+struct Parameters { digit: u32, a: u32, b: u32, c: u32 }
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read_write> out: array<u32>;
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x == 0u { out[0] = 3u * out[0] + parameters.digit; }
+}";
+    let kernel = Kernel::new(&gpu, &Source::new("digits", Precision::F32).text(text)).unwrap();
+    let out = Buffer::new(&gpu, "out", 4, 1).unwrap();
+    for _ in 0..2 {
+        out.write(&gpu, 0, &[0; 4]);
+        let mut recorders: Vec<_> = (0..20).map(|_| gpu.record()).collect();
+        let digit = |nth: usize| (nth % 3) as u32;
+        for (nth, record) in recorders.iter_mut().enumerate() {
+            let parameters = [digit(nth), 0, 0, 0];
+            record.run(&kernel, bytemuck::bytes_of(&parameters), &[("out", &out)], 1);
+        }
+        recorders.iter_mut().for_each(|record| record.submit().unwrap());
+        let read = gpu.record().read(&[(&out, 0..4)]).unwrap();
+        let expected = (0..20).fold(0_u32, |sum, nth| sum.wrapping_mul(3).wrapping_add(digit(nth)));
+        assert_eq!(read[0], expected.to_le_bytes());
+    }
+}
+
 #[test]
 fn buffers_that_do_not_fit_a_kernel_are_refused_by_name() {
     let text = "

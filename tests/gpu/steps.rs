@@ -3,6 +3,7 @@
 
 use crate::device::{device, precisions};
 use glam::{DQuat, DVec3};
+use relcp::Error;
 use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
 use relcp::gpu::{Choice, Gpu, GpuError, Precision};
@@ -234,15 +235,23 @@ fn buffers_larger_than_a_binding_give_the_same_bits() {
             let bytes = (1 << 13) * precision.bytes() as u64;
             let banked = with_banks(gpu, bytes, false);
             let (one, reports) = steps(&compute(gpu, precision), &scene, 2);
-            let mut simulation = Simulation::builder(scene.clone()).on(&compute(&banked, precision)).build().unwrap();
-            for _ in 0..2 {
-                simulation.step().unwrap();
-            }
-            let many = simulation.state().unwrap();
-            let most = banked.buffers().iter().map(|(_, size)| size.div_ceil(bytes)).max().unwrap();
+            let in_banks = || {
+                let compute = compute(&banked, precision);
+                let mut simulation = Simulation::builder(scene.clone()).on(&compute).build()?;
+                (0..2).try_for_each(|_| simulation.step().map(|_| ()))?;
+                let most = banked.buffers().iter().map(|(_, size)| size.div_ceil(bytes)).max().unwrap();
+                Ok((simulation.state()?.clone(), most))
+            };
+            let (many, most) = match in_banks() {
+                Err(Error::Fault(Fault::Device(fault @ GpuError::Bindings { .. }))) => {
+                    println!("SKIP: {fault}");
+                    continue;
+                }
+                many => many.unwrap(),
+            };
             println!("{} rows, {most} banks at most", reports[1].constraints);
             assert!(most > 2, "{most} banks");
-            assert_eq!(state_hash(&one), state_hash(many), "{precision:?}");
+            assert_eq!(state_hash(&one), state_hash(&many), "{precision:?}");
         }
     }
 }
@@ -252,9 +261,11 @@ fn too_many_bindings_are_refused_by_name() {
     let Some(gpu) = device() else { return };
     let scene = patch(40, DVec3::ZERO);
     let least = with_banks(gpu, 1 << 13, true);
-    let mut simulation = Simulation::builder(scene.clone()).on(&compute(&least, Precision::F32)).build().unwrap();
-    let fault = simulation.step().unwrap_err();
-    let Fault::Device(GpuError::Bindings { kernel, needs, has: 8, .. }) = &fault else { panic!("{fault}") };
+    let built = Simulation::builder(scene.clone()).on(&compute(&least, Precision::F32)).build();
+    let fault = built.and_then(|mut simulation| Ok(simulation.step()?)).unwrap_err();
+    let Error::Fault(Fault::Device(GpuError::Bindings { kernel, needs, has: 8, .. })) = &fault else {
+        panic!("{fault}")
+    };
     assert!(!kernel.is_empty() && *needs > 8);
 }
 

@@ -87,6 +87,13 @@ fn a_step_without_events_sends_no_more_for_more_bodies() {
     }
 }
 
+#[test]
+fn a_step_without_constraints_waits_for_two_reports() {
+    let Some(gpu) = own() else { return };
+    let reads: Vec<u64> = sent(&gpu, rods(4, 0.07, ""), false).iter().map(|[reads, ..]| *reads).collect();
+    assert_eq!(reads, [2; 6]);
+}
+
 /// Dispatches, submissions and read-backs of a step of the stored colony of 1,024 cells.
 #[test]
 fn a_step_of_1024_rods_is_handed_over_and_waited_for_a_few_times() {

@@ -122,6 +122,10 @@ impl Solver {
     /// # Errors
     /// The fault that the device reported; [`GpuError::Limit`] where the problem is too large for it.
     pub fn solve(&mut self, gpu: &Gpu, problem: &mut DeviceProblem) -> Result<Outcome, GpuError> {
+        check(problem, self.machine.planar())?;
+        if problem.rows == 0 {
+            return without_rows(gpu, problem, self.machine.precision());
+        }
         match self.kind {
             SolverKind::ProjectedJacobi => self.solve_by(gpu, problem, ProjectedJacobi::default()),
             SolverKind::Apgd => self.solve_by(gpu, problem, Apgd::new()),
@@ -139,7 +143,6 @@ impl Solver {
         problem: &'a DeviceProblem,
         mut method: impl Method<Device<'a>>,
     ) -> Result<Outcome, GpuError> {
-        check(problem, self.machine.planar())?;
         let settings = self.settings;
         let mut device = Device::new(gpu, &mut self.machine, problem);
         device.prepare();
@@ -164,6 +167,17 @@ impl Solver {
         let x = device.start();
         device.finish(&x)
     }
+}
+
+/// The solution without rows, for which the device need not be waited for: no body is pushed.
+fn without_rows(gpu: &Gpu, problem: &DeviceProblem, precision: Precision) -> Result<Outcome, GpuError> {
+    let numbers = if problem.planar { 4 } else { 8 };
+    let mut record = gpu.record();
+    record.stage("lcp-no-rows");
+    record.clear(&problem.velocity, 0..problem.bodies * numbers * precision.bytes() as u64);
+    record.submit()?;
+    let (status, residual) = (Status::Solved, 0.0);
+    Ok(Outcome { status, iterations: 0, products: 0, factorizations: 0, fallback: false, residual })
 }
 
 /// Three bodies in a row that are pushed together, with two rows for the first pair.

@@ -254,6 +254,10 @@ fn check<const D: usize>(
 /// The scenes in every precision that there is a bound for.
 fn check_all(scenes: &[Scene], bounds: &[(Precision, f64, f64)], residual: Option<f64>, least: [usize; 2]) {
     let Some(gpu) = device() else { return };
+    if !bounds.iter().any(|bound| precisions(gpu).contains(&bound.0)) {
+        println!("SKIP: {} has none of the precisions that there is a bound for", gpu.name());
+        return;
+    }
     let mut counts = [0; 2];
     let with_rows = |rows: Rows| scenes.iter().map(move |scene| (scene, rows));
     for (scene, rows) in with_rows(Rows::Paper).chain(with_rows(Rows::Auto)) {
