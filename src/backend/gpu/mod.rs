@@ -76,7 +76,15 @@ pub(crate) struct Setup {
     /// The least thickness of a body.
     pub thinnest: f64,
     pub walls: Walls,
+    /// What an overlap is taken to be off by: violations begin that much earlier, and overlaps are reported that much
+    /// larger, so that the tolerance holds in exact arithmetic.
+    pub rounding: f64,
 }
+
+/// What overlaps are off by in 32 bits, in lengths of the longest body, and the part of the tolerance that it is taken
+/// for at most. In a colony of 4,096 rods up to 4 long, overlaps of up to 1e-5 were off by 2.7e-8, half of this.
+const ROUNDING_OF_OVERLAPS: f64 = 1.0 / (1 << 26) as f64;
+const MOST_ROUNDING: f64 = 0.05;
 
 impl Setup {
     /// The scene's, for bodies of these shapes.
@@ -95,7 +103,13 @@ impl Setup {
         // Without bodies any lattice will do that has room for the periods.
         let none = periods.shortest().map_or(1.0, |period| 0.5 * period);
         let lattice = Lattice::for_thickness(if thinnest.is_finite() { thinnest } else { none })?;
+        let largest = shapes.iter().map(|shape| 2.0 * shape.bounding_radius()).fold(longest, f64::max);
+        let rounding = match precision {
+            Precision::F32 => (ROUNDING_OF_OVERLAPS * largest).min(MOST_ROUNDING * model.contact.overlap_tolerance),
+            Precision::F64 => 0.0,
+        };
         Ok(Setup {
+            rounding,
             precision,
             planar: model.planar,
             lattice,
@@ -404,7 +418,7 @@ impl Backend for Device {
     }
 
     fn trial(&mut self, violating: f64) -> Result<Overlap, Fault> {
-        self.violating = violating;
+        self.violating = violating - self.setup.rounding;
         let begun = Instant::now();
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         let mut record = gpu.record();
@@ -425,7 +439,11 @@ impl Backend for Device {
         self.farthest = f64::from(f32::from_bits(report.farthest));
         self.turned = f64::from(f32::from_bits(report.turned));
         self.phases.narrow_phase += begun.elapsed();
-        Ok(report.overlap(&self.setup.walls))
+        let mut overlap = report.overlap(&self.setup.walls);
+        if overlap.worst > 0.0 {
+            overlap.worst += self.setup.rounding;
+        }
+        Ok(overlap)
     }
 
     fn append_violations(&mut self) -> Result<(), Fault> {
