@@ -59,7 +59,7 @@ impl Slots {
             Slots { q: 0, diagonal: DIAGONAL, inverse: 2, x: X, majorant: None, coupling: None, low: None, free: 4 };
         match kind {
             SolverKind::ProjectedJacobi => (slots.majorant, slots.free) = (Some([4, 5]), 6),
-            SolverKind::Auto | SolverKind::PairBlockCg => {
+            SolverKind::Auto | SolverKind::PairBlockCg | SolverKind::ClusterCg => {
                 (slots.coupling, slots.free) = (Some(4), 5);
                 if precision == Precision::F32 {
                     (slots.low, slots.free) = (Some(5), 6);

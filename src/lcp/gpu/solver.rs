@@ -36,6 +36,7 @@ impl Solver {
             | SolverKind::Apgd
             | SolverKind::Bbpgd
             | SolverKind::PairBlockCg => return Ok(()),
+            SolverKind::ClusterCg => "solver cluster_cg",
         };
         Err(GpuError::Unsupported { what: what.into() })
     }
@@ -88,7 +89,10 @@ impl Solver {
             SolverKind::Apgd => self.solve_by(gpu, problem, Apgd::new()),
             SolverKind::Bbpgd => self.solve_by(gpu, problem, Bbpgd::new()),
             SolverKind::Auto | SolverKind::PairBlockCg => self.solve_by(gpu, problem, PairBlockCg::new()),
-            kind @ (SolverKind::ProjectedGaussSeidel | SolverKind::Dense | SolverKind::InteriorPoint) => {
+            kind @ (SolverKind::ClusterCg
+            | SolverKind::ProjectedGaussSeidel
+            | SolverKind::Dense
+            | SolverKind::InteriorPoint) => {
                 Err(Solver::check(kind).err().unwrap_or(GpuError::Unsupported { what: "such solver".into() }))
             }
         }
