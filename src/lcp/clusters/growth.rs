@@ -63,19 +63,24 @@ impl<'a> Growth<'a> {
             self.assigned[first as usize] = true;
             return None;
         }
-        let mut members = vec![first];
-        let mut next = 0;
-        'growing: while let Some(&member) = members.get(next) {
-            next += 1;
-            for entry in self.incidence.of(member as usize) {
+        // Bodies next to members, with the number of rows that join them.
+        let mut near: Vec<(u32, u32)> = Vec::new();
+        let mut newest = first;
+        for _ in 1..MOST_MEMBERS {
+            for entry in self.incidence.of(newest as usize) {
                 let other = self.other(*entry);
                 if other as usize == self.bodies || self.assigned[other as usize] {
                     continue;
                 }
-                if members.len() == MOST_MEMBERS || !self.take(other, true) {
-                    break 'growing;
+                match near.iter_mut().find(|(body, _)| *body == other) {
+                    Some((_, joins)) => *joins += 1,
+                    None => near.push((other, 1)),
                 }
-                members.push(other);
+            }
+            let Some(best) = (0..near.len()).rev().max_by_key(|k| near[*k].1) else { break };
+            (newest, _) = near.remove(best);
+            if !self.take(newest, true) {
+                break;
             }
         }
         let mut rows = self.rows.all.clone();
