@@ -11,12 +11,13 @@ use relcp::lcp::{Outcome, Problem, Settings, Solver, Status, velocity};
 use relcp::scene::SolverKind;
 use std::io::Read;
 
-const ITERATIVE: [SolverKind; 5] = [
+const ITERATIVE: [SolverKind; 6] = [
     SolverKind::ProjectedJacobi,
     SolverKind::ProjectedGaussSeidel,
     SolverKind::Apgd,
     SolverKind::Bbpgd,
     SolverKind::PairBlockCg,
+    SolverKind::ClusterCg,
 ];
 
 /// A stored system, a start, a reference solution's velocity.
@@ -225,13 +226,14 @@ fn other_solvers_reach_the_first_stored_system() {
     }
 }
 
-const ALL: [SolverKind; 8] = [
+const ALL: [SolverKind; 9] = [
     SolverKind::Auto,
     SolverKind::ProjectedJacobi,
     SolverKind::ProjectedGaussSeidel,
     SolverKind::Apgd,
     SolverKind::Bbpgd,
     SolverKind::PairBlockCg,
+    SolverKind::ClusterCg,
     SolverKind::Dense,
     SolverKind::InteriorPoint,
 ];

@@ -96,14 +96,15 @@ mod tests {
 
     #[test]
     fn a_body_with_many_neighbours_has_a_domain_of_its_own_rows_or_none() {
-        for (others, covered) in [(200, true), (300, false)] {
-            // A large body whose neighbours do not touch each other.
-            let sides: Vec<[u32; 2]> = (1..=others).map(|other| [0, other]).collect();
-            let domains = domains(others as usize + 1, &sides);
-            let of_hub = domains.iter().any(|rows| rows.len() == others as usize);
-            // Too many bodies even so.
-            assert!(!of_hub);
-            let _ = covered;
+        // Bodies at a large one, with another body behind each of them.
+        for (others, whole) in [(20, true), (60, false), (200, false)] {
+            let mut sides: Vec<[u32; 2]> = (1..=others).map(|other| [0, other]).collect();
+            sides.extend((1..=others).map(|other| [other, others + other]));
+            let domains = domains(2 * others as usize + 1, &sides);
+            let with_all = |rows: &Vec<u32>| (0..others).all(|row| rows.contains(&row));
+            let of_hub = domains.iter().find(|rows| with_all(rows));
+            assert_eq!(of_hub.is_some(), others < MOST_BODIES as u32, "{others}");
+            assert_eq!(of_hub.is_some_and(|rows| rows.len() == 2 * others as usize), whole, "{others}");
         }
     }
 

@@ -8,6 +8,7 @@ use super::verbs::Device;
 use crate::gpu::{Gpu, GpuError, Precision};
 use crate::lcp::apgd::Apgd;
 use crate::lcp::bbpgd::Bbpgd;
+use crate::lcp::cluster_cg::ClusterCg;
 use crate::lcp::drive::{Drive, Method};
 use crate::lcp::pair_block_cg::PairBlockCg;
 use crate::lcp::projected_jacobi::ProjectedJacobi;
@@ -89,10 +90,8 @@ impl Solver {
             SolverKind::Apgd => self.solve_by(gpu, problem, Apgd::new()),
             SolverKind::Bbpgd => self.solve_by(gpu, problem, Bbpgd::new()),
             SolverKind::Auto | SolverKind::PairBlockCg => self.solve_by(gpu, problem, PairBlockCg::new()),
-            kind @ (SolverKind::ClusterCg
-            | SolverKind::ProjectedGaussSeidel
-            | SolverKind::Dense
-            | SolverKind::InteriorPoint) => {
+            SolverKind::ClusterCg => self.solve_by(gpu, problem, ClusterCg::to(self.settings.tolerance)),
+            kind @ (SolverKind::ProjectedGaussSeidel | SolverKind::Dense | SolverKind::InteriorPoint) => {
                 Err(Solver::check(kind).err().unwrap_or(GpuError::Unsupported { what: "such solver".into() }))
             }
         }
