@@ -2,9 +2,10 @@
 // g . d + 1/2 |J^T d|^2 over x + d >= 0, from d = 0. It is the method of src/lcp/pair_block_cg.rs. Every invocation has two
 // rows, whose vectors it keeps itself; in workgroup memory is what other invocations need.
 //
-// The words in `clusters`: for every cluster where its rows and its bodies begin, and how many these are; for every row of
-// it its number, its bodies and the length of the pair that it begins, and the place of its displacement; for every body
-// where its list of rows begins, and these lists.
+// The words in `clusters`: for every cluster where its rows, pairs and bodies begin, and how many these are; for every row
+// of it its number, its bodies, and the place of its displacement; for every pair its first row and how many it has, those
+// of one row first, since invocations of a group that do the same do not wait for each other; for every body where its list
+// of rows begins, and these lists.
 
 // Vectors in `lanes`, each of MOST_ROWS numbers. Six sums at once overwrite all but the last.
 const STEEP: u32 = 0u;
@@ -13,6 +14,7 @@ const START: u32 = 3u;
 
 const MOST_ROWS: u32 = 2u * WORKGROUP;
 const UNKNOWNS: u32 = 3u * WIDTH;
+const CLUSTER_WORDS: u32 = 6u;
 const ROW_WORDS: u32 = 3u;
 // A side without mobility.
 const NO_BODY: u32 = 255u;
@@ -25,19 +27,21 @@ var<workgroup> awake: u32;
 struct Cluster {
     rows_at: u32,
     rows: u32,
+    pairs_at: u32,
+    pairs: u32,
     bodies_at: u32,
     bodies: u32,
 }
 
 fn cluster_at(nth: u32) -> Cluster {
-    return Cluster(clusters[4u * nth], clusters[4u * nth + 1u], clusters[4u * nth + 2u], clusters[4u * nth + 3u]);
+    let w = CLUSTER_WORDS * nth;
+    return Cluster(clusters[w], clusters[w + 1u], clusters[w + 2u], clusters[w + 3u], clusters[w + 4u], clusters[w + 5u]);
 }
 
 // The two rows of an invocation.
 struct Own {
     row: vec2<u32>,
     is_there: vec2<bool>,
-    // Bodies, and lengths of pairs.
     sides: vec2<u32>,
     place: vec2<u32>,
 }
@@ -75,12 +79,12 @@ fn bring(local: u32, count: u32, kinds: u32) {
     workgroupBarrier();
 }
 
-fn minimize_pairs(own: Own, local: u32, w: u32, g: u32) {
+fn minimize_pairs(c: Cluster, local: u32, w: u32, g: u32) {
     workgroupBarrier();
-    for (var half = 0u; half < 2u; half += 1u) {
-        let first = local + half * WORKGROUP;
-        let length = select(0u, own.sides[half] >> 16u, own.is_there[half]);
-        minimize_block(first, first + length, START, w, g, STEP);
+    for (var nth = local; nth < c.pairs; nth += WORKGROUP) {
+        let word = clusters[c.pairs_at + nth];
+        let first = word & 65535u;
+        minimize_block(first, first + (word >> 16u), START, w, g, STEP);
     }
     workgroupBarrier();
 }
@@ -158,7 +162,7 @@ fn descend_in_cluster(c: Cluster, own: Own, local: u32, start: vec2r, steep: vec
         let x = start + moved;
         share(START, local, x);
         share(STEEP, local, g);
-        minimize_pairs(own, local, NONE, STEEP);
+        minimize_pairs(c, local, NONE, STEEP);
         let z = taken_of(own, STEP, local);
         workgroupBarrier();
         leave(0u, local, dot(g, d.displacement));
@@ -171,7 +175,7 @@ fn descend_in_cluster(c: Cluster, own: Own, local: u32, start: vec2r, steep: vec
         let part = parts_of(d, e);
         let descent = found[5];
         share(STEP, local, length * z + (length * part.x) * d.displacement + (length * part.y) * e.displacement);
-        minimize_pairs(own, local, STEP, NONE);
+        minimize_pairs(c, local, STEP, NONE);
         var next = taken_of(own, STEP, local);
         workgroupBarrier();
         leave(0u, local, dot(g, next));

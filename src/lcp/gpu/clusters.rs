@@ -4,7 +4,7 @@ use crate::lcp::clusters::{MOST_BODIES, MOST_ROWS, NOBODY, domains};
 use crate::lcp::incidence::Incidence;
 
 /// Words of a cluster, and of each of its rows.
-const CLUSTER_WORDS: usize = 4;
+const CLUSTER_WORDS: usize = 6;
 #[cfg(test)]
 const ROW_WORDS: usize = 3;
 
@@ -17,9 +17,9 @@ const _: () = assert!(MOST_BODIES <= NO_BODY as usize && MOST_ROWS < 1 << 16);
 pub(super) struct Tables {
     /// How many clusters there are.
     pub clusters: usize,
-    /// For every cluster where its rows and its bodies begin, and how many these are; then for every row of it its
-    /// number, its bodies and the length of the pair that it begins, and the place of its displacement; and for every
-    /// body where its list of rows begins, and these lists.
+    /// For every cluster where its rows, pairs and bodies begin, and how many these are; then for every row of it its
+    /// number, its bodies, and the place of its displacement; for every pair its first row and how many it has; and for
+    /// every body where its list of rows begins, and these lists.
     pub words: Vec<u32>,
     /// Where the displacements of each row begin; one more at the end.
     pub part_start: Vec<u32>,
@@ -31,9 +31,10 @@ impl Tables {
         let moving = |body: u32| if (body as usize) < bodies { body } else { NOBODY };
         let sides: Vec<[u32; 2]> = pair.iter().map(|pair| pair.map(moving)).collect();
         let domains = domains(bodies, &sides);
-        let mut length = vec![0; pair.len()];
-        for edges in block_start.windows(2).filter(|edges| edges[0] < edges[1]) {
-            length[edges[0] as usize] = edges[1] - edges[0];
+        // How many rows the pair of a row has.
+        let mut size = vec![0; pair.len()];
+        for edges in block_start.windows(2) {
+            size[edges[0] as usize..edges[1] as usize].fill(edges[1] - edges[0]);
         }
         let mut part_start = vec![0; pair.len() + 1];
         domains.iter().flatten().for_each(|row| part_start[*row as usize + 1] += 1);
@@ -41,25 +42,30 @@ impl Tables {
             part_start[row + 1] += part_start[row];
         }
         let mut next = part_start.clone();
-        let mut words = vec![0; CLUSTER_WORDS * domains.len()];
-        for (nth, rows) in domains.iter().enumerate() {
+        let clusters = domains.len();
+        let mut words = vec![0; CLUSTER_WORDS * clusters];
+        for (nth, mut rows) in domains.into_iter().enumerate() {
+            // The rows of a pair stay together.
+            rows.sort_by_key(|row| size[*row as usize]);
             let rows_at = words.len();
-            let (local, count) = numbered(rows, &sides);
+            let (local, count) = numbered(&rows, &sides);
             for (row, [a, b]) in rows.iter().zip(&local) {
                 let place = &mut next[*row as usize];
-                words.extend([*row, a | b << 8 | length[*row as usize] << 16, *place]);
+                words.extend([*row, a | b << 8, *place]);
                 *place += 1;
             }
+            let pairs_at = words.len();
+            let mut first = 0;
+            while let Some(row) = rows.get(first) {
+                words.push(first as u32 | size[*row as usize] << 16);
+                first += size[*row as usize] as usize;
+            }
             let bodies_at = words.len();
-            words[CLUSTER_WORDS * nth..][..CLUSTER_WORDS].copy_from_slice(&[
-                rows_at as u32,
-                rows.len() as u32,
-                bodies_at as u32,
-                count as u32,
-            ]);
+            let record = [rows_at, rows.len(), pairs_at, bodies_at - pairs_at, bodies_at, count];
+            words[CLUSTER_WORDS * nth..][..CLUSTER_WORDS].copy_from_slice(&record.map(|word| word as u32));
             add_lists(&mut words, &local, count);
         }
-        Tables { clusters: domains.len(), words, part_start }
+        Tables { clusters, words, part_start }
     }
 
     /// How many displacements of rows there are.
@@ -104,12 +110,13 @@ mod tests {
         let tables = Tables::of(3, &pair, &[0, 0, 1, 3, 4]);
         assert_eq!((tables.clusters, tables.parts()), (1, 4));
         assert_eq!(tables.part_start, [0, 1, 2, 3, 4]);
-        let one = |a: u32, b: u32, length: u32| a | b << 8 | length << 16;
-        let rows = [[0, one(0, 1, 1), 0], [1, one(2, 1, 2), 1], [2, one(2, 1, 0), 2], [3, one(2, NO_BODY, 1), 3]];
-        assert_eq!(tables.words[..4], [4, 4, 16, 3]);
-        assert_eq!(tables.words[4..16], *rows.as_flattened());
-        assert_eq!(tables.words[16..20], [20, 21, 24, 27]);
-        assert_eq!(tables.words[20..], [0, 1, 3, 5, 2, 4, 6]);
+        // Pairs of one row stand first.
+        let rows = [[0, 1 << 8, 0], [3, 2 | NO_BODY << 8, 3], [1, 2 | 1 << 8, 1], [2, 2 | 1 << 8, 2]];
+        assert_eq!(tables.words[..6], [6, 4, 18, 3, 21, 3]);
+        assert_eq!(tables.words[6..18], *rows.as_flattened());
+        assert_eq!(tables.words[18..21], [1 << 16, 1 | 1 << 16, 2 | 2 << 16]);
+        assert_eq!(tables.words[21..25], [25, 26, 29, 32]);
+        assert_eq!(tables.words[25..], [0, 1, 5, 7, 2, 4, 6]);
     }
 
     #[test]

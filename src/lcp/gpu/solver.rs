@@ -36,8 +36,8 @@ impl Solver {
             | SolverKind::ProjectedJacobi
             | SolverKind::Apgd
             | SolverKind::Bbpgd
-            | SolverKind::PairBlockCg => return Ok(()),
-            SolverKind::ClusterCg => "solver cluster_cg",
+            | SolverKind::PairBlockCg
+            | SolverKind::ClusterCg => return Ok(()),
         };
         Err(GpuError::Unsupported { what: what.into() })
     }

