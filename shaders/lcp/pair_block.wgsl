@@ -5,27 +5,25 @@
 const ENTRIES: u32 = 36u;
 
 // B of pairs with more than two rows: MOST_EXACT numbers a row, the entries with the earlier rows of its part and with
-// itself. They are in `entries`.
-
-fn inverse_of(row: u32) -> real { return vectors[at(INVERSE, row)]; }
+// itself. They are in `entries`; the kernel says where a row has them (`entry_place`), and where vectors are (`held`).
 
 // A number of a vector that may be missing.
 fn number_of(vector: u32, row: u32) -> real {
     if vector == NONE { return 0.0; }
-    return vectors[at(vector, row)];
+    return held(vector, row);
 }
 
 // One row, or two.
 fn minimize_few(row: u32, two: bool, x: u32, w: u32, g: u32, out: u32) {
     let other = select(row, row + 1u, two);
     // No change goes below these.
-    let lowest = -vec2r(vectors[at(x, row)], vectors[at(x, other)]);
+    let lowest = -vec2r(held(x, row), held(x, other));
     let wanted = vec2r(number_of(w, row), number_of(w, other));
     let inverse = vec2r(inverse_of(row), inverse_of(other));
     let slope = vec2r(number_of(g, row), number_of(g, other));
     // B_01 and B_00 / det B.
-    let b = vectors[at(COUPLING, row)];
-    let inverse_schur = vectors[at(COUPLING, other)];
+    let b = coupling_of(row);
+    let inverse_schur = coupling_of(other);
     let s = select(vec2r(), slope, inverse > vec2r());
     let ac = select(vec2r(1.0), SHIFT / inverse, inverse > vec2r());
     let alone = max(wanted.x - s.x / ac.x, lowest.x);
@@ -39,9 +37,9 @@ fn minimize_few(row: u32, two: bool, x: u32, w: u32, g: u32, out: u32) {
     let rising = s.x - ac.x * y.x + b * (second - wanted.y) >= 0.0;
     let one = select(vec2r(first, lowest.y), vec2r(lowest.x, second), rising);
     let best = select(one, both, both.x >= lowest.x && both.y >= lowest.y);
-    vectors[at(out, row)] = select(alone, best.x, two);
+    hold(out, row, select(alone, best.x, two));
     if two {
-        vectors[at(out, other)] = best.y;
+        hold(out, other, best.y);
     }
 }
 
@@ -54,14 +52,14 @@ fn has(rows: u32, i: u32) -> bool { return (rows & (1u << i)) != 0u; }
 
 // Entry of B of the part that begins at a row.
 fn entry(first: u32, i: u32, j: u32) -> real {
-    return entries[(first + max(i, j)) * MOST_EXACT + min(i, j)];
+    return entries[entry_place(first + max(i, j)) + min(i, j)];
 }
 
 fn slope_of(row: u32, g: u32, step: real) -> real {
     return select(real(0.0), step * number_of(g, row), inverse_of(row) > 0.0);
 }
 
-fn start_of(row: u32, x: u32, w: u32) -> real { return vectors[at(x, row)] + number_of(w, row); }
+fn start_of(row: u32, x: u32, w: u32) -> real { return held(x, row) + number_of(w, row); }
 
 // Data are read where they are: of what is private, only what changes is kept.
 fn minimize_exactly(first: u32, m: u32, x: u32, w: u32, g: u32, step: real, out: u32) {
@@ -161,9 +159,9 @@ fn minimize_exactly(first: u32, m: u32, x: u32, w: u32, g: u32, step: real, out:
         free |= 1u << entering;
     }
     for (var i = 0u; i < m; i += 1u) {
-        let lowest = -vectors[at(x, first + i)];
+        let lowest = -held(x, first + i);
         let above = start_of(first + i, x, w) + change[i] > 0.0;
-        vectors[at(out, first + i)] = select(lowest, max(number_of(w, first + i) + change[i], lowest), above);
+        hold(out, first + i, select(lowest, max(number_of(w, first + i) + change[i], lowest), above));
     }
 }
 
@@ -186,9 +184,9 @@ fn minimize_three(first: u32, x: u32, w: u32, g: u32, out: u32) {
     let y = vec3r(start_of(first, x, w), start_of(first + 1u, x, w), start_of(first + 2u, x, w));
     let slope = vec3r(slope_of(first, g, 1.0), slope_of(first + 1u, g, 1.0), slope_of(first + 2u, g, 1.0));
     // Entries with the second and the third row.
-    let at_one = (first + 1u) * MOST_EXACT;
-    let at_two = (first + 2u) * MOST_EXACT;
-    let d = vec3r(entries[first * MOST_EXACT], entries[at_one + 1u], entries[at_two + 2u]);
+    let at_one = entry_place(first + 1u);
+    let at_two = entry_place(first + 2u);
+    let d = vec3r(entries[entry_place(first)], entries[at_one + 1u], entries[at_two + 2u]);
     let b01 = entries[at_one];
     let b02 = entries[at_two];
     let b12 = entries[at_two + 1u];
@@ -218,9 +216,9 @@ fn minimize_three(first: u32, x: u32, w: u32, g: u32, out: u32) {
     let middle = r1 / d1 - l21 * last;
     best = better(best, vec3r(-slope.x / d.x - l10 * middle - l20 * last, middle, last), y, slope, b);
     for (var i = 0u; i < 3u; i += 1u) {
-        let lowest = -vectors[at(x, first + i)];
+        let lowest = -held(x, first + i);
         let moved = max(number_of(w, first + i) + best[i], lowest);
-        vectors[at(out, first + i)] = select(lowest, moved, y[i] + best[i] > 0.0);
+        hold(out, first + i, select(lowest, moved, y[i] + best[i] > 0.0));
     }
 }
 
@@ -243,7 +241,7 @@ fn minimize_block(first: u32, last: u32, x: u32, w: u32, g: u32, out: u32) {
     }
     let inside = is_inside(first, last, x, w, g);
     for (var row = select(last, first, inside); row < last; row += 1u) {
-        vectors[at(out, row)] = number_of(w, row);
+        hold(out, row, number_of(w, row));
     }
     for (var round = select(1u, 0u, rows == 3u && !inside); round < 1u; round += 1u) {
         minimize_three(first, x, w, g, out);

@@ -6,6 +6,7 @@
 //! their bodies' numbers and stand in one chunk.
 
 use super::Problem;
+use super::clusters::Clusters;
 use super::incidence::Incidence;
 use super::loops::Chunks;
 use super::numbering;
@@ -13,6 +14,7 @@ use super::on_rows::{Diagonals, Numbers, OnRows};
 use super::pair_blocks::{self, PairBlocks};
 use super::product::Product;
 use super::residual::worse;
+use super::verbs::InClusters;
 use std::ops::Range;
 
 /// A diagonal entry of `A` is a zero row's at or under this part of the largest: its square root, the length of the row
@@ -47,6 +49,8 @@ pub struct Cpu<const D: usize> {
     parallel_rows: bool,
     products: u64,
     looks: Vec<f64>,
+    /// Made when they are first needed.
+    clusters: Option<Clusters<D>>,
 }
 
 impl<const D: usize> Cpu<D> {
@@ -85,6 +89,7 @@ impl<const D: usize> Cpu<D> {
         self.compliance = 0.0;
         self.products = 0;
         self.looks.clear();
+        self.clusters = None;
     }
 
     /// Adds this part of the diagonal of `A` to it, until the next problem: a row then gives way by that part of what
@@ -108,6 +113,11 @@ impl<const D: usize> Cpu<D> {
     /// Whether every number of the problem is finite, and so is the diagonal.
     pub fn is_finite(&self) -> bool {
         self.q.iter().chain(&self.diagonal).all(|number| number.is_finite())
+    }
+
+    /// Each row's place in the problem.
+    pub(crate) fn order(&self) -> &[u32] {
+        &self.order
     }
 
     /// Brings a vector from the problem's order of rows into this one's, numbers that cannot be multipliers as zero.
@@ -236,5 +246,16 @@ impl<const D: usize> OnRows for Cpu<D> {
 
     fn made(&self) -> u64 {
         self.products
+    }
+}
+
+impl<const D: usize> InClusters for Cpu<D> {
+    fn descend_in_clusters(&mut self, condition: f64, x: &Vec<f64>, g: &Vec<f64>, tolerance: f64, out: &mut Vec<f64>) {
+        if condition > 0.0 {
+            let bodies = self.incidence().start.len() - 1;
+            let mut clusters = self.clusters.take().unwrap_or_else(|| Clusters::new(bodies, &self.rows()));
+            clusters.descend(x, g, &self.diagonal, tolerance, out);
+            self.clusters = Some(clusters);
+        }
     }
 }

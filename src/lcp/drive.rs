@@ -40,7 +40,7 @@ const NEAR: f64 = 100.0;
 const PROGRESS: f64 = 0.99;
 
 /// An iterate and the gradient there.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Point<T> {
     /// Multipliers, none negative.
     pub x: T,

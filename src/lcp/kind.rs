@@ -24,6 +24,8 @@ pub enum SolverKind {
     Bbpgd,
     /// Projected nonlinear conjugate gradients, preconditioned by the blocks of the pairs.
     PairBlockCg,
+    /// The same, with steps from the LCPs of overlapping clusters of bodies: few iterations that do much, for a GPU.
+    ClusterCg,
     /// Dense pivoting, for tests and small systems.
     Dense,
     /// Primal-dual interior point with a sparse factorization: few iterations, whatever the conditioning. Not on a GPU.
@@ -37,12 +39,13 @@ impl SolverKind {
     /// # use relcp::lcp::SolverKind;
     /// assert!(SolverKind::NAMED.contains(&("bbpgd", SolverKind::Bbpgd)));
     /// ```
-    pub const NAMED: [(&'static str, SolverKind); 7] = [
+    pub const NAMED: [(&'static str, SolverKind); 8] = [
         ("projected_jacobi", SolverKind::ProjectedJacobi),
         ("projected_gauss_seidel", SolverKind::ProjectedGaussSeidel),
         ("apgd", SolverKind::Apgd),
         ("bbpgd", SolverKind::Bbpgd),
         ("pair_block_cg", SolverKind::PairBlockCg),
+        ("cluster_cg", SolverKind::ClusterCg),
         ("dense", SolverKind::Dense),
         ("interior_point", SolverKind::InteriorPoint),
     ];

@@ -4,6 +4,7 @@
 //! already scaled by the factor of the effective mobility (see `constraint`), so a solver knows nothing of laws or
 //! shapes, and `v = J^T gamma` is the contact velocity in those scaled unknowns.
 
+pub(crate) mod clusters;
 pub(crate) mod cpu;
 #[cfg(feature = "gpu")]
 pub(crate) mod gpu;
@@ -15,6 +16,7 @@ pub(crate) mod verbs;
 
 mod apgd;
 mod bbpgd;
+mod cluster_cg;
 mod dense;
 mod drive;
 mod interior_point;

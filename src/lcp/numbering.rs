@@ -14,8 +14,13 @@ pub(super) fn rebuild<const D: usize>(
     let joins = |blocks: &[[f64; D]; 2]| blocks.iter().all(|block| *block != [0.0; D]);
     let joined: Vec<[u32; 2]> =
         pair.iter().zip(jacobian).filter(|(_, blocks)| joins(blocks)).map(|(pair, _)| *pair).collect();
+    of_joined(bodies, &joined, place);
+}
+
+/// The same from the pairs that are joined, in which a pair may stand several times.
+pub(super) fn of_joined(bodies: usize, joined: &[[u32; 2]], place: &mut Vec<u32>) {
     let mut incidence = Incidence::default();
-    incidence.rebuild(bodies, &joined);
+    incidence.rebuild(bodies, joined);
     let mut order: Vec<u32> = Vec::with_capacity(bodies);
     place.clear();
     place.resize(bodies, u32::MAX);

@@ -17,19 +17,44 @@ use std::ops::Range;
 
 /// Bounds of the remembered trial length. On the stored systems a longest of 1 costs up to a fifth more products where
 /// pairs have several rows, and 2 to 64 cost the same.
-const SHORTEST: f64 = 0.05;
-const LONGEST: f64 = 8.0;
+pub(crate) const SHORTEST: f64 = 0.05;
+pub(crate) const LONGEST: f64 = 8.0;
 
 /// A displacement must descend at least this part of what `z` does.
-const DESCENT: f64 = 1e-3;
+pub(crate) const DESCENT: f64 = 1e-3;
 
 /// Relative addition to the diagonal of `H`: two displacements that are parallel to eight digits count as one.
-const REGULARIZATION: f64 = 1e-8;
+pub(crate) const REGULARIZATION: f64 = 1e-8;
 
 /// The same in units of rounding, where that is more: the entries of `H` are long sums.
-const ROUNDING: f64 = 64.0;
+pub(crate) const ROUNDING: f64 = 64.0;
+
+/// How `z` is made.
+pub(crate) trait Descent<V: Verbs> {
+    /// The shortest trial length that is remembered.
+    const SHORTEST: f64;
+    /// Begins anew.
+    fn begin(&mut self, verbs: &mut V);
+    /// Makes `z` at a point.
+    fn make(&mut self, verbs: &mut V, at: &Point<V::Vector>, z: &mut V::Vector);
+}
+
+/// `z` by the blocks of the pairs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ByPairs;
+
+impl<V: Verbs> Descent<V> for ByPairs {
+    const SHORTEST: f64 = SHORTEST;
+
+    fn begin(&mut self, _: &mut V) {}
+
+    fn make(&mut self, verbs: &mut V, at: &Point<V::Vector>, z: &mut V::Vector) {
+        verbs.descend(&at.x, &at.g, z);
+    }
+}
 
 /// A displacement made, and its product.
+#[derive(Clone, Debug)]
 struct Direction<T> {
     displacement: T,
     product: T,
@@ -41,8 +66,11 @@ impl<T: Default> Direction<T> {
     }
 }
 
-/// The method, over vectors `T` and numbers `S`.
-pub(crate) struct PairBlockCg<T, S> {
+/// The method, over vectors `T` and numbers `S`, with `z` made in the way `B`.
+#[derive(Clone, Debug)]
+pub(crate) struct PairBlockCg<T, S, B = ByPairs> {
+    /// How `z` is made.
+    pub(super) descent: B,
     /// `z`.
     gradient_step: T,
     /// Anything between two iterations.
@@ -57,14 +85,22 @@ pub(crate) struct PairBlockCg<T, S> {
 }
 
 impl<T: Default, S: Scalar> PairBlockCg<T, S> {
+    pub fn new() -> Self {
+        PairBlockCg::with(ByPairs)
+    }
+}
+
+impl<T: Default, S: Scalar, B> PairBlockCg<T, S, B> {
     /// Says whether the next beginning is of the same problem as the last one, at the point where this method ended: it
     /// then keeps the displacements.
     pub fn go_on(&mut self, same: bool) {
         self.goes_on = same;
     }
 
-    pub fn new() -> Self {
+    /// The method with this way to make `z`.
+    pub fn with(descent: B) -> Self {
         PairBlockCg {
+            descent,
             goes_on: false,
             gradient_step: T::default(),
             room: T::default(),
@@ -107,6 +143,7 @@ impl<S: Scalar> PairBlockCg<Vec<f64>, S> {
             |made: &Direction<Vec<f64>>| Direction { displacement: of(&made.displacement), product: of(&made.product) };
         let room = || vec![0.0; rows.len()];
         PairBlockCg {
+            descent: ByPairs,
             gradient_step: room(),
             room: room(),
             made: [made(&self.made[0]), made(&self.made[1]), Direction { displacement: room(), product: room() }],
@@ -126,7 +163,7 @@ impl<S: Scalar> PairBlockCg<Vec<f64>, S> {
     }
 }
 
-impl<V: Verbs> Method<V> for PairBlockCg<V::Vector, V::Scalar> {
+impl<V: Verbs, B: Descent<V>> Method<V> for PairBlockCg<V::Vector, V::Scalar, B> {
     fn begin(&mut self, verbs: &mut V, _: &Point<V::Vector>) {
         if std::mem::take(&mut self.goes_on) {
             return;
@@ -138,12 +175,13 @@ impl<V: Verbs> Method<V> for PairBlockCg<V::Vector, V::Scalar> {
             verbs.clear(&mut made.product);
         }
         (self.curvature, self.length) = ([verbs.number(0.0); 2], verbs.number(1.0));
+        self.descent.begin(verbs);
     }
 
     fn step(&mut self, verbs: &mut V, at: &mut Point<V::Vector>) {
         let (zero, one) = (V::Scalar::from(0.0), V::Scalar::from(1.0));
 
-        verbs.descend(&at.x, &at.g, &mut self.gradient_step);
+        self.descent.make(verbs, at, &mut self.gradient_step);
         let ([a, b], descent) = self.parts(verbs, &at.g);
 
         let [d, e, next] = &mut self.made;
@@ -169,7 +207,7 @@ impl<V: Verbs> Method<V> for PairBlockCg<V::Vector, V::Scalar> {
         // Kept without the factor `part`, which cancels in the direction.
         self.curvature = [curvature, self.curvature[0]];
         self.made.rotate_right(1);
-        self.length = (self.length * best).max(SHORTEST.into()).min(LONGEST.into());
+        self.length = (self.length * best).max(B::SHORTEST.into()).min(LONGEST.into());
     }
 
     fn refresh(&mut self, _: &mut V, _: &mut Point<V::Vector>) -> bool {

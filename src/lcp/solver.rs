@@ -2,6 +2,7 @@
 
 use super::apgd::Apgd;
 use super::bbpgd::Bbpgd;
+use super::cluster_cg::ClusterCg;
 use super::cpu::Cpu;
 use super::dense::Dense;
 use super::drive::{Drive, ResidualSample, Standing};
@@ -101,6 +102,7 @@ enum Engine<const D: usize> {
     Apgd(Apgd<Cpu<D>>),
     Bbpgd(Bbpgd<Cpu<D>>),
     PairBlockCg(PairBlockCg<Vec<f64>, f64>),
+    ClusterCg(ClusterCg<Vec<f64>, f64>),
     Dense(Dense),
     InteriorPoint(Box<InteriorPoint<D>>),
 }
@@ -116,6 +118,7 @@ impl<const D: usize> Solver<D> {
             SolverKind::Apgd => Engine::Apgd(Apgd::new()),
             SolverKind::Bbpgd => Engine::Bbpgd(Bbpgd::new()),
             SolverKind::Auto | SolverKind::PairBlockCg => Engine::PairBlockCg(PairBlockCg::new()),
+            SolverKind::ClusterCg => Engine::ClusterCg(ClusterCg::to(settings.tolerance)),
             SolverKind::Dense => Engine::Dense(Dense::default()),
             SolverKind::InteriorPoint => Engine::InteriorPoint(Box::default()),
         };
@@ -353,6 +356,10 @@ impl<const D: usize> Solver<D> {
             Engine::ProjectedGaussSeidel(method) => drive.run(cpu, method, settings, SWEEPS),
             Engine::Apgd(method) => drive.run(cpu, method, settings, 1),
             Engine::Bbpgd(method) => drive.run(cpu, method, settings, 1),
+            Engine::ClusterCg(method) => {
+                method.aim_at(settings.tolerance);
+                drive.run(cpu, method, settings, 1)
+            }
             Engine::PairBlockCg(method) => {
                 let pauses = |standing: Standing| standing.iterations.is_multiple_of(WINDOW);
                 let safeguard = self.safeguard.as_mut().filter(|_| guarded);

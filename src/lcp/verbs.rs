@@ -149,3 +149,19 @@ pub trait Verbs {
     /// How many products were made.
     fn products(&self) -> u64;
 }
+
+/// What a backend can do besides that divides bodies into clusters.
+pub trait InClusters: Verbs {
+    /// If `condition` is positive, `out` becomes the sum over all clusters of a displacement of the cluster's rows: a
+    /// few steps of conjugate gradients towards the minimum of `g . d + 1/2 |J^T d|^2` over `x + d >= 0` (see
+    /// `lcp::cluster_cg`), none where every row's residual is well within `tolerance`. Rows in no cluster, and all rows
+    /// otherwise, stay as they are.
+    fn descend_in_clusters(
+        &mut self,
+        condition: Self::Scalar,
+        x: &Self::Vector,
+        g: &Self::Vector,
+        tolerance: f64,
+        out: &mut Self::Vector,
+    );
+}

@@ -268,8 +268,8 @@ fn random<const D: usize>(seed: u64, bodies: u32, rows: usize) -> Problem<D> {
     problem
 }
 
-const KINDS: [SolverKind; 4] =
-    [SolverKind::ProjectedJacobi, SolverKind::Apgd, SolverKind::Bbpgd, SolverKind::PairBlockCg];
+const KINDS: [SolverKind; 5] =
+    [SolverKind::ProjectedJacobi, SolverKind::Apgd, SolverKind::Bbpgd, SolverKind::PairBlockCg, SolverKind::ClusterCg];
 
 /// Solves a random problem on both paths, from nothing and from a poor start, and compares with the CPU.
 fn agree<const D: usize>(gpu: &Gpu, precision: Precision, kind: SolverKind, sizes: &[(u32, usize)]) {
@@ -341,7 +341,7 @@ fn line(rows: &[(f64, f64)]) -> Problem<3> {
 fn degenerate_problems_end_as_on_the_cpu() {
     let Some(gpu) = device() else { return };
     for precision in precisions(gpu) {
-        for kind in [SolverKind::Auto, SolverKind::Bbpgd] {
+        for kind in [SolverKind::Auto, SolverKind::Bbpgd, SolverKind::ClusterCg] {
             for largest in [0, u64::MAX] {
                 let settings = Settings { tolerance: 1e-6, max_iterations: 100 };
                 let mut solver = Solver::new(gpu, precision, true, kind, settings).unwrap();

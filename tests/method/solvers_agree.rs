@@ -13,12 +13,13 @@ use relcp::step::State;
 use relcp::warm::Warm;
 use serde_json::json;
 
-const SOLVERS: [SolverKind; 6] = [
+const SOLVERS: [SolverKind; 7] = [
     SolverKind::ProjectedJacobi,
     SolverKind::ProjectedGaussSeidel,
     SolverKind::Apgd,
     SolverKind::Bbpgd,
     SolverKind::PairBlockCg,
+    SolverKind::ClusterCg,
     SolverKind::InteriorPoint,
 ];
 

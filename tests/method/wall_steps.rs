@@ -116,7 +116,13 @@ fn every_solver_solves_problems_with_walls() {
         simulation.state().unwrap().bodies.position.clone()
     };
     let reference = run(SolverKind::InteriorPoint);
-    for kind in [SolverKind::PairBlockCg, SolverKind::ProjectedGaussSeidel, SolverKind::Bbpgd, SolverKind::Dense] {
+    for kind in [
+        SolverKind::PairBlockCg,
+        SolverKind::ClusterCg,
+        SolverKind::ProjectedGaussSeidel,
+        SolverKind::Bbpgd,
+        SolverKind::Dense,
+    ] {
         let found = run(kind);
         let off = found.iter().zip(&reference).map(|(p, q)| p.distance(*q)).fold(0.0, f64::max);
         println!("{kind:?}: {off:.1e}");

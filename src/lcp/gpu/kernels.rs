@@ -5,6 +5,8 @@ use super::number::{Operation, RING};
 use super::shape::{Shape, ShapeWork};
 use super::stage::{Action, REDUCTION_KINDS};
 use crate::gpu::{Gpu, GpuError, Kernel, Precision, Source, WORKGROUP, fragment};
+use crate::lcp::clusters::{LOCAL_STEPS, MOST_BODIES, MOST_ROWS, QUIET};
+use crate::lcp::pair_block_cg;
 use std::collections::HashMap;
 
 /// Invocations of the workgroup that solves a small problem.
@@ -17,6 +19,9 @@ const ROUNDINGS: f64 = 32.0;
 
 /// The most rows of a pair whose small problem is solved exactly.
 pub(super) const MOST_EXACT: u32 = 8;
+
+/// An invocation has two rows of a cluster.
+const _: () = assert!(MOST_ROWS == 2 * WORKGROUP as usize);
 
 /// What the sources depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,6 +141,7 @@ impl Variant {
         let name = match &shape.work {
             ShapeWork::Numbers => "numbers",
             ShapeWork::Bodies { .. } => "bodies",
+            ShapeWork::Clusters { .. } => "clusters",
             ShapeWork::Rows { block: Some(_), .. } => "pairs",
             ShapeWork::Rows { product: Some(_), .. } => "product",
             ShapeWork::Rows { .. } => "rows",
@@ -152,7 +158,16 @@ impl Variant {
             source = self.instructions(source);
         }
         if shape.has_block() {
-            source = source.include(fragment!("lcp/pair_block.wgsl")).include(fragment!("lcp/spans.wgsl"));
+            source = source
+                .include(fragment!("lcp/pairs_of_all.wgsl"))
+                .include(fragment!("lcp/pair_block.wgsl"))
+                .include(fragment!("lcp/spans.wgsl"));
+        }
+        if shape.gathers() {
+            source = source.include(fragment!("lcp/parts.wgsl"));
+        }
+        if shape.is_clusters() {
+            source = self.in_clusters(source);
         }
         if shape.is_exact() {
             source = source.include(fragment!("lcp/two_sums.wgsl")).include(fragment!("lcp/exact.wgsl"));
@@ -170,6 +185,22 @@ impl Variant {
         };
         let text = shape.entry_point(|x| source.literal(x));
         source.text(&text)
+    }
+
+    /// What the local LCPs of clusters need.
+    fn in_clusters(&self, source: Source) -> Source {
+        let shift = (pair_block_cg::ROUNDING * self.precision.epsilon()).max(pair_block_cg::REGULARIZATION);
+        source
+            .integer("MOST_BODIES", MOST_BODIES as u32)
+            .integer("LOCAL_STEPS", LOCAL_STEPS as u32)
+            .real("QUIET", QUIET)
+            .real("SHORTEST", pair_block_cg::SHORTEST)
+            .real("LONGEST", pair_block_cg::LONGEST)
+            .real("DESCENT", pair_block_cg::DESCENT)
+            .real("SHIFT_OF_DIRECTIONS", 1.0 + shift)
+            .include(fragment!("lcp/pairs_of_cluster.wgsl"))
+            .include(fragment!("lcp/pair_block.wgsl"))
+            .include(fragment!("lcp/cluster.wgsl"))
     }
 
     pub fn small(&self) -> Source {
@@ -191,6 +222,7 @@ impl Variant {
         match self.slots.coupling {
             Some(_) => source
                 .text("@group(0) @binding(7) var<storage, read> entries: array<real>;\n")
+                .include(fragment!("lcp/pairs_of_all.wgsl"))
                 .include(fragment!("lcp/pair_block.wgsl"))
                 .include(fragment!("lcp/small_pairs.wgsl")),
             None => source.text("fn run_pairs(place: u32, pairs: u32, local: u32) {}\n"),
@@ -274,6 +306,9 @@ mod tests {
         all(&mut tape);
         tape.product(7, None, 10, true);
         all(&mut tape);
+        tape.clusters(computed, [7, 8], 1e-6, 11);
+        all(&mut tape);
+        tape.pairs(Block { x: 7, w: None, g: Some(8), out: 12 });
         let late = tape.sum(Action::Dot, [10, 10, 10]);
         tape.row(Action::CopyIf, 7, [8, 8, 7], [late, Number::Known(0.0)]);
         tape.product(7, None, 10, false);
@@ -286,11 +321,14 @@ mod tests {
         }
         let shapes = || arguments.iter().map(|arguments| &arguments.shape);
         assert!(shapes().any(Shape::has_block) && shapes().any(Shape::has_product) && shapes().any(Shape::looks));
+        assert!(shapes().any(Shape::is_clusters) && shapes().any(Shape::gathers));
         assert!(shapes().any(|shape| matches!(shape.work, ShapeWork::Bodies { instead: Some(_), .. })));
         for v in variants() {
             let has_blocks = v.slots.coupling.is_some();
-            let possible =
-                |shape: &&Shape| (has_blocks || !shape.has_block()) && (v.slots.low.is_some() || !shape.is_exact());
+            let possible = |shape: &&Shape| {
+                (has_blocks || !(shape.has_block() || shape.is_clusters()))
+                    && (v.slots.low.is_some() || !shape.is_exact())
+            };
             shapes().filter(possible).for_each(|shape| check(&v.stage(shape)));
         }
     }

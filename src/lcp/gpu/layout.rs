@@ -45,6 +45,8 @@ pub(super) struct Slots {
     pub coupling: Option<u32>,
     /// What rounding has left off the iterate.
     pub low: Option<u32>,
+    /// Whether problems are divided into clusters.
+    pub clusters: bool,
     /// The first place that a method may use.
     pub free: u32,
 }
@@ -55,11 +57,20 @@ pub(super) const X: u32 = 3;
 
 impl Slots {
     pub fn of(kind: SolverKind, precision: Precision) -> Self {
-        let mut slots =
-            Slots { q: 0, diagonal: DIAGONAL, inverse: 2, x: X, majorant: None, coupling: None, low: None, free: 4 };
+        let mut slots = Slots {
+            q: 0,
+            diagonal: DIAGONAL,
+            inverse: 2,
+            x: X,
+            majorant: None,
+            coupling: None,
+            low: None,
+            clusters: kind == SolverKind::ClusterCg,
+            free: 4,
+        };
         match kind {
             SolverKind::ProjectedJacobi => (slots.majorant, slots.free) = (Some([4, 5]), 6),
-            SolverKind::Auto | SolverKind::PairBlockCg => {
+            SolverKind::Auto | SolverKind::PairBlockCg | SolverKind::ClusterCg => {
                 (slots.coupling, slots.free) = (Some(4), 5);
                 if precision == Precision::F32 {
                     (slots.low, slots.free) = (Some(5), 6);

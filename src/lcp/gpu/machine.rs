@@ -3,6 +3,7 @@
 //! A large problem takes one dispatch a stage; all but the first few are indirect, so that what follows the last
 //! iteration of a batch costs next to nothing. A small one is run by a single workgroup, whole batches at once.
 
+use super::clusters::Tables;
 use super::kernels::{Kernels, MOST_EXACT, Variant};
 use super::layout::{DIAGONAL, FIRST_CONSTANT, GRID_WORDS, HALT, NUMBERS, Parameters, REDUCTIONS, Slots};
 use super::number::Operation;
@@ -12,6 +13,7 @@ use super::shape::{Shape, ShapeWork, StageArguments};
 use super::stage::{Action, Bodies, Product, Rows, Segment, Stage, Work};
 use super::turns::{self, Part, TURN_WORDS};
 use crate::gpu::{Bound, Buffer, Gpu, GpuError, Precision, Recorder, WORKGROUP};
+use crate::lcp::clusters::LOCAL_STEPS;
 use std::ops::Range;
 
 /// Workgroups of a stage at most; beyond, invocations take several rows. Each of them brings the partial sums of all
@@ -52,6 +54,11 @@ pub(crate) struct Machine {
     entries: Buffer,
     /// Where each row's pair ends, marked at its first row.
     span: Buffer,
+    /// The tables of clusters, how many there are, and what their local LCPs lead to.
+    clusters: Buffer,
+    part_start: Buffer,
+    clusters_made: u64,
+    displacement: Buffer,
 }
 
 /// Partial sums of one stage, of the next, and of what confirms a look.
@@ -112,6 +119,10 @@ impl Machine {
             lists: Buffer::new(gpu, "lcp-lists", 4, 1)?,
             entries: Buffer::new(gpu, "lcp-entries", real, 1)?,
             span: Buffer::new(gpu, "lcp-spans", 4, 1)?,
+            clusters: Buffer::new(gpu, "lcp-clusters", 4, 1)?,
+            part_start: Buffer::new(gpu, "lcp-part-starts", 4, 1)?,
+            clusters_made: 0,
+            displacement: Buffer::new(gpu, "lcp-displacements", real, 1)?,
             variant,
         })
     }
@@ -143,9 +154,27 @@ impl Machine {
         Ok(self.precision().decode(&read[0]))
     }
 
+    /// Makes the clusters of a problem, from its pairs, which are read back.
+    pub fn make_clusters(&mut self, gpu: &Gpu, problem: &DeviceProblem) -> Result<(), GpuError> {
+        let mut record = gpu.record();
+        record.stage("lcp-clusters");
+        let ranges = [(&problem.pair, 0..8 * problem.rows), (&problem.block_start, 0..4 * (problem.pairs + 1))];
+        let [pairs, starts] = <[Vec<u8>; 2]>::try_from(record.read(&ranges)?).unwrap_or_default();
+        let pairs: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&pairs);
+        let starts: Vec<u32> = bytemuck::pod_collect_to_vec(&starts);
+        let tables = Tables::of(problem.bodies as usize, &pairs, &starts);
+        self.clusters.reserve(gpu, tables.words.len() as u64)?;
+        self.clusters.write(gpu, 0, bytemuck::cast_slice(&tables.words));
+        self.part_start.reserve(gpu, tables.part_start.len() as u64)?;
+        self.part_start.write(gpu, 0, bytemuck::cast_slice(&tables.part_start));
+        self.displacement.reserve(gpu, tables.parts())?;
+        self.clusters_made = tables.clusters as u64;
+        Ok(())
+    }
+
     /// Whether one workgroup does it all.
     pub fn is_small(&self, problem: &DeviceProblem) -> bool {
-        problem.rows.max(problem.pairs).max(problem.bodies) <= self.largest_small
+        !self.variant.slots.clusters && problem.rows.max(problem.pairs).max(problem.bodies) <= self.largest_small
     }
 
     /// Runs a segment on a problem, and reads numbers.
@@ -280,6 +309,9 @@ fn buffers<'a>(machine: &'a Machine, problem: &'a DeviceProblem, shape: &Shape) 
         "pair" => &problem.pair,
         "jacobian" => &problem.jacobian,
         "velocity" => &problem.velocity,
+        "clusters" => &machine.clusters,
+        "part_start" => &machine.part_start,
+        "displacement" => &machine.displacement,
         "incidence_start" => &problem.incidence_start,
         "incidence" => &problem.incidence,
         _ => &machine.vectors,
@@ -318,6 +350,7 @@ impl Run<'_, '_> {
             }
             Work::PreparePairs => self.prepare_pairs(),
             Work::Export { x } => self.export(x),
+            Work::Clusters(_) => self.in_clusters(arguments, parameters),
             Work::Numbers | Work::Rows(_) | Work::Bodies(_) => self.dispatch(arguments, parameters),
         }
     }
@@ -341,6 +374,21 @@ impl Run<'_, '_> {
         } else {
             self.record.run_groups(kernel, parameters, &buffers, groups);
         }
+        self.looked |= shape.looks();
+    }
+
+    /// Dispatches a stage of clusters, one workgroup each. It finds out itself whether it is to be skipped.
+    fn in_clusters(&mut self, arguments: &StageArguments, mut parameters: Parameters) {
+        let shape = &arguments.shape;
+        let Some(kernel) = self.machine.kernels.stage(shape) else { return };
+        let clusters = self.machine.clusters_made;
+        parameters.base = arguments.base;
+        parameters.first = clusters as u32;
+        parameters.pass(&arguments.vectors, &arguments.numbers);
+        // Each step is about as long as another stage.
+        self.record.weigh(LOCAL_STEPS as u64 * clusters * u64::from(WORKGROUP));
+        let buffers = buffers(self.machine, self.problem, shape);
+        self.record.run_groups(kernel, bytemuck::bytes_of(&parameters), &buffers, clusters.max(1));
         self.looked |= shape.looks();
     }
 

@@ -4,6 +4,7 @@
 //! instructions, which is cut into stages and run some iterations at a time; whether they converged is decided on the
 //! device, and the host reads a few residuals a batch.
 
+mod clusters;
 mod kernels;
 mod layout;
 mod machine;

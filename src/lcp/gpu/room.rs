@@ -2,7 +2,7 @@
 
 use super::layout::{CONSTANTS, FIRST_CONSTANT, MOST_NUMBERS, MOST_VECTORS};
 use super::number::Operation;
-use super::stage::{Action, Block, Bodies, Rows, Stage, Words, Work};
+use super::stage::{Action, Block, Bodies, Clusters, Rows, Stage, Words, Work};
 
 /// So many instructions and operations fit in any case: each uses four vectors and three numbers at most.
 const FEW: usize = 6;
@@ -38,12 +38,21 @@ impl Room {
     /// Adds what a stage does after its operations.
     pub fn work(&mut self, work: &Work) {
         match work {
-            Work::Rows(Rows { product, before, block, after, .. }) => {
+            Work::Rows(Rows { product, gather, before, block, after, .. }) => {
                 self.vectors(product.map(|product| product.out));
+                if let Some(gather) = gather {
+                    self.number(gather.condition);
+                    self.vectors([gather.out]);
+                }
                 if let Some(block) = block {
                     self.block(*block);
                 }
                 before.iter().chain(after).for_each(|words| self.instruction(words));
+            }
+            Work::Clusters(Clusters { condition, tolerance, x, g }) => {
+                self.number(*condition);
+                self.number(*tolerance);
+                self.vectors([*x, *g]);
             }
             Work::Bodies(Bodies { x, low, instead, .. }) => {
                 self.vectors([Some(*x), *low].into_iter().flatten());

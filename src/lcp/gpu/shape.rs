@@ -6,7 +6,7 @@
 
 use super::layout::FIRST_CONSTANT;
 use super::number::{Operation, RING};
-use super::stage::{Action, Block, Bodies, Product, Rows, Stage, Words, Work};
+use super::stage::{Action, Block, Bodies, Clusters, Gather, Product, Rows, Stage, Words, Work};
 
 /// A number that a stage uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -65,9 +65,17 @@ pub(super) enum ShapeWork {
     Rows {
         /// The product whose rows come first.
         product: Option<Product>,
+        /// Where the number is positive, this vector becomes what the clusters lead to.
+        gather: Option<(Operand, u32)>,
         before: Vec<Line>,
         block: Option<Block>,
         after: Vec<Line>,
+    },
+    Clusters {
+        condition: Operand,
+        tolerance: Operand,
+        x: u32,
+        g: u32,
     },
     Bodies {
         x: u32,
@@ -106,11 +114,20 @@ impl StageArguments {
         // The places of what the operations made.
         let made: Vec<u32> = stage.operations.iter().map(|words| words[0] >> 8).collect();
         arguments.shape.work = match &stage.work {
-            Work::Rows(Rows { product, before, block, after, .. }) => ShapeWork::Rows {
+            Work::Rows(Rows { product, gather, before, block, after, .. }) => ShapeWork::Rows {
                 product: product.map(|product| Product { out: place(product.out, &mut arguments.vectors), ..product }),
+                gather: gather.map(|Gather { condition, out }| {
+                    (arguments.operand(constants, &made, condition), place(out, &mut arguments.vectors))
+                }),
                 before: arguments.lines(constants, &made, before),
                 block: block.map(|block| arguments.block(block)),
                 after: arguments.lines(constants, &made, after),
+            },
+            Work::Clusters(Clusters { condition, tolerance, x, g }) => ShapeWork::Clusters {
+                condition: arguments.operand(constants, &made, *condition),
+                tolerance: arguments.operand(constants, &made, *tolerance),
+                x: place(*x, &mut arguments.vectors),
+                g: place(*g, &mut arguments.vectors),
             },
             Work::Bodies(Bodies { x, low, instead, exact }) => ShapeWork::Bodies {
                 exact: *exact,
@@ -192,6 +209,14 @@ impl Shape {
         matches!(&self.work, ShapeWork::Rows { product: Some(_), .. })
     }
 
+    pub fn is_clusters(&self) -> bool {
+        matches!(self.work, ShapeWork::Clusters { .. })
+    }
+
+    pub fn gathers(&self) -> bool {
+        matches!(&self.work, ShapeWork::Rows { gather: Some(_), .. })
+    }
+
     pub fn is_bodies(&self) -> bool {
         matches!(self.work, ShapeWork::Bodies { .. })
     }
@@ -201,7 +226,7 @@ impl Shape {
         match &self.work {
             ShapeWork::Rows { product, .. } => product.is_some_and(|product| product.exact),
             ShapeWork::Bodies { exact, .. } => *exact,
-            ShapeWork::Numbers => false,
+            ShapeWork::Numbers | ShapeWork::Clusters { .. } => false,
         }
     }
 

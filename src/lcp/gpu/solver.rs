@@ -8,6 +8,7 @@ use super::verbs::Device;
 use crate::gpu::{Gpu, GpuError, Precision};
 use crate::lcp::apgd::Apgd;
 use crate::lcp::bbpgd::Bbpgd;
+use crate::lcp::cluster_cg::ClusterCg;
 use crate::lcp::drive::{Drive, Method};
 use crate::lcp::pair_block_cg::PairBlockCg;
 use crate::lcp::projected_jacobi::ProjectedJacobi;
@@ -41,7 +42,8 @@ impl Solver {
             | SolverKind::ProjectedJacobi
             | SolverKind::Apgd
             | SolverKind::Bbpgd
-            | SolverKind::PairBlockCg => return Ok(()),
+            | SolverKind::PairBlockCg
+            | SolverKind::ClusterCg => return Ok(()),
         };
         Err(GpuError::Unsupported { what: what.into() })
     }
@@ -131,6 +133,7 @@ impl Solver {
             SolverKind::Apgd => self.solve_by(gpu, problem, Apgd::new()),
             SolverKind::Bbpgd => self.solve_by(gpu, problem, Bbpgd::new()),
             SolverKind::Auto | SolverKind::PairBlockCg => self.solve_by(gpu, problem, PairBlockCg::new()),
+            SolverKind::ClusterCg => self.solve_by(gpu, problem, ClusterCg::to(self.settings.tolerance)),
             kind @ (SolverKind::ProjectedGaussSeidel | SolverKind::Dense | SolverKind::InteriorPoint) => {
                 Err(Solver::check(kind).err().unwrap_or(GpuError::Unsupported { what: "such solver".into() }))
             }

@@ -113,6 +113,8 @@ pub(super) enum Work {
     /// Operations on numbers alone.
     Numbers,
     Rows(Rows),
+    /// The local LCPs of the clusters.
+    Clusters(Clusters),
     /// `J^T x`.
     Bodies(Bodies),
     /// Reads the problem.
@@ -137,11 +139,28 @@ pub(super) struct Bodies {
     pub exact: bool,
 }
 
+/// Local LCPs, if a number is positive, each where it is not solved well within a tolerance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Clusters {
+    pub condition: u32,
+    pub tolerance: u32,
+    pub x: u32,
+    pub g: u32,
+}
+
+/// The displacements that the clusters before lead to are added up, if a number is positive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Gather {
+    pub condition: u32,
+    pub out: u32,
+}
+
 /// Work on rows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Rows {
-    /// Before all else the rows of a product.
+    /// Before all else the rows of a product, or the sum of displacements.
     pub product: Option<Product>,
+    pub gather: Option<Gather>,
     pub before: Vec<Words>,
     /// The instruction on whole pairs.
     pub block: Option<Block>,
@@ -176,6 +195,7 @@ impl Stage {
             Work::Rows(Rows { product: Some(_), .. }) => "lcp-product",
             Work::Rows(Rows { block: Some(_), .. }) => "lcp-pairs",
             Work::Rows(_) => "lcp-rows",
+            Work::Clusters(_) => "lcp-clusters",
             Work::Bodies(_) => "lcp-bodies",
             Work::Numbers => "lcp-numbers",
             Work::PrepareRows | Work::PreparePairs | Work::Export { .. } => "lcp-prepare",

@@ -13,7 +13,7 @@
 use super::layout::{CONSTANTS, FIRST_CONSTANT, HALT, LOOKS, REDUCTIONS};
 use super::number::{self, Noted, Number, Operation};
 use super::room::Room;
-use super::stage::{Action, Block, Bodies, Product, Rows, Segment, Stage, Words, Work};
+use super::stage::{Action, Block, Bodies, Clusters, Gather, Product, Rows, Segment, Stage, Words, Work};
 use std::collections::HashMap;
 
 #[derive(Debug, Default)]
@@ -191,6 +191,37 @@ impl Tape {
         self.uses(out).written = stage;
     }
 
+    /// Adds the local LCPs of the clusters, if a number is positive: `out` becomes what they lead to.
+    pub fn clusters(&mut self, condition: Number, [x, g]: [u32; 2], tolerance: f64, out: u32) {
+        self.catch_up();
+        let [condition, tolerance] = [condition, Number::Known(tolerance)].map(|number| self.number(number));
+        let clusters = Work::Clusters(Clusters { condition, tolerance, x, g });
+        // Copies that wait for a number are made with the sum.
+        let mut before = Vec::new();
+        let last = self.stages.len().wrapping_sub(1);
+        match self.copies().filter(|copies| copies.iter().all(|words| !words[1..5].contains(&out))) {
+            Some(copies) if self.known_at(condition) <= last => {
+                before = copies.clone();
+                self.stages[last].work = clusters;
+                self.rooms[last] = Room::of(&self.stages[last]);
+            }
+            _ => self.begin(clusters),
+        }
+        self.begin(Work::Rows(Rows {
+            gather: Some(Gather { condition, out }),
+            before: before.clone(),
+            ..Rows::default()
+        }));
+        let last = self.stages.len() - 1;
+        self.sums_floor = last;
+        for vector in before.iter().flat_map(|words| words[1..5].to_vec()).chain([x, g, out]) {
+            self.uses(vector).read = last;
+        }
+        for out in before.iter().map(|words| words[1]).chain([out]) {
+            self.uses(out).written = last;
+        }
+    }
+
     /// Adds `out = [q +] A x`, perhaps with what rounding has left off `x`.
     pub fn product(&mut self, x: u32, low: Option<u32>, out: u32, add_q: bool) {
         self.catch_up();
@@ -225,18 +256,23 @@ impl Tape {
     /// The pass over the bodies that chooses its vector itself, if the last stage only copies where a number is
     /// positive and one of the copies makes `x`; and the copies.
     fn choice(&mut self, x: u32) -> Option<(Work, Vec<Words>)> {
-        let last = self.stages.len().checked_sub(1).filter(|last| self.apart && *last >= self.floor)?;
-        let Work::Rows(rows) = &self.stages[last].work else { return None };
-        let alone = rows.product.is_none() && rows.block.is_none() && rows.kinds.is_empty();
-        let copies = &rows.before;
-        let conditional = copies.iter().all(|words| words[0] == Action::CopyIf as u32);
+        let copies = self.copies()?;
         let mut of_x = copies.iter().filter(|words| words[1] == x);
-        let (Some(copy), None, true) = (of_x.next(), of_x.next(), alone && conditional) else { return None };
+        let (Some(copy), None) = (of_x.next(), of_x.next()) else { return None };
         // What it is copied from must not be another copy.
         let from = copy[2];
         let steady = copies.iter().all(|words| words[1] != from);
         let bodies = Bodies { x, low: None, instead: Some([copy[5], from]), exact: self.exact };
         steady.then(|| (Work::Bodies(bodies), copies.clone()))
+    }
+
+    /// What the last stage does, if that is only to copy where a number is positive.
+    fn copies(&self) -> Option<&Vec<Words>> {
+        let last = self.stages.len().checked_sub(1).filter(|last| self.apart && *last >= self.floor)?;
+        let Work::Rows(rows) = &self.stages[last].work else { return None };
+        let alone = rows.product.is_none() && rows.gather.is_none() && rows.block.is_none() && rows.kinds.is_empty();
+        let conditional = rows.before.iter().all(|words| words[0] == Action::CopyIf as u32);
+        (alone && conditional).then_some(&rows.before)
     }
 
     /// Adds another stage.

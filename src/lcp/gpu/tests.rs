@@ -5,14 +5,15 @@ use super::kernels::Variant;
 use super::layout::Slots;
 use super::machine::Machine;
 use super::shape::StageArguments;
-use super::stage::Work;
+use super::stage::{Stage, Work};
 use super::verbs::{Device, Slot};
 use crate::gpu::{Buffer, Gpu, Precision, precisions, test_device};
+use crate::lcp::cluster_cg::ClusterCg;
 use crate::lcp::cpu::Cpu;
 use crate::lcp::drive::{Method, Point};
 use crate::lcp::pair_block_cg::PairBlockCg;
 use crate::lcp::product::dot;
-use crate::lcp::verbs::{Metric, Scalar, Verbs};
+use crate::lcp::verbs::{InClusters, Metric, Scalar, Verbs};
 use crate::lcp::{Problem, SolverKind, pair_blocks};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -319,6 +320,68 @@ fn small_problems_of_pairs_are_solved() {
     });
 }
 
+/// What the clusters of a problem lead to, on the CPU and on a device.
+fn in_clusters<const D: usize>(gpu: &Gpu, precision: Precision, [rows, most]: [usize; 2], bound: f64) {
+    let mut problem = problem::<D>(rows as u64, rows, most);
+    let wall = problem.bodies as u32 - 1;
+    for (pair, blocks) in problem.pair.iter_mut().zip(&mut problem.jacobian) {
+        if pair[0] == wall {
+            pair.reverse();
+            blocks.reverse();
+        }
+        // A side without a block has no mobility on the CPU.
+        if *blocks == [[0.0; D]; 2] {
+            *blocks = [[0.25; D]; 2];
+        }
+        if pair[1] == wall {
+            blocks[1] = [0.0; D];
+        }
+    }
+    let (mut device_problem, order) = DeviceProblem::upload(gpu, precision, &problem, &[]).unwrap();
+    with_empty_slots(gpu, &mut device_problem);
+    // The last body is a surface without mobility.
+    device_problem.bodies -= 1;
+    let mut cpu = Cpu::for_parallel_rows();
+    cpu.rebuild(&problem);
+    assert_eq!(cpu.order(), order);
+    let mut machine = machine(gpu, precision, D == 3, SolverKind::ClusterCg, false);
+    let mut device = Device::new(gpu, &mut machine, &device_problem);
+    device.prepare();
+    let (x, mut g, kept) = (vector(1, rows, 0.5), vec![0.0; rows], vector(3, rows, 0.0));
+    cpu.product(&vector(2, rows, 0.0), &mut g);
+    let what = format!("{} D {D} {rows} rows", precision.name());
+    let [a, b] = [&x, &g].map(|numbers| device.uploaded(numbers));
+    for (condition, tolerance) in [(0.5, 1e-6), (-1.0, 1e-6), (0.5, 1e9)] {
+        let (mut out, mut c) = (kept.clone(), device.uploaded(&kept));
+        cpu.descend_in_clusters(condition, &x, &g, tolerance, &mut out);
+        let number = device.number(condition);
+        device.descend_in_clusters(number, &a, &b, tolerance, &mut c);
+        let made = device.downloaded(&c);
+        assert_eq!(condition < 0.0, made == kept, "{what}");
+        let [exact, descent] = [&out, &made].map(|out| cpu.dot(&g, out));
+        assert!((exact - descent).abs() <= 1e-3 * exact.abs(), "{what}: {descent:e}, not {exact:e}");
+        // How nearly parallel rows share a load is lost in the rounding of f32.
+        if precision == Precision::F32 && most > 1 {
+            continue;
+        }
+        let off = out.iter().zip(&made).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        println!("{what} {condition} {tolerance}: {off:.1e}");
+        near(&out, &made, bound).unwrap_or_else(|e| panic!("{what} {condition} {tolerance}: {e}"));
+    }
+}
+
+#[test]
+fn clusters_lead_to_what_they_do_on_the_cpu() {
+    let Some(gpu) = test_device() else { return };
+    for precision in precisions(gpu) {
+        let bound = if precision == Precision::F32 { 1e-2 } else { 1e-8 };
+        for size in [[1, 1], [5, 3], [300, 1], [700, 8], [2000, 3]] {
+            in_clusters::<3>(gpu, precision, size, bound);
+            in_clusters::<6>(gpu, precision, size, bound);
+        }
+    }
+}
+
 #[test]
 fn steps_of_pairs_with_many_rows_descend() {
     let Some(gpu) = test_device() else { return };
@@ -419,43 +482,51 @@ fn bytes_of_a_row(stages: &[StageArguments], real: f64, bodies_of_a_row: f64) ->
         .sum()
 }
 
+/// The stages of iterations of a method, from one pass over the bodies to the next, and the constants of their tape.
+fn iterations<'a, M: Method<Device<'a>>>(device: &mut Device<'a>, method: &mut M) -> (Vec<Vec<Stage>>, Vec<f64>) {
+    device.prepare();
+    let mut at = Point { x: device.start(), g: Slot::default() };
+    let mut best = Slot::default();
+    device.gradient(&at.x, &mut at.g);
+    device.copy(&at.x, &mut best);
+    method.begin(device, &at);
+    let mut least = device.residual(&at.x, &at.g);
+    for _ in 0..6 {
+        method.step(device, &mut at);
+        let residual = device.residual(&at.x, &at.g);
+        device.copy_if_positive(least - residual, &at.x, &mut best);
+        least = least.min(residual);
+        device.look(residual, 1e-6);
+    }
+    let stages = &device.tape.stages;
+    let bodies: Vec<usize> = (0..stages.len()).filter(|stage| matches!(stages[*stage].work, Work::Bodies(_))).collect();
+    let spans = bodies.windows(2).map(|pair| stages[pair[0]..pair[1]].to_vec()).collect();
+    (spans, device.tape.constants().to_vec())
+}
+
 #[test]
-fn an_iteration_is_five_dispatches_at_most() {
+fn an_iteration_is_four_dispatches_and_six_with_clusters() {
     let Some(gpu) = test_device() else { return };
     for precision in precisions(gpu) {
-        let mut machine = machine(gpu, precision, true, SolverKind::Auto, false);
         let problem = problem::<3>(1, 300, 2);
         let (device_problem, _) = DeviceProblem::upload(gpu, precision, &problem, &[]).unwrap();
-        let mut device = Device::new(gpu, &mut machine, &device_problem);
-        device.prepare();
-        let mut at = Point { x: device.start(), g: Slot::default() };
-        let mut best = Slot::default();
-        device.gradient(&at.x, &mut at.g);
-        device.copy(&at.x, &mut best);
-        let mut method = PairBlockCg::new();
-        method.begin(&mut device, &at);
-        let mut least = device.residual(&at.x, &at.g);
-        for _ in 0..6 {
-            method.step(&mut device, &mut at);
-            let residual = device.residual(&at.x, &at.g);
-            device.copy_if_positive(least - residual, &at.x, &mut best);
-            least = least.min(residual);
-            device.look(residual, 1e-6);
-        }
-        // From one pass over the bodies to the next.
-        let stages = &device.tape.stages;
-        let bodies: Vec<usize> =
-            (0..stages.len()).filter(|stage| matches!(stages[*stage].work, Work::Bodies(_))).collect();
-        let spans: Vec<usize> = bodies.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        println!("{}: {spans:?} dispatches an iteration", precision.name());
-        assert!(spans[2..].iter().all(|span| *span <= 4), "{}: {spans:?}", precision.name());
-        let span = &stages[bodies[4]..bodies[5]];
-        let arguments: Vec<_> =
-            span.iter().map(|stage| StageArguments::of(device.tape.constants(), stage, &[])).collect();
+        let mut machine_of_pairs = machine(gpu, precision, true, SolverKind::Auto, false);
+        let mut device = Device::new(gpu, &mut machine_of_pairs, &device_problem);
+        let (spans, constants) = iterations(&mut device, &mut PairBlockCg::new());
+        let lengths = |spans: &[Vec<Stage>]| -> Vec<usize> { spans[2..].iter().map(Vec::len).collect() };
+        println!("{}: {:?} dispatches an iteration", precision.name(), lengths(&spans));
+        assert!(lengths(&spans).iter().all(|span| *span <= 4), "{}: {:?}", precision.name(), lengths(&spans));
+        let arguments: Vec<_> = spans[4].iter().map(|stage| StageArguments::of(&constants, stage, &[])).collect();
         // Crowded cells have 2.8 rows a body.
         let bytes = bytes_of_a_row(&arguments, precision.bytes() as f64, 1.0 / 2.8);
         println!("{}: {bytes:.0} bytes a row and iteration", precision.name());
         assert!(bytes <= if precision == Precision::F32 { 240.0 } else { 420.0 }, "{bytes}");
+
+        let mut machine = machine(gpu, precision, true, SolverKind::ClusterCg, false);
+        let mut device = Device::new(gpu, &mut machine, &device_problem);
+        let (spans, _) = iterations(&mut device, &mut ClusterCg::to(1e-6));
+        println!("{}: {:?} with clusters", precision.name(), lengths(&spans));
+        assert!(lengths(&spans).iter().all(|span| *span <= 6), "{}: {:?}", precision.name(), lengths(&spans));
     }
 }
 

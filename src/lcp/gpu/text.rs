@@ -41,6 +41,8 @@ const HALTS: &str = "    if leads && ended != 0u {
 
 const ALL_BODIES: &str = "invocation(group, groups, local), groups.x * groups.y * WORKGROUP";
 
+const ALL_GROUPS: &str = "group_index(group, groups), groups.x * groups.y";
+
 const ALL_ROWS: &str = "    for (var row = invocation(group, groups, local); row < parameters.rows; row += parameters.groups * WORKGROUP) {\n";
 
 /// A workgroup computes the pairs whose first row is among as many rows as it has invocations. A row's span is the end of
@@ -64,13 +66,20 @@ impl Shape {
         match &self.work {
             ShapeWork::Numbers => {}
             ShapeWork::Rows { .. } => all.push(("vectors", true, "real")),
-            ShapeWork::Bodies { .. } => all.push(("vectors", false, "real")),
+            ShapeWork::Bodies { .. } | ShapeWork::Clusters { .. } => all.push(("vectors", false, "real")),
         }
         if sums || !self.taken.is_empty() {
             all.push(("partial", sums, "real"));
         }
         if self.has_block() {
             all.extend([("span", false, "u32"), ("entries", false, "real")]);
+        }
+        if self.gathers() {
+            all.extend([("part_start", false, "u32"), ("displacement", false, "real")]);
+        }
+        if self.is_clusters() {
+            all.extend([("entries", false, "real"), ("jacobian", false, "vec4r")]);
+            all.extend([("clusters", false, "u32"), ("displacement", true, "real")]);
         }
         if self.has_product() {
             all.extend([("pair", false, "vec2<u32>"), ("jacobian", false, "vec4r"), ("velocity", false, "vec4r")]);
@@ -108,16 +117,31 @@ impl Shape {
         let mut text = String::from(BEGIN);
         if self.confirms {
             text.push_str(CONFIRM);
-        } else if self.looks() {
+        } else if self.looks() || self.is_clusters() {
             text.push_str(GO_ON);
         }
         self.add_numbers(&mut text, &literal);
         match &self.work {
             ShapeWork::Numbers => {}
-            ShapeWork::Rows { product, before, block, after } => {
-                let product = product.as_ref();
+            ShapeWork::Rows { product, gather, before, block, after } => {
+                let first = match (product, gather) {
+                    (Some(product), _) => First::Product(product),
+                    (_, Some((condition, out))) => {
+                        let condition = number(*condition, &literal);
+                        let _ = writeln!(text, "    let gathers = {condition} > 0.0;");
+                        First::Gather(*out)
+                    }
+                    (None, None) => First::Nothing,
+                };
                 let [before, after] = [before, after].map(|lines| &lines[..]);
-                add_rows(&mut text, product, before, block.as_ref(), after, &literal);
+                add_rows(&mut text, first, before, block.as_ref(), after, &literal);
+            }
+            ShapeWork::Clusters { condition, tolerance, x, g } => {
+                let [condition, tolerance] = [condition, tolerance].map(|operand| number(*operand, &literal));
+                let [x, g] = [x, g].map(|vector| vector_place(*vector));
+                let _ = writeln!(text, "    if local == 0u {{ halted = select(1u, 0u, {condition} > 0.0); }}");
+                text.push_str("    if workgroupUniformLoad(&halted) != 0u { return; }\n");
+                let _ = writeln!(text, "    run_clusters({ALL_GROUPS}, local, {x}, {g}, {tolerance});");
             }
             ShapeWork::Bodies { x, low, instead, exact } => {
                 let x = vector_place(*x);
@@ -191,10 +215,19 @@ fn add_number(text: &mut String, nth: usize, line: &NumberLine, literal: &impl F
     let _ = writeln!(text, "    let n{nth} = {value};");
 }
 
+/// What is done on a row before all instructions.
+#[derive(Clone, Copy)]
+enum First<'a> {
+    Nothing,
+    Product(&'a Product),
+    /// The sum of what the clusters lead to, of this vector.
+    Gather(u32),
+}
+
 /// Adds work on rows.
 fn add_rows(
     text: &mut String,
-    product: Option<&Product>,
+    work: First,
     before: &[Line],
     block: Option<&Block>,
     after: &[Line],
@@ -212,16 +245,16 @@ fn add_rows(
     if let Some(block) = block {
         text.push_str(CHUNK);
         let unread = (![Some(block.x), block.w, block.g].contains(&Some(block.out))).then_some(block.out);
-        add_loop(text, ROWS_OF_CHUNK, before, 0, None, unread);
+        add_loop(text, ROWS_OF_CHUNK, before, 0, work, unread);
         let [w, g] = [block.w, block.g].map(|vector| vector.map_or("NONE".into(), vector_place));
         let (x, out) = (vector_place(block.x), vector_place(block.out));
         let minimize = format!("minimize_block(own, span[own] & ~FIRST_OF_PAIR, {x}, {w}, {g}, {out})");
         let _ =
             writeln!(text, "    storageBarrier();\n    if begins_pair(own) {{ {minimize}; }}\n    storageBarrier();");
-        add_loop(text, ROWS_OF_CHUNK, after, before.len(), None, None);
+        add_loop(text, ROWS_OF_CHUNK, after, before.len(), First::Nothing, None);
         text.push_str("    storageBarrier();\n    }\n");
     } else {
-        add_loop(text, ALL_ROWS, before, 0, product, None);
+        add_loop(text, ALL_ROWS, before, 0, work, None);
     }
     let kinds: Vec<(usize, &&Line)> = lines.iter().enumerate().filter(|(_, line)| line.action.is_sum()).collect();
     for (k, line) in &kinds {
@@ -271,23 +304,22 @@ fn add_copy(text: &mut String, k: usize, line: &Line, known: &mut [Option<(Strin
     known[line.out as usize] = read_later.then(|| (format!("r{k}"), false));
 }
 
-/// Adds a loop over rows. It does `lines`, of which the first has number `first`, after the rows of a product. Nobody
-/// reads the vector `unread` after it.
-fn add_loop(
-    text: &mut String,
-    head: &str,
-    lines: &[Line],
-    first: usize,
-    product: Option<&Product>,
-    unread: Option<u32>,
-) {
-    if lines.is_empty() && product.is_none() {
+/// Adds a loop over rows. It does `lines`, of which the first has number `first`, after other `work`. Nobody reads the
+/// vector `unread` after it.
+fn add_loop(text: &mut String, head: &str, lines: &[Line], first: usize, work: First, unread: Option<u32>) {
+    if lines.is_empty() && matches!(work, First::Nothing) {
         return;
     }
     text.push_str(head);
     // For each vector the variable that holds its number of this row, and whether the loop must store it.
     let mut known: Vec<Option<(String, bool)>> = vec![None; MOST_VECTORS];
-    if let Some(Product { out, add_q, exact }) = product {
+    if let First::Gather(out) = work {
+        let place = vector_place(out);
+        let _ = writeln!(text, "        var gathered = vectors[at({place}, row)];");
+        text.push_str("        if gathers { gathered = sum_of_parts(row, gathered); }\n");
+        known[out as usize] = Some(("gathered".into(), true));
+    }
+    if let First::Product(Product { out, add_q, exact }) = work {
         let product = match (exact, add_q) {
             (true, true) => "row_product_exactly(row, vectors[at(Q, row)])",
             (true, false) => "row_product_exactly(row, 0.0)",

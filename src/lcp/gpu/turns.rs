@@ -144,6 +144,8 @@ impl Turns {
                 let second = if *exact { low.map_or(u32::MAX, |low| low + 1) } else { 0 };
                 (turn[8], turn[9], turn[15]) = (bodies, *x, second);
             }
+            // A problem with clusters is never for one workgroup.
+            Work::Clusters(_) => {}
             Work::Numbers | Work::PrepareRows | Work::PreparePairs | Work::Export { .. } => {}
         }
     }

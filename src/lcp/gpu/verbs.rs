@@ -7,7 +7,7 @@ use super::problem::DeviceProblem;
 use super::stage::{Action, Block, Bodies, Segment, Work};
 use super::tape::Tape;
 use crate::gpu::{Gpu, GpuError};
-use crate::lcp::verbs::{Looks, Metric, Verbs};
+use crate::lcp::verbs::{InClusters, Looks, Metric, Verbs};
 use std::collections::VecDeque;
 
 /// A diagonal entry at or under this many squared roundings of the largest is a zero row's, as on the CPU.
@@ -52,6 +52,8 @@ pub(crate) struct Device<'a> {
     /// The residual of a gradient made afresh where the last look was.
     confirmed: Option<(Number, f64)>,
     fault: Option<GpuError>,
+    /// Whether the problem's clusters were made.
+    has_clusters: bool,
 }
 
 impl<'a> Device<'a> {
@@ -75,6 +77,7 @@ impl<'a> Device<'a> {
             afresh: true,
             confirmed: None,
             fault: None,
+            has_clusters: false,
         }
     }
 
@@ -376,5 +379,17 @@ impl Verbs for Device<'_> {
 
     fn products(&self) -> u64 {
         self.products
+    }
+}
+
+impl InClusters for Device<'_> {
+    fn descend_in_clusters(&mut self, condition: Number, x: &Slot, g: &Slot, tolerance: f64, out: &mut Slot) {
+        if !std::mem::replace(&mut self.has_clusters, true)
+            && let Err(fault) = self.machine.make_clusters(self.gpu, self.problem)
+        {
+            self.fault.get_or_insert(fault);
+        }
+        let out = self.out(out);
+        self.tape.clusters(condition, [at(x), at(g)], tolerance, out);
     }
 }

@@ -34,6 +34,7 @@ pub enum Item {
     Speed(Kind, usize, Precision),
     Iteration(Precision),
     Small(Precision),
+    Clusters(usize, Precision),
     GrowthOnDevice(Precision),
     GrowthOnCpu,
 }
@@ -53,6 +54,9 @@ impl Item {
         }
         all.extend(each(Item::Iteration));
         all.extend(each(Item::Small));
+        for size in sizes {
+            all.extend(precisions.iter().map(|precision| Item::Clusters(*size, *precision)));
+        }
         all.extend(precisions.first().map(|precision| Item::GrowthOnDevice(*precision)));
         all.push(Item::GrowthOnCpu);
         all
@@ -74,6 +78,7 @@ impl Item {
             Item::Speed(kind, size, precision) => format!("speed/{}/{size}/{}", kind.name(), precision.name()),
             Item::Iteration(precision) => format!("iteration/{}", precision.name()),
             Item::Small(precision) => format!("small/{}", precision.name()),
+            Item::Clusters(size, precision) => format!("clusters/{size}/{}", precision.name()),
             Item::GrowthOnDevice(precision) => format!("growth/{}", precision.name()),
             Item::GrowthOnCpu => "growth/cpu".into(),
         }
@@ -84,14 +89,19 @@ impl Item {
         match self {
             Item::Parity(..) | Item::Bandwidth | Item::GrowthOnDevice(_) | Item::GrowthOnCpu => budget,
             Item::Speed(..) => budget.mul_f64(UNTIL_SPEEDS),
-            Item::Iteration(_) | Item::Small(_) => budget.mul_f64(UNTIL_CONSTANTS),
+            Item::Iteration(_) | Item::Small(_) | Item::Clusters(..) => budget.mul_f64(UNTIL_CONSTANTS),
         }
     }
 
     /// How long it will take, judged by what is known of its size, or of the size before; or why it cannot be.
     pub fn expected(&self, sizes: &[usize], results: &Results) -> Result<Duration, String> {
-        let (kind, size, precision) = match *self {
-            Item::Speed(kind, size, precision) => (kind, size, precision),
+        let with_size = |size| match *self {
+            Item::Speed(kind, _, precision) => Item::Speed(kind, size, precision),
+            Item::Clusters(_, precision) => Item::Clusters(size, precision),
+            other => other,
+        };
+        let size = match *self {
+            Item::Speed(_, size, _) | Item::Clusters(size, _) => size,
             Item::Iteration(precision) => {
                 let Some(bodies) = iteration_bodies(sizes, precision, results) else {
                     return Err("steps of no size were measured".into());
@@ -109,7 +119,7 @@ impl Item {
             _ => return Ok(Duration::ZERO),
         };
         let Some(before) = sizes.iter().copied().filter(|other| *other < size).max() else { return Ok(Duration::ZERO) };
-        match results.items.get(&Item::Speed(kind, before, precision).name()) {
+        match results.items.get(&with_size(before).name()) {
             Some(entry) if matches!(entry.finding, Finding::Failed { .. }) => Err(format!("{before} bodies failed")),
             Some(entry) => Ok(duration(GROWTH_OF_COST * size as f64 / before as f64 * entry.wall_seconds)),
             None => Err(format!("{before} bodies were left out")),

@@ -4,6 +4,7 @@
 //! Items are measured in a fixed order within a time, and results are written after each, so that a call that is
 //! interrupted or out of time is gone on with by the next one.
 
+mod clusters;
 mod colony;
 mod constants;
 mod item;
@@ -15,6 +16,7 @@ mod speed;
 #[cfg(test)]
 mod tests;
 
+pub use clusters::ClusterRow;
 pub use colony::{Doubling, Growth};
 pub use constants::SmallRow;
 pub use parity::Check;
@@ -176,6 +178,9 @@ impl Study {
                 Finding::Iteration { rows }
             }
             Item::Small(precision) => Finding::Small { rows: constants::small(gpu, precision, options.quick)? },
+            Item::Clusters(bodies, precision) => {
+                Finding::Clusters(clusters::measure(gpu, precision, bodies, options.quick)?)
+            }
             Item::GrowthOnDevice(precision) => {
                 let compute = Compute::Gpu { gpu: gpu.clone(), precision };
                 return self.grow(&compute, options.cells, self.left().mul_f64(GROWTH_ON_DEVICE), go_on);

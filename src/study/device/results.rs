@@ -1,5 +1,6 @@
 //! What was found so far, as a file that is written whole after each item, and read again to go on.
 
+use super::clusters::ClusterRow;
 use super::colony::Growth;
 use super::constants::SmallRow;
 use super::parity::Check;
@@ -57,6 +58,8 @@ pub enum Finding {
         /// By problem.
         rows: Vec<SmallRow>,
     },
+    /// An iteration by clusters beside one by pairs.
+    Clusters(ClusterRow),
     /// A colony.
     Growth(Growth),
     /// Nothing: it is tried again by the next call.

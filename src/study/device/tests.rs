@@ -58,7 +58,14 @@ fn a_tiny_study_runs_whole_and_a_second_call_computes_nothing_again() {
 
 fn check(study: &Study) {
     let page = study.page();
-    for heading in ["Against the CPU", "Whole steps", "By stage", "One workgroup or many", "A colony from one cell"] {
+    for heading in [
+        "Against the CPU",
+        "Whole steps",
+        "By stage",
+        "One workgroup or many",
+        "Pairs or clusters",
+        "A colony from one cell",
+    ] {
         assert!(page.contains(heading), "{heading}: {page}");
     }
     assert!(page.contains("Nothing was left out.") && page.contains("copies, read and written"), "{page}");
