@@ -13,7 +13,7 @@ fn rod(group: &str, height: f64, orientation: [f64; 4]) -> Body {
 }
 
 fn push(group: &str, force: f64) -> Force {
-    Force::Uniform { force: [0.0, 0.0, force], group: Some(group.into()) }
+    Force::Uniform { force: [0.0, 0.0, force], group: Some(group.into()), window: None }
 }
 
 fn main() -> Result<(), relcp::Error> {

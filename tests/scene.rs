@@ -211,8 +211,8 @@ fn overrides_reach_every_key() {
     .unwrap();
     assert_eq!(scene.bodies[0].position[1], 3.25);
     assert_eq!(scene.bodies[0].shape, Shape::Ellipsoid { radii: [1.0, 1.0, 3.0] });
-    assert_eq!(scene.forces[1], Force::Uniform { force: [0.0, 2.0, 0.0], group: Some("lower".into()) });
-    assert_eq!(scene.forces[2], Force::Uniform { force: [0.5, 0.0, 0.0], group: None });
+    assert_eq!(scene.forces[1], Force::Uniform { force: [0.0, 2.0, 0.0], group: Some("lower".into()), window: None });
+    assert_eq!(scene.forces[2], Force::Uniform { force: [0.5, 0.0, 0.0], group: None, window: None });
     assert_eq!(scene.contact.method, Method::Multisphere { count: 7 });
     assert_eq!(scene.name, "sweep");
     // What was not there is made.

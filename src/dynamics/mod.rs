@@ -22,8 +22,10 @@ pub(crate) mod spin;
 pub(crate) mod waiting;
 
 pub(crate) use crate::motion::{Pose, Twist, advance};
+#[cfg(feature = "gpu")]
+pub(crate) use force::along;
 pub(crate) use force::force_fields;
-pub use force::{Force, ForceField, Load};
+pub use force::{Force, ForceField, Frame, Load, Window};
 pub(crate) use growth::{Cells, MOST_LENGTH_NOISE, stretch};
 pub use growth::{Growth, OnNoRoom, Stop, StopReason};
 pub(crate) use inertial::Inertial;

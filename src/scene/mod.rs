@@ -32,7 +32,7 @@ mod validate;
 #[cfg(feature = "files")]
 mod write;
 
-pub use crate::dynamics::{Dynamics, Force, Growth, OnNoRoom, Stop, StopReason};
+pub use crate::dynamics::{Dynamics, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Window};
 pub use crate::lcp::SolverKind;
 pub use crate::periodic::Periodic;
 pub use crate::step::{ContactSettings, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};

@@ -6,7 +6,7 @@ use super::narrow_phase::Near;
 use super::setup::Setup;
 use super::start::Start;
 use crate::constraint::{self, FIXED, Mover};
-use crate::dynamics::{Load, Motion, Twist};
+use crate::dynamics::{ForceField, Load, Motion, Twist};
 use crate::step::{Fault, Rows};
 use crate::walls::surface_of;
 use glam::DVec3;
@@ -33,10 +33,13 @@ impl Motions {
         let (dt, here) = (start.interval, start.here());
         let time = start.time + if start.middle.is_some() { 0.5 * dt } else { 0.0 };
         let (law, forces) = setup.law(start.parting);
+        let share = |force: &dyn ForceField| force.share([start.time, start.time + dt]);
+        let acting = forces.iter().map(|force| (force, share(force.as_ref())));
+        let acting: Vec<_> = acting.filter(|(_, share)| *share > 0.0).collect();
         let of_body = |i: usize| {
             let mut load = Load::default();
-            for force in forces {
-                load += force.load(here, i, time);
+            for (force, share) in &acting {
+                load += *share * force.load(here, i, time);
             }
             let motion = match &start.middle {
                 Some(middle) => law.motion_by_middle(&start.bodies, middle, i, load, dt),

@@ -81,14 +81,30 @@ impl Device {
         self.setup.timed(of_kernel, self.setup.length_of(self.part))
     }
 
+    /// When the present part begins and ends.
+    fn span(&self) -> [f64; 2] {
+        let begin = self.step_start();
+        [begin, begin + self.setup.length_of(self.part)]
+    }
+
+    /// The parameters of the kernel of motions: those of the present part, and the shares of windows in it.
+    fn motion_parameters(&self, parameters: &[u8]) -> Vec<u8> {
+        let span = self.span();
+        let shares = source::loads::windows(&self.setup.forces).into_iter().map(|window| window.share(span));
+        [parameters, &self.setup.precision.encode(shares)].concat()
+    }
+
     /// Forces of a library's user, computed on the host from the state there.
     fn write_loads(&mut self) -> Result<(), GpuError> {
         let bodies = self.download(self.here(), self.here_shapes())?;
         let time = self.step_start() + if self.part == Part::FromMiddle { 0.5 * self.setup.dt } else { 0.0 };
+        let span = self.span();
+        let acting = self.plugged.iter().map(|force| (force, force.share(span)));
+        let acting: Vec<_> = acting.filter(|(_, share)| *share > 0.0).collect();
         let load = |i: usize| {
             let mut load = Load::default();
-            for force in &self.plugged {
-                load += force.load(&bodies, i, time);
+            for (force, share) in &acting {
+                load += *share * force.load(&bodies, i, time);
             }
             let (f, t) = (load.force, load.torque);
             [f.x, f.y, f.z, 0.0, t.x, t.y, t.z, 0.0]
@@ -124,7 +140,7 @@ impl Device {
             ("loads", &self.loads),
             ("motions", &self.motions),
         ];
-        record.run(&self.kernels.motion, &parameters, &buffers, bodies);
+        record.run(&self.kernels.motion, &self.motion_parameters(&parameters), &buffers, bodies);
         if let (Part::FromMiddle, Some(MidpointKernels { middle: Some(middle), .. })) =
             (self.part, &self.kernels.midpoint)
         {

@@ -1,5 +1,6 @@
 //! What every kernel of a step is assembled with: the scene's constants, forces and law.
 
+pub(super) mod loads;
 #[cfg(test)]
 mod tests;
 
@@ -12,7 +13,6 @@ use crate::separation;
 use crate::shape::gpu::add_shapes_to;
 use crate::step::DEEPER;
 use crate::walls::AtSurface;
-use std::fmt::Write as _;
 
 /// Flags of a pair's contact: apart, within the limit, and overlapping by more than is tolerated. Kernels have them in
 /// the last number of three vectors, so that they are constants of type `real` there ([`with_flags`]).
@@ -82,44 +82,8 @@ pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
         true => source.include(fragment!("dynamics/radial.wgsl")),
         false => source,
     };
-    let loads = loads(setup, &source);
-    source.text(&loads).include(fragment!("dynamics/motion.wgsl"))
-}
-
-/// `load_of`: the sum of the scene's forces on a body.
-fn loads(setup: &Setup, source: &Source) -> String {
-    let mut text =
-        String::from("fn load_of(position: vec3r, shape: vec4r, group: u32) -> Load {\n    var force = vec3r();\n");
-    let vector = |v: [f64; 3]| {
-        let [x, y, z] = v.map(|c| source.literal(c));
-        format!("vec3r({x}, {y}, {z})")
-    };
-    for force in &setup.forces {
-        let term = match force {
-            Force::Uniform { force, .. } => vector(*force),
-            Force::Gravity { acceleration, .. } => gravity(setup, &vector(*acceleration)),
-            Force::RadialInward { .. } => "-radial(position)".to_owned(),
-            Force::RadialOutward { .. } => "radial(position)".to_owned(),
-        };
-        let applies = match force.group() {
-            None => "true".to_owned(),
-            Some(name) => match setup.groups.iter().position(|g| g == name) {
-                Some(index) => format!("group == {index}u"),
-                None => "false".to_owned(),
-            },
-        };
-        let _ = writeln!(text, "    if {applies} {{ force += {term}; }}");
-    }
-    text.push_str("    return Load(force, vec3r());\n}\n");
-    text
-}
-
-fn gravity(setup: &Setup, acceleration: &str) -> String {
-    match setup.dynamics.has_inertia() {
-        true => format!("DENSITY * solid(shape).volume * {acceleration}"),
-        // Bodies have no mass, and validation refuses such a scene.
-        false => "vec3r()".to_owned(),
-    }
+    let (loads, parameters) = (loads::load_of(setup, &source), loads::parameters(setup));
+    source.text(&loads).text(&parameters).include(fragment!("dynamics/motion.wgsl"))
 }
 
 /// Moves the rows of an array whose elements are of this WGSL type.

@@ -87,11 +87,16 @@ fn place(
             Ok(())
         }
         rule @ Generate::Founder { .. } => {
-            // The quarter turn about y takes the axis, body z, to x.
-            let orientation =
-                DQuat::from_xyzw(0.0, std::f64::consts::FRAC_1_SQRT_2, 0.0, std::f64::consts::FRAC_1_SQRT_2);
-            bodies.push(Placed { shape: rule.shape(), position: DVec3::ZERO, orientation }, group);
+            bodies.push(Placed { shape: rule.shape(), position: DVec3::ZERO, orientation: ALONG_X }, group);
             Ok(())
         }
     }
+}
+
+/// The quarter turn about y, which takes the axis of a founder, body z, to x.
+const ALONG_X: DQuat = DQuat::from_xyzw(0.0, std::f64::consts::FRAC_1_SQRT_2, 0.0, std::f64::consts::FRAC_1_SQRT_2);
+
+/// The orientation of all bodies that a rule makes; none where they turn any way.
+pub(super) fn founder_orientation(rule: &Generate) -> Option<DQuat> {
+    matches!(rule, Generate::Founder { .. }).then_some(ALONG_X)
 }

@@ -6,6 +6,7 @@
 mod bodies;
 mod forces;
 mod generate;
+mod growth;
 mod periodic;
 mod planar;
 mod shapes;

@@ -38,13 +38,13 @@ impl Energy {
             groups.iter().position(|group| group == name).map(|index| index as u32)
         };
         let pull = |force: &Force| match force {
-            Force::Uniform { force, group } => {
+            Force::Uniform { force, group, window: None } => {
                 Some(Pull { group: number(group), along: DVec3::from(*force), by_mass: false })
             }
-            Force::Gravity { acceleration, group } => {
+            Force::Gravity { acceleration, group, window: None } => {
                 Some(Pull { group: number(group), along: DVec3::from(*acceleration), by_mass: true })
             }
-            Force::RadialInward { .. } | Force::RadialOutward { .. } => None,
+            _ => None,
         };
         let pulls = scene.forces.iter().map(pull).collect::<Option<Vec<Pull>>>()?;
         scene.growth.is_none().then_some(Energy { density, pulls, account: None })

@@ -60,7 +60,7 @@ impl Start {
             if let Some(body) = self.scene.bodies.get_mut(*i) {
                 body.group = Some(group.clone());
             }
-            self.scene.forces.push(Force::Uniform { force: *force, group: Some(group) });
+            self.scene.forces.push(Force::Uniform { force: *force, group: Some(group), window: None });
         }
         self
     }
