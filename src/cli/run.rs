@@ -107,7 +107,10 @@ fn resume(arguments: &Arguments) -> Result<Run, CliError> {
         }
     };
     let compute = settle(arguments, &scene)?;
-    Ok(Run::resume(scene, folder, &compute)?)
+    Ok(match arguments.until {
+        Some(until) => Run::resume_until(scene, folder, until, &compute)?,
+        None => Run::resume(scene, folder, &compute)?,
+    })
 }
 
 /// What computes; for a profile kernels are compiled when they are made, so that it tells how long that took.

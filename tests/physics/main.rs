@@ -3,5 +3,7 @@
 
 #[path = "../gpu/device.rs"]
 mod device;
+mod fixed;
 mod forces;
+mod orientation;
 mod scenes;

@@ -249,10 +249,12 @@ impl<const D: usize> Backend for Cpu<D> {
         phases.broad_phase += begun.elapsed();
         let begun = Instant::now();
         let placed = |a: usize, b: usize| trial.pair(start, a, b);
-        let mut overlapping = narrow_phase::within(candidates, pairs, Self::SEPARATE, placed, |_, _| 0.0);
+        let limit = |a: usize, b: usize| if start.is_held(a) && start.is_held(b) { f64::NEG_INFINITY } else { 0.0 };
+        let mut overlapping = narrow_phase::within(candidates, pairs, Self::SEPARATE, placed, limit);
         pairs.renew(&overlapping);
         let bodies = start.bodies.len();
-        near::join(&mut overlapping, walls::near(&setup.walls, bodies, |i| trial.placed(start, i), |_| 0.0));
+        let limit = |i: usize| if start.is_held(i) { f64::NEG_INFINITY } else { 0.0 };
+        near::join(&mut overlapping, walls::near(&setup.walls, bodies, |i| trial.placed(start, i), limit));
         let overlap = trial.set_overlapping(setup, start, overlapping, violating);
         phases.narrow_phase += begun.elapsed();
         Ok(overlap)

@@ -37,6 +37,9 @@ impl Motions {
         let acting = forces.iter().map(|force| (force, share(force.as_ref())));
         let acting: Vec<_> = acting.filter(|(_, share)| *share > 0.0).collect();
         let of_body = |i: usize| {
+            if start.is_held(i) {
+                return (*FIXED.motion, Reach::default());
+            }
             let mut load = Load::default();
             for (force, share) in &acting {
                 load += *share * force.load(here, i, time);
@@ -57,8 +60,11 @@ impl Motions {
             .unzip_into_vecs(&mut self.motion, &mut self.reach);
     }
 
-    /// The distance within which a pair is near where first rows are made.
-    pub(super) fn limit(&self, setup: &Setup, a: usize, b: usize) -> f64 {
+    /// The distance within which a pair is near where first rows are made; less than any where neither moves.
+    pub(super) fn limit(&self, setup: &Setup, start: &Start, a: usize, b: usize) -> f64 {
+        if start.is_held(a) && start.is_held(b) {
+            return f64::NEG_INFINITY;
+        }
         let (a, b) = (&self.reach[a], &self.reach[b]);
         match setup.rows {
             Rows::Paper => setup.cutoff + a.either + b.either,

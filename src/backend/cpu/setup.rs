@@ -4,6 +4,7 @@ use super::first;
 use crate::bodies::Bodies;
 use crate::constraint::RowSource;
 use crate::dynamics::{self, Cells, ForceField, Law, Overdamped};
+use crate::fixed::Fixed;
 use crate::shape::Shape;
 use crate::step::{Model, Rows, Stepping, Time};
 use crate::walls::Walls;
@@ -17,6 +18,7 @@ pub(super) struct Setup {
     pub(super) growth: Option<Cells>,
     pub(super) forces: Vec<Box<dyn ForceField>>,
     pub(super) walls: Walls,
+    pub(super) fixed: Fixed,
     pub(super) source: RowSource,
     pub(super) rows: Rows,
     pub(super) overlap_tolerance: f64,
@@ -36,6 +38,7 @@ impl Setup {
             growth: model.cells,
             forces: dynamics::force_fields(&model.forces, &model.groups, &model.dynamics),
             walls: model.walls.clone(),
+            fixed: model.fixed.clone(),
             source: model.contact.method.row_source(),
             rows: model.contact.rows_of_method(),
             overlap_tolerance: model.contact.overlap_tolerance,

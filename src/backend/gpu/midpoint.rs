@@ -153,6 +153,9 @@ impl Device {
             ];
             record.run(middle, &parameters, &buffers, bodies);
         }
+        if let Some(held) = &self.held {
+            held.hold(&self.kernels, &mut record, &self.motions);
+        }
         self.record_ahead(&mut record);
         let buffers = [
             ("orientations", &self.first().orientations),

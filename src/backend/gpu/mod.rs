@@ -13,6 +13,7 @@ mod branches;
 mod candidates;
 mod contacts;
 mod growing;
+mod held;
 mod midpoint;
 mod passing;
 mod periodic;
@@ -42,6 +43,7 @@ use ancestry::Ancestry;
 use candidates::Candidates;
 pub use contacts::{contacts, wall_contacts};
 use growing::GrowthBuffers;
+use held::Held;
 use midpoint::Part;
 use rows::Rows;
 use separations::Report;
@@ -76,6 +78,8 @@ pub(crate) struct Setup {
     /// The least thickness of a body.
     pub thinnest: f64,
     pub walls: Walls,
+    /// Whether bodies may be fixed.
+    pub fixed: bool,
 }
 
 impl Setup {
@@ -116,6 +120,7 @@ impl Setup {
             shapes: shapes.to_vec(),
             thinnest,
             walls: model.walls.clone(),
+            fixed: model.fixed.any(),
         })
     }
 
@@ -166,6 +171,7 @@ pub struct Device {
     ancestry: Ancestry,
     groups_of: Buffer,
     growth: GrowthBuffers,
+    held: Option<Held>,
     loads: Buffer,
     motions: Buffer,
     boxes: Buffer,
@@ -231,6 +237,7 @@ impl Device {
             poses,
             shapes,
             growth: GrowthBuffers::new(&gpu, &setup, &mut ancestry)?,
+            held: Held::new(&gpu, &model.fixed.flags(&state.bodies))?,
             groups_of: Buffer::with(&gpu, "groups", 4, bytemuck::cast_slice(&ancestry.group))?,
             ancestry,
             loads: Buffer::new(&gpu, "loads", 8 * real, 1)?,

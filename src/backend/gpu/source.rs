@@ -6,6 +6,7 @@ mod tests;
 
 use super::Setup;
 use super::branch_source::{self, BranchKernels};
+use super::held::HeldKernels;
 use crate::constraint::LEAST_ALIGNED;
 use crate::dynamics::{Dynamics, Force, LAST_STEP};
 use crate::gpu::{Kernel, Precision, Source, fragment, kernels};
@@ -133,6 +134,8 @@ kernels! {
         walls: Option<WallKernels> = (!setup.walls.is_empty()).then_some(setup),
         /// Where steps have a middle.
         midpoint: Option<MidpointKernels> = setup.midpoint.then_some(setup),
+        /// Where bodies are fixed.
+        held: Option<HeldKernels> = setup.fixed.then_some(setup),
         /// Where rows are by branches.
         branches: Option<BranchKernels> = (setup.branches > 0).then_some(setup),
     }

@@ -8,6 +8,7 @@ pub(super) use chainmail::MAX_RING_RATIO;
 pub(super) use isotropic::{reachable_fraction, volume as isotropic_volume};
 
 use super::error::{FaultKind, SceneError};
+use super::orientation::ALONG_X;
 use super::{Generate, Scene};
 use crate::bodies::Bodies;
 use crate::separation::Placed;
@@ -92,9 +93,6 @@ fn place(
         }
     }
 }
-
-/// The quarter turn about y, which takes the axis of a founder, body z, to x.
-const ALONG_X: DQuat = DQuat::from_xyzw(0.0, std::f64::consts::FRAC_1_SQRT_2, 0.0, std::f64::consts::FRAC_1_SQRT_2);
 
 /// The orientation of all bodies that a rule makes; none where they turn any way.
 pub(super) fn founder_orientation(rule: &Generate) -> Option<DQuat> {

@@ -52,6 +52,7 @@ impl Scene {
         positive(&root.field("dynamics").field(law).field(name), coefficient)?;
         self.check_bodies(root)?;
         self.check_generate(root)?;
+        self.check_fixed(root)?;
         self.check_contact(&root.field("contact"))?;
         self.check_solver(&root.field("solver"))?;
         self.check_forces(&root.field("forces"))?;

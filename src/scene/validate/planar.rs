@@ -2,7 +2,6 @@
 
 use super::super::error::SceneError;
 use super::super::key::Key;
-use super::super::orientation::unit;
 use super::super::{Body, Force, Generate, Scene, generate};
 use crate::dynamics::Load;
 use crate::shape::{PLANAR_TOLERANCE, Shape};
@@ -45,7 +44,7 @@ impl Scene {
         let key = key.field(name);
         let on = |group: Option<&str>| force.group().is_none_or(|only| group == Some(only));
         for (i, body) in self.bodies.iter().enumerate().filter(|(_, body)| on(body.group.as_deref())) {
-            if leaves_plane(force, unit(body.orientation)) {
+            if leaves_plane(force, body.rotation()) {
                 let message = format!("points out of the plane on bodies.{i}, as that is oriented; {}", remedy(force));
                 return Err(SceneError::bad(key, message));
             }
@@ -75,11 +74,11 @@ impl Scene {
 
     /// A cell that stands upright in the plane is mirrored by it, but its daughters would not be.
     fn check_growing(&self, key: &Key, body: &Body) -> Result<(), SceneError> {
-        let axis = unit(body.orientation) * DVec3::Z;
+        let axis = body.rotation() * DVec3::Z;
         let grows = self.growth.is_some() && body.shape.growing_length().is_some();
         if grows && axis.z.abs() > PLANAR_TOLERANCE {
             return Err(SceneError::bad(
-                key.field("orientation"),
+                key.field(body.orientation_key()),
                 "a growing spherocylinder of a planar scene must lie in the x-y plane",
             ));
         }
@@ -92,9 +91,9 @@ fn check_body(key: &Key, body: &Body, plane: f64) -> Result<(), SceneError> {
         let message = format!("bodies of a planar scene share one z, here {plane:?}, not {:?}", body.position[2]);
         return Err(SceneError::bad(key.field("position").index(2), message));
     }
-    if !body.shape.is_planar_symmetric(unit(body.orientation)) {
+    if !body.shape.is_planar_symmetric(body.rotation()) {
         let message = "the body must be mirrored by the plane: its axis in it or across it, or one of its principal axes across it";
-        return Err(SceneError::bad(key.field("orientation"), message));
+        return Err(SceneError::bad(key.field(body.orientation_key()), message));
     }
     let zero = |name: &'static str, index: usize, value: f64| {
         if value == 0.0 {

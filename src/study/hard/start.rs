@@ -90,7 +90,7 @@ pub(super) fn ring(major_radius: f64, minor_radius: f64) -> Shape {
 
 pub(super) fn body(shape: Shape, position: [f64; 3], orientation: DQuat) -> Body {
     let DQuat { x, y, z, w } = orientation;
-    Body { orientation: [w, x, y, z], ..Body::new(shape, position) }
+    Body { orientation: Some([w, x, y, z]), ..Body::new(shape, position) }
 }
 
 pub(super) fn upright(shape: Shape, position: [f64; 3]) -> Body {

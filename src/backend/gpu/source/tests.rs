@@ -21,7 +21,8 @@ fn setups() -> Vec<Setup> {
         let laws = [Dynamics::Overdamped { drag: 1.0 }, Dynamics::Inertial { density: 2.0 }];
         for (dynamics, rows) in laws.into_iter().flat_map(|law| [(law, Rows::Auto), (law, Rows::Paper)]) {
             (scene.dynamics, scene.contact.rows) = (dynamics, rows);
-            setups.extend([Precision::F32, Precision::F64].map(|p| Setup::new(&scene.model(), &shapes, p).unwrap()));
+            let held = |p| Setup { fixed: true, ..Setup::new(&scene.model(), &shapes, p).unwrap() };
+            setups.extend([Precision::F32, Precision::F64].map(held));
         }
     }
     setups
