@@ -23,6 +23,13 @@ pub struct Load {
     pub torque: DVec3,
 }
 
+impl Load {
+    /// What of it moves and turns a body in the x-y plane.
+    pub(crate) fn in_plane(self) -> Load {
+        Load { force: self.force.with_z(0.0), torque: DVec3::new(0.0, 0.0, self.torque.z) }
+    }
+}
+
 impl Add for Load {
     type Output = Load;
     fn add(self, other: Load) -> Load {

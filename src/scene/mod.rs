@@ -32,7 +32,7 @@ mod validate;
 #[cfg(feature = "files")]
 mod write;
 
-pub use crate::dynamics::{Dynamics, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Window};
+pub use crate::dynamics::{Dynamics, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window};
 pub use crate::lcp::SolverKind;
 pub use crate::periodic::Periodic;
 pub use crate::step::{ContactSettings, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
@@ -102,6 +102,9 @@ pub struct Scene {
     /// External forces.
     #[cfg_attr(feature = "files", serde(default))]
     pub forces: Vec<Force>,
+    /// Brownian motion. With inertia it needs `dynamics.inertial.drag`.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub thermal: Option<Thermal>,
     /// Fixed walls that bodies do not pass, and inside of which they start; one with a `lineage`, which a run wrote,
     /// may start past a wall.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
@@ -138,6 +141,7 @@ impl Scene {
             solver: Solver::default(),
             planar: bool::default(),
             forces: Vec::default(),
+            thermal: None,
             walls: Vec::default(),
             periodic: None,
             growth: None,

@@ -1,7 +1,7 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
 use super::{ContactSettings, Dump, Recursion, Rows, SMALLEST_NUMBER, Scene};
-use crate::dynamics::Cells;
+use crate::dynamics::{Cells, Heat};
 use crate::fixed::Fixed;
 use crate::lcp::Settings;
 use crate::periodic::Periods;
@@ -105,6 +105,11 @@ impl Scene {
         self.growth.map(|growth| Cells { growth, planar: self.planar, seed: self.seed })
     }
 
+    /// The random loads, where there are any.
+    fn heat(&self) -> Option<Heat> {
+        self.thermal.map(|thermal| Heat { thermal, seed: self.seed, dynamics: self.dynamics, planar: self.planar })
+    }
+
     /// The bodies that do not move.
     #[doc(hidden)]
     pub fn fixed(&self) -> Fixed {
@@ -124,6 +129,7 @@ impl Scene {
             dynamics: self.dynamics,
             forces: self.forces.clone(),
             groups: self.group_names(),
+            heat: self.heat(),
             fixed: self.fixed(),
             walls: self.walls(),
             periods: self.periods(),

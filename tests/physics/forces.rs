@@ -140,7 +140,7 @@ fn a_window_counts_for_the_time_that_it_is_on() {
 }
 
 /// Every force at once, on some bodies each, with contacts.
-fn everything(planar: bool, law: &Value, stepping: &str, periodic: bool) -> Value {
+pub fn everything(planar: bool, law: &Value, stepping: &str, periodic: bool) -> Value {
     let body = |i: u32| {
         let (x, y) = (f64::from(i % 3) * 1.1, f64::from(i / 3) * 0.8);
         let z = if planar { 0.0 } else { 0.3 * f64::from(i) };

@@ -3,7 +3,9 @@
 
 #[path = "../gpu/device.rs"]
 mod device;
+mod drag;
 mod fixed;
 mod forces;
 mod orientation;
 mod scenes;
+mod thermal;

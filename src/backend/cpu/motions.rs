@@ -29,7 +29,8 @@ pub(super) struct Motions {
 }
 
 impl Motions {
-    pub(super) fn set(&mut self, setup: &Setup, start: &Start, first: &First) {
+    pub(super) fn set(&mut self, setup: &Setup, start: &Start, first: &First, step: u64) {
+        let heat = setup.heat.filter(|_| !start.parting);
         let (dt, here) = (start.interval, start.here());
         let time = start.time + if start.middle.is_some() { 0.5 * dt } else { 0.0 };
         let (law, forces) = setup.law(start.parting);
@@ -43,6 +44,10 @@ impl Motions {
             let mut load = Load::default();
             for (force, share) in &acting {
                 load += *share * force.load(here, i, time);
+            }
+            if let Some(heat) = heat {
+                let numbers = (here.lineage[i].id, step);
+                load += heat.load(&here.shape[i], here.orientation[i], numbers, start.step_length(setup));
             }
             let motion = match &start.middle {
                 Some(middle) => law.motion_by_middle(&start.bodies, middle, i, load, dt),

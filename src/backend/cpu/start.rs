@@ -90,6 +90,11 @@ impl Start {
         Ok(())
     }
 
+    /// The length of the whole step that the piece is of.
+    pub(super) fn step_length(&self, setup: &Setup) -> f64 {
+        self.piece.span * setup.time.dt
+    }
+
     fn piece_length(&self, setup: &Setup) -> f64 {
         self.piece.length * self.piece.span * setup.time.dt
     }

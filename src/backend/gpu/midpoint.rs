@@ -123,11 +123,13 @@ impl Device {
             }
             self.write_loads()?;
         }
+        self.write_ids()?;
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         self.motions.reserve(&gpu, bodies)?;
         self.boxes.reserve(&gpu, bodies)?;
         let mut record = gpu.record();
         record.stage("integrate");
+        self.record_heat(&mut record);
         let (here, shapes) = (self.here(), &self.here_shapes().shapes);
         let parameters = self.timed([bodies as u32, u32::from(self.part == Part::FromMiddle), 0, 0]);
         let buffers = [
@@ -289,7 +291,8 @@ impl Device {
             ("ended", &to.orientations),
             ("twists", &to.twists),
         ];
-        let parameters = words([self.bodies as u32, u32::from(self.part == Part::FromMiddle), 0, 0]);
+        let parameters = [self.bodies as u32, u32::from(self.part == Part::FromMiddle), 0, 0];
+        let parameters = if self.setup.is_damped() { self.timed(parameters) } else { words(parameters).to_vec() };
         record.run(arrive, &parameters, &buffers, self.bodies);
     }
 }

@@ -13,6 +13,7 @@ mod branches;
 mod candidates;
 mod contacts;
 mod growing;
+mod heat;
 mod held;
 mod midpoint;
 mod passing;
@@ -29,7 +30,7 @@ mod warm;
 
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
-use crate::dynamics::{Cells, Dynamics, Force, ForceField};
+use crate::dynamics::{Cells, Dynamics, Force, ForceField, Heat};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Made, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
@@ -72,6 +73,7 @@ pub(crate) struct Setup {
     pub dynamics: Dynamics,
     pub forces: Vec<Force>,
     pub groups: Vec<String>,
+    pub heat: Option<Heat>,
     pub growth: Option<Cells>,
     pub length_pitch: f64,
     pub shapes: Vec<Shape>,
@@ -115,6 +117,7 @@ impl Setup {
             dynamics: model.dynamics,
             forces: model.forces.clone(),
             groups: model.groups.clone(),
+            heat: model.heat,
             growth: model.cells,
             length_pitch: (longest / LENGTHS).max(f64::MIN_POSITIVE).log2().ceil().exp2(),
             shapes: shapes.to_vec(),
@@ -124,9 +127,19 @@ impl Setup {
         })
     }
 
-    /// Vectors of a body's motion: with inertia the rotational mobility is a matrix, and there is an angular momentum.
+    /// Vectors of a body's motion: with inertia the rotational mobility is a matrix, and there is an angular momentum;
+    /// with drag beside it also the impulse that is still to come after a move.
     pub fn motion_width(&self) -> u32 {
-        if self.inertia() { 7 } else { 4 }
+        match (self.inertia(), self.is_damped()) {
+            (false, _) => 4,
+            (true, false) => 7,
+            (true, true) => 8,
+        }
+    }
+
+    /// Whether drag slows bodies beside inertia.
+    pub fn is_damped(&self) -> bool {
+        self.dynamics.drag_beside_inertia().is_some()
     }
 
     /// Whether velocity is a part of the state.
@@ -172,6 +185,8 @@ pub struct Device {
     groups_of: Buffer,
     growth: GrowthBuffers,
     held: Option<Held>,
+    /// The bodies' ids, where there is Brownian motion.
+    ids: Option<Buffer>,
     loads: Buffer,
     motions: Buffer,
     boxes: Buffer,
@@ -228,7 +243,7 @@ impl Device {
         let width = setup.motion_width() as usize;
         Ok(Device {
             plugged: Vec::new(),
-            takes_loads: false,
+            takes_loads: setup.heat.is_some(),
             step: state.step,
             bodies,
             accepted_bodies: bodies,
@@ -238,6 +253,7 @@ impl Device {
             shapes,
             growth: GrowthBuffers::new(&gpu, &setup, &mut ancestry)?,
             held: Held::new(&gpu, &model.fixed.flags(&state.bodies))?,
+            ids: heat::ids(&gpu, &setup)?,
             groups_of: Buffer::with(&gpu, "groups", 4, bytemuck::cast_slice(&ancestry.group))?,
             ancestry,
             loads: Buffer::new(&gpu, "loads", 8 * real, 1)?,

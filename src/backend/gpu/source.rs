@@ -6,6 +6,7 @@ mod tests;
 
 use super::Setup;
 use super::branch_source::{self, BranchKernels};
+use super::heat;
 use super::held::HeldKernels;
 use crate::constraint::LEAST_ALIGNED;
 use crate::dynamics::{Dynamics, Force, LAST_STEP};
@@ -75,8 +76,11 @@ pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
     let source = add_shapes_to(source).include(fragment!("dynamics/law.wgsl"));
     let source = match setup.dynamics {
         Dynamics::Overdamped { drag } => source.real("DRAG", drag).include(fragment!("dynamics/overdamped.wgsl")),
-        Dynamics::Inertial { density } => {
+        Dynamics::Inertial { density, drag: None } => {
             spinning(setup, source).real("DENSITY", density).include(fragment!("dynamics/inertial.wgsl"))
+        }
+        Dynamics::Inertial { density, drag: Some(drag) } => {
+            damped(spinning(setup, source), density, drag).include(fragment!("dynamics/damped.wgsl"))
         }
     };
     let source = match setup.forces.iter().any(Force::is_radial) {
@@ -98,7 +102,7 @@ pub(super) fn moved(setup: &Setup, name: &str, element: &str, per_row: u32) -> S
 kernels! {
     /// The kernels of a step.
     pub(super) struct Kernels for setup: &Setup {
-        motion: Kernel = motion(setup, false),
+        motion: Kernel = motion(setup, setup.heat.is_some()),
         boxes: Kernel = with_bodies(setup, "box").include(fragment!("broad_phase/box.wgsl")),
         sweep: Kernel = with_bodies(setup, "sweep").include(fragment!("broad_phase/sweep.wgsl")),
         inside: Kernel = reporting(base(setup, "inside")).include(fragment!("broad_phase/inside.wgsl")),
@@ -127,13 +131,18 @@ kernels! {
         carry: Kernel = base(setup, "carry").include(fragment!("constraint/carry.wgsl")),
         /// Where bodies have inertia, in the place of `accept`.
         arrive: Option<Kernel> =
-            setup.inertia().then(|| turned(setup, "arrive").include(fragment!("dynamics/arrive.wgsl"))),
+            setup.inertia().then(|| match damping(setup) {
+                Some(source) => source("arrive").include(fragment!("dynamics/damped_arrive.wgsl")),
+                None => turned(setup, "arrive").include(fragment!("dynamics/arrive.wgsl")),
+            }),
         /// Where bodies grow.
         growth: Option<GrowthKernels> = setup.growth.is_some().then_some(setup),
         /// Where the scene has walls.
         walls: Option<WallKernels> = (!setup.walls.is_empty()).then_some(setup),
         /// Where steps have a middle.
         midpoint: Option<MidpointKernels> = setup.midpoint.then_some(setup),
+        /// Where there is Brownian motion.
+        heat: Option<Kernel> = heat::source(setup),
         /// Where bodies are fixed.
         held: Option<HeldKernels> = setup.fixed.then_some(setup),
         /// Where rows are by branches.
@@ -172,7 +181,10 @@ kernels! {
         rows: Option<MiddleRowKernels> = (setup.branches == 0).then_some(setup),
         /// The motion over the step, where bodies have inertia.
         middle: Option<Kernel> =
-            setup.inertia().then(|| turned(setup, "middle").include(fragment!("dynamics/middle.wgsl"))),
+            setup.inertia().then(|| match damping(setup) {
+                Some(source) => source("middle").include(fragment!("dynamics/damped_middle.wgsl")),
+                None => turned(setup, "middle").include(fragment!("dynamics/middle.wgsl")),
+            }),
         /// The separations at later lengths, where bodies grow and pairs have the paper's rows.
         stretch: Option<Kernel> = (setup.branches == 0 && setup.growth.is_some())
             .then(|| stretched(setup).include(fragment!("dynamics/stretch.wgsl"))),
@@ -263,6 +275,17 @@ fn tighten(setup: &Setup) -> Source {
 /// A source that knows how the scene's bodies turn without torque.
 fn turned(setup: &Setup, name: &str) -> Source {
     spinning(setup, add_shapes_to(base(setup, name)))
+}
+
+/// Adds what drag leaves of a motion beside inertia.
+pub(super) fn damped(source: Source, density: f64, drag: f64) -> Source {
+    source.real("DENSITY", density).real("DRAG", drag).include(fragment!("dynamics/damping.wgsl"))
+}
+
+/// What makes sources that know turns without torque, and drag; none where the scene has no drag beside inertia.
+fn damping(setup: &Setup) -> Option<impl Fn(&str) -> Source + '_> {
+    let (density, drag) = (setup.dynamics.density()?, setup.dynamics.drag_beside_inertia()?);
+    Some(move |name: &str| damped(turned(setup, name), density, drag))
 }
 
 /// A source that knows what longer bodies change of a separation.

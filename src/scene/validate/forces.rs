@@ -3,7 +3,7 @@
 use super::super::error::SceneError;
 use super::super::key::Key;
 use super::super::nearest::nearest;
-use super::super::{Force, Scene, Window};
+use super::super::{Force, Scene, Stepping, Window};
 use super::{SMALLEST_NUMBER, number, numbers, positive};
 use glam::DVec3;
 
@@ -32,6 +32,23 @@ impl Scene {
                 let message = format!("is the scene's window number {}; at most {MOST_WINDOWS} differ", windows.len());
                 return Err(SceneError::bad(key, message));
             }
+        }
+        Ok(())
+    }
+
+    /// What Brownian motion needs: a resistance, and steps of first order.
+    pub(super) fn check_thermal(&self, root: &Key) -> Result<(), SceneError> {
+        let Some(thermal) = &self.thermal else { return Ok(()) };
+        let key = root.field("thermal");
+        positive(&key.field("temperature"), thermal.temperature)?;
+        if self.dynamics.has_inertia() && self.dynamics.drag_beside_inertia().is_none() {
+            let message =
+                "needs a resistance, which heat belongs to: give dynamics.inertial.drag, or choose the overdamped law";
+            return Err(SceneError::bad(key, message));
+        }
+        if self.time.stepping == Stepping::Midpoint {
+            let message = "random loads make steps with a middle no more exact; with `thermal`, leave it \"euler\"";
+            return Err(SceneError::bad(root.field("time").field("stepping"), message));
         }
         Ok(())
     }

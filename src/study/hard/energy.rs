@@ -31,7 +31,7 @@ struct Account {
 impl Energy {
     /// Where a scene's energy can be told: it has inertia, no growth, and forces with a linear potential only.
     pub(super) fn of(scene: &Scene) -> Option<Energy> {
-        let Dynamics::Inertial { density } = scene.dynamics else { return None };
+        let Dynamics::Inertial { density, drag: None } = scene.dynamics else { return None };
         let groups = scene.group_names();
         let number = |name: &Option<String>| {
             let name = name.as_ref()?;

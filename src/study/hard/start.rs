@@ -43,7 +43,7 @@ impl Start {
     /// As [`Start::still`], with inertia at density 1.
     pub fn inertial(dt: f64, bodies: Vec<Body>) -> Start {
         let mut start = Start::still(dt, bodies);
-        start.scene.dynamics = Dynamics::Inertial { density: 1.0 };
+        start.scene.dynamics = Dynamics::Inertial { density: 1.0, drag: None };
         start
     }
 

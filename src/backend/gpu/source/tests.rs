@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::backend::gpu::separations::Report;
-use crate::dynamics::{Frame, Window};
+use crate::dynamics::{Frame, Heat, Thermal, Window};
 use crate::gpu::{LatticePeriods, Made, Precision, validate};
 use crate::scene::{self, Rows, Scene, Stepping, Wall};
 use std::mem::offset_of;
@@ -18,10 +18,12 @@ fn setups() -> Vec<Setup> {
         scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3 }];
         scene.time.stepping = Stepping::Midpoint;
         scene.forces.extend(driven());
-        let laws = [Dynamics::Overdamped { drag: 1.0 }, Dynamics::Inertial { density: 2.0 }];
+        let inertial = |drag| Dynamics::Inertial { density: 2.0, drag };
+        let laws = [Dynamics::Overdamped { drag: 1.0 }, inertial(None), inertial(Some(3.0))];
         for (dynamics, rows) in laws.into_iter().flat_map(|law| [(law, Rows::Auto), (law, Rows::Paper)]) {
             (scene.dynamics, scene.contact.rows) = (dynamics, rows);
-            let held = |p| Setup { fixed: true, ..Setup::new(&scene.model(), &shapes, p).unwrap() };
+            let heat = Some(Heat { thermal: Thermal::new(0.5), seed: 3 << 40, dynamics, planar: scene.planar });
+            let held = |p| Setup { fixed: true, heat, ..Setup::new(&scene.model(), &shapes, p).unwrap() };
             setups.extend([Precision::F32, Precision::F64].map(held));
         }
     }

@@ -119,7 +119,7 @@ fn others() -> Vec<Case> {
     let cup = [channel(3.0), side([1.0, 0.0, 0.0], 1.0)];
     let wedge = [side([0.5, 1.0, 0.0], 0.8), side([0.5, -1.0, 0.0], 0.8)];
     let mut heavy = colony(0.01, GROWTH, vec![cube([2.0, 2.0, 1.0])]);
-    heavy.scene.dynamics = Dynamics::Inertial { density: 1.0 };
+    heavy.scene.dynamics = Dynamics::Inertial { density: 1.0, drag: None };
     let mut periodic = colony(0.01, GROWTH, Vec::new());
     periodic.scene.periodic = Some(Periodic { lengths: [Some(7.0), Some(7.0), None] });
     let spatial = |walls: Vec<Wall>| {

@@ -31,7 +31,7 @@ const GROUPS: [&str; 2] = ["a", "b"];
 
 pub(super) fn dynamics(random: &mut Random) -> Dynamics {
     let unit = random.log_within(UNIT[0], UNIT[1]);
-    random.either(0.5, Dynamics::Overdamped { drag: unit }, Dynamics::Inertial { density: unit })
+    random.either(0.5, Dynamics::Overdamped { drag: unit }, Dynamics::Inertial { density: unit, drag: None })
 }
 
 pub(super) fn stepping(random: &mut Random) -> Stepping {
@@ -121,7 +121,7 @@ fn force(random: &mut Random, scene: &Scene, reach: f64) -> Force {
         Dynamics::Inertial { .. } if random.chance(0.6) => {
             Force::Gravity { acceleration: (0.02 * way / (dt * dt) * along).to_array(), group, window: None }
         }
-        Dynamics::Inertial { density } => {
+        Dynamics::Inertial { density, .. } => {
             let mass = density * scene.bodies.first().map_or(1.0, |body| body.shape.volume());
             Force::Uniform { force: (0.02 * mass * way / (dt * dt) * along).to_array(), group, window: None }
         }
