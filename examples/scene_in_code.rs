@@ -7,13 +7,13 @@ use std::f64::consts::FRAC_1_SQRT_2;
 fn rod(group: &str, height: f64, orientation: [f64; 4]) -> Body {
     let shape = Shape::Spherocylinder { diameter: 0.5, length: 2.0 };
     let mut body = Body::new(shape, [0.0, 0.0, height]);
-    body.orientation = orientation;
+    body.orientation = Some(orientation);
     body.group = Some(group.into());
     body
 }
 
 fn push(group: &str, force: f64) -> Force {
-    Force::Uniform { force: [0.0, 0.0, force], group: Some(group.into()) }
+    Force::Uniform { force: [0.0, 0.0, force], group: Some(group.into()), window: None }
 }
 
 fn main() -> Result<(), relcp::Error> {

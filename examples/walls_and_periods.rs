@@ -13,7 +13,7 @@ fn rods(group: &str) -> Generate {
 }
 
 fn drive(group: &str, force: f64) -> Force {
-    Force::Uniform { force: [force, 0.0, 0.0], group: Some(group.into()) }
+    Force::Uniform { force: [force, 0.0, 0.0], group: Some(group.into()), window: None }
 }
 
 fn main() -> Result<(), relcp::Error> {

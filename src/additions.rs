@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 const NAMED: [(&str, &[&str]); 5] = [
     ("Shape::Torus", &["shape/mod.rs", "shape/code.rs", "scene/validate/shapes.rs", "scene/generate/chainmail.rs"]),
     ("Tag::Torus", &["shape/code.rs", "separation/gpu.rs", "render/rays.rs"]),
-    ("Force::Gravity", &["dynamics/force.rs", "backend/gpu/source.rs"]),
-    ("Dynamics::Inertial", &["dynamics/law.rs", "backend/gpu/source.rs"]),
+    ("Force::Gravity", &["dynamics/force.rs", "dynamics/force/field.rs", "backend/gpu/source/loads.rs"]),
+    ("Dynamics::Inertial", &["dynamics/law.rs", "dynamics/thermal.rs", "backend/gpu/source.rs", "backend/gpu/heat.rs"]),
     ("SolverKind::Apgd", &["lcp/kind.rs", "lcp/solver.rs", "lcp/gpu/solver.rs", "lcp/gpu/layout.rs"]),
 ];
 

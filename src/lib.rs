@@ -96,6 +96,7 @@ mod error;
 pub mod export;
 #[cfg(feature = "files")]
 pub mod figure;
+mod fixed;
 mod freedom;
 pub mod gpu;
 #[doc(hidden)]

@@ -211,8 +211,8 @@ fn overrides_reach_every_key() {
     .unwrap();
     assert_eq!(scene.bodies[0].position[1], 3.25);
     assert_eq!(scene.bodies[0].shape, Shape::Ellipsoid { radii: [1.0, 1.0, 3.0] });
-    assert_eq!(scene.forces[1], Force::Uniform { force: [0.0, 2.0, 0.0], group: Some("lower".into()) });
-    assert_eq!(scene.forces[2], Force::Uniform { force: [0.5, 0.0, 0.0], group: None });
+    assert_eq!(scene.forces[1], Force::Uniform { force: [0.0, 2.0, 0.0], group: Some("lower".into()), window: None });
+    assert_eq!(scene.forces[2], Force::Uniform { force: [0.5, 0.0, 0.0], group: None, window: None });
     assert_eq!(scene.contact.method, Method::Multisphere { count: 7 });
     assert_eq!(scene.name, "sweep");
     // What was not there is made.
@@ -256,7 +256,7 @@ fn bad_overrides_name_themselves_and_the_nearest_key() {
 fn an_orientation_is_normalized_once() {
     let text = good().to_json().replacen("\"orientation\": [0.6532814824381883", "\"orientation\": [6.5", 1);
     let scene = Scene::parse(&text, "long").unwrap();
-    let norm: f64 = scene.bodies[0].orientation.iter().map(|x| x * x).sum();
+    let norm: f64 = scene.bodies[0].orientation.unwrap().iter().map(|x| x * x).sum();
     assert!((norm - 1.0).abs() < 1e-15);
     assert_eq!(Scene::parse(&scene.to_json(), "again").unwrap(), scene);
 }
@@ -296,7 +296,7 @@ proptest! {
         scene.contact.overlap_tolerance = 0.5;
         scene.time.dt = 1.0 + y;
         prop_assume!(q.iter().any(|v| v.abs() > 1e-3));
-        scene.bodies[1].orientation = q;
+        scene.bodies[1].orientation = Some(q);
         let once = Scene::parse(&scene.to_json(), "once").unwrap();
         prop_assert_eq!(once.bodies[0].position, scene.bodies[0].position);
         prop_assert_eq!(once.time.dt.to_bits(), scene.time.dt.to_bits());

@@ -1,12 +1,10 @@
 // Forces, free velocity and effective mobility of each body at the step's start, or in its middle. The scene defines
-// `law` and `load_of`.
+// `law`, `load_of` and the parameters, which have the share of each window of its forces.
 //
 // A body's motion is MOTION vectors: (free velocity, root of the translational mobility), (free angular velocity, root
 // of the rotational mobility), the velocity and the angular velocity that the present trial was reached with (none
 // here; bodies came to the middle of a step with half of the first half's velocity over the whole step), and with
 // inertia the six numbers of the rotational root and the angular momentum at the step's end.
-
-struct Parameters { bodies: u32, in_middle: u32, b: u32, c: u32, dt: real, root_dt: real }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
@@ -28,12 +26,12 @@ fn main(
     if i >= parameters.bodies { return; }
     let position = vec3r(cells[i].xyz) * PITCH + remainders[i].xyz;
     let shape = shapes[i];
-    var load = load_of(position, shape, groups_of[i]);
+    let q = unit_quaternion(orientations[2u * i], orientations[2u * i + 1u]);
+    var load = load_of(position, q, shape, groups_of[i]);
     if PLUGGED {
         load.force += loads[2u * i].xyz;
         load.torque += loads[2u * i + 1u].xyz;
     }
-    let q = unit_quaternion(orientations[2u * i], orientations[2u * i + 1u]);
     let first = MOTION * i;
     let motion = law(shape, q, load, twists[2u * i].xyz, twists[2u * i + 1u].xyz);
     motions[first] = vec4r(motion.linear, motion.translation);

@@ -77,7 +77,10 @@ impl From<&SceneError> for Exit {
 impl From<&RecordError> for Exit {
     fn from(error: &RecordError) -> Exit {
         match error {
-            RecordError::NotEmpty { .. } | RecordError::OtherScene { .. } | RecordError::InUse { .. } => Exit::Usage,
+            RecordError::NotEmpty { .. }
+            | RecordError::OtherScene { .. }
+            | RecordError::NoLaterEnd { .. }
+            | RecordError::InUse { .. } => Exit::Usage,
             _ => Exit::File,
         }
     }

@@ -108,7 +108,11 @@ fn resume(arguments: &Arguments) -> Result<Run, CliError> {
         }
     };
     let compute = settle(arguments, &scene)?;
-    Ok(compiling::watch(&compute, arguments.print.quiet, || Run::resume(scene, folder, &compute))?)
+    let resume = || match arguments.until {
+        Some(until) => Run::resume_until(scene, folder, until, &compute),
+        None => Run::resume(scene, folder, &compute),
+    };
+    Ok(compiling::watch(&compute, arguments.print.quiet, resume)?)
 }
 
 /// What computes; for a profile kernels are compiled when they are made, so that it tells how long that took.

@@ -53,7 +53,7 @@ pub const FIXED: Mover<'static> = Mover {
     motion: &Motion {
         free: Twist { linear: DVec3::ZERO, angular: DVec3::ZERO },
         factor: Factor { translation: 0.0, rotation: DMat3::ZERO },
-        ending: Ending { linear: DVec3::ZERO, momentum: DVec3::ZERO },
+        ending: Ending { linear: DVec3::ZERO, momentum: DVec3::ZERO, after: None },
     },
     reached_with: Twist { linear: DVec3::ZERO, angular: DVec3::ZERO },
 };

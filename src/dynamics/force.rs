@@ -1,13 +1,18 @@
 //! External forces: those that a scene may name and any that a library user plugs in.
 
-use super::Dynamics;
+mod field;
+mod window;
+
+pub use field::force_fields;
+pub use window::Window;
+
 use crate::bodies::Bodies;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 #[cfg(feature = "files")]
 use schemars::JsonSchema;
 #[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
-use std::ops::{Add, AddAssign};
+use std::ops::{Add, AddAssign, Mul};
 
 /// A force on a body's centre and a torque about it, space axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,10 +23,24 @@ pub struct Load {
     pub torque: DVec3,
 }
 
+impl Load {
+    /// What of it moves and turns a body in the x-y plane.
+    pub(crate) fn in_plane(self) -> Load {
+        Load { force: self.force.with_z(0.0), torque: DVec3::new(0.0, 0.0, self.torque.z) }
+    }
+}
+
 impl Add for Load {
     type Output = Load;
     fn add(self, other: Load) -> Load {
         Load { force: self.force + other.force, torque: self.torque + other.torque }
+    }
+}
+
+impl Mul<Load> for f64 {
+    type Output = Load;
+    fn mul(self, load: Load) -> Load {
+        Load { force: self * load.force, torque: self * load.torque }
     }
 }
 
@@ -44,6 +63,12 @@ pub trait ForceField: Send + Sync {
     /// repeated. In periodic space positions are not wrapped ([`Periods::wrapped`](crate::periodic::Periods::wrapped)
     /// does), and a field must have the space's periods.
     fn load(&self, bodies: &Bodies, i: usize, time: f64) -> Load;
+
+    /// The part of the time from `span[0]` to `span[1]`, a step or a part of one, in which it acts, from 0 to 1: its
+    /// loads count by so much.
+    fn share(&self, _span: [f64; 2]) -> f64 {
+        1.0
+    }
 }
 
 impl<F: Fn(&Bodies, usize, f64) -> Load + Send + Sync> ForceField for F {
@@ -65,6 +90,9 @@ pub enum Force {
         /// Only bodies of this group.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
+        /// When it acts. Without it: always.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        window: Option<Window>,
     },
     /// Weight: the body's mass times an acceleration. It needs the inertial law, where bodies have mass.
     Gravity {
@@ -73,19 +101,96 @@ pub enum Force {
         /// Only bodies of this group.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
+        /// When it acts. Without it: always.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        window: Option<Window>,
     },
     /// `F(x) = -x (|x| - sin |x|) / |x|^2`: the paper's compaction.
     RadialInward {
         /// Only bodies of this group.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
+        /// When it acts. Without it: always.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        window: Option<Window>,
     },
     /// `F(x) = +x (|x| - sin |x|) / |x|^2`: the paper's chainmail.
     RadialOutward {
         /// Only bodies of this group.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
+        /// When it acts. Without it: always.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        window: Option<Window>,
     },
+    /// A force along an axis of the body itself, which turns with it: self-propulsion.
+    Propulsion {
+        /// The force along the axis; a negative one points the other way.
+        force: f64,
+        /// The axis in body axes, of any length but zero.
+        #[cfg_attr(feature = "files", serde(default = "body_z"))]
+        axis: [f64; 3],
+        /// Only bodies of this group.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        group: Option<String>,
+        /// When it acts. Without it: always.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        window: Option<Window>,
+    },
+    /// The same torque on every body.
+    Torque {
+        /// The torque.
+        torque: [f64; 3],
+        /// The axes that it is given in.
+        #[cfg_attr(feature = "files", serde(default))]
+        frame: Frame,
+        /// Only bodies of this group.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        group: Option<String>,
+        /// When it acts. Without it: always.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        window: Option<Window>,
+    },
+    /// A harmonic trap: `F(x) = -stiffness (x - center)`. Along a periodic axis it draws to the nearest image of the
+    /// centre.
+    Trap {
+        /// Force over distance.
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+        stiffness: f64,
+        /// Its centre.
+        center: [f64; 3],
+        /// Whether it acts along x, y and z.
+        #[cfg_attr(feature = "files", serde(default = "all_axes"))]
+        axes: [bool; 3],
+        /// Only bodies of this group.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        group: Option<String>,
+        /// When it acts. Without it: always.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        window: Option<Window>,
+    },
+}
+
+#[cfg(feature = "files")]
+const fn body_z() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
+}
+
+#[cfg(feature = "files")]
+const fn all_axes() -> [bool; 3] {
+    [true; 3]
+}
+
+/// The axes that a torque is given in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+pub enum Frame {
+    /// Those of space.
+    #[default]
+    Space,
+    /// Those of each body, which turn with it.
+    Body,
 }
 
 impl Force {
@@ -96,6 +201,9 @@ impl Force {
             Force::Gravity { .. } => "gravity",
             Force::RadialInward { .. } => "radial_inward",
             Force::RadialOutward { .. } => "radial_outward",
+            Force::Propulsion { .. } => "propulsion",
+            Force::Torque { .. } => "torque",
+            Force::Trap { .. } => "trap",
         }
     }
 
@@ -104,25 +212,82 @@ impl Force {
         match self {
             Force::Uniform { group, .. }
             | Force::Gravity { group, .. }
-            | Force::RadialInward { group }
-            | Force::RadialOutward { group } => group.as_deref(),
+            | Force::RadialInward { group, .. }
+            | Force::RadialOutward { group, .. }
+            | Force::Propulsion { group, .. }
+            | Force::Torque { group, .. }
+            | Force::Trap { group, .. } => group.as_deref(),
         }
     }
 
-    /// Whether it is [radial](radial): it points to or from the origin.
-    pub(crate) fn is_radial(&self) -> bool {
+    /// When it acts; `None` for always.
+    pub fn window(&self) -> Option<&Window> {
         match self {
-            Force::Uniform { .. } | Force::Gravity { .. } => false,
-            Force::RadialInward { .. } | Force::RadialOutward { .. } => true,
+            Force::Uniform { window, .. }
+            | Force::Gravity { window, .. }
+            | Force::RadialInward { window, .. }
+            | Force::RadialOutward { window, .. }
+            | Force::Propulsion { window, .. }
+            | Force::Torque { window, .. }
+            | Force::Trap { window, .. } => window.as_ref(),
         }
     }
 
-    /// Its vector, under its key, where it is the same everywhere.
+    /// Whether it is [radial](field::radial): it points to or from the origin.
+    pub(crate) fn is_radial(&self) -> bool {
+        matches!(self, Force::RadialInward { .. } | Force::RadialOutward { .. })
+    }
+
+    /// Its vector, under its key, where it has one.
     pub(crate) fn vector(&self) -> Option<(&'static str, &[f64; 3])> {
         match self {
             Force::Uniform { force, .. } => Some(("force", force)),
             Force::Gravity { acceleration, .. } => Some(("acceleration", acceleration)),
+            Force::Propulsion { axis, .. } => Some(("axis", axis)),
+            Force::Torque { torque, .. } => Some(("torque", torque)),
+            Force::Trap { center, .. } => Some(("center", center)),
             Force::RadialInward { .. } | Force::RadialOutward { .. } => None,
+        }
+    }
+
+    /// What must be positive of it, under its key.
+    pub(crate) fn positive(&self) -> Option<(&'static str, f64)> {
+        match self {
+            Force::Trap { stiffness, .. } => Some(("stiffness", *stiffness)),
+            _ => None,
+        }
+    }
+
+    /// The strength of a propulsion.
+    pub(crate) fn along_axis(&self) -> Option<f64> {
+        match self {
+            Force::Propulsion { force, .. } => Some(*force),
+            _ => None,
+        }
+    }
+
+    /// The load on a body in `orientation` where it is the same at every place, without its mass.
+    pub(crate) fn everywhere(&self, orientation: DQuat) -> Option<Load> {
+        match *self {
+            Force::Uniform { force, .. } => Some(pushing(DVec3::from(force))),
+            Force::Gravity { acceleration, .. } => Some(pushing(DVec3::from(acceleration))),
+            Force::Propulsion { force, axis, .. } => Some(pushing(orientation * along(force, axis))),
+            Force::Torque { torque, frame: Frame::Space, .. } => Some(turning(DVec3::from(torque))),
+            Force::Torque { torque, frame: Frame::Body, .. } => Some(turning(orientation * DVec3::from(torque))),
+            Force::RadialInward { .. } | Force::RadialOutward { .. } | Force::Trap { .. } => None,
+        }
+    }
+
+    /// Whether it follows the body's orientation.
+    pub(crate) fn turns_with_body(&self) -> bool {
+        matches!(self, Force::Propulsion { .. } | Force::Torque { frame: Frame::Body, .. })
+    }
+
+    /// The centre of a trap, and the axes that it acts along.
+    pub(crate) fn trap(&self) -> Option<([f64; 3], [bool; 3])> {
+        match *self {
+            Force::Trap { center, axes, .. } => Some((center, axes)),
+            _ => None,
         }
     }
 
@@ -132,61 +297,17 @@ impl Force {
     }
 }
 
-/// These forces as fields. `groups` are the names of the groups, by index.
-pub fn force_fields(forces: &[Force], groups: &[String], dynamics: &Dynamics) -> Vec<Box<dyn ForceField>> {
-    forces.iter().map(|force| field(force, groups, dynamics)).collect()
+/// A force without a torque.
+fn pushing(force: DVec3) -> Load {
+    Load { force, torque: DVec3::ZERO }
 }
 
-fn field(force: &Force, groups: &[String], dynamics: &Dynamics) -> Box<dyn ForceField> {
-    match *force {
-        Force::Uniform { force, ref group } => on_group(group, groups, move |_, _| DVec3::from(force)),
-        Force::Gravity { acceleration, ref group } => {
-            // Without inertia bodies have no mass, and validation refuses such a scene.
-            let density = dynamics.density().unwrap_or(0.0);
-            on_group(group, groups, move |bodies, i| density * bodies.shape[i].volume() * DVec3::from(acceleration))
-        }
-        Force::RadialInward { ref group } => on_group(group, groups, |bodies, i| -radial(bodies.position[i])),
-        Force::RadialOutward { ref group } => on_group(group, groups, |bodies, i| radial(bodies.position[i])),
-    }
+/// A torque without a force.
+fn turning(torque: DVec3) -> Load {
+    Load { force: DVec3::ZERO, torque }
 }
 
-fn on_group(
-    group: &Option<String>,
-    groups: &[String],
-    force: impl Fn(&Bodies, usize) -> DVec3 + Send + Sync + 'static,
-) -> Box<dyn ForceField> {
-    let only = group.as_ref().map(|name| groups.iter().position(|g| g == name));
-    Box::new(move |bodies: &Bodies, i: usize, _time: f64| {
-        let applies = only.is_none_or(|index| index == Some(bodies.group[i] as usize));
-        Load { force: if applies { force(bodies, i) } else { DVec3::ZERO }, torque: DVec3::ZERO }
-    })
-}
-
-/// Below this radius `(r - sin r) / r^2` is summed as its series, which the difference would lose: at 0.1 the first
-/// term left out is 1e-12 of the value, and the difference keeps 13 digits.
-const SERIES_RADIUS: f64 = 0.1;
-
-/// `x (|x| - sin |x|) / |x|^2`, the paper's radial field; zero at the origin.
-fn radial(x: DVec3) -> DVec3 {
-    let r = x.length();
-    if r < SERIES_RADIUS {
-        let s = r * r;
-        return x * r * (1.0 / 6.0 - s / 120.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0)));
-    }
-    x * ((r - r.sin()) / (r * r))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn radial_field_is_continuous_where_the_series_takes_over() {
-        let below = radial(DVec3::X * (SERIES_RADIUS - 1e-13));
-        let above = radial(DVec3::X * (SERIES_RADIUS + 1e-13));
-        assert!((below - above).length() < 1e-13, "{below} {above}");
-        assert_eq!(radial(DVec3::ZERO), DVec3::ZERO);
-        let far = radial(DVec3::new(0.0, 0.0, 100.0));
-        assert!((far.z - (100.0 - 100f64.sin()) / 100.0).abs() < 1e-15);
-    }
+/// A propulsion in body axes.
+pub(crate) fn along(force: f64, axis: [f64; 3]) -> DVec3 {
+    force * DVec3::from(axis).normalize_or_zero()
 }

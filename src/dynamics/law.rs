@@ -23,6 +23,11 @@ pub enum Dynamics {
         /// Mass per volume of every body.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         density: f64,
+        /// Drag coefficient `xi` of the overdamped law's resistance, `m u' = F - xi L u` and `I w' = T - (xi L^3 / 12) w`.
+        /// Without it: no drag.
+        #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        drag: Option<f64>,
     },
 }
 
@@ -37,7 +42,7 @@ impl Dynamics {
     pub fn density(&self) -> Option<f64> {
         match *self {
             Dynamics::Overdamped { .. } => None,
-            Dynamics::Inertial { density } => Some(density),
+            Dynamics::Inertial { density, .. } => Some(density),
         }
     }
 
@@ -53,7 +58,15 @@ impl Dynamics {
     pub(crate) fn coefficient(&self) -> ([&'static str; 2], f64) {
         match *self {
             Dynamics::Overdamped { drag } => (["overdamped", "drag"], drag),
-            Dynamics::Inertial { density } => (["inertial", "density"], density),
+            Dynamics::Inertial { density, .. } => (["inertial", "density"], density),
+        }
+    }
+
+    /// The drag coefficient beside inertia.
+    pub fn drag_beside_inertia(&self) -> Option<f64> {
+        match *self {
+            Dynamics::Overdamped { .. } => None,
+            Dynamics::Inertial { drag, .. } => drag,
         }
     }
 
@@ -67,6 +80,6 @@ impl Dynamics {
 pub fn law(dynamics: &Dynamics) -> Box<dyn Law> {
     match *dynamics {
         Dynamics::Overdamped { drag } => Box::new(Overdamped { drag }),
-        Dynamics::Inertial { density } => Box::new(Inertial { density }),
+        Dynamics::Inertial { density, drag } => Box::new(Inertial { density, drag }),
     }
 }

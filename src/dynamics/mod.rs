@@ -8,9 +8,11 @@
 //! | inertial | `u^k + dt F / m`, and the mean angular velocity of a free turn from `L^k + dt T` | `dt M^-1` |
 //!
 //! The velocity that the step moves with is then `U = U_free + E D gamma` for both, and the LCP matrix is `A = dt D^T E
-//! D`. With inertia the velocity that it ends with is another. In a midpoint step forces and mobilities are those of
+//! D`. With inertia and [drag](Dynamics::Inertial) the velocity relaxes exactly over the step, and `E` falls from `dt
+//! M^-1` to the overdamped `M`. With inertia the velocity that it ends with is another. In a midpoint step forces and mobilities are those of
 //! the step's middle, and half of the forces' impulse comes after the move.
 
+mod damping;
 pub(crate) mod force;
 pub(crate) mod growth;
 pub(crate) mod inertial;
@@ -19,11 +21,14 @@ pub(crate) mod motion;
 pub(crate) mod overdamped;
 mod pressure;
 pub(crate) mod spin;
+pub(crate) mod thermal;
 pub(crate) mod waiting;
 
 pub(crate) use crate::motion::{Pose, Twist, advance};
+#[cfg(feature = "gpu")]
+pub(crate) use force::along;
 pub(crate) use force::force_fields;
-pub use force::{Force, ForceField, Load};
+pub use force::{Force, ForceField, Frame, Load, Window};
 pub(crate) use growth::{Cells, MOST_LENGTH_NOISE, stretch};
 pub use growth::{Growth, OnNoRoom, Stop, StopReason};
 pub(crate) use inertial::Inertial;
@@ -37,4 +42,8 @@ pub(crate) use pressure::virial_of_wall;
 #[cfg(feature = "gpu")]
 pub(crate) use spin::LAST_STEP;
 pub(crate) use spin::Spin;
+pub(crate) use thermal::Heat;
+pub use thermal::Thermal;
+#[cfg(feature = "gpu")]
+pub(crate) use thermal::draw;
 pub(crate) use waiting::Waiting;

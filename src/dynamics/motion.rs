@@ -2,6 +2,7 @@
 
 #[cfg(doc)]
 use super::Spin;
+use super::damping::Parts;
 use super::{Load, Twist};
 use crate::bodies::Bodies;
 use glam::{DMat3, DQuat, DVec3};
@@ -35,6 +36,17 @@ pub struct Ending {
     /// What the velocity changes by after the move.
     pub linear: DVec3,
     /// The angular momentum, space axes, over the first principal moment of inertia (as [`Spin`] has it).
+    pub momentum: DVec3,
+    /// What drag and the forces still do after the move of a midpoint step, where there is drag.
+    pub after: Option<After>,
+}
+
+/// The half of drag and forces that comes after a move.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct After {
+    /// What drag leaves of the velocities.
+    pub kept: Parts,
+    /// The momentum that torques add, as [`Ending::momentum`].
     pub momentum: DVec3,
 }
 

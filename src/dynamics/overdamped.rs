@@ -3,7 +3,14 @@
 
 use super::{Ending, Factor, Law, Load, Motion, Twist};
 use crate::bodies::Bodies;
+use crate::shape::Shape;
 use glam::DMat3;
+
+/// The resistances of a body to motion and to turning, the same in all directions: `xi L` and `xi L^3 / 12`.
+pub fn resistances(drag: f64, shape: &Shape) -> (f64, f64) {
+    let length = shape.major_axis();
+    (drag * length, drag * length.powi(3) / 12.0)
+}
 
 /// Inertia is negligible; each body is slowed by a drag of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@ use crate::record::{RecordError, Totals, scene_hash, write_state};
 use crate::run::{RunStatus, Summary};
 use crate::scene::Scene;
 use crate::simulation::{Compute, Simulation};
-use crate::step::{Fault, State, StepReport, max_overlap};
+use crate::step::{Fault, State, StepReport, max_overlap_but};
 use rayon::ThreadPool;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -60,7 +60,7 @@ impl Session {
         let hash = scene_hash(&scene);
         let (mut simulation, start_max_overlap) = threads.run(|| {
             let bodies = scene.build()?;
-            let start_max_overlap = max_overlap(&bodies, &scene.walls());
+            let start_max_overlap = max_overlap_but(&scene.fixed(), &bodies, &scene.walls());
             Simulation::start(compute, scene, State::new(bodies)).map(|s| (s, start_max_overlap)).map_err(Error::from)
         })?;
         let mut totals = Totals { start_max_overlap, ..Totals::default() };
@@ -139,7 +139,8 @@ impl Session {
             (true, false) => RunStatus::OutOfTolerance,
         };
         threads.run(move || {
-            let overlap = max_overlap(&simulation.state()?.bodies, &simulation.scene().walls());
+            let overlap =
+                max_overlap_but(&simulation.scene().fixed(), &simulation.state()?.bodies, &simulation.scene().walls());
             Summary::new(simulation, totals, scene_hash, (status, None), overlap)
         })
     }

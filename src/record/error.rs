@@ -117,6 +117,14 @@ pub enum RecordError {
         /// The first keys that differ.
         keys: Vec<String>,
     },
+    /// The folder's run cannot go on to a later end.
+    #[error("{}: the run cannot go on: {why}", path.display())]
+    NoLaterEnd {
+        /// The folder.
+        path: PathBuf,
+        /// Why, and what to do.
+        why: String,
+    },
     /// Another process is writing into the folder.
     #[error("{}: another run is writing into this folder", path.display())]
     #[diagnostic(help("wait for it, stop it, or name another folder"))]

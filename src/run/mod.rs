@@ -7,6 +7,7 @@ mod schedule;
 mod summary;
 #[cfg(test)]
 mod tests;
+mod until;
 
 pub use error::RunError;
 pub use memory::peak_bytes;
@@ -21,7 +22,7 @@ use crate::record::{
 use crate::render::{Backdrop, View, picture};
 use crate::scene::Scene;
 use crate::simulation::{Compute, Simulation};
-use crate::step::{Fault, State, StepReport, max_overlap};
+use crate::step::{Fault, State, StepReport, max_overlap_but};
 use measured::Measures;
 use schedule::Schedule;
 use std::path::Path;
@@ -81,8 +82,10 @@ impl Run {
         let steps = Steps::create(&folder.steps())?;
         let measures = Measures::create(&folder.measures(), &scene)?;
         write_scene(&folder.scene(), &scene.with_defaults())?;
-        let mut totals =
-            Totals { start_max_overlap: max_overlap(&simulation.state()?.bodies, &scene.walls()), ..Totals::default() };
+        let mut totals = Totals {
+            start_max_overlap: max_overlap_but(&scene.fixed(), &simulation.state()?.bodies, &scene.walls()),
+            ..Totals::default()
+        };
         totals.wall.setup = (setup + begun.elapsed()).as_secs_f64();
         totals.wall.total = totals.wall.setup;
         totals.taken_up_by(&mut simulation);
@@ -103,14 +106,33 @@ impl Run {
     /// that cannot be written, and what [`SimulationBuilder::build`](crate::simulation::SimulationBuilder::build)
     /// refuses.
     pub fn resume(scene: Scene, folder: Folder, compute: &Compute) -> Result<Self, RunError> {
+        Run::take_up(scene, folder, None, compute)
+    }
+
+    /// As [`Run::resume`], to a later end than the scene's: a finished run goes on, on the CPU to the same bits as a run
+    /// that was started with this end. Its `scene.json` has the later end from then on.
+    ///
+    /// # Errors
+    /// As [`Run::resume`]; [`RecordError::NoLaterEnd`] where the end is not later, where the run has taken a last step
+    /// that is shorter than the others, or where `growth.stop` ended it.
+    pub fn resume_until(scene: Scene, folder: Folder, until: f64, compute: &Compute) -> Result<Self, RunError> {
+        Run::take_up(scene, folder, Some(until), compute)
+    }
+
+    fn take_up(mut scene: Scene, folder: Folder, until: Option<f64>, compute: &Compute) -> Result<Self, RunError> {
         let begun = Instant::now();
-        let scene_hash = scene_hash(&scene);
         let mut notes = Vec::new();
         let (header, state, fallback) = read_checkpoint(&folder)?;
-        if header.scene != scene_hash {
+        let known = header.scene == scene_hash(&scene) || (until.is_some() && until::is_of(&header, &scene));
+        if !known {
             let keys = differing_keys(&folder.scene(), &scene);
             return Err(RecordError::OtherScene { path: folder.path().into(), keys }.into());
         }
+        let no_later_end = |why: String| RecordError::NoLaterEnd { path: folder.path().into(), why };
+        if let Some(until) = until {
+            scene = until::extended(&scene, header.step, until).map_err(no_later_end)?;
+        }
+        let scene_hash = scene_hash(&scene);
         if let Some(fault) = fallback {
             // The damaged one gives way here, so that the next checkpoint does not take the place of this good one.
             durable::rename(&folder.previous_checkpoint(), &folder.checkpoint())?;
@@ -124,6 +146,9 @@ impl Run {
         }
         let schedule = Schedule::new(&scene);
         let mut simulation = Simulation::start(compute, scene, state)?;
+        if until.is_some() && simulation.stopped_by().is_some() {
+            return Err(no_later_end(until::STOPPED.into()).into());
+        }
         let last_row = match simulation.stopped_by() {
             Some(_) => Some(header.step).filter(|step| *step > 0),
             None => schedule.last_row(header.step),
@@ -140,6 +165,10 @@ impl Run {
         let mut run = Run::new(simulation, folder, (steps, measures), schedule, scene_hash, totals);
         run.simulation.count_lcps(saved);
         run.notes = notes;
+        if until.is_some() {
+            write_scene(&run.folder.scene(), &run.simulation.scene().with_defaults())?;
+            run.checkpoint()?;
+        }
         Ok(run)
     }
 
@@ -320,7 +349,8 @@ impl Run {
     fn close(&mut self, status: RunStatus, stopped: Option<&Fault>) -> Result<Summary, RunError> {
         self.checkpoint()?;
         let begun = Instant::now();
-        let overlap = max_overlap(&self.simulation.state()?.bodies, &self.simulation.scene().walls());
+        let scene = self.simulation.scene();
+        let overlap = max_overlap_but(&scene.fixed(), &self.simulation.state()?.bodies, &scene.walls());
         if self.simulation.done() || stopped.is_some() {
             let bodies = &self.simulation.state()?.bodies;
             let last = self.simulation.scene().final_scene(bodies, self.simulation.time());

@@ -185,6 +185,57 @@ fn another_scene_is_refused_by_its_keys() {
     }
 }
 
+/// The run to the end of its scene, and on to another.
+fn on_to(place: &Path, scene: &Scene, until: f64) -> Result<Summary, RunError> {
+    let folder = Folder::open(&place.join("run")).unwrap();
+    Ok(to_end(Run::resume_until(scene.clone(), folder, until, &Compute::Cpu)?))
+}
+
+fn begun(place: &Path, scene: Scene) -> Run {
+    Run::start(Simulation::new(scene).unwrap(), Folder::create(&place.join("run")).unwrap(), Duration::ZERO).unwrap()
+}
+
+#[test]
+fn a_finished_run_goes_on_to_a_later_end_with_the_rows_and_the_bits_of_one_run() {
+    let (place, whole_place) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let mut scene = rods_scene(place.path());
+    scene.output.step_stride = 4;
+    scene.time.end = scene.time.start + 10.0 * scene.time.dt;
+    to_end(begun(place.path(), scene.clone()));
+    let end = scene.time.start + 23.0 * scene.time.dt;
+    let extended = on_to(place.path(), &scene, end).unwrap();
+    let mut longer = scene.clone();
+    longer.output.every = scene.output_every();
+    longer.time.end = end;
+    let whole = to_end(begun(whole_place.path(), longer.clone()));
+    assert_eq!((&extended.state_hash, extended.steps), (&whole.state_hash, 23));
+    assert_eq!(extended.scene_hash, whole.scene_hash);
+    let [ours, theirs] = [&place, &whole_place].map(|place| rows(&place.path().join("run")));
+    assert_eq!(ours, theirs);
+    // Cut short between the later end in its scene and the checkpoint that has it, it can be asked again.
+    let refused = on_to(place.path(), &longer, 0.5 * end).err().unwrap();
+    assert!(refused.to_string().contains("name a later one"), "{refused}");
+}
+
+#[test]
+fn a_run_whose_last_step_was_shorter_does_not_go_on() {
+    let place = tempfile::tempdir().unwrap();
+    let mut scene = rods_scene(place.path());
+    scene.time.end = scene.time.start + 2.5 * scene.time.dt;
+    let mut run = begun(place.path(), scene.clone());
+    // Before that step it may.
+    run.advance().unwrap();
+    run.finish().unwrap();
+    let end = scene.time.end;
+    let mut longer = scene.clone();
+    let summary = on_to(place.path(), &scene, end + 2.25 * scene.time.dt).unwrap();
+    assert_eq!(summary.steps, 5);
+    longer.output.every = scene.output_every();
+    longer.time.end = end + 2.25 * scene.time.dt;
+    let refused = on_to(place.path(), &longer, 10.0 * end).err().unwrap();
+    assert!(refused.to_string().contains("final.json"), "{refused}");
+}
+
 #[test]
 fn a_folder_that_a_run_is_writing_into_is_refused() {
     let place = tempfile::tempdir().unwrap();

@@ -1,7 +1,7 @@
 //! From a scene to its starting bodies, and from bodies back to a scene.
 
 use super::error::SceneError;
-use super::orientation::{unit, written};
+use super::orientation::written;
 use super::{Body, BodyLineage, Generate, Scene, generate};
 use crate::bodies::{Bodies, Lineage, NO_GROUP};
 use crate::separation::Placed;
@@ -60,7 +60,7 @@ impl Scene {
         let mut bodies = Bodies { periods: self.periods(), ..Bodies::default() };
         for body in &self.bodies {
             let placed =
-                Placed { shape: body.shape, position: DVec3::from(body.position), orientation: unit(body.orientation) };
+                Placed { shape: body.shape, position: DVec3::from(body.position), orientation: body.rotation() };
             let index = bodies.push(placed, group_of(body.group.as_deref()));
             bodies.velocity[index] = body.velocity.map_or(DVec3::ZERO, DVec3::from);
             bodies.angular_velocity[index] = body.angular_velocity.map_or(DVec3::ZERO, DVec3::from);
@@ -100,7 +100,10 @@ impl Scene {
             Body {
                 shape: bodies.shape[i],
                 position: bodies.position[i].to_array(),
-                orientation: written(bodies.orientation[i]),
+                orientation: Some(written(bodies.orientation[i])),
+                axis: None,
+                angle: None,
+                fixed: self.bodies.get(i).is_some_and(|body| body.fixed),
                 velocity: inertial.then(|| bodies.velocity[i].to_array()),
                 angular_velocity: inertial.then(|| bodies.angular_velocity[i].to_array()),
                 group: names.get(bodies.group[i] as usize).cloned(),

@@ -3,9 +3,9 @@
 use std::fmt;
 
 #[derive(Clone, Copy)]
-enum Part {
+enum Part<'a> {
     Root,
-    Name(&'static str),
+    Name(&'a str),
     Index(usize),
 }
 
@@ -13,7 +13,7 @@ enum Part {
 #[derive(Clone, Copy)]
 pub(super) struct Key<'a> {
     parent: Option<&'a Key<'a>>,
-    part: Part,
+    part: Part<'a>,
 }
 
 impl Key<'static> {
@@ -23,7 +23,7 @@ impl Key<'static> {
 
 impl<'a> Key<'a> {
     /// A key of this object.
-    pub fn field(&'a self, name: &'static str) -> Key<'a> {
+    pub fn field(&'a self, name: &'a str) -> Key<'a> {
         Key { parent: Some(self), part: Part::Name(name) }
     }
 

@@ -32,7 +32,7 @@ mod validate;
 #[cfg(feature = "files")]
 mod write;
 
-pub use crate::dynamics::{Dynamics, Force, Growth, OnNoRoom, Stop, StopReason};
+pub use crate::dynamics::{Dynamics, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window};
 pub use crate::lcp::SolverKind;
 pub use crate::periodic::Periodic;
 pub use crate::step::{ContactSettings, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
@@ -58,6 +58,7 @@ use crate::shape::Shape;
 use schemars::JsonSchema;
 #[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Everything that determines a run.
 ///
@@ -101,6 +102,9 @@ pub struct Scene {
     /// External forces.
     #[cfg_attr(feature = "files", serde(default))]
     pub forces: Vec<Force>,
+    /// Brownian motion. With inertia it needs `dynamics.inertial.drag`.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub thermal: Option<Thermal>,
     /// Fixed walls that bodies do not pass, and inside of which they start; one with a `lineage`, which a run wrote,
     /// may start past a wall.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
@@ -114,6 +118,9 @@ pub struct Scene {
     /// Bodies placed one by one.
     #[cfg_attr(feature = "files", serde(default))]
     pub bodies: Vec<Body>,
+    /// What the bodies of a group have in common, by the group's name.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "BTreeMap::is_empty"))]
+    pub groups: BTreeMap<String, Group>,
     /// Bodies placed by rule, after `bodies`, drawn from `seed`, inside of all walls.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
     pub generate: Vec<Generate>,
@@ -134,10 +141,12 @@ impl Scene {
             solver: Solver::default(),
             planar: bool::default(),
             forces: Vec::default(),
+            thermal: None,
             walls: Vec::default(),
             periodic: None,
             growth: None,
             bodies: Vec::default(),
+            groups: BTreeMap::default(),
             generate: Vec::default(),
             output: Output::default(),
         }
@@ -165,6 +174,16 @@ pub struct Solver {
     pub dump: Option<Dump>,
 }
 
+/// What the bodies of a group have in common.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
+#[non_exhaustive]
+pub struct Group {
+    /// They do not move: obstacles.
+    pub fixed: bool,
+}
+
 /// One body.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
@@ -175,9 +194,19 @@ pub struct Body {
     pub shape: Shape,
     /// Its centre.
     pub position: [f64; 3],
-    /// `[w, x, y, z]`, body axes to space; normalized on reading.
-    #[cfg_attr(feature = "files", serde(default = "identity"))]
-    pub orientation: [f64; 4],
+    /// `[w, x, y, z]`, body axes to space; normalized on reading. Without it, `axis` and `angle`: the axes of space.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub orientation: Option<[f64; 4]>,
+    /// In its place: the direction of the body's z, the axis of rods and rings, of any length. The body's y stays in the
+    /// x-y plane.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub axis: Option<[f64; 3]>,
+    /// In its place, in a planar scene: the angle from x to that axis in the plane, degrees.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub angle: Option<f64>,
+    /// It does not move: an obstacle, which is in no other body's way but by contact.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "std::ops::Not::not"))]
+    pub fixed: bool,
     /// Velocity, under the inertial law.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub velocity: Option<[f64; 3]>,
@@ -198,7 +227,10 @@ impl Body {
         Body {
             shape,
             position,
-            orientation: identity(),
+            orientation: None,
+            axis: None,
+            angle: None,
+            fixed: false,
             velocity: None,
             angular_velocity: None,
             group: None,
@@ -228,10 +260,6 @@ impl From<Lineage> for BodyLineage {
         let Lineage { id, parent, birth, generation } = line;
         BodyLineage { id, parent, birth, generation }
     }
-}
-
-const fn identity() -> [f64; 4] {
-    [1.0, 0.0, 0.0, 0.0]
 }
 
 /// Bodies placed by rule.

@@ -1,8 +1,59 @@
-//! Orientations of a scene file: `[w, x, y, z]`, normalized on reading.
+//! Orientations of a scene: `[w, x, y, z]`, normalized on reading, or the direction of the body's axis.
 
-#[cfg(feature = "files")]
-use super::Scene;
-use glam::DQuat;
+use super::{Body, Scene};
+use glam::{DQuat, DVec3};
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
+
+/// The quarter turn about y, which takes the axis of a rod, body z, to x.
+pub(super) const ALONG_X: DQuat = DQuat::from_xyzw(0.0, FRAC_1_SQRT_2, 0.0, FRAC_1_SQRT_2);
+
+const IDENTITY: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
+
+impl Body {
+    /// Its orientation, from what tells it: `orientation`, `axis` or `angle`; without any, the identity.
+    ///
+    /// ```
+    /// use relcp::{Shape, scene::Body};
+    /// let mut rod = Body::new(Shape::Spherocylinder { diameter: 0.5, length: 2.0 }, [0.0; 3]);
+    /// rod.axis = Some([0.0, 3.0, 0.0]);
+    /// let axis = rod.rotation() * glam::DVec3::Z;
+    /// assert!((axis - glam::DVec3::Y).length() < 1e-15);
+    /// ```
+    pub fn rotation(&self) -> DQuat {
+        match (self.axis, self.angle) {
+            (Some(axis), _) => along(DVec3::from(axis)),
+            (None, Some(angle)) => DQuat::from_rotation_z(angle.to_radians()) * ALONG_X,
+            (None, None) => unit(self.orientation.unwrap_or(IDENTITY)),
+        }
+    }
+
+    /// The key that tells its orientation.
+    pub(super) fn orientation_key(&self) -> &'static str {
+        match (self.axis, self.angle) {
+            (Some(_), _) => "axis",
+            (None, Some(_)) => "angle",
+            (None, None) => "orientation",
+        }
+    }
+}
+
+/// The rotation that takes z to an axis and leaves y in the x-y plane: first about y, then about z.
+fn along(axis: DVec3) -> DQuat {
+    let across = axis.truncate().length();
+    if across == 0.0 {
+        return if axis.z < 0.0 { DQuat::from_rotation_y(2.0 * FRAC_PI_2) } else { DQuat::IDENTITY };
+    }
+    DQuat::from_rotation_z(axis.y.atan2(axis.x)) * DQuat::from_rotation_y(across.atan2(axis.z))
+}
+
+impl Scene {
+    /// Writes the identity out where nothing tells a body's orientation.
+    pub(super) fn write_orientations(&mut self) {
+        for body in self.bodies.iter_mut().filter(|body| body.axis.is_none() && body.angle.is_none()) {
+            body.orientation.get_or_insert(IDENTITY);
+        }
+    }
+}
 
 /// How far a squared norm may be from one to count as normalized: rounding of a normalized quaternion stays below four
 /// epsilons. Leaving such a quaternion alone makes a written state come back to the same bits.
@@ -41,7 +92,7 @@ pub(super) fn written(q: DQuat) -> [f64; 4] {
 impl Scene {
     pub(super) fn normalize_orientations(&mut self) {
         for body in &mut self.bodies {
-            body.orientation = normalized(body.orientation);
+            body.orientation = body.orientation.map(normalized);
         }
     }
 }

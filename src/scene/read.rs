@@ -301,7 +301,7 @@ fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread
 }
 
 /// The keys whose values are lists.
-const LISTS: [&str; 18] = [
+const LISTS: [&str; 20] = [
     "bodies",
     "forces",
     "generate",
@@ -311,6 +311,8 @@ const LISTS: [&str; 18] = [
     "angular_velocity",
     "force",
     "acceleration",
+    "torque",
+    "axes",
     "radii",
     "walls",
     "normal",

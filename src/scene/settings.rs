@@ -1,7 +1,8 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
 use super::{ContactSettings, Dump, Recursion, Rows, SMALLEST_NUMBER, Scene};
-use crate::dynamics::Cells;
+use crate::dynamics::{Cells, Heat};
+use crate::fixed::Fixed;
 use crate::lcp::Settings;
 use crate::periodic::Periods;
 use crate::shape::Shape;
@@ -68,6 +69,7 @@ impl Scene {
         scene.solver.dump = self.solver.dump.map(Dump::with_defaults);
         scene.contact.cutoff = Some(self.cutoff());
         scene.output.every = self.output_every();
+        scene.write_orientations();
         scene
     }
 }
@@ -103,6 +105,21 @@ impl Scene {
         self.growth.map(|growth| Cells { growth, planar: self.planar, seed: self.seed })
     }
 
+    /// The random loads, where there are any.
+    fn heat(&self) -> Option<Heat> {
+        self.thermal.map(|thermal| Heat { thermal, seed: self.seed, dynamics: self.dynamics, planar: self.planar })
+    }
+
+    /// The bodies that do not move.
+    #[doc(hidden)]
+    pub fn fixed(&self) -> Fixed {
+        let of_group = |name: &String| self.groups.get(name).is_some_and(|group| group.fixed);
+        Fixed::new(
+            self.bodies.iter().map(|body| body.fixed).collect(),
+            self.group_names().iter().map(of_group).collect(),
+        )
+    }
+
     /// What the steps of this scene are computed with.
     #[doc(hidden)]
     pub fn model(&self) -> Model {
@@ -112,6 +129,8 @@ impl Scene {
             dynamics: self.dynamics,
             forces: self.forces.clone(),
             groups: self.group_names(),
+            heat: self.heat(),
+            fixed: self.fixed(),
             walls: self.walls(),
             periods: self.periods(),
             confined: !self.walls.is_empty() || self.periodic.is_some(),

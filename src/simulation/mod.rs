@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::gpu::{Gpu, Precision};
 use crate::scene::{Scene, StopReason};
 use crate::separation::supports;
-use crate::step::{Backend, Contact, Fault, Keep, Plan, SavedLcp, State, StepReport, contacts, max_overlap, step};
+use crate::step::{Backend, Contact, Fault, Keep, Plan, SavedLcp, State, StepReport, contacts, max_overlap_but, step};
 use crate::walls::WallContact;
 use automatic::Auto;
 use std::mem::discriminant;
@@ -89,7 +89,7 @@ impl Simulation {
         let mut plan = Plan::new(&model, cutoff);
         let inertia = scene.dynamics.has_inertia();
         plan.parts_first = inertia && plan.promises() && state.step == 0 && {
-            max_overlap(&state.bodies, &model.walls) > scene.contact.overlap_tolerance
+            max_overlap_but(&model.fixed, &state.bodies, &model.walls) > scene.contact.overlap_tolerance
         };
         let (auto, first) = match compute {
             // What a device cannot do is not tried.

@@ -2,6 +2,7 @@
 
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
+use crate::fixed::Fixed;
 use crate::separation::{Placed, Separation, separation};
 use crate::walls::Walls;
 use glam::{DVec3, I64Vec3};
@@ -120,7 +121,14 @@ fn all_between(first: I64Vec3, last: I64Vec3) -> Vec<I64Vec3> {
 /// The deepest overlap of bodies as they are, with each other and with walls, from [`contacts`] and [`Walls::contacts`]
 /// afresh: zero where none overlap.
 pub fn max_overlap(bodies: &Bodies, walls: &Walls) -> f64 {
+    max_overlap_but(&Fixed::default(), bodies, walls)
+}
+
+/// As [`max_overlap`], without the overlaps of fixed bodies with each other: nothing parts them.
+pub(crate) fn max_overlap_but(fixed: &Fixed, bodies: &Bodies, walls: &Walls) -> f64 {
     let past_walls = walls.max_overlap(bodies);
     let deeper = |worst: f64, overlap: f64| if overlap > worst { overlap } else { worst };
-    contacts(bodies, 0.0).iter().map(|contact| -contact.separation).fold(past_walls, deeper)
+    let held = |i: &usize| fixed.holds(*i, bodies.group[*i]);
+    let counts = |contact: &&Contact| !contact.bodies.iter().all(held);
+    contacts(bodies, 0.0).iter().filter(counts).map(|contact| -contact.separation).fold(past_walls, deeper)
 }

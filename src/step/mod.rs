@@ -18,6 +18,7 @@ mod unresolved;
 
 pub(crate) use algorithm::{Plan, step};
 pub(crate) use backend::{Backend, Overlap, RetryBackend};
+pub(crate) use contacts::max_overlap_but;
 #[cfg(feature = "gpu")]
 pub(crate) use contacts::{Candidate, candidates};
 pub use contacts::{Contact, contacts, max_overlap};

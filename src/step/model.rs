@@ -1,7 +1,8 @@
 //! What steps are computed with.
 
 use super::{ContactSettings, Time};
-use crate::dynamics::{Cells, Dynamics, Force};
+use crate::dynamics::{Cells, Dynamics, Force, Heat};
+use crate::fixed::Fixed;
 use crate::lcp::{Settings, SolverKind};
 use crate::periodic::Periods;
 use crate::walls::Walls;
@@ -20,6 +21,10 @@ pub struct Model {
     pub forces: Vec<Force>,
     /// The names of the groups that forces act on, by their number in [`Bodies::group`](crate::bodies::Bodies::group).
     pub groups: Vec<String>,
+    /// The random loads of Brownian motion, where there are any.
+    pub heat: Option<Heat>,
+    /// The bodies that do not move.
+    pub fixed: Fixed,
     /// The surfaces of walls.
     pub walls: Walls,
     /// The periods of space.

@@ -128,7 +128,7 @@ fn a_scene_made_in_code_may_hold_one_and_is_checked_but_not_written() {
     let mut planar = scene();
     planar.planar = true;
     assert!(planar.build().is_ok());
-    planar.bodies[1].orientation = [1.0, 0.0, 0.0, 0.0];
+    planar.bodies[1].orientation = Some([1.0, 0.0, 0.0, 0.0]);
     assert!(planar.build().is_err());
 }
 

@@ -89,7 +89,7 @@ fn taut(name: &str) -> Scene {
     let body = |i: usize| {
         let DQuat { x, y, z, w } = bodies.orientation[i];
         let mut body = Body::new(bodies.shape[i], bodies.position[i].to_array());
-        body.orientation = [w, x, y, z];
+        body.orientation = Some([w, x, y, z]);
         body
     };
     scene.bodies = (0..bodies.len()).map(body).collect();

@@ -135,7 +135,7 @@ pub fn patch(n: usize, offset: DVec3) -> Scene {
             let turn = DQuat::from_rotation_z(0.002 * (((5 * i + k) % 7) as f64 - 3.0)) * along;
             let rod = relcp::shape::Shape::Spherocylinder { diameter: 0.5, length: 2.35 };
             let mut body = scene::Body::new(rod, place.to_array());
-            body.orientation = [turn.w, turn.x, turn.y, turn.z];
+            body.orientation = Some([turn.w, turn.x, turn.y, turn.z]);
             scene.bodies.push(body);
         }
     }

@@ -231,7 +231,7 @@ fn scenes_with_memory() -> Vec<Scene> {
     };
     let chainmail = Scene::load("chainmail", ["generate.0.chainmail.columns=4", "time.dt=0.01", "time.end=2"]).unwrap();
     let mut heavy = ellipsoids(json!("relcp"), 600, 5);
-    heavy.dynamics = Dynamics::Inertial { density: 0.2 };
+    heavy.dynamics = Dynamics::Inertial { density: 0.2, drag: None };
     let mut on_a_floor = ellipsoids(json!("relcp"), 600, 8);
     on_a_floor.walls = vec![Wall::HalfSpace { normal: [0.0, 0.0, 1.0], offset: -1.0 }];
     let midpoint = |mut scene: Scene| {

@@ -184,6 +184,7 @@ fn timed<T>(total: &mut Duration, work: impl FnOnce() -> T) -> T {
 impl<const D: usize> Backend for Cpu<D> {
     fn begin(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
+        let step = self.step();
         let Cpu { setup, state, next, start, motions, first, pairs, solve, phases, .. } = self;
         // A step that is taken again was led astray once: its pieces are linearised at their starts.
         let whole = next.is_none() && !start.parting;
@@ -193,7 +194,7 @@ impl<const D: usize> Backend for Cpu<D> {
         phases.growth += begun.elapsed();
         let begun = Instant::now();
         first.predict(start, D == PLANAR && setup.leads_ahead && whole);
-        motions.set(setup, start, first);
+        motions.set(setup, start, first, step);
         phases.integrate += begun.elapsed();
         Ok(())
     }
@@ -209,7 +210,7 @@ impl<const D: usize> Backend for Cpu<D> {
         trial.arrive(&mut middle, &trial.arrived(setup, start, motions));
         start.set_middle(setup, middle);
         first.set_middle(trial);
-        motions.set(setup, start, first);
+        motions.set(setup, start, first, step);
         phases.integrate += begun.elapsed();
         Ok(())
     }
@@ -218,7 +219,7 @@ impl<const D: usize> Backend for Cpu<D> {
         self.append_first()?;
         if self.first.is_too_deep(&self.setup) {
             self.first.predict(&self.start, false);
-            self.motions.set(&self.setup, &self.start, &self.first);
+            self.motions.set(&self.setup, &self.start, &self.first, self.state.step + 1);
             self.append_first()?;
         }
         Ok(())
@@ -249,10 +250,12 @@ impl<const D: usize> Backend for Cpu<D> {
         phases.broad_phase += begun.elapsed();
         let begun = Instant::now();
         let placed = |a: usize, b: usize| trial.pair(start, a, b);
-        let mut overlapping = narrow_phase::within(candidates, pairs, Self::SEPARATE, placed, |_, _| 0.0);
+        let limit = |a: usize, b: usize| if start.is_held(a) && start.is_held(b) { f64::NEG_INFINITY } else { 0.0 };
+        let mut overlapping = narrow_phase::within(candidates, pairs, Self::SEPARATE, placed, limit);
         pairs.renew(&overlapping);
         let bodies = start.bodies.len();
-        near::join(&mut overlapping, walls::near(&setup.walls, bodies, |i| trial.placed(start, i), |_| 0.0));
+        let limit = |i: usize| if start.is_held(i) { f64::NEG_INFINITY } else { 0.0 };
+        near::join(&mut overlapping, walls::near(&setup.walls, bodies, |i| trial.placed(start, i), limit));
         let overlap = trial.set_overlapping(setup, start, overlapping, violating);
         phases.narrow_phase += begun.elapsed();
         Ok(overlap)

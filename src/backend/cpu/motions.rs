@@ -6,7 +6,7 @@ use super::narrow_phase::Near;
 use super::setup::Setup;
 use super::start::Start;
 use crate::constraint::{self, FIXED, Mover};
-use crate::dynamics::{Load, Motion, Twist};
+use crate::dynamics::{ForceField, Load, Motion, Twist};
 use crate::step::{Fault, Rows};
 use crate::walls::surface_of;
 use glam::DVec3;
@@ -29,14 +29,25 @@ pub(super) struct Motions {
 }
 
 impl Motions {
-    pub(super) fn set(&mut self, setup: &Setup, start: &Start, first: &First) {
+    pub(super) fn set(&mut self, setup: &Setup, start: &Start, first: &First, step: u64) {
+        let heat = setup.heat.filter(|_| !start.parting);
         let (dt, here) = (start.interval, start.here());
         let time = start.time + if start.middle.is_some() { 0.5 * dt } else { 0.0 };
         let (law, forces) = setup.law(start.parting);
+        let share = |force: &dyn ForceField| force.share([start.time, start.time + dt]);
+        let acting = forces.iter().map(|force| (force, share(force.as_ref())));
+        let acting: Vec<_> = acting.filter(|(_, share)| *share > 0.0).collect();
         let of_body = |i: usize| {
+            if start.is_held(i) {
+                return (*FIXED.motion, Reach::default());
+            }
             let mut load = Load::default();
-            for force in forces {
-                load += force.load(here, i, time);
+            for (force, share) in &acting {
+                load += *share * force.load(here, i, time);
+            }
+            if let Some(heat) = heat {
+                let numbers = (here.lineage[i].id, step);
+                load += heat.load(&here.shape[i], here.orientation[i], numbers, start.step_length(setup));
             }
             let motion = match &start.middle {
                 Some(middle) => law.motion_by_middle(&start.bodies, middle, i, load, dt),
@@ -54,8 +65,11 @@ impl Motions {
             .unzip_into_vecs(&mut self.motion, &mut self.reach);
     }
 
-    /// The distance within which a pair is near where first rows are made.
-    pub(super) fn limit(&self, setup: &Setup, a: usize, b: usize) -> f64 {
+    /// The distance within which a pair is near where first rows are made; less than any where neither moves.
+    pub(super) fn limit(&self, setup: &Setup, start: &Start, a: usize, b: usize) -> f64 {
+        if start.is_held(a) && start.is_held(b) {
+            return f64::NEG_INFINITY;
+        }
         let (a, b) = (&self.reach[a], &self.reach[b]);
         match setup.rows {
             Rows::Paper => setup.cutoff + a.either + b.either,

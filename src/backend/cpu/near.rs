@@ -36,13 +36,13 @@ impl Stages<'_> {
         pairs: &mut Pairs,
     ) -> (Vec<Near>, Vec<f64>) {
         let Stages { setup, start, motions } = self;
-        let limit = |a: usize, b: usize| motions.limit(setup, a, b);
+        let limit = |a: usize, b: usize| motions.limit(setup, start, a, b);
         let found = narrow_phase::within(candidates, pairs, separate, |a, b| first.pair(start, a, b), limit);
         let walls = walls::near(
             &setup.walls,
             start.bodies.len(),
             |i| first.placed(start, i),
-            |i| setup.cutoff + motions.reach[i].either,
+            |i| if start.is_held(i) { f64::NEG_INFINITY } else { setup.cutoff + motions.reach[i].either },
         );
         if start.middle.is_none() {
             let deepest = |deepest: f64, near: &Near| deepest.max(-near.found.separation);
@@ -76,7 +76,7 @@ impl Stages<'_> {
             let recalled = pairs.recalled(pairs.get(near.pair));
             let pushed = |feature: u32| recalled.iter().filter(|w| w.feature == feature).any(|w| w.gamma > 0.0);
             let mut rows = Vec::new();
-            let limit = motions.limit(setup, a, b);
+            let limit = motions.limit(setup, start, a, b);
             branches(&of_a, &of_b, &near.found, limit - near.found.separation, |feature, found| {
                 if found.separation <= most || pushed(feature) {
                     rows.push(Near { pair: near.pair, feature, found });
@@ -95,13 +95,17 @@ impl Stages<'_> {
     /// The rows of all near pairs of sub-spheres, likewise.
     pub(super) fn of_sub_spheres(self, candidates: &[[u32; 2]], first: &First, pairs: &Pairs) -> (Vec<Near>, Vec<f64>) {
         let Stages { setup, start, motions } = self;
-        let reach = |i: usize| setup.cutoff + motions.reach[i].either;
+        let reach =
+            |i: usize| if start.is_held(i) { f64::NEG_INFINITY } else { setup.cutoff + motions.reach[i].either };
         let mut rows = Vec::new();
         for &pair in candidates {
             let [a, b] = pair.map(|i| i as usize);
             let [of_a, of_b] = first.pair(start, a, b);
             let proxies = [start.proxies[a].as_slice(), start.proxies[b].as_slice()];
-            let limit = reach(a) + motions.reach[b].either;
+            if start.is_held(a) && start.is_held(b) {
+                continue;
+            }
+            let limit = setup.cutoff + motions.reach[a].either + motions.reach[b].either;
             sub_sphere_separations([&of_a, &of_b], proxies, limit, |feature, found| {
                 rows.push(Near { pair, feature, found })
             });

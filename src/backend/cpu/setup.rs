@@ -3,7 +3,8 @@
 use super::first;
 use crate::bodies::Bodies;
 use crate::constraint::RowSource;
-use crate::dynamics::{self, Cells, ForceField, Law, Overdamped};
+use crate::dynamics::{self, Cells, ForceField, Heat, Law, Overdamped};
+use crate::fixed::Fixed;
 use crate::shape::Shape;
 use crate::step::{Model, Rows, Stepping, Time};
 use crate::walls::Walls;
@@ -16,7 +17,9 @@ pub(super) struct Setup {
     pub(super) time: Time,
     pub(super) growth: Option<Cells>,
     pub(super) forces: Vec<Box<dyn ForceField>>,
+    pub(super) heat: Option<Heat>,
     pub(super) walls: Walls,
+    pub(super) fixed: Fixed,
     pub(super) source: RowSource,
     pub(super) rows: Rows,
     pub(super) overlap_tolerance: f64,
@@ -35,7 +38,9 @@ impl Setup {
             time: model.time,
             growth: model.cells,
             forces: dynamics::force_fields(&model.forces, &model.groups, &model.dynamics),
+            heat: model.heat,
             walls: model.walls.clone(),
+            fixed: model.fixed.clone(),
             source: model.contact.method.row_source(),
             rows: model.contact.rows_of_method(),
             overlap_tolerance: model.contact.overlap_tolerance,

@@ -25,6 +25,8 @@ pub(super) struct Start {
     pub(super) middle: Option<Bodies>,
     /// Each body's sub-spheres; empty where rows are of surfaces.
     pub(super) proxies: Vec<Vec<ProxySphere>>,
+    /// Which bodies do not move; empty where none can be fixed.
+    held: Vec<bool>,
     /// What slows the growth of this step's bodies, where something does.
     pressures: Vec<f64>,
 }
@@ -41,8 +43,14 @@ impl Start {
             next_id,
             middle: None,
             proxies: Vec::new(),
+            held: Vec::new(),
             pressures: Vec::new(),
         }
+    }
+
+    /// Whether body `i` does not move.
+    pub(super) fn is_held(&self, i: usize) -> bool {
+        self.held.get(i).copied().unwrap_or(false)
     }
 
     /// Grows and divides the bodies of `state` for this piece of the next step.
@@ -64,6 +72,7 @@ impl Start {
             self.pressures = growth.pressures(&state.bodies, &state.warm);
             growth.grow(&mut self.bodies, span, &mut self.next_id, &mut self.pressures, &self.waiting);
         }
+        self.held = setup.fixed.flags(&self.bodies);
         self.make_proxies(setup)
     }
 
@@ -79,6 +88,11 @@ impl Start {
     pub(super) fn make_proxies(&mut self, setup: &Setup) -> Result<(), Fault> {
         self.proxies = setup.source.proxies(&self.bodies.shape).map_err(Fault::NoProxy)?;
         Ok(())
+    }
+
+    /// The length of the whole step that the piece is of.
+    pub(super) fn step_length(&self, setup: &Setup) -> f64 {
+        self.piece.span * setup.time.dt
     }
 
     fn piece_length(&self, setup: &Setup) -> f64 {

@@ -39,6 +39,9 @@ impl<const D: usize> Trial<D> {
         lcp::velocity_into(&rows.problem, &rows.gamma, &mut self.scaled);
         let (dt, scaled) = (start.interval, &self.scaled);
         let of_body = |i: usize| {
+            if start.is_held(i) {
+                return (Twist::default(), start.pose(i));
+            }
             let twist = constraint::velocity(&motions.motion[i], &scaled[i], dt);
             (twist, dynamics::advance(start.pose(i), twist, dt))
         };

@@ -11,7 +11,7 @@ use crate::gpu::Recorder;
 impl Setup {
     /// Whether first rows may be made where the last velocities lead.
     pub fn leads_ahead(&self) -> bool {
-        self.planar && self.branches > 0 && !self.midpoint && !self.inertia()
+        self.planar && self.branches > 0 && !self.midpoint && !self.inertia() && self.heat.is_none()
     }
 }
 

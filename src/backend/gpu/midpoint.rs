@@ -81,14 +81,30 @@ impl Device {
         self.setup.timed(of_kernel, self.setup.length_of(self.part))
     }
 
+    /// When the present part begins and ends.
+    fn span(&self) -> [f64; 2] {
+        let begin = self.step_start();
+        [begin, begin + self.setup.length_of(self.part)]
+    }
+
+    /// The parameters of the kernel of motions: those of the present part, and the shares of windows in it.
+    fn motion_parameters(&self, parameters: &[u8]) -> Vec<u8> {
+        let span = self.span();
+        let shares = source::loads::windows(&self.setup.forces).into_iter().map(|window| window.share(span));
+        [parameters, &self.setup.precision.encode(shares)].concat()
+    }
+
     /// Forces of a library's user, computed on the host from the state there.
     fn write_loads(&mut self) -> Result<(), GpuError> {
         let bodies = self.download(self.here(), self.here_shapes())?;
         let time = self.step_start() + if self.part == Part::FromMiddle { 0.5 * self.setup.dt } else { 0.0 };
+        let span = self.span();
+        let acting = self.plugged.iter().map(|force| (force, force.share(span)));
+        let acting: Vec<_> = acting.filter(|(_, share)| *share > 0.0).collect();
         let load = |i: usize| {
             let mut load = Load::default();
-            for force in &self.plugged {
-                load += force.load(&bodies, i, time);
+            for (force, share) in &acting {
+                load += *share * force.load(&bodies, i, time);
             }
             let (f, t) = (load.force, load.torque);
             [f.x, f.y, f.z, 0.0, t.x, t.y, t.z, 0.0]
@@ -107,11 +123,13 @@ impl Device {
             }
             self.write_loads()?;
         }
+        self.write_ids()?;
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         self.motions.reserve(&gpu, bodies)?;
         self.boxes.reserve(&gpu, bodies)?;
         let mut record = gpu.record();
         record.stage("integrate");
+        self.record_heat(&mut record);
         let (here, shapes) = (self.here(), &self.here_shapes().shapes);
         let parameters = self.timed([bodies as u32, u32::from(self.part == Part::FromMiddle), 0, 0]);
         let buffers = [
@@ -124,7 +142,7 @@ impl Device {
             ("loads", &self.loads),
             ("motions", &self.motions),
         ];
-        record.run(&self.kernels.motion, &parameters, &buffers, bodies);
+        record.run(&self.kernels.motion, &self.motion_parameters(&parameters), &buffers, bodies);
         if let (Part::FromMiddle, Some(MidpointKernels { middle: Some(middle), .. })) =
             (self.part, &self.kernels.midpoint)
         {
@@ -136,6 +154,9 @@ impl Device {
                 ("motions", &self.motions),
             ];
             record.run(middle, &parameters, &buffers, bodies);
+        }
+        if let Some(held) = &self.held {
+            held.hold(&self.kernels, &mut record, &self.motions);
         }
         self.record_ahead(&mut record);
         let buffers = [
@@ -270,7 +291,8 @@ impl Device {
             ("ended", &to.orientations),
             ("twists", &to.twists),
         ];
-        let parameters = words([self.bodies as u32, u32::from(self.part == Part::FromMiddle), 0, 0]);
+        let parameters = [self.bodies as u32, u32::from(self.part == Part::FromMiddle), 0, 0];
+        let parameters = if self.setup.is_damped() { self.timed(parameters) } else { words(parameters).to_vec() };
         record.run(arrive, &parameters, &buffers, self.bodies);
     }
 }

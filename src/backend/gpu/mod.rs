@@ -13,6 +13,8 @@ mod branches;
 mod candidates;
 mod contacts;
 mod growing;
+mod heat;
+mod held;
 mod midpoint;
 mod passing;
 mod periodic;
@@ -28,7 +30,7 @@ mod warm;
 
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
-use crate::dynamics::{Cells, Dynamics, Force, ForceField};
+use crate::dynamics::{Cells, Dynamics, Force, ForceField, Heat};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Made, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
@@ -42,6 +44,7 @@ use ancestry::Ancestry;
 use candidates::Candidates;
 pub use contacts::{contacts, wall_contacts};
 use growing::GrowthBuffers;
+use held::Held;
 use midpoint::Part;
 use rows::Rows;
 use separations::Report;
@@ -70,6 +73,7 @@ pub(crate) struct Setup {
     pub dynamics: Dynamics,
     pub forces: Vec<Force>,
     pub groups: Vec<String>,
+    pub heat: Option<Heat>,
     pub growth: Option<Cells>,
     pub length_pitch: f64,
     pub shapes: Vec<Shape>,
@@ -79,6 +83,8 @@ pub(crate) struct Setup {
     /// What an overlap is taken to be off by: violations begin that much earlier, and overlaps are reported that much
     /// larger, so that the tolerance holds in exact arithmetic.
     pub rounding: f64,
+    /// Whether bodies may be fixed.
+    pub fixed: bool,
 }
 
 /// What overlaps are off by in 32 bits, in lengths of the longest body, and the part of the tolerance that it is taken
@@ -125,17 +131,29 @@ impl Setup {
             dynamics: model.dynamics,
             forces: model.forces.clone(),
             groups: model.groups.clone(),
+            heat: model.heat,
             growth: model.cells,
             length_pitch: (longest / LENGTHS).max(f64::MIN_POSITIVE).log2().ceil().exp2(),
             shapes: shapes.to_vec(),
             thinnest,
             walls: model.walls.clone(),
+            fixed: model.fixed.any(),
         })
     }
 
-    /// Vectors of a body's motion: with inertia the rotational mobility is a matrix, and there is an angular momentum.
+    /// Vectors of a body's motion: with inertia the rotational mobility is a matrix, and there is an angular momentum;
+    /// with drag beside it also the impulse that is still to come after a move.
     pub fn motion_width(&self) -> u32 {
-        if self.inertia() { 7 } else { 4 }
+        match (self.inertia(), self.is_damped()) {
+            (false, _) => 4,
+            (true, false) => 7,
+            (true, true) => 8,
+        }
+    }
+
+    /// Whether drag slows bodies beside inertia.
+    pub fn is_damped(&self) -> bool {
+        self.dynamics.drag_beside_inertia().is_some()
     }
 
     /// Whether velocity is a part of the state.
@@ -180,6 +198,9 @@ pub struct Device {
     ancestry: Ancestry,
     groups_of: Buffer,
     growth: GrowthBuffers,
+    held: Option<Held>,
+    /// The bodies' ids, where there is Brownian motion.
+    ids: Option<Buffer>,
     loads: Buffer,
     motions: Buffer,
     boxes: Buffer,
@@ -236,7 +257,7 @@ impl Device {
         let width = setup.motion_width() as usize;
         let mut device = Device {
             plugged: Vec::new(),
-            takes_loads: false,
+            takes_loads: setup.heat.is_some(),
             step: state.step,
             bodies,
             accepted_bodies: bodies,
@@ -245,6 +266,8 @@ impl Device {
             poses,
             shapes,
             growth: GrowthBuffers::new(&gpu, &setup, &mut ancestry)?,
+            held: Held::new(&gpu, &model.fixed.flags(&state.bodies))?,
+            ids: heat::ids(&gpu, &setup)?,
             groups_of: Buffer::with(&gpu, "groups", 4, bytemuck::cast_slice(&ancestry.group))?,
             ancestry,
             loads: Buffer::new(&gpu, "loads", 8 * real, 1)?,

@@ -103,6 +103,9 @@ impl Device {
         if let (Some(surfaces), Some(kernels)) = (&self.candidates.surfaces, &self.kernels.walls) {
             surfaces.separate(kernels, record, lists, (poses, shapes, &self.boxes), (at_trial, self.violating));
         }
+        if let Some(held) = &self.held {
+            held.ignore(&self.kernels, record, lists);
+        }
         if at_trial {
             let buffers = [
                 ("shapes", &shapes.shapes),

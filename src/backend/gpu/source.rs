@@ -1,10 +1,13 @@
 //! What every kernel of a step is assembled with: the scene's constants, forces and law.
 
+pub(super) mod loads;
 #[cfg(test)]
 mod tests;
 
 use super::Setup;
 use super::branch_source::{self, BranchKernels};
+use super::heat;
+use super::held::HeldKernels;
 use crate::constraint::LEAST_ALIGNED;
 use crate::dynamics::{Dynamics, Force, LAST_STEP};
 use crate::gpu::{Kernel, Precision, Source, fragment, kernels};
@@ -12,7 +15,6 @@ use crate::separation;
 use crate::shape::gpu::add_shapes_to;
 use crate::step::DEEPER;
 use crate::walls::AtSurface;
-use std::fmt::Write as _;
 
 /// Flags of a pair's contact: apart, within the limit, and overlapping by more than is tolerated. Kernels have them in
 /// the last number of three vectors, so that they are constants of type `real` there ([`with_flags`]).
@@ -74,52 +76,19 @@ pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
     let source = add_shapes_to(source).include(fragment!("dynamics/law.wgsl"));
     let source = match setup.dynamics {
         Dynamics::Overdamped { drag } => source.real("DRAG", drag).include(fragment!("dynamics/overdamped.wgsl")),
-        Dynamics::Inertial { density } => {
+        Dynamics::Inertial { density, drag: None } => {
             spinning(setup, source).real("DENSITY", density).include(fragment!("dynamics/inertial.wgsl"))
+        }
+        Dynamics::Inertial { density, drag: Some(drag) } => {
+            damped(spinning(setup, source), density, drag).include(fragment!("dynamics/damped.wgsl"))
         }
     };
     let source = match setup.forces.iter().any(Force::is_radial) {
         true => source.include(fragment!("dynamics/radial.wgsl")),
         false => source,
     };
-    let loads = loads(setup, &source);
-    source.text(&loads).include(fragment!("dynamics/motion.wgsl"))
-}
-
-/// `load_of`: the sum of the scene's forces on a body.
-fn loads(setup: &Setup, source: &Source) -> String {
-    let mut text =
-        String::from("fn load_of(position: vec3r, shape: vec4r, group: u32) -> Load {\n    var force = vec3r();\n");
-    let vector = |v: [f64; 3]| {
-        let [x, y, z] = v.map(|c| source.literal(c));
-        format!("vec3r({x}, {y}, {z})")
-    };
-    for force in &setup.forces {
-        let term = match force {
-            Force::Uniform { force, .. } => vector(*force),
-            Force::Gravity { acceleration, .. } => gravity(setup, &vector(*acceleration)),
-            Force::RadialInward { .. } => "-radial(position)".to_owned(),
-            Force::RadialOutward { .. } => "radial(position)".to_owned(),
-        };
-        let applies = match force.group() {
-            None => "true".to_owned(),
-            Some(name) => match setup.groups.iter().position(|g| g == name) {
-                Some(index) => format!("group == {index}u"),
-                None => "false".to_owned(),
-            },
-        };
-        let _ = writeln!(text, "    if {applies} {{ force += {term}; }}");
-    }
-    text.push_str("    return Load(force, vec3r());\n}\n");
-    text
-}
-
-fn gravity(setup: &Setup, acceleration: &str) -> String {
-    match setup.dynamics.has_inertia() {
-        true => format!("DENSITY * solid(shape).volume * {acceleration}"),
-        // Bodies have no mass, and validation refuses such a scene.
-        false => "vec3r()".to_owned(),
-    }
+    let (loads, parameters) = (loads::load_of(setup, &source), loads::parameters(setup));
+    source.text(&loads).text(&parameters).include(fragment!("dynamics/motion.wgsl"))
 }
 
 /// Moves the rows of an array whose elements are of this WGSL type.
@@ -133,7 +102,7 @@ pub(super) fn moved(setup: &Setup, name: &str, element: &str, per_row: u32) -> S
 kernels! {
     /// The kernels of a step.
     pub(super) struct Kernels for setup: &Setup {
-        motion: Kernel = motion(setup, false),
+        motion: Kernel = motion(setup, setup.heat.is_some()),
         boxes: Kernel = with_bodies(setup, "box").include(fragment!("broad_phase/box.wgsl")),
         sweep: Kernel = with_bodies(setup, "sweep").include(fragment!("broad_phase/sweep.wgsl")),
         inside: Kernel = reporting(base(setup, "inside")).include(fragment!("broad_phase/inside.wgsl")),
@@ -162,13 +131,20 @@ kernels! {
         carry: Kernel = base(setup, "carry").include(fragment!("constraint/carry.wgsl")),
         /// Where bodies have inertia, in the place of `accept`.
         arrive: Option<Kernel> =
-            setup.inertia().then(|| turned(setup, "arrive").include(fragment!("dynamics/arrive.wgsl"))),
+            setup.inertia().then(|| match damping(setup) {
+                Some(source) => source("arrive").include(fragment!("dynamics/damped_arrive.wgsl")),
+                None => turned(setup, "arrive").include(fragment!("dynamics/arrive.wgsl")),
+            }),
         /// Where bodies grow.
         growth: Option<GrowthKernels> = setup.growth.is_some().then_some(setup),
         /// Where the scene has walls.
         walls: Option<WallKernels> = (!setup.walls.is_empty()).then_some(setup),
         /// Where steps have a middle.
         midpoint: Option<MidpointKernels> = setup.midpoint.then_some(setup),
+        /// Where there is Brownian motion.
+        heat: Option<Kernel> = heat::source(setup),
+        /// Where bodies are fixed.
+        held: Option<HeldKernels> = setup.fixed.then_some(setup),
         /// Where rows are by branches.
         branches: Option<BranchKernels> = (setup.branches > 0).then_some(setup),
     }
@@ -205,7 +181,10 @@ kernels! {
         rows: Option<MiddleRowKernels> = (setup.branches == 0).then_some(setup),
         /// The motion over the step, where bodies have inertia.
         middle: Option<Kernel> =
-            setup.inertia().then(|| turned(setup, "middle").include(fragment!("dynamics/middle.wgsl"))),
+            setup.inertia().then(|| match damping(setup) {
+                Some(source) => source("middle").include(fragment!("dynamics/damped_middle.wgsl")),
+                None => turned(setup, "middle").include(fragment!("dynamics/middle.wgsl")),
+            }),
         /// The separations at later lengths, where bodies grow and pairs have the paper's rows.
         stretch: Option<Kernel> = (setup.branches == 0 && setup.growth.is_some())
             .then(|| stretched(setup).include(fragment!("dynamics/stretch.wgsl"))),
@@ -296,6 +275,17 @@ fn tighten(setup: &Setup) -> Source {
 /// A source that knows how the scene's bodies turn without torque.
 fn turned(setup: &Setup, name: &str) -> Source {
     spinning(setup, add_shapes_to(base(setup, name)))
+}
+
+/// Adds what drag leaves of a motion beside inertia.
+pub(super) fn damped(source: Source, density: f64, drag: f64) -> Source {
+    source.real("DENSITY", density).real("DRAG", drag).include(fragment!("dynamics/damping.wgsl"))
+}
+
+/// What makes sources that know turns without torque, and drag; none where the scene has no drag beside inertia.
+fn damping(setup: &Setup) -> Option<impl Fn(&str) -> Source + '_> {
+    let (density, drag) = (setup.dynamics.density()?, setup.dynamics.drag_beside_inertia()?);
+    Some(move |name: &str| damped(turned(setup, name), density, drag))
 }
 
 /// A source that knows what longer bodies change of a separation.

@@ -52,6 +52,7 @@ Examples:
   relcp run two-ellipsoids                             a built-in scene, into runs/two-ellipsoids
   relcp run colony.json --out runs/slow --set growth.rate=0.1
   relcp run --resume --out runs/slow                   go on with a run that was stopped
+  relcp run --resume --until 20 --out runs/slow        go on past its end
   relcp run colony.json --json | jq .max_overlap
 
 Ctrl-C ends the run after the step being taken and leaves a checkpoint, as every minute does;
@@ -75,6 +76,10 @@ pub(in crate::cli) struct Run {
     /// or the latest of this scene in runs/
     #[arg(long)]
     pub(in crate::cli) resume: bool,
+    /// With --resume: end at this time of the scene, later than the run's own end, in the same folder; a finished run
+    /// goes on, to the same bits as a run that was started with this end
+    #[arg(long, value_name = "TIME", requires = "resume", value_parser = super::number::length)]
+    pub(in crate::cli) until: Option<f64>,
     /// Largest time between checkpoints [default: 60]
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(in crate::cli) checkpoint_every: Option<Duration>,

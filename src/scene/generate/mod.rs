@@ -8,6 +8,7 @@ pub(super) use chainmail::MAX_RING_RATIO;
 pub(super) use isotropic::{reachable_fraction, volume as isotropic_volume};
 
 use super::error::{FaultKind, SceneError};
+use super::orientation::ALONG_X;
 use super::{Generate, Scene};
 use crate::bodies::Bodies;
 use crate::separation::Placed;
@@ -87,11 +88,13 @@ fn place(
             Ok(())
         }
         rule @ Generate::Founder { .. } => {
-            // The quarter turn about y takes the axis, body z, to x.
-            let orientation =
-                DQuat::from_xyzw(0.0, std::f64::consts::FRAC_1_SQRT_2, 0.0, std::f64::consts::FRAC_1_SQRT_2);
-            bodies.push(Placed { shape: rule.shape(), position: DVec3::ZERO, orientation }, group);
+            bodies.push(Placed { shape: rule.shape(), position: DVec3::ZERO, orientation: ALONG_X }, group);
             Ok(())
         }
     }
+}
+
+/// The orientation of all bodies that a rule makes; none where they turn any way.
+pub(super) fn founder_orientation(rule: &Generate) -> Option<DQuat> {
+    matches!(rule, Generate::Founder { .. }).then_some(ALONG_X)
 }

@@ -2,10 +2,14 @@
 
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
+use super::super::nearest::nearest;
 use super::super::orientation::norm;
 use super::super::{Body, BodyLineage, Scene};
 use super::shapes::check_shape;
-use super::{MAX_BODIES, SMALLEST_QUATERNION, number, numbers};
+use super::{MAX_BODIES, SMALLEST_NUMBER, SMALLEST_QUATERNION, number, numbers};
+use crate::bodies::NO_GROUP;
+use crate::shape::Shape;
+use glam::DVec3;
 use std::collections::HashSet;
 
 /// Identities must survive programs that read JSON numbers as 64-bit floats.
@@ -25,10 +29,80 @@ impl Scene {
         for (i, body) in self.bodies.iter().enumerate() {
             let key = key.index(i);
             check_body(&key, body)?;
+            self.check_orientation(&key, body)?;
             self.check_velocities(&key, body)?;
             if let Some(lineage) = &body.lineage {
                 check_lineage(&key.field("lineage"), lineage, &mut ids)?;
             }
+        }
+        Ok(())
+    }
+
+    /// At most one of the three ways to say how a body is oriented.
+    fn check_orientation(&self, key: &Key, body: &Body) -> Result<(), SceneError> {
+        let given = [
+            ("orientation", body.orientation.is_some()),
+            ("axis", body.axis.is_some()),
+            ("angle", body.angle.is_some()),
+        ];
+        let mut given = given.into_iter().filter(|(_, given)| *given);
+        if let (Some((first, _)), Some((second, _))) = (given.next(), given.next()) {
+            let message = format!("stands beside `{first}`, which tells the orientation too; leave one of them out");
+            return Err(SceneError::bad(key.field(second), message));
+        }
+        if let Some(axis) = body.axis {
+            let key = key.field("axis");
+            numbers(&key, &axis)?;
+            if DVec3::from(axis).abs().max_element() < SMALLEST_NUMBER {
+                return Err(SceneError::bad(key, "must have a direction, as [0, 0, 1]"));
+            }
+        }
+        if let Some(angle) = body.angle {
+            let key = key.field("angle");
+            number(&key, angle)?;
+            if !self.planar {
+                return Err(SceneError::bad(key, "is an angle in the plane; in space, give `axis` or `orientation`"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Bodies that do not move have no velocity and do not grow; and a group that is told of has bodies.
+    pub(super) fn check_fixed(&self, root: &Key) -> Result<(), SceneError> {
+        let (key, names) = (root.field("groups"), self.group_names());
+        for name in self.groups.keys() {
+            if !names.contains(name) {
+                let message = match nearest(name, names.iter().map(String::as_str)) {
+                    Some(near) => format!("no body is in this group; the nearest group is `{near}`"),
+                    None => "no body is in this group; `bodies` and `generate` have `group`".to_owned(),
+                };
+                return Err(SceneError::bad(key.field(name), message));
+            }
+        }
+        let fixed = self.fixed();
+        let number = |group: Option<&str>| names.iter().position(|name| Some(name.as_str()) == group);
+        let holds = |i: usize, group: Option<&str>| fixed.holds(i, number(group).map_or(NO_GROUP, |n| n as u32));
+        for (i, body) in self.bodies.iter().enumerate().filter(|(i, body)| holds(*i, body.group.as_deref())) {
+            let (list, moves) = (root.field("bodies"), |v: Option<[f64; 3]>| v.is_some_and(|v| v != [0.0; 3]));
+            let key = list.index(i);
+            for (name, velocity) in [("velocity", body.velocity), ("angular_velocity", body.angular_velocity)] {
+                if moves(velocity) {
+                    return Err(SceneError::bad(key.field(name), "must be zero for a body that is fixed"));
+                }
+            }
+            self.check_not_growing(&key.field("shape"), &body.shape)?;
+        }
+        for (i, rule) in self.generate.iter().enumerate().filter(|(_, rule)| holds(usize::MAX, rule.group())) {
+            let list = root.field("generate");
+            self.check_not_growing(&list.index(i).field(rule.name()), &rule.shape())?;
+        }
+        Ok(())
+    }
+
+    fn check_not_growing(&self, key: &Key, shape: &Shape) -> Result<(), SceneError> {
+        if self.growth.is_some() && shape.growing_length().is_some() {
+            let message = "would grow, which a fixed body cannot; use spheres, ellipsoids or walls as obstacles";
+            return Err(SceneError::bad(key, message));
         }
         Ok(())
     }
@@ -50,9 +124,10 @@ impl Scene {
 fn check_body(key: &Key, body: &Body) -> Result<(), SceneError> {
     check_shape(&key.field("shape").field(body.shape.name()), &body.shape)?;
     numbers(&key.field("position"), &body.position)?;
+    let Some(orientation) = body.orientation else { return Ok(()) };
     let key = key.field("orientation");
-    numbers(&key, &body.orientation)?;
-    let norm = norm(body.orientation);
+    numbers(&key, &orientation)?;
+    let norm = norm(orientation);
     if norm < SMALLEST_QUATERNION {
         let message =
             format!("has the norm {norm:e}; it is normalized, so it must be at least {SMALLEST_QUATERNION:e}");

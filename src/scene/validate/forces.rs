@@ -1,148 +1,111 @@
-//! The rules of forces and growth.
+//! The rules of forces.
 
-use super::super::error::{FaultKind, SceneError};
+use super::super::error::SceneError;
 use super::super::key::Key;
 use super::super::nearest::nearest;
-use super::super::{Growth, Method, Scene, Stop};
-use super::{MAX_BODIES, number, numbers, positive};
-use crate::dynamics::MOST_LENGTH_NOISE;
-use crate::shape::Shape;
-use std::f64::consts::LN_2;
+use super::super::{Force, Scene, Stepping, Window};
+use super::{SMALLEST_NUMBER, number, numbers, positive};
+use glam::DVec3;
+
+/// Most different windows of a scene: their shares are parameters of a kernel, of which 256 bytes are one part.
+const MOST_WINDOWS: usize = 24;
 
 impl Scene {
     pub(super) fn check_forces(&self, key: &Key) -> Result<(), SceneError> {
-        let groups = self.group_names();
+        let mut windows: Vec<&Window> = Vec::new();
         for (i, force) in self.forces.iter().enumerate() {
             let key = key.index(i);
             let key = key.field(force.name());
-            if let Some((name, vector)) = force.vector() {
-                numbers(&key.field(name), vector)?;
-            }
+            check_numbers(&key, force)?;
             if force.needs_mass() && !self.dynamics.has_inertia() {
                 let message = "needs the inertial law, where bodies have mass; `uniform` is a force per body";
                 return Err(SceneError::bad(key, message));
             }
-            if let Some(group) = force.group().filter(|g| !groups.iter().any(|known| known == g)) {
-                let message = match nearest(group, groups.iter().map(String::as_str)) {
-                    Some(near) => format!("no body is in the group `{group}`; the nearest group is `{near}`"),
-                    None => format!("no body is in the group `{group}`; no body has a group"),
-                };
-                return Err(SceneError::bad(key.field("group"), message));
+            self.check_group(&key, force)?;
+            let Some(window) = force.window() else { continue };
+            let key = key.field("window");
+            check_window(&key, window)?;
+            if !windows.contains(&window) {
+                windows.push(window);
+            }
+            if windows.len() > MOST_WINDOWS {
+                let message = format!("is the scene's window number {}; at most {MOST_WINDOWS} differ", windows.len());
+                return Err(SceneError::bad(key, message));
             }
         }
         Ok(())
     }
 
-    pub(super) fn check_growth(&self, key: &Key) -> Result<(), SceneError> {
-        let Some(growth) = &self.growth else { return Ok(()) };
-        number(&key.field("rate"), growth.rate)?;
-        if growth.rate < 0.0 {
-            return Err(SceneError::bad(key.field("rate"), format!("must not be negative, not {:?}", growth.rate)));
-        }
-        noise(&key.field("rate_noise"), growth.rate_noise, 1.0, "a cell does not shrink")?;
-        let born = "no cell is born at the length at which it divides";
-        noise(&key.field("division_length_noise"), growth.division_length_noise, MOST_LENGTH_NOISE, born)?;
-        if growth.fastest_rate() * self.time.dt >= LN_2 {
-            let message = format!("a cell would divide more than once in a step of {:?}", self.time.dt);
-            return Err(SceneError::bad(key.field("rate"), message));
-        }
-        positive(&key.field("division_length"), growth.division_length)?;
-        let turn = key.field("reorientation_degrees");
-        number(&turn, growth.reorientation_degrees)?;
-        if !(0.0..=180.0).contains(&growth.reorientation_degrees) {
-            let message = format!("must be from 0 to 180, not {:?}", growth.reorientation_degrees);
-            return Err(SceneError::bad(turn, message));
-        }
-        self.check_stress(&key.field("stress_sensitivity"), growth)?;
-        if let Some(stop) = &growth.stop {
-            check_stop(&key.field("stop"), stop)?;
-        }
-        self.check_cells(key, growth)
-    }
-
-    fn check_stress(&self, key: &Key, growth: &Growth) -> Result<(), SceneError> {
-        number(key, growth.stress_sensitivity)?;
-        if growth.stress_sensitivity < 0.0 {
-            let message = format!("must not be negative, not {:?}", growth.stress_sensitivity);
+    /// What Brownian motion needs: a resistance, and steps of first order.
+    pub(super) fn check_thermal(&self, root: &Key) -> Result<(), SceneError> {
+        let Some(thermal) = &self.thermal else { return Ok(()) };
+        let key = root.field("thermal");
+        positive(&key.field("temperature"), thermal.temperature)?;
+        if self.dynamics.has_inertia() && self.dynamics.drag_beside_inertia().is_none() {
+            let message =
+                "needs a resistance, which heat belongs to: give dynamics.inertial.drag, or choose the overdamped law";
             return Err(SceneError::bad(key, message));
         }
-        if growth.stress_sensitivity > 0.0 && matches!(self.contact.method, Method::Multisphere { .. }) {
-            let message = "needs the contact forces of smooth surfaces, so contact.method \"relcp\" or \"snsd\"";
-            return Err(SceneError::bad(key, message));
+        if self.time.stepping == Stepping::Midpoint {
+            let message = "random loads make steps with a middle no more exact; with `thermal`, leave it \"euler\"";
+            return Err(SceneError::bad(root.field("time").field("stepping"), message));
         }
         Ok(())
     }
 
-    fn check_cells(&self, key: &Key, growth: &Growth) -> Result<(), SceneError> {
-        let mut cells = false;
-        for (list, index, shape) in self.shapes() {
-            let Some(length) = shape.growing_length() else { continue };
-            cells = true;
-            let division_key = key.field("division_length");
-            let [shortest, longest] = growth.division_lengths();
-            if shape.grown(0.5 * shortest).is_none() {
-                let message = format!(
-                    "must be at least twice the diameter, {:?}, of {list}.{index}{}: a daughter is half as long, and never shorter than wide",
-                    shape.thickness(),
-                    if growth.division_length_noise > 0.0 { " (less its noise)" } else { "" }
-                );
-                return Err(SceneError::bad(division_key, message));
-            }
-            let longest = length.max(longest * (growth.fastest_rate() * self.time.dt).exp());
-            if let Some(Err(error)) = shape.grown(longest).map(|cell| cell.validate()) {
-                return Err(SceneError::bad(division_key, format!("{error} ({list}.{index} before it divides)")));
-            }
-        }
-        if !cells {
-            return Err(SceneError::bad(key, "only spherocylinders grow, and the scene has none"));
-        }
-        let population = self.final_population();
-        if population > MAX_BODIES as f64 {
-            let message = format!("growth would reach {population:.1e} cells; the limit is {MAX_BODIES}");
-            return Err(SceneError::new(FaultKind::TooLarge, "time.end", message));
-        }
-        Ok(())
-    }
-
-    /// Bodies at the end of the run, from exponential growth alone: a cell of length `L` becomes `2^k` cells with `k`
-    /// the least for which `L exp(rate T) / 2^k` is below the division length; with noise at the most. Where the run
-    /// stops before, it is at most twice the population that it stops at.
-    fn final_population(&self) -> f64 {
-        let Some(growth) = &self.growth else { return self.body_count() as f64 };
-        let stop = growth.stop.unwrap_or_default();
-        let end = self.time.end.min(stop.time.unwrap_or(f64::INFINITY)).max(self.time.start);
-        let stretch = growth.fastest_rate() * (end - self.time.start) / LN_2;
-        let descendants = |shape: &Shape| match shape.growing_length() {
-            Some(length) => {
-                let doublings = stretch + (length / growth.division_lengths()[0]).log2();
-                (doublings.floor() + 1.0).max(0.0).exp2()
-            }
-            None => 1.0,
+    fn check_group(&self, key: &Key, force: &Force) -> Result<(), SceneError> {
+        let groups = self.group_names();
+        let Some(group) = force.group().filter(|g| !groups.iter().any(|known| known == g)) else { return Ok(()) };
+        let message = match nearest(group, groups.iter().map(String::as_str)) {
+            Some(near) => format!("no body is in the group `{group}`; the nearest group is `{near}`"),
+            None => format!("no body is in the group `{group}`; no body has a group"),
         };
-        let given: f64 = self.bodies.iter().map(|b| descendants(&b.shape)).sum();
-        let generated: f64 = self.generate.iter().map(|g| g.count() as f64 * descendants(&g.shape())).sum();
-        let stopped = stop.population.map_or(f64::INFINITY, |population| 2.0 * population as f64);
-        // What a scene starts with is there in any case.
-        (given + generated).min(stopped.max(self.body_count() as f64))
+        Err(SceneError::bad(key.field("group"), message))
     }
 }
 
-/// A part of a mean by which cells differ, from zero to under `most`.
-fn noise(key: &Key, value: f64, most: f64, why: &str) -> Result<(), SceneError> {
-    number(key, value)?;
-    if !(0.0..most).contains(&value) {
-        return Err(SceneError::bad(key, format!("must be from 0 to under {most:.4}, so that {why}, not {value:?}")));
+fn check_numbers(key: &Key, force: &Force) -> Result<(), SceneError> {
+    if let Some((name, vector)) = force.vector() {
+        numbers(&key.field(name), vector)?;
+    }
+    if let Some((name, value)) = force.positive() {
+        positive(&key.field(name), value)?;
+    }
+    if let (Some(strength), Some((name, axis))) = (force.along_axis(), force.vector()) {
+        number(&key.field("force"), strength)?;
+        if DVec3::from(*axis).abs().max_element() < SMALLEST_NUMBER {
+            return Err(SceneError::bad(key.field(name), "must have a direction; [0, 0, 1] is the body's own z"));
+        }
+    }
+    match force.trap() {
+        Some((_, [false, false, false])) => {
+            Err(SceneError::bad(key.field("axes"), "must be true for an axis at least; without it, it is for all"))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn check_window(key: &Key, window: &Window) -> Result<(), SceneError> {
+    let Window { from, to, period, duty } = *window;
+    if *window == Window::default() {
+        return Err(SceneError::bad(key, "must have `from`, `to` or `period`; without a window a force always acts"));
+    }
+    from.map_or(Ok(()), |from| number(&key.field("from"), from))?;
+    to.map_or(Ok(()), |to| number(&key.field("to"), to))?;
+    if let (Some(from), Some(to)) = (from, to)
+        && to <= from
+    {
+        return Err(SceneError::bad(key.field("to"), format!("must be later than `from`, {from:?}, not {to:?}")));
+    }
+    period.map_or(Ok(()), |period| positive(&key.field("period"), period))?;
+    let Some(duty) = duty else { return Ok(()) };
+    let key = key.field("duty");
+    if period.is_none() {
+        return Err(SceneError::bad(key, "is a part of a period; give `period`, or leave it out"));
+    }
+    positive(&key, duty)?;
+    if duty > 1.0 {
+        return Err(SceneError::bad(key, format!("is a part of the period, at most 1, not {duty:?}")));
     }
     Ok(())
-}
-
-fn check_stop(key: &Key, stop: &Stop) -> Result<(), SceneError> {
-    if *stop == Stop::default() {
-        return Err(SceneError::bad(key, "must say at which population, time or radius"));
-    }
-    if stop.population == Some(0) {
-        return Err(SceneError::bad(key.field("population"), "must be at least 1"));
-    }
-    stop.time.map_or(Ok(()), |time| number(&key.field("time"), time))?;
-    stop.radius.map_or(Ok(()), |radius| positive(&key.field("radius"), radius))
 }

@@ -6,6 +6,7 @@
 mod bodies;
 mod forces;
 mod generate;
+mod growth;
 mod periodic;
 mod planar;
 mod shapes;
@@ -49,11 +50,16 @@ impl Scene {
         self.check_time(&root.field("time"))?;
         let ([law, name], coefficient) = self.dynamics.coefficient();
         positive(&root.field("dynamics").field(law).field(name), coefficient)?;
+        if let Some(drag) = self.dynamics.drag_beside_inertia() {
+            positive(&root.field("dynamics").field(law).field("drag"), drag)?;
+        }
         self.check_bodies(root)?;
         self.check_generate(root)?;
+        self.check_fixed(root)?;
         self.check_contact(&root.field("contact"))?;
         self.check_solver(&root.field("solver"))?;
         self.check_forces(&root.field("forces"))?;
+        self.check_thermal(root)?;
         self.check_growth(&root.field("growth"))?;
         self.check_walls(root)?;
         self.check_periodic(root)?;

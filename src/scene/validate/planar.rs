@@ -2,10 +2,10 @@
 
 use super::super::error::SceneError;
 use super::super::key::Key;
-use super::super::orientation::unit;
-use super::super::{Body, Force, Generate, Scene};
+use super::super::{Body, Force, Generate, Scene, generate};
+use crate::dynamics::Load;
 use crate::shape::{PLANAR_TOLERANCE, Shape};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 impl Scene {
     pub(super) fn check_planar(&self, root: &Key) -> Result<(), SceneError> {
@@ -18,7 +18,48 @@ impl Scene {
             check_rule(&root.field("generate").index(i), rule)?;
         }
         for (i, force) in self.forces.iter().enumerate() {
-            check_force(&root.field("forces").index(i), force, plane)?;
+            self.check_planar_force(&root.field("forces").index(i), force, plane)?;
+        }
+        Ok(())
+    }
+
+    fn check_planar_force(&self, key: &Key, force: &Force, plane: f64) -> Result<(), SceneError> {
+        let key = key.field(force.name());
+        if force.is_radial() && plane != 0.0 {
+            let message = format!("points out of the plane z = {plane:?}; a radial field needs the plane z = 0");
+            return Err(SceneError::bad(key, message));
+        }
+        if let Some((center, [_, _, true])) = force.trap()
+            && center[2] != plane
+        {
+            let message = format!("must be that of the plane, {plane:?}, not {:?}; or let axes[2] be false", center[2]);
+            return Err(SceneError::bad(key.field("center").index(2), message));
+        }
+        if force.turns_with_body() { self.check_turning(&key, force) } else { check_fixed(&key, force) }
+    }
+
+    /// A force that turns with its bodies stays in the plane where it is in it for each.
+    fn check_turning(&self, key: &Key, force: &Force) -> Result<(), SceneError> {
+        let Some((name, _)) = force.vector() else { return Ok(()) };
+        let key = key.field(name);
+        let on = |group: Option<&str>| force.group().is_none_or(|only| group == Some(only));
+        for (i, body) in self.bodies.iter().enumerate().filter(|(_, body)| on(body.group.as_deref())) {
+            if leaves_plane(force, body.rotation()) {
+                let message = format!("points out of the plane on bodies.{i}, as that is oriented; {}", remedy(force));
+                return Err(SceneError::bad(key, message));
+            }
+        }
+        for (i, rule) in self.generate.iter().enumerate().filter(|(_, rule)| on(rule.group())) {
+            match generate::founder_orientation(rule) {
+                Some(orientation) if !leaves_plane(force, orientation) => {}
+                _ => {
+                    let message = format!(
+                        "points out of the plane on bodies that generate.{i} places; {}, or list the bodies in `bodies`",
+                        remedy(force)
+                    );
+                    return Err(SceneError::bad(key, message));
+                }
+            }
         }
         Ok(())
     }
@@ -33,11 +74,11 @@ impl Scene {
 
     /// A cell that stands upright in the plane is mirrored by it, but its daughters would not be.
     fn check_growing(&self, key: &Key, body: &Body) -> Result<(), SceneError> {
-        let axis = unit(body.orientation) * DVec3::Z;
+        let axis = body.rotation() * DVec3::Z;
         let grows = self.growth.is_some() && body.shape.growing_length().is_some();
         if grows && axis.z.abs() > PLANAR_TOLERANCE {
             return Err(SceneError::bad(
-                key.field("orientation"),
+                key.field(body.orientation_key()),
                 "a growing spherocylinder of a planar scene must lie in the x-y plane",
             ));
         }
@@ -50,9 +91,9 @@ fn check_body(key: &Key, body: &Body, plane: f64) -> Result<(), SceneError> {
         let message = format!("bodies of a planar scene share one z, here {plane:?}, not {:?}", body.position[2]);
         return Err(SceneError::bad(key.field("position").index(2), message));
     }
-    if !body.shape.is_planar_symmetric(unit(body.orientation)) {
+    if !body.shape.is_planar_symmetric(body.rotation()) {
         let message = "the body must be mirrored by the plane: its axis in it or across it, or one of its principal axes across it";
-        return Err(SceneError::bad(key.field("orientation"), message));
+        return Err(SceneError::bad(key.field(body.orientation_key()), message));
     }
     let zero = |name: &'static str, index: usize, value: f64| {
         if value == 0.0 {
@@ -85,16 +126,33 @@ fn check_rule(key: &Key, rule: &Generate) -> Result<(), SceneError> {
     }
 }
 
-fn check_force(key: &Key, force: &Force, plane: f64) -> Result<(), SceneError> {
-    match force.vector() {
-        Some((name, vector)) if vector[2] != 0.0 => {
-            let message = format!("must be 0 in a planar scene, not {:?}", vector[2]);
-            Err(SceneError::bad(key.field(force.name()).field(name).index(2), message))
+/// A force whose vector is in space axes: only a load in the plane is allowed.
+fn check_fixed(key: &Key, force: &Force) -> Result<(), SceneError> {
+    let (Some(load), Some((name, vector))) = (force.everywhere(DQuat::IDENTITY), force.vector()) else {
+        return Ok(());
+    };
+    let out = [load.torque.x, load.torque.y, load.force.z];
+    let key = key.field(name);
+    match out.iter().position(|part| *part != 0.0) {
+        Some(axis) => {
+            let message = format!("must be 0 in a planar scene, not {:?}", vector[axis]);
+            Err(SceneError::bad(key.index(axis), message))
         }
-        None if force.is_radial() && plane != 0.0 => {
-            let message = format!("points out of the plane z = {plane:?}; a radial field needs the plane z = 0");
-            Err(SceneError::bad(key.field(force.name()), message))
-        }
-        _ => Ok(()),
+        None => Ok(()),
+    }
+}
+
+/// Whether a force on a body in `orientation` leaves the plane by more than rounding.
+fn leaves_plane(force: &Force, orientation: DQuat) -> bool {
+    let Load { force, torque } = force.everywhere(orientation).unwrap_or_default();
+    let out = force.z.abs().max(torque.x.abs()).max(torque.y.abs());
+    out > PLANAR_TOLERANCE * (force.length() + torque.length())
+}
+
+/// What makes such a force one in the plane.
+fn remedy(force: &Force) -> &'static str {
+    match force.along_axis() {
+        Some(_) => "choose an axis that is in the plane there",
+        None => "a torque about z of space has `frame`: \"space\"",
     }
 }

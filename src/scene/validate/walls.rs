@@ -2,7 +2,6 @@
 
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
-use super::super::orientation::unit;
 use super::super::{Scene, Wall};
 use super::{number, numbers, positive};
 use crate::separation::Placed;
@@ -39,7 +38,7 @@ impl Scene {
         let walls = self.walls();
         for (i, body) in self.bodies.iter().enumerate().filter(|(_, body)| body.lineage.is_none()) {
             let placed =
-                Placed { shape: body.shape, position: DVec3::from(body.position), orientation: unit(body.orientation) };
+                Placed { shape: body.shape, position: DVec3::from(body.position), orientation: body.rotation() };
             if let Some((depth, wall)) = walls.deepest(&placed).filter(|(d, _)| *d > self.contact.overlap_tolerance) {
                 return Err(SceneError::bad(key.index(i).field("position"), self.outside(depth, wall)));
             }

@@ -31,20 +31,20 @@ struct Account {
 impl Energy {
     /// Where a scene's energy can be told: it has inertia, no growth, and forces with a linear potential only.
     pub(super) fn of(scene: &Scene) -> Option<Energy> {
-        let Dynamics::Inertial { density } = scene.dynamics else { return None };
+        let Dynamics::Inertial { density, drag: None } = scene.dynamics else { return None };
         let groups = scene.group_names();
         let number = |name: &Option<String>| {
             let name = name.as_ref()?;
             groups.iter().position(|group| group == name).map(|index| index as u32)
         };
         let pull = |force: &Force| match force {
-            Force::Uniform { force, group } => {
+            Force::Uniform { force, group, window: None } => {
                 Some(Pull { group: number(group), along: DVec3::from(*force), by_mass: false })
             }
-            Force::Gravity { acceleration, group } => {
+            Force::Gravity { acceleration, group, window: None } => {
                 Some(Pull { group: number(group), along: DVec3::from(*acceleration), by_mass: true })
             }
-            Force::RadialInward { .. } | Force::RadialOutward { .. } => None,
+            _ => None,
         };
         let pulls = scene.forces.iter().map(pull).collect::<Option<Vec<Pull>>>()?;
         scene.growth.is_none().then_some(Energy { density, pulls, account: None })

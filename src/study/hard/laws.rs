@@ -100,7 +100,8 @@ impl Watch {
     /// Kinetic energy after the step's contact less that of the same step without it, less the work that parts
     /// overlaps.
     fn energy_gain(&mut self, before: &Bodies, simulation: &Simulation) -> f64 {
-        let (Ok(state), Dynamics::Inertial { density }) = (simulation.state(), simulation.scene().dynamics) else {
+        let (Ok(state), Dynamics::Inertial { density, drag: None }) = (simulation.state(), simulation.scene().dynamics)
+        else {
             return f64::NAN;
         };
         // Without contact it would be kept.

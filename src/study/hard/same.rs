@@ -153,9 +153,8 @@ fn order(nth: usize, count: usize) -> impl Iterator<Item = usize> {
 
 fn turn(body: &mut Body, turned: DQuat, by: DVec3) {
     body.position = (turned * DVec3::from(body.position) + by).to_array();
-    let [w, x, y, z] = body.orientation;
-    let DQuat { x, y, z, w } = (turned * DQuat::from_xyzw(x, y, z, w)).normalize();
-    body.orientation = [w, x, y, z];
+    let DQuat { x, y, z, w } = (turned * body.rotation()).normalize();
+    (body.orientation, body.axis, body.angle) = (Some([w, x, y, z]), None, None);
 }
 
 fn scale(body: &mut Body, s: f64) {

@@ -43,7 +43,7 @@ impl Start {
     /// As [`Start::still`], with inertia at density 1.
     pub fn inertial(dt: f64, bodies: Vec<Body>) -> Start {
         let mut start = Start::still(dt, bodies);
-        start.scene.dynamics = Dynamics::Inertial { density: 1.0 };
+        start.scene.dynamics = Dynamics::Inertial { density: 1.0, drag: None };
         start
     }
 
@@ -60,7 +60,7 @@ impl Start {
             if let Some(body) = self.scene.bodies.get_mut(*i) {
                 body.group = Some(group.clone());
             }
-            self.scene.forces.push(Force::Uniform { force: *force, group: Some(group) });
+            self.scene.forces.push(Force::Uniform { force: *force, group: Some(group), window: None });
         }
         self
     }
@@ -90,7 +90,7 @@ pub(super) fn ring(major_radius: f64, minor_radius: f64) -> Shape {
 
 pub(super) fn body(shape: Shape, position: [f64; 3], orientation: DQuat) -> Body {
     let DQuat { x, y, z, w } = orientation;
-    Body { orientation: [w, x, y, z], ..Body::new(shape, position) }
+    Body { orientation: Some([w, x, y, z]), ..Body::new(shape, position) }
 }
 
 pub(super) fn upright(shape: Shape, position: [f64; 3]) -> Body {

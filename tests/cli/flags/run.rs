@@ -9,6 +9,7 @@ pub const CASES: &[Case] = &[
     case("run", "--out", out),
     case("run", "--set", set),
     case("run", "--resume", resume),
+    case("run", "--until", until),
     case("run", "--checkpoint-every", checkpoint_every),
     case("run", "--max-wall", max_wall),
     case("run", "--view", view),
@@ -69,6 +70,21 @@ fn resume(place: &Place, _: &str) {
     place.relcp(&["run", "--resume", "--quiet", "--out", &out]).expect(0);
     let resumed = place.json(&format!("{out}/summary.json"));
     assert_eq!(resumed["state_hash"], json(place, "run", &[])["state_hash"]);
+}
+
+fn until(place: &Place, _: &str) {
+    let out = fresh();
+    place.relcp(&["run", "rods.json", "--set", "time.end=0.1", "--quiet", "--out", &out]).expect(0);
+    let on = |more: &[&str]| place.relcp(&[&["run", "--resume", "--quiet", "--out", &out], more].concat());
+    on(&["--until", "0.2"]).expect(0);
+    let extended = place.json(&format!("{out}/summary.json"));
+    let whole = json(place, "run", &["--set", "time.end=0.2"]);
+    assert_eq!((&extended["state_hash"], &extended["steps"]), (&whole["state_hash"], &whole["steps"]));
+    assert_eq!(place.json(&format!("{out}/scene.json"))["time"]["end"], 0.2);
+    // It is the run's own end now.
+    on(&[]).expect(0);
+    assert!(on(&["--until", "0.15"]).expect(2).err.contains("later"));
+    place.relcp(&["run", "rods.json", "--until", "1"]).expect(2);
 }
 
 fn checkpoint_every(place: &Place, _: &str) {

@@ -58,7 +58,7 @@ fn in_the_plane(shape: Shape) -> Scene {
     for i in 0..30 {
         let turn = DQuat::from_rotation_z(2.4 * f64::from(i)) * DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);
         let mut body = scene::Body::new(shape, [3.0 * f64::from(i % 6) - 0.1, 3.4 * f64::from(i / 6), 0.0]);
-        body.orientation = [turn.w, turn.x, turn.y, turn.z];
+        body.orientation = Some([turn.w, turn.x, turn.y, turn.z]);
         body.group = Some(["down", "up"][i as usize % 2].into());
         scene.bodies.push(body);
     }

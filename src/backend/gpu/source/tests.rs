@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::backend::gpu::separations::Report;
+use crate::dynamics::{Frame, Heat, Thermal, Window};
 use crate::gpu::{LatticePeriods, Made, Precision, validate};
 use crate::scene::{self, Rows, Scene, Stepping, Wall};
 use std::mem::offset_of;
@@ -16,13 +17,29 @@ fn setups() -> Vec<Setup> {
         setups.push(plain);
         scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3 }];
         scene.time.stepping = Stepping::Midpoint;
-        let laws = [Dynamics::Overdamped { drag: 1.0 }, Dynamics::Inertial { density: 2.0 }];
+        scene.forces.extend(driven());
+        let inertial = |drag| Dynamics::Inertial { density: 2.0, drag };
+        let laws = [Dynamics::Overdamped { drag: 1.0 }, inertial(None), inertial(Some(3.0))];
         for (dynamics, rows) in laws.into_iter().flat_map(|law| [(law, Rows::Auto), (law, Rows::Paper)]) {
             (scene.dynamics, scene.contact.rows) = (dynamics, rows);
-            setups.extend([Precision::F32, Precision::F64].map(|p| Setup::new(&scene.model(), &shapes, p).unwrap()));
+            let heat = Some(Heat { thermal: Thermal::new(0.5), seed: 3 << 40, dynamics, planar: scene.planar });
+            let held = |p| Setup { fixed: true, heat, ..Setup::new(&scene.model(), &shapes, p).unwrap() };
+            setups.extend([Precision::F32, Precision::F64].map(held));
         }
     }
     setups
+}
+
+/// The forces that no built-in scene has, one of them with a window.
+fn driven() -> [Force; 4] {
+    let torque = |frame| Force::Torque { torque: [0.0, 0.0, 2.0], frame, group: None, window: None };
+    let center = [0.0; 3];
+    [
+        Force::Propulsion { force: 1.0, axis: [1.0, 0.0, 2.0], group: None, window: Some(Window::between(1.0, 2.0)) },
+        torque(Frame::Space),
+        torque(Frame::Body),
+        Force::Trap { stiffness: 1.0, center, axes: [true, true, false], group: Some("none".into()), window: None },
+    ]
 }
 
 fn of_middle(setup: &Setup) -> Vec<Source> {
@@ -66,7 +83,7 @@ fn every_kernel_of_every_built_in_scene_is_valid() {
 fn parameters_with_a_length_of_time_are_laid_out_as_in_wgsl() {
     for setup in setups() {
         let bytes = setup.timed([0; 4], setup.dt).len();
-        for source in every_source(&setup).iter().filter(|source| source.code().contains("root_dt: real }")) {
+        for source in every_source(&setup).iter().filter(|source| source.code().contains("root_dt: real")) {
             let module = validate(source).unwrap();
             let mut layouter = naga::proc::Layouter::default();
             layouter.update(module.to_ctx()).unwrap();
@@ -75,8 +92,10 @@ fn parameters_with_a_length_of_time_are_laid_out_as_in_wgsl() {
             let naga::TypeInner::Struct { members, .. } = &parameters.inner else { panic!("not a struct") };
             let offsets: Vec<_> = members.iter().map(|member| member.offset as usize).collect();
             let real = setup.precision.bytes();
-            assert_eq!(offsets, [0, 4, 8, 12, 16, 16 + real], "{}", source.name());
-            assert_eq!(layouter[handle].size as usize, bytes, "{}", source.name());
+            let windows = if source.name() == "motion" { loads::windows(&setup.forces).len() } else { 0 };
+            let reals = (0..2 + windows).map(|k| 16 + k * real);
+            assert_eq!(offsets, [0, 4, 8, 12].into_iter().chain(reals).collect::<Vec<_>>(), "{}", source.name());
+            assert_eq!(layouter[handle].size as usize, bytes + windows * real, "{}", source.name());
         }
     }
 }

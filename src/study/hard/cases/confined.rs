@@ -119,7 +119,7 @@ fn others() -> Vec<Case> {
     let cup = [channel(3.0), side([1.0, 0.0, 0.0], 1.0)];
     let wedge = [side([0.5, 1.0, 0.0], 0.8), side([0.5, -1.0, 0.0], 0.8)];
     let mut heavy = colony(0.01, GROWTH, vec![cube([2.0, 2.0, 1.0])]);
-    heavy.scene.dynamics = Dynamics::Inertial { density: 1.0 };
+    heavy.scene.dynamics = Dynamics::Inertial { density: 1.0, drag: None };
     let mut periodic = colony(0.01, GROWTH, Vec::new());
     periodic.scene.periodic = Some(Periodic { lengths: [Some(7.0), Some(7.0), None] });
     let spatial = |walls: Vec<Wall>| {
@@ -148,11 +148,11 @@ fn exact() -> Vec<Case> {
     let spheres = lattice(3, 1.0).into_iter().map(|x| upright(sphere(0.5), x.to_array())).collect();
     let mut full = Start::still(0.01, spheres);
     full.scene.walls = vec![cube([1.5; 3])];
-    full.scene.forces = vec![Force::Uniform { force: [1.0, 2.0, -3.0], group: None }];
+    full.scene.forces = vec![Force::Uniform { force: [1.0, 2.0, -3.0], group: None, window: None }];
     let balls = lattice(2, 1.0).into_iter().map(|x| upright(ellipsoid([0.5, 0.5, 0.5]), x.to_array())).collect();
     let mut drawn = Start::still(0.01, balls);
     drawn.scene.walls = vec![cube([1.0; 3])];
-    drawn.scene.forces = vec![Force::RadialInward { group: None }];
+    drawn.scene.forces = vec![Force::RadialInward { group: None, window: None }];
     let file: Vec<Body> = (0..6).map(|i| cell(1.0, [f64::from(i) - 2.5, 0.0, 0.0], 0.0)).collect();
     let mut pressed =
         colony(0.01, Growth { on_no_room: OnNoRoom::Stall, ..EVEN }, vec![channel(0.5), cube([3.0, 1.0, 1.0])]);

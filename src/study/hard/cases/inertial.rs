@@ -30,7 +30,7 @@ fn within(mut start: Start, walls: Vec<Wall>) -> Start {
 }
 
 fn falling(mut start: Start, acceleration: f64) -> Start {
-    start.scene.forces.push(Force::Gravity { acceleration: [0.0, 0.0, -acceleration], group: None });
+    start.scene.forces.push(Force::Gravity { acceleration: [0.0, 0.0, -acceleration], group: None, window: None });
     start
 }
 

@@ -31,7 +31,7 @@ const GROUPS: [&str; 2] = ["a", "b"];
 
 pub(super) fn dynamics(random: &mut Random) -> Dynamics {
     let unit = random.log_within(UNIT[0], UNIT[1]);
-    random.either(0.5, Dynamics::Overdamped { drag: unit }, Dynamics::Inertial { density: unit })
+    random.either(0.5, Dynamics::Overdamped { drag: unit }, Dynamics::Inertial { density: unit, drag: None })
 }
 
 pub(super) fn stepping(random: &mut Random) -> Stepping {
@@ -88,6 +88,9 @@ fn named(force: &Force) -> &'static str {
         Force::Gravity { .. } => "gravity",
         Force::RadialInward { .. } => "drawn inwards",
         Force::RadialOutward { .. } => "driven outwards",
+        Force::Propulsion { .. } => "propulsion",
+        Force::Torque { .. } => "torque",
+        Force::Trap { .. } => "trapped",
     }
 }
 
@@ -105,18 +108,22 @@ fn force(random: &mut Random, scene: &Scene, reach: f64) -> Force {
     let along = vector(random, scene.planar);
     let radial = scene.periodic.is_none() && random.chance(0.5);
     match scene.dynamics {
-        _ if radial => random.either(0.7, Force::RadialInward { group: group.clone() }, Force::RadialOutward { group }),
+        _ if radial => random.either(
+            0.7,
+            Force::RadialInward { group: group.clone(), window: None },
+            Force::RadialOutward { group, window: None },
+        ),
         Dynamics::Overdamped { drag } => {
             let force = drag * 2.0 * reach * way / dt * along;
-            Force::Uniform { force: force.to_array(), group }
+            Force::Uniform { force: force.to_array(), group, window: None }
         }
         // A body falls by this from rest in ten steps or so, not in one.
         Dynamics::Inertial { .. } if random.chance(0.6) => {
-            Force::Gravity { acceleration: (0.02 * way / (dt * dt) * along).to_array(), group }
+            Force::Gravity { acceleration: (0.02 * way / (dt * dt) * along).to_array(), group, window: None }
         }
-        Dynamics::Inertial { density } => {
+        Dynamics::Inertial { density, .. } => {
             let mass = density * scene.bodies.first().map_or(1.0, |body| body.shape.volume());
-            Force::Uniform { force: (0.02 * mass * way / (dt * dt) * along).to_array(), group }
+            Force::Uniform { force: (0.02 * mass * way / (dt * dt) * along).to_array(), group, window: None }
         }
     }
 }

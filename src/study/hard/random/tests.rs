@@ -120,7 +120,7 @@ fn a_body_that_is_thrown_and_energy_from_nowhere_are_seen() {
     assert!(thrown.value > thrown.bound, "{thrown:?}");
     let falls: Vec<_> = bodies.into_iter().map(|body| moving(body, [0.0, 1.0, 0.0], [0.0; 3])).collect();
     let mut falling = Start::inertial(0.01, falls);
-    falling.scene.forces = vec![Force::Gravity { acceleration: [0.0, 0.0, -9.0], group: None }];
+    falling.scene.forces = vec![Force::Gravity { acceleration: [0.0, 0.0, -9.0], group: None, window: None }];
     let falls = measured(&falling, 0.0);
     assert!(falls.value <= 1e-12, "{falls:?}");
     let driven = measured(&falling, 1e3);

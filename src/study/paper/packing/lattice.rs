@@ -38,7 +38,7 @@ pub fn scene(side: u32, dt: f64) -> Result<Scene, StudyError> {
 }
 
 fn body(shape: Shape, position: [f64; 3], orientation: [f64; 4]) -> Body {
-    Body { shape, position, orientation, velocity: None, angular_velocity: None, group: None, lineage: None }
+    Body { orientation: Some(orientation), ..Body::new(shape, position) }
 }
 
 /// An isotropic rotation: the direction of a uniform point of the four-dimensional unit ball, away from its centre.

@@ -1,0 +1,94 @@
+//! The forces of a scene in the kernel of motions: a term each.
+
+use crate::backend::gpu::Setup;
+use crate::dynamics::{Force, Frame, Window, along};
+use crate::gpu::Source;
+use std::fmt::Write as _;
+
+/// The windows that the scene's forces have, each once: the kernel is given the share of each in the present part.
+pub(in crate::backend::gpu) fn windows(forces: &[Force]) -> Vec<Window> {
+    let mut windows: Vec<Window> = Vec::new();
+    for window in forces.iter().filter_map(Force::window) {
+        if !windows.contains(window) {
+            windows.push(*window);
+        }
+    }
+    windows
+}
+
+/// The parameters of the kernel: with a share for each window.
+pub(super) fn parameters(setup: &Setup) -> String {
+    let shares: String = (0..windows(&setup.forces).len()).map(|k| format!(", share_{k}: real")).collect();
+    format!("struct Parameters {{ bodies: u32, in_middle: u32, b: u32, c: u32, dt: real, root_dt: real{shares} }}\n")
+}
+
+/// `load_of`: the sum of the scene's forces on a body.
+pub(super) fn load_of(setup: &Setup, source: &Source) -> String {
+    let mut text = String::from(
+        "fn load_of(position: vec3r, q: vec4r, shape: vec4r, group: u32) -> Load {\n    var force = vec3r();\n    var torque = vec3r();\n",
+    );
+    let windows = windows(&setup.forces);
+    for force in &setup.forces {
+        let (sum, term) = term(setup, source, force);
+        let applies = match force.group() {
+            None => "true".to_owned(),
+            Some(name) => match setup.groups.iter().position(|g| g == name) {
+                Some(index) => format!("group == {index}u"),
+                None => "false".to_owned(),
+            },
+        };
+        let share = match force.window().and_then(|window| windows.iter().position(|w| w == window)) {
+            Some(k) => format!("parameters.share_{k} * "),
+            None => String::new(),
+        };
+        let _ = writeln!(text, "    if {applies} {{ {sum} += {share}{term}; }}");
+    }
+    text.push_str("    return Load(force, torque);\n}\n");
+    text
+}
+
+/// What a force adds to, and what it adds.
+fn term(setup: &Setup, source: &Source, force: &Force) -> (&'static str, String) {
+    let vector = |v: [f64; 3]| {
+        let [x, y, z] = v.map(|c| source.literal(c));
+        format!("vec3r({x}, {y}, {z})")
+    };
+    match force {
+        Force::Uniform { force, .. } => ("force", vector(*force)),
+        Force::Gravity { acceleration, .. } => ("force", gravity(setup, &vector(*acceleration))),
+        Force::RadialInward { .. } => ("force", "-radial(position)".to_owned()),
+        Force::RadialOutward { .. } => ("force", "radial(position)".to_owned()),
+        Force::Propulsion { force, axis, .. } => {
+            ("force", format!("rotate(q, {})", vector(along(*force, *axis).to_array())))
+        }
+        Force::Torque { torque, frame: Frame::Space, .. } => ("torque", vector(*torque)),
+        Force::Torque { torque, frame: Frame::Body, .. } => ("torque", format!("rotate(q, {})", vector(*torque))),
+        Force::Trap { stiffness, center, axes, .. } => {
+            let strength = axes.map(|acts| if acts { -stiffness } else { 0.0 });
+            let away = format!("(position - {})", vector(*center));
+            ("force", format!("{} * {}", vector(strength), nearest(setup, source, &away)))
+        }
+    }
+}
+
+/// A difference of places, along periodic axes to the nearest image.
+fn nearest(setup: &Setup, source: &Source, away: &str) -> String {
+    let lengths = setup.periods.lengths();
+    if lengths.iter().all(Option::is_none) {
+        return away.to_owned();
+    }
+    let component = |(axis, length): (&str, Option<f64>)| match length.map(|length| source.literal(length)) {
+        Some(length) => format!("{away}.{axis} - {length} * floor({away}.{axis} / {length} + 0.5)"),
+        None => format!("{away}.{axis}"),
+    };
+    let components: Vec<String> = ["x", "y", "z"].into_iter().zip(lengths).map(component).collect();
+    format!("vec3r({})", components.join(", "))
+}
+
+fn gravity(setup: &Setup, acceleration: &str) -> String {
+    match setup.dynamics.has_inertia() {
+        true => format!("DENSITY * solid(shape).volume * {acceleration}"),
+        // Bodies have no mass, and validation refuses such a scene.
+        false => "vec3r()".to_owned(),
+    }
+}

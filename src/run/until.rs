@@ -1,0 +1,36 @@
+//! Going on past a run's end.
+
+use crate::record::{Header, scene_hash};
+use crate::scene::Scene;
+
+/// The recorded scene with a later end; its states stay at the interval that the run had. Or why it cannot be, with
+/// what to do.
+pub(super) fn extended(scene: &Scene, taken: u64, until: f64) -> Result<Scene, String> {
+    let (time, last) = (scene.time, scene.time.steps());
+    // Not a number is no later time.
+    if until < time.end || until.is_nan() {
+        return Err(format!("its end is at time {:?}; name a later one, not {until:?}", time.end));
+    }
+    if taken >= last && time.span(last) < 1.0 && until > time.end {
+        return Err(format!(
+            "time.dt, {:?}, does not divide its time, so that its last step is a shorter one; start a new run from its final.json",
+            time.dt
+        ));
+    }
+    let mut extended = scene.clone();
+    extended.output.every = scene.output_every();
+    extended.time.end = until;
+    extended.validate().map_err(|error| error.to_string())?;
+    Ok(extended)
+}
+
+/// Whether a checkpoint is of this scene; also where the program ended between the later end in `scene.json` and the
+/// checkpoint that has it.
+pub(super) fn is_of(header: &Header, scene: &Scene) -> bool {
+    let mut ended = scene.clone();
+    ended.time.end = header.time;
+    header.scene == scene_hash(scene) || header.scene == scene_hash(&ended)
+}
+
+/// What is wrong with a run that its growth ended.
+pub(super) const STOPPED: &str = "growth.stop ended it, which a later end does not lift; start a new run from its final.json, with another growth.stop";
