@@ -1,6 +1,6 @@
-// The velocities at the end of a part of a step, for bodies with inertia and drag. The part's move has these velocities.
-// After a whole step with a middle the other half of the drag and of the forces' impulse follows, about the axes of the
-// attitude that the step ends with. Turns keep the angular momentum in space, with the contacts' share.
+// The velocities at the end of a part of a step, for bodies with inertia and drag. The part's move has these
+// velocities. After a whole step with a middle the other half of the drag and of the forces' impulse follows, about the
+// axes of the attitude that the step ends with. Turns keep the angular momentum in space, with the contacts' share.
 
 struct Parameters { bodies: u32, by_middle: u32, b: u32, c: u32, dt: real, root_dt: real }
 

@@ -1,6 +1,6 @@
-// The motion over a step with a middle, for bodies with inertia and drag. `motions` holds the mobilities and the impulses
-// of half a step of the forces in the middle. Half of the drag and of the impulses comes before the move, and half after
-// it: the last vector of a motion is the impulse that is still to come.
+// The motion over a step with a middle, for bodies with inertia and drag. `motions` holds the mobilities and the
+// impulses of half a step of the forces in the middle. Half of the drag and of the impulses comes before the move, and
+// half after it: the last vector of a motion is the impulse that is still to come.
 
 struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
 

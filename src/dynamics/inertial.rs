@@ -14,9 +14,9 @@
 //!
 //! With drag the law's equations are solved exactly for steady loads: in a step of first order all of it comes before
 //! the move, in a midpoint step half before and half after it ([`Damping`]), about the principal axes there. The
-//! effective mobility is `(1 - e^-a) / a dt M^-1`, which is that of the overdamped law where `a`, the step over the time
-//! in which drag stops the body, is large. What is split is the turn: between the halves of drag it is that of a body
-//! without any, so that the tumbling of strongly damped bodies is off by a part of the order of `dt |w|`.
+//! effective mobility is `(1 - e^-a) / a dt M^-1`, which is that of the overdamped law where `a`, the step over the
+//! time in which drag stops the body, is large. What is split is the turn: between the halves of drag it is that of a
+//! body without any, so that the tumbling of strongly damped bodies is off by a part of the order of `dt |w|`.
 //!
 //! Contact is inelastic: the complementarity conditions bring approaching surfaces to rest against each other.
 

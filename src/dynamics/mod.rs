@@ -9,8 +9,8 @@
 //!
 //! The velocity that the step moves with is then `U = U_free + E D gamma` for both, and the LCP matrix is `A = dt D^T E
 //! D`. With inertia and [drag](Dynamics::Inertial) the velocity relaxes exactly over the step, and `E` falls from `dt
-//! M^-1` to the overdamped `M`. With inertia the velocity that it ends with is another. In a midpoint step forces and mobilities are those of
-//! the step's middle, and half of the forces' impulse comes after the move.
+//! M^-1` to the overdamped `M`. With inertia the velocity that it ends with is another. In a midpoint step forces and
+//! mobilities are those of the step's middle, and half of the forces' impulse comes after the move.
 
 mod damping;
 pub(crate) mod force;

@@ -1,16 +1,16 @@
 //! Brownian motion: a random load on each body, steady over a step, of the strength that the law's resistance asks for.
 //!
 //! Overdamped bodies have the load `sqrt(2 kT zeta / dt) xi` with `zeta` the resistance `xi L`, and the torque likewise
-//! with `xi L^3 / 12`; the mobility makes of it displacements of variance `2 kT M dt` (the scheme of Euler and Maruyama;
-//! D. L. Ermak, J. A. McCammon, J. Chem. Phys. 69, 1352 (1978)). The resistance of this law is the same in all
-//! directions and at all places: its divergence is zero, and no drift is added.
+//! with `xi L^3 / 12`; the mobility makes of it displacements of variance `2 kT M dt` (the scheme of Euler and
+//! Maruyama; D. L. Ermak, J. A. McCammon, J. Chem. Phys. 69, 1352 (1978)). The resistance of this law is the same in
+//! all directions and at all places: its divergence is zero, and no drift is added.
 //!
-//! Bodies with inertia and drag have the load that gives velocities `e^-a u + sqrt(kT / m (1 - e^-2a)) xi` at the step's
-//! end, the exact solution of Langevin's equation over the step, so that the variance of a free body's velocity is `kT /
-//! m` for every step size; and about each principal axis likewise.
+//! Bodies with inertia and drag have the load that gives velocities `e^-a u + sqrt(kT / m (1 - e^-2a)) xi` at the
+//! step's end, the exact solution of Langevin's equation over the step, so that the variance of a free body's velocity
+//! is `kT / m` for every step size; and about each principal axis likewise.
 //!
-//! The numbers are [drawn](draw) from the seed, the body's id and the step's number, and so are the same in any order, on
-//! any number of threads, and on a device. A step that is taken in pieces has the load of the whole step in each.
+//! The numbers are [drawn](draw) from the seed, the body's id and the step's number, and so are the same in any order,
+//! on any number of threads, and on a device. A step that is taken in pieces has the load of the whole step in each.
 
 pub mod draw;
 

@@ -109,8 +109,8 @@ impl Run {
         Run::take_up(scene, folder, None, compute)
     }
 
-    /// As [`Run::resume`], to a later end than the scene's: a finished run goes on, on the CPU to the same bits as a run
-    /// that was started with this end. Its `scene.json` has the later end from then on.
+    /// As [`Run::resume`], to a later end than the scene's: a finished run goes on, on the CPU to the same bits as a
+    /// run that was started with this end. Its `scene.json` has the later end from then on.
     ///
     /// # Errors
     /// As [`Run::resume`]; [`RecordError::NoLaterEnd`] where the end is not later, where the run has taken a last step

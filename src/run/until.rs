@@ -33,4 +33,5 @@ pub(super) fn is_of(header: &Header, scene: &Scene) -> bool {
 }
 
 /// What is wrong with a run that its growth ended.
-pub(super) const STOPPED: &str = "growth.stop ended it, which a later end does not lift; start a new run from its final.json, with another growth.stop";
+pub(super) const STOPPED: &str = "growth.stop ended it, which a later end does not lift; start a new run from its \
+                                  final.json, with another growth.stop";

@@ -197,14 +197,14 @@ pub struct Body {
     /// `[w, x, y, z]`, body axes to space; normalized on reading. Without it, `axis` and `angle`: the axes of space.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub orientation: Option<[f64; 4]>,
-    /// In its place: the direction of the body's z, the axis of rods and rings, of any length. The body's y stays in the
-    /// x-y plane.
+    /// In its place: the direction of the body's z, the axis of rods and rings, of any length. The body's y stays in
+    /// the x-y plane.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub axis: Option<[f64; 3]>,
     /// In its place, in a planar scene: the angle from x to that axis in the plane, degrees.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub angle: Option<f64>,
-    /// It does not move: an obstacle, which is in no other body's way but by contact.
+    /// It does not move: an obstacle.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "std::ops::Not::not"))]
     pub fixed: bool,
     /// Velocity, under the inertial law.

@@ -19,8 +19,8 @@ fn scene(dt: f64, end: f64, forces: &Value, bodies: &[Value]) -> Value {
            "forces": forces, "bodies": bodies, "contact": {"overlap_tolerance": 1e-8}})
 }
 
-/// An overdamped ball that is pushed down slides off a fixed one: `tan(angle / 2)` from the top grows as `exp(F t / (xi L
-/// (R + r)))`.
+/// An overdamped ball that is pushed down slides off a fixed one: `tan(angle / 2)` from the top grows as `exp(F t / (xi
+/// L (R + r)))`.
 #[test]
 fn a_ball_slides_off_a_fixed_one_at_the_rate_of_theory() {
     let (top, apart) = (0.3_f64, 1.5);

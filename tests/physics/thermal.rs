@@ -80,8 +80,8 @@ fn overdamped_bodies_diffuse_and_turn_as_theory_says() {
     }
 }
 
-/// Along z alone, so that bodies of one trap do not meet. The scheme's own variance is `kT / k / (1 - a / 2)`, `a = k dt
-/// / (xi L)`.
+/// Along z alone, so that bodies of one trap do not meet. The scheme's own variance is `kT / k / (1 - a / 2)`, `a = k
+/// dt / (xi L)`.
 #[test]
 fn a_trapped_body_has_the_variance_of_equilibrium() {
     let (stiffness, dt) = (6.0, 0.02);

@@ -31,19 +31,32 @@ pub(super) fn source(setup: &Setup) -> Option<Source> {
 }
 
 /// The ids of the bodies, which their random numbers belong to.
-pub(super) fn ids(gpu: &Gpu, setup: &Setup) -> Result<Option<Buffer>, GpuError> {
-    setup.heat.map(|_| Buffer::new(gpu, "ids", 8, 1)).transpose()
+pub(super) struct Ids {
+    buffer: Buffer,
+    /// What the buffer holds.
+    written: Vec<[u32; 2]>,
+}
+
+impl Ids {
+    /// Those of a scene; none where it has no heat.
+    pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Option<Self>, GpuError> {
+        let made = |_| Ok(Ids { buffer: Buffer::new(gpu, "ids", 8, 1)?, written: Vec::new() });
+        setup.heat.map(made).transpose()
+    }
 }
 
 impl Device {
-    /// Makes room for the ids of the present bodies and writes them.
+    /// Writes the ids of the present bodies where they have changed, and makes room for their loads.
     pub(super) fn write_ids(&mut self) -> Result<(), GpuError> {
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         let Some(ids) = &mut self.ids else { return Ok(()) };
-        ids.reserve(&gpu, bodies)?;
-        let words: Vec<[u32; 2]> = self.ancestry.lineage.iter().map(|line| draw::halves(line.id)).collect();
-        ids.write(&gpu, 0, bytemuck::cast_slice(&words));
         self.loads.reserve(&gpu, bodies)?;
+        let words: Vec<[u32; 2]> = self.ancestry.lineage.iter().map(|line| draw::halves(line.id)).collect();
+        if words != ids.written {
+            ids.buffer.reserve(&gpu, bodies)?;
+            ids.buffer.write(&gpu, 0, bytemuck::cast_slice(&words));
+            ids.written = words;
+        }
         Ok(())
     }
 
@@ -54,8 +67,12 @@ impl Device {
         let [low, high] = draw::halves(self.step + 1);
         let parameters = self.timed([self.bodies as u32, u32::from(!self.plugged.is_empty()), low, high]);
         let (here, shapes) = (self.here(), self.here_shapes());
-        let buffers =
-            [("ids", ids), ("shapes", &shapes.shapes), ("orientations", &here.orientations), ("loads", &self.loads)];
+        let buffers = [
+            ("ids", &ids.buffer),
+            ("shapes", &shapes.shapes),
+            ("orientations", &here.orientations),
+            ("loads", &self.loads),
+        ];
         record.run(heat, &parameters, &buffers, self.bodies);
     }
 }

@@ -44,6 +44,7 @@ use ancestry::Ancestry;
 use candidates::Candidates;
 pub use contacts::{contacts, wall_contacts};
 use growing::GrowthBuffers;
+use heat::Ids;
 use held::Held;
 use midpoint::Part;
 use rows::Rows;
@@ -200,7 +201,7 @@ pub struct Device {
     growth: GrowthBuffers,
     held: Option<Held>,
     /// The bodies' ids, where there is Brownian motion.
-    ids: Option<Buffer>,
+    ids: Option<Ids>,
     loads: Buffer,
     motions: Buffer,
     boxes: Buffer,
@@ -267,7 +268,7 @@ impl Device {
             shapes,
             growth: GrowthBuffers::new(&gpu, &setup, &mut ancestry)?,
             held: Held::new(&gpu, &model.fixed.flags(&state.bodies))?,
-            ids: heat::ids(&gpu, &setup)?,
+            ids: Ids::new(&gpu, &setup)?,
             groups_of: Buffer::with(&gpu, "groups", 4, bytemuck::cast_slice(&ancestry.group))?,
             ancestry,
             loads: Buffer::new(&gpu, "loads", 8 * real, 1)?,

@@ -1,8 +1,8 @@
 //! Normal deviates from counters: Philox 4x32-10 (J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, "Parallel random
 //! numbers: as easy as 1, 2, 3", SC '11) and Box and Muller's transformation.
 //!
-//! Logarithm, sine and cosine are sums of series here and in `shaders/dynamics/draw.wgsl`: no shader language has them in
-//! 64 bits, and so the numbers are the same on every machine.
+//! Logarithm, sine and cosine are sums of series here and in `shaders/dynamics/draw.wgsl`: no shader language has them
+//! in 64 bits, and so the numbers are the same on every machine.
 
 use std::f64::consts::{LN_2, TAU};
 
