@@ -306,7 +306,7 @@ mod tests {
         all(&mut tape);
         tape.product(7, None, 10, true);
         all(&mut tape);
-        tape.clusters(computed, [7, 8], 1e-6, 11);
+        tape.clusters(computed, [7, 8], 1e-6, [12, 11]);
         all(&mut tape);
         tape.pairs(Block { x: 7, w: None, g: Some(8), out: 12 });
         let late = tape.sum(Action::Dot, [10, 10, 10]);
