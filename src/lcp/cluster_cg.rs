@@ -4,7 +4,7 @@
 //! ([`super::clusters`]), and each cluster with its neighbours has a local LCP over all rows `i` that touch it:
 //!
 //! ```text
-//! minimize  g_i . d + 1/2 |J_i^T d|^2   over   x_i + d >= 0
+//! minimize  g_i . d + 1/2 |J_i^T d|^2 + small |d|^2   over   x_i + d >= 0
 //! ```
 //!
 //! A few steps of the same method from `d = 0` bring each local LCP near its solution, and the displacements are added

@@ -23,6 +23,10 @@ const MOST_MEMBERS: usize = 16;
 /// 5.3 and 9.1 thousand local steps.
 pub(crate) const LOCAL_STEPS: usize = 10;
 
+/// The part of its diagonal that is added to the matrix of a local LCP, so that multipliers which balance each other do
+/// not run away within a cluster. With exact local solves 1e-6, 1e-4 and 1e-3 take 312, 297 and 437 iterations.
+pub(crate) const COMPLIANCE: f64 = 1e-4;
+
 /// A domain is left alone where the residuals of its rows are at most this part of the tolerance. Without that later
 /// LCPs of a step, which are solved nearly everywhere, take twice the iterations.
 pub(crate) const QUIET: f64 = 0.3;
