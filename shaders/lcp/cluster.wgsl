@@ -1,11 +1,11 @@
 // A few steps of conjugate gradients in the local LCP of a cluster, by one workgroup: the minimum of
-// g . d + 1/2 |J^T d|^2 over x + d >= 0, from d = 0. It is the method of src/lcp/pair_block_cg.rs. Every invocation has two
-// rows, whose vectors it keeps itself; in workgroup memory is what other invocations need.
+// g . d + 1/2 |J^T d|^2 over x + d >= 0, from d = 0, with a compliance. It is the method of src/lcp/pair_block_cg.rs.
+// Every invocation has two rows, whose vectors it keeps itself; in workgroup memory is what other invocations need.
 //
-// The words in `clusters`: for every cluster where its rows, pairs and bodies begin, and how many these are; for every row
-// of it its number, its bodies, and the place of its displacement; for every pair its first row and how many it has, those
-// of one row first, since invocations of a group that do the same do not wait for each other; for every body where its list
-// of rows begins, and these lists.
+// The words in `clusters`: for every cluster where its rows, pairs and bodies begin, and how many these are; for every
+// row of it its number, its bodies, and the place of its displacement; for every pair its first row and how many it
+// has, those of one row first, since invocations of a group that do the same do not wait for each other; for every body
+// where its list of rows begins, and these lists.
 
 // Vectors in `lanes`, each of MOST_ROWS numbers. Six sums at once overwrite all but the last.
 const STEEP: u32 = 0u;
@@ -34,8 +34,17 @@ struct Cluster {
 }
 
 fn cluster_at(nth: u32) -> Cluster {
-    let w = CLUSTER_WORDS * nth;
-    return Cluster(clusters[w], clusters[w + 1u], clusters[w + 2u], clusters[w + 3u], clusters[w + 4u], clusters[w + 5u]);
+    let at_rows = CLUSTER_WORDS * nth;
+    let at_pairs = at_rows + 2u;
+    let at_bodies = at_rows + 4u;
+    return Cluster(
+        clusters[at_rows],
+        clusters[at_rows + 1u],
+        clusters[at_pairs],
+        clusters[at_pairs + 1u],
+        clusters[at_bodies],
+        clusters[at_bodies + 1u],
+    );
 }
 
 // The two rows of an invocation.
@@ -153,6 +162,7 @@ fn parts_of(d: Direction, e: Direction) -> vec2r {
 fn descend_in_cluster(c: Cluster, own: Own, local: u32, start: vec2r, steep: vec2r) -> vec2r {
     let ones = SUM;
     let kinds = SUM | (LEAST << 2u);
+    let diagonal = numbers_of(own, DIAGONAL);
     var moved = vec2r();
     var g = steep;
     var d = Direction();
@@ -189,7 +199,7 @@ fn descend_in_cluster(c: Cluster, own: Own, local: u32, start: vec2r, steep: vec
         workgroupBarrier();
         move_cluster(c, local);
         workgroupBarrier();
-        let product = products(own);
+        let product = products(own) + COMPLIANCE * diagonal * next;
         leave(0u, local, dot(next, product));
         leave(1u, local, min(room_of(x.x, next.x), room_of(x.y, next.y)));
         bring(local, 2u, kinds);

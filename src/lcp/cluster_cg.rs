@@ -4,13 +4,16 @@
 //! ([`super::clusters`]), and each cluster with its neighbours has a local LCP over all rows `i` that touch it:
 //!
 //! ```text
-//! minimize  g_i . d + 1/2 |J_i^T d|^2   over   x_i + d >= 0
+//! minimize  g_i . d + 1/2 |J_i^T d|^2 + small |d|^2   over   x_i + d >= 0
 //! ```
 //!
 //! A few steps of the same method from `d = 0` bring each local LCP near its solution, and the displacements are added
 //! without weights: a self-stress of a cluster stays one, which weights would spoil. So the sum overshoots where
 //! clusters overlap; the remembered length finds the factor. This is Schwarz's additive method for obstacle problems
 //! (L. Badea, SIAM J. Numer. Anal. 41, 1052 (2003)) as the preconditioner of a descent method.
+//!
+//! The sum may lead to something negative, which the projection takes back. Where the projected direction hardly
+//! descends, the step of the pairs takes its place.
 //!
 //! Strong steps leave a few rows just above the tolerance while the objective still falls, so the last iterations are
 //! smoothed by steps of the pairs.
@@ -31,20 +34,22 @@ const SMOOTH: f64 = 3.0;
 const BETWEEN: f64 = 2.0;
 
 /// Steps by clusters, smoothed by steps of the pairs near the end.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ByClusters<S> {
+#[derive(Clone, Debug)]
+pub(crate) struct ByClusters<T, S> {
     tolerance: f64,
+    /// The step of the pairs.
+    by_pairs: T,
     /// Iterations until steps of the pairs may begin again: the first of them, beyond [`BETWEEN`], are such steps.
     busy: S,
 }
 
 /// The method.
-pub(crate) type ClusterCg<T, S> = PairBlockCg<T, S, ByClusters<S>>;
+pub(crate) type ClusterCg<T, S> = PairBlockCg<T, S, ByClusters<T, S>>;
 
 impl<T: Default, S: Scalar> ClusterCg<T, S> {
     /// For solves to this tolerance.
     pub fn to(tolerance: f64) -> Self {
-        PairBlockCg::with(ByClusters { tolerance, busy: 0.0.into() })
+        PairBlockCg::with(ByClusters { tolerance, by_pairs: T::default(), busy: 0.0.into() })
     }
 
     /// Ends at another tolerance from the next solve on.
@@ -53,7 +58,7 @@ impl<T: Default, S: Scalar> ClusterCg<T, S> {
     }
 }
 
-impl<S: Scalar> ByClusters<S> {
+impl<T, S: Scalar> ByClusters<T, S> {
     /// Goes on by an iteration at this residual. A positive number says that it is one of the clusters.
     fn next(&mut self, residual: S) -> S {
         let near = S::from(NEARLY * self.tolerance) - residual;
@@ -65,18 +70,23 @@ impl<S: Scalar> ByClusters<S> {
     }
 }
 
-impl<V: InClusters> Descent<V> for ByClusters<V::Scalar> {
+impl<V: InClusters> Descent<V> for ByClusters<V::Vector, V::Scalar> {
     const SHORTEST: f64 = SHORTEST;
 
     fn begin(&mut self, verbs: &mut V) {
+        verbs.clear(&mut self.by_pairs);
         self.busy = verbs.number(0.0);
     }
 
     fn make(&mut self, verbs: &mut V, at: &Point<V::Vector>, z: &mut V::Vector) {
         let residual = verbs.residual(&at.x, &at.g);
         let in_clusters = self.next(residual);
-        verbs.descend(&at.x, &at.g, z);
-        verbs.descend_in_clusters(in_clusters, &at.x, &at.g, self.tolerance, z);
+        verbs.descend(&at.x, &at.g, &mut self.by_pairs);
+        verbs.descend_in_clusters(in_clusters, [&at.x, &at.g], self.tolerance, &self.by_pairs, z);
+    }
+
+    fn feasible<'a>(&'a self, _: &'a V::Vector) -> &'a V::Vector {
+        &self.by_pairs
     }
 }
 
@@ -86,7 +96,7 @@ mod tests {
 
     #[test]
     fn steps_of_the_pairs_come_by_threes_and_not_too_often() {
-        let mut steps = ByClusters { tolerance: 1e-6, busy: 0.0 };
+        let mut steps = ByClusters { tolerance: 1e-6, by_pairs: (), busy: 0.0 };
         let mut kinds = |residual: f64, count: usize| -> String {
             (0..count).map(|_| if steps.next(residual) > 0.0 { 'c' } else { 'p' }).collect()
         };

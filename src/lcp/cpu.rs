@@ -250,7 +250,15 @@ impl<const D: usize> OnRows for Cpu<D> {
 }
 
 impl<const D: usize> InClusters for Cpu<D> {
-    fn descend_in_clusters(&mut self, condition: f64, x: &Vec<f64>, g: &Vec<f64>, tolerance: f64, out: &mut Vec<f64>) {
+    fn descend_in_clusters(
+        &mut self,
+        condition: f64,
+        [x, g]: [&Vec<f64>; 2],
+        tolerance: f64,
+        by_pairs: &Vec<f64>,
+        out: &mut Vec<f64>,
+    ) {
+        out.clone_from(by_pairs);
         if condition > 0.0 {
             let bodies = self.incidence().start.len() - 1;
             let mut clusters = self.clusters.take().unwrap_or_else(|| Clusters::new(bodies, &self.rows()));

@@ -9,7 +9,7 @@
 //!
 //! The trial point is projected in the metric of the blocks. Along the displacement to it the objective is minimized
 //! exactly, clipped at the first bound, so it never rises. A displacement that descends much less than `z` does is
-//! replaced by `z`. The length of the next trial remembers the last optimum.
+//! replaced by `z`, or by that of the pairs where another `z` leads to something negative. The length of the next trial remembers the last optimum.
 
 use super::drive::{Method, Point};
 use super::verbs::{Scalar, Verbs};
@@ -35,8 +35,10 @@ pub(crate) trait Descent<V: Verbs> {
     const SHORTEST: f64;
     /// Begins anew.
     fn begin(&mut self, verbs: &mut V);
-    /// Makes `z` at a point.
+    /// Makes `z` at a point, where the objective falls along it.
     fn make(&mut self, verbs: &mut V, at: &Point<V::Vector>, z: &mut V::Vector);
+    /// Of the last `z` a displacement that leads to nothing negative, along which the objective falls too.
+    fn feasible<'a>(&'a self, z: &'a V::Vector) -> &'a V::Vector;
 }
 
 /// `z` by the blocks of the pairs.
@@ -50,6 +52,10 @@ impl<V: Verbs> Descent<V> for ByPairs {
 
     fn make(&mut self, verbs: &mut V, at: &Point<V::Vector>, z: &mut V::Vector) {
         verbs.descend(&at.x, &at.g, z);
+    }
+
+    fn feasible<'a>(&'a self, z: &'a V::Vector) -> &'a V::Vector {
+        z
     }
 }
 
@@ -193,7 +199,7 @@ impl<V: Verbs, B: Descent<V>> Method<V> for PairBlockCg<V::Vector, V::Scalar, B>
         verbs.displace(&at.x, terms, &mut next.displacement, &mut self.room);
         let safe = descent * V::Scalar::from(DESCENT);
         let flat = verbs.dot(&at.g, &next.displacement) - safe;
-        verbs.copy_if_positive(flat, &self.gradient_step, &mut next.displacement);
+        verbs.copy_if_positive(flat, self.descent.feasible(&self.gradient_step), &mut next.displacement);
 
         verbs.product(&next.displacement, &mut next.product);
         let [slope, curvature] = verbs.dots([[&at.g, &next.displacement], [&next.displacement, &next.product]]);

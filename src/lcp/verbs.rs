@@ -154,14 +154,14 @@ pub trait Verbs {
 pub trait InClusters: Verbs {
     /// If `condition` is positive, `out` becomes the sum over all clusters of a displacement of the cluster's rows: a
     /// few steps of conjugate gradients towards the minimum of `g . d + 1/2 |J^T d|^2` over `x + d >= 0` (see
-    /// `lcp::cluster_cg`), none where every row's residual is well within `tolerance`. Rows in no cluster, and all rows
-    /// otherwise, stay as they are.
+    /// `lcp::cluster_cg`), none where every row's residual is well within `tolerance`. Otherwise, and for rows in no
+    /// cluster, it becomes `by_pairs`.
     fn descend_in_clusters(
         &mut self,
         condition: Self::Scalar,
-        x: &Self::Vector,
-        g: &Self::Vector,
+        at: [&Self::Vector; 2],
         tolerance: f64,
+        by_pairs: &Self::Vector,
         out: &mut Self::Vector,
     );
 }

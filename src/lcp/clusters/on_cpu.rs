@@ -6,7 +6,7 @@ use super::super::loops::update;
 use super::super::pair_block_cg::PairBlockCg;
 use super::super::residual::{of_row, worse};
 use super::super::{Problem, cpu};
-use super::{LOCAL_STEPS, NOBODY, QUIET, domains};
+use super::{COMPLIANCE, LOCAL_STEPS, NOBODY, QUIET, domains};
 use rayon::prelude::*;
 
 /// The local LCPs of a problem.
@@ -72,6 +72,7 @@ impl<const D: usize> Local<D> {
         };
         let mut cpu = Cpu::default();
         cpu.rebuild(&problem);
+        cpu.set_compliance(COMPLIANCE);
         let rows = cpu.order().iter().map(|row| domain[*row as usize]).collect();
         Local { rows, cpu, method: PairBlockCg::new(), at: Point::default(), displacement: Vec::new() }
     }

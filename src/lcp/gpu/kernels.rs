@@ -5,7 +5,7 @@ use super::number::{Operation, RING};
 use super::shape::{Shape, ShapeWork};
 use super::stage::{Action, REDUCTION_KINDS};
 use crate::gpu::{Gpu, GpuError, Kernel, Precision, Source, WORKGROUP, fragment};
-use crate::lcp::clusters::{LOCAL_STEPS, MOST_BODIES, MOST_ROWS, QUIET};
+use crate::lcp::clusters::{COMPLIANCE, LOCAL_STEPS, MOST_BODIES, MOST_ROWS, QUIET};
 use crate::lcp::pair_block_cg;
 use std::collections::HashMap;
 
@@ -194,6 +194,7 @@ impl Variant {
             .integer("MOST_BODIES", MOST_BODIES as u32)
             .integer("LOCAL_STEPS", LOCAL_STEPS as u32)
             .real("QUIET", QUIET)
+            .real("COMPLIANCE", COMPLIANCE)
             .real("SHORTEST", pair_block_cg::SHORTEST)
             .real("LONGEST", pair_block_cg::LONGEST)
             .real("DESCENT", pair_block_cg::DESCENT)
@@ -306,7 +307,7 @@ mod tests {
         all(&mut tape);
         tape.product(7, None, 10, true);
         all(&mut tape);
-        tape.clusters(computed, [7, 8], 1e-6, 11);
+        tape.clusters(computed, [7, 8], 1e-6, [12, 11]);
         all(&mut tape);
         tape.pairs(Block { x: 7, w: None, g: Some(8), out: 12 });
         let late = tape.sum(Action::Dot, [10, 10, 10]);

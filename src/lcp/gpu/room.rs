@@ -42,7 +42,7 @@ impl Room {
                 self.vectors(product.map(|product| product.out));
                 if let Some(gather) = gather {
                     self.number(gather.condition);
-                    self.vectors([gather.out]);
+                    self.vectors([gather.instead, gather.out]);
                 }
                 if let Some(block) = block {
                     self.block(*block);

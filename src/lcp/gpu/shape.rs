@@ -65,8 +65,8 @@ pub(super) enum ShapeWork {
     Rows {
         /// The product whose rows come first.
         product: Option<Product>,
-        /// Where the number is positive, this vector becomes what the clusters lead to.
-        gather: Option<(Operand, u32)>,
+        /// Where the number is positive, the second vector becomes what the clusters lead to, else the first.
+        gather: Option<(Operand, [u32; 2])>,
         before: Vec<Line>,
         block: Option<Block>,
         after: Vec<Line>,
@@ -116,8 +116,9 @@ impl StageArguments {
         arguments.shape.work = match &stage.work {
             Work::Rows(Rows { product, gather, before, block, after, .. }) => ShapeWork::Rows {
                 product: product.map(|product| Product { out: place(product.out, &mut arguments.vectors), ..product }),
-                gather: gather.map(|Gather { condition, out }| {
-                    (arguments.operand(constants, &made, condition), place(out, &mut arguments.vectors))
+                gather: gather.map(|Gather { condition, instead, out }| {
+                    let vectors = [instead, out].map(|vector| place(vector, &mut arguments.vectors));
+                    (arguments.operand(constants, &made, condition), vectors)
                 }),
                 before: arguments.lines(constants, &made, before),
                 block: block.map(|block| arguments.block(block)),

@@ -148,10 +148,12 @@ pub(super) struct Clusters {
     pub g: u32,
 }
 
-/// The displacements that the clusters before lead to are added up, if a number is positive.
+/// The displacements that the clusters before lead to are added up, if a number is positive; else, and for rows in no
+/// cluster, another vector is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Gather {
     pub condition: u32,
+    pub instead: u32,
     pub out: u32,
 }
 

@@ -191,15 +191,16 @@ impl Tape {
         self.uses(out).written = stage;
     }
 
-    /// Adds the local LCPs of the clusters, if a number is positive: `out` becomes what they lead to.
-    pub fn clusters(&mut self, condition: Number, [x, g]: [u32; 2], tolerance: f64, out: u32) {
+    /// Adds the local LCPs of the clusters, if a number is positive: `out` becomes what they lead to, else `instead`.
+    pub fn clusters(&mut self, condition: Number, [x, g]: [u32; 2], tolerance: f64, [instead, out]: [u32; 2]) {
         self.catch_up();
         let [condition, tolerance] = [condition, Number::Known(tolerance)].map(|number| self.number(number));
         let clusters = Work::Clusters(Clusters { condition, tolerance, x, g });
         // Copies that wait for a number are made with the sum.
         let mut before = Vec::new();
         let last = self.stages.len().wrapping_sub(1);
-        match self.copies().filter(|copies| copies.iter().all(|words| !words[1..5].contains(&out))) {
+        let apart = |words: &Words| !words[1..5].contains(&out) && words[1] != instead;
+        match self.copies().filter(|copies| copies.iter().all(apart)) {
             Some(copies) if self.known_at(condition) <= last => {
                 before = copies.clone();
                 self.stages[last].work = clusters;
@@ -208,13 +209,13 @@ impl Tape {
             _ => self.begin(clusters),
         }
         self.begin(Work::Rows(Rows {
-            gather: Some(Gather { condition, out }),
+            gather: Some(Gather { condition, instead, out }),
             before: before.clone(),
             ..Rows::default()
         }));
         let last = self.stages.len() - 1;
         self.sums_floor = last;
-        for vector in before.iter().flat_map(|words| words[1..5].to_vec()).chain([x, g, out]) {
+        for vector in before.iter().flat_map(|words| words[1..5].to_vec()).chain([x, g, instead, out]) {
             self.uses(vector).read = last;
         }
         for out in before.iter().map(|words| words[1]).chain([out]) {

@@ -352,10 +352,10 @@ fn in_clusters<const D: usize>(gpu: &Gpu, precision: Precision, [rows, most]: [u
     let what = format!("{} D {D} {rows} rows", precision.name());
     let [a, b] = [&x, &g].map(|numbers| device.uploaded(numbers));
     for (condition, tolerance) in [(0.5, 1e-6), (-1.0, 1e-6), (0.5, 1e9)] {
-        let (mut out, mut c) = (kept.clone(), device.uploaded(&kept));
-        cpu.descend_in_clusters(condition, &x, &g, tolerance, &mut out);
+        let (mut out, mut c, instead) = (Vec::new(), Slot::default(), device.uploaded(&kept));
+        cpu.descend_in_clusters(condition, [&x, &g], tolerance, &kept, &mut out);
         let number = device.number(condition);
-        device.descend_in_clusters(number, &a, &b, tolerance, &mut c);
+        device.descend_in_clusters(number, [&a, &b], tolerance, &instead, &mut c);
         let made = device.downloaded(&c);
         assert_eq!(condition < 0.0, made == kept, "{what}");
         let [exact, descent] = [&out, &made].map(|out| cpu.dot(&g, out));

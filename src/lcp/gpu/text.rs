@@ -126,10 +126,10 @@ impl Shape {
             ShapeWork::Rows { product, gather, before, block, after } => {
                 let first = match (product, gather) {
                     (Some(product), _) => First::Product(product),
-                    (_, Some((condition, out))) => {
+                    (_, Some((condition, vectors))) => {
                         let condition = number(*condition, &literal);
                         let _ = writeln!(text, "    let gathers = {condition} > 0.0;");
-                        First::Gather(*out)
+                        First::Gather(*vectors)
                     }
                     (None, None) => First::Nothing,
                 };
@@ -220,8 +220,8 @@ fn add_number(text: &mut String, nth: usize, line: &NumberLine, literal: &impl F
 enum First<'a> {
     Nothing,
     Product(&'a Product),
-    /// The sum of what the clusters lead to, of this vector.
-    Gather(u32),
+    /// The sum of what the clusters lead to or the first vector, into the second.
+    Gather([u32; 2]),
 }
 
 /// Adds work on rows.
@@ -313,8 +313,8 @@ fn add_loop(text: &mut String, head: &str, lines: &[Line], first: usize, work: F
     text.push_str(head);
     // For each vector the variable that holds its number of this row, and whether the loop must store it.
     let mut known: Vec<Option<(String, bool)>> = vec![None; MOST_VECTORS];
-    if let First::Gather(out) = work {
-        let place = vector_place(out);
+    if let First::Gather([instead, out]) = work {
+        let place = vector_place(instead);
         let _ = writeln!(text, "        var gathered = vectors[at({place}, row)];");
         text.push_str("        if gathers { gathered = sum_of_parts(row, gathered); }\n");
         known[out as usize] = Some(("gathered".into(), true));

@@ -383,13 +383,20 @@ impl Verbs for Device<'_> {
 }
 
 impl InClusters for Device<'_> {
-    fn descend_in_clusters(&mut self, condition: Number, x: &Slot, g: &Slot, tolerance: f64, out: &mut Slot) {
+    fn descend_in_clusters(
+        &mut self,
+        condition: Number,
+        point: [&Slot; 2],
+        tolerance: f64,
+        by_pairs: &Slot,
+        out: &mut Slot,
+    ) {
         if !std::mem::replace(&mut self.has_clusters, true)
             && let Err(fault) = self.machine.make_clusters(self.gpu, self.problem)
         {
             self.fault.get_or_insert(fault);
         }
         let out = self.out(out);
-        self.tape.clusters(condition, [at(x), at(g)], tolerance, out);
+        self.tape.clusters(condition, point.map(at), tolerance, [at(by_pairs), out]);
     }
 }
