@@ -47,7 +47,7 @@ impl Scene {
         ];
         let mut given = given.into_iter().filter(|(_, given)| *given);
         if let (Some((first, _)), Some((second, _))) = (given.next(), given.next()) {
-            let message = format!("stands beside `{first}`, which tells the orientation too; leave one of them out");
+            let message = format!("stands beside `{first}`, which sets the orientation too; leave one of them out");
             return Err(SceneError::bad(key.field(second), message));
         }
         if let Some(axis) = body.axis {
