@@ -28,8 +28,8 @@ pub(super) struct Staging {
 /// A buffer, and the variable of a kernel that it is bound to.
 pub type Bound<'a> = (&'static str, &'a Buffer);
 
-/// Work being recorded. What is recorded is done in order, and nothing is done before [`Recorder::submit`]. Work that was
-/// submitted may wait to be handed to the device with other work.
+/// Work being recorded. What is recorded is done in order, and nothing is done before [`Recorder::submit`]. Work that
+/// was submitted may wait to be handed to the device with other work.
 pub struct Recorder<'g> {
     gpu: &'g Gpu,
     encoder: Option<wgpu::CommandEncoder>,

@@ -9,7 +9,8 @@
 //!
 //! The trial point is projected in the metric of the blocks. Along the displacement to it the objective is minimized
 //! exactly, clipped at the first bound, so it never rises. A displacement that descends much less than `z` does is
-//! replaced by `z`, or by that of the pairs where another `z` leads to something negative. The length of the next trial remembers the last optimum.
+//! replaced by `z`; where another `z` than that of the pairs may lead to something negative, by that of the pairs. The
+//! length of the next trial remembers the last optimum.
 
 use super::drive::{Method, Point};
 use super::verbs::{Scalar, Verbs};

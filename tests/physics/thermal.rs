@@ -162,7 +162,7 @@ fn the_tolerance_holds_in_every_step_of_a_hot_crowd_and_a_device_takes_the_same_
         }
         let moved = simulation.state().unwrap().bodies.position[0].distance(scene.build().unwrap().position[0]);
         assert!(moved > 0.01, "{moved}");
-        // Contacts make much of small differences.
+        // Contacts amplify small differences.
         agrees_on_device(&scene, &format!("planar {planar}, {law}, growing {growing}"), [1e-3, 1e-5]);
     }
 }

@@ -54,7 +54,7 @@ impl<'a> Growth<'a> {
         }
     }
 
-    /// The rows of the cluster that begins at a body, if that has none yet and has rows.
+    /// The rows of the cluster that begins at a body. None where the body is in a cluster already, or has no rows.
     pub fn domain(&mut self, first: u32) -> Option<Vec<u32>> {
         if self.assigned[first as usize] || self.incidence.of(first as usize).is_empty() {
             return None;

@@ -1,8 +1,8 @@
 //! Overlapping domains of rows: clusters of bodies that share rows, each grown by a layer of neighbours.
 //!
 //! A cluster begins at the lowest body without one in the order of [`super::numbering`] and grows by the body that most
-//! rows join to it. Its domain are all rows of its bodies and of their neighbours, so the rows of a pair stand together.
-//! Which partition it is hardly matters, and neither does the size of clusters; the layer does.
+//! rows join to it. Its domain has all rows of its bodies and of their neighbours, so the rows of a pair stand
+//! together. Which partition it is hardly matters, and neither does the size of clusters; the layer does.
 //!
 //! Degenerate cases: a body beyond the limits with its layer has a domain of its own rows alone, and none where these
 //! are too many. A side without mobility (a wall) joins nobody.

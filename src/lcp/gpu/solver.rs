@@ -64,8 +64,8 @@ impl Solver {
         Ok(Solver { kind, settings, machine, compiled: [false; 2] })
     }
 
-    /// Compiles the kernels that so many bodies need, where that is not done yet, so that no solve waits for a compiler:
-    /// it iterates on a small problem for as long as new kernels may be met.
+    /// Compiles the kernels that so many bodies need, where that is not done yet, so that no solve waits for a
+    /// compiler. It iterates on a small problem for as long as new kernels may be met.
     ///
     /// # Errors
     /// As [`Solver::solve`].

@@ -67,7 +67,7 @@ impl Scene {
         Ok(())
     }
 
-    /// Bodies that do not move have no velocity and do not grow; and a group that is told of has bodies.
+    /// Fixed bodies have no velocity and do not grow. A group with settings has bodies.
     pub(super) fn check_fixed(&self, root: &Key) -> Result<(), SceneError> {
         let (key, names) = (root.field("groups"), self.group_names());
         for name in self.groups.keys() {
