@@ -2,7 +2,7 @@
 
 use super::mutants::{Fate, each};
 use super::text::mutate;
-use relcp::scene::{BuiltIn, Scene, SceneError};
+use relcp::scene::{Body, BuiltIn, Scene, SceneError};
 
 /// Most bodies that a mutant is built with.
 const BUILT: u64 = 200;
@@ -64,8 +64,11 @@ pub fn fate(read: Result<Scene, SceneError>) -> Fate {
     match scene.build() {
         Ok(bodies) => {
             assert_eq!(bodies.len() as u64, scene.body_count());
-            let again = Scene::parse(&serde_json::to_string(&scene.with_defaults()).unwrap(), "again").unwrap();
-            assert_eq!(again.bodies, scene.bodies);
+            let written = scene.with_defaults();
+            let again = Scene::parse(&serde_json::to_string(&written).unwrap(), "again").unwrap();
+            assert_eq!(again.bodies, written.bodies);
+            let turned = |scene: &Scene| scene.bodies.iter().map(Body::rotation).collect::<Vec<_>>();
+            assert_eq!(turned(&again), turned(&scene));
             Fate::Made
         }
         Err(error) => refused(error),
