@@ -67,7 +67,7 @@ mod tests {
                 for (inside, other) in [(j + 1 < side, body + 1), (i + 1 < side, body + side)] {
                     for _ in 0..=(body * other) % 3 {
                         if inside {
-                            sides.push(if body % 2 == 0 { [body, other] } else { [other, body] });
+                            sides.push(if body.is_multiple_of(2) { [body, other] } else { [other, body] });
                         }
                     }
                 }
