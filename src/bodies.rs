@@ -21,7 +21,8 @@ pub struct Lineage {
     pub generation: u32,
 }
 
-/// All bodies of a simulation, and the space that they are in. Arrays are indexed by body and have the same length.
+/// All bodies of a simulation, and the space that they are in. Arrays but that of bonds are indexed by body
+/// and have the same length.
 #[derive(Debug, Default, PartialEq)]
 pub struct Bodies {
     /// Shapes, as they are now (a growing body's length changes).
@@ -38,6 +39,8 @@ pub struct Bodies {
     pub group: Vec<u32>,
     /// Identity and ancestry.
     pub lineage: Vec<Lineage>,
+    /// The bonds between them that are broken, by their numbers in the scene, ascending.
+    pub broken_bonds: Vec<u32>,
     /// The periods of the space that they are in. Positions are not wrapped.
     pub periods: Periods,
 }
@@ -141,6 +144,7 @@ impl Clone for Bodies {
         self.angular_velocity.clone_from(&from.angular_velocity);
         self.group.clone_from(&from.group);
         self.lineage.clone_from(&from.lineage);
+        self.broken_bonds.clone_from(&from.broken_bonds);
         self.periods = from.periods;
     }
 }

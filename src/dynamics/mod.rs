@@ -12,6 +12,7 @@
 //! M^-1` to the overdamped `M`. With inertia the velocity that it ends with is another. In a midpoint step forces and
 //! mobilities are those of the step's middle, and half of the forces' impulse comes after the move.
 
+pub(crate) mod bonds;
 mod damping;
 pub(crate) mod force;
 pub(crate) mod growth;
@@ -25,6 +26,8 @@ pub(crate) mod thermal;
 pub(crate) mod waiting;
 
 pub(crate) use crate::motion::{Pose, Twist, advance};
+pub use bonds::Bond;
+pub(crate) use bonds::{Bonds, Incidence, Stiffness};
 #[cfg(feature = "gpu")]
 pub(crate) use force::along;
 pub(crate) use force::force_fields;

@@ -36,9 +36,9 @@ fn u32s<const N: usize>(name: &'static str, rows: impl Iterator<Item = [u32; N]>
     Block { name, columns: N, data: Data::U32(rows.flatten().collect()) }
 }
 
-/// The bodies, one row each.
+/// The bodies, one row each, and what of their bonds is broken.
 pub(super) fn body_blocks(bodies: &Bodies) -> Vec<Block> {
-    vec![
+    let mut blocks = vec![
         f64s("position", bodies.position.iter().map(DVec3::to_array)),
         f64s("orientation", bodies.orientation.iter().map(|q| [q.w, q.x, q.y, q.z])),
         f64s("velocity", bodies.velocity.iter().map(DVec3::to_array)),
@@ -50,7 +50,20 @@ pub(super) fn body_blocks(bodies: &Bodies) -> Vec<Block> {
         u64s("parent", bodies.lineage.iter().map(|l| l.parent.unwrap_or(NO_PARENT))),
         f64s("birth", bodies.lineage.iter().map(|l| [l.birth])),
         u32s("generation", bodies.lineage.iter().map(|l| [l.generation])),
-    ]
+    ];
+    if !bodies.broken_bonds.is_empty() {
+        blocks.push(u32s("broken_bonds", bodies.broken_bonds.iter().map(|bond| [*bond])));
+    }
+    blocks
+}
+
+/// Reads back the broken bonds, whose numbers must ascend.
+pub(super) fn read_broken_bonds(source: &mut Archive, rows: usize) -> Result<Vec<u32>, StateError> {
+    let bonds: Vec<u32> = source.u32s::<1>("broken_bonds", rows)?.into_iter().map(|[bond]| bond).collect();
+    match bonds.windows(2).position(|pair| pair[0] >= pair[1]) {
+        Some(row) => Err(StateError::row("broken_bonds", row + 1)),
+        None => Ok(bonds),
+    }
 }
 
 /// What the last step remembers of its near pairs, one row each.
@@ -108,6 +121,7 @@ pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, S
         angular_velocity,
         group: source.u32s::<1>("group", rows)?.into_iter().map(|[g]| g).collect(),
         lineage: lineage.collect(),
+        broken_bonds: Vec::new(),
         periods: Periods::NONE,
     })
 }

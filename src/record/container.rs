@@ -3,12 +3,13 @@
 //! A state is a zip that numpy opens as `.npz`, of these little-endian arrays with a row a body: `position` (N x 3),
 //! `orientation` (N x 4, `[w, x, y, z]`), `velocity`, `angular_velocity` (N x 3), `shape` (tag: 0 sphere, 1
 //! spherocylinder, 2 ellipsoid, 3 torus), `size` (N x 3, the shape's sizes in the order of a scene), `group` (2^32 - 1:
-//! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`. A checkpoint has `warm_pair`, `warm_feature`,
+//! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`; and where bonds are broken `broken_bonds`, their numbers
+//! in the scene, ascending. A checkpoint has `warm_pair`, `warm_feature`,
 //! `warm_gamma`, `warm_normal` as well, a row a near pair, and the run's totals in its header; a state has the former
 //! where the scene's `output.forces` asks for it. `header` is the [`Header`], the bytes of its JSON text:
 //! `json.loads(bytes(state["header"]))`.
 
-use super::blocks::{blocks, read_bodies, read_warm};
+use super::blocks::{blocks, read_bodies, read_broken_bonds, read_warm};
 use super::durable;
 use super::error::{RecordError, StateError};
 use super::npz::{Archive, MAGIC, write};
@@ -30,6 +31,8 @@ pub const VERSION: u64 = 2;
 const LEAST_KNOWN: f64 = 0.1;
 /// The fewest bytes that a body, or a near pair, takes: what bounds the counts that a file may claim.
 const LEAST_ROW: u64 = 8;
+/// The same of a broken bond.
+const LEAST_BOND: u64 = 4;
 
 /// What a state file says of itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,6 +56,9 @@ pub struct Header {
     /// The periods of space along its axes; absent where there are none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub periodic: Option<[Option<f64>; 3]>,
+    /// Length of the array of broken bonds; absent where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub broken_bonds: Option<u64>,
     /// Rows of the arrays of near pairs; absent in a state that holds no contact forces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warm: Option<u64>,
@@ -106,6 +112,7 @@ fn pack(
         next_id: state.next_id,
         bodies: state.bodies.len() as u64,
         periodic: (!state.bodies.periods.is_none()).then(|| state.bodies.periods.lengths()),
+        broken_bonds: Some(state.bodies.broken_bonds.len() as u64).filter(|broken| *broken > 0),
         warm: with_warm.then_some(state.warm.len() as u64),
         totals: totals.cloned(),
     };
@@ -120,11 +127,18 @@ fn pack(
 pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
     let (mut archive, header) = Archive::open(bytes, accept)?;
     let warm = header.warm.unwrap_or(0);
+    let broken = header.broken_bonds.unwrap_or(0);
     if header.bodies.max(warm) > bytes.len() as u64 / LEAST_ROW {
         return Err(StateError::damaged("the header", "it claims more rows than the file can hold"));
     }
     let rows = header.bodies as usize;
-    let bodies = read_bodies(&mut archive, rows)?;
+    if broken > bytes.len() as u64 / LEAST_BOND {
+        return Err(StateError::damaged("the header", "it claims more broken bonds than the file can hold"));
+    }
+    let mut bodies = read_bodies(&mut archive, rows)?;
+    if broken > 0 {
+        bodies.broken_bonds = read_broken_bonds(&mut archive, broken as usize)?;
+    }
     let periods = periods(&header, &bodies)?;
     let state = State {
         step: header.step,

@@ -73,19 +73,25 @@ impl Scene {
     }
 
     fn add_lineage(&self, bodies: &mut Bodies) {
-        let given = |i: usize| self.bodies.get(i).and_then(|b| b.lineage);
-        // A parent's id is taken too, although the parent is no more.
-        let taken = self.bodies.iter().filter_map(|b| b.lineage).map(|l| l.id.max(l.parent.unwrap_or(0)) + 1);
-        let mut next = taken.max().unwrap_or(0);
-        for (i, lineage) in bodies.lineage.iter_mut().enumerate() {
-            *lineage = match given(i) {
-                Some(BodyLineage { id, parent, birth, generation }) => Lineage { id, parent, birth, generation },
-                None => {
-                    next += 1;
-                    Lineage { id: next - 1, parent: None, birth: self.time.start, generation: 0 }
-                }
+        let ids = self.ids(bodies.len());
+        for (i, (lineage, id)) in bodies.lineage.iter_mut().zip(ids).enumerate() {
+            *lineage = match self.lineage_given(i) {
+                Some(BodyLineage { parent, birth, generation, .. }) => Lineage { id, parent, birth, generation },
+                None => Lineage { id, parent: None, birth: self.time.start, generation: 0 },
             };
         }
+    }
+
+    fn lineage_given(&self, body: usize) -> Option<BodyLineage> {
+        self.bodies.get(body).and_then(|b| b.lineage)
+    }
+
+    /// The ids of the first `bodies` starting bodies.
+    pub(super) fn ids(&self, bodies: usize) -> Vec<u64> {
+        // A parent's id is taken too, although the parent is no more.
+        let taken = self.bodies.iter().filter_map(|b| b.lineage).map(|l| l.id.max(l.parent.unwrap_or(0)) + 1);
+        let mut free = taken.max().unwrap_or(0)..;
+        (0..bodies).filter_map(|i| self.lineage_given(i).map(|line| line.id).or_else(|| free.next())).collect()
     }
 
     /// A scene that starts from `bodies` at `time` and goes on as this one: full precision, groups, lineage, and
@@ -112,6 +118,7 @@ impl Scene {
         });
         let mut scene = self.with_defaults();
         scene.bodies = written_bodies.collect();
+        scene.bonds = self.bonds().left(bodies);
         scene.generate = Vec::new();
         scene.time.start = time;
         scene.time.end = self.time.end.max(time);

@@ -32,7 +32,7 @@ mod validate;
 #[cfg(feature = "files")]
 mod write;
 
-pub use crate::dynamics::{Dynamics, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window};
+pub use crate::dynamics::{Bond, Dynamics, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window};
 pub use crate::lcp::SolverKind;
 pub use crate::periodic::Periodic;
 pub use crate::step::{ContactSettings, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
@@ -102,6 +102,9 @@ pub struct Scene {
     /// External forces.
     #[cfg_attr(feature = "files", serde(default))]
     pub forces: Vec<Force>,
+    /// Springs between points of bodies.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
+    pub bonds: Vec<Bond>,
     /// Brownian motion. With inertia it needs `dynamics.inertial.drag`.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub thermal: Option<Thermal>,
@@ -141,6 +144,7 @@ impl Scene {
             solver: Solver::default(),
             planar: bool::default(),
             forces: Vec::default(),
+            bonds: Vec::default(),
             thermal: None,
             walls: Vec::default(),
             periodic: None,

@@ -301,7 +301,9 @@ fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread
 }
 
 /// The keys whose values are lists.
-const LISTS: [&str; 20] = [
+const LISTS: [&str; 22] = [
+    "bonds",
+    "at",
     "bodies",
     "forces",
     "generate",

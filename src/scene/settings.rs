@@ -1,7 +1,7 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
 use super::{ContactSettings, Dump, Recursion, Rows, SMALLEST_NUMBER, Scene};
-use crate::dynamics::{Cells, Heat};
+use crate::dynamics::{Bonds, Cells, Heat};
 use crate::fixed::Fixed;
 use crate::lcp::Settings;
 use crate::periodic::Periods;
@@ -110,6 +110,13 @@ impl Scene {
         self.thermal.map(|thermal| Heat { thermal, seed: self.seed, dynamics: self.dynamics, planar: self.planar })
     }
 
+    /// The bonds, by the ids of their bodies.
+    pub(super) fn bonds(&self) -> Bonds {
+        let held = self.bonds.iter().flat_map(|bond| bond.bodies).max().map_or(0, |last| last + 1);
+        let ids = self.ids(held);
+        Bonds::new(&self.bonds, |body| ids[body])
+    }
+
     /// The bodies that do not move.
     #[doc(hidden)]
     pub fn fixed(&self) -> Fixed {
@@ -129,6 +136,7 @@ impl Scene {
             dynamics: self.dynamics,
             forces: self.forces.clone(),
             groups: self.group_names(),
+            bonds: self.bonds(),
             heat: self.heat(),
             fixed: self.fixed(),
             walls: self.walls(),

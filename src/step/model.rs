@@ -1,7 +1,7 @@
 //! What steps are computed with.
 
 use super::{ContactSettings, Time};
-use crate::dynamics::{Cells, Dynamics, Force, Heat};
+use crate::dynamics::{Bonds, Cells, Dynamics, Force, Heat};
 use crate::fixed::Fixed;
 use crate::lcp::{Settings, SolverKind};
 use crate::periodic::Periods;
@@ -21,6 +21,8 @@ pub struct Model {
     pub forces: Vec<Force>,
     /// The names of the groups that forces act on, by their number in [`Bodies::group`](crate::bodies::Bodies::group).
     pub groups: Vec<String>,
+    /// Springs between bodies.
+    pub bonds: Bonds,
     /// The random loads of Brownian motion, where there are any.
     pub heat: Option<Heat>,
     /// The bodies that do not move.

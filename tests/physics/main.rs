@@ -1,6 +1,7 @@
 //! What drives bodies beside contact, each against its closed form, and on a device against the CPU.
 #![allow(clippy::unwrap_used)]
 
+mod bonds;
 #[path = "../gpu/device.rs"]
 mod device;
 mod drag;

@@ -286,6 +286,9 @@ impl<const D: usize> Backend for Cpu<D> {
         let arrived = trial.arrived(setup, start, motions);
         let mut end = std::mem::take(&mut start.bodies);
         trial.arrive(&mut end, &arrived);
+        if let Some(incidence) = &start.bonds {
+            setup.bonds.find_broken(incidence, &mut end);
+        }
         start.bodies = std::mem::replace(&mut state.bodies, end);
         state.next_id = start.next_id;
         state.step += u64::from(start.piece.ends_step() && !start.parting);

@@ -45,6 +45,9 @@ impl Motions {
             for (force, share) in &acting {
                 load += *share * force.load(here, i, time);
             }
+            if let Some(incidence) = &start.bonds {
+                load += setup.bonds.load(incidence, here, i);
+            }
             if let Some(heat) = heat {
                 let numbers = (here.lineage[i].id, step);
                 load += heat.load(&here.shape[i], here.orientation[i], numbers, start.step_length(setup));

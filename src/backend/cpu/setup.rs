@@ -3,7 +3,7 @@
 use super::first;
 use crate::bodies::Bodies;
 use crate::constraint::RowSource;
-use crate::dynamics::{self, Cells, ForceField, Heat, Law, Overdamped};
+use crate::dynamics::{self, Bonds, Cells, ForceField, Heat, Law, Overdamped};
 use crate::fixed::Fixed;
 use crate::shape::Shape;
 use crate::step::{Model, Rows, Stepping, Time};
@@ -17,6 +17,7 @@ pub(super) struct Setup {
     pub(super) time: Time,
     pub(super) growth: Option<Cells>,
     pub(super) forces: Vec<Box<dyn ForceField>>,
+    pub(super) bonds: Bonds,
     pub(super) heat: Option<Heat>,
     pub(super) walls: Walls,
     pub(super) fixed: Fixed,
@@ -38,6 +39,7 @@ impl Setup {
             time: model.time,
             growth: model.cells,
             forces: dynamics::force_fields(&model.forces, &model.groups, &model.dynamics),
+            bonds: model.bonds.clone(),
             heat: model.heat,
             walls: model.walls.clone(),
             fixed: model.fixed.clone(),

@@ -2,7 +2,7 @@
 
 use super::setup::Setup;
 use crate::bodies::Bodies;
-use crate::dynamics::{Pose, Waiting};
+use crate::dynamics::{Incidence, Pose, Waiting};
 use crate::separation::Placed;
 use crate::shape::ProxySphere;
 use crate::step::{Fault, Piece, State};
@@ -25,6 +25,8 @@ pub(super) struct Start {
     pub(super) middle: Option<Bodies>,
     /// Each body's sub-spheres; empty where rows are of surfaces.
     pub(super) proxies: Vec<Vec<ProxySphere>>,
+    /// Which bonds hold which bodies; none where there are none, or bodies are parted.
+    pub(super) bonds: Option<Incidence>,
     /// Which bodies do not move; empty where none can be fixed.
     held: Vec<bool>,
     /// What slows the growth of this step's bodies, where something does.
@@ -43,6 +45,7 @@ impl Start {
             next_id,
             middle: None,
             proxies: Vec::new(),
+            bonds: None,
             held: Vec::new(),
             pressures: Vec::new(),
         }
@@ -72,6 +75,8 @@ impl Start {
             self.pressures = growth.pressures(&state.bodies, &state.warm);
             growth.grow(&mut self.bodies, span, &mut self.next_id, &mut self.pressures, &self.waiting);
         }
+        let bonded = !setup.bonds.is_empty() && !self.parting;
+        self.bonds = bonded.then(|| setup.bonds.incidence(&self.bodies.lineage, &self.bodies.broken_bonds));
         self.held = setup.fixed.flags(&self.bodies);
         self.make_proxies(setup)
     }

@@ -41,6 +41,9 @@ impl Device {
         self.poses[0].write(&gpu, &self.setup, &state.bodies)?;
         self.shapes[0].write(&gpu, precision, &state.bodies.shape, self.grows().then_some(length_pitch));
         self.ancestry = Ancestry::of(&self.setup, &state);
+        if let Some(bonds) = &self.bonds {
+            bonds.write_broken(&gpu, &self.setup, &state.bodies.broken_bonds);
+        }
         self.growth.write_changed(&gpu, &self.setup, &mut self.ancestry)?;
         self.groups_of.reserve(&gpu, bodies)?;
         self.groups_of.write(&gpu, 0, bytemuck::cast_slice(&self.ancestry.group));

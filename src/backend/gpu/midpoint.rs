@@ -124,12 +124,14 @@ impl Device {
             self.write_loads()?;
         }
         self.write_ids()?;
+        self.write_bonds()?;
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         self.motions.reserve(&gpu, bodies)?;
         self.boxes.reserve(&gpu, bodies)?;
         let mut record = gpu.record();
         record.stage("integrate");
         self.record_heat(&mut record);
+        self.record_bonds(&mut record);
         let (here, shapes) = (self.here(), &self.here_shapes().shapes);
         let parameters = self.timed([bodies as u32, u32::from(self.part == Part::FromMiddle), 0, 0]);
         let buffers = [

@@ -8,6 +8,7 @@
 mod again;
 mod ahead;
 mod ancestry;
+mod bonds;
 mod branch_source;
 mod branches;
 mod candidates;
@@ -30,7 +31,7 @@ mod warm;
 
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
-use crate::dynamics::{Cells, Dynamics, Force, ForceField, Heat};
+use crate::dynamics::{Bonds, Cells, Dynamics, Force, ForceField, Heat};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Made, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
@@ -41,6 +42,7 @@ use crate::step::{self, Backend, Fault, Model, Overlap, Passed, Phases, RetryBac
 use crate::walls::{Walls, surface_of};
 use crate::warm::Warm;
 use ancestry::Ancestry;
+use bonds::BondBuffers;
 use candidates::Candidates;
 pub use contacts::{contacts, wall_contacts};
 use growing::GrowthBuffers;
@@ -74,6 +76,7 @@ pub(crate) struct Setup {
     pub dynamics: Dynamics,
     pub forces: Vec<Force>,
     pub groups: Vec<String>,
+    pub bonds: Bonds,
     pub heat: Option<Heat>,
     pub growth: Option<Cells>,
     pub length_pitch: f64,
@@ -132,6 +135,7 @@ impl Setup {
             dynamics: model.dynamics,
             forces: model.forces.clone(),
             groups: model.groups.clone(),
+            bonds: model.bonds.clone(),
             heat: model.heat,
             growth: model.cells,
             length_pitch: (longest / LENGTHS).max(f64::MIN_POSITIVE).log2().ceil().exp2(),
@@ -150,6 +154,11 @@ impl Setup {
             (true, false) => 7,
             (true, true) => 8,
         }
+    }
+
+    /// Whether kernels of its own make loads beside those of the forces.
+    pub fn makes_loads(&self) -> bool {
+        self.heat.is_some() || !self.bonds.is_empty()
     }
 
     /// Whether drag slows bodies beside inertia.
@@ -181,7 +190,7 @@ pub struct Device {
     setup: Setup,
     kernels: Kernels,
     plugged: Vec<Box<dyn ForceField>>,
-    /// Whether the kernel of forces reads loads from the host.
+    /// Whether the kernel of forces reads the loads that the host and other kernels make.
     takes_loads: bool,
     step: u64,
     bodies: u64,
@@ -202,6 +211,7 @@ pub struct Device {
     held: Option<Held>,
     /// The bodies' ids, where there is Brownian motion.
     ids: Option<Ids>,
+    bonds: Option<BondBuffers>,
     loads: Buffer,
     motions: Buffer,
     boxes: Buffer,
@@ -258,7 +268,7 @@ impl Device {
         let width = setup.motion_width() as usize;
         let mut device = Device {
             plugged: Vec::new(),
-            takes_loads: setup.heat.is_some(),
+            takes_loads: setup.makes_loads(),
             step: state.step,
             bodies,
             accepted_bodies: bodies,
@@ -269,6 +279,7 @@ impl Device {
             growth: GrowthBuffers::new(&gpu, &setup, &mut ancestry)?,
             held: Held::new(&gpu, &model.fixed.flags(&state.bodies))?,
             ids: Ids::new(&gpu, &setup)?,
+            bonds: BondBuffers::new(&gpu, &setup, &state.bodies.broken_bonds)?,
             groups_of: Buffer::with(&gpu, "groups", 4, bytemuck::cast_slice(&ancestry.group))?,
             ancestry,
             loads: Buffer::new(&gpu, "loads", 8 * real, 1)?,
@@ -345,6 +356,7 @@ impl Device {
             angular_velocity: read.angular_velocity,
             group,
             lineage,
+            broken_bonds: self.broken_bonds()?,
         })
     }
 
@@ -504,6 +516,7 @@ impl Backend for Device {
         let mut record = gpu.record();
         record.stage("integrate");
         self.record_arrival(&mut record, &self.poses[1]);
+        self.record_breaking(&mut record, &self.poses[1]);
         self.rows.remember(&self.kernels, &mut record, &self.candidates.lists);
         record.submit()?;
         self.poses.swap(0, 1);

@@ -5,6 +5,7 @@ pub(super) mod loads;
 mod tests;
 
 use super::Setup;
+use super::bonds::BondKernels;
 use super::branch_source::{self, BranchKernels};
 use super::heat;
 use super::held::HeldKernels;
@@ -53,7 +54,12 @@ pub(super) fn with_bodies(setup: &Setup, name: &str) -> Source {
 
 /// The same for kernels that compare two bodies: in periodic space differences are to the nearest image.
 pub(super) fn of_pairs(setup: &Setup, name: &str) -> Source {
-    placed(constants(setup, setup.lattice_periods.define(Source::new(name, setup.precision))))
+    placed(between(setup, name))
+}
+
+/// A source whose differences of places lead to the nearest image in periodic space.
+pub(super) fn between(setup: &Setup, name: &str) -> Source {
+    constants(setup, setup.lattice_periods.define(Source::new(name, setup.precision)))
 }
 
 fn placed(source: Source) -> Source {
@@ -102,7 +108,7 @@ pub(super) fn moved(setup: &Setup, name: &str, element: &str, per_row: u32) -> S
 kernels! {
     /// The kernels of a step.
     pub(super) struct Kernels for setup: &Setup {
-        motion: Kernel = motion(setup, setup.heat.is_some()),
+        motion: Kernel = motion(setup, setup.makes_loads()),
         boxes: Kernel = with_bodies(setup, "box").include(fragment!("broad_phase/box.wgsl")),
         sweep: Kernel = with_bodies(setup, "sweep").include(fragment!("broad_phase/sweep.wgsl")),
         inside: Kernel = reporting(base(setup, "inside")).include(fragment!("broad_phase/inside.wgsl")),
@@ -141,6 +147,8 @@ kernels! {
         walls: Option<WallKernels> = (!setup.walls.is_empty()).then_some(setup),
         /// Where steps have a middle.
         midpoint: Option<MidpointKernels> = setup.midpoint.then_some(setup),
+        /// Where bodies have bonds.
+        bonds: Option<BondKernels> = (!setup.bonds.is_empty()).then_some(setup),
         /// Where there is Brownian motion.
         heat: Option<Kernel> = heat::source(setup),
         /// Where bodies are fixed.

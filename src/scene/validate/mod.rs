@@ -4,6 +4,7 @@
 //! reach past a wall.
 
 mod bodies;
+mod bonds;
 mod forces;
 mod generate;
 mod growth;
@@ -59,6 +60,7 @@ impl Scene {
         self.check_contact(&root.field("contact"))?;
         self.check_solver(&root.field("solver"))?;
         self.check_forces(&root.field("forces"))?;
+        self.check_bonds(&root.field("bonds"))?;
         self.check_thermal(root)?;
         self.check_growth(&root.field("growth"))?;
         self.check_walls(root)?;

@@ -20,7 +20,7 @@ impl Scene {
         for (i, force) in self.forces.iter().enumerate() {
             self.check_planar_force(&root.field("forces").index(i), force, plane)?;
         }
-        Ok(())
+        self.check_planar_bonds(&root.field("bonds"))
     }
 
     fn check_planar_force(&self, key: &Key, force: &Force, plane: f64) -> Result<(), SceneError> {

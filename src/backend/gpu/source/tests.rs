@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::backend::gpu::separations::Report;
-use crate::dynamics::{Frame, Heat, Thermal, Window};
+use crate::dynamics::{Bond, Bonds, Frame, Heat, Thermal, Window};
 use crate::gpu::{LatticePeriods, Made, Precision, validate};
 use crate::scene::{self, Rows, Scene, Stepping, Wall};
 use std::mem::offset_of;
@@ -23,7 +23,7 @@ fn setups() -> Vec<Setup> {
         for (dynamics, rows) in laws.into_iter().flat_map(|law| [(law, Rows::Auto), (law, Rows::Paper)]) {
             (scene.dynamics, scene.contact.rows) = (dynamics, rows);
             let heat = Some(Heat { thermal: Thermal::new(0.5), seed: 3 << 40, dynamics, planar: scene.planar });
-            let held = |p| Setup { fixed: true, heat, ..Setup::new(&scene.model(), &shapes, p).unwrap() };
+            let held = |p| Setup { fixed: true, heat, bonds: bonds(), ..Setup::new(&scene.model(), &shapes, p).unwrap() };
             setups.extend([Precision::F32, Precision::F64].map(held));
         }
     }
@@ -40,6 +40,12 @@ fn driven() -> [Force; 4] {
         torque(Frame::Body),
         Force::Trap { stiffness: 1.0, center, axes: [true, true, false], group: Some("none".into()), window: None },
     ]
+}
+
+/// A bond that can break.
+fn bonds() -> Bonds {
+    let bond = Bond { break_force: Some(1.0), ..Bond::new([0, 1], [[0.0; 3]; 2], 1.0) };
+    Bonds::new(&[bond], |body| body as u64)
 }
 
 fn of_middle(setup: &Setup) -> Vec<Source> {
@@ -115,9 +121,10 @@ fn periods_are_in_the_kernels_of_pairs_alone_and_only_where_there_are_some() {
         let open = every_source(&setup);
         // With branches, the kernels that compute them too.
         let own = of_branches(&setup);
-        let others = ["passing", "branches", "stage", "aim"];
+        let others = ["passing", "branches", "stage", "aim", "bonds", "breaking bonds"];
+        let of_bonds = if setup.bonds.is_empty() { 0 } else { 2 };
         let of_branches = own.iter().filter(|source| others.contains(&source.name())).count();
-        let pairs = narrow_sources(&setup).len() + 1 + of_branches;
+        let pairs = narrow_sources(&setup).len() + 1 + of_branches + of_bonds;
         let period = Some(5000.3 * setup.lattice.pitch());
         setup.lattice_periods = LatticePeriods::new(setup.lattice, [period, None, None]).unwrap();
         let periodic = every_source(&setup);

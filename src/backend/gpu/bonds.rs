@@ -1,0 +1,147 @@
+//! Bonds on the device: a kernel adds their loads to those of the host and of heat, another finds the bonds that break.
+//! The host keeps which bonds hold which bodies.
+
+use super::source::{between, loads};
+use super::state::Poses;
+use super::{Device, Setup, words};
+use crate::dynamics::{Bond, Incidence};
+use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Recorder, Source, fragment, kernels};
+
+kernels! {
+    /// The kernels of bonds.
+    pub(super) struct BondKernels for setup: &Setup {
+        pull: Kernel = stretched(setup, "bonds").include(fragment!("dynamics/bonds.wgsl")),
+        /// Where bonds can break.
+        snap: Option<Kernel> = setup.bonds.may_break()
+            .then(|| stretched(setup, "breaking bonds").include(fragment!("dynamics/break.wgsl"))),
+    }
+}
+
+/// A source that knows how bonds are stretched.
+fn stretched(setup: &Setup, name: &str) -> Source {
+    let source = between(setup, name);
+    let nearest = loads::nearest(setup, &source, "way");
+    source
+        .text(&format!("fn nearest_image(way: vec3r) -> vec3r {{ return {nearest}; }}\n"))
+        .include(fragment!("dynamics/bond.wgsl"))
+}
+
+/// What a bond has in place of the force at which it breaks where it has none.
+const NEVER: f64 = -1.0;
+
+/// The bonds of a scene.
+pub(super) struct BondBuffers {
+    /// Two vectors a bond: the point on each body, with the stiffness and the length.
+    bonds: Buffer,
+    /// The tension at which each breaks, or [`NEVER`].
+    strengths: Buffer,
+    /// A word each: whether it is broken.
+    broken: Buffer,
+    /// The bodies of each.
+    ends: Buffer,
+    /// The bonds of each body.
+    incident: Buffer,
+    /// What `ends` and `incident` hold.
+    written: Incidence,
+}
+
+impl BondBuffers {
+    /// Those of a scene; none where it has no bonds.
+    pub fn new(gpu: &Gpu, setup: &Setup, broken: &[u32]) -> Result<Option<Self>, GpuError> {
+        if setup.bonds.is_empty() {
+            return Ok(None);
+        }
+        let (list, precision) = (setup.bonds.list(), setup.precision);
+        let numbers = |Bond { at: [[a, b, c], [d, e, f]], stiffness, length, .. }: &Bond| {
+            [*a, *b, *c, *stiffness, *d, *e, *f, *length]
+        };
+        let strength = |bond: &Bond| bond.break_force.unwrap_or(NEVER);
+        let (real, count) = (precision.bytes(), list.len() as u64);
+        let bonds = precision.encode(list.iter().flat_map(numbers));
+        let buffers = BondBuffers {
+            bonds: Buffer::with(gpu, "bonds", 8 * real, &bonds)?,
+            strengths: Buffer::with(gpu, "strengths of bonds", real, &precision.encode(list.iter().map(strength)))?,
+            broken: Buffer::new(gpu, "broken bonds", 4, count)?,
+            ends: Buffer::new(gpu, "bodies of bonds", 8, count)?,
+            incident: Buffer::new(gpu, "bonds of bodies", 4, count)?,
+            written: Incidence::default(),
+        };
+        buffers.write_broken(gpu, setup, broken);
+        Ok(Some(buffers))
+    }
+
+    /// Writes which bonds are broken.
+    pub fn write_broken(&self, gpu: &Gpu, setup: &Setup, broken: &[u32]) {
+        let is_broken = |bond: u32| u32::from(broken.binary_search(&bond).is_ok());
+        let flags: Vec<u32> = (0..setup.bonds.list().len() as u32).map(is_broken).collect();
+        self.broken.write(gpu, 0, bytemuck::cast_slice(&flags));
+    }
+
+    /// Reads which are broken.
+    pub fn read_broken(&self, gpu: &Gpu, setup: &Setup) -> Result<Vec<u32>, GpuError> {
+        let bytes = 4 * setup.bonds.list().len() as u64;
+        let read = gpu.record().read(&[(&self.broken, 0..bytes)])?;
+        let flags: Vec<u32> = bytemuck::pod_collect_to_vec(&read[0]);
+        Ok((0..).zip(flags).filter(|(_, broken)| *broken != 0).map(|(bond, _)| bond).collect())
+    }
+}
+
+impl Device {
+    /// Writes which bonds hold which of the present bodies where that has changed, and makes room for their loads.
+    pub(super) fn write_bonds(&mut self) -> Result<(), GpuError> {
+        let (gpu, bodies) = (self.gpu.clone(), self.bodies);
+        let Some(buffers) = &mut self.bonds else { return Ok(()) };
+        self.loads.reserve(&gpu, bodies)?;
+        // A bond that breaks on the device keeps its place; its flag ends it.
+        let incidence = self.setup.bonds.incidence(&self.ancestry.lineage, &[]);
+        if incidence != buffers.written {
+            let incident = incidence.words();
+            buffers.incident.reserve(&gpu, incident.len() as u64)?;
+            buffers.incident.write(&gpu, 0, bytemuck::cast_slice(&incident));
+            buffers.ends.write(&gpu, 0, bytemuck::cast_slice(incidence.ends()));
+            buffers.written = incidence;
+        }
+        Ok(())
+    }
+
+    /// Records the loads of bonds, beside those that are there where any are.
+    pub(super) fn record_bonds(&self, record: &mut Recorder<'_>) {
+        let (Some(kernels), Some(bonds)) = (&self.kernels.bonds, &self.bonds) else { return };
+        let here = self.here();
+        let adds = self.ids.is_some() || !self.plugged.is_empty();
+        let buffers = [
+            ("cells", &here.cells),
+            ("remainders", &here.remainders),
+            ("orientations", &here.orientations),
+            ("bonds", &bonds.bonds),
+            ("broken", &bonds.broken),
+            ("ends", &bonds.ends),
+            ("incident", &bonds.incident),
+            ("loads", &self.loads),
+        ];
+        record.run(&kernels.pull, &words([self.bodies as u32, u32::from(adds), 0, 0]), &buffers, self.bodies);
+    }
+
+    /// Records that bonds break that are stretched too far in the state `at`.
+    pub(super) fn record_breaking(&self, record: &mut Recorder<'_>, at: &Poses) {
+        let (Some(BondKernels { snap: Some(snap), .. }), Some(bonds)) = (&self.kernels.bonds, &self.bonds) else {
+            return;
+        };
+        let buffers = [
+            ("cells", &at.cells),
+            ("remainders", &at.remainders),
+            ("orientations", &at.orientations),
+            ("bonds", &bonds.bonds),
+            ("ends", &bonds.ends),
+            ("strengths", &bonds.strengths),
+            ("broken", &bonds.broken),
+        ];
+        let count = self.setup.bonds.list().len() as u64;
+        record.run(snap, &words([count as u32, 0, 0, 0]), &buffers, count);
+    }
+
+    /// The bonds that are broken in the last accepted state.
+    pub(super) fn broken_bonds(&self) -> Result<Vec<u32>, GpuError> {
+        self.bonds.as_ref().map_or(Ok(Vec::new()), |bonds| bonds.read_broken(&self.gpu, &self.setup))
+    }
+}

@@ -1,0 +1,142 @@
+//! Bonds: springs between points of bodies, which may break.
+//!
+//! A bond of stiffness `k` and length `l` between the points `x_a` and `x_b` of two bodies pulls each point towards the
+//! other with the tension `k (|d| - l)`, `d = x_b - x_a`; where it is shorter than `l` it pushes. A point is given in
+//! its body's axes and turns with it, so that the pull is also a torque about the body's centre. In periodic space `d`
+//! leads to the nearest image.
+//!
+//! A step takes these loads where it takes every force, at its start or in its middle: it is stable where `dt` is short
+//! for the stiffness (docs/motion.md). A bond whose tension is over its `break_force` at a step's end is broken from then on.
+
+mod incidence;
+mod stiffness;
+
+pub use incidence::Incidence;
+pub(crate) use stiffness::Stiffness;
+
+use super::Load;
+use crate::bodies::{Bodies, Lineage};
+use glam::DVec3;
+#[cfg(feature = "files")]
+use schemars::JsonSchema;
+#[cfg(feature = "files")]
+use serde::{Deserialize, Serialize};
+
+/// A spring between points of two bodies.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[non_exhaustive]
+pub struct Bond {
+    /// The numbers of its two bodies, from 0: those of `bodies` in their order, then those that `generate` places.
+    pub bodies: [usize; 2],
+    /// The point of each body that it is fixed to, body axes; it may be outside of the body.
+    pub at: [[f64; 3]; 2],
+    /// Force over distance.
+    #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+    pub stiffness: f64,
+    /// The distance of its points at which it neither pulls nor pushes.
+    #[cfg_attr(feature = "files", serde(default))]
+    #[cfg_attr(feature = "files", schemars(range(min = 0.0)))]
+    pub length: f64,
+    /// The tension over which it breaks. Without it: none.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+    pub break_force: Option<f64>,
+}
+
+impl Bond {
+    /// An unbreakable bond of length 0 between points of two bodies, body axes.
+    pub const fn new(bodies: [usize; 2], at: [[f64; 3]; 2], stiffness: f64) -> Bond {
+        Bond { bodies, at, stiffness, length: 0.0, break_force: None }
+    }
+
+    /// Its pull on the first of two points with `way` from it to the other. Where both are one point, a bond of some
+    /// length has no direction: it does nothing.
+    fn pull(&self, way: DVec3) -> DVec3 {
+        if self.length == 0.0 {
+            return self.stiffness * way;
+        }
+        let distance = way.length();
+        if distance > 0.0 { self.stiffness * (1.0 - self.length / distance) * way } else { DVec3::ZERO }
+    }
+
+    /// Whether it breaks with `way` between its points.
+    fn breaks(&self, way: DVec3) -> bool {
+        self.break_force.is_some_and(|most| self.stiffness * (way.length() - self.length) > most)
+    }
+}
+
+/// The bonds of a scene. They belong to bodies by id, whatever places these have later.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Bonds {
+    list: Vec<Bond>,
+    ids: Vec<[u64; 2]>,
+}
+
+impl Bonds {
+    /// These bonds, of bodies with these ids by number.
+    pub fn new(list: &[Bond], id: impl Fn(usize) -> u64) -> Bonds {
+        Bonds { ids: list.iter().map(|bond| bond.bodies.map(&id)).collect(), list: list.to_vec() }
+    }
+
+    /// Whether there is no bond.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// All bonds, broken ones too.
+    pub fn list(&self) -> &[Bond] {
+        &self.list
+    }
+
+    /// Whether any of them can break.
+    #[cfg(feature = "gpu")]
+    pub fn may_break(&self) -> bool {
+        self.list.iter().any(|bond| bond.break_force.is_some())
+    }
+
+    /// Which bonds hold each of the bodies of these lines; `broken`, sorted, hold none.
+    pub fn incidence(&self, lineage: &[Lineage], broken: &[u32]) -> Incidence {
+        Incidence::new(&self.ids, lineage, broken)
+    }
+
+    /// The load of all bonds on body `i`, in the order of the scene's list.
+    pub fn load(&self, incidence: &Incidence, bodies: &Bodies, i: usize) -> Load {
+        let mut load = Load::default();
+        for (bond, end, pair) in incidence.of(i) {
+            let (arms, way) = self.between(bond, bodies, pair);
+            let pull = self.list[bond].pull(way);
+            let force = if end == 0 { pull } else { -pull };
+            load += Load { force, torque: arms[end].cross(force) };
+        }
+        load
+    }
+
+    /// Adds to the broken bonds those that break where `bodies` are now.
+    pub fn find_broken(&self, incidence: &Incidence, bodies: &mut Bodies) {
+        let breaks = |bond: &usize| {
+            incidence.pair(*bond).is_some_and(|pair| self.list[*bond].breaks(self.between(*bond, bodies, pair).1))
+        };
+        let found: Vec<u32> = (0..self.list.len()).filter(breaks).map(|bond| bond as u32).collect();
+        if !found.is_empty() {
+            bodies.broken_bonds.extend(found);
+            bodies.broken_bonds.sort_unstable();
+        }
+    }
+
+    /// From the centre of each body to its point, and from the first point to the other, space axes.
+    fn between(&self, bond: usize, bodies: &Bodies, pair: [usize; 2]) -> ([DVec3; 2], DVec3) {
+        let at = self.list[bond].at;
+        let arms = [0, 1].map(|end| bodies.orientation[pair[end]] * DVec3::from(at[end]));
+        let [a, b] = pair.map(|body| bodies.position[body]);
+        (arms, bodies.periods.nearest((b - a) + (arms[1] - arms[0])))
+    }
+
+    /// The bonds that still hold, with the numbers that their bodies have now.
+    pub fn left(&self, bodies: &Bodies) -> Vec<Bond> {
+        let incidence = self.incidence(&bodies.lineage, &bodies.broken_bonds);
+        let left = |(number, bond): (usize, &Bond)| Some(Bond { bodies: incidence.pair(number)?, ..bond.clone() });
+        self.list.iter().enumerate().filter_map(left).collect()
+    }
+}

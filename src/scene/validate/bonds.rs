@@ -1,0 +1,139 @@
+//! The rules of bonds.
+
+use super::super::error::{FaultKind, SceneError};
+use super::super::key::Key;
+use super::super::{Bond, Body, Scene, generate};
+use super::{MAX_BODIES, number, numbers, positive};
+use crate::bodies::NO_GROUP;
+use crate::dynamics::Stiffness;
+use crate::shape::{PLANAR_TOLERANCE, Shape};
+use glam::{DQuat, DVec3};
+
+/// A starting body as its bonds know it.
+struct Bonded<'a> {
+    shape: Shape,
+    /// Its rotation, where the scene has it.
+    rotation: Option<DQuat>,
+    /// Its centre, where the scene has it.
+    position: Option<DVec3>,
+    group: Option<&'a str>,
+}
+
+impl Scene {
+    pub(super) fn check_bonds(&self, key: &Key) -> Result<(), SceneError> {
+        if self.bonds.len() as u64 > MAX_BODIES {
+            let message = format!("{} bonds; at most {MAX_BODIES}", self.bonds.len());
+            return Err(SceneError::new(FaultKind::TooLarge, key, message));
+        }
+        for (i, bond) in self.bonds.iter().enumerate() {
+            let key = key.index(i);
+            check_numbers(&key, bond)?;
+            self.check_ends(&key, bond)?;
+            self.check_bond_length(&key, bond)?;
+            self.check_stiffness(&key, bond)?;
+        }
+        Ok(())
+    }
+
+    /// In a planar scene the points of a bond lie in the plane on each body as it is oriented.
+    pub(super) fn check_planar_bonds(&self, key: &Key) -> Result<(), SceneError> {
+        for (i, bond) in self.bonds.iter().enumerate() {
+            for (end, (body, at)) in bond.bodies.into_iter().zip(bond.at).enumerate() {
+                let at = DVec3::from(at);
+                let out = |q: DQuat| (q * at).z.abs() > PLANAR_TOLERANCE * at.length();
+                let known = self.bonded(body).and_then(|body| body.rotation);
+                if at != DVec3::ZERO && known.is_none_or(out) {
+                    let list = key.index(i);
+                    let message = format!(
+                        "is not in the plane on body {body}, as that is oriented; a rod's own axis, its z, is in the plane"
+                    );
+                    return Err(SceneError::bad(list.field("at").index(end), message));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Body number `body`, where the scene has as many.
+    fn bonded(&self, body: usize) -> Option<Bonded<'_>> {
+        if let Some(Body { shape, position, group, .. }) = self.bodies.get(body) {
+            let (rotation, position) = (Some(self.bodies[body].rotation()), Some(DVec3::from(*position)));
+            return Some(Bonded { shape: *shape, rotation, position, group: group.as_deref() });
+        }
+        let mut before = self.bodies.len() as u64;
+        let rule = self.generate.iter().find(|rule| {
+            before = before.saturating_add(rule.count());
+            (body as u64) < before
+        })?;
+        let rotation = generate::founder_orientation(rule);
+        Some(Bonded { shape: rule.shape(), rotation, position: None, group: rule.group() })
+    }
+
+    fn check_ends(&self, key: &Key, bond: &Bond) -> Result<(), SceneError> {
+        let (list, names, fixed) = (key.field("bodies"), self.group_names(), self.fixed());
+        let mut holds = [false; 2];
+        for (end, body) in bond.bodies.into_iter().enumerate() {
+            let Some(Bonded { shape, group, .. }) = self.bonded(body) else {
+                let count = self.body_count();
+                let message = format!("no body has the number {body}; the scene has {count}, counted from 0");
+                return Err(SceneError::bad(list.index(end), message));
+            };
+            if self.growth.is_some() && shape.growing_length().is_some() {
+                let message = format!("body {body} grows, and a bond does not follow a division; bond bodies that do not grow");
+                return Err(SceneError::bad(list.index(end), message));
+            }
+            let number = names.iter().position(|name| Some(name.as_str()) == group).map_or(NO_GROUP, |n| n as u32);
+            holds[end] = fixed.holds(body, number);
+        }
+        if bond.bodies[0] == bond.bodies[1] {
+            return Err(SceneError::bad(list, "must be two bodies, not one twice"));
+        }
+        if holds == [true, true] {
+            return Err(SceneError::bad(list, "are both fixed, so that the bond does nothing; leave it out"));
+        }
+        Ok(())
+    }
+
+    fn check_bond_length(&self, key: &Key, bond: &Bond) -> Result<(), SceneError> {
+        let Some(period) = self.periods().shortest() else { return Ok(()) };
+        if bond.length >= 0.5 * period {
+            let message = format!("must be under half of the shortest period, {period:?}: a bond ends at the nearest image");
+            return Err(SceneError::bad(key.field("length"), message));
+        }
+        Ok(())
+    }
+
+    /// Refuses a bond that is unstable on its own, whatever its neighbours do.
+    fn check_stiffness(&self, key: &Key, bond: &Bond) -> Result<(), SceneError> {
+        let [Some(a), Some(b)] = bond.bodies.map(|body| self.bonded(body)) else { return Ok(()) };
+        let arm = |body: &Bonded<'_>, at: [f64; 3]| body.rotation.map(|q| q * DVec3::from(at));
+        let arms = [arm(&a, bond.at[0]), arm(&b, bond.at[1])];
+        let way = match (a.position, b.position, arms) {
+            (Some(x), Some(y), [Some(a), Some(b)]) => Some(self.periods().nearest((y + b) - (x + a))),
+            _ => None,
+        };
+        let stiffness = Stiffness { dynamics: &self.dynamics, shapes: [&a.shape, &b.shape], arms, way };
+        let Some(longest) = stiffness.longest_step(bond) else { return Ok(()) };
+        if self.time.dt > longest {
+            let message = format!(
+                "is too stiff for time.dt, {:?}: the bond alone is unstable over {longest:.3e}, and a chain over half of that; shorten time.dt, or lower the stiffness",
+                self.time.dt
+            );
+            return Err(SceneError::bad(key.field("stiffness"), message));
+        }
+        Ok(())
+    }
+}
+
+fn check_numbers(key: &Key, bond: &Bond) -> Result<(), SceneError> {
+    for (end, at) in bond.at.iter().enumerate() {
+        let list = key.field("at");
+        numbers(&list.index(end), at)?;
+    }
+    positive(&key.field("stiffness"), bond.stiffness)?;
+    number(&key.field("length"), bond.length)?;
+    if bond.length < 0.0 {
+        return Err(SceneError::bad(key.field("length"), format!("must not be negative, not {:?}", bond.length)));
+    }
+    bond.break_force.map_or(Ok(()), |force| positive(&key.field("break_force"), force))
+}
