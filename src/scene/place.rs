@@ -82,10 +82,10 @@ pub(super) fn locate(text: &str, path: &[String]) -> Option<Found> {
     Some(found)
 }
 
-/// The first list of JSON text that is not the value of one of `keys`: its path.
+/// The first list of JSON text that is not the value of one of `keys`, or in the list of one of `nested`: its path.
 ///
 /// serde takes a list for an object, by the order of its keys; a scene file does not.
-pub(super) fn misplaced_list(text: &str, keys: &[&str]) -> Option<Vec<String>> {
+pub(super) fn misplaced_list(text: &str, keys: &[&str], nested: &[&str]) -> Option<Vec<String>> {
     let mut scan = Scan { text, at: 0 };
     let mut open: Vec<Open> = Vec::new();
     loop {
@@ -101,7 +101,11 @@ pub(super) fn misplaced_list(text: &str, keys: &[&str]) -> Option<Vec<String>> {
             }
             b'{' => open.push(Open::Object(Place { start: scan.at, end: scan.at })),
             b'[' => {
-                let fits = matches!(open.last(), Some(Open::Object(key)) if keys.contains(&name(text, *key).as_str()));
+                let fits = match open.as_slice() {
+                    [.., Open::Object(key)] => keys.contains(&name(text, *key).as_str()),
+                    [.., Open::Object(key), Open::List(_)] => nested.contains(&name(text, *key).as_str()),
+                    _ => false,
+                };
                 if !fits {
                     return Some(open.iter().map(|o| o.segment(text)).collect());
                 }

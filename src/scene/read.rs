@@ -300,6 +300,9 @@ fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread
     serde_path_to_error::deserialize(value).map_err(|e| translate(e.path(), e.inner(), text))
 }
 
+/// The keys whose values are lists of lists.
+const LISTS_OF_LISTS: [&str; 1] = ["at"];
+
 /// The keys whose values are lists.
 const LISTS: [&str; 22] = [
     "bonds",
@@ -327,7 +330,7 @@ const LISTS: [&str; 22] = [
 ];
 
 fn refuse_lists(text: &str) -> Result<(), Misread> {
-    match place::misplaced_list(text, &LISTS) {
+    match place::misplaced_list(text, &LISTS, &LISTS_OF_LISTS) {
         None => Ok(()),
         Some(path) => {
             let error = SceneError::new(
