@@ -107,7 +107,7 @@ fn plain(words: &str) -> String {
     let found = found.trim_start_matches("invalid type: ").trim_start_matches("invalid value: ");
     let wanted = match wanted {
         "f64" => "a number",
-        "u64" => "a whole number, 0 or more, without point or exponent",
+        "u64" | "usize" => "a whole number, 0 or more, without point or exponent",
         "u32" => "a whole number from 0 to 4294967295, without point or exponent",
         "a sequence" => "a list",
         "a boolean" => "true or false",

@@ -149,26 +149,27 @@ fn chains(count: usize, rods: usize, (dt, end): (f64, f64)) -> Value {
 const JOINT: f64 = 50.0;
 
 /// From straight chains at a temperature: `<R^2> = N b^2` of the freely jointed chain, and `3 kT / k` for each joint,
-/// which is a spring. The slowest time of a chain of four is some 0.5.
+/// which is a spring. The slowest time of a chain of four is some 0.5. A chain's squares are averaged over time, and the
+/// error is that of the means.
 #[test]
 fn chains_of_rods_have_the_end_to_end_distance_of_freely_jointed_ones() {
     const CHAINS: usize = 64;
     const RODS: usize = 4;
-    let of = parse(&chains(CHAINS, RODS, (1e-3, 5.0)));
-    let mut simulation = Simulation::new(of).unwrap();
-    let mut means = Vec::new();
+    let mut simulation = Simulation::new(parse(&chains(CHAINS, RODS, (1e-3, 5.0)))).unwrap();
+    let (mut sums, mut samples) = ([0.0; CHAINS], 0.0);
     while !simulation.done() {
         assert!(simulation.step().unwrap().max_overlap <= 1e-5);
-        // Three samples, a slowest time or more apart.
-        if ![2000, 3500, 5000].contains(&simulation.steps()) {
+        if simulation.steps() < 1500 || !simulation.steps().is_multiple_of(100) {
             continue;
         }
         let bodies = &simulation.state().unwrap().bodies;
         let tip = |i: usize, side: f64| bodies.position[i] + bodies.orientation[i] * (0.5 * side * DVec3::Z);
         let squared = |chain: usize| (tip(RODS * (chain + 1) - 1, 1.0) - tip(RODS * chain, -1.0)).length_squared();
-        means.extend((0..CHAINS).map(squared));
+        samples += 1.0;
+        sums.iter_mut().enumerate().for_each(|(chain, sum)| *sum += squared(chain));
     }
-    let (n, expected) = (means.len() as f64, RODS as f64 + 3.0 / JOINT * (RODS - 1) as f64);
+    let means = sums.map(|sum| sum / samples);
+    let (n, expected) = (CHAINS as f64, RODS as f64 + 3.0 / JOINT * (RODS - 1) as f64);
     let mean = means.iter().sum::<f64>() / n;
     let error = (means.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();
     println!("<R^2> {mean:.3} +- {error:.3}, freely jointed {expected:.3}");
