@@ -13,6 +13,7 @@
 //! mobilities are those of the step's middle, and half of the forces' impulse comes after the move.
 
 mod damping;
+pub(crate) mod flow;
 pub(crate) mod force;
 pub(crate) mod growth;
 pub(crate) mod inertial;
@@ -25,6 +26,8 @@ pub(crate) mod thermal;
 pub(crate) mod waiting;
 
 pub(crate) use crate::motion::{Pose, Twist, advance};
+pub use flow::Flow;
+pub(crate) use flow::Stream;
 #[cfg(feature = "gpu")]
 pub(crate) use force::along;
 pub(crate) use force::force_fields;

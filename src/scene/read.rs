@@ -301,7 +301,7 @@ fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread
 }
 
 /// The keys whose values are lists.
-const LISTS: [&str; 20] = [
+const LISTS: [&str; 22] = [
     "bodies",
     "forces",
     "generate",
@@ -320,6 +320,8 @@ const LISTS: [&str; 20] = [
     "axis",
     "minimum",
     "maximum",
+    "direction",
+    "gradient",
     "lengths",
     "measures",
 ];

@@ -5,7 +5,9 @@
 mod device;
 mod drag;
 mod fixed;
+mod flow;
 mod forces;
+mod moving_walls;
 mod orientation;
 mod scenes;
 mod thermal;

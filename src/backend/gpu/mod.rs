@@ -30,7 +30,7 @@ mod warm;
 
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
-use crate::dynamics::{Cells, Dynamics, Force, ForceField, Heat};
+use crate::dynamics::{Cells, Dynamics, Force, ForceField, Heat, Stream};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Made, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
@@ -75,6 +75,7 @@ pub(crate) struct Setup {
     pub forces: Vec<Force>,
     pub groups: Vec<String>,
     pub heat: Option<Heat>,
+    pub stream: Option<Stream>,
     pub growth: Option<Cells>,
     pub length_pitch: f64,
     pub shapes: Vec<Shape>,
@@ -133,6 +134,7 @@ impl Setup {
             forces: model.forces.clone(),
             groups: model.groups.clone(),
             heat: model.heat,
+            stream: model.stream,
             growth: model.cells,
             length_pitch: (longest / LENGTHS).max(f64::MIN_POSITIVE).log2().ceil().exp2(),
             shapes: shapes.to_vec(),

@@ -4,6 +4,7 @@
 //! reach past a wall.
 
 mod bodies;
+mod flow;
 mod forces;
 mod generate;
 mod growth;
@@ -60,6 +61,7 @@ impl Scene {
         self.check_solver(&root.field("solver"))?;
         self.check_forces(&root.field("forces"))?;
         self.check_thermal(root)?;
+        self.check_flow(root)?;
         self.check_growth(&root.field("growth"))?;
         self.check_walls(root)?;
         self.check_periodic(root)?;
