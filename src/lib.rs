@@ -130,6 +130,7 @@ pub mod study;
 pub mod view;
 pub mod walls;
 pub mod warm;
+mod window;
 
 pub use bodies::Bodies;
 pub use dynamics::{ForceField, Load};

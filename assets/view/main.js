@@ -32,10 +32,11 @@ class Viewer {
     const { walls, periods, origin } = run.header;
     const bounded = walls.length > 0 || periods.some((period) => period !== null);
     const all = bounded ? extentOf(SIDES.top, run.states) : null;
-    this.wall_ends = bounded ? wallLines(walls, this.planar, all, origin) : [];
+    this.all = all;
+    this.wall_ends = this.wallsAt(run.header.states[0]);
     this.cell_ends = bounded ? cellLines(periods, this.planar, all, origin) : [];
     // The picture is fitted to those that end.
-    this.framed = walls.filter(isClosed).flatMap((wall) => wallLines([wall], this.planar, all, origin)).concat(this.cell_ends);
+    this.framed = walls.flatMap((wall, k) => isClosed(wall) ? run.header.states.flatMap((state) => this.wallsAt(state, k)) : []).concat(this.cell_ends);
     this.build();
     this.setTheme(this.theme);
     this.show(run.states.length - 1);
@@ -92,6 +93,7 @@ class Viewer {
     byId("at").setAttribute("aria-valuetext", `time ${shown(state.time)}`);
     byId("state").textContent = `${this.at + 1} of ${this.run.states.length}, step ${state.step}`;
     byId("caption").textContent = `t = ${shown(state.time, 6)}   n = ${state.bodies}`;
+    this.wall_ends = this.wallsAt(this.run.header.states[this.at]);
     this.painter.setState(state);
     this.setColour(this.colour);
     this.setPicked(this.picked);
@@ -204,6 +206,12 @@ class Viewer {
     else this.camera.orbit(right, down);
     byId("view").value = "";
     this.request();
+  }
+
+  /** The lines of the walls, or of one of them, in a state. */
+  wallsAt(state, only = null) {
+    const { walls, origin } = this.run.header;
+    return walls.flatMap((wall, k) => only === null || only === k ? placedWallLines(wall, state?.walls?.[k], this.planar, this.all, origin) : []);
   }
 
   toggleWalls() {

@@ -37,6 +37,27 @@ function wallLines(walls, planar, extent, origin) {
   return lines;
 }
 
+/** The same of one wall where it has moved to; `place` is null where it never moves. */
+function placedWallLines(wall, place, planar, extent, origin) {
+  if (!place) return wallLines([wall], planar, extent, origin);
+  const reference = plus(place.reference, origin, -1);
+  const [w, ...v] = place.turn;
+  const about = (point, sign) => {
+    const across = cross(v, point).map((x) => 2 * sign * x);
+    return plus(plus(point, across, w), cross(v, across), sign);
+  };
+  // The bodies' box as the wall sees it.
+  const middle = extent[0].map((x, k) => (x + extent[1][k]) / 2);
+  const back = plus(reference, about(plus(plus(middle, reference, -1), place.shift, -1), -1));
+  const seen = extent.map((corner) => plus(back, plus(corner, middle, -1)));
+  const lines = wallLines([wall], planar, seen, origin);
+  for (let k = 0; k < lines.length; k += 3) {
+    const point = plus(plus(reference, about(plus(lines.slice(k, k + 3), reference, -1), 1)), place.shift);
+    for (let axis = 0; axis < 3; axis++) lines[k + axis] = point[axis];
+  }
+  return lines;
+}
+
 /** Whether a wall has an end in every direction. */
 function isClosed(wall) {
   return "box" in wall || "sphere" in wall || ("cylinder" in wall && (wall.cylinder.length ?? null) !== null);

@@ -77,9 +77,10 @@ fn open(path: &Path) -> Result<State, CliError> {
         scene,
     };
     if path.is_dir() {
-        let bodies = read_state(&path.join("checkpoint.npz"))?.1.bodies;
+        let (header, state) = read_state(&path.join("checkpoint.npz"))?;
         let scene = Folder::view(path).scene();
-        return Ok(of(bodies, if scene.exists() { Some(Scene::read(&scene)?) } else { None }));
+        let found = of(state.bodies, if scene.exists() { Some(Scene::read(&scene)?) } else { None });
+        return Ok(State { walls: found.walls.at(header.time), ..found });
     }
     if path.extension().is_some_and(|extension| extension == "npz") {
         return Ok(of(read_state(path)?.1.bodies, None));

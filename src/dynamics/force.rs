@@ -1,10 +1,9 @@
 //! External forces: those that a scene may name and any that a library user plugs in.
 
 mod field;
-mod window;
 
+pub use crate::window::Window;
 pub use field::force_fields;
-pub use window::Window;
 
 use crate::bodies::Bodies;
 use glam::{DQuat, DVec3};

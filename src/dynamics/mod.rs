@@ -14,6 +14,7 @@
 
 pub(crate) mod bonds;
 mod damping;
+pub(crate) mod flow;
 pub(crate) mod force;
 pub(crate) mod growth;
 pub(crate) mod inertial;
@@ -28,6 +29,8 @@ pub(crate) mod waiting;
 pub(crate) use crate::motion::{Pose, Twist, advance};
 pub use bonds::Bond;
 pub(crate) use bonds::{Bonds, Incidence, Stiffness};
+pub use flow::Flow;
+pub(crate) use flow::Stream;
 #[cfg(feature = "gpu")]
 pub(crate) use force::along;
 pub(crate) use force::force_fields;

@@ -27,7 +27,10 @@ impl Measure for Dissipation {
     }
 
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut> {
-        let drag = view.frame.drag.ok_or("the run's scene is not there, or its law is not overdamped")?;
+        let drag = view
+            .frame
+            .drag
+            .ok_or("the run's scene is not there, its law is not overdamped, or a flow carries its bodies")?;
         if view.state.step == 0 {
             return Err("no step has been taken, so there are no velocities".into());
         }

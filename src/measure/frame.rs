@@ -12,7 +12,8 @@ pub struct Frame {
     pub planar: bool,
     /// What that was found in.
     pub planar_from: String,
-    /// The drag coefficient of the overdamped law, where that is the run's law and its scene is there.
+    /// The drag coefficient of the overdamped law, where that is the run's law, no flow carries its bodies and its scene
+    /// is there.
     pub drag: Option<f64>,
 }
 
@@ -32,7 +33,11 @@ impl Frame {
 
     /// The frame of a scene named `origin`.
     pub fn of_scene(scene: &Scene, origin: String) -> Frame {
-        Frame { planar: scene.planar, planar_from: origin, drag: scene.dynamics.drag() }
+        Frame {
+            planar: scene.planar,
+            planar_from: origin,
+            drag: scene.dynamics.drag().filter(|_| scene.flow.is_none()),
+        }
     }
 }
 

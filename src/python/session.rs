@@ -140,7 +140,7 @@ impl Session {
         };
         threads.run(move || {
             let overlap =
-                max_overlap_but(&simulation.scene().fixed(), &simulation.state()?.bodies, &simulation.scene().walls());
+                max_overlap_but(&simulation.scene().fixed(), &simulation.state()?.bodies, &simulation.walls());
             Summary::new(simulation, totals, scene_hash, (status, None), overlap)
         })
     }

@@ -320,7 +320,7 @@ impl PySimulation {
     fn wall_contacts(&self, py: Python<'_>, cutoff: f64) -> PyResult<WallContacts> {
         let cutoff = checked(cutoff)?;
         let found = self.compute(py, |session| {
-            let walls = session.simulation().scene().walls();
+            let walls = session.simulation().walls();
             session
                 .compute(move |simulation| simulation.state().map(|state| AtWalls::of(&walls, &state.bodies, cutoff)))
         })?;

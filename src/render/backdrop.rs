@@ -1,4 +1,4 @@
-//! What stands still behind the bodies of a picture: the walls and the periodic cell.
+//! What stands behind the bodies of a picture: the walls, where they are then, and the periodic cell.
 //!
 //! In a planar picture every pixel that shows no body asks the walls' own surfaces how far it is from them, so that a
 //! wall of any kind is drawn where bodies meet it, and grey outside. In other pictures walls are lines behind the
@@ -21,19 +21,27 @@ const HALF_LINE: f64 = 1.0 / 900.0;
 const OUTSIDE: f64 = 0.14;
 const IN_SPACE: f64 = 0.55;
 
-/// What stands still in a scene.
+/// What stands behind the bodies of a scene.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Backdrop {
     pub walls: Walls,
     pub periods: Periods,
     /// The walls as the scene has them.
     pub scene_walls: Vec<Wall>,
+    /// When.
+    pub time: f64,
 }
 
 impl Backdrop {
-    /// Of a scene.
+    /// Of a scene, where it starts.
     pub fn of(scene: &Scene) -> Self {
-        Backdrop { walls: scene.walls(), periods: scene.periods(), scene_walls: scene.walls.clone() }
+        let time = scene.time.start;
+        Backdrop { walls: scene.walls(), periods: scene.periods(), scene_walls: scene.walls.clone(), time }
+    }
+
+    /// The same at another time.
+    pub fn at(&self, time: f64) -> Backdrop {
+        Backdrop { walls: self.walls.at(time), time, ..self.clone() }
     }
 
     /// Draws it behind the bodies of a picture.
@@ -87,7 +95,8 @@ impl Backdrop {
     /// The lines of walls and of the periodic cell in what a camera sees, so far about its centre.
     fn lines(&self, camera: &Camera, reach: f64) -> Vec<Line> {
         let [low, high] = [-reach, reach].map(|reach| camera.centre + DVec3::splat(reach));
-        let mut lines: Vec<Line> = self.scene_walls.iter().flat_map(|wall| wall.lines(low, high)).collect();
+        let mut lines: Vec<Line> =
+            self.scene_walls.iter().flat_map(|wall| wall.lines_at(self.time, low, high)).collect();
         if !self.periods.is_none() {
             let lengths = self.periods.lengths();
             let end = |axis: usize, open: f64, sign: f64| lengths[axis].map_or(open, |length| 0.5 * sign * length);
@@ -170,7 +179,7 @@ mod tests {
 
     #[test]
     fn a_channel_is_a_band_between_lines_with_grey_outside() {
-        let wall = Wall::Channel { normal: [0.0, 1.0, 0.0], center: [0.0; 3], width: 4.0 };
+        let wall = Wall::Channel { normal: [0.0, 1.0, 0.0], center: [0.0; 3], width: 4.0, motion: None };
         let backdrop = Backdrop { walls: Walls::new(&[wall], true), ..Backdrop::default() };
         let image = drawn(&backdrop, true);
         let shade = |x: u32, y: u32| image.pixel(x, y).unwrap()[0];
@@ -182,7 +191,7 @@ mod tests {
 
     #[test]
     fn a_box_in_space_is_lines_behind_the_bodies() {
-        let wall = Wall::Box { minimum: [-2.5, -2.0, -2.0], maximum: [2.5, 2.0, 2.0] };
+        let wall = Wall::Box { minimum: [-2.5, -2.0, -2.0], maximum: [2.5, 2.0, 2.0], motion: None };
         let scene_walls = vec![wall];
         let backdrop = Backdrop { walls: Walls::new(&[wall], false), scene_walls, ..Backdrop::default() };
         let (with, without) = (drawn(&backdrop, false), drawn(&Backdrop::default(), false));

@@ -208,6 +208,7 @@ impl Painter<'_> {
             scale_bar: self.frames.words,
             ..View::default()
         };
+        let backdrop = self.backdrop.at(state.time);
         let paint = |inks: [Vec3; 2]| {
             let mut image = match self.rays {
                 Some(rays) => painted(bodies, &view, camera, colours, inks, on_device(rays))?,
@@ -217,7 +218,7 @@ impl Painter<'_> {
                 }
             };
             let inks = inks.map(super::bytes);
-            self.backdrop.draw(&mut image, &view, camera, inks[0], inks[1]);
+            backdrop.draw(&mut image, &view, camera, inks[0], inks[1]);
             if self.frames.words {
                 caption::state(&mut image, state, inks);
                 caption::legend(&mut image, self.frames.colour, scale, inks);
@@ -243,7 +244,7 @@ impl Painter<'_> {
         scale: Option<Scale>,
     ) -> Page {
         let words = self.frames.words.then(|| (caption::words(state), self.frames.colour, scale));
-        let (backdrop, background, size) = (&self.backdrop, self.frames.background, self.size);
+        let (backdrop, background, size) = (&self.backdrop.at(state.time), self.frames.background, self.size);
         vector::page(&vector::Drawn { bodies, colours, backdrop, camera, background, size, words })
     }
 }

@@ -350,7 +350,7 @@ impl Run {
         self.checkpoint()?;
         let begun = Instant::now();
         let scene = self.simulation.scene();
-        let overlap = max_overlap_but(&scene.fixed(), &self.simulation.state()?.bodies, &scene.walls());
+        let overlap = max_overlap_but(&scene.fixed(), &self.simulation.state()?.bodies, &self.simulation.walls());
         if self.simulation.done() || stopped.is_some() {
             let bodies = &self.simulation.state()?.bodies;
             let last = self.simulation.scene().final_scene(bodies, self.simulation.time());
@@ -375,7 +375,7 @@ impl Run {
         let mut bytes = Vec::new();
         let bodies = self.simulation.state()?.bodies.wrapped();
         let mut image = picture(&bodies, &view);
-        Backdrop::of(self.simulation.scene()).behind(&mut image, &view, &bodies);
+        Backdrop::of(self.simulation.scene()).at(self.simulation.time()).behind(&mut image, &view, &bodies);
         image.encode(&mut bytes).map_err(RecordError::io(&path, "pack it"))?;
         Ok(durable::write(&path, &bytes)?)
     }

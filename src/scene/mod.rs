@@ -32,11 +32,11 @@ mod validate;
 #[cfg(feature = "files")]
 mod write;
 
-pub use crate::dynamics::{Bond, Dynamics, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window};
+pub use crate::dynamics::{Bond, Dynamics, Flow, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window};
 pub use crate::lcp::SolverKind;
 pub use crate::periodic::Periodic;
 pub use crate::step::{ContactSettings, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
-pub use crate::walls::Wall;
+pub use crate::walls::{Wall, WallMotion};
 #[cfg(feature = "files")]
 pub use built_in::BuiltIn;
 pub use error::{FaultKind, SceneError};
@@ -108,7 +108,10 @@ pub struct Scene {
     /// Brownian motion. With inertia it needs `dynamics.inertial.drag`.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub thermal: Option<Thermal>,
-    /// Fixed walls that bodies do not pass, and inside of which they start; one with a `lineage`, which a run wrote,
+    /// A background flow that bodies are carried and turned by. With inertia it needs `dynamics.inertial.drag`.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub flow: Option<Flow>,
+    /// Walls that bodies do not pass, fixed or with a motion of their own, and inside of which they start; one with a `lineage`, which a run wrote,
     /// may start past a wall.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
     pub walls: Vec<Wall>,
@@ -146,6 +149,7 @@ impl Scene {
             forces: Vec::default(),
             bonds: Vec::default(),
             thermal: None,
+            flow: None,
             walls: Vec::default(),
             periodic: None,
             growth: None,

@@ -304,7 +304,7 @@ fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread
 const LISTS_OF_LISTS: [&str; 1] = ["at"];
 
 /// The keys whose values are lists.
-const LISTS: [&str; 22] = [
+const LISTS: &[&str] = &[
     "bonds",
     "at",
     "bodies",
@@ -325,12 +325,14 @@ const LISTS: [&str; 22] = [
     "axis",
     "minimum",
     "maximum",
+    "direction",
+    "gradient",
     "lengths",
     "measures",
 ];
 
 fn refuse_lists(text: &str) -> Result<(), Misread> {
-    match place::misplaced_list(text, &LISTS, &LISTS_OF_LISTS) {
+    match place::misplaced_list(text, LISTS, &LISTS_OF_LISTS) {
         None => Ok(()),
         Some(path) => {
             let error = SceneError::new(

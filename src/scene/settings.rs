@@ -1,7 +1,7 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
 use super::{ContactSettings, Dump, Recursion, Rows, SMALLEST_NUMBER, Scene};
-use crate::dynamics::{Bonds, Cells, Heat};
+use crate::dynamics::{Bonds, Cells, Heat, Stream};
 use crate::fixed::Fixed;
 use crate::lcp::Settings;
 use crate::periodic::Periods;
@@ -89,9 +89,9 @@ impl Scene {
 }
 
 impl Scene {
-    /// The surfaces of all walls.
+    /// The surfaces of all walls where the scene starts. [`Walls::at`] has those of another time.
     pub fn walls(&self) -> Walls {
-        Walls::new(&self.walls, self.planar)
+        Walls::new(&self.walls, self.planar).at(self.time.start)
     }
 
     /// The periods of space.
@@ -138,6 +138,7 @@ impl Scene {
             groups: self.group_names(),
             bonds: self.bonds(),
             heat: self.heat(),
+            stream: self.flow.and_then(|flow| Stream::new(&flow, &self.dynamics, self.planar)),
             fixed: self.fixed(),
             walls: self.walls(),
             periods: self.periods(),

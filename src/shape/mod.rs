@@ -240,6 +240,22 @@ impl Shape {
         }
     }
 
+    /// Bretherton's constants about the body's x, y and z: by which part of the strain rate across each axis a flow
+    /// turns the body beyond the fluid's own turning, from -1 to 1 (G. B. Jeffery, Proc. R. Soc. Lond. A 102, 161
+    /// (1922); F. P. Bretherton, J. Fluid Mech. 14, 284 (1962)).
+    ///
+    /// For an ellipsoid they are exact, `(b^2 - c^2) / (b^2 + c^2)` about x; a spherocylinder has the limit of a thin
+    /// rod, as if it were endlessly long, and a ring that of a thin disc. `None` for a shape of one's own.
+    pub fn bretherton(&self) -> Option<DVec3> {
+        match *self {
+            Shape::Sphere { .. } => Some(DVec3::ZERO),
+            Shape::Spherocylinder { diameter, length } => Some(spherocylinder::bretherton(diameter, length)),
+            Shape::Ellipsoid { radii } => Some(ellipsoid::bretherton(radii)),
+            Shape::Torus { .. } => Some(torus::BRETHERTON),
+            Shape::Convex(_) => None,
+        }
+    }
+
     /// Half the sizes of the smallest box along the axes of space that holds the shape at this orientation.
     #[inline]
     pub fn half_extents(&self, orientation: DQuat) -> DVec3 {

@@ -51,3 +51,8 @@ pub(super) fn proxy(diameter: f64, length: f64, count: usize) -> Result<Vec<Prox
     let radius = 0.5 * diameter;
     Ok((-side..=side).map(|i| ProxySphere { centre: DVec3::Z * (spacing * i as f64), radius }).collect())
 }
+
+/// Bretherton's constants of a thin rod along z; one as long as it is thick is a ball.
+pub(super) fn bretherton(diameter: f64, length: f64) -> DVec3 {
+    if length == diameter { DVec3::ZERO } else { DVec3::new(-1.0, 1.0, 0.0) }
+}

@@ -5,6 +5,9 @@ use super::{ProxyError, ProxySphere, ShapeError, check_aspect, check_size};
 use glam::{DQuat, DVec3};
 use std::f64::consts::{PI, TAU};
 
+/// Bretherton's constants of a thin disc across z.
+pub(super) const BRETHERTON: DVec3 = DVec3::new(1.0, -1.0, 0.0);
+
 pub(super) fn validate(major_radius: f64, minor_radius: f64) -> Result<(), ShapeError> {
     check_size("major_radius", major_radius)?;
     check_size("minor_radius", minor_radius)?;

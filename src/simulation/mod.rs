@@ -15,7 +15,7 @@ use crate::gpu::{Gpu, Precision};
 use crate::scene::{Scene, StopReason};
 use crate::separation::supports;
 use crate::step::{Backend, Contact, Fault, Keep, Plan, SavedLcp, State, StepReport, contacts, max_overlap_but, step};
-use crate::walls::WallContact;
+use crate::walls::{WallContact, Walls};
 use automatic::Auto;
 use std::mem::discriminant;
 
@@ -255,13 +255,18 @@ impl Simulation {
         Ok(contacts(&self.state()?.bodies, cutoff))
     }
 
+    /// The walls where they are now.
+    pub fn walls(&self) -> Walls {
+        self.scene.walls().at(self.time())
+    }
+
     /// Every body and surface of a wall whose separation is at most `cutoff`. See
     /// [`Walls::contacts`](crate::walls::Walls::contacts).
     ///
     /// # Errors
     /// As [`Simulation::state`].
     pub fn wall_contacts(&self, cutoff: f64) -> Result<Vec<WallContact>, Fault> {
-        Ok(self.scene.walls().contacts(&self.state()?.bodies, cutoff))
+        Ok(self.walls().contacts(&self.state()?.bodies, cutoff))
     }
 }
 

@@ -1,7 +1,7 @@
 //! What steps are computed with.
 
 use super::{ContactSettings, Time};
-use crate::dynamics::{Bonds, Cells, Dynamics, Force, Heat};
+use crate::dynamics::{Bonds, Cells, Dynamics, Force, Heat, Stream};
 use crate::fixed::Fixed;
 use crate::lcp::{Settings, SolverKind};
 use crate::periodic::Periods;
@@ -25,6 +25,8 @@ pub struct Model {
     pub bonds: Bonds,
     /// The random loads of Brownian motion, where there are any.
     pub heat: Option<Heat>,
+    /// The background flow, where there is one.
+    pub stream: Option<Stream>,
     /// The bodies that do not move.
     pub fixed: Fixed,
     /// The surfaces of walls.

@@ -92,7 +92,7 @@ impl Taking<'_> {
         before: &State,
     ) -> Result<Overlap, Fault> {
         if self.plan.parts_first {
-            self.parted(again)?;
+            self.parted(again, 0.0)?;
         }
         match self.piece(again, Piece::whole(self.plan.span), first) {
             Err(Fault::Unresolved(_)) if self.plan.accepts_the_least_bad() => {
@@ -133,7 +133,7 @@ impl Taking<'_> {
         };
         self.count_failure(&failed);
         let overlaps = again.start_overlap() > self.plan.contact.overlap_tolerance;
-        if piece.is_whole() && overlaps && !self.report.parted && self.parted(again)?.is_some() {
+        if piece.is_whole() && overlaps && !self.report.parted && self.parted(again, 0.0)?.is_some() {
             return self.piece(again, piece, None);
         }
         if let Some(overlap) = self.wait(again, piece)? {
@@ -148,16 +148,16 @@ impl Taking<'_> {
         }
     }
 
-    /// Parts bodies that overlap by more than the tolerance, in no time; what is left, or none where they cannot be,
+    /// Parts bodies that overlap by more than the tolerance, in no time, `at` so many `dt` after the last step; what is left, or none where they cannot be,
     /// and then they are where they were. Each round starts from the least bad trial of the last one, with rows made
     /// there.
-    fn parted(&mut self, again: &mut dyn RetryBackend) -> Result<Option<Overlap>, Fault> {
+    fn parted(&mut self, again: &mut dyn RetryBackend, at: f64) -> Result<Option<Overlap>, Fault> {
         let before = again.backend().state()?.clone();
         let plan = Plan { stepping: Stepping::Euler, keeps_least_bad: true, ..*self.plan };
         again.part(true);
         let mut left = None;
         for _ in 0..MOST_ROUNDS_OF_PARTING {
-            again.prepare(Piece::WHOLE, &Waiting::All);
+            again.prepare(Piece { start: at, ..Piece::WHOLE }, &Waiting::All);
             let Ok(mut tried) = attempt(again.backend(), &plan, self.keep) else { break };
             self.report.add_cost(&tried.report);
             go_to_least_bad(again, &plan, &mut tried)?;
@@ -361,7 +361,9 @@ impl Taking<'_> {
             return Ok(None);
         }
         self.report.phases += again.backend().accept()?;
-        let Some(overlap) = self.parted(again)? else {
+        // Walls are where they are at the piece's end. After the last piece the step is over.
+        let at = if piece.ends_step() { 0.0 } else { piece.span * (piece.start + piece.length) };
+        let Some(overlap) = self.parted(again, at)? else {
             again.restore(&before);
             return Ok(None);
         };

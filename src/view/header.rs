@@ -9,7 +9,8 @@ use crate::measure::Frame;
 use crate::record::Snapshot;
 use crate::render::Quantity;
 use crate::scene::Scene;
-use crate::walls::Wall;
+use crate::walls::{Moved, Wall};
+use glam::DQuat;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -71,12 +72,41 @@ pub(super) struct StateHeader {
     /// What it does not tell, and why.
     pub missing: BTreeMap<&'static str, String>,
     pub columns: Vec<Column>,
+    /// Where each wall of the scene is that moves, and null for each that does not; left out where none moves.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    walls: Vec<Option<WallPlace>>,
+}
+
+/// Where a wall is.
+#[derive(Clone, Serialize)]
+struct WallPlace {
+    /// Its reference point as the scene gives it.
+    reference: [f64; 3],
+    /// How far it has gone.
+    shift: [f64; 3],
+    /// How it has turned about its reference point, `[w, x, y, z]`.
+    turn: [f64; 4],
 }
 
 impl StateHeader {
     /// Of a state, without columns yet.
     pub fn new(state: &Snapshot) -> StateHeader {
         StateHeader { step: state.step, time: state.time, bodies: state.bodies.len(), ..StateHeader::default() }
+    }
+
+    /// Tells where the walls are, if any moves.
+    fn place_walls(&mut self, walls: &[Wall]) {
+        if walls.iter().any(|wall| wall.motion().is_some()) {
+            self.walls = walls.iter().map(|wall| wall.moved(self.time).map(WallPlace::of)).collect();
+        }
+    }
+}
+
+impl WallPlace {
+    fn of(moved: Moved) -> WallPlace {
+        let turn = moved.turn.unwrap_or(DQuat::IDENTITY);
+        let (reference, shift) = (moved.reference.to_array(), moved.shift.to_array());
+        WallPlace { reference, shift, turn: [turn.w, turn.x, turn.y, turn.z] }
     }
 }
 
@@ -95,6 +125,8 @@ impl Header {
     ) -> Header {
         let told = |quantity: &Quantity| packer.told(*quantity);
         let quantities: Vec<Told> = Quantity::ALL.iter().map(told).collect();
+        let mut states = packer.headers.clone();
+        states.iter_mut().for_each(|state| state.place_walls(scene.map_or(&[], |scene| &scene.walls)));
         let there = quantities.iter().any(|told| told.name == pages.colour.name() && told.missing.is_none());
         Header {
             name: name.into(),
@@ -109,7 +141,7 @@ impl Header {
             quantities,
             measured: given(),
             table: Shared { bodies: packer.table.len(), columns: packer.table.block().layout() },
-            states: packer.headers.clone(),
+            states,
             steps,
             contacts_left_out:
                 "This state has too many contacts for a page. A page of fewer states, or of this one alone, has them."

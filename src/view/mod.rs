@@ -141,7 +141,7 @@ fn look(states: &States, index: usize, frame: &Frame, walls: &Walls, all: usize)
     let settings = Settings::default();
     let seen = View::new(&state, frame, &settings);
     let measured = Measured::of(&seen);
-    let touching = Touching::of(&seen, walls, all, index + 1 == states.len());
+    let touching = Touching::of(&seen, &walls.at(state.time), all, index + 1 == states.len());
     drop(seen);
     Ok(Looked { state, measured, touching })
 }

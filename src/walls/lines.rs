@@ -14,23 +14,31 @@ const ALONG: usize = 8;
 pub(crate) type Line = [DVec3; 2];
 
 impl Wall {
-    /// Its lines, about bodies from `low` to `high`.
-    pub(crate) fn lines(&self, low: DVec3, high: DVec3) -> Vec<Line> {
+    /// Its lines at `time`, about bodies from `low` to `high`.
+    pub(crate) fn lines_at(&self, time: f64, low: DVec3, high: DVec3) -> Vec<Line> {
+        let Some(moved) = self.moved(time) else { return self.lines(low, high) };
+        // A cube that holds the bodies, as the wall sees them.
+        let (middle, half) = (moved.back(0.5 * (low + high)), DVec3::splat(0.5 * (high - low).max_element()));
+        self.lines(middle - half, middle + half).into_iter().map(|line| line.map(|end| moved.point(end))).collect()
+    }
+
+    /// Its lines at time 0.
+    fn lines(&self, low: DVec3, high: DVec3) -> Vec<Line> {
         let (middle, size) = (0.5 * (low + high), (high - low).length());
         let unit = |v: [f64; 3]| DVec3::from(v).normalize_or(DVec3::X);
         match *self {
-            Wall::HalfSpace { normal, offset } => patch(unit(normal) * offset, unit(normal), middle, size),
-            Wall::Channel { normal, center, width } => {
+            Wall::HalfSpace { normal, offset, .. } => patch(unit(normal) * offset, unit(normal), middle, size),
+            Wall::Channel { normal, center, width, .. } => {
                 let (centre, normal) = (DVec3::from(center), unit(normal));
                 let sides = [-0.5, 0.5].map(|side| patch(centre + side * width * normal, normal, middle, size));
                 sides.concat()
             }
-            Wall::Box { minimum, maximum } => edges(minimum.into(), maximum.into()),
-            Wall::Sphere { center, radius } => {
+            Wall::Box { minimum, maximum, .. } => edges(minimum.into(), maximum.into()),
+            Wall::Sphere { center, radius, .. } => {
                 let axes = [[DVec3::X, DVec3::Y], [DVec3::Y, DVec3::Z], [DVec3::Z, DVec3::X]];
                 axes.into_iter().flat_map(|axes| circle(center.into(), axes.map(|axis| radius * axis))).collect()
             }
-            Wall::Cylinder { center, axis, radius, length } => {
+            Wall::Cylinder { center, axis, radius, length, .. } => {
                 let (centre, axis) = (DVec3::from(center), unit(axis));
                 // One without ends reaches as far as the bodies.
                 let half = 0.5 * length.unwrap_or(size);
@@ -85,12 +93,12 @@ mod tests {
     fn lines_lie_on_their_wall() {
         let (center, normal) = ([1.0, -2.0, 0.5], [0.3, 0.2, 2.0]);
         let walls = [
-            Wall::HalfSpace { normal, offset: -1.5 },
-            Wall::Channel { normal, center, width: 3.0 },
-            Wall::Box { minimum: [-1.0, -2.0, -3.0], maximum: [2.0, 3.0, 4.0] },
-            Wall::Sphere { center, radius: 2.5 },
-            Wall::Cylinder { center, axis: normal, radius: 1.5, length: Some(4.0) },
-            Wall::Cylinder { center, axis: normal, radius: 1.5, length: None },
+            Wall::HalfSpace { normal, offset: -1.5, motion: None },
+            Wall::Channel { normal, center, width: 3.0, motion: None },
+            Wall::Box { minimum: [-1.0, -2.0, -3.0], maximum: [2.0, 3.0, 4.0], motion: None },
+            Wall::Sphere { center, radius: 2.5, motion: None },
+            Wall::Cylinder { center, axis: normal, radius: 1.5, length: Some(4.0), motion: None },
+            Wall::Cylinder { center, axis: normal, radius: 1.5, length: None, motion: None },
         ];
         for wall in walls {
             let surfaces = Walls::new(&[wall], false);

@@ -1,16 +1,21 @@
-//! The walls of a scene: fixed surfaces that bodies stay inside of, without unknowns.
+//! The walls of a scene: surfaces that bodies stay inside of, without unknowns. They stand still or have a motion of
+//! their own.
 //!
-//! Each surface of a wall (a box has six) is to a body like another body that cannot move: it has a number in the place
+//! Each surface of a wall (a box has six) is to a body like another body that nothing can push: it has a number in the place
 //! of a body's, so that pairs, rows and what a step remembers are the same for both, and in an LCP its block of `J` is
 //! zero.
 
 #[cfg(feature = "files")]
 mod lines;
+mod motion;
 mod number;
 mod wall;
 
 #[cfg(feature = "files")]
 pub(crate) use lines::{Line, edges};
+#[cfg(feature = "files")]
+pub(crate) use motion::Moved;
+pub use motion::WallMotion;
 #[cfg(feature = "gpu")]
 pub(crate) use number::AtSurface;
 pub(crate) use number::{in_rows, of_rows};
@@ -56,23 +61,63 @@ impl WallContact {
     }
 }
 
-/// The surfaces of all walls of a scene, in order.
+/// The surfaces of all walls of a scene at one time, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Walls {
     surfaces: Vec<Surface>,
     /// The place of each one's wall in the scene's list.
     wall: Vec<usize>,
+    /// The surfaces that move.
+    moving: Vec<Moving>,
+}
+
+/// A surface that moves.
+#[derive(Clone, Debug, PartialEq)]
+struct Moving {
+    /// Its place among the surfaces.
+    at: usize,
+    /// Where it is at time 0.
+    given: Surface,
+    wall: Wall,
 }
 
 impl Walls {
-    /// The surfaces of these walls; in the plane those that bodies can meet.
+    /// The surfaces of these walls at time 0; in the plane those that bodies can meet.
     pub fn new(all: &[Wall], planar: bool) -> Walls {
         let mut walls = Walls::default();
         for (index, wall) in all.iter().enumerate() {
+            let first = walls.surfaces.len();
             walls.surfaces.extend(wall.surfaces(planar));
+            if wall.motion().is_some() {
+                let moving = |(at, given): (usize, &Surface)| Moving { at: first + at, given: *given, wall: *wall };
+                walls.moving.extend(walls.surfaces[first..].iter().enumerate().map(moving));
+            }
             walls.wall.resize(walls.surfaces.len(), index);
         }
         walls
+    }
+
+    /// The same walls where they are at `time`.
+    ///
+    /// ```
+    /// use relcp::walls::{Wall, WallMotion, Walls};
+    /// let piston = Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: 0.0, motion: Some(WallMotion::new([0.5, 0.0, 0.0])) };
+    /// let walls = Walls::new(&[piston], false);
+    /// assert!(walls.move_in_time() && walls.at(0.0) == walls && walls.at(2.0) != walls);
+    /// ```
+    pub fn at(&self, time: f64) -> Walls {
+        let mut walls = self.clone();
+        for Moving { at, given, wall } in &self.moving {
+            if let Some(moved) = wall.moved(time) {
+                walls.surfaces[*at] = moved.surface(given);
+            }
+        }
+        walls
+    }
+
+    /// Whether any of them has a motion.
+    pub fn move_in_time(&self) -> bool {
+        !self.moving.is_empty()
     }
 
     /// Whether there are none.

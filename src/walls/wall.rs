@@ -1,5 +1,6 @@
 //! The walls that a scene may have, and their surfaces.
 
+use super::motion::{Moved, WallMotion};
 use crate::separation::Surface;
 use glam::DVec3;
 #[cfg(feature = "files")]
@@ -7,7 +8,7 @@ use schemars::JsonSchema;
 #[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
-/// A fixed wall that bodies do not pass. In a planar scene walls stand upright on the plane; faces across it (of a box,
+/// A wall that bodies do not pass, fixed or with a motion of its own. In a planar scene walls stand upright on the plane; faces across it (of a box,
 /// the ends of a cylinder) are left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
@@ -20,6 +21,9 @@ pub enum Wall {
         normal: [f64; 3],
         /// How far the plane lies from the origin along the normal.
         offset: f64,
+        /// How it moves. Without it: it does not.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        motion: Option<WallMotion>,
     },
     /// Two parallel planes with the bodies between them.
     Channel {
@@ -30,6 +34,9 @@ pub enum Wall {
         /// The distance of the planes.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         width: f64,
+        /// How it moves. Without it: it does not.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        motion: Option<WallMotion>,
     },
     /// A box along the axes of space, with the bodies inside.
     Box {
@@ -37,6 +44,9 @@ pub enum Wall {
         minimum: [f64; 3],
         /// Its corner of the greatest coordinates.
         maximum: [f64; 3],
+        /// How it moves. Without it: it does not.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        motion: Option<WallMotion>,
     },
     /// A sphere, with the bodies inside.
     Sphere {
@@ -45,6 +55,9 @@ pub enum Wall {
         /// Its radius.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         radius: f64,
+        /// How it moves. Without it: it does not.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        motion: Option<WallMotion>,
     },
     /// A cylinder, with the bodies inside.
     Cylinder {
@@ -59,6 +72,9 @@ pub enum Wall {
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         length: Option<f64>,
+        /// How it moves. Without it: it does not.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        motion: Option<WallMotion>,
     },
 }
 
@@ -79,24 +95,49 @@ impl Wall {
         }
     }
 
-    /// The wall's surfaces; in a planar scene those that bodies can meet.
+    /// How it moves, where it does.
+    pub fn motion(&self) -> Option<&WallMotion> {
+        match self {
+            Wall::HalfSpace { motion, .. }
+            | Wall::Channel { motion, .. }
+            | Wall::Box { motion, .. }
+            | Wall::Sphere { motion, .. }
+            | Wall::Cylinder { motion, .. } => motion.as_ref(),
+        }
+    }
+
+    /// What it turns about, as the scene gives it.
+    pub(crate) fn reference(&self) -> DVec3 {
+        match *self {
+            Wall::HalfSpace { normal, offset, .. } => offset * DVec3::from(normal).normalize_or(DVec3::X),
+            Wall::Box { minimum, maximum, .. } => 0.5 * (DVec3::from(minimum) + DVec3::from(maximum)),
+            Wall::Channel { center, .. } | Wall::Sphere { center, .. } | Wall::Cylinder { center, .. } => center.into(),
+        }
+    }
+
+    /// Where it is at `time`; none where it never moves.
+    pub(crate) fn moved(&self, time: f64) -> Option<Moved> {
+        self.motion().map(|motion| motion.at(self.reference(), time))
+    }
+
+    /// The wall's surfaces at time 0; in a planar scene those that bodies can meet.
     pub fn surfaces(&self, planar: bool) -> Vec<Surface> {
         let unit = |v: [f64; 3]| DVec3::from(v).normalize_or(DVec3::X);
         let mut surfaces = match *self {
-            Wall::HalfSpace { normal, offset } => {
+            Wall::HalfSpace { normal, offset, .. } => {
                 let normal = unit(normal);
                 vec![Surface::Plane { point: offset * normal, normal }]
             }
-            Wall::Channel { normal, center, width } => facing(center.into(), unit(normal), 0.5 * width).to_vec(),
-            Wall::Box { minimum, maximum } => {
+            Wall::Channel { normal, center, width, .. } => facing(center.into(), unit(normal), 0.5 * width).to_vec(),
+            Wall::Box { minimum, maximum, .. } => {
                 let (low, high) = (DVec3::from(minimum), DVec3::from(maximum));
                 let faces = |normal: DVec3| {
                     [Surface::Plane { point: low, normal }, Surface::Plane { point: high, normal: -normal }]
                 };
                 DVec3::AXES.into_iter().flat_map(faces).collect()
             }
-            Wall::Sphere { center, radius } => vec![Surface::Sphere { centre: center.into(), radius }],
-            Wall::Cylinder { center, axis, radius, length } => {
+            Wall::Sphere { center, radius, .. } => vec![Surface::Sphere { centre: center.into(), radius }],
+            Wall::Cylinder { center, axis, radius, length, .. } => {
                 let (centre, axis) = (DVec3::from(center), unit(axis));
                 let ends = length.into_iter().flat_map(|length| facing(centre, axis, 0.5 * length));
                 [Surface::Cylinder { centre, axis, radius }].into_iter().chain(ends).collect()

@@ -42,13 +42,13 @@ fn past(wall: &Wall, body: &Placed) -> f64 {
 /// How far a point is past a wall, by definition.
 pub fn beyond(wall: &Wall, p: DVec3) -> f64 {
     match *wall {
-        Wall::HalfSpace { normal, offset } => offset - p.dot(DVec3::from(normal).normalize()),
-        Wall::Channel { normal, center, width } => {
+        Wall::HalfSpace { normal, offset, .. } => offset - p.dot(DVec3::from(normal).normalize()),
+        Wall::Channel { normal, center, width, .. } => {
             (p - DVec3::from(center)).dot(DVec3::from(normal).normalize()).abs() - 0.5 * width
         }
-        Wall::Box { minimum, maximum } => (DVec3::from(minimum) - p).max(p - DVec3::from(maximum)).max_element(),
-        Wall::Sphere { center, radius } => p.distance(center.into()) - radius,
-        Wall::Cylinder { center, axis, radius, length } => {
+        Wall::Box { minimum, maximum, .. } => (DVec3::from(minimum) - p).max(p - DVec3::from(maximum)).max_element(),
+        Wall::Sphere { center, radius, .. } => p.distance(center.into()) - radius,
+        Wall::Cylinder { center, axis, radius, length, .. } => {
             let (from, axis) = (p - DVec3::from(center), DVec3::from(axis).normalize());
             let ends = length.map_or(f64::NEG_INFINITY, |length| from.dot(axis).abs() - 0.5 * length);
             (from.cross(axis).length() - radius).max(ends)
@@ -89,7 +89,7 @@ fn run_with(scene: Scene, audit_every: u64) -> Ran {
         for i in 0..bodies.len() {
             for wall in &walls {
                 let mut wall = *wall;
-                if let (true, Wall::Box { minimum, maximum }) = (planar, &mut wall) {
+                if let (true, Wall::Box { minimum, maximum, .. }) = (planar, &mut wall) {
                     (minimum[2], maximum[2]) = (-1e3, 1e3);
                 }
                 outside = outside.max(past(&wall, &bodies.placed(i)));

@@ -115,7 +115,7 @@ impl<const D: usize> Cpu<D> {
         for w in warm.iter_mut().filter(|_| self.start.proxies.is_empty()) {
             if let Some(surface) = surface_of(w.pair[1]) {
                 let placed = self.trial.placed(&self.start, w.pair[0] as usize);
-                w.normal = walls::normal_at(&self.setup.walls, &placed, surface, w.feature);
+                w.normal = walls::normal_at(self.start.walls(&self.setup), &placed, surface, w.feature);
             }
         }
         warm
@@ -255,7 +255,7 @@ impl<const D: usize> Backend for Cpu<D> {
         pairs.renew(&overlapping);
         let bodies = start.bodies.len();
         let limit = |i: usize| if start.is_held(i) { f64::NEG_INFINITY } else { 0.0 };
-        near::join(&mut overlapping, walls::near(&setup.walls, bodies, |i| trial.placed(start, i), limit));
+        near::join(&mut overlapping, walls::near(start.walls(setup), bodies, |i| trial.placed(start, i), limit));
         let overlap = trial.set_overlapping(setup, start, overlapping, violating);
         phases.narrow_phase += begun.elapsed();
         Ok(overlap)

@@ -38,15 +38,22 @@ impl Stages<'_> {
         let Stages { setup, start, motions } = self;
         let limit = |a: usize, b: usize| motions.limit(setup, start, a, b);
         let found = narrow_phase::within(candidates, pairs, separate, |a, b| first.pair(start, a, b), limit);
-        let walls = walls::near(
-            &setup.walls,
-            start.bodies.len(),
-            |i| first.placed(start, i),
-            |i| if start.is_held(i) { f64::NEG_INFINITY } else { setup.cutoff + motions.reach[i].either },
-        );
+        let placed = |i: usize| first.placed(start, i);
+        let mut walls = walls::near(start.walls(setup), start.bodies.len(), placed, |i| {
+            if start.is_held(i) { f64::NEG_INFINITY } else { setup.cutoff + motions.reach[i].either }
+        });
+        if let Some(middle) = start.walls_in_middle() {
+            walls::turn_to(middle, &mut walls, placed);
+        }
         if start.middle.is_none() {
             let deepest = |deepest: f64, near: &Near| deepest.max(-near.found.separation);
-            first.overlap = found.iter().chain(&walls).fold(0.0, deepest);
+            // What a wall's motion makes of a start is no overlap of the start.
+            let before = start.walls_before().map(|walls| {
+                let limit = |i: usize| if start.is_held(i) { f64::NEG_INFINITY } else { 0.0 };
+                walls::near(walls, start.bodies.len(), placed, limit)
+            });
+            let overlap = found.iter().chain(before.as_ref().unwrap_or(&walls)).fold(0.0, deepest);
+            first.overlap = overlap;
         }
         let mut rows = match setup.rows {
             Rows::Auto => self.with_branches(&found, (first, planar), pairs),
@@ -110,7 +117,12 @@ impl Stages<'_> {
                 rows.push(Near { pair, feature, found })
             });
         }
-        join(&mut rows, walls::near_sub_spheres(&setup.walls, &start.proxies, |i| first.placed(start, i), reach));
+        let placed = |i: usize| first.placed(start, i);
+        let mut walls = walls::near_sub_spheres(start.walls(setup), &start.proxies, placed, reach);
+        if let Some(middle) = start.walls_in_middle() {
+            walls::turn_sub_spheres_to(middle, &start.proxies, &mut walls, placed);
+        }
+        join(&mut rows, walls);
         let mut gamma = Vec::with_capacity(rows.len());
         for of_pair in rows.chunk_by(|near, next| near.pair == next.pair) {
             let recalled = pairs.recalled(pairs.get(of_pair[0].pair));

@@ -35,11 +35,13 @@ pub(super) struct Setup {
 impl Setup {
     pub(super) fn new(model: &Model, bodies: &Bodies) -> Setup {
         let shapes = || bodies.shape.iter();
+        let mut forces = dynamics::force_fields(&model.forces, &model.groups, &model.dynamics);
+        forces.extend(model.stream.map(|stream| Box::new(stream) as Box<dyn ForceField>));
         Setup {
             time: model.time,
             growth: model.cells,
-            forces: dynamics::force_fields(&model.forces, &model.groups, &model.dynamics),
             bonds: model.bonds.clone(),
+            forces,
             heat: model.heat,
             walls: model.walls.clone(),
             fixed: model.fixed.clone(),

@@ -6,6 +6,7 @@ use crate::dynamics::{Incidence, Pose, Waiting};
 use crate::separation::Placed;
 use crate::shape::ProxySphere;
 use crate::step::{Fault, Piece, State};
+use crate::walls::Walls;
 
 pub(super) struct Start {
     /// What of the step is being taken, and the cells that wait in it.
@@ -27,6 +28,9 @@ pub(super) struct Start {
     pub(super) proxies: Vec<Vec<ProxySphere>>,
     /// Which bonds hold which bodies; none where there are none, or bodies are parted.
     pub(super) bonds: Option<Incidence>,
+    /// Where walls are that move: at the piece's start, at the end of the present part, and in its middle once that is
+    /// made.
+    walls: Option<[Walls; 3]>,
     /// Which bodies do not move; empty where none can be fixed.
     held: Vec<bool>,
     /// What slows the growth of this step's bodies, where something does.
@@ -46,6 +50,7 @@ impl Start {
             middle: None,
             proxies: Vec::new(),
             bonds: None,
+            walls: None,
             held: Vec::new(),
             pressures: Vec::new(),
         }
@@ -78,6 +83,7 @@ impl Start {
         let bonded = !setup.bonds.is_empty() && !self.parting;
         self.bonds = bonded.then(|| setup.bonds.incidence(&self.bodies.lineage, &self.bodies.broken_bonds));
         self.held = setup.fixed.flags(&self.bodies);
+        self.place_walls(setup);
         self.make_proxies(setup)
     }
 
@@ -85,9 +91,32 @@ impl Start {
     pub(super) fn set_middle(&mut self, setup: &Setup, middle: Bodies) {
         self.middle = Some(middle);
         self.interval = self.piece_length(setup);
+        self.place_walls(setup);
         if let Some(growth) = setup.growth {
             growth.lengthen(&mut self.bodies, 0.5 * self.interval, &self.pressures, &self.waiting);
         }
+    }
+
+    /// Moves the walls. Parting bodies takes no time.
+    fn place_walls(&mut self, setup: &Setup) {
+        let interval = if self.parting { 0.0 } else { self.interval };
+        let times = [0.0, 1.0, 0.5].map(|part| self.time + part * interval);
+        self.walls = setup.walls.move_in_time().then(|| times.map(|time| setup.walls.at(time)));
+    }
+
+    /// The walls that bodies must keep clear of: where they are at the end of the present part.
+    pub(super) fn walls<'a>(&'a self, setup: &'a Setup) -> &'a Walls {
+        self.walls.as_ref().map_or(&setup.walls, |[_, end, _]| end)
+    }
+
+    /// Where walls that move are at the piece's start.
+    pub(super) fn walls_before(&self) -> Option<&Walls> {
+        self.walls.as_ref().map(|[start, ..]| start)
+    }
+
+    /// Where walls that move are in the middle, once that is made.
+    pub(super) fn walls_in_middle(&self) -> Option<&Walls> {
+        self.walls.as_ref().filter(|_| self.middle.is_some()).map(|[.., middle]| middle)
     }
 
     pub(super) fn make_proxies(&mut self, setup: &Setup) -> Result<(), Fault> {

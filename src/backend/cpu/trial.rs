@@ -122,7 +122,7 @@ impl<const D: usize> Trial<D> {
         for near in &self.overlapping {
             let [a, b] = near.pair.map(|i| i as usize);
             if let Some(surface) = surface_of(near.pair[1]) {
-                worst = worst.max(past_wall(&setup.walls, &start.proxies[a], &self.placed(start, a), surface));
+                worst = worst.max(past_wall(start.walls(setup), &start.proxies[a], &self.placed(start, a), surface));
                 continue;
             }
             let [of_a, of_b] = self.pair(start, a, b);

@@ -4,7 +4,7 @@ use super::LEAST_BODIES_A_TASK;
 use super::narrow_phase::Near;
 use crate::separation::{Placed, Separation};
 use crate::shape::ProxySphere;
-use crate::walls::{Walls, number_of};
+use crate::walls::{Walls, number_of, surface_of};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -72,6 +72,44 @@ fn along(
         near
     };
     (0..bodies).into_par_iter().with_min_len(LEAST_BODIES_A_TASK).flat_map_iter(of_body).collect()
+}
+
+/// Gives places that were found at walls at a step's end the normals and levers of the same places at the walls in its
+/// middle, where forces act: their gaps stay those to the walls at the end.
+pub(super) fn turn_to(middle: &Walls, near: &mut [Near], placed: impl Fn(usize) -> Placed + Sync) {
+    turn(near, |near, surface, found| {
+        let feature = near.feature;
+        middle.surfaces()[surface].places(&placed(near.pair[0] as usize), |place, there| {
+            if place == feature {
+                *found = Some(there);
+            }
+        });
+    });
+}
+
+/// The same of sub-spheres.
+pub(super) fn turn_sub_spheres_to(
+    middle: &Walls,
+    proxies: &[Vec<ProxySphere>],
+    near: &mut [Near],
+    placed: impl Fn(usize) -> Placed + Sync,
+) {
+    turn(near, |near, surface, found| {
+        let body = near.pair[0] as usize;
+        let (sphere, placed) = (&proxies[body][near.feature as usize], placed(body));
+        *found =
+            Some(middle.surfaces()[surface].at(placed.position, placed.orientation * sphere.centre, sphere.radius));
+    });
+}
+
+fn turn(near: &mut [Near], there: impl Fn(&Near, usize, &mut Option<Separation>) + Sync) {
+    near.par_iter_mut().with_min_len(LEAST_BODIES_A_TASK).for_each(|near| {
+        let (mut found, Some(surface)) = (None, surface_of(near.pair[1])) else { return };
+        there(near, surface, &mut found);
+        if let Some(found) = found {
+            near.found = Separation { separation: near.found.separation, ..found };
+        }
+    });
 }
 
 /// The deepest that a sub-sphere of a body reaches past a surface.

@@ -8,6 +8,7 @@ use super::walls::Surfaces;
 use super::{Setup, branches, words};
 use crate::broad_phase::gpu::Search;
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
+use crate::walls::Walls;
 use crate::warm::Warm;
 
 /// Calls that a list should last for: a search costs about as much as a dozen narrow phases.
@@ -48,6 +49,8 @@ pub(super) struct Candidates {
     skin: Option<f64>,
     calls: u64,
     pub searches: u64,
+    /// Whether walls have moved since the list was made.
+    stale: bool,
     /// Whether the next search is the first one since the start, or since the host gave the device another state.
     pub(super) first: bool,
     /// Pairs remembered by an earlier run or by the host, until that search.
@@ -88,6 +91,7 @@ impl Candidates {
             skin: None,
             calls: 0,
             searches: 0,
+            stale: false,
             first: true,
             warm,
         })
@@ -100,7 +104,21 @@ impl Candidates {
 
     /// Whether there is a list of this many bodies.
     pub fn is_for(&self, bodies: u64) -> bool {
-        !self.first && self.lists.bodies == bodies
+        !self.first && !self.stale && self.lists.bodies == bodies
+    }
+
+    /// Moves walls to these places: a list from before knows nothing of who is near them.
+    pub fn place_walls(
+        &mut self,
+        gpu: &Gpu,
+        setup: &Setup,
+        walls: &Walls,
+        middle: Option<&Walls>,
+    ) -> Result<(), GpuError> {
+        if let Some(surfaces) = &mut self.surfaces {
+            self.stale |= surfaces.place(gpu, setup, walls, middle)?;
+        }
+        Ok(())
     }
 
     /// A look at the list that found it complete.
@@ -146,6 +164,7 @@ impl Candidates {
         rows: Option<&mut Rows>,
     ) -> Result<(), GpuError> {
         let skin = self.next_skin(largest);
+        self.stale = false;
         self.skin_buffer.write(gpu, 0, &setup.precision.encode([skin]));
         let mut record = gpu.record();
         record.stage("broad phase");
@@ -240,6 +259,8 @@ impl Candidates {
         let bounds = (LEAST_SKIN * largest, LARGEST_SKIN * largest);
         let skin = match self.skin {
             None => FIRST_SKIN * largest,
+            // A wall's motion says nothing of the skin.
+            Some(skin) if self.stale => skin,
             Some(skin) if self.calls < FEW_CALLS => 2.0 * skin,
             Some(skin) if self.calls > MANY_CALLS => 0.5 * skin,
             Some(skin) => skin,

@@ -115,6 +115,17 @@ impl Device {
         Ok(())
     }
 
+    /// Moves walls to where they are at the end of the present part, and in its middle where that is made.
+    fn place_walls(&mut self) -> Result<(), GpuError> {
+        if !self.setup.walls.move_in_time() {
+            return Ok(());
+        }
+        let ([begin, end], in_middle) = (self.span(), self.part == Part::FromMiddle);
+        let Device { gpu, candidates, setup, .. } = self;
+        let middle = in_middle.then(|| setup.walls.at(begin + 0.5 * setup.dt));
+        candidates.place_walls(gpu, setup, &setup.walls.at(end), middle.as_ref())
+    }
+
     /// Forces, free velocities and mobilities where the present part begins, and the boxes there.
     pub(super) fn set_motion(&mut self) -> Result<(), GpuError> {
         if !self.plugged.is_empty() {
@@ -125,6 +136,7 @@ impl Device {
         }
         self.write_ids()?;
         self.write_bonds()?;
+        self.place_walls()?;
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         self.motions.reserve(&gpu, bodies)?;
         self.boxes.reserve(&gpu, bodies)?;

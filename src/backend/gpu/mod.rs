@@ -31,7 +31,7 @@ mod warm;
 
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
-use crate::dynamics::{Bonds, Cells, Dynamics, Force, ForceField, Heat};
+use crate::dynamics::{Bonds, Cells, Dynamics, Force, ForceField, Heat, Stream};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Made, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
@@ -78,6 +78,7 @@ pub(crate) struct Setup {
     pub groups: Vec<String>,
     pub bonds: Bonds,
     pub heat: Option<Heat>,
+    pub stream: Option<Stream>,
     pub growth: Option<Cells>,
     pub length_pitch: f64,
     pub shapes: Vec<Shape>,
@@ -137,6 +138,7 @@ impl Setup {
             groups: model.groups.clone(),
             bonds: model.bonds.clone(),
             heat: model.heat,
+            stream: model.stream,
             growth: model.cells,
             length_pitch: (longest / LENGTHS).max(f64::MIN_POSITIVE).log2().ceil().exp2(),
             shapes: shapes.to_vec(),

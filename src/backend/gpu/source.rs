@@ -93,6 +93,10 @@ pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
         true => source.include(fragment!("dynamics/radial.wgsl")),
         false => source,
     };
+    let source = match &setup.stream {
+        Some(stream) => loads::flowing(stream, source),
+        None => source,
+    };
     let (loads, parameters) = (loads::load_of(setup, &source), loads::parameters(setup));
     source.text(&loads).text(&parameters).include(fragment!("dynamics/motion.wgsl"))
 }
@@ -179,6 +183,11 @@ kernels! {
         )
         .include(fragment!("walls/narrow.wgsl")),
         blocks: Kernel = numbers(base(setup, "blocks")).include(fragment!("walls/blocks.wgsl")),
+        /// Where walls move and steps have a middle.
+        turn: Option<Kernel> = (setup.midpoint && setup.walls.move_in_time()).then(|| {
+            let source = numbers(with_bodies(setup, "normals of surfaces"));
+            separation::gpu::add_places_to(source, &setup.lattice, &setup.shapes).include(fragment!("walls/turn.wgsl"))
+        }),
     }
 }
 

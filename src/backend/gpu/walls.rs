@@ -17,6 +17,10 @@ const TOO_MANY_PAIRS: u64 = 1 << 31;
 /// The surfaces, and what the lists of their places are made with.
 pub(super) struct Surfaces {
     surfaces: Buffer,
+    /// What that buffer holds.
+    placed: Vec<f64>,
+    /// Where walls that move are in the middle of a step.
+    middle: Option<Buffer>,
     count: u64,
     counts: Buffer,
     starts: Buffer,
@@ -35,19 +39,27 @@ pub(super) fn device_pair(warm: &Warm, walls: &Walls) -> Option<[u32; 2]> {
     there.then(|| [warm.pair[0], AtSurface { surface, place: warm.feature }.number()])
 }
 
+/// The surfaces of walls as the device has them.
+fn numbers_of(walls: &Walls, setup: &Setup) -> Result<Vec<f64>, GpuError> {
+    let mut numbers = Vec::new();
+    for surface in walls.surfaces() {
+        numbers.extend(surface_numbers(surface, &setup.lattice)?);
+    }
+    Ok(numbers)
+}
+
 impl Surfaces {
     /// Those of a scene; none where it has no walls.
     pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Option<Self>, GpuError> {
         if setup.walls.is_empty() {
             return Ok(None);
         }
-        let mut numbers = Vec::new();
-        for surface in setup.walls.surfaces() {
-            numbers.extend(surface_numbers(surface, &setup.lattice)?);
-        }
+        let numbers = numbers_of(&setup.walls, setup)?;
         let words = |label| Buffer::new(gpu, label, 4, 1);
         Ok(Some(Surfaces {
-            surfaces: Buffer::reals(gpu, "surfaces", setup.precision, 4, numbers)?,
+            surfaces: Buffer::reals(gpu, "surfaces", setup.precision, 4, numbers.iter().copied())?,
+            middle: None,
+            placed: numbers,
             count: setup.walls.len() as u64,
             counts: words("places at surfaces")?,
             starts: words("starts of places")?,
@@ -56,6 +68,20 @@ impl Surfaces {
             block_start: words("block starts")?,
             scan: Scan::new(gpu)?,
         }))
+    }
+
+    /// Moves the surfaces, and says whether any of them has moved; `middle` is where they are in the middle of the step.
+    pub fn place(&mut self, gpu: &Gpu, setup: &Setup, walls: &Walls, middle: Option<&Walls>) -> Result<bool, GpuError> {
+        let middle = middle.map(|walls| numbers_of(walls, setup)).transpose()?;
+        let reals = |numbers| Buffer::reals(gpu, "surfaces in the middle", setup.precision, 4, numbers);
+        self.middle = middle.map(reals).transpose()?;
+        let numbers = numbers_of(walls, setup)?;
+        let moved = numbers != self.placed;
+        if moved {
+            self.surfaces.write(gpu, 0, &setup.precision.encode(numbers.iter().copied()));
+            self.placed = numbers;
+        }
+        Ok(moved)
     }
 
     /// Adds the places that may come near a surface to a list of pairs of bodies that was just made from the `stored`
@@ -175,5 +201,22 @@ impl Surfaces {
             ("contacts", &lists.contacts),
         ];
         record.run(&kernels.narrow, &parameters, &buffers, lists.pairs_count - first);
+        if let (Some(turn), Some(middle), false) = (&kernels.turn, &self.middle, at_trial) {
+            let buffers = [
+                ("pairs", &lists.pairs),
+                ("cells", &poses.cells),
+                ("remainders", &poses.remainders),
+                ("orientations", &poses.orientations),
+                ("shapes", &shapes.shapes),
+                ("surfaces", middle),
+                ("contacts", &lists.contacts),
+            ];
+            record.run(
+                turn,
+                &words([lists.pairs_count as u32, first as u32, 0, 0]),
+                &buffers,
+                lists.pairs_count - first,
+            );
+        }
     }
 }

@@ -85,10 +85,10 @@ fn check_numbers(key: &Key, force: &Force) -> Result<(), SceneError> {
     }
 }
 
-fn check_window(key: &Key, window: &Window) -> Result<(), SceneError> {
+pub(super) fn check_window(key: &Key, window: &Window) -> Result<(), SceneError> {
     let Window { from, to, period, duty } = *window;
     if *window == Window::default() {
-        return Err(SceneError::bad(key, "must have `from`, `to` or `period`; without a window a force always acts"));
+        return Err(SceneError::bad(key, "must have `from`, `to` or `period`; without a window it is always on"));
     }
     from.map_or(Ok(()), |from| number(&key.field("from"), from))?;
     to.map_or(Ok(()), |to| number(&key.field("to"), to))?;

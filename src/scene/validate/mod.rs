@@ -5,6 +5,7 @@
 
 mod bodies;
 mod bonds;
+mod flow;
 mod forces;
 mod generate;
 mod growth;
@@ -62,6 +63,7 @@ impl Scene {
         self.check_forces(&root.field("forces"))?;
         self.check_bonds(&root.field("bonds"))?;
         self.check_thermal(root)?;
+        self.check_flow(root)?;
         self.check_growth(&root.field("growth"))?;
         self.check_walls(root)?;
         self.check_periodic(root)?;

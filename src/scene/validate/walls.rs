@@ -2,7 +2,8 @@
 
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
-use super::super::{Scene, Wall};
+use super::super::{Scene, Wall, WallMotion};
+use super::forces::check_window;
 use super::{number, numbers, positive};
 use crate::separation::Placed;
 use crate::walls::across;
@@ -26,11 +27,49 @@ impl Scene {
             let key = key.field(wall.name());
             check_wall(&key, wall)?;
             check_digits(&key, wall, self.contact.overlap_tolerance)?;
+            if let Some(motion) = wall.motion() {
+                self.check_motion(&key.field("motion"), wall, motion)?;
+            }
             if self.planar {
                 check_upright(&key, wall, self.plane())?;
             }
         }
         if self.walls.is_empty() { Ok(()) } else { self.check_inside(&root.field("bodies")) }
+    }
+
+    /// A motion that stays in a planar scene's plane and keeps a periodic scene's wall along its periods, and that leads
+    /// no farther than floats tell the overlap tolerance.
+    fn check_motion(&self, key: &Key, wall: &Wall, motion: &WallMotion) -> Result<(), SceneError> {
+        numbers(&key.field("velocity"), &motion.velocity)?;
+        let turning = motion.angular_velocity.unwrap_or_default();
+        numbers(&key.field("angular_velocity"), &turning)?;
+        if let Some(window) = &motion.window {
+            check_window(&key.field("window"), window)?;
+        }
+        let still = |name: &'static str, axis: usize, value: f64, why: &str| {
+            let message = format!("must be 0 {why}, not {value:?}");
+            if value == 0.0 { Ok(()) } else { Err(SceneError::bad(key.field(name).index(axis), message)) }
+        };
+        if self.planar {
+            let why = "in a planar scene, where walls move in the plane and turn about z";
+            still("velocity", 2, motion.velocity[2], why)?;
+            (0..2).try_for_each(|axis| still("angular_velocity", axis, turning[axis], why))?;
+        }
+        for along in (0..3).filter(|axis| self.periods().lengths()[*axis].is_some()) {
+            let why = "in a periodic scene, where a wall turns about the one periodic axis alone";
+            let others = (0..3).filter(|axis| *axis != along);
+            others.into_iter().try_for_each(|axis| still("angular_velocity", axis, turning[axis], why))?;
+        }
+        let times = [self.time.start, self.time.end];
+        let farthest = times.map(|time| wall.moved(time).map_or(0.0, |moved| moved.farthest()));
+        if farthest[0].max(farthest[1]) * f64::EPSILON > self.contact.overlap_tolerance {
+            let message = format!(
+                "leads so far by the run's end, {:e}, that 64-bit floats are coarser there than contact.overlap_tolerance; choose a smaller velocity, an earlier end or a window",
+                farthest[0].max(farthest[1])
+            );
+            return Err(SceneError::bad(key, message));
+        }
+        Ok(())
     }
 
     /// A body that a run wrote, which has a lineage, may reach past a wall as far as its method left it.
@@ -67,16 +106,16 @@ fn direction(key: &Key, vector: &[f64; 3]) -> Result<(), SceneError> {
 
 fn check_wall(key: &Key, wall: &Wall) -> Result<(), SceneError> {
     match wall {
-        Wall::HalfSpace { normal, offset } => {
+        Wall::HalfSpace { normal, offset, .. } => {
             direction(&key.field("normal"), normal)?;
             number(&key.field("offset"), *offset)
         }
-        Wall::Channel { normal, center, width } => {
+        Wall::Channel { normal, center, width, .. } => {
             direction(&key.field("normal"), normal)?;
             numbers(&key.field("center"), center)?;
             positive(&key.field("width"), *width)
         }
-        Wall::Box { minimum, maximum } => {
+        Wall::Box { minimum, maximum, .. } => {
             numbers(&key.field("minimum"), minimum)?;
             numbers(&key.field("maximum"), maximum)?;
             for axis in 0..3 {
@@ -87,11 +126,11 @@ fn check_wall(key: &Key, wall: &Wall) -> Result<(), SceneError> {
             }
             Ok(())
         }
-        Wall::Sphere { center, radius } => {
+        Wall::Sphere { center, radius, .. } => {
             numbers(&key.field("center"), center)?;
             positive(&key.field("radius"), *radius)
         }
-        Wall::Cylinder { center, axis, radius, length } => {
+        Wall::Cylinder { center, axis, radius, length, .. } => {
             numbers(&key.field("center"), center)?;
             direction(&key.field("axis"), axis)?;
             positive(&key.field("radius"), *radius)?;
@@ -106,8 +145,8 @@ fn check_digits(key: &Key, wall: &Wall, tolerance: f64) -> Result<(), SceneError
     let farthest = match wall {
         Wall::HalfSpace { offset, .. } => offset.abs(),
         Wall::Channel { center, width, .. } => largest(center).max(*width),
-        Wall::Box { minimum, maximum } => largest(minimum).max(largest(maximum)),
-        Wall::Sphere { center, radius } => largest(center).max(*radius),
+        Wall::Box { minimum, maximum, .. } => largest(minimum).max(largest(maximum)),
+        Wall::Sphere { center, radius, .. } => largest(center).max(*radius),
         Wall::Cylinder { center, radius, length, .. } => largest(center).max(*radius).max(length.unwrap_or(0.0)),
     };
     if farthest * f64::EPSILON > tolerance {

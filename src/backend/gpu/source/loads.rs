@@ -1,8 +1,8 @@
 //! The forces of a scene in the kernel of motions: a term each.
 
 use crate::backend::gpu::Setup;
-use crate::dynamics::{Force, Frame, Window, along};
-use crate::gpu::Source;
+use crate::dynamics::{Force, Frame, Stream, Window, along};
+use crate::gpu::{Source, fragment};
 use std::fmt::Write as _;
 
 /// The windows that the scene's forces have, each once: the kernel is given the share of each in the present part.
@@ -43,8 +43,22 @@ pub(super) fn load_of(setup: &Setup, source: &Source) -> String {
         };
         let _ = writeln!(text, "    if {applies} {{ {sum} += {share}{term}; }}");
     }
+    if setup.stream.is_some() {
+        text.push_str("    let carried = flow_load(position, q, shape);\n");
+        text.push_str("    force += carried.force;\n    torque += carried.torque;\n");
+    }
     text.push_str("    return Load(force, torque);\n}\n");
     text
+}
+
+/// Adds the load of a background flow. The law's drag is there.
+pub(super) fn flowing(stream: &Stream, source: Source) -> Source {
+    source
+        .real("FLOW_RATE", stream.rate)
+        .vector("FLOW_DIRECTION", stream.direction.to_array())
+        .vector("FLOW_GRADIENT", stream.gradient.to_array())
+        .vector("FLOW_TURNING", stream.turning().to_array())
+        .include(fragment!("dynamics/flow.wgsl"))
 }
 
 /// What a force adds to, and what it adds.

@@ -4,7 +4,7 @@ use super::*;
 use crate::backend::gpu::separations::Report;
 use crate::dynamics::{Bond, Bonds, Frame, Heat, Thermal, Window};
 use crate::gpu::{LatticePeriods, Made, Precision, validate};
-use crate::scene::{self, Rows, Scene, Stepping, Wall};
+use crate::scene::{self, Flow, Rows, Scene, Stepping, Wall, WallMotion};
 use std::mem::offset_of;
 
 fn setups() -> Vec<Setup> {
@@ -15,7 +15,7 @@ fn setups() -> Vec<Setup> {
         let plain = Setup::new(&scene.model(), &shapes, Precision::F32).unwrap();
         assert!(plain.walls.is_empty() && !plain.midpoint && plain.branches > 0);
         setups.push(plain);
-        scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3 }];
+        scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3, motion: None }];
         scene.time.stepping = Stepping::Midpoint;
         scene.forces.extend(driven());
         let inertial = |drag| Dynamics::Inertial { density: 2.0, drag };
@@ -26,8 +26,38 @@ fn setups() -> Vec<Setup> {
             let held = |p| Setup { fixed: true, heat, bonds: bonds(), ..Setup::new(&scene.model(), &shapes, p).unwrap() };
             setups.extend([Precision::F32, Precision::F64].map(held));
         }
+        carry(&mut scene);
+        setups.extend([Precision::F32, Precision::F64].map(|p| Setup::new(&scene.model(), &shapes, p).unwrap()));
     }
     setups
+}
+
+/// Gives a scene with drag a flow, and a wall that moves.
+fn carry(scene: &mut Scene) {
+    scene.flow = Some(Flow::Shear { rate: 2.0, direction: [1.0, 0.0, 0.0], gradient: [0.0, 1.0, 0.0] });
+    let motion = Some(WallMotion { angular_velocity: Some([0.0, 0.0, 1.0]), ..WallMotion::new([1.0, 0.0, 0.0]) });
+    scene.walls.push(Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -1e3, motion });
+}
+
+/// A flow is in the kernel of forces alone, and walls that move add one to midpoint steps, for what acts in their middle.
+#[test]
+fn a_flow_and_moving_walls_change_no_other_kernel() {
+    for (stepping, more) in [(Stepping::Euler, 0), (Stepping::Midpoint, 1)] {
+        let mut scene = Scene::built_in("two-ellipsoids").unwrap();
+        scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3, motion: None }];
+        scene.time.stepping = stepping;
+        let sources = |scene: &Scene| {
+            let shapes: Vec<_> = scene.build().unwrap().shape;
+            every_source(&Setup::new(&scene.model(), &shapes, Precision::F32).unwrap())
+        };
+        let plain = sources(&scene);
+        carry(&mut scene);
+        let carried = sources(&scene);
+        assert_eq!(carried.len(), plain.len() + more);
+        for source in carried.iter().filter(|source| !plain.iter().any(|plain| plain.code() == source.code())) {
+            assert!(["motion", "normals of surfaces"].contains(&source.name()), "{}", source.name());
+        }
+    }
 }
 
 /// The forces that no built-in scene has, one of them with a window.

@@ -76,19 +76,19 @@ fn across(random: &mut Random, normal: DVec3, planar: bool) -> DVec3 {
 }
 
 fn floor(normal: DVec3, below: f64) -> Wall {
-    Wall::HalfSpace { normal: normal.to_array(), offset: -below }
+    Wall::HalfSpace { normal: normal.to_array(), offset: -below, motion: None }
 }
 
 fn channel(normal: DVec3, width: f64) -> Wall {
-    Wall::Channel { normal: normal.to_array(), center: [0.0; 3], width }
+    Wall::Channel { normal: normal.to_array(), center: [0.0; 3], width, motion: None }
 }
 
 fn ball(radius: f64) -> Wall {
-    Wall::Sphere { center: [0.0; 3], radius }
+    Wall::Sphere { center: [0.0; 3], radius, motion: None }
 }
 
 fn cube(half: f64) -> Wall {
-    Wall::Box { minimum: [-half; 3], maximum: [half; 3] }
+    Wall::Box { minimum: [-half; 3], maximum: [half; 3], motion: None }
 }
 
 /// Two or three floors that meet at any angle, sharp ones too.
@@ -105,7 +105,8 @@ fn corner(random: &mut Random, needs: Needs) -> Room {
 fn tube(random: &mut Random, needs: Needs) -> Room {
     let axis = if needs.planar && random.chance(0.5) { DVec3::Z } else { direction(random, needs.planar) };
     let length = random.either(0.5, Some(2.0 * needs.half), None);
-    let wall = Wall::Cylinder { center: [0.0; 3], axis: axis.to_array(), radius: 1.2 * needs.half, length };
+    let wall =
+        Wall::Cylinder { center: [0.0; 3], axis: axis.to_array(), radius: 1.2 * needs.half, length, motion: None };
     let what = if length.is_some() { "in a can" } else { "in a tube" };
     Room { walls: vec![wall], periodic: None, half: needs.half, what: what.into() }
 }
@@ -146,7 +147,7 @@ fn periodic(random: &mut Random, needs: Needs) -> Room {
         walls.push(match (needs.planar, open.len()) {
             (false, 2) if random.chance(0.5) => {
                 let along = DVec3::AXES[first].to_array();
-                Wall::Cylinder { center: [0.0; 3], axis: along, radius: 1.2 * needs.half, length: None }
+                Wall::Cylinder { center: [0.0; 3], axis: along, radius: 1.2 * needs.half, length: None, motion: None }
             }
             _ => channel(DVec3::AXES[*axis], 2.0 * needs.half),
         });

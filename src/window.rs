@@ -1,4 +1,4 @@
-//! When a force acts.
+//! When a force acts, or a wall moves.
 
 #[cfg(feature = "files")]
 use schemars::JsonSchema;

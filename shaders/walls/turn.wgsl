@@ -1,0 +1,30 @@
+// Gives places at walls, whose gaps are those to the walls at a step's end, the normals and levers of the same places at
+// the walls in its middle, where forces act. `surfaces` are those in the middle.
+
+struct Parameters { pairs: u32, first: u32, a: u32, b: u32 }
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
+@group(0) @binding(3) var<storage, read> remainders: array<vec4r>;
+@group(0) @binding(4) var<storage, read> orientations: array<vec4r>;
+@group(0) @binding(5) var<storage, read> shapes: array<vec4r>;
+@group(0) @binding(6) var<storage, read> surfaces: array<vec4r>;
+@group(0) @binding(7) var<storage, read_write> contacts: array<vec4r>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let p = parameters.first + invocation(group, groups, local);
+    if p >= parameters.pairs { return; }
+    let i = pairs[p].x;
+    let body = placed(shapes[i], orientations[2u * i], orientations[2u * i + 1u]);
+    let surface = surface_at(surface_of(pairs[p].y));
+    let offset = offset_from(surface, cells[i].xyz, remainders[i].xyz);
+    let found = separate_place(surface, offset, body, place_of(pairs[p].y));
+    contacts[3u * p] = vec4r(found.normal, contacts[3u * p].w);
+    contacts[3u * p + 1u] = vec4r(found.lever_a, contacts[3u * p + 1u].w);
+}
