@@ -36,6 +36,7 @@ fn state() -> State {
                 parent: i.checked_sub(1),
                 birth: at(i as usize),
                 generation: i as u32,
+                birth_length: (i == 2).then_some(0.75),
             })
             .collect(),
         shape,

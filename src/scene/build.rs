@@ -2,7 +2,7 @@
 
 use super::error::SceneError;
 use super::orientation::written;
-use super::{Body, BodyLineage, Generate, Scene, generate};
+use super::{Body, Generate, Scene, generate};
 use crate::bodies::{Bodies, Lineage, NO_GROUP};
 use crate::separation::Placed;
 use glam::DVec3;
@@ -79,10 +79,10 @@ impl Scene {
         let mut next = taken.max().unwrap_or(0);
         for (i, lineage) in bodies.lineage.iter_mut().enumerate() {
             *lineage = match given(i) {
-                Some(BodyLineage { id, parent, birth, generation }) => Lineage { id, parent, birth, generation },
+                Some(given) => given.into(),
                 None => {
                     next += 1;
-                    Lineage { id: next - 1, parent: None, birth: self.time.start, generation: 0 }
+                    Lineage { id: next - 1, parent: None, birth: self.time.start, generation: 0, birth_length: None }
                 }
             };
         }
@@ -95,20 +95,17 @@ impl Scene {
     pub fn final_scene(&self, bodies: &Bodies, time: f64) -> Scene {
         let names = self.group_names();
         let inertial = self.dynamics.has_inertia();
-        let written_bodies = (0..bodies.len()).map(|i| {
-            let Lineage { id, parent, birth, generation } = bodies.lineage[i];
-            Body {
-                shape: bodies.shape[i],
-                position: bodies.position[i].to_array(),
-                orientation: Some(written(bodies.orientation[i])),
-                axis: None,
-                angle: None,
-                fixed: self.bodies.get(i).is_some_and(|body| body.fixed),
-                velocity: inertial.then(|| bodies.velocity[i].to_array()),
-                angular_velocity: inertial.then(|| bodies.angular_velocity[i].to_array()),
-                group: names.get(bodies.group[i] as usize).cloned(),
-                lineage: Some(BodyLineage { id, parent, birth, generation }),
-            }
+        let written_bodies = (0..bodies.len()).map(|i| Body {
+            shape: bodies.shape[i],
+            position: bodies.position[i].to_array(),
+            orientation: Some(written(bodies.orientation[i])),
+            axis: None,
+            angle: None,
+            fixed: self.bodies.get(i).is_some_and(|body| body.fixed),
+            velocity: inertial.then(|| bodies.velocity[i].to_array()),
+            angular_velocity: inertial.then(|| bodies.angular_velocity[i].to_array()),
+            group: names.get(bodies.group[i] as usize).cloned(),
+            lineage: Some(bodies.lineage[i].into()),
         });
         let mut scene = self.with_defaults();
         scene.bodies = written_bodies.collect();

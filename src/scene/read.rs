@@ -301,7 +301,7 @@ fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread
 }
 
 /// The keys whose values are lists.
-const LISTS: [&str; 20] = [
+const LISTS: [&str; 22] = [
     "bodies",
     "forces",
     "generate",
@@ -322,6 +322,8 @@ const LISTS: [&str; 20] = [
     "maximum",
     "lengths",
     "measures",
+    "growth",
+    "removal",
 ];
 
 fn refuse_lists(text: &str) -> Result<(), Misread> {

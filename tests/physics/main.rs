@@ -8,4 +8,5 @@ mod fixed;
 mod forces;
 mod orientation;
 mod scenes;
+mod species;
 mod thermal;

@@ -36,7 +36,7 @@ impl Setup {
         let shapes = || bodies.shape.iter();
         Setup {
             time: model.time,
-            growth: model.cells,
+            growth: model.cells.clone(),
             forces: dynamics::force_fields(&model.forces, &model.groups, &model.dynamics),
             heat: model.heat,
             walls: model.walls.clone(),
