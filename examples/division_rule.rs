@@ -50,7 +50,8 @@ fn divide(state: &mut State, cell: usize, time: f64) {
         let turn = DQuat::from_rotation_z(0.02 * (part - 0.5));
         bodies.orientation[daughter] = (turn * placed.orientation).normalize();
         let generation = line.generation + 1;
-        bodies.lineage[daughter] = Lineage { id: state.next_id, parent: Some(line.id), birth: time, generation };
+        let (id, parent) = (state.next_id, Some(line.id));
+        bodies.lineage[daughter] = Lineage { id, parent, birth: time, generation, birth_length: None };
         state.next_id += 1;
     }
 }

@@ -19,6 +19,8 @@ pub struct Lineage {
     pub birth: f64,
     /// Divisions since the founder.
     pub generation: u32,
+    /// Its length at birth, where its rule of division asks for it.
+    pub birth_length: Option<f64>,
 }
 
 /// All bodies of a simulation, and the space that they are in. Arrays but that of bonds are indexed by body
@@ -68,7 +70,7 @@ impl Bodies {
         self.velocity.push(DVec3::ZERO);
         self.angular_velocity.push(DVec3::ZERO);
         self.group.push(group);
-        self.lineage.push(Lineage { id: index as u64, parent: None, birth: 0.0, generation: 0 });
+        self.lineage.push(Lineage { id: index as u64, parent: None, birth: 0.0, generation: 0, birth_length: None });
         index
     }
 

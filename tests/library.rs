@@ -54,7 +54,7 @@ fn scenes_made_in_code_have_the_defaults_of_a_file() {
     let mut scene = Scene::new("x", Time::new(0.1, 1.0));
     scene.solver.dump = Some(Dump::new(DumpWhen::Slow));
     scene.periodic = Some(Periodic::new([Some(9.0), None, None]));
-    scene.growth = Some(Growth::new(1.0, 4.0));
+    scene.growth = vec![Growth::new(1.0, 4.0)];
     scene.bodies.push(Body::new(Shape::Spherocylinder { diameter: 0.5, length: 2.0 }, [1.0, 0.0, 0.0]));
     assert_eq!(scene, Scene::parse(text, "x").unwrap());
 }

@@ -37,7 +37,7 @@ fn built_in_scenes_are_read_built_and_come_back() {
 #[test]
 fn the_paper_s_numbers_stand_in_the_scenes() {
     let colony = Scene::built_in("colony-full").unwrap();
-    assert_eq!(colony.growth.unwrap().division_length, 4.0);
+    assert_eq!(colony.growth[0].division_length, Some(4.0));
     // 17 generations end at 17 ln 2.
     assert!(colony.time.end > 17.0 * std::f64::consts::LN_2 && colony.time.end < 18.0 * std::f64::consts::LN_2);
     let colony = Scene::built_in("colony").unwrap();
@@ -48,7 +48,7 @@ fn the_paper_s_numbers_stand_in_the_scenes() {
 
 /// Bodies at the end of a scene's run, from its growth alone.
 fn grown_to_the_end(scene: &Scene) -> Bodies {
-    let (mut bodies, growth, time) = (scene.build().unwrap(), scene.growth.unwrap(), scene.time);
+    let (mut bodies, growth, time) = (scene.build().unwrap(), scene.growth[0].clone(), scene.time);
     let mut next_id = bodies.len() as u64;
     for step in 0..time.steps() {
         grow(&mut bodies, &growth, scene.planar, scene.seed, time.after(step), time.dt, &mut next_id);

@@ -36,7 +36,8 @@ impl Progress {
             let bar = ProgressBar::new(steps).with_position(run.simulation().steps());
             bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
-        let growth = scene.growth.map_or(0.0, |growth| growth.rate * scene.time.dt);
+        let fastest = scene.growth.iter().map(|growth| growth.rate).fold(0.0, f64::max);
+        let growth = fastest * scene.time.dt;
         let (now, legs) = (Instant::now(), run.totals().legs.len());
         Progress { bar, quiet, shown: now, begun: now, cost: StepCost::new(growth), legs }
     }

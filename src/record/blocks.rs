@@ -11,6 +11,9 @@ use crate::walls::surface_of;
 use crate::warm::Warm;
 use glam::{DQuat, DVec3};
 
+/// The lengths of bodies at their birth; not a number where a body's rule of division does not ask for it.
+const BIRTH_LENGTH: &str = "birth_length";
+
 /// The parent of a body that has none.
 const NO_PARENT: u64 = u64::MAX;
 
@@ -36,8 +39,10 @@ fn u32s<const N: usize>(name: &'static str, rows: impl Iterator<Item = [u32; N]>
     Block { name, columns: N, data: Data::U32(rows.flatten().collect()) }
 }
 
-/// The bodies, one row each, and what of their bonds is broken.
+/// The bodies, one row each, and what of their bonds is broken. Lengths at birth are there where a body has one.
 pub(super) fn body_blocks(bodies: &Bodies) -> Vec<Block> {
+    let born = || bodies.lineage.iter().map(|l| l.birth_length);
+    let birth_length = f64s(BIRTH_LENGTH, born().map(|length| [length.unwrap_or(f64::NAN)]));
     let mut blocks = vec![
         f64s("position", bodies.position.iter().map(DVec3::to_array)),
         f64s("orientation", bodies.orientation.iter().map(|q| [q.w, q.x, q.y, q.z])),
@@ -54,6 +59,7 @@ pub(super) fn body_blocks(bodies: &Bodies) -> Vec<Block> {
     if !bodies.broken_bonds.is_empty() {
         blocks.push(u32s("broken_bonds", bodies.broken_bonds.iter().map(|bond| [*bond])));
     }
+    blocks.extend(born().any(|length| length.is_some()).then_some(birth_length));
     blocks
 }
 
@@ -88,17 +94,33 @@ fn shapes(source: &mut Archive, rows: usize) -> Result<Vec<Shape>, StateError> {
     pairs.map(shape).collect()
 }
 
+/// The lengths at birth, where the state has them.
+fn birth_lengths(source: &mut Archive, rows: usize) -> Result<Vec<Option<f64>>, StateError> {
+    if !source.has(BIRTH_LENGTH) {
+        return Ok(vec![None; rows]);
+    }
+    let lengths = source.f64s::<1>(BIRTH_LENGTH, rows)?.into_iter().map(|[l]| (!l.is_nan()).then_some(l));
+    let lengths: Vec<Option<f64>> = lengths.collect();
+    let sane = |length: &Option<f64>| length.is_none_or(|l| l > 0.0 && l <= LARGEST_NUMBER);
+    match lengths.iter().position(|length| !sane(length)) {
+        Some(row) => Err(StateError::row(BIRTH_LENGTH, row)),
+        None => Ok(lengths),
+    }
+}
+
 /// Reads back what [`body_blocks`] made.
 pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, StateError> {
     let parents = source.u64s("parent", rows)?;
     let births = source.f64s::<1>("birth", rows)?;
     let generations = source.u32s::<1>("generation", rows)?;
     let ids = source.u64s("id", rows)?;
+    let birth_lengths = birth_lengths(source, rows)?;
     let lineage = (0..rows).map(|i| Lineage {
         id: ids[i],
         parent: (parents[i] != NO_PARENT).then_some(parents[i]),
         birth: births[i][0],
         generation: generations[i][0],
+        birth_length: birth_lengths[i],
     });
     let orientation = source.f64s::<4>("orientation", rows)?;
     let orientation: Vec<DQuat> = orientation.into_iter().map(|[w, x, y, z]| DQuat::from_xyzw(x, y, z, w)).collect();

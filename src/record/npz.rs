@@ -172,6 +172,11 @@ impl<'a> Archive<'a> {
         Ok(bytes)
     }
 
+    /// Whether there is an array of this name.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.zip.index_for_name(&format!("{name}.npy")).is_some()
+    }
+
     /// An array of 64-bit floats.
     pub(super) fn f64s<const N: usize>(
         &mut self,

@@ -24,6 +24,7 @@ fn state() -> State {
         Shape::Torus { major_radius: 3.0, minor_radius: 0.7 },
     ];
     let bodies = Bodies {
+        broken_bonds: vec![0, 3, 4],
         periods: Periods::NONE,
         position: (0..4).map(vector).collect(),
         orientation: (0..4).map(|i| DQuat::from_xyzw(at(i), at(i + 1), at(i + 2), at(i + 3)).normalize()).collect(),
@@ -36,6 +37,7 @@ fn state() -> State {
                 parent: i.checked_sub(1),
                 birth: at(i as usize),
                 generation: i as u32,
+                birth_length: (i == 2).then_some(0.75),
             })
             .collect(),
         shape,

@@ -76,8 +76,8 @@ impl Scene {
         let ids = self.ids(bodies.len());
         for (i, (lineage, id)) in bodies.lineage.iter_mut().zip(ids).enumerate() {
             *lineage = match self.lineage_given(i) {
-                Some(BodyLineage { parent, birth, generation, .. }) => Lineage { id, parent, birth, generation },
-                None => Lineage { id, parent: None, birth: self.time.start, generation: 0 },
+                Some(given) => given.into(),
+                None => Lineage { id, parent: None, birth: self.time.start, generation: 0, birth_length: None },
             };
         }
     }
@@ -101,20 +101,17 @@ impl Scene {
     pub fn final_scene(&self, bodies: &Bodies, time: f64) -> Scene {
         let names = self.group_names();
         let inertial = self.dynamics.has_inertia();
-        let written_bodies = (0..bodies.len()).map(|i| {
-            let Lineage { id, parent, birth, generation } = bodies.lineage[i];
-            Body {
-                shape: bodies.shape[i],
-                position: bodies.position[i].to_array(),
-                orientation: Some(written(bodies.orientation[i])),
-                axis: None,
-                angle: None,
-                fixed: self.bodies.get(i).is_some_and(|body| body.fixed),
-                velocity: inertial.then(|| bodies.velocity[i].to_array()),
-                angular_velocity: inertial.then(|| bodies.angular_velocity[i].to_array()),
-                group: names.get(bodies.group[i] as usize).cloned(),
-                lineage: Some(BodyLineage { id, parent, birth, generation }),
-            }
+        let written_bodies = (0..bodies.len()).map(|i| Body {
+            shape: bodies.shape[i],
+            position: bodies.position[i].to_array(),
+            orientation: Some(written(bodies.orientation[i])),
+            axis: None,
+            angle: None,
+            fixed: self.bodies.get(i).is_some_and(|body| body.fixed),
+            velocity: inertial.then(|| bodies.velocity[i].to_array()),
+            angular_velocity: inertial.then(|| bodies.angular_velocity[i].to_array()),
+            group: names.get(bodies.group[i] as usize).cloned(),
+            lineage: Some(bodies.lineage[i].into()),
         });
         let mut scene = self.with_defaults();
         scene.bodies = written_bodies.collect();

@@ -32,7 +32,7 @@ mod validate;
 #[cfg(feature = "files")]
 mod write;
 
-pub use crate::dynamics::{Bond, Dynamics, Flow, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window};
+pub use crate::dynamics::{Bond, DivisionRule, Dynamics, Flow, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window};
 pub use crate::lcp::SolverKind;
 pub use crate::periodic::Periodic;
 pub use crate::step::{ContactSettings, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
@@ -118,9 +118,12 @@ pub struct Scene {
     /// Periods of space: bodies that leave through one side meet what is at the other.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub periodic: Option<Periodic>,
-    /// Growth and division of spherocylinders.
-    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
-    pub growth: Option<Growth>,
+    /// Growth and division of spherocylinders: an object, or a list of objects, species of bodies that each belong to
+    /// one `group`.
+    #[cfg_attr(feature = "files", serde(default, with = "crate::dynamics::growth::one_or_list"))]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Vec::is_empty"))]
+    #[cfg_attr(feature = "files", schemars(with = "crate::dynamics::growth::one_or_list::GrowthSchema"))]
+    pub growth: Vec<Growth>,
     /// Bodies placed one by one.
     #[cfg_attr(feature = "files", serde(default))]
     pub bodies: Vec<Body>,
@@ -152,7 +155,7 @@ impl Scene {
             flow: None,
             walls: Vec::default(),
             periodic: None,
-            growth: None,
+            growth: Vec::default(),
             bodies: Vec::default(),
             groups: BTreeMap::default(),
             generate: Vec::default(),
@@ -261,12 +264,23 @@ pub struct BodyLineage {
     pub birth: f64,
     /// Divisions since the founder.
     pub generation: u32,
+    /// Length at birth, which an adder counts from. Without it: the length that the body has.
+    #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub birth_length: Option<f64>,
 }
 
 impl From<Lineage> for BodyLineage {
     fn from(line: Lineage) -> Self {
-        let Lineage { id, parent, birth, generation } = line;
-        BodyLineage { id, parent, birth, generation }
+        let Lineage { id, parent, birth, generation, birth_length } = line;
+        BodyLineage { id, parent, birth, generation, birth_length }
+    }
+}
+
+impl From<BodyLineage> for Lineage {
+    fn from(line: BodyLineage) -> Self {
+        let BodyLineage { id, parent, birth, generation, birth_length } = line;
+        Lineage { id, parent, birth, generation, birth_length }
     }
 }
 

@@ -329,6 +329,8 @@ const LISTS: &[&str] = &[
     "gradient",
     "lengths",
     "measures",
+    "growth",
+    "removal",
 ];
 
 fn refuse_lists(text: &str) -> Result<(), Misread> {

@@ -1,6 +1,6 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
-use super::{ContactSettings, Dump, Recursion, Rows, SMALLEST_NUMBER, Scene};
+use super::{ContactSettings, Dump, Growth, Recursion, Rows, SMALLEST_NUMBER, Scene, Stop};
 use crate::dynamics::{Bonds, Cells, Heat, Stream};
 use crate::fixed::Fixed;
 use crate::lcp::Settings;
@@ -99,10 +99,22 @@ impl Scene {
         self.periodic.map_or(Periods::NONE, |periodic| Periods::new(periodic.lengths))
     }
 
+    /// What ends the run before `time.end`, where something does.
+    pub fn stop(&self) -> Option<Stop> {
+        self.growth.iter().find_map(|growth| growth.stop)
+    }
+
+    /// The growth of the bodies of a group, or of those without; none where they do not grow.
+    pub fn growth_of(&self, group: Option<&str>) -> Option<&Growth> {
+        let own = self.growth.iter().find(|growth| growth.group.as_deref() == group);
+        own.or_else(|| self.growth.iter().find(|growth| growth.group.is_none()))
+    }
+
     /// How cells grow, where any do.
     #[doc(hidden)]
     pub fn cells(&self) -> Option<Cells> {
-        self.growth.map(|growth| Cells { growth, planar: self.planar, seed: self.seed })
+        let grows = !self.growth.is_empty();
+        grows.then(|| Cells::new(&self.growth, &self.group_names(), self.planar, self.seed))
     }
 
     /// The random loads, where there are any.

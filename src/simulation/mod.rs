@@ -113,7 +113,7 @@ impl Simulation {
 
     /// Settles whether the scene's `growth.stop` is reached.
     fn look_for_stop(&mut self) -> Result<(), Fault> {
-        let Some(stop) = self.scene.growth.and_then(|growth| growth.stop) else { return Ok(()) };
+        let Some(stop) = self.scene.stop() else { return Ok(()) };
         let radius = || self.state().map(|state| state.bodies.radius());
         self.stopped_by = stop.reached(self.bodies(), self.time(), self.scene.time.dt, radius)?;
         Ok(())

@@ -6,7 +6,7 @@
 
 use super::accuracy::Accuracy;
 use super::{ContactSettings, Fault, Keep, Model, OnFailure, Rows, StepReport, Stepping, retry};
-use crate::dynamics::OnNoRoom;
+use crate::dynamics::{Cells, OnNoRoom};
 use crate::lcp::{Outcome, Status};
 use crate::step::{Backend, Overlap};
 
@@ -60,7 +60,7 @@ impl Plan {
             contact: ContactSettings { cutoff: Some(cutoff), ..model.contact },
             tolerance: model.lcp.tolerance,
             stepping: model.time.stepping,
-            on_no_room: model.cells.filter(|_| model.confined).map(|cells| cells.growth.on_no_room),
+            on_no_room: model.cells.as_ref().filter(|_| model.confined).map(Cells::on_no_room),
             parts_first: false,
             span: 1.0,
             most_tightenings: most_tightenings(model),

@@ -57,6 +57,7 @@ pub fn every_shape() -> Snapshot {
             parent: (k % 2 == 0).then_some(i as u64),
             birth: draw.next(),
             generation: k as u32 % 5,
+            birth_length: None,
         };
     }
     Snapshot { step: 12, time: 0.1 + 0.2, bodies, warm: None }

@@ -352,7 +352,7 @@ fn lcps_are_kept() {
     let Some(gpu) = device() else { return };
     let sets = ["solver.dump.when=all".to_string(), "solver.dump.most=4".into()];
     let mut divided = Scene::load("colony", &sets).unwrap();
-    divided.growth.as_mut().unwrap().division_length = 2.001;
+    divided.growth[0].division_length = Some(2.001);
     let mut many = patch(8, DVec3::ZERO);
     many.solver.dump = divided.solver.dump;
     let mut capsules = Scene::load("three-capsules", &sets).unwrap();

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::dynamics::pressures;
 use relcp::internals::backend::gpu::Device;
-use relcp::internals::dynamics::Cells;
+use relcp::internals::dynamics::{Cells, Strain};
 use relcp::measure::{Frame, Settings, View};
 use relcp::record::{Folder, Snapshot};
 use relcp::run::{Run, RunStatus};
@@ -42,7 +42,12 @@ fn cells(seed: u64, noise: [f64; 2]) -> Cells {
     let [division_length_noise, rate_noise] = noise;
     let mut growth = Growth::new(0.5, 4.0);
     (growth.division_length_noise, growth.rate_noise) = (division_length_noise, rate_noise);
-    Cells { growth, planar: true, seed }
+    Cells::new(&[growth], &[], true, seed)
+}
+
+/// The growth of the cells of a scene of one species.
+fn of(cells: &Cells) -> Strain<'_> {
+    cells.of(NO_GROUP).unwrap()
 }
 
 #[test]
@@ -50,7 +55,7 @@ fn noise_is_uniform_about_the_mean_and_belongs_to_seed_and_cell() {
     let count = 20_000;
     let cells_of = cells(3, [0.25, 0.6]);
     let deviations: Vec<[f64; 2]> = (0..count)
-        .map(|id| [cells_of.division_length(id) / 4.0 - 1.0, cells_of.rate(id, 0.0) / 0.5 - 1.0])
+        .map(|id| [of(&cells_of).target(id) / 4.0 - 1.0, of(&cells_of).rate(id, 0.0) / 0.5 - 1.0])
         .map(|[length, rate]| [length / 0.25, rate / 0.6])
         .collect();
     let mean = |of: &dyn Fn(&[f64; 2]) -> f64| deviations.iter().map(of).sum::<f64>() / count as f64;
@@ -67,10 +72,10 @@ fn noise_is_uniform_about_the_mean_and_belongs_to_seed_and_cell() {
     assert!(along.abs() < 4.0 / (3.0 * root), "neighbouring cells go together");
 
     // One noise does not shift the other, and another seed gives other draws.
-    assert_eq!(cells(3, [0.25, 0.0]).division_length(17), cells_of.division_length(17));
-    assert_eq!(cells(3, [0.0, 0.6]).rate(17, 0.0), cells_of.rate(17, 0.0));
-    assert_eq!((cells(3, [0.0; 2]).division_length(17), cells(3, [0.0; 2]).rate(17, 0.0)), (4.0, 0.5));
-    assert_ne!(cells(4, [0.25, 0.6]).rate(17, 0.0), cells_of.rate(17, 0.0));
+    assert_eq!(of(&cells(3, [0.25, 0.0])).target(17), of(&cells_of).target(17));
+    assert_eq!(of(&cells(3, [0.0, 0.6])).rate(17, 0.0), of(&cells_of).rate(17, 0.0));
+    assert_eq!((of(&cells(3, [0.0; 2])).target(17), of(&cells(3, [0.0; 2])).rate(17, 0.0)), (4.0, 0.5));
+    assert_ne!(of(&cells(4, [0.25, 0.6])).rate(17, 0.0), of(&cells_of).rate(17, 0.0));
 }
 
 #[test]
@@ -95,12 +100,12 @@ fn each_cell_grows_at_its_rate_and_divides_at_its_length() {
         let state = simulation.state().unwrap();
         let after = lengths(&simulation);
         for line in &state.bodies.lineage {
-            let growth = (cells.rate(line.id, 0.0) * dt).exp();
+            let growth = (of(&cells).rate(line.id, 0.0) * dt).exp();
             let started = before.get(&line.id).copied().unwrap_or_else(|| 0.5 * before[&line.parent.unwrap()]);
             assert!((after[&line.id] / (started * growth) - 1.0).abs() < 1e-14);
         }
         for (id, length) in &before {
-            let due = *length >= cells.division_length(*id);
+            let due = *length >= of(&cells).target(*id);
             assert_eq!(due, !after.contains_key(id), "cell {id} of length {length}");
             divisions += usize::from(due);
             at.extend(due.then_some(*length));
@@ -161,7 +166,7 @@ fn growth_slows_under_the_pressure_that_is_measured() {
         for (i, felt) in felt.iter().enumerate() {
             let line = bodies.lineage[i];
             if after.lineage[i].id == line.id {
-                let own = cells.rate(line.id, 0.0);
+                let own = of(&cells).rate(line.id, 0.0);
                 let expected = (own * (-0.2 * felt).exp() * dt).exp();
                 let grown = after.shape[i].growing_length().unwrap() / bodies.shape[i].growing_length().unwrap();
                 assert!((grown - expected).abs() < 1e-14);
@@ -234,7 +239,7 @@ fn a_run_stops_at_a_population_a_time_or_a_radius() {
         }
         assert_eq!(simulation.stopped_by(), Some(reason), "{stop}");
         let after = (simulation.bodies(), simulation.time(), outermost(&simulation));
-        let wanted = scene.growth.unwrap().stop.unwrap();
+        let wanted = scene.stop().unwrap();
         match reason {
             StopReason::Population => {
                 let least = wanted.population.unwrap() as usize;

@@ -16,7 +16,7 @@ pub fn a_pressed_colony() -> Scene {
     let disc = json!([{"cylinder": {"center": [0, 0, 0], "axis": [0, 0, 1], "radius": 1.5}}]);
     let mut scene = colony(true, overdamped(), disc, Stepping::Midpoint);
     scene.time.end = 2.3;
-    scene.growth.as_mut().unwrap().stress_sensitivity = 0.05;
+    scene.growth[0].stress_sensitivity = 0.05;
     scene
 }
 

@@ -11,4 +11,5 @@ mod forces;
 mod moving_walls;
 mod orientation;
 mod scenes;
+mod species;
 mod thermal;

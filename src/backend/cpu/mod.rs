@@ -75,6 +75,9 @@ impl<const D: usize> Cpu<D> {
         let setup = Setup::new(model, &state.bodies);
         setup.source.proxies(&state.bodies.shape)?;
         state.bodies.periods = model.periods;
+        if let Some(cells) = &model.cells {
+            cells.settle(&mut state.bodies);
+        }
         // What is remembered of another scene's walls is of no use.
         state.warm.retain(|w| surface_of(w.pair[1]).is_none_or(|surface| surface < setup.walls.len()));
         Ok(Cpu {

@@ -39,7 +39,7 @@ impl Setup {
         forces.extend(model.stream.map(|stream| Box::new(stream) as Box<dyn ForceField>));
         Setup {
             time: model.time,
-            growth: model.cells,
+            growth: model.cells.clone(),
             bonds: model.bonds.clone(),
             forces,
             heat: model.heat,

@@ -75,7 +75,7 @@ impl Start {
         self.bodies.clone_from(&state.bodies);
         self.next_id = state.next_id;
         self.middle = None;
-        if let Some(growth) = setup.growth.filter(|_| !self.parting) {
+        if let Some(growth) = setup.growth.as_ref().filter(|_| !self.parting) {
             let span = (self.time, self.interval);
             self.pressures = growth.pressures(&state.bodies, &state.warm);
             growth.grow(&mut self.bodies, span, &mut self.next_id, &mut self.pressures, &self.waiting);
@@ -92,7 +92,7 @@ impl Start {
         self.middle = Some(middle);
         self.interval = self.piece_length(setup);
         self.place_walls(setup);
-        if let Some(growth) = setup.growth {
+        if let Some(growth) = &setup.growth {
             growth.lengthen(&mut self.bodies, 0.5 * self.interval, &self.pressures, &self.waiting);
         }
     }

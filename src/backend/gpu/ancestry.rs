@@ -3,15 +3,18 @@
 use super::Setup;
 use crate::bodies::Lineage;
 use crate::dynamics::Cells;
-use crate::dynamics::growth::daughters;
+use crate::dynamics::growth::{Due, Strain, daughters};
+use crate::shape::Shape;
 use crate::step::State;
 
 /// How a body grows, where bodies do.
 #[derive(Clone, Copy)]
 pub(super) struct Growing {
-    /// Its growing length, NaN for a body that does not grow, and the length at which it divides.
+    /// Its growing length, NaN for a body that does not grow, and when it divides.
     pub length: f64,
-    division: f64,
+    due: Due,
+    /// What divides into its daughters but for the length: what its thickness is read from.
+    shape: Shape,
     /// Its rate of growth in the step, and what its length is multiplied with in a part of a step. This is computed
     /// when the rate changes, as an exponential costs more than all else that the host does for a body.
     rate: f64,
@@ -38,9 +41,21 @@ pub(super) struct Ancestry {
 }
 
 impl Growing {
-    fn new(cells: &Cells, interval: f64, id: u64, length: f64, pressure: f64) -> Growing {
-        let rate = cells.rate(id, pressure);
-        Growing { length, division: cells.division_length(id), rate, factor: (rate * interval).exp() }
+    fn new(
+        strain: &Strain<'_>,
+        interval: f64,
+        line: &Lineage,
+        (length, shape): (f64, Shape),
+        pressure: f64,
+    ) -> Growing {
+        let rate = strain.rate(line.id, pressure);
+        Growing { length, due: strain.due(line, &shape), shape, rate, factor: (rate * interval).exp() }
+    }
+
+    /// That of a body that does not grow.
+    fn none(shape: Shape) -> Growing {
+        let due = Due { length: f64::INFINITY, time: f64::INFINITY };
+        Growing { length: f64::NAN, due, shape, rate: 0.0, factor: 1.0 }
     }
 }
 
@@ -48,10 +63,14 @@ impl Ancestry {
     /// That of the bodies of a state.
     pub fn of(setup: &Setup, state: &State) -> Ancestry {
         let (interval, bodies) = (setup.length_of(setup.first_part()), &state.bodies);
-        let lengths = bodies.shape.iter().map(|s| s.growing_length().unwrap_or(f64::NAN));
         let growing = |cells: &Cells| {
-            let own = |(line, length): (&Lineage, f64)| Growing::new(cells, interval, line.id, length, 0.0);
-            bodies.lineage.iter().zip(lengths).map(own).collect()
+            let own = |i: usize| match (bodies.shape[i].growing_length(), cells.of(bodies.group[i])) {
+                (Some(length), Some(strain)) => {
+                    Growing::new(&strain, interval, &bodies.lineage[i], (length, bodies.shape[i]), 0.0)
+                }
+                _ => Growing::none(bodies.shape[i]),
+            };
+            (0..bodies.len()).map(own).collect()
         };
         let growing: Vec<_> = setup.growth.as_ref().map(growing).unwrap_or_default();
         let mut ancestry = Ancestry {
@@ -65,7 +84,7 @@ impl Ancestry {
             mothers: Vec::new(),
             due: Vec::new(),
         };
-        ancestry.lengthen(0);
+        ancestry.lengthen(0, setup.time.after(state.step));
         ancestry
     }
 
@@ -75,12 +94,13 @@ impl Ancestry {
     }
 
     /// Divides a body at `time`. Returns its index, that of the upper daughter, and the length of both.
-    pub fn divide(&mut self, cells: &Cells, mother: usize, time: f64, pressure: f64) -> (usize, usize, f64) {
+    pub fn divide(&mut self, strain: &Strain<'_>, mother: usize, time: f64, pressure: f64) -> (usize, usize, f64) {
         let (upper, line, own) = (self.lineage.len(), self.lineage[mother], self.growing[mother]);
         self.mothers.push((mother, line, own));
         let half = 0.5 * own.length;
-        let lines = daughters(&line, time, &mut self.next_id);
-        let [first, second] = lines.each_ref().map(|line| Growing::new(cells, self.interval, line.id, half, pressure));
+        let lines = daughters(&line, time, &mut self.next_id, strain.birth_length(half));
+        let born = (half, own.shape);
+        let [first, second] = lines.each_ref().map(|line| Growing::new(strain, self.interval, line, born, pressure));
         self.lineage[mother] = lines[0];
         self.lineage.push(lines[1]);
         self.group.push(self.group[mother]);
@@ -96,7 +116,8 @@ impl Ancestry {
     /// Sets the rates under these pressures.
     pub fn press(&mut self, cells: &Cells, pressures: &[f64]) {
         for (body, (own, pressure)) in self.growing.iter_mut().zip(pressures).enumerate() {
-            let rate = cells.rate(self.lineage[body].id, *pressure);
+            let Some(strain) = cells.of(self.group[body]).filter(|_| !own.length.is_nan()) else { continue };
+            let rate = strain.rate(self.lineage[body].id, *pressure);
             if rate != own.rate {
                 (own.rate, own.factor) = (rate, (rate * self.interval).exp());
                 self.changed.push(body);
@@ -118,21 +139,21 @@ impl Ancestry {
         }
     }
 
-    /// Grows all bodies over an accepted step of `parts`: part by part, as on the CPU to the last bit, since lengths
-    /// say who divides.
-    pub fn accept(&mut self, parts: usize) {
+    /// Grows all bodies over an accepted step of `parts` that ends at `time`: part by part, as on the CPU to the last
+    /// bit, since lengths say who divides.
+    pub fn accept(&mut self, parts: usize, time: f64) {
         self.mothers.clear();
         self.accepted = (self.lineage.len(), self.next_id);
-        self.lengthen(parts);
+        self.lengthen(parts, time);
     }
 
-    fn lengthen(&mut self, parts: usize) {
+    fn lengthen(&mut self, parts: usize, time: f64) {
         self.due.clear();
         for (body, own) in self.growing.iter_mut().enumerate() {
             for _ in 0..parts {
                 own.length *= own.factor;
             }
-            if own.length >= own.division {
+            if own.due.reached(own.length, time) {
                 self.due.push(body);
             }
         }
@@ -186,10 +207,10 @@ mod tests {
         assert_eq!(of.changed_growths(false), [(0, of.changed_growths(true)[0].1.clone())]);
         assert!(of.changed_growths(false).is_empty(), "nothing has changed since");
         while of.due().is_empty() {
-            of.accept(1);
+            of.accept(1, 0.0);
         }
         let before = (of.lineage.clone(), of.group.clone(), lengths(&of), of.next_id, of.changed_growths(true));
-        let (mother, upper, half) = of.divide(&cells, 0, 1.0, 0.0);
+        let (mother, upper, half) = of.divide(&cells.of(of.group[0]).unwrap(), 0, 1.0, 0.0);
         assert_eq!((mother, upper, 2.0 * half), (0, 1, f64::from_bits(before.2[0])));
         let changed = of.changed_growths(false);
         assert!(changed.len() == 1 && changed[0].1.len() == 2 && changed[0].1[0] != changed[0].1[1], "{changed:?}");
@@ -206,7 +227,7 @@ mod tests {
     fn a_daughter_of_the_same_rate_is_the_only_one_written() {
         let (cells, mut of) = colony("growth.division_length_noise=0.1");
         of.changed_growths(false);
-        of.divide(&cells, 0, 1.0, 0.0);
+        of.divide(&cells.of(of.group[0]).unwrap(), 0, 1.0, 0.0);
         let changed = of.changed_growths(false);
         assert!(changed.len() == 1 && changed[0].0 == 1 && changed[0].1.len() == 1, "{changed:?}");
     }
@@ -216,9 +237,9 @@ mod tests {
         let (cells, mut of) = colony("growth.rate_noise=0.3");
         let (mut expected, id) = (of.growing[0].length, of.lineage[0].id);
         for _ in 0..100 {
-            of.accept(2);
+            of.accept(2, 0.0);
             for _ in 0..2 {
-                expected *= (cells.rate(id, 0.0) * of.interval).exp();
+                expected *= (cells.of(of.group[0]).unwrap().rate(id, 0.0) * of.interval).exp();
             }
         }
         assert_eq!(lengths(&of), [expected.to_bits()]);

@@ -5,6 +5,7 @@
 use super::ancestry::Ancestry;
 use super::state::split_length;
 use super::{Device, Setup, words};
+use crate::dynamics::Cells;
 use crate::dynamics::growth::Turn;
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
 
@@ -88,9 +89,7 @@ impl Device {
     /// The pressures that slow growth, where the cells feel them, and the rates under them: computed on the host, from
     /// the state that is read back.
     fn press(&mut self) -> Result<Vec<f64>, GpuError> {
-        let Some(cells) = self.setup.growth.filter(|cells| cells.growth.stress_sensitivity > 0.0) else {
-            return Ok(Vec::new());
-        };
+        let Some(cells) = self.setup.growth.clone().filter(Cells::feels_pressure) else { return Ok(Vec::new()) };
         let state = self.known_state()?;
         let pressures = cells.pressures(&state.bodies, &state.warm);
         self.ancestry.press(&cells, &pressures);
@@ -98,18 +97,19 @@ impl Device {
     }
 
     fn divide(&mut self, record: &mut Recorder<'_>, due: &[usize], pressures: &[f64]) -> Result<(), GpuError> {
-        let (Some(cells), Some(kernels)) = (self.setup.growth, &self.kernels.growth) else { return Ok(()) };
+        let (Some(cells), Some(kernels)) = (&self.setup.growth, &self.kernels.growth) else { return Ok(()) };
         let time = self.step_start();
         let (planar, precision) = (self.setup.planar, self.setup.precision);
         let mut numbers = Vec::with_capacity(12 * due.len());
         let mut indices: Vec<[u32; 2]> = Vec::with_capacity(due.len());
-        let degrees = cells.growth.reorientation_degrees;
         let old = self.ancestry.group.len();
         for &mother in due {
+            let Some(strain) = cells.of(self.ancestry.group[mother]) else { continue };
+            let degrees = strain.growth.reorientation_degrees;
             let mut random = Turn::stream(cells.seed, self.ancestry.lineage[mother].id);
             let turns = [(); 2].map(|()| Turn::draw(&mut random, degrees, planar));
             let pressure = pressures.get(mother).copied().unwrap_or(0.0);
-            let (mother, upper, half) = self.ancestry.divide(&cells, mother, time, pressure);
+            let (mother, upper, half) = self.ancestry.divide(&strain, mother, time, pressure);
             let [coarse, fine] = split_length(half, self.setup.length_pitch);
             numbers.extend([coarse, fine, 0.0, 0.0]);
             numbers.extend(turns.iter().flat_map(|turn| turn.in_body(planar).to_array()));

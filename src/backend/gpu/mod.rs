@@ -38,7 +38,7 @@ use crate::lcp::{self, Outcome, Settings, Stored};
 use crate::periodic::Periods;
 use crate::separation::branches::gpu::Branched;
 use crate::shape::Shape;
-use crate::step::{self, Backend, Fault, Model, Overlap, Passed, Phases, RetryBackend, State, Stepping};
+use crate::step::{self, Backend, Fault, Model, Overlap, Passed, Phases, RetryBackend, State, Stepping, Time};
 use crate::walls::{Walls, surface_of};
 use crate::warm::Warm;
 use ancestry::Ancestry;
@@ -68,6 +68,7 @@ pub(crate) struct Setup {
     pub periods: Periods,
     pub lattice_periods: LatticePeriods,
     pub dt: f64,
+    pub time: Time,
     /// Whether a step has a middle.
     pub midpoint: bool,
     /// How many branches a pair has that may get a row; zero with the paper's rows.
@@ -97,6 +98,15 @@ pub(crate) struct Setup {
 const ROUNDING_OF_OVERLAPS: f64 = 1.0 / (1 << 26) as f64;
 const MOST_ROUNDING: f64 = 0.05;
 
+/// The greatest length of a growing body, now or where it divides.
+fn longest(model: &Model, shapes: &[Shape]) -> f64 {
+    let growing = || shapes.iter().filter_map(Shape::growing_length);
+    let (start, thickest) = (growing().fold(0.0, f64::max), shapes.iter().map(Shape::thickness).fold(0.0, f64::max));
+    let span = (model.time.dt, model.time.end - model.time.start);
+    let species = model.cells.as_ref().map_or(&[][..], Cells::species);
+    species.iter().map(|growth| growth.longest_division(start, thickest, span)).fold(start, f64::max)
+}
+
 impl Setup {
     /// The scene's, for bodies of these shapes.
     ///
@@ -108,8 +118,7 @@ impl Setup {
             return Err(GpuError::Unsupported { what: format!("{}s", shape.name()) });
         }
         let thinnest = shapes.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
-        let lengths = shapes.iter().filter_map(Shape::growing_length);
-        let longest = lengths.chain(model.cells.map(|c| c.growth.division_lengths()[1])).fold(0.0, f64::max);
+        let longest = longest(model, shapes);
         let periods = model.periods;
         // Without bodies any lattice will do that has room for the periods.
         let none = periods.shortest().map_or(1.0, |period| 0.5 * period);
@@ -127,6 +136,7 @@ impl Setup {
             periods,
             lattice_periods: LatticePeriods::new(lattice, periods.lengths())?,
             dt: model.time.dt,
+            time: model.time,
             midpoint: model.time.stepping == Stepping::Midpoint,
             branches: match model.contact.rows_of_method() {
                 step::Rows::Auto => Branched::of(shapes).most(),
@@ -139,7 +149,7 @@ impl Setup {
             bonds: model.bonds.clone(),
             heat: model.heat,
             stream: model.stream,
-            growth: model.cells,
+            growth: model.cells.clone(),
             length_pitch: (longest / LENGTHS).max(f64::MIN_POSITIVE).log2().ceil().exp2(),
             shapes: shapes.to_vec(),
             thinnest,
@@ -254,6 +264,9 @@ impl Device {
         Device::check(model)?;
         let setup = Setup::new(model, &state.bodies.shape, precision)?;
         state.bodies.periods = setup.periods;
+        if let Some(cells) = &setup.growth {
+            cells.settle(&mut state.bodies);
+        }
         let (real, bodies) = (precision.bytes(), state.bodies.len() as u64);
         let grows = setup.growth.is_some();
         let mut poses = Vec::new();
@@ -526,8 +539,9 @@ impl Backend for Device {
             self.shapes.swap(0, 1);
         }
         self.accepted_bodies = bodies;
-        self.ancestry.accept(if self.setup.midpoint { 2 } else { 1 });
         self.step += 1;
+        let ends = self.step_start();
+        self.ancestry.accept(if self.setup.midpoint { 2 } else { 1 }, ends);
         self.state = OnceLock::new();
         self.phases.integrate += begun.elapsed();
         Ok(std::mem::take(&mut self.phases))

@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     fn lines(ids: &[u64]) -> Vec<Lineage> {
-        ids.iter().map(|id| Lineage { id: *id, parent: None, birth: 0.0, generation: 0 }).collect()
+        ids.iter().map(|id| Lineage { id: *id, parent: None, birth: 0.0, generation: 0, birth_length: None }).collect()
     }
 
     #[test]

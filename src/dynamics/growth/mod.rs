@@ -6,81 +6,39 @@
 //! this is equal to first order and exact in the length; and every accepted state has been through a solve with the
 //! lengths and bodies that it holds.
 //!
+//! A scene has one species or several, each the bodies of a group with settings of its own ([`Cells`]). Three rules say
+//! when a cell divides ([`DivisionRule`]): at a length, at a length added since its birth, at a time since its birth.
+//! Their distributions of lengths: A. Amir, Phys. Rev. Lett. 112, 208102 (2014); S. Taheri-Araghi et al., Curr. Biol.
+//! 25, 385 (2015).
+//!
 //! A cell's rate may differ from the mean by a draw of its own, and fall with the pressure on it as `e^(-lambda
 //! pressure)`, the law of S. Weady, B. Palmer, A. Lamson, T. Kim, R. Farhadifar, M. J. Shelley (arXiv:2405.10158) with
 //! [another stress](crate::dynamics::pressures) than theirs.
 
+mod bounds;
+mod cells;
+#[cfg(feature = "files")]
+pub(crate) mod one_or_list;
 mod settings;
 
+pub use cells::{Cells, Due, Strain};
 pub(crate) use settings::MOST_LENGTH_NOISE;
-pub use settings::{Growth, OnNoRoom, Stop, StopReason};
+pub use settings::{DivisionRule, Growth, OnNoRoom, Stop, StopReason};
 
-use super::pressures;
 use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::Waiting;
 use crate::separation::Placed;
 use crate::shape::Shape;
-use crate::warm::Warm;
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Where in a cell's random stream its own length and rate are, in words of 32 bits: its turns when it divides take the
-/// first eight at most.
-const OWN_WORDS: u128 = 64;
-
 /// A loop over fewer cells than this runs on one thread.
 const LEAST_CELLS_A_TASK: usize = 512;
 
-/// How the cells of a scene grow. What is random of a cell is drawn from a stream of the seed that belongs to its id
-/// (ChaCha, which counts: any part of any stream is there without those before it), so that it depends on nothing else.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cells {
-    /// The scene's growth.
-    pub growth: Growth,
-    /// Whether the scene is planar.
-    pub planar: bool,
-    /// The scene's seed.
-    pub seed: u64,
-}
-
 impl Cells {
-    /// What slows the growth of each body in the step after the one that left `bodies` and `warm`: its pressure, where
-    /// the scene's cells feel it; else nothing.
-    pub fn pressures(&self, bodies: &Bodies, warm: &[Warm]) -> Vec<f64> {
-        if self.growth.stress_sensitivity == 0.0 { Vec::new() } else { pressures(bodies, warm, self.planar) }
-    }
-
-    /// The length at which the cell `id` divides.
-    pub fn division_length(&self, id: u64) -> f64 {
-        match self.growth.division_length_noise {
-            0.0 => self.growth.division_length,
-            noise => self.growth.division_length * (1.0 + noise * self.own(id)[0]),
-        }
-    }
-
-    /// The relative growth per time of the cell `id` under `pressure`.
-    pub fn rate(&self, id: u64, pressure: f64) -> f64 {
-        let mut rate = self.growth.rate;
-        if self.growth.rate_noise > 0.0 {
-            rate *= 1.0 + self.growth.rate_noise * self.own(id)[1];
-        }
-        if self.growth.stress_sensitivity > 0.0 {
-            // Contacts only push. Where the axes of two rods nearly cross, a virial may be negative, without bound.
-            rate *= (-self.growth.stress_sensitivity * pressure.max(0.0)).exp();
-        }
-        rate
-    }
-
-    /// The cell's own draws, uniform from -1 to 1: one for its division length, one for its rate.
-    fn own(&self, id: u64) -> [f64; 2] {
-        let mut random = Turn::stream(self.seed, id);
-        random.set_word_pos(OWN_WORDS);
-        [(); 2].map(|()| 2.0 * random.random::<f64>() - 1.0)
-    }
-
     /// Divides and grows all cells over the step of `dt` that begins at `time`. `next_id` is the id of the next cell
     /// born; `pressures` are [those](Cells::pressures) of the bodies before, to which daughters are added with their
     /// mother's. Cells that wait neither divide nor grow.
@@ -92,8 +50,13 @@ impl Cells {
         pressures: &mut Vec<f64>,
         waiting: &Waiting,
     ) {
-        let long = |length: f64, id: u64| length >= self.division_length(id) && !waiting.holds(id);
-        let due = |i: &usize| bodies.shape[*i].growing_length().is_some_and(|l| long(l, bodies.lineage[*i].id));
+        let due = |i: &usize| {
+            let (shape, line) = (&bodies.shape[*i], &bodies.lineage[*i]);
+            let (Some(length), Some(strain)) = (shape.growing_length(), self.of(bodies.group[*i])) else {
+                return false;
+            };
+            strain.due(line, shape).reached(length, time) && !waiting.holds(line.id)
+        };
         let due: Vec<usize> = (0..bodies.len()).into_par_iter().with_min_len(LEAST_CELLS_A_TASK).filter(due).collect();
         for mother in due {
             let before = bodies.len();
@@ -107,21 +70,24 @@ impl Cells {
 
     /// Grows all cells over `dt` but those that wait; none divides.
     pub fn lengthen(&self, bodies: &mut Bodies, dt: f64, pressures: &[f64], waiting: &Waiting) {
-        let lengthen = |(i, (shape, line)): (usize, (&mut Shape, &Lineage))| {
+        let lengthen = |(i, ((shape, line), group)): (usize, ((&mut Shape, &Lineage), &u32))| {
             let Some(length) = shape.growing_length().filter(|_| !waiting.holds(line.id)) else { return };
-            let rate = self.rate(line.id, pressures.get(i).copied().unwrap_or(0.0));
+            let Some(strain) = self.of(*group) else { return };
+            let rate = strain.rate(line.id, pressures.get(i).copied().unwrap_or(0.0));
             if let Some(grown) = shape.grown(length * (rate * dt).exp()) {
                 *shape = grown;
             }
         };
-        let shapes = bodies.shape.par_iter_mut().zip(&bodies.lineage).enumerate();
+        let shapes = bodies.shape.par_iter_mut().zip(&bodies.lineage).zip(&bodies.group).enumerate();
         shapes.with_min_len(LEAST_CELLS_A_TASK).for_each(lengthen);
     }
 }
 
-/// As [`Cells::grow`], of cells that are not pressed.
+/// As [`Cells::grow`], of cells that are not pressed and all of one species.
 pub fn grow(bodies: &mut Bodies, growth: &Growth, planar: bool, seed: u64, time: f64, dt: f64, next_id: &mut u64) {
-    Cells { growth: *growth, planar, seed }.grow(bodies, (time, dt), next_id, &mut Vec::new(), &Waiting::None);
+    let cells = Cells::new(&[Growth { group: None, ..growth.clone() }], &[], planar, seed);
+    cells.settle(bodies);
+    cells.grow(bodies, (time, dt), next_id, &mut Vec::new(), &Waiting::None);
 }
 
 /// How far the surface of `placed` moves where `lever` touches it with the outward normal `normal`, as the body grows
@@ -144,24 +110,25 @@ pub fn stretch(placed: &Placed, to: &Shape, lever: DVec3, normal: DVec3) -> DVec
 
 /// Body `mother` becomes the daughter at its lower end; the one at its upper end is added last.
 fn divide(bodies: &mut Bodies, mother: usize, cells: &Cells, time: f64, next_id: &mut u64) {
-    let Cells { growth, planar, seed } = *cells;
     let placed = bodies.placed(mother);
+    let Some(strain) = cells.of(bodies.group[mother]) else { return };
     let Some(length) = placed.shape.growing_length() else { return };
     let Some(shape) = placed.shape.grown(0.5 * length) else { return };
     let mut offset = placed.orientation * DVec3::Z * (0.25 * length);
-    if planar {
+    if cells.planar {
         offset.z = 0.0; // the axis lies in the plane up to rounding, the centres exactly
     }
     let line = bodies.lineage[mother];
-    let mut random = Turn::stream(seed, line.id);
+    let mut random = Turn::stream(cells.seed, line.id);
     let (velocity, angular_velocity) = (bodies.velocity[mother], bodies.angular_velocity[mother]);
     let upper = bodies.push(placed, bodies.group[mother]);
-    let lines = daughters(&line, time, next_id);
+    let lines = daughters(&line, time, next_id, strain.birth_length(0.5 * length));
     for ((daughter, shift), line) in [(mother, -offset), (upper, offset)].into_iter().zip(lines) {
         bodies.shape[daughter] = shape;
         bodies.position[daughter] = placed.position + shift;
-        let turn = Turn::draw(&mut random, growth.reorientation_degrees, planar);
-        bodies.orientation[daughter] = (turn.in_space(planar, placed.orientation) * placed.orientation).normalize();
+        let turn = Turn::draw(&mut random, strain.growth.reorientation_degrees, cells.planar);
+        let turned = turn.in_space(cells.planar, placed.orientation) * placed.orientation;
+        bodies.orientation[daughter] = turned.normalize();
         bodies.velocity[daughter] = velocity + angular_velocity.cross(shift);
         bodies.angular_velocity[daughter] = angular_velocity;
         bodies.lineage[daughter] = line;
@@ -169,11 +136,11 @@ fn divide(bodies: &mut Bodies, mother: usize, cells: &Cells, time: f64, next_id:
 }
 
 /// The lines of both daughters of a cell that divides at `time`.
-pub(crate) fn daughters(mother: &Lineage, time: f64, next_id: &mut u64) -> [Lineage; 2] {
+pub(crate) fn daughters(mother: &Lineage, time: f64, next_id: &mut u64, birth_length: Option<f64>) -> [Lineage; 2] {
     [(); 2].map(|()| {
         let id = *next_id;
         *next_id += 1;
-        Lineage { id, parent: Some(mother.id), birth: time, generation: mother.generation + 1 }
+        Lineage { id, parent: Some(mother.id), birth: time, generation: mother.generation + 1, birth_length }
     })
 }
 
@@ -214,18 +181,5 @@ impl Turn {
     #[cfg(feature = "gpu")]
     pub(crate) fn in_body(self, planar: bool) -> DQuat {
         self.in_space(planar, DQuat::IDENTITY)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_cell_under_a_negative_pressure_grows_no_faster_than_a_free_one() {
-        let growth = Growth { stress_sensitivity: 0.05, ..Growth::new(1.3, 4.0) };
-        let cells = Cells { growth, planar: true, seed: 1 };
-        assert_eq!([0.0, -1e6, f64::NEG_INFINITY].map(|pressure| cells.rate(7, pressure)), [1.3; 3]);
-        assert!(cells.rate(7, 10.0) < 1.0);
     }
 }

@@ -6,17 +6,36 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Growth and division of spherocylinders: `length' = rate * length` between divisions.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Growth {
+    /// The group of the bodies that this holds for, which their daughters belong to. Without it: all bodies that no
+    /// other entry of the list holds for.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub group: Option<String>,
     /// Relative growth per time.
     #[cfg_attr(feature = "files", schemars(range(min = 0)))]
     pub rate: f64,
-    /// Tip-to-tip length at which a cell divides into two of half its length.
+    /// What a cell divides at: a length (`"sizer"`), a length that it has added since its birth (`"adder"`), or a time
+    /// since its birth (`"timer"`).
+    #[cfg_attr(feature = "files", schemars(extend("default" = "sizer")))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "DivisionRule::is_default"))]
+    pub rule: DivisionRule,
+    /// Of a sizer, which needs it: the tip-to-tip length at which a cell divides into two of half its length.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
-    pub division_length: f64,
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub division_length: Option<f64>,
+    /// Of an adder, which needs it: a cell divides when it is so much longer than it was at its birth.
+    #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub added_length: Option<f64>,
+    /// Of a timer, which needs it: a cell divides when so much time has passed since its birth, and its halves are not
+    /// shorter than thick.
+    #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub division_time: Option<f64>,
     /// Each daughter turns by an angle drawn uniformly from plus and minus this, in degrees.
     #[cfg_attr(feature = "files", schemars(range(min = 0, max = 180)))]
     #[cfg_attr(feature = "files", serde(default))]
@@ -26,6 +45,14 @@ pub struct Growth {
     #[cfg_attr(feature = "files", schemars(range(min = 0), extend("exclusiveMaximum" = MOST_LENGTH_NOISE)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
     pub division_length_noise: f64,
+    /// Each cell adds a length of its own, drawn uniformly from `added_length` plus and minus this part of it.
+    #[cfg_attr(feature = "files", schemars(range(min = 0), extend("exclusiveMaximum" = 1)))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
+    pub added_length_noise: f64,
+    /// Each cell has a time of its own, drawn uniformly from `division_time` plus and minus this part of it.
+    #[cfg_attr(feature = "files", schemars(range(min = 0), extend("exclusiveMaximum" = 1)))]
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
+    pub division_time_noise: f64,
     /// Each cell has a rate of its own, drawn uniformly from `rate` plus and minus this part of it.
     #[cfg_attr(feature = "files", schemars(range(min = 0), extend("exclusiveMaximum" = 1)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
@@ -36,13 +63,44 @@ pub struct Growth {
     #[cfg_attr(feature = "files", schemars(range(min = 0)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
     pub stress_sensitivity: f64,
-    /// What happens to cells without room to grow, in a container of walls or periods.
+    /// What happens to cells without room to grow, in a container of walls or periods. In a list all entries agree.
     #[cfg_attr(feature = "files", schemars(extend("default" = "stop")))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "OnNoRoom::is_default"))]
     pub on_no_room: OnNoRoom,
-    /// Ends the run before `time.end`. Without it: the run goes to `time.end`.
+    /// Ends the run before `time.end`. Without it: the run goes to `time.end`. In a list one entry may have it.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub stop: Option<Stop>,
+}
+
+/// What a cell divides at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
+pub enum DivisionRule {
+    /// A length: `division_length`.
+    #[default]
+    Sizer,
+    /// A length added since its birth: `added_length`.
+    Adder,
+    /// A time since its birth: `division_time`.
+    Timer,
+}
+
+impl DivisionRule {
+    #[cfg(feature = "files")]
+    fn is_default(&self) -> bool {
+        *self == DivisionRule::default()
+    }
+
+    /// Its name, as a scene has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            DivisionRule::Sizer => "sizer",
+            DivisionRule::Adder => "adder",
+            DivisionRule::Timer => "timer",
+        }
+    }
 }
 
 /// What growth does where a container is full.
@@ -78,11 +136,37 @@ impl Growth {
     /// Growth at a rate per time, with division into halves at a tip-to-tip length; no noise, daughters along their
     /// mother.
     pub const fn new(rate: f64, division_length: f64) -> Growth {
+        let mut growth = Growth::by(rate, DivisionRule::Sizer);
+        growth.division_length = Some(division_length);
+        growth
+    }
+
+    /// As [`Growth::new`], with division where a cell has grown by `added_length` since its birth.
+    pub const fn adder(rate: f64, added_length: f64) -> Growth {
+        let mut growth = Growth::by(rate, DivisionRule::Adder);
+        growth.added_length = Some(added_length);
+        growth
+    }
+
+    /// As [`Growth::new`], with division at a time since a cell's birth.
+    pub const fn timer(rate: f64, division_time: f64) -> Growth {
+        let mut growth = Growth::by(rate, DivisionRule::Timer);
+        growth.division_time = Some(division_time);
+        growth
+    }
+
+    const fn by(rate: f64, rule: DivisionRule) -> Growth {
         Growth {
+            group: None,
             rate,
-            division_length,
+            rule,
+            division_length: None,
+            added_length: None,
+            division_time: None,
             reorientation_degrees: 0.0,
             division_length_noise: 0.0,
+            added_length_noise: 0.0,
+            division_time_noise: 0.0,
             rate_noise: 0.0,
             stress_sensitivity: 0.0,
             on_no_room: OnNoRoom::Stop,
@@ -95,9 +179,31 @@ impl Growth {
         self.rate * (1.0 + self.rate_noise)
     }
 
-    /// The least and the greatest length at which a cell divides.
-    pub fn division_lengths(&self) -> [f64; 2] {
-        [1.0 - self.division_length_noise, 1.0 + self.division_length_noise].map(|part| part * self.division_length)
+    /// The key, the mean and the noise of what a cell divides at: a length, or of a timer a time. Not a number where
+    /// the scene does not say; such a scene is refused.
+    pub fn target(&self) -> (&'static str, f64, f64) {
+        let (key, mean, noise) = match self.rule {
+            DivisionRule::Sizer => ("division_length", self.division_length, self.division_length_noise),
+            DivisionRule::Adder => ("added_length", self.added_length, self.added_length_noise),
+            DivisionRule::Timer => ("division_time", self.division_time, self.division_time_noise),
+        };
+        (key, mean.unwrap_or(f64::NAN), noise)
+    }
+
+    /// Whether the scene does not say what cells divide at.
+    pub(crate) fn has_no_target(&self) -> bool {
+        let given = match self.rule {
+            DivisionRule::Sizer => self.division_length,
+            DivisionRule::Adder => self.added_length,
+            DivisionRule::Timer => self.division_time,
+        };
+        given.is_none()
+    }
+
+    /// The least and the greatest of what cells divide at.
+    pub fn targets(&self) -> [f64; 2] {
+        let (_, mean, noise) = self.target();
+        [1.0 - noise, 1.0 + noise].map(|part| part * mean)
     }
 }
 

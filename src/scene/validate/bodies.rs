@@ -6,7 +6,7 @@ use super::super::nearest::nearest;
 use super::super::orientation::norm;
 use super::super::{Body, BodyLineage, Scene};
 use super::shapes::check_shape;
-use super::{MAX_BODIES, SMALLEST_NUMBER, SMALLEST_QUATERNION, number, numbers};
+use super::{MAX_BODIES, SMALLEST_NUMBER, SMALLEST_QUATERNION, number, numbers, positive};
 use crate::bodies::NO_GROUP;
 use crate::shape::Shape;
 use glam::DVec3;
@@ -90,17 +90,17 @@ impl Scene {
                     return Err(SceneError::bad(key.field(name), "must be zero for a body that is fixed"));
                 }
             }
-            self.check_not_growing(&key.field("shape"), &body.shape)?;
+            self.check_not_growing(&key.field("shape"), &body.shape, body.group.as_deref())?;
         }
         for (i, rule) in self.generate.iter().enumerate().filter(|(_, rule)| holds(usize::MAX, rule.group())) {
             let list = root.field("generate");
-            self.check_not_growing(&list.index(i).field(rule.name()), &rule.shape())?;
+            self.check_not_growing(&list.index(i).field(rule.name()), &rule.shape(), rule.group())?;
         }
         Ok(())
     }
 
-    fn check_not_growing(&self, key: &Key, shape: &Shape) -> Result<(), SceneError> {
-        if self.growth.is_some() && shape.growing_length().is_some() {
+    fn check_not_growing(&self, key: &Key, shape: &Shape, group: Option<&str>) -> Result<(), SceneError> {
+        if self.growth_of(group).is_some() && shape.growing_length().is_some() {
             let message = "would grow, which a fixed body cannot; use spheres, ellipsoids or walls as obstacles";
             return Err(SceneError::bad(key, message));
         }
@@ -138,6 +138,7 @@ fn check_body(key: &Key, body: &Body) -> Result<(), SceneError> {
 
 fn check_lineage(key: &Key, lineage: &BodyLineage, ids: &mut HashSet<u64>) -> Result<(), SceneError> {
     number(&key.field("birth"), lineage.birth)?;
+    lineage.birth_length.map_or(Ok(()), |length| positive(&key.field("birth_length"), length))?;
     for (name, id) in [("id", Some(lineage.id)), ("parent", lineage.parent)] {
         if id.is_some_and(|id| id >= MAX_ID) {
             return Err(SceneError::bad(key.field(name), format!("must be less than {MAX_ID}")));

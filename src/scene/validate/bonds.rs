@@ -78,7 +78,7 @@ impl Scene {
                 let message = format!("no body has the number {body}; the scene has {count}, counted from 0");
                 return Err(SceneError::bad(list.index(end), message));
             };
-            if self.growth.is_some() && shape.growing_length().is_some() {
+            if self.growth_of(group).is_some() && shape.growing_length().is_some() {
                 let message = format!("body {body} grows, and a bond does not follow a division; bond bodies that do not grow");
                 return Err(SceneError::bad(list.index(end), message));
             }

@@ -21,7 +21,7 @@ impl Scene {
                 let message = "needs the inertial law, where bodies have mass; `uniform` is a force per body";
                 return Err(SceneError::bad(key, message));
             }
-            self.check_group(&key, force)?;
+            self.check_group(&key, force.group())?;
             let Some(window) = force.window() else { continue };
             let key = key.field("window");
             check_window(&key, window)?;
@@ -53,9 +53,10 @@ impl Scene {
         Ok(())
     }
 
-    fn check_group(&self, key: &Key, force: &Force) -> Result<(), SceneError> {
+    /// A group that is named has bodies.
+    pub(super) fn check_group(&self, key: &Key, group: Option<&str>) -> Result<(), SceneError> {
         let groups = self.group_names();
-        let Some(group) = force.group().filter(|g| !groups.iter().any(|known| known == g)) else { return Ok(()) };
+        let Some(group) = group.filter(|g| !groups.iter().any(|known| known == g)) else { return Ok(()) };
         let message = match nearest(group, groups.iter().map(String::as_str)) {
             Some(near) => format!("no body is in the group `{group}`; the nearest group is `{near}`"),
             None => format!("no body is in the group `{group}`; no body has a group"),

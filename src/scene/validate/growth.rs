@@ -2,7 +2,7 @@
 
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
-use super::super::{Growth, Method, Scene, Stop};
+use super::super::{DivisionRule, Growth, Method, Scene, Stop};
 use super::{MAX_BODIES, number, positive};
 use crate::dynamics::MOST_LENGTH_NOISE;
 use crate::shape::Shape;
@@ -10,19 +10,64 @@ use std::f64::consts::LN_2;
 
 impl Scene {
     pub(super) fn check_growth(&self, key: &Key) -> Result<(), SceneError> {
-        let Some(growth) = &self.growth else { return Ok(()) };
+        if self.growth.is_empty() {
+            return Ok(());
+        }
+        for (i, growth) in self.growth.iter().enumerate() {
+            let entry = key.index(i);
+            let entry = if self.is_one_growth() { key } else { &entry };
+            self.check_species(entry, i)?;
+            self.check_entry(entry, growth)?;
+        }
+        let population = self.final_population();
+        if population > MAX_BODIES as f64 {
+            let message = format!("growth would reach {population:.1e} cells; the limit is {MAX_BODIES}");
+            return Err(SceneError::new(FaultKind::TooLarge, "time.end", message));
+        }
+        Ok(())
+    }
+
+    /// Whether growth is written as one object.
+    pub(super) fn is_one_growth(&self) -> bool {
+        matches!(self.growth.as_slice(), [one] if one.group.is_none())
+    }
+
+    /// What the entries of a list are to each other: no body in two, and what is of the run is there once.
+    fn check_species(&self, key: &Key, i: usize) -> Result<(), SceneError> {
+        let (growth, before) = (&self.growth[i], &self.growth[..i]);
+        if let Some(other) = before.iter().position(|other| other.group == growth.group) {
+            let of = match &growth.group {
+                Some(group) => format!("the bodies of the group `{group}`"),
+                None => "all bodies that no other entry names".to_owned(),
+            };
+            let message = format!("holds for {of}, as growth.{other} does; a body belongs to one entry");
+            return Err(SceneError::bad(key.field("group"), message));
+        }
+        self.check_group(key, growth.group.as_deref())?;
+        if growth.stop.is_some()
+            && let Some(other) = before.iter().position(|other| other.stop.is_some())
+        {
+            let message = format!("ends the run, and growth.{other} has one already; leave one of them out");
+            return Err(SceneError::bad(key.field("stop"), message));
+        }
+        if before.first().is_some_and(|first| first.on_no_room != growth.on_no_room) {
+            let message = "is of the run and differs from that of growth.0; give all entries the same";
+            return Err(SceneError::bad(key.field("on_no_room"), message));
+        }
+        Ok(())
+    }
+
+    fn check_entry(&self, key: &Key, growth: &Growth) -> Result<(), SceneError> {
         number(&key.field("rate"), growth.rate)?;
         if growth.rate < 0.0 {
             return Err(SceneError::bad(key.field("rate"), format!("must not be negative, not {:?}", growth.rate)));
         }
         noise(&key.field("rate_noise"), growth.rate_noise, 1.0, "a cell does not shrink")?;
-        let born = "no cell is born at the length at which it divides";
-        noise(&key.field("division_length_noise"), growth.division_length_noise, MOST_LENGTH_NOISE, born)?;
         if growth.fastest_rate() * self.time.dt >= LN_2 {
             let message = format!("a cell would divide more than once in a step of {:?}", self.time.dt);
             return Err(SceneError::bad(key.field("rate"), message));
         }
-        positive(&key.field("division_length"), growth.division_length)?;
+        self.check_rule(key, growth)?;
         let turn = key.field("reorientation_degrees");
         number(&turn, growth.reorientation_degrees)?;
         if !(0.0..=180.0).contains(&growth.reorientation_degrees) {
@@ -34,6 +79,45 @@ impl Scene {
             check_stop(&key.field("stop"), stop)?;
         }
         self.check_cells(key, growth)
+    }
+
+    /// A rule has its own target, and no other's.
+    fn check_rule(&self, key: &Key, growth: &Growth) -> Result<(), SceneError> {
+        let (own, target, own_noise) = growth.target();
+        let (most, why) = match growth.rule {
+            DivisionRule::Sizer => (MOST_LENGTH_NOISE, "no cell is born at the length at which it divides"),
+            DivisionRule::Adder => (1.0, "a cell grows before it divides"),
+            DivisionRule::Timer => (1.0, "a cell lives before it divides"),
+        };
+        let given = [
+            ("division_length", "division_length_noise", growth.division_length, growth.division_length_noise),
+            ("added_length", "added_length_noise", growth.added_length, growth.added_length_noise),
+            ("division_time", "division_time_noise", growth.division_time, growth.division_time_noise),
+        ];
+        for (name, noise_name, value, spread) in given {
+            if name == own {
+                noise(&key.field(noise_name), own_noise, most, why)?;
+                continue;
+            }
+            let rule = growth.rule.name();
+            if value.is_some() || spread != 0.0 {
+                let key = key.field(if value.is_some() { name } else { noise_name });
+                return Err(SceneError::bad(
+                    key,
+                    format!("has no meaning with the rule \"{rule}\", which has `{own}`"),
+                ));
+            }
+        }
+        if growth.has_no_target() {
+            let message = format!("is missing; the rule \"{}\" divides cells by it", growth.rule.name());
+            return Err(SceneError::bad(key.field(own), message));
+        }
+        positive(&key.field(own), target)?;
+        if growth.rule == DivisionRule::Timer && growth.targets()[0] <= self.time.dt {
+            let message = format!("must be longer than a step, {:?}, less its noise too", self.time.dt);
+            return Err(SceneError::bad(key.field(own), message));
+        }
+        Ok(())
     }
 
     fn check_stress(&self, key: &Key, growth: &Growth) -> Result<(), SceneError> {
@@ -51,55 +135,51 @@ impl Scene {
 
     fn check_cells(&self, key: &Key, growth: &Growth) -> Result<(), SceneError> {
         let mut cells = false;
-        for (list, index, shape) in self.shapes() {
-            let Some(length) = shape.growing_length() else { continue };
+        let (own, _, spread) = growth.target();
+        for (list, index, shape, _, _) in self.growing().filter(|(_, _, _, of, _)| std::ptr::eq(*of, growth)) {
             cells = true;
-            let division_key = key.field("division_length");
-            let [shortest, longest] = growth.division_lengths();
-            if shape.grown(0.5 * shortest).is_none() {
+            let [shortest, _] = growth.targets();
+            let thickness = shape.thickness();
+            let noise = if spread > 0.0 { " (less its noise)" } else { "" };
+            let short = match growth.rule {
+                DivisionRule::Sizer => shape.grown(0.5 * shortest).is_none(),
+                // A cell is no shorter than thick, and a daughter is half of her mother at birth and what she added.
+                DivisionRule::Adder => shortest < thickness,
+                DivisionRule::Timer => false,
+            };
+            if short {
+                let twice = if growth.rule == DivisionRule::Sizer { "twice the" } else { "the" };
                 let message = format!(
-                    "must be at least twice the diameter, {:?}, of {list}.{index}{}: a daughter is half as long, and never shorter than wide",
-                    shape.thickness(),
-                    if growth.division_length_noise > 0.0 { " (less its noise)" } else { "" }
+                    "must be at least {twice} diameter, {thickness:?}, of {list}.{index}{noise}: a daughter is half as long as her mother, and never shorter than wide"
                 );
-                return Err(SceneError::bad(division_key, message));
+                return Err(SceneError::bad(key.field(own), message));
             }
-            let longest = length.max(longest * (growth.fastest_rate() * self.time.dt).exp());
-            if let Some(Err(error)) = shape.grown(longest).map(|cell| cell.validate()) {
-                return Err(SceneError::bad(division_key, format!("{error} ({list}.{index} before it divides)")));
+            let longest = self.longest(&shape, growth);
+            if let Err(error) = longest.validate() {
+                return Err(SceneError::bad(key.field(own), format!("{error} ({list}.{index} before it divides)")));
             }
         }
         if !cells {
-            return Err(SceneError::bad(key, "only spherocylinders grow, and the scene has none"));
-        }
-        let population = self.final_population();
-        if population > MAX_BODIES as f64 {
-            let message = format!("growth would reach {population:.1e} cells; the limit is {MAX_BODIES}");
-            return Err(SceneError::new(FaultKind::TooLarge, "time.end", message));
+            let who =
+                growth.group.as_ref().map_or("the scene has none".into(), |g| format!("the group `{g}` has none"));
+            return Err(SceneError::bad(key, format!("only spherocylinders grow, and {who}")));
         }
         Ok(())
     }
 
-    /// Bodies at the end of the run, from exponential growth alone: a cell of length `L` becomes `2^k` cells with `k`
-    /// the least for which `L exp(rate T) / 2^k` is below the division length; with noise at the most. Where the run
-    /// stops before, it is at most twice the population that it stops at.
+    /// Bodies at the end of the run, from growth alone, at the most. Where the run stops before, it is at most twice
+    /// the population that it stops at.
     fn final_population(&self) -> f64 {
-        let Some(growth) = &self.growth else { return self.body_count() as f64 };
-        let stop = growth.stop.unwrap_or_default();
+        let stop = self.stop().unwrap_or_default();
         let end = self.time.end.min(stop.time.unwrap_or(f64::INFINITY)).max(self.time.start);
-        let stretch = growth.fastest_rate() * (end - self.time.start) / LN_2;
-        let descendants = |shape: &Shape| match shape.growing_length() {
-            Some(length) => {
-                let doublings = stretch + (length / growth.division_lengths()[0]).log2();
-                (doublings.floor() + 1.0).max(0.0).exp2()
-            }
-            None => 1.0,
+        let of = |(_, _, shape, growth, count): (&str, usize, Shape, &Growth, u64)| {
+            let descendants = growth.most_descendants(shape.growing_length().unwrap_or(0.0), end - self.time.start);
+            count as f64 * (descendants - 1.0)
         };
-        let given: f64 = self.bodies.iter().map(|b| descendants(&b.shape)).sum();
-        let generated: f64 = self.generate.iter().map(|g| g.count() as f64 * descendants(&g.shape())).sum();
+        let grown = self.body_count() as f64 + self.growing().map(of).sum::<f64>();
         let stopped = stop.population.map_or(f64::INFINITY, |population| 2.0 * population as f64);
         // What a scene starts with is there in any case.
-        (given + generated).min(stopped.max(self.body_count() as f64))
+        grown.min(stopped.max(self.body_count() as f64))
     }
 }
 

@@ -4,7 +4,7 @@
 use super::super::error::{FaultKind, SceneError};
 use super::super::generate::isotropic_volume;
 use super::super::key::Key;
-use super::super::{Generate, Scene};
+use super::super::{Generate, Growth, Scene};
 use super::positive;
 use crate::periodic::Periods;
 use crate::separation::Surface;
@@ -49,13 +49,14 @@ impl Scene {
     /// Bodies so long, or growing so long, that a pair could meet at two images.
     fn check_length(&self, key: &Key, length: f64) -> Result<(), SceneError> {
         let cutoff = self.cutoff();
-        for (list, index, shape) in self.shapes() {
-            let longest = 2.0 * self.longest(&shape).bounding_radius();
+        let growing = self.growing().map(|(list, index, shape, growth, _)| (list, index, self.longest(&shape, growth)));
+        for (list, index, shape) in growing.chain(self.shapes()) {
+            let longest = 2.0 * shape.bounding_radius();
             if longest + cutoff > 0.5 * length {
                 let message = format!(
                     "must be at least {:?}, twice what the longest body and the cutoff take, not {length:?}: {list}.{index} {} {longest:?}, the cutoff is {cutoff:?}",
                     2.0 * (longest + cutoff),
-                    if self.growth.is_some() && shape.growing_length().is_some() { "grows to" } else { "measures" },
+                    if self.is_as_given(list, index, &shape) { "measures" } else { "grows to" },
                 );
                 return Err(SceneError::bad(key, message));
             }
@@ -63,10 +64,16 @@ impl Scene {
         Ok(())
     }
 
+    /// Whether a body or the bodies of a rule have this shape at the start.
+    fn is_as_given(&self, list: &str, index: usize, shape: &Shape) -> bool {
+        self.shapes().any(|(of, at, given)| of == list && at == index && given == *shape)
+    }
+
     /// A shape at the longest that it grows to.
-    fn longest(&self, shape: &Shape) -> Shape {
-        let (Some(growth), Some(length)) = (&self.growth, shape.growing_length()) else { return *shape };
-        let [_, division] = growth.division_lengths();
+    pub(super) fn longest(&self, shape: &Shape, growth: &Growth) -> Shape {
+        let Some(length) = shape.growing_length() else { return *shape };
+        let span = (self.time.dt, self.time.end - self.time.start);
+        let division = growth.longest_division(length, shape.thickness(), span);
         shape.grown(length.max(division * (growth.fastest_rate() * self.time.dt).exp())).unwrap_or(*shape)
     }
 
@@ -77,9 +84,14 @@ impl Scene {
                 return Err(SceneError::bad(root.field("forces").index(i).field(force.name()), message));
             }
         }
-        if self.growth.and_then(|growth| growth.stop).is_some_and(|stop| stop.radius.is_some()) {
-            let message = "is the radius of a colony, which a periodic scene does not have";
-            return Err(SceneError::bad(root.field("growth").field("stop").field("radius"), message));
+        for (i, growth) in self.growth.iter().enumerate() {
+            if growth.stop.is_some_and(|stop| stop.radius.is_some()) {
+                let (message, key) =
+                    ("is the radius of a colony, which a periodic scene does not have", root.field("growth"));
+                let entry = key.index(i);
+                let entry = if self.is_one_growth() { &key } else { &entry };
+                return Err(SceneError::bad(entry.field("stop").field("radius"), message));
+            }
         }
         Ok(())
     }

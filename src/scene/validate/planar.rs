@@ -75,7 +75,7 @@ impl Scene {
     /// A cell that stands upright in the plane is mirrored by it, but its daughters would not be.
     fn check_growing(&self, key: &Key, body: &Body) -> Result<(), SceneError> {
         let axis = body.rotation() * DVec3::Z;
-        let grows = self.growth.is_some() && body.shape.growing_length().is_some();
+        let grows = self.growth_of(body.group.as_deref()).is_some() && body.shape.growing_length().is_some();
         if grows && axis.z.abs() > PLANAR_TOLERANCE {
             return Err(SceneError::bad(
                 key.field(body.orientation_key()),

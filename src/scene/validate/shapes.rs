@@ -2,7 +2,7 @@
 
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
-use super::super::{Generate, Method, Scene};
+use super::super::{Generate, Growth, Method, Scene};
 use super::{number, positive};
 use crate::separation::supports;
 use crate::shape::{ProxyError, Shape};
@@ -39,6 +39,19 @@ impl Scene {
     pub(in super::super) fn shapes(&self) -> impl Iterator<Item = (&'static str, usize, Shape)> + '_ {
         let bodies = self.bodies.iter().enumerate().map(|(i, b)| ("bodies", i, b.shape));
         bodies.chain(self.generate.iter().enumerate().map(|(i, g)| ("generate", i, g.shape())))
+    }
+
+    /// As [`Scene::shapes`], with the growth of those that grow, and how many bodies there are of each.
+    pub(super) fn growing(&self) -> impl Iterator<Item = (&'static str, usize, Shape, &Growth, u64)> + '_ {
+        let own =
+            |group: Option<&str>, shape: &Shape| self.growth_of(group).filter(|_| shape.growing_length().is_some());
+        let bodies = self.bodies.iter().enumerate();
+        let bodies =
+            bodies.filter_map(move |(i, b)| Some(("bodies", i, b.shape, own(b.group.as_deref(), &b.shape)?, 1)));
+        let rules = self.generate.iter().enumerate();
+        bodies.chain(
+            rules.filter_map(move |(i, g)| Some(("generate", i, g.shape(), own(g.group(), &g.shape())?, g.count()))),
+        )
     }
 
     pub(super) fn check_contact(&self, key: &Key) -> Result<(), SceneError> {

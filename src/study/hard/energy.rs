@@ -47,7 +47,7 @@ impl Energy {
             _ => None,
         };
         let pulls = scene.forces.iter().map(pull).collect::<Option<Vec<Pull>>>()?;
-        scene.growth.is_none().then_some(Energy { density, pulls, account: None })
+        scene.growth.is_empty().then_some(Energy { density, pulls, account: None })
     }
 
     /// Looks at a step. A start that overlaps is parted by the first step, from which on nothing may come.

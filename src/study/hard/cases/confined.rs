@@ -16,18 +16,15 @@ pub(super) fn cases() -> Vec<Case> {
 }
 
 /// How cells grow where a case does not say.
-const GROWTH: Growth = Growth {
-    rate: 0.9,
-    division_length: 3.0,
-    reorientation_degrees: 4.0,
-    division_length_noise: 0.1,
-    rate_noise: 0.1,
-    stress_sensitivity: 0.0,
-    stop: None,
-    on_no_room: OnNoRoom::Stop,
+const GROWTH: Growth = {
+    let mut growth = EVEN;
+    growth.reorientation_degrees = 4.0;
+    growth.division_length_noise = 0.1;
+    growth.rate_noise = 0.1;
+    growth
 };
 /// All equal: what is in line stays in line.
-const EVEN: Growth = Growth { reorientation_degrees: 0.0, division_length_noise: 0.0, rate_noise: 0.0, ..GROWTH };
+const EVEN: Growth = Growth::new(0.9, 3.0);
 
 fn cell(length: f64, position: [f64; 3], turn: f64) -> Body {
     let turned = DQuat::from_rotation_z(turn) * DQuat::from_rotation_y(FRAC_PI_2);
@@ -38,7 +35,7 @@ fn cell(length: f64, position: [f64; 3], turn: f64) -> Body {
 fn colony(dt: f64, growth: Growth, walls: Vec<Wall>) -> Start {
     let mut start = Start::still(dt, vec![cell(1.5, [0.0; 3], 0.0)]);
     start.scene.planar = true;
-    start.scene.growth = Some(growth);
+    start.scene.growth = vec![growth];
     start.scene.walls = walls;
     start
 }
@@ -109,7 +106,7 @@ fn closed() -> Vec<Case> {
         of("a box of 12 by 12 diameters", 0.005, 900, GROWTH, &[box_of([3.0, 3.0])]),
         of("a box of 8 by 4 diameters, all cells alike", 0.01, 400, EVEN, &[box_of([2.0, 1.0])]),
         of("a closed channel", 0.005, 800, GROWTH, &short),
-        of("a disc of 8 diameters, and stalls", 0.01, 500, stalls, &[disc(2.0)]),
+        of("a disc of 8 diameters, and stalls", 0.01, 500, stalls.clone(), &[disc(2.0)]),
         of("a box of 8 by 8 diameters, and stalls", 0.01, 500, stalls, &[box_of([2.0, 2.0])]),
     ]
 }
@@ -158,7 +155,7 @@ fn exact() -> Vec<Case> {
     let mut pressed =
         colony(0.01, Growth { on_no_room: OnNoRoom::Stall, ..EVEN }, vec![channel(0.5), cube([3.0, 1.0, 1.0])]);
     pressed.scene.bodies = file;
-    let mut grid = colony(0.002, Growth { division_length: 1.5, ..EVEN }, vec![cube([3.0, 1.0, 1.0])]);
+    let mut grid = colony(0.002, Growth { division_length: Some(1.5), ..EVEN }, vec![cube([3.0, 1.0, 1.0])]);
     // Side by side and end to end, without a gap: there is no room from the first step on.
     grid.scene.bodies =
         (0..16).map(|i| cell(1.5, [1.5 * f64::from(i % 4) - 2.25, 0.5 * f64::from(i / 4) - 0.75, 0.0], 0.0)).collect();

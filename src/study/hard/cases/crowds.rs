@@ -88,7 +88,7 @@ fn division() -> Case {
     };
     let mut start = Start::still(1e-3, (0..36).map(at).collect());
     start.scene.planar = true;
-    start.scene.growth = Some(Growth { reorientation_degrees: 5.0, ..Growth::new(1.0, 2.0) });
+    start.scene.growth = vec![Growth { reorientation_degrees: 5.0, ..Growth::new(1.0, 2.0) }];
     Case::contact("division", "36 cells, packed, all divide in step 3", 20, start)
 }
 

@@ -65,7 +65,7 @@ fn attempt(random: &mut Random, name: String) -> Drawn {
     let scene = Scene {
         seed: random.any(),
         planar: true,
-        growth: Some(growth),
+        growth: vec![growth.clone()],
         walls,
         bodies: vec![founder],
         ..Scene::new(name, Time::new(dt, steps * dt))
@@ -90,13 +90,14 @@ fn growth(random: &mut Random, division_length: f64) -> Growth {
     let sensitivity = random.log_within(SENSITIVITY[0], SENSITIVITY[1]);
     Growth {
         rate: random.within(RATE[0], RATE[1]),
-        division_length,
+        division_length: Some(division_length),
         reorientation_degrees: random.either(0.8, turn, 0.0),
         division_length_noise: noise(random),
         rate_noise: noise(random),
         stress_sensitivity: random.either(0.2, sensitivity, 0.0),
         stop: Some(Stop { population: Some(POPULATION), ..Stop::default() }),
         on_no_room: OnNoRoom::Stop,
+        ..Growth::new(0.0, 0.0)
     }
 }
 

@@ -53,13 +53,14 @@ pub(super) fn growth(random: &mut Random, mixture: &Mixture, dt: f64, bodies: u6
     let reorientation_degrees = noise(random, 20.0);
     Some(Growth {
         rate: random.log_within(GROWTH[0], GROWTH[1]) / dt,
-        division_length: random.within(2.0, 4.0) * thickest / (1.0 - division_length_noise),
+        division_length: Some(random.within(2.0, 4.0) * thickest / (1.0 - division_length_noise)),
         reorientation_degrees,
         division_length_noise,
         rate_noise: noise(random, 0.9),
         stress_sensitivity: random.either(0.3, sensitivity, 0.0),
         stop: Some(Stop { population: Some(bodies + POPULATION), ..Stop::default() }),
         on_no_room: random.either(0.3, OnNoRoom::Stall, OnNoRoom::Stop),
+        ..Growth::new(0.0, 0.0)
     })
 }
 

@@ -16,7 +16,7 @@ pub use page::{csv, page};
 pub use run::{From, Options, Row, Ticket, run, run_all};
 
 use super::start::Random;
-use crate::scene::{Scene, SceneError, Time};
+use crate::scene::{Growth, Scene, SceneError, Time};
 use place::{Manner, Placer};
 use room::{Needs, Room};
 use shapes::Mixture;
@@ -87,7 +87,7 @@ fn attempt(random: &mut Random, name: String) -> Drawn {
         planar,
         ..Scene::new(name, Time { stepping: drive::stepping(random), ..Time::new(dt, steps * dt) })
     };
-    scene.growth = drive::growth(random, &mixture, dt, count as u64);
+    scene.growth = drive::growth(random, &mixture, dt, count as u64).into_iter().collect();
     let reach = mixture.reach().max(longest(&scene));
     let needs = needs(random, &mixture, count, planar, reach);
     let room = Room::draw(random, needs);
@@ -100,9 +100,8 @@ fn attempt(random: &mut Random, name: String) -> Drawn {
 
 /// Half the longest that a cell grows to.
 fn longest(scene: &Scene) -> f64 {
-    scene
-        .growth
-        .map_or(0.0, |growth| 0.5 * growth.division_lengths()[1] * (growth.fastest_rate() * scene.time.dt).exp())
+    let longest = |growth: &Growth| 0.5 * growth.targets()[1] * (growth.fastest_rate() * scene.time.dt).exp();
+    scene.growth.iter().map(longest).fold(0.0, f64::max)
 }
 
 fn needs(random: &mut Random, mixture: &Mixture, count: f64, planar: bool, reach: f64) -> Needs {
@@ -134,7 +133,7 @@ fn described(scene: &Scene, mixture: &Mixture, room: &Room, manner: Manner, driv
         room.what,
     )
     .to_lowercase();
-    if scene.growth.is_some() {
+    if !scene.growth.is_empty() {
         out.push_str(", growing");
     }
     if !settings.is_empty() {

@@ -68,7 +68,7 @@ impl<'a> Placer<'a> {
     pub(super) fn place(mut self, random: &mut Random, mixture: &Mixture, count: usize, manner: Manner) -> Vec<Body> {
         for _ in 0..count {
             let shape = mixture.shapes[random.below(mixture.shapes.len())];
-            let turn = |random: &mut Random| turned(random, &shape, self.scene.planar, self.scene.growth.is_some());
+            let turn = |random: &mut Random| turned(random, &shape, self.scene.planar, !self.scene.growth.is_empty());
             let orientation = turn(random);
             let at = |position: DVec3| Placed { shape, position, orientation };
             let found = (0..TRIES).map(|_| at(self.anywhere(random))).find(|body| self.fits(body, manner));

@@ -130,7 +130,7 @@ pub fn run(from: From, drawn: Drawn, most_steps: u64, compute: &Compute) -> Row 
 }
 
 fn ended(scene: &Scene, figures: &Figures, most_steps: u64) -> String {
-    let population = scene.growth.and_then(|growth| growth.stop).and_then(|stop| stop.population);
+    let population = scene.stop().and_then(|stop| stop.population);
     match &figures.end {
         End::Fault(_) => format!("a typed error: {}", figures.stopped.unwrap_or("of no name")),
         End::Panic(_) => "a panic".into(),

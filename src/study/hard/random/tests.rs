@@ -43,7 +43,7 @@ fn everything_that_a_scene_may_have_is_drawn() {
     ];
     assert!(common.iter().all(|count| *count >= 30), "{common:?}");
     let rare = [
-        count(&|scene| scene.growth.is_some_and(|growth| growth.stress_sensitivity > 0.0)),
+        count(&|scene| scene.growth.iter().any(|growth| growth.stress_sensitivity > 0.0)),
         count(&|scene| scene.periodic.is_some() && !scene.walls.is_empty()),
         count(&|scene| scene.forces.iter().any(|force| matches!(force, Force::RadialOutward { .. }))),
         count(&|scene| scene.forces.iter().any(|force| matches!(force, Force::Gravity { group: Some(_), .. }))),

@@ -59,7 +59,7 @@ impl Watch {
         let free = (0..before.len()).map(free).fold(0.0, f64::max);
         let overlap = contacts(before, 0.0).iter().map(|contact| -contact.separation).fold(0.0, f64::max);
         let longest = after.shape.iter().chain(&before.shape).map(|shape| shape.major_axis()).fold(0.0, f64::max);
-        let growth = scene.growth.map_or(0.0, |growth| growth.fastest_rate() * dt * longest);
+        let growth = scene.growth.iter().map(|growth| growth.fastest_rate() * dt * longest).fold(0.0, f64::max);
         // Daughters are turned, and stand a quarter of their mother's length beside her centre.
         let division = if after.len() > before.len() { longest } else { 0.0 };
         let explained = after.len() as f64 * (free + overlap + growth + division) + scene.contact.overlap_tolerance;

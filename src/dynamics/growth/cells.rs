@@ -1,0 +1,182 @@
+//! Which cells grow how: the species of a scene, and what is a cell's own.
+
+use super::{DivisionRule, Growth, OnNoRoom, Turn};
+use crate::bodies::{Bodies, Lineage};
+use crate::dynamics::pressures;
+use crate::shape::Shape;
+use crate::warm::Warm;
+use rand::RngExt;
+
+/// Where in a cell's random stream its own targets and rate are, in words of 32 bits: its turns when it divides take
+/// the first eight at most.
+const OWN_WORDS: u128 = 64;
+
+/// An age counts as reached that is short of it by this part: times are sums of steps, and rounding is no reason for
+/// another step.
+const AGE_ROUNDING: f64 = 1e-9;
+
+/// How the cells of a scene grow. What is random of a cell is drawn from a stream of the seed that belongs to its id
+/// (ChaCha, which counts: any part of any stream is there without those before it), so that it depends on nothing else.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cells {
+    species: Vec<Growth>,
+    /// The species of each group by its number, and that of all other bodies.
+    of_group: Vec<Option<usize>>,
+    of_others: Option<usize>,
+    /// Whether the scene is planar.
+    pub planar: bool,
+    /// The scene's seed.
+    pub seed: u64,
+}
+
+/// When a cell divides: at a step's start where it has the length and the time has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Due {
+    /// The length.
+    pub length: f64,
+    /// The time.
+    pub time: f64,
+}
+
+impl Due {
+    /// Whether a cell of this length divides at this time.
+    pub fn reached(&self, length: f64, time: f64) -> bool {
+        length >= self.length && time >= self.time
+    }
+}
+
+/// The growth of one species.
+#[derive(Clone, Copy, Debug)]
+pub struct Strain<'a> {
+    /// Its settings.
+    pub growth: &'a Growth,
+    seed: u64,
+}
+
+impl Cells {
+    /// Those of a scene with these species, whose groups have these names.
+    pub fn new(species: &[Growth], groups: &[String], planar: bool, seed: u64) -> Cells {
+        let named = |name: &String| species.iter().position(|growth| growth.group.as_ref() == Some(name));
+        let of_others = species.iter().position(|growth| growth.group.is_none());
+        Cells {
+            of_group: groups.iter().map(|name| named(name).or(of_others)).collect(),
+            of_others,
+            species: species.to_vec(),
+            planar,
+            seed,
+        }
+    }
+
+    /// The growth of the bodies of a group; none where they do not grow.
+    pub fn of(&self, group: u32) -> Option<Strain<'_>> {
+        let at = self.of_group.get(group as usize).copied().unwrap_or(self.of_others)?;
+        Some(Strain { growth: &self.species[at], seed: self.seed })
+    }
+
+    /// All species.
+    pub fn species(&self) -> &[Growth] {
+        &self.species
+    }
+
+    /// What growth does where a container is full: of a valid scene the same for all species.
+    pub fn on_no_room(&self) -> OnNoRoom {
+        self.species.first().map_or(OnNoRoom::default(), |growth| growth.on_no_room)
+    }
+
+    /// Whether pressure slows the growth of any cell.
+    pub fn feels_pressure(&self) -> bool {
+        self.species.iter().any(|growth| growth.stress_sensitivity != 0.0)
+    }
+
+    /// What slows the growth of each body in the step after the one that left `bodies` and `warm`: its pressure, where
+    /// the scene's cells feel it; else nothing.
+    pub fn pressures(&self, bodies: &Bodies, warm: &[Warm]) -> Vec<f64> {
+        if self.feels_pressure() { pressures(bodies, warm, self.planar) } else { Vec::new() }
+    }
+
+    /// Gives cells that divide by what they have added, and do not know their length at birth, the length that they
+    /// have: those that a run starts with.
+    pub fn settle(&self, bodies: &mut Bodies) {
+        for i in 0..bodies.len() {
+            let adds = self.of(bodies.group[i]).is_some_and(|strain| strain.growth.rule == DivisionRule::Adder);
+            let line = &mut bodies.lineage[i];
+            if adds && line.birth_length.is_none() {
+                line.birth_length = bodies.shape[i].growing_length();
+            }
+        }
+    }
+}
+
+impl Strain<'_> {
+    /// What the cell `id` divides at: a length, an added length or a time since its birth.
+    pub fn target(&self, id: u64) -> f64 {
+        match self.growth.target() {
+            (_, mean, 0.0) => mean,
+            (_, mean, noise) => mean * (1.0 + noise * self.own(id)[0]),
+        }
+    }
+
+    /// When a cell divides.
+    pub fn due(&self, line: &Lineage, shape: &Shape) -> Due {
+        let target = self.target(line.id);
+        let now = f64::NEG_INFINITY;
+        match self.growth.rule {
+            DivisionRule::Sizer => Due { length: target, time: now },
+            // `Cells::settle` has seen to the length at birth.
+            DivisionRule::Adder => Due { length: line.birth_length.unwrap_or(f64::INFINITY) + target, time: now },
+            DivisionRule::Timer => {
+                Due { length: 2.0 * shape.thickness(), time: line.birth + target * (1.0 - AGE_ROUNDING) }
+            }
+        }
+    }
+
+    /// The relative growth per time of the cell `id` under `pressure`.
+    pub fn rate(&self, id: u64, pressure: f64) -> f64 {
+        let mut rate = self.growth.rate;
+        if self.growth.rate_noise > 0.0 {
+            rate *= 1.0 + self.growth.rate_noise * self.own(id)[1];
+        }
+        if self.growth.stress_sensitivity > 0.0 {
+            // Contacts only push. Where the axes of two rods nearly cross, a virial may be negative, without bound.
+            rate *= (-self.growth.stress_sensitivity * pressure.max(0.0)).exp();
+        }
+        rate
+    }
+
+    /// The length at birth of a daughter, where her rule asks for it.
+    pub fn birth_length(&self, length: f64) -> Option<f64> {
+        (self.growth.rule == DivisionRule::Adder).then_some(length)
+    }
+
+    /// The cell's own draws, uniform from -1 to 1: one for what it divides at, one for its rate.
+    fn own(&self, id: u64) -> [f64; 2] {
+        let mut random = Turn::stream(self.seed, id);
+        random.set_word_pos(OWN_WORDS);
+        [(); 2].map(|()| 2.0 * random.random::<f64>() - 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_under_a_negative_pressure_grows_no_faster_than_a_free_one() {
+        let growth = Growth { stress_sensitivity: 0.05, ..Growth::new(1.3, 4.0) };
+        let cells = Cells::new(&[growth], &[], true, 1);
+        let strain = cells.of(0).unwrap();
+        assert_eq!([0.0, -1e6, f64::NEG_INFINITY].map(|pressure| strain.rate(7, pressure)), [1.3; 3]);
+        assert!(strain.rate(7, 10.0) < 1.0);
+    }
+
+    #[test]
+    fn a_body_grows_as_its_group_does_or_as_all_others() {
+        let of = |group: &str, rate: f64| Growth { group: Some(group.into()), ..Growth::new(rate, 4.0) };
+        let groups = ["a", "b", "c"].map(str::to_owned);
+        let rate = |cells: &Cells, group: u32| cells.of(group).map(|strain| strain.growth.rate);
+        let some = Cells::new(&[of("b", 1.0), of("a", 2.0)], &groups, true, 1);
+        assert_eq!([0, 1, 2, u32::MAX].map(|group| rate(&some, group)), [Some(2.0), Some(1.0), None, None]);
+        let all = Cells::new(&[of("b", 1.0), Growth::new(3.0, 4.0)], &groups, true, 1);
+        assert_eq!([0, 1, 2, u32::MAX].map(|group| rate(&all, group)), [3.0, 1.0, 3.0, 3.0].map(Some));
+    }
+}
