@@ -323,7 +323,7 @@ pub enum Generate {
 }
 
 /// The measures that `output.measures` may name.
-pub(crate) const MEASURES: [&str; 11] = [
+pub(crate) const MEASURES: [&str; 13] = [
     "nematic",
     "correlation",
     "radius",
@@ -335,6 +335,8 @@ pub(crate) const MEASURES: [&str; 11] = [
     "force_chains",
     "microdomains",
     "dissipation",
+    "msd",
+    "velocity_correlation",
 ];
 
 /// What is recorded, and how often.

@@ -6,6 +6,7 @@ mod device;
 mod drag;
 mod fixed;
 mod forces;
+mod motion;
 mod orientation;
 mod scenes;
 mod thermal;
