@@ -10,3 +10,4 @@ mod motion;
 mod orientation;
 mod scenes;
 mod thermal;
+mod traps;

@@ -61,6 +61,7 @@ impl Scene {
         self.check_forces(&root.field("forces"))?;
         self.check_thermal(root)?;
         self.check_growth(&root.field("growth"))?;
+        self.check_traps(&root.field("forces"))?;
         self.check_walls(root)?;
         self.check_periodic(root)?;
         if self.planar {
