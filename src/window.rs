@@ -66,6 +66,15 @@ impl Window {
         (on / (end - begin)).clamp(0.0, 1.0)
     }
 
+    /// The longest time that the force acts without a pause, in a run from `start` on; infinite where it does not end.
+    pub(crate) fn longest(&self, start: f64) -> f64 {
+        let whole = self.to.unwrap_or(f64::INFINITY) - self.from.unwrap_or(start);
+        match self.period {
+            Some(period) if self.duty() < 1.0 => whole.min(self.duty() * period),
+            _ => whole,
+        }
+    }
+
     fn origin(&self) -> f64 {
         self.from.unwrap_or(0.0)
     }

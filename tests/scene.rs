@@ -1,6 +1,9 @@
 //! Scenes: reading, refusing, building, writing.
 #![allow(clippy::unwrap_used)]
 
+#[path = "scenes/placement.rs"]
+mod placement;
+
 use proptest::prelude::*;
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::internals::dynamics::grow;
@@ -268,7 +271,7 @@ fn a_final_scene_runs_on_from_the_same_bits() {
     scene.generate = vec![Generate::Isotropic {
         count: 20,
         shape: Shape::Sphere { radius: 0.3 },
-        volume_fraction: 0.1,
+        volume_fraction: Some(0.1),
         group: Some("dust".into()),
     }];
     let mut bodies = scene.build().unwrap();
@@ -461,7 +464,7 @@ fn isotropic(count: u64, shape: Shape, volume_fraction: f64, planar: bool) -> Sc
     scene.bodies.clear();
     scene.forces.clear();
     scene.planar = planar;
-    scene.generate = vec![Generate::Isotropic { count, shape, volume_fraction, group: None }];
+    scene.generate = vec![Generate::Isotropic { count, shape, volume_fraction: Some(volume_fraction), group: None }];
     scene
 }
 
@@ -482,7 +485,14 @@ fn generated_bodies_depend_on_the_seed_alone() {
 #[test]
 fn groups_are_numbered_in_order_of_first_appearance() {
     let mut scene = good();
-    scene.generate = vec![Generate::Founder { diameter: 0.5, length: 2.0, group: Some("cell".into()) }];
+    scene.generate = vec![Generate::Founder {
+        diameter: 0.5,
+        length: 2.0,
+        position: [0.0; 3],
+        angle: 0.0,
+        count: 1,
+        group: Some("cell".into()),
+    }];
     scene.bodies.push(scene.bodies[0].clone());
     scene.bodies[2].group = None;
     let bodies = scene.build().unwrap();

@@ -23,6 +23,7 @@ pub(crate) mod motion;
 pub(crate) mod overdamped;
 mod pressure;
 pub(crate) mod spin;
+mod stability;
 pub(crate) mod thermal;
 pub(crate) mod waiting;
 
@@ -48,6 +49,7 @@ pub(crate) use pressure::virial_of_wall;
 #[cfg(feature = "gpu")]
 pub(crate) use spin::LAST_STEP;
 pub(crate) use spin::Spin;
+pub(crate) use stability::longest_stable_step;
 pub(crate) use thermal::Heat;
 pub use thermal::Thermal;
 #[cfg(feature = "gpu")]

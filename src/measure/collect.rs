@@ -1,6 +1,6 @@
 //! The measures of all states of a run.
 
-use super::{Cell, Column, Found, Frame, LeftOut, Measure, MeasureError, Settings, View};
+use super::{Cell, Column, Found, Frame, LeftOut, Measure, MeasureError, Settings, Tracks, View};
 use crate::bodies::Bodies;
 use crate::record::{States, Watch};
 use std::path::Path;
@@ -80,6 +80,8 @@ pub(super) fn measure_in(
         found: vec![Vec::new(); measures.len()],
         notes: states.notes().to_vec(),
     };
+    let follows = measures.iter().any(|measure| measure.follows());
+    let mut tracks = Tracks::new(all, settings.seed);
     for done in 0..all {
         if !watch(done, all) {
             return Err(MeasureError::Stopped { done, all });
@@ -90,6 +92,9 @@ pub(super) fn measure_in(
         for (found, measure) in measured.found.iter_mut().zip(measures) {
             found.push(measure.of(&view));
         }
+        if follows {
+            tracks.push(&state.bodies, &measured.frame.fixed);
+        }
         measured.steps.push(state.step);
         measured.times.push(state.time);
         measured.bodies.push(state.bodies.len());
@@ -97,6 +102,7 @@ pub(super) fn measure_in(
     watch(all, all);
     for (found, measure) in measured.found.iter_mut().zip(measures) {
         measure.over_time(&measured.times, found);
+        measure.along(&measured.times, &tracks, found);
     }
     measured.tell();
     Ok(measured)

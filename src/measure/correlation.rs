@@ -34,8 +34,9 @@ const PROFILE: [Column; 3] = [
     Column { name: "pairs", what: "pairs in the bin" },
 ];
 
-/// Standard deviation of a pair's term where axes are independent: that of `cos 2 theta`, which that of `P_2` is below.
-const DEVIATION: f64 = std::f64::consts::FRAC_1_SQRT_2;
+/// Standard deviation of a pair's term where axes are independent: that of `cos 2 theta` and of `cos theta` in the plane,
+/// which those of `P_2` and of `cos theta` in space are below.
+pub(super) const DEVIATION: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Bodies whose pairs are summed together: fixed, so that sums do not depend on the number of threads.
 const CHUNK: usize = 32;
@@ -74,31 +75,80 @@ impl Measure for Correlation {
         if bodies.len() < 2 {
             return Err("fewer than two bodies have an axis".into());
         }
+        let planar = view.planar();
+        let term = |cosine: f64| if planar { 2.0 * cosine * cosine - 1.0 } else { 1.5 * cosine * cosine - 0.5 };
+        let pairs = Pairs::of(view, &bodies, term)?;
+        Ok(Found {
+            values: vec![pairs.length(), cell(pairs.bin), cell(pairs.number()), count(pairs.references)],
+            rows: pairs.rows(),
+            remark: pairs.remark("C(r)", view),
+        })
+    }
+}
+
+/// A correlation by distance: the sums of its bins.
+pub(super) struct Pairs {
+    sums: Vec<Sum>,
+    /// Width of the bins.
+    pub bin: f64,
+    /// Bodies whose pairs with all others are counted.
+    pub references: usize,
+    bodies: usize,
+}
+
+impl Pairs {
+    /// Over pairs of `bodies`, each with its centre and a direction; `term` is what a pair gives by the cosine between
+    /// its directions.
+    pub fn of(view: &View<'_>, bodies: &[(DVec3, DVec3)], term: impl Fn(f64) -> f64 + Sync) -> Result<Pairs, LeftOut> {
+        if bodies.len() < 2 {
+            return Err("a single body has no pair".into());
+        }
         let reach = bodies.iter().map(|(x, _)| x.distance(view.centre)).fold(0.0, f64::max);
         let periods = view.bodies().periods;
         let range = periods.shortest().map_or(2.0 * reach, half);
         let bins = Bins::new(view.bin(), range).ok_or("the bodies have no extent")?;
         let references = references(bodies.len(), view.settings.seed, view.settings.correlation_pairs);
         let all = references.len() == bodies.len();
-        let sums = sum(&bodies, &references, all, (bins, periods), view.planar());
-        let length = length(&sums);
-        let pairs: f64 = sums.iter().map(|sum| sum.pairs).sum();
+        let sums = sum(bodies, &references, all, (bins, periods), term);
+        Ok(Pairs { sums, bin: bins.width, references: references.len(), bodies: bodies.len() })
+    }
+
+    /// How many pairs.
+    pub fn number(&self) -> f64 {
+        self.sums.iter().map(|sum| sum.pairs).sum()
+    }
+
+    /// A row a bin that has pairs.
+    pub fn rows(&self) -> Vec<Vec<Cell>> {
+        self.sums.iter().filter(|sum| sum.pairs > 0.0).map(Sum::row).collect()
+    }
+
+    /// What one should know of them; `name` stands for the correlation.
+    pub fn remark(&self, name: &str, view: &View<'_>) -> Option<String> {
         let mut remark = Vec::new();
-        if length.is_none() {
-            remark.push("C(r) does not fall to 1/e".to_owned());
+        if self.length().is_none() {
+            remark.push(format!("{name} does not fall to 1/e"));
         }
-        if !all {
-            let (drawn, of) = (references.len(), bodies.len());
-            remark.push(format!(
-                "C(r) is sampled: the pairs of {drawn} bodies of {of}, drawn by seed {}",
-                view.settings.seed
-            ));
+        let (drawn, of) = (self.references, self.bodies);
+        if drawn < of {
+            let seed = view.settings.seed;
+            remark.push(format!("{name} is sampled: the pairs of {drawn} bodies of {of}, drawn by seed {seed}"));
         }
-        Ok(Found {
-            values: vec![length, cell(bins.width), cell(pairs), count(references.len())],
-            rows: sums.iter().filter(|sum| sum.pairs > 0.0).map(Sum::row).collect(),
-            remark: (!remark.is_empty()).then(|| remark.join("; ")),
-        })
+        (!remark.is_empty()).then(|| remark.join("; "))
+    }
+
+    /// Where the means first cross `1/e`.
+    pub fn length(&self) -> Option<f64> {
+        let mut before = (0.0, 1.0);
+        for sum in self.sums.iter().filter(|sum| sum.pairs > 0.0) {
+            let here = sum.mean();
+            if here.1 <= 1.0 / E {
+                let part = (before.1 - 1.0 / E) / (before.1 - here.1);
+                return cell(before.0 + part * (here.0 - before.0));
+            }
+            before = here;
+        }
+        None
     }
 }
 
@@ -148,7 +198,7 @@ fn sum(
     references: &[usize],
     all: bool,
     (bins, periods): (Bins, Periods),
-    planar: bool,
+    term: impl Fn(f64) -> f64 + Sync,
 ) -> Vec<Sum> {
     let most = periods.shortest().map_or(f64::INFINITY, half);
     let parts: Vec<Vec<Sum>> = references
@@ -161,11 +211,9 @@ fn sum(
                 for (j, (other, turned)) in bodies.iter().enumerate().skip(from) {
                     let distance = periods.nearest(*other - position).length();
                     let Some(bin) = bins.of(distance).filter(|_| j != i && distance <= most) else { continue };
-                    let cosine = axis.dot(*turned);
-                    let square = cosine * cosine;
                     sums[bin].pairs += 1.0;
                     sums[bin].distance += distance;
-                    sums[bin].correlation += if planar { 2.0 * square - 1.0 } else { 1.5 * square - 0.5 };
+                    sums[bin].correlation += term(axis.dot(*turned));
                 }
             }
             sums
@@ -180,18 +228,4 @@ fn sum(
         }
     }
     total
-}
-
-/// Where the means first cross `1/e`.
-fn length(sums: &[Sum]) -> Option<f64> {
-    let mut before = (0.0, 1.0);
-    for sum in sums.iter().filter(|sum| sum.pairs > 0.0) {
-        let here = sum.mean();
-        if here.1 <= 1.0 / E {
-            let part = (before.1 - 1.0 / E) / (before.1 - here.1);
-            return cell(before.0 + part * (here.0 - before.0));
-        }
-        before = here;
-    }
-    None
 }

@@ -1,5 +1,6 @@
-//! What a run's scene says that its states do not: whether it is planar, and the drag.
+//! What a run's scene says that its states do not: whether it is planar, the drag, and which bodies are fixed.
 
+use crate::fixed::Fixed;
 use crate::record::{States, StatesError, scene_of};
 use crate::scene::{self, Scene};
 use serde::Serialize;
@@ -15,6 +16,9 @@ pub struct Frame {
     /// The drag coefficient of the overdamped law, where that is the run's law, no flow carries its bodies and its scene
     /// is there.
     pub drag: Option<f64>,
+    /// Which bodies do not move, where the scene is there.
+    #[serde(skip)]
+    pub(super) fixed: Fixed,
 }
 
 impl Frame {
@@ -28,7 +32,8 @@ impl Frame {
         if let Some((scene, origin)) = scene_behind(source.as_ref())? {
             return Ok(Frame::of_scene(&scene, origin));
         }
-        Ok(Frame { planar: states.planar()?, planar_from: "the bodies of the last state".into(), drag: None })
+        let planar_from = "the bodies of the last state".into();
+        Ok(Frame { planar: states.planar()?, planar_from, drag: None, fixed: Fixed::default() })
     }
 
     /// The frame of a scene named `origin`.
@@ -37,6 +42,7 @@ impl Frame {
             planar: scene.planar,
             planar_from: origin,
             drag: scene.dynamics.drag().filter(|_| scene.flow.is_none()),
+            fixed: scene.fixed(),
         }
     }
 }

@@ -29,6 +29,7 @@ mod hull;
 mod interior;
 mod length;
 mod microdomains;
+mod msd;
 mod nematic;
 mod output;
 mod packing;
@@ -37,6 +38,8 @@ mod radius;
 mod stress;
 #[cfg(test)]
 mod tests;
+mod tracks;
+mod velocity_correlation;
 mod view;
 
 pub use axis::axis;
@@ -46,6 +49,7 @@ pub use frame::Frame;
 pub(crate) use frame::scene_behind;
 pub(crate) use output::field;
 pub use output::{Document, write};
+pub use tracks::{Point, Track, Tracks};
 pub use view::View;
 
 /// Pairs whose orientations are compared for C(r) of one state, at most. Up to 8,192 bodies have no more; of 131,072
@@ -122,6 +126,8 @@ pub enum Spread {
     OfCount,
     /// The row is a mean over its count, of numbers with this standard deviation.
     OfMean(f64),
+    /// This column holds it.
+    Column(usize),
 }
 
 /// A cell of a table; `None` if the state does not define it.
@@ -169,10 +175,16 @@ pub trait Measure: Sync {
     fn of(&self, view: &View<'_>) -> Result<Found, LeftOut>;
     /// Adds what takes more than one state; `found` has the state of each time.
     fn over_time(&self, _times: &[f64], _found: &mut [Result<Found, LeftOut>]) {}
+    /// Whether it takes the tracks of bodies.
+    fn follows(&self) -> bool {
+        false
+    }
+    /// Adds what takes them, where it does; a profile by lag time is that of the last state.
+    fn along(&self, _times: &[f64], _tracks: &Tracks, _found: &mut [Result<Found, LeftOut>]) {}
 }
 
 /// The measures: to add one, write its file and name it here.
-pub static ALL: [&dyn Measure; 11] = [
+pub static ALL: [&dyn Measure; 13] = [
     &nematic::Nematic,
     &correlation::Correlation,
     &radius::Radius,
@@ -184,6 +196,8 @@ pub static ALL: [&dyn Measure; 11] = [
     &force_chains::ForceChains,
     &microdomains::Microdomains,
     &dissipation::Dissipation,
+    &msd::Msd,
+    &velocity_correlation::VelocityCorrelation,
 ];
 
 /// The measures of these names, in the order of the table; all where no name is given.

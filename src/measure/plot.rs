@@ -101,7 +101,9 @@ fn unit(column: &Column) -> String {
     }
     let last = column.what.rsplit("; ").next().unwrap_or_default();
     match last.strip_prefix("a ").unwrap_or(last) {
-        unit @ ("length" | "force" | "length over time" | "force times length over time") => unit.into(),
+        unit @ ("length" | "length squared" | "force" | "length over time" | "force times length over time") => {
+            unit.into()
+        }
         _ => String::new(),
     }
 }
@@ -119,7 +121,7 @@ fn profiles(measured: &Measured, at: usize, drawn: usize, counts: Option<Counts>
     let point = |row: &Vec<Cell>| {
         let (x, y) = (row[0]?, row[drawn]?);
         let count = counts.and_then(|counts| row[counts.column]);
-        let error = counts.zip(count).map_or(0.0, |(counts, count)| counts.error(y, count));
+        let error = counts.zip(count).map_or(0.0, |(counts, count)| counts.error(row, y, count));
         Some(Point { x, y, error, noisy: count.is_some_and(|count| count < FEW) })
     };
     let curve = |state: usize| {
@@ -139,12 +141,13 @@ fn profiles(measured: &Measured, at: usize, drawn: usize, counts: Option<Counts>
 }
 
 impl Counts {
-    /// The standard error of a value that is made from so many.
-    fn error(self, value: f64, count: f64) -> f64 {
+    /// The standard error of a value of a row that is made from so many.
+    fn error(self, row: &[Cell], value: f64, count: f64) -> f64 {
         match self.spread {
             _ if count <= 0.0 => 0.0,
             Spread::OfCount => value.abs() / count.sqrt(),
             Spread::OfMean(deviation) => deviation / count.sqrt(),
+            Spread::Column(column) => row.get(column).copied().flatten().unwrap_or(0.0),
         }
     }
 }

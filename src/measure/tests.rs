@@ -1,5 +1,7 @@
 //! Measures of states whose answers are known.
 
+mod motion;
+
 use super::*;
 use crate::bodies::{Bodies, NO_GROUP};
 use crate::record::{Snapshot, States};
@@ -34,7 +36,7 @@ fn state(bodies: Bodies, forces: Option<&[([u32; 2], f64)]>) -> Snapshot {
 }
 
 fn frame(planar: bool) -> Frame {
-    Frame { planar, planar_from: "a test".into(), drag: Some(2.0) }
+    Frame { planar, planar_from: "a test".into(), drag: Some(2.0), fixed: Default::default() }
 }
 
 fn of_settings(name: &str, state: &Snapshot, planar: bool, settings: &Settings) -> Result<Found, LeftOut> {
@@ -429,6 +431,9 @@ fn the_table_is_sound_and_documented() {
         assert!(page.contains(&format!("## `{}`", measure.name())), "{}", measure.name());
         for column in measure.columns() {
             assert!(names.insert(column.name), "{}", column.name);
+            assert!(page.contains(&format!("`{}`", column.name)), "{}", column.name);
+        }
+        for column in measure.profile().map_or(&[][..], |profile| profile.columns) {
             assert!(page.contains(&format!("`{}`", column.name)), "{}", column.name);
         }
         let columns: Vec<_> = measure.columns().iter().map(|column| column.name).collect();

@@ -26,7 +26,7 @@ impl Scene {
     /// ```
     /// use relcp::scene::{Generate, Time};
     /// let mut scene = relcp::Scene::new("cell", Time::new(0.1, 1.0));
-    /// scene.generate.push(Generate::Founder { diameter: 0.5, length: 2.0, group: None });
+    /// scene.generate.push(Generate::founder(0.5, 2.0));
     /// assert_eq!(scene.build()?.len(), 1);
     /// # Ok::<(), relcp::Error>(())
     /// ```
@@ -45,7 +45,7 @@ impl Scene {
     /// use relcp::{Scene, Shape};
     /// let mut scene = Scene::new("many", Time::new(0.1, 1.0));
     /// let shape = Shape::Sphere { radius: 0.5 };
-    /// scene.generate.push(Generate::Isotropic { count: 10_000, shape, volume_fraction: 0.02, group: None });
+    /// scene.generate.push(Generate::Isotropic { count: 10_000, shape, volume_fraction: Some(0.02), group: None });
     /// let stopped = scene.build_while(&mut |placed| placed < 100);
     /// assert_eq!(stopped.unwrap_err().kind(), FaultKind::Interrupted);
     /// ```

@@ -32,7 +32,9 @@ mod validate;
 #[cfg(feature = "files")]
 mod write;
 
-pub use crate::dynamics::{Bond, DivisionRule, Dynamics, Flow, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window};
+pub use crate::dynamics::{
+    Bond, DivisionRule, Dynamics, Flow, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window,
+};
 pub use crate::lcp::SolverKind;
 pub use crate::periodic::Periodic;
 pub use crate::step::{ContactSettings, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
@@ -293,7 +295,8 @@ pub enum Generate {
     /// `count` bodies at random positions and isotropic random orientations, without overlap, in a cube centred on the
     /// origin whose volume is theirs over `volume_fraction`. Centres are in the cube; the bodies' ends may stick out.
     /// Each body keeps clear of the bounding capsules of all earlier ones, so rings do not interlock by chance. In a
-    /// planar scene spheres only, in the square of z = 0 whose area is that of their discs over `volume_fraction`. In a
+    /// planar scene they are in the square of z = 0 whose area is that of their sections over `volume_fraction`, and
+    /// their axes, body z, lie in uniform directions of the plane, with body x across it, as by `bodies[].angle`. In a
     /// periodic scene centres are spread over the whole period along each periodic axis, and bodies keep clear of
     /// images too; where all axes are periodic, `volume_fraction` is what `count` bodies are of the cell.
     Isotropic {
@@ -303,9 +306,10 @@ pub enum Generate {
         /// Their shape.
         shape: Shape,
         /// Their volume over the cube's; at most what random placement reaches, which depends on the shape (0.32 for
-        /// spheres).
+        /// spheres). May be left out where all axes are periodic, in a planar scene x and y: number and cell say it.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
-        volume_fraction: f64,
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+        volume_fraction: Option<f64>,
         /// Their group.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
@@ -330,7 +334,7 @@ pub enum Generate {
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
     },
-    /// One cell at the origin, its axis along x.
+    /// A cell at the origin, its axis along x; or several, or elsewhere.
     Founder {
         /// Its diameter.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
@@ -338,14 +342,51 @@ pub enum Generate {
         /// Its tip-to-tip length.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         length: f64,
+        /// Its centre; of several the middle.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_origin"))]
+        position: [f64; 3],
+        /// Angle of its axis from x towards y, in degrees.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
+        angle: f64,
+        /// How many: they lie side by side in the x-y plane, 1.2 diameters from axis to axis.
+        #[cfg_attr(feature = "files", schemars(range(min = 1)))]
+        #[cfg_attr(feature = "files", serde(default = "one", skip_serializing_if = "is_one"))]
+        count: u64,
         /// Its group.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
     },
 }
 
+impl Generate {
+    /// One cell at the origin, its axis along x, without group.
+    pub const fn founder(diameter: f64, length: f64) -> Generate {
+        Generate::Founder { diameter, length, position: [0.0; 3], angle: 0.0, count: 1, group: None }
+    }
+}
+
+#[cfg(feature = "files")]
+fn is_origin(position: &[f64; 3]) -> bool {
+    *position == [0.0; 3]
+}
+
+#[cfg(feature = "files")]
+fn is_zero(angle: &f64) -> bool {
+    *angle == 0.0
+}
+
+#[cfg(feature = "files")]
+fn one() -> u64 {
+    1
+}
+
+#[cfg(feature = "files")]
+fn is_one(count: &u64) -> bool {
+    *count == 1
+}
+
 /// The measures that `output.measures` may name.
-pub(crate) const MEASURES: [&str; 11] = [
+pub(crate) const MEASURES: [&str; 13] = [
     "nematic",
     "correlation",
     "radius",
@@ -357,6 +398,8 @@ pub(crate) const MEASURES: [&str; 11] = [
     "force_chains",
     "microdomains",
     "dissipation",
+    "msd",
+    "velocity_correlation",
 ];
 
 /// What is recorded, and how often.

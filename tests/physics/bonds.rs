@@ -178,9 +178,7 @@ fn chains_of_rods_have_the_end_to_end_distance_of_freely_jointed_ones() {
 
 /// A chain that folds on itself and tears beside a tether, in periodic space over the cell's border; some bonds break.
 fn torn(dynamics: &Value, stepping: &str, planar: bool) -> Value {
-    let rod = |x: f64, y: f64| {
-        json!({"shape": {"spherocylinder": {"diameter": 0.3, "length": 1.2}}, "position": [x, y, 0], "axis": [1, 0.2 * x, 0]})
-    };
+    let rod = |x: f64, y: f64| json!({"shape": {"spherocylinder": {"diameter": 0.3, "length": 1.2}}, "position": [x, y, 0], "axis": [1, 0.2 * x, 0]});
     let mut bodies: Vec<_> = (0..5).map(|i| rod(1.3 * f64::from(i) - 2.5, 0.1 * f64::from(i))).collect();
     bodies[4]["group"] = json!("end");
     bodies.push(json!({"shape": {"sphere": {"radius": 0.4}}, "position": [-1, 2, 0], "fixed": true}));

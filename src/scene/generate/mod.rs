@@ -1,6 +1,7 @@
 //! Bodies placed by rule.
 
 mod chainmail;
+mod founder;
 mod isotropic;
 mod occupied;
 
@@ -11,7 +12,7 @@ use super::error::{FaultKind, SceneError};
 use super::orientation::ALONG_X;
 use super::{Generate, Scene};
 use crate::bodies::Bodies;
-use crate::separation::Placed;
+use crate::shape::Shape;
 use crate::walls::Walls;
 use glam::{DQuat, DVec3};
 
@@ -40,10 +41,15 @@ pub(super) fn add(
     Ok(())
 }
 
-/// A sheet of rings that is longer than a period would go through itself.
+/// A sheet of rings, or a row of cells, that is longer than a period would go through itself.
 fn check_sheet(scene: &Scene, index: usize, bodies: &Bodies, first: usize) -> Result<(), SceneError> {
     let rule = &scene.generate[index];
-    if !matches!(rule, Generate::Chainmail { .. }) || bodies.periods.is_none() {
+    let what = match rule {
+        Generate::Chainmail { .. } => "sheet",
+        Generate::Founder { .. } => "row",
+        Generate::Isotropic { .. } => return Ok(()),
+    };
+    if bodies.periods.is_none() {
         return Ok(());
     }
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -54,7 +60,7 @@ fn check_sheet(scene: &Scene, index: usize, bodies: &Bodies, first: usize) -> Re
     for (axis, length) in bodies.periods.lengths().into_iter().enumerate() {
         if let Some(length) = length.filter(|length| high[axis] - low[axis] > *length) {
             let message = format!(
-                "the sheet is {:.6} long along a periodic axis, over the period, {length:?}",
+                "the {what} is {:.6} long along a periodic axis, over the period, {length:?}",
                 high[axis] - low[axis]
             );
             return Err(SceneError::new(FaultKind::Placement, format!("generate.{index}.{}", rule.name()), message));
@@ -87,14 +93,19 @@ fn place(
             chainmail::add(*columns, *rows, *major_radius, *minor_radius, bodies, group);
             Ok(())
         }
-        rule @ Generate::Founder { .. } => {
-            bodies.push(Placed { shape: rule.shape(), position: DVec3::ZERO, orientation: ALONG_X }, group);
+        Generate::Founder { diameter, length, position, angle, count, .. } => {
+            founder::add([*diameter, *length], DVec3::from(*position), *angle, *count, bodies, group);
             Ok(())
         }
     }
 }
 
-/// The orientation of all bodies that a rule makes; none where they turn any way.
-pub(super) fn founder_orientation(rule: &Generate) -> Option<DQuat> {
-    matches!(rule, Generate::Founder { .. }).then_some(ALONG_X)
+/// An orientation that all bodies of a rule have in a planar scene, or would have if turned about z; none where they
+/// turn any way.
+pub(super) fn planar_orientation(rule: &Generate) -> Option<DQuat> {
+    match rule {
+        Generate::Founder { angle, .. } => Some(founder::orientation(*angle)),
+        Generate::Isotropic { shape: Shape::Sphere { .. }, .. } | Generate::Chainmail { .. } => None,
+        Generate::Isotropic { .. } => Some(ALONG_X),
+    }
 }

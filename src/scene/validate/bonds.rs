@@ -2,7 +2,7 @@
 
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
-use super::super::{Bond, Body, Scene, generate};
+use super::super::{Body, Bond, Scene, generate};
 use super::{MAX_BODIES, number, numbers, positive};
 use crate::bodies::NO_GROUP;
 use crate::dynamics::Stiffness;
@@ -12,7 +12,7 @@ use glam::{DQuat, DVec3};
 /// A starting body as its bonds know it.
 struct Bonded<'a> {
     shape: Shape,
-    /// Its rotation, where the scene has it.
+    /// Its rotation, where the scene has it; in a planar scene up to a turn about z.
     rotation: Option<DQuat>,
     /// Its centre, where the scene has it.
     position: Option<DVec3>,
@@ -65,7 +65,7 @@ impl Scene {
             before = before.saturating_add(rule.count());
             (body as u64) < before
         })?;
-        let rotation = generate::founder_orientation(rule);
+        let rotation = generate::planar_orientation(rule).filter(|_| self.planar);
         Some(Bonded { shape: rule.shape(), rotation, position: None, group: rule.group() })
     }
 
@@ -79,7 +79,8 @@ impl Scene {
                 return Err(SceneError::bad(list.index(end), message));
             };
             if self.growth_of(group).is_some() && shape.growing_length().is_some() {
-                let message = format!("body {body} grows, and a bond does not follow a division; bond bodies that do not grow");
+                let message =
+                    format!("body {body} grows, and a bond does not follow a division; bond bodies that do not grow");
                 return Err(SceneError::bad(list.index(end), message));
             }
             let number = names.iter().position(|name| Some(name.as_str()) == group).map_or(NO_GROUP, |n| n as u32);
@@ -97,7 +98,8 @@ impl Scene {
     fn check_bond_length(&self, key: &Key, bond: &Bond) -> Result<(), SceneError> {
         let Some(period) = self.periods().shortest() else { return Ok(()) };
         if bond.length >= 0.5 * period {
-            let message = format!("must be under half of the shortest period, {period:?}: a bond ends at the nearest image");
+            let message =
+                format!("must be under half of the shortest period, {period:?}: a bond ends at the nearest image");
             return Err(SceneError::bad(key.field("length"), message));
         }
         Ok(())

@@ -3,8 +3,11 @@
 use super::super::error::SceneError;
 use super::super::key::Key;
 use super::super::nearest::nearest;
-use super::super::{Force, Scene, Stepping, Window};
+use super::super::{DivisionRule, Force, Scene, Stepping, Window};
 use super::{SMALLEST_NUMBER, number, numbers, positive};
+use crate::bodies::NO_GROUP;
+use crate::dynamics::longest_stable_step;
+use crate::shape::Shape;
 use glam::DVec3;
 
 /// Most different windows of a scene: their shares are parameters of a kernel, of which 256 bytes are one part.
@@ -36,6 +39,65 @@ impl Scene {
         Ok(())
     }
 
+    /// Traps that are too stiff for the step: bodies would leave them faster and faster.
+    pub(super) fn check_traps(&self, key: &Key) -> Result<(), SceneError> {
+        if !self.forces.iter().any(|force| force.trap().is_some()) {
+            return Ok(());
+        }
+        let fixed = self.fixed();
+        let names = self.group_names();
+        let number = |group: Option<&str>| group.and_then(|group| names.iter().position(|name| name == group));
+        let bodies = self.bodies.iter().enumerate().map(|(i, body)| ("bodies", i, body.shape, body.group.as_deref()));
+        let rules = self.generate.iter().enumerate().map(|(i, rule)| ("generate", i, rule.shape(), rule.group()));
+        for (list, i, shape, group) in bodies.chain(rules) {
+            let row = if list == "bodies" { i } else { usize::MAX };
+            if !fixed.holds(row, number(group).map_or(NO_GROUP, |number| number as u32)) {
+                self.check_trapped(key, &format!("{list}.{i}"), &self.shortest(&shape, group), group)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The shape at the shortest that it is: a cell that divides leaves shorter ones.
+    fn shortest(&self, shape: &Shape, group: Option<&str>) -> Shape {
+        let (Some(growth), Some(length)) = (self.growth_of(group), shape.growing_length()) else { return *shape };
+        let born = match growth.rule {
+            DivisionRule::Sizer | DivisionRule::Adder => 0.5 * growth.targets()[0],
+            // A time says nothing of lengths, but that no cell is shorter than wide.
+            DivisionRule::Timer => shape.thickness(),
+        };
+        shape.grown(length.min(born)).unwrap_or(*shape)
+    }
+
+    fn check_trapped(&self, key: &Key, name: &str, shape: &Shape, group: Option<&str>) -> Result<(), SceneError> {
+        let on = |force: &Force| force.group().is_none_or(|only| group == Some(only));
+        let traps = || self.forces.iter().enumerate().filter(|(_, force)| on(force));
+        for axis in 0..if self.planar { 2 } else { 3 } {
+            let along = |force: &Force| {
+                let stiffness = force.positive().map(|(_, stiffness)| stiffness);
+                force.trap().filter(|(_, axes)| axes[axis]).and(stiffness).unwrap_or(0.0)
+            };
+            let dt = self.time.dt;
+            // Of traps with windows one acts at a time, as far as is known, and none that acts in parts of steps alone.
+            let lasting =
+                |force: &Force| force.window().map_or(f64::INFINITY, |window| window.longest(self.time.start));
+            let always: f64 = traps().filter(|(_, f)| lasting(f) == f64::INFINITY).map(|(_, f)| along(f)).sum();
+            let at_times = traps().filter(|(_, f)| (2.0 * dt..f64::INFINITY).contains(&lasting(f)));
+            let at_times = at_times.map(|(_, f)| along(f)).fold(0.0, f64::max);
+            let midpoint = self.time.stepping == Stepping::Midpoint;
+            let Some(longest) = longest_stable_step(&self.dynamics, midpoint, shape, always + at_times, dt) else {
+                continue;
+            };
+            let Some((i, force)) = traps().max_by(|(_, a), (_, b)| along(a).total_cmp(&along(b))) else { continue };
+            let message = format!(
+                "is too stiff for time.dt, {dt:?}: {name} would leave the trap, faster in each step; the longest stable step is {:?}, and one of a tenth of it is near the exact motion",
+                in_three_digits(longest)
+            );
+            return Err(SceneError::bad(key.index(i).field(force.name()).field("stiffness"), message));
+        }
+        Ok(())
+    }
+
     /// What Brownian motion needs: a resistance, and steps of first order.
     pub(super) fn check_thermal(&self, root: &Key) -> Result<(), SceneError> {
         let Some(thermal) = &self.thermal else { return Ok(()) };
@@ -63,6 +125,13 @@ impl Scene {
         };
         Err(SceneError::bad(key.field("group"), message))
     }
+}
+
+/// A number above zero in three digits, no larger than it is but for rounding.
+fn in_three_digits(value: f64) -> f64 {
+    let unit = 10_f64.powf(value.log10().floor() - 2.0);
+    let digits = (value / unit * (1.0 + 1e-9)).floor() * unit;
+    format!("{digits:.2e}").parse().unwrap_or(value)
 }
 
 fn check_numbers(key: &Key, force: &Force) -> Result<(), SceneError> {

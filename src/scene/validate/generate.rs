@@ -1,19 +1,19 @@
 //! The rules of bodies placed by rule. Counts are refused by arithmetic, before anything is allocated.
 
 use super::super::error::{FaultKind, SceneError};
-use super::super::generate::{MAX_RING_RATIO, reachable_fraction};
+use super::super::generate::{MAX_RING_RATIO, isotropic_volume, reachable_fraction};
 use super::super::key::Key;
 use super::super::{Generate, Scene};
 use super::shapes::check_shape;
-use super::{MAX_BODIES, positive};
+use super::{MAX_BODIES, number, numbers, positive};
+use crate::shape::Shape;
 
 impl Generate {
     /// How many bodies the rule makes, at most `u64::MAX`.
     pub fn count(&self) -> u64 {
         match *self {
-            Generate::Isotropic { count, .. } => count,
+            Generate::Isotropic { count, .. } | Generate::Founder { count, .. } => count,
             Generate::Chainmail { columns, rows, .. } => columns.saturating_mul(rows),
-            Generate::Founder { .. } => 1,
         }
     }
 }
@@ -32,46 +32,71 @@ impl Scene {
             let key = key.field(rule.name());
             count = count.saturating_add(rule.count());
             if count > MAX_BODIES {
-                let place = if matches!(rule, Generate::Isotropic { .. }) { key.field("count") } else { key };
+                let place = if matches!(rule, Generate::Chainmail { .. }) { key } else { key.field("count") };
                 let message = format!("the scene would have {count} bodies; at most {MAX_BODIES}");
                 return Err(SceneError::new(FaultKind::TooLarge, place, message));
             }
-            check_rule(&key, rule, self.planar)?;
+            self.check_rule(&key, rule)?;
         }
         Ok(())
     }
-}
 
-fn check_rule(key: &Key, rule: &Generate, planar: bool) -> Result<(), SceneError> {
-    let at_least_one = |name: &'static str, n: u64| {
-        if n == 0 { Err(SceneError::bad(key.field(name), "must be at least 1")) } else { Ok(()) }
-    };
-    match rule {
-        Generate::Isotropic { count, shape, volume_fraction, .. } => {
-            at_least_one("count", *count)?;
-            check_shape(&key.field("shape").field(shape.name()), shape)?;
-            let fraction_key = key.field("volume_fraction");
-            positive(&fraction_key, *volume_fraction)?;
-            let limit = reachable_fraction(shape, planar);
-            if *volume_fraction > limit {
+    fn check_rule(&self, key: &Key, rule: &Generate) -> Result<(), SceneError> {
+        let at_least_one = |name: &'static str, n: u64| {
+            if n == 0 { Err(SceneError::bad(key.field(name), "must be at least 1")) } else { Ok(()) }
+        };
+        match rule {
+            Generate::Isotropic { count, shape, volume_fraction, .. } => {
+                at_least_one("count", *count)?;
+                check_shape(&key.field("shape").field(shape.name()), shape)?;
+                self.check_fraction(key, *count, shape, *volume_fraction)
+            }
+            Generate::Chainmail { columns, rows, major_radius, minor_radius, .. } => {
+                at_least_one("columns", *columns)?;
+                at_least_one("rows", *rows)?;
+                check_shape(key, &rule.shape())?;
+                if *minor_radius > MAX_RING_RATIO * major_radius {
+                    let limit = MAX_RING_RATIO * major_radius;
+                    let message = format!(
+                        "must be at most {limit:.4}, {MAX_RING_RATIO} of the major radius, for rings to interlace"
+                    );
+                    return Err(SceneError::bad(key.field("minor_radius"), message));
+                }
+                Ok(())
+            }
+            Generate::Founder { position, angle, count, .. } => {
+                at_least_one("count", *count)?;
+                check_shape(key, &rule.shape())?;
+                numbers(&key.field("position"), position)?;
+                number(&key.field("angle"), *angle)
+            }
+        }
+    }
+
+    /// A fraction that random placement reaches; left out, that which the number makes of a whole periodic cell.
+    fn check_fraction(&self, key: &Key, count: u64, shape: &Shape, given: Option<f64>) -> Result<(), SceneError> {
+        let fraction_key = key.field("volume_fraction");
+        let limit = reachable_fraction(shape, self.planar);
+        if let Some(fraction) = given {
+            positive(&fraction_key, fraction)?;
+            if fraction > limit {
                 let message =
                     format!("must be at most {limit:.3} for this shape, where random placement without overlap ends");
                 return Err(SceneError::bad(fraction_key, message));
             }
-            Ok(())
+            return Ok(());
         }
-        Generate::Chainmail { columns, rows, major_radius, minor_radius, .. } => {
-            at_least_one("columns", *columns)?;
-            at_least_one("rows", *rows)?;
-            check_shape(key, &rule.shape())?;
-            if *minor_radius > MAX_RING_RATIO * major_radius {
-                let limit = MAX_RING_RATIO * major_radius;
-                let message =
-                    format!("must be at most {limit:.4}, {MAX_RING_RATIO} of the major radius, for rings to interlace");
-                return Err(SceneError::bad(key.field("minor_radius"), message));
-            }
-            Ok(())
+        let Some(cell) = self.periods().volume(self.planar) else {
+            let message = "is missing: only in a scene that is periodic along all its axes do number and cell say it";
+            return Err(SceneError::new(FaultKind::MissingKey, fraction_key, message));
+        };
+        let fraction = count as f64 * isotropic_volume(shape, self.planar) / cell;
+        if fraction > limit {
+            let message = format!(
+                "fills {fraction:.3} of the periodic cell; at most {limit:.3} for this shape, where random placement without overlap ends"
+            );
+            return Err(SceneError::bad(key.field("count"), message));
         }
-        Generate::Founder { .. } => check_shape(key, &rule.shape()),
+        Ok(())
     }
 }

@@ -67,7 +67,7 @@ impl Scene {
             let message = format!("a cell would divide more than once in a step of {:?}", self.time.dt);
             return Err(SceneError::bad(key.field("rate"), message));
         }
-        self.check_rule(key, growth)?;
+        self.check_division_rule(key, growth)?;
         let turn = key.field("reorientation_degrees");
         number(&turn, growth.reorientation_degrees)?;
         if !(0.0..=180.0).contains(&growth.reorientation_degrees) {
@@ -82,7 +82,7 @@ impl Scene {
     }
 
     /// A rule has its own target, and no other's.
-    fn check_rule(&self, key: &Key, growth: &Growth) -> Result<(), SceneError> {
+    fn check_division_rule(&self, key: &Key, growth: &Growth) -> Result<(), SceneError> {
         let (own, target, own_noise) = growth.target();
         let (most, why) = match growth.rule {
             DivisionRule::Sizer => (MOST_LENGTH_NOISE, "no cell is born at the length at which it divides"),

@@ -65,6 +65,7 @@ impl Scene {
         self.check_thermal(root)?;
         self.check_flow(root)?;
         self.check_growth(&root.field("growth"))?;
+        self.check_traps(&root.field("forces"))?;
         self.check_walls(root)?;
         self.check_periodic(root)?;
         if self.planar {

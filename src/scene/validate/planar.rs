@@ -50,7 +50,7 @@ impl Scene {
             }
         }
         for (i, rule) in self.generate.iter().enumerate().filter(|(_, rule)| on(rule.group())) {
-            match generate::founder_orientation(rule) {
+            match generate::planar_orientation(rule) {
                 Some(orientation) if !leaves_plane(force, orientation) => {}
                 _ => {
                     let message = format!(
@@ -114,11 +114,15 @@ fn check_body(key: &Key, body: &Body, plane: f64) -> Result<(), SceneError> {
 
 fn check_rule(key: &Key, rule: &Generate) -> Result<(), SceneError> {
     match rule {
-        Generate::Isotropic { shape: Shape::Sphere { .. }, .. } | Generate::Founder { .. } => Ok(()),
-        Generate::Isotropic { .. } => Err(SceneError::bad(
+        Generate::Founder { position: [.., z], .. } if *z != 0.0 => {
+            let message = format!("bodies placed by rule are in the plane z = 0, not {z:?}");
+            Err(SceneError::bad(key.field("founder").field("position").index(2), message))
+        }
+        Generate::Isotropic { shape: Shape::Convex(_), .. } => Err(SceneError::bad(
             key.field("isotropic"),
-            "isotropic orientations leave the plane; a planar scene can draw spheres only",
+            "a custom shape need not be mirrored by the plane as it is drawn; list the bodies in `bodies`",
         )),
+        Generate::Isotropic { .. } | Generate::Founder { .. } => Ok(()),
         Generate::Chainmail { .. } => Err(SceneError::bad(
             key.field("chainmail"),
             "interlaced rings lean out of the plane; make the scene spatial",

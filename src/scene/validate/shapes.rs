@@ -63,7 +63,12 @@ impl Scene {
             let message = format!("must be less than the thinnest body's thickness, {thinnest:?}; it is a length");
             return Err(SceneError::bad(tolerance_key, message));
         }
-        let farthest = self.bodies.iter().flat_map(|b| b.position).fold(0.0_f64, |m, x| m.max(x.abs()));
+        let founders = self.generate.iter().filter_map(|rule| match rule {
+            Generate::Founder { position, .. } => Some(*position),
+            _ => None,
+        });
+        let positions = self.bodies.iter().map(|body| body.position).chain(founders);
+        let farthest = positions.flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
         if farthest * f64::EPSILON > contact.overlap_tolerance {
             let message = format!("is finer than 64-bit floats are at the farthest body's coordinate, {farthest:e}");
             return Err(SceneError::bad(tolerance_key, message));

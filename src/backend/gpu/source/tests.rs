@@ -23,7 +23,8 @@ fn setups() -> Vec<Setup> {
         for (dynamics, rows) in laws.into_iter().flat_map(|law| [(law, Rows::Auto), (law, Rows::Paper)]) {
             (scene.dynamics, scene.contact.rows) = (dynamics, rows);
             let heat = Some(Heat { thermal: Thermal::new(0.5), seed: 3 << 40, dynamics, planar: scene.planar });
-            let held = |p| Setup { fixed: true, heat, bonds: bonds(), ..Setup::new(&scene.model(), &shapes, p).unwrap() };
+            let held =
+                |p| Setup { fixed: true, heat, bonds: bonds(), ..Setup::new(&scene.model(), &shapes, p).unwrap() };
             setups.extend([Precision::F32, Precision::F64].map(held));
         }
         carry(&mut scene);

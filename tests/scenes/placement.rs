@@ -1,0 +1,136 @@
+//! What `generate` places in the plane, in a periodic cell, and as founders.
+
+use super::far_apart;
+use relcp::bodies::Bodies;
+use relcp::scene::{FaultKind, Scene};
+use relcp::separation::separation;
+use relcp::shape::Shape;
+use relcp::simulation::Simulation;
+use serde_json::{Value, json};
+
+fn scene(rule: Value, more: Value) -> Result<Scene, relcp::scene::SceneError> {
+    let mut scene = json!({"name": "placed", "seed": 3, "time": {"dt": 0.01, "end": 0.05}, "generate": [rule]});
+    scene.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+    Scene::parse(&scene.to_string(), "placed")
+}
+
+fn shapes() -> [Value; 4] {
+    [
+        json!({"spherocylinder": {"diameter": 0.5, "length": 2}}),
+        json!({"ellipsoid": {"radii": [0.4, 0.3, 1]}}),
+        json!({"ellipsoid": {"radii": [1, 0.6, 0.3]}}),
+        json!({"torus": {"major_radius": 1, "minor_radius": 0.2}}),
+    ]
+}
+
+fn overlap_free(bodies: &Bodies) {
+    far_apart(bodies, |a, b| {
+        let [a, b] = bodies.pair(a, b);
+        separation(&a, &b, None).unwrap().separation > -1e-12
+    });
+}
+
+#[test]
+fn every_shape_lies_in_the_plane_in_every_direction_without_overlap() {
+    for (shape, area) in shapes().into_iter().zip([0.5 * 1.5 + 0.0625 * PI, 0.3 * PI, 0.18 * PI, 0.08 * PI]) {
+        let fraction = if shape.get("torus").is_some() { 0.02 } else { 0.15 };
+        let rule = json!({"isotropic": {"count": 400, "shape": shape, "volume_fraction": fraction}});
+        let placed = scene(rule, json!({"planar": true})).unwrap();
+        let bodies = placed.build().unwrap();
+        overlap_free(&bodies);
+        let side = (400.0 * area / fraction).sqrt();
+        let farthest = bodies.position.iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
+        assert!(farthest < 0.5 * side && farthest > 0.48 * side, "{farthest} {side}");
+        let angle = |q: &glam::DQuat| {
+            let axis = *q * glam::DVec3::Z;
+            assert!(axis.z.abs() < 1e-15 && (*q * glam::DVec3::X).z < -1.0 + 1e-15, "{axis}");
+            axis.y.atan2(axis.x)
+        };
+        let angles: Vec<f64> = bodies.orientation.iter().map(angle).collect();
+        for k in [1.0, 2.0] {
+            let mean = |of: fn(f64) -> f64| angles.iter().map(|a| of(k * a)).sum::<f64>() / 400.0;
+            // Four standard errors of a uniform cosine, sqrt(1/2 / 400).
+            assert!(mean(f64::cos).abs() < 4.0 * 0.0354 && mean(f64::sin).abs() < 4.0 * 0.0354, "{shape} {k}");
+        }
+        // What a run writes is a planar scene again.
+        placed.final_scene(&bodies, 0.0).validate().unwrap();
+    }
+}
+
+const PI: f64 = std::f64::consts::PI;
+
+#[test]
+fn bodies_placed_in_the_plane_run_and_a_force_along_their_axis_is_in_it() {
+    let rule = json!({"isotropic": {"count": 30, "shape": shapes()[0], "volume_fraction": 0.3}});
+    let more = json!({"planar": true, "forces": [{"propulsion": {"force": 1}}]});
+    let mut simulation = Simulation::builder(scene(rule.clone(), more).unwrap()).build().unwrap();
+    while !simulation.done() {
+        let report = simulation.step().unwrap();
+        assert!(report.max_overlap <= 1e-5);
+    }
+    assert!(simulation.state().unwrap().bodies.position.iter().all(|x| x.z == 0.0));
+    let across = json!({"planar": true, "forces": [{"propulsion": {"force": 1, "axis": [1, 0, 0]}}]});
+    let error = scene(rule, across).unwrap_err();
+    assert!(error.to_string().contains("points out of the plane on bodies that generate.0 places"), "{error}");
+}
+
+#[test]
+fn a_periodic_cell_needs_no_fraction() {
+    for (planar, lengths) in [(true, json!([20, 24, null])), (false, json!([20, 24, 18]))] {
+        let rule = json!({"isotropic": {"count": 50, "shape": shapes()[0]}});
+        let more = json!({"planar": planar, "periodic": {"lengths": lengths}});
+        let without = scene(rule.clone(), more.clone()).unwrap();
+        let volume = if planar { 0.75 + 0.0625 * PI } else { 0.0625 * PI * 1.5 + 0.125 * PI / 6.0 };
+        let cell = if planar { 480.0 } else { 8640.0 };
+        let mut given = rule;
+        given["isotropic"]["volume_fraction"] = json!(50.0 * volume / cell);
+        let bodies = without.build().unwrap();
+        assert_eq!(bodies, scene(given, more).unwrap().build().unwrap());
+        assert!(!without.to_json().contains("volume_fraction"));
+        assert_eq!(Scene::parse(&without.to_json(), "again").unwrap(), without);
+    }
+    // A cell that is too full is told by the number.
+    let rule = json!({"isotropic": {"count": 300, "shape": shapes()[0]}});
+    let error = scene(rule, json!({"planar": true, "periodic": {"lengths": [20, 24, null]}})).unwrap_err();
+    assert_eq!(error.key(), "generate.0.isotropic.count");
+    assert!(error.to_string().contains("fills 0.591 of the periodic cell"), "{error}");
+}
+
+#[test]
+fn founders_lie_where_they_are_told_side_by_side() {
+    let rule = |more: Value| {
+        let mut rule = json!({"founder": {"diameter": 0.5, "length": 2}});
+        rule["founder"].as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
+        rule
+    };
+    let build = |more: Value| scene(rule(more), json!({})).unwrap().build().unwrap();
+    let one = build(json!({}));
+    assert_eq!((one.len(), one.position[0]), (1, glam::DVec3::ZERO));
+    assert_eq!(one, build(json!({"angle": 0, "count": 1, "position": [0, 0, 0]})));
+    let row = build(json!({"angle": 30, "count": 5, "position": [3, -1, 2], "group": "cells"}));
+    let middle = glam::DVec3::new(3.0, -1.0, 2.0);
+    assert_eq!((row.len(), row.position[2], row.group[4]), (5, middle, 0));
+    let axis = glam::DVec3::new(0.75_f64.sqrt(), 0.5, 0.0);
+    for (k, (x, q)) in row.position.iter().zip(&row.orientation).enumerate() {
+        let across = 0.6 * (k as f64 - 2.0) * glam::DVec3::new(-0.5, 0.75_f64.sqrt(), 0.0);
+        assert!((*q * glam::DVec3::Z - axis).length() < 1e-15 && (*x - middle - across).length() < 1e-15);
+    }
+    let [a, b] = row.pair(1, 2);
+    assert!((separation(&a, &b, None).unwrap().separation - 0.1).abs() < 1e-14);
+    let ids: Vec<u64> = row.lineage.iter().map(|line| line.id).collect();
+    assert_eq!(ids, [0, 1, 2, 3, 4]);
+    // A row of them grows in the plane.
+    let growth = json!({"planar": true, "growth": {"rate": 1, "division_length": 4}});
+    let mut simulation =
+        Simulation::builder(scene(rule(json!({"count": 4, "angle": -75})), growth).unwrap()).build().unwrap();
+    while !simulation.done() {
+        assert!(simulation.step().unwrap().max_overlap <= 1e-5);
+    }
+    let grown = |shape: &Shape| (shape.major_axis() - 2.0 * 0.05_f64.exp()).abs() < 1e-12;
+    assert!(simulation.state().unwrap().bodies.shape.iter().all(grown));
+    // And goes not through itself.
+    let around = scene(rule(json!({"count": 9})), json!({"periodic": {"lengths": [null, 5, null]}})).unwrap();
+    let error = around.build().unwrap_err();
+    assert_eq!((error.kind(), error.key()), (FaultKind::Placement, "generate.0.founder"));
+    assert!(error.to_string().contains("the row is 5.3"), "{error}");
+}
