@@ -35,6 +35,7 @@ mod write;
 pub use crate::dynamics::{DivisionRule, Dynamics, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window};
 pub use crate::lcp::SolverKind;
 pub use crate::periodic::Periodic;
+pub use crate::removal::Removal;
 pub use crate::step::{ContactSettings, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
 pub use crate::walls::Wall;
 #[cfg(feature = "files")]
@@ -118,6 +119,9 @@ pub struct Scene {
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Vec::is_empty"))]
     #[cfg_attr(feature = "files", schemars(with = "crate::dynamics::growth::one_or_list::GrowthSchema"))]
     pub growth: Vec<Growth>,
+    /// How bodies leave: through the border of a region, or by death. A run then writes `lineage.csv`.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
+    pub removal: Vec<Removal>,
     /// Bodies placed one by one.
     #[cfg_attr(feature = "files", serde(default))]
     pub bodies: Vec<Body>,
@@ -148,6 +152,7 @@ impl Scene {
             walls: Vec::default(),
             periodic: None,
             growth: Vec::default(),
+            removal: Vec::default(),
             bodies: Vec::default(),
             groups: BTreeMap::default(),
             generate: Vec::default(),

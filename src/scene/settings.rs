@@ -5,6 +5,7 @@ use crate::dynamics::{Cells, Heat};
 use crate::fixed::Fixed;
 use crate::lcp::Settings;
 use crate::periodic::Periods;
+use crate::removal::Removals;
 use crate::shape::Shape;
 use crate::step::Model;
 use crate::walls::Walls;
@@ -117,6 +118,14 @@ impl Scene {
         grows.then(|| Cells::new(&self.growth, &self.group_names(), self.planar, self.seed))
     }
 
+    /// How bodies leave, where any do.
+    #[doc(hidden)]
+    pub fn removals(&self) -> Option<Removals> {
+        let fixed = self.fixed();
+        let removals = Removals::new(&self.removal, &self.group_names(), self.planar, self.seed, fixed);
+        (!removals.is_empty()).then_some(removals)
+    }
+
     /// The random loads, where there are any.
     fn heat(&self) -> Option<Heat> {
         self.thermal.map(|thermal| Heat { thermal, seed: self.seed, dynamics: self.dynamics, planar: self.planar })
@@ -126,10 +135,8 @@ impl Scene {
     #[doc(hidden)]
     pub fn fixed(&self) -> Fixed {
         let of_group = |name: &String| self.groups.get(name).is_some_and(|group| group.fixed);
-        Fixed::new(
-            self.bodies.iter().map(|body| body.fixed).collect(),
-            self.group_names().iter().map(of_group).collect(),
-        )
+        let ids = self.bodies.iter().zip(self.ids()).filter(|(body, _)| body.fixed).map(|(_, id)| id).collect();
+        Fixed::new(ids, self.group_names().iter().map(of_group).collect())
     }
 
     /// What the steps of this scene are computed with.

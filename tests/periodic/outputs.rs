@@ -162,7 +162,7 @@ fn a_lattice_without_a_boundary_has_its_stress() {
     warm.sort_by_key(|warm| warm.pair);
     let place = tempfile::tempdir().unwrap();
     let file = place.path().join("lattice.npz");
-    let state = State { step: 1, next_id: 27, bodies, warm };
+    let state = State { step: 1, next_id: 27, bodies, warm, ..State::default() };
     std::fs::write(&file, encode_with_forces(&state, "0123", 1.0).unwrap()).unwrap();
     let source = file.to_str().unwrap();
     let measures = select(&["stress".into(), "contacts".into(), "packing".into()]).unwrap();

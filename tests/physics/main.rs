@@ -7,6 +7,7 @@ mod drag;
 mod fixed;
 mod forces;
 mod orientation;
+mod removal;
 mod scenes;
 mod species;
 mod thermal;

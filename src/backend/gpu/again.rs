@@ -41,6 +41,10 @@ impl Device {
         self.poses[0].write(&gpu, &self.setup, &state.bodies)?;
         self.shapes[0].write(&gpu, precision, &state.bodies.shape, self.grows().then_some(length_pitch));
         self.ancestry = Ancestry::of(&self.setup, &state);
+        self.removed.clone_from(&state.removed);
+        if let Some(held) = &mut self.held {
+            held.write(&gpu, &self.model.fixed.flags(&state.bodies))?;
+        }
         self.growth.write_changed(&gpu, &self.setup, &mut self.ancestry)?;
         self.groups_of.reserve(&gpu, bodies)?;
         self.groups_of.write(&gpu, 0, bytemuck::cast_slice(&self.ancestry.group));

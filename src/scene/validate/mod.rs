@@ -9,6 +9,7 @@ mod generate;
 mod growth;
 mod periodic;
 mod planar;
+mod removal;
 mod shapes;
 mod walls;
 
@@ -61,6 +62,7 @@ impl Scene {
         self.check_forces(&root.field("forces"))?;
         self.check_thermal(root)?;
         self.check_growth(&root.field("growth"))?;
+        self.check_removal(&root.field("removal"))?;
         self.check_walls(root)?;
         self.check_periodic(root)?;
         if self.planar {
