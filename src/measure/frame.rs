@@ -14,6 +14,9 @@ pub struct Frame {
     pub planar_from: String,
     /// The drag coefficient of the overdamped law, where that is the run's law and its scene is there.
     pub drag: Option<f64>,
+    /// Whether its scene removes bodies.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub removes: bool,
 }
 
 impl Frame {
@@ -27,12 +30,22 @@ impl Frame {
         if let Some((scene, origin)) = scene_behind(source.as_ref())? {
             return Ok(Frame::of_scene(&scene, origin));
         }
-        Ok(Frame { planar: states.planar()?, planar_from: "the bodies of the last state".into(), drag: None })
+        Ok(Frame {
+            planar: states.planar()?,
+            planar_from: "the bodies of the last state".into(),
+            drag: None,
+            removes: false,
+        })
     }
 
     /// The frame of a scene named `origin`.
     pub fn of_scene(scene: &Scene, origin: String) -> Frame {
-        Frame { planar: scene.planar, planar_from: origin, drag: scene.dynamics.drag() }
+        Frame {
+            planar: scene.planar,
+            planar_from: origin,
+            drag: scene.dynamics.drag(),
+            removes: !scene.removal.is_empty(),
+        }
     }
 }
 

@@ -25,6 +25,7 @@ mod dissipation;
 mod error;
 mod force_chains;
 mod frame;
+pub(crate) mod groups;
 mod hull;
 mod interior;
 mod length;
@@ -34,6 +35,8 @@ mod output;
 mod packing;
 mod plot;
 mod radius;
+mod removal;
+mod segregation;
 mod stress;
 #[cfg(test)]
 mod tests;
@@ -172,7 +175,7 @@ pub trait Measure: Sync {
 }
 
 /// The measures: to add one, write its file and name it here.
-pub static ALL: [&dyn Measure; 11] = [
+pub static ALL: [&dyn Measure; 14] = [
     &nematic::Nematic,
     &correlation::Correlation,
     &radius::Radius,
@@ -184,6 +187,9 @@ pub static ALL: [&dyn Measure; 11] = [
     &force_chains::ForceChains,
     &microdomains::Microdomains,
     &dissipation::Dissipation,
+    &groups::Groups,
+    &segregation::Segregation,
+    &removal::Removed,
 ];
 
 /// The measures of these names, in the order of the table; all where no name is given.

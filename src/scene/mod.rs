@@ -342,7 +342,7 @@ pub enum Generate {
 }
 
 /// The measures that `output.measures` may name.
-pub(crate) const MEASURES: [&str; 11] = [
+pub(crate) const MEASURES: [&str; 14] = [
     "nematic",
     "correlation",
     "radius",
@@ -354,6 +354,9 @@ pub(crate) const MEASURES: [&str; 11] = [
     "force_chains",
     "microdomains",
     "dissipation",
+    "groups",
+    "segregation",
+    "removal",
 ];
 
 /// What is recorded, and how often.

@@ -80,8 +80,13 @@ fn forces_balance_and_measures_know_the_cell() {
         simulation.step().unwrap();
     }
     let state = simulation.state().unwrap();
-    let snapshot =
-        Snapshot { step: state.step, time: 3.0, bodies: state.bodies.clone(), warm: Some(state.warm.clone()) };
+    let snapshot = Snapshot {
+        step: state.step,
+        time: 3.0,
+        bodies: state.bodies.clone(),
+        warm: Some(state.warm.clone()),
+        removed: Vec::new(),
+    };
     // On each body contact and outer forces are those that its velocity takes, up to what normals turned since the rows
     // were made.
     let (mut force, mut pushing, mut through) = (vec![DVec3::ZERO; 30], 0, 0);

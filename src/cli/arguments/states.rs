@@ -111,7 +111,7 @@ pub(in crate::cli) struct Measure {
     #[arg(value_name = "RUN", add = complete::run())]
     pub(in crate::cli) run: PathBuf,
     /// These measures only, by commas or as often as needed: nematic, correlation, radius, packing, density, length,
-    /// contacts, stress, force_chains, microdomains, dissipation
+    /// contacts, stress, force_chains, microdomains, dissipation, groups, segregation, removal
     #[arg(long, value_name = "MEASURE", value_delimiter = ',')]
     pub(in crate::cli) only: Vec<String>,
     /// The last state only
