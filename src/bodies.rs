@@ -74,6 +74,21 @@ impl Bodies {
         index
     }
 
+    /// Removes the bodies that are not to be kept, a flag each; the others stay in their order.
+    pub fn retain(&mut self, keep: &[bool]) {
+        fn kept<T>(array: &mut Vec<T>, keep: &[bool]) {
+            let mut flags = keep.iter();
+            array.retain(|_| flags.next().copied().unwrap_or(true));
+        }
+        kept(&mut self.shape, keep);
+        kept(&mut self.position, keep);
+        kept(&mut self.orientation, keep);
+        kept(&mut self.velocity, keep);
+        kept(&mut self.angular_velocity, keep);
+        kept(&mut self.group, keep);
+        kept(&mut self.lineage, keep);
+    }
+
     /// The first body with a custom shape, which no file holds and no device computes with.
     pub fn first_custom(&self) -> Option<usize> {
         self.shape.iter().position(|shape| matches!(shape, Shape::Convex(_)))

@@ -3,29 +3,29 @@
 
 use crate::bodies::Bodies;
 
-/// Which bodies of a scene do not move, by their number and by their group. Bodies that are born later have higher
-/// numbers, and a fixed body neither grows nor divides, so that numbers stay.
+/// Which bodies of a scene do not move, by their id and by their group. Ids stay where bodies before them leave.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Fixed {
-    bodies: Vec<bool>,
+    /// In ascending order.
+    ids: Vec<u64>,
     groups: Vec<bool>,
 }
 
 impl Fixed {
-    /// Those of a scene: a flag for each body that it lists, and for each group.
-    pub fn new(bodies: Vec<bool>, groups: Vec<bool>) -> Fixed {
-        Fixed { bodies, groups }
+    /// Those with these ids, and a flag for each group.
+    pub fn new(mut ids: Vec<u64>, groups: Vec<bool>) -> Fixed {
+        ids.sort_unstable();
+        Fixed { ids, groups }
     }
 
     /// Whether any body may be fixed.
     pub fn any(&self) -> bool {
-        self.bodies.iter().chain(&self.groups).any(|fixed| *fixed)
+        !self.ids.is_empty() || self.groups.contains(&true)
     }
 
-    /// Whether body `i`, in the group of this number, is fixed.
-    pub fn holds(&self, i: usize, group: u32) -> bool {
-        let flag = |flags: &[bool], at: usize| flags.get(at).copied().unwrap_or(false);
-        flag(&self.bodies, i) || flag(&self.groups, group as usize)
+    /// Whether the body of this id, in the group of this number, is fixed.
+    pub fn holds(&self, id: u64, group: u32) -> bool {
+        self.ids.binary_search(&id).is_ok() || self.groups.get(group as usize).copied().unwrap_or(false)
     }
 
     /// A flag for each body; none at all where no body can be fixed.
@@ -33,6 +33,6 @@ impl Fixed {
         if !self.any() {
             return Vec::new();
         }
-        bodies.group.iter().enumerate().map(|(i, group)| self.holds(i, *group)).collect()
+        bodies.group.iter().zip(&bodies.lineage).map(|(group, line)| self.holds(line.id, *group)).collect()
     }
 }

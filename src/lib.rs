@@ -114,6 +114,7 @@ pub mod periodic;
 pub mod python;
 #[cfg(feature = "files")]
 pub mod record;
+pub mod removal;
 #[cfg(feature = "files")]
 pub mod render;
 #[cfg(feature = "files")]

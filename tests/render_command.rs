@@ -214,6 +214,7 @@ fn what_cannot_be_drawn_is_said_before_anything_is_written() {
         (&["render", "run", "--movie", "x.gif"], 2, ".mp4"),
         (&["render", "run", "--movie", "x.mp4"], 2, "there is no `ffmpeg` on the path"),
         (&["render", "two-ellipsoids", "--colour", "age"], 2, "`growth`"),
+        (&["render", "colony", "--colour", "group"], 2, "no body of these states has a group"),
         (&["render", "two-ellipsoids", "--format", "pdf"], 2, "this run is seen in space"),
         (&["render", "run", "--format", "svg", "--view", "front"], 2, "this run is seen from a side"),
         (&["render", "run", "--format", "svg", "--movie", "x.mp4"], 2, "--format"),

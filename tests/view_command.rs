@@ -261,7 +261,7 @@ fn every_shape_is_shown_where_it_is_between_walls_and_in_periodic_space() {
         let quantities = page.header["quantities"].as_array().unwrap();
         let missing: Vec<_> =
             quantities.iter().filter(|it| !it["missing"].is_null()).map(|it| it["name"].as_str().unwrap()).collect();
-        assert_eq!(missing, ["age", "generation"]);
+        assert_eq!(missing, ["age", "generation", "group"]);
         if !space["walls"].is_null() {
             // Bodies that lie on the floor push the wall, which is the number past the last body.
             let last = &page.header["states"][6];

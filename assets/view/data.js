@@ -186,6 +186,7 @@ function valuesOf(run, state, name) {
   };
   if (name === "age") return of((_, row) => state.time - table.birth[row]);
   if (name === "generation") return of((_, row) => table.generation[row]);
+  if (name === "group") return of((_, row) => (table.group[row] === 0xffffffff ? 0 : table.group[row] + 1));
   if (name === "length") return of((i) => 2 * reachOf(state.shape, i));
   const packed = state.values[name];
   if (!packed) return null;

@@ -183,7 +183,7 @@ function describe(run, state, i, add) {
   const centre = [0, 1, 2].map((k) => state.place[3 * i + k] + header.origin[k]);
   add("centre", centre.map((x) => shown(x, 5)).join(", "));
   for (const { name, kind, missing } of header.quantities) {
-    if (kind !== "sequential" || missing || name === "generation" || name === "contacts") continue;
+    if (kind !== "sequential" || missing || name === "generation" || name === "contacts" || name === "group") continue;
     const values = valuesOf(run, state, name);
     if (values) add(name, shown(values[i]));
   }

@@ -80,8 +80,10 @@ impl Progress {
         let time = run.simulation().scene().time;
         let left = self.cost.left(time.steps().saturating_sub(report.step));
         let left = Duration::try_from_secs_f64(left).map_or("very long".into(), |d| HumanDuration(d).to_string());
+        let removed = run.simulation().removed();
+        let removed = if removed > 0 { format!(" ({removed} removed)") } else { String::new() };
         format!(
-            "time {:.6} of {}, {} bodies, {} constraints, {} recursions, overlap up to {:.2e}, about {left} left",
+            "time {:.6} of {}, {} bodies{removed}, {} constraints, {} recursions, overlap up to {:.2e}, about {left} left",
             report.time,
             time.end,
             report.bodies,

@@ -8,7 +8,7 @@ use super::{compiling, compute, output, placing, view};
 use relcp::gpu::Profile;
 use relcp::record::{Folder, PassedStep, RecordError, Retried};
 use relcp::run::{Run, RunError, RunStatus, Summary};
-use relcp::scene::Scene;
+use relcp::scene::{Scene, StopReason};
 use relcp::simulation::{Compute, Machine, Simulation};
 use serde::Serialize;
 use std::io::{self, Write};
@@ -169,8 +169,14 @@ fn show(
 
 fn print(out: &mut dyn Write, folder: &Path, s: &Summary) -> io::Result<()> {
     writeln!(out, "{}: {} steps to time {} with {} bodies", s.name, s.steps, s.time, s.bodies)?;
-    if let Some(reason) = s.stopped_by {
-        writeln!(out, "  stopped by growth.stop.{}", reason.name())?;
+    match s.stopped_by {
+        Some(StopReason::NoBodies) => writeln!(out, "  ended as no body was left")?,
+        Some(reason) => writeln!(out, "  stopped by growth.stop.{}", reason.name())?,
+        None => {}
+    }
+    if !s.removed.is_empty() {
+        let by_rule: Vec<String> = s.removed.iter().map(u64::to_string).collect();
+        writeln!(out, "  removed {} bodies, by rule: {}", s.removed.iter().sum::<u64>(), by_rule.join(", "))?;
     }
     let (rows, recursions) = (&s.constraints, &s.recursions);
     writeln!(out, "  constraints {} at the end, {:.1} on average, {} at most", rows.last, rows.mean, rows.max)?;

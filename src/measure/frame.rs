@@ -19,6 +19,9 @@ pub struct Frame {
     /// Which bodies do not move, where the scene is there.
     #[serde(skip)]
     pub(super) fixed: Fixed,
+    /// Whether its scene removes bodies.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub removes: bool,
 }
 
 impl Frame {
@@ -32,8 +35,13 @@ impl Frame {
         if let Some((scene, origin)) = scene_behind(source.as_ref())? {
             return Ok(Frame::of_scene(&scene, origin));
         }
-        let planar_from = "the bodies of the last state".into();
-        Ok(Frame { planar: states.planar()?, planar_from, drag: None, fixed: Fixed::default() })
+        Ok(Frame {
+            planar: states.planar()?,
+            planar_from: "the bodies of the last state".into(),
+            drag: None,
+            fixed: Fixed::default(),
+            removes: false,
+        })
     }
 
     /// The frame of a scene named `origin`.
@@ -43,6 +51,7 @@ impl Frame {
             planar_from: origin,
             drag: scene.dynamics.drag().filter(|_| scene.flow.is_none()),
             fixed: scene.fixed(),
+            removes: !scene.removal.is_empty(),
         }
     }
 }

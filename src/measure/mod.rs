@@ -25,6 +25,7 @@ mod dissipation;
 mod error;
 mod force_chains;
 mod frame;
+pub(crate) mod groups;
 mod hull;
 mod interior;
 mod length;
@@ -35,6 +36,8 @@ mod output;
 mod packing;
 mod plot;
 mod radius;
+mod removal;
+mod segregation;
 mod stress;
 #[cfg(test)]
 mod tests;
@@ -184,7 +187,7 @@ pub trait Measure: Sync {
 }
 
 /// The measures: to add one, write its file and name it here.
-pub static ALL: [&dyn Measure; 13] = [
+pub static ALL: [&dyn Measure; 16] = [
     &nematic::Nematic,
     &correlation::Correlation,
     &radius::Radius,
@@ -198,6 +201,9 @@ pub static ALL: [&dyn Measure; 13] = [
     &dissipation::Dissipation,
     &msd::Msd,
     &velocity_correlation::VelocityCorrelation,
+    &groups::Groups,
+    &segregation::Segregation,
+    &removal::Removed,
 ];
 
 /// The measures of these names, in the order of the table; all where no name is given.

@@ -63,6 +63,9 @@ pub struct Header {
     /// Rows of the arrays of near pairs; absent in a state that holds no contact forces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warm: Option<u64>,
+    /// How many bodies each rule of the scene's `removal` has removed; absent before the first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub removed: Vec<u64>,
     /// What the run did up to here; in a checkpoint only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub totals: Option<Totals>,
@@ -115,6 +118,7 @@ fn pack(
         periodic: (!state.bodies.periods.is_none()).then(|| state.bodies.periods.lengths()),
         broken_bonds: Some(state.bodies.broken_bonds.len() as u64).filter(|broken| *broken > 0),
         warm: with_warm.then_some(state.warm.len() as u64),
+        removed: state.removed.clone(),
         totals: totals.cloned(),
     };
     let json = serde_json::to_vec_pretty(&header).map_err(|e| StateError::Unwritable(e.to_string()))?;
@@ -145,6 +149,7 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
         step: header.step,
         next_id: header.next_id,
         bodies: Bodies { periods, ..bodies },
+        removed: header.removed.clone(),
         warm: if warm > 0 { read_warm(&mut archive, warm as usize, rows)? } else { Vec::new() },
     };
     Ok((header, state))

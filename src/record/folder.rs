@@ -101,13 +101,13 @@ impl Folder {
         }
         durable::sweep(path)?;
         durable::sweep(&folder.states())?;
-        let own = [folder.scene(), rows, folder.measures(), folder.states()];
+        let own = [folder.scene(), rows, folder.measures(), folder.lineage(), folder.states()];
         let states = list(&folder.states())?;
         let foreign = list(path)?.iter().any(|entry| !own.contains(entry));
         if foreign || states.iter().any(|state| step_of(state) != Some(0)) {
             return Err(RecordError::NotEmpty { path: path.into() });
         }
-        for file in states.iter().chain(&own[..3]).filter(|file| file.exists()) {
+        for file in states.iter().chain(&own[..4]).filter(|file| file.exists()) {
             fs::remove_file(file).map_err(RecordError::io(file, "remove it"))?;
         }
         Ok(folder)
@@ -172,6 +172,11 @@ impl Folder {
     /// What the scene asks to be measured, a row a recorded step.
     pub fn measures(&self) -> PathBuf {
         self.0.join("measures.csv")
+    }
+
+    /// The lives that ended, where the scene removes bodies.
+    pub fn lineage(&self) -> PathBuf {
+        self.0.join("lineage.csv")
     }
 
     /// The folder of the states over time.

@@ -2,8 +2,8 @@
 //! back.
 //!
 //! A [run](crate::run) leaves its [`Folder`]: `scene.json`, `steps.csv`, `states/state_NNNNNNNNNN.npz`,
-//! `checkpoint.npz` and the one before it, `final.json`, `final.png` and `summary.json`, and `measures.csv` and `lcps/`
-//! where the scene asks for them. States are [one container](encode) that numpy opens as `.npz`.
+//! `checkpoint.npz` and the one before it, `final.json`, `final.png` and `summary.json`, and `measures.csv`,
+//! `lineage.csv` and `lcps/` where the scene asks for them. States are [one container](encode) that numpy opens as `.npz`.
 //!
 //! ```
 //! use relcp::record::{COLUMNS, Folder};
@@ -25,6 +25,7 @@ mod error;
 mod folder;
 mod hash;
 mod lcp_file;
+pub(crate) mod lives;
 mod npz;
 pub(crate) mod rows;
 mod states;
@@ -43,6 +44,7 @@ pub(crate) use folder::folder_name;
 pub(crate) use hash::Fnv;
 pub use hash::{scene_hash, state_hash};
 pub use lcp_file::{LCP_FORMAT, LCP_VERSION, LcpFileError, LcpHeader, decode_lcp, encode_lcp, read_lcp, write_lcp};
+pub use lives::LifeRow;
 pub(crate) use states::scene_of;
 pub use states::{Snapshot, States, Watch};
 pub use steps::{COLUMNS, StepRow};

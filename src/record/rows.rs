@@ -28,6 +28,16 @@ impl Rows {
     /// Takes the file up again as it was after step `last`, which was its last row where any was written: what follows
     /// is cut off.
     pub(crate) fn reopen(path: &Path, columns: &[&str], last: Option<u64>) -> Result<Self, RecordError> {
+        Rows::cut(path, |file| end_of(file, path, columns, last))
+    }
+
+    /// Takes the file up again as it was after step `last`, where a step has any number of rows: those of later steps
+    /// are cut off.
+    pub(crate) fn reopen_up_to(path: &Path, columns: &[&str], last: u64) -> Result<Self, RecordError> {
+        Rows::cut(path, |file| end_up_to(file, path, columns, last))
+    }
+
+    fn cut(path: &Path, end: impl FnOnce(&File) -> Result<u64, RecordError>) -> Result<Self, RecordError> {
         let mut file =
             OpenOptions::new().read(true).write(true).open(path).map_err(RecordError::io(path, "open it"))?;
         lock(&file, path)?;
@@ -35,7 +45,7 @@ impl Rows {
         if !file.metadata().map_err(RecordError::io(path, "open it"))?.is_file() {
             return Err(RecordError::Mangled { path: path.into(), what: "it is not a file".into() });
         }
-        let end = end_of(&file, path, columns, last)?;
+        let end = end(&file)?;
         file.set_len(end).map_err(RecordError::io(path, "cut it"))?;
         file.seek(SeekFrom::End(0)).map_err(RecordError::io(path, "write it"))?;
         Ok(Rows { path: path.into(), writer: writer(file) })
@@ -74,14 +84,37 @@ fn lock(file: &File, path: &Path) -> Result<(), RecordError> {
     }
 }
 
+fn mangled(path: &Path, what: String) -> RecordError {
+    RecordError::Mangled { path: path.into(), what }
+}
+
+/// A reader past the heading, which must be these columns.
+fn reader<'a>(file: &'a File, path: &Path, columns: &[&str]) -> Result<csv::Reader<&'a File>, RecordError> {
+    let mut reader = csv::ReaderBuilder::new().from_reader(file);
+    let headings = reader.headers().map_err(|e| mangled(path, e.to_string()))?;
+    if headings.iter().ne(columns.iter().copied()) {
+        return Err(mangled(path, format!("its columns are not {}", columns.join(","))));
+    }
+    Ok(reader)
+}
+
+/// Where the first row of a step after `last` begins, or one that is not whole.
+fn end_up_to(file: &File, path: &Path, columns: &[&str], last: u64) -> Result<u64, RecordError> {
+    let mut reader = reader(file, path, columns)?;
+    let mut row = csv::StringRecord::new();
+    loop {
+        let end = reader.position().byte();
+        let found = reader.read_record(&mut row).unwrap_or(false);
+        let step = row.get(0).and_then(|text| text.parse::<u64>().ok()).filter(|_| found);
+        if step.is_none_or(|step| step > last) {
+            return Ok(end);
+        }
+    }
+}
+
 /// Where the row of step `last` ends, or the heading where there is none.
 fn end_of(file: &File, path: &Path, columns: &[&str], last: Option<u64>) -> Result<u64, RecordError> {
-    let mangled = |what: String| RecordError::Mangled { path: path.into(), what };
-    let mut reader = csv::ReaderBuilder::new().from_reader(file);
-    let headings = reader.headers().map_err(|e| mangled(e.to_string()))?;
-    if headings.iter().ne(columns.iter().copied()) {
-        return Err(mangled(format!("its columns are not {}", columns.join(","))));
-    }
+    let mut reader = reader(file, path, columns)?;
     let mut row = csv::StringRecord::new();
     loop {
         let end = reader.position().byte();
@@ -91,7 +124,7 @@ fn end_of(file: &File, path: &Path, columns: &[&str], last: Option<u64>) -> Resu
             (_, None) => return Ok(end),
             (Some(step), Some(last)) if step == last => return Ok(reader.position().byte()),
             (Some(step), Some(last)) if step < last => {}
-            (_, Some(last)) => return Err(mangled(format!("the row of step {last} is missing"))),
+            (_, Some(last)) => return Err(mangled(path, format!("the row of step {last} is missing"))),
         }
     }
 }

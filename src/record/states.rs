@@ -4,6 +4,7 @@ use super::error::StatesError;
 use super::{Folder, read_state};
 use crate::bodies::Bodies;
 use crate::scene::{self, Scene};
+use crate::step::State;
 use crate::warm::Warm;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -24,6 +25,8 @@ pub struct Snapshot {
     /// The multipliers of the step's near pairs, where they are known: those of a checkpoint, and of states recorded
     /// with `output.forces`.
     pub warm: Option<Vec<Warm>>,
+    /// How many bodies each rule of the scene's `removal` has removed; empty before the first.
+    pub removed: Vec<u64>,
 }
 
 impl Snapshot {
@@ -31,7 +34,9 @@ impl Snapshot {
     pub fn wrapped(&self) -> Cow<'_, Snapshot> {
         match self.bodies.wrapped() {
             Cow::Borrowed(_) => Cow::Borrowed(self),
-            Cow::Owned(bodies) => Cow::Owned(Snapshot { bodies, warm: self.warm.clone(), ..*self }),
+            Cow::Owned(bodies) => {
+                Cow::Owned(Snapshot { bodies, warm: self.warm.clone(), removed: self.removed.clone(), ..*self })
+            }
         }
     }
 
@@ -83,7 +88,7 @@ impl States {
         }
         let scene = Scene::load(path, scene::NO_OVERRIDES)?;
         let (time, bodies) = (scene.time.start, scene.build()?);
-        let snapshot = Snapshot { step: 0, time, bodies, warm: None };
+        let snapshot = Snapshot { step: 0, time, bodies, warm: None, removed: Vec::new() };
         Ok(States {
             name: stem(path),
             planar: Some(scene.planar),
@@ -97,7 +102,7 @@ impl States {
     /// use relcp::record::{Snapshot, States};
     /// use relcp::Scene;
     /// let bodies = Scene::built_in("three-capsules")?.build()?;
-    /// let states = States::single("mine", Snapshot { step: 0, time: 0.0, bodies, warm: None });
+    /// let states = States::single("mine", Snapshot { step: 0, time: 0.0, bodies, warm: None, removed: Vec::new() });
     /// assert_eq!((states.len(), states.read(0)?.bodies.len()), (1, 3));
     /// # Ok::<(), relcp::Error>(())
     /// ```
@@ -121,6 +126,7 @@ impl States {
                         time: header.time,
                         bodies: state.bodies,
                         warm: header.warm.map(|_| state.warm),
+                        removed: state.removed,
                     };
                     held = Some(Entry::Held { origin: checkpoint.display().to_string(), snapshot: Box::new(snapshot) });
                 }
@@ -219,9 +225,10 @@ impl States {
         match &self.entries[i] {
             Entry::Held { snapshot, .. } => Ok(Cow::Borrowed(snapshot)),
             Entry::File(path) => {
-                let (header, state) = read_state(path)?;
-                let warm = header.warm.map(|_| state.warm);
-                Ok(Cow::Owned(Snapshot { step: header.step, time: header.time, bodies: state.bodies, warm }))
+                let (header, mut state) = read_state(path)?;
+                let warm = header.warm.map(|_| std::mem::take(&mut state.warm));
+                let State { bodies, removed, .. } = state;
+                Ok(Cow::Owned(Snapshot { step: header.step, time: header.time, bodies, warm, removed }))
             }
         }
     }

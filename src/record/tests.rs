@@ -47,7 +47,7 @@ fn state() -> State {
         Warm { pair: [1, 3], feature: u32::MAX, gamma: 0.0, normal: DVec3::NEG_X },
         Warm { pair: [2, crate::walls::number_of(5)], feature: 1, gamma: 0.3, normal: DVec3::Y },
     ];
-    State { step: 41, next_id: 99, bodies, warm }
+    State { step: 41, next_id: 99, bodies, warm, removed: vec![3, 0] }
 }
 
 /// Bits, since `-0.0 == 0.0`.

@@ -3,12 +3,13 @@
 use super::backdrop::Backdrop;
 use super::camera::{Extent, axes_from};
 use super::frames::{FOLDER, Fit, Frames, RenderedFrame, inside, interval, picture_file};
+use super::quantity::Quantity;
 use super::scale::{self, Scale};
 use super::{
     BLACK, Background, Camera, Image, Rays, RenderError, Side, View, WHITE, caption, inks_on, on_cpu, on_device,
     painted, vector,
 };
-use crate::bodies::Bodies;
+use crate::bodies::{Bodies, NO_GROUP};
 use crate::figure::Format;
 use crate::measure::{Frame, LeftOut};
 use crate::page::Page;
@@ -31,6 +32,8 @@ pub(super) struct ScannedState {
     scale: Option<Scale>,
     /// Whether some body is another one's daughter.
     births: bool,
+    /// Whether some body has a group.
+    groups: bool,
 }
 
 /// What pictures of a run are drawn by.
@@ -90,6 +93,14 @@ impl Painter<'_> {
                 help: "bodies are born where the scene has `growth` and a cell has reached growth.division_length",
             });
         }
+        if self.frames.colour == Quantity::Group && !seen.iter().any(|state| state.groups) {
+            return Err(RenderError::Missing {
+                origin: self.states.origin(last.index),
+                colour: self.frames.colour.name(),
+                why: "no body of these states has a group".into(),
+                help: "give bodies, or rules of `generate`, a `group` in the scene; daughters inherit it",
+            });
+        }
         let colour = self.frames.colour.name();
         let note = (missing.0 > 0).then(|| {
             let states = missing.0;
@@ -102,11 +113,20 @@ impl Painter<'_> {
         let state = self.states.read(index)?;
         let outside = !inside(state.time, self.frames.from, self.frames.to);
         if outside {
-            return Ok(ScannedState { index, time: state.time, extent: Extent::NONE, scale: None, births: false });
+            return Ok(ScannedState {
+                index,
+                time: state.time,
+                extent: Extent::NONE,
+                scale: None,
+                births: false,
+                groups: false,
+            });
         }
         let extent = Extent::of(axes_from(self.side), &state.bodies.wrapped());
         let births = state.bodies.lineage.iter().any(|line| line.parent.is_some() || line.generation > 0);
-        Ok(ScannedState { index, time: state.time, extent, scale: self.scale_of(&self.values(index, &state)?), births })
+        let groups = state.bodies.group.iter().any(|group| *group != NO_GROUP);
+        let scale = self.scale_of(&self.values(index, &state)?);
+        Ok(ScannedState { index, time: state.time, extent, scale, births, groups })
     }
 
     fn values(&self, index: usize, state: &Snapshot) -> Result<Vec<f64>, RenderError> {

@@ -1,6 +1,7 @@
 //! What the colours of a run's pictures tell: a number a body, from one recorded state.
 
 use crate::bodies::Bodies;
+use crate::measure::groups::number;
 use crate::measure::{Frame, LeftOut, Settings, View};
 use crate::record::Snapshot;
 
@@ -29,6 +30,8 @@ pub enum Quantity {
     /// Its contact pressure: the virial of the contact forces on it over its own volume, in a planar run its area.
     /// Needs output.forces.
     Pressure,
+    /// The number of its group in the scene's order, from 1; 0 of a body without one.
+    Group,
     /// Nothing.
     Plain,
 }
@@ -46,7 +49,7 @@ pub(crate) enum Ends {
 
 impl Quantity {
     /// All of them.
-    pub(crate) const ALL: [Quantity; 10] = [
+    pub(crate) const ALL: [Quantity; 11] = [
         Quantity::Orientation,
         Quantity::Age,
         Quantity::Generation,
@@ -56,6 +59,7 @@ impl Quantity {
         Quantity::Overlap,
         Quantity::Force,
         Quantity::Pressure,
+        Quantity::Group,
         Quantity::Plain,
     ];
 
@@ -71,6 +75,7 @@ impl Quantity {
             Quantity::Overlap => "overlap",
             Quantity::Force => "force",
             Quantity::Pressure => "pressure",
+            Quantity::Group => "group",
             Quantity::Plain => "plain",
         }
     }
@@ -79,7 +84,7 @@ impl Quantity {
     pub(crate) fn ends(self) -> Option<Ends> {
         match self {
             Quantity::Orientation | Quantity::Plain => None,
-            Quantity::Length => Some(Ends::Least),
+            Quantity::Length | Quantity::Group => Some(Ends::Least),
             Quantity::Age | Quantity::Generation | Quantity::Contacts => Some(Ends::Zero),
             Quantity::Speed | Quantity::Overlap | Quantity::Force | Quantity::Pressure => Some(Ends::Most),
         }
@@ -115,6 +120,7 @@ impl Quantity {
             Quantity::Length => bodies.shape.iter().map(|shape| shape.major_axis()).collect(),
             Quantity::Speed => bodies.velocity.iter().map(|velocity| velocity.length()).collect(),
             Quantity::Contacts => sums(bodies.len(), view.touching().map(|contact| (contact.pair, 1.0))),
+            Quantity::Group => bodies.group.iter().map(|group| f64::from(number(*group))).collect(),
             Quantity::Overlap => overlaps(bodies),
             Quantity::Force | Quantity::Pressure if state.step == 0 && state.warm.is_some() => vec![0.0; bodies.len()],
             Quantity::Force => sums(bodies.len(), view.pushing()?.map(|contact| (contact.pair, contact.gamma))),

@@ -44,7 +44,13 @@ impl Measures {
     pub(super) fn push(&mut self, simulation: &Simulation) -> Result<Result<(), RecordError>, Fault> {
         let state = simulation.state()?;
         let (step, time) = (state.step, simulation.time());
-        let snapshot = Snapshot { step, time, bodies: state.bodies.clone(), warm: Some(state.warm.clone()) };
+        let snapshot = Snapshot {
+            step,
+            time,
+            bodies: state.bodies.clone(),
+            warm: Some(state.warm.clone()),
+            removed: state.removed.clone(),
+        };
         let view = View::new(&snapshot, &self.frame, &self.settings);
         let of = |measure: &&'static dyn Measure| {
             let mut values = measure.of(&view).map(|found| found.values).unwrap_or_default();

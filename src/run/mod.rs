@@ -14,6 +14,7 @@ pub use memory::peak_bytes;
 pub use summary::{Constraints, PeakBytes, Recursions, RunStatus, SolverSummary, Summary};
 
 use crate::dynamics::ForceField;
+use crate::record::lives::Lives;
 use crate::record::steps::Steps;
 use crate::record::{
     Folder, Header, LcpHeader, RecordError, StateError, Totals, differing_keys, durable, encode, encode_with_forces,
@@ -57,6 +58,7 @@ pub struct Run {
     folder: Folder,
     steps: Steps,
     measures: Option<Measures>,
+    lives: Option<Lives>,
     schedule: Schedule,
     scene_hash: String,
     totals: Totals,
@@ -81,6 +83,7 @@ impl Run {
         let scene = simulation.scene().clone();
         let steps = Steps::create(&folder.steps())?;
         let measures = Measures::create(&folder.measures(), &scene)?;
+        let lives = removes(&scene).then(|| Lives::create(&folder.lineage(), scene.group_names())).transpose()?;
         write_scene(&folder.scene(), &scene.with_defaults())?;
         let mut totals = Totals {
             start_max_overlap: max_overlap_but(&scene.fixed(), &simulation.state()?.bodies, &scene.walls()),
@@ -90,7 +93,7 @@ impl Run {
         totals.wall.total = totals.wall.setup;
         totals.taken_up_by(&mut simulation);
         let (schedule, scene_hash) = (Schedule::new(&scene), scene_hash(&scene));
-        let mut run = Run::new(simulation, folder, (steps, measures), schedule, scene_hash, totals);
+        let mut run = Run::new(simulation, folder, (steps, measures, lives), schedule, scene_hash, totals);
         run.record_state()?;
         run.checkpoint()?;
         Ok(run)
@@ -155,6 +158,9 @@ impl Run {
         };
         let steps = Steps::reopen(&folder.steps(), last_row)?;
         let measures = Measures::reopen(&folder.measures(), simulation.scene(), last_row)?;
+        let groups = simulation.scene().group_names();
+        let lives = removes(simulation.scene()).then(|| Lives::reopen(&folder.lineage(), groups, header.step));
+        let lives = lives.transpose()?;
         folder.rewind(header.step)?;
         let mut totals = header.totals.unwrap_or_default();
         let setup = begun.elapsed().as_secs_f64();
@@ -162,7 +168,7 @@ impl Run {
         totals.wall.total += setup;
         totals.taken_up_by(&mut simulation);
         let saved = folder.count_lcps()?;
-        let mut run = Run::new(simulation, folder, (steps, measures), schedule, scene_hash, totals);
+        let mut run = Run::new(simulation, folder, (steps, measures, lives), schedule, scene_hash, totals);
         run.simulation.count_lcps(saved);
         run.notes = notes;
         if until.is_some() {
@@ -175,7 +181,7 @@ impl Run {
     fn new(
         simulation: Simulation,
         folder: Folder,
-        (steps, measures): (Steps, Option<Measures>),
+        (steps, measures, lives): (Steps, Option<Measures>, Option<Lives>),
         schedule: Schedule,
         scene_hash: String,
         totals: Totals,
@@ -187,6 +193,7 @@ impl Run {
             folder,
             steps,
             measures,
+            lives,
             schedule,
             scene_hash,
             totals,
@@ -259,6 +266,9 @@ impl Run {
     fn record(&mut self, report: &StepReport, wall: Duration) -> Result<(), RunError> {
         let begun = Instant::now();
         tell(report, self.simulation.scene().contact.overlap_tolerance, wall);
+        if let Some(lives) = &mut self.lives {
+            lives.push(self.simulation.ended())?;
+        }
         // Where it ends is not known to the schedule before it is there.
         let done = self.simulation.done();
         if done || self.schedule.row_due(report.step) {
@@ -271,6 +281,7 @@ impl Run {
             self.record_state()?;
             self.steps.flush()?;
             self.measures.as_mut().map_or(Ok(()), Measures::flush)?;
+            self.lives.as_mut().map_or(Ok(()), Lives::flush)?;
         }
         self.count_output(begun);
         if self.last_checkpoint.elapsed() >= self.checkpoint_every {
@@ -314,6 +325,7 @@ impl Run {
         let begun = Instant::now();
         self.steps.sync()?;
         self.measures.as_mut().map_or(Ok(()), Measures::sync)?;
+        self.lives.as_mut().map_or(Ok(()), Lives::sync)?;
         durable::sync_folder(&self.folder.states())?;
         let path = self.folder.checkpoint();
         log::info!("checkpoint into {}", path.display());
@@ -401,6 +413,10 @@ fn tell(report: &StepReport, tolerance: f64, wall: Duration) {
     if *max_overlap > tolerance {
         log::warn!("step {step}: overlap {max_overlap:.3e} of {tolerance:.1e} allowed, {:?}", report.worst_pair);
     }
+}
+
+fn removes(scene: &Scene) -> bool {
+    !scene.removal.is_empty()
 }
 
 fn write_scene(path: &Path, scene: &Scene) -> Result<(), RecordError> {

@@ -120,6 +120,9 @@ pub struct Summary {
     pub state_hash: String,
     /// Bodies now.
     pub bodies: usize,
+    /// How many bodies each rule of the scene's `removal` has removed, in their order; absent without rules.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub removed: Vec<u64>,
     /// Accepted steps, including those before a resumption.
     pub steps: u64,
     /// Time after them.
@@ -207,6 +210,7 @@ impl Summary {
             scene_hash: scene_hash.into(),
             state_hash: state_hash(state),
             bodies: state.bodies.len(),
+            removed: (0..scene.removal.len()).map(|i| state.removed.get(i).copied().unwrap_or(0)).collect(),
             steps: state.step,
             time: simulation.time(),
             dt: scene.time.dt,

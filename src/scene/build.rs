@@ -2,7 +2,7 @@
 
 use super::error::SceneError;
 use super::orientation::written;
-use super::{Body, BodyLineage, Generate, Scene, generate};
+use super::{Body, Generate, Growth, Scene, generate};
 use crate::bodies::{Bodies, Lineage, NO_GROUP};
 use crate::separation::Placed;
 use glam::DVec3;
@@ -72,26 +72,27 @@ impl Scene {
         Ok(bodies)
     }
 
-    fn add_lineage(&self, bodies: &mut Bodies) {
-        let ids = self.ids(bodies.len());
-        for (i, (lineage, id)) in bodies.lineage.iter_mut().zip(ids).enumerate() {
-            *lineage = match self.lineage_given(i) {
-                Some(given) => given.into(),
-                None => Lineage { id, parent: None, birth: self.time.start, generation: 0, birth_length: None },
-            };
-        }
-    }
-
-    fn lineage_given(&self, body: usize) -> Option<BodyLineage> {
-        self.bodies.get(body).and_then(|b| b.lineage)
-    }
-
-    /// The ids of the first `bodies` starting bodies.
-    pub(super) fn ids(&self, bodies: usize) -> Vec<u64> {
+    /// The ids of the starting bodies, without end: a body without lineage has the next one after the largest that the
+    /// scene gives.
+    pub(super) fn ids(&self) -> impl Iterator<Item = u64> + '_ {
+        let given = self.bodies.iter().map(|b| b.lineage.map(|line| line.id)).chain(std::iter::repeat(None));
         // A parent's id is taken too, although the parent is no more.
         let taken = self.bodies.iter().filter_map(|b| b.lineage).map(|l| l.id.max(l.parent.unwrap_or(0)) + 1);
-        let mut free = taken.max().unwrap_or(0)..;
-        (0..bodies).filter_map(|i| self.lineage_given(i).map(|line| line.id).or_else(|| free.next())).collect()
+        let mut next = taken.max().unwrap_or(0);
+        given.map(move |id| {
+            id.unwrap_or_else(|| {
+                next += 1;
+                next - 1
+            })
+        })
+    }
+
+    fn add_lineage(&self, bodies: &mut Bodies) {
+        let given = |i: usize| self.bodies.get(i).and_then(|b| b.lineage);
+        for (i, (line, id)) in bodies.lineage.iter_mut().zip(self.ids()).enumerate() {
+            let founder = Lineage { id, parent: None, birth: self.time.start, generation: 0, birth_length: None };
+            *line = given(i).map_or(founder, Lineage::from);
+        }
     }
 
     /// A scene that starts from `bodies` at `time` and goes on as this one: full precision, groups, lineage, and
@@ -100,14 +101,14 @@ impl Scene {
     /// `bodies` must have been built from this scene, so that their group numbers are this scene's.
     pub fn final_scene(&self, bodies: &Bodies, time: f64) -> Scene {
         let names = self.group_names();
-        let inertial = self.dynamics.has_inertia();
+        let (inertial, fixed) = (self.dynamics.has_inertia(), self.fixed());
         let written_bodies = (0..bodies.len()).map(|i| Body {
             shape: bodies.shape[i],
             position: bodies.position[i].to_array(),
             orientation: Some(written(bodies.orientation[i])),
             axis: None,
             angle: None,
-            fixed: self.bodies.get(i).is_some_and(|body| body.fixed),
+            fixed: fixed.holds(bodies.lineage[i].id, NO_GROUP),
             velocity: inertial.then(|| bodies.velocity[i].to_array()),
             angular_velocity: inertial.then(|| bodies.angular_velocity[i].to_array()),
             group: names.get(bodies.group[i] as usize).cloned(),
@@ -117,9 +118,28 @@ impl Scene {
         scene.bodies = written_bodies.collect();
         scene.bonds = self.bonds().left(bodies);
         scene.generate = Vec::new();
+        scene.forget_empty_groups();
         scene.time.start = time;
         scene.time.end = self.time.end.max(time);
         scene
+    }
+}
+
+impl Scene {
+    /// Leaves out what holds for groups without bodies: those whose bodies were all removed.
+    fn forget_empty_groups(&mut self) {
+        if self.removal.is_empty() {
+            return;
+        }
+        let names = self.group_names();
+        let lives = |group: Option<&str>| group.is_none_or(|group| names.iter().any(|name| name == group));
+        self.forces.retain(|force| lives(force.group()));
+        self.growth.retain(|growth| lives(growth.group.as_deref()));
+        self.removal.retain(|rule| lives(rule.group.as_deref()));
+        self.groups.retain(|name, _| lives(Some(name)));
+        // A species is left out where no body of it is there any more.
+        let grows: Vec<Growth> = self.growing().map(|(_, _, _, growth, _)| growth.clone()).collect();
+        self.growth.retain(|growth| grows.contains(growth));
     }
 }
 

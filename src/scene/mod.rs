@@ -37,6 +37,7 @@ pub use crate::dynamics::{
 };
 pub use crate::lcp::SolverKind;
 pub use crate::periodic::Periodic;
+pub use crate::removal::Removal;
 pub use crate::step::{ContactSettings, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
 pub use crate::walls::{Wall, WallMotion};
 #[cfg(feature = "files")]
@@ -126,6 +127,9 @@ pub struct Scene {
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Vec::is_empty"))]
     #[cfg_attr(feature = "files", schemars(with = "crate::dynamics::growth::one_or_list::GrowthSchema"))]
     pub growth: Vec<Growth>,
+    /// How bodies leave: through the border of a region, or by death. A run then writes `lineage.csv`.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
+    pub removal: Vec<Removal>,
     /// Bodies placed one by one.
     #[cfg_attr(feature = "files", serde(default))]
     pub bodies: Vec<Body>,
@@ -158,6 +162,7 @@ impl Scene {
             walls: Vec::default(),
             periodic: None,
             growth: Vec::default(),
+            removal: Vec::default(),
             bodies: Vec::default(),
             groups: BTreeMap::default(),
             generate: Vec::default(),
@@ -386,7 +391,7 @@ fn is_one(count: &u64) -> bool {
 }
 
 /// The measures that `output.measures` may name.
-pub(crate) const MEASURES: [&str; 13] = [
+pub(crate) const MEASURES: [&str; 16] = [
     "nematic",
     "correlation",
     "radius",
@@ -400,6 +405,9 @@ pub(crate) const MEASURES: [&str; 13] = [
     "dissipation",
     "msd",
     "velocity_correlation",
+    "groups",
+    "segregation",
+    "removal",
 ];
 
 /// What is recorded, and how often.

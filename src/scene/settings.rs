@@ -5,6 +5,7 @@ use crate::dynamics::{Bonds, Cells, Heat, Stream};
 use crate::fixed::Fixed;
 use crate::lcp::Settings;
 use crate::periodic::Periods;
+use crate::removal::Removals;
 use crate::shape::Shape;
 use crate::step::Model;
 use crate::walls::Walls;
@@ -117,6 +118,14 @@ impl Scene {
         grows.then(|| Cells::new(&self.growth, &self.group_names(), self.planar, self.seed))
     }
 
+    /// How bodies leave, where any do.
+    #[doc(hidden)]
+    pub fn removals(&self) -> Option<Removals> {
+        let fixed = self.fixed();
+        let removals = Removals::new(&self.removal, &self.group_names(), self.planar, self.seed, fixed);
+        (!removals.is_empty()).then_some(removals)
+    }
+
     /// The random loads, where there are any.
     fn heat(&self) -> Option<Heat> {
         self.thermal.map(|thermal| Heat { thermal, seed: self.seed, dynamics: self.dynamics, planar: self.planar })
@@ -124,8 +133,8 @@ impl Scene {
 
     /// The bonds, by the ids of their bodies.
     pub(super) fn bonds(&self) -> Bonds {
-        let held = self.bonds.iter().flat_map(|bond| bond.bodies).max().map_or(0, |last| last + 1);
-        let ids = self.ids(held);
+        let held = self.bonds.iter().flat_map(|bond| bond.bodies).max().map_or(0, |last| last.saturating_add(1));
+        let ids: Vec<u64> = self.ids().take(held).collect();
         Bonds::new(&self.bonds, |body| ids[body])
     }
 
@@ -133,10 +142,8 @@ impl Scene {
     #[doc(hidden)]
     pub fn fixed(&self) -> Fixed {
         let of_group = |name: &String| self.groups.get(name).is_some_and(|group| group.fixed);
-        Fixed::new(
-            self.bodies.iter().map(|body| body.fixed).collect(),
-            self.group_names().iter().map(of_group).collect(),
-        )
+        let ids = self.bodies.iter().zip(self.ids()).filter(|(body, _)| body.fixed).map(|(_, id)| id).collect();
+        Fixed::new(ids, self.group_names().iter().map(of_group).collect())
     }
 
     /// What the steps of this scene are computed with.

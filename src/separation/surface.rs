@@ -69,6 +69,12 @@ impl Surface {
         self.gap(body.position).0 - body.shape.bounding_radius()
     }
 
+    /// How far a point is from the surface, on the side that bodies stay on; negative past it.
+    #[inline]
+    pub fn height(&self, at: DVec3) -> f64 {
+        self.gap(at).0
+    }
+
     /// The separation of a body: its least gap, where it is attained, and the normal from the body to the surface.
     /// `lever_b` is zero.
     ///

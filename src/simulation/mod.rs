@@ -3,6 +3,7 @@
 pub(crate) mod automatic;
 mod builder;
 mod compute;
+mod leaving;
 
 pub use automatic::{Automatic, Leg, Machine, Reason};
 pub use builder::SimulationBuilder;
@@ -12,11 +13,13 @@ use crate::bodies::Bodies;
 use crate::dynamics::ForceField;
 use crate::error::Error;
 use crate::gpu::{Gpu, Precision};
+use crate::removal::Ended;
 use crate::scene::{Scene, StopReason};
 use crate::separation::supports;
 use crate::step::{Backend, Contact, Fault, Keep, Plan, SavedLcp, State, StepReport, contacts, max_overlap_but, step};
 use crate::walls::{WallContact, Walls};
 use automatic::Auto;
+use leaving::Leaving;
 use std::mem::discriminant;
 
 /// From so many bodies on a step runs on one of the threads that its parallel loops run on. Fewer bodies have no loop
@@ -49,6 +52,8 @@ pub struct Simulation {
     legs: Vec<Leg>,
     keep: Keep,
     stopped_by: Option<StopReason>,
+    /// The bodies that leave, and the lives that ended, where the scene has rules for it.
+    leaving: Option<Leaving>,
 }
 
 impl Simulation {
@@ -104,8 +109,18 @@ impl Simulation {
             Compute::Gpu { .. } => (None, Leg::first(Machine::Gpu, Reason::AskedFor)),
         };
         let (backend, keep) = (compute.backend(&scene, state)?, Keep::new(scene.solver.dump));
-        let mut simulation =
-            Simulation { scene, plan, backend, idle: None, auto, legs: Vec::new(), keep, stopped_by: None };
+        let mut simulation = Simulation {
+            scene,
+            plan,
+            backend,
+            idle: None,
+            auto,
+            legs: Vec::new(),
+            keep,
+            stopped_by: None,
+            leaving: None,
+        };
+        simulation.leaving = Leaving::of(&simulation.scene, simulation.backend.as_ref())?;
         simulation.record(first);
         simulation.look_for_stop()?;
         Ok(simulation)
@@ -113,6 +128,10 @@ impl Simulation {
 
     /// Settles whether the scene's `growth.stop` is reached.
     fn look_for_stop(&mut self) -> Result<(), Fault> {
+        if self.bodies() == 0 {
+            self.stopped_by = Some(StopReason::NoBodies);
+            return Ok(());
+        }
         let Some(stop) = self.scene.stop() else { return Ok(()) };
         let radius = || self.state().map(|state| state.bodies.radius());
         self.stopped_by = stop.reached(self.bodies(), self.time(), self.scene.time.dt, radius)?;
@@ -198,7 +217,18 @@ impl Simulation {
         self.stopped_by.is_some() || self.steps() >= self.scene.time.steps()
     }
 
-    /// What of the scene's `growth.stop` is reached.
+    /// The lives that ended in the last step: of those that divided, then of those that were removed. Empty where the
+    /// scene names no `removal`.
+    pub fn ended(&self) -> &[Ended] {
+        self.leaving.as_ref().map_or(&[], Leaving::ended)
+    }
+
+    /// How many bodies the scene's `removal` has removed so far, before a resumption too.
+    pub fn removed(&self) -> u64 {
+        self.leaving.as_ref().map_or(0, Leaving::removed)
+    }
+
+    /// What of the scene's `growth.stop` is reached, or that no body is left.
     pub fn stopped_by(&self) -> Option<StopReason> {
         self.stopped_by
     }
@@ -232,6 +262,9 @@ impl Simulation {
         };
         self.plan.parts_first = false;
         report.time = self.scene.time.after(report.step);
+        if let Some(leaving) = &mut self.leaving {
+            leaving.follow(self.backend.as_mut(), &self.scene.time, &mut report)?;
+        }
         self.look_for_stop()?;
         Ok(report)
     }

@@ -1,6 +1,7 @@
 //! The verbs of a timestep. A backend holds the state and carries them out; `step::step` says in which order.
 
 use super::{Crowd, Fault, Passed, Phases, Piece, State};
+use crate::bodies::Lineage;
 use crate::dynamics::Waiting;
 use crate::lcp::{Outcome, Stored};
 
@@ -73,6 +74,13 @@ pub trait Backend: Send {
     fn take_forces(&mut self) -> Vec<Box<dyn crate::dynamics::ForceField>>;
     /// Goes on from a state of the same scene that another backend left.
     fn go_on_from(&mut self, state: State) -> Result<(), Fault>;
+    /// Lines and groups of the bodies after the last accepted step.
+    fn identities(&self) -> Result<(&[Lineage], &[u32]), Fault> {
+        let bodies = &self.state()?.bodies;
+        Ok((&bodies.lineage, &bodies.group))
+    }
+    /// Removes bodies from the state after the last accepted step, as [`State::remove`] does.
+    fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault>;
     /// The device that computes, where one does.
     fn device(&self) -> Option<&crate::gpu::Gpu> {
         None

@@ -128,7 +128,7 @@ pub fn max_overlap(bodies: &Bodies, walls: &Walls) -> f64 {
 pub(crate) fn max_overlap_but(fixed: &Fixed, bodies: &Bodies, walls: &Walls) -> f64 {
     let past_walls = walls.max_overlap(bodies);
     let deeper = |worst: f64, overlap: f64| if overlap > worst { overlap } else { worst };
-    let held = |i: &usize| fixed.holds(*i, bodies.group[*i]);
+    let held = |i: &usize| fixed.holds(bodies.lineage[*i].id, bodies.group[*i]);
     let counts = |contact: &&Contact| !contact.bodies.iter().all(held);
     contacts(bodies, 0.0).iter().filter(counts).map(|contact| -contact.separation).fold(past_walls, deeper)
 }

@@ -42,6 +42,8 @@ pub struct StepReport {
     pub time: f64,
     /// Bodies after it.
     pub bodies: usize,
+    /// Bodies that were removed at its end. Pairs that the report names are of the numbers before.
+    pub removed: usize,
     /// Rows of its last LCP.
     pub constraints: usize,
     /// Recursions after its first solve.
@@ -99,6 +101,7 @@ impl Default for StepReport {
             step: 0,
             time: 0.0,
             bodies: 0,
+            removed: 0,
             constraints: 0,
             recursions: 0,
             iterations: 0,

@@ -1,6 +1,7 @@
 //! The state of a simulation between two steps.
 
 use crate::bodies::Bodies;
+use crate::walls::surface_of;
 use crate::warm::Warm;
 
 /// Everything that a run needs, beside its scene, to go on to the same bits.
@@ -14,6 +15,8 @@ pub struct State {
     pub bodies: Bodies,
     /// What the last step remembers of its near pairs, sorted by pair and feature.
     pub warm: Vec<Warm>,
+    /// How many bodies each rule of the scene's `removal` has removed; empty before the first.
+    pub removed: Vec<u64>,
 }
 
 impl State {
@@ -22,6 +25,32 @@ impl State {
         // A parent's id is taken too, although the parent is no more.
         let taken = bodies.lineage.iter().map(|l| l.id.max(l.parent.unwrap_or(0)));
         let next_id = taken.max().map_or(0, |id| id + 1);
-        State { step: 0, next_id, bodies, warm: Vec::new() }
+        State { step: 0, next_id, bodies, warm: Vec::new(), removed: Vec::new() }
+    }
+
+    /// Removes the bodies that are not to be kept, a flag each, and what is remembered of their pairs. The others keep
+    /// their order, and so does what is remembered of them. `removed` is added to the counts.
+    pub fn remove(&mut self, keep: &[bool], removed: &[u64]) {
+        let mut next = 0_u32;
+        let number = |kept: &bool| {
+            let own = next;
+            next += u32::from(*kept);
+            kept.then_some(own)
+        };
+        let numbers: Vec<Option<u32>> = keep.iter().map(number).collect();
+        let renumbered = |body: u32| match surface_of(body) {
+            Some(_) => Some(body),
+            None => numbers.get(body as usize).copied().flatten(),
+        };
+        self.warm.retain_mut(|warm| match warm.pair.map(renumbered) {
+            [Some(a), Some(b)] => {
+                warm.pair = [a, b];
+                true
+            }
+            _ => false,
+        });
+        self.bodies.retain(keep);
+        self.removed.resize(self.removed.len().max(removed.len()), 0);
+        self.removed.iter_mut().zip(removed).for_each(|(sum, count)| *sum += count);
     }
 }

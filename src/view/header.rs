@@ -181,6 +181,7 @@ fn text_of(quantity: Quantity) -> &'static str {
         Quantity::Overlap => "its deepest overlap with another body",
         Quantity::Force => "the sum of the contact forces on it, whatever their directions",
         Quantity::Pressure => "its contact pressure",
+        Quantity::Group => "the number of its group in the scene, from 1; 0 without one",
         Quantity::Plain => "nothing",
     }
 }

@@ -2,6 +2,7 @@
 
 use super::columns::Block;
 use super::header::StateHeader;
+use crate::bodies::NO_GROUP;
 use crate::measure::{LeftOut, View};
 use crate::record::Snapshot;
 use crate::render::{Quantity, Scale};
@@ -51,12 +52,14 @@ impl Measured {
 pub(super) struct Scales {
     found: BTreeMap<&'static str, Scale>,
     births: bool,
+    groups: bool,
 }
 
 impl Scales {
     /// Takes a state into account, and tells it its own scales.
     pub fn add(&mut self, state: &Snapshot, measured: &Measured, about: &mut StateHeader) {
         self.births |= state.bodies.lineage.iter().any(|line| line.parent.is_some() || line.generation > 0);
+        self.groups |= state.bodies.group.iter().any(|group| *group != NO_GROUP);
         for (quantity, values) in &measured.0 {
             let (Ok(values), Some(ends)) = (values, quantity.ends()) else { continue };
             let Some(scale) = Scale::of(values, ends) else { continue };
@@ -74,6 +77,9 @@ impl Scales {
     pub fn missing(&self, quantity: Quantity, last: Option<&StateHeader>) -> Option<String> {
         if quantity.is_of_births() && !self.births {
             return Some("no body was born in these states".into());
+        }
+        if quantity == Quantity::Group && !self.groups {
+            return Some("no body has a group".into());
         }
         if quantity.ends().is_none() || self.found.contains_key(quantity.name()) {
             return None;

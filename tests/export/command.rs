@@ -135,8 +135,14 @@ fn a_checkpoint_after_the_last_state_comes_last() {
     let place = tempfile::tempdir().unwrap();
     let run = colony(place.path());
     let bodies = every_shape().bodies;
-    write_state(&run.checkpoint(), &State { step: 255, next_id: 200, bodies, warm: Vec::new() }, "x", 2.55, None)
-        .unwrap();
+    write_state(
+        &run.checkpoint(),
+        &State { step: 255, next_id: 200, bodies, warm: Vec::new(), ..State::default() },
+        "x",
+        2.55,
+        None,
+    )
+    .unwrap();
     relcp(place.path(), &["export", "colony", "--format", "gsd"], 0);
     let frames = read(&run.path().join("gsd/colony.gsd"));
     assert_eq!((frames.len(), frames[26]["configuration/step"].u64s()), (27, vec![255]));

@@ -33,7 +33,8 @@ fn a_large_state() {
     let place = tempfile::tempdir().unwrap();
     let Snapshot { step, time, bodies, .. } = large(131_072);
     let path = place.path().join("rods.npz");
-    write_state(&path, &State { step, next_id: 0, bodies, warm: Vec::new() }, "x", time, None).unwrap();
+    write_state(&path, &State { step, next_id: 0, bodies, warm: Vec::new(), ..State::default() }, "x", time, None)
+        .unwrap();
     let states = States::open(path.to_str().unwrap()).unwrap();
     let begun = Instant::now();
     states.read(0).unwrap();
@@ -62,7 +63,8 @@ fn the_real_readers_draw_the_exact_shapes() {
     let place = tempfile::tempdir().unwrap();
     for (name, Snapshot { step, time, bodies, .. }) in [("shapes", every_shape()), ("rods", many_rods(2000))] {
         let path = place.path().join(format!("{name}.npz"));
-        write_state(&path, &State { step, next_id: 0, bodies, warm: Vec::new() }, "x", time, None).unwrap();
+        write_state(&path, &State { step, next_id: 0, bodies, warm: Vec::new(), ..State::default() }, "x", time, None)
+            .unwrap();
         compare(&python, &path);
     }
     compare(&python, colony(place.path()).path());

@@ -60,7 +60,7 @@ pub fn every_shape() -> Snapshot {
             birth_length: None,
         };
     }
-    Snapshot { step: 12, time: 0.1 + 0.2, bodies, warm: None }
+    Snapshot { step: 12, time: 0.1 + 0.2, bodies, warm: None, removed: Vec::new() }
 }
 
 /// The run of a colony that grows from one cell to eight, in `parent`.
@@ -88,7 +88,7 @@ pub fn many_rods(count: usize) -> Snapshot {
         let orientation = DQuat::from_rotation_x(draw.next()) * DQuat::from_rotation_y(6.0 * draw.next());
         bodies.push(Placed { shape, position, orientation }, NO_GROUP);
     }
-    Snapshot { step: 3, time: 1.5, bodies, warm: None }
+    Snapshot { step: 3, time: 1.5, bodies, warm: None, removed: Vec::new() }
 }
 
 /// Copies of a stored colony side by side, each rod of a length of its own.
@@ -98,5 +98,5 @@ pub fn large(count: usize) -> Snapshot {
     for shape in &mut bodies.shape {
         *shape = shape.grown(2.0 + 2.0 * draw.next()).unwrap();
     }
-    Snapshot { step: 0, time: 6.9, bodies, warm: None }
+    Snapshot { step: 0, time: 6.9, bodies, warm: None, removed: Vec::new() }
 }

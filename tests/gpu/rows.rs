@@ -126,7 +126,8 @@ pub fn compare<const D: usize>(what: &str, device: &Device, cpu: &Cpu<D>, (block
 
 fn check<const D: usize>(scene: &Scene) {
     let Some(gpu) = device() else { return };
-    let state = || State { step: 0, next_id: 1000, bodies: scene.build().unwrap(), warm: Vec::new() };
+    let state =
+        || State { step: 0, next_id: 1000, bodies: scene.build().unwrap(), warm: Vec::new(), ..State::default() };
     for (precision, blocks, lengths) in BOUNDS.into_iter().filter(|b| precisions(gpu).contains(&b.0)) {
         let mut ours = Device::new(gpu.clone(), precision, &scene.model(), state()).unwrap();
         let mut cpu = Cpu::<D>::new(&scene.model(), state()).unwrap();

@@ -153,8 +153,10 @@ fn growth_slows_under_the_pressure_that_is_measured() {
         let (step, time) = (state.step, simulation.time());
         let felt = pressures(&bodies, &warm, true);
         if step > 0 {
-            let (snapshot, settings) =
-                (Snapshot { step, time, bodies: bodies.clone(), warm: Some(warm) }, Settings::default());
+            let (snapshot, settings) = (
+                Snapshot { step, time, bodies: bodies.clone(), warm: Some(warm), removed: Vec::new() },
+                Settings::default(),
+            );
             let view = View::new(&snapshot, &frame, &settings);
             let measured = view.virials().unwrap();
             for ((felt, virial), area) in felt.iter().zip(measured).zip(&view.volumes) {
@@ -226,7 +228,8 @@ fn a_run_stops_at_a_population_a_time_or_a_radius() {
         let mut before = (0, 0.0, 0.0);
         let outermost = |simulation: &Simulation| {
             let state = simulation.state().unwrap();
-            let snapshot = Snapshot { step: state.step, time: 0.0, bodies: state.bodies.clone(), warm: None };
+            let snapshot =
+                Snapshot { step: state.step, time: 0.0, bodies: state.bodies.clone(), warm: None, removed: Vec::new() };
             let states = relcp::record::States::single("state", snapshot);
             let radius = relcp::measure::select(&["radius".into()]).unwrap();
             let measured =

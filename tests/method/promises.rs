@@ -15,7 +15,7 @@ pub const HEAPS: [&[&str]; 4] =
 
 pub fn backend(scene: &Scene) -> Cpu<SPATIAL> {
     let bodies = scene.build().unwrap();
-    let state = State { step: 0, next_id: bodies.len() as u64, bodies, warm: Vec::new() };
+    let state = State { step: 0, next_id: bodies.len() as u64, bodies, warm: Vec::new(), ..State::default() };
     Cpu::new(&scene.model(), state).unwrap()
 }
 

@@ -27,7 +27,9 @@ const SOLVERS: [SolverKind; 7] = [
 fn lcps<const D: usize>(scene: &Scene, from: usize, to: usize) -> Vec<Problem<D>> {
     let bodies = scene.build().unwrap();
     let next_id = bodies.len() as u64;
-    let mut backend = Cpu::<D>::new(&scene.model(), State { step: 0, next_id, bodies, warm: Vec::new() }).unwrap();
+    let mut backend =
+        Cpu::<D>::new(&scene.model(), State { step: 0, next_id, bodies, warm: Vec::new(), ..State::default() })
+            .unwrap();
     let mut taken = Vec::new();
     for step in 0..to {
         backend.begin().unwrap();
@@ -123,8 +125,10 @@ fn bodies_that_parted_do_not_go_on_pushing_each_other() {
         let start = bodies.position[1];
         // It moves each by 2e-7 in a step, which a solver may do within its tolerance; in a hundred that would be 2e-5.
         let warm = vec![Warm { pair: [0, 1], feature: 0, gamma: 2e-4, normal: DVec3::X }];
-        let mut simulation =
-            Simulation::builder(scene).resume(State { step: 0, next_id: 2, bodies, warm }).build().unwrap();
+        let mut simulation = Simulation::builder(scene)
+            .resume(State { step: 0, next_id: 2, bodies, warm, ..State::default() })
+            .build()
+            .unwrap();
         for _ in 0..100 {
             let report = simulation.step().unwrap();
             assert_eq!((report.constraints, report.unconverged), (1, 0), "{kind:?}: {report:?}");

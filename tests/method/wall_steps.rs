@@ -147,8 +147,13 @@ fn what_is_remembered_of_walls_is_a_pressure() {
     let felt = pressures(&state.bodies, &state.warm, true);
     let without: Vec<_> = state.warm.iter().filter(|w| surface_of(w.pair[1]).is_none()).copied().collect();
     assert_ne!(felt, pressures(&state.bodies, &without, true));
-    let snapshot =
-        Snapshot { step: state.step, time: 1.0, bodies: state.bodies.clone(), warm: Some(state.warm.clone()) };
+    let snapshot = Snapshot {
+        step: state.step,
+        time: 1.0,
+        bodies: state.bodies.clone(),
+        warm: Some(state.warm.clone()),
+        removed: Vec::new(),
+    };
     let settings = Settings::default();
     let view = View::new(&snapshot, &frame, &settings);
     for ((felt, virial), area) in felt.iter().zip(view.virials().unwrap()).zip(&view.volumes) {

@@ -80,8 +80,13 @@ fn forces_balance_and_measures_know_the_cell() {
         simulation.step().unwrap();
     }
     let state = simulation.state().unwrap();
-    let snapshot =
-        Snapshot { step: state.step, time: 3.0, bodies: state.bodies.clone(), warm: Some(state.warm.clone()) };
+    let snapshot = Snapshot {
+        step: state.step,
+        time: 3.0,
+        bodies: state.bodies.clone(),
+        warm: Some(state.warm.clone()),
+        removed: Vec::new(),
+    };
     // On each body contact and outer forces are those that its velocity takes, up to what normals turned since the rows
     // were made.
     let (mut force, mut pushing, mut through) = (vec![DVec3::ZERO; 30], 0, 0);
@@ -162,7 +167,7 @@ fn a_lattice_without_a_boundary_has_its_stress() {
     warm.sort_by_key(|warm| warm.pair);
     let place = tempfile::tempdir().unwrap();
     let file = place.path().join("lattice.npz");
-    let state = State { step: 1, next_id: 27, bodies, warm };
+    let state = State { step: 1, next_id: 27, bodies, warm, ..State::default() };
     std::fs::write(&file, encode_with_forces(&state, "0123", 1.0).unwrap()).unwrap();
     let source = file.to_str().unwrap();
     let measures = select(&["stress".into(), "contacts".into(), "packing".into()]).unwrap();

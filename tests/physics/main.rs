@@ -11,6 +11,7 @@ mod forces;
 mod motion;
 mod moving_walls;
 mod orientation;
+mod removal;
 mod scenes;
 mod species;
 mod thermal;

@@ -343,4 +343,9 @@ impl<const D: usize> Backend for Cpu<D> {
         self.restore(&state);
         Ok(())
     }
+
+    fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault> {
+        self.state.remove(keep, removed);
+        Ok(())
+    }
 }

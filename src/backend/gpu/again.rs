@@ -44,6 +44,10 @@ impl Device {
         if let Some(bonds) = &self.bonds {
             bonds.write_broken(&gpu, &self.setup, &state.bodies.broken_bonds);
         }
+        self.removed.clone_from(&state.removed);
+        if let Some(held) = &mut self.held {
+            held.write(&gpu, &self.model.fixed.flags(&state.bodies))?;
+        }
         self.growth.write_changed(&gpu, &self.setup, &mut self.ancestry)?;
         self.groups_of.reserve(&gpu, bodies)?;
         self.groups_of.write(&gpu, 0, bytemuck::cast_slice(&self.ancestry.group));

@@ -1,7 +1,7 @@
 //! Who the bodies are and how they grow: kept on the host, which knows so who divides.
 
 use super::Setup;
-use crate::bodies::Lineage;
+use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::Cells;
 use crate::dynamics::growth::{Due, Strain, daughters};
 use crate::shape::Shape;
@@ -156,6 +156,13 @@ impl Ancestry {
             if own.due.reached(own.length, time) {
                 self.due.push(body);
             }
+        }
+    }
+
+    /// Gives bodies the lengths that are kept here, which are those of the CPU to the last bit: a device rounds them.
+    pub fn write_lengths(&self, bodies: &mut Bodies) {
+        for (shape, own) in bodies.shape.iter_mut().zip(&self.growing) {
+            *shape = shape.grown(own.length).unwrap_or(*shape);
         }
     }
 

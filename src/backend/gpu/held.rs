@@ -30,6 +30,15 @@ impl Held {
         Ok(Some(Held { flags, bodies: words.len() as u64 }))
     }
 
+    /// Takes the flags of other bodies.
+    pub fn write(&mut self, gpu: &Gpu, flags: &[bool]) -> Result<(), GpuError> {
+        let words: Vec<u32> = flags.iter().map(|fixed| u32::from(*fixed)).collect();
+        self.flags.reserve(gpu, words.len() as u64)?;
+        self.flags.write(gpu, 0, bytemuck::cast_slice(&words));
+        self.bodies = words.len() as u64;
+        Ok(())
+    }
+
     /// Records that fixed bodies have no motion.
     pub fn hold(&self, kernels: &Kernels, record: &mut Recorder<'_>, motions: &Buffer) {
         let Some(kernels) = &kernels.held else { return };

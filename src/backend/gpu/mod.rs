@@ -218,6 +218,8 @@ pub struct Device {
     /// where steps have one.
     shapes: Vec<Shapes>,
     ancestry: Ancestry,
+    /// How many bodies each rule of removal has removed.
+    removed: Vec<u64>,
     groups_of: Buffer,
     growth: GrowthBuffers,
     held: Option<Held>,
@@ -297,6 +299,7 @@ impl Device {
             bonds: BondBuffers::new(&gpu, &setup, &state.bodies.broken_bonds)?,
             groups_of: Buffer::with(&gpu, "groups", 4, bytemuck::cast_slice(&ancestry.group))?,
             ancestry,
+            removed: state.removed.clone(),
             loads: Buffer::new(&gpu, "loads", 8 * real, 1)?,
             motions: Buffer::new(&gpu, "motions", 4 * width * real, bodies)?,
             boxes: Buffer::new(&gpu, "boxes", 4 * real, bodies)?,
@@ -395,6 +398,7 @@ impl Device {
             next_id,
             bodies: self.download_first(&self.poses[0], &self.shapes[0], (lineage, group))?,
             warm,
+            removed: self.removed.clone(),
         })
     }
 
@@ -589,6 +593,17 @@ impl Backend for Device {
 
     fn take_forces(&mut self) -> Vec<Box<dyn ForceField>> {
         std::mem::take(&mut self.plugged)
+    }
+
+    fn identities(&self) -> Result<(&[Lineage], &[u32]), Fault> {
+        Ok((&self.ancestry.lineage, &self.ancestry.group))
+    }
+
+    fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault> {
+        let mut state = self.known_state()?.clone();
+        self.ancestry.write_lengths(&mut state.bodies);
+        state.remove(keep, removed);
+        Ok(self.restore(state)?)
     }
 
     fn go_on_from(&mut self, mut state: State) -> Result<(), Fault> {

@@ -239,6 +239,8 @@ pub enum StopReason {
     Time,
     /// [`Stop::radius`].
     Radius,
+    /// No body is left: all were removed.
+    NoBodies,
 }
 
 impl StopReason {
@@ -248,6 +250,7 @@ impl StopReason {
             StopReason::Population => "population",
             StopReason::Time => "time",
             StopReason::Radius => "radius",
+            StopReason::NoBodies => "no_bodies",
         }
     }
 }

@@ -53,7 +53,7 @@ fn steady_motion_has_the_square_of_its_way_and_turn_in_periods_too() {
         assert!((values[0].unwrap() - 22.5 * t * t).abs() < 1e-9 && values[2] == Some(2.0), "{values:?}");
     }
     // A body that is fixed is not counted.
-    let one = msd(&times, &Fixed::new(vec![false, true], vec![]), steady);
+    let one = msd(&times, &Fixed::new(vec![1], vec![]), steady);
     let row = &one[20].as_ref().unwrap().rows[3];
     assert_near(row[1], 36.0, 1e-9);
     assert_eq!((row[2], row[6]), (None, Some(1.0)));

@@ -81,8 +81,9 @@ impl Scene {
         }
         let fixed = self.fixed();
         let number = |group: Option<&str>| names.iter().position(|name| Some(name.as_str()) == group);
-        let holds = |i: usize, group: Option<&str>| fixed.holds(i, number(group).map_or(NO_GROUP, |n| n as u32));
-        for (i, body) in self.bodies.iter().enumerate().filter(|(i, body)| holds(*i, body.group.as_deref())) {
+        let number = |group: Option<&str>| number(group).map_or(NO_GROUP, |n| n as u32);
+        let bodies = self.bodies.iter().zip(self.ids()).enumerate();
+        for (i, (body, _)) in bodies.filter(|(_, (body, id))| fixed.holds(*id, number(body.group.as_deref()))) {
             let (list, moves) = (root.field("bodies"), |v: Option<[f64; 3]>| v.is_some_and(|v| v != [0.0; 3]));
             let key = list.index(i);
             for (name, velocity) in [("velocity", body.velocity), ("angular_velocity", body.angular_velocity)] {
@@ -92,7 +93,9 @@ impl Scene {
             }
             self.check_not_growing(&key.field("shape"), &body.shape, body.group.as_deref())?;
         }
-        for (i, rule) in self.generate.iter().enumerate().filter(|(_, rule)| holds(usize::MAX, rule.group())) {
+        for (i, rule) in
+            self.generate.iter().enumerate().filter(|(_, rule)| fixed.holds(u64::MAX, number(rule.group())))
+        {
             let list = root.field("generate");
             self.check_not_growing(&list.index(i).field(rule.name()), &rule.shape(), rule.group())?;
         }

@@ -25,10 +25,19 @@ impl Scene {
             let message = format!("{} bonds; at most {MAX_BODIES}", self.bonds.len());
             return Err(SceneError::new(FaultKind::TooLarge, key, message));
         }
+        let held = self.bonds.iter().flat_map(|bond| bond.bodies).max().map_or(0, |last| last.saturating_add(1));
+        let known = usize::try_from(self.body_count()).unwrap_or(usize::MAX);
+        let ids: Vec<u64> = self.ids().take(held.min(known)).collect();
+        let (names, fixed) = (self.group_names(), self.fixed());
+        let number = |group: Option<&str>| names.iter().position(|name| Some(name.as_str()) == group);
+        let is_fixed = |body: usize, group: Option<&str>| {
+            let group = number(group).map_or(NO_GROUP, |number| number as u32);
+            fixed.holds(ids.get(body).copied().unwrap_or(u64::MAX), group)
+        };
         for (i, bond) in self.bonds.iter().enumerate() {
             let key = key.index(i);
             check_numbers(&key, bond)?;
-            self.check_ends(&key, bond)?;
+            self.check_ends(&key, bond, &is_fixed)?;
             self.check_bond_length(&key, bond)?;
             self.check_stiffness(&key, bond)?;
         }
@@ -69,8 +78,13 @@ impl Scene {
         Some(Bonded { shape: rule.shape(), rotation, position: None, group: rule.group() })
     }
 
-    fn check_ends(&self, key: &Key, bond: &Bond) -> Result<(), SceneError> {
-        let (list, names, fixed) = (key.field("bodies"), self.group_names(), self.fixed());
+    fn check_ends(
+        &self,
+        key: &Key,
+        bond: &Bond,
+        is_fixed: &dyn Fn(usize, Option<&str>) -> bool,
+    ) -> Result<(), SceneError> {
+        let list = key.field("bodies");
         let mut holds = [false; 2];
         for (end, body) in bond.bodies.into_iter().enumerate() {
             let Some(Bonded { shape, group, .. }) = self.bonded(body) else {
@@ -83,8 +97,7 @@ impl Scene {
                     format!("body {body} grows, and a bond does not follow a division; bond bodies that do not grow");
                 return Err(SceneError::bad(list.index(end), message));
             }
-            let number = names.iter().position(|name| Some(name.as_str()) == group).map_or(NO_GROUP, |n| n as u32);
-            holds[end] = fixed.holds(body, number);
+            holds[end] = is_fixed(body, group);
         }
         if bond.bodies[0] == bond.bodies[1] {
             return Err(SceneError::bad(list, "must be two bodies, not one twice"));

@@ -47,11 +47,12 @@ impl Scene {
         let fixed = self.fixed();
         let names = self.group_names();
         let number = |group: Option<&str>| group.and_then(|group| names.iter().position(|name| name == group));
-        let bodies = self.bodies.iter().enumerate().map(|(i, body)| ("bodies", i, body.shape, body.group.as_deref()));
-        let rules = self.generate.iter().enumerate().map(|(i, rule)| ("generate", i, rule.shape(), rule.group()));
-        for (list, i, shape, group) in bodies.chain(rules) {
-            let row = if list == "bodies" { i } else { usize::MAX };
-            if !fixed.holds(row, number(group).map_or(NO_GROUP, |number| number as u32)) {
+        let bodies = self.bodies.iter().zip(self.ids()).enumerate();
+        let bodies = bodies.map(|(i, (body, id))| ("bodies", i, id, body.shape, body.group.as_deref()));
+        let rules = self.generate.iter().enumerate();
+        let rules = rules.map(|(i, rule)| ("generate", i, u64::MAX, rule.shape(), rule.group()));
+        for (list, i, id, shape, group) in bodies.chain(rules) {
+            if !fixed.holds(id, number(group).map_or(NO_GROUP, |number| number as u32)) {
                 self.check_trapped(key, &format!("{list}.{i}"), &self.shortest(&shape, group), group)?;
             }
         }

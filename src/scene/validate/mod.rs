@@ -11,6 +11,7 @@ mod generate;
 mod growth;
 mod periodic;
 mod planar;
+mod removal;
 mod shapes;
 mod walls;
 
@@ -66,6 +67,7 @@ impl Scene {
         self.check_flow(root)?;
         self.check_growth(&root.field("growth"))?;
         self.check_traps(&root.field("forces"))?;
+        self.check_removal(&root.field("removal"))?;
         self.check_walls(root)?;
         self.check_periodic(root)?;
         if self.planar {

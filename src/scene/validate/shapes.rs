@@ -42,7 +42,7 @@ impl Scene {
     }
 
     /// As [`Scene::shapes`], with the growth of those that grow, and how many bodies there are of each.
-    pub(super) fn growing(&self) -> impl Iterator<Item = (&'static str, usize, Shape, &Growth, u64)> + '_ {
+    pub(in super::super) fn growing(&self) -> impl Iterator<Item = (&'static str, usize, Shape, &Growth, u64)> + '_ {
         let own =
             |group: Option<&str>, shape: &Shape| self.growth_of(group).filter(|_| shape.growing_length().is_some());
         let bodies = self.bodies.iter().enumerate();

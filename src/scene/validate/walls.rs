@@ -104,7 +104,7 @@ fn direction(key: &Key, vector: &[f64; 3]) -> Result<(), SceneError> {
     Ok(())
 }
 
-fn check_wall(key: &Key, wall: &Wall) -> Result<(), SceneError> {
+pub(super) fn check_wall(key: &Key, wall: &Wall) -> Result<(), SceneError> {
     match wall {
         Wall::HalfSpace { normal, offset, .. } => {
             direction(&key.field("normal"), normal)?;
@@ -159,7 +159,7 @@ fn check_digits(key: &Key, wall: &Wall, tolerance: f64) -> Result<(), SceneError
 }
 
 /// Walls of a planar scene are mirrored by its plane.
-fn check_upright(key: &Key, wall: &Wall, plane: f64) -> Result<(), SceneError> {
+pub(super) fn check_upright(key: &Key, wall: &Wall, plane: f64) -> Result<(), SceneError> {
     let in_plane = |name: &'static str, vector: &[f64; 3]| {
         if vector[2] == 0.0 {
             return Ok(());

@@ -173,7 +173,7 @@ fn run(scene: Scene) -> Result<Run, StudyError> {
         *orientation *= DQuat::from_rotation_z(TURN * i as f64);
     }
     let first = extent(&bodies);
-    let state = State { step: 0, next_id: bodies.len() as u64, bodies, warm: Vec::new() };
+    let state = State { next_id: bodies.len() as u64, bodies, ..State::default() };
     let mut extents: Vec<Extent> = Vec::new();
     let (course, simulation) = follow_with(scene, Some(state), width, |simulation, window| {
         extents.resize(window + 1, first);

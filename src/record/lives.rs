@@ -1,0 +1,85 @@
+//! `lineage.csv`: a row for each life that ended, by division or by removal. With the bodies of the last state it is
+//! the ancestry of all that ever lived in a run.
+
+use super::error::RecordError;
+use super::rows::Rows;
+use crate::removal::Ended;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// The columns, in their order.
+const COLUMNS: [&str; 9] = ["step", "time", "id", "parent", "birth", "generation", "group", "cause", "rule"];
+
+/// A row: a life that ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LifeRow {
+    /// The step that ended it, from 1.
+    pub step: u64,
+    /// When: of a division the step's start, else its end.
+    pub time: f64,
+    /// Whose it was.
+    pub id: u64,
+    /// The id that divided into it; empty for a founder.
+    pub parent: Option<u64>,
+    /// Time of its birth.
+    pub birth: f64,
+    /// Divisions since its founder.
+    pub generation: u32,
+    /// The name of its group; empty where it had none.
+    pub group: String,
+    /// `division`, `outside`, `inside` or `rate`.
+    pub cause: String,
+    /// The place in the scene's `removal` of the rule that removed it; empty where it divided.
+    pub rule: Option<usize>,
+}
+
+impl LifeRow {
+    /// Of a life in a scene whose groups have these names.
+    pub fn new(ended: &Ended, groups: &[String]) -> LifeRow {
+        LifeRow {
+            step: ended.step,
+            time: ended.time,
+            id: ended.line.id,
+            parent: ended.line.parent,
+            birth: ended.line.birth,
+            generation: ended.line.generation,
+            group: groups.get(ended.group as usize).cloned().unwrap_or_default(),
+            cause: ended.cause.name().into(),
+            rule: ended.rule,
+        }
+    }
+}
+
+/// The file, open for writing; none where the scene removes no bodies.
+#[derive(Debug)]
+pub(crate) struct Lives {
+    rows: Rows,
+    groups: Vec<String>,
+}
+
+impl Lives {
+    /// Starts the file.
+    pub(crate) fn create(path: &Path, groups: Vec<String>) -> Result<Self, RecordError> {
+        Ok(Lives { rows: Rows::create(path, &COLUMNS)?, groups })
+    }
+
+    /// Takes the file up again as it was after step `last`: what later steps wrote is cut off.
+    pub(crate) fn reopen(path: &Path, groups: Vec<String>, last: u64) -> Result<Self, RecordError> {
+        Ok(Lives { rows: Rows::reopen_up_to(path, &COLUMNS, last)?, groups })
+    }
+
+    /// Adds the lives that a step ended.
+    pub(crate) fn push(&mut self, ended: &[Ended]) -> Result<(), RecordError> {
+        ended.iter().try_for_each(|life| self.rows.push(LifeRow::new(life, &self.groups)))
+    }
+
+    /// Hands the rows so far to the system.
+    pub(crate) fn flush(&mut self) -> Result<(), RecordError> {
+        self.rows.flush()
+    }
+
+    /// Makes the rows so far last.
+    pub(crate) fn sync(&mut self) -> Result<(), RecordError> {
+        self.rows.sync()
+    }
+}

@@ -1,0 +1,47 @@
+//! What a scene says of the bodies that leave it.
+
+use crate::walls::Wall;
+#[cfg(feature = "files")]
+use schemars::JsonSchema;
+#[cfg(feature = "files")]
+use serde::{Deserialize, Serialize};
+
+/// A rule by which bodies leave a scene at the end of a step: exactly one of `outside`, `inside` and `rate`.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
+#[non_exhaustive]
+pub struct Removal {
+    /// Bodies whose centre is outside of this shape: where a wall of this kind would have no bodies. In a periodic scene
+    /// the centre's image in the cell about the origin counts. On a GPU, costs a read-back of the state per step.
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
+    pub outside: Option<Wall>,
+    /// Bodies whose centre is inside of this shape. As `outside`.
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
+    pub inside: Option<Wall>,
+    /// Death at this rate, per time: in each step with the probability `1 - exp(-rate dt)`, drawn by the seed, the
+    /// body's id and the step's number.
+    #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
+    pub rate: Option<f64>,
+    /// The group that it holds for. Without it: all bodies but fixed ones, which are never removed.
+    #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
+    pub group: Option<String>,
+}
+
+impl Removal {
+    /// Of bodies whose centre is outside of a shape.
+    pub fn outside(shape: Wall) -> Removal {
+        Removal { outside: Some(shape), ..Removal::default() }
+    }
+
+    /// Of bodies whose centre is inside of a shape.
+    pub fn inside(shape: Wall) -> Removal {
+        Removal { inside: Some(shape), ..Removal::default() }
+    }
+
+    /// Death at a rate.
+    pub fn rate(rate: f64) -> Removal {
+        Removal { rate: Some(rate), ..Removal::default() }
+    }
+}
