@@ -4,6 +4,7 @@
 #[path = "../gpu/device.rs"]
 mod device;
 mod drag;
+mod fields;
 mod fixed;
 mod forces;
 mod motion;
