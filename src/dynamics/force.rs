@@ -63,6 +63,16 @@ pub trait ForceField: Send + Sync {
     /// does), and a field must have the space's periods.
     fn load(&self, bodies: &Bodies, i: usize, time: f64) -> Load;
 
+    /// Called on one thread before the loads of a state are asked for: at the start of a step or of a piece of one that is
+    /// taken again, and in its middle where it has one. A field that computes all loads together does it here. What it
+    /// says went wrong ends the step with the state before it.
+    ///
+    /// # Errors
+    /// What went wrong, in words.
+    fn prepare(&self, _bodies: &Bodies, _time: f64) -> Result<(), String> {
+        Ok(())
+    }
+
     /// The part of the time from `span[0]` to `span[1]`, a step or a part of one, in which it acts, from 0 to 1: its
     /// loads count by so much.
     fn share(&self, _span: [f64; 2]) -> f64 {

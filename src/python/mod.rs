@@ -5,10 +5,12 @@
 //! its stubs, is in the folder `relcp` beside this file; `pyproject.toml` builds both with maturin.
 
 mod arrays;
+mod bodies;
 mod compute;
 mod contacts;
 mod driver;
 mod error;
+mod force;
 mod report;
 mod scene;
 mod session;
@@ -37,6 +39,8 @@ fn scenes() -> Vec<(&'static str, &'static str)> {
 /// The compiled half of the package `relcp`.
 #[pymodule]
 mod _relcp {
+    #[pymodule_export]
+    use super::bodies::PyBodies;
     #[pymodule_export]
     use super::contacts::{Contacts, WallContacts};
     #[pymodule_export]

@@ -163,6 +163,20 @@ impl PyScene {
         other.cast::<PyScene>().is_ok_and(|other| other.get().0.with_defaults() == self.0.with_defaults())
     }
 
+    /// It never changes, so that a copy is the scene itself.
+    fn __copy__(slf: Py<Self>) -> Py<Self> {
+        slf
+    }
+
+    fn __deepcopy__(slf: Py<Self>, _memo: &Bound<'_, PyAny>) -> Py<Self> {
+        slf
+    }
+
+    /// Pickled as its JSON text, in which every number survives exactly.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
+        Ok((py.import("relcp")?.getattr("_scene_of_json")?, (self.0.to_json(),)))
+    }
+
     fn __repr__(&self) -> String {
         format!("Scene({:?}, dt={}, end={})", self.0.name, self.0.time.dt, self.0.time.end)
     }

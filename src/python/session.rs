@@ -1,6 +1,7 @@
 //! A simulation with what its run did so far, and the threads that compute it: what a Python object holds.
 
 use super::compute::shared_threads_live;
+use crate::dynamics::ForceField;
 use crate::error::Error;
 use crate::record::{RecordError, Totals, scene_hash, write_state};
 use crate::run::{RunStatus, Summary};
@@ -117,6 +118,11 @@ impl Session {
             }
             (batch, Ok(()))
         })
+    }
+
+    /// Adds a force, beside the scene's own.
+    pub fn add_force(&mut self, force: Box<dyn ForceField>) {
+        self.simulation.add_force(force);
     }
 
     /// The simulation.

@@ -1,10 +1,12 @@
 //! A simulation: steps with the interpreter's lock released, arrays copied out.
 
-use super::arrays::{NO_PARENT, column, json, table, vectors};
+use super::arrays::{column, json, table, vectors};
+use super::bodies::{self, Column, Table};
 use super::compute::{Wanted, warn};
 use super::contacts::{AtWalls, Contacts, Pairs, WallContacts};
 use super::driver::silently;
 use super::error::{RecordError, SimulationError, fault, recorded, scene_fault};
+use super::force::{Asking, PyForce};
 use super::report::StepReport;
 use super::scene::PyScene;
 use super::session::{Session, Threads};
@@ -12,8 +14,7 @@ use crate::bodies::Bodies;
 use crate::error::Error;
 use crate::record::{read_state, scene_hash, state_hash};
 use crate::simulation::Compute;
-use crate::step::State;
-use numpy::{PyArray1, PyArray2};
+use crate::step::{Fault, State};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
@@ -24,9 +25,6 @@ use std::time::Duration;
 /// Wall time between looks at Python's signals. To take back the interpreter's lock may cost its switch interval (5 ms)
 /// where other threads run, so it is not done after every step; a person does not notice a twentieth of a second.
 const SIGNALS_EVERY: Duration = Duration::from_millis(50);
-
-type Column<'py, T> = PyResult<Bound<'py, PyArray1<T>>>;
-type Table<'py, T> = PyResult<Bound<'py, PyArray2<T>>>;
 
 /// A scene's bodies and what steps them: `Simulation(scene, backend="cpu", threads=None, precision=None,
 /// adapter=None)`.
@@ -45,16 +43,32 @@ pub(super) struct PySimulation {
     on_device: bool,
     /// A step may open a device.
     opens: bool,
+    /// What its forces share with it.
+    asking: Asking,
+}
+
+/// How far steps go.
+#[derive(Clone, Copy)]
+struct Course {
+    /// So many steps at most.
+    most: u64,
+    /// None past the scene's end.
+    to_end: bool,
 }
 
 impl PySimulation {
     fn hold(session: Session, compute: &Compute) -> Self {
         let (on_device, opens) = (!matches!(compute, Compute::Cpu), matches!(compute, Compute::Auto(_)));
-        PySimulation { session: Mutex::new(session), on_device, opens }
+        PySimulation { session: Mutex::new(session), on_device, opens, asking: Asking::new() }
     }
 
     /// Waits for the session, with the interpreter's lock released where another thread has it.
     fn session(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Session>> {
+        if self.asking.here() {
+            return Err(SimulationError::new_err(
+                "this simulation is taking a step, and asks a force; the force has what it needs in its argument",
+            ));
+        }
         let session = self.session.lock_py_attached(py);
         let session = session.map_err(|_| SimulationError::new_err("an internal fault ended this simulation"))?;
         if session.live() {
@@ -85,14 +99,23 @@ impl PySimulation {
         self.copy(py, |state| of(&state.bodies))
     }
 
-    /// Takes `most` steps, or those to the end.
-    fn advance(&self, py: Python<'_>, most: u64, to_end: bool) -> PyResult<Option<StepReport>> {
-        let (mut left, mut last) = (most, None);
+    /// What a step's fault raises: what a force raised, where it was that.
+    fn fault(&self, no: Fault) -> PyErr {
+        match (&no, self.asking.take()) {
+            (Fault::Force { .. }, Some(raised)) => raised,
+            _ => fault(no),
+        }
+    }
+
+    /// Takes steps; none where there are none to be taken.
+    fn advance(&self, py: Python<'_>, course: Course) -> PyResult<Option<StepReport>> {
+        let Course { most: mut left, to_end } = course;
+        let mut last = None;
         loop {
             let advance = || self.compute(py, |session| session.advance(left, to_end, SIGNALS_EVERY));
             let (batch, ended) = if self.opens { silently(py, advance)?? } else { advance()? };
             batch.messages.iter().try_for_each(|message| warn(py, message))?;
-            ended.map_err(fault)?;
+            ended.map_err(|no| self.fault(no))?;
             left -= batch.taken;
             last = batch.last.or(last);
             if left == 0 || batch.taken == 0 {
@@ -101,6 +124,37 @@ impl PySimulation {
             py.check_signals()?;
         }
     }
+
+    /// How far a run goes that ends at the scene's end, or at a time of one's own.
+    fn course(&self, py: Python<'_>, until: Option<f64>) -> PyResult<Course> {
+        let Some(until) = until else { return Ok(Course { most: u64::MAX, to_end: true }) };
+        if !until.is_finite() {
+            return Err(PyValueError::new_err("until: expected a finite time"));
+        }
+        let session = self.session(py)?;
+        let simulation = session.simulation();
+        let (time, taken) = (simulation.scene().time, simulation.steps());
+        let to_end = until <= time.end;
+        if !to_end && time.span(time.steps()) < 1.0 {
+            return Err(PyValueError::new_err(format!(
+                "until: the scene ends at {:?} with a shorter step, as dt does not divide its time; give the scene a later time.end",
+                time.end
+            )));
+        }
+        if !to_end && simulation.stopped_by().is_some() {
+            return Err(PyValueError::new_err(
+                "until: growth.stop ended this simulation, which a later time does not lift",
+            ));
+        }
+        // As many steps as a scene with this end has.
+        let steps = crate::step::Time { end: until.max(time.start), ..time }.steps();
+        Ok(Course { most: steps.saturating_sub(taken), to_end })
+    }
+}
+
+/// Whether a callback asks for an end: by False, of Python or numpy. What is anything else goes on.
+fn asks_to_stop(answer: &Bound<'_, PyAny>) -> bool {
+    answer.extract::<bool>().is_ok_and(|goes_on| !goes_on)
 }
 
 fn no_start(py: Python<'_>, no: Error) -> PyErr {
@@ -157,23 +211,70 @@ impl PySimulation {
         Ok(PySimulation::hold(session, &compute))
     }
 
-    /// Takes `n` steps, also past the scene's end, and returns the last one's report. Ctrl-C ends it between two steps,
-    /// with the state of the last one.
+    /// Takes `n` steps and returns the last one's report. It ends at the scene's end, or what its `growth.stop` ends it
+    /// at, unless `past_end`. Ctrl-C ends it between two steps, with the state of the last one.
     ///
-    /// Raises SimulationError or DeviceError where a step cannot be taken.
-    #[pyo3(signature = (n=1))]
-    fn step(&self, py: Python<'_>, n: u64) -> PyResult<StepReport> {
-        let taken = self.advance(py, n, false)?;
-        taken.ok_or_else(|| PyValueError::new_err("n: expected at least one step"))
+    /// Raises SimulationError or DeviceError where a step cannot be taken, and where the end is reached already.
+    #[pyo3(signature = (n=1, *, past_end=false))]
+    fn step(&self, py: Python<'_>, n: u64, past_end: bool) -> PyResult<StepReport> {
+        if n == 0 {
+            return Err(PyValueError::new_err("n: expected at least one step"));
+        }
+        self.advance(py, Course { most: n, to_end: !past_end })?.ok_or_else(|| {
+            SimulationError::new_err(
+                "the scene's end is reached, and no step was taken; past_end=True takes steps beyond it",
+            )
+        })
     }
 
     /// Steps to the scene's end, or what its `growth.stop` ends it at, and returns the summary. Ctrl-C ends it between
     /// two steps; call it again to go on.
     ///
-    /// Raises SimulationError or DeviceError where a step cannot be taken.
-    fn run<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.advance(py, u64::MAX, true)?;
+    /// `until` is another end: the first step whose time is at least this, also past the scene's end. `callback` is
+    /// called after every `every` steps, and after the last, with that step's report; where it returns False, the run
+    /// ends there. It may read the simulation.
+    ///
+    /// Raises SimulationError or DeviceError where a step cannot be taken, and what the callback raises.
+    #[pyo3(signature = (*, until=None, callback=None, every=1))]
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        until: Option<f64>,
+        callback: Option<Bound<'py, PyAny>>,
+        every: u64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        if every == 0 {
+            return Err(PyValueError::new_err("every: expected at least one step"));
+        }
+        let Course { most, to_end } = self.course(py, until)?;
+        let last = self.steps(py)?.saturating_add(most);
+        let stride = if callback.is_some() { every } else { u64::MAX };
+        loop {
+            // The callback or another thread may have taken steps meanwhile.
+            let left = last.saturating_sub(self.steps(py)?);
+            let course = Course { most: stride.min(left), to_end };
+            let Some(report) = self.advance(py, course)? else { break };
+            if let Some(callback) = &callback
+                && asks_to_stop(&callback.call1((report,))?)
+            {
+                break;
+            }
+            py.check_signals()?;
+        }
         self.summary(py)
+    }
+
+    /// Adds a force, beside the scene's own: a function that is called once a step with the bodies there (`Bodies`) and
+    /// returns forces (N, 3) in space axes, or a tuple of forces and torques about the centres, both (N, 3).
+    ///
+    /// With midpoint stepping it is called in the step's middle too, and again for each piece of a step that is taken
+    /// again. It must depend on its argument alone, or a run cannot be repeated; a saved state and the scene do not hold
+    /// it. On a GPU it is called on the host, from a state that is read back each step. What it raises ends the step
+    /// and is raised by `step` or `run`, with the state before that step. It cannot use this simulation.
+    fn add_force(&self, py: Python<'_>, force: Bound<'_, PyAny>) -> PyResult<()> {
+        let force = PyForce::new(force, self.asking.clone())?;
+        self.session(py)?.add_force(Box::new(force));
+        Ok(())
     }
 
     /// The scene.
@@ -233,7 +334,7 @@ impl PySimulation {
     /// (N, 4): unit quaternions [w, x, y, z], body axes to space, as in scenes and states.
     #[getter]
     fn orientations<'py>(&self, py: Python<'py>) -> Table<'py, f64> {
-        table(py, self.bodies(py, |bodies| bodies.orientation.iter().map(|q| [q.w, q.x, q.y, q.z]).collect())?)
+        table(py, self.bodies(py, bodies::orientations)?)
     }
 
     /// (N, 3): velocities, length / time; under the overdamped law those of the last step.
@@ -251,20 +352,20 @@ impl PySimulation {
     /// (N,): length of the major axis, tip to tip for a rod.
     #[getter]
     fn lengths<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
-        Ok(column(py, self.bodies(py, |bodies| bodies.shape.iter().map(|shape| shape.major_axis()).collect())?))
+        Ok(column(py, self.bodies(py, bodies::lengths)?))
     }
 
     /// (N,) uint32: 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus.
     #[getter]
     fn shapes<'py>(&self, py: Python<'py>) -> Column<'py, u32> {
-        Ok(column(py, self.bodies(py, |bodies| bodies.shape.iter().map(|shape| shape.code().0).collect())?))
+        Ok(column(py, self.bodies(py, bodies::shapes)?))
     }
 
     /// (N, 3): sizes in a scene's order, what a shape has not is zero: radius; diameter, length; three radii; major and
     /// minor radius.
     #[getter]
     fn sizes<'py>(&self, py: Python<'py>) -> Table<'py, f64> {
-        table(py, self.bodies(py, |bodies| bodies.shape.iter().map(|shape| shape.code().1).collect())?)
+        table(py, self.bodies(py, bodies::sizes)?)
     }
 
     /// (N,) uint32: index into the scene's `group_names`; `relcp.NO_GROUP` where a body has none.
@@ -276,26 +377,25 @@ impl PySimulation {
     /// (N,) uint64: identities, unique over a run; a division ends one and begins two.
     #[getter]
     fn ids<'py>(&self, py: Python<'py>) -> Column<'py, u64> {
-        Ok(column(py, self.bodies(py, |bodies| bodies.lineage.iter().map(|l| l.id).collect())?))
+        Ok(column(py, self.bodies(py, bodies::ids)?))
     }
 
     /// (N,) uint64: the id that divided into this one; `relcp.NO_PARENT` for a founder.
     #[getter]
     fn parents<'py>(&self, py: Python<'py>) -> Column<'py, u64> {
-        let parents = |bodies: &Bodies| bodies.lineage.iter().map(|l| l.parent.unwrap_or(NO_PARENT)).collect();
-        Ok(column(py, self.bodies(py, parents)?))
+        Ok(column(py, self.bodies(py, bodies::parents)?))
     }
 
     /// (N,): times of birth.
     #[getter]
     fn births<'py>(&self, py: Python<'py>) -> Column<'py, f64> {
-        Ok(column(py, self.bodies(py, |bodies| bodies.lineage.iter().map(|l| l.birth).collect())?))
+        Ok(column(py, self.bodies(py, bodies::births)?))
     }
 
     /// (N,) uint32: divisions since the founder.
     #[getter]
     fn generations<'py>(&self, py: Python<'py>) -> Column<'py, u32> {
-        Ok(column(py, self.bodies(py, |bodies| bodies.lineage.iter().map(|l| l.generation).collect())?))
+        Ok(column(py, self.bodies(py, bodies::generations)?))
     }
 
     /// A hash of every bit of the state; the program's `summary.json` has the same for the same state.

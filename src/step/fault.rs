@@ -78,6 +78,14 @@ pub enum Fault {
     /// A body has no multi-sphere proxy of the count that the scene asks for.
     #[error("no multi-sphere proxy: {0}")]
     NoProxy(#[from] RowSourceError),
+    /// A force that was added in code failed.
+    #[error("step {step}: a force that was added failed: {what}")]
+    Force {
+        /// The step that was being taken.
+        step: u64,
+        /// What it says went wrong.
+        what: String,
+    },
     /// The device failed, or cannot do what the scene asks for.
     #[error(transparent)]
     Device(#[from] GpuError),
@@ -107,6 +115,7 @@ impl Fault {
             Fault::TooLarge { .. } => "too_large",
             Fault::NoSeparation { .. } => "no_separation",
             Fault::NoProxy(_) => "no_proxy",
+            Fault::Force { .. } => "force",
             Fault::Device(_) => "device",
         }
     }

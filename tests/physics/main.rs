@@ -5,6 +5,7 @@ mod bonds;
 #[path = "../gpu/device.rs"]
 mod device;
 mod drag;
+mod fields;
 mod fixed;
 mod flow;
 mod forces;

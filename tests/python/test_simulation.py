@@ -59,7 +59,7 @@ class Simulations(unittest.TestCase):
         self.assertTrue(simulation.done)
         self.assertEqual((summary["status"], summary["steps"], simulation.steps), ("done", 8, 8))
         self.assertEqual(summary["state_hash"], simulation.state_hash)
-        self.assertEqual(simulation.step().step, 9)
+        self.assertEqual(simulation.step(past_end=True).step, 9)
         with self.assertRaises(ValueError):
             simulation.step(0)
         with self.assertRaises(OverflowError):
@@ -337,7 +337,7 @@ class Process(unittest.TestCase):
 
         def child(out):
             try:
-                parents.step()
+                parents.step(past_end=True)
                 out.put("stepped its parent's")
             except relcp.SimulationError:
                 own = relcp.Simulation(scene)

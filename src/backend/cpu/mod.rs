@@ -197,6 +197,7 @@ impl<const D: usize> Backend for Cpu<D> {
         phases.growth += begun.elapsed();
         let begun = Instant::now();
         first.predict(start, D == PLANAR && setup.leads_ahead && whole);
+        setup.prepare(start, step)?;
         motions.set(setup, start, first, step);
         phases.integrate += begun.elapsed();
         Ok(())
@@ -213,6 +214,7 @@ impl<const D: usize> Backend for Cpu<D> {
         trial.arrive(&mut middle, &trial.arrived(setup, start, motions));
         start.set_middle(setup, middle);
         first.set_middle(trial);
+        setup.prepare(start, step)?;
         motions.set(setup, start, first, step);
         phases.integrate += begun.elapsed();
         Ok(())

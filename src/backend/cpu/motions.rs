@@ -32,9 +32,9 @@ impl Motions {
     pub(super) fn set(&mut self, setup: &Setup, start: &Start, first: &First, step: u64) {
         let heat = setup.heat.filter(|_| !start.parting);
         let (dt, here) = (start.interval, start.here());
-        let time = start.time + if start.middle.is_some() { 0.5 * dt } else { 0.0 };
+        let time = start.time_of_loads();
         let (law, forces) = setup.law(start.parting);
-        let share = |force: &dyn ForceField| force.share([start.time, start.time + dt]);
+        let share = |force: &dyn ForceField| force.share(start.span());
         let acting = forces.iter().map(|force| (force, share(force.as_ref())));
         let acting: Vec<_> = acting.filter(|(_, share)| *share > 0.0).collect();
         let of_body = |i: usize| {

@@ -1,12 +1,13 @@
 //! What a scene fixes for all steps on the CPU.
 
 use super::first;
+use super::start::Start;
 use crate::bodies::Bodies;
 use crate::constraint::RowSource;
 use crate::dynamics::{self, Bonds, Cells, ForceField, Heat, Law, Overdamped};
 use crate::fixed::Fixed;
 use crate::shape::Shape;
-use crate::step::{Model, Rows, Stepping, Time};
+use crate::step::{Fault, Model, Rows, Stepping, Time};
 use crate::walls::Walls;
 
 /// How bodies move that are parted: the long ones turn and move less easily. The drag cancels out.
@@ -62,5 +63,14 @@ impl Setup {
     /// The law and the forces of a step, or of bodies that are parted in no time.
     pub(super) fn law(&self, parting: bool) -> (&dyn Law, &[Box<dyn ForceField>]) {
         if parting { (&PARTING, &[]) } else { (self.law.as_ref(), &self.forces) }
+    }
+
+    /// Lets the forces that act in this part of step `step` see the state there.
+    pub(super) fn prepare(&self, start: &Start, step: u64) -> Result<(), Fault> {
+        let (_, forces) = self.law(start.parting);
+        let acting = forces.iter().filter(|force| force.share(start.span()) > 0.0);
+        acting.into_iter().try_for_each(|force| {
+            force.prepare(start.here(), start.time_of_loads()).map_err(|what| Fault::Force { step, what })
+        })
     }
 }

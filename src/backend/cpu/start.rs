@@ -133,6 +133,16 @@ impl Start {
         self.piece.length * self.piece.span * setup.time.dt
     }
 
+    /// When the part that is being computed begins and ends.
+    pub(super) fn span(&self) -> [f64; 2] {
+        [self.time, self.time + self.interval]
+    }
+
+    /// When forces are taken: at the start, or in the middle once it is made.
+    pub(super) fn time_of_loads(&self) -> f64 {
+        self.time + if self.middle.is_some() { 0.5 * self.interval } else { 0.0 }
+    }
+
     /// Where forces, mobilities and first rows are taken: the middle where it is made, else the start.
     pub(super) fn here(&self) -> &Bodies {
         self.middle.as_ref().unwrap_or(&self.bodies)

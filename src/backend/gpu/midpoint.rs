@@ -11,6 +11,7 @@ use super::state::{Poses, Shapes};
 use super::{Device, Setup, words};
 use crate::dynamics::Load;
 use crate::gpu::{GpuError, Kernel, Recorder};
+use crate::step::Fault;
 use bytemuck::pod_read_unaligned;
 
 /// What of a step is being computed.
@@ -95,12 +96,15 @@ impl Device {
     }
 
     /// Forces of a library's user, computed on the host from the state there.
-    fn write_loads(&mut self) -> Result<(), GpuError> {
+    fn write_loads(&mut self) -> Result<(), Fault> {
         let bodies = self.download(self.here(), self.here_shapes())?;
         let time = self.step_start() + if self.part == Part::FromMiddle { 0.5 * self.setup.dt } else { 0.0 };
         let span = self.span();
         let acting = self.plugged.iter().map(|force| (force, force.share(span)));
         let acting: Vec<_> = acting.filter(|(_, share)| *share > 0.0).collect();
+        for (force, _) in &acting {
+            force.prepare(&bodies, time).map_err(|what| Fault::Force { step: self.step + 1, what })?;
+        }
         let load = |i: usize| {
             let mut load = Load::default();
             for (force, share) in &acting {
@@ -127,7 +131,7 @@ impl Device {
     }
 
     /// Forces, free velocities and mobilities where the present part begins, and the boxes there.
-    pub(super) fn set_motion(&mut self) -> Result<(), GpuError> {
+    pub(super) fn set_motion(&mut self) -> Result<(), Fault> {
         if !self.plugged.is_empty() {
             if !std::mem::replace(&mut self.takes_loads, true) {
                 self.kernels.motion = Kernel::new(&self.gpu, &source::motion(&self.setup, true))?;
@@ -180,7 +184,7 @@ impl Device {
             ("boxes", &self.boxes),
         ];
         record.run(&self.kernels.boxes, &parameters, &buffers, bodies);
-        record.submit()
+        Ok(record.submit()?)
     }
 
     /// Records the move to `C(U)` over the present part, from the step's start.
@@ -200,7 +204,7 @@ impl Device {
     }
 
     /// The first half's end as the step's middle, with the velocities there, and the lengths at the step's end.
-    pub(super) fn make_middle(&mut self) -> Result<(), GpuError> {
+    pub(super) fn make_middle(&mut self) -> Result<(), Fault> {
         let gpu = self.gpu.clone();
         let mut record = gpu.record();
         record.stage("integrate");

@@ -16,6 +16,7 @@ Lengths, times and forces are in the scene's own units. Orientations are [w, x, 
 from ._relcp import (
     NO_GROUP,
     NO_PARENT,
+    Bodies,
     Contacts,
     DeviceError,
     Error,
@@ -34,6 +35,7 @@ from ._relcp import scenes as _scenes
 __all__ = [
     "NO_GROUP",
     "NO_PARENT",
+    "Bodies",
     "Contacts",
     "DeviceError",
     "Error",
@@ -53,3 +55,8 @@ __all__ = [
 def scenes():
     """The built-in scenes: what each shows, by its name."""
     return dict(_scenes())
+
+
+def _scene_of_json(text):
+    """A scene from what its pickle holds."""
+    return Scene.from_json(text, origin="pickle")

@@ -1,5 +1,5 @@
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Literal, Optional, Union, final
 
 import numpy as np
@@ -10,10 +10,13 @@ _Overrides = Union[Mapping[str, Any], Iterable[str], None]
 _Backend = Literal["cpu", "gpu", "auto"]
 _Precision = Optional[Literal["f32", "f64"]]
 _Floats = npt.NDArray[np.float64]
+_Vectors = npt.ArrayLike
+_Force = Callable[["Bodies"], Union[_Vectors, tuple[_Vectors, Optional[_Vectors]]]]
 
 __all__ = [
     "NO_GROUP",
     "NO_PARENT",
+    "Bodies",
     "Contacts",
     "DeviceError",
     "Error",
@@ -103,6 +106,11 @@ class Scene:
 
     def to_dict(self) -> dict[str, Any]:
         """A dict with every default written out."""
+
+    def __eq__(self, other: object, /) -> bool: ...
+    def __copy__(self) -> Scene: ...
+    def __deepcopy__(self, memo: Any, /) -> Scene: ...
+    def __reduce__(self) -> tuple[Callable[[str], Scene], tuple[str]]: ...
 
 @final
 class StepReport:
@@ -249,6 +257,53 @@ class WallContacts:
         """(M, 3): the contact point on the body's surface, in space."""
 
 @final
+class Bodies:
+    """All bodies in the moment for which a force is asked, a row a body; arrays are copies."""
+
+    def __len__(self) -> int: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def positions(self) -> _Floats:
+        """(N, 3): centres."""
+
+    @property
+    def orientations(self) -> _Floats:
+        """(N, 4): unit quaternions [w, x, y, z], body axes to space."""
+
+    @property
+    def axes(self) -> _Floats:
+        """(N, 3): each body's own z in space, the axis of a rod and of a ring."""
+
+    @property
+    def velocities(self) -> _Floats:
+        """(N, 3): length / time; under the overdamped law those of the last step."""
+
+    @property
+    def angular_velocities(self) -> _Floats:
+        """(N, 3): in space axes, 1 / time."""
+
+    @property
+    def lengths(self) -> _Floats:
+        """(N,): length of the major axis, tip to tip for a rod."""
+
+    @property
+    def shapes(self) -> npt.NDArray[np.uint32]:
+        """(N,): 0 sphere, 1 spherocylinder, 2 ellipsoid, 3 torus."""
+
+    @property
+    def sizes(self) -> _Floats:
+        """(N, 3): radius; diameter, length; three radii; major and minor radius; zero where a shape has none."""
+
+    @property
+    def groups(self) -> npt.NDArray[np.uint32]:
+        """(N,): index into the scene's `group_names`, or NO_GROUP."""
+
+    @property
+    def ids(self) -> npt.NDArray[np.uint64]:
+        """(N,): unique over a run; a division ends one and begins two."""
+
+@final
 class Simulation:
     """A scene's bodies and what steps them.
 
@@ -274,11 +329,19 @@ class Simulation:
     ) -> Simulation:
         """Goes on from a state that `save` or the program wrote for the same scene."""
 
-    def step(self, n: int = 1) -> StepReport:
-        """Takes `n` steps, also past the scene's end, and returns the last one's report."""
+    def step(self, n: int = 1, *, past_end: bool = False) -> StepReport:
+        """Takes `n` steps, those to the scene's end unless `past_end`, and returns the last one's report."""
 
-    def run(self) -> dict[str, Any]:
-        """Steps to the scene's end and returns the summary."""
+    def run(
+        self, *, until: Optional[float] = None, callback: Optional[Callable[[StepReport], object]] = None, every: int = 1
+    ) -> dict[str, Any]:
+        """Steps to the scene's end, or to the first step at or after `until`, and returns the summary.
+
+        `callback` has the report of every `every`th step, and of the last; the run ends where it returns False.
+        """
+
+    def add_force(self, force: _Force) -> None:
+        """Adds a function that is called once a step and returns forces (N, 3), or forces and torques."""
 
     @property
     def scene(self) -> Scene: ...
