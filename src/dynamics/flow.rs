@@ -13,8 +13,8 @@
 //! Other bodies of revolution turn likewise with a constant `B` of their shape (F. P. Bretherton, J. Fluid Mech. 14,
 //! 284 (1962)): [`Shape::bretherton`].
 //!
-//! Drag acts on what a body's motion differs by from this: `xi L (u - u(x))` and `xi L^3 / 12 (w - w_J)`. So the flow is
-//! a load of the resistance times the velocities of the flow, for the overdamped law and beside inertia alike.
+//! Drag acts on what a body's motion differs by from this: `xi L (u - u(x))` and `xi L^3 / 12 (w - w_J)`. So the flow
+//! is a load of the resistance times the velocities of the flow, for the overdamped law and beside inertia alike.
 
 use super::overdamped::resistances;
 use super::{Dynamics, ForceField, Load};

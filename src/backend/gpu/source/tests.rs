@@ -39,7 +39,8 @@ fn carry(scene: &mut Scene) {
     scene.walls.push(Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -1e3, motion });
 }
 
-/// A flow is in the kernel of forces alone, and walls that move add one to midpoint steps, for what acts in their middle.
+/// A flow is in the kernel of forces alone, and walls that move add one to midpoint steps, for what acts in their
+/// middle.
 #[test]
 fn a_flow_and_moving_walls_change_no_other_kernel() {
     for (stepping, more) in [(Stepping::Euler, 0), (Stepping::Midpoint, 1)] {
