@@ -89,11 +89,11 @@ impl Stream {
     }
 }
 
-fn yzx(v: DVec3) -> DVec3 {
+pub(super) fn yzx(v: DVec3) -> DVec3 {
     DVec3::new(v.y, v.z, v.x)
 }
 
-fn zxy(v: DVec3) -> DVec3 {
+pub(super) fn zxy(v: DVec3) -> DVec3 {
     DVec3::new(v.z, v.x, v.y)
 }
 

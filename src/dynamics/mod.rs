@@ -22,6 +22,7 @@ pub(crate) mod motion;
 pub(crate) mod overdamped;
 mod pressure;
 pub(crate) mod spin;
+pub(crate) mod strain;
 pub(crate) mod thermal;
 pub(crate) mod waiting;
 
@@ -45,6 +46,7 @@ pub(crate) use pressure::virial_of_wall;
 #[cfg(feature = "gpu")]
 pub(crate) use spin::LAST_STEP;
 pub(crate) use spin::Spin;
+pub(crate) use strain::Strain;
 pub(crate) use thermal::Heat;
 pub use thermal::Thermal;
 #[cfg(feature = "gpu")]

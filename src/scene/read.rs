@@ -301,7 +301,7 @@ fn from_tree<T: DeserializeOwned>(value: Value, text: &str) -> Result<T, Misread
 }
 
 /// The keys whose values are lists.
-const LISTS: [&str; 22] = [
+const LISTS: [&str; 23] = [
     "bodies",
     "forces",
     "generate",
@@ -322,6 +322,7 @@ const LISTS: [&str; 22] = [
     "maximum",
     "direction",
     "gradient",
+    "strain_rate",
     "lengths",
     "measures",
 ];

@@ -1,7 +1,7 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
 use super::{ContactSettings, Dump, Recursion, Rows, SMALLEST_NUMBER, Scene};
-use crate::dynamics::{Cells, Heat, Stream};
+use crate::dynamics::{Cells, Heat, Strain, Stream};
 use crate::fixed::Fixed;
 use crate::lcp::Settings;
 use crate::periodic::Periods;
@@ -94,9 +94,9 @@ impl Scene {
         Walls::new(&self.walls, self.planar).at(self.time.start)
     }
 
-    /// The periods of space.
+    /// The periods of space where the scene starts.
     pub fn periods(&self) -> Periods {
-        self.periodic.map_or(Periods::NONE, |periodic| Periods::new(periodic.lengths))
+        self.periodic.map_or(Periods::NONE, |periodic| periodic.at(self.time.start))
     }
 
     /// How cells grow, where any do.
@@ -131,6 +131,7 @@ impl Scene {
             groups: self.group_names(),
             heat: self.heat(),
             stream: self.flow.and_then(|flow| Stream::new(&flow, &self.dynamics, self.planar)),
+            strain: self.periodic.and_then(|cell| Strain::new(&cell, &self.dynamics, self.planar)),
             fixed: self.fixed(),
             walls: self.walls(),
             periods: self.periods(),

@@ -10,4 +10,5 @@ mod forces;
 mod moving_walls;
 mod orientation;
 mod scenes;
+mod strain;
 mod thermal;

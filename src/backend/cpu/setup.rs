@@ -3,7 +3,7 @@
 use super::first;
 use crate::bodies::Bodies;
 use crate::constraint::RowSource;
-use crate::dynamics::{self, Cells, ForceField, Heat, Law, Overdamped};
+use crate::dynamics::{self, Cells, ForceField, Heat, Law, Overdamped, Strain};
 use crate::fixed::Fixed;
 use crate::shape::Shape;
 use crate::step::{Model, Rows, Stepping, Time};
@@ -18,6 +18,7 @@ pub(super) struct Setup {
     pub(super) growth: Option<Cells>,
     pub(super) forces: Vec<Box<dyn ForceField>>,
     pub(super) heat: Option<Heat>,
+    pub(super) strain: Option<Strain>,
     pub(super) walls: Walls,
     pub(super) fixed: Fixed,
     pub(super) source: RowSource,
@@ -35,12 +36,14 @@ impl Setup {
     pub(super) fn new(model: &Model, bodies: &Bodies) -> Setup {
         let shapes = || bodies.shape.iter();
         let mut forces = dynamics::force_fields(&model.forces, &model.groups, &model.dynamics);
+        forces.extend(model.strain.map(|strain| Box::new(strain) as Box<dyn ForceField>));
         forces.extend(model.stream.map(|stream| Box::new(stream) as Box<dyn ForceField>));
         Setup {
             time: model.time,
             growth: model.cells,
             forces,
             heat: model.heat,
+            strain: model.strain,
             walls: model.walls.clone(),
             fixed: model.fixed.clone(),
             source: model.contact.method.row_source(),

@@ -30,7 +30,7 @@ mod warm;
 
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
-use crate::dynamics::{Cells, Dynamics, Force, ForceField, Heat, Stream};
+use crate::dynamics::{Cells, Dynamics, Force, ForceField, Heat, Strain, Stream};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Made, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
@@ -76,6 +76,7 @@ pub(crate) struct Setup {
     pub groups: Vec<String>,
     pub heat: Option<Heat>,
     pub stream: Option<Stream>,
+    pub strain: Option<Strain>,
     pub growth: Option<Cells>,
     pub length_pitch: f64,
     pub shapes: Vec<Shape>,
@@ -135,6 +136,7 @@ impl Setup {
             groups: model.groups.clone(),
             heat: model.heat,
             stream: model.stream,
+            strain: model.strain,
             growth: model.cells,
             length_pitch: (longest / LENGTHS).max(f64::MIN_POSITIVE).log2().ceil().exp2(),
             shapes: shapes.to_vec(),
@@ -243,11 +245,16 @@ impl Device {
         gpu.check(precision)?;
         Device::check(model)?;
         let setup = Setup::new(model, &state.bodies.shape, precision)?;
-        state.bodies.periods = setup.periods;
+        state.bodies.periods =
+            model.strain.map_or(setup.periods, |strain| strain.periods(model.time.after(state.step)));
         let (real, bodies) = (precision.bytes(), state.bodies.len() as u64);
         let grows = setup.growth.is_some();
         let mut poses = Vec::new();
-        for _ in 0..2 + u32::from(grows) + u32::from(setup.midpoint) + u32::from(setup.leads_ahead()) {
+        for _ in 0..2
+            + u32::from(grows)
+            + u32::from(setup.midpoint)
+            + u32::from(setup.leads_ahead() || setup.strain.is_some())
+        {
             poses.push(Poses::new(&gpu, precision, bodies)?);
         }
         poses[0].write(&gpu, &setup, &state.bodies)?;
@@ -318,6 +325,18 @@ impl Device {
 
     fn step_start(&self) -> f64 {
         self.model.time.after(self.step)
+    }
+
+    /// Takes the periods at the end of the present part, where they change.
+    fn place_cell(&mut self, end: f64) -> Result<(), GpuError> {
+        let Some(strain) = &self.setup.strain else { return Ok(()) };
+        let periods = strain.periods(end);
+        if periods != self.setup.periods {
+            self.setup.lattice_periods = LatticePeriods::new(self.setup.lattice, periods.lengths())?;
+            self.setup.periods = periods;
+            self.candidates.place_cell(self.setup.lattice_periods);
+        }
+        Ok(())
     }
 
     fn parameters(&self) -> [u8; 16] {
@@ -565,7 +584,8 @@ impl Backend for Device {
     }
 
     fn go_on_from(&mut self, mut state: State) -> Result<(), Fault> {
-        state.bodies.periods = self.setup.periods;
+        let time = self.model.time.after(state.step);
+        state.bodies.periods = self.setup.strain.map_or(self.setup.periods, |strain| strain.periods(time));
         Ok(self.restore(state)?)
     }
 

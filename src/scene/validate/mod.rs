@@ -11,6 +11,7 @@ mod growth;
 mod periodic;
 mod planar;
 mod shapes;
+mod strain;
 mod walls;
 
 use super::error::{FaultKind, SceneError};

@@ -41,13 +41,14 @@ impl Scene {
                 "must name the period of at least one axis; leave `periodic` out for none",
             ));
         }
+        self.check_strain(root, periodic)?;
         self.check_periodic_forces(root)?;
         self.check_periodic_walls(root, Periods::new(periodic.lengths))?;
-        self.check_periodic_rules(root, Periods::new(periodic.lengths))
+        self.check_periodic_rules(root, self.periods())
     }
 
     /// Bodies so long, or growing so long, that a pair could meet at two images.
-    fn check_length(&self, key: &Key, length: f64) -> Result<(), SceneError> {
+    pub(super) fn check_length(&self, key: &Key, length: f64) -> Result<(), SceneError> {
         let cutoff = self.cutoff();
         for (list, index, shape) in self.shapes() {
             let longest = 2.0 * self.longest(&shape).bounding_radius();
