@@ -57,7 +57,7 @@ pub(super) fn write_frames(
             // A cell may change its lengths.
             let length = state.bodies.periods.length();
             let sides = DVec3::select(length.cmpgt(DVec3::ZERO), length, space.sides);
-            frame(&mut out, &*state, &Space { sides, ..space }).map_err(fault())?;
+            frame(&mut out, &state, &Space { sides, ..space }).map_err(fault())?;
         }
         let file = out.into_inner().map_err(|e| fault()(e.into_error()))?;
         Ok::<u64, ExportError>(file.metadata().map_err(fault())?.len())

@@ -30,7 +30,7 @@ impl Scene {
         }
         if self.dynamics.has_inertia() && self.dynamics.drag_beside_inertia().is_none() {
             let message = "needs a resistance by which it carries bodies: give dynamics.inertial.drag, or choose the overdamped law";
-            return Err(SceneError::bad(&key, message));
+            return Err(SceneError::bad(key, message));
         }
         self.check_shapes_in_flow(&key)?;
         self.check_flow_is_periodic(&shear.field("gradient"), gradient)
