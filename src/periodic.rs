@@ -29,12 +29,33 @@ use serde::{Deserialize, Serialize};
 pub struct Periodic {
     /// The period along x, y and z; null where space is open. In a planar scene along z it is null.
     pub lengths: [Option<f64>; 3],
+    /// The engineering strain rates along x, y and z, one over time, of a cell whose lengths change: at a time `t` they
+    /// are `lengths (1 + strain_rate t)`. Bodies are carried by the flow that goes with it. Along an open axis it is 0.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub strain_rate: Option<[f64; 3]>,
 }
 
 impl Periodic {
     /// These periods along x, y and z; `None` where space is open.
     pub const fn new(lengths: [Option<f64>; 3]) -> Periodic {
-        Periodic { lengths }
+        Periodic { lengths, strain_rate: None }
+    }
+
+    /// What each length at `time` is of that at time 0.
+    fn stretch(&self, time: f64) -> [f64; 3] {
+        self.strain_rate.map_or([1.0; 3], |rates| rates.map(|rate| 1.0 + rate * time))
+    }
+
+    /// The periods at `time`.
+    pub(crate) fn at(&self, time: f64) -> Periods {
+        let stretch = self.stretch(time);
+        Periods::new(std::array::from_fn(|axis| self.lengths[axis].map(|length| length * stretch[axis])))
+    }
+
+    /// The rates at which the lengths change at `time`, over the lengths then.
+    pub(crate) fn rates(&self, time: f64) -> DVec3 {
+        let (rates, stretch) = (self.strain_rate.unwrap_or_default(), self.stretch(time));
+        DVec3::from(rates) / DVec3::from(stretch)
     }
 }
 

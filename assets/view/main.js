@@ -29,14 +29,16 @@ class Viewer {
     this.walls = true;
     this.shadows = true;
     this.planar = run.header.planar;
-    const { walls, periods, origin } = run.header;
+    const { walls, periods, states } = run.header;
     const bounded = walls.length > 0 || periods.some((period) => period !== null);
     const all = bounded ? extentOf(SIDES.top, run.states) : null;
     this.all = all;
     this.wall_ends = this.wallsAt(run.header.states[0]);
-    this.cell_ends = bounded ? cellLines(periods, this.planar, all, origin) : [];
+    this.cell_ends = this.cellAt(run.header.states[0]);
     // The picture is fitted to those that end.
-    this.framed = walls.flatMap((wall, k) => isClosed(wall) ? run.header.states.flatMap((state) => this.wallsAt(state, k)) : []).concat(this.cell_ends);
+    const moving = states.some((state) => state.walls || state.periods) ? states : states.slice(0, 1);
+    const closed = walls.map((wall, k) => k).filter((k) => isClosed(walls[k]));
+    this.framed = moving.flatMap((state) => closed.flatMap((k) => this.wallsAt(state, k)).concat(this.cellAt(state)));
     this.build();
     this.setTheme(this.theme);
     this.show(run.states.length - 1);
@@ -94,6 +96,7 @@ class Viewer {
     byId("state").textContent = `${this.at + 1} of ${this.run.states.length}, step ${state.step}`;
     byId("caption").textContent = `t = ${shown(state.time, 6)}   n = ${state.bodies}`;
     this.wall_ends = this.wallsAt(this.run.header.states[this.at]);
+    this.cell_ends = this.cellAt(this.run.header.states[this.at]);
     this.painter.setState(state);
     this.setColour(this.colour);
     this.setPicked(this.picked);
@@ -186,7 +189,7 @@ class Viewer {
   /** The image of a point that is nearest to another one. */
   nearest(point, to) {
     return point.map((x, k) => {
-      const period = this.run.header.periods[k];
+      const period = this.periodsAt(this.run.header.states[this.at])[k];
       return period === null ? x : x - period * Math.round((x - to[k]) / period);
     });
   }
@@ -212,6 +215,15 @@ class Viewer {
   wallsAt(state, only = null) {
     const { walls, origin } = this.run.header;
     return walls.flatMap((wall, k) => only === null || only === k ? placedWallLines(wall, state?.walls?.[k], this.planar, this.all, origin) : []);
+  }
+
+  /** The periods of space in a state, and the lines of its cell. */
+  periodsAt(state) {
+    return state?.periods ?? this.run.header.periods;
+  }
+
+  cellAt(state) {
+    return cellLines(this.periodsAt(state), this.planar, this.all, this.run.header.origin);
   }
 
   toggleWalls() {

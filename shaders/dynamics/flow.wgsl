@@ -1,24 +1,5 @@
 // The load of a background shear flow on a body (src/dynamics/flow.rs has the equations): the resistance to its
 // velocities at the body.
-
-// Bretherton's constants about the body's axes, as src/shape has them.
-fn bretherton(shape: vec4r) -> vec3r {
-    switch u32(shape.w) {
-        case SPHERE: { return vec3r(); }
-        case SPHEROCYLINDER: {
-            if shape.x == shape.y { return vec3r(); }
-            return vec3r(-1.0, 1.0, 0.0);
-        }
-        case ELLIPSOID: {
-            let s = shape.yzx;
-            let t = shape.zxy;
-            return (s - t) * (s + t) / (s * s + t * t);
-        }
-        case TORUS: { return vec3r(1.0, -1.0, 0.0); }
-        default: { return vec3r(not_a_number()); }
-    }
-}
-
 fn flow_load(position: vec3r, q: vec4r, shape: vec4r) -> Load {
     let d = rotate_back(q, FLOW_DIRECTION);
     let e = rotate_back(q, FLOW_GRADIENT);

@@ -103,6 +103,13 @@ impl Candidates {
         Candidates { periods, ..Candidates::new(Box::new(Periodic::new(Grid::default(), periods))) }
     }
 
+    /// Goes on in the space of other periods: a list of before says nothing there.
+    pub fn set_periods(&mut self, periods: Periods) {
+        if periods != self.periods {
+            *self = Candidates { searches: self.searches, reuses: self.reuses, ..Candidates::in_space(periods) };
+        }
+    }
+
     /// Pairs `[a, b]`, `a < b`, ascending, each once, among them every pair of touching boxes.
     ///
     /// `boxes` are the bodies' exact boxes, each pushed out by as far as the caller wants to see (half of a common

@@ -13,8 +13,8 @@
 //! Other bodies of revolution turn likewise with a constant `B` of their shape (F. P. Bretherton, J. Fluid Mech. 14,
 //! 284 (1962)): [`Shape::bretherton`].
 //!
-//! Drag acts on what a body's motion differs by from this: `xi L (u - u(x))` and `xi L^3 / 12 (w - w_J)`. So the flow is
-//! a load of the resistance times the velocities of the flow, for the overdamped law and beside inertia alike.
+//! Drag acts on what a body's motion differs by from this: `xi L (u - u(x))` and `xi L^3 / 12 (w - w_J)`. So the flow
+//! is a load of the resistance times the velocities of the flow, for the overdamped law and beside inertia alike.
 
 use super::overdamped::resistances;
 use super::{Dynamics, ForceField, Load};
@@ -89,11 +89,11 @@ impl Stream {
     }
 }
 
-fn yzx(v: DVec3) -> DVec3 {
+pub(super) fn yzx(v: DVec3) -> DVec3 {
     DVec3::new(v.y, v.z, v.x)
 }
 
-fn zxy(v: DVec3) -> DVec3 {
+pub(super) fn zxy(v: DVec3) -> DVec3 {
     DVec3::new(v.z, v.x, v.y)
 }
 

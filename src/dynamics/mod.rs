@@ -24,6 +24,7 @@ pub(crate) mod overdamped;
 mod pressure;
 pub(crate) mod spin;
 mod stability;
+pub(crate) mod strain;
 pub(crate) mod thermal;
 pub(crate) mod waiting;
 
@@ -50,6 +51,7 @@ pub(crate) use pressure::virial_of_wall;
 pub(crate) use spin::LAST_STEP;
 pub(crate) use spin::Spin;
 pub(crate) use stability::longest_stable_step;
+pub(crate) use strain::Strain;
 pub(crate) use thermal::Heat;
 pub use thermal::Thermal;
 #[cfg(feature = "gpu")]

@@ -53,7 +53,11 @@ pub(super) fn write_frames(
         let mut out = BufWriter::new(part);
         for i in 0..all {
             going(all + i, i)?;
-            frame(&mut out, &*states.read(i)?, &space).map_err(fault())?;
+            let state = states.read(i)?;
+            // A cell may change its lengths.
+            let length = state.bodies.periods.length();
+            let sides = DVec3::select(length.cmpgt(DVec3::ZERO), length, space.sides);
+            frame(&mut out, &state, &Space { sides, ..space }).map_err(fault())?;
         }
         let file = out.into_inner().map_err(|e| fault()(e.into_error()))?;
         Ok::<u64, ExportError>(file.metadata().map_err(fault())?.len())

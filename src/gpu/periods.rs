@@ -96,6 +96,63 @@ impl LatticePeriods {
     }
 }
 
+/// What kernels of a cell that changes read in the place of constants.
+const CHANGING: [(&str, &str); 7] = [
+    ("PERIOD_PART_1", "parameters.periods[1].xyz"),
+    ("PERIOD_PART_2", "parameters.periods[2].xyz"),
+    ("PERIOD_PART_3", "parameters.periods[3].xyz"),
+    ("PERIOD_PART_4", "parameters.periods[4].xyz"),
+    ("PERIOD_CELLS", "parameters.periods[0].xyz"),
+    ("INVERSE_PERIOD", "inverse_period()"),
+    ("PERIODS_A_CELL", "(PITCH * inverse_period())"),
+];
+
+/// One over the period along each axis, near enough to count periods by: the second count mends the first.
+const INVERSE_PERIOD: &str = "
+fn inverse_period() -> vec3r {
+    let period = PITCH * (vec3r(parameters.periods[0].xyz) + vec3r(parameters.periods[1].xyz) / 2048.0);
+    return select(vec3r(), 1.0 / period, period > vec3r());
+}
+";
+
+impl LatticePeriods {
+    /// A kernel's source where the periods change from step to step: they are no constants but at the end of its
+    /// parameters, `periods: array<vec4<i32>, 5>`, as [`LatticePeriods::words`] has them.
+    #[must_use]
+    pub fn changing(source: Source) -> Source {
+        source.mapped(|text| {
+            let lines = text
+                .lines()
+                .filter(|line| !line.starts_with("const PERIOD") && !line.starts_with("const INVERSE_PERIOD:"));
+            let mut text = lines.collect::<Vec<_>>().join("\n") + "\n";
+            for (constant, read) in CHANGING {
+                text = text.replace(constant, read);
+            }
+            if let Some(begin) = text.find("struct Parameters {")
+                && let Some(end) = text[begin..].find('}')
+            {
+                text.insert_str(begin + end, ", periods: array<vec4<i32>, 5> ");
+            }
+            text + INVERSE_PERIOD
+        })
+    }
+
+    /// The periods as such a kernel reads them.
+    pub fn words(&self) -> [[i32; 4]; 5] {
+        let four = |[x, y, z]: [i32; 3]| [x, y, z, 0];
+        let [a, b, c, d] = self.parts.map(four);
+        [four(self.cells), a, b, c, d]
+    }
+
+    /// A kernel's parameters with these behind them.
+    pub fn after(&self, parameters: &[u8]) -> Vec<u8> {
+        let mut bytes = parameters.to_vec();
+        bytes.resize(parameters.len().next_multiple_of(16), 0);
+        bytes.extend_from_slice(bytemuck::bytes_of(&self.words()));
+        bytes
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

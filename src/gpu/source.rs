@@ -127,6 +127,13 @@ impl Source {
         }
     }
 
+    /// Changes the text.
+    #[must_use]
+    pub fn mapped(mut self, change: impl FnOnce(&str) -> String) -> Self {
+        self.text = change(&self.text);
+        self
+    }
+
     /// Adds a fragment, once.
     #[must_use]
     pub fn include(mut self, fragment: Fragment) -> Self {

@@ -13,8 +13,8 @@ pub struct Frame {
     pub planar: bool,
     /// What that was found in.
     pub planar_from: String,
-    /// The drag coefficient of the overdamped law, where that is the run's law, no flow carries its bodies and its scene
-    /// is there.
+    /// The drag coefficient of the overdamped law, where that is the run's law, no flow carries its bodies and its
+    /// scene is there.
     pub drag: Option<f64>,
     /// Which bodies do not move, where the scene is there.
     #[serde(skip)]

@@ -7,7 +7,7 @@
 use super::image::Image;
 use super::{Camera, View};
 use crate::bodies::Bodies;
-use crate::periodic::Periods;
+use crate::periodic::{Periodic, Periods};
 use crate::scene::Scene;
 use crate::walls::{Line, Wall, Walls, edges};
 use glam::DVec3;
@@ -28,6 +28,8 @@ pub(crate) struct Backdrop {
     pub periods: Periods,
     /// The walls as the scene has them.
     pub scene_walls: Vec<Wall>,
+    /// The cell, whose lengths may change.
+    pub cell: Option<Periodic>,
     /// When.
     pub time: f64,
 }
@@ -35,13 +37,14 @@ pub(crate) struct Backdrop {
 impl Backdrop {
     /// Of a scene, where it starts.
     pub fn of(scene: &Scene) -> Self {
-        let time = scene.time.start;
-        Backdrop { walls: scene.walls(), periods: scene.periods(), scene_walls: scene.walls.clone(), time }
+        let (time, cell) = (scene.time.start, scene.periodic);
+        Backdrop { walls: scene.walls(), periods: scene.periods(), scene_walls: scene.walls.clone(), cell, time }
     }
 
     /// The same at another time.
     pub fn at(&self, time: f64) -> Backdrop {
-        Backdrop { walls: self.walls.at(time), time, ..self.clone() }
+        let periods = self.cell.map_or(self.periods, |cell| cell.at(time));
+        Backdrop { walls: self.walls.at(time), periods, time, ..self.clone() }
     }
 
     /// Draws it behind the bodies of a picture.

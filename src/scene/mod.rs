@@ -114,8 +114,8 @@ pub struct Scene {
     /// A background flow that bodies are carried and turned by. With inertia it needs `dynamics.inertial.drag`.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub flow: Option<Flow>,
-    /// Walls that bodies do not pass, fixed or with a motion of their own, and inside of which they start; one with a `lineage`, which a run wrote,
-    /// may start past a wall.
+    /// Walls that bodies do not pass, fixed or with a motion of their own, and inside of which they start; one with a
+    /// `lineage`, which a run wrote, may start past a wall.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
     pub walls: Vec<Wall>,
     /// Periods of space: bodies that leave through one side meet what is at the other.

@@ -327,6 +327,7 @@ const LISTS: &[&str] = &[
     "maximum",
     "direction",
     "gradient",
+    "strain_rate",
     "lengths",
     "measures",
     "growth",

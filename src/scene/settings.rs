@@ -1,7 +1,7 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
 use super::{ContactSettings, Dump, Growth, Recursion, Rows, SMALLEST_NUMBER, Scene, Stop};
-use crate::dynamics::{Bonds, Cells, Heat, Stream};
+use crate::dynamics::{Bonds, Cells, Heat, Strain, Stream};
 use crate::fixed::Fixed;
 use crate::lcp::Settings;
 use crate::periodic::Periods;
@@ -95,9 +95,9 @@ impl Scene {
         Walls::new(&self.walls, self.planar).at(self.time.start)
     }
 
-    /// The periods of space.
+    /// The periods of space where the scene starts.
     pub fn periods(&self) -> Periods {
-        self.periodic.map_or(Periods::NONE, |periodic| Periods::new(periodic.lengths))
+        self.periodic.map_or(Periods::NONE, |periodic| periodic.at(self.time.start))
     }
 
     /// What ends the run before `time.end`, where something does.
@@ -158,6 +158,7 @@ impl Scene {
             bonds: self.bonds(),
             heat: self.heat(),
             stream: self.flow.and_then(|flow| Stream::new(&flow, &self.dynamics, self.planar)),
+            strain: self.periodic.and_then(|cell| Strain::new(&cell, &self.dynamics, self.planar)),
             fixed: self.fixed(),
             walls: self.walls(),
             periods: self.periods(),

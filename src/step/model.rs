@@ -1,7 +1,7 @@
 //! What steps are computed with.
 
 use super::{ContactSettings, Time};
-use crate::dynamics::{Bonds, Cells, Dynamics, Force, Heat, Stream};
+use crate::dynamics::{Bonds, Cells, Dynamics, Force, Heat, Strain, Stream};
 use crate::fixed::Fixed;
 use crate::lcp::{Settings, SolverKind};
 use crate::periodic::Periods;
@@ -27,11 +27,13 @@ pub struct Model {
     pub heat: Option<Heat>,
     /// The background flow, where there is one.
     pub stream: Option<Stream>,
+    /// The flow of a periodic cell whose lengths change, where they do.
+    pub strain: Option<Strain>,
     /// The bodies that do not move.
     pub fixed: Fixed,
     /// The surfaces of walls.
     pub walls: Walls,
-    /// The periods of space.
+    /// The periods of space at the start.
     pub periods: Periods,
     /// Whether walls or periods leave bodies a limited space.
     pub confined: bool,

@@ -148,9 +148,9 @@ impl Taking<'_> {
         }
     }
 
-    /// Parts bodies that overlap by more than the tolerance, in no time, `at` so many `dt` after the last step; what is left, or none where they cannot be,
-    /// and then they are where they were. Each round starts from the least bad trial of the last one, with rows made
-    /// there.
+    /// Parts bodies that overlap by more than the tolerance, in no time, `at` so many `dt` after the last step; what is
+    /// left, or none where they cannot be, and then they are where they were. Each round starts from the least bad
+    /// trial of the last one, with rows made there.
     fn parted(&mut self, again: &mut dyn RetryBackend, at: f64) -> Result<Option<Overlap>, Fault> {
         let before = again.backend().state()?.clone();
         let plan = Plan { stepping: Stepping::Euler, keeps_least_bad: true, ..*self.plan };

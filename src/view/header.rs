@@ -72,6 +72,9 @@ pub(super) struct StateHeader {
     /// What it does not tell, and why.
     pub missing: BTreeMap<&'static str, String>,
     pub columns: Vec<Column>,
+    /// The periods of space then, where they change.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    periods: Option<[Option<f64>; 3]>,
     /// Where each wall of the scene is that moves, and null for each that does not; left out where none moves.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     walls: Vec<Option<WallPlace>>,
@@ -127,6 +130,10 @@ impl Header {
         let quantities: Vec<Told> = Quantity::ALL.iter().map(told).collect();
         let mut states = packer.headers.clone();
         states.iter_mut().for_each(|state| state.place_walls(scene.map_or(&[], |scene| &scene.walls)));
+        let changing = scene.and_then(|scene| scene.periodic).filter(|cell| cell.strain_rate.is_some());
+        if let Some(cell) = changing {
+            states.iter_mut().for_each(|state| state.periods = Some(cell.at(state.time).lengths()));
+        }
         let there = quantities.iter().any(|told| told.name == pages.colour.name() && told.missing.is_none());
         Header {
             name: name.into(),

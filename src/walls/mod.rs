@@ -1,8 +1,8 @@
 //! The walls of a scene: surfaces that bodies stay inside of, without unknowns. They stand still or have a motion of
 //! their own.
 //!
-//! Each surface of a wall (a box has six) is to a body like another body that nothing can push: it has a number in the place
-//! of a body's, so that pairs, rows and what a step remembers are the same for both, and in an LCP its block of `J` is
+//! Each surface of a wall (a box has six) is to a body like another body that nothing can push: it has a number in the
+//! place of a body's, so that pairs, rows and what a step remembers are the same for both, and in an LCP its block of `J` is
 //! zero.
 
 #[cfg(feature = "files")]
@@ -101,7 +101,8 @@ impl Walls {
     ///
     /// ```
     /// use relcp::walls::{Wall, WallMotion, Walls};
-    /// let piston = Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: 0.0, motion: Some(WallMotion::new([0.5, 0.0, 0.0])) };
+    /// let motion = Some(WallMotion::new([0.5, 0.0, 0.0]));
+    /// let piston = Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: 0.0, motion };
     /// let walls = Walls::new(&[piston], false);
     /// assert!(walls.move_in_time() && walls.at(0.0) == walls && walls.at(2.0) != walls);
     /// ```

@@ -8,8 +8,8 @@ use schemars::JsonSchema;
 #[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
-/// A wall that bodies do not pass, fixed or with a motion of its own. In a planar scene walls stand upright on the plane; faces across it (of a box,
-/// the ends of a cylinder) are left out.
+/// A wall that bodies do not pass, fixed or with a motion of its own. In a planar scene walls stand upright on the
+/// plane; faces across it (of a box, the ends of a cylinder) are left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]

@@ -15,5 +15,6 @@ mod orientation;
 mod removal;
 mod scenes;
 mod species;
+mod strain;
 mod thermal;
 mod traps;

@@ -201,6 +201,15 @@ fn a_squeeze_without_room_ends_the_run_with_the_state_before_it() {
         assert!(matches!(fault, Fault::Unresolved(_)) && fault.to_string().contains("wall"), "{fault}");
         // There is room until the piston is at 0.6.
         assert!((simulation.time() - 0.6).abs() < 0.051, "{}", simulation.time());
+        let mut of = scene(0.05, 1.0, stepping, true, &walls, &[ball(0.5, [1.0, 0.0, 0.0])]);
+        of["contact"]["on_failure"] = json!("continue");
+        let mut simulation = started(&of);
+        while !simulation.done() {
+            simulation.step().unwrap();
+        }
+        // The ball of 1 stands in 0.6: half of what is missing is on either side.
+        let at = simulation.state().unwrap().bodies.position[0].x;
+        assert!((overlap(&simulation) - 0.2).abs() < 0.01 && (at - 1.3).abs() < 0.01, "{at} {}", overlap(&simulation));
     }
 }
 
@@ -215,7 +224,8 @@ fn rods(planar: bool) -> Vec<Value> {
     };
     let rod = |i: u32| {
         let place = [1.1 * f64::from(i % 3) - 1.1, 1.2 * f64::from(i / 3) - 0.6, 0.0];
-        json!({"shape": {"spherocylinder": {"diameter": 0.4, "length": 1}}, "position": place, "orientation": turned(i)})
+        let shape = json!({"spherocylinder": {"diameter": 0.4, "length": 1}});
+        json!({"shape": shape, "position": place, "orientation": turned(i)})
     };
     (0..6).map(rod).collect()
 }
@@ -229,8 +239,11 @@ fn moving_walls_on_a_device_are_the_cpus() {
     of["walls"][1]["half_space"]["offset"] = json!(-2.4);
     of["solver"] = json!({"tolerance": 1e-9});
     agrees_on_device(&parse(&of), "a box and a piston in the plane", [2e-4, 1e-7]);
+    of["growth"] = json!({"rate": 0.5, "division_length": 1.1});
+    agrees_on_device(&parse(&of), "the same with cells that grow and divide", [2e-4, 1e-6]);
     let turning = json!({"velocity": [2, 0, 1.5], "angular_velocity": [0.3, 0.8, 0.5]});
-    let walls = json!([{"cylinder": {"center": [0, 0, 0], "axis": [0, 0, 1], "radius": 2.1, "length": 2.2, "motion": turning}}]);
+    let mut walls = json!([{"cylinder": {"center": [0, 0, 0], "axis": [0, 0, 1], "radius": 2.1, "length": 2.2}}]);
+    walls[0]["cylinder"]["motion"] = turning;
     let mut bodies = rods(false);
     bodies.push(json!({"shape": {"torus": {"major_radius": 0.4, "minor_radius": 0.1}}, "position": [0, 0, 0.9]}));
     let mut of = scene(0.02, 0.3, "midpoint", false, &walls, &bodies);
@@ -239,7 +252,8 @@ fn moving_walls_on_a_device_are_the_cpus() {
     // A ball that swallows two ellipsoids, with rows as the paper makes them, and inertia.
     let motion = json!({"velocity": [2, 0, 0], "angular_velocity": [1, 2, 3], "window": {"period": 0.1, "duty": 0.7}});
     let ball = json!([{"sphere": {"center": [0, 0, 0], "radius": 1.2, "motion": motion}}]);
-    let egg = |z: f64| json!({"shape": {"ellipsoid": {"radii": [0.2, 0.3, 0.5]}}, "position": [-0.6, 0, z], "orientation": [1, 0, 1, 0]});
+    let radii = json!({"ellipsoid": {"radii": [0.2, 0.3, 0.5]}});
+    let egg = |z: f64| json!({"shape": radii, "position": [-0.6, 0, z], "orientation": [1, 0, 1, 0]});
     let mut of = scene(0.02, 0.3, "midpoint", false, &ball, &[egg(-0.3), egg(0.3)]);
     of["contact"]["rows"] = json!("paper");
     of["dynamics"] = json!({"inertial": {"density": 1, "drag": 2}});

@@ -3,6 +3,8 @@
 //! In the plane the last velocities `U_last` lead a part [`AHEAD`] of the step ahead. Normals and levers are those of
 //! that configuration. The offsets make the rows exact at the end of the step, `g(U_last) = Phi(C(U_last))`: what a
 //! first row is wrong by is of second order in `U - U_last`.
+//!
+//! In a periodic cell whose lengths change they are made where its flow leads in the whole step.
 
 use super::LEAST_BODIES_A_TASK;
 use super::narrow_phase::Near;
@@ -40,12 +42,17 @@ pub(super) struct First {
 }
 
 impl First {
-    /// Chooses where the last velocities lead in a part of the step, or its start.
-    pub(super) fn predict(&mut self, start: &Start, ahead: bool) {
+    /// Chooses where the last velocities lead in a part of the step, or its start; in a cell whose lengths change where
+    /// its flow leads, so that nothing depends on which image a body is.
+    pub(super) fn predict(&mut self, setup: &Setup, start: &Start, ahead: bool) {
         self.ahead = ahead;
         let bodies = start.bodies.len();
         self.reached.clear();
-        if ahead {
+        let carried = setup.strain.filter(|_| !start.parting).map(|strain| strain.rates(start.time));
+        if let Some(rates) = carried {
+            let of = |x: &DVec3| Twist { linear: rates * *x, angular: DVec3::ZERO };
+            self.reached.extend(start.bodies.position.iter().map(of));
+        } else if ahead {
             let part = |v: DVec3| AHEAD * v;
             let of_last = |Twist { linear, angular }| Twist { linear: part(linear), angular: part(angular) };
             self.reached.extend((0..bodies).map(|i| of_last(start.bodies.twist(i))));
@@ -53,7 +60,7 @@ impl First {
             self.reached.resize(bodies, Twist::default());
         }
         let reached = &self.reached;
-        let of_body = |i: usize| match ahead {
+        let of_body = |i: usize| match ahead || carried.is_some() {
             true => dynamics::advance(start.pose(i), reached[i], start.interval),
             false => start.pose(i),
         };
@@ -124,7 +131,7 @@ impl First {
 /// rows at the start keep the angular momentum of a pair to rounding, and rows ahead do not.
 pub(super) fn leads_ahead(model: &Model) -> bool {
     let inertial = model.dynamics.has_inertia();
-    // Random loads leave nothing of the last velocities.
-    let steady = model.heat.is_none();
+    // Random loads leave nothing of the last velocities, and those of a changing cell depend on images.
+    let steady = model.heat.is_none() && model.strain.is_none();
     model.contact.rows_of_method() == Rows::Auto && model.time.stepping == Stepping::Euler && !inertial && steady
 }

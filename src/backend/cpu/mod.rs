@@ -74,10 +74,11 @@ impl<const D: usize> Cpu<D> {
     pub fn new(model: &Model, mut state: State) -> Result<Self, RowSourceError> {
         let setup = Setup::new(model, &state.bodies);
         setup.source.proxies(&state.bodies.shape)?;
-        state.bodies.periods = model.periods;
         if let Some(cells) = &model.cells {
             cells.settle(&mut state.bodies);
         }
+        let now = |strain: crate::dynamics::Strain| strain.periods(model.time.after(state.step));
+        state.bodies.periods = model.strain.map_or(model.periods, now);
         // What is remembered of another scene's walls is of no use.
         state.warm.retain(|w| surface_of(w.pair[1]).is_none_or(|surface| surface < setup.walls.len()));
         Ok(Cpu {
@@ -188,16 +189,17 @@ impl<const D: usize> Backend for Cpu<D> {
     fn begin(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         let step = self.step();
-        let Cpu { setup, state, next, start, motions, first, pairs, solve, phases, .. } = self;
+        let Cpu { setup, state, next, start, motions, first, pairs, solve, candidates, phases, .. } = self;
         // A step that is taken again was led astray once: its pieces are linearised at their starts.
         let whole = next.is_none() && !start.parting;
         start.begin(setup, state, next.take().unwrap_or((Piece::WHOLE, Waiting::None)))?;
+        candidates.set_periods(start.bodies.periods);
         solve.begin();
         pairs.remember(&state.warm);
         phases.growth += begun.elapsed();
         let begun = Instant::now();
-        first.predict(start, D == PLANAR && setup.leads_ahead && whole);
         setup.prepare(start, step)?;
+        first.predict(setup, start, D == PLANAR && setup.leads_ahead && whole);
         motions.set(setup, start, first, step);
         phases.integrate += begun.elapsed();
         Ok(())
@@ -223,7 +225,7 @@ impl<const D: usize> Backend for Cpu<D> {
     fn append_near(&mut self) -> Result<(), Fault> {
         self.append_first()?;
         if self.first.is_too_deep(&self.setup) {
-            self.first.predict(&self.start, false);
+            self.first.predict(&self.setup, &self.start, false);
             self.motions.set(&self.setup, &self.start, &self.first, self.state.step + 1);
             self.append_first()?;
         }

@@ -52,7 +52,12 @@ impl Stages<'_> {
                 let limit = |i: usize| if start.is_held(i) { f64::NEG_INFINITY } else { 0.0 };
                 walls::near(walls, start.bodies.len(), placed, limit)
             });
-            let overlap = found.iter().chain(before.as_ref().unwrap_or(&walls)).fold(0.0, deepest);
+            let of_bodies = |deepest: f64, near: &Near| {
+                let places = near.pair.map(|i| first.pose(i as usize).position);
+                deepest.max(-start.separation_before(places, &near.found))
+            };
+            let overlap = found.iter().fold(0.0, of_bodies);
+            let overlap = before.as_ref().unwrap_or(&walls).iter().fold(overlap, deepest);
             first.overlap = overlap;
         }
         let mut rows = match setup.rows {

@@ -4,7 +4,7 @@ use super::first;
 use super::start::Start;
 use crate::bodies::Bodies;
 use crate::constraint::RowSource;
-use crate::dynamics::{self, Bonds, Cells, ForceField, Heat, Law, Overdamped};
+use crate::dynamics::{Bonds, Cells, ForceField, Heat, Law, Overdamped, Strain, self};
 use crate::fixed::Fixed;
 use crate::shape::Shape;
 use crate::step::{Fault, Model, Rows, Stepping, Time};
@@ -20,6 +20,7 @@ pub(super) struct Setup {
     pub(super) forces: Vec<Box<dyn ForceField>>,
     pub(super) bonds: Bonds,
     pub(super) heat: Option<Heat>,
+    pub(super) strain: Option<Strain>,
     pub(super) walls: Walls,
     pub(super) fixed: Fixed,
     pub(super) source: RowSource,
@@ -37,6 +38,7 @@ impl Setup {
     pub(super) fn new(model: &Model, bodies: &Bodies) -> Setup {
         let shapes = || bodies.shape.iter();
         let mut forces = dynamics::force_fields(&model.forces, &model.groups, &model.dynamics);
+        forces.extend(model.strain.map(|strain| Box::new(strain) as Box<dyn ForceField>));
         forces.extend(model.stream.map(|stream| Box::new(stream) as Box<dyn ForceField>));
         Setup {
             time: model.time,
@@ -44,6 +46,7 @@ impl Setup {
             bonds: model.bonds.clone(),
             forces,
             heat: model.heat,
+            strain: model.strain,
             walls: model.walls.clone(),
             fixed: model.fixed.clone(),
             source: model.contact.method.row_source(),

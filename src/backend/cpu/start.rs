@@ -3,10 +3,11 @@
 use super::setup::Setup;
 use crate::bodies::Bodies;
 use crate::dynamics::{Incidence, Pose, Waiting};
-use crate::separation::Placed;
+use crate::separation::{Placed, Separation};
 use crate::shape::ProxySphere;
 use crate::step::{Fault, Piece, State};
 use crate::walls::Walls;
+use glam::DVec3;
 
 pub(super) struct Start {
     /// What of the step is being taken, and the cells that wait in it.
@@ -31,6 +32,8 @@ pub(super) struct Start {
     /// Where walls are that move: at the piece's start, at the end of the present part, and in its middle once that is
     /// made.
     walls: Option<[Walls; 3]>,
+    /// What the part strains a cell by whose lengths change, along the axes.
+    strained: Option<DVec3>,
     /// Which bodies do not move; empty where none can be fixed.
     held: Vec<bool>,
     /// What slows the growth of this step's bodies, where something does.
@@ -51,6 +54,7 @@ impl Start {
             proxies: Vec::new(),
             bonds: None,
             walls: None,
+            strained: None,
             held: Vec::new(),
             pressures: Vec::new(),
         }
@@ -84,6 +88,7 @@ impl Start {
         self.bonds = bonded.then(|| setup.bonds.incidence(&self.bodies.lineage, &self.bodies.broken_bonds));
         self.held = setup.fixed.flags(&self.bodies);
         self.place_walls(setup);
+        self.place_cell(setup);
         self.make_proxies(setup)
     }
 
@@ -102,6 +107,22 @@ impl Start {
         let interval = if self.parting { 0.0 } else { self.interval };
         let times = [0.0, 1.0, 0.5].map(|part| self.time + part * interval);
         self.walls = setup.walls.move_in_time().then(|| times.map(|time| setup.walls.at(time)));
+    }
+
+    /// Takes the periods at the end of the present part.
+    fn place_cell(&mut self, setup: &Setup) {
+        let interval = if self.parting { 0.0 } else { self.interval };
+        self.strained = setup.strain.filter(|_| !self.parting).map(|strain| interval * strain.rates(self.time));
+        if let Some(strain) = &setup.strain {
+            self.bodies.periods = strain.periods(self.time + interval);
+        }
+    }
+
+    /// A separation that was found where the flow of a changing cell leads, at the start.
+    pub(super) fn separation_before(&self, [a, b]: [DVec3; 2], found: &Separation) -> f64 {
+        let Some(strain) = self.strained else { return found.separation };
+        let moved = self.bodies.periods.nearest(b - a) * strain / (DVec3::ONE + strain);
+        found.separation - found.normal.dot(moved)
     }
 
     /// The walls that bodies must keep clear of: where they are at the end of the present part.

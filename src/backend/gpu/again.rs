@@ -53,6 +53,7 @@ impl Device {
         self.groups_of.write(&gpu, 0, bytemuck::cast_slice(&self.ancestry.group));
         (self.bodies, self.accepted_bodies, self.step) = (bodies, bodies, state.step);
         self.part = self.setup.first_part();
+        self.setup.periods = state.bodies.periods;
         self.candidates.forget(state.warm);
         // What is known of the state from now on is what the device holds.
         self.state = OnceLock::new();

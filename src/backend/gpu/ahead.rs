@@ -1,5 +1,5 @@
 //! Where first rows are made: in the plane a part of a step ahead, where the last velocities lead, if no overlap there
-//! is deep; else where the step begins.
+//! is deep; in a cell whose lengths change where its flow leads; else where the step begins.
 
 use super::midpoint::Part;
 use super::separations::Report;
@@ -11,7 +11,12 @@ use crate::gpu::Recorder;
 impl Setup {
     /// Whether first rows may be made where the last velocities lead.
     pub fn leads_ahead(&self) -> bool {
-        self.planar && self.branches > 0 && !self.midpoint && !self.inertia() && self.heat.is_none()
+        self.planar
+            && self.branches > 0
+            && !self.midpoint
+            && !self.inertia()
+            && self.heat.is_none()
+            && self.strain.is_none()
     }
 }
 
@@ -22,7 +27,7 @@ impl Device {
     }
 
     pub(super) fn first_index(&self) -> usize {
-        if self.is_ahead() { self.poses.len() - 1 } else { self.here_index() }
+        if self.is_ahead() || self.setup.strain.is_some() { self.poses.len() - 1 } else { self.here_index() }
     }
 
     /// Whether first rows of the present part are made ahead of its start.
@@ -30,8 +35,27 @@ impl Device {
         self.ahead && self.part != Part::FromMiddle
     }
 
+    /// Records where the flow of a changing cell leads bodies.
+    fn record_carried(&self, record: &mut Recorder<'_>) {
+        let (Some(kernel), Some(strain)) = (&self.kernels.carried, &self.setup.strain) else { return };
+        let (start, ahead) = (self.start(), self.first());
+        let buffers = [
+            ("cells", &start.cells),
+            ("remainders", &start.remainders),
+            ("orientations", &start.orientations),
+            ("motions", &self.motions),
+            ("ahead_cells", &ahead.cells),
+            ("ahead_remainders", &ahead.remainders),
+            ("ahead_orientations", &ahead.orientations),
+        ];
+        let rates = self.setup.precision.encode(strain.rates(self.step_start()).to_array());
+        let parameters = [self.timed([self.bodies as u32, 0, 0, 0]), rates].concat();
+        record.run(kernel, &parameters, &buffers, self.bodies);
+    }
+
     /// Records the poses ahead, and that bodies come there with their last velocities.
     pub(super) fn record_ahead(&self, record: &mut Recorder<'_>) {
+        self.record_carried(record);
         let kernel = self.kernels.branches.as_ref().and_then(|kernels| kernels.ahead.as_ref());
         let (Some(kernel), true) = (kernel, self.is_ahead()) else { return };
         let (start, ahead) = (self.start(), self.first());

@@ -2,7 +2,7 @@
 //! is remembered.
 
 use super::Setup;
-use super::source::{base, moved, numbers, of_pairs, spinning, stretched, with_flags};
+use super::source::{base, changing, moved, numbers, of_pairs, spinning, stretched, with_flags};
 use crate::backend::cpu::first::{AHEAD, DEEPEST_AHEAD};
 use crate::constraint::LEAST_ALIGNED;
 use crate::gpu::{Kernel, Source, fragment, kernels};
@@ -16,7 +16,7 @@ kernels! {
     /// The kernels of a scene whose rows are by branches, beside those that have others for that.
     pub(super) struct BranchKernels for setup: &Setup {
         choose: Kernel = choose(setup),
-        stage: Kernel = geometry(setup, "stage").include(fragment!("constraint/stage.wgsl")),
+        stage: Kernel = changing(setup, geometry(setup, "stage").include(fragment!("constraint/stage.wgsl"))),
         start: Kernel = plain(setup, "start").include(fragment!("constraint/start_branches.wgsl")),
         carry: Kernel = plain(setup, "carry branches").include(fragment!("constraint/carry_branches.wgsl")),
         matched: Kernel = plain(setup, "match").include(fragment!("constraint/match.wgsl")),
@@ -79,7 +79,8 @@ pub(super) fn remember(setup: &Setup) -> Source {
 
 /// The kernel that chooses the branches of pairs that get a row.
 fn choose(setup: &Setup) -> Source {
-    with_flags(with_turning(setup, numbers(geometry(setup, "branches")))).include(fragment!("constraint/branches.wgsl"))
+    let source = with_flags(with_turning(setup, numbers(geometry(setup, "branches"))));
+    changing(setup, source.include(fragment!("constraint/branches.wgsl")))
 }
 
 /// The kernel that tightens the rows of branches.
@@ -99,8 +100,9 @@ fn ahead(setup: &Setup) -> Source {
 
 /// The kernel that aims first rows at the end of the step.
 fn aim(setup: &Setup) -> Source {
-    numbers(geometry(setup, "aim"))
+    let source = numbers(geometry(setup, "aim"))
         .real("AHEAD", AHEAD)
         .real("MOST_AIMED", DEEPEST_AHEAD * setup.thinnest)
-        .include(fragment!("constraint/aim.wgsl"))
+        .include(fragment!("constraint/aim.wgsl"));
+    changing(setup, source)
 }

@@ -69,7 +69,7 @@ impl Branches {
     }
 
     fn stage(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
-        let RowInputs { lists, poses, shapes, .. } = made;
+        let RowInputs { lists, poses, shapes, setup, .. } = made;
         let buffers = [
             ("pairs", &lists.pairs),
             ("cells", &poses.cells),
@@ -80,7 +80,8 @@ impl Branches {
             ("row_start", row_start),
             ("staged", &self.staged),
         ];
-        record.run(&kernels.stage, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
+        let parameters = setup.of_pairs(&words([lists.pairs_count as u32, 0, 0, 0]));
+        record.run(&kernels.stage, &parameters, &buffers, lists.pairs_count);
     }
 
     fn aim(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
@@ -97,7 +98,7 @@ impl Branches {
             ("staged", &self.staged),
         ];
         let parameters = setup.timed([lists.pairs_count as u32, 0, 0, 0], setup.length_of(part));
-        record.run(aim, &parameters, &buffers, lists.pairs_count);
+        record.run(aim, &setup.of_pairs(&parameters), &buffers, lists.pairs_count);
     }
 
     fn stretch(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
@@ -159,7 +160,7 @@ impl Rows {
             ("contacts", &lists.contacts),
         ];
         let parameters = setup.timed(of_kernel, setup.length_of(part));
-        record.run(&of_branches.choose, &parameters, &buffers, lists.pairs_count);
+        record.run(&of_branches.choose, &setup.of_pairs(&parameters), &buffers, lists.pairs_count);
         Ok(())
     }
 

@@ -7,7 +7,7 @@ use super::state::{Poses, Shapes};
 use super::walls::Surfaces;
 use super::{Setup, branches, words};
 use crate::broad_phase::gpu::Search;
-use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
+use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Recorder};
 use crate::walls::Walls;
 use crate::warm::Warm;
 
@@ -49,7 +49,7 @@ pub(super) struct Candidates {
     skin: Option<f64>,
     calls: u64,
     pub searches: u64,
-    /// Whether walls have moved since the list was made.
+    /// Whether walls or the cell have moved since the list was made.
     stale: bool,
     /// Whether the next search is the first one since the start, or since the host gave the device another state.
     pub(super) first: bool,
@@ -80,7 +80,13 @@ impl Candidates {
             old: Lists::new(gpu, setup)?,
             old_pair: Buffer::new(gpu, "old pairs", 4, 0)?,
             no_rows: Buffer::new(gpu, "row counts", 4, 0)?,
-            search: Search::in_space(gpu, setup.precision, setup.planar, setup.lattice, setup.periods.lengths())?,
+            search: Search::in_space(
+                gpu,
+                setup.precision,
+                setup.planar,
+                setup.lattice,
+                (setup.periods.lengths(), setup.strain.is_some()),
+            )?,
             surfaces: Surfaces::new(gpu, setup)?,
             stored: [
                 Buffer::new(gpu, "stored cells", 16, 0)?,
@@ -119,6 +125,12 @@ impl Candidates {
             self.stale |= surfaces.place(gpu, setup, walls, middle)?;
         }
         Ok(())
+    }
+
+    /// Goes on with other periods: a list from before says nothing there.
+    pub fn place_cell(&mut self, periods: LatticePeriods) {
+        self.search.set_periods(periods);
+        self.stale = true;
     }
 
     /// A look at the list that found it complete.
@@ -259,7 +271,7 @@ impl Candidates {
         let bounds = (LEAST_SKIN * largest, LARGEST_SKIN * largest);
         let skin = match self.skin {
             None => FIRST_SKIN * largest,
-            // A wall's motion says nothing of the skin.
+            // The motion of a wall or a cell says nothing of the skin.
             Some(skin) if self.stale => skin,
             Some(skin) if self.calls < FEW_CALLS => 2.0 * skin,
             Some(skin) if self.calls > MANY_CALLS => 0.5 * skin,

@@ -33,6 +33,14 @@ impl Setup {
         bytes
     }
 
+    /// The parameters of a kernel that compares two bodies: with the periods behind them where these change.
+    pub(super) fn of_pairs(&self, parameters: &[u8]) -> Vec<u8> {
+        match self.strain {
+            Some(_) => self.lattice_periods.after(parameters),
+            None => parameters.to_vec(),
+        }
+    }
+
     /// The part that a step begins with.
     pub(super) fn first_part(&self) -> Part {
         if self.midpoint { Part::FirstHalf } else { Part::Whole }
@@ -91,8 +99,9 @@ impl Device {
     /// The parameters of the kernel of motions: those of the present part, and the shares of windows in it.
     fn motion_parameters(&self, parameters: &[u8]) -> Vec<u8> {
         let span = self.span();
+        let rates = self.setup.strain.map(|strain| strain.rates(span[0]).to_array());
         let shares = source::loads::windows(&self.setup.forces).into_iter().map(|window| window.share(span));
-        [parameters, &self.setup.precision.encode(shares)].concat()
+        [parameters, &self.setup.precision.encode(shares.chain(rates.into_iter().flatten()))].concat()
     }
 
     /// Forces of a library's user, computed on the host from the state there.
@@ -141,6 +150,7 @@ impl Device {
         self.write_ids()?;
         self.write_bonds()?;
         self.place_walls()?;
+        self.place_cell(self.span()[1])?;
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         self.motions.reserve(&gpu, bodies)?;
         self.boxes.reserve(&gpu, bodies)?;

@@ -31,7 +31,7 @@ mod warm;
 
 use crate::bodies::{Bodies, Lineage};
 use crate::constraint::RowSource;
-use crate::dynamics::{Bonds, Cells, Dynamics, Force, ForceField, Heat, Stream};
+use crate::dynamics::{Bonds, Cells, Dynamics, Force, ForceField, Heat, Strain, Stream};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, Lattice, LatticePeriods, Made, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
@@ -80,6 +80,7 @@ pub(crate) struct Setup {
     pub bonds: Bonds,
     pub heat: Option<Heat>,
     pub stream: Option<Stream>,
+    pub strain: Option<Strain>,
     pub growth: Option<Cells>,
     pub length_pitch: f64,
     pub shapes: Vec<Shape>,
@@ -150,6 +151,7 @@ impl Setup {
             heat: model.heat,
             stream: model.stream,
             growth: model.cells.clone(),
+            strain: model.strain,
             length_pitch: (longest / LENGTHS).max(f64::MIN_POSITIVE).log2().ceil().exp2(),
             shapes: shapes.to_vec(),
             thinnest,
@@ -265,14 +267,19 @@ impl Device {
         gpu.check(precision)?;
         Device::check(model)?;
         let setup = Setup::new(model, &state.bodies.shape, precision)?;
-        state.bodies.periods = setup.periods;
         if let Some(cells) = &setup.growth {
             cells.settle(&mut state.bodies);
         }
+        state.bodies.periods =
+            model.strain.map_or(setup.periods, |strain| strain.periods(model.time.after(state.step)));
         let (real, bodies) = (precision.bytes(), state.bodies.len() as u64);
         let grows = setup.growth.is_some();
         let mut poses = Vec::new();
-        for _ in 0..2 + u32::from(grows) + u32::from(setup.midpoint) + u32::from(setup.leads_ahead()) {
+        for _ in 0..2
+            + u32::from(grows)
+            + u32::from(setup.midpoint)
+            + u32::from(setup.leads_ahead() || setup.strain.is_some())
+        {
             poses.push(Poses::new(&gpu, precision, bodies)?);
         }
         poses[0].write(&gpu, &setup, &state.bodies)?;
@@ -345,6 +352,18 @@ impl Device {
 
     fn step_start(&self) -> f64 {
         self.model.time.after(self.step)
+    }
+
+    /// Takes the periods at the end of the present part, where they change.
+    fn place_cell(&mut self, end: f64) -> Result<(), GpuError> {
+        let Some(strain) = &self.setup.strain else { return Ok(()) };
+        let periods = strain.periods(end);
+        if periods != self.setup.periods {
+            self.setup.lattice_periods = LatticePeriods::new(self.setup.lattice, periods.lengths())?;
+            self.setup.periods = periods;
+            self.candidates.place_cell(self.setup.lattice_periods);
+        }
+        Ok(())
     }
 
     fn parameters(&self) -> [u8; 16] {
@@ -607,7 +626,8 @@ impl Backend for Device {
     }
 
     fn go_on_from(&mut self, mut state: State) -> Result<(), Fault> {
-        state.bodies.periods = self.setup.periods;
+        let time = self.model.time.after(state.step);
+        state.bodies.periods = self.setup.strain.map_or(self.setup.periods, |strain| strain.periods(time));
         Ok(self.restore(state)?)
     }
 

@@ -52,7 +52,7 @@ impl Device {
             ("report", &self.report),
         ];
         let parameters = self.timed([lists.body_pairs as u32, 0, 0, 0]);
-        record.run(&self.kernels.passing, &parameters, &buffers, lists.body_pairs);
+        record.run(&self.kernels.passing, &self.setup.of_pairs(&parameters), &buffers, lists.body_pairs);
         let read = record.read(&[(&self.report, 0..Report::BYTES)])?;
         let report: Report = bytemuck::pod_read_unaligned(&read[0]);
         let left = f64::from(f32::from_bits(report.strayed)) + self.turned;

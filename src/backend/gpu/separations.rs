@@ -88,6 +88,7 @@ impl Device {
         let by_motions = self.setup.branches > 0;
         let parameters = [of_bodies as u32, u32::from(at_trial), (self.violating as f32).to_bits(), 0];
         let parameters = if by_motions { self.timed(parameters) } else { words(parameters).to_vec() };
+        let parameters = self.setup.of_pairs(&parameters);
         for kernel in &self.kernels.narrow {
             let buffers = [
                 ("pairs", &lists.pairs),

@@ -11,7 +11,7 @@ use super::heat;
 use super::held::HeldKernels;
 use crate::constraint::LEAST_ALIGNED;
 use crate::dynamics::{Dynamics, Force, LAST_STEP};
-use crate::gpu::{Kernel, Precision, Source, fragment, kernels};
+use crate::gpu::{Kernel, LatticePeriods, Precision, Source, fragment, kernels};
 use crate::separation;
 use crate::shape::gpu::add_shapes_to;
 use crate::step::DEEPER;
@@ -97,6 +97,10 @@ pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
         Some(stream) => loads::flowing(stream, source),
         None => source,
     };
+    let source = match setup.strain {
+        Some(_) => loads::straining(source),
+        None => source,
+    };
     let (loads, parameters) = (loads::load_of(setup, &source), loads::parameters(setup));
     source.text(&loads).text(&parameters).include(fragment!("dynamics/motion.wgsl"))
 }
@@ -125,9 +129,7 @@ kernels! {
             reporting(with_flags(base(setup, "overlap"))).include(fragment!("step/overlap.wgsl")),
         farthest: Kernel = reporting(with_bodies(setup, "farthest")).include(fragment!("step/farthest.wgsl")),
         stray: Kernel = reporting(with_bodies(setup, "stray")).include(fragment!("step/stray.wgsl")),
-        passing: Kernel = reporting(of_pairs(setup, "passing"))
-            .real("DEEPER", DEEPER)
-            .include(fragment!("step/passing.wgsl")),
+        passing: Kernel = passing(setup),
         count: Kernel = count(setup),
         append: Kernel = append(setup),
         target: Kernel = base(setup, "target").include(fragment!("constraint/target.wgsl")),
@@ -153,6 +155,8 @@ kernels! {
         midpoint: Option<MidpointKernels> = setup.midpoint.then_some(setup),
         /// Where bodies have bonds.
         bonds: Option<BondKernels> = (!setup.bonds.is_empty()).then_some(setup),
+        /// Where a cell's lengths change.
+        carried: Option<Kernel> = setup.strain.map(|_| base(setup, "carried").include(fragment!("dynamics/carried.wgsl"))),
         /// Where there is Brownian motion.
         heat: Option<Kernel> = heat::source(setup),
         /// Where bodies are fixed.
@@ -258,6 +262,17 @@ fn remember(setup: &Setup) -> Source {
     }
 }
 
+/// The kernel of pairs that may pass each other.
+fn passing(setup: &Setup) -> Source {
+    let source = reporting(of_pairs(setup, "passing")).real("DEEPER", DEEPER).include(fragment!("step/passing.wgsl"));
+    changing(setup, source)
+}
+
+/// A whole kernel that compares two bodies, where the periods may change.
+pub(super) fn changing(setup: &Setup, source: Source) -> Source {
+    if setup.strain.is_some() { LatticePeriods::changing(source) } else { source }
+}
+
 /// The kernels of the pairs of families that the scene's shapes make.
 fn narrow_sources(setup: &Setup) -> Vec<Source> {
     let families = separation::gpu::PairFamilies::needed(setup.shapes.iter().copied());
@@ -267,7 +282,8 @@ fn narrow_sources(setup: &Setup) -> Vec<Source> {
             0 => fragment!("separation/near_boxes.wgsl"),
             _ => fragment!("separation/near_motions.wgsl"),
         };
-        families.add_to(source, setup.planar).include(near).include(fragment!("separation/narrow.wgsl"))
+        let source = families.add_to(source, setup.planar).include(near).include(fragment!("separation/narrow.wgsl"));
+        changing(setup, source)
     };
     families.into_iter().enumerate().map(source).collect()
 }

@@ -70,7 +70,8 @@ impl Surfaces {
         }))
     }
 
-    /// Moves the surfaces, and says whether any of them has moved; `middle` is where they are in the middle of the step.
+    /// Moves the surfaces, and says whether any of them has moved; `middle` is where they are in the middle of the
+    /// step.
     pub fn place(&mut self, gpu: &Gpu, setup: &Setup, walls: &Walls, middle: Option<&Walls>) -> Result<bool, GpuError> {
         let middle = middle.map(|walls| numbers_of(walls, setup)).transpose()?;
         let reals = |numbers| Buffer::reals(gpu, "surfaces in the middle", setup.precision, 4, numbers);

@@ -18,6 +18,8 @@ pub(super) struct Space {
     pub lattice: Lattice,
     /// Where space is periodic.
     pub periods: Option<LatticePeriods>,
+    /// Whether the periods change from search to search.
+    pub changing: bool,
 }
 
 kernels! {
@@ -46,7 +48,8 @@ impl Space {
 
     /// A kernel of the grid that goes round.
     fn periodic(&self, periods: &LatticePeriods, fragment: Fragment) -> Source {
-        levels(periods.define(self.constants(fragment)), fragment)
+        let source = levels(periods.define(self.constants(fragment)), fragment);
+        if self.changing { LatticePeriods::changing(source) } else { source }
     }
 
     fn constants(&self, fragment: Fragment) -> Source {
@@ -79,10 +82,12 @@ mod tests {
         let periods = LatticePeriods::new(lattice, [Some(3.1), None, None]).unwrap();
         for precision in [Precision::F32, Precision::F64] {
             for (planar, periods) in [(false, None), (true, None), (false, Some(periods)), (true, Some(periods))] {
-                let sources = Kernels::sources(&Space { precision, planar, lattice, periods });
-                assert_eq!(sources.len(), 7 + usize::from(periods.is_some()));
-                for source in sources {
-                    validate(&source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
+                for changing in [false, periods.is_some()] {
+                    let sources = Kernels::sources(&Space { precision, planar, lattice, periods, changing });
+                    assert_eq!(sources.len(), 7 + usize::from(periods.is_some()));
+                    for source in sources {
+                        validate(&source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
+                    }
                 }
             }
         }

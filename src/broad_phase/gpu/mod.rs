@@ -37,6 +37,8 @@ const TOO_MANY_PAIRS: u64 = 1 << 31;
 /// The search, and the pairs that it found last.
 pub struct Search {
     kernels: Kernels,
+    /// The periods where they change.
+    changing: Option<LatticePeriods>,
     sort: Sort,
     scan: Scan,
     survey: Buffer,
@@ -66,10 +68,10 @@ impl Search {
     /// # Errors
     /// [`GpuError::Kernel`], [`GpuError::NoF64`], [`GpuError::OutOfMemory`].
     pub fn new(gpu: &Gpu, precision: Precision, planar: bool, lattice: Lattice) -> Result<Self, GpuError> {
-        Search::in_space(gpu, precision, planar, lattice, [None; 3])
+        Search::in_space(gpu, precision, planar, lattice, ([None; 3], false))
     }
 
-    /// The same in space of these periods: pairs are those that touch through some image. Positions need not be
+    /// The same in space of these periods, which may be `changing` ([`Search::set_periods`]): pairs are those that touch through some image. Positions need not be
     /// wrapped.
     ///
     /// # Errors
@@ -79,14 +81,15 @@ impl Search {
         precision: Precision,
         planar: bool,
         lattice: Lattice,
-        periods: [Option<f64>; 3],
+        (periods, changing): ([Option<f64>; 3], bool),
     ) -> Result<Self, GpuError> {
         let periods = LatticePeriods::new(lattice, periods)?;
         let periods = (!periods.is_none()).then_some(periods);
         let words = |label| Buffer::new(gpu, label, 4, 1);
         let reals = |label| Buffer::new(gpu, label, 4 * precision.bytes(), 1);
-        let space = Space { precision, planar, lattice, periods };
+        let space = Space { precision, planar, lattice, periods, changing };
         Ok(Search {
+            changing: periods.filter(|_| changing),
             kernels: Kernels::make(gpu, &space)?,
             sort: Sort::new(gpu)?,
             scan: Scan::new(gpu)?,
@@ -162,6 +165,19 @@ impl Search {
         Ok(())
     }
 
+    /// Goes on in the space of other periods, where they change.
+    pub fn set_periods(&mut self, periods: LatticePeriods) {
+        if self.changing.is_some() {
+            self.changing = Some(periods);
+        }
+    }
+
+    /// The parameters of a kernel that knows of periods.
+    fn with_periods(&self, words: [u32; 4]) -> Vec<u8> {
+        let parameters = bytemuck::bytes_of(&words);
+        self.changing.map_or_else(|| parameters.to_vec(), |periods| periods.after(parameters))
+    }
+
     /// Exchanges the pairs, where each body's list begins and the lists with other buffers, so that both can be kept.
     pub(crate) fn exchange(&mut self, [pairs, start, adjacency]: [&mut Buffer; 3]) {
         std::mem::swap(&mut self.pairs, pairs);
@@ -219,7 +235,7 @@ impl Search {
             (Some(wrap), Some([cells, remainders])) => {
                 record.run(
                     wrap,
-                    parameters,
+                    &self.with_periods(words),
                     &[
                         ("cells", cell),
                         ("remainders", remainder),
@@ -281,7 +297,7 @@ impl Search {
             ("pairs", &self.pairs),
             ("crowds", &self.crowds),
         ];
-        record.run(&self.kernels.find, bytemuck::bytes_of(&words), &buffers, bodies);
+        record.run(&self.kernels.find, &self.with_periods(words), &buffers, bodies);
     }
 
     /// Waits for the number of pairs.

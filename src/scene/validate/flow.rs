@@ -32,7 +32,7 @@ impl Scene {
             let message = "needs a resistance by which it carries bodies: give dynamics.inertial.drag, or choose the overdamped law";
             return Err(SceneError::bad(key, message));
         }
-        self.check_shapes_in_flow(root)?;
+        self.check_shapes_in_flow(&key)?;
         self.check_flow_is_periodic(&shear.field("gradient"), gradient)
     }
 
@@ -50,13 +50,13 @@ impl Scene {
         Ok(())
     }
 
-    fn check_shapes_in_flow(&self, root: &Key) -> Result<(), SceneError> {
+    pub(super) fn check_shapes_in_flow(&self, key: &Key) -> Result<(), SceneError> {
         for (list, index, shape) in self.shapes() {
             if shape.bretherton().is_none() {
                 let message = format!(
-                    "{list}.{index} has a shape of its own, and how a flow turns it is not known; leave `flow` out or choose another shape"
+                    "{list}.{index} has a shape of its own, and how a flow turns it is not known; leave the flow out or choose another shape"
                 );
-                return Err(SceneError::bad(root.field("flow"), message));
+                return Err(SceneError::bad(key, message));
             }
         }
         Ok(())

@@ -13,6 +13,7 @@ mod periodic;
 mod planar;
 mod removal;
 mod shapes;
+mod strain;
 mod walls;
 
 use super::error::{FaultKind, SceneError};

@@ -41,13 +41,14 @@ impl Scene {
                 "must name the period of at least one axis; leave `periodic` out for none",
             ));
         }
+        self.check_strain(root, periodic)?;
         self.check_periodic_forces(root)?;
         self.check_periodic_walls(root, Periods::new(periodic.lengths))?;
-        self.check_periodic_rules(root, Periods::new(periodic.lengths))
+        self.check_periodic_rules(root, self.periods())
     }
 
     /// Bodies so long, or growing so long, that a pair could meet at two images.
-    fn check_length(&self, key: &Key, length: f64) -> Result<(), SceneError> {
+    pub(super) fn check_length(&self, key: &Key, length: f64) -> Result<(), SceneError> {
         let cutoff = self.cutoff();
         let growing = self.growing().map(|(list, index, shape, growth, _)| (list, index, self.longest(&shape, growth)));
         for (list, index, shape) in growing.chain(self.shapes()) {

@@ -37,8 +37,8 @@ impl Scene {
         if self.walls.is_empty() { Ok(()) } else { self.check_inside(&root.field("bodies")) }
     }
 
-    /// A motion that stays in a planar scene's plane and keeps a periodic scene's wall along its periods, and that leads
-    /// no farther than floats tell the overlap tolerance.
+    /// A motion that stays in a planar scene's plane and keeps a periodic scene's wall along its periods, and that
+    /// leads no farther than floats tell the overlap tolerance.
     fn check_motion(&self, key: &Key, wall: &Wall, motion: &WallMotion) -> Result<(), SceneError> {
         numbers(&key.field("velocity"), &motion.velocity)?;
         let turning = motion.angular_velocity.unwrap_or_default();

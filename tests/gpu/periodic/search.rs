@@ -46,7 +46,7 @@ fn check_on(
     (lattice, lengths): (Lattice, Lengths),
     bodies: &[Body],
 ) -> (Found, usize) {
-    let mut finder = Search::in_space(gpu, precision, planar, lattice, lengths).unwrap();
+    let mut finder = Search::in_space(gpu, precision, planar, lattice, (lengths, false)).unwrap();
     let input = upload(gpu, precision, lattice, bodies);
     let found = search(gpu, &mut finder, &input);
     let count = assert_complete(&found, bodies, planar, lengths);
@@ -186,7 +186,7 @@ fn points_at_images_of_one_place() {
         let place = period * draw();
         let point = |_| Body::new(place + ((draw() - 0.5) * 1e5).round() * period, DVec3::ZERO);
         let bodies: Vec<Body> = (0..60).map(point).collect();
-        let mut finder = Search::in_space(gpu, Precision::F32, false, lattice, [Some(period); 3]).unwrap();
+        let mut finder = Search::in_space(gpu, Precision::F32, false, lattice, ([Some(period); 3], false)).unwrap();
         let found = search(gpu, &mut finder, &upload(gpu, Precision::F32, lattice, &bodies));
         assert_eq!(found.pairs.len(), 60 * 59 / 2);
     }
@@ -231,7 +231,7 @@ fn crowds_giants_and_boxes_that_are_none() {
     check(false, 0.5, lengths, &bodies);
     let Some(gpu) = device() else { return };
     let lattice = Lattice::for_thickness(1.0).unwrap();
-    let mut finder = Search::in_space(gpu, Precision::F32, false, lattice, lengths).unwrap();
+    let mut finder = Search::in_space(gpu, Precision::F32, false, lattice, (lengths, false)).unwrap();
     let mut bodies = vec![Body::new(DVec3::ZERO, DVec3::splat(0.5)); 6];
     for (k, bad) in [f64::NAN, f64::INFINITY, -0.1].into_iter().enumerate() {
         bodies[2 * k].half.y = bad;
@@ -244,7 +244,7 @@ fn crowds_giants_and_boxes_that_are_none() {
     far.cell.write(gpu, 20, bytemuck::cast_slice(&[-(1i32 << 30)]));
     let refused = finder.run(gpu, &far.cell, &far.remainder, &far.boxes, 6).unwrap_err();
     assert!(refused.to_string().contains("far from the origin"), "{refused}");
-    let short = Search::in_space(gpu, Precision::F32, false, lattice, [Some(1.9), None, None]).err();
+    let short = Search::in_space(gpu, Precision::F32, false, lattice, ([Some(1.9), None, None], false)).err();
     assert!(matches!(short, Some(GpuError::Unsupported { .. })));
 }
 
@@ -269,7 +269,7 @@ fn many_bodies() {
         .map(|body| Body { at: Periods::new([Some(side); 3]).wrapped(body.at).0, ..body.clone() })
         .collect();
     for lengths in [[None; 3], [Some(side), Some(side), None]] {
-        let mut finder = Search::in_space(gpu, Precision::F32, true, lattice, lengths).unwrap();
+        let mut finder = Search::in_space(gpu, Precision::F32, true, lattice, (lengths, false)).unwrap();
         let input = upload(gpu, Precision::F32, lattice, &wrapped);
         let mut best = f64::INFINITY;
         for _ in 0..4 {

@@ -16,10 +16,13 @@ pub(in crate::backend::gpu) fn windows(forces: &[Force]) -> Vec<Window> {
     windows
 }
 
-/// The parameters of the kernel: with a share for each window.
+/// The parameters of the kernel: with a share for each window, and the strain rates of a cell.
 pub(super) fn parameters(setup: &Setup) -> String {
     let shares: String = (0..windows(&setup.forces).len()).map(|k| format!(", share_{k}: real")).collect();
-    format!("struct Parameters {{ bodies: u32, in_middle: u32, b: u32, c: u32, dt: real, root_dt: real{shares} }}\n")
+    let strain = if setup.strain.is_some() { ", strain_x: real, strain_y: real, strain_z: real" } else { "" };
+    format!(
+        "struct Parameters {{ bodies: u32, in_middle: u32, b: u32, c: u32, dt: real, root_dt: real{shares}{strain} }}\n"
+    )
 }
 
 /// `load_of`: the sum of the scene's forces on a body.
@@ -43,6 +46,10 @@ pub(super) fn load_of(setup: &Setup, source: &Source) -> String {
         };
         let _ = writeln!(text, "    if {applies} {{ {sum} += {share}{term}; }}");
     }
+    if setup.strain.is_some() {
+        text.push_str("    let strained = strain_load(position, q, shape);\n");
+        text.push_str("    force += strained.force;\n    torque += strained.torque;\n");
+    }
     if setup.stream.is_some() {
         text.push_str("    let carried = flow_load(position, q, shape);\n");
         text.push_str("    force += carried.force;\n    torque += carried.torque;\n");
@@ -58,7 +65,13 @@ pub(super) fn flowing(stream: &Stream, source: Source) -> Source {
         .vector("FLOW_DIRECTION", stream.direction.to_array())
         .vector("FLOW_GRADIENT", stream.gradient.to_array())
         .vector("FLOW_TURNING", stream.turning().to_array())
+        .include(fragment!("dynamics/bretherton.wgsl"))
         .include(fragment!("dynamics/flow.wgsl"))
+}
+
+/// Adds the load of the flow of a cell whose lengths change.
+pub(super) fn straining(source: Source) -> Source {
+    source.include(fragment!("dynamics/bretherton.wgsl")).include(fragment!("dynamics/strain.wgsl"))
 }
 
 /// What a force adds to, and what it adds.

@@ -4,7 +4,7 @@ use super::*;
 use crate::backend::gpu::separations::Report;
 use crate::dynamics::{Bond, Bonds, Frame, Heat, Thermal, Window};
 use crate::gpu::{LatticePeriods, Made, Precision, validate};
-use crate::scene::{self, Flow, Rows, Scene, Stepping, Wall, WallMotion};
+use crate::scene::{self, Flow, Periodic, Rows, Scene, Stepping, Wall, WallMotion};
 use std::mem::offset_of;
 
 fn setups() -> Vec<Setup> {
@@ -40,7 +40,8 @@ fn carry(scene: &mut Scene) {
     scene.walls.push(Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -1e3, motion });
 }
 
-/// A flow is in the kernel of forces alone, and walls that move add one to midpoint steps, for what acts in their middle.
+/// A flow is in the kernel of forces alone, and walls that move add one to midpoint steps, for what acts in their
+/// middle.
 #[test]
 fn a_flow_and_moving_walls_change_no_other_kernel() {
     for (stepping, more) in [(Stepping::Euler, 0), (Stepping::Midpoint, 1)] {
@@ -57,6 +58,34 @@ fn a_flow_and_moving_walls_change_no_other_kernel() {
         assert_eq!(carried.len(), plain.len() + more);
         for source in carried.iter().filter(|source| !plain.iter().any(|plain| plain.code() == source.code())) {
             assert!(["motion", "normals of surfaces"].contains(&source.name()), "{}", source.name());
+        }
+    }
+}
+
+/// Kernels of a cell whose lengths change read its periods as parameters, in every precision and with rows of each kind.
+#[test]
+fn a_changing_cell_is_in_no_constant() {
+    for (name, rows) in [("two-ellipsoids", Rows::Paper), ("two-ellipsoids", Rows::Auto), ("colony", Rows::Auto)] {
+        let mut scene = Scene::built_in(name).unwrap();
+        let mut cell = Periodic::new([Some(99.0), Some(98.0), None]);
+        scene.contact.rows = rows;
+        let sources = |cell: Periodic, scene: &mut Scene, precision| {
+            scene.periodic = Some(cell);
+            let shapes: Vec<_> = scene.build().unwrap().shape;
+            every_source(&Setup::new(&scene.model(), &shapes, precision).unwrap())
+        };
+        for precision in [Precision::F32, Precision::F64] {
+            cell.strain_rate = None;
+            let still = sources(cell, &mut scene, precision);
+            cell.strain_rate = Some([0.01, 0.0, 0.0]);
+            let changing = sources(cell, &mut scene, precision);
+            assert!(still.iter().any(|source| source.code().contains("const PERIOD_CELLS")));
+            assert!(changing.iter().any(|source| source.code().contains("parameters.periods[0]")));
+            for source in changing {
+                let (name, code) = (source.name(), source.code());
+                assert!(!code.contains("PERIOD_CELLS") && code.matches("var<storage").count() <= 8, "{name}");
+                validate(&source).unwrap_or_else(|e| panic!("{name}: {e}"));
+            }
         }
     }
 }

@@ -118,7 +118,7 @@ fn others() -> Vec<Case> {
     let mut heavy = colony(0.01, GROWTH, vec![cube([2.0, 2.0, 1.0])]);
     heavy.scene.dynamics = Dynamics::Inertial { density: 1.0, drag: None };
     let mut periodic = colony(0.01, GROWTH, Vec::new());
-    periodic.scene.periodic = Some(Periodic { lengths: [Some(7.0), Some(7.0), None] });
+    periodic.scene.periodic = Some(Periodic::new([Some(7.0), Some(7.0), None]));
     let spatial = |walls: Vec<Wall>| {
         let mut start = colony(0.01, GROWTH, walls);
         start.scene.planar = false;

@@ -155,7 +155,7 @@ fn periodic(random: &mut Random, needs: Needs) -> Room {
     let walled = if walls.is_empty() { "" } else { ", within a wall" };
     Room {
         walls,
-        periodic: Some(Periodic { lengths }),
+        periodic: Some(Periodic::new(lengths)),
         half: 0.5 * period,
         what: format!("periodic along {count} of {axes} axes{walled}"),
     }

@@ -1,0 +1,37 @@
+// Where the flow of a cell whose lengths change leads bodies in this step, from its start: first rows are linearised
+// there, so that they do not depend on which image a body is. The flow's velocity counts as the one that led there.
+
+struct Parameters {
+    bodies: u32, a: u32, b: u32, c: u32,
+    dt: real, root_dt: real,
+    strain_x: real, strain_y: real, strain_z: real,
+}
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
+@group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
+@group(0) @binding(3) var<storage, read> orientations: array<vec4r>;
+@group(0) @binding(4) var<storage, read_write> motions: array<vec4r>;
+@group(0) @binding(5) var<storage, read_write> ahead_cells: array<vec4<i32>>;
+@group(0) @binding(6) var<storage, read_write> ahead_remainders: array<vec4r>;
+@group(0) @binding(7) var<storage, read_write> ahead_orientations: array<vec4r>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = invocation(group, groups, local);
+    if i >= parameters.bodies { return; }
+    let position = vec3r(cells[i].xyz) * PITCH + remainders[i].xyz;
+    var linear = vec3r(parameters.strain_x, parameters.strain_y, parameters.strain_z) * position;
+    if PLANAR { linear.z = 0.0; }
+    motions[MOTION * i + 2u] = vec4r(linear, 0.0);
+    motions[MOTION * i + 3u] = vec4r();
+    let place = lattice_add(cells[i].xyz, remainders[i].xyz, parameters.dt * linear);
+    ahead_cells[i] = vec4<i32>(place.cell, 0);
+    ahead_remainders[i] = vec4r(place.remainder, 0.0);
+    ahead_orientations[2u * i] = orientations[2u * i];
+    ahead_orientations[2u * i + 1u] = orientations[2u * i + 1u];
+}
