@@ -1,5 +1,5 @@
 // How a bond is stretched (src/dynamics/bonds has the equations). Its points are given in body axes, with the stiffness
-// after the first and the length after the second. The scene defines `nearest_image`.
+// after the first and the length after the second.
 
 @group(0) @binding(1) var<storage, read> cells: array<vec4<i32>>;
 @group(0) @binding(2) var<storage, read> remainders: array<vec4r>;
@@ -17,5 +17,5 @@ fn way_of(bond: u32) -> vec3r {
     let a = ends[bond].x;
     let b = ends[bond].y;
     let apart = lattice_difference(cells[a].xyz, remainders[a].xyz, cells[b].xyz, remainders[b].xyz);
-    return nearest_image(apart + (arm_of(bonds[2u * bond + 1u].xyz, b) - arm_of(bonds[2u * bond].xyz, a)));
+    return apart + (arm_of(bonds[2u * bond + 1u].xyz, b) - arm_of(bonds[2u * bond].xyz, a));
 }

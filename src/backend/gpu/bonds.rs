@@ -1,7 +1,7 @@
 //! Bonds on the device: a kernel adds their loads to those of the host and of heat, another finds the bonds that break.
 //! The host keeps which bonds hold which bodies.
 
-use super::source::{between, loads};
+use super::source::{between, changing};
 use super::state::Poses;
 use super::{Device, Setup, words};
 use crate::dynamics::{Bond, Incidence};
@@ -10,20 +10,16 @@ use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Recorder, Source, fragment, kern
 kernels! {
     /// The kernels of bonds.
     pub(super) struct BondKernels for setup: &Setup {
-        pull: Kernel = stretched(setup, "bonds").include(fragment!("dynamics/bonds.wgsl")),
+        pull: Kernel = changing(setup, stretched(setup, "bonds").include(fragment!("dynamics/bonds.wgsl"))),
         /// Where bonds can break.
         snap: Option<Kernel> = setup.bonds.may_break()
-            .then(|| stretched(setup, "breaking bonds").include(fragment!("dynamics/break.wgsl"))),
+            .then(|| changing(setup, stretched(setup, "breaking bonds").include(fragment!("dynamics/break.wgsl")))),
     }
 }
 
 /// A source that knows how bonds are stretched.
 fn stretched(setup: &Setup, name: &str) -> Source {
-    let source = between(setup, name);
-    let nearest = loads::nearest(setup, &source, "way");
-    source
-        .text(&format!("fn nearest_image(way: vec3r) -> vec3r {{ return {nearest}; }}\n"))
-        .include(fragment!("dynamics/bond.wgsl"))
+    between(setup, name).include(fragment!("dynamics/bond.wgsl"))
 }
 
 /// What a bond has in place of the force at which it breaks where it has none.
@@ -119,7 +115,8 @@ impl Device {
             ("incident", &bonds.incident),
             ("loads", &self.loads),
         ];
-        record.run(&kernels.pull, &words([self.bodies as u32, u32::from(adds), 0, 0]), &buffers, self.bodies);
+        let parameters = self.setup.of_pairs(&words([self.bodies as u32, u32::from(adds), 0, 0]));
+        record.run(&kernels.pull, &parameters, &buffers, self.bodies);
     }
 
     /// Records that bonds break that are stretched too far in the state `at`.
@@ -137,7 +134,7 @@ impl Device {
             ("broken", &bonds.broken),
         ];
         let count = self.setup.bonds.list().len() as u64;
-        record.run(snap, &words([count as u32, 0, 0, 0]), &buffers, count);
+        record.run(snap, &self.setup.of_pairs(&words([count as u32, 0, 0, 0])), &buffers, count);
     }
 
     /// The bonds that are broken in the last accepted state.

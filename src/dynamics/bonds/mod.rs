@@ -3,7 +3,7 @@
 //! A bond of stiffness `k` and length `l` between the points `x_a` and `x_b` of two bodies pulls each point towards the
 //! other with the tension `k (|d| - l)`, `d = x_b - x_a`; where it is shorter than `l` it pushes. A point is given in
 //! its body's axes and turns with it, so that the pull is also a torque about the body's centre. In periodic space `d`
-//! leads to the nearest image.
+//! leads to that image of the second body whose centre is nearest to the first one's.
 //!
 //! A step takes these loads where it takes every force, at its start or in its middle: it is stable where `dt` is short
 //! for the stiffness (docs/motion.md). A bond whose tension is over its `break_force` at a step's end is broken from then on.
@@ -130,7 +130,7 @@ impl Bonds {
         let at = self.list[bond].at;
         let arms = [0, 1].map(|end| bodies.orientation[pair[end]] * DVec3::from(at[end]));
         let [a, b] = pair.map(|body| bodies.position[body]);
-        (arms, bodies.periods.nearest((b - a) + (arms[1] - arms[0])))
+        (arms, bodies.periods.nearest(b - a) + (arms[1] - arms[0]))
     }
 
     /// The bonds that still hold, with the numbers that their bodies have now.

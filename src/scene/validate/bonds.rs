@@ -112,7 +112,7 @@ impl Scene {
         let Some(period) = self.periods().shortest() else { return Ok(()) };
         if bond.length >= 0.5 * period {
             let message =
-                format!("must be under half of the shortest period, {period:?}: a bond ends at the nearest image");
+                format!("must be under half of the shortest period, {period:?}: a bond ends at the nearest image of its body");
             return Err(SceneError::bad(key.field("length"), message));
         }
         Ok(())
@@ -124,7 +124,7 @@ impl Scene {
         let arm = |body: &Bonded<'_>, at: [f64; 3]| body.rotation.map(|q| q * DVec3::from(at));
         let arms = [arm(&a, bond.at[0]), arm(&b, bond.at[1])];
         let way = match (a.position, b.position, arms) {
-            (Some(x), Some(y), [Some(a), Some(b)]) => Some(self.periods().nearest((y + b) - (x + a))),
+            (Some(x), Some(y), [Some(a), Some(b)]) => Some(self.periods().nearest(y - x) + (b - a)),
             _ => None,
         };
         let stiffness = Stiffness { dynamics: &self.dynamics, shapes: [&a.shape, &b.shape], arms, way };

@@ -99,7 +99,7 @@ fn term(setup: &Setup, source: &Source, force: &Force) -> (&'static str, String)
 }
 
 /// A difference of places, along periodic axes to the nearest image.
-pub(in crate::backend::gpu) fn nearest(setup: &Setup, source: &Source, away: &str) -> String {
+fn nearest(setup: &Setup, source: &Source, away: &str) -> String {
     let lengths = setup.periods.lengths();
     if lengths.iter().all(Option::is_none) {
         return away.to_owned();
