@@ -73,7 +73,7 @@ fn assert_ancestry(state: &State, ended: &[Ended], name: &str) {
 fn bodies_die_at_a_rate() {
     let (side, rate, dt) = (28_u32, 0.6_f64, 0.05);
     let spot = |k: u32| {
-        let group = if k % 2 == 0 { "slow" } else { "fast" };
+        let group = if k.is_multiple_of(2) { "slow" } else { "fast" };
         with(sphere(0.3, [f64::from(k % side), f64::from(k / side), 0.0]), &json!({"group": group}))
     };
     let bodies: Vec<Value> = (0..side * side).map(spot).collect();
@@ -322,7 +322,7 @@ fn a_killed_run_goes_on_with_its_lineage() {
         assert!((found.value(i, "removal_rate").unwrap() - rate).abs() < 1e-9, "state {i}");
     }
     // The final state and the rows are the ancestry of all.
-    let last = Scene::read(&folder.last()).unwrap().build().unwrap();
+    let last = Scene::read(folder.last()).unwrap().build().unwrap();
     let mut ids: Vec<u64> = rows.iter().map(|row| row.id).chain(last.lineage.iter().map(|line| line.id)).collect();
     ids.sort_unstable();
     let all = ids.len() as u64;
