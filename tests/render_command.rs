@@ -138,6 +138,26 @@ fn every_colour_that_the_states_have_is_told_apart() {
 }
 
 #[test]
+fn groups_have_colours_of_their_own() {
+    let place = tempfile::tempdir().unwrap();
+    let ball =
+        |x: f64, group: &str| format!(r#"{{"shape": {{"sphere": {{"radius": 1}}}}, "position": [{x}, 0, 0]{group}}}"#);
+    let bodies = [ball(-3.0, ""), ball(0.0, r#", "group": "a""#), ball(3.0, r#", "group": "b""#)].join(", ");
+    let scene =
+        format!(r#"{{"name": "groups", "time": {{"dt": 0.1, "end": 0}}, "planar": true, "bodies": [{bodies}]}}"#);
+    fs::write(place.path().join("groups.json"), scene).unwrap();
+    let arguments =
+        ["render", "groups.json", "--colour", "group", "--size", "300x120", "--bare", "--out", "x", "--json"];
+    let document: Value = serde_json::from_str(&relcp(place.path(), &arguments, 0).0).unwrap();
+    let scale = &document["frames"][0]["scale"];
+    assert_eq!((scale["low"].as_f64(), scale["high"].as_f64()), (Some(0.0), Some(2.0)));
+    let (width, height, pixels) = pixels(&place.path().join("x/frames/000000.png"));
+    let middle = |part: f64| pixels[(height / 2 * width) as usize + (part * f64::from(width)) as usize];
+    let found: BTreeSet<[u8; 3]> = [0.2, 0.5, 0.8].map(middle).into();
+    assert_eq!(found.len(), 3, "{found:?}");
+}
+
+#[test]
 fn states_are_chosen_by_time_and_number() {
     let place = tempfile::tempdir().unwrap();
     colony(place.path(), "run", false);

@@ -21,7 +21,7 @@ use crate::record::{
     read_state, scene_hash, write_lcp, write_state,
 };
 use crate::render::{Backdrop, View, picture};
-use crate::scene::Scene;
+use crate::scene::{Scene, StopReason};
 use crate::simulation::{Compute, Simulation};
 use crate::step::{Fault, State, StepReport, max_overlap_but};
 use measured::Measures;
@@ -149,8 +149,9 @@ impl Run {
         }
         let schedule = Schedule::new(&scene);
         let mut simulation = Simulation::start(compute, scene, state)?;
-        if until.is_some() && simulation.stopped_by().is_some() {
-            return Err(no_later_end(until::STOPPED.into()).into());
+        if let Some(reason) = simulation.stopped_by().filter(|_| until.is_some()) {
+            let why = if reason == StopReason::NoBodies { until::EMPTY } else { until::STOPPED };
+            return Err(no_later_end(why.into()).into());
         }
         let last_row = match simulation.stopped_by() {
             Some(_) => Some(header.step).filter(|step| *step > 0),

@@ -32,6 +32,9 @@ pub(super) fn is_of(header: &Header, scene: &Scene) -> bool {
     header.scene == scene_hash(scene) || header.scene == scene_hash(&ended)
 }
 
+/// What is wrong with a run whose bodies were all removed.
+pub(super) const EMPTY: &str = "no body is left; start a new run";
+
 /// What is wrong with a run that its growth ended.
 pub(super) const STOPPED: &str = "growth.stop ended it, which a later end does not lift; start a new run from its \
                                   final.json, with another growth.stop";

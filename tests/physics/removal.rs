@@ -2,7 +2,8 @@
 
 use crate::device::{device, precisions};
 use crate::scenes::{ALONG_X, agrees_on_device, apart, laws, parse, refusal, run};
-use relcp::record::{Folder, LifeRow};
+use relcp::measure::{Settings, measure, select};
+use relcp::record::{Folder, LifeRow, States};
 use relcp::removal::{Cause, Ended};
 use relcp::run::{Run, RunStatus};
 use relcp::scene::{Scene, StopReason};
@@ -72,7 +73,7 @@ fn assert_ancestry(state: &State, ended: &[Ended], name: &str) {
 fn bodies_die_at_a_rate() {
     let (side, rate, dt) = (28_u32, 0.6_f64, 0.05);
     let spot = |k: u32| {
-        let group = if k % 2 == 0 { "slow" } else { "fast" };
+        let group = if k.is_multiple_of(2) { "slow" } else { "fast" };
         with(sphere(0.3, [f64::from(k % side), f64::from(k / side), 0.0]), &json!({"group": group}))
     };
     let bodies: Vec<Value> = (0..side * side).map(spot).collect();
@@ -273,7 +274,9 @@ fn lives(folder: &Folder) -> Vec<LifeRow> {
 /// A run that is killed after its checkpoint goes on to the bits, and the rows, of one that was not.
 #[test]
 fn a_killed_run_goes_on_with_its_lineage() {
-    let scene = parse(&mother_machine(6.0));
+    let mut of = mother_machine(6.0);
+    of["output"] = json!({"every": 0.5, "measures": ["groups", "removal"]});
+    let scene = parse(&of);
     let parent = tempfile::tempdir().unwrap();
     let start = |name: &str| {
         let folder = Folder::create_in(parent.path(), name).unwrap();
@@ -305,8 +308,21 @@ fn a_killed_run_goes_on_with_its_lineage() {
     let summary = again.finish().unwrap();
     assert_eq!((summary.state_hash, &summary.removed), (expected.state_hash, &expected.removed));
     assert_eq!(std::fs::read(folder.lineage()).unwrap(), std::fs::read(whole_folder.lineage()).unwrap());
+    let measured = |folder: &Folder| std::fs::read_to_string(folder.measures()).unwrap();
+    assert_eq!(measured(&folder), measured(&whole_folder));
+    let states = States::open(folder.path()).unwrap();
+    let measures = select(&["removal".into(), "groups".into()]).unwrap();
+    let found = measure(folder.path(), &states, &measures, &Settings::default(), &mut |_, _| true).unwrap();
+    let last = found.len() - 1;
+    assert_eq!(found.value(last, "removed"), Some(expected.removed[0] as f64));
+    let left =
+        |i: usize| rows.iter().filter(|row| row.cause == "outside" && row.time <= found.times[i] + 1e-9).count() as f64;
+    for i in 1..found.len() - 1 {
+        let rate = (left(i) - left(i - 1)) / (found.times[i] - found.times[i - 1]);
+        assert!((found.value(i, "removal_rate").unwrap() - rate).abs() < 1e-9, "state {i}");
+    }
     // The final state and the rows are the ancestry of all.
-    let last = Scene::read(&folder.last()).unwrap().build().unwrap();
+    let last = Scene::read(folder.last()).unwrap().build().unwrap();
     let mut ids: Vec<u64> = rows.iter().map(|row| row.id).chain(last.lineage.iter().map(|line| line.id)).collect();
     ids.sort_unstable();
     let all = ids.len() as u64;

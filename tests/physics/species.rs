@@ -283,7 +283,7 @@ fn a_checkpoint_keeps_lengths_at_birth() {
     }
     assert!(*second.simulation().state().unwrap() == whole);
     second.finish().unwrap();
-    let last = relcp::Scene::read(&folder.last()).unwrap().build().unwrap();
+    let last = relcp::Scene::read(folder.last()).unwrap().build().unwrap();
     assert_eq!(last.lineage, whole.bodies.lineage);
 }
 
