@@ -73,7 +73,9 @@ fn a_field_sees_each_step_first_and_its_fault_leaves_the_state() {
             assert!(asked.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{asked:?}");
             // From the fourth step on it fails, each time that it is asked, and is asked once for it.
             let (mut broken, asked) = sprung(&scene, compute, 0.055);
-            (0..3).for_each(|_| drop(broken.step().unwrap()));
+            for _ in 0..3 {
+                broken.step().unwrap();
+            }
             let before = broken.state().unwrap().clone();
             for _ in 0..2 {
                 let fault = broken.step().unwrap_err();
