@@ -8,6 +8,7 @@ mod arrays;
 mod bodies;
 mod compute;
 mod contacts;
+mod course;
 mod driver;
 mod error;
 mod force;

@@ -44,6 +44,27 @@ impl Threads {
     }
 }
 
+/// What ends steps before they are as many as were asked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum End {
+    /// The scene's end, or what its `growth.stop` ends it at.
+    OfScene,
+    /// Its `growth.stop` alone.
+    OfGrowth,
+    /// Nothing.
+    None,
+}
+
+impl End {
+    fn is_reached(self, simulation: &Simulation) -> bool {
+        match self {
+            End::OfScene => simulation.done(),
+            End::OfGrowth => simulation.stopped_by().is_some(),
+            End::None => false,
+        }
+    }
+}
+
 /// What one batch of steps did.
 pub(super) struct Batch {
     /// Steps taken.
@@ -90,14 +111,13 @@ impl Session {
         self.threads.live()
     }
 
-    /// Takes at least one step, then as many as fit into `wall`, at most `most`; with `to_end` none past the scene's
-    /// end.
-    pub fn advance(&mut self, most: u64, to_end: bool, wall: Duration) -> (Batch, Result<(), Fault>) {
+    /// Takes at least one step, then as many as fit into `wall`, at most `most`, and none past the end.
+    pub fn advance(&mut self, most: u64, end: End, wall: Duration) -> (Batch, Result<(), Fault>) {
         let Session { simulation, totals, threads, .. } = self;
         threads.run(move || {
             let mut batch = Batch { taken: 0, last: None, messages: Vec::new() };
             let begun = Instant::now();
-            while batch.taken < most && !(to_end && simulation.done()) {
+            while batch.taken < most && !end.is_reached(simulation) {
                 let step_begun = Instant::now();
                 let stepped = simulation.step();
                 let legs = totals.follow(simulation);

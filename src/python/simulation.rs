@@ -4,12 +4,13 @@ use super::arrays::{column, json, table, vectors};
 use super::bodies::{self, Column, Table};
 use super::compute::{Wanted, warn};
 use super::contacts::{AtWalls, Contacts, Pairs, WallContacts};
+use super::course::{Course, asks_to_stop};
 use super::driver::silently;
 use super::error::{RecordError, SimulationError, fault, recorded, scene_fault};
 use super::force::{Asking, PyForce};
 use super::report::StepReport;
 use super::scene::PyScene;
-use super::session::{Session, Threads};
+use super::session::{End, Session, Threads};
 use crate::bodies::Bodies;
 use crate::error::Error;
 use crate::record::{read_state, scene_hash, state_hash};
@@ -45,15 +46,6 @@ pub(super) struct PySimulation {
     opens: bool,
     /// What its forces share with it.
     asking: Asking,
-}
-
-/// How far steps go.
-#[derive(Clone, Copy)]
-struct Course {
-    /// So many steps at most.
-    most: u64,
-    /// None past the scene's end.
-    to_end: bool,
 }
 
 impl PySimulation {
@@ -109,10 +101,10 @@ impl PySimulation {
 
     /// Takes steps; none where there are none to be taken.
     fn advance(&self, py: Python<'_>, course: Course) -> PyResult<Option<StepReport>> {
-        let Course { most: mut left, to_end } = course;
+        let Course { most: mut left, end } = course;
         let mut last = None;
         loop {
-            let advance = || self.compute(py, |session| session.advance(left, to_end, SIGNALS_EVERY));
+            let advance = || self.compute(py, |session| session.advance(left, end, SIGNALS_EVERY));
             let (batch, ended) = if self.opens { silently(py, advance)?? } else { advance()? };
             batch.messages.iter().try_for_each(|message| warn(py, message))?;
             ended.map_err(|no| self.fault(no))?;
@@ -124,37 +116,6 @@ impl PySimulation {
             py.check_signals()?;
         }
     }
-
-    /// How far a run goes that ends at the scene's end, or at a time of one's own.
-    fn course(&self, py: Python<'_>, until: Option<f64>) -> PyResult<Course> {
-        let Some(until) = until else { return Ok(Course { most: u64::MAX, to_end: true }) };
-        if !until.is_finite() {
-            return Err(PyValueError::new_err("until: expected a finite time"));
-        }
-        let session = self.session(py)?;
-        let simulation = session.simulation();
-        let (time, taken) = (simulation.scene().time, simulation.steps());
-        let to_end = until <= time.end;
-        if !to_end && time.span(time.steps()) < 1.0 {
-            return Err(PyValueError::new_err(format!(
-                "until: the scene ends at {:?} with a shorter step, as dt does not divide its time; give the scene a later time.end",
-                time.end
-            )));
-        }
-        if !to_end && simulation.stopped_by().is_some() {
-            return Err(PyValueError::new_err(
-                "until: growth.stop ended this simulation, which a later time does not lift",
-            ));
-        }
-        // As many steps as a scene with this end has.
-        let steps = crate::step::Time { end: until.max(time.start), ..time }.steps();
-        Ok(Course { most: steps.saturating_sub(taken), to_end })
-    }
-}
-
-/// Whether a callback asks for an end: by False, of Python or numpy. What is anything else goes on.
-fn asks_to_stop(answer: &Bound<'_, PyAny>) -> bool {
-    answer.extract::<bool>().is_ok_and(|goes_on| !goes_on)
 }
 
 fn no_start(py: Python<'_>, no: Error) -> PyErr {
@@ -220,7 +181,8 @@ impl PySimulation {
         if n == 0 {
             return Err(PyValueError::new_err("n: expected at least one step"));
         }
-        self.advance(py, Course { most: n, to_end: !past_end })?.ok_or_else(|| {
+        let end = if past_end { End::None } else { End::OfScene };
+        self.advance(py, Course { most: n, end })?.ok_or_else(|| {
             SimulationError::new_err(
                 "the scene's end is reached, and no step was taken; past_end=True takes steps beyond it",
             )
@@ -230,7 +192,8 @@ impl PySimulation {
     /// Steps to the scene's end, or what its `growth.stop` ends it at, and returns the summary. Ctrl-C ends it between
     /// two steps; call it again to go on.
     ///
-    /// `until` is another end: the first step whose time is at least this, also past the scene's end. `callback` is
+    /// `until` is another end: the first step whose time is at least this, also past the scene's end, but not past
+    /// `growth.stop`. `callback` is
     /// called after every `every` steps, and after the last, with that step's report; where it returns False, the run
     /// ends there. It may read the simulation.
     ///
@@ -246,13 +209,13 @@ impl PySimulation {
         if every == 0 {
             return Err(PyValueError::new_err("every: expected at least one step"));
         }
-        let Course { most, to_end } = self.course(py, until)?;
+        let Course { most, end } = Course::until(self.session(py)?.simulation(), until)?;
         let last = self.steps(py)?.saturating_add(most);
         let stride = if callback.is_some() { every } else { u64::MAX };
         loop {
             // The callback or another thread may have taken steps meanwhile.
             let left = last.saturating_sub(self.steps(py)?);
-            let course = Course { most: stride.min(left), to_end };
+            let course = Course { most: stride.min(left), end };
             let Some(report) = self.advance(py, course)? else { break };
             if let Some(callback) = &callback
                 && asks_to_stop(&callback.call1((report,))?)

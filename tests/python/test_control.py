@@ -249,6 +249,12 @@ class Runs(unittest.TestCase):
         stopped.run()
         with self.assertRaisesRegex(ValueError, "growth.stop"):
             stopped.run(until=100)
+        later = relcp.Simulation(relcp.Scene.load("colony", {"growth.stop": {"population": 4}, "time.end": 0.5}))
+        later.run()
+        self.assertEqual((later.bodies, later.done), (1, True))
+        later.run(until=100)
+        self.assertEqual((later.bodies, later.done), (4, True))
+        self.assertLess(later.time, 10)
 
     def test_callbacks(self):
         simulation = relcp.Simulation(balls())
