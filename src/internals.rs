@@ -13,7 +13,7 @@ pub mod broad_phase {
 /// Laws of motion, growth and division.
 pub mod dynamics {
     pub use crate::dynamics::force::force_fields;
-    pub use crate::dynamics::growth::{Cells, Due, Strain, grow, stretch};
+    pub use crate::dynamics::growth::{Cells, Due, Species, grow, stretch};
     pub use crate::dynamics::inertial::Inertial;
     pub use crate::dynamics::law::law;
     pub use crate::dynamics::motion::{Ending, Factor, Law, Motion};

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::dynamics::pressures;
 use relcp::internals::backend::gpu::Device;
-use relcp::internals::dynamics::{Cells, Strain};
+use relcp::internals::dynamics::{Cells, Species};
 use relcp::measure::{Frame, Settings, View};
 use relcp::record::{Folder, Snapshot};
 use relcp::run::{Run, RunStatus};
@@ -46,7 +46,7 @@ fn cells(seed: u64, noise: [f64; 2]) -> Cells {
 }
 
 /// The growth of the cells of a scene of one species.
-fn of(cells: &Cells) -> Strain<'_> {
+fn of(cells: &Cells) -> Species<'_> {
     cells.of(NO_GROUP).unwrap()
 }
 

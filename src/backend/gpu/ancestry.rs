@@ -3,7 +3,7 @@
 use super::Setup;
 use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::Cells;
-use crate::dynamics::growth::{Due, Strain, daughters};
+use crate::dynamics::growth::{Due, Species, daughters};
 use crate::shape::Shape;
 use crate::step::State;
 
@@ -42,14 +42,14 @@ pub(super) struct Ancestry {
 
 impl Growing {
     fn new(
-        strain: &Strain<'_>,
+        species: &Species<'_>,
         interval: f64,
         line: &Lineage,
         (length, shape): (f64, Shape),
         pressure: f64,
     ) -> Growing {
-        let rate = strain.rate(line.id, pressure);
-        Growing { length, due: strain.due(line, &shape), shape, rate, factor: (rate * interval).exp() }
+        let rate = species.rate(line.id, pressure);
+        Growing { length, due: species.due(line, &shape), shape, rate, factor: (rate * interval).exp() }
     }
 
     /// That of a body that does not grow.
@@ -65,8 +65,8 @@ impl Ancestry {
         let (interval, bodies) = (setup.length_of(setup.first_part()), &state.bodies);
         let growing = |cells: &Cells| {
             let own = |i: usize| match (bodies.shape[i].growing_length(), cells.of(bodies.group[i])) {
-                (Some(length), Some(strain)) => {
-                    Growing::new(&strain, interval, &bodies.lineage[i], (length, bodies.shape[i]), 0.0)
+                (Some(length), Some(species)) => {
+                    Growing::new(&species, interval, &bodies.lineage[i], (length, bodies.shape[i]), 0.0)
                 }
                 _ => Growing::none(bodies.shape[i]),
             };
@@ -94,13 +94,13 @@ impl Ancestry {
     }
 
     /// Divides a body at `time`. Returns its index, that of the upper daughter, and the length of both.
-    pub fn divide(&mut self, strain: &Strain<'_>, mother: usize, time: f64, pressure: f64) -> (usize, usize, f64) {
+    pub fn divide(&mut self, species: &Species<'_>, mother: usize, time: f64, pressure: f64) -> (usize, usize, f64) {
         let (upper, line, own) = (self.lineage.len(), self.lineage[mother], self.growing[mother]);
         self.mothers.push((mother, line, own));
         let half = 0.5 * own.length;
-        let lines = daughters(&line, time, &mut self.next_id, strain.birth_length(half));
+        let lines = daughters(&line, time, &mut self.next_id, species.birth_length(half));
         let born = (half, own.shape);
-        let [first, second] = lines.each_ref().map(|line| Growing::new(strain, self.interval, line, born, pressure));
+        let [first, second] = lines.each_ref().map(|line| Growing::new(species, self.interval, line, born, pressure));
         self.lineage[mother] = lines[0];
         self.lineage.push(lines[1]);
         self.group.push(self.group[mother]);
@@ -116,8 +116,8 @@ impl Ancestry {
     /// Sets the rates under these pressures.
     pub fn press(&mut self, cells: &Cells, pressures: &[f64]) {
         for (body, (own, pressure)) in self.growing.iter_mut().zip(pressures).enumerate() {
-            let Some(strain) = cells.of(self.group[body]).filter(|_| !own.length.is_nan()) else { continue };
-            let rate = strain.rate(self.lineage[body].id, *pressure);
+            let Some(species) = cells.of(self.group[body]).filter(|_| !own.length.is_nan()) else { continue };
+            let rate = species.rate(self.lineage[body].id, *pressure);
             if rate != own.rate {
                 (own.rate, own.factor) = (rate, (rate * self.interval).exp());
                 self.changed.push(body);

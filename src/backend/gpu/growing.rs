@@ -104,12 +104,12 @@ impl Device {
         let mut indices: Vec<[u32; 2]> = Vec::with_capacity(due.len());
         let old = self.ancestry.group.len();
         for &mother in due {
-            let Some(strain) = cells.of(self.ancestry.group[mother]) else { continue };
-            let degrees = strain.growth.reorientation_degrees;
+            let Some(species) = cells.of(self.ancestry.group[mother]) else { continue };
+            let degrees = species.growth.reorientation_degrees;
             let mut random = Turn::stream(cells.seed, self.ancestry.lineage[mother].id);
             let turns = [(); 2].map(|()| Turn::draw(&mut random, degrees, planar));
             let pressure = pressures.get(mother).copied().unwrap_or(0.0);
-            let (mother, upper, half) = self.ancestry.divide(&strain, mother, time, pressure);
+            let (mother, upper, half) = self.ancestry.divide(&species, mother, time, pressure);
             let [coarse, fine] = split_length(half, self.setup.length_pitch);
             numbers.extend([coarse, fine, 0.0, 0.0]);
             numbers.extend(turns.iter().flat_map(|turn| turn.in_body(planar).to_array()));

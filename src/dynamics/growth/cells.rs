@@ -47,7 +47,7 @@ impl Due {
 
 /// The growth of one species.
 #[derive(Clone, Copy, Debug)]
-pub struct Strain<'a> {
+pub struct Species<'a> {
     /// Its settings.
     pub growth: &'a Growth,
     seed: u64,
@@ -68,9 +68,9 @@ impl Cells {
     }
 
     /// The growth of the bodies of a group; none where they do not grow.
-    pub fn of(&self, group: u32) -> Option<Strain<'_>> {
+    pub fn of(&self, group: u32) -> Option<Species<'_>> {
         let at = self.of_group.get(group as usize).copied().unwrap_or(self.of_others)?;
-        Some(Strain { growth: &self.species[at], seed: self.seed })
+        Some(Species { growth: &self.species[at], seed: self.seed })
     }
 
     /// All species.
@@ -98,7 +98,7 @@ impl Cells {
     /// have: those that a run starts with.
     pub fn settle(&self, bodies: &mut Bodies) {
         for i in 0..bodies.len() {
-            let adds = self.of(bodies.group[i]).is_some_and(|strain| strain.growth.rule == DivisionRule::Adder);
+            let adds = self.of(bodies.group[i]).is_some_and(|species| species.growth.rule == DivisionRule::Adder);
             let line = &mut bodies.lineage[i];
             if adds && line.birth_length.is_none() {
                 line.birth_length = bodies.shape[i].growing_length();
@@ -107,7 +107,7 @@ impl Cells {
     }
 }
 
-impl Strain<'_> {
+impl Species<'_> {
     /// What the cell `id` divides at: a length, an added length or a time since its birth.
     pub fn target(&self, id: u64) -> f64 {
         match self.growth.target() {
@@ -164,16 +164,16 @@ mod tests {
     fn a_cell_under_a_negative_pressure_grows_no_faster_than_a_free_one() {
         let growth = Growth { stress_sensitivity: 0.05, ..Growth::new(1.3, 4.0) };
         let cells = Cells::new(&[growth], &[], true, 1);
-        let strain = cells.of(0).unwrap();
-        assert_eq!([0.0, -1e6, f64::NEG_INFINITY].map(|pressure| strain.rate(7, pressure)), [1.3; 3]);
-        assert!(strain.rate(7, 10.0) < 1.0);
+        let species = cells.of(0).unwrap();
+        assert_eq!([0.0, -1e6, f64::NEG_INFINITY].map(|pressure| species.rate(7, pressure)), [1.3; 3]);
+        assert!(species.rate(7, 10.0) < 1.0);
     }
 
     #[test]
     fn a_body_grows_as_its_group_does_or_as_all_others() {
         let of = |group: &str, rate: f64| Growth { group: Some(group.into()), ..Growth::new(rate, 4.0) };
         let groups = ["a", "b", "c"].map(str::to_owned);
-        let rate = |cells: &Cells, group: u32| cells.of(group).map(|strain| strain.growth.rate);
+        let rate = |cells: &Cells, group: u32| cells.of(group).map(|species| species.growth.rate);
         let some = Cells::new(&[of("b", 1.0), of("a", 2.0)], &groups, true, 1);
         assert_eq!([0, 1, 2, u32::MAX].map(|group| rate(&some, group)), [Some(2.0), Some(1.0), None, None]);
         let all = Cells::new(&[of("b", 1.0), Growth::new(3.0, 4.0)], &groups, true, 1);

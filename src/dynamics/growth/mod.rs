@@ -21,7 +21,7 @@ mod cells;
 pub(crate) mod one_or_list;
 mod settings;
 
-pub use cells::{Cells, Due, Strain};
+pub use cells::{Cells, Due, Species};
 pub(crate) use settings::MOST_LENGTH_NOISE;
 pub use settings::{DivisionRule, Growth, OnNoRoom, Stop, StopReason};
 
@@ -52,10 +52,10 @@ impl Cells {
     ) {
         let due = |i: &usize| {
             let (shape, line) = (&bodies.shape[*i], &bodies.lineage[*i]);
-            let (Some(length), Some(strain)) = (shape.growing_length(), self.of(bodies.group[*i])) else {
+            let (Some(length), Some(species)) = (shape.growing_length(), self.of(bodies.group[*i])) else {
                 return false;
             };
-            strain.due(line, shape).reached(length, time) && !waiting.holds(line.id)
+            species.due(line, shape).reached(length, time) && !waiting.holds(line.id)
         };
         let due: Vec<usize> = (0..bodies.len()).into_par_iter().with_min_len(LEAST_CELLS_A_TASK).filter(due).collect();
         for mother in due {
@@ -72,8 +72,8 @@ impl Cells {
     pub fn lengthen(&self, bodies: &mut Bodies, dt: f64, pressures: &[f64], waiting: &Waiting) {
         let lengthen = |(i, ((shape, line), group)): (usize, ((&mut Shape, &Lineage), &u32))| {
             let Some(length) = shape.growing_length().filter(|_| !waiting.holds(line.id)) else { return };
-            let Some(strain) = self.of(*group) else { return };
-            let rate = strain.rate(line.id, pressures.get(i).copied().unwrap_or(0.0));
+            let Some(species) = self.of(*group) else { return };
+            let rate = species.rate(line.id, pressures.get(i).copied().unwrap_or(0.0));
             if let Some(grown) = shape.grown(length * (rate * dt).exp()) {
                 *shape = grown;
             }
@@ -111,7 +111,7 @@ pub fn stretch(placed: &Placed, to: &Shape, lever: DVec3, normal: DVec3) -> DVec
 /// Body `mother` becomes the daughter at its lower end; the one at its upper end is added last.
 fn divide(bodies: &mut Bodies, mother: usize, cells: &Cells, time: f64, next_id: &mut u64) {
     let placed = bodies.placed(mother);
-    let Some(strain) = cells.of(bodies.group[mother]) else { return };
+    let Some(species) = cells.of(bodies.group[mother]) else { return };
     let Some(length) = placed.shape.growing_length() else { return };
     let Some(shape) = placed.shape.grown(0.5 * length) else { return };
     let mut offset = placed.orientation * DVec3::Z * (0.25 * length);
@@ -122,11 +122,11 @@ fn divide(bodies: &mut Bodies, mother: usize, cells: &Cells, time: f64, next_id:
     let mut random = Turn::stream(cells.seed, line.id);
     let (velocity, angular_velocity) = (bodies.velocity[mother], bodies.angular_velocity[mother]);
     let upper = bodies.push(placed, bodies.group[mother]);
-    let lines = daughters(&line, time, next_id, strain.birth_length(0.5 * length));
+    let lines = daughters(&line, time, next_id, species.birth_length(0.5 * length));
     for ((daughter, shift), line) in [(mother, -offset), (upper, offset)].into_iter().zip(lines) {
         bodies.shape[daughter] = shape;
         bodies.position[daughter] = placed.position + shift;
-        let turn = Turn::draw(&mut random, strain.growth.reorientation_degrees, cells.planar);
+        let turn = Turn::draw(&mut random, species.growth.reorientation_degrees, cells.planar);
         let turned = turn.in_space(cells.planar, placed.orientation) * placed.orientation;
         bodies.orientation[daughter] = turned.normalize();
         bodies.velocity[daughter] = velocity + angular_velocity.cross(shift);
