@@ -1,5 +1,6 @@
-//! The flow of a periodic cell whose lengths change: `u_i = e_i(t) x_i`, with the strain rates `e_i = r_i / (1 + r_i t)`
-//! of lengths `h_i = h_i(0) (1 + r_i t)` (the engineering strain rates `r_i` are those of LAMMPS' `fix deform ... erate`).
+//! The flow of a periodic cell whose lengths change: `u_i = e_i(t) x_i`, with the strain rates `e_i = r_i / (1 + r_i
+//! t)` of lengths `h_i = h_i(0) (1 + r_i t)` (the engineering strain rates `r_i` are those of LAMMPS' `fix deform ...
+//! erate`).
 //!
 //! It carries bodies as any flow does, by drag: those of the overdamped law go with the cell, and turn with the strain
 //! about each axis as Jeffery's equation says (`flow.rs`). Images of a body are carried like it, as the cell's sides

@@ -128,7 +128,8 @@ fn changing_cells_on_a_device_are_the_cpus() {
     let rod = |i: u32| {
         let q = DQuat::from_axis_angle(DVec3::new(1.0, f64::from(i % 3), 0.5).normalize(), 0.7 * f64::from(i));
         let place = [1.3 * f64::from(i % 3), 1.3 * f64::from(i / 3 % 3), 1.3 * f64::from(i / 9)];
-        json!({"shape": {"spherocylinder": {"diameter": 0.5, "length": 1}}, "position": place, "orientation": [q.w, q.x, q.y, q.z]})
+        let shape = json!({"spherocylinder": {"diameter": 0.5, "length": 1}});
+        json!({"shape": shape, "position": place, "orientation": [q.w, q.x, q.y, q.z]})
     };
     let cell = json!({"lengths": [4, 4.1, null], "strain_rate": [-0.2, -0.3, 0]});
     let bodies: Vec<Value> = (0..18).map(rod).collect();

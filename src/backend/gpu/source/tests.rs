@@ -63,7 +63,8 @@ fn a_flow_and_moving_walls_change_no_other_kernel() {
     }
 }
 
-/// Kernels of a cell whose lengths change read its periods as parameters, in every precision and with rows of each kind.
+/// Kernels of a cell whose lengths change read its periods as parameters, in every precision and with rows of each
+/// kind.
 #[test]
 fn a_changing_cell_is_in_no_constant() {
     for (name, rows) in [("two-ellipsoids", Rows::Paper), ("two-ellipsoids", Rows::Auto), ("colony", Rows::Auto)] {
