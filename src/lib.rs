@@ -16,7 +16,7 @@
 //! fn main() -> Result<(), relcp::Error> {
 //!     let mut scene = Scene::new("colony", Time::new(0.01, 2.2)); // steps of 0.01 to time 2.2
 //!     scene.planar = true;
-//!     scene.growth = Some(Growth::new(1.0, 4.0)); // length' = length; division at length 4
+//!     scene.growth = vec![Growth::new(1.0, 4.0)]; // length' = length; division at length 4
 //!     scene.generate = vec![Generate::founder(0.5, 2.0)];
 //!     let mut simulation = Simulation::new(scene)?;
 //!     while !simulation.done() {

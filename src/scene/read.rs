@@ -59,7 +59,7 @@ impl Scene {
     ///
     /// ```
     /// let scene = relcp::Scene::built_in("colony")?;
-    /// assert!(scene.planar && scene.growth.is_some());
+    /// assert!(scene.planar && scene.growth.len() == 1);
     /// assert!(relcp::Scene::built_in("colny").is_err());
     /// # Ok::<(), relcp::Error>(())
     /// ```

@@ -29,6 +29,10 @@ impl Scene {
                 let key = key.field(name);
                 let key = key.field(shape.name());
                 check_wall(&key, shape)?;
+                if shape.motion().is_some() {
+                    let message = "is for walls; the border of a region that bodies leave does not move";
+                    return Err(SceneError::bad(key.field("motion"), message));
+                }
                 if self.planar {
                     check_upright(&key, shape, self.plane())?;
                 }
