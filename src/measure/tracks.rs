@@ -90,7 +90,8 @@ impl Tracks {
     /// The bodies to be followed, in their order: where they are many those whose ids come first in an order that the
     /// seed draws, so that the same ones are followed in the next state.
     fn chosen(&mut self, bodies: &Bodies, fixed: &Fixed) -> Vec<usize> {
-        let mut chosen: Vec<usize> = (0..bodies.len()).filter(|&i| !fixed.holds(bodies.lineage[i].id, bodies.group[i])).collect();
+        let mut chosen: Vec<usize> =
+            (0..bodies.len()).filter(|&i| !fixed.holds(bodies.lineage[i].id, bodies.group[i])).collect();
         if chosen.len() > self.most {
             let rank = |i: &usize| (mixed(bodies.lineage[*i].id ^ mixed(self.seed)), *i);
             chosen.select_nth_unstable_by_key(self.most, rank);

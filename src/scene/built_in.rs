@@ -1,5 +1,5 @@
 //! The scenes that the program brings along: those of Palmer, Aktulga and Gao (2026), at a size for a desk and at the
-//! paper's.
+//! paper's, and one for each of what else drives bodies.
 
 /// A scene that the program brings along.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +42,12 @@ impl BuiltIn {
         "colony-full": "one growing cell becomes 131,072, the paper's size",
         "chainmail": "a sheet of 6 x 6 interlaced rings is stretched until it is taut",
         "chainmail-full": "a sheet of 20 x 20 interlaced rings",
+        "active-nematic": "320 rods that propel themselves in a disc gather along its wall",
+        "sedimentation": "200 Brownian ellipsoids settle on the floor of a periodic cell",
+        "two-strains": "two strains of cells compete in a channel whose open end they leave by",
+        "filament": "a chain of 24 rods turns into a shear flow",
+        "piston": "a moving wall compresses 130 rods",
+        "swarm": "200 rods swim among 16 posts in a periodic plane",
     };
 
     /// The one of this name.

@@ -4,7 +4,7 @@ use super::first;
 use super::start::Start;
 use crate::bodies::Bodies;
 use crate::constraint::RowSource;
-use crate::dynamics::{Bonds, Cells, ForceField, Heat, Law, Overdamped, Strain, self};
+use crate::dynamics::{self, Bonds, Cells, ForceField, Heat, Law, Overdamped, Strain};
 use crate::fixed::Fixed;
 use crate::shape::Shape;
 use crate::step::{Fault, Model, Rows, Stepping, Time};

@@ -111,8 +111,9 @@ impl Scene {
     fn check_bond_length(&self, key: &Key, bond: &Bond) -> Result<(), SceneError> {
         let Some(period) = self.periods().shortest() else { return Ok(()) };
         if bond.length >= 0.5 * period {
-            let message =
-                format!("must be under half of the shortest period, {period:?}: a bond ends at the nearest image of its body");
+            let message = format!(
+                "must be under half of the shortest period, {period:?}: a bond ends at the nearest image of its body"
+            );
             return Err(SceneError::bad(key.field("length"), message));
         }
         Ok(())
