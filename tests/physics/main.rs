@@ -13,6 +13,7 @@ mod forces;
 mod motion;
 mod moving_walls;
 mod orientation;
+mod propulsion;
 mod removal;
 mod scenes;
 mod species;

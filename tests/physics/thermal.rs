@@ -80,6 +80,35 @@ fn overdamped_bodies_diffuse_and_turn_as_theory_says() {
     }
 }
 
+/// `<x^2> = 2 D (t - 2 tau (1 - e^(-t / tau)) + tau / 2 (1 - e^(-2 t / tau)))` along each axis from rest, with `tau = m /
+/// (xi L)` (G. E. Uhlenbeck, L. S. Ornstein, Phys. Rev. 36, 823 (1930)); likewise the angle about the axis of a plane.
+#[test]
+fn bodies_with_inertia_diffuse_as_langevins_equation_says() {
+    let law = json!({"inertial": {"density": 2.0, "drag": DRAG}});
+    for (shape, planar) in shapes().iter().flat_map(|shape| [(shape, false), (shape, true)]) {
+        let one = parse(&apart(shape, &law, (1.0, 1.0), planar)).build().unwrap().shape[0];
+        let (length, mass) = (one.major_axis(), 2.0 * one.volume());
+        let tau = mass / (DRAG * length);
+        let start = parse(&apart(shape, &law, (tau / 20.0, 4.0 * tau), planar));
+        let (before, end) = (start.build().unwrap(), run(start, &Compute::Cpu).bodies);
+        let of = |t: f64, tau: f64| t - 2.0 * tau * (1.0 - (-t / tau).exp()) + 0.5 * tau * (1.0 - (-2.0 * t / tau).exp());
+        let axes = if planar { 2 } else { 3 };
+        let squares: Vec<f64> =
+            moves(&before, &end).iter().flat_map(|way| (*way * *way).to_array()[..axes].to_vec()).collect();
+        let name = format!("{}, planar {planar}", one.name());
+        within_three(&format!("{name}: mean square of a move"), &squares, 2.0 * KT / (DRAG * length) * of(4.0 * tau, tau));
+        if planar {
+            // About the body's x, which is across the plane; the cosine of an angle whose distribution is Gauss'.
+            let turning = DRAG * length.powi(3) / 12.0;
+            let slowing = 2.0 * one.unit_inertia().x / turning;
+            let cosine = |i: usize| (before.orientation[i] * DVec3::Z).dot(end.orientation[i] * DVec3::Z);
+            let cosines: Vec<f64> = (0..before.len()).map(cosine).collect();
+            let expected = (-KT / turning * of(4.0 * tau, slowing)).exp();
+            within_three(&format!("{name}: cosine of a turn"), &cosines, expected);
+        }
+    }
+}
+
 /// Along z alone, so that bodies of one trap do not meet. The scheme's own variance is `kT / k / (1 - a / 2)`, `a = k
 /// dt / (xi L)`.
 #[test]

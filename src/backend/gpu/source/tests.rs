@@ -179,7 +179,7 @@ fn no_kernel_binds_more_arrays_than_every_adapter_has() {
 
 #[test]
 fn periods_are_in_the_kernels_of_pairs_alone_and_only_where_there_are_some() {
-    for mut setup in setups() {
+    for mut setup in setups().into_iter().filter(|setup| setup.lattice_periods.is_none()) {
         let open = every_source(&setup);
         // With branches, the kernels that compute them too.
         let own = of_branches(&setup);
