@@ -91,12 +91,17 @@ fn bodies_with_inertia_diffuse_as_langevins_equation_says() {
         let tau = mass / (DRAG * length);
         let start = parse(&apart(shape, &law, (tau / 20.0, 4.0 * tau), planar));
         let (before, end) = (start.build().unwrap(), run(start, &Compute::Cpu).bodies);
-        let of = |t: f64, tau: f64| t - 2.0 * tau * (1.0 - (-t / tau).exp()) + 0.5 * tau * (1.0 - (-2.0 * t / tau).exp());
+        let of =
+            |t: f64, tau: f64| t - 2.0 * tau * (1.0 - (-t / tau).exp()) + 0.5 * tau * (1.0 - (-2.0 * t / tau).exp());
         let axes = if planar { 2 } else { 3 };
         let squares: Vec<f64> =
             moves(&before, &end).iter().flat_map(|way| (*way * *way).to_array()[..axes].to_vec()).collect();
         let name = format!("{}, planar {planar}", one.name());
-        within_three(&format!("{name}: mean square of a move"), &squares, 2.0 * KT / (DRAG * length) * of(4.0 * tau, tau));
+        within_three(
+            &format!("{name}: mean square of a move"),
+            &squares,
+            2.0 * KT / (DRAG * length) * of(4.0 * tau, tau),
+        );
         if planar {
             // About the body's x, which is across the plane; the cosine of an angle whose distribution is Gauss'.
             let turning = DRAG * length.powi(3) / 12.0;
