@@ -455,6 +455,10 @@ fn resolve<'a>(schema: &'a Value, root: &'a Value) -> Vec<&'a Value> {
 
 fn properties<'a>(schema: &'a Value, root: &'a Value, key: &str, found: &mut Vec<&'a Value>) {
     found.extend(resolve(schema, root).into_iter().filter_map(|s| s.get("properties").and_then(|p| p.get(key))));
+    // A map from names, as `groups`, has one schema for all of them.
+    found.extend(
+        resolve(schema, root).into_iter().filter_map(|s| s.get("additionalProperties").filter(|s| s.is_object())),
+    );
 }
 
 // ---- bodies ----
