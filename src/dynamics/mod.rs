@@ -54,6 +54,5 @@ pub(crate) use stability::longest_stable_step;
 pub(crate) use strain::Strain;
 pub(crate) use thermal::Heat;
 pub use thermal::Thermal;
-#[cfg(feature = "gpu")]
 pub(crate) use thermal::draw;
 pub(crate) use waiting::Waiting;
