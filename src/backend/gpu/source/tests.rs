@@ -184,7 +184,7 @@ fn periods_are_in_the_kernels_of_pairs_alone_and_only_where_there_are_some() {
         // With branches, the kernels that compute them too.
         let own = of_branches(&setup);
         let others = ["passing", "branches", "stage", "aim", "bonds", "breaking bonds"];
-        let of_bonds = if setup.bonds.is_empty() { 0 } else { 2 };
+        let of_bonds = usize::from(!setup.bonds.is_empty()) + usize::from(setup.bonds.may_break());
         let of_branches = own.iter().filter(|source| others.contains(&source.name())).count();
         let pairs = narrow_sources(&setup).len() + 1 + of_branches + of_bonds;
         let period = Some(5000.3 * setup.lattice.pitch());
