@@ -54,7 +54,8 @@ impl AddAssign for Load {
 /// ```
 /// use relcp::dynamics::{ForceField, Load};
 /// use glam::DVec3;
-/// let spring = |bodies: &relcp::bodies::Bodies, i: usize, _time: f64| Load { force: -bodies.position[i], torque: DVec3::ZERO };
+/// let pull = |x: DVec3| Load { force: -x, torque: DVec3::ZERO };
+/// let spring = move |bodies: &relcp::bodies::Bodies, i: usize, _time: f64| pull(bodies.position[i]);
 /// let _boxed: Box<dyn ForceField> = Box::new(spring);
 /// ```
 pub trait ForceField: Send + Sync {
@@ -63,9 +64,9 @@ pub trait ForceField: Send + Sync {
     /// does), and a field must have the space's periods.
     fn load(&self, bodies: &Bodies, i: usize, time: f64) -> Load;
 
-    /// Called on one thread before the loads of a state are asked for: at the start of a step or of a piece of one that is
-    /// taken again, and in its middle where it has one. A field that computes all loads together does it here. What it
-    /// says went wrong ends the step with the state before it.
+    /// Called on one thread before the loads of a state are asked for: at the start of a step or of a piece of one that
+    /// is taken again, and in its middle where it has one. A field that computes all loads together does it here. What
+    /// it says went wrong ends the step with the state before it.
     ///
     /// # Errors
     /// What went wrong, in words.

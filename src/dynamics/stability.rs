@@ -1,7 +1,8 @@
 //! How long steps may be in a trap: what a step makes of a free body's distance from the centre must not grow.
 //!
-//! A step is linear in the distance `x`, and with inertia in the velocity: `(x, dt u)' = M (x, dt u)`. It is stable where
-//! no eigenvalue of `M` is beyond the unit circle, which is where `|tr M| <= 1 + det M` and `det M <= 1` (E. I. Jury,
+//! A step is linear in the distance `x`, and with inertia in the velocity: `(x, dt u)' = M (x, dt u)`. It is stable
+//! where no eigenvalue of `M` is beyond the unit circle, which is where `|tr M| <= 1 + det M` and `det M <= 1` (E. I.
+//! Jury,
 //! *Theory and Application of the z-Transform Method*, 1964, section 3.5). Overdamped steps, of Euler and by the
 //! midpoint, end at `k dt / (xi L) = 2`, those of inertia without drag at `dt sqrt(k / m) = 2`.
 

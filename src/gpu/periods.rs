@@ -96,7 +96,7 @@ impl LatticePeriods {
     }
 }
 
-/// What kernels of a cell that changes read in the place of constants.
+/// The constants of a cell, and the expressions that replace them in kernels of a changing cell.
 const CHANGING: [(&str, &str); 7] = [
     ("PERIOD_PART_1", "parameters.periods[1].xyz"),
     ("PERIOD_PART_2", "parameters.periods[2].xyz"),

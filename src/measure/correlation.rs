@@ -34,8 +34,8 @@ const PROFILE: [Column; 3] = [
     Column { name: "pairs", what: "pairs in the bin" },
 ];
 
-/// Standard deviation of a pair's term where axes are independent: that of `cos 2 theta` and of `cos theta` in the plane,
-/// which those of `P_2` and of `cos theta` in space are below.
+/// Standard deviation of a pair's term where axes are independent: that of `cos 2 theta` and of `cos theta` in the
+/// plane, which those of `P_2` and of `cos theta` in space are below.
 pub(super) const DEVIATION: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Bodies whose pairs are summed together: fixed, so that sums do not depend on the number of threads.

@@ -1,6 +1,6 @@
 //! Numbers and lengths of the bodies by group: species and strains.
 //!
-//! How even a mixture is, is told by Simpson's index, the probability that two bodies drawn at random are of different
+//! Simpson's index measures how even a mixture is: the probability that two bodies drawn at random are of different
 //! groups, `1 - sum of n (n - 1) / (N (N - 1))` (E. H. Simpson, Nature 163, 688 (1949)). Bodies without a group are a
 //! group of their own.
 

@@ -2,9 +2,9 @@
 //!
 //! In a random mixture a body's neighbour is of its group with the probability `sum of n (n - 1) / (N (N - 1))`. Groups
 //! whose bodies have more neighbours than others meet their own more often by that alone; M. E. J. Newman's coefficient
-//! of assortativity (Phys. Rev. E 67, 026126 (2003)) takes it out: `r = (e - a) / (1 - a)` with the part `e` of contacts
-//! within groups and `a` the sum of squares of the groups' parts of all ends of contacts; 1 where no two groups touch,
-//! 0 where contacts are random, negative where groups alternate.
+//! of assortativity (Phys. Rev. E 67, 026126 (2003)) takes it out: `r = (e - a) / (1 - a)` with the part `e` of
+//! contacts within groups and `a` the sum of squares of the groups' parts of all ends of contacts; 1 where no two
+//! groups touch, 0 where contacts are random, negative where groups alternate.
 
 use super::groups::{alike, number, sizes};
 use super::{Column, Found, LeftOut, Measure, View, cell, count};

@@ -1,7 +1,7 @@
 //! Where bodies went over the states of a run: each by its id, from its birth to its division.
 //!
-//! The turn of a body is the sum of its rotation vectors from one state to the next, which has no bound (S. Kämmerer, W.
-//! Kob, R. Schilling, Phys. Rev. E 56, 5450 (1997)). It is right where a body turns by less than half a turn between
+//! The turn of a body is the sum of its rotation vectors from one state to the next, which has no bound (S. Kämmerer,
+//! W. Kob, R. Schilling, Phys. Rev. E 56, 5450 (1997)). It is right where a body turns by less than half a turn between
 //! two states.
 
 use crate::bodies::Bodies;

@@ -31,9 +31,9 @@ const SIGNALS_EVERY: Duration = Duration::from_millis(50);
 /// adapter=None)`.
 ///
 /// `backend` is "cpu", "gpu" (a software adapter will do) or "auto" (the CPU, until a hardware GPU is measured to be
-/// faster); `threads` is a number of threads of its own, None those of the process, one a core; `precision` is "f32" or "f64" on
-/// a GPU, f32 without it; `adapter` is a part of a GPU's name. The same scene gives the same bits for any number of
-/// threads, and those of the program.
+/// faster); `threads` is a number of threads of its own, None those of the process, one a core; `precision` is "f32" or
+/// "f64" on a GPU, f32 without it; `adapter` is a part of a GPU's name. The same scene gives the same bits for any
+/// number of threads, and those of the program.
 ///
 /// Every array is a copy of the state after the last accepted step, a row a body; N is the number of bodies. Lengths
 /// and times are in the scene's units.
@@ -231,9 +231,9 @@ impl PySimulation {
     /// returns forces (N, 3) in space axes, or a tuple of forces and torques about the centres, both (N, 3).
     ///
     /// With midpoint stepping it is called in the step's middle too, and again for each piece of a step that is taken
-    /// again. It must depend on its argument alone, or a run cannot be repeated; a saved state and the scene do not hold
-    /// it. On a GPU it is called on the host, from a state that is read back each step. What it raises ends the step
-    /// and is raised by `step` or `run`, with the state before that step. It cannot use this simulation.
+    /// again. It must depend on its argument alone, or a run cannot be repeated; a saved state and the scene do not
+    /// hold it. On a GPU it is called on the host, from a state that is read back each step. What it raises ends the
+    /// step and is raised by `step` or `run`, with the state before that step. It cannot use this simulation.
     fn add_force(&self, py: Python<'_>, force: Bound<'_, PyAny>) -> PyResult<()> {
         let force = PyForce::new(force, self.asking.clone())?;
         self.session(py)?.add_force(Box::new(force));

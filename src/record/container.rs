@@ -3,9 +3,9 @@
 //! A state is a zip that numpy opens as `.npz`, of these little-endian arrays with a row a body: `position` (N x 3),
 //! `orientation` (N x 4, `[w, x, y, z]`), `velocity`, `angular_velocity` (N x 3), `shape` (tag: 0 sphere, 1
 //! spherocylinder, 2 ellipsoid, 3 torus), `size` (N x 3, the shape's sizes in the order of a scene), `group` (2^32 - 1:
-//! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`, and `birth_length` where cells divide by the length that
-//! they have added. Where bonds are broken, `broken_bonds` has their numbers in the scene, ascending. A checkpoint has
-//! `warm_pair`, `warm_feature`,
+//! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`, and `birth_length` where cells divide by the length
+//! that they have added. Where bonds are broken, `broken_bonds` has their numbers in the scene, ascending. A checkpoint
+//! has `warm_pair`, `warm_feature`,
 //! `warm_gamma`, `warm_normal` as well, a row a near pair, and the run's totals in its header; a state has the former
 //! where the scene's `output.forces` asks for it. `header` is the [`Header`], the bytes of its JSON text:
 //! `json.loads(bytes(state["header"]))`.

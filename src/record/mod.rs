@@ -3,7 +3,8 @@
 //!
 //! A [run](crate::run) leaves its [`Folder`]: `scene.json`, `steps.csv`, `states/state_NNNNNNNNNN.npz`,
 //! `checkpoint.npz` and the one before it, `final.json`, `final.png` and `summary.json`, and `measures.csv`,
-//! `lineage.csv` and `lcps/` where the scene asks for them. States are [one container](encode) that numpy opens as `.npz`.
+//! `lineage.csv` and `lcps/` where the scene asks for them. States are [one container](encode) that numpy opens as
+//! `.npz`.
 //!
 //! ```
 //! use relcp::record::{COLUMNS, Folder};

@@ -1,8 +1,8 @@
 //! Bodies that leave a scene at the end of a step: through the borders of a region, or by death at a rate.
 //!
 //! A body dies in a step of `dt` with the probability `1 - exp(-rate dt)`, so that of bodies that nothing else removes
-//! the part `exp(-rate t)` is alive at `t` for every step size, on average. The draw belongs to the seed, the body's id,
-//! the step's number and the rule's place in the list (Philox 4x32-10), and so to no order of bodies.
+//! the part `exp(-rate t)` is alive at `t` for every step size, on average. The draw belongs to the seed, the body's
+//! id, the step's number and the rule's place in the list (Philox 4x32-10), and so to no order of bodies.
 //!
 //! Arrays close up without reordering: whoever stays keeps its id and its place among the others. What remains of those
 //! that go is their line, an [`Ended`]; with those of the mothers that divided, the ancestry of all that ever lived can

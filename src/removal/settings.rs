@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
 #[non_exhaustive]
 pub struct Removal {
-    /// Bodies whose centre is outside of this shape: where a wall of this kind would have no bodies. In a periodic scene
-    /// the centre's image in the cell about the origin counts. On a GPU, costs a read-back of the state per step.
+    /// Bodies whose centre is outside of this shape: where a wall of this kind would have no bodies. In a periodic
+    /// scene the centre's image in the cell about the origin counts. On a GPU, costs a read-back of the state per step.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub outside: Option<Wall>,
     /// Bodies whose centre is inside of this shape. As `outside`.

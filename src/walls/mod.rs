@@ -2,8 +2,8 @@
 //! their own.
 //!
 //! Each surface of a wall (a box has six) is to a body like another body that nothing can push: it has a number in the
-//! place of a body's, so that pairs, rows and what a step remembers are the same for both, and in an LCP its block of `J` is
-//! zero.
+//! place of a body's, so that pairs, rows and what a step remembers are the same for both, and in an LCP its block of
+//! `J` is zero.
 
 #[cfg(feature = "files")]
 mod lines;

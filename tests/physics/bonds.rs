@@ -149,8 +149,8 @@ fn chains(count: usize, rods: usize, (dt, end): (f64, f64)) -> Value {
 const JOINT: f64 = 50.0;
 
 /// From straight chains at a temperature: `<R^2> = N b^2` of the freely jointed chain, and `3 kT / k` for each joint,
-/// which is a spring. The slowest time of a chain of four is some 0.5. A chain's squares are averaged over time, and the
-/// error is that of the means.
+/// which is a spring. The slowest time of a chain of four is some 0.5. A chain's squares are averaged over time, and
+/// the error is that of the means.
 #[test]
 fn chains_of_rods_have_the_end_to_end_distance_of_freely_jointed_ones() {
     const CHAINS: usize = 64;

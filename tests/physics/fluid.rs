@@ -16,8 +16,8 @@ fn boublik(covered: f64, gamma: f64) -> f64 {
     1.0 / (1.0 - covered) + gamma * covered * mended / (1.0 - covered).powi(2)
 }
 
-/// Mean and standard error of `p / (rho kT)`, from blocks of time: 1 for the rods as an ideal gas, and the virial of the
-/// contact forces.
+/// Mean and standard error of `p / (rho kT)`, from blocks of time: 1 for the rods as an ideal gas, and the virial of
+/// the contact forces.
 fn measured(dt: f64, end: f64) -> (f64, f64) {
     let area = RODS as f64 * (2.0 + PI / 4.0) / COVERED;
     let side = area.sqrt();

@@ -22,9 +22,9 @@ fn swimmers(planar: bool, (dt, end): (f64, f64)) -> Value {
         "forces": [{"propulsion": {"force": FORCE}}], "bodies": (0..SAMPLE).map(body).collect::<Vec<_>>()})
 }
 
-/// `2 d D t + 2 v^2 tau^2 (t / tau - 1 + e^(-t / tau))` in `d` dimensions, with `tau = 1 / (d - 1) D_r` (for discs J. R.
-/// Howse et al., Phys. Rev. Lett. 99, 048102 (2007)). The turn of a step's map makes `D_r` smaller by the part `5/3 D_r
-/// dt`, in the plane `D_r dt`.
+/// `2 d D t + 2 v^2 tau^2 (t / tau - 1 + e^(-t / tau))` in `d` dimensions, with `tau = 1 / (d - 1) D_r` (for discs J.
+/// R. Howse et al., Phys. Rev. Lett. 99, 048102 (2007)). The turn of a step's map makes `D_r` smaller by the part `5/3
+/// D_r dt`, in the plane `D_r dt`.
 fn crossover(planar: bool, dt: f64, t: f64) -> f64 {
     let (d, lost) = if planar { (2.0, 1.0) } else { (3.0, 5.0 / 3.0) };
     let (diffusion, turning, speed) = (KT / LENGTH, 12.0 * KT / LENGTH.powi(3), FORCE / LENGTH);

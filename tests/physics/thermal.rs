@@ -80,8 +80,9 @@ fn overdamped_bodies_diffuse_and_turn_as_theory_says() {
     }
 }
 
-/// `<x^2> = 2 D (t - 2 tau (1 - e^(-t / tau)) + tau / 2 (1 - e^(-2 t / tau)))` along each axis from rest, with `tau = m /
-/// (xi L)` (G. E. Uhlenbeck, L. S. Ornstein, Phys. Rev. 36, 823 (1930)); likewise the angle about the axis of a plane.
+/// `<x^2> = 2 D (t - 2 tau (1 - e^(-t / tau)) + tau / 2 (1 - e^(-2 t / tau)))` along each axis from rest, with `tau = m
+/// / (xi L)` (G. E. Uhlenbeck, L. S. Ornstein, Phys. Rev. 36, 823 (1930)); likewise the angle about the axis of a
+/// plane.
 #[test]
 fn bodies_with_inertia_diffuse_as_langevins_equation_says() {
     let law = json!({"inertial": {"density": 2.0, "drag": DRAG}});

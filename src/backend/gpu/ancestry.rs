@@ -34,7 +34,8 @@ pub(super) struct Ancestry {
     /// Bodies and the next id in the last accepted state, and the mothers of the present step as they were in it.
     accepted: (usize, u64),
     mothers: Vec<(usize, Lineage, Growing)>,
-    /// The bodies that are due to divide in the step after the last accepted one: found when lengths are at hand anyway.
+    /// The bodies that are due to divide in the step after the last accepted one: found when lengths are at hand
+    /// anyway.
     due: Vec<usize>,
     /// Bodies whose rates have changed since they were last asked for, some perhaps more than once.
     changed: Vec<usize>,

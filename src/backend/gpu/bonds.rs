@@ -22,7 +22,7 @@ fn stretched(setup: &Setup, name: &str) -> Source {
     between(setup, name).include(fragment!("dynamics/bond.wgsl"))
 }
 
-/// What a bond has in place of the force at which it breaks where it has none.
+/// The strength of a bond that never breaks.
 const NEVER: f64 = -1.0;
 
 /// The bonds of a scene.

@@ -71,8 +71,8 @@ impl Search {
         Search::in_space(gpu, precision, planar, lattice, ([None; 3], false))
     }
 
-    /// The same in space of these periods, which may be `changing` ([`Search::set_periods`]): pairs are those that touch
-    /// through some image. Positions need not be wrapped.
+    /// The same in space of these periods, which may be `changing` ([`Search::set_periods`]): pairs are those that
+    /// touch through some image. Positions need not be wrapped.
     ///
     /// # Errors
     /// Those of [`Search::new`], and [`GpuError::Unsupported`] for periods that the lattice has no room for.

@@ -15,7 +15,8 @@ pub(in crate::cli) struct Compute {
     /// The adapter, by a part of its name; `relcp devices` lists them
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) adapter: Option<String>,
-    /// Floating-point precision [default: f64 on the CPU and where it is fast on the GPU, else f32]; with --backend auto that of the GPU
+    /// Floating-point precision [default: f64 on the CPU and where it is fast on the GPU, else f32]; with --backend
+    /// auto that of the GPU
     #[arg(long, value_enum)]
     pub(in crate::cli) precision: Option<Precision>,
     /// Number of threads [default: one per core]. The bits of the results do not depend on it
@@ -126,8 +127,8 @@ pub(in crate::cli) struct Batch {
     /// The folder with the members' folders; without it, runs/NAME
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: Option<PathBuf>,
-    /// Most members at a time; without it, one a core, and with --backend gpu one. The results are the same bits for any
-    /// number
+    /// Most members at a time; without it, one a core, and with --backend gpu one. The results are the same bits for
+    /// any number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) jobs: Option<u16>,
     /// Also continue failed members, from their last accepted state

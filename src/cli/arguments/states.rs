@@ -27,7 +27,8 @@ pub(in crate::cli) struct Contacts {
     /// Pairs nearer than this, a length; in a periodic scene at most the shortest period
     #[arg(long, value_name = "LENGTH", default_value_t = 0.0, value_parser = length)]
     pub(in crate::cli) cutoff: f64,
-    /// What computes them: the CPU in f64; gpu a device, and a software adapter too; auto a hardware GPU if there is one
+    /// What computes them: the CPU in f64; gpu a device, and a software adapter too; auto a hardware GPU if there is
+    /// one
     #[arg(long, value_enum, default_value = "cpu")]
     pub(in crate::cli) backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them

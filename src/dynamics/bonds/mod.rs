@@ -6,7 +6,8 @@
 //! leads to that image of the second body whose centre is nearest to the first one's.
 //!
 //! A step takes these loads where it takes every force, at its start or in its middle: it is stable where `dt` is short
-//! for the stiffness (docs/motion.md). A bond whose tension is over its `break_force` at a step's end is broken from then on.
+//! for the stiffness (docs/motion.md). A bond whose tension is over its `break_force` at a step's end is broken from
+//! then on.
 
 mod incidence;
 mod stiffness;

@@ -16,6 +16,8 @@ use nalgebra::{Matrix3, Vector3};
 pub(crate) struct Stiffness<'a> {
     pub dynamics: &'a Dynamics,
     pub shapes: [&'a Shape; 2],
+    /// Which of both bodies do not move.
+    pub fixed: [bool; 2],
     /// From each centre to its point, space axes, where it is known.
     pub arms: [Option<DVec3>; 2],
     /// From the first point to the other, where it is known.
@@ -37,14 +39,18 @@ impl Stiffness<'_> {
                     return None;
                 }
                 let density = law.density()?;
-                let lightness: f64 = self.shapes.iter().map(|shape| 1.0 / (density * shape.volume())).sum();
+                let moving = self.shapes.iter().zip(self.fixed).filter(|(_, fixed)| !fixed);
+                let lightness: f64 = moving.map(|(shape, _)| 1.0 / (density * shape.volume())).sum();
                 Some(2.0 / (bond.stiffness * lightness).sqrt())
             }
         }
     }
 
-    /// The mobility of an overdamped body's point: of its centre, and of its turn about it.
+    /// The mobility of an overdamped body's point: of its centre, and of its turn about it. A fixed body has none.
     fn mobility(&self, drag: f64, end: usize) -> Matrix3<f64> {
+        if self.fixed[end] {
+            return Matrix3::zeros();
+        }
         let (linear, turning) = resistances(drag, self.shapes[end]);
         let arm = self.arms[end].map_or(Vector3::zeros(), |arm| Vector3::from(arm.to_array()));
         let across = Matrix3::from_diagonal_element(arm.norm_squared()) - arm * arm.transpose();
@@ -73,11 +79,14 @@ mod tests {
         let rod = Shape::Spherocylinder { diameter: 0.2, length: 2.0 };
         let dynamics = Dynamics::Overdamped { drag: 1.5 };
         let arms = [Some(DVec3::X), Some(-DVec3::X)];
-        let stiffness = Stiffness { dynamics: &dynamics, shapes: [&rod; 2], arms, way: Some(0.1 * DVec3::X) };
+        let of = |fixed| Stiffness { dynamics: &dynamics, shapes: [&rod; 2], fixed, arms, way: Some(0.1 * DVec3::X) };
+        let stiffness = of([false; 2]);
         let bond = |length| Bond { length, ..Bond::new([0, 1], [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]], 10.0) };
         let (linear, along) = (1.0 / (1.5 * 2.0), stiffness.longest_step(&bond(0.1)).unwrap());
         assert!((along - 2.0 / (10.0 * 2.0 * linear)).abs() < 1e-12, "{along}");
         let every = stiffness.longest_step(&bond(0.0)).unwrap();
         assert!((every - 0.25 * along).abs() < 1e-12, "{every}");
+        let tether = of([true, false]).longest_step(&bond(0.1)).unwrap();
+        assert!((tether - 2.0 * along).abs() < 1e-12, "a fixed end does not move: {tether}");
     }
 }

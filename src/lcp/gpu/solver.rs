@@ -112,8 +112,8 @@ impl Solver {
         self.machine.largest_small = largest;
     }
 
-    /// Reads the residuals of so many iterations at once from now on: first, and later in a solve. The bits of a result do
-    /// not depend on it.
+    /// Reads the residuals of so many iterations at once from now on: first, and later in a solve. The bits of a result
+    /// do not depend on it.
     pub fn set_looks(&mut self, looks: [usize; 2]) {
         self.machine.looks = looks.map(|looks| looks.clamp(1, LOOKS as usize - 1));
     }

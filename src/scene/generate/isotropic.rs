@@ -156,8 +156,8 @@ fn rotation(random: &mut ChaCha8Rng) -> DQuat {
     DQuat::from_xyzw(x, y, scale * z, scale * w).normalize()
 }
 
-/// The same in the plane: z along x, turned about the plane's normal by a uniform angle. Half of it is that of a uniform
-/// point of the disc.
+/// The same in the plane: z along x, turned about the plane's normal by a uniform angle. Half of it is that of a
+/// uniform point of the disc.
 fn rotation_in_plane(random: &mut ChaCha8Rng) -> DQuat {
     loop {
         let [x, y] = random.random::<[f64; 2]>().map(|u| 2.0 * u - 1.0);

@@ -39,7 +39,7 @@ impl Scene {
             check_numbers(&key, bond)?;
             self.check_ends(&key, bond, &is_fixed)?;
             self.check_bond_length(&key, bond)?;
-            self.check_stiffness(&key, bond)?;
+            self.check_stiffness(&key, bond, &is_fixed)?;
         }
         Ok(())
     }
@@ -120,7 +120,12 @@ impl Scene {
     }
 
     /// Refuses a bond that is unstable on its own, whatever its neighbours do.
-    fn check_stiffness(&self, key: &Key, bond: &Bond) -> Result<(), SceneError> {
+    fn check_stiffness(
+        &self,
+        key: &Key,
+        bond: &Bond,
+        is_fixed: &dyn Fn(usize, Option<&str>) -> bool,
+    ) -> Result<(), SceneError> {
         let [Some(a), Some(b)] = bond.bodies.map(|body| self.bonded(body)) else { return Ok(()) };
         let arm = |body: &Bonded<'_>, at: [f64; 3]| body.rotation.map(|q| q * DVec3::from(at));
         let arms = [arm(&a, bond.at[0]), arm(&b, bond.at[1])];
@@ -128,7 +133,8 @@ impl Scene {
             (Some(x), Some(y), [Some(a), Some(b)]) => Some(self.periods().nearest(y - x) + (b - a)),
             _ => None,
         };
-        let stiffness = Stiffness { dynamics: &self.dynamics, shapes: [&a.shape, &b.shape], arms, way };
+        let fixed = [is_fixed(bond.bodies[0], a.group), is_fixed(bond.bodies[1], b.group)];
+        let stiffness = Stiffness { dynamics: &self.dynamics, shapes: [&a.shape, &b.shape], fixed, arms, way };
         let Some(longest) = stiffness.longest_step(bond) else { return Ok(()) };
         if self.time.dt > longest {
             let message = format!(
