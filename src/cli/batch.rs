@@ -6,11 +6,15 @@ use super::exit::{CliError, Exit};
 use super::run::RUNS;
 use super::{compute, output};
 use relcp::batch::{BatchError, Ended, Folders, Member, MemberError, Options, Plan, RowStatus, Table, run};
+use relcp::gpu::{Ensemble, Precision};
 use relcp::record::RecordError;
 use relcp::scene::Scene;
 use relcp::simulation::Compute;
 use serde_json::json;
 use std::path::{Path, PathBuf};
+
+/// Members that run on a device at once. A launch is paid once for all of them, and each takes a thread of the host.
+const MEMBERS_AT_ONCE: usize = 64;
 
 pub(super) fn batch(arguments: &Arguments) -> Result<Exit, CliError> {
     compute::set_threads(&arguments.compute)?;
@@ -94,12 +98,17 @@ fn standing(status: RowStatus) -> Exit {
 }
 
 fn run_members(arguments: &Arguments, plan: &Plan, out: &Path, members: &[Member]) -> Result<Exit, CliError> {
-    let on_device = on_device(&arguments.compute, plan)?;
+    let device = device(&arguments.compute, plan)?;
     let threads = arguments.compute.threads.map_or_else(cores, usize::from);
-    // Members on one device would wait for each other.
-    let jobs = arguments.jobs.map_or(if on_device { 1 } else { threads }, usize::from);
+    let jobs = arguments.jobs.map_or(if device.is_some() { MEMBERS_AT_ONCE } else { threads }, usize::from);
     let progress = BatchProgress::new(arguments.print.quiet);
-    let settle = |scene: &Scene| compute::settle_many(&arguments.compute, scene).map_err(unfit);
+    let settle = |scene: &Scene| match &device {
+        Some((ensemble, precision)) => {
+            Compute::check(scene).map_err(MemberError::Device)?;
+            Ok(Compute::Gpu { gpu: ensemble.member(), precision: *precision })
+        }
+        None => compute::settle_many(&arguments.compute, scene).map_err(unfit),
+    };
     let options = Options { jobs, threads, retry: arguments.retry };
     let ended = run(plan, out, members, options, &settle, &progress)?;
     progress.end();
@@ -134,12 +143,13 @@ fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Whether the GPU computes, decided by the first member; reports an unusable GPU before any run.
-fn on_device(arguments: &ComputeArguments, plan: &Plan) -> Result<bool, CliError> {
+/// The device that computes all members together, decided by the first; reports an unusable one before any run.
+fn device(arguments: &ComputeArguments, plan: &Plan) -> Result<Option<(Ensemble, Precision)>, CliError> {
     if arguments.backend != Backend::Gpu && arguments.precision.is_none() && arguments.adapter.is_none() {
-        return Ok(false);
+        return Ok(None);
     }
-    Ok(matches!(compute::settle_many(arguments, &plan.scene(0)?)?, Compute::Gpu { .. }))
+    let device = compute::device_of_many(arguments, &plan.scene(0)?)?;
+    device.map(|(gpu, precision)| Ok((Ensemble::new(gpu)?, precision))).transpose()
 }
 
 fn unfit(error: CliError) -> MemberError {

@@ -3,9 +3,10 @@
 use super::arguments::{Backend, Compute as Arguments, Precision as Wanted};
 use super::exit::CliError;
 use super::output;
-use relcp::gpu::{AdapterReport, Choice, GpuError, Precision, adapters};
+use relcp::gpu::{AdapterReport, Choice, Gpu, GpuError, Precision, adapters};
 use relcp::scene::Scene;
 use relcp::simulation::Compute;
+use std::sync::Arc;
 
 /// Settles how many threads there are.
 pub(super) fn set_threads(arguments: &Arguments) -> Result<(), CliError> {
@@ -45,6 +46,14 @@ pub(super) fn settle_many(arguments: &Arguments, scene: &Scene) -> Result<Comput
     match arguments.backend {
         Backend::Auto | Backend::Cpu => cpu(arguments),
         Backend::Gpu => open(arguments, scene).map_err(CliError::from),
+    }
+}
+
+/// The device that computes many runs side by side, with its precision; none where the CPU does.
+pub(super) fn device_of_many(arguments: &Arguments, scene: &Scene) -> Result<Option<(Arc<Gpu>, Precision)>, CliError> {
+    match settle_many(arguments, scene)? {
+        Compute::Gpu { gpu, precision } => Ok(Some((gpu, precision))),
+        _ => Ok(None),
     }
 }
 

@@ -1,6 +1,7 @@
 //! A program that was built without the feature `gpu` has no device.
 
 use super::{AdapterReport, Choice, Counters, GpuError, PipelineReport, Precision, StageUse};
+use std::sync::Arc;
 
 /// An open device: there is none.
 pub enum Gpu {}
@@ -87,4 +88,22 @@ impl Gpu {
 /// All adapters that this program can use: none.
 pub fn adapters(_choice: &Choice) -> Vec<AdapterReport> {
     Vec::new()
+}
+
+/// Many scenes on one device: there is none.
+pub enum Ensemble {}
+
+impl Ensemble {
+    /// An ensemble on a device, of which there is none.
+    ///
+    /// # Errors
+    /// None: there is no value to ask.
+    pub fn new(gpu: Arc<Gpu>) -> Result<Ensemble, GpuError> {
+        match *gpu {}
+    }
+
+    /// A device for one more member.
+    pub fn member(&self) -> Arc<Gpu> {
+        match *self {}
+    }
 }

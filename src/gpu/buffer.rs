@@ -1,16 +1,27 @@
 //! A buffer on the device that grows when it must.
 
 use super::device::{Shared, lock};
+use super::ensemble::{Membership, Work};
 use super::{Gpu, GpuError, Precision, Recorder};
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 /// A buffer grows by at least this factor, so that n elements cost O(n) copies in all.
 const GROWTH: f64 = 1.5;
 
+/// Where an array lies.
+pub(super) enum Place {
+    /// In a buffer of its own.
+    Own(wgpu::Buffer),
+    /// In the arena of an ensemble.
+    Part { of: Arc<Membership>, range: Range<u64> },
+}
+
 /// An array on the device.
 pub struct Buffer {
-    pub(super) raw: wgpu::Buffer,
+    pub(super) place: Place,
+    size: u64,
     pub(super) id: u64,
     label: &'static str,
     /// Bytes of one element.
@@ -32,16 +43,7 @@ impl Buffer {
         }
         let capacity = capacity.max(gpu.least_capacity()).min(most);
         let size = (capacity * element as u64).next_multiple_of(16);
-        let descriptor = wgpu::BufferDescriptor {
-            label: Some(label),
-            size,
-            usage: wgpu::BufferUsages::STORAGE
-                | wgpu::BufferUsages::COPY_SRC
-                | wgpu::BufferUsages::COPY_DST
-                | wgpu::BufferUsages::INDIRECT,
-            mapped_at_creation: false,
-        };
-        let raw = gpu.scoped(label, || gpu.device.create_buffer(&descriptor))?;
+        let place = Place::new(gpu, label, size)?;
         let id = gpu.new_id();
         let mut allocations = lock(&gpu.shared.allocations);
         allocations.live.insert(id, (label.to_owned(), size));
@@ -49,7 +51,7 @@ impl Buffer {
         allocations.bytes += size;
         allocations.peak = allocations.peak.max(allocations.bytes);
         drop(allocations);
-        Ok(Buffer { raw, id, label, element, capacity, shared: gpu.shared.clone() })
+        Ok(Buffer { place, size, id, label, element, capacity, shared: gpu.shared.clone() })
     }
 
     /// An array that holds these bytes.
@@ -83,7 +85,7 @@ impl Buffer {
 
     /// Its size in bytes.
     pub fn bytes(&self) -> u64 {
-        self.raw.size()
+        self.size
     }
 
     /// How many elements there is room for.
@@ -132,7 +134,7 @@ impl Buffer {
 
     /// The parts that it is bound in: offset and bytes of each. One, but for a buffer larger than a binding may be.
     pub(super) fn banks(&self, bank_bytes: u64) -> impl Iterator<Item = (u64, u64)> {
-        let size = self.raw.size();
+        let size = self.size;
         (0..size.div_ceil(bank_bytes)).map(move |bank| {
             let offset = bank * bank_bytes;
             (offset, bank_bytes.min(size - offset))
@@ -142,11 +144,49 @@ impl Buffer {
     /// Writes bytes before the work that is submitted next.
     pub fn write(&self, gpu: &Gpu, offset: u64, bytes: &[u8]) {
         lock(&gpu.tally).write(bytes.len() as u64);
-        if !bytes.is_empty() {
-            // What was submitted before may read what is there now.
-            gpu.hand_over();
-            gpu.queue.write_buffer(&self.raw, offset, bytes);
+        match &self.place {
+            _ if bytes.is_empty() => {}
+            Place::Own(raw) => {
+                // What was submitted before may read what is there now.
+                gpu.hand_over();
+                gpu.queue.write_buffer(raw, offset, bytes);
+            }
+            Place::Part { of, range } => of.append([Work::Write { to: range.start + offset, bytes: bytes.to_vec() }]),
         }
+    }
+
+    /// A range of its bytes as bytes of the arena that it lies in; none where it is a buffer of its own.
+    pub(super) fn part(&self, bytes: Range<u64>) -> Option<Range<u64>> {
+        match &self.place {
+            Place::Own(_) => None,
+            Place::Part { range, .. } => Some(range.start + bytes.start..range.start + bytes.end),
+        }
+    }
+
+    /// The buffer that it is, where it is not a part of an arena.
+    pub(super) fn own(&self) -> Option<&wgpu::Buffer> {
+        match &self.place {
+            Place::Own(raw) => Some(raw),
+            Place::Part { .. } => None,
+        }
+    }
+}
+
+impl Place {
+    fn new(gpu: &Gpu, label: &'static str, size: u64) -> Result<Self, GpuError> {
+        if let Some(member) = &gpu.member {
+            return Ok(Place::Part { of: member.clone(), range: member.take(label, size)? });
+        }
+        let descriptor = wgpu::BufferDescriptor {
+            label: Some(label),
+            size,
+            usage: wgpu::BufferUsages::STORAGE
+                | wgpu::BufferUsages::COPY_SRC
+                | wgpu::BufferUsages::COPY_DST
+                | wgpu::BufferUsages::INDIRECT,
+            mapped_at_creation: false,
+        };
+        Ok(Place::Own(gpu.scoped(label, || gpu.device.create_buffer(&descriptor))?))
     }
 }
 
@@ -157,5 +197,9 @@ impl Drop for Buffer {
             allocations.bytes -= size;
         }
         self.shared.stale.store(true, Ordering::Relaxed);
+        if let Place::Part { of, range } = &self.place {
+            // Work that is pending may speak of it.
+            of.append([Work::Leave(range.clone())]);
+        }
     }
 }

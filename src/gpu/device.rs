@@ -1,5 +1,6 @@
 //! An open device: its queue, what it allocated and did, and the first fault that it reported.
 
+use super::ensemble::Membership;
 use super::pending::Pending;
 use super::recorder::Staging;
 use super::tally::Tally;
@@ -17,6 +18,9 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// Bindings of one buffer at most; adapters with more than 32 for one kernel are rare, and a kernel has up to eight
 /// buffers.
 const MOST_BANKS: u64 = 16;
+
+/// Elements that the buffers of an ensemble's members begin with: there are some hundred of them a member.
+const LEAST_CAPACITY_OF_MEMBERS: u64 = 32;
 
 /// Offsets of bindings are multiples of this on every adapter.
 const LEAST_BANK_BYTES: u64 = 256;
@@ -68,6 +72,8 @@ pub struct Gpu {
     most_bank_bytes: AtomicU64,
     patience_ms: AtomicU64,
     compile_at_once: AtomicBool,
+    /// The ensemble that it is a member of, if it is.
+    pub(super) member: Option<Arc<Membership>>,
 }
 
 pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -131,12 +137,51 @@ impl Gpu {
             most_bank_bytes: AtomicU64::new(u64::MAX),
             patience_ms: AtomicU64::new(PATIENCE.as_millis() as u64),
             compile_at_once: AtomicBool::new(false),
+            member: None,
         };
         log::info!("opened {} ({}), {:?}", gpu.name, gpu.driver, gpu.features);
         gpu.warnings = self_test::run(&gpu)?;
         *lock(&gpu.tally) = Tally::default();
         lock(&gpu.pipelines).clear();
         Ok(gpu)
+    }
+
+    /// The same device for a member of an ensemble: with counters, buffers and faults of its own.
+    pub(super) fn of_member(&self, membership: Membership) -> Gpu {
+        let of = |atomic: &AtomicU64| AtomicU64::new(atomic.load(Ordering::Relaxed));
+        Gpu {
+            device: self.device.clone(),
+            queue: self.queue.clone(),
+            name: self.name.clone(),
+            driver: self.driver.clone(),
+            software: self.software,
+            limits: self.limits.clone(),
+            features: self.features,
+            next: AtomicU64::new(1),
+            shared: Arc::default(),
+            tally: Mutex::default(),
+            profiled_from: Mutex::new((Instant::now(), Tally::default())),
+            pipelines: Mutex::default(),
+            bind_groups: Mutex::default(),
+            pending: Mutex::default(),
+            staging: Mutex::default(),
+            reading: Mutex::default(),
+            submissions: Mutex::default(),
+            timer: Mutex::default(),
+            warnings: self.warnings.clone(),
+            least_capacity: AtomicU64::new(LEAST_CAPACITY_OF_MEMBERS),
+            most_bank_bytes: of(&self.most_bank_bytes),
+            patience_ms: of(&self.patience_ms),
+            compile_at_once: AtomicBool::new(false),
+            member: Some(Arc::new(membership)),
+        }
+    }
+
+    /// Says that what is recorded next begins a step. Members of an ensemble begin theirs together.
+    pub fn begin_step(&self) {
+        if let Some(member) = &self.member {
+            member.begin_step();
+        }
     }
 
     /// The adapter's name.
@@ -207,7 +252,9 @@ impl Gpu {
 
     /// The most elements of `bytes` each that one buffer may hold.
     pub fn most_elements(&self, bytes: usize) -> u64 {
-        self.limits.max_buffer_size.min(MOST_BANKS * self.bank_bytes()) / bytes as u64
+        // The arena of an ensemble is one binding.
+        let banks = if self.member.is_some() { 1 } else { MOST_BANKS };
+        self.limits.max_buffer_size.min(banks * self.bank_bytes()) / bytes as u64
     }
 
     /// Makes drivers compile every kernel when it is made, not at its first use: one workgroup of it is run on zeros.
@@ -260,7 +307,8 @@ impl Gpu {
     /// Begins a profile: counts from now on, and times kernels by stage where the adapter can.
     pub fn start_timing(&self) {
         *lock(&self.profiled_from) = (Instant::now(), lock(&self.tally).clone());
-        if self.has_timestamps() {
+        // What a member does is timed with the others.
+        if self.has_timestamps() && self.member.is_none() {
             *lock(&self.timer) = Some(Timer::new(self));
         }
     }
@@ -303,7 +351,8 @@ impl Gpu {
     /// # Errors
     /// That fault.
     pub fn health(&self) -> Result<(), GpuError> {
-        lock(&self.shared.fault).clone().map_or(Ok(()), Err)
+        lock(&self.shared.fault).clone().map_or(Ok(()), Err)?;
+        self.member.as_ref().map_or(Ok(()), |member| member.device().health())
     }
 
     /// Keeps a submission for [`Gpu::wait`].
@@ -317,6 +366,9 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::Hang`] where a submission takes two minutes, or the fault that the device reported.
     pub fn wait(&self) -> Result<(), GpuError> {
+        if let Some(member) = &self.member {
+            return member.ask(Vec::new()).map(|_| ());
+        }
         self.hand_over();
         self.wait_for_submissions()
     }

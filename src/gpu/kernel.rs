@@ -5,23 +5,34 @@
 
 use super::banks::{self, Banked};
 use super::device::lock;
+use super::ensemble::Pipeline;
 use super::{Bound, Buffer, Gpu, GpuError, PipelineReport, Precision, Source};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 /// A kernel, ready to be dispatched.
+#[derive(Clone)]
 pub struct Kernel {
     pub(super) name: String,
-    module: naga::Module,
+    module: Arc<naga::Module>,
     precision: Precision,
-    bindings: Vec<Binding>,
-    compiled: Arc<Compiled>,
+    bindings: Arc<[Binding]>,
+    pub(super) runs: Runs,
     /// The pipelines for arrays in several banks, by the banks of each array.
-    banked: Mutex<HashMap<Vec<u32>, Arc<Compiled>>>,
+    banked: Arc<Mutex<HashMap<Vec<u32>, Arc<Compiled>>>>,
     /// Bytes of the parameters; zero for a kernel without parameters.
     pub(super) parameters: u64,
     pub(super) workgroup: u32,
+}
+
+/// What a kernel was compiled to.
+#[derive(Clone)]
+pub(super) enum Runs {
+    /// For a device that computes for itself.
+    Alone(Arc<Compiled>),
+    /// For the members of an ensemble.
+    Together(Arc<Pipeline>),
 }
 
 /// A pipeline and its layout.
@@ -98,20 +109,38 @@ impl Kernel {
     pub fn new(gpu: &Gpu, source: &Source) -> Result<Self, GpuError> {
         let refused = |message: String| GpuError::Kernel { kernel: source.name().to_owned(), message };
         gpu.check(source.precision())?;
-        let module = validate(source).map_err(refused)?;
-        let bindings = bindings(&module).map_err(refused)?;
-        let compiled = compile(gpu, source.name(), module.clone(), &bindings).map_err(refused)?;
+        if let Some(member) = &gpu.member {
+            return member.core().kernel(source, || Kernel::compile(member.device(), source, true).map_err(refused));
+        }
+        Kernel::compile(gpu, source, false).map_err(refused)
+    }
+
+    fn compile(gpu: &Gpu, source: &Source, together: bool) -> Result<Self, String> {
+        let module = validate(source)?;
+        let bindings = bindings(&module)?;
+        let runs = match together {
+            true => {
+                let info = check(&module, source.precision(), source.code())?;
+                Runs::Together(Arc::new(Pipeline::new(gpu, source.name(), &module, &info)?))
+            }
+            false => Runs::Alone(Arc::new(compile(gpu, source.name(), module.clone(), &bindings)?)),
+        };
         let uniform = bindings.iter().find(|b| b.uniform);
         Ok(Kernel {
             name: source.name().to_owned(),
             parameters: uniform.map_or(0, |b| b.bytes),
             workgroup: source.workgroup(),
-            module,
+            module: Arc::new(module),
             precision: source.precision(),
-            bindings,
-            compiled: Arc::new(compiled),
-            banked: Mutex::default(),
+            bindings: bindings.into(),
+            runs,
+            banked: Arc::default(),
         })
+    }
+
+    /// Whether nobody else has this kernel of an ensemble.
+    pub(super) fn is_idle(&self) -> bool {
+        Arc::strong_count(&self.banked) == 1
     }
 
     /// Its name.
@@ -177,7 +206,10 @@ impl Kernel {
     /// The pipeline for these numbers of banks of each storage array, compiled at its first use.
     pub(super) fn compiled(&self, gpu: &Gpu, banks: &[u32]) -> Result<Arc<Compiled>, GpuError> {
         if banks.iter().all(|banks| *banks <= 1) {
-            return Ok(self.compiled.clone());
+            return match &self.runs {
+                Runs::Alone(compiled) => Ok(compiled.clone()),
+                Runs::Together(_) => Err(self.refused("it is an ensemble's".into())),
+            };
         }
         if let Some(compiled) = lock(&self.banked).get(banks) {
             return Ok(compiled.clone());
@@ -203,12 +235,41 @@ impl Kernel {
             arrays.push(Banked { name: binding.name.clone(), banks: *banks, elements });
         }
         let info = check(&self.module, self.precision, "").map_err(refused)?;
-        let mut module = self.module.clone();
+        let mut module = (*self.module).clone();
         banks::split(&mut module, &info, &arrays).map_err(refused)?;
         check(&module, self.precision, "").map_err(refused)?;
         let bindings = bindings(&module).map_err(refused)?;
         compile(gpu, &self.name, module, &bindings).map_err(refused)
     }
+}
+
+/// The pipeline of a module.
+pub(super) fn pipeline(
+    gpu: &Gpu,
+    name: &str,
+    module: naga::Module,
+    layout: &wgpu::BindGroupLayout,
+) -> wgpu::ComputePipeline {
+    let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(name),
+        bind_group_layouts: &[Some(layout)],
+        immediate_size: 0,
+    });
+    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(name),
+        source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
+    });
+    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(name),
+        layout: Some(&pipeline_layout),
+        module: &module,
+        entry_point: Some("main"),
+        compilation_options: wgpu::PipelineCompilationOptions {
+            zero_initialize_workgroup_memory: false,
+            ..Default::default()
+        },
+        cache: None,
+    })
 }
 
 fn compile(gpu: &Gpu, name: &str, module: naga::Module, bindings: &[Binding]) -> Result<Compiled, String> {
@@ -233,26 +294,7 @@ fn compile(gpu: &Gpu, name: &str, module: naga::Module, bindings: &[Binding]) ->
         let layout = gpu
             .device
             .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries: &entries });
-        let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(name),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(name),
-            source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
-        });
-        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(name),
-            layout: Some(&pipeline_layout),
-            module: &module,
-            entry_point: Some("main"),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                zero_initialize_workgroup_memory: false,
-                ..Default::default()
-            },
-            cache: None,
-        });
+        let pipeline = pipeline(gpu, name, module, &layout);
         (layout, pipeline)
     });
     let (layout, pipeline) = made.map_err(|e| e.to_string())?;

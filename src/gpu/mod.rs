@@ -19,6 +19,8 @@ mod checks;
 mod choice;
 #[cfg(feature = "gpu")]
 mod device;
+#[cfg(feature = "gpu")]
+mod ensemble;
 mod error;
 #[cfg(feature = "gpu")]
 pub(crate) mod kernel;
@@ -52,7 +54,7 @@ mod test_device;
 mod timing;
 
 #[cfg(not(feature = "gpu"))]
-pub use absent::{Gpu, adapters};
+pub use absent::{Ensemble, Gpu, adapters};
 #[cfg(feature = "gpu")]
 pub use adapter::adapters;
 #[cfg(feature = "gpu")]
@@ -62,6 +64,8 @@ pub(crate) use checks::validate;
 pub use choice::{AdapterReport, Choice};
 #[cfg(feature = "gpu")]
 pub use device::Gpu;
+#[cfg(feature = "gpu")]
+pub use ensemble::{Ensemble, Rounds};
 pub use error::GpuError;
 #[cfg(feature = "gpu")]
 pub(crate) use kernel::Kernel;

@@ -1,7 +1,8 @@
 //! Records dispatches and copies, submits them together, and reads back.
 
 use super::device::lock;
-use super::kernel::Compiled;
+use super::ensemble::{Dispatch, Membership, Work};
+use super::kernel::{Compiled, Runs};
 use super::pending::{ALIGNMENT, INVOCATIONS, Recorded, Region, SLOTS};
 use super::tally::Tally;
 use super::timing::Set;
@@ -43,6 +44,8 @@ pub struct Recorder<'g> {
     timed: Vec<Set>,
     invocations: u64,
     stage: &'static str,
+    /// What was recorded for a member of an ensemble.
+    work: Vec<Work>,
 }
 
 impl<'g> Recorder<'g> {
@@ -57,6 +60,7 @@ impl<'g> Recorder<'g> {
             timed: Vec::new(),
             invocations: 0,
             stage: UNNAMED,
+            work: Vec::new(),
         }
     }
 
@@ -86,11 +90,17 @@ impl<'g> Recorder<'g> {
 
     /// Dispatches `groups` workgroups of a kernel, folded into two dimensions where they are many.
     pub fn run_groups(&mut self, kernel: &Kernel, parameters: &[u8], buffers: &[Bound<'_>], groups: u64) {
-        if groups == 0 || !self.bind(kernel, parameters, buffers) {
+        if groups == 0 {
             return;
         }
         let rows = groups.div_ceil(MOST_GROUPS);
         let columns = groups.div_ceil(rows);
+        if self.gpu.member.is_some() {
+            return self.run_as_member(kernel, parameters, buffers, ([columns as u32, rows as u32], None));
+        }
+        if !self.bind(kernel, parameters, buffers) {
+            return;
+        }
         self.pass().dispatch_workgroups(columns as u32, rows as u32, 1);
         self.divide(kernel, groups);
     }
@@ -105,10 +115,15 @@ impl<'g> Recorder<'g> {
         (groups, offset): (&Buffer, u64),
         expected: u64,
     ) {
-        if !self.bind(kernel, parameters, buffers) {
-            return;
+        if let Some(said) = groups.part(offset..offset + 12) {
+            let most = [
+                expected.div_ceil(expected.div_ceil(MOST_GROUPS).max(1)) as u32,
+                expected.div_ceil(MOST_GROUPS) as u32,
+            ];
+            return self.run_as_member(kernel, parameters, buffers, (most, Some((said.start / 4) as u32)));
         }
-        self.pass().dispatch_workgroups_indirect(&groups.raw, offset);
+        let Some(raw) = groups.own().filter(|_| self.bind(kernel, parameters, buffers)) else { return };
+        self.pass().dispatch_workgroups_indirect(raw, offset);
         self.divide(kernel, expected);
     }
 
@@ -128,15 +143,25 @@ impl<'g> Recorder<'g> {
 
     /// Copies bytes between buffers.
     pub fn copy(&mut self, from: &Buffer, from_offset: u64, to: &Buffer, to_offset: u64, bytes: u64) {
-        if bytes > 0 {
-            self.encoder().copy_buffer_to_buffer(&from.raw, from_offset, &to.raw, to_offset, bytes);
+        if bytes == 0 {
+            return;
+        }
+        let parts = (from.part(from_offset..from_offset + bytes), to.part(to_offset..to_offset + bytes));
+        match (from.own(), to.own(), parts) {
+            (Some(from), Some(to), _) => self.encoder().copy_buffer_to_buffer(from, from_offset, to, to_offset, bytes),
+            (_, _, (Some(from), Some(to))) => {
+                self.work.push(Work::Copy { from: from.start, to: to.start, bytes });
+            }
+            _ => self.gpu.shared.fail(GpuError::Refused { message: "a copy between an ensemble and others".into() }),
         }
     }
 
     /// Zeroes a range of bytes.
     pub fn clear(&mut self, buffer: &Buffer, bytes: Range<u64>) {
-        if !bytes.is_empty() {
-            self.encoder().clear_buffer(&buffer.raw, bytes.start, Some(bytes.end - bytes.start));
+        match (buffer.own(), buffer.part(bytes.clone())) {
+            _ if bytes.is_empty() => {}
+            (Some(raw), _) => self.encoder().clear_buffer(raw, bytes.start, Some(bytes.end - bytes.start)),
+            (_, part) => self.work.extend(part.map(Work::Clear)),
         }
     }
 
@@ -147,6 +172,10 @@ impl<'g> Recorder<'g> {
     /// The fault that the device reported, if it did.
     pub fn submit(&mut self) -> Result<(), GpuError> {
         self.pass = None;
+        if let Some(member) = &self.gpu.member {
+            member.append(self.work.drain(..));
+            lock(&self.gpu.tally).add(&mut self.tally, self.stage);
+        }
         let Some(mut encoder) = self.encoder.take() else { return self.gpu.health() };
         self.timed.iter().for_each(|set| set.resolve(&mut encoder));
         lock(&self.gpu.tally).add(&mut self.tally, self.stage);
@@ -173,13 +202,16 @@ impl<'g> Recorder<'g> {
             self.submit()?;
             return Ok(ranges.iter().map(|_| Vec::new()).collect());
         }
+        if let Some(member) = &self.gpu.member {
+            return self.read_as_member(member, ranges, total);
+        }
         // One read-back at a time: they share a buffer.
         let reading = lock(&self.gpu.reading);
         let staging = self.staging(total)?;
         let mut at = 0;
         for (buffer, range) in ranges {
-            if !range.is_empty() {
-                self.encoder().copy_buffer_to_buffer(&buffer.raw, range.start, &staging, at, size(range));
+            if let Some(raw) = buffer.own().filter(|_| !range.is_empty()) {
+                self.encoder().copy_buffer_to_buffer(raw, range.start, &staging, at, size(range));
             }
             at += size(range);
         }
@@ -206,6 +238,49 @@ impl<'g> Recorder<'g> {
         }
         lock(&self.gpu.tally).of(self.stage).read(total, waited);
         Ok(out)
+    }
+
+    /// Keeps a dispatch of a member, whose numbers of workgroups may be said by words of the arena.
+    fn run_as_member(
+        &mut self,
+        kernel: &Kernel,
+        parameters: &[u8],
+        buffers: &[Bound<'_>],
+        (groups, said_at): ([u32; 2], Option<u32>),
+    ) {
+        let counters = self.tally.of(self.stage);
+        counters.dispatches += 1;
+        counters.bytes_written += parameters.len() as u64;
+        let invocations = u64::from(groups[0]) * u64::from(groups[1]) * u64::from(kernel.workgroup);
+        let invocations = invocations + std::mem::take(&mut self.invocations);
+        let dispatch = kernel.in_order(parameters, buffers).and_then(|buffers| {
+            kernel.check_sizes(&buffers)?;
+            let Runs::Together(pipeline) = &kernel.runs else {
+                return Err(GpuError::Refused { message: format!("{} is no kernel of an ensemble", kernel.name) });
+            };
+            let begins = pipeline.begins(buffers.iter().filter_map(|b| b.part(0..0)).map(|part| part.start))?;
+            let (pipeline, parameters) = (pipeline.clone(), parameters.to_vec());
+            Ok(Dispatch { pipeline, parameters, begins, groups, said_at, invocations })
+        });
+        match dispatch {
+            Ok(dispatch) => self.work.push(Work::Dispatch(dispatch)),
+            Err(fault) => self.gpu.shared.fail(fault),
+        }
+    }
+
+    /// Has all that a member recorded done with the work of others, and reads.
+    fn read_as_member(
+        &mut self,
+        member: &Membership,
+        ranges: &[(&Buffer, Range<u64>)],
+        total: u64,
+    ) -> Result<Vec<Vec<u8>>, GpuError> {
+        self.submit()?;
+        let begun = Instant::now();
+        let parts = ranges.iter().filter_map(|(buffer, range)| buffer.part(range.clone()));
+        let read = member.ask(parts.collect())?;
+        lock(&self.gpu.tally).of(self.stage).read(total, begun.elapsed());
+        Ok(read)
     }
 
     fn staging(&self, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
@@ -321,7 +396,10 @@ impl<'g> Recorder<'g> {
         let uniform = parameters.as_ref().map(|buffer| part(0, buffer, 0, kernel.parameters));
         let first = u32::from(kernel.parameters > 0);
         let bank_bytes = self.gpu.bank_bytes();
-        let banks = buffers.iter().flat_map(|b| b.banks(bank_bytes).map(|(offset, size)| (&b.raw, offset, size)));
+        let banks = buffers
+            .iter()
+            .filter_map(|b| b.own().map(|raw| (raw, b)))
+            .flat_map(|(raw, b)| b.banks(bank_bytes).map(move |(offset, size)| (raw, offset, size)));
         let storages = (first..).zip(banks).map(|(binding, (raw, offset, size))| part(binding, raw, offset, size));
         let entries: Vec<_> = uniform.into_iter().chain(storages).collect();
         let descriptor =

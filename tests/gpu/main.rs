@@ -9,6 +9,7 @@ mod branches;
 mod broad_phase;
 mod contacts;
 mod device;
+mod ensemble;
 mod faults;
 mod inertia;
 mod lattice;

@@ -295,6 +295,7 @@ impl Device {
 
 impl Backend for Device {
     fn begin(&mut self) -> Result<(), Fault> {
+        self.gpu.begin_step();
         self.part = self.setup.first_part();
         self.ahead = self.setup.leads_ahead();
         if self.grows() {

@@ -1,0 +1,92 @@
+//! The one buffer in which all arrays of all members lie. It grows by whole copies, between rounds; places in it stay
+//! what they are.
+
+use crate::gpu::{Gpu, GpuError};
+use range_alloc::RangeAllocator;
+use std::ops::Range;
+
+/// Places and sizes are multiples of so many bytes. Elements of kernels' arrays have 4 to 256 bytes, with factors 3 and
+/// 5 among them, and a place must be a whole number of elements: one that is not is a fault of its kernel.
+const UNIT: u64 = 3840;
+
+/// Bytes of a new arena: what some ten small scenes take.
+const FIRST_BYTES: u64 = 4 << 20;
+
+/// An arena's buffer, and which parts of it are taken.
+pub(super) struct Arena {
+    pub raw: wgpu::Buffer,
+    /// Counts the buffers that the arena had.
+    pub version: u64,
+    ranges: RangeAllocator<u64>,
+    /// Bytes from here on were never used, so that they are zero.
+    untouched: u64,
+    pub taken: u64,
+    pub peak: u64,
+}
+
+fn buffer(gpu: &Gpu, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
+    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+    let descriptor = wgpu::BufferDescriptor { label: Some("arena"), size: bytes, usage, mapped_at_creation: false };
+    gpu.scoped("arena", || gpu.device.create_buffer(&descriptor))
+}
+
+/// The most bytes that an arena may have: one binding, whose words are counted by `u32`.
+pub(super) fn most_bytes(gpu: &Gpu) -> u64 {
+    let most = gpu.limits.max_storage_buffer_binding_size.min(gpu.limits.max_buffer_size);
+    most.min(4 * u64::from(u32::MAX)) / UNIT * UNIT
+}
+
+impl Arena {
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let bytes = (FIRST_BYTES / UNIT * UNIT).min(most_bytes(gpu));
+        let (raw, ranges) = (buffer(gpu, bytes)?, RangeAllocator::new(0..bytes));
+        Ok(Arena { raw, version: 0, ranges, untouched: 0, taken: 0, peak: 0 })
+    }
+
+    /// A part of at least `bytes` bytes, and whether it may hold what was there before.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`] where the arena may not be that large, [`GpuError::OutOfMemory`].
+    pub fn take(&mut self, gpu: &Gpu, label: &'static str, bytes: u64) -> Result<(Range<u64>, bool), GpuError> {
+        let bytes = bytes.max(1).next_multiple_of(UNIT);
+        let range = match self.ranges.allocate_range(bytes) {
+            Ok(range) => range,
+            Err(_) => {
+                self.grow(gpu, label, bytes)?;
+                let full = |_| GpuError::OutOfMemory { what: label.into() };
+                self.ranges.allocate_range(bytes).map_err(full)?
+            }
+        };
+        self.taken += bytes;
+        self.peak = self.peak.max(self.taken);
+        let used = range.start < self.untouched;
+        self.untouched = self.untouched.max(range.end);
+        Ok((range, used))
+    }
+
+    /// Gives a part back, of which no work that is still to be recorded speaks.
+    pub fn leave(&mut self, range: Range<u64>) {
+        self.taken -= range.end - range.start;
+        self.ranges.free_range(range);
+    }
+
+    /// Moves to a buffer of at least twice the size, with room for `bytes` more.
+    fn grow(&mut self, gpu: &Gpu, label: &'static str, bytes: u64) -> Result<(), GpuError> {
+        let (size, most) = (self.raw.size(), most_bytes(gpu));
+        let needs = size + bytes;
+        if needs > most {
+            let what = format!("{label} among the {} MiB of the members beside it", self.taken >> 20);
+            return Err(GpuError::Limit { what, needs, has: most, adapter: gpu.name().into() });
+        }
+        let grown = (2 * size).max(needs).next_multiple_of(UNIT).min(most);
+        let raw = buffer(gpu, grown)?;
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(&self.raw, 0, &raw, 0, size);
+        gpu.submitted(gpu.queue.submit([encoder.finish()]));
+        log::debug!("arena: from {size} to {grown} bytes");
+        self.raw = raw;
+        self.version += 1;
+        self.ranges.grow_to(grown);
+        Ok(())
+    }
+}

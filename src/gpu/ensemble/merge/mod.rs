@@ -1,0 +1,158 @@
+//! Kernels that serve many members of an ensemble in one dispatch.
+//!
+//! All arrays of all members lie in one buffer, the arena. A merged kernel is made from the parsed text of a plain one:
+//! workgroups of one `z` belong to one member, whose row of the table `members` says how many workgroups it has and
+//! where each of its arrays begins. An access `jacobian[i]` becomes `jacobian[i + begin]`, with `begin` from that row;
+//! the parameters of the dispatch become an array with one entry a member. Nothing else changes, so a member computes
+//! what the plain kernel computes for it alone, in the same order.
+//!
+//! The old entry point becomes a function, which a new one calls with the member's own group and number of groups.
+
+mod entry;
+mod function;
+
+use function::Rewriting;
+use naga::{
+    AddressSpace, ArraySize, GlobalVariable, Handle, Module, ResourceBinding, Scalar, Span, StorageAccess, Type,
+    TypeInner,
+};
+use std::collections::HashMap;
+
+/// Words of a member's row before the places of its arrays: workgroups along x and y, and one more than the place in the
+/// arena of the words that say them, zero where the row says them itself.
+pub(super) const HEAD: usize = 3;
+
+/// What a merged kernel binds: the table at 0, then its arrays, the arena as words, and its parameters if it has some.
+pub(super) struct Merged {
+    pub module: Module,
+    /// Bytes from one element to the next of each array; of a variable that is no array, from one member's to the next.
+    pub strides: Vec<u64>,
+    /// Bytes from the parameters of one member to those of the next, where there are parameters.
+    pub parameters: Option<u64>,
+}
+
+/// A storage variable or the parameters, where each member has its own.
+#[derive(Clone, Copy)]
+struct Own {
+    /// The private variable that says where a member's begins.
+    begin: Handle<GlobalVariable>,
+    /// Whether it is an array; else an element of an array of all members'.
+    is_array: bool,
+}
+
+type Owned = HashMap<Handle<GlobalVariable>, Own>;
+
+/// The variables of a merged kernel.
+struct Variables {
+    members: Handle<GlobalVariable>,
+    words: Handle<GlobalVariable>,
+    /// Which member an invocation serves.
+    member: Handle<GlobalVariable>,
+    /// Where its arrays begin, in the order of their bindings.
+    begins: Vec<Handle<GlobalVariable>>,
+    owned: Owned,
+}
+
+/// Merges a kernel, whose validation found `info`.
+///
+/// # Errors
+/// What the kernel does that cannot be merged: it asks for an array's length, or for its place among all invocations.
+pub(super) fn merged(of: &Module, info: &naga::valid::ModuleInfo) -> Result<Merged, String> {
+    let mut module = of.clone();
+    let mut strides = Vec::new();
+    let mut parameters = None;
+    let variables = declare(&mut module, &mut strides, &mut parameters)?;
+    let mut moved = HashMap::new();
+    for (handle, function) in std::mem::take(&mut module.functions).iter() {
+        let rewritten = Rewriting::of(of, &info[handle], &variables.owned, &moved).function(function)?;
+        moved.insert(handle, module.functions.append(rewritten, Span::UNDEFINED));
+    }
+    let [main] = &module.entry_points[..] else { return Err("it has no entry point, or several".into()) };
+    let old = Rewriting::of(of, info.get_entry_point(0), &variables.owned, &moved).function(&main.function)?;
+    let arguments = old.arguments.clone();
+    let plain = naga::Function {
+        name: Some("of_member".into()),
+        arguments: arguments
+            .iter()
+            .cloned()
+            .map(|argument| naga::FunctionArgument { binding: None, ..argument })
+            .collect(),
+        ..old
+    };
+    let plain = module.functions.append(plain, Span::UNDEFINED);
+    let entry = entry::entry(&mut module, &variables, plain, &arguments)?;
+    module.entry_points[0].function = entry;
+    Ok(Merged { module, strides, parameters })
+}
+
+fn scalar(module: &mut Module, name: Option<String>, inner: TypeInner) -> Handle<Type> {
+    module.types.insert(Type { name, inner }, Span::UNDEFINED)
+}
+
+/// Makes the variables of a merged kernel from those of a plain one.
+fn declare(module: &mut Module, strides: &mut Vec<u64>, parameters: &mut Option<u64>) -> Result<Variables, String> {
+    let mut layouter = naga::proc::Layouter::default();
+    layouter.update(module.to_ctx()).map_err(|e| e.to_string())?;
+    let number = |variable: &GlobalVariable| variable.binding.map(|binding| binding.binding);
+    let bound = module.global_variables.iter().filter_map(|(handle, variable)| Some((number(variable)?, handle)));
+    let mut bound: Vec<_> = bound.collect();
+    bound.sort_unstable();
+    let word = scalar(module, None, TypeInner::Scalar(Scalar::U32));
+    let all_words = TypeInner::Array { base: word, size: ArraySize::Dynamic, stride: 4 };
+    let all_words = scalar(module, None, all_words);
+    let both = StorageAccess::LOAD | StorageAccess::STORE;
+    let storage = |name: &str, number: u32, ty, access| GlobalVariable {
+        name: Some(name.into()),
+        space: AddressSpace::Storage { access },
+        binding: Some(ResourceBinding { group: 0, binding: number }),
+        ty,
+        init: None,
+        memory_decorations: naga::MemoryDecorations::empty(),
+    };
+    let private = |name: String| GlobalVariable {
+        name: Some(name),
+        space: AddressSpace::Private,
+        binding: None,
+        ty: word,
+        init: None,
+        memory_decorations: naga::MemoryDecorations::empty(),
+    };
+    let members =
+        module.global_variables.append(storage("members", 0, all_words, StorageAccess::LOAD), Span::UNDEFINED);
+    let member = module.global_variables.append(private("member".into()), Span::UNDEFINED);
+    let (mut owned, mut begins) = (Owned::new(), Vec::new());
+    let mut uniform = None;
+    for (_, handle) in bound {
+        let whole = module.global_variables[handle].clone();
+        let (stride, name) = (u64::from(layouter[whole.ty].to_stride()), whole.name.clone().unwrap_or_default());
+        if whole.space == AddressSpace::Uniform {
+            uniform = Some((handle, whole.ty, stride));
+            continue;
+        }
+        let (base, stride, is_array) = match module.types[whole.ty].inner {
+            TypeInner::Array { base, stride, .. } => (base, u64::from(stride), true),
+            _ => (whole.ty, stride, false),
+        };
+        let array = TypeInner::Array { base, size: ArraySize::Dynamic, stride: stride as u32 };
+        let ty = scalar(module, None, array);
+        strides.push(stride);
+        module.global_variables[handle] = storage(&name, strides.len() as u32, ty, both);
+        let begin = module.global_variables.append(private(format!("{name}_begin")), Span::UNDEFINED);
+        begins.push(begin);
+        owned.insert(handle, Own { begin, is_array });
+    }
+    let next = strides.len() as u32 + 1;
+    let words = module.global_variables.append(storage("arena", next, all_words, both), Span::UNDEFINED);
+    if let Some((handle, base, stride)) = uniform {
+        let array = TypeInner::Array { base, size: ArraySize::Dynamic, stride: stride as u32 };
+        let ty = scalar(module, None, array);
+        let name = module.global_variables[handle].name.clone().unwrap_or_default();
+        module.global_variables[handle] = storage(&name, next + 1, ty, StorageAccess::LOAD);
+        owned.insert(handle, Own { begin: member, is_array: false });
+        *parameters = Some(stride);
+    }
+    Ok(Variables { members, words, member, begins, owned })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,356 @@
+//! Ensembles: many scenes that never meet, stepped on one device as if they were one.
+//!
+//! Each member is a device of its own to those above: a [`Gpu`] with buffers, kernels, recorders and read-backs. Its
+//! buffers lie in one arena with those of the others. What it records is kept until it waits for an answer; then the
+//! work of all members that wait is put in order, the same kernels together, and each dispatch serves all members
+//! that ask for it (`merge`). So a launch, a submission and a read-back are paid once for all.
+//!
+//! Members need not be alike: those that ask for other kernels, need more iterations, grow, end or fail only share
+//! fewer dispatches. Every member computes what it computes alone, in the same order of sums, so its bits do not
+//! depend on who is beside it, nor on when rounds begin.
+//!
+//! A member that begins a step waits until no other is in the middle of one, so that members stay together.
+
+mod arena;
+mod merge;
+mod order;
+mod pipeline;
+mod round;
+#[cfg(test)]
+mod tests;
+mod work;
+
+pub(super) use pipeline::Pipeline;
+pub(super) use work::{Dispatch, Work};
+
+use super::device::lock;
+use super::kernel::Kernel;
+use super::{Gpu, GpuError, Source};
+use arena::Arena;
+use round::Tables;
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use work::Request;
+
+/// A round begins without members that are still at work on the host when for so long none has come. A member that
+/// writes a file or takes a step on the CPU must not hold the others up; one that prepares its next work needs less.
+const QUIET: Duration = Duration::from_millis(5);
+
+/// Kernels that no member uses are forgotten where there are more than so many.
+const MOST_IDLE_KERNELS: usize = 256;
+
+/// What an ensemble did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Rounds {
+    /// Rounds, each one submission and one read-back.
+    pub rounds: u64,
+    /// Requests of members that they answered.
+    pub requests: u64,
+    /// Dispatches, and those that the members asked for.
+    pub dispatches: u64,
+    /// See `dispatches`.
+    pub asked: u64,
+    /// The most bytes that the members' buffers held at once.
+    pub peak_bytes: u64,
+}
+
+/// Many scenes on one device. See the module.
+pub struct Ensemble {
+    core: Arc<Core>,
+    conductor: Option<JoinHandle<()>>,
+}
+
+/// What members and the conductor share.
+pub(super) struct Core {
+    gpu: Arc<Gpu>,
+    arena: Mutex<Arena>,
+    kernels: Mutex<HashMap<String, Kernel>>,
+    board: Mutex<Board>,
+    /// A member has come, or gone.
+    changed: Condvar,
+    next: AtomicU64,
+    rounds: Mutex<Rounds>,
+}
+
+/// Who is there.
+struct Board {
+    seats: BTreeMap<u64, Seat>,
+    /// When a member came, went or asked last.
+    changed: Instant,
+    closing: bool,
+    /// Whether there is no conductor any more.
+    ended: bool,
+}
+
+struct Seat {
+    stands: Stands,
+    answered: Arc<Condvar>,
+}
+
+enum Stands {
+    /// On the host.
+    AtWork,
+    Asks(Request),
+    /// In the present round.
+    Served,
+    Answered(Result<Vec<Vec<u8>>, GpuError>),
+}
+
+/// A member, to its device.
+pub(super) struct Membership {
+    core: Arc<Core>,
+    id: u64,
+    answered: Arc<Condvar>,
+    pending: Mutex<Vec<Work>>,
+    begins_step: AtomicBool,
+}
+
+impl Ensemble {
+    /// An ensemble on a device, which may be used beside it.
+    ///
+    /// # Errors
+    /// [`GpuError::OutOfMemory`], or the fault that the device reported.
+    pub fn new(gpu: Arc<Gpu>) -> Result<Self, GpuError> {
+        let (arena, tables) = (Mutex::new(Arena::new(&gpu)?), Tables::new(&gpu)?);
+        let board = Board { seats: BTreeMap::new(), changed: Instant::now(), closing: false, ended: false };
+        let core = Arc::new(Core {
+            gpu,
+            arena,
+            kernels: Mutex::default(),
+            board: Mutex::new(board),
+            changed: Condvar::new(),
+            next: AtomicU64::new(1),
+            rounds: Mutex::default(),
+        });
+        let conducted = core.clone();
+        let conductor = std::thread::Builder::new()
+            .name("ensemble".into())
+            .spawn(move || conducted.conduct(tables))
+            .map_err(|e| GpuError::Refused { message: format!("an ensemble needs a thread: {e}") })?;
+        Ok(Ensemble { core, conductor: Some(conductor) })
+    }
+
+    /// A device for one more member. It leaves the ensemble when it is dropped, with all its buffers.
+    pub fn member(&self) -> Arc<Gpu> {
+        let id = self.core.next.fetch_add(1, Ordering::Relaxed);
+        let answered = Arc::new(Condvar::new());
+        let mut board = lock(&self.core.board);
+        board.seats.insert(id, Seat { stands: Stands::AtWork, answered: answered.clone() });
+        board.changed = Instant::now();
+        drop(board);
+        let core = self.core.clone();
+        let membership =
+            Membership { core, id, answered, pending: Mutex::default(), begins_step: AtomicBool::new(false) };
+        Arc::new(self.core.gpu.of_member(membership))
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Arc<Gpu> {
+        &self.core.gpu
+    }
+
+    /// What it did so far.
+    pub fn rounds(&self) -> Rounds {
+        Rounds { peak_bytes: lock(&self.core.arena).peak, ..*lock(&self.core.rounds) }
+    }
+
+    /// The most bytes that the buffers of all members may hold together.
+    pub fn most_bytes(&self) -> u64 {
+        arena::most_bytes(&self.core.gpu)
+    }
+}
+
+impl Drop for Ensemble {
+    fn drop(&mut self) {
+        lock(&self.core.board).closing = true;
+        self.core.changed.notify_all();
+        if let Some(conductor) = self.conductor.take() {
+            // It has no result, and members see that it has ended.
+            let _ = conductor.join();
+        }
+    }
+}
+
+/// Tells all members when the conductor ends, however it ends.
+struct Ends<'a>(&'a Core);
+
+impl Drop for Ends<'_> {
+    fn drop(&mut self) {
+        let mut board = lock(&self.0.board);
+        board.ended = true;
+        board.seats.values().for_each(|seat| seat.answered.notify_all());
+    }
+}
+
+impl Core {
+    /// Serves members, round after round, until the ensemble ends and nobody waits.
+    fn conduct(&self, mut tables: Tables) {
+        let _ends = Ends(self);
+        while let Some((ids, requests)) = self.next_round() {
+            let count = requests.len() as u64;
+            let answers = match round::run(&self.gpu, &self.arena, &mut tables, requests) {
+                Ok((answers, done)) => {
+                    let mut rounds = lock(&self.rounds);
+                    rounds.rounds += 1;
+                    rounds.requests += count;
+                    rounds.dispatches += done.dispatches;
+                    rounds.asked += done.asked;
+                    answers.into_iter().map(Ok).collect()
+                }
+                Err(fault) => vec![Err(fault); ids.len()],
+            };
+            let mut board = lock(&self.board);
+            board.changed = Instant::now();
+            for (id, answer) in ids.into_iter().zip(answers) {
+                if let Some(seat) = board.seats.get_mut(&id) {
+                    seat.stands = Stands::Answered(answer);
+                    seat.answered.notify_all();
+                }
+            }
+        }
+    }
+
+    /// Waits until a round may begin, and takes what is asked in it.
+    fn next_round(&self) -> Option<(Vec<u64>, Vec<Request>)> {
+        let mut board = lock(&self.board);
+        loop {
+            let asks = |seat: &&Seat| matches!(seat.stands, Stands::Asks(_));
+            let waiting = board.seats.values().filter(asks).count();
+            let at_work = board.seats.values().filter(|seat| !asks(seat)).count();
+            if waiting == 0 {
+                if board.closing {
+                    return None;
+                }
+                board = self.changed.wait(board).unwrap_or_else(PoisonError::into_inner);
+                continue;
+            }
+            let quiet = board.changed.elapsed();
+            if at_work == 0 || quiet >= QUIET {
+                return Some(board.take());
+            }
+            board = self.changed.wait_timeout(board, QUIET - quiet).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// The merged kernel of a source, compiled where no member has it yet.
+    pub fn kernel(&self, source: &Source, make: impl FnOnce() -> Result<Kernel, GpuError>) -> Result<Kernel, GpuError> {
+        let mut kernels = lock(&self.kernels);
+        if let Some(kernel) = kernels.get(source.code()) {
+            return Ok(kernel.clone());
+        }
+        if kernels.values().filter(|kernel| kernel.is_idle()).count() > MOST_IDLE_KERNELS {
+            kernels.retain(|_, kernel| !kernel.is_idle());
+        }
+        let kernel = make()?;
+        kernels.insert(source.code().to_owned(), kernel.clone());
+        Ok(kernel)
+    }
+}
+
+impl Board {
+    /// Takes the requests of all that wait in the middle of a step; if there are none, of all that begin one.
+    fn take(&mut self) -> (Vec<u64>, Vec<Request>) {
+        let in_step = |seat: &Seat| matches!(&seat.stands, Stands::Asks(request) if !request.begins_step);
+        let some_in_step = self.seats.values().any(in_step);
+        let (mut ids, mut requests) = (Vec::new(), Vec::new());
+        for (id, seat) in &mut self.seats {
+            if some_in_step && !in_step(seat) {
+                continue;
+            }
+            match std::mem::replace(&mut seat.stands, Stands::Served) {
+                Stands::Asks(request) => {
+                    ids.push(*id);
+                    requests.push(request);
+                }
+                other => seat.stands = other,
+            }
+        }
+        (ids, requests)
+    }
+}
+
+impl Membership {
+    /// The device itself.
+    pub fn device(&self) -> &Arc<Gpu> {
+        &self.core.gpu
+    }
+
+    pub fn core(&self) -> &Core {
+        &self.core
+    }
+
+    /// What is asked next begins a step.
+    pub fn begin_step(&self) {
+        self.begins_step.store(true, Ordering::Relaxed);
+    }
+
+    /// Keeps work until an answer is waited for.
+    pub fn append(&self, work: impl IntoIterator<Item = Work>) {
+        lock(&self.pending).extend(work);
+    }
+
+    /// A part of the arena, of zeros.
+    ///
+    /// # Errors
+    /// [`GpuError::Limit`], [`GpuError::OutOfMemory`].
+    pub fn take(&self, label: &'static str, bytes: u64) -> Result<Range<u64>, GpuError> {
+        let (range, used) = lock(&self.core.arena).take(&self.core.gpu, label, bytes)?;
+        if used {
+            self.append([Work::Clear(range.clone())]);
+        }
+        Ok(range)
+    }
+
+    /// Has all pending work done, and waits for the bytes of these ranges.
+    ///
+    /// # Errors
+    /// The fault of the device.
+    pub fn ask(&self, read: Vec<Range<u64>>) -> Result<Vec<Vec<u8>>, GpuError> {
+        let work = std::mem::take(&mut *lock(&self.pending));
+        let begins_step = self.begins_step.swap(false, Ordering::Relaxed);
+        let request = Request { work, read, begins_step };
+        let mut board = lock(&self.core.board);
+        self.stand(&mut board, Stands::Asks(request));
+        self.core.changed.notify_all();
+        loop {
+            if let Some(seat) = board.seats.get_mut(&self.id)
+                && matches!(seat.stands, Stands::Answered(_))
+                && let Stands::Answered(answer) = std::mem::replace(&mut seat.stands, Stands::AtWork)
+            {
+                return answer;
+            }
+            if board.ended {
+                return Err(GpuError::Lost { reason: "its ensemble has ended".into() });
+            }
+            board = self.answered.wait(board).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    fn stand(&self, board: &mut Board, stands: Stands) {
+        board.changed = Instant::now();
+        if let Some(seat) = board.seats.get_mut(&self.id) {
+            seat.stands = stands;
+        }
+    }
+}
+
+impl Drop for Membership {
+    fn drop(&mut self) {
+        let pending = std::mem::take(&mut *lock(&self.pending));
+        let mut arena = lock(&self.core.arena);
+        for work in pending {
+            if let Work::Leave(range) = work {
+                arena.leave(range);
+            }
+        }
+        drop(arena);
+        let mut board = lock(&self.core.board);
+        board.seats.remove(&self.id);
+        board.changed = Instant::now();
+        self.core.changed.notify_all();
+    }
+}

@@ -1,0 +1,91 @@
+//! In which order the work of several members is done: each member's own in its order, and what members do alike
+//! together.
+//!
+//! Members at the same point of their scenes ask for the same kernels one after the other, but for what only some of
+//! them need. The next dispatch is that of the member with most left to do, together with all others whose next one is
+//! the same kernel: who has more to do comes first to where the others are.
+
+/// What one dispatch or one set of copies does: the members that take part, each with the place of its piece of work.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Together {
+    /// Whether it is a dispatch; else copies, which need no order among members.
+    pub dispatches: bool,
+    /// Members with the place of the work in their lists.
+    pub parts: Vec<(usize, usize)>,
+}
+
+/// Orders lists of work. `kernel` says which kernel a piece dispatches, none for a copy; at most `most` members share a
+/// dispatch.
+pub(super) fn ordered<T>(lists: &[Vec<T>], kernel: impl Fn(&T) -> Option<u64>, most: usize) -> Vec<Together> {
+    let mut next = vec![0; lists.len()];
+    let mut left: Vec<usize> =
+        lists.iter().map(|list| list.iter().filter(|work| kernel(work).is_some()).count()).collect();
+    let mut out = Vec::new();
+    loop {
+        let copies = copies(lists, &kernel, &mut next);
+        if !copies.is_empty() {
+            out.push(Together { dispatches: false, parts: copies });
+        }
+        // The first of those with most left, so that the order depends on nothing else.
+        let busiest = (0..lists.len()).filter(|member| left[*member] > 0).max_by_key(|m| (left[*m], usize::MAX - *m));
+        let Some(busiest) = busiest else { return out };
+        let chosen = kernel(&lists[busiest][next[busiest]]);
+        let same = |member: &usize| left[*member] > 0 && kernel(&lists[*member][next[*member]]) == chosen;
+        let parts: Vec<_> = (0..lists.len()).filter(same).map(|member| (member, next[member])).collect();
+        for (member, _) in &parts {
+            next[*member] += 1;
+            left[*member] -= 1;
+        }
+        out.extend(parts.chunks(most).map(|parts| Together { dispatches: true, parts: parts.to_vec() }));
+    }
+}
+
+/// The copies that come before every member's next dispatch.
+fn copies<T>(lists: &[Vec<T>], kernel: &impl Fn(&T) -> Option<u64>, next: &mut [usize]) -> Vec<(usize, usize)> {
+    let mut parts = Vec::new();
+    for (member, list) in lists.iter().enumerate() {
+        while list.get(next[member]).is_some_and(|work| kernel(work).is_none()) {
+            parts.push((member, next[member]));
+            next[member] += 1;
+        }
+    }
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Zero is a copy.
+    fn order(lists: &[Vec<u64>], most: usize) -> Vec<Together> {
+        ordered(lists, |kernel| Some(*kernel).filter(|kernel| *kernel > 0), most)
+    }
+
+    #[test]
+    fn members_at_the_same_point_share_every_dispatch() {
+        let order = order(&vec![vec![1, 2, 0, 3]; 4], 8);
+        let sizes: Vec<_> = order.iter().map(|together| (together.dispatches, together.parts.len())).collect();
+        assert_eq!(sizes, [(true, 4), (true, 4), (false, 4), (true, 4)]);
+    }
+
+    #[test]
+    fn one_that_has_more_to_do_comes_first_to_where_the_others_are() {
+        let order = order(&[vec![1, 2, 3], vec![7, 8, 1, 2, 3], vec![1, 2, 3]], 8);
+        let sizes: Vec<_> = order.iter().map(|together| together.parts.len()).collect();
+        assert_eq!(sizes, [1, 1, 3, 3, 3]);
+    }
+
+    #[test]
+    fn every_members_work_is_done_once_and_in_its_order_and_no_dispatch_has_too_many() {
+        let lists: Vec<Vec<u64>> = (0..7).map(|m| (0..20).map(|k| (m * k * k + k) % 4).collect()).collect();
+        let order = order(&lists, 3);
+        for member in 0..lists.len() {
+            let done: Vec<usize> = order
+                .iter()
+                .flat_map(|together| together.parts.iter().filter(|(m, _)| *m == member).map(|(_, place)| *place))
+                .collect();
+            assert_eq!(done, (0..20).collect::<Vec<_>>());
+        }
+        assert!(order.iter().all(|together| !together.dispatches || together.parts.len() <= 3));
+    }
+}
