@@ -41,7 +41,7 @@ pub enum Ended {
     Failed(MemberError),
 }
 
-/// What computes a scene; see [`Compute`].
+/// What computes a scene; see [`Compute`]. Members of a [`gpu::Ensemble`](crate::gpu::Ensemble) share one device.
 pub type Settle<'a> = dyn Fn(&Scene) -> Result<Compute, MemberError> + Sync + 'a;
 
 /// Looks on, from several threads, and can stop it all.
@@ -172,6 +172,8 @@ impl Crew<'_> {
             let report = run.advance()?;
             self.watch.stepped(task.member, &report);
         }
+        // Files and a picture come now.
+        run.simulation().device().iter().for_each(|gpu| gpu.rest());
         Ok(run.finish()?.status)
     }
 

@@ -100,7 +100,7 @@ fn standing(status: RowStatus) -> Exit {
 fn run_members(arguments: &Arguments, plan: &Plan, out: &Path, members: &[Member]) -> Result<Exit, CliError> {
     let device = device(&arguments.compute, plan)?;
     let threads = arguments.compute.threads.map_or_else(cores, usize::from);
-    let jobs = arguments.jobs.map_or(if device.is_some() { MEMBERS_AT_ONCE } else { threads }, usize::from);
+    let jobs = jobs(arguments, plan, device.as_ref().map(|(ensemble, _)| ensemble), threads)?;
     let progress = BatchProgress::new(arguments.print.quiet);
     let settle = |scene: &Scene| match &device {
         Some((ensemble, precision)) => {
@@ -141,6 +141,27 @@ fn print(arguments: &Arguments, table: &Table) -> Result<(), CliError> {
 
 fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// How many members run at once: as many as there are threads, or as fit on the device.
+fn jobs(arguments: &Arguments, plan: &Plan, device: Option<&Ensemble>, threads: usize) -> Result<usize, CliError> {
+    let Some(ensemble) = device else { return Ok(arguments.jobs.map_or(threads, usize::from)) };
+    let bodies = most_bodies(&plan.scene(0)?);
+    let fit = ensemble.members_that_fit(bodies) as usize;
+    match arguments.jobs.map(usize::from) {
+        Some(asked) if asked > fit.max(1) => Err(CliError::Usage(format!(
+            "--jobs: {asked} members of some {bodies} bodies do not fit on the device at once; the most is {}",
+            fit.max(1)
+        ))),
+        Some(asked) => Ok(asked),
+        None => Ok(MEMBERS_AT_ONCE.min(fit.max(1))),
+    }
+}
+
+/// The most bodies that a scene says it will have.
+fn most_bodies(scene: &Scene) -> u64 {
+    let placed = scene.generate.iter().map(|rule| rule.count()).sum::<u64>() + scene.bodies.len() as u64;
+    placed.max(scene.stop().and_then(|stop| stop.population).unwrap_or(0))
 }
 
 /// The device that computes all members together, decided by the first; reports an unusable one before any run.

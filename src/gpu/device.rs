@@ -184,6 +184,13 @@ impl Gpu {
         }
     }
 
+    /// Says that nothing is asked of the device for long. Other members of its ensemble need not wait for this one.
+    pub fn rest(&self) {
+        if let Some(member) = &self.member {
+            member.rest();
+        }
+    }
+
     /// The adapter's name.
     pub fn name(&self) -> &str {
         &self.name

@@ -15,6 +15,7 @@ use std::sync::OnceLock;
 const MOST_THREADS: usize = 1024;
 
 /// The arguments of a simulation that say what computes it.
+#[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
     pub backend: &'a str,
     pub threads: Option<usize>,

@@ -10,6 +10,7 @@ mod compute;
 mod contacts;
 mod course;
 mod driver;
+mod ensemble;
 mod error;
 mod force;
 mod report;
@@ -44,6 +45,8 @@ mod _relcp {
     use super::bodies::PyBodies;
     #[pymodule_export]
     use super::contacts::{Contacts, WallContacts};
+    #[pymodule_export]
+    use super::ensemble::PyEnsemble;
     #[pymodule_export]
     use super::error::{DeviceError, Error, RecordError, SceneError, SimulationError};
     #[pymodule_export]

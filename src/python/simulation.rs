@@ -14,12 +14,15 @@ use super::session::{End, Session, Threads};
 use crate::bodies::Bodies;
 use crate::error::Error;
 use crate::record::{read_state, scene_hash, state_hash};
+use crate::run::Summary;
+use crate::scene::Scene;
 use crate::simulation::Compute;
 use crate::step::{Fault, State};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
@@ -52,6 +55,46 @@ impl PySimulation {
     fn hold(session: Session, compute: &Compute) -> Self {
         let (on_device, opens) = (!matches!(compute, Compute::Cpu), matches!(compute, Compute::Auto(_)));
         PySimulation { session: Mutex::new(session), on_device, opens, asking: Asking::new() }
+    }
+
+    /// Starts a scene from its own bodies.
+    pub(super) fn start(py: Python<'_>, scene: &Scene, compute: &Compute, threads: Threads) -> PyResult<Self> {
+        let scene = scene.clone();
+        let session = py.detach(|| Session::start(compute, scene, threads)).map_err(|no| no_start(py, no))?;
+        Ok(PySimulation::hold(session, compute))
+    }
+
+    /// How far a run to the scene's end goes, or one to a time of one's own.
+    pub(super) fn course(&self, py: Python<'_>, until: Option<f64>) -> PyResult<Course> {
+        Course::until(self.session(py)?.simulation(), until)
+    }
+
+    /// Steps without the interpreter's lock, until it is to stop; a wait for the session is one without the lock too.
+    pub(super) fn run_quietly(&self, course: Course, wall: Duration, stops: &AtomicBool) -> Result<(), Fault> {
+        let Ok(mut session) = self.session.lock() else { return Ok(()) };
+        let mut left = course.most;
+        while left > 0 && !stops.load(Ordering::Relaxed) {
+            let (batch, ended) = session.advance(left, course.end, wall);
+            ended?;
+            left -= batch.taken;
+            if batch.taken == 0 {
+                break;
+            }
+        }
+        session.simulation().device().iter().for_each(|gpu| gpu.rest());
+        Ok(())
+    }
+
+    /// Its device is not asked for long.
+    pub(super) fn rest(&self) {
+        if let Ok(session) = self.session.lock() {
+            session.simulation().device().iter().for_each(|gpu| gpu.rest());
+        }
+    }
+
+    /// What its run did so far, without the interpreter's lock; none after an internal fault.
+    pub(super) fn summed(&self) -> Result<Option<Summary>, Fault> {
+        self.session.lock().ok().map(|mut session| session.summary()).transpose()
     }
 
     /// Waits for the session, with the interpreter's lock released where another thread has it.
@@ -92,7 +135,7 @@ impl PySimulation {
     }
 
     /// What a step's fault raises: what a force raised, where it was that.
-    fn fault(&self, no: Fault) -> PyErr {
+    pub(super) fn fault(&self, no: Fault) -> PyErr {
         match (&no, self.asking.take()) {
             (Fault::Force { .. }, Some(raised)) => raised,
             _ => fault(no),
@@ -141,9 +184,7 @@ impl PySimulation {
         let wanted = Wanted { backend, threads, precision, adapter };
         let threads = Threads::new(wanted.pool()?);
         let compute: Compute = wanted.settle(py, &scene.0)?;
-        let scene = scene.0.clone();
-        let session = py.detach(|| Session::start(&compute, scene, threads)).map_err(|no| no_start(py, no))?;
-        Ok(PySimulation::hold(session, &compute))
+        PySimulation::start(py, &scene.0, &compute, threads)
     }
 
     /// Goes on from a state that `save` or the program wrote for the same scene: from a checkpoint to the same bits, on

@@ -16,6 +16,7 @@ impl Device {
         take: &mut dyn FnMut(&mut dyn RetryBackend) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
         let state = self.known_state()?.clone();
+        self.gpu.rest();
         let mut cpu = Cpu::<D>::new(&self.model, state)?;
         let plugged = self.plugged.len();
         cpu.lend_forces(&mut self.plugged);

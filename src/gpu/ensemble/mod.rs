@@ -40,16 +40,26 @@ use work::Request;
 /// writes a file or takes a step on the CPU must not hold the others up; one that prepares its next work needs less.
 const QUIET: Duration = Duration::from_millis(5);
 
+/// Bytes of a member without bodies: some hundred buffers of one unit each. Members with three bodies take 330 kB.
+const BYTES_OF_MEMBER: u64 = 400_000;
+
+/// Bytes that a body adds, with its pairs and rows: at 2^20 bodies 2.6 kB, and half as much again for buffers that grow.
+const BYTES_OF_BODY: u64 = 4_000;
+
 /// Kernels that no member uses are forgotten where there are more than so many.
 const MOST_IDLE_KERNELS: usize = 256;
 
 /// What an ensemble did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rounds {
     /// Rounds, each one submission and one read-back.
     pub rounds: u64,
     /// Requests of members that they answered.
     pub requests: u64,
+    /// Seconds in which they were recorded and done, and in which members were waited for.
+    pub seconds: f64,
+    /// See `seconds`.
+    pub waited: f64,
     /// Dispatches, and those that the members asked for.
     pub dispatches: u64,
     /// See `dispatches`.
@@ -92,8 +102,10 @@ struct Seat {
 }
 
 enum Stands {
-    /// On the host.
+    /// On the host, from where it comes back soon.
     AtWork,
+    /// On the host for long.
+    Away,
     Asks(Request),
     /// In the present round.
     Served,
@@ -158,6 +170,11 @@ impl Ensemble {
         Rounds { peak_bytes: lock(&self.core.arena).peak, ..*lock(&self.core.rounds) }
     }
 
+    /// Members with so many bodies each that fit at once, about.
+    pub fn members_that_fit(&self, bodies: u64) -> u64 {
+        self.most_bytes() / (BYTES_OF_MEMBER + BYTES_OF_BODY * bodies)
+    }
+
     /// The most bytes that the buffers of all members may hold together.
     pub fn most_bytes(&self) -> u64 {
         arena::most_bytes(&self.core.gpu)
@@ -168,6 +185,7 @@ impl Drop for Ensemble {
     fn drop(&mut self) {
         lock(&self.core.board).closing = true;
         self.core.changed.notify_all();
+        log::info!("ensemble: {:?}", self.rounds());
         if let Some(conductor) = self.conductor.take() {
             // It has no result, and members see that it has ended.
             let _ = conductor.join();
@@ -190,8 +208,9 @@ impl Core {
     /// Serves members, round after round, until the ensemble ends and nobody waits.
     fn conduct(&self, mut tables: Tables) {
         let _ends = Ends(self);
+        let mut idle = Instant::now();
         while let Some((ids, requests)) = self.next_round() {
-            let count = requests.len() as u64;
+            let (count, waited, begun) = (requests.len() as u64, idle.elapsed(), Instant::now());
             let answers = match round::run(&self.gpu, &self.arena, &mut tables, requests) {
                 Ok((answers, done)) => {
                     let mut rounds = lock(&self.rounds);
@@ -199,10 +218,13 @@ impl Core {
                     rounds.requests += count;
                     rounds.dispatches += done.dispatches;
                     rounds.asked += done.asked;
+                    rounds.seconds += begun.elapsed().as_secs_f64();
+                    rounds.waited += waited.as_secs_f64();
                     answers.into_iter().map(Ok).collect()
                 }
                 Err(fault) => vec![Err(fault); ids.len()],
             };
+            idle = Instant::now();
             let mut board = lock(&self.board);
             board.changed = Instant::now();
             for (id, answer) in ids.into_iter().zip(answers) {
@@ -220,7 +242,8 @@ impl Core {
         loop {
             let asks = |seat: &&Seat| matches!(seat.stands, Stands::Asks(_));
             let waiting = board.seats.values().filter(asks).count();
-            let at_work = board.seats.values().filter(|seat| !asks(seat)).count();
+            let at_work =
+                board.seats.values().filter(|seat| !asks(seat) && !matches!(seat.stands, Stands::Away)).count();
             if waiting == 0 {
                 if board.closing {
                     return None;
@@ -286,6 +309,12 @@ impl Membership {
     /// What is asked next begins a step.
     pub fn begin_step(&self) {
         self.begins_step.store(true, Ordering::Relaxed);
+    }
+
+    /// Nothing is asked for long: others need not wait.
+    pub fn rest(&self) {
+        self.stand(&mut lock(&self.core.board), Stands::Away);
+        self.core.changed.notify_all();
     }
 
     /// Keeps work until an answer is waited for.

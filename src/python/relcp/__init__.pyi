@@ -1,5 +1,5 @@
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, Optional, Union, final
 
 import numpy as np
@@ -19,6 +19,7 @@ __all__ = [
     "Bodies",
     "Contacts",
     "DeviceError",
+    "Ensemble",
     "Error",
     "RecordError",
     "Scene",
@@ -431,3 +432,23 @@ def devices(adapter: Optional[str] = None) -> list[dict[str, Any]]:
 
 def scenes() -> dict[str, str]:
     """The built-in scenes: what each shows, by its name."""
+
+@final
+class Ensemble:
+    """Many scenes that are run together: on a GPU as one, on the CPU over its cores."""
+
+    def __new__(
+        cls,
+        scenes: Sequence[Scene],
+        backend: Literal["cpu", "gpu"] = "cpu",
+        threads: Optional[int] = None,
+        precision: _Precision = None,
+        adapter: Optional[str] = None,
+    ) -> Ensemble: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> Simulation: ...
+    def run(self, *, until: Optional[float] = None) -> list[Optional[Exception]]:
+        """Runs every member to its scene's end, or to `until`; gives what stopped a member, or None, for each."""
+
+    def summaries(self) -> list[dict[str, Any]]:
+        """The members' summaries."""
