@@ -1,11 +1,15 @@
 //! Members of an ensemble against the same scenes alone on the device.
 
 use crate::device::{device, precisions};
-use relcp::gpu::{Ensemble, Gpu, GpuError, Precision};
+use relcp::batch::{Ended, Member, Options, Plan, Watch, run as run_batch};
+use relcp::gpu::{Ensemble, Gpu, Precision};
 use relcp::record::state_hash;
 use relcp::scene::Scene;
 use relcp::simulation::{Compute, Simulation};
+use relcp::step::StepReport;
+use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Scenes that differ in kernels, sizes and lengths.
 fn scenes() -> Vec<Scene> {
@@ -52,4 +56,112 @@ fn a_members_bits_are_those_of_the_scene_alone_on_that_device() {
         assert_eq!(together, alone, "{precision:?}");
         assert!(ensemble.rounds().dispatches < ensemble.rounds().asked);
     }
+}
+
+/// Four colonies, and one in a container that is full in its third step.
+fn plan() -> Plan {
+    let text = r#"{ "name": "colonies", "scene": "colony",
+        "set": { "time.dt": 0.02, "time.end": 1.4, "output.every": 10, "output.picture": false },
+        "list": [ { "seed": 1 }, { "seed": 2, "growth.rate": 1.1 },
+                  { "walls": [ { "cylinder": { "center": [0, 0, 0], "axis": [0, 0, 1], "radius": 1.05 } } ] },
+                  { "seed": 4, "contact.overlap_tolerance": 1e-4 }, { "seed": 5 } ] }"#;
+    Plan::parse(text, "sweep.json", Path::new(".")).unwrap()
+}
+
+/// Stops a batch after so many steps of all members.
+struct After(u64, AtomicU64);
+
+impl Watch for After {
+    fn stop(&self) -> bool {
+        self.1.load(Ordering::Relaxed) >= self.0
+    }
+
+    fn stepped(&self, _: &Member, _: &StepReport) {
+        self.1.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// Runs members of the plan, several at a time, and gives how each ended.
+fn batch(gpu: &Arc<Gpu>, out: &Path, order: &[usize], jobs: usize, most_steps: u64) -> Vec<Ended> {
+    let plan = plan();
+    let members: Vec<Member> = order.iter().map(|index| plan.members()[*index].clone()).collect();
+    let ensemble = (jobs > 1).then(|| Ensemble::new(gpu.clone()).unwrap());
+    let settle = |_: &Scene| {
+        let gpu = ensemble.as_ref().map_or_else(|| gpu.clone(), Ensemble::member);
+        Ok(Compute::Gpu { gpu, precision: Precision::F32 })
+    };
+    let options = Options { jobs, threads: 2, retry: false };
+    let watch = After(most_steps, AtomicU64::new(0));
+    run_batch(&plan, out, &members, options, &settle, &watch).unwrap()
+}
+
+/// The final states, by the members' folders.
+fn finals(out: &Path) -> Vec<(String, Vec<u8>)> {
+    let folders = std::fs::read_dir(out).unwrap().map(|entry| entry.unwrap());
+    let of = |entry: std::fs::DirEntry| {
+        Some((entry.file_name().into_string().unwrap(), std::fs::read(entry.path().join("final.json")).ok()?))
+    };
+    let mut finals: Vec<_> = folders.filter_map(of).collect();
+    finals.sort();
+    finals
+}
+
+#[test]
+fn a_batch_has_the_same_bits_in_any_packing_and_order_stopped_or_not_and_beside_one_that_fails() {
+    let Some(gpu) = device() else { return };
+    let folder = || tempfile::tempdir().unwrap();
+    let (alone, together, reversed) = (folder(), folder(), folder());
+    let (twice, twice_alone) = (folder(), folder());
+    let first = batch(gpu, alone.path(), &[0, 1, 2, 3, 4], 1, u64::MAX);
+    let failed = |ended: &Ended| matches!(ended, Ended::Failed(_));
+    let stopped: Vec<usize> = first.iter().enumerate().filter(|(_, e)| failed(e)).map(|(at, _)| at).collect();
+    assert_eq!(stopped, [2], "{first:?}");
+    batch(gpu, together.path(), &[0, 1, 2, 3, 4], 5, u64::MAX);
+    batch(gpu, reversed.path(), &[4, 2, 0, 3, 1], 2, u64::MAX);
+    batch(gpu, twice.path(), &[0, 1, 2, 3, 4], 3, 60);
+    assert!(finals(twice.path()).len() < 5);
+    copy(twice.path(), twice_alone.path());
+    // A device searches at another step after a stop, so the rest is compared with the rest alone.
+    batch(gpu, twice.path(), &[0, 1, 2, 3, 4], 5, u64::MAX);
+    batch(gpu, twice_alone.path(), &[0, 1, 2, 3, 4], 1, u64::MAX);
+    assert_eq!(finals(alone.path()).len(), 5);
+    for (how, one, other) in
+        [("together", &together, &alone), ("reversed", &reversed, &alone), ("stopped", &twice, &twice_alone)]
+    {
+        let [one, other] = [one, other].map(|folder| finals(folder.path()));
+        let names = |all: &[(String, Vec<u8>)]| all.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+        assert_eq!(names(&one), names(&other), "{how}");
+        for ((name, state), (_, expected)) in one.iter().zip(&other) {
+            assert!(state == expected, "{how}: {name}");
+        }
+    }
+}
+
+fn copy(from: &Path, to: &Path) {
+    for entry in std::fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let to = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            std::fs::create_dir(&to).unwrap();
+            copy(&entry.path(), &to);
+        } else {
+            std::fs::copy(entry.path(), to).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_member_for_whose_buffers_there_is_no_room_fails_alone() {
+    let Some(gpu) = device() else { return };
+    let ensemble = Ensemble::new(gpu.clone()).unwrap();
+    let fit = ensemble.members_that_fit(100);
+    assert!(fit * (400_000 + 400_000) <= ensemble.most_bytes() && fit > 0);
+    // The arena is one binding.
+    let too_large = ensemble.most_bytes() / 16;
+    let scene = Scene::load("two-ellipsoids", ["time.end=0.02"]).unwrap();
+    let member = ensemble.member();
+    let refused = relcp::internals::gpu::Buffer::new(&member, "much", 32, too_large);
+    assert!(refused.is_err_and(|fault| fault.to_string().contains("much")));
+    let alone = run(gpu.clone(), Precision::F32, scene.clone());
+    assert_eq!(run(ensemble.member(), Precision::F32, scene), alone);
 }
