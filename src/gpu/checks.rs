@@ -9,9 +9,10 @@ struct Switch {
     default: String,
 }
 
-/// Parses and validates a source, and checks its switches.
+/// Parses and validates a source, alone and merged for an ensemble, and checks its switches.
 pub(crate) fn validate(source: &Source) -> Result<naga::Module, String> {
     let module = kernel::validate(source)?;
+    check_merged(source, &module)?;
     for switch in switches(source.code()) {
         for (name, group) in source.groups() {
             let has = |constant: &str| switch.labels.iter().any(|label| label == constant);
@@ -27,6 +28,13 @@ pub(crate) fn validate(source: &Source) -> Result<naga::Module, String> {
         }
     }
     Ok(module)
+}
+
+/// A kernel that has parameters or arrays can serve the members of an ensemble.
+fn check_merged(source: &Source, module: &naga::Module) -> Result<(), String> {
+    let info = kernel::check(module, source.precision(), source.code())?;
+    let merged = super::ensemble::merged(module, &info)?;
+    kernel::check(&merged.module, source.precision(), "").map(|_| ())
 }
 
 /// The text in the braces that open at `open`.

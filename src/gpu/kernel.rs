@@ -65,7 +65,11 @@ pub(crate) fn validate(source: &Source) -> Result<naga::Module, String> {
 }
 
 /// Validates a module; `code` is the text of its source, for messages.
-fn check(module: &naga::Module, precision: Precision, code: &str) -> Result<naga::valid::ModuleInfo, String> {
+pub(super) fn check(
+    module: &naga::Module,
+    precision: Precision,
+    code: &str,
+) -> Result<naga::valid::ModuleInfo, String> {
     let mut capabilities = naga::valid::Capabilities::empty();
     if precision == Precision::F64 {
         capabilities |= naga::valid::Capabilities::FLOAT64;

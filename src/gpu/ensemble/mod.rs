@@ -16,10 +16,10 @@ mod merge;
 mod order;
 mod pipeline;
 mod round;
-#[cfg(test)]
-mod tests;
 mod work;
 
+#[cfg(test)]
+pub(super) use merge::merged;
 pub(super) use pipeline::Pipeline;
 pub(super) use work::{Dispatch, Work};
 

@@ -23,7 +23,7 @@ use std::collections::HashMap;
 pub(super) const HEAD: usize = 3;
 
 /// What a merged kernel binds: the table at 0, then its arrays, the arena as words, and its parameters if it has some.
-pub(super) struct Merged {
+pub(in crate::gpu) struct Merged {
     pub module: Module,
     /// Bytes from one element to the next of each array; of a variable that is no array, from one member's to the next.
     pub strides: Vec<u64>,
@@ -57,7 +57,7 @@ struct Variables {
 ///
 /// # Errors
 /// What the kernel does that cannot be merged: it asks for an array's length, or for its place among all invocations.
-pub(super) fn merged(of: &Module, info: &naga::valid::ModuleInfo) -> Result<Merged, String> {
+pub(in crate::gpu) fn merged(of: &Module, info: &naga::valid::ModuleInfo) -> Result<Merged, String> {
     let mut module = of.clone();
     let mut strides = Vec::new();
     let mut parameters = None;
