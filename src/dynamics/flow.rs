@@ -20,6 +20,7 @@ use super::overdamped::resistances;
 use super::{Dynamics, ForceField, Load};
 use crate::bodies::Bodies;
 use crate::motion::Twist;
+use crate::periodic::CellShear;
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
 #[cfg(feature = "files")]
@@ -68,6 +69,12 @@ impl Stream {
         let direction = DVec3::from(direction).normalize_or_zero();
         let gradient = DVec3::from(gradient).reject_from(direction).normalize_or_zero();
         Some(Stream { rate, direction, gradient, drag, planar })
+    }
+
+    /// The flow of a sheared cell, under a law that has drag; none under one without.
+    pub fn of_cell(shear: &CellShear, dynamics: &Dynamics, planar: bool) -> Option<Stream> {
+        let (direction, gradient) = (shear.direction.unit().to_array(), shear.gradient.unit().to_array());
+        Stream::new(&Flow::Shear { rate: shear.rate, direction, gradient }, dynamics, planar)
     }
 
     /// Half of the vorticity.

@@ -49,7 +49,7 @@ impl Frame {
         Frame {
             planar: scene.planar,
             planar_from: origin,
-            drag: scene.dynamics.drag().filter(|_| scene.flow.is_none()),
+            drag: scene.dynamics.drag().filter(|_| scene.flow.is_none() && !scene.periodic.is_some_and(|cell| cell.changes())),
             fixed: scene.fixed(),
             removes: !scene.removal.is_empty(),
         }

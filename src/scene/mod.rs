@@ -36,7 +36,7 @@ pub use crate::dynamics::{
     Bond, DivisionRule, Dynamics, Flow, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window,
 };
 pub use crate::lcp::SolverKind;
-pub use crate::periodic::Periodic;
+pub use crate::periodic::{Axis, CellShear, Periodic};
 pub use crate::removal::Removal;
 pub use crate::step::{ContactSettings, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
 pub use crate::walls::{Wall, WallMotion};
