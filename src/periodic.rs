@@ -181,7 +181,10 @@ impl Periods {
         if !has_both || !offset.is_finite() {
             return self;
         }
-        let offset = offset - along * (offset / along).round();
+        // One that is kept within half a period already keeps its bits, as a state that is read does.
+        let half = 0.5 * along;
+        let kept = if offset.abs() <= half { offset } else { offset - along * (offset / along).round() };
+        let offset = kept.clamp(-half, half);
         Periods { tilt: Some(Tilt { direction, gradient, offset }), ..self }
     }
 
@@ -307,12 +310,12 @@ impl Periods {
         (place - self.length * more, image + more.as_i64vec3())
     }
 
-    /// The edges of the cell along x, y and z.
+    /// The offsets xy, xz and yz of a sheared cell's edges, as programs have them that know of triclinic boxes.
     #[cfg(feature = "files")]
-    pub(crate) fn tilts(&self) -> [f64; 3] {
-        let Some(Tilt { direction, gradient, offset }) = self.tilt else { return [0.0; 3] };
-        [(Axis::X, Axis::Y), (Axis::X, Axis::Z), (Axis::Y, Axis::Z)]
-            .map(|axes| if axes == (direction, gradient) { offset } else { 0.0 })
+    pub(crate) fn tilts(&self) -> Option<[f64; 3]> {
+        let Tilt { direction, gradient, offset } = self.tilt?;
+        let axes = [(Axis::X, Axis::Y), (Axis::X, Axis::Z), (Axis::Y, Axis::Z)];
+        Some(axes.map(|axes| if axes == (direction, gradient) { offset } else { 0.0 }))
     }
 
     /// The images of `b` whose boxes share a point with `a`, faces counted, as the first and the last number of periods

@@ -391,7 +391,7 @@ fn is_one(count: &u64) -> bool {
 }
 
 /// The measures that `output.measures` may name.
-pub(crate) const MEASURES: [&str; 16] = [
+pub(crate) const MEASURES: [&str; 17] = [
     "nematic",
     "correlation",
     "radius",
@@ -400,6 +400,7 @@ pub(crate) const MEASURES: [&str; 16] = [
     "length",
     "contacts",
     "stress",
+    "shear_stress",
     "force_chains",
     "microdomains",
     "dissipation",

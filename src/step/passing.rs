@@ -222,7 +222,7 @@ mod tests {
             start.push(Placed { shape: *shape, position: *position, orientation: DQuat::IDENTITY }, 0);
             twist.push(Twist { linear: *linear, angular: *angular });
         }
-        passed(&start, &twist, 0.5, |a, b| separation(a, b, None))
+        passed(&start, &twist, (0.5, None), |a, b| separation(a, b, None))
     }
 
     const SPHERE: Shape = Shape::Sphere { radius: 0.5 };
