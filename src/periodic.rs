@@ -214,7 +214,9 @@ impl Periods {
         let farthest = DVec3::select(self.length.cmpgt(DVec3::ZERO), x.abs(), DVec3::ZERO).max_element();
         match self.tilt {
             None => farthest,
-            Some(tilt) => farthest.max((x[tilt.gradient.index()] * self.inverse[tilt.gradient.index()] * tilt.offset).abs()),
+            Some(tilt) => {
+                farthest.max((x[tilt.gradient.index()] * self.inverse[tilt.gradient.index()] * tilt.offset).abs())
+            }
         }
     }
 

@@ -150,7 +150,8 @@ fn frame<W: io::Write + io::Seek>(
     }
     // The schema has the offsets over the side that they lean along.
     let [_, y, z] = sides.to_array();
-    let leaning = |[xy, xz, yz]: [f64; 3]| [xy / y, if xz == 0.0 { 0.0 } else { xz / z }, if yz == 0.0 { 0.0 } else { yz / z }];
+    let leaning =
+        |[xy, xz, yz]: [f64; 3]| [xy / y, if xz == 0.0 { 0.0 } else { xz / z }, if yz == 0.0 { 0.0 } else { yz / z }];
     let tilts = bodies.periods.tilts().map_or([0.0; 3], |tilts| leaning(tilts).map(|tilt| tilt as f32));
     file.chunk("configuration/box", 1, box_sides.into_iter().chain(tilts))?;
     file.chunk("particles/N", 1, [bodies.len() as u32])?;

@@ -50,7 +50,8 @@ pub(super) fn write_frames(
     }
     let periodic = periods.lengths().map(|length| length.is_some());
     let sides = DVec3::select(periods.length().cmpgt(DVec3::ZERO), periods.length(), 2.0 * BOX_MARGIN * half);
-    let space = Space { sides: sides.max(DVec3::splat(f64::MIN_POSITIVE)), tilts: None, periodic, planar: states.planar()? };
+    let space =
+        Space { sides: sides.max(DVec3::splat(f64::MIN_POSITIVE)), tilts: None, periodic, planar: states.planar()? };
     let fault = || RecordError::io(path, "write it");
     let bytes = durable::place_with(path, |part: &mut File| {
         let mut out = BufWriter::new(part);

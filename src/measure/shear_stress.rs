@@ -22,7 +22,10 @@ use glam::{DMat3, DVec3};
 const COLUMNS: [Column; 7] = [
     Column { name: "shear_strain", what: "rate times time: by how much the cell has been sheared" },
     Column { name: "shear_stress", what: "contact stress along the flow across its gradient, over the cell's volume" },
-    Column { name: "shear_viscosity", what: "the contacts' part of the viscosity: the shear stress over the shear rate" },
+    Column {
+        name: "shear_viscosity",
+        what: "the contacts' part of the viscosity: the shear stress over the shear rate",
+    },
     Column {
         name: "normal_difference_1",
         what: "first normal stress difference: along the flow less along its gradient; positive in tension",

@@ -84,9 +84,7 @@ fn every_search_finds_the_pairs_that_some_image_makes_touch() {
 fn every_search_of_a_sheared_cell_finds_the_pairs_that_some_image_makes_touch() {
     let lengths = [Some(16.0), Some(8.0), Some(4.0)];
     let mut through = 0;
-    for (k, (direction, gradient)) in
-        (0..).zip([(Axis::X, Axis::Y), (Axis::X, Axis::Z), (Axis::Y, Axis::Z)])
-    {
+    for (k, (direction, gradient)) in (0..).zip([(Axis::X, Axis::Y), (Axis::X, Axis::Z), (Axis::Y, Axis::Z)]) {
         for offset in [0.75, -1.25, 2.0] {
             let periods = Periods::new(lengths).tilted(Tilt { direction, gradient, offset });
             assert_eq!(periods.tilt().unwrap().offset, offset);

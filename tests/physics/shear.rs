@@ -51,8 +51,10 @@ fn bodies_that_nothing_disturbs_go_with_the_cell_exactly() {
     let places = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(-13.0, 41.0, -20.0)];
     for (axes, [d, e]) in [(["x", "y"], [0, 1]), (["x", "z"], [0, 2]), (["y", "z"], [1, 2])] {
         for dt in [0.04, 0.01] {
-            let bodies: Vec<Value> =
-                places.iter().map(|x| json!({"shape": {"sphere": {"radius": 0.5}}, "position": x.to_array()})).collect();
+            let bodies: Vec<Value> = places
+                .iter()
+                .map(|x| json!({"shape": {"sphere": {"radius": 0.5}}, "position": x.to_array()}))
+                .collect();
             let of = scene(dt, 2.0, &cell(&json!([10, 9, 8]), -1.5, axes), &bodies);
             let end = run(parse(&of), &Compute::Cpu).bodies;
             for (i, start) in places.into_iter().enumerate() {
@@ -82,8 +84,7 @@ fn crowd(images: i32, origin: DVec3) -> Vec<Value> {
         if (i + j) % 2 == 0 {
             return json!({"shape": {"sphere": {"radius": 0.58}}, "position": place.to_array()});
         }
-        let turn = DQuat::from_rotation_z(0.6 * f64::from(i * j))
-            * DQuat::from_xyzw(0.0, ALONG_X[2], 0.0, ALONG_X[0]);
+        let turn = DQuat::from_rotation_z(0.6 * f64::from(i * j)) * DQuat::from_xyzw(0.0, ALONG_X[2], 0.0, ALONG_X[0]);
         json!({"shape": {"spherocylinder": {"diameter": 0.7, "length": 1.15}}, "position": place.to_array(),
             "orientation": [turn.w, turn.x, turn.y, turn.z]})
     };

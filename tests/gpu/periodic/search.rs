@@ -79,7 +79,9 @@ fn boxes_in_a_sheared_cell() {
     let Some(gpu) = device() else { return };
     let lattice = Lattice::for_thickness(0.2).unwrap();
     let lengths = [Some(12.3), Some(10.1), Some(9.7)];
-    for (planar, direction, gradient) in [(true, Axis::X, Axis::Y), (false, Axis::X, Axis::Z), (false, Axis::Y, Axis::Z)] {
+    for (planar, direction, gradient) in
+        [(true, Axis::X, Axis::Y), (false, Axis::X, Axis::Z), (false, Axis::Y, Axis::Z)]
+    {
         let space = Periods::new(if planar { [lengths[0], lengths[1], None] } else { lengths });
         for precision in precisions(gpu) {
             let at = |offset: f64| space.tilted(Tilt { direction, gradient, offset });
