@@ -199,6 +199,13 @@ impl Periods {
         self.length == DVec3::ZERO
     }
 
+    /// The period along each axis, and the offset of a sheared cell with the places of its direction and gradient.
+    #[doc(hidden)]
+    pub fn numbers(&self) -> ([Option<f64>; 3], Option<([usize; 2], f64)>) {
+        let numbers = |tilt: Tilt| ([tilt.direction.index(), tilt.gradient.index()], tilt.offset);
+        (self.lengths(), self.tilt.map(numbers))
+    }
+
     /// The period along each axis, where there is one.
     pub fn lengths(&self) -> [Option<f64>; 3] {
         self.length.to_array().map(|length| (length > 0.0).then_some(length))

@@ -11,7 +11,6 @@
 //! most 2^19 periods, of 2^12 pitches or more each (`shaders/common/nearest_image_sheared.wgsl`).
 
 use super::{GpuError, Lattice, MOST_CELL, Source, fragment};
-use crate::periodic::{Periods, Tilt};
 
 /// Bits of a part. `n` times a part and what the next finer one carries into it fit 32 bits.
 const PART_BITS: i32 = 11;
@@ -19,6 +18,9 @@ const PART_BITS: i32 = 11;
 /// Pitches that a period has at least: then fewer than 2^31 pitches are at most 2^20 periods, and the parts hold all
 /// digits of a 64-bit float. Bodies are at most half a period long, and no thinner than 1024 pitches.
 const LEAST_CELLS: f64 = 2048.0;
+
+/// The period along each axis, and the offset along one axis of images across another.
+pub type AxesAndTilt = ([Option<f64>; 3], Option<([usize; 2], f64)>);
 
 /// The periods of a scene on its lattice.
 ///
@@ -44,7 +46,8 @@ pub struct LatticePeriods {
 /// The offset of a sheared cell, in whole pitches and parts, and its axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Tilted {
-    tilt: Tilt,
+    /// Along which images are displaced, and across which.
+    axes: [usize; 2],
     cells: i32,
     parts: [i32; 4],
 }
@@ -73,20 +76,20 @@ impl LatticePeriods {
         Ok(periods)
     }
 
-    /// Those of a space, with the tilt of a sheared cell.
+    /// The same with the offset of a sheared cell, along the first of two axes across the other.
     ///
     /// # Errors
     /// Those of [`LatticePeriods::new`]; in a sheared cell a period is at least 2^12 pitches.
-    pub fn of(lattice: Lattice, space: &Periods) -> Result<Self, GpuError> {
-        let periods = LatticePeriods::new(lattice, space.lengths())?;
-        let Some(tilt) = space.tilt() else { return Ok(periods) };
+    pub fn of(lattice: Lattice, (lengths, tilt): AxesAndTilt) -> Result<Self, GpuError> {
+        let periods = LatticePeriods::new(lattice, lengths)?;
+        let Some((axes, offset)) = tilt else { return Ok(periods) };
         let least = 2.0 * LEAST_CELLS * lattice.pitch();
         if let Some(length) = periods.length.into_iter().find(|length| *length > 0.0 && *length < least) {
             let what = format!("period {length:e} of a sheared cell for such bodies: it must be {least:e} or more");
             return Err(GpuError::Unsupported { what });
         }
-        let (cells, parts) = divided(tilt.offset / lattice.pitch());
-        Ok(LatticePeriods { tilt: Some(Tilted { tilt, cells, parts }), ..periods })
+        let (cells, parts) = divided(offset / lattice.pitch());
+        Ok(LatticePeriods { tilt: Some(Tilted { axes, cells, parts }), ..periods })
     }
 
     /// Whether no axis has a period.
@@ -121,12 +124,12 @@ impl LatticePeriods {
             .real("LOWER_PARTS", pitch / two_parts / two_parts)
             .vector("INVERSE_PERIOD", inverse(1.0))
             .vector("PERIODS_A_CELL", inverse(pitch));
-        let Some(Tilted { tilt, .. }) = &self.tilt else {
+        let Some(Tilted { axes: [direction, gradient], .. }) = self.tilt else {
             return source.text(&integers).include(fragment!("common/nearest_image.wgsl"));
         };
         let axis = |name: &str, axis: usize| format!("const {name} = {axis}u;\n");
-        integers.push_str(&axis("SHEAR_DIRECTION", tilt.direction.index()));
-        integers.push_str(&axis("SHEAR_GRADIENT", tilt.gradient.index()));
+        integers.push_str(&axis("SHEAR_DIRECTION", direction));
+        integers.push_str(&axis("SHEAR_GRADIENT", gradient));
         source
             .text(&integers)
             .include(fragment!("common/without_sheared_periods.wgsl"))

@@ -221,9 +221,9 @@ impl Device {
     fn place_cell(&mut self, [begin, end]: [f64; 2]) -> Result<(), GpuError> {
         let Some(strain) = &self.setup.strain else { return Ok(()) };
         let periods = strain.periods(end);
-        self.setup.periods_here = LatticePeriods::of(self.setup.lattice, &strain.periods(begin))?;
+        self.setup.periods_here = LatticePeriods::of(self.setup.lattice, strain.periods(begin).numbers())?;
         if periods != self.setup.periods {
-            self.setup.lattice_periods = LatticePeriods::of(self.setup.lattice, &periods)?;
+            self.setup.lattice_periods = LatticePeriods::of(self.setup.lattice, periods.numbers())?;
             self.setup.periods = periods;
             self.candidates.place_cell(self.setup.lattice_periods);
         }

@@ -97,7 +97,7 @@ mod tests {
         for precision in [Precision::F32, Precision::F64] {
             let space = Periods::new([Some(3.1), Some(2.9), None]);
             let tilt = Tilt { direction: Axis::X, gradient: Axis::Y, offset: -0.7 };
-            let sheared = LatticePeriods::of(lattice, &space.tilted(tilt)).unwrap();
+            let sheared = LatticePeriods::of(lattice, space.tilted(tilt).numbers()).unwrap();
             let all = [(false, None), (true, None), (false, Some(periods)), (true, Some(periods))];
             for (planar, periods) in all.into_iter().chain([(false, Some(sheared)), (true, Some(sheared))]) {
                 let is_sheared = periods.is_some_and(|periods| periods.is_sheared());

@@ -80,7 +80,7 @@ fn differences_in_a_sheared_cell_are_the_hosts() {
             for (span, offset) in [(1e2, 3.3), (1e4, -2.9), (3e5, 5.1)] {
                 let space = Periods::new([Some(37.0 / 3.0), Some(11.7), Some(10.3)]);
                 let space = space.tilted(Tilt { direction, gradient, offset });
-                let periods = LatticePeriods::of(lattice, &space).unwrap();
+                let periods = LatticePeriods::of(lattice, space.numbers()).unwrap();
                 let mut draw = || DVec3::from(random.random::<[f64; 3]>()) - 0.5;
                 let points: Vec<DVec3> = (0..400).map(|_| 2.0 * span * draw()).collect();
                 let placed = Points::of(precision, &lattice, &points);

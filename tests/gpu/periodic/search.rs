@@ -85,13 +85,13 @@ fn boxes_in_a_sheared_cell() {
         let space = Periods::new(if planar { [lengths[0], lengths[1], None] } else { lengths });
         for precision in precisions(gpu) {
             let at = |offset: f64| space.tilted(Tilt { direction, gradient, offset });
-            let periods = LatticePeriods::of(lattice, &at(0.0)).unwrap();
+            let periods = LatticePeriods::of(lattice, at(0.0).numbers()).unwrap();
             let mut finder = Search::among(gpu, precision, planar, (lattice, periods, true)).unwrap();
             for (seed, span) in (0..).zip([12.0, 300.0]) {
                 let bodies = scattered(seed, 300, DVec3::splat(span), any_half);
                 let input = upload(gpu, precision, lattice, &bodies);
                 for offset in [0.0, 1.7, -4.4] {
-                    finder.set_periods(LatticePeriods::of(lattice, &at(offset)).unwrap());
+                    finder.set_periods(LatticePeriods::of(lattice, at(offset).numbers()).unwrap());
                     let found = search(gpu, &mut finder, &input);
                     let count = assert_complete_in(&found, &bodies, planar, at(offset));
                     assert_connected(&found, bodies.len());
