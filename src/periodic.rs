@@ -140,6 +140,9 @@ pub struct Tilt {
     pub offset: f64,
 }
 
+/// The period along each axis, and the places of the axes of a tilt with its offset.
+type AxesAndTilt = ([Option<f64>; 3], Option<([usize; 2], f64)>);
+
 /// The translations under which a periodic space is the same: those by whole lengths along the axes, of which one may be
 /// tilted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -201,7 +204,7 @@ impl Periods {
 
     /// The period along each axis, and the offset of a sheared cell with the places of its direction and gradient.
     #[doc(hidden)]
-    pub fn numbers(&self) -> ([Option<f64>; 3], Option<([usize; 2], f64)>) {
+    pub fn numbers(&self) -> AxesAndTilt {
         let numbers = |tilt: Tilt| ([tilt.direction.index(), tilt.gradient.index()], tilt.offset);
         (self.lengths(), self.tilt.map(numbers))
     }
