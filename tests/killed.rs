@@ -14,6 +14,13 @@ const KILLS: usize = 3;
 
 const COLONY: [&str; 2] = ["colony", "time.end=4.3"];
 const COMPACTION: [&str; 2] = ["compaction", "time.end=12"];
+const SHEARED: [&str; 2] = ["sheared.json", "time.end=3"];
+
+/// A suspension in a sheared cell, with Brownian motion.
+const SUSPENSION: &str = r#"{"name": "sheared", "seed": 5, "planar": true, "time": {"dt": 0.01, "end": 3},
+    "periodic": {"lengths": [16, 14, null], "shear": {"rate": 1.0, "direction": "x", "gradient": "y"}},
+    "generate": [{"isotropic": {"count": 54, "shape": {"spherocylinder": {"diameter": 1, "length": 2}}}}],
+    "dynamics": {"overdamped": {"drag": 1}}, "thermal": {"temperature": 0.01}}"#;
 
 fn relcp(place: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(cargo_bin("relcp"));
@@ -37,6 +44,7 @@ fn start(place: &Path, [scene, end]: [&str; 2], folder: &str) -> Command {
 fn killed_and_resumed(scene: [&str; 2], seed: u64) {
     let kills = std::env::var("RELCP_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(KILLS);
     let place = tempfile::tempdir().unwrap();
+    std::fs::write(place.path().join(SHEARED[0]), SUSPENSION).unwrap();
     let begun = Instant::now();
     assert!(start(place.path(), scene, "whole").status().unwrap().success());
     let (whole, expected) = (begun.elapsed(), hash(&place.path().join("whole")));
@@ -89,4 +97,9 @@ fn a_growing_colony() {
 #[test]
 fn a_compaction() {
     killed_and_resumed(COMPACTION, 2);
+}
+
+#[test]
+fn a_sheared_suspension() {
+    killed_and_resumed(SHEARED, 3);
 }

@@ -188,9 +188,14 @@ class Viewer {
 
   /** The image of a point that is nearest to another one. */
   nearest(point, to) {
+    const state = this.run.header.states[this.at];
+    const [along, across, offset] = state.tilt ?? [0, 0, 0];
+    const periods = this.periodsAt(state);
+    const turns = offset ? Math.round((point[across] - to[across]) / periods[across]) : 0;
     return point.map((x, k) => {
-      const period = this.periodsAt(this.run.header.states[this.at])[k];
-      return period === null ? x : x - period * Math.round((x - to[k]) / period);
+      const period = periods[k];
+      const from = k === along ? x - turns * offset : x;
+      return period === null ? x : from - period * Math.round((from - to[k]) / period);
     });
   }
 

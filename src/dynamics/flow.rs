@@ -20,6 +20,8 @@ use super::overdamped::resistances;
 use super::{Dynamics, ForceField, Load};
 use crate::bodies::Bodies;
 use crate::motion::Twist;
+use crate::periodic::CellShear;
+use crate::separation::Placed;
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
 #[cfg(feature = "files")]
@@ -70,13 +72,29 @@ impl Stream {
         Some(Stream { rate, direction, gradient, drag, planar })
     }
 
+    /// The flow of a sheared cell, under a law that has drag; none under one without.
+    pub fn of_cell(shear: &CellShear, dynamics: &Dynamics, planar: bool) -> Option<Stream> {
+        let (direction, gradient) = (shear.direction.unit().to_array(), shear.gradient.unit().to_array());
+        Stream::new(&Flow::Shear { rate: shear.rate, direction, gradient }, dynamics, planar)
+    }
+
     /// Half of the vorticity.
     pub fn turning(&self) -> DVec3 {
         0.5 * self.rate * self.gradient.cross(self.direction)
     }
 
+    /// The power that drag takes from a body that moves otherwise than the flow carries it, which turns in the plane or in
+    /// space.
+    pub fn power(&self, at: &Placed, twist: Twist) -> f64 {
+        let carried = self.carries(&at.shape, at.position, at.orientation);
+        let (linear, turning) = resistances(self.drag, &at.shape);
+        let apart = twist.angular - carried.angular;
+        let turned = if self.planar { apart.z * apart.z } else { apart.length_squared() };
+        linear * (twist.linear - carried.linear).length_squared() + turning * turned
+    }
+
     /// How the flow moves a body that nothing else drives.
-    fn carries(&self, shape: &Shape, position: DVec3, orientation: DQuat) -> Twist {
+    pub fn carries(&self, shape: &Shape, position: DVec3, orientation: DQuat) -> Twist {
         let back = orientation.conjugate();
         let (d, e) = (back * self.direction, back * self.gradient);
         // D_yz, D_zx and D_xy of the body's axes.

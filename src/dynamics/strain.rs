@@ -6,29 +6,44 @@
 //! about each axis as Jeffery's equation says (`flow.rs`). Images of a body are carried like it, as the cell's sides
 //! go with the same flow. An Euler step from `t` takes an undisturbed body by `dt e_i(t) x_i`, and the cell by the same
 //! part of its length, exactly.
+//!
+//! That of a sheared cell is steady simple shear, `u = g x_e d`. Its load is that of a background flow (`flow.rs`), so
+//! that here is only where it leads. A law without drag has none: bodies keep their velocities, and rows are made as
+//! with it.
 
 use super::flow::{yzx, zxy};
 use super::overdamped::resistances;
 use super::{Dynamics, ForceField, Load};
 use crate::bodies::Bodies;
-use crate::periodic::{Periodic, Periods};
+use crate::periodic::{CellShear, Periodic, Periods};
 use glam::DVec3;
 
 /// The flow of a scene's cell and the resistance to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strain {
     cell: Periodic,
-    /// The law's drag coefficient.
+    /// The law's drag coefficient; zero under a law without.
     drag: f64,
     /// Whether bodies move in the x-y plane.
     planar: bool,
 }
 
 impl Strain {
-    /// That of a cell whose lengths change, under a law that has drag; none under one without.
+    /// That of a cell that is sheared, or whose lengths change under a law that has drag; none of another.
     pub fn new(cell: &Periodic, dynamics: &Dynamics, planar: bool) -> Option<Strain> {
-        let drag = dynamics.drag().or(dynamics.drag_beside_inertia())?;
-        cell.strain_rate.map(|_| Strain { cell: *cell, drag, planar })
+        let drag = dynamics.drag().or(dynamics.drag_beside_inertia());
+        let changes = cell.shear.is_some() || (cell.strain_rate.is_some() && drag.is_some());
+        changes.then(|| Strain { cell: *cell, drag: drag.unwrap_or_default(), planar })
+    }
+
+    /// The shear of a sheared cell.
+    pub fn shear(&self) -> Option<CellShear> {
+        self.cell.shear
+    }
+
+    /// The velocity of the flow at a place, where the lengths change at these rates.
+    pub fn velocity(&self, x: DVec3, rates: DVec3) -> DVec3 {
+        self.cell.shear.map_or(rates * x, |shear| shear.velocity(x))
     }
 
     /// The periods at `time`.

@@ -14,7 +14,7 @@
 //! | `log/particles/Aspherical Shape` | N x 3, f32 | what OVITO draws instead of the types' shapes, where those are classes |
 //!
 //! The box is centred on the origin, as the schema wants it. Along a period it is as long as that; positions are
-//! wrapped into it, and `particles/image` (N x 3, i32) says by how many periods a body is away. Along other axes it
+//! wrapped into it, of a sheared cell into the tilted box, and `particles/image` (N x 3, i32) says by how many periods a body is away. Along other axes it
 //! holds every body of every state, and means nothing else (the schema's boxes are periodic along all three).
 
 use super::Exported;
@@ -113,7 +113,7 @@ fn fits(state: &Snapshot, k: usize) -> Result<(), (&'static str, f64)> {
         if value.abs() <= f64::from(f32::MAX) / 4.0 { Ok(()) } else { Err((what, value)) }
     };
     bodies.position[k].to_array().into_iter().try_for_each(|x| refuse("position", x))?;
-    let image = bodies.periods.wrapped(bodies.position[k]).1;
+    let image = bodies.periods.wrapped_into_edges(bodies.position[k]).1;
     if let Some(far) = image.to_array().into_iter().find(|n| i32::try_from(*n).is_err()) {
         return Err(("image", far as f64));
     }
@@ -148,7 +148,12 @@ fn frame<W: io::Write + io::Seek>(
     if common.planar {
         file.chunk("configuration/dimensions", 1, [2_u8])?;
     }
-    file.chunk("configuration/box", 1, box_sides.into_iter().chain([0.0; 3]))?;
+    // The schema has the offsets over the side that they lean along.
+    let [_, y, z] = sides.to_array();
+    let leaning =
+        |[xy, xz, yz]: [f64; 3]| [xy / y, if xz == 0.0 { 0.0 } else { xz / z }, if yz == 0.0 { 0.0 } else { yz / z }];
+    let tilts = bodies.periods.tilts().map_or([0.0; 3], |tilts| leaning(tilts).map(|tilt| tilt as f32));
+    file.chunk("configuration/box", 1, box_sides.into_iter().chain(tilts))?;
     file.chunk("particles/N", 1, [bodies.len() as u32])?;
     if first && classes.len() > 0 {
         table(file, "particles/types", &classes.names())?;
@@ -158,9 +163,10 @@ fn frame<W: io::Write + io::Seek>(
     if !bodies.is_empty() {
         let vectors = |vectors: &[DVec3]| -> Vec<f32> { vectors.iter().flat_map(|v| v.as_vec3().to_array()).collect() };
         file.chunk("particles/typeid", 1, bodies.shape.iter().map(|shape| classes.of(shape)))?;
-        file.chunk("particles/position", 3, vectors(&bodies.wrapped().position))?;
+        let placed = |x: &DVec3| bodies.periods.wrapped_into_edges(*x);
+        file.chunk("particles/position", 3, vectors(&bodies.position.iter().map(|x| placed(x).0).collect::<Vec<_>>()))?;
         if !bodies.periods.is_none() {
-            let images = bodies.position.iter().map(|x| bodies.periods.wrapped(*x).1.to_array());
+            let images = bodies.position.iter().map(|x| placed(x).1.to_array());
             file.chunk("particles/image", 3, images.flatten().map(|n| n as i32))?;
         }
         let turns = bodies.orientation.iter().flat_map(|q| [q.w, q.x, q.y, q.z].map(|x| x as f32));

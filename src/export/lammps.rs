@@ -13,6 +13,8 @@
 //! | `d_size1 d_size2 d_size3` | the shape's sizes in the order of a scene |
 //! | `i_parent d_birth i_generation i_group` | lineage and group; a parent is counted from 1 and 0 is none, a group -1 |
 //!
+//! The box of a sheared cell is triclinic, with the tilts xy, xz and yz, and bodies are in it.
+//!
 //! Numbers have all their digits. LAMMPS and OVITO draw types 2 and 4 as ellipsoids of the same extents.
 
 use super::text::{Space, write_frames};
@@ -52,19 +54,34 @@ fn frame(out: &mut dyn Write, state: &Snapshot, space: &Space) -> io::Result<()>
     let bodies = &state.bodies;
     let sign = |axis: usize| if space.periodic[axis] { "pp" } else { "ff" };
     let bounds = [sign(0), sign(1), if space.planar { "pp" } else { sign(2) }].join(" ");
+    let tilted = if space.tilts.is_some() { "xy xz yz " } else { "" };
     writeln!(out, "ITEM: TIME\n{:?}\nITEM: TIMESTEP\n{}", state.time, state.step)?;
-    writeln!(out, "ITEM: NUMBER OF ATOMS\n{}\nITEM: BOX BOUNDS {bounds}", bodies.len())?;
+    writeln!(out, "ITEM: NUMBER OF ATOMS\n{}\nITEM: BOX BOUNDS {tilted}{bounds}", bodies.len())?;
     for (axis, side) in space.sides.to_array().into_iter().enumerate() {
         let half = if space.planar && axis == 2 { HALF_HEIGHT } else { 0.5 * side };
-        writeln!(out, "{:?} {half:?}", -half)?;
+        match space.tilts {
+            None => writeln!(out, "{:?} {half:?}", -half)?,
+            Some(tilts) => {
+                let [low, high] = bounds_of(half, tilts, axis);
+                writeln!(out, "{low:?} {high:?} {:?}", tilts[axis])?;
+            }
+        }
     }
     writeln!(out, "ITEM: ATOMS {COLUMNS}")?;
     (0..bodies.len()).try_for_each(|k| line(out, bodies, k))
 }
 
+/// Of a triclinic box, whose edges are centred on the origin, the sides of what holds it, as the format wants them.
+fn bounds_of(half: f64, [xy, xz, yz]: [f64; 3], axis: usize) -> [f64; 2] {
+    let leanings: [f64; 2] = [[xy, xz], [yz, 0.0], [0.0; 2]][axis];
+    let [least, most] = [f64::min, f64::max].map(|of| leanings.into_iter().map(|x| of(x, 0.0)).sum::<f64>());
+    let low = -half - 0.5 * leanings.into_iter().sum::<f64>();
+    [low + least, low + 2.0 * half + most]
+}
+
 fn line(out: &mut dyn Write, bodies: &Bodies, k: usize) -> io::Result<()> {
     let (shape, lineage, q) = (&bodies.shape[k], &bodies.lineage[k], bodies.orientation[k]);
-    let (position, image) = bodies.periods.wrapped(bodies.position[k]);
+    let (position, image) = bodies.periods.wrapped_into_edges(bodies.position[k]);
     let (tag, sizes) = shape.code();
     write!(out, "{} {}", lineage.id + 1, tag + 1)?;
     position.to_array().iter().try_for_each(|x| write!(out, " {x:?}"))?;

@@ -14,6 +14,9 @@ use std::path::Path;
 pub(super) struct Space {
     /// Its sides: the periods, and along the other axes what holds all bodies of all states.
     pub sides: DVec3,
+    /// The offsets xy, xz and yz of its edges, where the cell is sheared: then they are centred on the origin, and not
+    /// its sides.
+    pub tilts: Option<[f64; 3]>,
     /// Which axes are periodic.
     pub periodic: [bool; 3],
     /// Whether it is that of a planar run.
@@ -47,7 +50,8 @@ pub(super) fn write_frames(
     }
     let periodic = periods.lengths().map(|length| length.is_some());
     let sides = DVec3::select(periods.length().cmpgt(DVec3::ZERO), periods.length(), 2.0 * BOX_MARGIN * half);
-    let space = Space { sides: sides.max(DVec3::splat(f64::MIN_POSITIVE)), periodic, planar: states.planar()? };
+    let space =
+        Space { sides: sides.max(DVec3::splat(f64::MIN_POSITIVE)), tilts: None, periodic, planar: states.planar()? };
     let fault = || RecordError::io(path, "write it");
     let bytes = durable::place_with(path, |part: &mut File| {
         let mut out = BufWriter::new(part);
@@ -57,7 +61,8 @@ pub(super) fn write_frames(
             // A cell may change its lengths.
             let length = state.bodies.periods.length();
             let sides = DVec3::select(length.cmpgt(DVec3::ZERO), length, space.sides);
-            frame(&mut out, &state, &Space { sides, ..space }).map_err(fault())?;
+            let tilts = state.bodies.periods.tilts();
+            frame(&mut out, &state, &Space { sides, tilts, ..space }).map_err(fault())?;
         }
         let file = out.into_inner().map_err(|e| fault()(e.into_error()))?;
         Ok::<u64, ExportError>(file.metadata().map_err(fault())?.len())

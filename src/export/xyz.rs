@@ -13,13 +13,14 @@
 //! | `omega` | the angular velocity |
 //! | `id`, `parent`, `birth`, `generation`, `group` | lineage and group; -1 is none |
 //!
-//! Numbers have all their digits.
+//! Numbers have all their digits. The box of a sheared cell is tilted, and bodies are in it.
 
 use super::gsd::aspherical;
 use super::text::{Space, write_frames};
 use super::{ExportError, Exported};
 use crate::bodies::{Bodies, NO_GROUP};
 use crate::record::{Snapshot, States, Watch};
+use glam::DVec3;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -47,17 +48,28 @@ pub fn xyz(states: &States, path: &Path, watch: Watch) -> Result<Exported, Expor
 
 fn frame(out: &mut dyn Write, state: &Snapshot, space: &Space) -> io::Result<()> {
     let bodies = &state.bodies;
-    let ([x, y, z], [cx, cy, cz]) = (space.sides.to_array(), (-0.5 * space.sides).to_array());
+    let [x, y, z] = space.sides.to_array();
+    let corner = |edges: DVec3| (-0.5 * edges).to_array();
     let [px, py, pz] = space.periodic.map(|periodic| if periodic { 'T' } else { 'F' });
     writeln!(out, "{}", bodies.len())?;
-    write!(out, "Lattice=\"{x:?} 0 0 0 {y:?} 0 0 0 {z:?}\" Origin=\"{cx:?} {cy:?} {cz:?}\" pbc=\"{px} {py} {pz}\" ")?;
+    let [cx, cy, cz] = match space.tilts {
+        None => {
+            write!(out, "Lattice=\"{x:?} 0 0 0 {y:?} 0 0 0 {z:?}\" ")?;
+            corner(space.sides)
+        }
+        Some([xy, xz, yz]) => {
+            write!(out, "Lattice=\"{x:?} 0 0 {xy:?} {y:?} 0 {xz:?} {yz:?} {z:?}\" ")?;
+            corner(space.sides + DVec3::new(xy + xz, yz, 0.0))
+        }
+    };
+    write!(out, "Origin=\"{cx:?} {cy:?} {cz:?}\" pbc=\"{px} {py} {pz}\" ")?;
     writeln!(out, "Time={:?} Step={} Properties={COLUMNS}", state.time, state.step)?;
     (0..bodies.len()).try_for_each(|k| line(out, bodies, k))
 }
 
 fn line(out: &mut dyn Write, bodies: &Bodies, k: usize) -> io::Result<()> {
     let (shape, lineage, q) = (&bodies.shape[k], &bodies.lineage[k], bodies.orientation[k]);
-    let position = bodies.periods.wrapped(bodies.position[k]).0;
+    let position = bodies.periods.wrapped_into_edges(bodies.position[k]).0;
     write!(out, "X")?;
     numbers(out, &position.to_array())?;
     numbers(out, &bodies.velocity[k].to_array())?;

@@ -5,6 +5,10 @@
 //! of the one before. A period of 2^11 pitches and more, as a 64-bit float, has no digit below the last part, so this
 //! is the number itself, and `n` periods are made of it in 32-bit integers without rounding: differences are of at most
 //! 2^20 periods (`shaders/common/nearest_image.wgsl`).
+//!
+//! The offset of a sheared cell is held likewise, its whole pitches rounded down. A difference takes periods across the
+//! gradient and along the direction at once, so that of integers that overflow only what is left counts: there are at
+//! most 2^19 periods, of 2^12 pitches or more each (`shaders/common/nearest_image_sheared.wgsl`).
 
 use super::{GpuError, Lattice, MOST_CELL, Source, fragment};
 
@@ -14,6 +18,9 @@ const PART_BITS: i32 = 11;
 /// Pitches that a period has at least: then fewer than 2^31 pitches are at most 2^20 periods, and the parts hold all
 /// digits of a 64-bit float. Bodies are at most half a period long, and no thinner than 1024 pitches.
 const LEAST_CELLS: f64 = 2048.0;
+
+/// The period along each axis, and the offset along one axis of images across another.
+pub type AxesAndTilt = ([Option<f64>; 3], Option<([usize; 2], f64)>);
 
 /// The periods of a scene on its lattice.
 ///
@@ -33,6 +40,16 @@ pub struct LatticePeriods {
     length: [f64; 3],
     cells: [i32; 3],
     parts: [[i32; 3]; 4],
+    tilt: Option<Tilted>,
+}
+
+/// The offset of a sheared cell, in whole pitches and parts, and its axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Tilted {
+    /// Along which images are displaced, and across which.
+    axes: [usize; 2],
+    cells: i32,
+    parts: [i32; 4],
 }
 
 impl LatticePeriods {
@@ -41,7 +58,7 @@ impl LatticePeriods {
     /// # Errors
     /// [`GpuError::Unsupported`] where one is under 2^11 pitches of the lattice, or 2^30 or more.
     pub fn new(lattice: Lattice, lengths: [Option<f64>; 3]) -> Result<Self, GpuError> {
-        let mut periods = LatticePeriods { lattice, length: [0.0; 3], cells: [0; 3], parts: [[0; 3]; 4] };
+        let mut periods = LatticePeriods { lattice, length: [0.0; 3], cells: [0; 3], parts: [[0; 3]; 4], tilt: None };
         for (axis, length) in lengths.into_iter().enumerate() {
             let Some(length) = length else { continue };
             let pitches = length / lattice.pitch();
@@ -52,21 +69,37 @@ impl LatticePeriods {
                 return Err(GpuError::Unsupported { what });
             }
             periods.length[axis] = length;
-            periods.cells[axis] = pitches as i32;
-            // Powers of two and differences of neighbours: nothing of this is rounded.
-            let mut rest = pitches - pitches.floor();
-            for part in &mut periods.parts {
-                rest *= f64::from(1 << PART_BITS);
-                part[axis] = rest as i32;
-                rest -= rest.floor();
-            }
+            let (cells, parts) = divided(pitches);
+            periods.cells[axis] = cells;
+            periods.parts.iter_mut().zip(parts).for_each(|(part, of_axis)| part[axis] = of_axis);
         }
         Ok(periods)
+    }
+
+    /// The same with the offset of a sheared cell, along the first of two axes across the other.
+    ///
+    /// # Errors
+    /// Those of [`LatticePeriods::new`]; in a sheared cell a period is at least 2^12 pitches.
+    pub fn of(lattice: Lattice, (lengths, tilt): AxesAndTilt) -> Result<Self, GpuError> {
+        let periods = LatticePeriods::new(lattice, lengths)?;
+        let Some((axes, offset)) = tilt else { return Ok(periods) };
+        let least = 2.0 * LEAST_CELLS * lattice.pitch();
+        if let Some(length) = periods.length.into_iter().find(|length| *length > 0.0 && *length < least) {
+            let what = format!("period {length:e} of a sheared cell for such bodies: it must be {least:e} or more");
+            return Err(GpuError::Unsupported { what });
+        }
+        let (cells, parts) = divided(offset / lattice.pitch());
+        Ok(LatticePeriods { tilt: Some(Tilted { axes, cells, parts }), ..periods })
     }
 
     /// Whether no axis has a period.
     pub fn is_none(&self) -> bool {
         self.length == [0.0; 3]
+    }
+
+    /// Whether the cell is sheared.
+    pub fn is_sheared(&self) -> bool {
+        self.tilt.is_some()
     }
 
     /// Adds, in the place of what [`Lattice::define`] adds, `lattice_difference` to the nearest image, for kernels that
@@ -84,16 +117,37 @@ impl LatticePeriods {
             integers.push_str(&vector(&format!("PERIOD_PART_{k}"), part));
         }
         let two_parts = f64::from(1 << (2 * PART_BITS));
-        source
+        let source = source
             .real("PITCH", pitch)
             .real("INVERSE_PITCH", 1.0 / pitch)
             .real("UPPER_PARTS", pitch / two_parts)
             .real("LOWER_PARTS", pitch / two_parts / two_parts)
             .vector("INVERSE_PERIOD", inverse(1.0))
-            .vector("PERIODS_A_CELL", inverse(pitch))
+            .vector("PERIODS_A_CELL", inverse(pitch));
+        let Some(Tilted { axes: [direction, gradient], .. }) = self.tilt else {
+            return source.text(&integers).include(fragment!("common/nearest_image.wgsl"));
+        };
+        let axis = |name: &str, axis: usize| format!("const {name} = {axis}u;\n");
+        integers.push_str(&axis("SHEAR_DIRECTION", direction));
+        integers.push_str(&axis("SHEAR_GRADIENT", gradient));
+        source
             .text(&integers)
-            .include(fragment!("common/nearest_image.wgsl"))
+            .include(fragment!("common/without_sheared_periods.wgsl"))
+            .include(fragment!("common/nearest_sheared_image.wgsl"))
     }
+}
+
+/// A number of pitches as the whole ones below it and four parts.
+fn divided(pitches: f64) -> (i32, [i32; 4]) {
+    // Powers of two and differences of neighbours: nothing of this is rounded but a digit below the last part.
+    let mut rest = pitches - pitches.floor();
+    let parts = std::array::from_fn(|_| {
+        rest *= f64::from(1 << PART_BITS);
+        let part = rest.floor();
+        rest -= part;
+        part as i32
+    });
+    (pitches.floor() as i32, parts)
 }
 
 /// The constants of a cell, and the expressions that replace them in kernels of a changing cell.
@@ -115,9 +169,18 @@ fn inverse_period() -> vec3r {
 }
 ";
 
+/// The offset of a sheared cell over the period along its direction.
+const TILT_PERIODS: &str = "
+fn tilt_periods() -> real {
+    let offset = PITCH * (real(parameters.periods[0].w) + real(parameters.periods[1].w) / 2048.0);
+    return offset * inverse_period()[SHEAR_DIRECTION];
+}
+";
+
 impl LatticePeriods {
     /// A kernel's source where the periods change from step to step: they are no constants but at the end of its
-    /// parameters, `periods: array<vec4<i32>, 5>`, as [`LatticePeriods::words`] has them.
+    /// parameters, `periods: array<vec4<i32>, 5>`, as [`LatticePeriods::words`] has them. Kernels of a sheared cell read
+    /// its offset there too.
     #[must_use]
     pub fn changing(source: Source) -> Source {
         source.mapped(|text| {
@@ -133,15 +196,17 @@ impl LatticePeriods {
             {
                 text.insert_str(begin + end, ", periods: array<vec4<i32>, 5> ");
             }
-            text + INVERSE_PERIOD
+            let tilt = if text.contains("tilt_periods()") { TILT_PERIODS } else { "" };
+            text + INVERSE_PERIOD + tilt
         })
     }
 
     /// The periods as such a kernel reads them.
     pub fn words(&self) -> [[i32; 4]; 5] {
-        let four = |[x, y, z]: [i32; 3]| [x, y, z, 0];
-        let [a, b, c, d] = self.parts.map(four);
-        [four(self.cells), a, b, c, d]
+        let (cells, parts) = self.tilt.map_or((0, [0; 4]), |tilted| (tilted.cells, tilted.parts));
+        let four = |[x, y, z]: [i32; 3], w: i32| [x, y, z, w];
+        let [a, b, c, d] = std::array::from_fn(|k| four(self.parts[k], parts[k]));
+        [four(self.cells, cells), a, b, c, d]
     }
 
     /// A kernel's parameters with these behind them.

@@ -1,6 +1,8 @@
 //! What a run's scene says that its states do not: whether it is planar, the drag, and which bodies are fixed.
 
+use crate::dynamics::Stream;
 use crate::fixed::Fixed;
+use crate::periodic::CellShear;
 use crate::record::{States, StatesError, scene_of};
 use crate::scene::{self, Scene};
 use serde::Serialize;
@@ -16,6 +18,10 @@ pub struct Frame {
     /// The drag coefficient of the overdamped law, where that is the run's law, no flow carries its bodies and its
     /// scene is there.
     pub drag: Option<f64>,
+    /// The shear of the run's sheared cell, where it has one and its scene is there, and the flow that carries bodies, under
+    /// a law that has drag.
+    #[serde(skip)]
+    pub(super) shear: Option<(CellShear, Option<Stream>)>,
     /// Which bodies do not move, where the scene is there.
     #[serde(skip)]
     pub(super) fixed: Fixed,
@@ -39,6 +45,7 @@ impl Frame {
             planar: states.planar()?,
             planar_from: "the bodies of the last state".into(),
             drag: None,
+            shear: None,
             fixed: Fixed::default(),
             removes: false,
         })
@@ -46,10 +53,14 @@ impl Frame {
 
     /// The frame of a scene named `origin`.
     pub fn of_scene(scene: &Scene, origin: String) -> Frame {
+        let cell = scene.periodic;
         Frame {
             planar: scene.planar,
             planar_from: origin,
-            drag: scene.dynamics.drag().filter(|_| scene.flow.is_none()),
+            drag: scene.dynamics.drag().filter(|_| scene.flow.is_none() && !cell.is_some_and(|cell| cell.changes())),
+            shear: cell
+                .and_then(|cell| cell.shear)
+                .map(|shear| (shear, Stream::of_cell(&shear, &scene.dynamics, scene.planar))),
             fixed: scene.fixed(),
             removes: !scene.removal.is_empty(),
         }

@@ -38,6 +38,7 @@ mod plot;
 mod radius;
 mod removal;
 mod segregation;
+mod shear_stress;
 mod stress;
 #[cfg(test)]
 mod tests;
@@ -187,7 +188,7 @@ pub trait Measure: Sync {
 }
 
 /// The measures: to add one, write its file and name it here.
-pub static ALL: [&dyn Measure; 16] = [
+pub static ALL: [&dyn Measure; 17] = [
     &nematic::Nematic,
     &correlation::Correlation,
     &radius::Radius,
@@ -196,6 +197,7 @@ pub static ALL: [&dyn Measure; 16] = [
     &length::Length,
     &contacts::Contacts,
     &stress::Stress,
+    &shear_stress::ShearStress,
     &force_chains::ForceChains,
     &microdomains::Microdomains,
     &dissipation::Dissipation,

@@ -1,6 +1,7 @@
 //! Measures of states whose answers are known.
 
 mod motion;
+mod shear;
 
 use super::*;
 use crate::bodies::{Bodies, NO_GROUP};
@@ -42,7 +43,14 @@ fn state(bodies: Bodies, forces: Option<&[([u32; 2], f64)]>) -> Snapshot {
 }
 
 fn frame(planar: bool) -> Frame {
-    Frame { planar, planar_from: "a test".into(), drag: Some(2.0), fixed: Default::default(), removes: false }
+    Frame {
+        planar,
+        planar_from: "a test".into(),
+        drag: Some(2.0),
+        shear: None,
+        fixed: Default::default(),
+        removes: false,
+    }
 }
 
 fn of_settings(name: &str, state: &Snapshot, planar: bool, settings: &Settings) -> Result<Found, LeftOut> {

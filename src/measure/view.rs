@@ -126,6 +126,25 @@ impl<'a> View<'a> {
         Ok(self.contacts().iter().filter(|contact| contact.gamma > 0.0))
     }
 
+    /// The contact forces of pairs of bodies, each where it acts: a pair can touch in several places.
+    ///
+    /// # Errors
+    /// As [`View::pushing`].
+    pub fn pushes(&self) -> Result<impl Iterator<Item = Push>, LeftOut> {
+        let _ = self.pushing()?;
+        let of_bodies = self.state.warm.iter().flatten();
+        let of_bodies = of_bodies.filter(|w| surface_of(w.pair[1]).is_none() && w.gamma > 0.0);
+        Ok(of_bodies.filter_map(|warm| {
+            let pair = warm.pair.map(|body| body as usize);
+            let [of_a, of_b] = self.bodies().pair(pair[0], pair[1]);
+            let nearest = separation(&of_a, &of_b, None)?;
+            let found = branch(&of_a, &of_b, &nearest, warm.feature);
+            let delta = of_b.position - of_a.position;
+            let lever = 0.5 * (found.lever_a + delta + found.lever_b);
+            Some(Push { pair, force: warm.gamma * found.normal, delta, lever })
+        }))
+    }
+
     /// The virial of each body's own contacts, with walls too, the sum of force times lever: over its volume and the
     /// dimension it is the body's pressure.
     ///
@@ -133,18 +152,9 @@ impl<'a> View<'a> {
     /// As [`View::pushing`].
     pub fn virials(&self) -> Result<Vec<f64>, LeftOut> {
         let mut virials = vec![0.0; self.bodies().len()];
-        let _ = self.pushing()?;
-        // A pair can touch in several places: each has a lever of its own.
-        for warm in self.state.warm.iter().flatten().filter(|w| surface_of(w.pair[1]).is_none() && w.gamma > 0.0) {
-            let [a, b] = warm.pair.map(|body| body as usize);
-            let [of_a, of_b] = self.bodies().pair(a, b);
-            let Some(nearest) = separation(&of_a, &of_b, None) else { continue };
-            let found = branch(&of_a, &of_b, &nearest, warm.feature);
-            let delta = of_b.position - of_a.position;
-            let to_a = 0.5 * (found.lever_a + delta + found.lever_b);
-            let force = warm.gamma * found.normal;
-            virials[a] += force.dot(to_a);
-            virials[b] -= force.dot(to_a - delta);
+        for Push { pair: [a, b], force, delta, lever } in self.pushes()? {
+            virials[a] += force.dot(lever);
+            virials[b] -= force.dot(lever - delta);
         }
         for warm in self.state.warm.iter().flatten().filter(|warm| surface_of(warm.pair[1]).is_some()) {
             virials[warm.pair[0] as usize] += virial_of_wall(self.bodies(), warm).unwrap_or(0.0);
@@ -164,6 +174,17 @@ impl<'a> View<'a> {
         pairs.retain(|[a, b]| periods.nearest(at(*b) - at(*a)).length_squared() <= radius * radius);
         pairs
     }
+}
+
+/// A contact force.
+pub struct Push {
+    pub pair: [usize; 2],
+    /// Of the first body on the second.
+    pub force: DVec3,
+    /// From the first one's centre to that of the second, at the image that is met.
+    pub delta: DVec3,
+    /// From the first one's centre to where it acts.
+    pub lever: DVec3,
 }
 
 /// The median; the lower of the two where their number is even. Zero of nothing.

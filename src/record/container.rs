@@ -16,7 +16,7 @@ use super::error::{RecordError, StateError};
 use super::npz::{Archive, MAGIC, write};
 use super::totals::Totals;
 use crate::bodies::Bodies;
-use crate::periodic::Periods;
+use crate::periodic::{Periods, Tilt};
 use crate::scene::LARGEST_NUMBER;
 use crate::step::State;
 use serde::{Deserialize, Serialize};
@@ -57,6 +57,9 @@ pub struct Header {
     /// The periods of space along its axes; absent where there are none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub periodic: Option<[Option<f64>; 3]>,
+    /// By how much images across one axis are displaced along another, in a sheared cell; absent in another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tilt: Option<Tilt>,
     /// Length of the array of broken bonds; absent where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub broken_bonds: Option<u64>,
@@ -116,6 +119,7 @@ fn pack(
         next_id: state.next_id,
         bodies: state.bodies.len() as u64,
         periodic: (!state.bodies.periods.is_none()).then(|| state.bodies.periods.lengths()),
+        tilt: state.bodies.periods.tilt(),
         broken_bonds: Some(state.bodies.broken_bonds.len() as u64).filter(|broken| *broken > 0),
         warm: with_warm.then_some(state.warm.len() as u64),
         removed: state.removed.clone(),
@@ -158,8 +162,17 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
 /// The periods of a state's space. In every state that a run writes bodies are at most half as long as the shortest,
 /// and not so far away that floats no longer tell one image from the next.
 fn periods(header: &Header, bodies: &Bodies) -> Result<Periods, StateError> {
-    let Some(lengths) = header.periodic else { return Ok(Periods::NONE) };
-    let periods = Periods::new(lengths);
+    let Some(lengths) = header.periodic else {
+        return match header.tilt {
+            None => Ok(Periods::NONE),
+            Some(_) => Err(StateError::damaged("the header", "it has a tilt and no periods")),
+        };
+    };
+    let untilted = Periods::new(lengths);
+    let periods = header.tilt.map_or(untilted, |tilt| untilted.tilted(tilt));
+    if periods.tilt() != header.tilt {
+        return Err(StateError::damaged("the header", "its tilt is none that a sheared cell has"));
+    }
     let longest = bodies.shape.iter().map(|shape| 2.0 * shape.bounding_radius()).fold(0.0, f64::max);
     let farthest = bodies.position.iter().map(|x| periods.farthest(*x)).fold(0.0, f64::max);
     let fits = |period: f64| {

@@ -36,7 +36,7 @@ pub use crate::dynamics::{
     Bond, DivisionRule, Dynamics, Flow, Force, Frame, Growth, OnNoRoom, Stop, StopReason, Thermal, Window,
 };
 pub use crate::lcp::SolverKind;
-pub use crate::periodic::Periodic;
+pub use crate::periodic::{Axis, CellShear, Periodic};
 pub use crate::removal::Removal;
 pub use crate::step::{ContactSettings, Dump, DumpWhen, Method, OnFailure, Recursion, Rows, Stepping, Time};
 pub use crate::walls::{Wall, WallMotion};
@@ -391,7 +391,7 @@ fn is_one(count: &u64) -> bool {
 }
 
 /// The measures that `output.measures` may name.
-pub(crate) const MEASURES: [&str; 16] = [
+pub(crate) const MEASURES: [&str; 17] = [
     "nematic",
     "correlation",
     "radius",
@@ -400,6 +400,7 @@ pub(crate) const MEASURES: [&str; 16] = [
     "length",
     "contacts",
     "stress",
+    "shear_stress",
     "force_chains",
     "microdomains",
     "dissipation",

@@ -146,6 +146,13 @@ impl Scene {
         Fixed::new(ids, self.group_names().iter().map(of_group).collect())
     }
 
+    /// The flow that carries bodies, of the scene's own or of its sheared cell.
+    fn stream(&self) -> Option<Stream> {
+        let own = self.flow.and_then(|flow| Stream::new(&flow, &self.dynamics, self.planar));
+        let shear = self.periodic.and_then(|cell| cell.shear);
+        own.or_else(|| shear.and_then(|shear| Stream::of_cell(&shear, &self.dynamics, self.planar)))
+    }
+
     /// What the steps of this scene are computed with.
     #[doc(hidden)]
     pub fn model(&self) -> Model {
@@ -157,7 +164,7 @@ impl Scene {
             groups: self.group_names(),
             bonds: self.bonds(),
             heat: self.heat(),
-            stream: self.flow.and_then(|flow| Stream::new(&flow, &self.dynamics, self.planar)),
+            stream: self.stream(),
             strain: self.periodic.and_then(|cell| Strain::new(&cell, &self.dynamics, self.planar)),
             fixed: self.fixed(),
             walls: self.walls(),

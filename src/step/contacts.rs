@@ -99,13 +99,13 @@ pub(crate) fn candidates(bodies: &Bodies, cutoff: f64) -> (f64, Vec<Candidate>) 
     }
     let of_pair = |pair: &[u32; 2]| {
         let pair = pair.map(|i| i as usize);
-        let images = if periods.is_none() {
-            vec![I64Vec3::ZERO]
+        let mut images = Vec::new();
+        if periods.is_none() {
+            images.push(I64Vec3::ZERO);
         } else {
-            let [first, last] =
-                periods.images(&boxes[pair[0]], &boxes[pair[1]]).unwrap_or([I64Vec3::ONE, I64Vec3::ZERO]);
-            all_between(first, last)
-        };
+            periods.images(&boxes[pair[0]], &boxes[pair[1]], |[first, last]| images.extend(all_between(first, last)));
+            images.sort_unstable_by_key(I64Vec3::to_array);
+        }
         // Of a body and its own images, one of each two opposite ones.
         let counts = move |image: &I64Vec3| pair[0] != pair[1] || image.to_array() > [0; 3];
         images.into_iter().filter(counts).map(move |image| Candidate { bodies: pair, image })
@@ -113,9 +113,9 @@ pub(crate) fn candidates(bodies: &Bodies, cutoff: f64) -> (f64, Vec<Candidate>) 
     (cutoff, pairs.par_iter().flat_map_iter(of_pair).collect())
 }
 
-fn all_between(first: I64Vec3, last: I64Vec3) -> Vec<I64Vec3> {
-    let along = |axis: usize| first[axis]..=last[axis];
-    along(0).flat_map(|x| along(1).flat_map(move |y| along(2).map(move |z| I64Vec3::new(x, y, z)))).collect()
+fn all_between(first: I64Vec3, last: I64Vec3) -> impl Iterator<Item = I64Vec3> {
+    let along = move |axis: usize| first[axis]..=last[axis];
+    along(0).flat_map(move |x| along(1).flat_map(move |y| along(2).map(move |z| I64Vec3::new(x, y, z))))
 }
 
 /// The deepest overlap of bodies as they are, with each other and with walls, from [`contacts`] and [`Walls::contacts`]

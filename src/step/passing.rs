@@ -14,6 +14,7 @@
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
 use crate::dynamics::{Pose, Twist, advance};
+use crate::periodic::CellShear;
 use crate::separation::{Placed, Separation};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -39,14 +40,18 @@ pub struct Passed {
 
 /// The pairs of bodies that pass each other where all move from `start` for `dt` with the constant velocities `twist`;
 /// none where no pair does. `separate` is a pair's separation, in space or in the plane. In periodic space a pair is
-/// looked at through its image that is nearest at the start.
+/// looked at through its image that is nearest at the start, in a sheared cell with that image's velocity.
 pub fn passed(
     start: &Bodies,
     twist: &[Twist],
-    dt: f64,
+    (dt, shear): (f64, Option<CellShear>),
     separate: impl Fn(&Placed, &Placed) -> Option<Separation> + Sync,
 ) -> Option<Passed> {
-    let ways: Vec<Way> = (0..start.len()).map(|i| Way::of(start.placed(i), twist[i], dt)).collect();
+    let way = |i: usize| match shear {
+        None => Way::of(start.placed(i), twist[i], dt),
+        Some(shear) => Way::of(start.placed(i), twist[i], dt).beside(shear),
+    };
+    let ways: Vec<Way> = (0..start.len()).map(way).collect();
     let thinnest = ways.iter().map(|way| way.thickness).fold(f64::INFINITY, f64::min);
     let farthest = ways.iter().map(|way| way.motion).fold(0.0, f64::max);
     if !may_pass(farthest, thinnest) {
@@ -58,7 +63,8 @@ pub fn passed(
     let passes = |pair: &[u32; 2]| {
         let [a, b] = pair.map(|i| &ways[i as usize]);
         let image = start.periods.nearest(b.from.position - a.from.position);
-        Approach { a, b, delta: image }.passes(&separate)
+        let drift = shear.map_or(DVec3::ZERO, |shear| shear.velocity(image));
+        Approach { a, b, delta: image, drift }.passes(&separate)
     };
     let found: Vec<[u32; 2]> = near.into_par_iter().filter(passes).collect();
     let pair = found.first()?.map(|i| i as usize);
@@ -80,14 +86,25 @@ struct Way {
     motion: f64,
     radius: f64,
     thickness: f64,
+    /// What of the motion is the difference of a flow.
+    drifts: f64,
 }
 
 impl Way {
     fn of(from: Placed, twist: Twist, dt: f64) -> Way {
         let (radius, thickness) = (from.shape.bounding_radius(), from.shape.thickness());
-        let mut way = Way { from, twist, dt, motion: 0.0, radius, thickness };
+        let mut way = Way { from, twist, dt, motion: 0.0, radius, thickness, drifts: 0.0 };
         way.motion = dt * twist.linear.length() + way.arc(1.0);
         way
+    }
+
+    /// The way beside the flow of a sheared cell, at the place of the start. What that flow differs by over the body is
+    /// in its motion: two that meet are no farther apart.
+    fn beside(mut self, shear: CellShear) -> Way {
+        self.twist.linear -= shear.velocity(self.from.position);
+        self.drifts = self.dt * shear.rate.abs() * self.radius;
+        self.motion = self.dt * self.twist.linear.length() + self.arc(1.0) + self.drifts;
+        self
     }
 
     /// What the turn over the part `s` of the way moves a point of the surface by, at most: however fast, it is less
@@ -108,7 +125,7 @@ impl Way {
     fn swept(&self) -> Aabb {
         let [first, last] = [0.0, 1.0].map(|s| {
             let placed = self.at(s, self.from.position);
-            let half = placed.shape.half_extents(placed.orientation) + DVec3::splat(0.5 * self.arc(1.0));
+            let half = placed.shape.half_extents(placed.orientation) + DVec3::splat(0.5 * self.arc(1.0) + self.drifts);
             [placed.position - half, placed.position + half]
         });
         Aabb { min: first[0].min(last[0]), max: first[1].max(last[1]) }
@@ -120,12 +137,14 @@ struct Approach<'a> {
     a: &'a Way,
     b: &'a Way,
     delta: DVec3,
+    /// What b is faster by than its twist says.
+    drift: DVec3,
 }
 
 impl Approach<'_> {
     fn passes(&self, separate: &impl Fn(&Placed, &Placed) -> Option<Separation>) -> bool {
         let thickness = self.a.thickness.min(self.b.thickness);
-        let travel = self.a.dt * (self.b.twist.linear - self.a.twist.linear);
+        let travel = self.a.dt * (self.b.twist.linear - self.a.twist.linear + self.drift);
         let turned = |s: f64| self.a.arc(s) + self.b.arc(s);
         let moved = |s: f64, t: f64| travel.length() * (t - s) + (turned(t) - turned(s));
         // So far in one step that rounding hides a body: nothing is known of such a way.
@@ -138,7 +157,7 @@ impl Approach<'_> {
         let Some(part) = self.within(travel, reach) else { return false };
         let depth = |s: f64| {
             // Both are seen from a's start, so that nothing is lost far from the origin.
-            let [a, b] = [self.a.at(s, DVec3::ZERO), self.b.at(s, self.delta)];
+            let [a, b] = [self.a.at(s, DVec3::ZERO), self.b.at(s, self.delta + s * self.b.dt * self.drift)];
             separate(&a, &b).map_or(f64::NEG_INFINITY, |found| -found.separation)
         };
         let bar = depth(0.0).max(depth(1.0)).max(0.0) + DEEPER * thickness;
@@ -203,7 +222,7 @@ mod tests {
             start.push(Placed { shape: *shape, position: *position, orientation: DQuat::IDENTITY }, 0);
             twist.push(Twist { linear: *linear, angular: *angular });
         }
-        passed(&start, &twist, 0.5, |a, b| separation(a, b, None))
+        passed(&start, &twist, (0.5, None), |a, b| separation(a, b, None))
     }
 
     const SPHERE: Shape = Shape::Sphere { radius: 0.5 };

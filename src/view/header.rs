@@ -6,6 +6,7 @@ use super::steps::Steps;
 use super::values::given;
 use super::{Errors, Packer, Pages, Viewed};
 use crate::measure::Frame;
+use crate::periodic::Tilt;
 use crate::record::Snapshot;
 use crate::render::Quantity;
 use crate::scene::Scene;
@@ -75,6 +76,9 @@ pub(super) struct StateHeader {
     /// The periods of space then, where they change.
     #[serde(skip_serializing_if = "Option::is_none")]
     periods: Option<[Option<f64>; 3]>,
+    /// By how much images across one axis are displaced along another, in a sheared cell: direction, gradient, offset.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tilt: Option<(usize, usize, f64)>,
     /// Where each wall of the scene is that moves, and null for each that does not; left out where none moves.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     walls: Vec<Option<WallPlace>>,
@@ -133,6 +137,10 @@ impl Header {
         let changing = scene.and_then(|scene| scene.periodic).filter(|cell| cell.strain_rate.is_some());
         if let Some(cell) = changing {
             states.iter_mut().for_each(|state| state.periods = Some(cell.at(state.time).lengths()));
+        }
+        if let Some(cell) = scene.and_then(|scene| scene.periodic).filter(|cell| cell.shear.is_some()) {
+            let of = |tilt: Tilt| (tilt.direction.index(), tilt.gradient.index(), tilt.offset);
+            states.iter_mut().for_each(|state| state.tilt = cell.at(state.time).tilt().map(of));
         }
         let there = quantities.iter().any(|told| told.name == pages.colour.name() && told.missing.is_none());
         Header {

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use relcp::internals::broad_phase::{Aabb, BroadPhase, BruteForce, Candidates, Grid, Periodic, PeriodicBruteForce};
-use relcp::periodic::Periods;
+use relcp::periodic::{Axis, Periods, Tilt};
 
 /// Pairs found by moving each second box by every number of periods up to `most`: it knows nothing of the periods's own
 /// arithmetic.
@@ -77,6 +77,76 @@ fn every_search_finds_the_pairs_that_some_image_makes_touch() {
         }
     }
     assert!(through > 150, "{through} pairs through a boundary");
+}
+
+/// Searches of a sheared cell, against moves of each second box by every whole vector of the cell.
+#[test]
+fn every_search_of_a_sheared_cell_finds_the_pairs_that_some_image_makes_touch() {
+    let lengths = [Some(16.0), Some(8.0), Some(4.0)];
+    let mut through = 0;
+    for (k, (direction, gradient)) in (0..).zip([(Axis::X, Axis::Y), (Axis::X, Axis::Z), (Axis::Y, Axis::Z)]) {
+        for offset in [0.75, -1.25, 2.0] {
+            let periods = Periods::new(lengths).tilted(Tilt { direction, gradient, offset });
+            assert_eq!(periods.tilt().unwrap().offset, offset);
+            for (half, long, cells) in [(0.75, 0.0, 1.0), (0.5, 1.0, 3.0), (0.25, 3.5, 2.0)] {
+                let boxes = scattered(k, 60, half, long, cells);
+                let mut expected = Vec::new();
+                for (a, first) in boxes.iter().enumerate() {
+                    for (b, second) in boxes.iter().enumerate().skip(a + 1) {
+                        let touches = (-6..=6).any(|x| {
+                            (-4..=4).any(|y| {
+                                (-4..=4).any(|z| {
+                                    let n = DVec3::new(x.into(), y.into(), z.into());
+                                    let by = DVec3::new(16.0, 8.0, 4.0) * n
+                                        + offset * n[gradient.index()] * direction.unit();
+                                    first.touches(&Aabb { min: second.min + by, max: second.max + by })
+                                })
+                            })
+                        });
+                        if touches {
+                            expected.push([a as u32, b as u32]);
+                        }
+                    }
+                }
+                let what = format!("{direction:?}, {gradient:?}, {offset}, {half}, {long}, {cells}");
+                assert_eq!(pairs_of(PeriodicBruteForce { periods }, &boxes), expected, "{what}");
+                assert_eq!(pairs_of(Periodic::new(Grid::default(), periods), &boxes), expected, "{what}");
+                assert_eq!(pairs_of(Candidates::in_space(periods), &boxes), expected, "{what}");
+                let untilted = pairs_of(PeriodicBruteForce { periods: Periods::new(lengths) }, &boxes);
+                through += expected.iter().filter(|pair| !untilted.contains(pair)).count();
+            }
+        }
+    }
+    assert!(through > 30, "{through} pairs through the offset alone");
+}
+
+/// A whole vector of a sheared cell changes no image, and one period more of the offset neither.
+#[test]
+fn images_of_a_sheared_cell_are_nearest_and_a_flip_changes_none() {
+    let lengths = [Some(7.1), Some(5.3), Some(6.2)];
+    let mut random = ChaCha8Rng::seed_from_u64(8);
+    for (direction, gradient) in [(Axis::X, Axis::Y), (Axis::X, Axis::Z), (Axis::Y, Axis::Z)] {
+        for _ in 0..300 {
+            let mut draw = || random.random::<f64>() - 0.5;
+            let tilt = Tilt { direction, gradient, offset: 40.0 * draw() };
+            let periods = Periods::new(lengths).tilted(tilt);
+            let flipped = Periods::new(lengths)
+                .tilted(Tilt { offset: tilt.offset + 3.0 * lengths[direction.index()].unwrap(), ..tilt });
+            let delta = 50.0 * DVec3::new(draw(), draw(), draw());
+            let near = periods.nearest(delta);
+            assert!((delta + periods.shift(periods.nearest_image(delta)) - near).length() < 1e-12);
+            let half = 0.5 * periods.length();
+            assert!(near.abs().cmple(half + 1e-12).all(), "{near}");
+            // At a side either image is nearest.
+            if (near.abs() - half).abs().min_element() > 1e-9 {
+                assert!((flipped.nearest(delta) - near).length() < 1e-12);
+                let away = periods.shift(glam::I64Vec3::new(2, -3, 1));
+                assert!((periods.nearest(delta + away) - near).length() < 1e-12);
+            }
+            let (place, image) = periods.wrapped(delta);
+            assert!((place + periods.shift(image) - delta).length() < 1e-12 && place.abs().cmple(half + 1e-12).all());
+        }
+    }
 }
 
 #[test]

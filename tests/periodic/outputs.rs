@@ -261,3 +261,77 @@ fn the_program_runs_resumes_exports_and_draws_a_periodic_scene() {
     );
     assert!(status != 0 && error.contains("periodic"), "{status} {error}");
 }
+
+/// Exports of a sheared cell have its tilt, and bodies in the tilted box; measures and pictures know it.
+#[test]
+fn the_program_exports_and_measures_a_sheared_scene() {
+    let place = tempfile::tempdir().unwrap();
+    let text = r#"{"name": "sheared", "seed": 3, "time": {"dt": 0.02, "end": 0.8}, "output": {"every": 0.4, "forces": true},
+        "periodic": {"lengths": [9, 10, 11], "shear": {"rate": 0.9, "direction": "y", "gradient": "z"}},
+        "generate": [{"isotropic": {"count": 60, "shape": {"sphere": {"radius": 1.0}}}}],
+        "dynamics": {"overdamped": {"drag": 1}}}"#;
+    std::fs::write(place.path().join("scene.json"), text).unwrap();
+    for arguments in [
+        &["run", "scene.json", "--out", "one", "--backend", "cpu", "--quiet"][..],
+        &["export", "one", "--format", "gsd", "--quiet"],
+        &["export", "one", "--format", "lammps", "--quiet"],
+        &["export", "one", "--format", "xyz", "--quiet"],
+        &["export", "one", "--format", "vtk", "--quiet"],
+        &["render", "one", "--size", "160x120", "--quiet"],
+        &["view", "one", "--quiet"],
+        &["measure", "one", "--only", "shear_stress,stress"],
+    ] {
+        let (status, _, error) = relcp(place.path(), arguments);
+        assert_eq!(status, 0, "{arguments:?}: {error}");
+    }
+    let bodies = read_state(&place.path().join("one/checkpoint.npz")).unwrap().1.bodies;
+    // 0.9 times 0.8 times 11, less a period along y.
+    let offset = 0.9 * 0.8 * 11.0 - 10.0;
+    let tilt = bodies.periods.tilt().unwrap();
+    assert!((tilt.offset - offset).abs() < 1e-12, "{tilt:?}");
+    let frames = gsd_file::read(&place.path().join("one/gsd/one.gsd"));
+    let last = &frames[frames.len() - 1];
+    let cell = last["configuration/box"].f32s();
+    assert_eq!(cell[..5], [9.0, 10.0, 11.0, 0.0, 0.0]);
+    assert!((f64::from(cell[5]) - offset / 11.0).abs() < 1e-6, "{cell:?}");
+    let (position, image) = (last["particles/position"].f32s(), last["particles/image"].i32s());
+    for (i, unwrapped) in bodies.position.iter().enumerate() {
+        let wrapped = DVec3::from([0, 1, 2].map(|k| f64::from(position[3 * i + k])));
+        let n = DVec3::from([0, 1, 2].map(|k| f64::from(image[3 * i + k])));
+        let edges =
+            n.x * DVec3::new(9.0, 0.0, 0.0) + n.y * DVec3::new(0.0, 10.0, 0.0) + n.z * DVec3::new(0.0, offset, 11.0);
+        assert!((wrapped + edges - *unwrapped).length() < 1e-5);
+        let part = DVec3::new(wrapped.x / 9.0, (wrapped.y - offset * wrapped.z / 11.0) / 10.0, wrapped.z / 11.0);
+        assert!(part.abs().max_element() < 0.5 + 1e-6, "{part}");
+    }
+    let file = |path: &str| std::fs::read_to_string(place.path().join(path)).unwrap();
+    let found = |name: &str| -> std::path::PathBuf {
+        let all = walk(&place.path().join("one"));
+        all.into_iter().find(|path| path.to_string_lossy().ends_with(name)).unwrap()
+    };
+    let dump = std::fs::read_to_string(found(".lammpstrj")).unwrap();
+    let head = dump.rsplit("ITEM: BOX BOUNDS ").next().unwrap();
+    let lines: Vec<&str> = head.lines().collect();
+    assert_eq!(lines[0], "xy xz yz pp pp pp");
+    let numbers = |line: &str| -> Vec<f64> { line.split(' ').map(|x| x.parse().unwrap()).collect() };
+    let expected = [[-4.5, 4.5, 0.0], [-5.0 + 0.5 * offset, 5.0 - 0.5 * offset, 0.0], [-5.5, 5.5, offset]];
+    for (line, expected) in lines[1..4].iter().zip(expected) {
+        assert!(numbers(line).iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{line}, {expected:?}");
+    }
+    let xyz = std::fs::read_to_string(found(".xyz")).unwrap();
+    assert!(xyz.contains("Lattice=\"9.0 0 0 0.0 10.0 0 0.0 -2.0799"), "{}", xyz.lines().nth(1).unwrap());
+    let measures = file("one/measures/measures.csv");
+    let header: Vec<&str> = measures.lines().next().unwrap().split(',').collect();
+    let column = |name: &str| header.iter().position(|column| *column == name).unwrap();
+    let last: Vec<f64> = measures.lines().last().unwrap().split(',').map(|x| x.parse().unwrap_or(f64::NAN)).collect();
+    // The same sum over another volume.
+    let share = 60.0 * 4.0 / 3.0 * std::f64::consts::PI / 990.0;
+    let (ours, theirs) = (last[column("shear_stress")], -share * last[column("stress_yz")]);
+    assert!(ours > 0.0 && (ours / theirs - 1.0).abs() < 1e-10, "{ours} {theirs}");
+    assert!((last[column("shear_strain")] - 0.72).abs() < 1e-12);
+}
+
+fn walk(folder: &Path) -> Vec<std::path::PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    entries.flat_map(|path| if path.is_dir() { walk(&path) } else { vec![path] }).collect()
+}

@@ -16,6 +16,7 @@ mod orientation;
 mod propulsion;
 mod removal;
 mod scenes;
+mod shear;
 mod species;
 mod strain;
 mod thermal;

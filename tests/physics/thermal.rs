@@ -115,6 +115,36 @@ fn bodies_with_inertia_diffuse_as_langevins_equation_says() {
     }
 }
 
+/// In space the cosine of the turn of an axis falls as `exp(-2 D_r t)` where drag stops turning long before a body has
+/// turned, with the time less what starting from rest takes off about the two axes across it: `D_r tau` is 0.015 about
+/// the slowest axis, and what inertia does beyond that is of its order. A step is half of the time in which the fastest
+/// motion, of a rod that about its own axis, is stopped.
+#[test]
+fn bodies_with_inertia_turn_in_space_as_langevins_equation_says() {
+    let (slow, decay) = (0.015, 0.6);
+    for shape in &shapes() {
+        let unit = json!({"inertial": {"density": 1, "drag": DRAG}});
+        let one = parse(&apart(shape, &unit, (1.0, 1.0), false)).build().unwrap().shape[0];
+        let resistance = DRAG * one.major_axis().powi(3) / 12.0;
+        let turning = KT / resistance;
+        let density = slow / turning * resistance / one.unit_inertia().max_element();
+        let (law, slowing) =
+            (json!({"inertial": {"density": density, "drag": DRAG}}), density * one.unit_inertia() / resistance);
+        let end = decay / (2.0 * turning);
+        let steps = (2.0 * end / slowing.min_element()).ceil();
+        let scene = parse(&apart(shape, &law, (end / steps, end), false));
+        let (start, bodies) = (scene.build().unwrap(), run(scene, &Compute::Cpu).bodies);
+        let of = |tau: f64| end - 2.0 * tau * (1.0 - (-end / tau).exp()) + 0.5 * tau * (1.0 - (-2.0 * end / tau).exp());
+        for (axis, [one, other]) in [(DVec3::X, [1, 2]), (DVec3::Y, [2, 0]), (DVec3::Z, [0, 1])] {
+            let cosine = |i: usize| (start.orientation[i] * axis).dot(bodies.orientation[i] * axis);
+            let cosines: Vec<f64> = (0..start.len()).map(cosine).collect();
+            let expected = (-turning * (of(slowing[one]) + of(slowing[other]))).exp();
+            let name = format!("{}: cosine of the turn of {axis} with inertia in space", start.shape[0].name());
+            within_three(&name, &cosines, expected);
+        }
+    }
+}
+
 /// Along z alone, so that bodies of one trap do not meet. The scheme's own variance is `kT / k / (1 - a / 2)`, `a = k
 /// dt / (xi L)`.
 #[test]

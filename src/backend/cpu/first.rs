@@ -48,9 +48,10 @@ impl First {
         self.ahead = ahead;
         let bodies = start.bodies.len();
         self.reached.clear();
-        let carried = setup.strain.filter(|_| !start.parting).map(|strain| strain.rates(start.time));
-        if let Some(rates) = carried {
-            let of = |x: &DVec3| Twist { linear: rates * *x, angular: DVec3::ZERO };
+        let carried = setup.strain.filter(|_| !start.parting);
+        if let Some(strain) = carried {
+            let rates = strain.rates(start.time);
+            let of = |x: &DVec3| Twist { linear: strain.velocity(*x, rates), angular: DVec3::ZERO };
             self.reached.extend(start.bodies.position.iter().map(of));
         } else if ahead {
             let part = |v: DVec3| AHEAD * v;
@@ -87,7 +88,7 @@ impl First {
     }
 
     pub(super) fn pair(&self, start: &Start, a: usize, b: usize) -> [Placed; 2] {
-        start.bodies.periods.pair(self.placed(start, a), self.placed(start, b))
+        start.periods.pair(self.placed(start, a), self.placed(start, b))
     }
 
     /// Whether an overlap there is too deep for rows ahead.
@@ -111,7 +112,7 @@ impl First {
         };
         near.par_iter_mut().with_min_len(LEAST_BODIES_A_TASK).for_each(|near| {
             let [a, b] = near.pair.map(|i| i as usize);
-            let [of_a, of_b] = start.bodies.periods.pair(ends[a], ends[b]);
+            let [of_a, of_b] = start.periods.pair(ends[a], ends[b]);
             let Some(separation) = branches::separation_at(&of_a, &of_b, near.feature) else { return };
             let (linear_a, angular_a, turned_a) = left(a);
             let (linear_b, angular_b, turned_b) = left(b);

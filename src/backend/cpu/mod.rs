@@ -193,7 +193,7 @@ impl<const D: usize> Backend for Cpu<D> {
         // A step that is taken again was led astray once: its pieces are linearised at their starts.
         let whole = next.is_none() && !start.parting;
         start.begin(setup, state, next.take().unwrap_or((Piece::WHOLE, Waiting::None)))?;
-        candidates.set_periods(start.bodies.periods);
+        candidates.set_periods(start.periods);
         solve.begin();
         pairs.remember(&state.warm);
         phases.growth += begun.elapsed();
@@ -213,6 +213,7 @@ impl<const D: usize> Backend for Cpu<D> {
         let Cpu { setup, start, motions, first, pairs, trial, phases, .. } = self;
         pairs.remember(&left);
         let mut middle = start.bodies.clone();
+        middle.periods = start.periods;
         trial.arrive(&mut middle, &trial.arrived(setup, start, motions));
         start.set_middle(setup, middle);
         first.set_middle(trial);
@@ -279,9 +280,10 @@ impl<const D: usize> Backend for Cpu<D> {
     }
 
     fn passed(&mut self) -> Result<Option<Passed>, Fault> {
-        let Cpu { phases, start, trial, .. } = self;
+        let Cpu { setup, phases, start, trial, .. } = self;
         Ok(timed(&mut phases.narrow_phase, || {
-            passed(&start.bodies, &trial.twist, start.interval, |a, b| Self::SEPARATE(a, b, None))
+            let shear = setup.strain.and_then(|strain| strain.shear());
+            passed(&start.bodies, &trial.twist, (start.interval, shear), |a, b| Self::SEPARATE(a, b, None))
         }))
     }
 
@@ -292,6 +294,7 @@ impl<const D: usize> Backend for Cpu<D> {
         let Cpu { setup, state, start, motions, trial, phases, .. } = self;
         let arrived = trial.arrived(setup, start, motions);
         let mut end = std::mem::take(&mut start.bodies);
+        end.periods = start.periods;
         trial.arrive(&mut end, &arrived);
         if let Some(incidence) = &start.bonds {
             setup.bonds.find_broken(incidence, &mut end);

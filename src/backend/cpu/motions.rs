@@ -96,7 +96,7 @@ impl Motions {
     /// than the nearest could come near, and bodies so far away that nearest images are made of rounding.
     pub(super) fn check_periods(&self, setup: &Setup, start: &Start, step: u64) -> Result<(), Fault> {
         let Start { bodies, .. } = start;
-        let Some(period) = bodies.periods.shortest() else { return Ok(()) };
+        let Some(period) = start.periods.shortest() else { return Ok(()) };
         let span = |body: usize| 2.0 * (bodies.shape[body].bounding_radius() + self.reach[body].either) + setup.cutoff;
         // Not a number is refused.
         let fits = |body: usize| span(body) <= 0.5 * period;
@@ -104,7 +104,7 @@ impl Motions {
         if let Some(body) = all().find_first(|body| !fits(*body)) {
             return Err(Fault::PeriodTooShort { step, body, span: span(body), period });
         }
-        let far = |body: usize| bodies.periods.farthest(bodies.position[body]) * f64::EPSILON > setup.overlap_tolerance;
+        let far = |body: usize| start.periods.farthest(bodies.position[body]) * f64::EPSILON > setup.overlap_tolerance;
         match all().find_first(|body| far(*body)) {
             Some(body) => Err(Fault::TooFar { step, body }),
             None => Ok(()),

@@ -54,7 +54,7 @@ impl Stages<'_> {
             });
             let of_bodies = |deepest: f64, near: &Near| {
                 let places = near.pair.map(|i| first.pose(i as usize).position);
-                deepest.max(-start.separation_before(places, &near.found))
+                deepest.max(-start.separation_before(setup, places, &near.found))
             };
             let overlap = found.iter().fold(0.0, of_bodies);
             let overlap = before.as_ref().unwrap_or(&walls).iter().fold(overlap, deepest);
@@ -82,7 +82,7 @@ impl Stages<'_> {
             let [of_a, of_b] = first.pair(start, a, b);
             let [last_a, last_b] = [a, b].map(|i| start.bodies.twist(i));
             let turned = start.interval * (last_b.angular - last_a.angular);
-            let slid = start.interval * (last_b.linear - last_a.linear).length();
+            let slid = start.interval * (last_b.linear - last_a.linear + start.image_velocity(setup, a, b)).length();
             let slack = branch_slack(&of_a, &of_b, &near.found, (turned, slid), planar);
             let most = near.found.separation + slack;
             let recalled = pairs.recalled(pairs.get(near.pair));

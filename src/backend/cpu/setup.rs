@@ -38,7 +38,9 @@ impl Setup {
     pub(super) fn new(model: &Model, bodies: &Bodies) -> Setup {
         let shapes = || bodies.shape.iter();
         let mut forces = dynamics::force_fields(&model.forces, &model.groups, &model.dynamics);
-        forces.extend(model.strain.map(|strain| Box::new(strain) as Box<dyn ForceField>));
+        // The load of a sheared cell's flow is that of the stream.
+        let strained = model.strain.filter(|strain| strain.shear().is_none());
+        forces.extend(strained.map(|strain| Box::new(strain) as Box<dyn ForceField>));
         forces.extend(model.stream.map(|stream| Box::new(stream) as Box<dyn ForceField>));
         Setup {
             time: model.time,

@@ -3,6 +3,7 @@
 use super::setup::Setup;
 use crate::bodies::Bodies;
 use crate::dynamics::{Incidence, Pose, Waiting};
+use crate::periodic::Periods;
 use crate::separation::{Placed, Separation};
 use crate::shape::ProxySphere;
 use crate::step::{Fault, Piece, State};
@@ -21,6 +22,8 @@ pub(super) struct Start {
     pub(super) interval: f64,
     /// `C^k` with the bodies of this step and the lengths at the end of the part.
     pub(super) bodies: Bodies,
+    /// The periods of space at the end of the part.
+    pub(super) periods: Periods,
     /// The next free id.
     pub(super) next_id: u64,
     /// `C_h` with the lengths there, once it is made.
@@ -32,7 +35,7 @@ pub(super) struct Start {
     /// Where walls are that move: at the piece's start, at the end of the present part, and in its middle once that is
     /// made.
     walls: Option<[Walls; 3]>,
-    /// What the part strains a cell by whose lengths change, along the axes.
+    /// The rates at which the lengths of a cell that changes do so; none where bodies are parted.
     strained: Option<DVec3>,
     /// Which bodies do not move; empty where none can be fixed.
     held: Vec<bool>,
@@ -49,6 +52,7 @@ impl Start {
             time: 0.0,
             interval,
             bodies: Bodies::default(),
+            periods: Periods::NONE,
             next_id,
             middle: None,
             proxies: Vec::new(),
@@ -111,18 +115,33 @@ impl Start {
 
     /// Takes the periods at the end of the present part.
     fn place_cell(&mut self, setup: &Setup) {
-        let interval = if self.parting { 0.0 } else { self.interval };
-        self.strained = setup.strain.filter(|_| !self.parting).map(|strain| interval * strain.rates(self.time));
-        if let Some(strain) = &setup.strain {
-            self.bodies.periods = strain.periods(self.time + interval);
-        }
+        self.strained = setup.strain.filter(|_| !self.parting).map(|strain| strain.rates(self.time));
+        self.periods = match &setup.strain {
+            Some(strain) if !self.parting => strain.periods(self.time + self.interval),
+            Some(strain) => strain.periods(self.time),
+            None => self.bodies.periods,
+        };
     }
 
     /// A separation that was found where the flow of a changing cell leads, at the start.
-    pub(super) fn separation_before(&self, [a, b]: [DVec3; 2], found: &Separation) -> f64 {
-        let Some(strain) = self.strained else { return found.separation };
-        let moved = self.bodies.periods.nearest(b - a) * strain / (DVec3::ONE + strain);
+    pub(super) fn separation_before(&self, setup: &Setup, [a, b]: [DVec3; 2], found: &Separation) -> f64 {
+        let (Some(rates), Some(strain)) = (self.strained, &setup.strain) else { return found.separation };
+        let apart = self.periods.nearest(b - a);
+        let moved = match strain.shear() {
+            Some(shear) => self.interval * shear.velocity(apart),
+            None => {
+                let strained = self.interval * rates;
+                apart * strained / (DVec3::ONE + strained)
+            }
+        };
         found.separation - found.normal.dot(moved)
+    }
+
+    /// What the image of `b` that is nearest to `a` is faster by than `b` itself, in a sheared cell.
+    pub(super) fn image_velocity(&self, setup: &Setup, a: usize, b: usize) -> DVec3 {
+        let Some(shear) = setup.strain.and_then(|strain| strain.shear()) else { return DVec3::ZERO };
+        let apart = self.bodies.position[b] - self.bodies.position[a];
+        shear.velocity(self.bodies.periods.nearest(apart) - apart)
     }
 
     /// The walls that bodies must keep clear of: where they are at the end of the present part.

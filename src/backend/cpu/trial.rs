@@ -91,7 +91,7 @@ impl<const D: usize> Trial<D> {
     }
 
     pub(super) fn pair(&self, start: &Start, a: usize, b: usize) -> [Placed; 2] {
-        start.bodies.periods.pair(self.placed(start, a), self.placed(start, b))
+        start.periods.pair(self.placed(start, a), self.placed(start, b))
     }
 
     /// Takes what overlaps, and says how much.

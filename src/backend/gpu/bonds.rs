@@ -115,7 +115,7 @@ impl Device {
             ("incident", &bonds.incident),
             ("loads", &self.loads),
         ];
-        let parameters = self.setup.of_pairs(&words([self.bodies as u32, u32::from(adds), 0, 0]));
+        let parameters = self.setup.of_pairs_here(&words([self.bodies as u32, u32::from(adds), 0, 0]));
         record.run(&kernels.pull, &parameters, &buffers, self.bodies);
     }
 

@@ -2,6 +2,7 @@
 //! is remembered.
 
 use super::Setup;
+use super::source::sheared::beside_images;
 use super::source::{base, changing, moved, numbers, of_pairs, spinning, stretched, with_flags};
 use crate::backend::cpu::first::{AHEAD, DEEPEST_AHEAD};
 use crate::constraint::LEAST_ALIGNED;
@@ -80,7 +81,8 @@ pub(super) fn remember(setup: &Setup) -> Source {
 /// The kernel that chooses the branches of pairs that get a row.
 fn choose(setup: &Setup) -> Source {
     let source = with_flags(with_turning(setup, numbers(geometry(setup, "branches"))));
-    changing(setup, source.include(fragment!("constraint/branches.wgsl")))
+    let source = source.include(fragment!("constraint/branches.wgsl"));
+    changing(setup, beside_images(setup, source, "twists[2u * b].xyz - twists[2u * a].xyz"))
 }
 
 /// The kernel that tightens the rows of branches.

@@ -80,12 +80,11 @@ impl Candidates {
             old: Lists::new(gpu, setup)?,
             old_pair: Buffer::new(gpu, "old pairs", 4, 0)?,
             no_rows: Buffer::new(gpu, "row counts", 4, 0)?,
-            search: Search::in_space(
+            search: Search::among(
                 gpu,
                 setup.precision,
                 setup.planar,
-                setup.lattice,
-                (setup.periods.lengths(), setup.strain.is_some()),
+                (setup.lattice, setup.lattice_periods, setup.strain.is_some()),
             )?,
             surfaces: Surfaces::new(gpu, setup)?,
             stored: [

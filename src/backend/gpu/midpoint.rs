@@ -41,6 +41,14 @@ impl Setup {
         }
     }
 
+    /// The same with the periods where the present part begins.
+    pub(super) fn of_pairs_here(&self, parameters: &[u8]) -> Vec<u8> {
+        match self.strain {
+            Some(_) => self.periods_here.after(parameters),
+            None => parameters.to_vec(),
+        }
+    }
+
     /// The part that a step begins with.
     pub(super) fn first_part(&self) -> Part {
         if self.midpoint { Part::FirstHalf } else { Part::Whole }
@@ -99,7 +107,7 @@ impl Device {
     /// The parameters of the kernel of motions: those of the present part, and the shares of windows in it.
     fn motion_parameters(&self, parameters: &[u8]) -> Vec<u8> {
         let span = self.span();
-        let rates = self.setup.strain.map(|strain| strain.rates(span[0]).to_array());
+        let rates = self.setup.strained().map(|strain| strain.rates(span[0]).to_array());
         let shares = source::loads::windows(&self.setup.forces).into_iter().map(|window| window.share(span));
         [parameters, &self.setup.precision.encode(shares.chain(rates.into_iter().flatten()))].concat()
     }
@@ -150,7 +158,7 @@ impl Device {
         self.write_ids()?;
         self.write_bonds()?;
         self.place_walls()?;
-        self.place_cell(self.span()[1])?;
+        self.place_cell(self.span())?;
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         self.motions.reserve(&gpu, bodies)?;
         self.boxes.reserve(&gpu, bodies)?;

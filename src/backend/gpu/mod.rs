@@ -217,12 +217,13 @@ impl Device {
         self.model.time.after(self.step)
     }
 
-    /// Takes the periods at the end of the present part, where they change.
-    fn place_cell(&mut self, end: f64) -> Result<(), GpuError> {
+    /// Takes the periods where the present part begins and at its end, where they change.
+    fn place_cell(&mut self, [begin, end]: [f64; 2]) -> Result<(), GpuError> {
         let Some(strain) = &self.setup.strain else { return Ok(()) };
         let periods = strain.periods(end);
+        self.setup.periods_here = LatticePeriods::of(self.setup.lattice, strain.periods(begin).numbers())?;
         if periods != self.setup.periods {
-            self.setup.lattice_periods = LatticePeriods::new(self.setup.lattice, periods.lengths())?;
+            self.setup.lattice_periods = LatticePeriods::of(self.setup.lattice, periods.numbers())?;
             self.setup.periods = periods;
             self.candidates.place_cell(self.setup.lattice_periods);
         }

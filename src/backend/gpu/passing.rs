@@ -14,10 +14,12 @@ impl Device {
         if !may_pass(self.farthest, self.setup.thinnest) || !self.some_may_pass()? {
             return Ok(None);
         }
-        let start = self.download(self.start(), self.start_shapes())?;
+        let mut start = self.download(self.start(), self.start_shapes())?;
         let twist = self.trial_twists()?;
         let separate = if self.setup.planar { planar_separation } else { separation };
-        Ok(passed(&start, &twist, self.setup.dt, |a, b| separate(a, b, None)))
+        // The state before the step has the periods of then, and that of the trial those of its end.
+        start.periods = self.setup.strain.map_or(start.periods, |strain| strain.periods(self.step_start()));
+        Ok(passed(&start, &twist, (self.setup.dt, self.setup.shear()), |a, b| separate(a, b, None)))
     }
 
     /// Whether two bodies may have passed: a candidate pair that moves far enough against each other, or any other two
@@ -29,13 +31,15 @@ impl Device {
     fn some_may_pass(&self) -> Result<bool, GpuError> {
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         let (start, lists, stored) = (self.start(), &self.candidates.lists, &self.candidates.stored);
+        // In a cell that changes bodies go with it first, and leave their boxes from there.
+        let from = if self.setup.strain.is_some() { self.first() } else { start };
         let mut record = gpu.record();
         record.stage("narrow phase");
         // Nothing has written these words since the report was made blank.
         let buffers = [
-            ("cells", &start.cells),
-            ("remainders", &start.remainders),
-            ("orientations", &start.orientations),
+            ("cells", &from.cells),
+            ("remainders", &from.remainders),
+            ("orientations", &from.orientations),
             ("shapes", &self.start_shapes().shapes),
             ("stored_cells", &stored[0]),
             ("stored_remainders", &stored[1]),
@@ -52,7 +56,7 @@ impl Device {
             ("report", &self.report),
         ];
         let parameters = self.timed([lists.body_pairs as u32, 0, 0, 0]);
-        record.run(&self.kernels.passing, &self.setup.of_pairs(&parameters), &buffers, lists.body_pairs);
+        record.run(&self.kernels.passing, &self.setup.of_pairs_here(&parameters), &buffers, lists.body_pairs);
         let read = record.read(&[(&self.report, 0..Report::BYTES)])?;
         let report: Report = bytemuck::pod_read_unaligned(&read[0]);
         let left = f64::from(f32::from_bits(report.strayed)) + self.turned;

@@ -2,7 +2,7 @@
 
 use crate::dynamics::{Bonds, Cells, Dynamics, Force, Heat, Strain, Stream};
 use crate::gpu::{GpuError, Lattice, LatticePeriods, Precision};
-use crate::periodic::Periods;
+use crate::periodic::{CellShear, Periods};
 use crate::separation::branches::gpu::Branched;
 use crate::shape::Shape;
 use crate::step::{Model, Rows, Stepping, Time};
@@ -18,7 +18,10 @@ pub(crate) struct Setup {
     pub planar: bool,
     pub lattice: Lattice,
     pub periods: Periods,
+    /// At the end of the part of a step that is being computed.
     pub lattice_periods: LatticePeriods,
+    /// Where that begins.
+    pub periods_here: LatticePeriods,
     pub dt: f64,
     pub time: Time,
     /// Whether a step has a middle.
@@ -87,7 +90,8 @@ impl Setup {
             planar: model.planar,
             lattice,
             periods,
-            lattice_periods: LatticePeriods::new(lattice, periods.lengths())?,
+            lattice_periods: LatticePeriods::of(lattice, periods.numbers())?,
+            periods_here: LatticePeriods::of(lattice, periods.numbers())?,
             dt: model.time.dt,
             time: model.time,
             midpoint: model.time.stepping == Stepping::Midpoint,
@@ -125,6 +129,16 @@ impl Setup {
     /// Whether kernels of its own make loads beside those of the forces.
     pub fn makes_loads(&self) -> bool {
         self.heat.is_some() || !self.bonds.is_empty()
+    }
+
+    /// The shear of a sheared cell.
+    pub fn shear(&self) -> Option<CellShear> {
+        self.strain.and_then(|strain| strain.shear())
+    }
+
+    /// That of a cell whose lengths change.
+    pub fn strained(&self) -> Option<Strain> {
+        self.strain.filter(|strain| strain.shear().is_none())
     }
 
     /// Whether drag slows bodies beside inertia.

@@ -1,6 +1,7 @@
 //! What every kernel of a step is assembled with: the scene's constants, forces and law.
 
 pub(super) mod loads;
+pub(super) mod sheared;
 #[cfg(test)]
 mod tests;
 
@@ -97,7 +98,7 @@ pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
         Some(stream) => loads::flowing(stream, source),
         None => source,
     };
-    let source = match setup.strain {
+    let source = match setup.strained() {
         Some(_) => loads::straining(source),
         None => source,
     };
@@ -155,8 +156,8 @@ kernels! {
         midpoint: Option<MidpointKernels> = setup.midpoint.then_some(setup),
         /// Where bodies have bonds.
         bonds: Option<BondKernels> = (!setup.bonds.is_empty()).then_some(setup),
-        /// Where a cell's lengths change.
-        carried: Option<Kernel> = setup.strain.map(|_| base(setup, "carried").include(fragment!("dynamics/carried.wgsl"))),
+        /// Where a cell changes.
+        carried: Option<Kernel> = setup.strain.map(|_| sheared::carried(setup)),
         /// Where there is Brownian motion.
         heat: Option<Kernel> = heat::source(setup),
         /// Where bodies are fixed.
@@ -265,7 +266,7 @@ fn remember(setup: &Setup) -> Source {
 /// The kernel of pairs that may pass each other.
 fn passing(setup: &Setup) -> Source {
     let source = reporting(of_pairs(setup, "passing")).real("DEEPER", DEEPER).include(fragment!("step/passing.wgsl"));
-    changing(setup, source)
+    changing(setup, sheared::beside_images(setup, source, "motions[first_b].xyz - motions[first_a].xyz"))
 }
 
 /// A whole kernel that compares two bodies, where the periods may change.

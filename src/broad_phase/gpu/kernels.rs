@@ -26,11 +26,15 @@ kernels! {
     /// The kernels of the search.
     pub(super) struct Kernels for space: &Space {
         /// Where space is periodic.
-        wrap: Option<Kernel> = space.periods.as_ref().map(|periods| space.periodic(periods, fragment!("broad_phase/wrap.wgsl"))),
+        wrap: Option<Kernel> = space.periods.as_ref().map(|periods| match periods.is_sheared() {
+            false => space.periodic(periods, fragment!("broad_phase/wrap.wgsl")),
+            true => space.periodic(periods, fragment!("broad_phase/wrap_sheared.wgsl")),
+        }),
         classify: Kernel = space.open(fragment!("broad_phase/classify.wgsl")),
         place: Kernel = space.open(fragment!("broad_phase/place.wgsl")),
         gather: Kernel = space.open(fragment!("broad_phase/gather.wgsl")),
         find: Kernel = match &space.periods {
+            Some(periods) if periods.is_sheared() => space.around_sheared(periods),
             Some(periods) => space.periodic(periods, fragment!("broad_phase/find_periodic.wgsl")),
             None => space.open(fragment!("broad_phase/find.wgsl")),
         },
@@ -50,6 +54,15 @@ impl Space {
     fn periodic(&self, periods: &LatticePeriods, fragment: Fragment) -> Source {
         let source = levels(periods.define(self.constants(fragment)), fragment);
         if self.changing { LatticePeriods::changing(source) } else { source }
+    }
+
+    /// The search of a sheared cell, whose offset changes.
+    fn around_sheared(&self, periods: &LatticePeriods) -> Source {
+        let fragment = fragment!("broad_phase/find_periodic.wgsl");
+        let source = levels(periods.define(self.constants(fragment)), fragment)
+            .mapped(|text| text.replace("let look = around(", "let look = around_sheared("))
+            .include(fragment!("broad_phase/around_sheared.wgsl"));
+        LatticePeriods::changing(source)
     }
 
     fn constants(&self, fragment: Fragment) -> Source {
@@ -75,14 +88,20 @@ fn list(fragment: Fragment) -> Source {
 mod tests {
     use super::*;
     use crate::gpu::{Made, validate};
+    use crate::periodic::{Axis, Periods, Tilt};
 
     #[test]
     fn kernels_are_valid() {
         let lattice = Lattice::for_thickness(0.3).unwrap();
         let periods = LatticePeriods::new(lattice, [Some(3.1), None, None]).unwrap();
         for precision in [Precision::F32, Precision::F64] {
-            for (planar, periods) in [(false, None), (true, None), (false, Some(periods)), (true, Some(periods))] {
-                for changing in [false, periods.is_some()] {
+            let space = Periods::new([Some(3.1), Some(2.9), None]);
+            let tilt = Tilt { direction: Axis::X, gradient: Axis::Y, offset: -0.7 };
+            let sheared = LatticePeriods::of(lattice, space.tilted(tilt).numbers()).unwrap();
+            let all = [(false, None), (true, None), (false, Some(periods)), (true, Some(periods))];
+            for (planar, periods) in all.into_iter().chain([(false, Some(sheared)), (true, Some(sheared))]) {
+                let is_sheared = periods.is_some_and(|periods| periods.is_sheared());
+                for changing in [is_sheared, periods.is_some()] {
                     let sources = Kernels::sources(&Space { precision, planar, lattice, periods, changing });
                     assert_eq!(sources.len(), 7 + usize::from(periods.is_some()));
                     for source in sources {

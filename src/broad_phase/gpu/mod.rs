@@ -83,7 +83,20 @@ impl Search {
         lattice: Lattice,
         (periods, changing): ([Option<f64>; 3], bool),
     ) -> Result<Self, GpuError> {
-        let periods = LatticePeriods::new(lattice, periods)?;
+        Search::among(gpu, precision, planar, (lattice, LatticePeriods::new(lattice, periods)?, changing))
+    }
+
+    /// The same with the periods on the lattice, of a sheared cell too: its offset changes.
+    ///
+    /// # Errors
+    /// Those of [`Search::new`].
+    pub fn among(
+        gpu: &Gpu,
+        precision: Precision,
+        planar: bool,
+        (lattice, periods, changing): (Lattice, LatticePeriods, bool),
+    ) -> Result<Self, GpuError> {
+        let changing = changing || periods.is_sheared();
         let periods = (!periods.is_none()).then_some(periods);
         let words = |label| Buffer::new(gpu, label, 4, 1);
         let reals = |label| Buffer::new(gpu, label, 4 * precision.bytes(), 1);

@@ -112,8 +112,8 @@ pub(in crate::cli) struct Measure {
     #[arg(value_name = "RUN", add = complete::run())]
     pub(in crate::cli) run: PathBuf,
     /// These measures only, by commas or as often as needed: nematic, correlation, radius, packing, density, length,
-    /// contacts, stress, force_chains, microdomains, dissipation, msd, velocity_correlation, groups, segregation,
-    /// removal
+    /// contacts, stress, shear_stress, force_chains, microdomains, dissipation, msd, velocity_correlation, groups,
+    /// segregation, removal
     #[arg(long, value_name = "MEASURE", value_delimiter = ',')]
     pub(in crate::cli) only: Vec<String>,
     /// The last state only

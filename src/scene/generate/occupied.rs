@@ -124,16 +124,27 @@ impl Occupied {
         let (position, length) = (self.periods.wrapped(capsule.position).0, self.periods.length());
         // Centres of those placed are in the cell about the origin.
         let reach = 0.5 * length + self.reach + capsule.shape.bounding_radius();
-        let near = |axis: usize| {
-            let here = position[axis];
+        let near = |axis: usize, here: f64| {
             let images = [0.0, -length[axis], length[axis]].map(|by| here + by);
             images
                 .into_iter()
                 .take(if length[axis] > 0.0 { 3 } else { 1 })
                 .filter(move |x| *x == here || x.abs() <= reach[axis])
         };
-        near(0)
-            .any(|x| near(1).any(|y| near(2).any(|z| overlaps(&Placed { position: DVec3::new(x, y, z), ..*capsule }))))
+        // In a sheared cell images across the gradient are displaced along an axis before it.
+        let placed = |x: f64, y: f64, z: f64| {
+            let here = DVec3::new(x, y, z);
+            let Some(tilt) = self.periods.tilt() else { return here };
+            let across = tilt.gradient.index();
+            let image = ((here - position)[across] / length[across]).round();
+            here + image * tilt.offset * tilt.direction.unit()
+        };
+        near(2, position.z).any(|z| {
+            near(1, placed(0.0, position.y, z).y).any(|y| {
+                near(0, placed(position.x, y, z).x)
+                    .any(|x| overlaps(&Placed { position: DVec3::new(x, y, z), ..*capsule }))
+            })
+        })
     }
 }
 

@@ -13,6 +13,7 @@ mod periodic;
 mod planar;
 mod removal;
 mod shapes;
+mod shear;
 mod strain;
 mod walls;
 

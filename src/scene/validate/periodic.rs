@@ -42,6 +42,7 @@ impl Scene {
             ));
         }
         self.check_strain(root, periodic)?;
+        self.check_shear(root, periodic)?;
         self.check_periodic_forces(root)?;
         self.check_periodic_walls(root, Periods::new(periodic.lengths))?;
         self.check_periodic_rules(root, self.periods())

@@ -28,8 +28,16 @@ impl Scene {
             let message = "is a flow of its own; leave out `flow`, or let the cell be as it is";
             return Err(SceneError::bad(key, message));
         }
+        self.check_goes_with_cell(root, &key, "strain_rate")?;
+        self.check_shapes_in_flow(&key)
+    }
+
+    /// What a cell that changes by this key of `periodic` does not carry is not there.
+    pub(super) fn check_goes_with_cell(&self, root: &Key, key: &Key, name: &str) -> Result<(), SceneError> {
         if self.time.stepping == Stepping::Midpoint {
-            let message = "steps with a middle take contacts through a changing cell's sides no more exactly; with `periodic.strain_rate`, leave it \"euler\"";
+            let message = format!(
+                "steps with a middle take contacts through a changing cell's sides no more exactly; with `periodic.{name}`, leave it \"euler\""
+            );
             return Err(SceneError::bad(root.field("time").field("stepping"), message));
         }
         if self.fixed().any() {
@@ -37,10 +45,12 @@ impl Scene {
             return Err(SceneError::bad(key, message));
         }
         if let Some((i, force)) = self.forces.iter().enumerate().find(|(_, force)| force.trap().is_some()) {
-            let message = "draws to one place, whose images a changing cell would carry away; leave it out, or `periodic.strain_rate`";
+            let message = format!(
+                "draws to one place, whose images a changing cell would carry away; leave it out, or `periodic.{name}`"
+            );
             return Err(SceneError::bad(root.field("forces").index(i).field(force.name()), message));
         }
-        self.check_shapes_in_flow(&key)
+        Ok(())
     }
 
     fn check_rate(&self, root: &Key, key: &Key, cell: &Periodic, axis: usize) -> Result<(), SceneError> {

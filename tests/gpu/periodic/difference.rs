@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use relcp::gpu::{Gpu, Precision};
 use relcp::internals::gpu::{Buffer, Kernel, Lattice, LatticePeriods, Source};
 use relcp::internals::separation::gpu::PairFamilies;
-use relcp::periodic::Periods;
+use relcp::periodic::{Axis, Periods, Tilt};
 use relcp::separation::{Placed, separation};
 use relcp::shape::Shape;
 
@@ -67,6 +67,49 @@ fn differences(gpu: &Gpu, precision: Precision, periods: &LatticePeriods, points
     let mut record = gpu.record();
     record.run(&kernel, &[], &[("cells", &cells), ("remainders", &remainders), ("out", &out)], count);
     precision.decode(&record.read(&[(&out, 0..count * 4 * precision.bytes() as u64)]).unwrap()[0])
+}
+
+/// Differences in a sheared cell are those of the host, near the origin and far from it.
+#[test]
+fn differences_in_a_sheared_cell_are_the_hosts() {
+    let Some(gpu) = device() else { return };
+    let lattice = Lattice::for_thickness(1.0).unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    for precision in precisions(gpu) {
+        for (direction, gradient) in [(Axis::X, Axis::Y), (Axis::X, Axis::Z), (Axis::Y, Axis::Z)] {
+            for (span, offset) in [(1e2, 3.3), (1e4, -2.9), (3e5, 5.1)] {
+                let space = Periods::new([Some(37.0 / 3.0), Some(11.7), Some(10.3)]);
+                let space = space.tilted(Tilt { direction, gradient, offset });
+                let periods = LatticePeriods::of(lattice, space.numbers()).unwrap();
+                let mut draw = || DVec3::from(random.random::<[f64; 3]>()) - 0.5;
+                let points: Vec<DVec3> = (0..400).map(|_| 2.0 * span * draw()).collect();
+                let placed = Points::of(precision, &lattice, &points);
+                let text = "struct Parameters { a: u32, b: u32, c: u32, d: u32 }\n\
+                            @group(0) @binding(0) var<uniform> parameters: Parameters;\n";
+                let shifted = DIFFERENCES.replace("binding(2)", "binding(3)").replace("binding(1)", "binding(2)");
+                let shifted = shifted.replacen("binding(0)", "binding(1)", 1);
+                let source = periods.define(Source::new("differences", precision)).text(text).text(&shifted);
+                let kernel = Kernel::new(gpu, &LatticePeriods::changing(source)).unwrap();
+                let [cells, remainders] = placed.buffers(gpu, precision);
+                let out = Buffer::new(gpu, "differences", 4 * precision.bytes(), 200).unwrap();
+                let mut record = gpu.record();
+                let buffers = [("cells", &cells), ("remainders", &remainders), ("out", &out)];
+                record.run(&kernel, &periods.after(&[0; 16]), &buffers, 200);
+                let read = record.read(&[(&out, 0..200 * 4 * precision.bytes() as u64)]).unwrap();
+                let found = precision.decode(&read[0]);
+                for (pair, found) in points.chunks_exact(2).zip(found.chunks_exact(4)) {
+                    let found = DVec3::new(found[0], found[1], found[2]);
+                    // Either image where two are as near.
+                    let exact = pair[1] - pair[0];
+                    let off = space.nearest(found - exact).length();
+                    let bound = 16.0 * precision.epsilon() * 10.0 + 4.0 * f64::EPSILON * span * 1e2;
+                    assert!(off < bound, "{precision:?} {span}: {found}, {off:e} off");
+                    let half = 0.5 * space.length() * (1.0 + 1e-6);
+                    assert!(found.abs().cmple(half).all(), "{precision:?} {span}: {found} is not nearest");
+                }
+            }
+        }
+    }
 }
 
 /// Pitches as an integer of 2^-60 pitches. Exact for periods; a remainder loses what is below.

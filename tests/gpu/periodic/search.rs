@@ -8,15 +8,19 @@ use rand_chacha::ChaCha8Rng;
 use relcp::gpu::{Gpu, GpuError, Precision};
 use relcp::internals::broad_phase::gpu::Search;
 use relcp::internals::broad_phase::{Aabb, BroadPhase, Grid, Periodic, PeriodicBruteForce};
-use relcp::internals::gpu::Lattice;
-use relcp::periodic::Periods;
+use relcp::internals::gpu::{Lattice, LatticePeriods};
+use relcp::periodic::{Axis, Periods, Tilt};
 use std::time::Instant;
 
 type Lengths = [Option<f64>; 3];
 
 /// All pairs that touch through some image, each once, none that is well apart, each body's in the order of the others.
 fn assert_complete(found: &Found, bodies: &[Body], planar: bool, lengths: Lengths) -> usize {
-    let periods = Periods::new(lengths);
+    assert_complete_in(found, bodies, planar, Periods::new(lengths))
+}
+
+fn assert_complete_in(found: &Found, bodies: &[Body], planar: bool, periods: Periods) -> usize {
+    let lengths = periods.lengths();
     let boxes: Vec<Aabb> = bodies.iter().map(|b| b.aabb(planar)).collect();
     let mut touching = Vec::new();
     if bodies.len() <= 1000 {
@@ -67,6 +71,35 @@ fn check(planar: bool, thickness: f64, lengths: Lengths, bodies: &[Body]) -> usi
 fn cells(length: f64) -> [Lengths; 6] {
     let [x, y, z] = [1.0, 1.3, 0.77].map(|part| Some(part * length));
     [[x, None, None], [None, y, None], [None, None, z], [x, y, None], [None, y, z], [x, y, z]]
+}
+
+/// A sheared cell, in which the offset changes from search to search.
+#[test]
+fn boxes_in_a_sheared_cell() {
+    let Some(gpu) = device() else { return };
+    let lattice = Lattice::for_thickness(0.2).unwrap();
+    let lengths = [Some(12.3), Some(10.1), Some(9.7)];
+    for (planar, direction, gradient) in
+        [(true, Axis::X, Axis::Y), (false, Axis::X, Axis::Z), (false, Axis::Y, Axis::Z)]
+    {
+        let space = Periods::new(if planar { [lengths[0], lengths[1], None] } else { lengths });
+        for precision in precisions(gpu) {
+            let at = |offset: f64| space.tilted(Tilt { direction, gradient, offset });
+            let periods = LatticePeriods::of(lattice, at(0.0).numbers()).unwrap();
+            let mut finder = Search::among(gpu, precision, planar, (lattice, periods, true)).unwrap();
+            for (seed, span) in (0..).zip([12.0, 300.0]) {
+                let bodies = scattered(seed, 300, DVec3::splat(span), any_half);
+                let input = upload(gpu, precision, lattice, &bodies);
+                for offset in [0.0, 1.7, -4.4] {
+                    finder.set_periods(LatticePeriods::of(lattice, at(offset).numbers()).unwrap());
+                    let found = search(gpu, &mut finder, &input);
+                    let count = assert_complete_in(&found, &bodies, planar, at(offset));
+                    assert_connected(&found, bodies.len());
+                    assert!(count > 100, "{count}");
+                }
+            }
+        }
+    }
 }
 
 #[test]

@@ -19,7 +19,7 @@ pub(in crate::backend::gpu) fn windows(forces: &[Force]) -> Vec<Window> {
 /// The parameters of the kernel: with a share for each window, and the strain rates of a cell.
 pub(super) fn parameters(setup: &Setup) -> String {
     let shares: String = (0..windows(&setup.forces).len()).map(|k| format!(", share_{k}: real")).collect();
-    let strain = if setup.strain.is_some() { ", strain_x: real, strain_y: real, strain_z: real" } else { "" };
+    let strain = if setup.strained().is_some() { ", strain_x: real, strain_y: real, strain_z: real" } else { "" };
     format!(
         "struct Parameters {{ bodies: u32, in_middle: u32, b: u32, c: u32, dt: real, root_dt: real{shares}{strain} }}\n"
     )
@@ -46,7 +46,7 @@ pub(super) fn load_of(setup: &Setup, source: &Source) -> String {
         };
         let _ = writeln!(text, "    if {applies} {{ {sum} += {share}{term}; }}");
     }
-    if setup.strain.is_some() {
+    if setup.strained().is_some() {
         text.push_str("    let strained = strain_load(position, q, shape);\n");
         text.push_str("    force += strained.force;\n    torque += strained.torque;\n");
     }

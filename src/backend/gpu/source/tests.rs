@@ -4,6 +4,7 @@ use super::*;
 use crate::backend::gpu::separations::Report;
 use crate::dynamics::{Bond, Bonds, Frame, Heat, Thermal, Window};
 use crate::gpu::{LatticePeriods, Made, Precision, validate};
+use crate::periodic::{Axis, CellShear};
 use crate::scene::{self, Flow, Periodic, Rows, Scene, Stepping, Wall, WallMotion};
 use std::mem::offset_of;
 
@@ -80,7 +81,17 @@ fn a_changing_cell_is_in_no_constant() {
             cell.strain_rate = None;
             let still = sources(cell, &mut scene, precision);
             cell.strain_rate = Some([0.01, 0.0, 0.0]);
-            let changing = sources(cell, &mut scene, precision);
+            let mut changing = sources(cell, &mut scene, precision);
+            cell.strain_rate = None;
+            cell.shear = Some(CellShear::new(0.01, Axis::X, Axis::Y));
+            let sheared = sources(cell, &mut scene, precision);
+            cell.shear = None;
+            // The image's velocity is in the kernels that know of velocities, and its load is that of a flow.
+            let with_images: Vec<_> =
+                sheared.iter().filter(|source| source.code().contains("image_velocity(a, b)")).collect();
+            assert_eq!(with_images.len(), if rows == Rows::Auto { 2 } else { 1 });
+            assert!(sheared.iter().any(|source| source.code().contains("flow_load")));
+            changing.extend(sheared);
             assert!(still.iter().any(|source| source.code().contains("const PERIOD_CELLS")));
             assert!(changing.iter().any(|source| source.code().contains("parameters.periods[0]")));
             for source in changing {
