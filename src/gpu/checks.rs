@@ -32,6 +32,10 @@ pub(crate) fn validate(source: &Source) -> Result<naga::Module, String> {
 
 /// A kernel that has parameters or arrays can serve the members of an ensemble.
 fn check_merged(source: &Source, module: &naga::Module) -> Result<(), String> {
+    // Texts of tests may have none.
+    if module.entry_points.is_empty() {
+        return Ok(());
+    }
     let info = kernel::check(module, source.precision(), source.code())?;
     let merged = super::ensemble::merged(module, &info)?;
     kernel::check(&merged.module, source.precision(), "").map(|_| ())

@@ -16,12 +16,12 @@ const TEXT: &str = "
 struct Parameters { n: u32, by: f32, a: u32, b: u32 }
 struct Report { most: atomic<u32>, least: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> from: array<f32>;
+@group(0) @binding(1) var<storage, read> sources: array<f32>;
 @group(0) @binding(2) var<storage, read_write> into: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read_write> report: Report;
 @group(0) @binding(4) var<storage, read_write> counts: array<atomic<u32>, 2>;
 var<workgroup> shared_sum: array<f32, 8>;
-fn scaled(i: u32) -> f32 { return from[i] * parameters.by; }
+fn scaled(i: u32) -> f32 { return sources[i] * parameters.by; }
 @compute @workgroup_size(8)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -30,7 +30,7 @@ fn main(
 ) {
     for (var i = group.x * 8u + local; i < parameters.n; i += groups.x * 8u) {
         let signed = i32(i);
-        into[signed].y = scaled(i) + from[0];
+        into[signed].y = scaled(i) + sources[0];
         shared_sum[local] = into[i].y;
         atomicMax(&report.most, i);
         if report.least > i { report.least = i; }
@@ -55,7 +55,7 @@ fn a_merged_kernel_is_valid_and_binds_the_table_its_arrays_the_arena_and_its_par
         .collect();
     bound.sort();
     let names: Vec<&str> = bound.iter().map(|(_, name)| name.as_str()).collect();
-    assert_eq!(names, ["members", "from", "into", "report", "counts", "arena", "parameters"]);
+    assert_eq!(names, ["members", "sources", "into", "report", "counts", "arena", "parameters"]);
 }
 
 #[test]
