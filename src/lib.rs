@@ -110,6 +110,7 @@ mod motion;
 #[cfg(feature = "files")]
 mod page;
 pub mod periodic;
+pub mod processes;
 #[cfg(feature = "python")]
 pub mod python;
 #[cfg(feature = "files")]

@@ -2,7 +2,7 @@
 
 use super::arguments::{Backend, Compute as Arguments, Precision as Wanted};
 use super::exit::CliError;
-use super::output;
+use super::{output, processes};
 use relcp::gpu::{AdapterReport, Choice, Gpu, GpuError, Precision, adapters};
 use relcp::scene::Scene;
 use relcp::simulation::Compute;
@@ -10,7 +10,9 @@ use std::sync::Arc;
 
 /// Settles how many threads there are.
 pub(super) fn set_threads(arguments: &Arguments) -> Result<(), CliError> {
-    set_thread_count(arguments.threads)
+    // Processes that share a machine share its cores.
+    let default = (arguments.backend == Backend::Mpi).then_some(1);
+    set_thread_count(arguments.threads.or(default))
 }
 
 /// Settles how many threads there are; without a number, one a core.
@@ -38,6 +40,7 @@ pub(super) fn settle(arguments: &Arguments, scene: &Scene) -> Result<Compute, Cl
         }
         Backend::Auto | Backend::Cpu => cpu(arguments),
         Backend::Gpu => open(arguments, scene).map_err(CliError::from),
+        Backend::Mpi => processes::compute(arguments),
     }
 }
 
@@ -46,6 +49,7 @@ pub(super) fn settle_many(arguments: &Arguments, scene: &Scene) -> Result<Comput
     match arguments.backend {
         Backend::Auto | Backend::Cpu => cpu(arguments),
         Backend::Gpu => open(arguments, scene).map_err(CliError::from),
+        Backend::Mpi => processes::compute(arguments),
     }
 }
 
@@ -63,6 +67,7 @@ pub(super) fn beside_the_cpu(arguments: &Arguments, scene: &Scene) -> Result<Opt
     match arguments.backend {
         Backend::Cpu => cpu(arguments).map(|_| None),
         Backend::Gpu => Ok(Some(open(arguments, scene)?)),
+        Backend::Mpi => processes::compute(arguments).map(Some),
         Backend::Auto => {
             let Some(adapter) = hardware(arguments) else { return cpu(arguments).map(|_| None) };
             open(arguments, scene).map(Some).or_else(|fault| {

@@ -12,18 +12,29 @@ pub(super) struct Interrupt(Arc<AtomicBool>);
 impl Interrupt {
     /// Listens from now on. Where the system has no signals to listen to, they end the program as ever.
     pub(super) fn listen() -> Self {
+        Interrupt::listen_and(|| output::message("stopping; once more to quit at once"))
+    }
+
+    /// The same, with what is said at the first.
+    pub(super) fn listen_and(say: impl Fn() + Send + 'static) -> Self {
         let interrupt = Interrupt::default();
         let asked = interrupt.clone();
         let heard = ctrlc::set_handler(move || {
             if asked.0.swap(true, Ordering::SeqCst) {
                 std::process::exit(Exit::Interrupted as i32);
             }
-            output::message("stopping; once more to quit at once");
+            say();
         });
         if heard.is_err() {
             output::message("an interrupt will not leave a checkpoint: the system's signals cannot be listened to");
         }
         interrupt
+    }
+
+    /// Says nothing at the first, for a process that another one leads.
+    #[cfg(feature = "mpi")]
+    pub(super) fn ignore() -> Self {
+        Interrupt::listen_and(|| ())
     }
 
     pub(super) fn asked(&self) -> bool {

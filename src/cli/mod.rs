@@ -17,6 +17,7 @@ mod manual;
 mod measure;
 mod output;
 mod placing;
+mod processes;
 mod progress;
 mod render;
 mod run;

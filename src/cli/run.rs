@@ -1,10 +1,10 @@
 //! `relcp run`: steps a scene to its end, or until it is interrupted.
 
-use super::arguments::Run as Arguments;
+use super::arguments::{Backend, Run as Arguments};
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{compiling, compute, output, placing, view};
+use super::{compiling, compute, output, placing, processes, view};
 use relcp::gpu::Profile;
 use relcp::record::{Folder, PassedStep, RecordError, Retried};
 use relcp::run::{Run, RunError, RunStatus, Summary};
@@ -17,6 +17,11 @@ use std::time::Instant;
 
 /// Where runs go that are not told where.
 pub(super) const RUNS: &str = "runs";
+
+/// What process 0 says when it is asked to end: a launcher asks for it too where another process has ended, and then no
+/// step will come to its end.
+const STOPPING: &str = "stopping after this step. If another process has ended, the step cannot end, and the run goes on \
+                        from its last checkpoint: relcp run --resume with the same --out, by any number of processes";
 
 /// What `--json` prints: the summary, and where the run is.
 #[derive(Serialize)]
@@ -31,8 +36,20 @@ struct Document<'a> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
+    match arguments.compute.backend {
+        Backend::Mpi => processes::run(arguments, lead),
+        _ => lead(arguments),
+    }
+}
+
+/// Runs the scene in this process, which others may follow.
+fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
     compute::set_threads(&arguments.compute)?;
-    let (interrupt, begun) = (Interrupt::listen(), Instant::now());
+    let interrupt = match arguments.compute.backend {
+        Backend::Mpi => Interrupt::listen_and(|| output::message(STOPPING)),
+        _ => Interrupt::listen(),
+    };
+    let begun = Instant::now();
     let mut run = if arguments.resume { resume(arguments)? } else { start(arguments, &interrupt)? };
     for note in run.notes() {
         output::message(note);
@@ -162,6 +179,7 @@ fn show(
         page.map_or(Ok(()), |page| writeln!(out, "  page        {}", page.display()))?;
         if arguments.profile {
             profile(out, summary)?;
+            processes::traffic(out)?;
         }
         device.map_or(Ok(()), |device| write!(out, "{device}"))
     })

@@ -174,7 +174,7 @@ impl<const D: usize> Cpu<D> {
             pair: self.product.pair(),
             jacobian: self.product.jacobian(),
             incidence: self.product.incidence(),
-            blocks: self.blocks.whole(),
+            blocks: Some(self.blocks.whole()),
             chunks: &self.chunks,
             products: self.products,
             looks: std::mem::take(&mut self.looks),
@@ -215,7 +215,8 @@ pub(super) struct Whole<'a, const D: usize> {
     pub pair: &'a [[u32; 2]],
     pub jacobian: &'a [[[f64; D]; 2]],
     pub incidence: &'a Incidence,
-    pub blocks: pair_blocks::Part<'a>,
+    /// Those that no member has taken.
+    pub blocks: Option<pair_blocks::Part<'a>>,
     pub chunks: &'a Chunks,
     /// Products made so far, and residuals that nobody has asked for yet.
     pub products: u64,

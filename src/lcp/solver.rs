@@ -14,6 +14,8 @@ use super::projected_jacobi::ProjectedJacobi;
 use super::team::{self, Team};
 use super::verbs::Verbs;
 use super::{Outcome, Problem, Settings, SolverKind, Status};
+#[cfg(feature = "mpi")]
+use crate::processes::Processes;
 
 /// How many sweeps of Gauss-Seidel are made for one look at the residual, which costs a product more.
 const SWEEPS: u64 = 4;
@@ -146,6 +148,13 @@ impl<const D: usize> Solver<D> {
         (self.local, self.patient, self.team) = (None, false, None);
         self.cpu = Cpu::for_parallel_rows();
         self
+    }
+
+    /// Shares the iterations with other processes, which must solve the same problems at the same time: those of
+    /// [`SolverKind::Auto`] and [`SolverKind::PairBlockCg`], but for parallel rows. The others each process takes alone.
+    #[cfg(feature = "mpi")]
+    pub(crate) fn share(&mut self, processes: Processes) {
+        self.team = self.team.take().map(|_| Team::of(processes));
     }
 
     /// When the solver stops.

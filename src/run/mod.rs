@@ -1,6 +1,8 @@
 //! A run: a simulation that is stepped to its end and leaves its folder.
 
 mod error;
+#[cfg(feature = "mpi")]
+mod follow;
 mod measured;
 mod memory;
 mod schedule;
@@ -10,6 +12,8 @@ mod tests;
 mod until;
 
 pub use error::RunError;
+#[cfg(feature = "mpi")]
+pub use follow::{follow, together};
 pub use memory::peak_bytes;
 pub use summary::{Constraints, PeakBytes, Recursions, RunStatus, SolverSummary, Summary};
 
@@ -252,7 +256,7 @@ impl Run {
         let report = match stepped {
             Ok(report) => report,
             // A device that failed has no state to give: the last checkpoint stays.
-            Err(fault @ Fault::Device(_)) => return Err(fault.into()),
+            Err(fault @ (Fault::Device(_) | Fault::Processes(_))) => return Err(fault.into()),
             Err(fault) => {
                 self.stopped = Some(self.close(RunStatus::Stopped, Some(&fault))?);
                 return Err(fault.into());

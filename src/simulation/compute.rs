@@ -1,6 +1,8 @@
 //! What computes the steps: the CPU or a device.
 
 use super::Automatic;
+#[cfg(feature = "mpi")]
+use super::Together;
 use crate::backend::cpu::Cpu;
 #[cfg(feature = "gpu")]
 use crate::backend::gpu::{self as on_device, Device};
@@ -33,6 +35,9 @@ pub enum Compute {
     /// The moment at which the device takes over, or gives the state back, depends on measured times. So two runs may
     /// differ in the last bits on a machine with a device that fits; elsewhere the bits are those of [`Compute::Cpu`].
     Auto(Automatic),
+    /// The CPU of several processes, which share the work of a simulation. The bits are those of [`Compute::Cpu`].
+    #[cfg(feature = "mpi")]
+    Together(Together),
 }
 
 impl Compute {
@@ -49,6 +54,12 @@ impl Compute {
         Ok(match self {
             Compute::Cpu | Compute::Auto(_) if scene.planar => Box::new(Cpu::<PLANAR>::new(&model, state)?),
             Compute::Cpu | Compute::Auto(_) => Box::new(Cpu::<SPATIAL>::new(&model, state)?),
+            #[cfg(feature = "mpi")]
+            Compute::Together(together) if scene.planar => {
+                Box::new(Cpu::<PLANAR>::new(&model, state)?.share(together.processes()))
+            }
+            #[cfg(feature = "mpi")]
+            Compute::Together(together) => Box::new(Cpu::<SPATIAL>::new(&model, state)?.share(together.processes())),
             #[cfg(not(feature = "gpu"))]
             Compute::Gpu { gpu, .. } => match **gpu {},
             #[cfg(feature = "gpu")]
@@ -123,6 +134,8 @@ impl Compute {
     pub fn contacts(&self, bodies: &Bodies, cutoff: f64) -> Result<Vec<Contact>, GpuError> {
         match self {
             Compute::Cpu | Compute::Auto(_) => Ok(contacts(bodies, cutoff)),
+            #[cfg(feature = "mpi")]
+            Compute::Together(_) => Ok(contacts(bodies, cutoff)),
             #[cfg(not(feature = "gpu"))]
             Compute::Gpu { gpu, .. } => match **gpu {},
             #[cfg(feature = "gpu")]
@@ -137,6 +150,8 @@ impl Compute {
     pub fn wall_contacts(&self, bodies: &Bodies, walls: &Walls, cutoff: f64) -> Result<Vec<WallContact>, GpuError> {
         match self {
             Compute::Cpu | Compute::Auto(_) => Ok(walls.contacts(bodies, cutoff)),
+            #[cfg(feature = "mpi")]
+            Compute::Together(_) => Ok(walls.contacts(bodies, cutoff)),
             #[cfg(not(feature = "gpu"))]
             Compute::Gpu { gpu, .. } => match **gpu {},
             #[cfg(feature = "gpu")]

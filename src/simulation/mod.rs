@@ -4,10 +4,14 @@ pub(crate) mod automatic;
 mod builder;
 mod compute;
 mod leaving;
+#[cfg(feature = "mpi")]
+mod together;
 
 pub use automatic::{Automatic, Leg, Machine, Reason};
 pub use builder::SimulationBuilder;
 pub use compute::Compute;
+#[cfg(feature = "mpi")]
+pub use together::{Pack, Said, Together};
 
 use crate::bodies::Bodies;
 use crate::dynamics::ForceField;
@@ -54,6 +58,9 @@ pub struct Simulation {
     stopped_by: Option<StopReason>,
     /// The bodies that leave, and the lives that ended, where the scene has rules for it.
     leaving: Option<Leaving>,
+    /// The processes that take it together.
+    #[cfg(feature = "mpi")]
+    together: Option<Together>,
 }
 
 impl Simulation {
@@ -107,6 +114,11 @@ impl Simulation {
             },
             Compute::Cpu => (None, Leg::first(Machine::Cpu, Reason::AskedFor)),
             Compute::Gpu { .. } => (None, Leg::first(Machine::Gpu, Reason::AskedFor)),
+            #[cfg(feature = "mpi")]
+            Compute::Together(together) => {
+                together.start(&scene, &state)?;
+                (None, Leg::first(Machine::Cpu, Reason::AskedFor))
+            }
         };
         let (backend, keep) = (compute.backend(&scene, state)?, Keep::new(scene.solver.dump));
         let mut simulation = Simulation {
@@ -119,6 +131,11 @@ impl Simulation {
             keep,
             stopped_by: None,
             leaving: None,
+            #[cfg(feature = "mpi")]
+            together: match compute {
+                Compute::Together(together) => Some(*together),
+                _ => None,
+            },
         };
         simulation.leaving = Leaving::of(&simulation.scene, simulation.backend.as_ref())?;
         simulation.record(first);
@@ -245,6 +262,10 @@ impl Simulation {
     /// # Errors
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
+        #[cfg(feature = "mpi")]
+        if let Some(together) = self.together {
+            return together.step(|| self.take_step());
+        }
         let Some(mut auto) = self.auto.take() else { return self.take_step() };
         let stepped = auto.step(self);
         self.auto = Some(auto);

@@ -89,6 +89,9 @@ pub enum Fault {
     /// The device failed, or cannot do what the scene asks for.
     #[error(transparent)]
     Device(#[from] GpuError),
+    /// Processes that take a simulation together cannot go on.
+    #[error("the processes of this run cannot go on together: {0}")]
+    Processes(String),
 }
 
 impl Fault {
@@ -101,7 +104,7 @@ impl Fault {
     /// Whether the scene asks for something that has no solution or leaves the range of numbers, rather than a program
     /// or a device that failed.
     pub fn is_of_scene(&self) -> bool {
-        !matches!(self, Fault::Device(_))
+        !matches!(self, Fault::Device(_) | Fault::Processes(_))
     }
 
     /// Its name in files and tables.
@@ -117,6 +120,7 @@ impl Fault {
             Fault::NoProxy(_) => "no_proxy",
             Fault::Force { .. } => "force",
             Fault::Device(_) => "device",
+            Fault::Processes(_) => "processes",
         }
     }
 }

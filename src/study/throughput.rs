@@ -133,6 +133,8 @@ pub(super) fn start(kind: Kind, bodies: usize) -> Result<(Scene, Bodies), StudyE
 pub fn measure(kind: Kind, bodies: usize, steps: [usize; 2], compute: &Compute) -> Result<Row, StudyError> {
     let bandwidth = match compute {
         Compute::Cpu | Compute::Auto(_) => None,
+        #[cfg(feature = "mpi")]
+        Compute::Together(_) => None,
         Compute::Gpu { gpu, .. } => Some(copy_bandwidth(gpu)?),
     };
     measure_with(kind, bodies, steps, compute, bandwidth)

@@ -14,6 +14,7 @@ mod near;
 mod pairs;
 mod row_set;
 mod setup;
+mod sharing;
 mod solve;
 mod start;
 mod trial;
@@ -24,6 +25,7 @@ use crate::constraint::{RowSource, RowSourceError};
 use crate::dynamics::{ForceField, Pose, Waiting};
 use crate::freedom::PLANAR;
 use crate::lcp::{Outcome, Problem, Status, Stored};
+use crate::processes::Processes;
 use crate::separation::{planar_separation, separation};
 use crate::shape::Shape;
 use crate::step::{Backend, Fault, Model, Overlap, Passed, Phases, Piece, RetryBackend, State, passed};
@@ -38,6 +40,7 @@ use pairs::Pairs;
 use rayon::prelude::*;
 use row_set::RowSet;
 use setup::Setup;
+use sharing::shared;
 use solve::Solve;
 use start::Start;
 use std::time::{Duration, Instant};
@@ -64,6 +67,8 @@ pub struct Cpu<const D: usize> {
     candidates: Candidates,
     /// Forces beside the scene's own.
     added_forces: usize,
+    /// Those that share its work.
+    processes: Option<Processes>,
     phases: Phases,
 }
 
@@ -92,10 +97,21 @@ impl<const D: usize> Cpu<D> {
             trial: Trial::default(),
             candidates: Candidates::in_space(model.periods),
             added_forces: 0,
+            processes: None,
             phases: Phases::default(),
             setup,
             state,
         })
+    }
+
+    /// Shares the work on pairs and rows with other processes, which must take the same steps from the same state.
+    #[cfg(feature = "mpi")]
+    pub fn share(mut self, processes: Processes) -> Self {
+        if processes.size() > 1 {
+            self.processes = Some(processes);
+            self.solve.share(processes);
+        }
+        self
     }
 
     /// The present LCP and its multipliers, for diagnosis and tests.
@@ -129,7 +145,7 @@ impl<const D: usize> Cpu<D> {
     fn append_first(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         let step = self.step();
-        let Cpu { setup, start, motions, first, pairs, rows, candidates, phases, .. } = self;
+        let Cpu { setup, start, motions, first, pairs, rows, candidates, processes, phases, .. } = self;
         motions.check_periods(setup, start, step)?;
         rows.clear(start.bodies.len(), setup.walls.len());
         let margin = |i: usize| 0.5 * setup.cutoff + motions.reach[i].either;
@@ -137,7 +153,7 @@ impl<const D: usize> Cpu<D> {
         phases.broad_phase += begun.elapsed();
         let begun = Instant::now();
         pairs.recall();
-        let stages = Stages { setup, start, motions };
+        let stages = Stages { setup, start, motions, processes: *processes };
         let (near, gamma) = match setup.source {
             RowSource::Surfaces => stages.of_surfaces((candidates, Self::SEPARATE, D == PLANAR), first, pairs),
             RowSource::SubSpheres { .. } => stages.of_sub_spheres(candidates, first, pairs),
@@ -250,7 +266,7 @@ impl<const D: usize> Backend for Cpu<D> {
     fn trial(&mut self, violating: f64) -> Result<Overlap, Fault> {
         let begun = Instant::now();
         let step = self.step();
-        let Cpu { setup, start, motions, pairs, rows, trial, candidates, phases, .. } = self;
+        let Cpu { setup, start, motions, pairs, rows, trial, candidates, processes, phases, .. } = self;
         trial.set(rows, motions, start, step)?;
         phases.integrate += begun.elapsed();
         let begun = Instant::now();
@@ -259,7 +275,9 @@ impl<const D: usize> Backend for Cpu<D> {
         let begun = Instant::now();
         let placed = |a: usize, b: usize| trial.pair(start, a, b);
         let limit = |a: usize, b: usize| if start.is_held(a) && start.is_held(b) { f64::NEG_INFINITY } else { 0.0 };
-        let mut overlapping = narrow_phase::within(candidates, pairs, Self::SEPARATE, placed, limit);
+        let mut overlapping = shared(*processes, candidates.len(), |part| {
+            narrow_phase::within(&candidates[part], pairs, Self::SEPARATE, placed, limit)
+        });
         pairs.renew(&overlapping);
         let bodies = start.bodies.len();
         let limit = |i: usize| if start.is_held(i) { f64::NEG_INFINITY } else { 0.0 };

@@ -5,10 +5,12 @@ use super::motions::Motions;
 use super::narrow_phase::{self, Near, Separate};
 use super::pairs::Pairs;
 use super::setup::Setup;
+use super::sharing::shared;
 use super::start::Start;
 use super::walls;
 use crate::constraint::sub_sphere_separations;
 use crate::dynamics;
+use crate::processes::Processes;
 use crate::separation::{Separation, branch_slack, branches};
 use crate::step::Rows;
 use crate::walls::surface_of;
@@ -24,6 +26,8 @@ pub(super) struct Stages<'a> {
     pub(super) setup: &'a Setup,
     pub(super) start: &'a Start,
     pub(super) motions: &'a Motions,
+    /// The processes that share loops over pairs.
+    pub(super) processes: Option<Processes>,
 }
 
 impl Stages<'_> {
@@ -35,9 +39,12 @@ impl Stages<'_> {
         first: &mut First,
         pairs: &mut Pairs,
     ) -> (Vec<Near>, Vec<f64>) {
-        let Stages { setup, start, motions } = self;
+        let Stages { setup, start, motions, .. } = self;
         let limit = |a: usize, b: usize| motions.limit(setup, start, a, b);
-        let found = narrow_phase::within(candidates, pairs, separate, |a, b| first.pair(start, a, b), limit);
+        let placed = |a: usize, b: usize| first.pair(start, a, b);
+        let found = shared(self.processes, candidates.len(), |part| {
+            narrow_phase::within(&candidates[part], pairs, separate, placed, limit)
+        });
         let placed = |i: usize| first.placed(start, i);
         let mut walls = walls::near(start.walls(setup), start.bodies.len(), placed, |i| {
             if start.is_held(i) { f64::NEG_INFINITY } else { setup.cutoff + motions.reach[i].either }
@@ -60,13 +67,16 @@ impl Stages<'_> {
             let overlap = before.as_ref().unwrap_or(&walls).iter().fold(overlap, deepest);
             first.overlap = overlap;
         }
-        let mut rows = match setup.rows {
-            Rows::Auto => self.with_branches(&found, (first, planar), pairs),
-            Rows::Paper => found.clone(),
-        };
-        if first.ahead {
-            first.aim_at_end(setup, start, &mut rows);
-        }
+        let mut rows = shared(self.processes, found.len(), |part| {
+            let mut rows = match setup.rows {
+                Rows::Auto => self.with_branches(&found[part], (first, planar), pairs),
+                Rows::Paper => found[part].to_vec(),
+            };
+            if first.ahead {
+                first.aim_at_end(setup, start, &mut rows);
+            }
+            rows
+        });
         join(&mut rows, walls);
         let gamma = pairs.multipliers(&rows);
         pairs.keep(&found, &rows);
@@ -76,7 +86,7 @@ impl Stages<'_> {
     /// The branches of near pairs (sorted) that may become active in the step, and those that ended the last one with a
     /// multiplier.
     fn with_branches(self, near: &[Near], (first, planar): (&First, bool), pairs: &Pairs) -> Vec<Near> {
-        let Stages { setup, start, motions } = self;
+        let Stages { setup, start, motions, .. } = self;
         let of_pair = |near: &Near| {
             let [a, b] = near.pair.map(|i| i as usize);
             let [of_a, of_b] = first.pair(start, a, b);
@@ -106,7 +116,7 @@ impl Stages<'_> {
 
     /// The rows of all near pairs of sub-spheres, likewise.
     pub(super) fn of_sub_spheres(self, candidates: &[[u32; 2]], first: &First, pairs: &Pairs) -> (Vec<Near>, Vec<f64>) {
-        let Stages { setup, start, motions } = self;
+        let Stages { setup, start, motions, .. } = self;
         let reach =
             |i: usize| if start.is_held(i) { f64::NEG_INFINITY } else { setup.cutoff + motions.reach[i].either };
         let mut rows = Vec::new();

@@ -2,6 +2,8 @@
 
 use super::row_set::RowSet;
 use crate::lcp::{self, Outcome, Settings, Solver};
+#[cfg(feature = "mpi")]
+use crate::processes::Processes;
 use crate::step::{Model, Rows};
 
 /// A solver, and what it has done in this step.
@@ -22,6 +24,12 @@ impl<const D: usize> Solve<D> {
             Rows::Paper => solver.for_parallel_rows(),
         };
         Solve { solver, rows, solved: false, residual: 0.0 }
+    }
+
+    /// Shares its solves with other processes.
+    #[cfg(feature = "mpi")]
+    pub(super) fn share(&mut self, processes: Processes) {
+        self.solver.share(processes);
     }
 
     pub(super) fn begin(&mut self) {

@@ -9,7 +9,8 @@ use std::time::Duration;
 #[derive(Args, Clone, Debug)]
 pub(in crate::cli) struct Compute {
     /// Backend: auto computes on the CPU; a long `run` with many bodies goes over to a hardware GPU that is measured to
-    /// be faster, and a `study` measures one beside the CPU. gpu also accepts a software adapter
+    /// be faster, and a `study` measures one beside the CPU. gpu also accepts a software adapter. mpi shares one `run`
+    /// between processes that mpirun or srun has started, to the same bits
     #[arg(long, value_enum, default_value = "auto")]
     pub(in crate::cli) backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them
@@ -19,7 +20,7 @@ pub(in crate::cli) struct Compute {
     /// auto that of the GPU
     #[arg(long, value_enum)]
     pub(in crate::cli) precision: Option<Precision>,
-    /// Number of threads [default: one per core]. The bits of the results do not depend on it
+    /// Number of threads [default: one per core; with --backend mpi one]. The bits of the results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) threads: Option<u16>,
 }
@@ -29,6 +30,7 @@ pub(in crate::cli) enum Backend {
     Auto,
     Cpu,
     Gpu,
+    Mpi,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

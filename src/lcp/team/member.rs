@@ -1,11 +1,11 @@
-//! The vector verbs on one of several threads, which has some of the rows. All threads take the same solver through the
-//! same steps; they meet where a number of all rows is needed.
+//! The vector verbs on one of several threads or processes, which has some of the rows. All of them take the same solver
+//! through the same steps; they meet where a number of all rows is needed.
 //!
 //! Rows stand in the order of their pair's smaller body. So each member has the velocities of consecutive bodies, and
 //! other rows of its bodies belong to members before it. It takes their multipliers and adds them first, as one thread
 //! would. It also takes the velocities of bodies after its own.
 
-use super::shared::{SUMS, Shared};
+use super::shared::{Exchange, SUMS};
 use crate::lcp::cpu::Whole;
 use crate::lcp::loops::Chunks;
 use crate::lcp::on_rows::{Diagonals, Numbers, OnRows};
@@ -14,9 +14,9 @@ use crate::lcp::product::{add, along, scatter_onto};
 use std::cell::Cell;
 use std::ops::Range;
 
-/// One thread's share of a problem.
-pub(super) struct Member<'a, const D: usize> {
-    shared: &'a Shared,
+/// One thread's or process's share of a problem.
+pub(super) struct Member<'a, E, const D: usize> {
+    shared: &'a E,
     pub rows: Range<usize>,
     bodies: Range<usize>,
     /// Rows of members before it at its bodies, by body: the row, the body, the block.
@@ -44,86 +44,138 @@ pub(super) struct Member<'a, const D: usize> {
     looks: Vec<f64>,
 }
 
-impl<'a, const D: usize> Member<'a, D> {
-    /// Shares a problem out: to each member some chunks of rows, and bodies with about as many rows.
-    pub fn of_all(whole: Whole<'a, D>, shared: &'a Shared, members: usize) -> Vec<Self> {
-        let Whole { diagonals, q, compliance, pair, jacobian, incidence, chunks, products, looks, .. } = whole;
-        let mut blocks = Some(whole.blocks);
-        let all = incidence.start.len() - 1;
+/// How a problem is shared out: to each member some chunks of rows, and bodies with about as many rows.
+pub(super) struct Parts {
+    pub chunks: Vec<Range<usize>>,
+    pub rows: Vec<Range<usize>>,
+    pub bodies: Vec<Range<usize>>,
+}
+
+impl Parts {
+    /// For so many members.
+    pub fn new<const D: usize>(whole: &Whole<'_, D>, members: usize) -> Self {
+        let Whole { pair, chunks, .. } = whole;
+        let all = whole.incidence.start.len() - 1;
         let first_body = |chunk: usize| {
             let rows = chunks.ranges().nth(chunk).unwrap_or(0..0);
             pair[rows].iter().map(|pair| sorted(*pair)[0] as usize).min().unwrap_or(all)
         };
-        let share = |of: Range<usize>| {
-            let (own, rows) = chunks.share(&of);
-            let bodies = if of.start == 0 { 0 } else { first_body(of.start) }..first_body(of.end);
-            let mut before = Vec::new();
-            for body in bodies.clone() {
-                let early = incidence.of(body).iter().take_while(|entry| ((**entry / 2) as usize) < rows.start);
-                before.extend(early.map(|entry| {
-                    let (row, side) = (*entry / 2, (*entry % 2) as usize);
-                    (row, body as u32, jacobian[row as usize][side])
-                }));
-            }
-            let mut given: Vec<u32> = before.iter().map(|(_, body, _)| *body).collect();
-            given.dedup();
-            let far = |row: &u32| sorted(pair[rows.start + *row as usize])[1] as usize >= bodies.end;
-            let across: Vec<u32> = (0..rows.len() as u32).filter(far).collect();
-            let mut taken: Vec<u32> = across.iter().map(|row| sorted(pair[rows.start + *row as usize])[1]).collect();
-            taken.sort_unstable();
-            taken.dedup();
-            let (part, rest) = blocks.take()?.split_at(of.len());
-            blocks = Some(rest);
-            Some(Member {
-                shared,
-                bodies,
-                before,
-                given,
-                across,
-                taken,
-                velocity: vec![[0.0; D]; all],
-                chunks: own,
-                first_chunk: of.start,
-                all_chunks: chunks.len(),
-                diagonals: diagonals.of(rows.clone()),
-                q: &q[rows.clone()],
-                compliance,
-                pair: &pair[rows.clone()],
-                jacobian: &jacobian[rows.clone()],
-                blocks: part,
-                turn: Cell::new(0),
-                products,
-                looks: looks.clone(),
-                rows,
-            })
-        };
-        chunks.shares(members).into_iter().map_while(share).collect()
+        let shares = chunks.shares(members);
+        let bodies = |of: &Range<usize>| if of.start == 0 { 0 } else { first_body(of.start) }..first_body(of.end);
+        Parts {
+            rows: shares.iter().map(|of| chunks.share(of).1).collect(),
+            bodies: shares.iter().map(bodies).collect(),
+            chunks: shares,
+        }
     }
 }
 
-impl<const D: usize> OnRows for Member<'_, D> {
+#[cfg(feature = "mpi")]
+impl Parts {
+    /// Adds members without rows until there are so many.
+    pub fn add_empty(&mut self, members: usize) {
+        for ranges in [&mut self.chunks, &mut self.rows, &mut self.bodies] {
+            let end = ranges.last().map_or(0, |range| range.end);
+            ranges.resize(members, end..end);
+        }
+    }
+}
+
+impl<'a, E, const D: usize> Member<'a, E, D> {
+    /// All members.
+    pub fn of_all(mut whole: Whole<'a, D>, shared: &'a E, members: usize) -> Vec<Self> {
+        let parts = Parts::new(&whole, members);
+        let of = |k: usize| Member::new(&mut whole, shared, &parts, k);
+        (0..members).map_while(of).collect()
+    }
+
+    /// The one member of a problem that others share elsewhere.
+    #[cfg(feature = "mpi")]
+    pub fn of_one(mut whole: Whole<'a, D>, shared: &'a E, parts: &Parts, k: usize) -> Option<Self> {
+        let blocks = whole.blocks.take()?;
+        whole.blocks = Some(blocks.split_at(parts.chunks[k].start).1);
+        Member::new(&mut whole, shared, parts, k)
+    }
+
+    /// Its rows with bodies of others, and rows of others with its bodies, each with that body.
+    #[cfg(feature = "mpi")]
+    pub fn borders(&self) -> [Vec<(u32, u32)>; 2] {
+        let across = self.across.iter().map(|row| {
+            let row = self.rows.start + *row as usize;
+            (row as u32, sorted(self.pair[row - self.rows.start])[1])
+        });
+        [across.collect(), self.before.iter().map(|(row, body, _)| (*row, *body)).collect()]
+    }
+
+    /// Member `k`, whose blocks are the first that are left.
+    fn new(whole: &mut Whole<'a, D>, shared: &'a E, parts: &Parts, k: usize) -> Option<Self> {
+        let (of, rows, bodies) = (parts.chunks[k].clone(), parts.rows[k].clone(), parts.bodies[k].clone());
+        let (part, rest) = whole.blocks.take()?.split_at(of.len());
+        whole.blocks = Some(rest);
+        let Whole { diagonals, q, compliance, pair, jacobian, incidence, chunks, products, .. } = *whole;
+        let mut before = Vec::new();
+        for body in bodies.clone() {
+            let early = incidence.of(body).iter().take_while(|entry| ((**entry / 2) as usize) < rows.start);
+            before.extend(early.map(|entry| {
+                let (row, side) = (*entry / 2, (*entry % 2) as usize);
+                (row, body as u32, jacobian[row as usize][side])
+            }));
+        }
+        let mut given: Vec<u32> = before.iter().map(|(_, body, _)| *body).collect();
+        given.dedup();
+        let far = |row: &u32| sorted(pair[rows.start + *row as usize])[1] as usize >= bodies.end;
+        let across: Vec<u32> = (0..rows.len() as u32).filter(far).collect();
+        let mut taken: Vec<u32> = across.iter().map(|row| sorted(pair[rows.start + *row as usize])[1]).collect();
+        taken.sort_unstable();
+        taken.dedup();
+        Some(Member {
+            shared,
+            bodies,
+            before,
+            given,
+            across,
+            taken,
+            velocity: vec![[0.0; D]; incidence.start.len() - 1],
+            chunks: chunks.share(&of).0,
+            first_chunk: of.start,
+            all_chunks: chunks.len(),
+            diagonals: diagonals.of(rows.clone()),
+            q: &q[rows.clone()],
+            compliance,
+            pair: &pair[rows.clone()],
+            jacobian: &jacobian[rows.clone()],
+            blocks: part,
+            turn: Cell::new(0),
+            products,
+            looks: whole.looks.clone(),
+            rows,
+        })
+    }
+}
+
+impl<E: Exchange, const D: usize> OnRows for Member<'_, E, D> {
     fn numbers(&self) -> Numbers<'_> {
         Numbers { diagonals: self.diagonals, q: self.q, compliance: self.compliance }
     }
 
     fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
         self.products += 1;
-        let shared = self.shared;
+        let (shared, board) = (self.shared, self.shared.board());
         for row in self.across.iter().map(|row| *row as usize) {
-            shared.x.put(self.rows.start + row, &x[row..=row]);
+            board.x.put(self.rows.start + row, &x[row..=row]);
         }
-        shared.meet();
+        shared.meet_for_rows();
         self.velocity[self.bodies.clone()].fill([0.0; D]);
         for (row, body, block) in &self.before {
-            add(&mut self.velocity[*body as usize], shared.x.get(*row as usize), block);
+            add(&mut self.velocity[*body as usize], board.x.get(*row as usize), block);
         }
         scatter_onto(self.pair, self.jacobian, x, &mut self.velocity);
         for body in self.given.iter().map(|body| *body as usize) {
-            shared.velocity.put(D * body, &self.velocity[body]);
+            board.velocity.put(D * body, &self.velocity[body]);
         }
-        shared.meet();
+        shared.meet_for_velocities();
         for body in self.taken.iter().map(|body| *body as usize) {
-            self.velocity[body] = shared.velocity.block(D * body);
+            self.velocity[body] = board.velocity.block(D * body);
         }
         along(self.pair, self.jacobian, &self.velocity, out);
     }
@@ -134,11 +186,12 @@ impl<const D: usize> OnRows for Member<'_, D> {
 
     fn of_chunks<const N: usize>(&self, chunk: impl Fn(Range<usize>) -> [f64; N]) -> impl Iterator<Item = [f64; N]> {
         const { assert!(N <= SUMS) };
-        let sums = &self.shared.sums[self.turn.replace(1 - self.turn.get())];
+        let turn = self.turn.replace(1 - self.turn.get());
+        let sums = &self.shared.board().sums[turn];
         for (k, rows) in self.chunks.ranges().enumerate() {
             sums.put(N * (self.first_chunk + k), &chunk(rows));
         }
-        self.shared.meet();
+        self.shared.meet_for_sums(turn, N);
         (0..self.all_chunks).map(|k| sums.block(N * k))
     }
 

@@ -44,6 +44,39 @@ impl Numbers {
     }
 }
 
+/// The numbers that members learn from each other.
+pub(super) struct Board {
+    /// Of the vector that is multiplied what others need, at the places of the rows.
+    pub x: Numbers,
+    /// The same of `J^T x`, at the places of the bodies.
+    pub velocity: Numbers,
+    /// Sums of the chunks. Two, by turns: whoever writes one has passed a barrier since the others read it.
+    pub sums: [Numbers; 2],
+}
+
+impl Board {
+    /// For so many rows, numbers of velocities and chunks.
+    pub fn new(rows: usize, unknowns: usize, chunks: usize) -> Self {
+        Board {
+            x: Numbers::zeros(rows),
+            velocity: Numbers::zeros(unknowns),
+            sums: [Numbers::zeros(SUMS * chunks), Numbers::zeros(SUMS * chunks)],
+        }
+    }
+}
+
+/// How members learn them. After each of its meetings a member may read what the others wrote before theirs.
+pub(super) trait Exchange {
+    /// The numbers.
+    fn board(&self) -> &Board;
+    /// Meets for multipliers.
+    fn meet_for_rows(&self);
+    /// Meets for velocities.
+    fn meet_for_velocities(&self);
+    /// Meets for so many sums a chunk, in one of the two places for them.
+    fn meet_for_sums(&self, turn: usize, of_chunk: usize);
+}
+
 /// How long the first member waits for the others to come: some times what it takes to wake a thread.
 const PATIENCE: Duration = Duration::from_micros(200);
 
@@ -61,12 +94,26 @@ pub(super) struct Shared {
     round: AtomicUsize,
     /// Whether a member has panicked: the others would wait for it for ever.
     broken: AtomicBool,
-    /// Of the vector that is multiplied what others need, at the places of the rows.
-    pub x: Numbers,
-    /// The same of `J^T x`, at the places of the bodies.
-    pub velocity: Numbers,
-    /// Sums of the chunks. Two, by turns: whoever writes one has passed a barrier since the others read it.
-    pub sums: [Numbers; 2],
+    board: Board,
+}
+
+impl Exchange for Shared {
+    #[inline]
+    fn board(&self) -> &Board {
+        &self.board
+    }
+
+    fn meet_for_rows(&self) {
+        self.meet();
+    }
+
+    fn meet_for_velocities(&self) {
+        self.meet();
+    }
+
+    fn meet_for_sums(&self, _: usize, _: usize) {
+        self.meet();
+    }
 }
 
 impl Shared {
@@ -79,9 +126,7 @@ impl Shared {
             arrived: AtomicUsize::new(0),
             round: AtomicUsize::new(0),
             broken: AtomicBool::new(false),
-            x: Numbers::zeros(rows),
-            velocity: Numbers::zeros(unknowns),
-            sums: [Numbers::zeros(SUMS * chunks), Numbers::zeros(SUMS * chunks)],
+            board: Board::new(rows, unknowns, chunks),
         }
     }
 
@@ -160,9 +205,9 @@ mod tests {
         let shared = Shared::new(3, 3, 0, 0);
         let work = |member: usize| {
             for round in 0..200 {
-                shared.x.put(member, &[f64::from(round)]);
+                shared.board.x.put(member, &[f64::from(round)]);
                 shared.meet();
-                assert!((0..3).all(|other| shared.x.get(other) == f64::from(round)));
+                assert!((0..3).all(|other| shared.board.x.get(other) == f64::from(round)));
                 shared.meet();
             }
         };

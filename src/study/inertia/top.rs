@@ -103,6 +103,8 @@ fn turn_together(
     let mut simulation = Simulation::builder(scene).on(compute).build()?;
     let (computed_by, look_every) = match compute {
         Compute::Cpu | Compute::Auto(_) => (COMPUTED_BY.to_owned(), 1),
+        #[cfg(feature = "mpi")]
+        Compute::Together(_) => (COMPUTED_BY.to_owned(), 1),
         Compute::Gpu { gpu, precision } => {
             (format!("{} {}", gpu.name(), precision.name()), (steps / LOOKS_ON_A_DEVICE).max(1))
         }

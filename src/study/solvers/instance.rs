@@ -248,6 +248,8 @@ fn attempt(what: Attempt, lcp: &Stored, solved: &Solved, reference: Option<&[f64
 pub(super) fn computed_by(compute: &Compute) -> String {
     match compute {
         Compute::Cpu | Compute::Auto(_) => "CPU f64".into(),
+        #[cfg(feature = "mpi")]
+        Compute::Together(_) => "CPU f64".into(),
         Compute::Gpu { gpu, precision } => format!("{} {}", gpu.name(), precision.name()),
     }
 }
@@ -290,6 +292,8 @@ fn solve_with<const D: usize>(
                 let time = begun.elapsed();
                 Solved { outcome, gamma, time, history: solver.history().to_vec() }
             }
+            #[cfg(feature = "mpi")]
+            Compute::Together(_) => return Ok(Err("processes share runs, not single LCPs".into())),
             #[cfg(not(feature = "gpu"))]
             Compute::Gpu { gpu, .. } => match **gpu {},
             #[cfg(feature = "gpu")]

@@ -1,0 +1,137 @@
+//! The processes of a run, and their exchanges.
+
+use super::Traffic;
+use mpi::Count;
+use mpi::datatype::PartitionMut;
+use mpi::request::{Request, scope};
+use mpi::topology::SimpleCommunicator;
+use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Equivalence, Root, Source};
+use std::time::Instant;
+
+/// Most numbers that one gather of all processes moves: MPI counts them in 32 bits. What is longer goes in pieces.
+const MOST_AT_ONCE: usize = 1 << 28;
+
+/// The processes that take one simulation together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Processes {
+    rank: usize,
+    size: usize,
+}
+
+/// Numbers for, or from, one other process.
+pub(crate) type Parcel = (usize, Vec<f64>);
+
+impl Processes {
+    /// All processes that were started together.
+    pub(super) fn all() -> Self {
+        let world = SimpleCommunicator::world();
+        Processes { rank: world.rank() as usize, size: world.size() as usize }
+    }
+
+    /// The number of this process, from 0.
+    pub fn rank(self) -> usize {
+        self.rank
+    }
+
+    /// How many there are.
+    pub fn size(self) -> usize {
+        self.size
+    }
+
+    /// What every process has, one after the other.
+    pub fn gather(self, own: &[u64]) -> Vec<u64> {
+        let mut counts = vec![0u64; self.size];
+        self.gather_into(&[own.len() as u64], &vec![1; self.size], &mut counts);
+        let counts: Vec<usize> = counts.into_iter().map(|count| count as usize).collect();
+        let mut all = vec![0u64; counts.iter().sum()];
+        self.gather_into(own, &counts, &mut all);
+        all
+    }
+
+    /// What every process has, one after the other, where all know how much that is.
+    pub(crate) fn gather_into<T: Equivalence + Copy>(self, own: &[T], counts: &[usize], all: &mut [T]) {
+        let begun = Instant::now();
+        if all.len() <= MOST_AT_ONCE {
+            gather_at_once(own, counts, all);
+        } else {
+            self.gather_in_pieces(own, counts, all);
+        }
+        Traffic::of_gather(size_of_val(own) * (self.size - 1), begun.elapsed());
+    }
+
+    fn gather_in_pieces<T: Equivalence + Copy>(self, own: &[T], counts: &[usize], all: &mut [T]) {
+        let most = (MOST_AT_ONCE / self.size).max(1);
+        let longest = counts.iter().copied().max().unwrap_or(0);
+        let Some(first) = all.first().copied() else { return };
+        let mut piece = Vec::new();
+        for begin in (0..longest).step_by(most) {
+            let within = |count: usize| begin.min(count)..(begin + most).min(count);
+            let lengths: Vec<usize> = counts.iter().map(|count| within(*count).len()).collect();
+            piece.resize(lengths.iter().sum(), first);
+            gather_at_once(&own[within(own.len())], &lengths, &mut piece);
+            let (mut from, mut to) = (0, 0);
+            for (count, length) in counts.iter().zip(&lengths) {
+                all[to + begin.min(*count)..][..*length].copy_from_slice(&piece[from..from + length]);
+                from += length;
+                to += count;
+            }
+        }
+    }
+
+    /// Sends each parcel of `out` to its process, and fills those of `into` with what theirs sent. Who sends how much
+    /// to whom is known to both.
+    pub(crate) fn swap(self, out: &[Parcel], into: &mut [Parcel]) {
+        let begun = Instant::now();
+        let world = SimpleCommunicator::world();
+        scope(|scope| {
+            let mut pending: Vec<Request<'_, [f64], _>> = Vec::with_capacity(into.len() + out.len());
+            for (from, numbers) in into.iter_mut() {
+                let from = world.process_at_rank(*from as i32);
+                pending.push(from.immediate_receive_into(scope, numbers.as_mut_slice()));
+            }
+            for (to, numbers) in out {
+                pending.push(world.process_at_rank(*to as i32).immediate_send(scope, numbers.as_slice()));
+            }
+            for request in pending {
+                request.wait();
+            }
+        });
+        let bytes = out.iter().map(|(_, numbers)| size_of_val(numbers.as_slice())).sum();
+        Traffic::of_messages(out.len(), bytes, begun.elapsed());
+    }
+
+    /// Says something to all others, which [`Processes::hear`] it.
+    pub fn tell(self, message: &[u8]) {
+        let begun = Instant::now();
+        let mut length = message.len() as u64;
+        self.take_from_first(std::slice::from_mut(&mut length));
+        let mut own = message.to_vec();
+        own.chunks_mut(MOST_AT_ONCE).for_each(|piece| self.take_from_first(piece));
+        Traffic::of_gather(own.len() * (self.size - 1), begun.elapsed());
+    }
+
+    /// Waits for what process 0 says.
+    pub fn hear(self) -> Vec<u8> {
+        let mut length = 0u64;
+        self.take_from_first(std::slice::from_mut(&mut length));
+        let mut message = vec![0u8; length as usize];
+        message.chunks_mut(MOST_AT_ONCE).for_each(|piece| self.take_from_first(piece));
+        message
+    }
+
+    fn take_from_first<T: Equivalence>(self, numbers: &mut [T]) {
+        SimpleCommunicator::world().process_at_rank(0).broadcast_into(numbers);
+    }
+
+    /// Ends all processes at once: one of them cannot go on, and the others would wait for it for ever.
+    pub fn abort(self, status: u8) -> ! {
+        SimpleCommunicator::world().abort(i32::from(status))
+    }
+}
+
+fn gather_at_once<T: Equivalence>(own: &[T], counts: &[usize], all: &mut [T]) {
+    let counts: Vec<Count> = counts.iter().map(|count| *count as Count).collect();
+    let begins = counts.iter().scan(0, |next, count| Some(std::mem::replace(next, *next + count)));
+    let begins: Vec<Count> = begins.collect();
+    SimpleCommunicator::world().all_gather_varcount_into(own, &mut PartitionMut::new(all, counts, begins));
+}
