@@ -1,0 +1,79 @@
+//! Rapier 0.36.
+
+use crate::run::{Engine, Fault, Pose as Placed, Run, inertia, inward};
+use rapier_0_36::prelude::*;
+
+/// The scene.
+pub struct World {
+    world: PhysicsWorld,
+    handles: Vec<RigidBodyHandle>,
+    drag: Option<f64>,
+}
+
+impl World {
+    /// The rods at the start.
+    pub fn new(run: &Run) -> Result<Self, Fault> {
+        let drag = run.setting("drag")?;
+        let mut world = PhysicsWorld::new();
+        world.gravity = Vector::ZERO;
+        parameters(run, &mut world.integration_parameters)?;
+        let inertia = inertia(run);
+        let mut handles = Vec::new();
+        for placed in &run.start {
+            let [x, y, z, w, i, j, k] = placed.map(|number| number as Real);
+            let pose = Pose::from_parts(Vector::new(x, y, z), Rotation::from_xyzw(i, j, k, w));
+            let damping = drag.unwrap_or(0.0) as Real;
+            let body = RigidBodyBuilder::dynamic().pose(pose).linear_damping(damping).angular_damping(damping);
+            let mass = MassProperties::new(Vector::ZERO, 1.0, Vector::new(inertia, inertia, inertia));
+            let rod = ColliderBuilder::capsule_z(run.half as Real, run.radius as Real).friction(0.0).restitution(0.0);
+            handles.push(world.insert(body.can_sleep(false).build(), rod.mass_properties(mass)).0);
+        }
+        Ok(World { world, handles, drag })
+    }
+}
+
+fn parameters(run: &Run, to: &mut IntegrationParameters) -> Result<(), Fault> {
+    to.dt = run.dt as Real;
+    let count = |key: &str, default: usize| run.setting(key).map(|given| given.map_or(default, |n| n as usize));
+    let number = |key: &str, default: Real| run.setting(key).map(|given| given.map_or(default, |x| x as Real));
+    to.num_solver_iterations = count("iterations", to.num_solver_iterations)?;
+    to.num_internal_pgs_iterations = count("pgs", to.num_internal_pgs_iterations)?;
+    to.num_internal_stabilization_iterations = count("stabilization", to.num_internal_stabilization_iterations)?;
+    to.contact_softness.natural_frequency = number("frequency", to.contact_softness.natural_frequency)?;
+    to.contact_softness.damping_ratio = number("damping_ratio", to.contact_softness.damping_ratio)?;
+    to.normalized_prediction_distance = number("prediction", to.normalized_prediction_distance)?;
+    to.normalized_max_corrective_velocity = number("corrective", to.normalized_max_corrective_velocity)?;
+    to.normalized_allowed_linear_error = number("allowed_error", to.normalized_allowed_linear_error)?;
+    to.contact_recycling = count("recycling", usize::from(to.contact_recycling))? != 0;
+    Ok(())
+}
+
+impl Engine for World {
+    fn step(&mut self) {
+        for handle in &self.handles {
+            let body = &mut self.world.bodies[*handle];
+            let x = body.translation();
+            let pull = -inward([x.x, x.y, x.z]);
+            match self.drag {
+                None => {
+                    body.set_linvel(x * pull as Real, true);
+                    body.set_angvel(Vector::ZERO, true);
+                }
+                Some(drag) => {
+                    body.reset_forces(true);
+                    body.add_force(x * (drag * pull) as Real, true);
+                }
+            }
+        }
+        self.world.step();
+    }
+
+    fn poses(&self) -> Vec<Placed> {
+        let pose = |handle: &RigidBodyHandle| {
+            let body = &self.world.bodies[*handle];
+            let (x, q) = (body.translation(), *body.rotation());
+            [x.x, x.y, x.z, q.w, q.x, q.y, q.z].map(f64::from)
+        };
+        self.handles.iter().map(pose).collect()
+    }
+}
