@@ -1,9 +1,10 @@
 //! Rods drawn into a ball, stepped by Rapier.
 //!
-//! `peers-rapier version=0.36 poses=FILE frames=FILE dt= end= every= radius= half= [settings]`. Settings: `drag` (a
+//! `peers-rapier version=0.36 poses=FILE frames=FILE dt= end= every= radius= half= [settings]`; in place of
+//! `radius` and `half`, `sizes=FILE`. Settings: `drag` (a
 //! force and a damping of that coefficient; without it each body gets the field's velocity and no spin before every
 //! step), `iterations`, `pgs`, `stabilization`, `frequency`, `damping_ratio`, `prediction`, `corrective`,
-//! `allowed_error`, `recycling`. What is not given is the engine's default.
+//! `allowed_error`, `recycling`; `centre` of the field, `spin` about z. What is not given is the engine's default.
 
 mod run;
 mod v0_26;

@@ -1,6 +1,6 @@
 //! Rapier 0.26.
 
-use crate::run::{Engine, Fault, Pose as Placed, Run, inertia, inward};
+use crate::run::{Engine, Fault, Pose as Placed, Run};
 use rapier_0_26::na::{Quaternion, UnitQuaternion};
 use rapier_0_26::prelude::*;
 
@@ -16,8 +16,9 @@ pub struct World {
     joints: ImpulseJointSet,
     multibodies: MultibodyJointSet,
     continuous: CCDSolver,
-    handles: Vec<RigidBodyHandle>,
+    handles: Vec<(RigidBodyHandle, f64)>,
     drag: Option<f64>,
+    spin: f64,
 }
 
 impl World {
@@ -25,9 +26,9 @@ impl World {
     pub fn new(run: &Run) -> Result<Self, Fault> {
         let drag = run.setting("drag")?;
         let (mut bodies, mut colliders) = (RigidBodySet::new(), ColliderSet::new());
-        let inertia = inertia(run);
         let mut handles = Vec::new();
-        for placed in &run.start {
+        for (placed, size) in run.start.iter().zip(&run.sizes) {
+            let rod = run.rod(*size);
             let [x, y, z, w, i, j, k] = placed.map(|number| number as Real);
             let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
             let damping = drag.unwrap_or(0.0) as Real;
@@ -37,10 +38,10 @@ impl World {
                 .angular_damping(damping)
                 .can_sleep(false);
             let handle = bodies.insert(body);
-            let mass = MassProperties::new(point![0.0, 0.0, 0.0], 1.0, vector![inertia, inertia, inertia]);
-            let rod = ColliderBuilder::capsule_z(run.half as Real, run.radius as Real).friction(0.0).restitution(0.0);
-            colliders.insert_with_parent(rod.mass_properties(mass), handle, &mut bodies);
-            handles.push(handle);
+            let mass = MassProperties::new(point![0.0, 0.0, 0.0], rod.mass, Vector::repeat(rod.inertia));
+            let form = ColliderBuilder::capsule_z(size[1] as Real, size[0] as Real).friction(0.0).restitution(0.0);
+            colliders.insert_with_parent(form.mass_properties(mass), handle, &mut bodies);
+            handles.push((handle, rod.speed));
         }
         Ok(World {
             parameters: parameters(run)?,
@@ -55,6 +56,7 @@ impl World {
             continuous: CCDSolver::new(),
             handles,
             drag,
+            spin: run.setting("spin")?.unwrap_or(0.0),
         })
     }
 }
@@ -76,19 +78,20 @@ fn parameters(run: &Run) -> Result<IntegrationParameters, Fault> {
 }
 
 impl Engine for World {
-    fn step(&mut self) {
-        for handle in &self.handles {
+    fn step(&mut self, run: &Run) {
+        for (handle, speed) in &self.handles {
             let Some(body) = self.bodies.get_mut(*handle) else { continue };
             let x = *body.translation();
-            let pull = -inward([x.x, x.y, x.z]);
+            let (pull, from) = run.inward([x.x, x.y, x.z]);
+            let velocity = Vector::from(from) * (-pull * speed) as Real;
             match self.drag {
                 None => {
-                    body.set_linvel(x * pull as Real, true);
-                    body.set_angvel(vector![0.0, 0.0, 0.0], true);
+                    body.set_linvel(velocity, true);
+                    body.set_angvel(vector![0.0, 0.0, self.spin as Real], true);
                 }
                 Some(drag) => {
                     body.reset_forces(true);
-                    body.add_force(x * (drag * pull) as Real, true);
+                    body.add_force(velocity * (drag / speed) as Real, true);
                 }
             }
         }
@@ -110,7 +113,7 @@ impl Engine for World {
     }
 
     fn poses(&self) -> Vec<Placed> {
-        let pose = |handle: &RigidBodyHandle| {
+        let pose = |(handle, _): &(RigidBodyHandle, f64)| {
             let body = &self.bodies[*handle];
             let (x, q) = (body.translation(), body.rotation());
             [x.x, x.y, x.z, q.w, q.i, q.j, q.k].map(f64::from)

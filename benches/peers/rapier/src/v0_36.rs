@@ -1,13 +1,14 @@
 //! Rapier 0.36.
 
-use crate::run::{Engine, Fault, Pose as Placed, Run, inertia, inward};
+use crate::run::{Engine, Fault, Pose as Placed, Run};
 use rapier_0_36::prelude::*;
 
 /// The scene.
 pub struct World {
     world: PhysicsWorld,
-    handles: Vec<RigidBodyHandle>,
+    handles: Vec<(RigidBodyHandle, f64)>,
     drag: Option<f64>,
+    spin: f64,
 }
 
 impl World {
@@ -17,18 +18,18 @@ impl World {
         let mut world = PhysicsWorld::new();
         world.gravity = Vector::ZERO;
         parameters(run, &mut world.integration_parameters)?;
-        let inertia = inertia(run);
         let mut handles = Vec::new();
-        for placed in &run.start {
+        for (placed, size) in run.start.iter().zip(&run.sizes) {
+            let rod = run.rod(*size);
             let [x, y, z, w, i, j, k] = placed.map(|number| number as Real);
             let pose = Pose::from_parts(Vector::new(x, y, z), Rotation::from_xyzw(i, j, k, w));
             let damping = drag.unwrap_or(0.0) as Real;
             let body = RigidBodyBuilder::dynamic().pose(pose).linear_damping(damping).angular_damping(damping);
-            let mass = MassProperties::new(Vector::ZERO, 1.0, Vector::new(inertia, inertia, inertia));
-            let rod = ColliderBuilder::capsule_z(run.half as Real, run.radius as Real).friction(0.0).restitution(0.0);
-            handles.push(world.insert(body.can_sleep(false).build(), rod.mass_properties(mass)).0);
+            let mass = MassProperties::new(Vector::ZERO, rod.mass, Vector::splat(rod.inertia));
+            let form = ColliderBuilder::capsule_z(size[1] as Real, size[0] as Real).friction(0.0).restitution(0.0);
+            handles.push((world.insert(body.can_sleep(false).build(), form.mass_properties(mass)).0, rod.speed));
         }
-        Ok(World { world, handles, drag })
+        Ok(World { world, handles, drag, spin: run.setting("spin")?.unwrap_or(0.0) })
     }
 }
 
@@ -49,19 +50,20 @@ fn parameters(run: &Run, to: &mut IntegrationParameters) -> Result<(), Fault> {
 }
 
 impl Engine for World {
-    fn step(&mut self) {
-        for handle in &self.handles {
+    fn step(&mut self, run: &Run) {
+        for (handle, speed) in &self.handles {
             let body = &mut self.world.bodies[*handle];
             let x = body.translation();
-            let pull = -inward([x.x, x.y, x.z]);
+            let (pull, from) = run.inward([x.x, x.y, x.z]);
+            let velocity = Vector::from_array(from) * (-pull * speed) as Real;
             match self.drag {
                 None => {
-                    body.set_linvel(x * pull as Real, true);
-                    body.set_angvel(Vector::ZERO, true);
+                    body.set_linvel(velocity, true);
+                    body.set_angvel(Vector::new(0.0, 0.0, self.spin as Real), true);
                 }
                 Some(drag) => {
                     body.reset_forces(true);
-                    body.add_force(x * (drag * pull) as Real, true);
+                    body.add_force(velocity * (drag / speed) as Real, true);
                 }
             }
         }
@@ -69,7 +71,7 @@ impl Engine for World {
     }
 
     fn poses(&self) -> Vec<Placed> {
-        let pose = |handle: &RigidBodyHandle| {
+        let pose = |(handle, _): &(RigidBodyHandle, f64)| {
             let body = &self.world.bodies[*handle];
             let (x, q) = (body.translation(), *body.rotation());
             [x.x, x.y, x.z, q.w, q.x, q.y, q.z].map(f64::from)
