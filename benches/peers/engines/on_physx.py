@@ -80,4 +80,5 @@ class Engine:
 
 
 if __name__ == "__main__":
-    main(sapien.__version__, Engine)
+    # The wheel does not tell the release of PhysX 5 that it holds.
+    main(f"5 (SAPIEN {sapien.__version__})", Engine)
