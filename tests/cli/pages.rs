@@ -189,12 +189,11 @@ fn tables_of_other_programs_are_those_that_were_measured() {
     assert!(filled >= 8, "{filled}");
     // Step, CPU time and overlap of each run, as the table has them and as the lines have them.
     let number = |text: &str| text.trim().parse::<f64>().ok();
-    let shown: Vec<[f64; 3]> = (section("rods-1000").lines())
-        .filter_map(|line| {
-            let cells: Vec<&str> = line.split('|').collect();
-            Some([number(cells.get(3)?)?, number(cells.get(4)?)?, number(cells.get(6)?)?])
-        })
-        .collect();
+    let row = |line: &str| {
+        let cells: Vec<Option<f64>> = line.split('|').map(number).collect();
+        Some([(*cells.get(3)?)?, (*cells.get(4)?)?, (*cells.get(6)?)?])
+    };
+    let shown: Vec<[f64; 3]> = section("rods-1000").lines().filter_map(row).collect();
     let lines = fs::read_to_string(results.join("packing.jsonl")).unwrap();
     let runs = lines.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
     let measured: Vec<[f64; 3]> = runs
