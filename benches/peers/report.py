@@ -205,8 +205,10 @@ def lcp_rows(rows):
 
 def lcp_table(rows, start):
     best = lcp_rows(rows)
-    systems = list(dict.fromkeys(row["lcp"] for row in rows))
     codes = list(dict.fromkeys(row["code"] for row in rows))
+    tried = {system: {row["code"] for row in rows if row["lcp"] == system} for system in (row["lcp"] for row in rows)}
+    # A system counts when every code was tried on it.
+    systems = [system for system in tried if tried[system] == set(codes)]
     head, body = ["LCP", "rows", *codes, "fastest"], []
     sizes = {row["lcp"]: row["rows"] for row in rows if "rows" in row}
     for system in systems:
