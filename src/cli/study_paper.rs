@@ -29,7 +29,7 @@ pub(super) fn paper(name: StudyName, arguments: &Arguments) -> Result<Found, Cli
             made(colony::Study::begin(size(arguments, colony::Size::QUICK, colony::Size::FULL)), arguments)
         }
         StudyName::Packing => {
-            made(packing::Study::begin(size(arguments, packing::Size::QUICK, packing::Size::FULL)), arguments)
+            made(packing::Study::begin(size(arguments, packing::Size::QUICK, packing::Size::FULL))?, arguments)
         }
         _ => two_ellipsoids(arguments),
     }

@@ -157,3 +157,55 @@ fn commands_of_the_pages_have_the_flags_that_they_name() {
     }
     assert!(commands > 20 && wrong.is_empty(), "{commands} commands; wrong: {wrong:#?}");
 }
+
+/// The blocks of a page that `benches/peers/run` fills, by name.
+fn measured_blocks(page: &str) -> Vec<(String, String)> {
+    let blocks = page.split("<!-- peers: ").skip(1).filter(|block| !block.starts_with("end -->"));
+    let block = |block: &str| {
+        let (name, text) = block.split_once(" -->").unwrap();
+        (name.to_owned(), text.split("<!--").next().unwrap().trim().to_owned())
+    };
+    blocks.map(block).collect()
+}
+
+/// README and the pages show the tables that were made from the measured lines, and these are in the tables.
+#[test]
+fn tables_of_other_programs_are_those_that_were_measured() {
+    let results = root().join("benches/results/peers");
+    let tables = fs::read_to_string(results.join("tables.md")).unwrap();
+    let section = |name: &str| {
+        let (_, after) = tables.split_once(&format!("\n## {name}\n")).unwrap_or_else(|| panic!("no table {name}"));
+        after.split("\n## ").next().unwrap().trim()
+    };
+    let mut filled = 0;
+    for page in ["README.md", "docs/peers.md", "docs/results.md"] {
+        let blocks = measured_blocks(&fs::read_to_string(root().join(page)).unwrap());
+        assert!(!blocks.is_empty(), "{page}");
+        for (name, text) in blocks {
+            assert_eq!(text, section(&name), "{page}: {name}; benches/peers/run --report fills it");
+            filled += 1;
+        }
+    }
+    assert!(filled >= 8, "{filled}");
+    // Step, CPU time and overlap of each run, as the table has them and as the lines have them.
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let row = |line: &str| {
+        let cells: Vec<Option<f64>> = line.split('|').map(number).collect();
+        Some([(*cells.get(3)?)?, (*cells.get(4)?)?, (*cells.get(6)?)?])
+    };
+    let shown: Vec<[f64; 3]> = section("rods-1000").lines().filter_map(row).collect();
+    let lines = fs::read_to_string(results.join("packing.jsonl")).unwrap();
+    let runs = lines.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+    let measured: Vec<[f64; 3]> = runs
+        .filter(|run| run["scene"] == "rods-1000" && run["ended"].is_null())
+        .filter_map(|run| Some([run["dt"].as_f64()?, run["cpu_s"].as_f64()?, run["max_overlap"].as_f64()?]))
+        .collect();
+    let close = |a: f64, b: f64| (a - b).abs() <= 0.06 * a.abs().max(b.abs());
+    let same = |a: &[f64; 3], b: &[f64; 3]| (0..3).all(|k| close(a[k], b[k]));
+    assert!(shown.len() >= 10, "{shown:?}");
+    for run in &shown {
+        assert!(measured.iter().any(|measured| same(run, measured)), "{run:?} was not measured");
+    }
+    // Of several rounds of a run only the quickest is shown.
+    assert!(measured.iter().filter(|run| shown.iter().any(|shown| same(run, shown))).count() >= shown.len());
+}

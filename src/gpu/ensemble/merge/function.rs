@@ -75,11 +75,11 @@ impl<'a> Rewriting<'a> {
                         self.begins.insert(variable, pointer);
                     }
                 }
-                Expression::AccessIndex { base, index } if variable_of(&old.expressions, base).is_some() => {
-                    if !self.literals.contains_key(&index) {
-                        let literal = self.append(Expression::Literal(Literal::U32(index)));
-                        self.literals.insert(index, literal);
-                    }
+                Expression::AccessIndex { base, index }
+                    if variable_of(&old.expressions, base).is_some() && !self.literals.contains_key(&index) =>
+                {
+                    let literal = self.append(Expression::Literal(Literal::U32(index)));
+                    self.literals.insert(index, literal);
                 }
                 _ => {}
             }

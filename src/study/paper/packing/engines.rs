@@ -1,30 +1,93 @@
-//! What public engines came to on the same scene, measured elsewhere.
+//! Public engines and this program on the same rods, as `benches/peers/run` measured them: its lines are read, none is
+//! typed here.
 
-use serde::Serialize;
+use crate::study::StudyError;
+use serde::{Deserialize, Serialize};
 
-/// An engine's figures.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Engine {
-    /// The engine and its settings.
-    pub name: &'static str,
-    /// The step.
-    pub dt: f64,
-    /// Milliseconds of a step, on one core of another machine.
-    pub milliseconds: f64,
-    /// The largest true overlap, a length.
-    pub overlap: f64,
-}
+/// The measured lines, one a run.
+const MEASURED: &str = include_str!("../../../../benches/results/peers/packing.jsonl");
 
-/// Of 1,000 rods.
-pub const ENGINES: [Engine; 4] = [
-    Engine { name: "Rapier, 16 substeps, stiff contacts", dt: 0.02, milliseconds: 24.0, overlap: 6.3e-2 },
-    Engine { name: "Rapier, 16 substeps, stiff contacts", dt: 0.005, milliseconds: 23.0, overlap: 1.8e-3 },
-    Engine { name: "MuJoCo, CG", dt: 0.005, milliseconds: 20.0, overlap: 5.2e-3 },
-    Engine { name: "Bullet", dt: 0.02, milliseconds: 239.0, overlap: 1.9e-2 },
-];
+/// The scene of 1,000 rods, in those lines.
+const SCENE: &str = "rods-1000";
 
-/// How many rods they were given.
+/// How many rods it has.
 pub(super) const RODS: usize = 1000;
 
-/// The radius of gyration of so many at the end.
-pub(super) const GYRATION: f64 = 3.48;
+/// This program, in those lines.
+const OURS: &str = "relcp";
+
+/// A radius of gyration that is further from ours, a part of it, is another problem's.
+pub(super) const GYRATION_WITHIN: f64 = 0.01;
+
+/// A run of an engine, or of this program.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Engine {
+    scene: String,
+    /// The program.
+    pub engine: String,
+    /// Its version.
+    pub version: Option<String>,
+    /// What its settings are called.
+    pub settings_name: String,
+    /// The step.
+    pub dt: f64,
+    /// Steps taken.
+    pub steps: Option<u64>,
+    /// The processor's seconds, on one core.
+    pub cpu_s: Option<f64>,
+    /// The largest true overlap that the checker found, a length.
+    pub max_overlap: Option<f64>,
+    /// The radius of gyration at the end.
+    pub gyration: Option<f64>,
+    /// Why it did not come to the end.
+    pub ended: Option<String>,
+    /// The day.
+    pub date: String,
+    /// The machine.
+    pub machine: String,
+}
+
+impl Engine {
+    /// Its program, version and settings.
+    pub fn name(&self) -> String {
+        format!("{} {}, {}", self.engine, self.version.as_deref().unwrap_or(""), self.settings_name)
+    }
+
+    /// Whether it is this program.
+    pub fn is_ours(&self) -> bool {
+        self.engine == OURS
+    }
+
+    /// Milliseconds of a step and the largest overlap, of a run that came to the end.
+    pub fn cost(&self) -> Option<(f64, f64)> {
+        let done = self.ended.is_none();
+        done.then(|| Some((1e3 * self.cpu_s? / self.steps? as f64, self.max_overlap?))).flatten()
+    }
+}
+
+/// All runs of 1,000 rods.
+///
+/// # Errors
+/// [`StudyError::Damaged`] if the lines are no results.
+pub fn engines() -> Result<Vec<Engine>, StudyError> {
+    let damaged = |fault: serde_json::Error| StudyError::Damaged(format!("packing.jsonl of the engines: {fault}"));
+    let lines = MEASURED.lines().map(serde_json::from_str);
+    let all = lines.collect::<Result<Vec<Engine>, _>>().map_err(damaged)?;
+    Ok(all.into_iter().filter(|run| run.scene == SCENE).collect())
+}
+
+/// The radius of gyration that our finest run had.
+pub(super) fn gyration(engines: &[Engine]) -> Option<f64> {
+    let ours = engines.iter().filter(|run| run.is_ours() && run.cost().is_some());
+    ours.min_by(|a, b| a.dt.total_cmp(&b.dt)).and_then(|run| run.gyration)
+}
+
+/// The runs of engines that came to the end and packed the rods as ours did.
+pub(super) fn beside(engines: &[Engine]) -> impl Iterator<Item = (&Engine, (f64, f64))> {
+    let ours = gyration(engines);
+    let same = move |run: &Engine| match (ours, run.gyration) {
+        (Some(ours), Some(found)) => (found / ours - 1.0).abs() <= GYRATION_WITHIN,
+        _ => false,
+    };
+    engines.iter().filter(move |run| !run.is_ours() && same(run)).filter_map(|run| Some((run, run.cost()?)))
+}

@@ -1,15 +1,14 @@
 //! Spherocylinders drawn into a ball: time of a step and true overlap by the step's size, beside those of public
 //! engines. Not of the paper.
 //!
-//! The engines' figures were measured elsewhere, on another machine, on one core; none is a dependency, and none is run
-//! here.
+//! The engines' figures are those of `benches/peers/run`; none is a dependency, and none is run here.
 
 mod engines;
 mod lattice;
 mod page;
 mod plot;
 
-pub use engines::{ENGINES, Engine};
+pub use engines::{Engine, engines};
 pub use lattice::scene;
 
 use super::columns::measure_columns;
@@ -59,12 +58,21 @@ pub struct Run {
 pub struct Study {
     size: Size,
     runs: Vec<Run>,
+    engines: Vec<Engine>,
 }
 
 impl Study {
-    /// Nothing yet.
-    pub fn begin(size: Size) -> Self {
-        Study { size, runs: Vec::new() }
+    /// Nothing yet of its own; what was measured of engines is read.
+    ///
+    /// # Errors
+    /// [`StudyError::Damaged`] if that is no table.
+    pub fn begin(size: Size) -> Result<Self, StudyError> {
+        Ok(Study { size, runs: Vec::new(), engines: engines()? })
+    }
+
+    /// What was measured of engines on 1,000 rods, and of this program beside them.
+    pub fn engines(&self) -> &[Engine] {
+        &self.engines
     }
 
     /// What it measures.
@@ -79,7 +87,7 @@ impl Study {
 
     /// What it is to show, and whether it does.
     pub fn targets(&self) -> Vec<Target> {
-        page::targets(&self.runs)
+        page::targets(&self.runs, &self.engines)
     }
 
     fn rows(&self) -> impl Iterator<Item = Row> {
@@ -128,7 +136,7 @@ impl Measured for Study {
             "computed_by": COMPUTED_BY,
             "size": value(&self.size)?,
             "runs": value(&self.runs)?,
-            "engines": value(&ENGINES)?,
+            "engines": value(&self.engines)?,
             "targets": value(&self.targets())?,
         }))
     }

@@ -1,15 +1,11 @@
 //! The page of the study.
 
-use super::engines::{ENGINES, GYRATION, RODS};
+use super::engines::{self, Engine, GYRATION_WITHIN, RODS};
 use super::lattice::{DIAMETER, END, LENGTH, SEED, SPACING};
 use super::{Run, Study};
 use crate::study::machine::machine;
 use crate::study::paper::{COMPUTED_BY, Target, target};
 use std::fmt::Write as _;
-
-/// How far the radius of gyration may be from that of the engines' runs, whose orientations were drawn otherwise, a
-/// part of it.
-const GYRATION_WITHIN: f64 = 0.01;
 
 pub(super) fn page(study: &Study) -> String {
     let runs = study.runs();
@@ -31,7 +27,7 @@ pub(super) fn page(study: &Study) -> String {
     out.push_str("\n## What it shows\n\n");
     out.push_str(&target::table(&study.targets()));
     ours(&mut out, runs);
-    theirs(&mut out, runs);
+    theirs(&mut out, study.engines());
     out
 }
 
@@ -63,33 +59,29 @@ fn ours(out: &mut String, runs: &[Run]) {
     }
 }
 
-/// The engines' figures, and what ours are to them.
-fn theirs(out: &mut String, runs: &[Run]) {
+/// What `benches/peers/run` found of this program and of engines in one go.
+fn theirs(out: &mut String, engines: &[Engine]) {
+    let origin = engines.first().map_or(String::new(), |run| format!("{}, {}", run.date, run.machine));
     let _ = write!(
         out,
-        "\n## Public engines\n\nMeasured elsewhere, **on another machine**, one core, {RODS} rods, the same scene but for the draw of the orientations: times are to be compared by their order of magnitude only. None \
-         of them is a dependency of this program. To run one: read the bodies of `packing-{RODS}-scene.json` (diameter and length of each rod, `position`, `orientation` as `[w, x, y, z]`) \
-         into capsules; without gravity, friction and restitution; make it overdamped by giving each body the velocity that the field has at its centre before every step and no spin of \
-         its own; step to time {END}; write the poses as a scene's `bodies` and let `relcp contacts` tell the overlaps, which are then told as ours are. In the last columns: the \
-         engine's overlap over ours, and its time to advance by one unit over ours, of the run with {RODS} rods and the same step, else with the next larger one.\n\n\
-         | engine | dt | ms a step | largest overlap | overlap over ours | time over ours |\n| --- | ---: | ---: | ---: | ---: | ---: |\n"
+        "\n## Public engines\n\nMeasured by `benches/peers/run`, this program in the same go: {origin}, one thread on one core. {RODS} rods of the same sizes, lattice and field, with orientations of \
+         another draw; overlaps are found by a checker of its own, in f64. None of the engines is a dependency of this program. All their settings, and how they were chosen, \
+         are in [peers.md](../../peers.md). A run whose radius of gyration is more than {:.0}% from ours ends elsewhere: its overlap is no measure.\n\n\
+         | program and settings | dt | CPU ms a step | CPU s to the end | largest overlap | radius of gyration |\n| --- | ---: | ---: | ---: | ---: | ---: |\n",
+        100.0 * GYRATION_WITHIN
     );
-    for engine in &ENGINES {
-        let coarser = runs.iter().filter(|run| run.course.bodies == RODS && run.course.dt >= engine.dt);
-        let own = coarser.min_by(|a, b| a.course.dt.total_cmp(&b.course.dt));
-        let ratios = own.map_or("not run | not run".into(), |Run { course, .. }| {
-            let time = engine.milliseconds / engine.dt / (course.step_milliseconds() / course.dt);
-            format!("{:.0} | {time:.2} (ours at {})", engine.overlap / course.max_overlap, course.dt)
-        });
-        let _ = writeln!(
-            out,
-            "| {} | {} | {:.0} | {:.1e} | {ratios} |",
-            engine.name, engine.dt, engine.milliseconds, engine.overlap
-        );
+    for run in engines {
+        let _ = write!(out, "| {} | {} |", run.name(), run.dt);
+        let _ = match (run.cost(), run.cpu_s, run.gyration) {
+            (Some((step, overlap)), Some(all), Some(gyration)) => {
+                writeln!(out, " {step:.1} | {all:.1} | {overlap:.1e} | {gyration:.3} |")
+            }
+            _ => writeln!(out, " | | | {} |", run.ended.as_deref().unwrap_or("not finite")),
+        };
     }
 }
 
-pub(super) fn targets(runs: &[Run]) -> Vec<Target> {
+pub(super) fn targets(runs: &[Run], engines: &[Engine]) -> Vec<Target> {
     let worst = |of: fn(&Run) -> f64| runs.iter().map(of).fold(0.0, f64::max);
     let held = |run: &Run| run.course.max_overlap.max(run.course.last_overlap) <= run.course.overlap_tolerance;
     let mut targets = vec![Target::new(
@@ -97,23 +89,22 @@ pub(super) fn targets(runs: &[Run]) -> Vec<Target> {
         format!("{:.3e} at most, {:.3e} at the end", worst(|r| r.course.max_overlap), worst(|r| r.course.last_overlap)),
         (!runs.is_empty()).then(|| runs.iter().all(held)),
     )];
-    let of_engines: Vec<(f64, f64)> = runs
-        .iter()
-        .filter(|run| run.course.bodies == RODS)
-        .filter_map(|run| Some((run.course.dt, run.gyration?)))
-        .collect();
-    let words: Vec<String> = of_engines
-        .iter()
-        .map(|(dt, gyration)| format!("{gyration:.4} ({:+.2}%) at {dt}", 100.0 * (gyration / GYRATION - 1.0)))
-        .collect();
-    targets.push(Target::new(
-        format!("radius of gyration of {RODS} rods at the end {GYRATION} within {:.0}%", 100.0 * GYRATION_WITHIN),
-        words.join(", "),
-        (!of_engines.is_empty())
-            .then(|| of_engines.iter().all(|(_, found)| (found / GYRATION - 1.0).abs() <= GYRATION_WITHIN)),
-    ));
     let all: Vec<&Run> = runs.iter().filter(|run| run.course.bodies == RODS).collect();
-    let least = ENGINES.iter().map(|engine| engine.overlap).fold(f64::INFINITY, f64::min);
+    let least = engines::beside(engines).min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b));
+    let radius = least.and_then(|(run, _)| run.gyration).unwrap_or(f64::NAN);
+    let found: Vec<(f64, f64)> = all.iter().filter_map(|run| Some((run.course.dt, run.gyration?))).collect();
+    let words = found
+        .iter()
+        .map(|(dt, gyration)| format!("{gyration:.4} ({:+.2}%) at {dt}", 100.0 * (gyration / radius - 1.0)));
+    targets.push(Target::new(
+        format!(
+            "radius of gyration of {RODS} rods at the end within {:.0}% of {radius:.4}, that of the engine with the least overlap",
+            100.0 * GYRATION_WITHIN
+        ),
+        words.collect::<Vec<_>>().join(", "),
+        (!found.is_empty()).then(|| found.iter().all(|(_, found)| (found / radius - 1.0).abs() <= GYRATION_WITHIN)),
+    ));
+    let least = least.map_or(f64::INFINITY, |(_, (_, overlap))| overlap);
     let most = all.iter().map(|run| run.course.max_overlap).fold(0.0, f64::max);
     targets.push(Target::new(
         format!("overlap of {RODS} rods at every dt under a tenth of the least of the engines'"),

@@ -1,6 +1,6 @@
 //! Overlap over the time of a step, and both over time.
 
-use super::{ENGINES, Run, Study};
+use super::{Run, Study};
 use crate::figure::Figure;
 use crate::study::StudyError;
 use crate::study::paper::Window;
@@ -37,13 +37,13 @@ fn beside(study: &Study) -> Panel {
         points: vec![(run.course.step_milliseconds(), run.course.max_overlap.max(FLOOR))],
         marked: true,
     });
-    let theirs = ENGINES.iter().map(|engine| Curve {
-        name: format!("{}, dt {}", engine.name, engine.dt),
-        points: vec![(engine.milliseconds, engine.overlap)],
-        marked: true,
+    let theirs = study.engines().iter().filter_map(|engine| {
+        let (milliseconds, overlap) = engine.cost()?;
+        let name = format!("{}, dt {}", engine.name(), engine.dt);
+        (!engine.is_ours()).then(|| Curve { name, points: vec![(milliseconds, overlap.max(FLOOR))], marked: true })
     });
     Panel {
-        title: "engines: 1,000 rods, elsewhere".into(),
+        title: "engines: 1,000 rods".into(),
         axes: [
             Axis { name: "processor's milliseconds a step", logarithmic: true },
             Axis { name: "largest overlap, a length", logarithmic: true },

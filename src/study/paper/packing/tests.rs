@@ -27,7 +27,7 @@ fn rods_of_the_lattice_are_clear_of_each_other_and_move_as_fast_as_the_field() {
 
 #[test]
 fn a_tiny_packing_is_measured() {
-    let mut study = Study::begin(Size { sides: &[2], steps: &[0.2, 0.1] });
+    let mut study = Study::begin(Size { sides: &[2], steps: &[0.2, 0.1] }).unwrap();
     let said: Vec<String> = std::iter::from_fn(|| study.next_run().unwrap()).collect();
     assert!(said.len() == 2 && said[0].starts_with("8 rods, dt 0.2: "), "{said:?}");
     let [coarse, fine] = study.runs() else { panic!("{said:?}") };
@@ -38,8 +38,7 @@ fn a_tiny_packing_is_measured() {
     // Without 1,000 rods nothing is said of the engines' radius and overlap.
     let met: Vec<Option<bool>> = study.targets().iter().map(|target| target.met).collect();
     assert_eq!(met, [Some(true), None, None]);
-    let page = study.page();
-    assert!(page.contains("| 8 | 0.2 | 75 |") && page.contains("not run | not run"), "{page}");
+    assert!(study.page().contains("| 8 | 0.2 | 75 |"), "{}", study.page());
     let files = study.files().unwrap();
     let text = |name: &str| String::from_utf8(files.iter().find(|file| file.0 == name).unwrap().1.clone()).unwrap();
     assert_eq!((text("packing.csv").lines().count(), text("packing-steps.csv").lines().count()), (3, 226));
@@ -49,17 +48,51 @@ fn a_tiny_packing_is_measured() {
     assert_eq!(study.numbers().unwrap()["runs"][0]["course"]["steps"], 75);
 }
 
+/// A measured line.
+fn line(engine: &str, dt: f64, overlap: f64, gyration: f64) -> Engine {
+    let line = serde_json::json!({
+        "scene": "rods-1000", "engine": engine, "version": "1", "settings_name": "default", "dt": dt, "steps": 100,
+        "cpu_s": 2.0, "max_overlap": overlap, "gyration": gyration, "date": "2026-11-24", "machine": "one",
+    });
+    serde_json::from_value(line).unwrap()
+}
+
+#[test]
+fn the_measured_engines_are_read() {
+    let engines = engines().unwrap();
+    // This program at three steps, and others at the same.
+    for dt in [0.1, 0.02, 0.005] {
+        let ours = engines.iter().find(|run| run.is_ours() && run.dt == dt && run.settings_name == "1e-5").unwrap();
+        assert!(ours.cost().unwrap().1 <= 1.001e-5, "{ours:?}");
+        assert!(engines.iter().any(|run| !run.is_ours() && run.dt == dt && run.cost().is_some()));
+    }
+    assert!(engines.iter().all(|run| run.cost().is_some() || run.ended.is_some() || run.max_overlap.is_none()));
+    // Every line is on the page.
+    let page = Study::begin(Size::QUICK).unwrap().page();
+    for run in &engines {
+        assert!(page.contains(&format!("| {} | {} |", run.name(), run.dt)), "{run:?}");
+    }
+}
+
 #[test]
 fn what_misses_is_said_to() {
-    let mut study = Study::begin(Size { sides: &[2], steps: &[0.5] });
+    let mut study = Study::begin(Size { sides: &[2], steps: &[0.5] }).unwrap();
+    study.engines = vec![
+        line("relcp", 0.1, 1e-5, 3.5),
+        line("near", 0.1, 1e-3, 3.49),
+        // Ends elsewhere: no measure.
+        line("far", 0.1, 1e-7, 4.5),
+    ];
     study.next_run().unwrap();
     study.runs[0].course.bodies = 1000;
     study.runs[0].gyration = Some(3.5);
     study.runs[0].course.max_overlap = 2e-5;
     let met = |study: &Study| study.targets().iter().map(|target| target.met).collect::<Vec<_>>();
     assert_eq!(met(&study), [Some(false), Some(true), Some(true)]);
-    assert!(study.missed() && study.page().contains("| Bullet | 0.02 | 239 | 1.9e-2 | 950 | "));
+    assert!(study.missed() && study.page().contains("| near 1, default | 0.1 | 20.0 | 2.0 | 1.0e-3 | 3.490 |"));
     study.runs[0].gyration = Some(3.4);
     study.runs[0].course.max_overlap = 1e-3;
     assert_eq!(met(&study), [Some(false), Some(false), Some(false)]);
+    study.engines[1].ended = Some("stopped after 5 s".into());
+    assert!(study.page().contains("| near 1, default | 0.1 | | | | stopped after 5 s |"));
 }

@@ -1,0 +1,138 @@
+//! What both versions share: the arguments, the poses, the field, the clock and the frames.
+
+use rustix::time::{ClockId, clock_gettime};
+use std::collections::HashMap;
+use std::error::Error;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+
+/// A fault of the arguments, a file or the engine.
+pub type Fault = Box<dyn Error>;
+
+/// A centre, and an orientation as `w, x, y, z`.
+pub type Pose = [f64; 7];
+
+/// A version of the engine that holds the scene.
+pub trait Engine {
+    /// Gives each body the velocity of the field at its centre, or the force for it, and takes a step.
+    fn step(&mut self, run: &Run);
+    /// Where the bodies are.
+    fn poses(&self) -> Vec<Pose>;
+}
+
+/// A run's arguments.
+pub struct Run {
+    arguments: HashMap<String, String>,
+    /// Where the bodies start.
+    pub start: Vec<Pose>,
+    /// The time step.
+    pub dt: f64,
+    /// The radius of each rod, and half the length of its axis.
+    pub sizes: Vec<[f64; 2]>,
+    /// Where the field draws to.
+    pub centre: [f64; 3],
+}
+
+/// A rod's mass, principal inertia, and speed in a field of unit speed. The first rod's mass is 1; a mass goes with the
+/// length `L` and an inertia with `L^3 / 12`, as the drag of a slender rod.
+pub struct Rod {
+    /// Its mass.
+    pub mass: f32,
+    /// Its inertia about any axis.
+    pub inertia: f32,
+    /// Its speed.
+    pub speed: f64,
+}
+
+impl Run {
+    /// From `key=value` words: `poses`, `frames`, `dt`, `end`, `every`, `sizes` (a file of radii and half
+    /// lengths) or `radius` and `half`, `centre` along x, and settings.
+    pub fn from_arguments() -> Result<Self, Fault> {
+        let split = |word: String| word.split_once('=').map(|(key, value)| (key.to_owned(), value.to_owned()));
+        let words: Option<HashMap<_, _>> = std::env::args().skip(1).map(split).collect();
+        let mut run = Run {
+            arguments: words.ok_or("arguments are key=value")?,
+            start: Vec::new(),
+            dt: 0.0,
+            sizes: Vec::new(),
+            centre: [0.0; 3],
+        };
+        run.dt = run.number("dt")?;
+        run.centre[0] = run.setting("centre")?.unwrap_or(0.0);
+        run.start = numbers(run.word("poses")?)?.as_chunks::<7>().0.to_vec();
+        run.sizes = match run.word("sizes") {
+            Ok(file) => numbers(file)?.as_chunks::<2>().0.to_vec(),
+            Err(_) => vec![[run.number("radius")?, run.number("half")?]; run.start.len()],
+        };
+        if run.sizes.len() != run.start.len() || run.sizes.is_empty() {
+            return Err("as many sizes as poses, one or more".into());
+        }
+        Ok(run)
+    }
+
+    /// What a rod of this size is.
+    pub fn rod(&self, [radius, half]: [f64; 2]) -> Rod {
+        let length = |[radius, half]: [f64; 2]| 2.0 * (half + radius);
+        let (own, first) = (length([radius, half]), length(self.sizes[0]));
+        let mass = own / first;
+        Rod { mass: mass as f32, inertia: (mass * own * own / 12.0) as f32, speed: 1.0 / mass }
+    }
+
+    /// The field's speed inward over the distance from its centre: `(r - sin r) / r^2`; and the vector to there.
+    pub fn inward(&self, x: [f32; 3]) -> (f64, [f32; 3]) {
+        let from = [0, 1, 2].map(|k| f64::from(x[k]) - self.centre[k]);
+        let r = from.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let pull = if r > 1e-9 { (r - r.sin()) / (r * r) } else { 0.0 };
+        (pull, from.map(|x| x as f32))
+    }
+
+    /// An argument.
+    pub fn word(&self, key: &str) -> Result<&str, Fault> {
+        Ok(self.arguments.get(key).ok_or_else(|| format!("{key} is missing"))?)
+    }
+
+    /// An argument that is a number.
+    pub fn number(&self, key: &str) -> Result<f64, Fault> {
+        Ok(self.word(key)?.parse().map_err(|fault| format!("{key}: {fault}"))?)
+    }
+
+    /// A setting, where it is given.
+    pub fn setting(&self, key: &str) -> Result<Option<f64>, Fault> {
+        self.arguments.contains_key(key).then(|| self.number(key)).transpose()
+    }
+
+    /// Steps to the end and writes frames; prints the processor's seconds of the steps.
+    pub fn follow(&self, version: &str, mut engine: impl Engine) -> Result<(), Fault> {
+        let (end, every) = (self.number("end")?, self.number("every")?);
+        let steps = (end / self.dt).round() as u64;
+        let stride = ((every / self.dt).round() as u64).max(1);
+        let mut frames = BufWriter::new(File::create(self.word("frames")?)?);
+        let mut seconds = 0.0;
+        for step in 1..=steps {
+            let from = cpu();
+            engine.step(self);
+            seconds += cpu() - from;
+            if step % stride == 0 || step == steps {
+                frames.write_all(&(step as f64 * self.dt).to_le_bytes())?;
+                for number in engine.poses().iter().flatten() {
+                    frames.write_all(&number.to_le_bytes())?;
+                }
+            }
+        }
+        frames.flush()?;
+        println!("{{\"version\": \"{version}\", \"steps\": {steps}, \"cpu_s\": {seconds:.6}}}");
+        Ok(())
+    }
+}
+
+/// The processor's seconds of this process.
+fn cpu() -> f64 {
+    let time = clock_gettime(ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+
+/// The numbers of a file, little-endian and of 8 bytes.
+fn numbers(file: &str) -> Result<Vec<f64>, Fault> {
+    let bytes = std::fs::read(file)?;
+    Ok(bytes.as_chunks::<8>().0.iter().map(|word| f64::from_le_bytes(*word)).collect())
+}
