@@ -28,8 +28,6 @@ pub(super) struct PyEnsemble {
     members: Vec<Py<PySimulation>>,
     /// How many run at once.
     at_once: usize,
-    /// Holds the members' device, where there is one.
-    _device: Option<Ensemble>,
 }
 
 /// Who is still to be run, and how those that were ended.
@@ -151,7 +149,7 @@ impl PyEnsemble {
             member.rest();
             members.push(Py::new(py, member)?);
         }
-        Ok(PyEnsemble { members, at_once, _device: device })
+        Ok(PyEnsemble { members, at_once })
     }
 
     fn __len__(&self) -> usize {

@@ -163,5 +163,8 @@ fn a_member_for_whose_buffers_there_is_no_room_fails_alone() {
     let refused = relcp::internals::gpu::Buffer::new(&member, "much", 32, too_large);
     assert!(refused.is_err_and(|fault| fault.to_string().contains("much")));
     let alone = run(gpu.clone(), Precision::F32, scene.clone());
-    assert_eq!(run(ensemble.member(), Precision::F32, scene), alone);
+    let last = ensemble.member();
+    drop((member, ensemble));
+    // A member is served after the ensemble itself is gone.
+    assert_eq!(run(last, Precision::F32, scene), alone);
 }

@@ -68,7 +68,7 @@ pub struct Rounds {
     pub peak_bytes: u64,
 }
 
-/// Many scenes on one device. See the module.
+/// Many scenes on one device. See the module. Members that are left when it is dropped are served until they are gone.
 pub struct Ensemble {
     core: Arc<Core>,
     conductor: Option<JoinHandle<()>>,
@@ -183,10 +183,14 @@ impl Ensemble {
 
 impl Drop for Ensemble {
     fn drop(&mut self) {
-        lock(&self.core.board).closing = true;
+        let mut board = lock(&self.core.board);
+        board.closing = true;
+        let is_empty = board.seats.is_empty();
+        drop(board);
         self.core.changed.notify_all();
         log::info!("ensemble: {:?}", self.rounds());
-        if let Some(conductor) = self.conductor.take() {
+        // Members that are left are served until the last one is gone.
+        if let Some(conductor) = self.conductor.take().filter(|_| is_empty) {
             // It has no result, and members see that it has ended.
             let _ = conductor.join();
         }
@@ -205,7 +209,7 @@ impl Drop for Ends<'_> {
 }
 
 impl Core {
-    /// Serves members, round after round, until the ensemble ends and nobody waits.
+    /// Serves members, round after round, until the ensemble ends and the last member is gone.
     fn conduct(&self, mut tables: Tables) {
         let _ends = Ends(self);
         let mut idle = Instant::now();
@@ -245,7 +249,7 @@ impl Core {
             let at_work =
                 board.seats.values().filter(|seat| !asks(seat) && !matches!(seat.stands, Stands::Away)).count();
             if waiting == 0 {
-                if board.closing {
+                if board.closing && board.seats.is_empty() {
                     return None;
                 }
                 board = self.changed.wait(board).unwrap_or_else(PoisonError::into_inner);
