@@ -13,14 +13,14 @@ def scenes(count):
 def alone(scene, backend="cpu"):
     simulation = relcp.Simulation(scene, backend=backend)
     simulation.run()
-    return simulation.state_hash()
+    return simulation.state_hash
 
 
 class Ensembles(unittest.TestCase):
     def check_members(self, backend):
         ensemble = relcp.Ensemble(scenes(4), backend=backend)
         self.assertEqual(ensemble.run(), [None] * 4)
-        hashes = [member.state_hash() for member in ensemble]
+        hashes = [member.state_hash for member in ensemble]
         self.assertEqual(hashes, [alone(scene, backend) for scene in scenes(4)])
         self.assertEqual(len(set(hashes)), 4)
         self.assertTrue(all(isinstance(member.positions, np.ndarray) for member in ensemble))
@@ -49,7 +49,7 @@ class Ensembles(unittest.TestCase):
         ensemble.run(until=0.5)
         self.assertTrue(all(abs(member.time - 0.5) < 1e-9 for member in ensemble))
         ensemble.run()
-        self.assertEqual([member.state_hash() for member in ensemble], [alone(scene) for scene in scenes(2)])
+        self.assertEqual([member.state_hash for member in ensemble], [alone(scene) for scene in scenes(2)])
 
     def test_what_cannot_be_an_ensemble_is_refused(self):
         with self.assertRaisesRegex(ValueError, "at least one"):
