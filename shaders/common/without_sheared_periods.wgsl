@@ -1,4 +1,4 @@
-// Points on the lattice of a sheared periodic space, in the place of nearest_image.wgsl. The offset of images across the
+// Points on the lattice of a sheared periodic space. It replaces nearest_image.wgsl. The offset of images across the
 // gradient is the fourth number of the parameters that hold the periods: whole pitches, rounded down, and four parts.
 struct LatticePoint { cell: vec3<i32>, remainder: vec3r }
 

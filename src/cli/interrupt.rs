@@ -15,7 +15,7 @@ impl Interrupt {
         Interrupt::listen_and(|| output::message("stopping; once more to quit at once"))
     }
 
-    /// The same, with what is said at the first.
+    /// As [`Interrupt::listen`], with a message for the first signal.
     pub(super) fn listen_and(say: impl Fn() + Send + 'static) -> Self {
         let interrupt = Interrupt::default();
         let asked = interrupt.clone();

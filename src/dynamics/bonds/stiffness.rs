@@ -46,7 +46,7 @@ impl Stiffness<'_> {
         }
     }
 
-    /// The mobility of an overdamped body's point: of its centre, and of its turn about it. A fixed body has none.
+    /// The mobility of a point of an overdamped body: translational and rotational. A fixed body has none.
     fn mobility(&self, drag: f64, end: usize) -> Matrix3<f64> {
         if self.fixed[end] {
             return Matrix3::zeros();

@@ -1,4 +1,4 @@
-//! What kernels of a sheared cell have in the place of others' text: images across the gradient move.
+//! The texts that kernels of a sheared cell replace: there, images across the gradient move.
 
 use super::base;
 use crate::backend::gpu::Setup;
