@@ -144,8 +144,8 @@ pub struct Tilt {
 /// The period along each axis, and the places of the axes of a tilt with its offset.
 type AxesAndTilt = ([Option<f64>; 3], Option<([usize; 2], f64)>);
 
-/// The translations under which a periodic space is the same: those by whole lengths along the axes, of which one may be
-/// tilted.
+/// The translations under which a periodic space is the same: those by whole lengths along the axes, of which one may
+/// be tilted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Periods {
     /// Period along each axis, 0 for an open axis.
@@ -311,8 +311,8 @@ impl Periods {
         (position - self.length * image, image.as_i64vec3())
     }
 
-    /// As [`Periods::wrapped`], of a sheared cell into the parallelepiped of its edges that is centred on the origin, as
-    /// programs have it that know of triclinic boxes.
+    /// As [`Periods::wrapped`], of a sheared cell into the parallelepiped of its edges that is centred on the origin,
+    /// as programs have it that know of triclinic boxes.
     #[cfg(feature = "files")]
     pub(crate) fn wrapped_into_edges(&self, position: DVec3) -> (DVec3, I64Vec3) {
         let Some(Tilt { direction, gradient, offset }) = self.tilt else { return self.wrapped(position) };

@@ -1,7 +1,8 @@
 //! One run by several processes, started by `mpirun`: the bits of one process, at any number of them; checkpoints that
 //! any number takes up; processes that are killed; bad input.
 //!
-//! They need the feature `mpi` and an `mpirun`; without one they print `SKIP`, but with `RELCP_REQUIRE_MPI=1` they fail.
+//! They need the feature `mpi` and an `mpirun`; without one they print `SKIP`, but with `RELCP_REQUIRE_MPI=1` they
+//! fail.
 #![allow(clippy::unwrap_used)]
 
 use assert_cmd::cargo::cargo_bin;

@@ -83,8 +83,8 @@ impl Stream {
         0.5 * self.rate * self.gradient.cross(self.direction)
     }
 
-    /// The power that drag takes from a body that moves otherwise than the flow carries it, which turns in the plane or in
-    /// space.
+    /// The power that drag takes from a body that moves otherwise than the flow carries it, which turns in the plane
+    /// or in space.
     pub fn power(&self, at: &Placed, twist: Twist) -> f64 {
         let carried = self.carries(&at.shape, at.position, at.orientation);
         let (linear, turning) = resistances(self.drag, &at.shape);

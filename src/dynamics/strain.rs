@@ -8,8 +8,8 @@
 //! part of its length, exactly.
 //!
 //! That of a sheared cell is steady simple shear, `u = g x_e d`. Its load is that of a background flow (`flow.rs`), so
-//! that here is only where it leads. A law without drag has none: bodies keep their velocities, and rows are made as
-//! with it.
+//! this file has only the displacement. A law without drag has no flow: bodies keep their velocities, and rows are made
+//! in the same way.
 
 use super::flow::{yzx, zxy};
 use super::overdamped::resistances;

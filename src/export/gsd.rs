@@ -14,8 +14,9 @@
 //! | `log/particles/Aspherical Shape` | N x 3, f32 | what OVITO draws instead of the types' shapes, where those are classes |
 //!
 //! The box is centred on the origin, as the schema wants it. Along a period it is as long as that; positions are
-//! wrapped into it, of a sheared cell into the tilted box, and `particles/image` (N x 3, i32) says by how many periods a body is away. Along other axes it
-//! holds every body of every state, and means nothing else (the schema's boxes are periodic along all three).
+//! wrapped into it, of a sheared cell into the tilted box, and `particles/image` (N x 3, i32) says by how many periods
+//! a body is away. Along other axes it holds every body of every state, and means nothing else (the schema's boxes are
+//! periodic along all three).
 
 use super::Exported;
 use super::classes::{Classes, Survey};

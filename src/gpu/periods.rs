@@ -179,8 +179,8 @@ fn tilt_periods() -> real {
 
 impl LatticePeriods {
     /// A kernel's source where the periods change from step to step: they are no constants but at the end of its
-    /// parameters, `periods: array<vec4<i32>, 5>`, as [`LatticePeriods::words`] has them. Kernels of a sheared cell read
-    /// its offset there too.
+    /// parameters, `periods: array<vec4<i32>, 5>`, as [`LatticePeriods::words`] has them. Kernels of a sheared cell
+    /// read its offset there too.
     #[must_use]
     pub fn changing(source: Source) -> Source {
         source.mapped(|text| {

@@ -151,7 +151,8 @@ impl<const D: usize> Solver<D> {
     }
 
     /// Shares the iterations with other processes, which must solve the same problems at the same time: those of
-    /// [`SolverKind::Auto`] and [`SolverKind::PairBlockCg`], but for parallel rows. The others each process takes alone.
+    /// [`SolverKind::Auto`] and [`SolverKind::PairBlockCg`], but for parallel rows. The others each process takes
+    /// alone.
     #[cfg(feature = "mpi")]
     pub(crate) fn share(&mut self, processes: Processes) {
         self.team = self.team.take().map(|_| Team::of(processes));

@@ -18,8 +18,8 @@ pub struct Frame {
     /// The drag coefficient of the overdamped law, where that is the run's law, no flow carries its bodies and its
     /// scene is there.
     pub drag: Option<f64>,
-    /// The shear of the run's sheared cell, where it has one and its scene is there, and the flow that carries bodies, under
-    /// a law that has drag.
+    /// The shear of the run's sheared cell, where it has one and its scene is there, and the flow that carries bodies,
+    /// under a law that has drag.
     #[serde(skip)]
     pub(super) shear: Option<(CellShear, Option<Stream>)>,
     /// Which bodies do not move, where the scene is there.

@@ -1,17 +1,18 @@
 //! Contact stress in a sheared cell, and the work that the shear does.
 //!
-//! With the force `f` of a on b at an image and the centres' distance `l`, the contact stress of the suspension as a whole
-//! is `sigma = -sum of f l^T / V`, with `V` the volume of the cell (G. K. Batchelor, J. Fluid Mech. 41, 545 (1970), of
-//! contact forces as J. F. Brady and G. Bossis have them, Annu. Rev. Fluid Mech. 20, 111 (1988)); `sigma_de` of the flow's
-//! direction `d` and its gradient `e` is positive where contacts resist the shear. Its rate `g` times it is what the shear
-//! does of work on contacts, in a unit of volume and time, beside what the flow does by turning bodies:
+//! With the force `f` of a on b at an image and the centres' distance `l`, the contact stress of the suspension as a
+//! whole is `sigma = -sum of f l^T / V`, with `V` the volume of the cell (G. K. Batchelor, J. Fluid Mech. 41, 545
+//! (1970), of contact forces as J. F. Brady and G. Bossis have them, Annu. Rev. Fluid Mech. 20, 111 (1988)). With the
+//! flow's direction `d` and its gradient `e`, `sigma_de` is positive where contacts resist the shear. Times the rate
+//! `g` it is the work of the shear on contacts, in a unit of volume and time, beside that of the flow on turning bodies:
 //!
 //! ```text
 //! P = g V sigma_de - sum of T . w_J
 //! ```
 //!
 //! with the contact torque `T` on a body and the angular velocity `w_J` by which the flow turns it. Contacts without
-//! friction take nothing, so that without inertia and other forces all of it goes into the drag of bodies beside the flow,
+//! friction take nothing, so that without inertia and other forces all of it goes into the drag of bodies beside the
+//! flow,
 //! `sum of xi L |u - u(x)|^2 + xi L^3 / 12 |w - w_J|^2`. What is left between both is of the order of the step.
 
 use super::view::Push;

@@ -1,5 +1,5 @@
-//! Sheared periodic cells (Lees-Edwards boundaries): undisturbed bodies go with the cell exactly, crowded ones stay apart
-//! within the tolerance, and neither which image a body is nor where the cell begins matters.
+//! Sheared periodic cells (Lees-Edwards boundaries): undisturbed bodies go with the cell exactly, crowded ones stay
+//! apart within the tolerance, and neither which image a body is nor where the cell begins matters.
 
 use crate::scenes::{ALONG_X, agrees_on_device, parse, run};
 use glam::{DQuat, DVec3};
@@ -71,8 +71,8 @@ fn bodies_that_nothing_disturbs_go_with_the_cell_exactly() {
     }
 }
 
-/// Balls and rods in the plane in rows so near each other that they cannot slide over each other, some of them at images
-/// some cells away.
+/// Balls and rods in the plane in rows so near each other that they cannot slide over each other, some of them at
+/// images some cells away.
 fn crowd(images: i32, origin: DVec3) -> Vec<Value> {
     let at = |i: i32, j: i32| {
         let wiggle = |k: i32| 0.02 * f64::from((7 * i + 3 * j + 2 * k) % 5 - 2);

@@ -43,7 +43,8 @@ const QUIET: Duration = Duration::from_millis(5);
 /// Bytes of a member without bodies: some hundred buffers of one unit each. Members with three bodies take 330 kB.
 const BYTES_OF_MEMBER: u64 = 400_000;
 
-/// Bytes that a body adds, with its pairs and rows: at 2^20 bodies 2.6 kB, and half as much again for buffers that grow.
+/// Bytes that a body adds, with its pairs and rows: at 2^20 bodies 2.6 kB, and half as much again for buffers that
+/// grow.
 const BYTES_OF_BODY: u64 = 4_000;
 
 /// Kernels that no member uses are forgotten where there are more than so many.

@@ -15,8 +15,9 @@ use crate::lcp::verbs::Verbs;
 use crate::processes::{Parcel, Processes};
 use std::cell::RefCell;
 
-/// Fewest rows for each process. An iteration on so many takes some 10 microseconds, and its six exchanges as much where
-/// a message takes two. Where there are more processes than that, the last ones have no rows and only follow the sums.
+/// Fewest rows for each process. An iteration on so many takes some 10 microseconds, and its six exchanges as much
+/// where a message takes two. Where there are more processes than that, the last ones have no rows and only follow the
+/// sums.
 const LEAST_ROWS: usize = 768;
 
 /// Whether so many rows are enough for two processes.

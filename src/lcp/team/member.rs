@@ -1,5 +1,5 @@
-//! The vector verbs on one of several threads or processes, which has some of the rows. All of them take the same solver
-//! through the same steps; they meet where a number of all rows is needed.
+//! The vector verbs on one of several threads or processes, which has some of the rows. All of them take the same
+//! solver through the same steps; they meet where a number of all rows is needed.
 //!
 //! Rows stand in the order of their pair's smaller body. So each member has the velocities of consecutive bodies, and
 //! other rows of its bodies belong to members before it. It takes their multipliers and adds them first, as one thread

@@ -75,8 +75,8 @@ fn powers(shapes: [Value; 2], dt: f64, mut see: impl FnMut(&[Cell], &Snapshot)) 
     sums
 }
 
-/// The work of the shear on contacts goes into drag beside the flow, but for a part of the order of the step: a pair that
-/// meets in a step goes on to its contact, and forces act along normals that turn in it.
+/// The work of the shear on contacts goes into drag beside the flow, but for a part of the order of the step: a pair
+/// that meets in a step goes on to its contact, and forces act along normals that turn in it.
 #[test]
 fn what_the_shear_does_drag_takes() {
     let ball = json!({"sphere": {"radius": 0.58}});

@@ -17,8 +17,8 @@ pub(super) fn carried(setup: &Setup) -> Source {
         .vector("SHEAR_GRADIENT", gradient)
 }
 
-/// A kernel of pairs whose bodies have the relative velocity `between`: of a sheared cell with the velocity of the image
-/// that is met.
+/// A kernel of pairs whose bodies have the relative velocity `between`: of a sheared cell with the velocity of the
+/// image that is met.
 pub(in crate::backend::gpu) fn beside_images(setup: &Setup, source: Source, between: &str) -> Source {
     let Some(shear) = setup.shear() else { return source };
     let (of_image, gone) = (format!("({between} + image_velocity(a, b))"), source.code().matches(between).count());

@@ -1,5 +1,5 @@
-//! The entry point of a merged kernel: it finds the member, where its arrays begin, and whether this workgroup is one of
-//! its own.
+//! The entry point of a merged kernel: it finds the member, where its arrays begin, and whether this workgroup is one
+//! of its own.
 
 use super::{HEAD, Variables, scalar};
 use naga::{

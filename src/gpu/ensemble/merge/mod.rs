@@ -18,8 +18,8 @@ use naga::{
 };
 use std::collections::HashMap;
 
-/// Words of a member's row before the places of its arrays: workgroups along x and y, and one more than the place in the
-/// arena of the words that say them, zero where the row says them itself.
+/// Words of a member's row before the places of its arrays: workgroups along x and y, and one more than the place in
+/// the arena of the words that say them, zero where the row says them itself.
 pub(super) const HEAD: usize = 3;
 
 /// What a merged kernel binds: the table at 0, then its arrays, the arena as words, and its parameters if it has some.
