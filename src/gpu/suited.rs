@@ -1,11 +1,12 @@
-//! Which precision suits a device: f64 where its kernels are not much slower than those of f32.
+//! Which precision suits a device: f64 where its kernels are not much slower than those of f32. Adapters that compute
+//! on a processor are not measured: processors have units for f64.
 
 use super::{Buffer, Gpu, GpuError, Kernel, Precision, Source};
 use std::time::Instant;
 
 /// f64 suits a device whose arithmetic takes at most so many times as long in f64. By their data sheets devices for
-/// computing take 2 times as long and devices for pictures 32 or 64; lavapipe takes 0.9 to 1.1 times as long here
-/// (measured). So the choice does not hang on the noise of a measurement.
+/// computing take 2 times as long and devices for pictures 32 or 64; lavapipe takes 0.9 to 1.1 times as long
+/// (measured, which takes it a second). So the choice does not hang on the noise of a measurement.
 const MOST: f64 = 8.0;
 
 /// Invocations, of which each does `ROUNDS` multiplications and additions that wait for each other.
@@ -39,6 +40,9 @@ fn main(
 pub(crate) fn suited(gpu: &Gpu) -> Result<Precision, GpuError> {
     if !gpu.has_f64() {
         return Ok(Precision::F32);
+    }
+    if gpu.is_software() {
+        return Ok(Precision::F64);
     }
     let ratio = time_of_f64(gpu)?;
     log::debug!("{}: arithmetic in f64 takes {ratio:.1} times as long as in f32", gpu.name());

@@ -60,7 +60,7 @@ impl Solver {
         settings: Settings,
     ) -> Result<Self, GpuError> {
         Solver::check(kind)?;
-        let machine = Machine::new(gpu, Variant { precision, planar, slots: Slots::of(kind, precision) })?;
+        let machine = Machine::new(gpu, Variant::of(gpu, precision, planar, Slots::of(kind, precision)))?;
         Ok(Solver { kind, settings, machine, compiled: [false; 2] })
     }
 

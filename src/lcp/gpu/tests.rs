@@ -66,9 +66,12 @@ struct Both<'a, const D: usize> {
     rows: usize,
 }
 
-fn machine(gpu: &Gpu, precision: Precision, planar: bool, kind: SolverKind, small: bool) -> Machine {
-    let mut machine = Machine::new(gpu, Variant { precision, planar, slots: Slots::of(kind, precision) }).unwrap();
-    machine.largest_small = if small { u64::MAX } else { 0 };
+/// One that solves by one workgroup of so many invocations, or by a dispatch a stage.
+fn machine(gpu: &Gpu, precision: Precision, planar: bool, kind: SolverKind, small: Option<u32>) -> Machine {
+    let mut variant = Variant::of(gpu, precision, planar, Slots::of(kind, precision));
+    variant.small_workgroup = small.unwrap_or(variant.small_workgroup);
+    let mut machine = Machine::new(gpu, variant).unwrap();
+    machine.largest_small = if small.is_some() { u64::MAX } else { 0 };
     machine
 }
 
@@ -77,11 +80,11 @@ fn everywhere(kind: SolverKind, check: impl Fn(&str, f64, &mut dyn Rig)) {
     let Some(gpu) = test_device() else { return };
     for precision in precisions(gpu) {
         let bound = if precision == Precision::F32 { 3e-6 } else { 1e-11 };
-        for small in [true, false] {
+        for small in [Some(8), Some(32), None] {
             let mut planar = machine(gpu, precision, true, kind, small);
             let mut spatial = machine(gpu, precision, false, kind, small);
             for (rows, most) in [(1, 1), (2, 2), (5, 3), (300, 1), (700, 8)] {
-                let what = format!("{} small {small} rows {rows}", precision.name());
+                let what = format!("{} small {small:?} rows {rows}", precision.name());
                 rig::<3>(gpu, precision, &mut planar, rows, most, |rig| check(&format!("{what} D 3"), bound, rig));
                 rig::<6>(gpu, precision, &mut spatial, rows, most, |rig| check(&format!("{what} D 6"), bound, rig));
             }
@@ -344,7 +347,7 @@ fn in_clusters<const D: usize>(gpu: &Gpu, precision: Precision, [rows, most]: [u
     let mut cpu = Cpu::for_parallel_rows();
     cpu.rebuild(&problem);
     assert_eq!(cpu.order(), order);
-    let mut machine = machine(gpu, precision, D == 3, SolverKind::ClusterCg, false);
+    let mut machine = machine(gpu, precision, D == 3, SolverKind::ClusterCg, None);
     let mut device = Device::new(gpu, &mut machine, &device_problem);
     device.prepare();
     let (x, mut g, kept) = (vector(1, rows, 0.5), vec![0.0; rows], vector(3, rows, 0.0));
@@ -388,7 +391,7 @@ fn clusters_lead_to_what_they_do_on_the_cpu() {
 fn steps_of_pairs_with_many_rows_descend() {
     let Some(gpu) = test_device() else { return };
     for precision in precisions(gpu) {
-        for (small, rows) in [(true, 9), (true, 30), (false, 9), (false, 12), (false, 30)] {
+        for (small, rows) in [(Some(8), 9), (Some(8), 30), (Some(32), 30), (None, 9), (None, 12), (None, 30)] {
             let mut machine = machine(gpu, precision, true, SolverKind::Auto, small);
             let mut problem = problem::<3>(5, rows, 1);
             problem.pair.iter_mut().for_each(|pair| *pair = [0, 1]);
@@ -412,9 +415,9 @@ fn steps_of_pairs_with_many_rows_descend() {
                 cpu.dot(step, &g) + 0.5 * cpu.dot(step, &bend)
             };
             let (exact, made) = (model(&exact), model(&change));
-            println!("{} small {small} rows {rows}: {made:.3e} of {exact:.3e}", precision.name());
+            println!("{} small {small:?} rows {rows}: {made:.3e} of {exact:.3e}", precision.name());
             assert!(x.iter().zip(&change).all(|(x, change)| x + change >= 0.0 && change.is_finite()));
-            assert!(made < 0.05 * exact, "{} small {small} rows {rows}: {made}, exact {exact}", precision.name());
+            assert!(made < 0.05 * exact, "{} small {small:?} rows {rows}: {made}, exact {exact}", precision.name());
         }
     }
 }
@@ -434,7 +437,7 @@ fn arithmetic_is_that_of_the_cpu() {
         ]
     }
     for precision in precisions(gpu) {
-        for small in [true, false] {
+        for small in [Some(8), Some(32), None] {
             let mut machine = machine(gpu, precision, true, SolverKind::Bbpgd, small);
             let problem = problem::<3>(1, 10, 2);
             let (device_problem, _) = DeviceProblem::upload(gpu, precision, &problem, &[]).unwrap();
@@ -443,7 +446,7 @@ fn arithmetic_is_that_of_the_cpu() {
             let made = formula(a, b, zero);
             for (made, wanted) in made.into_iter().zip(formula(0.75, -2.5, 0.0)) {
                 let made = device.read(made);
-                assert!((made - wanted).abs() < 1e-6, "{} small {small}: {made}, not {wanted}", precision.name());
+                assert!((made - wanted).abs() < 1e-6, "{} small {small:?}: {made}, not {wanted}", precision.name());
             }
         }
     }
@@ -512,7 +515,7 @@ fn an_iteration_is_four_dispatches_and_six_with_clusters() {
     for precision in precisions(gpu) {
         let problem = problem::<3>(1, 300, 2);
         let (device_problem, _) = DeviceProblem::upload(gpu, precision, &problem, &[]).unwrap();
-        let mut machine_of_pairs = machine(gpu, precision, true, SolverKind::Auto, false);
+        let mut machine_of_pairs = machine(gpu, precision, true, SolverKind::Auto, None);
         let mut device = Device::new(gpu, &mut machine_of_pairs, &device_problem);
         let (spans, constants) = iterations(&mut device, &mut PairBlockCg::new());
         let lengths = |spans: &[Vec<Stage>]| -> Vec<usize> { spans[2..].iter().map(Vec::len).collect() };
@@ -524,7 +527,7 @@ fn an_iteration_is_four_dispatches_and_six_with_clusters() {
         println!("{}: {bytes:.0} bytes a row and iteration", precision.name());
         assert!(bytes <= if precision == Precision::F32 { 240.0 } else { 420.0 }, "{bytes}");
 
-        let mut machine = machine(gpu, precision, true, SolverKind::ClusterCg, false);
+        let mut machine = machine(gpu, precision, true, SolverKind::ClusterCg, None);
         let mut device = Device::new(gpu, &mut machine, &device_problem);
         let (spans, _) = iterations(&mut device, &mut ClusterCg::to(1e-6));
         println!("{}: {:?} with clusters", precision.name(), lengths(&spans));
@@ -536,7 +539,7 @@ fn an_iteration_is_four_dispatches_and_six_with_clusters() {
 fn a_batch_ends_at_the_look_that_converged() {
     let Some(gpu) = test_device() else { return };
     for precision in precisions(gpu) {
-        for small in [true, false] {
+        for small in [Some(8), Some(32), None] {
             let mut machine = machine(gpu, precision, true, SolverKind::Bbpgd, small);
             let problem = problem::<3>(1, 10, 2);
             let (device_problem, _) = DeviceProblem::upload(gpu, precision, &problem, &[]).unwrap();
@@ -561,11 +564,11 @@ fn a_batch_ends_at_the_look_that_converged() {
                 let mut looks = device.looks();
                 looks.residuals.extend(if looks.ended { Vec::new() } else { device.looks().residuals });
                 let looks = looks.residuals;
-                assert_eq!(looks.len(), 2, "{} small {small}: {looks:?}", precision.name());
+                assert_eq!(looks.len(), 2, "{} small {small:?}: {looks:?}", precision.name());
                 assert_eq!(looks[0], 4.0);
                 assert!(looks[1] == last || (last.is_nan() && !looks[1].is_finite()), "{looks:?}");
                 // The iterate that was looked at last is still there.
-                assert_eq!(device.downloaded(&x), [2e6; 10], "{} small {small}", precision.name());
+                assert_eq!(device.downloaded(&x), [2e6; 10], "{} small {small:?}", precision.name());
             }
         }
     }

@@ -1,7 +1,6 @@
 //! A tape for the one workgroup of a small problem: turns, each of which does rows, pairs, bodies, a product, rows
 //! again and a finish, or nothing for some of these.
 
-use super::kernels::SMALL_WORKGROUP;
 use super::layout::FIRST_CONSTANT;
 use super::stage::{Bodies, Product, Rows, Segment, Stage, Words, Work, packed};
 
@@ -53,12 +52,14 @@ struct Turns {
     rows: u32,
     pairs: u32,
     bodies: u32,
+    /// Invocations of the workgroup.
+    workgroup: u32,
 }
 
-/// A segment, and what confirms a look, as turns for a problem of so many rows, pairs and bodies, in parts that are not
-/// too long for one dispatch.
-pub(super) fn of(segment: &Segment, confirmation: &[Stage], size: [u32; 3]) -> Program {
-    let mut turns = Turns::new(size);
+/// A segment, and what confirms a look, as turns of a workgroup of so many invocations for a problem of so many rows,
+/// pairs and bodies, in parts that are not too long for one dispatch.
+pub(super) fn of(segment: &Segment, confirmation: &[Stage], size: [u32; 3], workgroup: u32) -> Program {
+    let mut turns = Turns::new(size, workgroup);
     let (mut parts, mut first, mut rounds) = (Vec::new(), 0, 0);
     let mut kinds = Vec::new();
     for stage in &segment.stages {
@@ -90,9 +91,9 @@ pub(super) fn of(segment: &Segment, confirmation: &[Stage], size: [u32; 3]) -> P
 }
 
 impl Turns {
-    fn new([rows, pairs, bodies]: [u32; 3]) -> Self {
+    fn new([rows, pairs, bodies]: [u32; 3], workgroup: u32) -> Self {
         let (instructions, operations) = (Vec::new(), Vec::new());
-        Turns { instructions, operations, words: Vec::new(), last: Step::Finish, rows, pairs, bodies }
+        Turns { instructions, operations, words: Vec::new(), last: Step::Finish, rows, pairs, bodies, workgroup }
     }
 
     /// All words. Operations follow the instructions.
@@ -175,7 +176,7 @@ impl Turns {
 
     /// About how many rounds of loops an invocation makes for a stage on rows or bodies.
     fn rounds(&self, stage: &Stage) -> u64 {
-        let each = |n: u32| u64::from(n.div_ceil(SMALL_WORKGROUP)) + 1;
+        let each = |n: u32| u64::from(n.div_ceil(self.workgroup)) + 1;
         let rows = each(self.rows);
         match &stage.work {
             Work::Rows(Rows { product, before, block, after, .. }) => {
