@@ -4,7 +4,7 @@ use super::arguments::{Backend, Run as Arguments};
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{compiling, compute, output, placing, processes, view};
+use super::{compiling, compute, driver, output, placing, processes, view};
 use relcp::gpu::Profile;
 use relcp::record::{Folder, PassedStep, RecordError, Retried};
 use relcp::run::{Run, RunError, RunStatus, Summary};
@@ -96,6 +96,7 @@ fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> 
     };
     let begun = Instant::now();
     let scene = Scene::load(source, &arguments.sets)?;
+    driver::compute_alone(&arguments.compute, &scene, Some(source));
     let bodies = placing::place(&scene, interrupt, arguments.print.quiet)?;
     let compute = settle(arguments, &scene)?;
     let builder = Simulation::builder(scene).bodies(bodies).on(&compute);
@@ -124,6 +125,7 @@ fn resume(arguments: &Arguments) -> Result<Run, CliError> {
             (latest(&scene)?, scene)
         }
     };
+    driver::compute_alone(&arguments.compute, &scene, arguments.scene.as_deref());
     let compute = settle(arguments, &scene)?;
     let resume = || match arguments.until {
         Some(until) => Run::resume_until(scene, folder, until, &compute),

@@ -39,8 +39,10 @@ pub(crate) struct Machine {
     pub largest_small: u64,
     /// Workgroups of a stage at most.
     pub most_groups: u64,
-    /// Looks of the first batch of a solve and of the others.
+    /// Looks of the first batch of a solve and of the others; of a small problem at most so many.
     pub looks: [usize; 2],
+    /// Looks that the last solve of a small problem needed.
+    pub last_looks: usize,
     program: Buffer,
     scalars: Buffer,
     vectors: Buffer,
@@ -109,6 +111,7 @@ impl Machine {
             largest_small: if gpu.is_software() { LARGEST_SMALL_ON_SOFTWARE } else { LARGEST_SMALL },
             most_groups: MOST_GROUPS,
             looks: LOOKS_OF_BATCHES,
+            last_looks: LOOKS_OF_BATCHES[0],
             program: Buffer::new(gpu, "lcp-program", 16, 1)?,
             scalars: Buffer::new(gpu, "lcp-numbers", real, u64::from(NUMBERS))?,
             vectors: Buffer::new(gpu, "lcp-vectors", real, 1)?,

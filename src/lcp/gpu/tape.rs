@@ -65,6 +65,11 @@ impl Tape {
         Tape { apart, exact, ..Tape::default() }
     }
 
+    /// Whether each stage is a dispatch of its own.
+    pub fn is_apart(&self) -> bool {
+        self.apart
+    }
+
     /// Whether velocities are made in two parts.
     pub fn exact(&self) -> bool {
         self.exact

@@ -47,6 +47,8 @@ pub(crate) struct Device<'a> {
     noted: bool,
     /// Whether a batch was read.
     begun: bool,
+    /// Looks that were read.
+    looks_read: usize,
     /// Whether no look has ended a batch that is still to be skipped.
     afresh: bool,
     /// The residual of a gradient made afresh where the last look was.
@@ -74,6 +76,7 @@ impl<'a> Device<'a> {
             looked_at_low: None,
             noted: false,
             begun: false,
+            looks_read: 0,
             afresh: true,
             confirmed: None,
             fault: None,
@@ -349,7 +352,9 @@ impl Verbs for Device<'_> {
         let residuals: Vec<f64> = (0..looks).map(residual).collect();
         let products = self.looked.drain(..residuals.len().min(self.looked.len())).next_back();
         self.confirmed = None;
+        self.looks_read = segment.looks_before as usize + residuals.len();
         if ended {
+            self.machine.last_looks = self.looks_read;
             self.products = products.unwrap_or(self.products);
             self.confirmed = Some((Number::At(fresh), confirmed));
             self.tape.forget();
@@ -370,7 +375,13 @@ impl Verbs for Device<'_> {
     }
 
     fn looks_at_once(&self) -> usize {
-        self.machine.looks[usize::from(self.begun)]
+        let [first, later] = self.machine.looks;
+        match (self.tape.is_apart(), self.begun) {
+            (true, begun) => [first, later][usize::from(begun)],
+            // What follows the last look of a small problem is recorded and written in vain.
+            (false, false) => expected(self.machine.last_looks).min(first),
+            (false, true) => self.looks_read.clamp(first, later.max(first)),
+        }
     }
 
     fn rounding(&self) -> f64 {
@@ -380,6 +391,11 @@ impl Verbs for Device<'_> {
     fn products(&self) -> u64 {
         self.products
     }
+}
+
+/// Looks that a solve will need where the last one needed so many, with some to spare.
+fn expected(last: usize) -> usize {
+    last + last / 4 + 2
 }
 
 impl InClusters for Device<'_> {
