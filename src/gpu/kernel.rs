@@ -120,6 +120,8 @@ impl Kernel {
     }
 
     fn compile(gpu: &Gpu, source: &Source, together: bool) -> Result<Self, String> {
+        let smaller = source.on_software().filter(|_| gpu.is_software());
+        let source = smaller.as_ref().unwrap_or(source);
         let module = validate(source)?;
         let bindings = bindings(&module)?;
         let runs = match together {

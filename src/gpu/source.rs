@@ -6,6 +6,10 @@ use std::fmt::Write as _;
 /// Invocations of a workgroup, unless a kernel says otherwise. 64 to 256 were equally fast for the product with A.
 pub const WORKGROUP: u32 = 128;
 
+/// The same for kernels of separate invocations on an adapter that computes on a processor, which executes whole
+/// workgroups, vector after vector: most of a larger one is idle where a member of an ensemble has 20 bodies.
+const WORKGROUP_ON_SOFTWARE: u32 = 16;
+
 /// A piece of WGSL.
 #[derive(Clone, Copy, Debug)]
 pub struct Fragment {
@@ -67,6 +71,20 @@ impl Source {
             Precision::F64 => REAL_F64,
         });
         source.integer("WORKGROUP", workgroup).include(super::fragment!("common/invocation.wgsl"))
+    }
+
+    /// The same in smaller workgroups, where nothing else depends on how large they are: an invocation knows its place
+    /// by `invocation` alone, only that, the definition and the entry point name the number, and invocations do not meet.
+    pub(super) fn on_software(&self) -> Option<Source> {
+        let meets = ["var<workgroup>", "Barrier"].iter().any(|word| self.text.contains(word));
+        let count = |words: &str| self.text.matches(words).count();
+        // Each is defined once.
+        let by_place = count(" invocation(") > 1 && count(" group_index(") == 1;
+        let separate = !meets && by_place && count("WORKGROUP") == 3;
+        let of = |workgroup| format!("const WORKGROUP: u32 = {workgroup}u;");
+        let smaller = |text: &str| text.replace(&of(self.workgroup), &of(WORKGROUP_ON_SOFTWARE));
+        (separate && self.workgroup > WORKGROUP_ON_SOFTWARE)
+            .then(|| Source { workgroup: WORKGROUP_ON_SOFTWARE, ..self.clone().mapped(smaller) })
     }
 
     /// Adds a constant of type `u32`.
@@ -170,5 +188,31 @@ impl Source {
     /// Invocations of a workgroup.
     pub fn workgroup(&self) -> u32 {
         self.workgroup
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn source(body: &str) -> Source {
+        let begin = "@compute @workgroup_size(WORKGROUP) fn main(@builtin(workgroup_id) group: vec3<u32>, \
+                     @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) local: u32) {";
+        Source::new("test", Precision::F32).text(&format!("{begin} {body} }}"))
+    }
+
+    #[test]
+    fn only_kernels_of_separate_invocations_take_smaller_workgroups() {
+        let smaller = source("let i = invocation(group, groups, local);").on_software().unwrap();
+        assert_eq!(smaller.workgroup(), WORKGROUP_ON_SOFTWARE);
+        assert!(smaller.code().contains("const WORKGROUP: u32 = 16u;"));
+        for body in [
+            "let i = local;",
+            "let i = invocation(group, groups, local); workgroupBarrier();",
+            "let i = invocation(group, groups, local) / WORKGROUP;",
+            "let i = invocation(group, groups, local); let g = group_index(group, groups);",
+        ] {
+            assert!(source(body).on_software().is_none(), "{body}");
+        }
     }
 }

@@ -12,6 +12,7 @@
 //! A member that begins a step waits until no other is in the middle of one, so that members stay together.
 
 mod arena;
+mod copies;
 mod merge;
 mod order;
 mod pipeline;

@@ -1,6 +1,7 @@
 //! A round: the work of several members recorded together, submitted at once, and one read-back for all of them.
 
 use super::arena::Arena;
+use super::copies::{self, Copies};
 use super::order::{Together, ordered};
 use super::pipeline::{ALIGNMENT, MOST_TOGETHER, Pipeline};
 use super::work::{Dispatch, Request, Work};
@@ -62,6 +63,9 @@ pub(super) struct Tables {
     scratch: Table,
     /// What members read.
     staging: Table,
+    /// What is written, copied and cleared by a kernel.
+    pub pieces: Table,
+    copies: Copies,
 }
 
 impl Tables {
@@ -73,6 +77,8 @@ impl Tables {
             upload: table("members' writes", wgpu::BufferUsages::COPY_SRC)?,
             scratch: table("members' copies", wgpu::BufferUsages::COPY_SRC)?,
             staging: table("members' read-back", wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST)?,
+            pieces: table("members' pieces", wgpu::BufferUsages::STORAGE)?,
+            copies: Copies::new(gpu)?,
         })
     }
 }
@@ -80,6 +86,8 @@ impl Tables {
 /// What is recorded, once all tables are filled.
 enum Action {
     Dispatch { pipeline: Arc<Pipeline>, offsets: [u32; 2], grid: [u32; 3], invocations: u64 },
+    /// Where the list begins is said at `offset` bytes of the parameters.
+    Pieces { offset: u32, members: u32 },
     Write { from: u64, to: u64, bytes: u64 },
     Copy { from: u64, to: u64, bytes: u64 },
     Clear(Range<u64>),
@@ -91,6 +99,7 @@ struct Recording {
     rows: Vec<u8>,
     parameters: Vec<u8>,
     upload: Vec<u8>,
+    pieces: Vec<u32>,
     actions: Vec<Action>,
     left: Vec<Range<u64>>,
     /// The longest copy.
@@ -131,12 +140,14 @@ pub(super) fn run(
     tables.rows.reserve(gpu, recording.bound[0])?;
     tables.parameters.reserve(gpu, recording.bound[1])?;
     tables.upload.reserve(gpu, recording.upload.len() as u64)?;
+    tables.pieces.reserve(gpu, 4 * recording.pieces.len() as u64)?;
     tables.scratch.reserve(gpu, recording.scratch)?;
     tables.staging.reserve(gpu, total)?;
     for (table, bytes) in [
-        (&tables.rows, &recording.rows),
-        (&tables.parameters, &recording.parameters),
-        (&tables.upload, &recording.upload),
+        (&tables.rows, recording.rows.as_slice()),
+        (&tables.parameters, recording.parameters.as_slice()),
+        (&tables.upload, recording.upload.as_slice()),
+        (&tables.pieces, bytemuck::cast_slice(&recording.pieces)),
     ] {
         if !bytes.is_empty() {
             gpu.queue.write_buffer(&table.raw, 0, bytes);
@@ -174,6 +185,10 @@ impl Recording {
     fn add(&mut self, lists: &[Vec<Work>], together: &Together) {
         let parts = together.parts.iter().map(|(member, place)| &lists[*member][*place]);
         if !together.dispatches {
+            if parts.clone().all(copies::is_short) {
+                let members = together.parts.iter().map(|(member, _)| *member);
+                return self.pieces(&members.zip(parts).collect::<Vec<_>>());
+            }
             return parts.for_each(|work| self.copy(work));
         }
         let parts: Vec<&Dispatch> = parts
@@ -183,6 +198,23 @@ impl Recording {
             })
             .collect();
         self.dispatch(&parts);
+    }
+
+    /// Adds short copies, which a kernel does.
+    fn pieces(&mut self, pieces: &[(usize, &Work)]) {
+        for (_, work) in pieces {
+            if let Work::Leave(range) = work {
+                self.left.push(range.clone());
+            }
+        }
+        let (begin, members) = copies::add(&mut self.pieces, pieces);
+        if members > 0 {
+            let offset = self.parameters.len();
+            self.parameters.extend([begin, 0, 0, 0].into_iter().flat_map(u32::to_le_bytes));
+            self.parameters.resize(offset + ALIGNMENT, 0);
+            self.bound[1] = self.bound[1].max(self.parameters.len() as u64);
+            self.actions.push(Action::Pieces { offset: offset as u32, members });
+        }
     }
 
     fn copy(&mut self, work: &Work) {
@@ -256,6 +288,12 @@ fn submit(
                 pass.set_bind_group(0, &group, offsets);
                 pass.dispatch_workgroups(grid[0], grid[1], grid[2]);
             }
+            Action::Pieces { offset, members } => {
+                let pass =
+                    pass.get_or_insert_with(|| encoder.begin_compute_pass(&Default::default()).forget_lifetime());
+                let bound = ((&arena.raw, arena.version), tables);
+                tables.copies.record(gpu, pass, bound, (offset, members));
+            }
             other => {
                 pass = None;
                 record_copy(&mut encoder, &arena.raw, tables, &other);
@@ -287,6 +325,6 @@ fn record_copy(encoder: &mut wgpu::CommandEncoder, arena: &wgpu::Buffer, tables:
             encoder.copy_buffer_to_buffer(&tables.scratch.raw, 0, arena, *to, *bytes);
         }
         Action::Clear(range) => encoder.clear_buffer(arena, range.start, Some(range.end - range.start)),
-        Action::Dispatch { .. } => {}
+        Action::Dispatch { .. } | Action::Pieces { .. } => {}
     }
 }

@@ -1,0 +1,29 @@
+// What members of an ensemble write, copy and clear between two dispatches: one workgroup for each member, one piece after
+// the other.
+
+// Where the list begins in `list`.
+@group(0) @binding(0) var<storage, read> places: array<vec4<u32>>;
+// For each member where its pieces begin and end; pieces; words that are written.
+@group(0) @binding(1) var<storage, read> list: array<u32>;
+@group(0) @binding(2) var<storage, read_write> arena: array<u32>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let span = places[0].x + 2u * group.x;
+    let end = list[span + 1u];
+    for (var piece = list[span]; piece < end; piece += 4u) {
+        let source = list[piece + 1u];
+        let goal = list[piece + 2u];
+        let words = list[piece + 3u];
+        let kind = list[piece];
+        if kind == WRITE {
+            for (var word = local; word < words; word += WORKGROUP) { arena[goal + word] = list[source + word]; }
+        } else if kind == COPY {
+            for (var word = local; word < words; word += WORKGROUP) { arena[goal + word] = arena[source + word]; }
+        } else {
+            for (var word = local; word < words; word += WORKGROUP) { arena[goal + word] = 0u; }
+        }
+        storageBarrier();
+        workgroupBarrier();
+    }
+}
