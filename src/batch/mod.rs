@@ -18,6 +18,7 @@
 mod error;
 mod members;
 mod ordered;
+mod pilot;
 mod plan;
 mod run;
 mod standing;
@@ -26,6 +27,7 @@ mod table;
 
 pub use error::{BatchError, MemberError};
 pub use ordered::Ordered;
+pub use pilot::Pilot;
 pub use plan::{Member, Plan};
 pub use run::{Ended, Options, Settle, Watch, run};
 pub use standing::{Folders, MemberState, Outcome, Products, Recursions, Wall};

@@ -5,7 +5,7 @@ use super::batch_progress::{BatchProgress, chain};
 use super::exit::{CliError, Exit};
 use super::run::RUNS;
 use super::{compute, output};
-use relcp::batch::{BatchError, Ended, Folders, Member, MemberError, Options, Plan, RowStatus, Table, run};
+use relcp::batch::{BatchError, Ended, Folders, Member, MemberError, Options, Pilot, Plan, RowStatus, Table, run};
 use relcp::gpu::{Ensemble, Precision};
 use relcp::record::RecordError;
 use relcp::scene::Scene;
@@ -98,18 +98,26 @@ fn standing(status: RowStatus) -> Exit {
 }
 
 fn run_members(arguments: &Arguments, plan: &Plan, out: &Path, members: &[Member]) -> Result<Exit, CliError> {
-    let device = device(&arguments.compute, plan)?;
     let threads = arguments.compute.threads.map_or_else(cores, usize::from);
-    let jobs = jobs(arguments, plan, device.as_ref().map(|(ensemble, _)| ensemble), threads)?;
+    let mut device = device(arguments, plan, members)?;
+    let mut jobs_of_all = jobs(arguments, plan, device.as_ref().map(|(ensemble, _)| ensemble), threads)?;
+    if arguments.compute.backend == Backend::Auto
+        && let Some(of_device) = &device
+        && !pays(arguments, plan, of_device, (jobs_of_all.min(members.len()), threads))
+    {
+        device = None;
+        jobs_of_all = jobs(arguments, plan, None, threads)?;
+    }
     let progress = BatchProgress::new(arguments.print.quiet);
     let settle = |scene: &Scene| match &device {
         Some((ensemble, precision)) => {
             Compute::check(scene).map_err(MemberError::Device)?;
             Ok(Compute::Gpu { gpu: ensemble.member(), precision: *precision })
         }
+        None if arguments.compute.backend == Backend::Auto => Ok(Compute::Cpu),
         None => compute::settle_many(&arguments.compute, scene).map_err(unfit),
     };
-    let options = Options { jobs, threads, retry: arguments.retry };
+    let options = Options { jobs: jobs_of_all, threads, retry: arguments.retry };
     let ended = run(plan, out, members, options, &settle, &progress)?;
     progress.end();
     let mut table = Table::of(plan, out, members)?;
@@ -164,13 +172,41 @@ fn most_bodies(scene: &Scene) -> u64 {
     placed.max(scene.stop().and_then(|stop| stop.population).unwrap_or(0))
 }
 
-/// The device that computes all members together, decided by the first; reports an unusable one before any run.
-fn device(arguments: &ComputeArguments, plan: &Plan) -> Result<Option<(Ensemble, Precision)>, CliError> {
-    if arguments.backend != Backend::Gpu && arguments.precision.is_none() && arguments.adapter.is_none() {
+/// The device that may compute all members together, decided by the first; reports an unusable one before any run.
+fn device(
+    arguments: &Arguments,
+    plan: &Plan,
+    members: &[Member],
+) -> Result<Option<(Ensemble, Precision)>, CliError> {
+    let ComputeArguments { backend, precision, adapter, .. } = &arguments.compute;
+    let asks = *backend == Backend::Gpu || precision.is_some() || adapter.is_some();
+    // One member alone is never faster on a device where many are on a processor.
+    if !asks && (*backend != Backend::Auto || members.len() < 2) {
         return Ok(None);
     }
-    let device = compute::device_of_many(arguments, &plan.scene(0)?)?;
+    let device = compute::device_of_many(&arguments.compute, &plan.scene(0)?)?;
     device.map(|(gpu, precision)| Ok((Ensemble::new(gpu)?, precision))).transpose()
+}
+
+/// Whether so many members at a time take less time on a device than on so many threads, measured; and says so.
+fn pays(
+    arguments: &Arguments,
+    plan: &Plan,
+    (ensemble, precision): &(Ensemble, Precision),
+    (members, threads): (usize, usize),
+) -> bool {
+    let pilot = plan.scene(0).map_err(|e| chain(&e)).and_then(|scene| {
+        Pilot::run(&scene, (ensemble, *precision), members, threads).map_err(|e| chain(&e))
+    });
+    let pays = pilot.as_ref().is_ok_and(Pilot::device_is_faster);
+    if !arguments.print.quiet {
+        let on = if pays { "on the device" } else { "on the CPU" };
+        output::message(&match pilot {
+            Ok(pilot) => format!("{pilot}; computed {on}"),
+            Err(fault) => format!("no device was measured ({fault}); computed {on}"),
+        });
+    }
+    pays
 }
 
 fn unfit(error: CliError) -> MemberError {

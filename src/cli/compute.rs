@@ -53,9 +53,26 @@ pub(super) fn settle_many(arguments: &Arguments, scene: &Scene) -> Result<Comput
     }
 }
 
-/// The device that computes many runs side by side, with its precision; none where the CPU does.
+/// The device that may compute many runs side by side, with its precision; none where the CPU does. With `auto` it is a
+/// hardware device, or the one that is named, and what keeps it from the scene is told.
 pub(super) fn device_of_many(arguments: &Arguments, scene: &Scene) -> Result<Option<(Arc<Gpu>, Precision)>, CliError> {
-    match settle_many(arguments, scene)? {
+    let compute = match arguments.backend {
+        Backend::Auto => {
+            let choice = Choice { software: arguments.adapter.is_some(), ..choice(arguments) };
+            let Some(adapter) = adapters(&choice).into_iter().find(|adapter| adapter.taken) else {
+                return cpu(arguments).map(|_| None);
+            };
+            match Compute::open_in(&choice, precision(arguments), scene) {
+                Ok(compute) => compute,
+                Err(fault) => {
+                    output::message_once(&format!("{} is not used: {fault}", adapter.name));
+                    return cpu(arguments).map(|_| None);
+                }
+            }
+        }
+        _ => settle_many(arguments, scene)?,
+    };
+    match compute {
         Compute::Gpu { gpu, precision } => Ok(Some((gpu, precision))),
         _ => Ok(None),
     }

@@ -8,6 +8,29 @@ use relcp::simulation::{Compute, Simulation};
 use relcp::step::{StepReport, contacts};
 use std::sync::Arc;
 
+#[test]
+fn bits_do_not_depend_on_the_threads_of_a_software_adapter() {
+    let Some(gpu) = device() else { return };
+    let place = tempfile::tempdir().unwrap();
+    let hash = |threads: Option<&str>| {
+        let out = format!("threads-{}", threads.unwrap_or("unset"));
+        let mut command = assert_cmd::Command::cargo_bin("relcp").unwrap();
+        command.current_dir(&place).args(["run", "colony", "--set", "time.dt=0.01", "--set", "time.end=3"]);
+        command.args(["--backend", "gpu", "--adapter", gpu.name(), "--quiet", "--out", &out]);
+        match threads {
+            Some(threads) => command.env("LP_NUM_THREADS", threads),
+            None => command.env_remove("LP_NUM_THREADS"),
+        };
+        command.assert().success();
+        let text = std::fs::read_to_string(place.path().join(out).join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+        summary["state_hash"].as_str().unwrap().to_owned()
+    };
+    let without = hash(None);
+    assert_eq!(hash(Some("2")), without);
+    assert_eq!(hash(Some("0")), without);
+}
+
 /// A run's end and its reports.
 struct Ran {
     simulation: Simulation,
