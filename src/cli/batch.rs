@@ -157,11 +157,13 @@ fn jobs(arguments: &Arguments, plan: &Plan, device: Option<&Ensemble>, threads: 
     let bodies = most_bodies(&plan.scene(0)?);
     let fit = ensemble.members_that_fit(bodies) as usize;
     match arguments.jobs.map(usize::from) {
-        Some(asked) if asked > fit.max(1) => Err(CliError::Usage(format!(
-            "--jobs: {asked} members of some {bodies} bodies do not fit on the device at once; the most is {}",
-            fit.max(1)
-        ))),
-        Some(asked) => Ok(asked),
+        Some(asked) if asked > fit.max(1) && arguments.compute.backend == Backend::Gpu => {
+            Err(CliError::Usage(format!(
+                "--jobs: {asked} members of some {bodies} bodies do not fit on the device at once; the most is {}",
+                fit.max(1)
+            )))
+        }
+        Some(asked) => Ok(asked.min(fit.max(1))),
         None => Ok(MEMBERS_AT_ONCE.min(fit.max(1))),
     }
 }
@@ -173,11 +175,7 @@ fn most_bodies(scene: &Scene) -> u64 {
 }
 
 /// The device that may compute all members together, decided by the first; reports an unusable one before any run.
-fn device(
-    arguments: &Arguments,
-    plan: &Plan,
-    members: &[Member],
-) -> Result<Option<(Ensemble, Precision)>, CliError> {
+fn device(arguments: &Arguments, plan: &Plan, members: &[Member]) -> Result<Option<(Ensemble, Precision)>, CliError> {
     let ComputeArguments { backend, precision, adapter, .. } = &arguments.compute;
     let asks = *backend == Backend::Gpu || precision.is_some() || adapter.is_some();
     // One member alone is never faster on a device where many are on a processor.
@@ -195,9 +193,10 @@ fn pays(
     (ensemble, precision): &(Ensemble, Precision),
     (members, threads): (usize, usize),
 ) -> bool {
-    let pilot = plan.scene(0).map_err(|e| chain(&e)).and_then(|scene| {
-        Pilot::run(&scene, (ensemble, *precision), members, threads).map_err(|e| chain(&e))
-    });
+    let pilot = plan
+        .scene(0)
+        .map_err(|e| chain(&e))
+        .and_then(|scene| Pilot::run(&scene, (ensemble, *precision), members, threads).map_err(|e| chain(&e)));
     let pays = pilot.as_ref().is_ok_and(Pilot::device_is_faster);
     if !arguments.print.quiet {
         let on = if pays { "on the device" } else { "on the CPU" };

@@ -191,8 +191,7 @@ fn a_batch_with_auto_says_what_it_measured_and_takes_the_faster_one() {
     let text = r#"{ "name": "two", "scene": "three-capsules", "seeds": [1, 2], "set": { "output.picture": false } }"#;
     std::fs::write(place.path().join("two.json"), text).unwrap();
     let mut command = assert_cmd::Command::cargo_bin("relcp").unwrap();
-    let output =
-        command.current_dir(&place).args(["batch", "two.json", "--adapter", gpu.name()]).output().unwrap();
+    let output = command.current_dir(&place).args(["batch", "two.json", "--adapter", gpu.name()]).output().unwrap();
     let err = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(0), "{err}");
     let line = err.lines().find(|line| line.contains("a step of 2 members of 3 bodies takes")).unwrap();

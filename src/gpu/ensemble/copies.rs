@@ -46,8 +46,8 @@ impl Copies {
     /// [`GpuError::Kernel`], or the fault that the device reported.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let source = source(if gpu.is_software() { WORKGROUP_ON_SOFTWARE } else { WORKGROUP });
-        let module = validate(&source)
-            .map_err(|message| GpuError::Kernel { kernel: source.name().to_owned(), message })?;
+        let module =
+            validate(&source).map_err(|message| GpuError::Kernel { kernel: source.name().to_owned(), message })?;
         let entry = |binding, read_only, has_dynamic_offset| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
@@ -96,8 +96,7 @@ impl Copies {
         };
         let places = part(0, tables.parameters.raw(), Some(ALIGNMENT as u64));
         let entries = [places, part(1, tables.pieces.raw(), None), part(2, arena.0, None)];
-        let descriptor =
-            wgpu::BindGroupDescriptor { label: Some("copies"), layout: &self.layout, entries: &entries };
+        let descriptor = wgpu::BindGroupDescriptor { label: Some("copies"), layout: &self.layout, entries: &entries };
         let group = gpu.device.create_bind_group(&descriptor);
         *known = Some((version, group.clone()));
         group

@@ -85,11 +85,27 @@ impl Tables {
 
 /// What is recorded, once all tables are filled.
 enum Action {
-    Dispatch { pipeline: Arc<Pipeline>, offsets: [u32; 2], grid: [u32; 3], invocations: u64 },
+    Dispatch {
+        pipeline: Arc<Pipeline>,
+        offsets: [u32; 2],
+        grid: [u32; 3],
+        invocations: u64,
+    },
     /// Where the list begins is said at `offset` bytes of the parameters.
-    Pieces { offset: u32, members: u32 },
-    Write { from: u64, to: u64, bytes: u64 },
-    Copy { from: u64, to: u64, bytes: u64 },
+    Pieces {
+        offset: u32,
+        members: u32,
+    },
+    Write {
+        from: u64,
+        to: u64,
+        bytes: u64,
+    },
+    Copy {
+        from: u64,
+        to: u64,
+        bytes: u64,
+    },
     Clear(Range<u64>),
 }
 

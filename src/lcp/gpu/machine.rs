@@ -229,7 +229,8 @@ impl Machine {
         let confirmation = task.confirm.map(confirmation).unwrap_or_default();
         if small {
             numbers(FIRST_CONSTANT, constants);
-            let program = turns::of(segment, &confirmation, [base.rows, base.pairs, base.bodies], self.variant.small_workgroup);
+            let program =
+                turns::of(segment, &confirmation, [base.rows, base.pairs, base.bodies], self.variant.small_workgroup);
             self.program.reserve(gpu, program.words.len() as u64 / 4)?;
             self.program.write(gpu, 0, bytemuck::cast_slice(&program.words));
             let mut run = Run { machine: self, problem, record, base, groups, beyond, looked: false };
