@@ -160,13 +160,6 @@ impl<S: Scalar> PairBlockCg<Vec<f64>, S> {
         }
     }
 
-    /// The vectors of which a share has a part.
-    #[cfg(feature = "mpi")]
-    pub fn shared(&mut self) -> [&mut Vec<f64>; 4] {
-        let [last, before, _] = &mut self.made;
-        [&mut last.displacement, &mut last.product, &mut before.displacement, &mut before.product]
-    }
-
     /// Takes back what [`PairBlockCg::share`] gave.
     pub fn take_back(&mut self, rows: Range<usize>, share: &Self) {
         for (made, share) in self.made.iter_mut().zip(&share.made).take(2) {
