@@ -339,8 +339,13 @@ impl<const D: usize> Backend for Cpu<D> {
     }
 
     fn solve(&mut self, tolerance: f64) -> Result<Outcome, Fault> {
-        let Cpu { phases, solve, rows, .. } = self;
-        let outcome = timed(&mut phases.solve, || solve.solve(rows, tolerance));
+        let Cpu { phases, solve, rows, domain, .. } = self;
+        let outcome = timed(&mut phases.solve, || {
+            if let Some(domain) = domain {
+                rows.set_changed(|changed| domain.largest(f64::from(u8::from(changed))) > 0.0);
+            }
+            solve.solve(rows, tolerance)
+        });
         if outcome.status == Status::TooLarge {
             return Err(Fault::TooLarge { step: self.step(), rows: self.constraints() });
         }
