@@ -308,8 +308,8 @@ impl<const D: usize> OnRows for Cpu<D> {
 
     fn join_chunks<const N: usize>(
         &self,
-        start: f64,
-        join: impl Fn(f64, f64) -> f64,
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
         chunk: impl Fn(Range<usize>) -> [f64; N],
     ) -> [f64; N] {
         if let Some(border) = &self.border {

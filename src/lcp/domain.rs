@@ -158,8 +158,8 @@ impl Border {
     /// What the chunks of all processes come to, those of this one by `chunk`; `chunks` has one for each block of all.
     pub fn join_chunks<const N: usize>(
         &self,
-        start: f64,
-        join: impl Fn(f64, f64) -> f64,
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
         chunk: impl Fn(Range<usize>) -> [f64; N],
         chunks: impl Iterator<Item = Range<usize>>,
     ) -> [f64; N] {

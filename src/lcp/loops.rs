@@ -125,8 +125,8 @@ pub(crate) struct Tree<F, const N: usize> {
     count: usize,
 }
 
-impl<F: Fn(f64, f64) -> f64, const N: usize> Tree<F, N> {
-    /// None so far.
+impl<F: Fn(usize, f64, f64) -> f64, const N: usize> Tree<F, N> {
+    /// None so far. `join` joins two numbers of a kind, of `N` kinds.
     pub fn new(join: F) -> Self {
         Tree { join, waiting: [([0.0; N], 0); DEEPEST], count: 0 }
     }
@@ -144,14 +144,14 @@ impl<F: Fn(f64, f64) -> f64, const N: usize> Tree<F, N> {
     }
 
     /// What all come to; `start` where there was none.
-    pub fn end(self, start: f64) -> [f64; N] {
+    pub fn end(self, start: [f64; N]) -> [f64; N] {
         let branches = self.waiting[..self.count].iter().rev();
-        branches.map(|(value, _)| *value).reduce(|later, value| self.both(value, later)).unwrap_or([start; N])
+        branches.map(|(value, _)| *value).reduce(|later, value| self.both(value, later)).unwrap_or(start)
     }
 
     #[inline]
     fn both(&self, a: [f64; N], b: [f64; N]) -> [f64; N] {
-        std::array::from_fn(|k| (self.join)(a[k], b[k]))
+        std::array::from_fn(|k| (self.join)(k, a[k], b[k]))
     }
 }
 
@@ -188,9 +188,9 @@ mod tests {
         let plain: f64 = x.iter().zip(&y).map(|(x, y)| x * y).sum();
         for size in [1, 5, 64, 600, 5_000] {
             let chunks = Chunks::of_rows(700, size);
-            let mut tree = Tree::new(|a, b| a + b);
+            let mut tree = Tree::new(|_, a, b| a + b);
             chunks.ranges().for_each(|rows| tree.add(dots(rows, [[&x, &y]]), 0));
-            assert_eq!(tree.end(0.0), [plain]);
+            assert_eq!(tree.end([0.0]), [plain]);
             let least = |rows| fold(rows, [&x], f64::INFINITY, f64::min, |[x]| x);
             assert_eq!(chunks.ranges().map(least).fold(f64::INFINITY, f64::min), -6.0);
         }
@@ -199,11 +199,11 @@ mod tests {
     #[test]
     fn branches_of_some_and_of_all_come_to_the_same_bits() {
         let chunks: Vec<f64> = (0..37).map(|k| 1.0 / f64::from(k + 3)).collect();
-        let add = |a: f64, b: f64| a + b;
+        let add = |_: usize, a: f64, b: f64| a + b;
         let one_by_one = |chunks: &[f64]| {
             let mut tree = Tree::new(add);
             chunks.iter().for_each(|chunk| tree.add([*chunk], 0));
-            tree.end(0.0)
+            tree.end([0.0])
         };
         let mut cuts = vec![0, 37];
         for cut in [16, 5, 6, 32, 33] {
@@ -221,7 +221,7 @@ mod tests {
                 }
                 assert_eq!(branches(ends[0]..ends[1]), levels);
             }
-            assert_eq!(tree.end(0.0), one_by_one(&chunks), "{cuts:?}");
+            assert_eq!(tree.end([0.0]), one_by_one(&chunks), "{cuts:?}");
         }
         assert_eq!(one_by_one(&[]), [0.0]);
     }

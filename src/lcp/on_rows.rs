@@ -62,8 +62,8 @@ pub(super) trait OnRows {
     /// rows by `chunk`; `start` without any.
     fn join_chunks<const N: usize>(
         &self,
-        start: f64,
-        join: impl Fn(f64, f64) -> f64,
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
         chunk: impl Fn(Range<usize>) -> [f64; N],
     ) -> [f64; N];
     /// The residuals that were noted and that nobody has asked for.
@@ -80,7 +80,7 @@ fn over<const N: usize>(
     join: impl Fn(f64, f64) -> f64,
     value: impl Fn([f64; N]) -> f64,
 ) -> f64 {
-    let [all] = rows.join_chunks(start, &join, |rows| [fold(rows, inputs, start, &join, &value)]);
+    let [all] = rows.join_chunks([start], |_, a, b| join(a, b), |rows| [fold(rows, inputs, start, &join, &value)]);
     all
 }
 
@@ -89,6 +89,16 @@ fn give_way(numbers: &Numbers, x: &[f64], ax: &mut [f64]) {
         let part = numbers.compliance;
         update(ax, [x, numbers.diagonals.plain()], |ax, [x, s]| ax + part * s * x);
     }
+}
+
+/// The smaller number; one that is not a number is no bound.
+fn smaller(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}
+
+/// How far a row may go. Both sides are computed and no branch is taken: which rows come down is not predictable.
+fn room_of_row([x, d]: [f64; 2]) -> f64 {
+    if d < 0.0 { x / -d } else { f64::INFINITY }
 }
 
 impl<R: OnRows> Verbs for R {
@@ -132,7 +142,7 @@ impl<R: OnRows> Verbs for R {
 
     fn dots<const N: usize>(&mut self, pairs: [[&Vec<f64>; 2]; N]) -> [f64; N] {
         let pairs = pairs.map(|pair| pair.map(Vec::as_slice));
-        self.join_chunks(0.0, |a, b| a + b, |rows| dots(rows, pairs))
+        self.join_chunks([0.0; N], |_, a, b| a + b, |rows| dots(rows, pairs))
     }
 
     fn twice_objective(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {
@@ -183,10 +193,17 @@ impl<R: OnRows> Verbs for R {
     }
 
     fn ratio_test(&mut self, x: &Vec<f64>, d: &Vec<f64>) -> f64 {
-        // Both sides are computed and no branch is taken: which rows come down is not predictable. A quotient that is
-        // not a number is no bound.
-        let row = |[x, d]: [f64; 2]| if d < 0.0 { x / -d } else { f64::INFINITY };
-        over(self, [x, d], f64::INFINITY, |a, b| if b < a { b } else { a }, row)
+        over(self, [x, d], f64::INFINITY, smaller, room_of_row)
+    }
+
+    fn dots_and_room(&mut self, pairs: [[&Vec<f64>; 2]; 2], x: &Vec<f64>, d: &Vec<f64>) -> ([f64; 2], f64) {
+        let pairs = pairs.map(|pair| pair.map(Vec::as_slice));
+        let join = |k: usize, a: f64, b: f64| if k < 2 { a + b } else { smaller(a, b) };
+        let [a, b, room] = self.join_chunks([0.0, 0.0, f64::INFINITY], join, |rows| {
+            let [a, b] = dots(rows.clone(), pairs);
+            [a, b, fold(rows, [x, d], f64::INFINITY, smaller, room_of_row)]
+        });
+        ([a, b], room)
     }
 
     fn residual(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {

@@ -203,9 +203,9 @@ impl<V: Verbs, B: Descent<V>> Method<V> for PairBlockCg<V::Vector, V::Scalar, B>
         verbs.copy_if_positive(flat, self.descent.feasible(&self.gradient_step), &mut next.displacement);
 
         verbs.product(&next.displacement, &mut next.product);
-        let [slope, curvature] = verbs.dots([[&at.g, &next.displacement], [&next.displacement, &next.product]]);
+        let pairs = [[&at.g, &next.displacement], [&next.displacement, &next.product]];
+        let ([slope, curvature], room) = verbs.dots_and_room(pairs, &at.x, &next.displacement);
         let best = curvature.if_positive(-slope / curvature, one).max(zero);
-        let room = verbs.ratio_test(&at.x, &next.displacement);
         let part = best.min(room);
         // Only what rounding leaves is below zero.
         verbs.advance(part, &next.displacement, &mut at.x, &mut self.room);

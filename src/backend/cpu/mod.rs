@@ -116,7 +116,9 @@ impl<const D: usize> Cpu<D> {
     #[cfg(feature = "mpi")]
     pub fn share(mut self, processes: Processes) -> Self {
         let rows_of_surfaces = self.setup.rows == Rows::Auto && matches!(self.setup.source, RowSource::Surfaces);
-        if processes.size() > 1 && rows_of_surfaces {
+        // A bond in the middle of a step pulls from where bonds of its ends have led these.
+        let bonds_in_middle = self.setup.is_midpoint() && !self.setup.bonds.is_empty();
+        if processes.size() > 1 && rows_of_surfaces && !bonds_in_middle {
             self.domain = Some(Domain::new(processes));
         }
         self

@@ -101,7 +101,10 @@ impl Motions {
         let span = |body: usize| 2.0 * (bodies.shape[body].bounding_radius() + self.reach[body].either) + setup.cutoff;
         // Not a number is refused.
         let fits = |body: usize| span(body) <= 0.5 * period;
-        let all = || (0..bodies.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK);
+        let all = || {
+            let all = (0..bodies.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK);
+            all.filter(|body| !start.is_foreign(*body))
+        };
         if let Some(body) = all().find_first(|body| !fits(*body)) {
             return Some(Trouble { kind: 0, body, number: span(body) });
         }

@@ -54,11 +54,14 @@ impl<const D: usize> Trial<D> {
             .map(of_body)
             .unzip_into_vecs(&mut self.twist, &mut self.poses);
         let finite = |t: &Twist| t.linear.is_finite() && t.angular.is_finite();
-        if let Some(body) = self.twist.iter().position(|t| !finite(t)) {
+        // Others look at their bodies.
+        let mut own = (0..self.twist.len()).filter(|i| !start.is_foreign(*i));
+        if let Some(body) = own.clone().find(|i| !finite(&self.twist[*i])) {
             return Some(Trouble { kind: 0, body, number: 0.0 });
         }
         // A finite velocity can still be too large to arrive anywhere: the square of a quaternion's length overflows.
-        let lost = self.poses.iter().position(|p| !p.position.is_finite() || !p.orientation.is_normalized());
+        let arrives = |p: &Pose| p.position.is_finite() && p.orientation.is_normalized();
+        let lost = own.find(|i| !arrives(&self.poses[*i]));
         lost.map(|body| Trouble { kind: 1, body, number: 0.0 })
     }
 

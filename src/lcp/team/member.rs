@@ -157,8 +157,8 @@ impl<const D: usize> OnRows for Member<'_, D> {
 
     fn join_chunks<const N: usize>(
         &self,
-        start: f64,
-        join: impl Fn(f64, f64) -> f64,
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
         chunk: impl Fn(Range<usize>) -> [f64; N],
     ) -> [f64; N] {
         const { assert!(N <= SUMS) };

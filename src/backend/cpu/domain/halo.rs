@@ -58,12 +58,16 @@ impl Halo {
         Periodic::new(Grid::default(), periods).pairs(&boxes, &mut touching);
         let number = |pair: [u32; 2]| pair.map(|at| near[at as usize].0);
         touching.retain(|pair| number(*pair).iter().any(|body| is_own(*body as usize)));
-        let bonded = bonds.into_iter().flat_map(|bonds| bonds.pairs());
-        let bonded = bonded.filter(|pair| pair.iter().any(|body| is_own(*body as usize)));
+        let all_bonded = || bonds.into_iter().flat_map(|bonds| bonds.pairs());
+        let bonded = all_bonded().filter(|pair| pair.iter().any(|body| is_own(*body as usize)));
         // The pairs that are a reason to know each other.
         let reasons: Vec<[u32; 2]> = touching.iter().map(|pair| number(*pair)).chain(bonded).collect();
         let mut member: Vec<bool> = (0..all.len()).map(is_own).collect();
         reasons.iter().flatten().for_each(|body| member[*body as usize] = true);
+        // The loads on bodies of the halo are computed here too: where their bonds lead to is known, no more.
+        let known_too: Vec<u32> =
+            all_bonded().filter(|pair| pair.iter().any(|body| member[*body as usize])).flatten().collect();
+        known_too.into_iter().for_each(|body| member[body as usize] = true);
         let members: Vec<u32> = (0..all.len() as u32).filter(|body| member[*body as usize]).collect();
         let place = |body: u32| members.partition_point(|member| *member < body) as u32;
         let (mut out, mut into) = (BTreeSet::new(), BTreeSet::new());
