@@ -163,19 +163,19 @@ mod together {
         })
     }
 
-    /// A sphere that is shot through a layer of others: the first step fails, and is taken in pieces.
+    /// A sphere that is shot at one of a layer of others, far past the box that its neighbours know.
     fn shot() -> Value {
         const SIDE: usize = 26;
         let sphere = |position: [f64; 3], group: Option<&str>| {
             json!({ "shape": { "sphere": { "radius": 0.5 } }, "position": position, "group": group })
         };
-        let at = |k: usize| [1.5 * (k / SIDE) as f64, 1.5 * (k % SIDE) as f64, 0.0];
+        let at = |k: usize| [4.0 * (k / SIDE) as f64, 4.0 * (k % SIDE) as f64, 0.0];
         let mut bodies: Vec<Value> = (0..SIDE * SIDE).map(|k| sphere(at(k), None)).collect();
-        bodies.push(sphere([-3.0, 19.0, 0.3], Some("shot")));
+        bodies.push(sphere([-1.2, 40.0, 0.1], Some("shot")));
         json!({
             "name": "shot", "seed": 1, "bodies": bodies,
             "dynamics": { "overdamped": { "drag": 1.0 } },
-            "forces": [ { "uniform": { "force": [1e5, 0, 0], "group": "shot" } } ],
+            "forces": [ { "uniform": { "force": [3e4, 0, 0], "group": "shot" } } ],
             "time": { "dt": 0.01, "end": 0.02 },
         })
     }
@@ -203,8 +203,11 @@ mod together {
         let suspension =
             ["generate.0.isotropic.count=600", "periodic.lengths=[14,14,null]", "time.end=0.05"];
         let mail = ["generate.0.chainmail.columns=24", "generate.0.chainmail.rows=24", "time.end=0.003"];
-        let scenes: [(&str, &str, &[&str], usize); 6] = [
+        // A step that fails, and is taken again in pieces by everyone alone.
+        let pieces = ["contact.max_recursions=1", "time.dt=0.002"];
+        let scenes: [(&str, &str, &[&str], usize); 7] = [
             ("channel", &colony, &channel, 2),
+            ("pieces", &colony, &pieces, 3),
             ("middle", &colony, &["time.stepping=midpoint"], 2),
             ("suspension", "sedimentation", &suspension, 2),
             ("mail", "chainmail", &mail, 2),

@@ -104,6 +104,7 @@ impl Domain {
         let bonded = !setup.bonds.is_empty() && !start.parting;
         let bonds = bonded.then(|| setup.bonds.incidence(&all.lineage, &all.broken_bonds));
         let halo = Halo::new(self.processes.rank(), &all, start.periods, &known, setup.cutoff, bonds.as_ref());
+        self.log(&known, &halo, sharing);
         start.bodies = halo.cut(&all);
         start.foreign = halo.own.iter().map(|own| !own).collect();
         let pressures = std::mem::take(&mut start.pressures);
@@ -113,6 +114,21 @@ impl Domain {
         let went = vec![0.0; halo.members.len()];
         self.step = Some(Step { all, pressures, bonds, known, halo, went });
         Some((places, warm))
+    }
+
+    fn log(&self, known: &Known, halo: &Halo, sharing: usize) {
+        let rank = self.processes.rank() as u32;
+        let of = |body: &usize| known.owner[*body] == rank;
+        let own: f64 = (0..known.owner.len()).filter(of).map(|body| known.work[body]).sum();
+        let mean = known.work.iter().sum::<f64>() / sharing as f64;
+        let (members, bodies) = (halo.members.len(), halo.own.iter().filter(|own| **own).count());
+        log::debug!(
+            "process {rank}: {bodies} bodies of {} and {} in the halo, {:.3} of the mean work, {} pairs",
+            known.owner.len(),
+            members - bodies,
+            own / mean,
+            halo.pairs.len()
+        );
     }
 
     /// Where the bodies of the domain stand among all, for the order of rows.
