@@ -144,7 +144,8 @@ mod together {
             bodies.push(json!({ "shape": { "sphere": { "radius": 0.5 } }, "position": position }));
             let mut join = |other: usize| {
                 let at = [[0.0; 3]; 2];
-                let bond = json!({ "bodies": [other, body], "at": at, "stiffness": 50.0, "length": 1.0, "break_force": 6.0 });
+                let bond =
+                    json!({ "bodies": [other, body], "at": at, "stiffness": 50.0, "length": 1.0, "break_force": 6.0 });
                 bonds.push(bond);
             };
             if body >= SIDE {
@@ -166,9 +167,7 @@ mod together {
     /// A sphere that is shot at one of a layer of others, far past the box that its neighbours know.
     fn shot() -> Value {
         const SIDE: usize = 26;
-        let sphere = |position: [f64; 3], group: Option<&str>| {
-            json!({ "shape": { "sphere": { "radius": 0.5 } }, "position": position, "group": group })
-        };
+        let sphere = |position: [f64; 3], group: Option<&str>| json!({ "shape": { "sphere": { "radius": 0.5 } }, "position": position, "group": group });
         let at = |k: usize| [4.0 * (k / SIDE) as f64, 4.0 * (k % SIDE) as f64, 0.0];
         let mut bodies: Vec<Value> = (0..SIDE * SIDE).map(|k| sphere(at(k), None)).collect();
         bodies.push(sphere([-1.2, 40.0, 0.1], Some("shot")));
@@ -200,8 +199,7 @@ mod together {
              {\"half_space\":{\"normal\":[0,-1,0],\"offset\":-22.5}}]",
             "removal=[{\"outside\":{\"half_space\":{\"normal\":[-1,0,0],\"offset\":-21.0}}}]",
         ];
-        let suspension =
-            ["generate.0.isotropic.count=600", "periodic.lengths=[14,14,null]", "time.end=0.05"];
+        let suspension = ["generate.0.isotropic.count=600", "periodic.lengths=[14,14,null]", "time.end=0.05"];
         let mail = ["generate.0.chainmail.columns=24", "generate.0.chainmail.rows=24", "time.end=0.003"];
         // A step that fails, and is taken again in pieces by everyone alone.
         let pieces = ["contact.max_recursions=1", "time.dt=0.002"];

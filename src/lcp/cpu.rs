@@ -8,7 +8,6 @@
 //!
 //! Several processes have each a domain of the rows (`lcp::domain`).
 
-use super::{Places, Problem};
 use super::clusters::Clusters;
 use super::domain::Border;
 use super::incidence::Incidence;
@@ -19,6 +18,7 @@ use super::pair_blocks::{self, PairBlocks};
 use super::product::Product;
 use super::residual::worse;
 use super::verbs::InClusters;
+use super::{Places, Problem};
 use std::ops::Range;
 
 /// A diagonal entry of `A` is a zero row's at or under this part of the largest: its square root, the length of the row

@@ -86,8 +86,17 @@ impl Border {
         }
         let branches = blocks.iter().map(|blocks| branches(blocks.clone())).collect();
         let (out, into) = (route(out), route(into));
-        let mut border =
-            Border { domain: domain.clone(), rows: begin..pair.len(), first, all, copies: Vec::new(), out, into, across, branches };
+        let mut border = Border {
+            domain: domain.clone(),
+            rows: begin..pair.len(),
+            first,
+            all,
+            copies: Vec::new(),
+            out,
+            into,
+            across,
+            branches,
+        };
         border.number_copies(pair);
         border
     }

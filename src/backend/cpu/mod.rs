@@ -28,7 +28,6 @@ use crate::constraint::{RowSource, RowSourceError};
 use crate::dynamics::{ForceField, Pose, Waiting};
 use crate::freedom::PLANAR;
 use crate::lcp::{Outcome, Places, Problem, Status, Stored};
-#[cfg(feature = "mpi")]
 use crate::processes::Processes;
 use crate::separation::{Placed, planar_separation, separation};
 use crate::shape::Shape;
@@ -113,7 +112,6 @@ impl<const D: usize> Cpu<D> {
 
     /// Takes a part of each step, where that is worth it; other processes, which must take the same steps from the same
     /// state, take the others.
-    #[cfg(feature = "mpi")]
     pub fn share(mut self, processes: Processes) -> Self {
         let rows_of_surfaces = self.setup.rows == Rows::Auto && matches!(self.setup.source, RowSource::Surfaces);
         // A bond in the middle of a step pulls from where bonds of its ends have led these.
@@ -206,9 +204,7 @@ impl<const D: usize> Cpu<D> {
         let (step, period) = (self.step(), self.start.periods.shortest());
         let Some(period) = period else { return Ok(()) };
         match self.first_trouble(self.motions.beyond_periods(&self.setup, &self.start)) {
-            Some(Trouble { kind: 0, body, number }) => {
-                Err(Fault::PeriodTooShort { step, body, span: number, period })
-            }
+            Some(Trouble { kind: 0, body, number }) => Err(Fault::PeriodTooShort { step, body, span: number, period }),
             Some(Trouble { body, .. }) => Err(Fault::TooFar { step, body }),
             None => Ok(()),
         }

@@ -163,12 +163,7 @@ fn together<const D: usize>(
     ended
 }
 
-fn share<const D: usize>(
-    member: &Member<D>,
-    drive: &Drive<Vec<f64>>,
-    method: &Method,
-    course: &Course<f64>,
-) -> Share {
+fn share<const D: usize>(member: &Member<D>, drive: &Drive<Vec<f64>>, method: &Method, course: &Course<f64>) -> Share {
     let rows = member.rows.clone();
     Share { drive: drive.share(rows.clone()), method: method.share(rows), course: course.clone() }
 }

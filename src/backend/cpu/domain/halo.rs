@@ -1,10 +1,10 @@
 //! Which bodies of other processes those of this one may meet in a step.
 
-use crate::lcp::domain::Route;
 use super::known::Known;
 use crate::bodies::Bodies;
 use crate::broad_phase::{BroadPhase, Grid, Periodic};
 use crate::dynamics::Incidence;
+use crate::lcp::domain::Route;
 use crate::motion::Aabb;
 use crate::periodic::Periods;
 use glam::DVec3;
@@ -42,10 +42,9 @@ impl Halo {
         let is_own = |body: usize| known.owner[body] as usize == rank;
         let none = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
         let own = (0..all.len()).filter(|body| is_own(*body));
-        let hull = own.map(|body| aabb(body, periods.wrapped(all.position[body]).0)).fold(none, |hull, aabb| Aabb {
-            min: hull.min.min(aabb.min),
-            max: hull.max.max(aabb.max),
-        });
+        let hull = own
+            .map(|body| aabb(body, periods.wrapped(all.position[body]).0))
+            .fold(none, |hull, aabb| Aabb { min: hull.min.min(aabb.min), max: hull.max.max(aabb.max) });
         let mut near: Vec<(u32, Aabb)> = Vec::new();
         for body in 0..all.len() {
             let aabb = aabb(body, all.position[body]);

@@ -1,7 +1,7 @@
 //! What is known of all bodies beside where they are, and of pairs by the owners of their bodies.
 
-use super::halo::Halo;
 use super::Domain;
+use super::halo::Halo;
 use crate::bisection::Blocks;
 use crate::bodies::Bodies;
 use crate::processes::Processes;
@@ -77,7 +77,8 @@ pub(super) fn spread<const N: usize>(
     let numbers: Vec<f64> = bodies.flat_map(own).collect();
     let mut all = vec![0.0; N * owner.len()];
     processes.gather_into(&numbers, &counts, &mut all);
-    let mut next: Vec<usize> = counts.iter().scan(0, |next, count| Some(std::mem::replace(next, *next + count))).collect();
+    let mut next: Vec<usize> =
+        counts.iter().scan(0, |next, count| Some(std::mem::replace(next, *next + count))).collect();
     for (body, process) in owner.iter().enumerate() {
         let next = &mut next[*process as usize];
         put(body, std::array::from_fn(|k| all[*next + k]));
@@ -176,7 +177,13 @@ impl Domain {
             if self.processes.rank() > 0 {
                 return State::default();
             }
-            State { step: state.step, next_id: state.next_id, bodies: state.bodies.clone(), warm, removed: state.removed.clone() }
+            State {
+                step: state.step,
+                next_id: state.next_id,
+                bodies: state.bodies.clone(),
+                warm,
+                removed: state.removed.clone(),
+            }
         })
     }
 

@@ -83,7 +83,12 @@ impl Domain {
 
     /// Shares out the step that begins with the bodies of `start`, if that is worth it: leaves of them what is for this
     /// process, and of what is remembered too.
-    pub(super) fn share_out(&mut self, setup: &Setup, start: &mut Start, state: &mut State) -> Option<(Places, Vec<Warm>)> {
+    pub(super) fn share_out(
+        &mut self,
+        setup: &Setup,
+        start: &mut Start,
+        state: &mut State,
+    ) -> Option<(Places, Vec<Warm>)> {
         self.step = None;
         self.gathered = OnceLock::new();
         let bodies = start.bodies.len();
@@ -155,7 +160,11 @@ impl Domain {
             blocks: shares,
             among_all: among_all.clone(),
         };
-        Places { place, blocks: blocks.edges.iter().map(|at| edge(at) as u32).collect(), domain: Some(Arc::new(domain)) }
+        Places {
+            place,
+            blocks: blocks.edges.iter().map(|at| edge(at) as u32).collect(),
+            domain: Some(Arc::new(domain)),
+        }
     }
 
     /// The pairs of the domain that may be near, where all bodies are in their widened boxes: `boxes` are those of its
@@ -199,7 +208,10 @@ impl Domain {
         let mut into: Vec<(usize, Vec<f64>)> = halo.into.iter().map(room).collect();
         self.processes.swap(&out, &mut into, || {});
         for ((_, places), (_, numbers)) in halo.into.iter().zip(&into) {
-            places.iter().zip(numbers.as_chunks::<N>().0).for_each(|(body, numbers)| of_body[*body as usize] = *numbers);
+            places
+                .iter()
+                .zip(numbers.as_chunks::<N>().0)
+                .for_each(|(body, numbers)| of_body[*body as usize] = *numbers);
         }
     }
 
@@ -227,7 +239,12 @@ impl Domain {
 
     /// All bodies where those of the domain arrive, and with what each process knows of its own; `rows` are the first
     /// bodies of its rows.
-    pub(super) fn arrive(&mut self, setup: &Setup, at: (&[Pose], &[Twist]), rows: impl Iterator<Item = u32>) -> Option<Bodies> {
+    pub(super) fn arrive(
+        &mut self,
+        setup: &Setup,
+        at: (&[Pose], &[Twist]),
+        rows: impl Iterator<Item = u32>,
+    ) -> Option<Bodies> {
         let Step { mut all, bonds, mut known, halo, went, .. } = self.step.take()?;
         let mut work = vec![known::WORK_OF_A_BODY; halo.members.len()];
         rows.for_each(|body| work[body as usize] += 1.0);

@@ -18,7 +18,8 @@ impl Domain {
         if !self.is_shared() {
             return own;
         }
-        let own = own.map_or([u64::MAX; 3], |own| [own.kind.into(), self.number(own.body) as u64, own.number.to_bits()]);
+        let own =
+            own.map_or([u64::MAX; 3], |own| [own.kind.into(), self.number(own.body) as u64, own.number.to_bits()]);
         let mut all = vec![0_u64; 3 * self.processes.size()];
         self.processes.gather_even(&own, &mut all);
         let [kind, body, number] = *all.as_chunks::<3>().0.iter().min()?;
@@ -37,7 +38,12 @@ impl Domain {
 
     /// The overlap of all, from those of the pairs of each process. `violations` are those of pairs whose first body is
     /// its own.
-    pub(in crate::backend::cpu) fn all_overlaps(&self, own: &Overlap, worst: Option<([u32; 2], f64)>, walls: &Walls) -> Overlap {
+    pub(in crate::backend::cpu) fn all_overlaps(
+        &self,
+        own: &Overlap,
+        worst: Option<([u32; 2], f64)>,
+        walls: &Walls,
+    ) -> Overlap {
         if !self.is_shared() {
             return *own;
         }
@@ -54,7 +60,8 @@ impl Domain {
         let all = all.as_chunks::<4>().0;
         let none = u64::MAX;
         let deepest = all.iter().filter(|words| words[1] != none);
-        let deepest = deepest.min_by(|a, b| f64::from_bits(a[0]).total_cmp(&f64::from_bits(b[0])).then(a[1].cmp(&b[1])));
+        let deepest =
+            deepest.min_by(|a, b| f64::from_bits(a[0]).total_cmp(&f64::from_bits(b[0])).then(a[1].cmp(&b[1])));
         let pair = deepest.map(|words| [(words[1] >> 32) as u32, words[1] as u32]);
         let wall = pair.and_then(|[body, surface]| Some([body as usize, walls.wall_of(surface_of(surface)?)]));
         Overlap {
