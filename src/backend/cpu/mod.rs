@@ -18,26 +18,22 @@ mod row_set;
 mod setup;
 mod solve;
 mod start;
+mod together;
 mod trial;
 mod walls;
 
-use crate::bisection::bisect;
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{RowSource, RowSourceError};
 use crate::dynamics::{ForceField, Pose, Waiting};
 use crate::freedom::PLANAR;
-use crate::lcp::{Outcome, Places, Problem, Status, Stored};
-use crate::processes::Processes;
-use crate::separation::{Placed, planar_separation, separation};
+use crate::lcp::{Outcome, Problem, Status, Stored};
+use crate::separation::{planar_separation, separation};
 use crate::shape::Shape;
-use crate::step::{
-    Backend, Fault, Model, Overlap, Passed, Phases, Piece, RetryBackend, Rows, State, farthest_and_thinnest, may_pass,
-    passed,
-};
+use crate::step::{Backend, Fault, Model, Overlap, Passed, Phases, Piece, RetryBackend, State};
 use crate::walls::surface_of;
 use crate::warm::Warm;
-use domain::{Domain, Trouble};
+use domain::Domain;
 use first::First;
 use glam::DVec3;
 use motions::Motions;
@@ -110,18 +106,6 @@ impl<const D: usize> Cpu<D> {
         })
     }
 
-    /// Takes a part of each step, where that is worth it; other processes, which must take the same steps from the same
-    /// state, take the others.
-    pub fn share(mut self, processes: Processes) -> Self {
-        let rows_of_surfaces = self.setup.rows == Rows::Auto && matches!(self.setup.source, RowSource::Surfaces);
-        // A bond in the middle of a step pulls from where bonds of its ends have led these.
-        let bonds_in_middle = self.setup.is_midpoint() && !self.setup.bonds.is_empty();
-        if processes.size() > 1 && rows_of_surfaces && !bonds_in_middle {
-            self.domain = Some(Domain::new(processes));
-        }
-        self
-    }
-
     /// The present LCP and its multipliers, for diagnosis and tests.
     pub fn lcp(&self) -> (&Problem<D>, &[f64]) {
         (&self.rows.problem, &self.rows.gamma)
@@ -149,67 +133,6 @@ impl<const D: usize> Cpu<D> {
         warm
     }
 
-    /// Grows the bodies of the step, and takes of them what is this process's: how their rows are ordered.
-    fn begin_with(&mut self, taken: (Piece, Waiting)) -> Result<Places, Fault> {
-        let Cpu { setup, state, start, pairs, domain, .. } = self;
-        let whole = |pressures| match domain {
-            Some(domain) => domain.all_pressures(pressures),
-            None => pressures,
-        };
-        start.grow(setup, state, taken, whole);
-        let part = domain.as_mut().and_then(|domain| domain.share_out(setup, start, state));
-        start.settle(setup)?;
-        Ok(match part {
-            Some((places, warm)) => {
-                pairs.remember(&warm);
-                places
-            }
-            None => {
-                pairs.remember(&state.warm);
-                let blocks = bisect(&start.bodies.position, start.periods);
-                let walls = start.bodies.len()..start.bodies.len() + setup.walls.len();
-                let place = blocks.places().into_iter().chain(walls.map(|wall| wall as u32)).collect();
-                Places { place, blocks: blocks.edges, domain: None }
-            }
-        })
-    }
-
-    /// The first trouble of all processes, from this one's.
-    fn first_trouble(&self, own: Option<Trouble>) -> Option<Trouble> {
-        self.domain.as_ref().map_or(own, |domain| domain.first(own))
-    }
-
-    /// Computes where the multipliers lead.
-    ///
-    /// # Errors
-    /// [`Fault::NotFinite`] names the first body whose velocity or pose is not finite.
-    fn set_trial(&mut self) -> Result<(), Fault> {
-        let Cpu { start, motions, rows, trial, domain, .. } = self;
-        trial.set_scaled(rows);
-        if let Some(domain) = domain {
-            domain.exchange(&mut trial.scaled);
-        }
-        let own = trial.set(motions, start);
-        match self.first_trouble(own) {
-            Some(Trouble { kind, body, .. }) => {
-                let what = if kind == 0 { "velocity" } else { "pose" };
-                Err(Fault::NotFinite { step: self.step(), what, body })
-            }
-            None => Ok(()),
-        }
-    }
-
-    /// Refuses bodies that are too long, too fast or too far off for the periods.
-    fn check_periods(&self) -> Result<(), Fault> {
-        let (step, period) = (self.step(), self.start.periods.shortest());
-        let Some(period) = period else { return Ok(()) };
-        match self.first_trouble(self.motions.beyond_periods(&self.setup, &self.start)) {
-            Some(Trouble { kind: 0, body, number }) => Err(Fault::PeriodTooShort { step, body, span: number, period }),
-            Some(Trouble { body, .. }) => Err(Fault::TooFar { step, body }),
-            None => Ok(()),
-        }
-    }
-
     /// Makes first rows where [`First::predict`] or [`First::set_middle`] chose.
     fn append_first(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
@@ -218,7 +141,7 @@ impl<const D: usize> Cpu<D> {
         rows.clear(start.bodies.len(), setup.walls.len());
         let margin = |i: usize| 0.5 * setup.cutoff + motions.reach[i].either;
         let boxes = boxes(&start.here().shape, |i| first.pose(i), margin);
-        let candidates = candidates_of(domain, candidates, &boxes)?;
+        let candidates = together::candidates(domain, candidates, &boxes)?;
         phases.broad_phase += begun.elapsed();
         let begun = Instant::now();
         pairs.recall();
@@ -263,18 +186,6 @@ fn boxes(shapes: &[Shape], pose: impl Fn(usize) -> Pose + Sync, margin: impl Fn(
         Aabb { min: pose.position - half, max: pose.position + half }
     };
     (0..shapes.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK).map(of_body).collect()
-}
-
-/// The pairs that may be near: of all bodies, or of a domain.
-fn candidates_of<'a>(
-    domain: &'a mut Option<Domain>,
-    candidates: &'a mut Candidates,
-    boxes: &[Aabb],
-) -> Result<&'a [[u32; 2]], Fault> {
-    match domain.as_mut().filter(|domain| domain.is_shared()) {
-        Some(domain) => domain.candidates(boxes),
-        None => Ok(candidates.ensure(boxes)),
-    }
 }
 
 /// Runs `work` and adds its wall time to `total`.
@@ -362,7 +273,7 @@ impl<const D: usize> Backend for Cpu<D> {
         phases.integrate += begun.elapsed();
         let begun = Instant::now();
         let boxes = boxes(&start.bodies.shape, |i| trial.poses[i], |_| 0.0);
-        let candidates = candidates_of(domain, candidates, &boxes)?;
+        let candidates = together::candidates(domain, candidates, &boxes)?;
         phases.broad_phase += begun.elapsed();
         let begun = Instant::now();
         let placed = |a: usize, b: usize| trial.pair(start, a, b);
@@ -392,21 +303,10 @@ impl<const D: usize> Backend for Cpu<D> {
     }
 
     fn passed(&mut self) -> Result<Option<Passed>, Fault> {
-        let Cpu { setup, phases, start, trial, domain, .. } = self;
-        Ok(timed(&mut phases.narrow_phase, || {
-            let course = (start.interval, setup.strain.and_then(|strain| strain.shear()));
-            let separate = |a: &Placed, b: &Placed| Self::SEPARATE(a, b, None);
-            let Some(domain) = domain.as_ref().filter(|domain| domain.is_shared()) else {
-                return passed(&start.bodies, &trial.twist, course, separate);
-            };
-            let [farthest, thinnest] = farthest_and_thinnest(&start.bodies, &trial.twist, course);
-            if !may_pass(domain.largest(farthest), -domain.largest(-thinnest)) {
-                return None;
-            }
-            // Fast bodies may meet far from any halo.
-            let (bodies, twists) = domain.all_moving(&trial.twist)?;
-            passed(bodies, &twists, course, separate)
-        }))
+        let begun = Instant::now();
+        let passed = self.find_passed();
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(passed)
     }
 
     fn accept(&mut self) -> Result<Phases, Fault> {
@@ -419,23 +319,7 @@ impl<const D: usize> Backend for Cpu<D> {
             None => left,
         };
         let arrived = trial.arrived(setup, start, motions);
-        let shared = domain.as_mut().and_then(|domain| {
-            let (bodies, own) = (start.bodies.len() as u32, |body: &u32| !start.is_foreign(*body as usize));
-            let first = rows.problem.pair.iter().map(|[a, b]| if *b < bodies { *a.min(b) } else { *a });
-            domain.arrive(setup, (&trial.poses, &arrived), first.filter(own))
-        });
-        let end = match shared {
-            Some(end) => Bodies { periods: start.periods, ..end },
-            None => {
-                let mut end = std::mem::take(&mut start.bodies);
-                end.periods = start.periods;
-                trial.arrive(&mut end, &arrived);
-                if let Some(incidence) = &start.bonds {
-                    setup.bonds.find_broken(incidence, &mut end);
-                }
-                end
-            }
-        };
+        let end = together::arrive(domain, (setup, start), rows, trial, &arrived);
         start.bodies = std::mem::replace(&mut state.bodies, end);
         state.next_id = start.next_id;
         state.step += u64::from(start.piece.ends_step() && !start.parting);
