@@ -205,7 +205,7 @@ mod tests {
             chunks.iter().for_each(|chunk| tree.add([*chunk], 0));
             tree.end([0.0])
         };
-        let mut cuts = vec![0, 37];
+        let mut cuts: Vec<usize> = vec![0, 37];
         for cut in [16, 5, 6, 32, 33] {
             cuts.push(cut);
             cuts.sort_unstable();
