@@ -9,16 +9,21 @@ use super::trial::Trial;
 use crate::bisection::bisect;
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, Candidates};
+#[cfg(feature = "mpi")]
 use crate::constraint::RowSource;
 use crate::dynamics::{Twist, Waiting};
 use crate::lcp::Places;
+#[cfg(feature = "mpi")]
 use crate::processes::Processes;
 use crate::separation::Placed;
-use crate::step::{Fault, Passed, Piece, Rows, farthest_and_thinnest, may_pass, passed};
+#[cfg(feature = "mpi")]
+use crate::step::Rows;
+use crate::step::{Fault, Passed, Piece, farthest_and_thinnest, may_pass, passed};
 
 impl<const D: usize> Cpu<D> {
     /// Takes a part of each step, where that is worth it; other processes, which must take the same steps from the same
     /// state, take the others.
+    #[cfg(feature = "mpi")]
     pub fn share(mut self, processes: Processes) -> Self {
         let rows_of_surfaces = self.setup.rows == Rows::Auto && matches!(self.setup.source, RowSource::Surfaces);
         // A bond in the middle of a step pulls from where bonds of its ends have led these.

@@ -68,6 +68,7 @@ struct Step {
 }
 
 impl Domain {
+    #[cfg(feature = "mpi")]
     pub(super) fn new(processes: Processes) -> Self {
         Domain { processes, known: None, step: None, resting: false, anew: None, gathered: OnceLock::new() }
     }
