@@ -167,10 +167,11 @@ mod together {
     /// A sphere that is shot at one of a layer of others, far past the box that its neighbours know.
     fn shot() -> Value {
         const SIDE: usize = 26;
-        let sphere = |position: [f64; 3], group: Option<&str>| json!({ "shape": { "sphere": { "radius": 0.5 } }, "position": position, "group": group });
         let at = |k: usize| [4.0 * (k / SIDE) as f64, 4.0 * (k % SIDE) as f64, 0.0];
-        let mut bodies: Vec<Value> = (0..SIDE * SIDE).map(|k| sphere(at(k), None)).collect();
-        bodies.push(sphere([-1.2, 40.0, 0.1], Some("shot")));
+        let shape = json!({ "sphere": { "radius": 0.5 } });
+        let layer = (0..SIDE * SIDE).map(|k| json!({ "shape": shape, "position": at(k) }));
+        let shot = json!({ "shape": shape, "position": [-1.2, 40.0, 0.1], "group": "shot" });
+        let bodies: Vec<Value> = layer.chain([shot]).collect();
         json!({
             "name": "shot", "seed": 1, "bodies": bodies,
             "dynamics": { "overdamped": { "drag": 1.0 } },
