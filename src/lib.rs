@@ -87,6 +87,7 @@ mod additions;
 mod backend;
 #[cfg(feature = "files")]
 pub mod batch;
+mod bisection;
 pub mod bodies;
 mod broad_phase;
 mod constraint;

@@ -15,7 +15,7 @@ mod together {
     use rand::{RngExt, SeedableRng};
     use relcp::Scene;
     use relcp::record::read_state;
-    use serde_json::Value;
+    use serde_json::{Value, json};
     use std::fs;
     use std::time::Duration;
 
@@ -131,6 +131,93 @@ mod together {
         ] {
             let end = format!("time.end={end}");
             same_for_any_number(place.path(), scene, &[scene, "--set", &end], &numbers);
+        }
+    }
+
+    /// A lattice of spheres with bonds between neighbours, some of which break.
+    fn net() -> Value {
+        const SIDE: usize = 24;
+        let (mut bodies, mut bonds) = (Vec::new(), Vec::new());
+        for body in 0..SIDE * SIDE {
+            let (x, y) = (1.1 * (body / SIDE) as f64, 1.1 * (body % SIDE) as f64);
+            let position = [x, y, 0.05 * (x * y).sin()];
+            bodies.push(json!({ "shape": { "sphere": { "radius": 0.5 } }, "position": position }));
+            let mut join = |other: usize| {
+                let at = [[0.0; 3]; 2];
+                let bond =
+                    json!({ "bodies": [other, body], "at": at, "stiffness": 50.0, "length": 1.0, "break_force": 6.0 });
+                bonds.push(bond);
+            };
+            if body >= SIDE {
+                join(body - SIDE);
+            }
+            if body % SIDE > 0 {
+                join(body - 1);
+            }
+        }
+        json!({
+            "name": "net", "seed": 3, "bodies": bodies, "bonds": bonds,
+            "dynamics": { "overdamped": { "drag": 1.0 } },
+            "thermal": { "temperature": 0.01 },
+            "flow": { "shear": { "rate": 0.5, "direction": [1, 0, 0], "gradient": [0, 1, 0] } },
+            "time": { "dt": 0.002, "end": 0.03 },
+        })
+    }
+
+    /// A sphere that is shot at one of a layer of others, far past the box that its neighbours know.
+    fn shot() -> Value {
+        const SIDE: usize = 26;
+        let at = |k: usize| [4.0 * (k / SIDE) as f64, 4.0 * (k % SIDE) as f64, 0.0];
+        let shape = json!({ "sphere": { "radius": 0.5 } });
+        let layer = (0..SIDE * SIDE).map(|k| json!({ "shape": shape, "position": at(k) }));
+        let shot = json!({ "shape": shape, "position": [-1.2, 40.0, 0.1], "group": "shot" });
+        let bodies: Vec<Value> = layer.chain([shot]).collect();
+        json!({
+            "name": "shot", "seed": 1, "bodies": bodies,
+            "dynamics": { "overdamped": { "drag": 1.0 } },
+            "forces": [ { "uniform": { "force": [3e4, 0, 0], "group": "shot" } } ],
+            "time": { "dt": 0.01, "end": 0.02 },
+        })
+    }
+
+    fn write(place: &Path, scene: &Value) -> String {
+        let name = format!("{}.json", scene["name"].as_str().unwrap());
+        fs::write(place.join(&name), scene.to_string()).unwrap();
+        name
+    }
+
+    /// Scenes of so many bodies that each process has a domain of them.
+    #[test]
+    fn domains_of_every_kind_of_scene_come_to_the_same_bits() {
+        if !has_mpirun("domains") {
+            return;
+        }
+        let place = tempfile::tempdir().unwrap();
+        let colony = from_state(place.path(), "colony", "colony-1024.npz", 2);
+        let (net, shot) = (write(place.path(), &net()), write(place.path(), &shot()));
+        let channel = [
+            "walls=[{\"half_space\":{\"normal\":[0,1,0],\"offset\":-22.5}},\
+             {\"half_space\":{\"normal\":[0,-1,0],\"offset\":-22.5}}]",
+            "removal=[{\"outside\":{\"half_space\":{\"normal\":[-1,0,0],\"offset\":-21.0}}}]",
+        ];
+        let suspension = ["generate.0.isotropic.count=600", "periodic.lengths=[14,14,null]", "time.end=0.05"];
+        let mail = ["generate.0.chainmail.columns=24", "generate.0.chainmail.rows=24", "time.end=0.003"];
+        // A step that fails, and is taken again in pieces by everyone alone.
+        let pieces = ["contact.max_recursions=1", "time.dt=0.002"];
+        let scenes: [(&str, &str, &[&str], usize); 7] = [
+            ("channel", &colony, &channel, 2),
+            ("pieces", &colony, &pieces, 3),
+            ("middle", &colony, &["time.stepping=midpoint"], 2),
+            ("suspension", "sedimentation", &suspension, 2),
+            ("mail", "chainmail", &mail, 2),
+            ("net", &net, &[], 2),
+            ("shot", &shot, &[], 2),
+        ];
+        for (name, scene, set, processes) in scenes {
+            let mut arguments = vec![scene, "--set", "output.picture=false"];
+            set.iter().for_each(|set| arguments.extend(["--set", set]));
+            let summary = same_for_any_number(place.path(), name, &arguments, &[processes]);
+            assert!(summary["bodies"].as_u64().unwrap() >= 512, "{name}: too few bodies to share");
         }
     }
 

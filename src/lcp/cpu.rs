@@ -1,20 +1,24 @@
 //! The vector verbs on the CPU, in f64, on one thread.
 //!
-//! Bodies have numbers of their own here (`lcp::numbering`), and rows an order of their own: that of
+//! Bodies have places of their own here: those that a step gives them by where they are ([`Places`]), or where nothing
+//! is known of that, by what they share (`lcp::numbering`). Rows have an order of their own: that of
 //! [`pair_blocks::order`] within chunks of rows with near bodies. So the rows of a pair stand together, rows near each
 //! other share bodies, and a chunk is what one of several threads takes (`lcp::team`). Rows as the paper has them keep
 //! their bodies' numbers and stand in one chunk.
+//!
+//! Several processes have each a domain of the rows (`lcp::domain`).
 
-use super::Problem;
 use super::clusters::Clusters;
+use super::domain::Border;
 use super::incidence::Incidence;
-use super::loops::Chunks;
+use super::loops::{Chunks, Tree};
 use super::numbering;
 use super::on_rows::{Diagonals, Numbers, OnRows};
 use super::pair_blocks::{self, PairBlocks};
 use super::product::Product;
 use super::residual::worse;
 use super::verbs::InClusters;
+use super::{Places, Problem};
 use std::ops::Range;
 
 /// A diagonal entry of `A` is a zero row's at or under this part of the largest: its square root, the length of the row
@@ -34,7 +38,7 @@ const CHUNK_OF_PARALLEL_ROWS: usize = 4_096;
 #[derive(Clone, Debug, Default)]
 pub struct Cpu<const D: usize> {
     /// Each row's place in the problem.
-    order: Vec<u32>,
+    pub(super) order: Vec<u32>,
     q: Vec<f64>,
     diagonal: Vec<f64>,
     /// `1 / diagonal`, zero for zero rows.
@@ -51,6 +55,13 @@ pub struct Cpu<const D: usize> {
     looks: Vec<f64>,
     /// Made when they are first needed.
     clusters: Option<Clusters<D>>,
+    /// Where bodies stand, if a step says so.
+    places: Option<Places>,
+    finite: bool,
+    /// The rest of the problem is with other processes.
+    pub(super) border: Option<Border>,
+    /// All of it, made when it is first needed.
+    pub(super) all: std::sync::OnceLock<Box<Cpu<D>>>,
 }
 
 impl<const D: usize> Cpu<D> {
@@ -69,17 +80,32 @@ impl<const D: usize> Cpu<D> {
             (pair, blocks) = (&problem.pair, Chunks::of_rows(problem.pair.len(), problem.pair.len().max(1)));
             self.chunks = Chunks::of_rows(problem.pair.len(), CHUNK_OF_PARALLEL_ROWS);
         } else {
-            numbering::rebuild(problem.bodies, &problem.pair, &problem.jacobian, &mut place);
+            let given = self.places.as_ref().filter(|places| places.place.len() == problem.bodies);
+            let place = match given {
+                Some(places) => &places.place,
+                None => {
+                    numbering::rebuild(problem.bodies, &problem.pair, &problem.jacobian, &mut place);
+                    &place
+                }
+            };
             numbered = problem.pair.iter().map(|pair| pair.map(|body| place[body as usize])).collect();
-            let size = CHUNK.max(numbered.len().div_ceil(MOST_CHUNKS));
-            self.chunks = pair_blocks::order_in_chunks(&numbered, size, &mut self.order);
+            self.chunks = match given {
+                Some(places) => pair_blocks::order_in_blocks(&numbered, &places.blocks, &mut self.order),
+                None => {
+                    let size = CHUNK.max(numbered.len().div_ceil(MOST_CHUNKS));
+                    pair_blocks::order_in_chunks(&numbered, size, &mut self.order)
+                }
+            };
             (pair, blocks) = (&numbered, self.chunks.clone());
         }
         self.q.clear();
         self.q.extend(self.order.iter().map(|row| problem.q[*row as usize]));
         self.product.rebuild(problem.bodies, pair, &problem.jacobian, &self.order);
         self.diagonal = self.product.diagonal();
-        let zero = ZERO_ROW * self.diagonal.iter().fold(0.0, |largest: f64, s| largest.max(*s));
+        self.find_border();
+        let (largest, finite) = self.survey();
+        self.finite = finite;
+        let zero = ZERO_ROW * largest;
         let live: Vec<bool> = self.diagonal.iter().map(|s| *s > zero).collect();
         let invert = |d: &Vec<f64>| d.iter().zip(&live).map(|(d, live)| if *live { 1.0 / d } else { 0.0 }).collect();
         self.inverse = invert(&self.diagonal);
@@ -112,7 +138,34 @@ impl<const D: usize> Cpu<D> {
 
     /// Whether every number of the problem is finite, and so is the diagonal.
     pub fn is_finite(&self) -> bool {
-        self.q.iter().chain(&self.diagonal).all(|number| number.is_finite())
+        self.finite
+    }
+
+    /// Finds what of the problem other processes have.
+    fn find_border(&mut self) {
+        let domain = self.places.as_ref().and_then(|places| places.domain.as_ref());
+        let domain = domain.filter(|domain| domain.among_all.len() + 1 == self.incidence().start.len());
+        self.border = domain.map(|domain| Border::new(domain, self.product.pair()));
+        self.all = std::sync::OnceLock::new();
+    }
+
+    /// Stands the bodies of the next problems at these places; of problems with another number of bodies as before.
+    pub(crate) fn place(&mut self, places: Option<Places>) {
+        self.places = places;
+    }
+
+    /// The largest entry of the diagonal, and whether it and all offsets are finite.
+    fn survey(&self) -> (f64, bool) {
+        let largest = self.diagonal.iter().fold(0.0, |largest: f64, s| largest.max(*s));
+        let finite = self.q.iter().chain(&self.diagonal).all(|number| number.is_finite());
+        if let Some(border) = &self.border {
+            let processes = border.domain.processes;
+            let mut all = vec![0.0; 2 * processes.size()];
+            processes.gather_even(&[largest, f64::from(u8::from(finite))], &mut all);
+            let of = |(largest, finite): (f64, bool), one: &[f64; 2]| (largest.max(one[0]), finite && one[1] > 0.0);
+            return all.as_chunks::<2>().0.iter().fold((0.0, true), of);
+        }
+        (largest, finite)
     }
 
     /// Each row's place in the problem.
@@ -158,6 +211,19 @@ impl<const D: usize> Cpu<D> {
     /// Counts work like that of `n` products.
     pub(crate) fn count(&mut self, n: u64) {
         self.products += n;
+    }
+
+    /// How many rows the whole problem has.
+    pub(crate) fn all_rows(&self) -> usize {
+        if let Some(border) = &self.border {
+            return border.all;
+        }
+        self.q.len()
+    }
+
+    /// Whether other processes have the rest of the problem.
+    pub(crate) fn is_domain(&self) -> bool {
+        self.border.is_some()
     }
 
     /// The problem as several threads share it.
@@ -230,6 +296,9 @@ impl<const D: usize> OnRows for Cpu<D> {
 
     fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
         self.products += 1;
+        if let Some(border) = &self.border {
+            return border.multiply(&mut self.product, x, out);
+        }
         self.product.apply(x, out);
     }
 
@@ -237,8 +306,18 @@ impl<const D: usize> OnRows for Cpu<D> {
         self.blocks.whole().minimize(x, slope, out);
     }
 
-    fn of_chunks<const N: usize>(&self, chunk: impl Fn(Range<usize>) -> [f64; N]) -> impl Iterator<Item = [f64; N]> {
-        self.chunks.ranges().map(chunk)
+    fn join_chunks<const N: usize>(
+        &self,
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
+        chunk: impl Fn(Range<usize>) -> [f64; N],
+    ) -> [f64; N] {
+        if let Some(border) = &self.border {
+            return border.join_chunks(start, join, chunk, self.chunks.ranges());
+        }
+        let mut tree = Tree::new(join);
+        self.chunks.ranges().for_each(|rows| tree.add(chunk(rows), 0));
+        tree.end(start)
     }
 
     fn noted(&mut self) -> &mut Vec<f64> {

@@ -93,12 +93,6 @@ impl Drive<Vec<f64>> {
         Drive { at, best: of(&self.best), start: Vec::new(), history: None }
     }
 
-    /// The vectors of which a share has a part.
-    #[cfg(feature = "mpi")]
-    pub fn shared(&mut self) -> [&mut Vec<f64>; 3] {
-        [&mut self.at.x, &mut self.at.g, &mut self.best]
-    }
-
     /// Takes back what [`Drive::share`] gave.
     pub fn take_back(&mut self, rows: Range<usize>, share: &Self) {
         self.at.x[rows.clone()].copy_from_slice(&share.at.x);

@@ -61,7 +61,66 @@ pub(super) struct Rounds {
     pub work: u64,
 }
 
-/// A connected part: its bodies and rows by their numbers in the whole.
+/// The rows that are solved again, in their order among all.
+#[derive(Default)]
+struct Taken<const D: usize> {
+    /// Their numbers among all.
+    row: Vec<u32>,
+    /// The places of their bodies among all.
+    pair: Vec<[u32; 2]>,
+    jacobian: Vec<[[f64; D]; 2]>,
+    x: Vec<f64>,
+    g: Vec<f64>,
+}
+
+impl<const D: usize> Taken<D> {
+    /// Whether the body at a side of a row moves.
+    fn moves(&self, row: usize, side: usize) -> bool {
+        self.jacobian[row][side] != [0.0; D]
+    }
+
+    /// The connected parts of rows, in the order of their first bodies.
+    fn parts(&self) -> Vec<Part> {
+        let sides = || (0..self.row.len()).flat_map(|row| [(row, 0), (row, 1)]);
+        let moving = || sides().filter(|(row, side)| self.moves(*row, *side));
+        let mut bodies: Vec<u32> = moving().map(|(row, side)| self.pair[row][side]).collect();
+        bodies.sort_unstable();
+        bodies.dedup();
+        let place = |body: u32| bodies.binary_search(&body).unwrap_or(bodies.len());
+        // Each body's part is named by its first body.
+        let mut first: Vec<u32> = (0..bodies.len() as u32).collect();
+        fn root(first: &mut [u32], mut body: u32) -> u32 {
+            while first[body as usize] != body {
+                first[body as usize] = first[first[body as usize] as usize];
+                body = first[body as usize];
+            }
+            body
+        }
+        let both = (0..self.row.len()).filter(|row| self.moves(*row, 0) && self.moves(*row, 1));
+        for row in both {
+            let [a, b] = self.pair[row].map(|body| root(&mut first, place(body) as u32));
+            first[a.max(b) as usize] = a.min(b);
+        }
+        let mut number = vec![u32::MAX; bodies.len()];
+        let mut parts: Vec<Part> = Vec::new();
+        for body in 0..bodies.len() as u32 {
+            let of = root(&mut first, body) as usize;
+            if number[of] == u32::MAX {
+                number[of] = parts.len() as u32;
+                parts.push(Part::default());
+            }
+            parts[number[of] as usize].bodies.push(bodies[body as usize]);
+        }
+        for row in 0..self.row.len() {
+            let Some(side) = (0..2).find(|side| self.moves(row, *side)) else { continue };
+            let of = root(&mut first, place(self.pair[row][side]) as u32) as usize;
+            parts[number[of] as usize].rows.push(row as u32);
+        }
+        parts
+    }
+}
+
+/// A connected part: the places of its bodies, and its rows by their numbers among those taken.
 #[derive(Default)]
 struct Part {
     bodies: Vec<u32>,
@@ -72,13 +131,12 @@ struct Part {
 pub(super) struct Local {
     free: Vec<bool>,
     taken: Vec<bool>,
-    number: Vec<u32>,
     team: Option<Team>,
 }
 
 impl Default for Local {
     fn default() -> Self {
-        Local { free: Vec::new(), taken: Vec::new(), number: Vec::new(), team: Some(Team::default()) }
+        Local { free: Vec::new(), taken: Vec::new(), team: Some(Team::default()) }
     }
 }
 
@@ -87,21 +145,28 @@ impl Local {
     /// local matter.
     pub fn run<const D: usize>(&mut self, cpu: &mut Cpu<D>, at: &mut Point<Vec<f64>>, tolerance: f64) -> Rounds {
         let mut rounds = Rounds { solved: false, residual: cpu.residual(&at.x, &at.g), iterations: 0, work: 0 };
-        let rows = at.x.len();
         for round in 0..MOST_ROUNDS {
             let layers = LAYERS + MORE_LAYERS * round;
-            let Some(parts) = self.parts(cpu, at, tolerance, layers) else { break };
-            let solved = self.solve(cpu, at, &parts, INNER * tolerance);
+            if self.free_rows(cpu, at, tolerance, layers).is_none() {
+                break;
+            }
+            let taken = self.take(cpu, at);
+            let parts = taken.parts();
+            let solved = self.solve(cpu, &taken, &parts, INNER * tolerance);
             let mut slowest = 0;
             for (part, (x, iterations)) in parts.iter().zip(&solved) {
-                part.rows.iter().zip(x).for_each(|(row, x)| at.x[*row as usize] = *x);
+                for (row, x) in part.rows.iter().zip(x) {
+                    if let Some(row) = cpu.row(taken.row[*row as usize]) {
+                        at.x[row] = *x;
+                    }
+                }
                 rounds.work += iterations * part.rows.len() as u64;
                 slowest = slowest.max(*iterations);
             }
             rounds.iterations += slowest;
             cpu.gradient(&at.x, &mut at.g);
             rounds.residual = cpu.residual(&at.x, &at.g);
-            rounds.work += rows as u64;
+            rounds.work += cpu.all_rows() as u64;
             if rounds.residual <= tolerance {
                 rounds.solved = true;
                 break;
@@ -110,21 +175,27 @@ impl Local {
         rounds
     }
 
-    /// Solves the parts: large ones one by one with all threads, the others each with one.
+    /// Solves the parts: large ones one by one with all threads, the others each with one. Processes share them out.
     fn solve<const D: usize>(
         &mut self,
         cpu: &Cpu<D>,
-        at: &Point<Vec<f64>>,
+        taken: &Taken<D>,
         parts: &[Part],
         tolerance: f64,
     ) -> Vec<(Vec<f64>, u64)> {
+        let sizes: Vec<usize> = parts.iter().map(|part| part.rows.len()).collect();
+        let own = cpu.own_parts(&sizes);
         let is_large = |part: &Part| Team::has_work(part.rows.len());
-        let small = |part: &Part| (!is_large(part)).then(|| solve_part(cpu, at, part, tolerance, &mut None));
-        let solved: Vec<_> = parts.par_iter().map(small).collect();
-        let solved = parts.iter().zip(solved);
-        solved
-            .map(|(part, solved)| solved.unwrap_or_else(|| solve_part(cpu, at, part, tolerance, &mut self.team)))
-            .collect()
+        let small = |(part, own): (&Part, &bool)| {
+            (*own && !is_large(part)).then(|| solve_part(taken, part, tolerance, &mut None))
+        };
+        let solved: Vec<_> = parts.par_iter().zip(&own).map(small).collect();
+        let solved = parts.iter().zip(own).zip(solved).map(|((part, own), solved)| match solved {
+            None if own => solve_part(taken, part, tolerance, &mut self.team),
+            None => (Vec::new(), 0),
+            Some(solved) => solved,
+        });
+        cpu.exchange_parts(&sizes, solved.collect())
     }
 
     /// Whether few rows are to be solved again.
@@ -142,7 +213,7 @@ impl Local {
     ) -> Option<usize> {
         let rows = cpu.rows();
         let incidence = cpu.incidence();
-        let most = (MOST_ROWS * rows.q.len() as f64) as usize;
+        let most = (MOST_ROWS * cpu.all_rows() as f64) as usize;
         let moves = |entry: u32| rows.jacobian[(entry / 2) as usize][(entry % 2) as usize] != [0.0; D];
         let bodies = incidence.start.len() - 1;
         self.free.clear();
@@ -160,13 +231,14 @@ impl Local {
                 }
             }
         }
+        cpu.learn_flags(&mut self.free, &mut front);
         let mut taken = 0;
         for layer in 0..=layers {
             let mut next = Vec::new();
             for body in front {
                 for &entry in incidence.of(body as usize) {
                     let row = (entry / 2) as usize;
-                    if !std::mem::replace(&mut self.taken[row], true) {
+                    if !std::mem::replace(&mut self.taken[row], true) && cpu.counts(row) {
                         taken += 1;
                     }
                     let other = rows.pair[row][1 - (entry % 2) as usize];
@@ -176,72 +248,63 @@ impl Local {
                     }
                 }
             }
-            if taken > most {
+            if cpu.sum(taken) > most {
                 return None;
             }
+            cpu.learn_flags(&mut self.free, &mut next);
             front = next;
         }
-        (taken > 0).then_some(taken)
+        Some(cpu.sum(taken)).filter(|taken| *taken > 0)
     }
 
-    /// The connected parts of what is solved again, where that is few enough, in the order of their first bodies.
-    fn parts<const D: usize>(
-        &mut self,
-        cpu: &Cpu<D>,
-        at: &Point<Vec<f64>>,
-        tolerance: f64,
-        layers: usize,
-    ) -> Option<Vec<Part>> {
-        self.free_rows(cpu, at, tolerance, layers)?;
+    /// The rows that are marked as taken, of all processes.
+    fn take<const D: usize>(&self, cpu: &Cpu<D>, at: &Point<Vec<f64>>) -> Taken<D> {
         let rows = cpu.rows();
-        let incidence = cpu.incidence();
-        let moves = |entry: u32| rows.jacobian[(entry / 2) as usize][(entry % 2) as usize] != [0.0; D];
-        let mut parts = Vec::new();
-        self.number.clear();
-        self.number.resize(self.free.len(), u32::MAX);
-        for first in 0..self.free.len() {
-            if !self.free[first] || self.number[first] != u32::MAX {
-                continue;
-            }
-            let mut part = Part::default();
-            let mut waiting = vec![first as u32];
-            self.number[first] = 0;
-            while let Some(body) = waiting.pop() {
-                part.bodies.push(body);
-                for &entry in incidence.of(body as usize) {
-                    let row = (entry / 2) as usize;
-                    if !self.taken[row] {
-                        continue;
-                    }
-                    // A row is listed once, by the first of its sides that moves.
-                    if entry % 2 == 0 || !moves(entry ^ 1) {
-                        part.rows.push(row as u32);
-                    }
-                    let other = rows.pair[row][1 - (entry % 2) as usize];
-                    if moves(entry ^ 1) && self.number[other as usize] == u32::MAX {
-                        self.number[other as usize] = 0;
-                        waiting.push(other);
-                    }
-                }
-            }
-            part.bodies.sort_unstable();
-            part.rows.sort_unstable();
-            part.rows.dedup();
-            parts.push(part);
+        let mut taken = Taken::default();
+        for row in (0..rows.q.len()).filter(|row| self.taken[*row] && cpu.counts(*row)) {
+            taken.row.push(cpu.number(row));
+            taken.pair.push(cpu.places_of(row));
+            taken.jacobian.push(rows.jacobian[row]);
+            taken.x.push(at.x[row]);
+            taken.g.push(at.g[row]);
         }
-        Some(parts)
+        if cpu.is_domain() {
+            return taken.of_all(cpu);
+        }
+        taken
+    }
+}
+
+impl<const D: usize> Taken<D> {
+    /// Those that all processes have taken.
+    fn of_all(self, cpu: &Cpu<D>) -> Taken<D> {
+        let Some(border) = &cpu.border else { return self };
+        let mut words = Vec::with_capacity((4 + 2 * D) * self.row.len());
+        for (k, [a, b]) in self.pair.iter().enumerate() {
+            words.extend([u64::from(self.row[k]), u64::from(*a) << 32 | u64::from(*b)]);
+            words.extend(self.jacobian[k].as_flattened().iter().map(|number| number.to_bits()));
+            words.extend([self.x[k].to_bits(), self.g[k].to_bits()]);
+        }
+        let mut all = Taken::default();
+        for words in border.gather(&words).chunks_exact(4 + 2 * D) {
+            let block = |first: usize| std::array::from_fn(|k| f64::from_bits(words[first + k]));
+            all.row.push(words[0] as u32);
+            all.pair.push([(words[1] >> 32) as u32, words[1] as u32]);
+            all.jacobian.push([block(2), block(2 + D)]);
+            all.x.push(f64::from_bits(words[2 + 2 * D]));
+            all.g.push(f64::from_bits(words[3 + 2 * D]));
+        }
+        all
     }
 }
 
 /// Solves the rows of a part with everything else as it is.
 fn solve_part<const D: usize>(
-    cpu: &Cpu<D>,
-    at: &Point<Vec<f64>>,
+    taken: &Taken<D>,
     part: &Part,
     tolerance: f64,
     team: &mut Option<Team>,
 ) -> (Vec<f64>, u64) {
-    let rows = cpu.rows();
     // The last place is for what does not move.
     let place = |body: u32| part.bodies.binary_search(&body).unwrap_or(part.bodies.len()) as u32;
     let mut problem = Problem::<D> { bodies: part.bodies.len() + 1, ..Problem::default() };
@@ -249,18 +312,18 @@ fn solve_part<const D: usize>(
     let mut velocity = vec![[0.0; D]; problem.bodies];
     for &row in &part.rows {
         let row = row as usize;
-        let pair = rows.pair[row].map(place);
+        let pair = taken.pair[row].map(place);
         problem.pair.push(pair);
-        problem.jacobian.push(rows.jacobian[row]);
-        x.push(at.x[row]);
-        for (body, block) in pair.into_iter().zip(&rows.jacobian[row]) {
-            add(&mut velocity[body as usize], at.x[row], block);
+        problem.jacobian.push(taken.jacobian[row]);
+        x.push(taken.x[row]);
+        for (body, block) in pair.into_iter().zip(&taken.jacobian[row]) {
+            add(&mut velocity[body as usize], taken.x[row], block);
         }
     }
     for (k, &row) in part.rows.iter().enumerate() {
         let ([a, b], [ja, jb]) = (problem.pair[k], &problem.jacobian[k]);
         let own = dot(ja, &velocity[a as usize]) + dot(jb, &velocity[b as usize]);
-        problem.q.push(at.g[row as usize] - own);
+        problem.q.push(taken.g[row as usize] - own);
     }
     let mut inner = Cpu::default();
     inner.rebuild(&problem);

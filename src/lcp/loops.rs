@@ -1,7 +1,8 @@
 //! Loops over vectors of one number a row, and sums in chunks.
 //!
-//! A sum adds what each chunk of rows comes to, chunk after chunk, so its bits do not depend on who computes which
-//! chunk. Within a chunk it has eight interleaved parts, which the compiler makes vectors of.
+//! A sum joins what each chunk of rows comes to along a binary tree over the chunks, so its bits do not depend on who
+//! computes which chunks, and whoever has all chunks of a branch gives away one number for them. Within a chunk it has
+//! eight interleaved parts, which the compiler makes vectors of.
 
 use std::ops::Range;
 
@@ -113,9 +114,56 @@ pub(crate) fn fold<const N: usize>(
     parts.into_iter().fold(start, &join)
 }
 
-/// Adds what the chunks come to.
-pub(crate) fn add_up<const N: usize>(chunks: impl Iterator<Item = [f64; N]>) -> [f64; N] {
-    chunks.fold([0.0; N], |sum, part| std::array::from_fn(|k| sum[k] + part[k]))
+/// Most branches that wait for their other half: enough for any number of chunks.
+const DEEPEST: usize = 32;
+
+/// What chunks come to, joined along the tree as they are given in their order.
+pub(crate) struct Tree<F, const N: usize> {
+    join: F,
+    /// The branches that wait, the largest first, and how often each was halved of the tree's whole: `2^level` chunks.
+    waiting: [([f64; N], u32); DEEPEST],
+    count: usize,
+}
+
+impl<F: Fn(usize, f64, f64) -> f64, const N: usize> Tree<F, N> {
+    /// None so far. `join` joins two numbers of a kind, of `N` kinds.
+    pub fn new(join: F) -> Self {
+        Tree { join, waiting: [([0.0; N], 0); DEEPEST], count: 0 }
+    }
+
+    /// Takes what the next `2^level` chunks come to. All before them must be as many as a multiple of that.
+    #[inline]
+    pub fn add(&mut self, mut value: [f64; N], mut level: u32) {
+        while self.count > 0 && self.waiting[self.count - 1].1 == level {
+            self.count -= 1;
+            value = self.both(self.waiting[self.count].0, value);
+            level += 1;
+        }
+        self.waiting[self.count] = (value, level);
+        self.count += 1;
+    }
+
+    /// What all come to; `start` where there was none.
+    pub fn end(self, start: [f64; N]) -> [f64; N] {
+        let branches = self.waiting[..self.count].iter().rev();
+        branches.map(|(value, _)| *value).reduce(|later, value| self.both(value, later)).unwrap_or(start)
+    }
+
+    #[inline]
+    fn both(&self, a: [f64; N], b: [f64; N]) -> [f64; N] {
+        std::array::from_fn(|k| (self.join)(k, a[k], b[k]))
+    }
+}
+
+/// The largest branches that consecutive chunks are made of, by their levels.
+pub(crate) fn branches(chunks: Range<usize>) -> Vec<u32> {
+    let (mut levels, mut at) = (Vec::new(), chunks.start);
+    while at < chunks.end {
+        let level = at.trailing_zeros().min((chunks.end - at).ilog2());
+        levels.push(level);
+        at += 1 << level;
+    }
+    levels
 }
 
 #[cfg(test)]
@@ -140,9 +188,41 @@ mod tests {
         let plain: f64 = x.iter().zip(&y).map(|(x, y)| x * y).sum();
         for size in [1, 5, 64, 600, 5_000] {
             let chunks = Chunks::of_rows(700, size);
-            assert_eq!(add_up(chunks.ranges().map(|rows| dots(rows, [[&x, &y]]))), [plain]);
+            let mut tree = Tree::new(|_, a, b| a + b);
+            chunks.ranges().for_each(|rows| tree.add(dots(rows, [[&x, &y]]), 0));
+            assert_eq!(tree.end([0.0]), [plain]);
             let least = |rows| fold(rows, [&x], f64::INFINITY, f64::min, |[x]| x);
             assert_eq!(chunks.ranges().map(least).fold(f64::INFINITY, f64::min), -6.0);
         }
+    }
+
+    #[test]
+    fn branches_of_some_and_of_all_come_to_the_same_bits() {
+        let chunks: Vec<f64> = (0..37).map(|k| 1.0 / f64::from(k + 3)).collect();
+        let add = |_: usize, a: f64, b: f64| a + b;
+        let one_by_one = |chunks: &[f64]| {
+            let mut tree = Tree::new(add);
+            chunks.iter().for_each(|chunk| tree.add([*chunk], 0));
+            tree.end([0.0])
+        };
+        let mut cuts: Vec<usize> = vec![0, 37];
+        for cut in [16, 5, 6, 32, 33] {
+            cuts.push(cut);
+            cuts.sort_unstable();
+            let mut tree = Tree::new(add);
+            for ends in cuts.windows(2) {
+                let mut at = ends[0];
+                let mut levels = Vec::new();
+                while at < ends[1] {
+                    let level = (at as u64 | 1 << 40).trailing_zeros().min((ends[1] - at).ilog2());
+                    tree.add(one_by_one(&chunks[at..at + (1 << level)]), level);
+                    levels.push(level);
+                    at += 1 << level;
+                }
+                assert_eq!(branches(ends[0]..ends[1]), levels);
+            }
+            assert_eq!(tree.end([0.0]), one_by_one(&chunks), "{cuts:?}");
+        }
+        assert_eq!(one_by_one(&[]), [0.0]);
     }
 }

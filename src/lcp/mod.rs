@@ -18,13 +18,16 @@ mod apgd;
 mod bbpgd;
 mod cluster_cg;
 mod dense;
+pub(crate) mod domain;
 mod drive;
+mod gathered;
 mod interior_point;
 mod kind;
 mod local;
 mod numbering;
 mod on_rows;
 mod pair_block_cg;
+mod places;
 mod projected_gauss_seidel;
 mod projected_jacobi;
 mod relax;
@@ -35,6 +38,7 @@ mod team;
 
 pub use drive::ResidualSample;
 pub use kind::SolverKind;
+pub(crate) use places::Places;
 pub use solver::Solver;
 pub use stored::Stored;
 

@@ -2,7 +2,7 @@
 //!
 //! What differs between the two is the product with `A`, and who makes which chunks of a sum.
 
-use super::loops::{add_up, dots, fold, map, update};
+use super::loops::{dots, fold, map, update};
 use super::residual::{of_row, worse};
 use super::verbs::{Looks, Metric, Verbs};
 use std::ops::Range;
@@ -58,8 +58,14 @@ pub(super) trait OnRows {
     fn multiply(&mut self, x: &[f64], out: &mut [f64]);
     /// [`pair_blocks::Part::minimize`](super::pair_blocks::Part::minimize) of the blocks of these rows.
     fn minimize_pairs(&mut self, x: &[f64], slope: Option<(f64, &[f64])>, out: &mut [f64]);
-    /// What every chunk of the whole problem comes to, those of these rows by `chunk`.
-    fn of_chunks<const N: usize>(&self, chunk: impl Fn(Range<usize>) -> [f64; N]) -> impl Iterator<Item = [f64; N]>;
+    /// What all chunks of the whole problem come to, joined along their tree ([`super::loops::Tree`]), those of these
+    /// rows by `chunk`; `start` without any.
+    fn join_chunks<const N: usize>(
+        &self,
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
+        chunk: impl Fn(Range<usize>) -> [f64; N],
+    ) -> [f64; N];
     /// The residuals that were noted and that nobody has asked for.
     fn noted(&mut self) -> &mut Vec<f64>;
     /// Products made.
@@ -74,8 +80,8 @@ fn over<const N: usize>(
     join: impl Fn(f64, f64) -> f64,
     value: impl Fn([f64; N]) -> f64,
 ) -> f64 {
-    let chunks = rows.of_chunks(|rows| [fold(rows, inputs, start, &join, &value)]);
-    chunks.fold(start, |all, [chunk]| join(all, chunk))
+    let [all] = rows.join_chunks([start], |_, a, b| join(a, b), |rows| [fold(rows, inputs, start, &join, &value)]);
+    all
 }
 
 fn give_way(numbers: &Numbers, x: &[f64], ax: &mut [f64]) {
@@ -83,6 +89,16 @@ fn give_way(numbers: &Numbers, x: &[f64], ax: &mut [f64]) {
         let part = numbers.compliance;
         update(ax, [x, numbers.diagonals.plain()], |ax, [x, s]| ax + part * s * x);
     }
+}
+
+/// The smaller number; one that is not a number is no bound.
+fn smaller(a: f64, b: f64) -> f64 {
+    if b < a { b } else { a }
+}
+
+/// How far a row may go. Both sides are computed and no branch is taken: which rows come down is not predictable.
+fn room_of_row([x, d]: [f64; 2]) -> f64 {
+    if d < 0.0 { x / -d } else { f64::INFINITY }
 }
 
 impl<R: OnRows> Verbs for R {
@@ -126,7 +142,7 @@ impl<R: OnRows> Verbs for R {
 
     fn dots<const N: usize>(&mut self, pairs: [[&Vec<f64>; 2]; N]) -> [f64; N] {
         let pairs = pairs.map(|pair| pair.map(Vec::as_slice));
-        add_up(self.of_chunks(|rows| dots(rows, pairs)))
+        self.join_chunks([0.0; N], |_, a, b| a + b, |rows| dots(rows, pairs))
     }
 
     fn twice_objective(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {
@@ -177,10 +193,17 @@ impl<R: OnRows> Verbs for R {
     }
 
     fn ratio_test(&mut self, x: &Vec<f64>, d: &Vec<f64>) -> f64 {
-        // Both sides are computed and no branch is taken: which rows come down is not predictable. A quotient that is
-        // not a number is no bound.
-        let row = |[x, d]: [f64; 2]| if d < 0.0 { x / -d } else { f64::INFINITY };
-        over(self, [x, d], f64::INFINITY, |a, b| if b < a { b } else { a }, row)
+        over(self, [x, d], f64::INFINITY, smaller, room_of_row)
+    }
+
+    fn dots_and_room(&mut self, pairs: [[&Vec<f64>; 2]; 2], x: &Vec<f64>, d: &Vec<f64>) -> ([f64; 2], f64) {
+        let pairs = pairs.map(|pair| pair.map(Vec::as_slice));
+        let join = |k: usize, a: f64, b: f64| if k < 2 { a + b } else { smaller(a, b) };
+        let [a, b, room] = self.join_chunks([0.0, 0.0, f64::INFINITY], join, |rows| {
+            let [a, b] = dots(rows.clone(), pairs);
+            [a, b, fold(rows, [x, d], f64::INFINITY, smaller, room_of_row)]
+        });
+        ([a, b], room)
     }
 
     fn residual(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {

@@ -160,13 +160,6 @@ impl<S: Scalar> PairBlockCg<Vec<f64>, S> {
         }
     }
 
-    /// The vectors of which a share has a part.
-    #[cfg(feature = "mpi")]
-    pub fn shared(&mut self) -> [&mut Vec<f64>; 4] {
-        let [last, before, _] = &mut self.made;
-        [&mut last.displacement, &mut last.product, &mut before.displacement, &mut before.product]
-    }
-
     /// Takes back what [`PairBlockCg::share`] gave.
     pub fn take_back(&mut self, rows: Range<usize>, share: &Self) {
         for (made, share) in self.made.iter_mut().zip(&share.made).take(2) {
@@ -210,9 +203,9 @@ impl<V: Verbs, B: Descent<V>> Method<V> for PairBlockCg<V::Vector, V::Scalar, B>
         verbs.copy_if_positive(flat, self.descent.feasible(&self.gradient_step), &mut next.displacement);
 
         verbs.product(&next.displacement, &mut next.product);
-        let [slope, curvature] = verbs.dots([[&at.g, &next.displacement], [&next.displacement, &next.product]]);
+        let pairs = [[&at.g, &next.displacement], [&next.displacement, &next.product]];
+        let ([slope, curvature], room) = verbs.dots_and_room(pairs, &at.x, &next.displacement);
         let best = curvature.if_positive(-slope / curvature, one).max(zero);
-        let room = verbs.ratio_test(&at.x, &next.displacement);
         let part = best.min(room);
         // Only what rounding leaves is below zero.
         verbs.advance(part, &next.displacement, &mut at.x, &mut self.room);

@@ -68,7 +68,6 @@ pub fn order(pair: &[[u32; 2]], order: &mut Vec<u32>) {
 /// The same within chunks of about so many rows, each of all pairs whose smaller bodies are in some range.
 pub(crate) fn order_in_chunks(pair: &[[u32; 2]], size: usize, order: &mut Vec<u32>) -> Chunks {
     by_pair(pair, order);
-    let class = classes(pair, order);
     let body = |row: u32| sorted(pair[row as usize])[0];
     let mut edges = vec![0];
     let mut last = 0;
@@ -81,17 +80,52 @@ pub(crate) fn order_in_chunks(pair: &[[u32; 2]], size: usize, order: &mut Vec<u3
     if last > edges[edges.len() - 1] {
         edges.push(last);
     }
-    let chunks = Chunks::between(edges);
+    by_class(pair, Chunks::between(edges), order)
+}
+
+/// The same within one chunk for each block of bodies, of all pairs whose smaller bodies are in it; `blocks` says where
+/// each begins, and one more where the last one ends.
+pub(crate) fn order_in_blocks(pair: &[[u32; 2]], blocks: &[u32], order: &mut Vec<u32>) -> Chunks {
+    by_pair(pair, order);
+    let body = |row: &u32| sorted(pair[*row as usize])[0];
+    let mut edges: Vec<usize> = blocks.iter().map(|first| order.partition_point(|row| body(row) < *first)).collect();
+    if let Some(last) = edges.last_mut() {
+        *last = order.len();
+    }
+    by_class(pair, Chunks::between(edges), order)
+}
+
+/// Orders the rows of each chunk, which are by pair, by how many their pair has.
+fn by_class(pair: &[[u32; 2]], chunks: Chunks, order: &mut [u32]) -> Chunks {
+    let class = classes(pair, order);
     for rows in chunks.ranges() {
         order[rows].sort_by_key(|row| class[*row as usize]);
     }
     chunks
 }
 
+/// Orders rows by pair, those of a pair in their own order: by the smaller body in one pass over all rows, then those
+/// of each body by themselves.
 fn by_pair(pair: &[[u32; 2]], order: &mut Vec<u32>) {
+    let bodies = pair.as_flattened().iter().map(|body| *body as usize + 1).max().unwrap_or(0);
+    let mut next = vec![0_u32; bodies + 1];
+    pair.iter().for_each(|pair| next[sorted(*pair)[0] as usize + 1] += 1);
+    for body in 0..bodies {
+        next[body + 1] += next[body];
+    }
     order.clear();
-    order.extend(0..pair.len() as u32);
-    order.sort_by_key(|row| sorted(pair[*row as usize]));
+    order.resize(pair.len(), 0);
+    for (row, pair) in (0..).zip(pair) {
+        let next = &mut next[sorted(*pair)[0] as usize];
+        order[*next as usize] = row;
+        *next += 1;
+    }
+    let other = |row: &u32| sorted(pair[*row as usize])[1];
+    let mut first = 0;
+    for end in next.into_iter().take(bodies).map(|end| end as usize) {
+        order[first..end].sort_by_key(other);
+        first = end;
+    }
 }
 
 /// How many rows each row's pair has, as far as that decides its place; `order` is by pair.

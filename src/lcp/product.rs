@@ -60,6 +60,33 @@ impl<const D: usize> Product<D> {
     }
 }
 
+/// A product in parts, for a process that has some of the rows.
+impl<const D: usize> Product<D> {
+    /// `v = J^T x` of the rows here, one block a body.
+    pub fn velocities(&mut self, x: &[f64]) -> &[[f64; D]] {
+        scatter(&self.pair, &self.jacobian, x, &mut self.velocity);
+        &self.velocity
+    }
+
+    /// `v`, to be changed.
+    pub fn last_velocities(&mut self) -> &mut [[f64; D]] {
+        &mut self.velocity
+    }
+
+    /// `out = J v`.
+    pub fn rows(&self, out: &mut [f64]) {
+        along(&self.pair, &self.jacobian, &self.velocity, out);
+    }
+
+    /// The same of some rows.
+    pub fn rows_anew(&self, rows: &[u32], out: &mut [f64]) {
+        for at in rows.iter().map(|row| *row as usize) {
+            let [a, b] = self.pair[at].map(|body| &self.velocity[body as usize]);
+            out[at] = row(&self.jacobian[at], a, b);
+        }
+    }
+}
+
 /// `out = J^T x`, one block a body, row by row.
 pub(crate) fn scatter<const D: usize>(pair: &[[u32; 2]], jacobian: &[[[f64; D]; 2]], x: &[f64], out: &mut [[f64; D]]) {
     out.fill([0.0; D]);

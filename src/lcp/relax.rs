@@ -32,6 +32,23 @@ impl<const D: usize> Solver<D> {
     pub fn relax(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
         gamma.resize(problem.q.len(), 0.0);
         self.cpu.rebuild(problem);
+        if !self.cpu.is_domain() {
+            return self.relax_here(gamma, allowed);
+        }
+        // Each process does it for all.
+        let mut x = Vec::new();
+        self.cpu.import(gamma, &mut x);
+        let mut all = self.cpu.gather_numbers(&x);
+        let whole = self.cpu.gathered().clone();
+        let domain = std::mem::replace(&mut self.cpu, whole);
+        let outcome = self.relax_here(&mut all, allowed);
+        self.cpu = domain;
+        self.cpu.export(&self.cpu.numbers_here(&all), gamma);
+        outcome
+    }
+
+    /// Relaxes the problem that was taken last.
+    fn relax_here(&mut self, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
         let nothing = Outcome {
             status: Status::NotFinite,
             iterations: 0,

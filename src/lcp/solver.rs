@@ -13,9 +13,7 @@ use super::projected_gauss_seidel::ProjectedGaussSeidel;
 use super::projected_jacobi::ProjectedJacobi;
 use super::team::{self, Team};
 use super::verbs::Verbs;
-use super::{Outcome, Problem, Settings, SolverKind, Status};
-#[cfg(feature = "mpi")]
-use crate::processes::Processes;
+use super::{Outcome, Places, Problem, Settings, SolverKind, Status};
 
 /// How many sweeps of Gauss-Seidel are made for one look at the residual, which costs a product more.
 const SWEEPS: u64 = 4;
@@ -150,12 +148,15 @@ impl<const D: usize> Solver<D> {
         self
     }
 
-    /// Shares the iterations with other processes, which must solve the same problems at the same time: those of
-    /// [`SolverKind::Auto`] and [`SolverKind::PairBlockCg`], but for parallel rows. The others each process takes
-    /// alone.
-    #[cfg(feature = "mpi")]
-    pub(crate) fn share(&mut self, processes: Processes) {
-        self.team = self.team.take().map(|_| Team::of(processes));
+    /// Stands the bodies of the next problems at these places. Where they are a process's domain, all processes solve
+    /// together, and the problem is the rows of this one.
+    pub(crate) fn place(&mut self, places: Option<Places>) {
+        self.cpu.place(places);
+    }
+
+    /// How many rows the last problem had, with those of other processes.
+    pub(crate) fn all_rows(&self) -> usize {
+        self.cpu.all_rows()
     }
 
     /// When the solver stops.
@@ -234,7 +235,7 @@ impl<const D: usize> Solver<D> {
     /// Solves where the start is no solution, if that is in few places.
     fn begin_locally(&mut self) -> Option<Outcome> {
         let (cpu, Drive { at, .. }) = (&mut self.cpu, &mut self.drive);
-        let large = at.x.len() >= LEAST_ROWS;
+        let large = cpu.all_rows() >= LEAST_ROWS;
         let local = self.local.as_mut().filter(|_| large && cpu.is_finite())?;
         let tolerance = self.settings.tolerance;
         cpu.clear(&mut at.g);
@@ -244,7 +245,7 @@ impl<const D: usize> Solver<D> {
             return None;
         }
         let rounds = local.run(cpu, at, tolerance);
-        cpu.count(rounds.work / at.x.len().max(1) as u64);
+        cpu.count(rounds.work / cpu.all_rows().max(1) as u64);
         rounds.solved.then(|| self.outcome(Status::Solved, rounds.iterations, rounds.residual, 0))
     }
 
@@ -306,7 +307,14 @@ impl<const D: usize> Solver<D> {
         let Some(safeguard) = &mut self.safeguard else { return (Status::NoProgress, 0, f64::INFINITY, 0) };
         let tolerance = self.settings.tolerance.min(self.tightest);
         let settings = Settings { tolerance, max_iterations: MOST_ITERATIONS };
-        let (ended, more, found) = safeguard.run(&mut self.cpu, &mut self.drive, &settings, tolerance);
+        let (ended, more, found) = if self.cpu.is_domain() {
+            let mut whole = Whole::of(&mut self.cpu, &mut self.drive);
+            let run = safeguard.run(&mut whole.cpu, &mut whole.drive, &settings, tolerance);
+            whole.give_back(&mut self.cpu, &mut self.drive);
+            run
+        } else {
+            safeguard.run(&mut self.cpu, &mut self.drive, &settings, tolerance)
+        };
         (ended, more, found, safeguard.factorizations())
     }
 
@@ -343,7 +351,7 @@ impl<const D: usize> Solver<D> {
                 return (status, iterations, found);
             }
             let rounds = local.run(cpu, &mut drive.at, settings.tolerance);
-            cpu.count(rounds.work / drive.at.x.len().max(1) as u64);
+            cpu.count(rounds.work / cpu.all_rows().max(1) as u64);
             iterations += rounds.iterations;
             if rounds.solved {
                 return (Status::Solved, iterations, rounds.residual);
@@ -386,6 +394,29 @@ impl<const D: usize> Solver<D> {
     }
 }
 
+/// All of a problem that processes share, for a method that each of them takes alone.
+struct Whole<const D: usize> {
+    cpu: Cpu<D>,
+    drive: Drive<Vec<f64>>,
+}
+
+impl<const D: usize> Whole<D> {
+    fn of(cpu: &mut Cpu<D>, drive: &mut Drive<Vec<f64>>) -> Self {
+        let mut whole = Whole { cpu: cpu.gathered().clone(), drive: Drive::default() };
+        whole.cpu.count_anew();
+        whole.drive.at.x = cpu.gather_numbers(&drive.at.x);
+        whole.drive.history = drive.history.take();
+        whole
+    }
+
+    /// Goes on with what of it is here.
+    fn give_back(self, cpu: &mut Cpu<D>, drive: &mut Drive<Vec<f64>>) {
+        cpu.count(self.cpu.products_made());
+        drive.at.x = cpu.numbers_here(&self.drive.at.x);
+        drive.history = self.drive.history;
+    }
+}
+
 /// Says where a solve stands whether one more iteration is worth it: while all of them have not cost as much as the
 /// safeguard would, and if `patient` is false while what is left, as the last iterations make one expect, costs less
 /// than a part of it. Later problems of a step keep its first forecast: they have the same pairs and few more.
@@ -406,9 +437,9 @@ fn affordable<const D: usize>(
         if iterations < ITERATIONS_BEFORE_FORECAST || left <= ITERATIONS_BEFORE_FORECAST as f64 {
             return true;
         }
-        let cost = *forecast.get_or_insert_with(|| safeguard.forecast(cpu).unwrap_or(f64::INFINITY));
+        let cost = *forecast.get_or_insert_with(|| safeguard.forecast(cpu.gathered()).unwrap_or(f64::INFINITY));
         let of_a_row = if patient { NANOSECONDS_OF_A_ROW } else { NANOSECONDS_OF_A_PARALLEL_ROW };
-        let instead = cost / (of_a_row * cpu.rows().q.len() as f64);
+        let instead = cost / (of_a_row * cpu.all_rows() as f64);
         let taken = iterations as f64;
         taken < LEAST_BEFORE_SAFEGUARD * instead || (taken < instead && (patient || left < HOPE * instead))
     }

@@ -122,6 +122,15 @@ pub trait Verbs {
     fn inverse_square(&mut self, metric: Metric, x: &Self::Vector) -> Self::Scalar;
     /// The largest `t` with `x + t d >= 0`, infinite if there is none.
     fn ratio_test(&mut self, x: &Self::Vector, d: &Self::Vector) -> Self::Scalar;
+    /// `x . y` of each pair, and [`Verbs::ratio_test`]: numbers that are needed together.
+    fn dots_and_room(
+        &mut self,
+        pairs: [[&Self::Vector; 2]; 2],
+        x: &Self::Vector,
+        d: &Self::Vector,
+    ) -> ([Self::Scalar; 2], Self::Scalar) {
+        (self.dots(pairs), self.ratio_test(x, d))
+    }
     /// The natural residual `max |min(g, s x)|`, NaN if a number in it is.
     fn residual(&mut self, x: &Self::Vector, g: &Self::Vector) -> Self::Scalar;
     /// Brings a number to the host. On a device this waits: it is for drivers, not for iterations.

@@ -1,5 +1,8 @@
 //! Without MPI there is one process, and nobody to share with.
 
+/// Numbers for, or from, one other process.
+pub(crate) type Parcel<T = f64> = (usize, Vec<T>);
+
 /// No processes: the program was built without the feature `mpi`.
 #[derive(Clone, Copy, Debug)]
 pub enum Processes {}
@@ -27,6 +30,31 @@ impl Processes {
 
     /// Says something to all others.
     pub fn tell(self, _message: &[u8]) {
+        match self {}
+    }
+
+    /// What every process has, where all know how much that is.
+    pub(crate) fn gather_into<T>(self, _own: &[T], _counts: &[usize], _all: &mut [T]) {
+        match self {}
+    }
+
+    /// What every process has, where all have as much.
+    pub(crate) fn gather_even<T>(self, _own: &[T], _all: &mut [T]) {
+        match self {}
+    }
+
+    /// What every process has, to process 0.
+    pub(crate) fn gather_at_first(self, _own: &[u64]) -> Vec<u64> {
+        match self {}
+    }
+
+    /// Sends each process what there is for it.
+    pub(crate) fn deliver(self, _lists: Vec<Vec<u64>>) -> Vec<Vec<u64>> {
+        match self {}
+    }
+
+    /// Sends parcels, and takes those that come.
+    pub(crate) fn swap<T>(self, _out: &[Parcel<T>], _into: &mut [Parcel<T>], _meanwhile: impl FnOnce()) {
         match self {}
     }
 }

@@ -6,7 +6,7 @@ use mpi::datatype::PartitionMut;
 use mpi::request::{Request, scope};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Equivalence, Root, Source};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Most numbers that one gather of all processes moves: MPI counts them in 32 bits. What is longer goes in pieces.
 const MOST_AT_ONCE: usize = 1 << 28;
@@ -19,7 +19,7 @@ pub struct Processes {
 }
 
 /// Numbers for, or from, one other process.
-pub(crate) type Parcel = (usize, Vec<f64>);
+pub(crate) type Parcel<T = f64> = (usize, Vec<T>);
 
 impl Processes {
     /// All processes that were started together.
@@ -78,13 +78,54 @@ impl Processes {
         }
     }
 
+    /// What every process has, one after the other, where all have as much.
+    pub(crate) fn gather_even<T: Equivalence>(self, own: &[T], all: &mut [T]) {
+        let begun = Instant::now();
+        SimpleCommunicator::world().all_gather_into(own, all);
+        Traffic::of_gather(size_of_val(own) * (self.size - 1), begun.elapsed());
+    }
+
+    /// What every process has, one after the other, to process 0; nothing to the others.
+    pub(crate) fn gather_at_first(self, own: &[u64]) -> Vec<u64> {
+        let lengths: Vec<usize> = self.gather_lengths(own.len());
+        let into = |(from, length): (usize, &usize)| (self.rank == 0 && from > 0).then(|| (from, vec![0; *length]));
+        let mut parcels: Vec<Parcel<u64>> = lengths.iter().enumerate().filter_map(into).collect();
+        let out = if self.rank == 0 { Vec::new() } else { vec![(0, own.to_vec())] };
+        self.swap(&out, &mut parcels, || {});
+        let own = if self.rank == 0 { own } else { &[] };
+        own.iter().copied().chain(parcels.into_iter().flat_map(|(_, numbers)| numbers)).collect()
+    }
+
+    fn gather_lengths(self, own: usize) -> Vec<usize> {
+        let mut all = vec![0_u64; self.size];
+        self.gather_even(&[own as u64], &mut all);
+        all.into_iter().map(|length| length as usize).collect()
+    }
+
+    /// Sends each process what there is for it, a list each, and returns what each has sent here.
+    pub(crate) fn deliver(self, mut lists: Vec<Vec<u64>>) -> Vec<Vec<u64>> {
+        let lengths: Vec<u64> = lists.iter().map(|list| list.len() as u64).collect();
+        let mut coming = vec![0_u64; self.size];
+        SimpleCommunicator::world().all_to_all_into(&lengths, &mut coming);
+        let mut all = vec![Vec::new(); self.size];
+        all[self.rank] = std::mem::take(&mut lists[self.rank]);
+        let out: Vec<Parcel<u64>> = lists.into_iter().enumerate().filter(|(_, list)| !list.is_empty()).collect();
+        let room = |(from, length): (usize, u64)| (from, vec![0; length as usize]);
+        let others = |(from, length): &(usize, u64)| *from != self.rank && *length > 0;
+        let mut into: Vec<Parcel<u64>> = coming.into_iter().enumerate().filter(others).map(room).collect();
+        self.swap(&out, &mut into, || {});
+        into.into_iter().for_each(|(from, list)| all[from] = list);
+        all
+    }
+
     /// Sends each parcel of `out` to its process, and fills those of `into` with what theirs sent. Who sends how much
-    /// to whom is known to both.
-    pub(crate) fn swap(self, out: &[Parcel], into: &mut [Parcel]) {
+    /// to whom is known to both. `meanwhile` is done while they are on their way.
+    pub(crate) fn swap<T: Equivalence>(self, out: &[Parcel<T>], into: &mut [Parcel<T>], meanwhile: impl FnOnce()) {
         let begun = Instant::now();
         let world = SimpleCommunicator::world();
+        let mut worked = Duration::ZERO;
         scope(|scope| {
-            let mut pending: Vec<Request<'_, [f64], _>> = Vec::with_capacity(into.len() + out.len());
+            let mut pending: Vec<Request<'_, [T], _>> = Vec::with_capacity(into.len() + out.len());
             for (from, numbers) in into.iter_mut() {
                 let from = world.process_at_rank(*from as i32);
                 pending.push(from.immediate_receive_into(scope, numbers.as_mut_slice()));
@@ -92,12 +133,15 @@ impl Processes {
             for (to, numbers) in out {
                 pending.push(world.process_at_rank(*to as i32).immediate_send(scope, numbers.as_slice()));
             }
+            let sent = Instant::now();
+            meanwhile();
+            worked = sent.elapsed();
             for request in pending {
                 request.wait();
             }
         });
         let bytes = out.iter().map(|(_, numbers)| size_of_val(numbers.as_slice())).sum();
-        Traffic::of_messages(out.len(), bytes, begun.elapsed());
+        Traffic::of_messages(out.len(), bytes, begun.elapsed() - worked);
     }
 
     /// Says something to all others, which [`Processes::hear`] it.

@@ -28,6 +28,10 @@ pub fn follow(processes: Processes, status: u8, complain: impl Fn(&str)) {
                 // What it refuses process 0 refuses too, and says so.
                 simulation = Simulation::start(&Compute::Together(together), scene, state).ok();
             }
+            Said::Gather => match &simulation {
+                Some(simulation) => drop(simulation.state()),
+                None => cannot("it has no state to give"),
+            },
             Said::Step => match &mut simulation {
                 // A fault is process 0's as well.
                 Some(simulation) => drop(simulation.step()),

@@ -11,6 +11,8 @@ use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Choice, Gpu, GpuError, Precision};
 #[cfg(feature = "gpu")]
 use crate::lcp;
+#[cfg(feature = "mpi")]
+use crate::lcp::SolverKind;
 use crate::scene::Scene;
 use crate::step::{Backend, Contact, Fault, State, contacts};
 use crate::walls::{WallContact, Walls};
@@ -56,10 +58,10 @@ impl Compute {
             Compute::Cpu | Compute::Auto(_) => Box::new(Cpu::<SPATIAL>::new(&model, state)?),
             #[cfg(feature = "mpi")]
             Compute::Together(together) if scene.planar => {
-                Box::new(Cpu::<PLANAR>::new(&model, state)?.share(together.processes()))
+                Box::new(share(Cpu::<PLANAR>::new(&model, state)?, together, scene))
             }
             #[cfg(feature = "mpi")]
-            Compute::Together(together) => Box::new(Cpu::<SPATIAL>::new(&model, state)?.share(together.processes())),
+            Compute::Together(together) => Box::new(share(Cpu::<SPATIAL>::new(&model, state)?, together, scene)),
             #[cfg(not(feature = "gpu"))]
             Compute::Gpu { gpu, .. } => match **gpu {},
             #[cfg(feature = "gpu")]
@@ -158,4 +160,11 @@ impl Compute {
             Compute::Gpu { gpu, precision } => on_device::wall_contacts(gpu, *precision, (bodies, walls), cutoff),
         }
     }
+}
+
+/// A backend that takes a part of each step, with a solver that can: LCPs that are kept are whole.
+#[cfg(feature = "mpi")]
+fn share<const D: usize>(cpu: Cpu<D>, together: &Together, scene: &Scene) -> Cpu<D> {
+    let shares = matches!(scene.solver.kind, SolverKind::Auto | SolverKind::PairBlockCg) && scene.solver.dump.is_none();
+    if shares { cpu.share(together.processes()) } else { cpu }
 }

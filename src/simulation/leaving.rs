@@ -40,8 +40,8 @@ impl Leaving {
         let (lineage, group) = backend.identities()?;
         self.ended.clear();
         self.add_mothers(lineage, group, step);
-        let places = self.rules.asks_places().then(|| backend.state()).transpose()?;
-        let chosen = self.rules.choose((lineage, group), places.map(|state| &state.bodies), (step, dt));
+        let places = self.rules.asks_places().then(|| backend.placed()).transpose()?;
+        let chosen = self.rules.choose((lineage, group), places, (step, dt));
         let mut counts = vec![0_u64; self.rules.len()];
         for (i, rule) in chosen.iter().enumerate() {
             let Some(rule) = *rule else { continue };

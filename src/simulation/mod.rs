@@ -150,7 +150,7 @@ impl Simulation {
             return Ok(());
         }
         let Some(stop) = self.scene.stop() else { return Ok(()) };
-        let radius = || self.state().map(|state| state.bodies.radius());
+        let radius = || self.backend.placed().map(Bodies::radius);
         self.stopped_by = stop.reached(self.bodies(), self.time(), self.scene.time.dt, radius)?;
         Ok(())
     }
@@ -165,6 +165,10 @@ impl Simulation {
     /// # Errors
     /// [`Fault::Device`] where the device does not answer.
     pub fn state(&self) -> Result<&State, Fault> {
+        #[cfg(feature = "mpi")]
+        if let Some(together) = self.together.filter(|_| self.backend.is_partial()) {
+            together.gather();
+        }
         self.backend.state()
     }
 

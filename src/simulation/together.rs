@@ -1,6 +1,7 @@
 //! A simulation that several processes take together: process 0 leads, the others do what it says.
 //!
-//! All of them have the same scene and state and take the same steps. What they share is inside of a step.
+//! All of them have the same scene and bodies and take the same steps. What they share is inside of a step, and what a
+//! step leaves of pairs, which process 0 gathers when it is asked for the state.
 
 use super::Simulation;
 use crate::processes::Processes;
@@ -12,6 +13,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 const END: u8 = 0;
 const START: u8 = 1;
 const STEP: u8 = 2;
+const GATHER: u8 = 3;
 
 /// A scene and a state in a message.
 pub type Pack = fn(&Scene, &State) -> Result<Vec<u8>, String>;
@@ -32,6 +34,8 @@ pub enum Said {
     Start(Vec<u8>),
     /// To take a step.
     Step,
+    /// To give what is remembered of pairs.
+    Gather,
 }
 
 impl Together {
@@ -55,6 +59,7 @@ impl Together {
         match message.first() {
             Some(&START) => Said::Start(message.split_off(1)),
             Some(&STEP) => Said::Step,
+            Some(&GATHER) => Said::Gather,
             _ => Said::End,
         }
     }
@@ -62,6 +67,13 @@ impl Together {
     /// Says to the others that there is nothing more to do.
     pub fn end(&self) {
         self.processes.tell(&[END]);
+    }
+
+    /// Has the others give what they remember of pairs.
+    pub(super) fn gather(&self) {
+        if self.leads() {
+            self.processes.tell(&[GATHER]);
+        }
     }
 
     /// Has the others start from where process 0 does.
@@ -82,7 +94,8 @@ impl Together {
             self.processes.tell(&[STEP]);
         }
         let stepped = step();
-        let all = self.processes.gather(&[digest(&stepped)]);
+        let mut all = vec![0; self.processes.size()];
+        self.processes.gather_even(&[digest(&stepped)], &mut all);
         match all.iter().position(|other| *other != all[0]) {
             Some(other) => Err(Fault::Processes(format!(
                 "process {other} computed other numbers than process 0: its processor or its mathematical library differs"

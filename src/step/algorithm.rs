@@ -124,6 +124,15 @@ fn badness(overlap: &Overlap, residual: f64) -> f64 {
 
 /// Makes one attempt at what the backend begins next; nothing is accepted.
 pub(super) fn attempt(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -> Result<Attempt, Fault> {
+    loop {
+        let tried = attempt_once(backend, plan, keep);
+        if tried.is_ok() || !backend.begins_anew() {
+            return tried;
+        }
+    }
+}
+
+fn attempt_once(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -> Result<Attempt, Fault> {
     let (report, least_bad) = (StepReport { pieces: 1, ..StepReport::default() }, None);
     let mut tried = Attempt { report, overlap: Overlap::default(), least_bad };
     match plan.stepping {

@@ -1,7 +1,7 @@
 //! The verbs of a timestep. A backend holds the state and carries them out; `step::step` says in which order.
 
 use super::{Crowd, Fault, Passed, Phases, Piece, State};
-use crate::bodies::Lineage;
+use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::Waiting;
 use crate::lcp::{Outcome, Stored};
 
@@ -74,9 +74,26 @@ pub trait Backend: Send {
     fn take_forces(&mut self) -> Vec<Box<dyn crate::dynamics::ForceField>>;
     /// Goes on from a state of the same scene that another backend left.
     fn go_on_from(&mut self, state: State) -> Result<(), Fault>;
+    /// Whether the attempt that ended in a fault is to be made anew: it was begun with too little.
+    fn begins_anew(&self) -> bool {
+        false
+    }
+    /// Whether other processes have a part of the present attempt, so that nothing of it is of use where the step is
+    /// taken again.
+    fn is_shared_out(&self) -> bool {
+        false
+    }
+    /// Whether other processes must be asked for the state, all of them together.
+    fn is_partial(&self) -> bool {
+        false
+    }
+    /// The bodies after the last accepted step, which need nobody else.
+    fn placed(&self) -> Result<&Bodies, Fault> {
+        Ok(&self.state()?.bodies)
+    }
     /// Lines and groups of the bodies after the last accepted step.
     fn identities(&self) -> Result<(&[Lineage], &[u32]), Fault> {
-        let bodies = &self.state()?.bodies;
+        let bodies = self.placed()?;
         Ok((&bodies.lineage, &bodies.group))
     }
     /// Removes bodies from the state after the last accepted step, as [`State::remove`] does.

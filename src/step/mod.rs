@@ -28,10 +28,10 @@ pub use fault::Fault;
 pub(crate) use keep::Keep;
 pub use keep::SavedLcp;
 pub(crate) use model::Model;
-pub use passing::Passed;
-pub(crate) use passing::passed;
 #[cfg(feature = "gpu")]
-pub(crate) use passing::{DEEPER, may_pass};
+pub(crate) use passing::DEEPER;
+pub use passing::Passed;
+pub(crate) use passing::{farthest_and_thinnest, may_pass, passed};
 pub(crate) use piece::{Crowd, Piece};
 pub use report::{Phases, StepReport};
 pub use settings::{ContactSettings, Method, OnFailure, Recursion, Rows, Stepping, Time};

@@ -47,13 +47,8 @@ pub fn passed(
     (dt, shear): (f64, Option<CellShear>),
     separate: impl Fn(&Placed, &Placed) -> Option<Separation> + Sync,
 ) -> Option<Passed> {
-    let way = |i: usize| match shear {
-        None => Way::of(start.placed(i), twist[i], dt),
-        Some(shear) => Way::of(start.placed(i), twist[i], dt).beside(shear),
-    };
-    let ways: Vec<Way> = (0..start.len()).map(way).collect();
-    let thinnest = ways.iter().map(|way| way.thickness).fold(f64::INFINITY, f64::min);
-    let farthest = ways.iter().map(|way| way.motion).fold(0.0, f64::max);
+    let ways: Vec<Way> = ways(start, twist, (dt, shear)).collect();
+    let [farthest, thinnest] = extremes(&ways);
     if !may_pass(farthest, thinnest) {
         return None;
     }
@@ -69,6 +64,28 @@ pub fn passed(
     let found: Vec<[u32; 2]> = near.into_par_iter().filter(passes).collect();
     let pair = found.first()?.map(|i| i as usize);
     Some(Passed { pairs: found.len(), pair })
+}
+
+fn ways<'a>(
+    start: &'a Bodies,
+    twist: &'a [Twist],
+    (dt, shear): (f64, Option<CellShear>),
+) -> impl Iterator<Item = Way> + 'a {
+    (0..start.len()).map(move |i| match shear {
+        None => Way::of(start.placed(i), twist[i], dt),
+        Some(shear) => Way::of(start.placed(i), twist[i], dt).beside(shear),
+    })
+}
+
+/// What a point of a surface moves by at most, and the thickness of the thinnest body.
+fn extremes(ways: &[Way]) -> [f64; 2] {
+    let thinnest = ways.iter().map(|way| way.thickness).fold(f64::INFINITY, f64::min);
+    [ways.iter().map(|way| way.motion).fold(0.0, f64::max), thinnest]
+}
+
+/// What a point of a surface of these bodies moves by at most, and the thickness of the thinnest, as [`passed`] has them.
+pub(crate) fn farthest_and_thinnest(start: &Bodies, twist: &[Twist], course: (f64, Option<CellShear>)) -> [f64; 2] {
+    extremes(&ways(start, twist, course).collect::<Vec<_>>())
 }
 
 /// Whether two bodies can pass where no point of a surface moves by more than `farthest` and no body is thinner than

@@ -47,11 +47,14 @@ pub(super) fn take_again(
             report.first_violation = tried.report.first_violation;
         }
     }
+    // Where processes shared the attempt, each makes it alone first, and comes to the same.
+    let alone = failed.is_some() && backend.is_shared_out();
     let mut overlap = Overlap::default();
     backend.take_again(&mut |again| {
         let before = again.backend().state()?.clone();
+        let first = if alone { Some(attempt(again.backend(), &plan, keep)) } else { failed.take() };
         let mut taken = Taking { plan: &plan, keep, report: &mut report, waiting: Waiting::None };
-        let result = taken.step(again, failed.take(), &before);
+        let result = taken.step(again, first, &before);
         if result.is_err() {
             again.restore(&before);
         }

@@ -34,6 +34,9 @@ impl<const D: usize> RetryBackend for Cpu<D> {
 
     fn restore(&mut self, state: &State) {
         self.state.clone_from(state);
+        if let Some(domain) = &mut self.domain {
+            domain.forget();
+        }
         (self.next, self.start.parting) = (None, false);
     }
 

@@ -5,8 +5,10 @@
 //! writes what it owns and reads those before it. `pairs` holds one record a pair for all of them.
 //!
 //! Parallel loops write to places of their own or collect in order, so the bits do not depend on the number of threads.
+//! Where several processes take the steps, each has a `domain` of the bodies.
 
 mod again;
+mod domain;
 pub(super) mod first;
 mod motions;
 mod narrow_phase;
@@ -14,23 +16,24 @@ mod near;
 mod pairs;
 mod row_set;
 mod setup;
-mod sharing;
 mod solve;
 mod start;
+mod together;
 mod trial;
 mod walls;
 
+use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{RowSource, RowSourceError};
 use crate::dynamics::{ForceField, Pose, Waiting};
 use crate::freedom::PLANAR;
 use crate::lcp::{Outcome, Problem, Status, Stored};
-use crate::processes::Processes;
 use crate::separation::{planar_separation, separation};
 use crate::shape::Shape;
-use crate::step::{Backend, Fault, Model, Overlap, Passed, Phases, Piece, RetryBackend, State, passed};
+use crate::step::{Backend, Fault, Model, Overlap, Passed, Phases, Piece, RetryBackend, State};
 use crate::walls::surface_of;
 use crate::warm::Warm;
+use domain::Domain;
 use first::First;
 use glam::DVec3;
 use motions::Motions;
@@ -40,7 +43,6 @@ use pairs::Pairs;
 use rayon::prelude::*;
 use row_set::RowSet;
 use setup::Setup;
-use sharing::shared;
 use solve::Solve;
 use start::Start;
 use std::time::{Duration, Instant};
@@ -67,8 +69,8 @@ pub struct Cpu<const D: usize> {
     candidates: Candidates,
     /// Forces beside the scene's own.
     added_forces: usize,
-    /// Those that share its work.
-    processes: Option<Processes>,
+    /// What of a step is this process's, where several take it.
+    domain: Option<Domain>,
     phases: Phases,
 }
 
@@ -97,21 +99,11 @@ impl<const D: usize> Cpu<D> {
             trial: Trial::default(),
             candidates: Candidates::in_space(model.periods),
             added_forces: 0,
-            processes: None,
+            domain: None,
             phases: Phases::default(),
             setup,
             state,
         })
-    }
-
-    /// Shares the work on pairs and rows with other processes, which must take the same steps from the same state.
-    #[cfg(feature = "mpi")]
-    pub fn share(mut self, processes: Processes) -> Self {
-        if processes.size() > 1 {
-            self.processes = Some(processes);
-            self.solve.share(processes);
-        }
-        self
     }
 
     /// The present LCP and its multipliers, for diagnosis and tests.
@@ -144,20 +136,23 @@ impl<const D: usize> Cpu<D> {
     /// Makes first rows where [`First::predict`] or [`First::set_middle`] chose.
     fn append_first(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
-        let step = self.step();
-        let Cpu { setup, start, motions, first, pairs, rows, candidates, processes, phases, .. } = self;
-        motions.check_periods(setup, start, step)?;
+        self.check_periods()?;
+        let Cpu { setup, start, motions, first, pairs, rows, candidates, domain, phases, .. } = self;
         rows.clear(start.bodies.len(), setup.walls.len());
         let margin = |i: usize| 0.5 * setup.cutoff + motions.reach[i].either;
-        let candidates = candidates.ensure(&boxes(&start.here().shape, |i| first.pose(i), margin));
+        let boxes = boxes(&start.here().shape, |i| first.pose(i), margin);
+        let candidates = together::candidates(domain, candidates, &boxes)?;
         phases.broad_phase += begun.elapsed();
         let begun = Instant::now();
         pairs.recall();
-        let stages = Stages { setup, start, motions, processes: *processes };
+        let stages = Stages { setup, start, motions };
         let (near, gamma) = match setup.source {
             RowSource::Surfaces => stages.of_surfaces((candidates, Self::SEPARATE, D == PLANAR), first, pairs),
             RowSource::SubSpheres { .. } => stages.of_sub_spheres(candidates, first, pairs),
         };
+        if let Some(domain) = domain {
+            first.overlap = domain.largest(first.overlap);
+        }
         for (near, gamma) in near.iter().zip(gamma) {
             let near = stages.at_end_lengths(*near);
             rows.append(&near, motions.row(&near, &first.reached, start.interval), gamma);
@@ -205,13 +200,13 @@ impl<const D: usize> Backend for Cpu<D> {
     fn begin(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         let step = self.step();
-        let Cpu { setup, state, next, start, motions, first, pairs, solve, candidates, phases, .. } = self;
         // A step that is taken again was led astray once: its pieces are linearised at their starts.
-        let whole = next.is_none() && !start.parting;
-        start.begin(setup, state, next.take().unwrap_or((Piece::WHOLE, Waiting::None)))?;
+        let whole = self.next.is_none() && !self.start.parting;
+        let taken = self.next.take().unwrap_or((Piece::WHOLE, Waiting::None));
+        let places = self.begin_with(taken)?;
+        let Cpu { setup, start, motions, first, solve, candidates, phases, .. } = self;
         candidates.set_periods(start.periods);
-        solve.begin();
-        pairs.remember(&state.warm);
+        solve.begin(places);
         phases.growth += begun.elapsed();
         let begun = Instant::now();
         setup.prepare(start, step)?;
@@ -224,14 +219,17 @@ impl<const D: usize> Backend for Cpu<D> {
     fn middle(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         let step = self.step();
-        self.trial.set(&self.rows, &self.motions, &self.start, step)?;
+        self.set_trial()?;
         let left = self.left();
-        let Cpu { setup, start, motions, first, pairs, trial, phases, .. } = self;
+        let Cpu { setup, start, motions, first, pairs, trial, domain, phases, .. } = self;
         pairs.remember(&left);
         let mut middle = start.bodies.clone();
         middle.periods = start.periods;
         trial.arrive(&mut middle, &trial.arrived(setup, start, motions));
         start.set_middle(setup, middle);
+        if let Some(domain) = domain {
+            domain.lengthen(|all, pressures| start.lengthen(setup, all, pressures));
+        }
         first.set_middle(trial);
         setup.prepare(start, step)?;
         motions.set(setup, start, first, step);
@@ -250,8 +248,13 @@ impl<const D: usize> Backend for Cpu<D> {
     }
 
     fn solve(&mut self, tolerance: f64) -> Result<Outcome, Fault> {
-        let Cpu { phases, solve, rows, .. } = self;
-        let outcome = timed(&mut phases.solve, || solve.solve(rows, tolerance));
+        let Cpu { phases, solve, rows, domain, .. } = self;
+        let outcome = timed(&mut phases.solve, || {
+            if let Some(domain) = domain {
+                rows.set_changed(|changed| domain.largest(f64::from(u8::from(changed))) > 0.0);
+            }
+            solve.solve(rows, tolerance)
+        });
         if outcome.status == Status::TooLarge {
             return Err(Fault::TooLarge { step: self.step(), rows: self.constraints() });
         }
@@ -265,24 +268,26 @@ impl<const D: usize> Backend for Cpu<D> {
 
     fn trial(&mut self, violating: f64) -> Result<Overlap, Fault> {
         let begun = Instant::now();
-        let step = self.step();
-        let Cpu { setup, start, motions, pairs, rows, trial, candidates, processes, phases, .. } = self;
-        trial.set(rows, motions, start, step)?;
+        self.set_trial()?;
+        let Cpu { setup, start, pairs, trial, candidates, domain, phases, .. } = self;
         phases.integrate += begun.elapsed();
         let begun = Instant::now();
-        let candidates = candidates.ensure(&boxes(&start.bodies.shape, |i| trial.poses[i], |_| 0.0));
+        let boxes = boxes(&start.bodies.shape, |i| trial.poses[i], |_| 0.0);
+        let candidates = together::candidates(domain, candidates, &boxes)?;
         phases.broad_phase += begun.elapsed();
         let begun = Instant::now();
         let placed = |a: usize, b: usize| trial.pair(start, a, b);
         let limit = |a: usize, b: usize| if start.is_held(a) && start.is_held(b) { f64::NEG_INFINITY } else { 0.0 };
-        let mut overlapping = shared(*processes, candidates.len(), |part| {
-            narrow_phase::within(&candidates[part], pairs, Self::SEPARATE, placed, limit)
-        });
+        let mut overlapping = narrow_phase::within(candidates, pairs, Self::SEPARATE, placed, limit);
         pairs.renew(&overlapping);
         let bodies = start.bodies.len();
-        let limit = |i: usize| if start.is_held(i) { f64::NEG_INFINITY } else { 0.0 };
+        let limit = |i: usize| if start.is_idle(i) { f64::NEG_INFINITY } else { 0.0 };
         near::join(&mut overlapping, walls::near(start.walls(setup), bodies, |i| trial.placed(start, i), limit));
-        let overlap = trial.set_overlapping(setup, start, overlapping, violating);
+        let mut overlap = trial.set_overlapping(setup, start, overlapping, violating);
+        if let Some(domain) = domain {
+            let worst = trial.worst().map(|near| (near.pair, near.found.separation));
+            overlap = domain.all_overlaps(&overlap, worst, &setup.walls);
+        }
         phases.narrow_phase += begun.elapsed();
         Ok(overlap)
     }
@@ -298,25 +303,23 @@ impl<const D: usize> Backend for Cpu<D> {
     }
 
     fn passed(&mut self) -> Result<Option<Passed>, Fault> {
-        let Cpu { setup, phases, start, trial, .. } = self;
-        Ok(timed(&mut phases.narrow_phase, || {
-            let shear = setup.strain.and_then(|strain| strain.shear());
-            passed(&start.bodies, &trial.twist, (start.interval, shear), |a, b| Self::SEPARATE(a, b, None))
-        }))
+        let begun = Instant::now();
+        let passed = self.find_passed();
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(passed)
     }
 
     fn accept(&mut self) -> Result<Phases, Fault> {
         let begun = Instant::now();
         // What parts bodies in no time is no force, and no motion.
-        self.state.warm = if self.start.parting { Vec::new() } else { self.left() };
-        let Cpu { setup, state, start, motions, trial, phases, .. } = self;
+        let left = if self.start.parting { Vec::new() } else { self.left() };
+        let Cpu { setup, state, start, motions, rows, trial, domain, phases, .. } = self;
+        state.warm = match domain {
+            Some(domain) => domain.by_number(left),
+            None => left,
+        };
         let arrived = trial.arrived(setup, start, motions);
-        let mut end = std::mem::take(&mut start.bodies);
-        end.periods = start.periods;
-        trial.arrive(&mut end, &arrived);
-        if let Some(incidence) = &start.bonds {
-            setup.bonds.find_broken(incidence, &mut end);
-        }
+        let end = together::arrive(domain, (setup, start), rows, trial, &arrived);
         start.bodies = std::mem::replace(&mut state.bodies, end);
         state.next_id = start.next_id;
         state.step += u64::from(start.piece.ends_step() && !start.parting);
@@ -325,7 +328,32 @@ impl<const D: usize> Backend for Cpu<D> {
     }
 
     fn take_again(&mut self, take: &mut dyn FnMut(&mut dyn RetryBackend) -> Result<(), Fault>) -> Result<(), Fault> {
-        take(self)
+        // Pieces are taken by everyone alone.
+        if let Some(domain) = &mut self.domain {
+            domain.make_whole(&mut self.state);
+            domain.resting = true;
+        }
+        let taken = take(self);
+        if let Some(domain) = &mut self.domain {
+            domain.resting = false;
+        }
+        taken
+    }
+
+    fn begins_anew(&self) -> bool {
+        self.domain.as_ref().is_some_and(Domain::begins_anew)
+    }
+
+    fn is_shared_out(&self) -> bool {
+        self.domain.as_ref().is_some_and(Domain::is_shared)
+    }
+
+    fn is_partial(&self) -> bool {
+        self.domain.as_ref().is_some_and(Domain::is_partial)
+    }
+
+    fn placed(&self) -> Result<&Bodies, Fault> {
+        Ok(&self.state.bodies)
     }
 
     fn multipliers(&self) -> Result<Vec<f64>, Fault> {
@@ -339,7 +367,7 @@ impl<const D: usize> Backend for Cpu<D> {
     }
 
     fn constraints(&self) -> usize {
-        self.rows.gamma.len()
+        if self.is_shared_out() { self.solve.all_rows() } else { self.rows.gamma.len() }
     }
 
     fn steps(&self) -> u64 {
@@ -351,7 +379,7 @@ impl<const D: usize> Backend for Cpu<D> {
     }
 
     fn state(&self) -> Result<&State, Fault> {
-        Ok(&self.state)
+        Ok(self.domain.as_ref().map_or(&self.state, |domain| domain.gathered(&self.state)))
     }
 
     fn add_force(&mut self, force: Box<dyn ForceField>) {
@@ -371,6 +399,9 @@ impl<const D: usize> Backend for Cpu<D> {
 
     fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault> {
         self.state.remove(keep, removed);
+        if let Some(domain) = &mut self.domain {
+            domain.remove(keep);
+        }
         Ok(())
     }
 }

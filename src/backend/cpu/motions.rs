@@ -1,13 +1,14 @@
 //! How bodies move on their own in a step, how far they may still go, and what that makes of a row.
 
 use super::LEAST_BODIES_A_TASK;
+use super::domain::Trouble;
 use super::first::First;
 use super::narrow_phase::Near;
 use super::setup::Setup;
 use super::start::Start;
 use crate::constraint::{self, FIXED, Mover};
 use crate::dynamics::{ForceField, Load, Motion, Twist};
-use crate::step::{Fault, Rows};
+use crate::step::Rows;
 use crate::walls::surface_of;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -92,22 +93,22 @@ impl Motions {
         constraint::row(&near.found, near.pair.map(mover), dt)
     }
 
-    /// Refuses bodies that reach, or move freely in this step, too far for the shortest period, so that other images
-    /// than the nearest could come near, and bodies so far away that nearest images are made of rounding.
-    pub(super) fn check_periods(&self, setup: &Setup, start: &Start, step: u64) -> Result<(), Fault> {
+    /// The first body that reaches, or moves freely in this step, too far for the shortest period, so that other images
+    /// than the nearest could come near; else the first so far away that nearest images are made of rounding.
+    pub(super) fn beyond_periods(&self, setup: &Setup, start: &Start) -> Option<Trouble> {
         let Start { bodies, .. } = start;
-        let Some(period) = start.periods.shortest() else { return Ok(()) };
+        let period = start.periods.shortest()?;
         let span = |body: usize| 2.0 * (bodies.shape[body].bounding_radius() + self.reach[body].either) + setup.cutoff;
         // Not a number is refused.
         let fits = |body: usize| span(body) <= 0.5 * period;
-        let all = || (0..bodies.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK);
+        let all = || {
+            let all = (0..bodies.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK);
+            all.filter(|body| !start.is_foreign(*body))
+        };
         if let Some(body) = all().find_first(|body| !fits(*body)) {
-            return Err(Fault::PeriodTooShort { step, body, span: span(body), period });
+            return Some(Trouble { kind: 0, body, number: span(body) });
         }
         let far = |body: usize| start.periods.farthest(bodies.position[body]) * f64::EPSILON > setup.overlap_tolerance;
-        match all().find_first(|body| far(*body)) {
-            Some(body) => Err(Fault::TooFar { step, body }),
-            None => Ok(()),
-        }
+        all().find_first(|body| far(*body)).map(|body| Trouble { kind: 1, body, number: 0.0 })
     }
 }

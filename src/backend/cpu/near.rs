@@ -5,12 +5,10 @@ use super::motions::Motions;
 use super::narrow_phase::{self, Near, Separate};
 use super::pairs::Pairs;
 use super::setup::Setup;
-use super::sharing::shared;
 use super::start::Start;
 use super::walls;
 use crate::constraint::sub_sphere_separations;
 use crate::dynamics;
-use crate::processes::Processes;
 use crate::separation::{Separation, branch_slack, branches};
 use crate::step::Rows;
 use crate::walls::surface_of;
@@ -26,8 +24,6 @@ pub(super) struct Stages<'a> {
     pub(super) setup: &'a Setup,
     pub(super) start: &'a Start,
     pub(super) motions: &'a Motions,
-    /// The processes that share loops over pairs.
-    pub(super) processes: Option<Processes>,
 }
 
 impl Stages<'_> {
@@ -42,12 +38,10 @@ impl Stages<'_> {
         let Stages { setup, start, motions, .. } = self;
         let limit = |a: usize, b: usize| motions.limit(setup, start, a, b);
         let placed = |a: usize, b: usize| first.pair(start, a, b);
-        let found = shared(self.processes, candidates.len(), |part| {
-            narrow_phase::within(&candidates[part], pairs, separate, placed, limit)
-        });
+        let found = narrow_phase::within(candidates, pairs, separate, placed, limit);
         let placed = |i: usize| first.placed(start, i);
         let mut walls = walls::near(start.walls(setup), start.bodies.len(), placed, |i| {
-            if start.is_held(i) { f64::NEG_INFINITY } else { setup.cutoff + motions.reach[i].either }
+            if start.is_idle(i) { f64::NEG_INFINITY } else { setup.cutoff + motions.reach[i].either }
         });
         if let Some(middle) = start.walls_in_middle() {
             walls::turn_to(middle, &mut walls, placed);
@@ -56,7 +50,7 @@ impl Stages<'_> {
             let deepest = |deepest: f64, near: &Near| deepest.max(-near.found.separation);
             // What a wall's motion makes of a start is no overlap of the start.
             let before = start.walls_before().map(|walls| {
-                let limit = |i: usize| if start.is_held(i) { f64::NEG_INFINITY } else { 0.0 };
+                let limit = |i: usize| if start.is_idle(i) { f64::NEG_INFINITY } else { 0.0 };
                 walls::near(walls, start.bodies.len(), placed, limit)
             });
             let of_bodies = |deepest: f64, near: &Near| {
@@ -67,16 +61,13 @@ impl Stages<'_> {
             let overlap = before.as_ref().unwrap_or(&walls).iter().fold(overlap, deepest);
             first.overlap = overlap;
         }
-        let mut rows = shared(self.processes, found.len(), |part| {
-            let mut rows = match setup.rows {
-                Rows::Auto => self.with_branches(&found[part], (first, planar), pairs),
-                Rows::Paper => found[part].to_vec(),
-            };
-            if first.ahead {
-                first.aim_at_end(setup, start, &mut rows);
-            }
-            rows
-        });
+        let mut rows = match setup.rows {
+            Rows::Auto => self.with_branches(&found, (first, planar), pairs),
+            Rows::Paper => found.clone(),
+        };
+        if first.ahead {
+            first.aim_at_end(setup, start, &mut rows);
+        }
         join(&mut rows, walls);
         let gamma = pairs.multipliers(&rows);
         pairs.keep(&found, &rows);

@@ -51,6 +51,11 @@ impl<const D: usize> RowSet<D> {
         constraint::tighten(&mut self.problem, row, (near.found.separation, there), scaled)
     }
 
+    /// Learns from whether anything changed here whether it did anywhere.
+    pub(super) fn set_changed(&mut self, anywhere: impl FnOnce(bool) -> bool) {
+        self.changed = anywhere(self.changed);
+    }
+
     /// Whether anything changed since this was asked last.
     pub(super) fn take_changed(&mut self) -> bool {
         std::mem::replace(&mut self.changed, false)

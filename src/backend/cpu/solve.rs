@@ -1,9 +1,7 @@
 //! The solves of a step.
 
 use super::row_set::RowSet;
-use crate::lcp::{self, Outcome, Settings, Solver};
-#[cfg(feature = "mpi")]
-use crate::processes::Processes;
+use crate::lcp::{self, Outcome, Places, Settings, Solver};
 use crate::step::{Model, Rows};
 
 /// A solver, and what it has done in this step.
@@ -26,14 +24,17 @@ impl<const D: usize> Solve<D> {
         Solve { solver, rows, solved: false, residual: 0.0 }
     }
 
-    /// Shares its solves with other processes.
-    #[cfg(feature = "mpi")]
-    pub(super) fn share(&mut self, processes: Processes) {
-        self.solver.share(processes);
+    /// Begins a step whose bodies have these places.
+    pub(super) fn begin(&mut self, places: Places) {
+        self.solved = false;
+        if self.rows == Rows::Auto {
+            self.solver.place(Some(places));
+        }
     }
 
-    pub(super) fn begin(&mut self) {
-        self.solved = false;
+    /// How many rows the last problem had, with those of other processes.
+    pub(super) fn all_rows(&self) -> usize {
+        self.solver.all_rows()
     }
 
     /// Solves from the present multipliers, and from what is left of the last solve.

@@ -40,7 +40,9 @@ pub(super) struct Start {
     /// Which bodies do not move; empty where none can be fixed.
     held: Vec<bool>,
     /// What slows the growth of this step's bodies, where something does.
-    pressures: Vec<f64>,
+    pub(super) pressures: Vec<f64>,
+    /// Which bodies are other processes'; empty where none is.
+    pub(super) foreign: Vec<bool>,
 }
 
 impl Start {
@@ -61,6 +63,7 @@ impl Start {
             strained: None,
             held: Vec::new(),
             pressures: Vec::new(),
+            foreign: Vec::new(),
         }
     }
 
@@ -69,13 +72,25 @@ impl Start {
         self.held.get(i).copied().unwrap_or(false)
     }
 
-    /// Grows and divides the bodies of `state` for this piece of the next step.
-    pub(super) fn begin(
+    /// Whether body `i` is another process's.
+    pub(super) fn is_foreign(&self, i: usize) -> bool {
+        self.foreign.get(i).copied().unwrap_or(false)
+    }
+
+    /// Whether it is not asked of body `i` what is near it alone: it does not move, or others ask.
+    pub(super) fn is_idle(&self, i: usize) -> bool {
+        self.is_held(i) || self.is_foreign(i)
+    }
+
+    /// Grows and divides the bodies of `state` for this piece of the next step. `whole` completes the pressures that
+    /// are made of what this process remembers.
+    pub(super) fn grow(
         &mut self,
         setup: &Setup,
         state: &State,
         (piece, waiting): (Piece, Waiting),
-    ) -> Result<(), Fault> {
+        whole: impl FnOnce(Vec<f64>) -> Vec<f64>,
+    ) {
         (self.piece, self.waiting) = (piece, waiting);
         self.time = setup.time.after(state.step) + piece.start * piece.span * setup.time.dt;
         let length = self.piece_length(setup);
@@ -85,14 +100,19 @@ impl Start {
         self.middle = None;
         if let Some(growth) = setup.growth.as_ref().filter(|_| !self.parting) {
             let span = (self.time, self.interval);
-            self.pressures = growth.pressures(&state.bodies, &state.warm);
+            self.pressures = whole(growth.pressures(&state.bodies, &state.warm));
             growth.grow(&mut self.bodies, span, &mut self.next_id, &mut self.pressures, &self.waiting);
         }
+        self.foreign.clear();
+        self.place_walls(setup);
+        self.place_cell(setup);
+    }
+
+    /// Makes ready what belongs to the bodies of this step.
+    pub(super) fn settle(&mut self, setup: &Setup) -> Result<(), Fault> {
         let bonded = !setup.bonds.is_empty() && !self.parting;
         self.bonds = bonded.then(|| setup.bonds.incidence(&self.bodies.lineage, &self.bodies.broken_bonds));
         self.held = setup.fixed.flags(&self.bodies);
-        self.place_walls(setup);
-        self.place_cell(setup);
         self.make_proxies(setup)
     }
 
@@ -101,8 +121,15 @@ impl Start {
         self.middle = Some(middle);
         self.interval = self.piece_length(setup);
         self.place_walls(setup);
+        let mut bodies = std::mem::take(&mut self.bodies);
+        self.lengthen(setup, &mut bodies, &self.pressures);
+        self.bodies = bodies;
+    }
+
+    /// Grows bodies over the second half of the step.
+    pub(super) fn lengthen(&self, setup: &Setup, bodies: &mut Bodies, pressures: &[f64]) {
         if let Some(growth) = &setup.growth {
-            growth.lengthen(&mut self.bodies, 0.5 * self.interval, &self.pressures, &self.waiting);
+            growth.lengthen(bodies, 0.5 * self.interval, pressures, &self.waiting);
         }
     }
 

@@ -1,6 +1,7 @@
 //! The trial: `U`, `C(U)`, and what overlaps there.
 
 use super::LEAST_BODIES_A_TASK;
+use super::domain::Trouble;
 use super::motions::Motions;
 use super::narrow_phase::Near;
 use super::row_set::RowSet;
@@ -13,7 +14,7 @@ use crate::dynamics::{self, Pose, Twist};
 use crate::freedom::{pack, unpack};
 use crate::lcp;
 use crate::separation::{Placed, branches};
-use crate::step::{Fault, Overlap, Rows};
+use crate::step::{Overlap, Rows};
 use crate::walls::surface_of;
 use rayon::prelude::*;
 
@@ -31,12 +32,14 @@ pub(super) struct Trial<const D: usize> {
 }
 
 impl<const D: usize> Trial<D> {
-    /// Computes the trial's twists and poses.
-    ///
-    /// # Errors
-    /// [`Fault::NotFinite`] names the first body whose velocity or pose is not finite.
-    pub(super) fn set(&mut self, rows: &RowSet<D>, motions: &Motions, start: &Start, step: u64) -> Result<(), Fault> {
+    /// Computes the trial's velocities in the scaled unknowns.
+    pub(super) fn set_scaled(&mut self, rows: &RowSet<D>) {
         lcp::velocity_into(&rows.problem, &rows.gamma, &mut self.scaled);
+    }
+
+    /// Computes the trial's twists and poses. Returns the first body whose velocity is not finite; else the first whose
+    /// pose is not.
+    pub(super) fn set(&mut self, motions: &Motions, start: &Start) -> Option<Trouble> {
         let (dt, scaled) = (start.interval, &self.scaled);
         let of_body = |i: usize| {
             if start.is_held(i) {
@@ -51,14 +54,15 @@ impl<const D: usize> Trial<D> {
             .map(of_body)
             .unzip_into_vecs(&mut self.twist, &mut self.poses);
         let finite = |t: &Twist| t.linear.is_finite() && t.angular.is_finite();
-        if let Some(body) = self.twist.iter().position(|t| !finite(t)) {
-            return Err(Fault::NotFinite { step, what: "velocity", body });
+        // Others look at their bodies.
+        let mut own = (0..self.twist.len()).filter(|i| !start.is_foreign(*i));
+        if let Some(body) = own.clone().find(|i| !finite(&self.twist[*i])) {
+            return Some(Trouble { kind: 0, body, number: 0.0 });
         }
         // A finite velocity can still be too large to arrive anywhere: the square of a quaternion's length overflows.
-        match self.poses.iter().position(|p| !p.position.is_finite() || !p.orientation.is_normalized()) {
-            Some(body) => Err(Fault::NotFinite { step, what: "pose", body }),
-            None => Ok(()),
-        }
+        let arrives = |p: &Pose| p.position.is_finite() && p.orientation.is_normalized();
+        let lost = own.find(|i| !arrives(&self.poses[*i]));
+        lost.map(|body| Trouble { kind: 1, body, number: 0.0 })
     }
 
     /// The velocities that the present part ends with.
@@ -94,6 +98,11 @@ impl<const D: usize> Trial<D> {
         start.periods.pair(self.placed(start, a), self.placed(start, b))
     }
 
+    /// The pair that overlaps most, and by how much.
+    pub(super) fn worst(&self) -> Option<&Near> {
+        self.overlapping.iter().min_by(|p, q| p.found.separation.total_cmp(&q.found.separation))
+    }
+
     /// Takes what overlaps, and says how much.
     pub(super) fn set_overlapping(
         &mut self,
@@ -103,12 +112,13 @@ impl<const D: usize> Trial<D> {
         violating: f64,
     ) -> Overlap {
         (self.overlapping, self.violating) = (overlapping, violating);
-        let worst = self.overlapping.iter().min_by(|p, q| p.found.separation.total_cmp(&q.found.separation));
+        let worst = self.worst();
+        let violates = |near: &&Near| near.found.separation < -violating && !start.is_foreign(near.pair[0] as usize);
         Overlap {
             worst: worst.map_or(0.0, |near| (-near.found.separation).max(0.0)),
             pair: worst.filter(|near| surface_of(near.pair[1]).is_none()).map(|near| near.pair.map(|i| i as usize)),
             wall: worst.and_then(|near| Some([near.pair[0] as usize, setup.walls.wall_of(surface_of(near.pair[1])?)])),
-            violations: self.overlapping.iter().filter(|near| near.found.separation < -violating).count(),
+            violations: self.overlapping.iter().filter(violates).count(),
             proxy: self.worst_proxy_overlap(setup, start),
         }
     }

@@ -1,22 +1,22 @@
-//! The vector verbs on one of several threads or processes, which has some of the rows. All of them take the same
-//! solver through the same steps; they meet where a number of all rows is needed.
+//! The vector verbs on one of several threads, which has some of the rows. All of them take the same solver through the
+//! same steps; they meet where a number of all rows is needed.
 //!
 //! Rows stand in the order of their pair's smaller body. So each member has the velocities of consecutive bodies, and
 //! other rows of its bodies belong to members before it. It takes their multipliers and adds them first, as one thread
 //! would. It also takes the velocities of bodies after its own.
 
-use super::shared::{Exchange, SUMS};
+use super::shared::{SUMS, Shared};
 use crate::lcp::cpu::Whole;
-use crate::lcp::loops::Chunks;
+use crate::lcp::loops::{Chunks, Tree};
 use crate::lcp::on_rows::{Diagonals, Numbers, OnRows};
 use crate::lcp::pair_blocks::{self, sorted};
 use crate::lcp::product::{add, along, scatter_onto};
 use std::cell::Cell;
 use std::ops::Range;
 
-/// One thread's or process's share of a problem.
-pub(super) struct Member<'a, E, const D: usize> {
-    shared: &'a E,
+/// One thread's share of a problem.
+pub(super) struct Member<'a, const D: usize> {
+    shared: &'a Shared,
     pub rows: Range<usize>,
     bodies: Range<usize>,
     /// Rows of members before it at its bodies, by body: the row, the body, the block.
@@ -70,45 +70,16 @@ impl Parts {
     }
 }
 
-#[cfg(feature = "mpi")]
-impl Parts {
-    /// Adds members without rows until there are so many.
-    pub fn add_empty(&mut self, members: usize) {
-        for ranges in [&mut self.chunks, &mut self.rows, &mut self.bodies] {
-            let end = ranges.last().map_or(0, |range| range.end);
-            ranges.resize(members, end..end);
-        }
-    }
-}
-
-impl<'a, E, const D: usize> Member<'a, E, D> {
+impl<'a, const D: usize> Member<'a, D> {
     /// All members.
-    pub fn of_all(mut whole: Whole<'a, D>, shared: &'a E, members: usize) -> Vec<Self> {
+    pub fn of_all(mut whole: Whole<'a, D>, shared: &'a Shared, members: usize) -> Vec<Self> {
         let parts = Parts::new(&whole, members);
         let of = |k: usize| Member::new(&mut whole, shared, &parts, k);
         (0..members).map_while(of).collect()
     }
 
-    /// The one member of a problem that others share elsewhere.
-    #[cfg(feature = "mpi")]
-    pub fn of_one(mut whole: Whole<'a, D>, shared: &'a E, parts: &Parts, k: usize) -> Option<Self> {
-        let blocks = whole.blocks.take()?;
-        whole.blocks = Some(blocks.split_at(parts.chunks[k].start).1);
-        Member::new(&mut whole, shared, parts, k)
-    }
-
-    /// Its rows with bodies of others, and rows of others with its bodies, each with that body.
-    #[cfg(feature = "mpi")]
-    pub fn borders(&self) -> [Vec<(u32, u32)>; 2] {
-        let across = self.across.iter().map(|row| {
-            let row = self.rows.start + *row as usize;
-            (row as u32, sorted(self.pair[row - self.rows.start])[1])
-        });
-        [across.collect(), self.before.iter().map(|(row, body, _)| (*row, *body)).collect()]
-    }
-
     /// Member `k`, whose blocks are the first that are left.
-    fn new(whole: &mut Whole<'a, D>, shared: &'a E, parts: &Parts, k: usize) -> Option<Self> {
+    fn new(whole: &mut Whole<'a, D>, shared: &'a Shared, parts: &Parts, k: usize) -> Option<Self> {
         let (of, rows, bodies) = (parts.chunks[k].clone(), parts.rows[k].clone(), parts.bodies[k].clone());
         let (part, rest) = whole.blocks.take()?.split_at(of.len());
         whole.blocks = Some(rest);
@@ -153,18 +124,18 @@ impl<'a, E, const D: usize> Member<'a, E, D> {
     }
 }
 
-impl<E: Exchange, const D: usize> OnRows for Member<'_, E, D> {
+impl<const D: usize> OnRows for Member<'_, D> {
     fn numbers(&self) -> Numbers<'_> {
         Numbers { diagonals: self.diagonals, q: self.q, compliance: self.compliance }
     }
 
     fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
         self.products += 1;
-        let (shared, board) = (self.shared, self.shared.board());
+        let (shared, board) = (self.shared, &self.shared.board);
         for row in self.across.iter().map(|row| *row as usize) {
             board.x.put(self.rows.start + row, &x[row..=row]);
         }
-        shared.meet_for_rows();
+        shared.meet();
         self.velocity[self.bodies.clone()].fill([0.0; D]);
         for (row, body, block) in &self.before {
             add(&mut self.velocity[*body as usize], board.x.get(*row as usize), block);
@@ -173,7 +144,7 @@ impl<E: Exchange, const D: usize> OnRows for Member<'_, E, D> {
         for body in self.given.iter().map(|body| *body as usize) {
             board.velocity.put(D * body, &self.velocity[body]);
         }
-        shared.meet_for_velocities();
+        shared.meet();
         for body in self.taken.iter().map(|body| *body as usize) {
             self.velocity[body] = board.velocity.block(D * body);
         }
@@ -184,15 +155,22 @@ impl<E: Exchange, const D: usize> OnRows for Member<'_, E, D> {
         self.blocks.minimize(x, slope, out);
     }
 
-    fn of_chunks<const N: usize>(&self, chunk: impl Fn(Range<usize>) -> [f64; N]) -> impl Iterator<Item = [f64; N]> {
+    fn join_chunks<const N: usize>(
+        &self,
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
+        chunk: impl Fn(Range<usize>) -> [f64; N],
+    ) -> [f64; N] {
         const { assert!(N <= SUMS) };
         let turn = self.turn.replace(1 - self.turn.get());
-        let sums = &self.shared.board().sums[turn];
+        let sums = &self.shared.board.sums[turn];
         for (k, rows) in self.chunks.ranges().enumerate() {
             sums.put(N * (self.first_chunk + k), &chunk(rows));
         }
-        self.shared.meet_for_sums(turn, N);
-        (0..self.all_chunks).map(|k| sums.block(N * k))
+        self.shared.meet();
+        let mut tree = Tree::new(join);
+        (0..self.all_chunks).for_each(|k| tree.add(sums.block(N * k), 0));
+        tree.end(start)
     }
 
     fn noted(&mut self) -> &mut Vec<f64> {

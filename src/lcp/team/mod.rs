@@ -4,11 +4,7 @@
 //! come together once for many iterations and run the solver itself, each on its own rows. They meet at a barrier where
 //! a number of all rows is needed, some seven times an iteration. All of them compute the same numbers from the same
 //! sums of chunks, so they take the same decisions, and the bits are those of one thread.
-//!
-//! Processes that take a simulation together do the same by messages, with a thread each.
 
-#[cfg(feature = "mpi")]
-mod distant;
 mod member;
 mod pace;
 mod shared;
@@ -18,8 +14,6 @@ use super::drive::{Course, Drive, Point, Standing};
 use super::pair_block_cg::PairBlockCg;
 use super::verbs::Verbs;
 use super::{Settings, Status};
-#[cfg(feature = "mpi")]
-use crate::processes::Processes;
 use member::Member;
 use pace::Pace;
 use shared::Shared;
@@ -32,8 +26,6 @@ const LEAST_ROWS: usize = 768;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Team {
     pace: Pace,
-    #[cfg(feature = "mpi")]
-    processes: Option<Processes>,
 }
 
 /// The method that it runs, and its state.
@@ -53,8 +45,8 @@ pub(super) fn run<const D: usize>(
     let mut course = drive.begin(cpu, method, settings);
     let status = loop {
         let ended = match team {
-            Some(team) => team.go(cpu, drive, method, &mut course, pauses),
-            None => drive.go(cpu, method, &mut course, 1, pauses),
+            Some(team) if !cpu.is_domain() => team.go(cpu, drive, method, &mut course, pauses),
+            _ => drive.go(cpu, method, &mut course, 1, pauses),
         };
         match ended {
             Some(status) => break status,
@@ -66,12 +58,6 @@ pub(super) fn run<const D: usize>(
 }
 
 impl Team {
-    /// The processes that share the work in place of threads.
-    #[cfg(feature = "mpi")]
-    pub fn of(processes: Processes) -> Self {
-        Team { processes: Some(processes), ..Team::default() }
-    }
-
     /// Whether so many rows are enough for more than one thread.
     pub fn has_work(rows: usize) -> bool {
         rows >= 2 * LEAST_ROWS && rayon::current_num_threads() > 1
@@ -88,10 +74,6 @@ impl Team {
     ) -> Option<Status> {
         let rows = drive.at.x.len();
         let members = (rows / LEAST_ROWS).min(rayon::current_num_threads());
-        #[cfg(feature = "mpi")]
-        if let Some(processes) = self.processes.filter(|_| distant::pays(rows) && !course.is_new()) {
-            return distant::together(processes, cpu, drive, method, course, pauses);
-        }
         // The first look is at the start: there is nothing to share yet.
         if members < 1 || course.is_new() {
             return drive.go(cpu, method, course, 1, pauses);
@@ -144,7 +126,7 @@ fn together<const D: usize>(
     if let Some(first) = shares.first_mut() {
         first.drive.history = drive.history.take();
     }
-    let work = |member: &mut Member<Shared, D>, share: &mut Share| {
+    let work = |member: &mut Member<D>, share: &mut Share| {
         let _guard = shared.guard();
         share.drive.go(member, &mut share.method, &mut share.course, 1, pauses)
     };
@@ -181,12 +163,7 @@ fn together<const D: usize>(
     ended
 }
 
-fn share<E, const D: usize>(
-    member: &Member<E, D>,
-    drive: &Drive<Vec<f64>>,
-    method: &Method,
-    course: &Course<f64>,
-) -> Share {
+fn share<const D: usize>(member: &Member<D>, drive: &Drive<Vec<f64>>, method: &Method, course: &Course<f64>) -> Share {
     let rows = member.rows.clone();
     Share { drive: drive.share(rows.clone()), method: method.share(rows), course: course.clone() }
 }

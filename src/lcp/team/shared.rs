@@ -44,7 +44,7 @@ impl Numbers {
     }
 }
 
-/// The numbers that members learn from each other.
+/// The numbers that members learn from each other: after a meeting each may read what the others wrote before theirs.
 pub(super) struct Board {
     /// Of the vector that is multiplied what others need, at the places of the rows.
     pub x: Numbers,
@@ -65,18 +65,6 @@ impl Board {
     }
 }
 
-/// How members learn them. After each of its meetings a member may read what the others wrote before theirs.
-pub(super) trait Exchange {
-    /// The numbers.
-    fn board(&self) -> &Board;
-    /// Meets for multipliers.
-    fn meet_for_rows(&self);
-    /// Meets for velocities.
-    fn meet_for_velocities(&self);
-    /// Meets for so many sums a chunk, in one of the two places for them.
-    fn meet_for_sums(&self, turn: usize, of_chunk: usize);
-}
-
 /// How long the first member waits for the others to come: some times what it takes to wake a thread.
 const PATIENCE: Duration = Duration::from_micros(200);
 
@@ -94,26 +82,8 @@ pub(super) struct Shared {
     round: AtomicUsize,
     /// Whether a member has panicked: the others would wait for it for ever.
     broken: AtomicBool,
-    board: Board,
-}
-
-impl Exchange for Shared {
-    #[inline]
-    fn board(&self) -> &Board {
-        &self.board
-    }
-
-    fn meet_for_rows(&self) {
-        self.meet();
-    }
-
-    fn meet_for_velocities(&self) {
-        self.meet();
-    }
-
-    fn meet_for_sums(&self, _: usize, _: usize) {
-        self.meet();
-    }
+    /// What they exchange.
+    pub board: Board,
 }
 
 impl Shared {
