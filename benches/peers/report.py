@@ -17,6 +17,10 @@ import matplotlib.pyplot as plot  # noqa: E402
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
+sys.path[:0] = [str(HERE / "atlas"), str(HERE / "decades")]
+
+import draw as atlas  # noqa: E402
+import table as decades  # noqa: E402
 from scenes_table import SCENES  # noqa: E402
 
 ENGINES = json.loads((HERE / "engines.json").read_text())
@@ -26,7 +30,7 @@ GYRATION_WITHIN = 0.01
 # What pages may show, measured or not.
 BLOCKS = [
     *["origin", "best", "short", "rods-1000", "rods-1000 faster", "rods-8000", "ellipsoids-1000", "ellipsoids-1000 faster"],
-    *["tuning", "settings", "colony", "lcp warm", "lcp cold"],
+    *["tuning", "settings", "colony", "lcp warm", "lcp cold", "atlas", "atlas relcp", "decades"],
 ]
 NOT_MEASURED = "Not measured yet.\n"
 COLOURS = {name: f"C{index}" for index, name in enumerate(ENGINES)}
@@ -249,10 +253,15 @@ def blocks(folder):
         ("lcp cold", read(folder, "lcp"), lambda rows: lcp_table(rows, "cold")),
         ("lcp warm", read(folder, "lcp"), lambda rows: lcp_table(rows, "warm")),
         ("colony", read(folder, "colony"), colony_table),
+        ("atlas", read(folder, "atlas"), lambda rows: table(*atlas.counts(rows))),
+        ("decades", read(folder, "decades"), lambda rows: decades.tables(rows, table)),
+        ("atlas relcp", read(folder, "atlas"), atlas.reasons),
     ]:
         if rows:
             made[key] = of(rows)
     packing_plot(packing, folder)
+    if read(folder, "atlas"):
+        save(atlas.maps(read(folder, "atlas")), folder / "atlas.svg")
     return {**{key: NOT_MEASURED for key in BLOCKS}, **made}
 
 
