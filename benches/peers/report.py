@@ -122,7 +122,8 @@ def best_table(rows, short=False, scene="rods-1000"):
         [f"{name(row).split()[0]} {row['version']}", f"{row['dt']:g}", f"{row['cpu_s']:.1f} s", f"{row['max_overlap']:.1e}"]
         for row in sorted(best.values(), key=order)
     ]
-    return table(["program", "time step", "CPU time, one core", "largest overlap"], body)
+    head = ["program", "time step", "CPU time, one core", "largest overlap"]
+    return table(head, body) if body else NOT_MEASURED
 
 
 def faster(rows, scene):
@@ -280,6 +281,9 @@ def fill(page, made):
 def main():
     folder, *pages = map(pathlib.Path, sys.argv[1:])
     made = blocks(folder)
+    if not pages:
+        # Of a run of its own, such as `--quick`: only what it has.
+        made = {key: text for key, text in made.items() if text != NOT_MEASURED}
     titles = "".join(f"## {key}\n\n{text}\n" for key, text in made.items())
     (folder / "tables.md").write_text(f"# Tables\n\nMade by `benches/peers/run`.\n\n{titles}".rstrip() + "\n")
     for page in pages:

@@ -38,6 +38,8 @@ class Case:
         self.distance = words.pop("distance", 0.0)
         self.overlapping = words.pop("overlapping", False)
         self.only = words.pop("only", None)
+        # How far out bodies are that are clear of each other.
+        self.reach = words.pop("reach", float(numpy.linalg.norm(poses[:, :3], axis=1).max()))
         assert not words
         self.steps = max(10, round(1 / dt))
         # No trap is unstable by itself: a long step takes bodies to its centre at most.
@@ -64,6 +66,10 @@ class Case:
         if self.radii is None:
             return checker.largest_of_rods(poses, self.sizes[:, 0], self.sizes[:, 1])
         return checker.largest_of_ellipsoids(poses, self.radii)
+
+    def thrown(self, poses):
+        """How far out the outermost body is, over how far bodies are that are clear of each other."""
+        return float(numpy.linalg.norm(poses[:, :3] - [self.distance, 0, 0], axis=1).max()) / self.reach
 
 
 def draws(seed):
@@ -155,11 +161,12 @@ def deep_overlap():
     """Twenty rods shrunk towards their centre until the deepest overlap is this part of the thickness; 1: all in one place."""
     sizes = rods(20)
     start = dropped(sizes)
+    reach = float(numpy.linalg.norm(start[:, :3], axis=1).max())
     for part in [0.01, 0.1, 0.5, 0.9, 0.99, 1.0]:
         poses = start.copy()
         poses[:, :3] *= 0.0 if part == 1 else shrunk(start, sizes, part)
         for dt in STEPS:
-            yield Case("deep overlap", part, dt, dt, poses, sizes, speed=0.1, overlapping=True)
+            yield Case("deep overlap", part, dt, dt, poses, sizes, speed=0.1, overlapping=True, reach=reach)
 
 
 def shrunk(start, sizes, part):

@@ -91,6 +91,9 @@ def draw(axis, found, name, program, titled, labelled):
     """A map."""
     cells = {(key[1], key[2]): row for key, row in found.items() if key[0] == name and key[3] == program}
     every = [key for key in found if key[0] == name]
+    if not every:
+        axis.set_axis_off()
+        return
     xs, ys = sorted({key[1] for key in every}), sorted({key[2] for key in every})
     for (x, y), row in cells.items():
         at = xs.index(x), ys.index(y)

@@ -1,6 +1,5 @@
-"""MuJoCo on a cell of the atlas: `on_mujoco.py CASE FRAMES`. Prints what it warned of."""
+"""MuJoCo on a cell of the atlas."""
 
-import json
 import pathlib
 import sys
 
@@ -34,8 +33,8 @@ def model_of(case):
     )
 
 
-def main():
-    case, frames = json.loads(pathlib.Path(sys.argv[1]).read_text()), sys.argv[2]
+def run(case, frames):
+    """Steps a cell, writes its frames, and gives the names of what it warned of."""
     model = model_of(case)
     data = mujoco.MjData(model)
     drag = case["settings"].get("drag", 0.0)
@@ -61,8 +60,4 @@ def main():
                 numpy.array([step * case["dt"]], "<f8").tofile(to)
                 data.qpos.astype("<f8").tofile(to)
     kinds = [kind for kind in range(int(mujoco.mjtWarning.mjNWARNING)) if data.warning[kind].number]
-    print(json.dumps({"warned": [mujoco.mjtWarning(kind).name for kind in kinds]}))
-
-
-if __name__ == "__main__":
-    main()
+    return [mujoco.mjtWarning(kind).name for kind in kinds]

@@ -4,6 +4,7 @@ Where an engine has several settings here, each is run, and the best verdict cou
 """
 
 import json
+import multiprocessing
 import os
 import pathlib
 import resource
@@ -12,6 +13,7 @@ import subprocess
 import sys
 
 import numpy
+import on_mujoco
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent))
 
@@ -148,10 +150,9 @@ def by_rapier_f64(case, tools, folder, settings):
 
 
 def by_mujoco(case, tools, folder, settings):
-    """A process of its own: what MuJoCo warns of is its report."""
-    file, frames = folder / "case.json", folder / "frames.f64"
-    mass = case.lengths / case.lengths[0]
-    file.write_text(json.dumps({
+    """A process of its own, forked from this one, where the library is loaded; what MuJoCo warns of is its report."""
+    frames, mass = folder / "frames.f64", case.lengths / case.lengths[0]
+    given = {
         "poses": case.poses.tolist(),
         "sizes": (case.sizes if case.radii is None else case.radii).tolist(),
         "mass": mass.tolist(),
@@ -163,15 +164,29 @@ def by_mujoco(case, tools, folder, settings):
         "steps": case.steps,
         "stride": stride(case),
         "settings": settings,
-    }))
-    program = pathlib.Path(__file__).resolve().parent / "on_mujoco.py"
-    done, ended = launch([tools["python"], program, file, frames])
-    if ended:
-        return [], ended
-    if done.returncode:
-        return [], said("crashed", done.stderr)
+    }
+    context = multiprocessing.get_context("fork")
+    into, out = context.Pipe(duplex=False)
+
+    def child():
+        limited()
+        # Its warnings are read from its data.
+        os.chdir(folder)
+        out.send(on_mujoco.run(given, frames))
+
+    process = context.Process(target=child, daemon=True)
+    process.start()
+    out.close()
+    try:
+        warned = into.recv() if into.poll(WALL * LIMIT) else None
+    except EOFError:
+        warned = None
+    process.kill()
+    process.join()
+    if warned is None:
+        slow = process.exitcode in (-signal.SIGXCPU, -signal.SIGKILL)
+        return [], said("slow", f"{LIMIT} s of CPU time") if slow else said("crashed", f"status {process.exitcode}")
     times, read = scenes.read_frames(frames, len(case.poses))
-    warned = json.loads(done.stdout.splitlines()[-1])["warned"]
     return list(zip(times, read)), said("reported" if warned else "done", ", ".join(warned))
 
 

@@ -6,7 +6,7 @@ The verdict on a cell, from the frames alone and by the checker of this folder:
   of the thickness), engines by a hundredth of the thickness. Of scenes that overlap at the start the last frame counts.
 * reported: not so, and the program says it: relcp by its exit status, MuJoCo by its warnings. What relcp kept until then
   must hold.
-* fails: neither.
+* fails: neither, or the trap's bodies end three times as far out as they lie when they are clear of each other.
 * slow: not done in a minute of CPU time. It is no verdict.
 """
 
@@ -23,6 +23,8 @@ import programs
 ENGINES_WITHIN = 1e-2
 # The checker and a program may differ by so many roundings of the largest coordinate.
 ROUNDINGS = 64
+# Bodies that a trap draws in are thrown where they end so many times as far out as they lie when clear of each other.
+THROWN = 3
 EPSILON = {"relcp, f32": 2.0**-23}
 
 
@@ -51,6 +53,8 @@ def verdict(case, program, frames, ended):
         return {**found, "verdict": "fails", "why": "no frame"}
     if largest > bound:
         return {**found, "verdict": "fails", "why": over}
+    if case.thrown(frames[-1][1]) > THROWN:
+        return {**found, "verdict": "fails", "why": f"bodies are thrown out, {case.thrown(frames[-1][1]):.0f} times"}
     if ours and ended["own"] + ROUNDINGS * reach * EPSILON.get(program, 2.0**-52) < largest:
         return {**found, "verdict": "fails", "why": f"says {ended['own']:.1e}, overlaps by {largest:.1e}"}
     return {**found, "verdict": "holds"}
