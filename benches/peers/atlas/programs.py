@@ -7,6 +7,7 @@ import json
 import multiprocessing
 import os
 import pathlib
+import re
 import resource
 import signal
 import subprocess
@@ -49,6 +50,12 @@ def said(kind, words=""):
     return {"end": kind, "words": " ".join(words.split())[-300:]}
 
 
+def message(text):
+    """relcp's message without its frame: what stands between the cross and the excerpt of the scene."""
+    text = text.rsplit("×", 1)[-1].split("╭")[0].replace("│", " ")
+    return re.sub(r"^\S*scene\.json:\d+:\d+: ", "", " ".join(text.split()))
+
+
 def limited():
     resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT + 5))
 
@@ -81,10 +88,11 @@ def by_relcp(case, tools, folder, settings):
         read = numpy.load(state)
         time = json.loads(bytes(read["header"]))["time"]
         frames.append((time, numpy.hstack([read["position"], read["orientation"]])))
-    if done.returncode in (2, 3):
-        return frames, said("reported", done.stderr)
-    if done.returncode == 5:
-        return None, said("refused", done.stderr)
+    if done.returncode == 5 and "coordinate" not in done.stderr:
+        return None, said("refused", message(done.stderr))
+    # A device refuses coordinates that it does not have.
+    if done.returncode in (2, 3, 5):
+        return frames, said("reported", message(done.stderr))
     if done.returncode:
         return frames, said("crashed", f"status {done.returncode}: {done.stderr}")
     summary = json.loads((out / "summary.json").read_text())
