@@ -1,5 +1,9 @@
 """The maps of the atlas as a figure, and their counts as a table."""
 
+import math
+import re
+import textwrap
+
 import matplotlib
 
 matplotlib.use("Agg")
@@ -40,31 +44,32 @@ def best(rows):
 def counts(rows):
     """Head and body of the table of counts."""
     found, body = best(rows), []
-    for name in AXES:
+    for name in [*AXES, None]:
         for program in PROGRAMS:
-            cells = [row for key, row in found.items() if key[0] == name and key[3] == program]
+            cells = [row for key, row in found.items() if key[0] in (name or AXES) and key[3] == program]
+            cells = cells if name is None else [row for row in cells if row["map"] == name]
             if not cells:
                 continue
-            many = lambda verdict: sum(row["verdict"] == verdict for row in cells)
-            largest = max((r["overlap"] for r in cells if r["verdict"] == "holds" and r["overlap"] is not None), default=None)
-            said = "" if largest is None else f"{largest:.0e}"
-            body.append([name, PROGRAMS[program], str(len(cells)), *(str(many(v)) for v in ("holds", "reported", "fails", "slow")), said])
-    for program in PROGRAMS:
-        cells = [row for key, row in found.items() if key[3] == program]
-        many = lambda verdict: sum(row["verdict"] == verdict for row in cells)
-        if cells:
-            body.append(["**all**", PROGRAMS[program], str(len(cells)), *(str(many(v)) for v in ("holds", "reported", "fails", "slow")), ""])
+            many = [str(sum(row["verdict"] == verdict for row in cells)) for verdict in ("holds", "reported", "fails", "slow")]
+            held = [row["overlap"] for row in cells if row["verdict"] == "holds" and row["overlap"] is not None]
+            body.append([name or "**all**", PROGRAMS[program], str(len(cells)), *many, f"{max(held):.0e}" if held else ""])
     head = ["map", "program", "cells", "holds", "is reported", "fails", "over a minute", "largest overlap that holds"]
     return head, body
 
 
 def reasons(rows):
-    """The cells of relcp that do not hold, with what it says."""
-    cells = [(key, row) for key, row in best(rows).items() if key[3].startswith("relcp") and row["verdict"] != "holds"]
-    lines = [
-        f"* {row['map']} {row['x']:g}, {AXES[row['map']][1]} {row['y']:g} ({PROGRAMS[row['program']]}): {row['verdict']}; {row['why']}"
-        for _, row in cells
-    ]
+    """The cells of relcp that do not hold, with what it says; numbers of bodies and coordinates apart."""
+    said = {}
+    for key, row in best(rows).items():
+        if key[3].startswith("relcp") and row["verdict"] != "holds":
+            words = re.sub(r"bodies \d+ and \d+|coordinate,? [\d.e]+", lambda found: found[0].split()[0], row["why"])
+            said.setdefault((row["map"], PROGRAMS[row["program"]], row["verdict"], words), []).append(row)
+    lines = []
+    for (name, program, verdict, words), cells in said.items():
+        across = ", ".join(f"{x:g}" for x in sorted({row["x"] for row in cells}))
+        upwards = ", ".join(f"{y:g}" for y in sorted({row["y"] for row in cells}))
+        line = f"* {name} {across}, {AXES[name][1]} {upwards} ({program}, {len(cells)} cells): {verdict}: \"{words}\""
+        lines += textwrap.wrap(line, 150, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
     return "\n".join(lines) + "\n" if lines else "None.\n"
 
 
@@ -114,8 +119,6 @@ def draw(axis, found, name, program, titled, labelled):
 
 def number(row):
     """The exponent of the overlap over the thickness, to a tenth."""
-    import math
-
     overlap = row.get("overlap")
     if row["verdict"] in ("none", "slow") or not row.get("frames") or overlap is None:
         return ""

@@ -38,7 +38,8 @@ impl World {
                 .angular_damping(damping)
                 .can_sleep(false);
             let handle = bodies.insert(body);
-            let mass = MassProperties::new(point![0.0, 0.0, 0.0], rod.mass as Real, Vector::repeat(rod.inertia as Real));
+            let mass =
+                MassProperties::new(point![0.0, 0.0, 0.0], rod.mass as Real, Vector::repeat(rod.inertia as Real));
             let form = ColliderBuilder::capsule_z(size[1] as Real, size[0] as Real).friction(0.0).restitution(0.0);
             colliders.insert_with_parent(form.mass_properties(mass), handle, &mut bodies);
             handles.push((handle, rod.speed));
