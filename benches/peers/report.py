@@ -210,7 +210,7 @@ def lcp_rows(rows):
 
 def lcp_table(rows, start):
     best = lcp_rows(rows)
-    codes = list(dict.fromkeys(row["code"] for row in rows))
+    codes = sorted(dict.fromkeys(row["code"] for row in rows), key=lambda code: code != "relcp auto")
     tried = {system: {row["code"] for row in rows if row["lcp"] == system} for system in (row["lcp"] for row in rows)}
     # A system counts when every code was tried on it.
     systems = [system for system in tried if tried[system] == set(codes)]
