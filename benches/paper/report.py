@@ -20,6 +20,7 @@ REASONS = {
     "time": "Times a row are of one thread, this solver and this machine; the paper's are of 64 threads, another solver and larger colonies.",
     "rows": "The ratio grows with the colony, and this run is smaller than the paper's.",
     "default": "The default makes a row for each place in which two rods can touch, and none beyond a tenth of a thickness; the paper makes one a pair.",
+    "half": "Ellipsoids have one row a pair in either setting; the default makes rows within half the distance.",
     "short": "The ball is not packed yet: the run goes on.",
 }
 
@@ -28,10 +29,17 @@ def named(method):
     return NAMES.get(method, f"LCP-MS {method[3:]}" if method.startswith("ms-") else method)
 
 
+def sentences(said):
+    """A line for each reason, with the methods that it is for."""
+    return "".join(f"* {', '.join(names)}: {reason}\n" for reason, names in said.items())
+
+
 def read(results):
     """Head and windows of each run, by scene, step and method."""
     runs = {}
-    for file in sorted(results.glob("*.jsonl")):
+    # ReLCP first, then by the number of sub-spheres.
+    order = lambda file: (int("".join(re.findall(r"ms-(\d+)", file.stem)) or 0), file.stem)
+    for file in sorted(results.glob("*.jsonl"), key=order):
         head, *windows = map(json.loads, file.read_text().splitlines())
         runs[head["scene"], head["dt"], head["method"]] = head, windows
     # Runs of several programs are not compared.
@@ -75,7 +83,7 @@ def colony(runs):
     if own is None:
         return "Not measured yet.\n"
     base = {window["step"]: window for window in own[1]}
-    body, said = [], []
+    body, said = [], {}
     for (scene, _, method), (head, windows) in runs.items():
         if scene != "colony":
             continue
@@ -92,13 +100,13 @@ def colony(runs):
             f"{max((w['max_overlap'] for w in windows), default=0):.1e}",
         ])
         if paper[0] and ratio and abs(ratio / paper[0] - 1) > FAR:
-            said.append(f"* {named(method)}, rows: {REASONS['rows']}")
+            said.setdefault(REASONS["rows"], []).append(named(method))
         if paper[1] and cost and abs(cost / paper[1] - 1) > FAR:
-            said.append(f"* {named(method)}, time: {REASONS['time']}")
+            said.setdefault(REASONS["time"], []).append(named(method))
         if method == "relcp-auto":
-            said.append(f"* {named(method)}: {REASONS['default']}")
+            said.setdefault(REASONS["default"], []).append(named(method))
     head = ["method", "cells reached", "rows over ReLCP's", "paper", "ours over it", "us a row", "paper", "ours over it", "CPU s", "largest overlap"]
-    return table(head, body) + "\n" + "\n".join(said) + "\n"
+    return table(head, body) + "\n" + sentences(said)
 
 
 def compaction(runs, dt):
@@ -106,7 +114,7 @@ def compaction(runs, dt):
     own = runs.get(("compaction", dt, "relcp"))
     if own is None:
         return "Not measured yet.\n"
-    body, said = [], []
+    body, said = [], {}
     for (scene, step, method), (head, windows) in runs.items():
         if scene != "compaction" or step != dt or not windows:
             continue
@@ -122,11 +130,11 @@ def compaction(runs, dt):
             f"{of_time:.2f}" if of_time else "", f"{windows[-1]['cpu_s'] or 0:.0f}", f"{max(w['max_overlap'] for w in windows):.1e}",
         ])
         if wanted and ratio and abs(ratio / wanted - 1) > FAR:
-            said.append(f"* {named(method)}, rows: {REASONS['short']}")
+            said.setdefault(REASONS["short"], []).append(named(method))
         if method == "relcp-auto":
-            said.append(f"* {named(method)}: ellipsoids have one row a pair in either setting; the default makes rows within half the distance.")
+            said.setdefault(REASONS["half"], []).append(named(method))
     head = ["method", "time reached", "to its end", "rows there", "over ReLCP's", "paper", "ours over it", "CPU time over ReLCP's, whole run", "CPU s", "largest overlap"]
-    return table(head, body) + "\n" + "\n".join(said) + ("\n" if said else "")
+    return table(head, body) + "\n" + sentences(said)
 
 
 def cpu_ratio(there, own):
