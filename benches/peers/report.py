@@ -135,6 +135,11 @@ def faster(rows, scene):
     own, gyration = own[0], reference(rows, scene)
     fair = [r for r in rows if r["engine"] != "relcp" and r["max_overlap"] < 1e-2 and not astray(r, gyration)]
     beat = [row for row in fair if row["cpu_s"] < own["cpu_s"]]
+    if not fair:
+        return (
+            f"relcp at dt 0.1 takes {seconds(own)} s of CPU time and overlaps by {own['max_overlap']:.1e} at most. "
+            "No run of an engine keeps its overlap under 1e-2.\n"
+        )
     said = f"relcp at dt 0.1 takes {seconds(own)} s of CPU time and overlaps by {own['max_overlap']:.1e} at most. "
     said += f"Of {len(fair)} runs of engines whose overlap stays under 1e-2, {len(beat)} take less"
     listed = [f"{name(r)} ({r['settings_name']}) at dt {r['dt']:g}: {seconds(r)} s, {r['max_overlap']:.1e}" for r in beat]
