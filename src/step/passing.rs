@@ -33,9 +33,9 @@ pub(crate) const DEEPER: f64 = 0.75;
 /// is missed is deeper than the bar by half of it at most.
 const FINEST: f64 = 0.125;
 
-/// A body that turns by more than this angle in a step has constraints without meaning. Twenty rods of three to one that
-/// each turn by 1.6 in a step stay within the ball that they fill; by 100 they end up to 26 of its radii out (`relcp`'s
-/// part of `benches/peers/run --atlas`).
+/// A body that turns by more than this angle in a step has constraints without meaning. Twenty rods of three to one
+/// that each turn by 1.6 in a step stay within the ball that they fill; by 100 they end up to 26 of its radii out
+/// (`benches/peers/run --atlas`).
 const WHOLE_TURN: f64 = std::f64::consts::TAU;
 
 /// The pairs that passed in a step.
@@ -122,9 +122,9 @@ impl Way {
         self.radius * 2.0 * (0.5 * s * self.dt * self.twist.angular.length()).atan()
     }
 
-    /// Whether it turns so far that constraints, which take the turn as straight motion, have no meaning: by more than a
-    /// whole turn, with a lever that makes of this more than a pair must move by to pass. The normals of a sphere have no
-    /// lever.
+    /// Whether it turns so far that constraints, which take the turn as straight motion, have no meaning: by more than
+    /// a whole turn, with a lever that makes of this more than a pair must move by to pass. The normals of a sphere have
+    /// no lever.
     fn spins(&self, thinner: f64) -> bool {
         let (turn, lever) = (self.dt * self.twist.angular.length(), self.radius - 0.5 * self.thickness);
         turn > WHOLE_TURN && lever * turn > 2.0 * DEEPER * thinner
