@@ -123,8 +123,8 @@ impl Way {
     }
 
     /// Whether it turns so far that constraints, which take the turn as straight motion, have no meaning: by more than
-    /// a whole turn, with a lever that makes of this more than a pair must move by to pass. The normals of a sphere have
-    /// no lever.
+    /// a whole turn, with a lever that makes of this more than a pair must move by to pass. The normals of a sphere
+    /// have no lever.
     fn spins(&self, thinner: f64) -> bool {
         let (turn, lever) = (self.dt * self.twist.angular.length(), self.radius - 0.5 * self.thickness);
         turn > WHOLE_TURN && lever * turn > 2.0 * DEEPER * thinner
