@@ -17,6 +17,10 @@ import matplotlib.pyplot as plot  # noqa: E402
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
+sys.path[:0] = [str(HERE / "atlas"), str(HERE / "decades")]
+
+import draw as atlas  # noqa: E402
+import table as decades  # noqa: E402
 from scenes_table import SCENES  # noqa: E402
 
 ENGINES = json.loads((HERE / "engines.json").read_text())
@@ -26,7 +30,7 @@ GYRATION_WITHIN = 0.01
 # What pages may show, measured or not.
 BLOCKS = [
     *["origin", "best", "short", "rods-1000", "rods-1000 faster", "rods-8000", "ellipsoids-1000", "ellipsoids-1000 faster"],
-    *["tuning", "settings", "colony", "lcp warm", "lcp cold"],
+    *["tuning", "settings", "colony", "lcp warm", "lcp cold", "atlas", "atlas relcp", "decades"],
 ]
 NOT_MEASURED = "Not measured yet.\n"
 COLOURS = {name: f"C{index}" for index, name in enumerate(ENGINES)}
@@ -118,7 +122,8 @@ def best_table(rows, short=False, scene="rods-1000"):
         [f"{name(row).split()[0]} {row['version']}", f"{row['dt']:g}", f"{row['cpu_s']:.1f} s", f"{row['max_overlap']:.1e}"]
         for row in sorted(best.values(), key=order)
     ]
-    return table(["program", "time step", "CPU time, one core", "largest overlap"], body)
+    head = ["program", "time step", "CPU time, one core", "largest overlap"]
+    return table(head, body) if body else NOT_MEASURED
 
 
 def faster(rows, scene):
@@ -130,6 +135,11 @@ def faster(rows, scene):
     own, gyration = own[0], reference(rows, scene)
     fair = [r for r in rows if r["engine"] != "relcp" and r["max_overlap"] < 1e-2 and not astray(r, gyration)]
     beat = [row for row in fair if row["cpu_s"] < own["cpu_s"]]
+    if not fair:
+        return (
+            f"relcp at dt 0.1 takes {seconds(own)} s of CPU time and overlaps by {own['max_overlap']:.1e} at most. "
+            "No run of an engine keeps its overlap under 1e-2.\n"
+        )
     said = f"relcp at dt 0.1 takes {seconds(own)} s of CPU time and overlaps by {own['max_overlap']:.1e} at most. "
     said += f"Of {len(fair)} runs of engines whose overlap stays under 1e-2, {len(beat)} take less"
     listed = [f"{name(r)} ({r['settings_name']}) at dt {r['dt']:g}: {seconds(r)} s, {r['max_overlap']:.1e}" for r in beat]
@@ -205,7 +215,7 @@ def lcp_rows(rows):
 
 def lcp_table(rows, start):
     best = lcp_rows(rows)
-    codes = list(dict.fromkeys(row["code"] for row in rows))
+    codes = sorted(dict.fromkeys(row["code"] for row in rows), key=lambda code: code != "relcp auto")
     tried = {system: {row["code"] for row in rows if row["lcp"] == system} for system in (row["lcp"] for row in rows)}
     # A system counts when every code was tried on it.
     systems = [system for system in tried if tried[system] == set(codes)]
@@ -249,10 +259,15 @@ def blocks(folder):
         ("lcp cold", read(folder, "lcp"), lambda rows: lcp_table(rows, "cold")),
         ("lcp warm", read(folder, "lcp"), lambda rows: lcp_table(rows, "warm")),
         ("colony", read(folder, "colony"), colony_table),
+        ("atlas", read(folder, "atlas"), lambda rows: table(*atlas.counts(rows))),
+        ("decades", read(folder, "decades"), lambda rows: decades.tables(rows, table)),
+        ("atlas relcp", read(folder, "atlas"), atlas.reasons),
     ]:
         if rows:
             made[key] = of(rows)
     packing_plot(packing, folder)
+    if read(folder, "atlas"):
+        save(atlas.maps(read(folder, "atlas")), folder / "atlas.svg")
     return {**{key: NOT_MEASURED for key in BLOCKS}, **made}
 
 
@@ -271,6 +286,9 @@ def fill(page, made):
 def main():
     folder, *pages = map(pathlib.Path, sys.argv[1:])
     made = blocks(folder)
+    if not pages:
+        # Of a run of its own, such as `--quick`: only what it has.
+        made = {key: text for key, text in made.items() if text != NOT_MEASURED}
     titles = "".join(f"## {key}\n\n{text}\n" for key, text in made.items())
     (folder / "tables.md").write_text(f"# Tables\n\nMade by `benches/peers/run`.\n\n{titles}".rstrip() + "\n")
     for page in pages:

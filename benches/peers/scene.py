@@ -25,9 +25,9 @@ def uniform(seed):
         yield ((z ^ (z >> 31)) >> 11) / float(1 << 53)
 
 
-def start(scene):
+def start(scene, seed=SEED):
     """The poses at the start. Orientations are uniform: Shoemake, "Uniform random rotations", Graphics Gems III, 1992."""
-    draw = uniform(SEED)
+    draw = uniform(seed)
     side, middle = scene["side"], (scene["side"] - 1) / 2
     poses = []
     for i in range(side):

@@ -10,6 +10,10 @@
 //! The depth changes by no more than what the surfaces move relative to each other, which bounds it between two places
 //! of the way (S. A. Piyavskii, "An algorithm for finding the absolute extremum of a function", 1972); a part of the
 //! way that cannot reach the bar is left out.
+//!
+//! A pair counts as passed too where one of the two turns by more than a whole turn in the step within the other's
+//! reach. Constraints take a turn as straight motion, so after such a step nothing is known of the way: bodies may be
+//! thrown apart by many lengths without any overlap.
 
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
@@ -28,6 +32,11 @@ pub(crate) const DEEPER: f64 = 0.75;
 /// A part of the way on which a pair moves by less than this part of the thinner body's thickness is not divided: what
 /// is missed is deeper than the bar by half of it at most.
 const FINEST: f64 = 0.125;
+
+/// A body that turns by more than this angle in a step has constraints without meaning. Twenty rods of three to one
+/// that each turn by 1.6 in a step stay within the ball that they fill; by 100 they end up to 26 of its radii out
+/// (`benches/peers/run --atlas`).
+const WHOLE_TURN: f64 = std::f64::consts::TAU;
 
 /// The pairs that passed in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,6 +139,14 @@ impl Way {
         self.radius * 2.0 * (0.5 * s * self.dt * self.twist.angular.length()).atan()
     }
 
+    /// Whether it turns so far that constraints, which take the turn as straight motion, have no meaning: by more than
+    /// a whole turn, with a lever that makes of this more than a pair must move by to pass. The normals of a sphere
+    /// have no lever.
+    fn spins(&self, thinner: f64) -> bool {
+        let (turn, lever) = (self.dt * self.twist.angular.length(), self.radius - 0.5 * self.thickness);
+        turn > WHOLE_TURN && lever * turn > 2.0 * DEEPER * thinner
+    }
+
     /// The body after the part `s` of the way, seen from `origin`.
     fn at(&self, s: f64, origin: DVec3) -> Placed {
         let from = Pose { position: origin, orientation: self.from.orientation };
@@ -169,6 +186,9 @@ impl Approach<'_> {
         if hidden || moved(0.0, 1.0) < 2.0 * DEEPER * thickness {
             return false;
         }
+        if self.within_reach() && [self.a, self.b].iter().any(|way| way.spins(thickness)) {
+            return true;
+        }
         // No farther from each other than this, as a depth is at most what is left of the bounding spheres' reach.
         let reach = self.a.radius + self.b.radius - DEEPER * thickness;
         let Some(part) = self.within(travel, reach) else { return false };
@@ -179,6 +199,11 @@ impl Approach<'_> {
         };
         let bar = depth(0.0).max(depth(1.0)).max(0.0) + DEEPER * thickness;
         reaches(bar, moved, FINEST * thickness, part.map(|s| (s, depth(s))), &depth)
+    }
+
+    /// Whether the two may touch at the start, whatever their orientations.
+    fn within_reach(&self) -> bool {
+        self.delta.length() < self.a.radius + self.b.radius
     }
 
     /// The part of the way on which the two centres are within `reach` of each other.
@@ -274,6 +299,19 @@ mod tests {
         assert!(look(&[small, aside]).is_some());
         let clear = (rod, DVec3::new(0.7, 0.0, 0.0), DVec3::ZERO, DVec3::new(-2.0, 0.0, 0.0));
         assert!(look(&[small, clear]).is_none());
+    }
+
+    #[test]
+    fn a_rod_that_turns_many_times_in_a_step_beside_another_is_not_accepted_unseen() {
+        let rod = Shape::Spherocylinder { diameter: 0.5, length: 1.5 };
+        let spun = |speed: f64| (rod, DVec3::ZERO, DVec3::ZERO, speed * DVec3::Z);
+        let thrown = |x: f64| (rod, DVec3::new(x, 0.0, 0.0), DVec3::new(80.0, 0.0, 0.0), DVec3::ZERO);
+        // Steps of half a unit of time.
+        assert_eq!(look(&[spun(200.0), thrown(0.6)]), Some(Passed { pairs: 1, pair: [0, 1] }));
+        assert_eq!(look(&[spun(200.0), thrown(1.6)]), None, "out of reach");
+        assert_eq!(look(&[spun(12.0), thrown(0.6)]), None, "less than a whole turn");
+        let sphere = (SPHERE, DVec3::ZERO, DVec3::ZERO, 200.0 * DVec3::Z);
+        assert_eq!(look(&[sphere, thrown(0.9)]), None, "a sphere may spin");
     }
 
     #[test]

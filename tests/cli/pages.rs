@@ -178,7 +178,7 @@ fn tables_of_other_programs_are_those_that_were_measured() {
         after.split("\n## ").next().unwrap().trim()
     };
     let mut filled = 0;
-    for page in ["README.md", "docs/peers.md", "docs/results.md"] {
+    for page in ["README.md", "docs/peers.md", "docs/results.md", "docs/atlas.md", "docs/tolerance.md"] {
         let blocks = measured_blocks(&fs::read_to_string(root().join(page)).unwrap());
         assert!(!blocks.is_empty(), "{page}");
         for (name, text) in blocks {

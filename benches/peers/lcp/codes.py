@@ -13,6 +13,8 @@ import scipy.sparse
 import scs
 
 INFINITE = numpy.inf
+# The CPU seconds after which a solver that has a limit of time is to end.
+SECONDS = 10.0
 
 
 class Refused(Exception):
@@ -124,7 +126,7 @@ def by_highs(lcp, form, start, tolerance):
     for key, value in {
         "output_flag": False,
         "threads": 1,
-        "time_limit": 60.0,
+        "time_limit": SECONDS,
         "primal_feasibility_tolerance": max(tolerance, 1e-10),
         "dual_feasibility_tolerance": max(tolerance, 1e-10),
     }.items():
@@ -147,6 +149,8 @@ def by_highs(lcp, form, start, tolerance):
     square.start_, square.index_, square.value_ = lower.indptr, lower.indices, lower.data
     highs.passModel(model)
     highs.run()
+    if highs.getModelStatus() == highspy.HighsModelStatus.kTimeLimit:
+        raise Refused(f"over {SECONDS:.0f} s by the clock")
     found = highs.getSolution()
     return multipliers(form, numpy.array(found.col_value), numpy.array(found.row_dual))
 
@@ -164,7 +168,7 @@ def by_ipopt(lcp, form, start, tolerance):
         arguments.update(lbg=low)
     else:
         arguments.update(lbx=0.0)
-    options = {"tol": tolerance, "print_level": 0, "sb": "yes", "max_cpu_time": 60.0}
+    options = {"tol": tolerance, "print_level": 0, "sb": "yes", "max_cpu_time": SECONDS}
     options.update(constr_viol_tol=tolerance, dual_inf_tol=tolerance, compl_inf_tol=tolerance, bound_relax_factor=0.0)
     if start is not None:
         at, multiplier = started(lcp, form, start)

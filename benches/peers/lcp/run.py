@@ -30,8 +30,8 @@ import scene as scenes  # noqa: E402
 WANTED = 1e-6
 TOLERANCES = [10.0**-k for k in range(3, 13)]
 REPEATS = 3
-# A solver that takes longer than this for one result is let go.
-SECONDS = 60.0
+# Calls of the study of relcp's solvers.
+CALLS = 5
 
 
 class Lcp:
@@ -79,8 +79,8 @@ def fastest(lcp, code, form, start):
                 code(lcp, form, start, tolerance)
                 seconds = min(seconds, time.process_time() - since)
             return {"cpu_s": seconds, "residual": residual, "tolerance": tolerance}
-        if seconds > SECONDS:
-            return {"ended": f"over {SECONDS:.0f} s, residual {smallest:.1e}"}
+        if seconds > codes.SECONDS:
+            return {"ended": f"over {codes.SECONDS:.0f} s, residual {smallest:.1e}"}
     return {"ended": f"residual {smallest:.1e} at the tightest tolerance"}
 
 
@@ -92,7 +92,7 @@ def apart(*job):
     process.start()
     out.close()
     found = None
-    if into.poll(10 * SECONDS):
+    if into.poll(10 * codes.SECONDS):
         try:
             found = into.recv()
         except EOFError:
@@ -119,18 +119,29 @@ def systems(relcp, folder):
 
 
 def ours(relcp, files, folder):
-    """relcp's own solver from both starts: `relcp study solvers` measures it to the same residual. `auto` is
-    `pair_block_cg`, with a safeguard where that gives up."""
+    """relcp's own solver from both starts: `relcp study solvers` measures it to the same residual, by the clock, so the least
+    of several calls counts. `auto` is `pair_block_cg`, with a safeguard where that gives up."""
     paths = []
     for name, file in files.items():
         paths.append(folder / f"{name}.npz")
         paths[-1].write_bytes(pathlib.Path(file).read_bytes())
     command = [relcp, "study", "solvers", *paths, "--backend", "cpu", "--threads", "1", "--json", "--quick"]
-    done = subprocess.run([*command, "--out", folder / "study"], check=True, capture_output=True, text=True)
-    for instance in json.loads(done.stdout)["lcps"]:
-        name = pathlib.Path(instance["lcp"]).stem
+    best = {}
+    for _ in range(CALLS):
+        done = subprocess.run([*command, "--out", folder / "study"], check=True, capture_output=True, text=True)
+        for row in attempts(json.loads(done.stdout)):
+            key = row["lcp"], row["start"]
+            if key not in best or row.get("cpu_s", 1e99) < best[key].get("cpu_s", 1e99):
+                best[key] = row
+    return best.values()
+
+
+def attempts(study):
+    """Rows of the study's table that are of `pair_block_cg` to the residual that is wanted."""
+    for instance in study["lcps"]:
         for attempt in instance["attempts"]:
             if attempt["solver"] == "pair_block_cg" and attempt["tolerance"] == WANTED:
+                name = pathlib.Path(instance["lcp"]).stem
                 row = {"lcp": name, "code": "relcp auto", "form": "", "start": attempt["start"]}
                 if attempt["status"] == "solved":
                     row.update(cpu_s=1e-3 * attempt["milliseconds"], residual=attempt["residual"])

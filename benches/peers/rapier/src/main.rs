@@ -1,14 +1,16 @@
 //! Rods drawn into a ball, stepped by Rapier.
 //!
 //! `peers-rapier version=0.36 poses=FILE frames=FILE dt= end= every= radius= half= [settings]`; in place of
-//! `radius` and `half`, `sizes=FILE`. Settings: `drag` (a
-//! force and a damping of that coefficient; without it each body gets the field's velocity and no spin before every
-//! step), `iterations`, `pgs`, `stabilization`, `frequency`, `damping_ratio`, `prediction`, `corrective`,
-//! `allowed_error`, `recycling`; `centre` of the field, `spin` about z. What is not given is the engine's default.
+//! `radius` and `half`, `sizes=FILE`. Settings: `drag` (a force and a damping of that coefficient; without it each body
+//! gets the field's velocity and no spin before every step), `iterations`, `pgs`, `stabilization`, `frequency`,
+//! `damping_ratio`, `prediction`, `corrective`, `allowed_error`, `recycling`; `centre` of the field along x, `trap` (a
+//! stiffness, in place of the field), `spin` about z. What is not given is the engine's default.
 
+#[cfg(feature = "f64")]
+mod double;
 mod run;
+mod single;
 mod v0_26;
-mod v0_36;
 
 use run::{Fault, Run};
 
@@ -16,7 +18,9 @@ fn main() -> Result<(), Fault> {
     let run = Run::from_arguments()?;
     match run.word("version")? {
         "0.26" => run.follow("0.26.1", v0_26::World::new(&run)?),
-        "0.36" => run.follow("0.36.1", v0_36::World::new(&run)?),
+        "0.36" => run.follow("0.36.1", single::v0_36::World::new(&run)?),
+        #[cfg(feature = "f64")]
+        "0.36-f64" => run.follow("0.36.1, f64", double::v0_36::World::new(&run)?),
         other => Err(format!("version {other}: 0.26 or 0.36").into()),
     }
 }

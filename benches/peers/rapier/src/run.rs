@@ -31,22 +31,24 @@ pub struct Run {
     pub sizes: Vec<[f64; 2]>,
     /// Where the field draws to.
     pub centre: [f64; 3],
+    /// The stiffness of a trap in place of the field.
+    pub trap: Option<f64>,
 }
 
 /// A rod's mass, principal inertia, and speed in a field of unit speed. The first rod's mass is 1; a mass goes with the
 /// length `L` and an inertia with `L^3 / 12`, as the drag of a slender rod.
 pub struct Rod {
     /// Its mass.
-    pub mass: f32,
+    pub mass: f64,
     /// Its inertia about any axis.
-    pub inertia: f32,
+    pub inertia: f64,
     /// Its speed.
     pub speed: f64,
 }
 
 impl Run {
     /// From `key=value` words: `poses`, `frames`, `dt`, `end`, `every`, `sizes` (a file of radii and half
-    /// lengths) or `radius` and `half`, `centre` along x, and settings.
+    /// lengths) or `radius` and `half`, `centre` along x, `trap`, and settings.
     pub fn from_arguments() -> Result<Self, Fault> {
         let split = |word: String| word.split_once('=').map(|(key, value)| (key.to_owned(), value.to_owned()));
         let words: Option<HashMap<_, _>> = std::env::args().skip(1).map(split).collect();
@@ -56,9 +58,11 @@ impl Run {
             dt: 0.0,
             sizes: Vec::new(),
             centre: [0.0; 3],
+            trap: None,
         };
         run.dt = run.number("dt")?;
         run.centre[0] = run.setting("centre")?.unwrap_or(0.0);
+        run.trap = run.setting("trap")?;
         run.start = numbers(run.word("poses")?)?.as_chunks::<7>().0.to_vec();
         run.sizes = match run.word("sizes") {
             Ok(file) => numbers(file)?.as_chunks::<2>().0.to_vec(),
@@ -75,15 +79,19 @@ impl Run {
         let length = |[radius, half]: [f64; 2]| 2.0 * (half + radius);
         let (own, first) = (length([radius, half]), length(self.sizes[0]));
         let mass = own / first;
-        Rod { mass: mass as f32, inertia: (mass * own * own / 12.0) as f32, speed: 1.0 / mass }
+        Rod { mass, inertia: mass * own * own / 12.0, speed: 1.0 / mass }
     }
 
-    /// The field's speed inward over the distance from its centre: `(r - sin r) / r^2`; and the vector to there.
-    pub fn inward(&self, x: [f32; 3]) -> (f64, [f32; 3]) {
-        let from = [0, 1, 2].map(|k| f64::from(x[k]) - self.centre[k]);
+    /// The field's velocity at a place: inward with the speed `1 - sin r / r`, or in a trap its stiffness times `r`.
+    pub fn velocity(&self, x: [f64; 3]) -> [f64; 3] {
+        let from = [0, 1, 2].map(|k| x[k] - self.centre[k]);
         let r = from.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let pull = if r > 1e-9 { (r - r.sin()) / (r * r) } else { 0.0 };
-        (pull, from.map(|x| x as f32))
+        let pull = match self.trap {
+            Some(stiffness) => stiffness,
+            None if r > 1e-9 => (r - r.sin()) / (r * r),
+            None => 0.0,
+        };
+        from.map(|x| -pull * x)
     }
 
     /// An argument.

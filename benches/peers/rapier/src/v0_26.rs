@@ -38,7 +38,8 @@ impl World {
                 .angular_damping(damping)
                 .can_sleep(false);
             let handle = bodies.insert(body);
-            let mass = MassProperties::new(point![0.0, 0.0, 0.0], rod.mass, Vector::repeat(rod.inertia));
+            let mass =
+                MassProperties::new(point![0.0, 0.0, 0.0], rod.mass as Real, Vector::repeat(rod.inertia as Real));
             let form = ColliderBuilder::capsule_z(size[1] as Real, size[0] as Real).friction(0.0).restitution(0.0);
             colliders.insert_with_parent(form.mass_properties(mass), handle, &mut bodies);
             handles.push((handle, rod.speed));
@@ -82,8 +83,8 @@ impl Engine for World {
         for (handle, speed) in &self.handles {
             let Some(body) = self.bodies.get_mut(*handle) else { continue };
             let x = *body.translation();
-            let (pull, from) = run.inward([x.x, x.y, x.z]);
-            let velocity = Vector::from(from) * (-pull * speed) as Real;
+            let velocity = run.velocity([x.x, x.y, x.z].map(f64::from));
+            let velocity = Vector::from(velocity.map(|v| v as Real)) * *speed as Real;
             match self.drag {
                 None => {
                     body.set_linvel(velocity, true);

@@ -1,12 +1,12 @@
-//! Rapier 0.36.
+//! Rapier 0.36, in the precision of the crate that the module above names `engine`.
 
-use crate::run::{Engine, Fault, Pose as Placed, Run};
-use rapier_0_36::prelude::*;
+use super::engine::prelude::*;
+use crate::run::{Engine, Fault, Pose as Placed, Rod, Run};
 
 /// The scene.
 pub struct World {
     world: PhysicsWorld,
-    handles: Vec<(RigidBodyHandle, f64)>,
+    handles: Vec<(RigidBodyHandle, Rod)>,
     drag: Option<f64>,
     spin: f64,
 }
@@ -25,9 +25,9 @@ impl World {
             let pose = Pose::from_parts(Vector::new(x, y, z), Rotation::from_xyzw(i, j, k, w));
             let damping = drag.unwrap_or(0.0) as Real;
             let body = RigidBodyBuilder::dynamic().pose(pose).linear_damping(damping).angular_damping(damping);
-            let mass = MassProperties::new(Vector::ZERO, rod.mass, Vector::splat(rod.inertia));
+            let mass = MassProperties::new(Vector::ZERO, rod.mass as Real, Vector::splat(rod.inertia as Real));
             let form = ColliderBuilder::capsule_z(size[1] as Real, size[0] as Real).friction(0.0).restitution(0.0);
-            handles.push((world.insert(body.can_sleep(false).build(), form.mass_properties(mass)).0, rod.speed));
+            handles.push((world.insert(body.can_sleep(false).build(), form.mass_properties(mass)).0, rod));
         }
         Ok(World { world, handles, drag, spin: run.setting("spin")?.unwrap_or(0.0) })
     }
@@ -51,11 +51,11 @@ fn parameters(run: &Run, to: &mut IntegrationParameters) -> Result<(), Fault> {
 
 impl Engine for World {
     fn step(&mut self, run: &Run) {
-        for (handle, speed) in &self.handles {
+        for (handle, Rod { speed, inertia, .. }) in &self.handles {
             let body = &mut self.world.bodies[*handle];
             let x = body.translation();
-            let (pull, from) = run.inward([x.x, x.y, x.z]);
-            let velocity = Vector::from_array(from) * (-pull * speed) as Real;
+            let velocity = run.velocity([x.x, x.y, x.z].map(f64::from));
+            let velocity = Vector::from_array(velocity.map(|v| v as Real)) * *speed as Real;
             match self.drag {
                 None => {
                     body.set_linvel(velocity, true);
@@ -63,7 +63,9 @@ impl Engine for World {
                 }
                 Some(drag) => {
                     body.reset_forces(true);
+                    body.reset_torques(true);
                     body.add_force(velocity * (drag / speed) as Real, true);
+                    body.add_torque(Vector::new(0.0, 0.0, (drag * inertia * self.spin) as Real), true);
                 }
             }
         }
@@ -71,7 +73,7 @@ impl Engine for World {
     }
 
     fn poses(&self) -> Vec<Placed> {
-        let pose = |(handle, _): &(RigidBodyHandle, f64)| {
+        let pose = |(handle, _): &(RigidBodyHandle, Rod)| {
             let body = &self.world.bodies[*handle];
             let (x, q) = (body.translation(), *body.rotation());
             [x.x, x.y, x.z, q.w, q.x, q.y, q.z].map(f64::from)
