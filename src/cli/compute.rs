@@ -54,7 +54,7 @@ pub(super) fn settle_many(arguments: &Arguments, scene: &Scene) -> Result<Comput
 }
 
 /// The device that may compute many runs side by side, with its precision; none where the CPU does. With `auto` it is a
-/// hardware device, or the one that is named, and what keeps it from the scene is told.
+/// hardware device, or the one that `--adapter` names. A message says why such a device cannot compute the scene.
 pub(super) fn device_of_many(arguments: &Arguments, scene: &Scene) -> Result<Option<(Arc<Gpu>, Precision)>, CliError> {
     let compute = match arguments.backend {
         Backend::Auto => {

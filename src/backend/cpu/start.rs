@@ -41,7 +41,7 @@ pub(super) struct Start {
     held: Vec<bool>,
     /// What slows the growth of this step's bodies, where something does.
     pub(super) pressures: Vec<f64>,
-    /// Which bodies are other processes'; empty where none is.
+    /// Which bodies belong to other processes; empty where one process has them all.
     pub(super) foreign: Vec<bool>,
 }
 

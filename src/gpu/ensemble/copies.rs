@@ -4,7 +4,7 @@
 //! Pieces of one member may follow from each other and are done in their order, by one workgroup; those of different
 //! members never meet.
 
-use super::pipeline::ALIGNMENT;
+use super::pipeline::{ALIGNMENT, part};
 use super::round::Tables;
 use super::work::Work;
 use crate::gpu::device::lock;
@@ -86,14 +86,6 @@ impl Copies {
         if let Some((_, group)) = known.as_ref().filter(|(of, _)| *of == version) {
             return group.clone();
         }
-        let part = |binding, buffer, size: Option<u64>| wgpu::BindGroupEntry {
-            binding,
-            resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                buffer,
-                offset: 0,
-                size: size.and_then(std::num::NonZeroU64::new),
-            }),
-        };
         let places = part(0, tables.parameters.raw(), Some(ALIGNMENT as u64));
         let entries = [places, part(1, tables.pieces.raw(), None), part(2, arena.0, None)];
         let descriptor = wgpu::BindGroupDescriptor { label: Some("copies"), layout: &self.layout, entries: &entries };

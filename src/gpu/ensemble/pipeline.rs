@@ -15,6 +15,13 @@ pub(super) const ALIGNMENT: usize = 256;
 /// The arena, the table and the parameters that a bind group was made for.
 type Version = [u64; 3];
 
+/// A buffer at a binding: its first `size` bytes, or all.
+pub(super) fn part(binding: u32, buffer: &wgpu::Buffer, size: Option<u64>) -> wgpu::BindGroupEntry<'_> {
+    let size = size.and_then(std::num::NonZeroU64::new);
+    let resource = wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size });
+    wgpu::BindGroupEntry { binding, resource }
+}
+
 /// A merged kernel, ready to be dispatched.
 pub(in crate::gpu) struct Pipeline {
     pub id: u64,
@@ -99,14 +106,6 @@ impl Pipeline {
         if let Some((_, group)) = known.as_ref().filter(|(of, _)| *of == version) {
             return group.clone();
         }
-        let part = |binding, buffer, size: Option<u64>| wgpu::BindGroupEntry {
-            binding,
-            resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                buffer,
-                offset: 0,
-                size: size.and_then(std::num::NonZeroU64::new),
-            }),
-        };
         let rows = (4 * self.row_words() * MOST_TOGETHER) as u64;
         let arrays = self.strides.len() as u32;
         let mut entries = vec![part(0, tables.rows.raw(), Some(rows))];

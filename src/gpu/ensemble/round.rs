@@ -91,7 +91,7 @@ enum Action {
         grid: [u32; 3],
         invocations: u64,
     },
-    /// Where the list begins is said at `offset` bytes of the parameters.
+    /// The parameters hold at `offset` bytes where the list begins.
     Pieces {
         offset: u32,
         members: u32,
