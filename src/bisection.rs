@@ -9,8 +9,8 @@ use crate::periodic::Periods;
 use glam::DVec3;
 
 /// Most bodies of a block. A colony has 2.7 rows a body, so that a block has some 340 rows, as many as a chunk of a sum
-/// had before there were blocks: ten steps of 16,384 cells take the same iterations. Smaller blocks would share out work
-/// more evenly, and cost more between two chunks. Other sizes were not measured.
+/// had before there were blocks: ten steps of 16,384 cells take the same iterations. Smaller blocks would share out
+/// work more evenly, and cost more between two chunks. Other sizes were not measured.
 pub(crate) const MOST_IN_A_BLOCK: usize = 128;
 
 /// Halves of fewer bodies are cut by one thread. Ten times 16,384 bodies took some 10 ms on one thread, all levels.

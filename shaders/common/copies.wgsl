@@ -1,5 +1,5 @@
-// What members of an ensemble write, copy and clear between two dispatches: one workgroup for each member, one piece after
-// the other.
+// What members of an ensemble write, copy and clear between two dispatches: one workgroup for each member, one
+// piece after the other.
 
 // Where the list begins in `list`.
 @group(0) @binding(0) var<storage, read> places: array<vec4<u32>>;

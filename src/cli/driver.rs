@@ -16,8 +16,8 @@ const THREADS: &str = "LP_NUM_THREADS";
 
 /// Bodies up to which Mesa's software adapter computes in the calling thread. Else it wakes its threads for every
 /// dispatch and waits for them. Up to about so many bodies one workgroup solves for their multipliers, so that a second
-/// thread has little to do: on two cores a colony to 64 cells takes 0.4 of the time without threads, 200 ellipsoids 0.67.
-/// 1,000 scattered ellipsoids still take 0.78, but a crowded colony of 1,024 cells more than with threads.
+/// thread has little to do: on two cores a colony to 64 cells takes 0.4 of the time without threads, 200 ellipsoids
+/// 0.67. 1,000 scattered ellipsoids still take 0.78, but a crowded colony of 1,024 cells more than with threads.
 const MOST_BODIES_ALONE: f64 = 400.0;
 
 /// Has drivers write nothing.

@@ -74,7 +74,7 @@ impl Source {
     }
 
     /// The same in smaller workgroups, where nothing else depends on how large they are: an invocation knows its place
-    /// by `invocation` alone, only that, the definition and the entry point name the number, and invocations do not meet.
+    /// by `invocation` alone. Only that, the definition and the entry point name the number. Invocations do not meet.
     pub(super) fn on_software(&self) -> Option<Source> {
         let meets = ["var<workgroup>", "Barrier"].iter().any(|word| self.text.contains(word));
         let count = |words: &str| self.text.matches(words).count();

@@ -1,5 +1,5 @@
-//! What methods that look at all rows at once need of a problem that several processes share: the whole of it on each of
-//! them, or what of it others know. Where one process has all rows, that is nothing.
+//! What methods that look at all rows at once need of a problem that several processes share: the whole of it on each
+//! of them, or what of it others know. Where one process has all rows, that is nothing.
 
 use super::cpu::Cpu;
 use super::{Places, Problem};

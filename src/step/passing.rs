@@ -92,7 +92,7 @@ fn extremes(ways: &[Way]) -> [f64; 2] {
     [ways.iter().map(|way| way.motion).fold(0.0, f64::max), thinnest]
 }
 
-/// What a point of a surface of these bodies moves by at most, and the thickness of the thinnest, as [`passed`] has them.
+/// What a point of a surface of these bodies moves by at most, and the thickness of the thinnest, as in [`passed`].
 pub(crate) fn farthest_and_thinnest(start: &Bodies, twist: &[Twist], course: (f64, Option<CellShear>)) -> [f64; 2] {
     extremes(&ways(start, twist, course).collect::<Vec<_>>())
 }

@@ -19,8 +19,8 @@ pub(super) const WORK_OF_A_BODY: f64 = 1.0;
 /// The work of a body that nothing is known of: the mean of a colony.
 const WORK_AT_FIRST: f64 = 3.5;
 
-/// The way of a body that nothing is known of, and the least way of any, as parts of the longest side of its box: bodies
-/// at rest may be hit. They change no result, only how often a step is made anew, and how long the halo is.
+/// The way of a body that nothing is known of, and the least way of any, as parts of the longest side of its box:
+/// bodies at rest may be hit. They change no result, only how often a step is made anew, and how long the halo is.
 const WAY_AT_FIRST: f64 = 0.05;
 const LEAST_WAY: f64 = 0.02;
 

@@ -2,9 +2,9 @@
 //! bodies of others that its own may meet in the step, its halo.
 //!
 //! Bodies are all on all processes between two steps: growth, division and removal are everybody's. In a step each
-//! process has the bodies of its domain and halo alone, in the order of all of them, and takes it as one process takes a
-//! step of all bodies. A pair with an own body is its pair, so that a pair across a border is with both. What is
-//! exchanged: velocities of bodies in others' halos, and numbers of all (`lcp::domain`; faults, overlaps). What a step
+//! process has the bodies of its domain and halo alone, in the order of all of them, and takes it as one process takes
+//! a step of all bodies. A pair with an own body is its pair, so that a pair across a border is with both. Exchanged
+//! are velocities of bodies in others' halos, and numbers of all (`lcp::domain`; faults, overlaps). What a step
 //! leaves of pairs stays with the owners of their bodies; it is gathered when someone asks for the state.
 //!
 //! The halo is sound: each body's box with half the cutoff is widened by its own way, which is somewhat more than it

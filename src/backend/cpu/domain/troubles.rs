@@ -4,7 +4,8 @@ use super::Domain;
 use crate::step::Overlap;
 use crate::walls::{Walls, surface_of};
 
-/// A fault of a body, before it has a message: which of the faults that are looked for together, the body, and a number.
+/// A fault of a body, before it has a message: which of the faults that are looked for together, the body, and a
+/// number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::backend::cpu) struct Trouble {
     pub kind: u8,
