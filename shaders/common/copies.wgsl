@@ -16,12 +16,12 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         let goal = list[piece + 2u];
         let words = list[piece + 3u];
         let kind = list[piece];
-        if kind == WRITE {
-            for (var word = local; word < words; word += WORKGROUP) { arena[goal + word] = list[source + word]; }
-        } else if kind == COPY {
-            for (var word = local; word < words; word += WORKGROUP) { arena[goal + word] = arena[source + word]; }
-        } else {
-            for (var word = local; word < words; word += WORKGROUP) { arena[goal + word] = 0u; }
+        // One loop for all kinds: a driver without branches would run through a loop for each.
+        for (var word = local; word < words; word += WORKGROUP) {
+            var value = 0u;
+            if kind == WRITE { value = list[source + word]; }
+            if kind == COPY { value = arena[source + word]; }
+            arena[goal + word] = value;
         }
         storageBarrier();
         workgroupBarrier();

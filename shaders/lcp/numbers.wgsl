@@ -1,7 +1,5 @@
-// Operations on numbers, one after the other, in a copy of them in workgroup memory.
-
-var<workgroup> numbers: array<real, NUMBERS>;
-var<workgroup> halted: u32;
+// Operations on numbers, one after the other. `numbers_in_workgroup.wgsl` or `numbers_in_storage.wgsl` says where they
+// are.
 
 fn operate(what: u32, a: real, b: real, c: real) -> real {
     switch what {
@@ -25,18 +23,18 @@ fn run_numbers(first: u32, last: u32) {
         let what = i.x & 255u;
         let out = i.x >> 8u;
         if what == TAKE {
-            numbers[out] = taken(i.y);
+            keep(out, totals[i.y]);
             continue;
         }
-        let a = numbers[i.y];
-        let b = numbers[i.z];
+        let a = number(i.y);
+        let b = number(i.z);
         if what == LOOK {
-            numbers[out] = a;
+            keep(out, a);
             if a > b && is_finite(a) { continue; }
             halted = 1u;
-            numbers[HALT] = real(i.w);
+            keep(HALT, real(i.w));
             break;
         }
-        numbers[out] = operate(what, a, b, numbers[i.w]);
+        keep(out, operate(what, a, b, number(i.w)));
     }
 }

@@ -232,6 +232,25 @@ fn is_inside(first: u32, last: u32, x: u32, w: u32, g: u32) -> bool {
     return inside;
 }
 
+// Where w is what is wanted it is kept.
+fn keep_wanted(first: u32, last: u32, x: u32, w: u32, g: u32, out: u32) -> bool {
+    let inside = is_inside(first, last, x, w, g);
+    for (var row = select(last, first, inside); row < last; row += 1u) {
+        hold(out, row, number_of(w, row));
+    }
+    return inside;
+}
+
+// More than three rows, in parts of which each is solved exactly.
+fn minimize_parts(first: u32, last: u32, x: u32, w: u32, g: u32, out: u32) {
+    let rows = last - first;
+    let parts = (rows + MOST_EXACT - 1u) / MOST_EXACT;
+    let size = (rows + parts - 1u) / parts;
+    for (var row = first; row < last; row += size) {
+        minimize_exactly(row, min(size, last - row), x, w, g, 1.0 / real(parts), out);
+    }
+}
+
 // What is seldom needed stands in loops of few rounds: drivers without branches run through all else.
 fn minimize_block(first: u32, last: u32, x: u32, w: u32, g: u32, out: u32) {
     let rows = last - first;
@@ -239,16 +258,11 @@ fn minimize_block(first: u32, last: u32, x: u32, w: u32, g: u32, out: u32) {
     if rows <= 2u {
         minimize_few(first, rows == 2u, x, w, g, out);
     }
-    let inside = is_inside(first, last, x, w, g);
-    for (var row = select(last, first, inside); row < last; row += 1u) {
-        hold(out, row, number_of(w, row));
-    }
+    let inside = keep_wanted(first, last, x, w, g, out);
     for (var round = select(1u, 0u, rows == 3u && !inside); round < 1u; round += 1u) {
         minimize_three(first, x, w, g, out);
     }
-    let parts = (rows + MOST_EXACT - 1u) / MOST_EXACT;
-    let size = (rows + parts - 1u) / parts;
-    for (var row = select(last, first, rows > 3u && !inside); row < last; row += size) {
-        minimize_exactly(row, min(size, last - row), x, w, g, 1.0 / real(parts), out);
+    for (var round = select(1u, 0u, rows > 3u && !inside); round < 1u; round += 1u) {
+        minimize_parts(first, last, x, w, g, out);
     }
 }

@@ -23,6 +23,14 @@ struct Parameters {
     vectors: array<vec4<u32>, 2>,
     numbers: array<vec4<u32>, 4>,
 }
+// Where a stage's vectors and numbers are, as above; the first number that it makes; looks before it, over the solve.
+struct Places {
+    vectors: array<vec4<u32>, 2>,
+    numbers: array<vec4<u32>, 4>,
+    base: u32,
+    @size(28) looks: u32,
+}
+
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 
 fn at(slot: u32, row: u32) -> u32 { return slot * parameters.stride + row; }

@@ -27,7 +27,7 @@ mod table;
 
 pub use error::{BatchError, MemberError};
 pub use ordered::Ordered;
-pub use pilot::Pilot;
+pub use pilot::{Devices, Pilot};
 pub use plan::{Member, Plan};
 pub use run::{Ended, Options, Settle, Watch, run};
 pub use standing::{Folders, MemberState, Outcome, Products, Recursions, Wall};

@@ -4,12 +4,12 @@
 //! as far as it gets in some seconds; from a state of the second half of that way both are timed.
 
 use crate::error::Error;
-use crate::gpu::{Ensemble, Precision};
+use crate::gpu::{Gpu, Precision};
 use crate::scene::Scene;
 use crate::simulation::{Compute, Simulation};
 use crate::step::State;
 use std::fmt;
-use std::sync::Barrier;
+use std::sync::{Arc, Barrier};
 use std::time::{Duration, Instant};
 
 /// How long the processor goes on at most: little beside a sweep that is worth a device.
@@ -22,6 +22,9 @@ const WARM_UP: u32 = 2;
 /// The device is taken where it takes at most this part of the processor's time: members that differ share fewer
 /// dispatches than the pilot's, which are all alike.
 const PAYS: f64 = 0.7;
+
+/// Gives a device to one more scene.
+pub type Devices<'a> = dyn Fn() -> Arc<Gpu> + Sync + 'a;
 
 /// What was measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,13 +42,14 @@ pub struct Pilot {
 }
 
 impl Pilot {
-    /// Times a step of so many copies of a scene on a device, and on so many threads.
+    /// Times a step of so many copies of a scene on devices, one for each copy, and on so many threads. `device` gives
+    /// the next copy's, as [`Ensemble::member`](crate::gpu::Ensemble::member) does.
     ///
     /// # Errors
     /// What [`SimulationBuilder::build`](crate::simulation::SimulationBuilder::build) refuses, and faults of steps.
     pub fn run(
         scene: &Scene,
-        (ensemble, precision): (&Ensemble, Precision),
+        (device, precision): (&Devices, Precision),
         members: usize,
         threads: usize,
     ) -> Result<Pilot, Error> {
@@ -60,7 +64,7 @@ impl Pilot {
             // Without a thread of its own it takes this one.
             Err(_) => on_processor(),
         }?;
-        let device = together(scene, &state, (ensemble, precision), members)?;
+        let device = together(scene, &state, (device, precision), members)?;
         let rounds = members.div_ceil(threads.max(1));
         Ok(Pilot { bodies: state.bodies.len(), members, threads, cpu: alone * rounds as f64, device })
     }
@@ -118,12 +122,12 @@ fn take(simulation: &mut Simulation) -> Result<f64, Error> {
 fn together(
     scene: &Scene,
     state: &State,
-    (ensemble, precision): (&Ensemble, Precision),
+    (device, precision): (&Devices, Precision),
     members: usize,
 ) -> Result<f64, Error> {
     let ready = Barrier::new(members);
     let member = || {
-        let gpu = ensemble.member();
+        let gpu = device();
         let built =
             Simulation::builder(scene.clone()).resume(state.clone()).on(&Compute::Gpu { gpu, precision }).build();
         // One that could not be built must not hold up the others.

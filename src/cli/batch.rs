@@ -1,20 +1,17 @@
 //! `relcp batch`: many runs from one file.
 
 use super::arguments::{Backend, Batch as Arguments, Compute as ComputeArguments};
+use super::batch_devices::Devices;
 use super::batch_progress::{BatchProgress, chain};
 use super::exit::{CliError, Exit};
 use super::run::RUNS;
-use super::{compute, output};
+use super::{compute, driver, output};
 use relcp::batch::{BatchError, Ended, Folders, Member, MemberError, Options, Pilot, Plan, RowStatus, Table, run};
-use relcp::gpu::{Ensemble, Precision};
 use relcp::record::RecordError;
 use relcp::scene::Scene;
 use relcp::simulation::Compute;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-
-/// Members that run on a device at once. A launch is paid once for all of them, and each takes a thread of the host.
-const MEMBERS_AT_ONCE: usize = 64;
 
 pub(super) fn batch(arguments: &Arguments) -> Result<Exit, CliError> {
     compute::set_threads(&arguments.compute)?;
@@ -32,6 +29,10 @@ pub(super) fn batch(arguments: &Arguments) -> Result<Exit, CliError> {
     }
     if arguments.list {
         return list(arguments, &plan, &out);
+    }
+    if !arguments.table {
+        let at_once = arguments.jobs.map_or(members.len(), |jobs| members.len().min(jobs.into()));
+        driver::compute_side_by_side(&arguments.compute, at_once, threads(arguments), &arguments.sweep);
     }
     let silent = arguments.print.quiet || arguments.index.is_some();
     for stranger in Folders::read(&out).map_err(BatchError::from)?.strangers(&plan).iter().filter(|_| !silent) {
@@ -98,21 +99,21 @@ fn standing(status: RowStatus) -> Exit {
 }
 
 fn run_members(arguments: &Arguments, plan: &Plan, out: &Path, members: &[Member]) -> Result<Exit, CliError> {
-    let threads = arguments.compute.threads.map_or_else(cores, usize::from);
-    let mut device = device(arguments, plan, members)?;
-    let mut jobs_of_all = jobs(arguments, plan, device.as_ref().map(|(ensemble, _)| ensemble), threads)?;
+    let threads = threads(arguments);
+    let mut devices = devices(arguments, plan, members, threads)?;
+    let mut jobs_of_all = jobs(arguments, plan, devices.as_ref(), threads)?;
     if arguments.compute.backend == Backend::Auto
-        && let Some(of_device) = &device
-        && !pays(arguments, plan, of_device, (jobs_of_all.min(members.len()), threads))
+        && let Some(devices_of_all) = &devices
+        && !pays(arguments, plan, devices_of_all, (jobs_of_all.min(members.len()), threads))
     {
-        device = None;
+        devices = None;
         jobs_of_all = jobs(arguments, plan, None, threads)?;
     }
     let progress = BatchProgress::new(arguments.print.quiet);
-    let settle = |scene: &Scene| match &device {
-        Some((ensemble, precision)) => {
+    let settle = |scene: &Scene| match &devices {
+        Some(devices) => {
             Compute::check(scene).map_err(MemberError::Device)?;
-            Ok(Compute::Gpu { gpu: ensemble.member(), precision: *precision })
+            Ok(Compute::Gpu { gpu: devices.member(), precision: devices.precision })
         }
         None if arguments.compute.backend == Backend::Auto => Ok(Compute::Cpu),
         None => compute::settle_many(&arguments.compute, scene).map_err(unfit),
@@ -147,25 +148,16 @@ fn print(arguments: &Arguments, table: &Table) -> Result<(), CliError> {
     output::write(|out| write!(out, "{table}"))
 }
 
-fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
+fn threads(arguments: &Arguments) -> usize {
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    arguments.compute.threads.map_or_else(cores, usize::from)
 }
 
-/// How many members run at once: as many as there are threads, or as fit on the device.
-fn jobs(arguments: &Arguments, plan: &Plan, device: Option<&Ensemble>, threads: usize) -> Result<usize, CliError> {
-    let Some(ensemble) = device else { return Ok(arguments.jobs.map_or(threads, usize::from)) };
-    let bodies = most_bodies(&plan.scene(0)?);
-    let fit = ensemble.members_that_fit(bodies) as usize;
-    match arguments.jobs.map(usize::from) {
-        Some(asked) if asked > fit.max(1) && arguments.compute.backend == Backend::Gpu => {
-            Err(CliError::Usage(format!(
-                "--jobs: {asked} members of some {bodies} bodies do not fit on the device at once; the most is {}",
-                fit.max(1)
-            )))
-        }
-        Some(asked) => Ok(asked.min(fit.max(1))),
-        None => Ok(MEMBERS_AT_ONCE.min(fit.max(1))),
-    }
+/// How many members run at once: as many as there are threads, or as fit on the devices.
+fn jobs(arguments: &Arguments, plan: &Plan, devices: Option<&Devices>, threads: usize) -> Result<usize, CliError> {
+    let asked = arguments.jobs.map(usize::from);
+    let Some(devices) = devices else { return Ok(asked.unwrap_or(threads)) };
+    devices.jobs(asked, most_bodies(&plan.scene(0)?), arguments.compute.backend == Backend::Gpu)
 }
 
 /// The most bodies that a scene says it will have.
@@ -174,29 +166,33 @@ fn most_bodies(scene: &Scene) -> u64 {
     placed.max(scene.stop().and_then(|stop| stop.population).unwrap_or(0))
 }
 
-/// The device that may compute all members together, decided by the first; reports an unusable one before any run.
-fn device(arguments: &Arguments, plan: &Plan, members: &[Member]) -> Result<Option<(Ensemble, Precision)>, CliError> {
+/// The devices that may compute all members together, decided by the first; reports an unusable one before any run.
+fn devices(
+    arguments: &Arguments,
+    plan: &Plan,
+    members: &[Member],
+    threads: usize,
+) -> Result<Option<Devices>, CliError> {
     let ComputeArguments { backend, precision, adapter, .. } = &arguments.compute;
     let asks = *backend == Backend::Gpu || precision.is_some() || adapter.is_some();
     // One member alone is never faster on a device where many are on a processor.
     if !asks && (*backend != Backend::Auto || members.len() < 2) {
         return Ok(None);
     }
-    let device = compute::device_of_many(&arguments.compute, &plan.scene(0)?)?;
-    device.map(|(gpu, precision)| Ok((Ensemble::new(gpu)?, precision))).transpose()
+    Devices::open(&arguments.compute, &plan.scene(0)?, threads)
 }
 
 /// Whether so many members at a time take less time on a device than on so many threads, measured; and says so.
 fn pays(
     arguments: &Arguments,
     plan: &Plan,
-    (ensemble, precision): &(Ensemble, Precision),
+    devices: &Devices,
     (members, threads): (usize, usize),
 ) -> bool {
     let pilot = plan
         .scene(0)
         .map_err(|e| chain(&e))
-        .and_then(|scene| Pilot::run(&scene, (ensemble, *precision), members, threads).map_err(|e| chain(&e)));
+        .and_then(|scene| Pilot::run(&scene, (&|| devices.member(), devices.precision), members, threads).map_err(|e| chain(&e)));
     let pays = pilot.as_ref().is_ok_and(Pilot::device_is_faster);
     if !arguments.print.quiet {
         let on = if pays { "on the device" } else { "on the CPU" };

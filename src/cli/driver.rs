@@ -4,6 +4,7 @@
 //! The process and its number stay the same. Where that fails the program goes on.
 
 use super::arguments::{Backend, Compute};
+use relcp::gpu::Gpu;
 use relcp::scene::Scene;
 use std::path::Path;
 
@@ -36,6 +37,22 @@ pub(super) fn compute_alone(arguments: &Compute, scene: &Scene, source: Option<&
     if asks && again && bodies_at_end(scene) <= MOST_BODIES_ALONE {
         start_anew(THREADS, "0".as_ref());
     }
+}
+
+/// Has a software adapter compute many scenes in as many threads of the program's own as there are: see
+/// [`devices_of_many`].
+pub(super) fn compute_side_by_side(arguments: &Compute, members: usize, threads: usize, source: &Path) {
+    let asks = (arguments.backend == Backend::Gpu || arguments.adapter.is_some()) && std::env::var_os(THREADS).is_none();
+    if asks && source != Path::new("-") && members >= threads && threads > 1 {
+        start_anew(THREADS, "0".as_ref());
+    }
+}
+
+/// How many devices share the members of a batch. A software adapter without threads computes in the thread that asks,
+/// so there is one for each thread: they need not wait for each other at every dispatch, as the adapter's own threads do.
+pub(super) fn devices_of_many(gpu: &Gpu, threads: usize) -> usize {
+    let alone = gpu.is_software() && std::env::var_os(THREADS).is_some_and(|value| value == "0");
+    if alone { threads.max(1) } else { 1 }
 }
 
 /// About how many bodies a run ends with. Cells that divide at a length grow by a factor of e in the reciprocal of

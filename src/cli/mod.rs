@@ -2,6 +2,7 @@
 
 mod arguments;
 mod batch;
+mod batch_devices;
 mod batch_progress;
 mod compiling;
 mod compute;

@@ -112,6 +112,11 @@ impl Ensemble {
         match *self {}
     }
 
+    /// How many members there are now.
+    pub fn members(&self) -> usize {
+        match *self {}
+    }
+
     /// A device for one more member.
     pub fn member(&self) -> Arc<Gpu> {
         match *self {}

@@ -174,7 +174,7 @@ fn a_pilot_times_both_from_a_state_on_the_way() {
     let Some(gpu) = device() else { return };
     let ensemble = Ensemble::new(gpu.clone()).unwrap();
     let scene = Scene::load("colony", ["time.dt=0.01", "time.end=2.2"]).unwrap();
-    let pilot = Pilot::run(&scene, (&ensemble, Precision::F32), 3, 2).unwrap();
+    let pilot = Pilot::run(&scene, (&|| ensemble.member(), Precision::F32), 3, 2).unwrap();
     println!("{pilot}");
     // 220 steps, of which it takes the state after 128: the founder has divided once.
     assert_eq!((pilot.bodies, pilot.members, pilot.threads), (2, 3, 2));
@@ -199,4 +199,31 @@ fn a_batch_with_auto_says_what_it_measured_and_takes_the_faster_one() {
     assert!(line.ends_with(&format!("computed on the {}", if computed == "gpu" { "device" } else { "CPU" })), "{line}");
     let table = std::fs::read_to_string(place.path().join("runs/two/batch.csv")).unwrap();
     assert_eq!(table.lines().filter(|line| line.contains(&format!(",{computed},"))).count(), 2, "{table}");
+}
+
+#[test]
+fn a_batch_on_a_device_has_the_hashes_of_its_members_alone_whatever_threads_the_driver_has() {
+    let Some(gpu) = device() else { return };
+    let place = tempfile::tempdir().unwrap();
+    let sweep = r#"{ "name": "sweep", "scene": "colony", "seeds": 4,
+        "set": { "time.dt": 0.02, "time.end": 1.2, "output.picture": false } }"#;
+    std::fs::write(place.path().join("sweep.json"), sweep).unwrap();
+    let hashes = |out: &str, arguments: &[&str], threads: Option<&str>| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_relcp"));
+        command.current_dir(place.path()).args(["batch", "sweep.json", "--backend", "gpu", "--quiet", "--out", out]);
+        command.args(["--adapter", gpu.name(), "--precision", "f32"]).args(arguments);
+        // Without a number the program chooses: on a software adapter one device a thread, and no threads of the driver.
+        threads.map_or_else(|| command.env_remove("LP_NUM_THREADS"), |number| command.env("LP_NUM_THREADS", number));
+        let ran = command.output().unwrap();
+        assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+        let table = std::fs::read_to_string(place.path().join(out).join("batch.json")).unwrap();
+        let table: serde_json::Value = serde_json::from_str(&table).unwrap();
+        let rows = table["members"].as_array().unwrap().iter();
+        rows.map(|row| row["state_hash"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let alone = hashes("alone", &["--jobs", "1"], Some("2"));
+    assert_eq!(alone.len(), 4);
+    assert_eq!(hashes("together", &["--threads", "2"], Some("2")), alone);
+    assert_eq!(hashes("side-by-side", &["--threads", "2"], None), alone);
+    assert_eq!(hashes("three-devices", &["--threads", "3"], None), alone);
 }

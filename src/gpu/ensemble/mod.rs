@@ -162,6 +162,11 @@ impl Ensemble {
         Arc::new(self.core.gpu.of_member(membership))
     }
 
+    /// How many members there are now.
+    pub fn members(&self) -> usize {
+        lock(&self.core.board).seats.len()
+    }
+
     /// The device.
     pub fn gpu(&self) -> &Arc<Gpu> {
         &self.core.gpu

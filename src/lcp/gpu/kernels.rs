@@ -4,6 +4,7 @@ use super::layout::{GRID_WORDS, HALT, LOOKS, NUMBERS, REDUCTIONS, Slots};
 use super::number::{Operation, RING};
 use super::shape::{Shape, ShapeWork};
 use super::stage::{Action, REDUCTION_KINDS};
+use super::text::straight_line;
 use crate::gpu::{Gpu, GpuError, Kernel, Precision, Source, WORKGROUP, fragment};
 use crate::lcp::clusters::{COMPLIANCE, LOCAL_STEPS, MOST_BODIES, MOST_ROWS, QUIET};
 use crate::lcp::pair_block_cg;
@@ -25,6 +26,13 @@ const ROUNDINGS: f64 = 32.0;
 
 /// The most rows of a pair whose small problem is solved exactly.
 pub(super) const MOST_EXACT: u32 = 8;
+
+/// The instruction on pairs at a place of the program.
+const RUN_BLOCK: &str = "fn run_block(place: u32, pairs: u32, local: u32) {
+    let i = instruction(place);
+    run_pairs(i.a, i.b, i.c, i.out, pairs, local);
+}
+";
 
 /// An invocation has two rows of a cluster.
 const _: () = assert!(MOST_ROWS == 2 * WORKGROUP as usize);
@@ -50,6 +58,8 @@ pub(super) struct Kernels {
     /// For solvers with blocks of pairs.
     prepare_pairs: Option<Kernel>,
     stages: HashMap<Shape, Kernel>,
+    /// Of small problems, by the elements of a round.
+    straight: HashMap<Vec<Shape>, Kernel>,
 }
 
 impl Kernels {
@@ -97,6 +107,18 @@ impl Kernels {
 
     pub fn stage(&self, shape: &Shape) -> Option<&Kernel> {
         self.stages.get(shape)
+    }
+
+    /// Compiles the kernel of one workgroup's rounds, once.
+    pub fn make_straight(&mut self, gpu: &Gpu, variant: Variant, shapes: &[Shape]) -> Result<(), GpuError> {
+        if !self.straight.contains_key(shapes) {
+            self.straight.insert(shapes.to_vec(), Kernel::new(gpu, &variant.straight(shapes))?);
+        }
+        Ok(())
+    }
+
+    pub fn straight(&self, shapes: &[Shape]) -> Option<&Kernel> {
+        self.straight.get(shapes)
     }
 }
 
@@ -218,14 +240,13 @@ impl Variant {
             .include(fragment!("lcp/cluster.wgsl"))
     }
 
-    pub fn small(&self) -> Source {
-        let source = self
-            .instructions(self.reducing("small", self.small_workgroup))
-            .include(fragment!("lcp/interpret.wgsl"))
-            .include(fragment!("lcp/numbers.wgsl"))
-            .include(fragment!("lcp/jacobian.wgsl"))
-            .include(fragment!("lcp/main_small.wgsl"));
-        let source = match self.slots.low {
+    /// What one workgroup needs for a small problem, with the small problems of pairs or without them.
+    fn in_one_workgroup(&self, name: &str, pairs: bool) -> Source {
+        let mut source = self
+            .instructions(self.reducing(name, self.small_workgroup))
+            .include(fragment!("lcp/small.wgsl"))
+            .include(fragment!("lcp/jacobian.wgsl"));
+        source = match self.slots.low {
             Some(_) => source
                 .text("@group(0) @binding(8) var<storage, read_write> velocity_rest: array<vec4r>;\n")
                 .include(fragment!("lcp/two_sums.wgsl"))
@@ -234,14 +255,41 @@ impl Variant {
                 .include(fragment!("lcp/small_exact.wgsl")),
             None => source.include(fragment!("lcp/small_plain.wgsl")),
         };
-        match self.slots.coupling {
-            Some(_) => source
-                .text("@group(0) @binding(7) var<storage, read> entries: array<real>;\n")
+        if self.slots.coupling.is_some() {
+            source = source.text("@group(0) @binding(7) var<storage, read> entries: array<real>;\n");
+        }
+        if pairs {
+            source = source
                 .include(fragment!("lcp/pairs_of_all.wgsl"))
                 .include(fragment!("lcp/pair_block.wgsl"))
-                .include(fragment!("lcp/small_pairs.wgsl")),
-            None => source.text("fn run_pairs(place: u32, pairs: u32, local: u32) {}\n"),
+                .include(fragment!("lcp/small_pairs.wgsl"));
         }
+        source
+    }
+
+    /// The kernel of one workgroup that reads what it does from a program.
+    pub fn small(&self) -> Source {
+        let numbers = match self.small_workgroup {
+            SMALL_WORKGROUP_ON_SOFTWARE => fragment!("lcp/numbers_in_storage.wgsl"),
+            _ => fragment!("lcp/numbers_in_workgroup.wgsl"),
+        };
+        let source = self
+            .in_one_workgroup("small", self.slots.coupling.is_some())
+            .include(numbers)
+            .include(fragment!("lcp/numbers.wgsl"))
+            .include(fragment!("lcp/interpret.wgsl"));
+        let source = source.text(match self.slots.coupling {
+            Some(_) => RUN_BLOCK,
+            None => "fn run_block(place: u32, pairs: u32, local: u32) {}\n",
+        });
+        source.include(fragment!("lcp/main_small.wgsl"))
+    }
+
+    /// The kernel of one workgroup that does these elements round after round.
+    pub fn straight(&self, shapes: &[Shape]) -> Source {
+        let source = self.in_one_workgroup("rounds", shapes.iter().any(Shape::has_block));
+        let text = straight_line(shapes, |x| source.literal(x));
+        source.text(&text)
     }
 
     pub fn prepare_rows(&self) -> Source {
@@ -277,7 +325,8 @@ mod tests {
             for planar in [true, false] {
                 for kind in [SolverKind::Auto, SolverKind::Bbpgd, SolverKind::ProjectedJacobi] {
                     for small_workgroup in [SMALL_WORKGROUP, SMALL_WORKGROUP_ON_SOFTWARE] {
-                        all.push(Variant { precision, planar, slots: Slots::of(kind, precision), small_workgroup });
+                        let slots = Slots::of(kind, precision);
+                        all.push(Variant { precision, planar, slots, small_workgroup });
                     }
                 }
             }
@@ -294,6 +343,20 @@ mod tests {
                 check(&v.prepare_pairs());
             }
         }
+    }
+
+    #[test]
+    fn another_tolerance_needs_no_other_kernel() {
+        let shapes = |tolerance: f64| {
+            let mut tape = Tape::new(true, false);
+            let residual = tape.sum(Action::Residual, [7, 8, 9]);
+            tape.look(residual, tolerance);
+            tape.clusters(residual, [7, 8], tolerance, [12, 11]);
+            let segment = tape.all();
+            let shape = |stage: &Stage| StageArguments::of(tape.constants(), stage, &[]).shape;
+            segment.stages.iter().map(shape).collect::<Vec<_>>()
+        };
+        assert_eq!(shapes(1e-3), shapes(1e-5));
     }
 
     #[test]
@@ -347,6 +410,13 @@ mod tests {
                     && (v.slots.low.is_some() || !shape.is_exact())
             };
             shapes().filter(possible).for_each(|shape| check(&v.stage(shape)));
+            // In one workgroup without what only dispatches can do.
+            let alone = |shape: &&Shape| {
+                let chooses = matches!(shape.work, ShapeWork::Bodies { instead: Some(_), .. });
+                !shape.is_clusters() && !shape.gathers() && !chooses
+            };
+            let in_one: Vec<Shape> = shapes().filter(possible).filter(alone).cloned().collect();
+            check(&v.straight(&in_one));
         }
     }
 }

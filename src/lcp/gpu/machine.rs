@@ -11,8 +11,8 @@ use super::problem::DeviceProblem;
 use super::room::Room;
 use super::shape::{Shape, ShapeWork, StageArguments};
 use super::stage::{Action, Bodies, Product, Rows, Segment, Stage, Work};
-use super::turns::{self, Part, TURN_WORDS};
-use crate::gpu::{Bound, Buffer, Gpu, GpuError, Precision, Recorder, WORKGROUP};
+use super::straight::{self, ELEMENT_WORDS, Part, Rounds};
+use crate::gpu::{Bound, Buffer, Gpu, GpuError, Kernel, Precision, Recorder, WORKGROUP};
 use crate::lcp::clusters::LOCAL_STEPS;
 use std::ops::Range;
 
@@ -44,6 +44,8 @@ pub(crate) struct Machine {
     /// Looks that the last solve of a small problem needed.
     pub last_looks: usize,
     program: Buffer,
+    /// Where the vectors and numbers of repeated elements are.
+    rounds: Buffer,
     scalars: Buffer,
     vectors: Buffer,
     partial: Buffer,
@@ -113,6 +115,7 @@ impl Machine {
             looks: LOOKS_OF_BATCHES,
             last_looks: LOOKS_OF_BATCHES[0],
             program: Buffer::new(gpu, "lcp-program", 16, 1)?,
+            rounds: Buffer::new(gpu, "lcp-rounds", 4 * ELEMENT_WORDS, 1)?,
             scalars: Buffer::new(gpu, "lcp-numbers", real, u64::from(NUMBERS))?,
             vectors: Buffer::new(gpu, "lcp-vectors", real, 1)?,
             partial: Buffer::new(gpu, "lcp-partial", real, PARTS * u64::from(REDUCTIONS) * MOST_GROUPS)?,
@@ -224,17 +227,26 @@ impl Machine {
             let grid = [groups[0] as u32, 1, 1, groups[1] as u32, 1, 1];
             self.grid.write(gpu, 0, bytemuck::cast_slice(&grid));
         }
+        numbers(FIRST_CONSTANT, constants);
         self.kernels.make_common(gpu, self.variant, small)?;
         let beyond = [0, 1].map(|grid| items[grid].saturating_sub(groups[grid] * u64::from(WORKGROUP)));
         let confirmation = task.confirm.map(confirmation).unwrap_or_default();
         if small {
-            numbers(FIRST_CONSTANT, constants);
-            let program =
-                turns::of(segment, &confirmation, [base.rows, base.pairs, base.bodies], self.variant.small_workgroup);
+            let size = [base.rows, base.pairs, base.bodies];
+            let program = straight::of(segment, &confirmation, constants, size, self.variant.small_workgroup);
+            for part in &program.parts {
+                if let Part::Rounds(rounds) = part {
+                    self.kernels.make_straight(gpu, self.variant, &rounds.shapes)?;
+                }
+            }
             self.program.reserve(gpu, program.words.len() as u64 / 4)?;
             self.program.write(gpu, 0, bytemuck::cast_slice(&program.words));
+            if !program.places.is_empty() {
+                self.rounds.reserve(gpu, program.places.len() as u64)?;
+                self.rounds.write(gpu, 0, bytemuck::cast_slice(&program.places));
+            }
             let mut run = Run { machine: self, problem, record, base, groups, beyond, looked: false };
-            run.small(program.first_turn, &program.parts);
+            run.small(&program.parts);
             record = run.record;
         } else {
             let arguments = self.arguments(gpu, segment, &confirmation, constants)?;
@@ -410,15 +422,16 @@ impl Run<'_, '_> {
     }
 
     /// One workgroup for all stages, in dispatches that are long but not too long.
-    fn small(&mut self, first_turn: u32, parts: &[Part]) {
-        let mut place = first_turn;
+    fn small(&mut self, parts: &[Part]) {
         for part in parts {
             match part {
-                Part::Turns(turns) | Part::Confirmation(turns) => {
-                    let last = place + (turns * TURN_WORDS / 4) as u32;
-                    self.small_dispatch(place, last, matches!(part, Part::Confirmation(_)));
-                    place = last;
+                Part::Turns { range, confirms } => {
+                    let machine = self.machine;
+                    let Some(kernel) = machine.kernels.small() else { return };
+                    let program = ("program", &machine.program);
+                    self.small_dispatch("lcp-small", kernel, program, range.clone(), *confirms);
                 }
+                Part::Rounds(rounds) => self.rounds(rounds),
                 Part::Other(Work::PrepareRows) => {
                     self.prepare_rows();
                     self.make_lists();
@@ -430,15 +443,30 @@ impl Run<'_, '_> {
         }
     }
 
-    fn small_dispatch(&mut self, first: u32, last: u32, confirms: bool) {
-        if first == last {
-            return;
+    fn rounds(&mut self, Rounds { shapes, first, rounds, at_once }: &Rounds) {
+        let machine = self.machine;
+        let Some(kernel) = machine.kernels.straight(shapes) else { return };
+        let place = |round: u32| first + round * shapes.len() as u32;
+        for round in (0..*rounds).step_by(*at_once as usize) {
+            let range = place(round)..place((round + at_once).min(*rounds));
+            self.small_dispatch("lcp-rounds", kernel, ("rounds", &machine.rounds), range, false);
         }
-        self.record.stage("lcp-small");
+    }
+
+    fn small_dispatch(
+        &mut self,
+        stage: &'static str,
+        kernel: &Kernel,
+        program: Bound<'_>,
+        range: Range<u32>,
+        confirms: bool,
+    ) {
+        self.record.stage(stage);
         let (machine, problem) = (self.machine, self.problem);
+        let (first, last) = (range.start, range.end);
         let parameters = Parameters { first, last, looks: u32::from(confirms), ..self.base };
         let mut buffers = vec![
-            ("program", &machine.program),
+            program,
             ("scalars", &machine.scalars),
             ("vectors", &machine.vectors),
             ("velocity", &problem.velocity),
@@ -451,9 +479,7 @@ impl Run<'_, '_> {
         if self.machine.variant.slots.low.is_some() {
             buffers.push(("velocity_rest", &machine.velocity_rest));
         }
-        if let Some(kernel) = machine.kernels.small() {
-            self.record.run_groups(kernel, bytemuck::bytes_of(&parameters), &buffers, 1);
-        }
+        self.record.run_groups(kernel, bytemuck::bytes_of(&parameters), &buffers, 1);
     }
 
     fn prepare_rows(&mut self) {

@@ -14,6 +14,7 @@ mod room;
 mod shape;
 mod solver;
 mod stage;
+mod straight;
 mod tape;
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ pub(super) struct Room {
     /// Instructions and operations.
     count: usize,
     vectors: Vec<u32>,
-    /// Numbers that were made before the stage, but for constants.
+    /// Numbers that were made before the stage, and constants that differ from solve to solve.
     numbers: Vec<u32>,
     /// Numbers that the stage's own operations make.
     made: Vec<u32>,
@@ -51,7 +51,7 @@ impl Room {
             }
             Work::Clusters(Clusters { condition, tolerance, x, g }) => {
                 self.number(*condition);
-                self.number(*tolerance);
+                self.given(*tolerance);
                 self.vectors([*x, *g]);
             }
             Work::Bodies(Bodies { x, low, instead, .. }) => {
@@ -93,9 +93,11 @@ impl Room {
         let kind = head & 0xff;
         if kind != Operation::Take as u32 {
             self.number(a);
-            self.number(b);
-            // The last word of a look is its number.
-            if kind != Operation::Look as u32 {
+            // The last word of a look is its number; its tolerance is passed though it is a constant.
+            if kind == Operation::Look as u32 {
+                self.given(b);
+            } else {
+                self.number(b);
                 self.number(c);
             }
         }
@@ -103,8 +105,14 @@ impl Room {
     }
 
     fn number(&mut self, place: u32) {
-        let is_constant = (FIRST_CONSTANT..FIRST_CONSTANT + CONSTANTS).contains(&place);
-        if !is_constant && !self.made.contains(&place) {
+        if !(FIRST_CONSTANT..FIRST_CONSTANT + CONSTANTS).contains(&place) {
+            self.given(place);
+        }
+    }
+
+    /// A number that is passed even where it is a constant.
+    fn given(&mut self, place: u32) {
+        if !self.made.contains(&place) {
             note(&mut self.numbers, place);
         }
     }

@@ -106,41 +106,58 @@ fn place(of: u32, list: &mut Vec<u32>) -> u32 {
 impl StageArguments {
     /// The arguments of a stage after one that makes sums of these kinds. Stages that prepare or export have none.
     pub fn of(constants: &[f64], stage: &Stage, taken: &[u32]) -> StageArguments {
+        let mut arguments = StageArguments::of_operations(constants, &stage.operations, taken);
+        // The places of what the operations made.
+        let made: Vec<u32> = stage.operations.iter().map(|words| words[0] >> 8).collect();
+        arguments.work(constants, &made, &stage.work);
+        arguments
+    }
+
+    /// Of operations alone, after a stage that makes sums of these kinds.
+    pub fn of_operations(constants: &[f64], operations: &[[u32; 4]], taken: &[u32]) -> StageArguments {
         let mut arguments = StageArguments::default();
-        arguments.operations(constants, &stage.operations);
+        arguments.operations(constants, operations);
         if arguments.shape.numbers.iter().any(|line| line.operation == Operation::Take) {
             arguments.shape.taken = taken.to_vec();
         }
-        // The places of what the operations made.
-        let made: Vec<u32> = stage.operations.iter().map(|words| words[0] >> 8).collect();
-        arguments.shape.work = match &stage.work {
+        arguments
+    }
+
+    /// Of work alone.
+    pub fn of_work(constants: &[f64], work: &Work) -> StageArguments {
+        let mut arguments = StageArguments::default();
+        arguments.work(constants, &[], work);
+        arguments
+    }
+
+    fn work(&mut self, constants: &[f64], made: &[u32], work: &Work) {
+        self.shape.work = match work {
             Work::Rows(Rows { product, gather, before, block, after, .. }) => ShapeWork::Rows {
-                product: product.map(|product| Product { out: place(product.out, &mut arguments.vectors), ..product }),
+                product: product.map(|product| Product { out: place(product.out, &mut self.vectors), ..product }),
                 gather: gather.map(|Gather { condition, instead, out }| {
-                    let vectors = [instead, out].map(|vector| place(vector, &mut arguments.vectors));
-                    (arguments.operand(constants, &made, condition), vectors)
+                    let vectors = [instead, out].map(|vector| place(vector, &mut self.vectors));
+                    (self.operand(constants, made, condition), vectors)
                 }),
-                before: arguments.lines(constants, &made, before),
-                block: block.map(|block| arguments.block(block)),
-                after: arguments.lines(constants, &made, after),
+                before: self.lines(constants, made, before),
+                block: block.map(|block| self.block(block)),
+                after: self.lines(constants, made, after),
             },
             Work::Clusters(Clusters { condition, tolerance, x, g }) => ShapeWork::Clusters {
-                condition: arguments.operand(constants, &made, *condition),
-                tolerance: arguments.operand(constants, &made, *tolerance),
-                x: place(*x, &mut arguments.vectors),
-                g: place(*g, &mut arguments.vectors),
+                condition: self.operand(constants, made, *condition),
+                tolerance: self.given(made, *tolerance),
+                x: place(*x, &mut self.vectors),
+                g: place(*g, &mut self.vectors),
             },
             Work::Bodies(Bodies { x, low, instead, exact }) => ShapeWork::Bodies {
                 exact: *exact,
-                x: place(*x, &mut arguments.vectors),
-                low: low.map(|low| place(low, &mut arguments.vectors)),
+                x: place(*x, &mut self.vectors),
+                low: low.map(|low| place(low, &mut self.vectors)),
                 instead: instead.map(|[condition, from]| {
-                    (arguments.operand(constants, &made, condition), place(from, &mut arguments.vectors))
+                    (self.operand(constants, made, condition), place(from, &mut self.vectors))
                 }),
             },
             _ => ShapeWork::Numbers,
         };
-        arguments
     }
 
     fn operations(&mut self, constants: &[f64], operations: &[[u32; 4]]) {
@@ -159,7 +176,10 @@ impl StageArguments {
                 _ => [Some(a), Some(b), Some(c)],
             };
             let none = Operand::Constant(0);
-            let operands = used.map(|place| place.map_or(none, |place| self.operand(constants, &made, place)));
+            let mut operands = used.map(|place| place.map_or(none, |place| self.operand(constants, &made, place)));
+            if operation == Operation::Look {
+                operands[1] = self.given(&made, b);
+            }
             let out = match operation {
                 Operation::Look => looks,
                 _ => (head >> 8).wrapping_sub(self.base) % RING,
@@ -176,6 +196,12 @@ impl StageArguments {
         if let Some(constant) = constants.get((number.wrapping_sub(FIRST_CONSTANT)) as usize) {
             return Operand::Constant(constant.to_bits());
         }
+        self.given(made, number)
+    }
+
+    /// The same of a number that differs from solve to solve, such as a tolerance: as a constant of the kernel it would
+    /// have a kernel compiled for every solve.
+    fn given(&mut self, made: &[u32], number: u32) -> Operand {
         match made.iter().rposition(|place| *place == number) {
             Some(nth) => Operand::Made(nth as u32),
             None => Operand::Parameter(place(number, &mut self.numbers)),

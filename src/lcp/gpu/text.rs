@@ -16,12 +16,25 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let leads = local == 0u && group_index(group, groups) == 0u;
+    let places = Places(parameters.vectors, parameters.numbers, parameters.base, parameters.looks);
+";
+
+/// In one workgroup: what confirms a look is done only after one that ended the batch, all else only before.
+const BEGIN_ROUNDS: &str = "
+// Where the vectors and numbers of each element of a round are.
+@group(0) @binding(1) var<storage, read> rounds: array<Places>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(@builtin(local_invocation_index) local: u32) {
+    let leads = local == 0u;
+    if leads { halted = select(0u, 1u, scalars[HALT] != 0.0); }
+    if workgroupUniformLoad(&halted) != parameters.looks { return; }
 ";
 
 /// What follows a look that ended the batch does nothing.
 const GO_ON: &str = "    if local == 0u {
         let ended = scalars[HALT];
-        halted = select(0u, 1u, ended != 0.0 && ended <= real(parameters.looks));
+        halted = select(0u, 1u, ended != 0.0 && ended <= real(places.looks));
     }
     if workgroupUniformLoad(&halted) != 0u { return; }
 ";
@@ -39,6 +52,12 @@ const HALTS: &str = "    if leads && ended != 0u {
     if workgroupUniformLoad(&halted) != 0u { return; }
 ";
 
+/// In one workgroup a look that ends the batch leaves the loop over the rounds.
+const LEAVES: &str = "    if leads && ended != 0u { scalars[HALT] = real(ended); }
+    if leads { halted = ended; }
+    if workgroupUniformLoad(&halted) != 0u { break; }
+";
+
 const ALL_BODIES: &str = "invocation(group, groups, local), groups.x * groups.y * WORKGROUP";
 
 const ALL_GROUPS: &str = "group_index(group, groups), groups.x * groups.y";
@@ -54,6 +73,8 @@ const CHUNK: &str = "    for (var chunk = group_index(group, groups); chunk * WO
     let end = first_from(next);
     let own = here + local;
 ";
+
+const ROWS_OF_WORKGROUP: &str = "    for (var row = local; row < parameters.rows; row += WORKGROUP) {\n";
 
 const ROWS_OF_CHUNK: &str = "    for (var row = begin + local; row < end; row += WORKGROUP) {\n";
 
@@ -121,6 +142,9 @@ impl Shape {
             text.push_str(GO_ON);
         }
         self.add_numbers(&mut text, &literal);
+        if self.looks() {
+            text.push_str(HALTS);
+        }
         match &self.work {
             ShapeWork::Numbers => {}
             ShapeWork::Rows { product, gather, before, block, after } => {
@@ -134,7 +158,7 @@ impl Shape {
                     (None, None) => First::Nothing,
                 };
                 let [before, after] = [before, after].map(|lines| &lines[..]);
-                add_rows(&mut text, first, before, block.as_ref(), after, &literal);
+                add_rows(&mut text, Setting::Apart, first, [before, after], block.as_ref(), &literal);
             }
             ShapeWork::Clusters { condition, tolerance, x, g } => {
                 let [condition, tolerance] = [condition, tolerance].map(|operand| number(*operand, &literal));
@@ -164,6 +188,34 @@ impl Shape {
         text
     }
 
+    /// What one workgroup does for it, in the loop over the rounds of `straight_line`.
+    fn element(&self, literal: &impl Fn(f64) -> String) -> String {
+        let mut text = String::new();
+        self.add_numbers(&mut text, literal);
+        if self.looks() {
+            text.push_str(LEAVES);
+        }
+        match &self.work {
+            ShapeWork::Rows { product, before, block, after, .. } => {
+                let first = product.as_ref().map_or(First::Nothing, First::Product);
+                let lines = [before, after].map(|lines| &lines[..]);
+                add_rows(&mut text, Setting::Resident, first, lines, block.as_ref(), literal);
+            }
+            ShapeWork::Bodies { x, low, exact, .. } => {
+                // Zero for velocities in one part, else one more than the place of the second part of the vector.
+                let second = match (exact, low) {
+                    (false, _) => "0u".into(),
+                    (true, None) => "NONE".into(),
+                    (true, Some(low)) => format!("{} + 1u", vector_place(*low)),
+                };
+                let x = vector_place(*x);
+                let _ = writeln!(text, "    run_bodies({x}, {second}, parameters.bodies, local);");
+            }
+            ShapeWork::Numbers | ShapeWork::Clusters { .. } => {}
+        }
+        text
+    }
+
     /// Takes the sums of the stage before and does the operations: every invocation for itself.
     fn add_numbers(&self, text: &mut String, literal: &impl Fn(f64) -> String) {
         if !self.taken.is_empty() {
@@ -180,12 +232,9 @@ impl Shape {
         if self.numbers.iter().any(|line| made(&line)) {
             text.push_str("    if leads {\n");
             for (nth, line) in self.numbers.iter().enumerate().filter(|(_, line)| made(line)) {
-                let _ = writeln!(text, "        scalars[(parameters.base + {}u) % RING] = n{nth};", line.out);
+                let _ = writeln!(text, "        scalars[(places.base + {}u) % RING] = n{nth};", line.out);
             }
             text.push_str("    }\n");
-        }
-        if self.looks() {
-            text.push_str(HALTS);
         }
     }
 }
@@ -204,7 +253,7 @@ fn add_number(text: &mut String, nth: usize, line: &NumberLine, literal: &impl F
         Operation::Max => format!("larger({a}, {b})"),
         Operation::IfPositive => format!("select({c}, {b}, {a} > 0.0)"),
         Operation::Look => {
-            let look = format!("parameters.looks + {}u", line.out);
+            let look = format!("places.looks + {}u", line.out);
             let _ = writeln!(text, "    if ended == 0u {{");
             let _ = writeln!(text, "        if leads {{ scalars[HALT + 1u + ({look}) % LOOKS] = {a}; }}");
             let _ = writeln!(text, "        if !({a} > {b} && is_finite({a})) {{ ended = {look} + 1u; }}");
@@ -213,6 +262,31 @@ fn add_number(text: &mut String, nth: usize, line: &NumberLine, literal: &impl F
         }
     };
     let _ = writeln!(text, "    let n{nth} = {value};");
+}
+
+/// The entry point of one workgroup that does these stages in their order, round after round. `literal` writes a
+/// constant.
+pub(super) fn straight_line(shapes: &[Shape], literal: impl Fn(f64) -> String) -> String {
+    let mut text = String::from(BEGIN_ROUNDS);
+    let _ = writeln!(
+        text,
+        "    for (var round = parameters.first; round < parameters.last; round += {}u) {{",
+        shapes.len()
+    );
+    for (nth, shape) in shapes.iter().enumerate() {
+        let _ = writeln!(text, "    {{\n    let places = rounds[round + {nth}u];");
+        text.push_str(&shape.element(&literal));
+        text.push_str("    }\n    fence();\n");
+    }
+    text.push_str("    }\n}\n");
+    text
+}
+
+/// Who does a stage: all workgroups of a dispatch, or one workgroup that does others before and after it.
+#[derive(Clone, Copy, PartialEq)]
+enum Setting {
+    Apart,
+    Resident,
 }
 
 /// What is done on a row before all instructions.
@@ -224,13 +298,13 @@ enum First<'a> {
     Gather([u32; 2]),
 }
 
-/// Adds work on rows.
+/// Adds work on rows: lines before and after those on whole pairs.
 fn add_rows(
     text: &mut String,
+    setting: Setting,
     work: First,
-    before: &[Line],
+    [before, after]: [&[Line]; 2],
     block: Option<&Block>,
-    after: &[Line],
     literal: &impl Fn(f64) -> String,
 ) {
     let lines: Vec<&Line> = before.iter().chain(after).collect();
@@ -242,33 +316,43 @@ fn add_rows(
             let _ = writeln!(text, "    var sum{k} = identity({}u);", line.action.kind());
         }
     }
-    if let Some(block) = block {
-        text.push_str(CHUNK);
-        let unread = (![Some(block.x), block.w, block.g].contains(&Some(block.out))).then_some(block.out);
-        add_loop(text, ROWS_OF_CHUNK, before, 0, work, unread);
-        let [w, g] = [block.w, block.g].map(|vector| vector.map_or("NONE".into(), vector_place));
-        let (x, out) = (vector_place(block.x), vector_place(block.out));
-        let minimize = format!("minimize_block(own, span[own] & ~FIRST_OF_PAIR, {x}, {w}, {g}, {out})");
-        let _ =
-            writeln!(text, "    storageBarrier();\n    if begins_pair(own) {{ {minimize}; }}\n    storageBarrier();");
-        add_loop(text, ROWS_OF_CHUNK, after, before.len(), First::Nothing, None);
-        text.push_str("    storageBarrier();\n    }\n");
-    } else {
-        add_loop(text, ALL_ROWS, before, 0, work, None);
+    match (block, setting) {
+        (Some(block), _) => add_pairs(text, setting, work, [before, after], block),
+        (None, Setting::Apart) => add_loop(text, ALL_ROWS, before, 0, work, None),
+        (None, Setting::Resident) => add_loop(text, ROWS_OF_WORKGROUP, before, 0, work, None),
     }
     let kinds: Vec<(usize, &&Line)> = lines.iter().enumerate().filter(|(_, line)| line.action.is_sum()).collect();
     for (k, line) in &kinds {
         let _ = writeln!(text, "    lanes[{}u * WORKGROUP + local] = sum{k};", line.out);
     }
-    if !kinds.is_empty() {
+    if !kinds.is_empty() && setting == Setting::Apart {
         let packed = packed(&kinds.iter().map(|(_, line)| line.action.kind()).collect::<Vec<_>>());
         let count = kinds.len();
         let _ = writeln!(text, "    leave_sums(group_index(group, groups), local, {count}u, {packed}u);");
     }
 }
 
+/// Adds work on rows with the small problems of the pairs between.
+fn add_pairs(text: &mut String, setting: Setting, work: First, [before, after]: [&[Line]; 2], block: &Block) {
+    let unread = (![Some(block.x), block.w, block.g].contains(&Some(block.out))).then_some(block.out);
+    let [w, g] = [block.w, block.g].map(|vector| vector.map_or("NONE".into(), vector_place));
+    let (x, out) = (vector_place(block.x), vector_place(block.out));
+    if setting == Setting::Resident {
+        add_loop(text, ROWS_OF_WORKGROUP, before, 0, work, unread);
+        let _ = writeln!(text, "    fence();\n    run_pairs({x}, {w}, {g}, {out}, parameters.pairs, local);\n    fence();");
+        add_loop(text, ROWS_OF_WORKGROUP, after, before.len(), First::Nothing, None);
+        return;
+    }
+    text.push_str(CHUNK);
+    add_loop(text, ROWS_OF_CHUNK, before, 0, work, unread);
+    let minimize = format!("minimize_block(own, span[own] & ~FIRST_OF_PAIR, {x}, {w}, {g}, {out})");
+    let _ = writeln!(text, "    storageBarrier();\n    if begins_pair(own) {{ {minimize}; }}\n    storageBarrier();");
+    add_loop(text, ROWS_OF_CHUNK, after, before.len(), First::Nothing, None);
+    text.push_str("    storageBarrier();\n    }\n");
+}
+
 fn vector_place(vector: u32) -> String {
-    format!("((parameters.vectors[{}][{}] >> {}u) & 255u)", vector / 16, vector / 4 % 4, 8 * (vector % 4))
+    format!("((places.vectors[{}][{}] >> {}u) & 255u)", vector / 16, vector / 4 % 4, 8 * (vector % 4))
 }
 
 fn number(operand: Operand, literal: &impl Fn(f64) -> String) -> String {
@@ -276,7 +360,7 @@ fn number(operand: Operand, literal: &impl Fn(f64) -> String) -> String {
         Operand::Constant(bits) => literal(f64::from_bits(bits)),
         Operand::Made(nth) => format!("n{nth}"),
         Operand::Parameter(number) => {
-            let place = format!("(parameters.numbers[{}][{}] >> {}u)", number / 8, number / 2 % 4, 16 * (number % 2));
+            let place = format!("(places.numbers[{}][{}] >> {}u)", number / 8, number / 2 % 4, 16 * (number % 2));
             format!("scalars[{place} & 65535u]")
         }
     }

@@ -1,25 +1,11 @@
-//! A tape for the one workgroup of a small problem: turns, each of which does rows, pairs, bodies, a product, rows
+//! Turns of the one workgroup of a small problem, read from a program: each does rows, pairs, bodies, a product, rows
 //! again and a finish, or nothing for some of these.
 
 use super::layout::FIRST_CONSTANT;
-use super::stage::{Bodies, Product, Rows, Segment, Stage, Words, Work, packed};
+use super::stage::{Bodies, Product, Rows, Words, Work, packed};
 
 /// One turn, as in `shaders/lcp/main_small.wgsl`.
 pub(super) const TURN_WORDS: usize = 16;
-
-/// Rounds of loops that one invocation makes in one dispatch, about: some drivers end it at 65,535.
-const MOST_ROUNDS: u64 = 12_000;
-
-/// Rounds for one row in the small problem of its pair, at most but for odd cases.
-const ROUNDS_OF_BLOCKS: u64 = 64;
-
-/// What one workgroup is to do: so many turns, or another stage that has a kernel of its own.
-pub(super) enum Part {
-    Turns(usize),
-    /// Turns that are done if a look ended the batch.
-    Confirmation(usize),
-    Other(Work),
-}
 
 /// What a turn does, in its order.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
@@ -32,18 +18,8 @@ enum Step {
     Finish,
 }
 
-/// A segment for one workgroup.
-#[derive(Default)]
-pub(super) struct Program {
-    /// Instructions, operations and turns, as the device reads them.
-    pub words: Vec<u32>,
-    /// Where the turns begin, in fours of words.
-    pub first_turn: u32,
-    pub parts: Vec<Part>,
-}
-
 /// Builds turns.
-struct Turns {
+pub(super) struct Turns {
     instructions: Vec<Words>,
     operations: Vec<[u32; 4]>,
     words: Vec<[u32; TURN_WORDS]>,
@@ -52,52 +28,24 @@ struct Turns {
     rows: u32,
     pairs: u32,
     bodies: u32,
-    /// Invocations of the workgroup.
-    workgroup: u32,
-}
-
-/// A segment, and what confirms a look, as turns of a workgroup of so many invocations for a problem of so many rows,
-/// pairs and bodies, in parts that are not too long for one dispatch.
-pub(super) fn of(segment: &Segment, confirmation: &[Stage], size: [u32; 3], workgroup: u32) -> Program {
-    let mut turns = Turns::new(size, workgroup);
-    let (mut parts, mut first, mut rounds) = (Vec::new(), 0, 0);
-    let mut kinds = Vec::new();
-    for stage in &segment.stages {
-        let other = matches!(stage.work, Work::PrepareRows | Work::PreparePairs | Work::Export { .. });
-        turns.finish(&stage.operations, &kinds);
-        rounds += stage.operations.len() as u64 + 16;
-        // Sums are kept in the workgroup until they are finished.
-        if other || (rounds >= MOST_ROUNDS && !stage.operations.is_empty()) {
-            parts.push(Part::Turns(turns.words.len() - first));
-            (first, rounds, turns.last) = (turns.words.len(), 0, Step::Finish);
-        }
-        turns.add(&stage.work);
-        rounds += turns.rounds(stage);
-        kinds = stage.kinds();
-        if other {
-            parts.push(Part::Other(stage.work.clone()));
-        }
-    }
-    parts.push(Part::Turns(turns.words.len() - first));
-    (first, turns.last) = (turns.words.len(), Step::Finish);
-    kinds.clear();
-    for stage in confirmation {
-        turns.finish(&stage.operations, &kinds);
-        turns.add(&stage.work);
-        kinds = stage.kinds();
-    }
-    parts.push(Part::Confirmation(turns.words.len() - first));
-    turns.program(parts)
 }
 
 impl Turns {
-    fn new([rows, pairs, bodies]: [u32; 3], workgroup: u32) -> Self {
+    /// Of a problem of so many rows, pairs and bodies.
+    pub fn new([rows, pairs, bodies]: [u32; 3]) -> Self {
         let (instructions, operations) = (Vec::new(), Vec::new());
-        Turns { instructions, operations, words: Vec::new(), last: Step::Finish, rows, pairs, bodies, workgroup }
+        Turns { instructions, operations, words: Vec::new(), last: Step::Finish, rows, pairs, bodies }
     }
 
-    /// All words. Operations follow the instructions.
-    fn program(mut self, parts: Vec<Part>) -> Program {
+    /// How many turns there are. The next thing begins another one.
+    pub fn end(&mut self) -> u32 {
+        self.last = Step::Finish;
+        self.words.len() as u32
+    }
+
+    /// All words: instructions, operations and turns, as the device reads them; and where the turns begin, in fours of
+    /// words.
+    pub fn words(mut self) -> (Vec<u32>, u32) {
         let first_operation = 2 * self.instructions.len() as u32;
         for turn in &mut self.words {
             turn[12] += first_operation;
@@ -105,11 +53,11 @@ impl Turns {
         }
         let first_turn = first_operation + self.operations.len() as u32;
         let lists = [self.instructions.as_flattened(), self.operations.as_flattened(), self.words.as_flattened()];
-        Program { words: lists.concat(), first_turn, parts }
+        (lists.concat(), first_turn)
     }
 
     /// Adds operations on numbers, which take sums of these kinds.
-    fn finish(&mut self, operations: &[[u32; 4]], kinds: &[u32]) {
+    pub fn finish(&mut self, operations: &[[u32; 4]], kinds: &[u32]) {
         if operations.is_empty() {
             return;
         }
@@ -121,7 +69,7 @@ impl Turns {
     }
 
     /// Adds what a stage does after its operations.
-    fn add(&mut self, work: &Work) {
+    pub fn add(&mut self, work: &Work) {
         let (rows, pairs, bodies) = (self.rows, self.pairs, self.bodies);
         match work {
             Work::Rows(Rows { product, before, block, after, .. }) => {
@@ -172,19 +120,5 @@ impl Turns {
         self.last = step;
         let last = self.words.len() - 1;
         &mut self.words[last]
-    }
-
-    /// About how many rounds of loops an invocation makes for a stage on rows or bodies.
-    fn rounds(&self, stage: &Stage) -> u64 {
-        let each = |n: u32| u64::from(n.div_ceil(self.workgroup)) + 1;
-        let rows = each(self.rows);
-        match &stage.work {
-            Work::Rows(Rows { product, before, block, after, .. }) => {
-                let blocks = if block.is_some() { ROUNDS_OF_BLOCKS } else { 0 };
-                ((before.len() + after.len()) as u64 + u64::from(product.is_some()) + blocks) * rows
-            }
-            Work::Bodies(_) => each(self.bodies) + 2 * rows,
-            _ => 0,
-        }
     }
 }

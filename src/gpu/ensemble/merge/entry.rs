@@ -47,6 +47,10 @@ pub(super) fn entry(
         let value = of.row(variables.members, member, (HEAD + nth) as u32);
         of.store(*begin, value);
     }
+    if let Some([all, own]) = variables.copied {
+        let value = of.word(all, member);
+        of.store(own, value);
+    }
     let [none, one] = [0, 1].map(|number| of.literal(number));
     let own_group = of.emit(Expression::Compose { ty: vector, components: vec![x, y, none] });
     let groups = of.emit(Expression::Compose { ty: vector, components: vec![columns, rows, one] });
@@ -100,7 +104,7 @@ impl Building {
         self.statement(Statement::Store { pointer, value });
     }
 
-    /// A word of an array of words, for which statements are added.
+    /// An element of an array, for which statements are added.
     fn word(&mut self, array: Handle<GlobalVariable>, index: Handle<Expression>) -> Handle<Expression> {
         let base = self.append(Expression::GlobalVariable(array));
         let pointer = self.emit(Expression::Access { base, index });

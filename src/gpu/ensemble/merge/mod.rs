@@ -3,7 +3,8 @@
 //! All arrays of all members lie in one buffer, the arena. A merged kernel is made from the parsed text of a plain one:
 //! workgroups of one `z` belong to one member, whose row of the table `members` says how many workgroups it has and
 //! where each of its arrays begins. An access `jacobian[i]` becomes `jacobian[i + begin]`, with `begin` from that row;
-//! the parameters of the dispatch become an array with one entry a member. Nothing else changes, so a member computes
+//! the parameters of the dispatch become an array with one entry a member, of which an invocation
+//! first copies its member's. Nothing else changes, so a member computes
 //! what the plain kernel computes for it alone, in the same order.
 //!
 //! The old entry point becomes a function, which a new one calls with the member's own group and number of groups.
@@ -31,7 +32,7 @@ pub(in crate::gpu) struct Merged {
     pub parameters: Option<u64>,
 }
 
-/// A storage variable or the parameters, where each member has its own.
+/// A storage variable of which each member has its own.
 #[derive(Clone, Copy)]
 struct Own {
     /// The private variable that says where a member's begins.
@@ -51,6 +52,8 @@ struct Variables {
     /// Where its arrays begin, in the order of their bindings.
     begins: Vec<Handle<GlobalVariable>>,
     owned: Owned,
+    /// The parameters of all members, and the copy of a member's own.
+    copied: Option<[Handle<GlobalVariable>; 2]>,
 }
 
 /// Merges a kernel, whose validation found `info`.
@@ -121,7 +124,7 @@ fn declare(module: &mut Module, strides: &mut Vec<u64>, parameters: &mut Option<
         module.global_variables.append(storage("members", 0, all_words, StorageAccess::LOAD), Span::UNDEFINED);
     let member = module.global_variables.append(private("member".into()), Span::UNDEFINED);
     let (mut owned, mut begins) = (Owned::new(), Vec::new());
-    let mut uniform = None;
+    let (mut uniform, mut copied) = (None, None);
     for (_, handle) in bound {
         let whole = module.global_variables[handle].clone();
         let (stride, name) = (u64::from(layouter[whole.ty].to_stride()), whole.name.clone().unwrap_or_default());
@@ -146,12 +149,15 @@ fn declare(module: &mut Module, strides: &mut Vec<u64>, parameters: &mut Option<
     if let Some((handle, base, stride)) = uniform {
         let array = TypeInner::Array { base, size: ArraySize::Dynamic, stride: stride as u32 };
         let ty = scalar(module, None, array);
-        let name = module.global_variables[handle].name.clone().unwrap_or_default();
-        module.global_variables[handle] = storage(&name, next + 1, ty, StorageAccess::LOAD);
-        owned.insert(handle, Own { begin: member, is_array: false });
+        // A driver reads a uniform once for all invocations, but an element of an array for each, every time: the
+        // kernel reads its own from a copy. With the array in its place kernels took llvmpipe twice as long.
+        module.global_variables[handle].space = AddressSpace::Private;
+        module.global_variables[handle].binding = None;
+        let all = storage("parameters_of_all", next + 1, ty, StorageAccess::LOAD);
+        copied = Some([module.global_variables.append(all, Span::UNDEFINED), handle]);
         *parameters = Some(stride);
     }
-    Ok(Variables { members, words, member, begins, owned })
+    Ok(Variables { members, words, member, begins, owned, copied })
 }
 
 #[cfg(test)]

@@ -55,7 +55,7 @@ fn a_merged_kernel_is_valid_and_binds_the_table_its_arrays_the_arena_and_its_par
         .collect();
     bound.sort();
     let names: Vec<&str> = bound.iter().map(|(_, name)| name.as_str()).collect();
-    assert_eq!(names, ["members", "sources", "into", "report", "counts", "arena", "parameters"]);
+    assert_eq!(names, ["members", "sources", "into", "report", "counts", "arena", "parameters_of_all"]);
 }
 
 #[test]

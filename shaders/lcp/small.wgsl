@@ -1,0 +1,56 @@
+// What one workgroup needs for a small problem.
+@group(0) @binding(2) var<storage, read_write> scalars: array<real>;
+@group(0) @binding(3) var<storage, read_write> vectors: array<real>;
+@group(0) @binding(4) var<storage, read_write> velocity: array<vec4r>;
+@group(0) @binding(5) var<storage, read> jacobian: array<vec4r>;
+// The pairs, where their rows begin, where the bodies' lists begin, and those lists.
+@group(0) @binding(6) var<storage, read> lists: array<u32>;
+
+var<workgroup> totals: array<real, REDUCTIONS>;
+var<workgroup> halted: u32;
+
+fn pair_of(row: u32) -> vec2<u32> { return vec2<u32>(lists[2u * row], lists[2u * row + 1u]); }
+fn block_start(slot: u32) -> u32 { return lists[2u * parameters.rows + slot]; }
+
+fn fence() {
+    workgroupBarrier();
+    storageBarrier();
+}
+
+// Brings together the sums that the work before left.
+fn take_sums(local: u32, count: u32, kinds: u32) {
+    reduce(local, kinds);
+    if local < count { totals[local] = total(local, kinds); }
+    workgroupBarrier();
+}
+
+// Where a body's entries stand among the lists.
+fn entries_of(body: u32) -> vec2<u32> {
+    let starts = 2u * parameters.rows + parameters.pairs + 1u;
+    let incidence = starts + parameters.bodies + 1u;
+    return vec2<u32>(incidence + lists[starts + body], incidence + lists[starts + body + 1u]);
+}
+
+fn move_body_plainly(body: u32, x: u32) {
+    let span = entries_of(body);
+    var sum = vec4r();
+    var turn = vec4r();
+    for (var place = span.x; place < span.y; place += 1u) {
+        let block = lists[place];
+        let number = vectors[at(x, block / 2u)];
+        sum += number * jacobian[block * WIDTH];
+        if WIDTH == 2u {
+            turn += number * jacobian[block * WIDTH + 1u];
+        }
+    }
+    velocity[body * WIDTH] = sum;
+    if WIDTH == 2u {
+        velocity[body * WIDTH + 1u] = turn;
+    }
+}
+
+fn run_bodies(x: u32, second: u32, bodies: u32, local: u32) {
+    for (var body = local; body < bodies; body += WORKGROUP) {
+        move_body(body, x, second);
+    }
+}
