@@ -17,9 +17,10 @@ import matplotlib.pyplot as plot  # noqa: E402
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-sys.path[:0] = [str(HERE / "atlas"), str(HERE / "decades")]
+sys.path[:0] = [str(HERE / "atlas"), str(HERE / "decades"), str(HERE / "precision")]
 
 import draw as atlas  # noqa: E402
+import page as precision  # noqa: E402
 import table as decades  # noqa: E402
 from scenes_table import SCENES  # noqa: E402
 
@@ -31,6 +32,7 @@ GYRATION_WITHIN = 0.01
 BLOCKS = [
     *["origin", "best", "short", "rods-1000", "rods-1000 faster", "rods-8000", "ellipsoids-1000", "ellipsoids-1000 faster"],
     *["tuning", "settings", "colony", "lcp warm", "lcp cold", "atlas", "atlas relcp", "decades"],
+    *["precision", "precision summary", "precision unbeaten", "precision least", "precision settings", "precision origin"],
 ]
 NOT_MEASURED = "Not measured yet.\n"
 COLOURS = {name: f"C{index}" for index, name in enumerate(ENGINES)}
@@ -268,6 +270,10 @@ def blocks(folder):
     packing_plot(packing, folder)
     if read(folder, "atlas"):
         save(atlas.maps(read(folder, "atlas")), folder / "atlas.svg")
+    if ends := read(folder, "precision"):
+        names = {key: engine["name"] for key, engine in ENGINES.items()}
+        made.update(precision.blocks(ends, names, table))
+        save(precision.curves(precision.least(ends), names, COLOURS), folder / "precision.svg")
     return {**{key: NOT_MEASURED for key in BLOCKS}, **made}
 
 

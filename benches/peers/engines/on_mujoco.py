@@ -1,6 +1,7 @@
 """MuJoCo on the CPU. Settings: `solver` (Newton, CG, PGS), `iterations`, `tolerance`, `timeconst` and `dampratio` of
 `solref`, `dmin`, `dmax` and `width` of `solimp`, `margin`, `drag` (a force and a damping of that coefficient; without it
-each body gets the field's velocity and no spin before every step), `integrator`."""
+each body gets the field's velocity and no spin before every step), `integrator`, `ccd_tolerance` and `ccd_iterations` of
+the distance of ellipsoids."""
 
 import mujoco
 import numpy
@@ -28,6 +29,9 @@ class Engine:
             f'tolerance="{settings.number("tolerance", 1e-8)}" '
             f'integrator="{settings.get("integrator", "implicitfast")}"/><worldbody>{bodies}</worldbody></mujoco>'
         )
+        if "ccd_tolerance" in settings:
+            self.model.opt.ccd_tolerance = settings.number("ccd_tolerance", 1e-6)
+            self.model.opt.ccd_iterations = settings.count("ccd_iterations", 35)
         self.data = mujoco.MjData(self.model)
         self.drag = settings.number("drag", 0.0)
         damping = self.model.dof_damping.reshape(-1, 6)

@@ -4,7 +4,8 @@
 //! `radius` and `half`, `sizes=FILE`. Settings: `drag` (a force and a damping of that coefficient; without it each body
 //! gets the field's velocity and no spin before every step), `iterations`, `pgs`, `stabilization`, `frequency`,
 //! `damping_ratio`, `prediction`, `corrective`, `allowed_error`, `recycling`; `centre` of the field along x, `trap` (a
-//! stiffness, in place of the field), `spin` about z. What is not given is the engine's default.
+//! stiffness, in place of the field), `forces` (a file of a force a body, in place of the field), `spin` about z,
+//! `repeats` (whole runs, of which the quickest counts). What is not given is the engine's default.
 
 #[cfg(feature = "f64")]
 mod double;
@@ -17,10 +18,10 @@ use run::{Fault, Run};
 fn main() -> Result<(), Fault> {
     let run = Run::from_arguments()?;
     match run.word("version")? {
-        "0.26" => run.follow("0.26.1", v0_26::World::new(&run)?),
-        "0.36" => run.follow("0.36.1", single::v0_36::World::new(&run)?),
+        "0.26" => run.follow("0.26.1", v0_26::World::new),
+        "0.36" => run.follow("0.36.1", single::v0_36::World::new),
         #[cfg(feature = "f64")]
-        "0.36-f64" => run.follow("0.36.1, f64", double::v0_36::World::new(&run)?),
+        "0.36-f64" => run.follow("0.36.1, f64", double::v0_36::World::new),
         other => Err(format!("version {other}: 0.26 or 0.36").into()),
     }
 }

@@ -80,10 +80,10 @@ fn parameters(run: &Run) -> Result<IntegrationParameters, Fault> {
 
 impl Engine for World {
     fn step(&mut self, run: &Run) {
-        for (handle, speed) in &self.handles {
+        for (k, (handle, speed)) in self.handles.iter().enumerate() {
             let Some(body) = self.bodies.get_mut(*handle) else { continue };
             let x = *body.translation();
-            let velocity = run.velocity([x.x, x.y, x.z].map(f64::from));
+            let velocity = run.velocity(k, [x.x, x.y, x.z].map(f64::from));
             let velocity = Vector::from(velocity.map(|v| v as Real)) * *speed as Real;
             match self.drag {
                 None => {

@@ -51,10 +51,10 @@ fn parameters(run: &Run, to: &mut IntegrationParameters) -> Result<(), Fault> {
 
 impl Engine for World {
     fn step(&mut self, run: &Run) {
-        for (handle, Rod { speed, inertia, .. }) in &self.handles {
+        for (k, (handle, Rod { speed, inertia, .. })) in self.handles.iter().enumerate() {
             let body = &mut self.world.bodies[*handle];
             let x = body.translation();
-            let velocity = run.velocity([x.x, x.y, x.z].map(f64::from));
+            let velocity = run.velocity(k, [x.x, x.y, x.z].map(f64::from));
             let velocity = Vector::from_array(velocity.map(|v| v as Real)) * *speed as Real;
             match self.drag {
                 None => {
