@@ -183,16 +183,10 @@ fn devices(
 }
 
 /// Whether so many members at a time take less time on a device than on so many threads, measured; and says so.
-fn pays(
-    arguments: &Arguments,
-    plan: &Plan,
-    devices: &Devices,
-    (members, threads): (usize, usize),
-) -> bool {
-    let pilot = plan
-        .scene(0)
-        .map_err(|e| chain(&e))
-        .and_then(|scene| Pilot::run(&scene, (&|| devices.member(), devices.precision), members, threads).map_err(|e| chain(&e)));
+fn pays(arguments: &Arguments, plan: &Plan, devices: &Devices, (members, threads): (usize, usize)) -> bool {
+    let pilot = plan.scene(0).map_err(|e| chain(&e)).and_then(|scene| {
+        Pilot::run(&scene, (&|| devices.member(), devices.precision), members, threads).map_err(|e| chain(&e))
+    });
     let pays = pilot.as_ref().is_ok_and(Pilot::device_is_faster);
     if !arguments.print.quiet {
         let on = if pays { "on the device" } else { "on the CPU" };

@@ -42,7 +42,8 @@ pub(super) fn compute_alone(arguments: &Compute, scene: &Scene, source: Option<&
 /// Has a software adapter compute many scenes in as many threads of the program's own as there are: see
 /// [`devices_of_many`].
 pub(super) fn compute_side_by_side(arguments: &Compute, members: usize, threads: usize, source: &Path) {
-    let asks = (arguments.backend == Backend::Gpu || arguments.adapter.is_some()) && std::env::var_os(THREADS).is_none();
+    let asks =
+        (arguments.backend == Backend::Gpu || arguments.adapter.is_some()) && std::env::var_os(THREADS).is_none();
     if asks && source != Path::new("-") && members >= threads && threads > 1 {
         start_anew(THREADS, "0".as_ref());
     }

@@ -227,6 +227,11 @@ impl Gpu {
         Ok(())
     }
 
+    /// Whether its driver ends loops after 65,535 rounds, which the only warning says.
+    pub(crate) fn ends_loops(&self) -> bool {
+        !self.warnings.is_empty()
+    }
+
     /// What the user should know of this adapter.
     pub fn warnings(&self) -> &[String] {
         &self.warnings

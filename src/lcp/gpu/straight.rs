@@ -7,7 +7,7 @@
 //! everything would take minutes to compile.
 
 use super::layout::{MOST_NUMBERS, MOST_VECTORS, Parameters};
-use super::shape::{Shape, StageArguments};
+use super::shape::{Shape, ShapeWork, StageArguments};
 use super::stage::{Rows, Segment, Stage, Words, Work};
 use super::turns::{TURN_WORDS, Turns};
 use std::ops::Range;
@@ -21,9 +21,10 @@ const _: () = assert!(MOST_VECTORS / 4 + MOST_NUMBERS / 2 + 2 <= ELEMENT_WORDS);
 /// Elements of an iteration at most: those of `pair_block_cg` have nine.
 const LONGEST_PERIOD: usize = 24;
 
-/// Rounds of loops that one invocation makes in one dispatch, about: some drivers end it at 65,535. With 12,000 a colony
-/// of 256 cells took two thirds of its iterations in a dispatch each.
-const MOST_ROUNDS: u64 = 40_000;
+/// Rounds of loops that one invocation makes in one dispatch, about: some drivers end it at 65,535, and a pair of
+/// eight rows may take six times what is counted for it. With 40,000 a colony of 256 cells takes a fourth of the
+/// dispatches, and 4 % less time.
+const MOST_ROUNDS: u64 = 12_000;
 
 /// Rounds for one row in the small problem of its pair, at most but for odd cases.
 const ROUNDS_OF_BLOCKS: u64 = 64;
@@ -31,7 +32,10 @@ const ROUNDS_OF_BLOCKS: u64 = 64;
 /// What one workgroup is to do, or another stage that has a kernel of its own.
 pub(super) enum Part {
     /// What is between two places of the program.
-    Turns { range: Range<u32>, confirms: bool },
+    Turns {
+        range: Range<u32>,
+        confirms: bool,
+    },
     Rounds(Rounds),
     Other(Work),
 }
@@ -153,10 +157,22 @@ impl Building {
         let first = self.program.places.len() as u32;
         let places = repeated.iter().zip(&arguments).map(|(element, arguments)| places(arguments, element.looks));
         self.program.places.extend(places);
-        let at_once = MOST_ROUNDS / repeated[..period].iter().map(|element| self.rounds_of(element)).sum::<u64>().max(1);
-        let shapes = arguments.into_iter().take(period).map(|arguments| arguments.shape).collect();
-        let (rounds, at_once) = (rounds as u32, at_once.clamp(1, MOST_ROUNDS) as u32);
-        self.program.parts.push(Part::Rounds(Rounds { shapes, first, rounds, at_once }));
+        let shapes: Vec<Shape> = arguments.into_iter().take(period).map(|arguments| arguments.shape).collect();
+        let cost = |elements: &[Element]| elements.iter().map(|element| self.rounds_of(element)).sum::<u64>();
+        let at_once = MOST_ROUNDS / cost(&repeated[..period]).max(1);
+        // Where a round is too long for one dispatch, each has what is up to the small problems of the pairs.
+        let cuts = |at: &usize| *at == period || (is_after_pairs(&shapes[..*at]) && !repeated[at - 1].leaves_sums());
+        let ends: Vec<usize> = if at_once == 0 { (1..=period).filter(cuts).collect() } else { vec![period] };
+        let (times, rounds) = if at_once == 0 { (rounds as u32, 1) } else { (1, rounds as u32) };
+        for nth in 0..times {
+            let mut begin = 0;
+            for end in &ends {
+                let (shapes, first) = (shapes[begin..*end].to_vec(), first + nth * period as u32 + begin as u32);
+                let at_once = at_once.clamp(1, MOST_ROUNDS) as u32;
+                self.program.parts.push(Part::Rounds(Rounds { shapes, first, rounds, at_once }));
+                begin = *end;
+            }
+        }
         self.turns(&elements[start + repeated.len()..], false);
     }
 
@@ -210,6 +226,11 @@ impl Element<'_> {
     }
 }
 
+/// Whether the last elements but for operations are the small problems of pairs.
+fn is_after_pairs(shapes: &[Shape]) -> bool {
+    shapes.iter().rev().find(|shape| !matches!(shape.work, ShapeWork::Numbers)).is_some_and(Shape::has_block)
+}
+
 /// As `Places` in `shaders/lcp/parameters.wgsl`.
 fn places(arguments: &StageArguments, looks: u32) -> [u32; ELEMENT_WORDS] {
     let mut parameters = Parameters::default();
@@ -223,13 +244,13 @@ fn places(arguments: &StageArguments, looks: u32) -> [u32; ELEMENT_WORDS] {
 /// Where the longest repetition begins, how many elements a round of it has, and how often they come; where nothing
 /// comes twice, once no elements at the end. No sum outlives a round, as it would not outlive a dispatch.
 fn repetition(kinds: &[u64], leaves_sums: impl Fn(usize) -> bool) -> (usize, usize, usize) {
-    let may_begin = |at: usize| at == 0 || !leaves_sums(at - 1);
+    let may_cut = |at: usize| at == 0 || !leaves_sums(at - 1);
     let mut best = (kinds.len(), 0, 1);
     let mut covered = 0;
     for period in 1..=LONGEST_PERIOD.min(kinds.len() / 2) {
         for run in equal_runs(kinds, period) {
             // Later beginnings of the run have as many elements less.
-            let Some(start) = run.clone().find(|at| may_begin(*at)) else { continue };
+            let Some(start) = run.clone().find(|at| may_cut(*at) && may_cut(at + period)) else { continue };
             let rounds = (run.end + period - start) / period;
             if rounds >= 2 && rounds * period > covered {
                 (best, covered) = ((start, period, rounds), rounds * period);

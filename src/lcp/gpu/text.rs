@@ -339,7 +339,8 @@ fn add_pairs(text: &mut String, setting: Setting, work: First, [before, after]: 
     let (x, out) = (vector_place(block.x), vector_place(block.out));
     if setting == Setting::Resident {
         add_loop(text, ROWS_OF_WORKGROUP, before, 0, work, unread);
-        let _ = writeln!(text, "    fence();\n    run_pairs({x}, {w}, {g}, {out}, parameters.pairs, local);\n    fence();");
+        let _ =
+            writeln!(text, "    fence();\n    run_pairs({x}, {w}, {g}, {out}, parameters.pairs, local);\n    fence();");
         add_loop(text, ROWS_OF_WORKGROUP, after, before.len(), First::Nothing, None);
         return;
     }
