@@ -129,8 +129,8 @@ pub(in crate::cli) struct Batch {
     /// The folder with the members' folders; without it, runs/NAME
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: Option<PathBuf>,
-    /// Most members at a time; without it, one a core, and with --backend gpu 64, which the device computes as one.
-    /// The results are the same bits for any number
+    /// Most members at a time; without it, one a core, and with --backend gpu 64, which the device computes as one (on
+    /// a software adapter 4 a core). The results are the same bits for any number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) jobs: Option<u16>,
     /// Also continue failed members, from their last accepted state
