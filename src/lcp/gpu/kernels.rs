@@ -307,9 +307,11 @@ impl Variant {
 
 #[cfg(test)]
 mod tests {
+    use super::super::layout::{MOST_NUMBERS, MOST_VECTORS};
     use super::super::number::Number;
     use super::super::shape::StageArguments;
     use super::super::stage::{Block, Stage};
+    use super::super::straight::ELEMENT_WORDS;
     use super::super::tape::Tape;
     use super::*;
     use crate::gpu::validate;
@@ -343,6 +345,19 @@ mod tests {
                 check(&v.prepare_pairs());
             }
         }
+    }
+
+    #[test]
+    fn the_places_of_an_element_are_where_the_host_writes_them() {
+        let variant = variants()[0];
+        let module = validate(&variant.straight(&[Shape::default()])).unwrap();
+        let places = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some("Places")).unwrap().1;
+        let naga::TypeInner::Struct { members, span } = &places.inner else { panic!("Places is no struct") };
+        let offsets: Vec<_> = members.iter().map(|m| (m.name.as_deref().unwrap(), m.offset as usize)).collect();
+        let numbers = 4 * MOST_VECTORS / 4;
+        let base = numbers + 4 * MOST_NUMBERS / 2;
+        assert_eq!(offsets, [("vectors", 0), ("numbers", numbers), ("base", base), ("looks", base + 4)]);
+        assert_eq!(*span as usize, 4 * ELEMENT_WORDS);
     }
 
     #[test]

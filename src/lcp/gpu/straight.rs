@@ -18,7 +18,7 @@ pub(super) const ELEMENT_WORDS: usize = 32;
 
 const _: () = assert!(MOST_VECTORS / 4 + MOST_NUMBERS / 2 + 2 <= ELEMENT_WORDS);
 
-/// Elements of an iteration at most: those of `pair_block_cg` have nine.
+/// Elements of an iteration at most: those of `pair_block_cg` have eight.
 const LONGEST_PERIOD: usize = 24;
 
 /// Rounds of loops that one invocation makes in one dispatch, about: some drivers end it at 65,535, and a pair of
