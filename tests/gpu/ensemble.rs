@@ -205,7 +205,7 @@ fn a_batch_with_auto_says_what_it_measured_and_takes_the_faster_one() {
 fn a_batch_on_a_device_has_the_hashes_of_its_members_alone_whatever_threads_the_driver_has() {
     let Some(gpu) = device() else { return };
     let place = tempfile::tempdir().unwrap();
-    let sweep = r#"{ "name": "sweep", "scene": "colony", "seeds": 4,
+    let sweep = r#"{ "name": "sweep", "scene": "colony", "seeds": { "from": 1, "count": 4 },
         "set": { "time.dt": 0.02, "time.end": 1.2, "output.picture": false } }"#;
     std::fs::write(place.path().join("sweep.json"), sweep).unwrap();
     let hashes = |out: &str, arguments: &[&str], threads: Option<&str>| {
@@ -213,7 +213,10 @@ fn a_batch_on_a_device_has_the_hashes_of_its_members_alone_whatever_threads_the_
         command.current_dir(place.path()).args(["batch", "sweep.json", "--backend", "gpu", "--quiet", "--out", out]);
         command.args(["--adapter", gpu.name(), "--precision", "f32"]).args(arguments);
         // Without a number the program chooses: on a software adapter one device a thread, and no threads of the driver.
-        threads.map_or_else(|| command.env_remove("LP_NUM_THREADS"), |number| command.env("LP_NUM_THREADS", number));
+        match threads {
+            Some(number) => command.env("LP_NUM_THREADS", number),
+            None => command.env_remove("LP_NUM_THREADS"),
+        };
         let ran = command.output().unwrap();
         assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
         let table = std::fs::read_to_string(place.path().join(out).join("batch.json")).unwrap();
