@@ -50,7 +50,7 @@ pub(super) fn compute_side_by_side(arguments: &Compute, members: usize, threads:
 }
 
 /// How many devices share the members of a batch. A software adapter without threads computes in the thread that asks,
-/// so there is one for each thread: they need not wait for each other at every dispatch, as the adapter's own threads do.
+/// so there is one for each thread. These need not wait for each other at every dispatch, as the adapter's threads do.
 pub(super) fn devices_of_many(gpu: &Gpu, threads: usize) -> usize {
     let alone = gpu.is_software() && std::env::var_os(THREADS).is_some_and(|value| value == "0");
     if alone { threads.max(1) } else { 1 }

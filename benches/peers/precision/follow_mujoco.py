@@ -1,7 +1,7 @@
 """MuJoCo on a scene of `problems.py`: `follow_mujoco.py PROBLEM FOLDER`, where PROBLEM is a file that `run.py` writes.
 
-For each number of steps the frames go to `FOLDER/STEPS.f64`, and a line of JSON has the least seconds of the repeats. Only
-MuJoCo's own steps count: where nothing is handed over between them, all steps to the next frame in one call.
+For each number of steps the frames go to `FOLDER/STEPS.f64`, and a line of JSON has the least seconds of the repeats.
+Only MuJoCo's own steps count: where nothing is handed over between them, all steps to the next frame in one call.
 """
 
 import json

@@ -1,13 +1,14 @@
 """What an error at the end costs, relcp beside Rapier and MuJoCo: `run.py RESULTS RELCP RAPIER`.
 
 Scenes, starts and references are those of `relcp study work-precision` (see `problems.py`). A row is a program with a
-setting at a number of steps: the error at the end, the largest overlap of the saved frames by the checker of this folder,
-and the seconds of the steps. All is measured in rounds, each program in turn; a row that is there is not measured again.
+setting at a number of steps: the error at the end, the largest overlap of the saved frames by the checker of this
+folder, and the seconds of the steps. All is measured in rounds, each program in turn; a row that is there is not
+measured again.
 
-Seconds are those of the steps alone, on one core, and where another program shares it as nearly as can be those of this
-one. relcp has no clock of the processor: of a run its seconds are the least of the study's, which runs here again and
-repeats short runs in one process, and the sum over the steps of the least that a step took by the clock in any round. Of
-engines see `follow_mujoco.py` and `../rapier/src/run.rs`: the least of some repeats in one process.
+Seconds are those of the steps alone, on one core, and where another program shares it as nearly as can be those of
+this one. relcp has no clock of the processor: of a run its seconds are the least of the study's, which runs here
+again and repeats short runs in one process, and the sum over the steps of the least that a step took by the clock in
+any round. Of engines see `follow_mujoco.py` and `../rapier/src/run.rs`: the least of some repeats in one process.
 """
 
 import csv
@@ -28,9 +29,10 @@ import scene as scenes  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 ENGINES = json.loads((HERE.parent / "engines.json").read_text())
-# "hard" settings are those of some trials that came nearest to the references. On two ellipsoids, 12,800 steps, MuJoCo's
-# error is 3e-4 with distances to 1e-9 and to 1e-12, which takes a fifth more time, and 2e-3 or more with its own 1e-6. On
-# three capsules, 6,400 steps, Rapier's is 1e-2 at the frequency 1e3 of its contacts and 2e-4 at 1e4 and 1e5.
+# "hard" settings are those of some trials that came nearest to the references. On two ellipsoids, 12,800 steps,
+# MuJoCo's error is 3e-4 with distances to 1e-9 and to 1e-12, which takes a fifth more time, and 2e-3 or more with its
+# own 1e-6. On three capsules, 6,400 steps, Rapier's is 1e-2 at the frequency 1e3 of its contacts and 2e-4 at 1e4 and
+# 1e5.
 OWN = json.loads((HERE / "settings.json").read_text())
 # Rapier has no ellipsoid.
 HAVE = {"rapier-0.36": ["three-capsules"], "mujoco": problems.SCENES}

@@ -135,9 +135,9 @@ impl Run {
         Ok(())
     }
 
-    /// Steps to the end and writes frames; gives the steps and their seconds. Clocks are read between frames: reading the
-    /// processor's takes half as long as a step of three rods. Of the steps between two frames the less of two clocks
-    /// counts: the processor's counts its own reading, and the other one other programs.
+    /// Steps to the end and writes frames; gives the steps and their seconds. Clocks are read between frames: reading
+    /// the processor's takes half as long as a step of three rods. Of the steps between two frames the less of two
+    /// clocks counts: the processor's counts its own reading, and the other one other programs.
     fn once(&self, mut engine: impl Engine) -> Result<(u64, f64), Fault> {
         let (end, every) = (self.number("end")?, self.number("every")?);
         let steps = (end / self.dt).round() as u64;

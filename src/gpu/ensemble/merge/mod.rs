@@ -150,7 +150,7 @@ fn declare(module: &mut Module, strides: &mut Vec<u64>, parameters: &mut Option<
         let array = TypeInner::Array { base, size: ArraySize::Dynamic, stride: stride as u32 };
         let ty = scalar(module, None, array);
         // A driver reads a uniform once for all invocations, but an element of an array for each, every time: the
-        // kernel reads its own from a copy. With the array in its place kernels took llvmpipe twice as long.
+        // kernel reads its own from a copy. How much that gains alone was not measured.
         module.global_variables[handle].space = AddressSpace::Private;
         module.global_variables[handle].binding = None;
         let all = storage("parameters_of_all", next + 1, ty, StorageAccess::LOAD);
