@@ -1,10 +1,6 @@
 //! What a study was computed on, in words, and the processor's time.
 
-use std::time::Duration;
-
-/// Ticks of the processor's time in a second, as Linux shows them to programs on every architecture that this one runs
-/// on.
-const TICKS: f64 = 100.0;
+use std::time::{Duration, Instant};
 
 /// The program, how it was built, and the machine.
 pub fn machine() -> String {
@@ -27,33 +23,69 @@ pub(super) fn processor() -> Option<String> {
     Some(line.split_once(':')?.1.trim().to_owned())
 }
 
-/// The processor's time that this process has taken so far, of all its threads, to a hundredth of a second; where Linux
-/// tells it.
-pub(super) fn cpu_time() -> Option<Duration> {
-    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // The program's name, in parentheses, may hold anything; the first field after it is the third.
-    let mut fields = text.rsplit_once(')')?.1.split_whitespace().skip(11);
-    let ticks: u64 = fields.next()?.parse::<u64>().ok()? + fields.next()?.parse::<u64>().ok()?;
-    Some(Duration::from_secs_f64(ticks as f64 / TICKS))
+/// When something began, by the clock and by the processor.
+pub(super) struct Begun {
+    clock: Instant,
+    processor: Option<Duration>,
 }
 
-#[cfg(all(test, target_os = "linux"))]
+/// How long it took.
+pub(super) struct Took {
+    /// By the clock.
+    pub wall: Duration,
+    /// Of the processor, by all threads of this process; the clock's time where the system does not tell it.
+    pub processor: Duration,
+}
+
+impl Begun {
+    pub fn now() -> Self {
+        Begun { clock: Instant::now(), processor: cpu_time() }
+    }
+
+    pub fn elapsed(&self) -> Took {
+        let wall = self.clock.elapsed();
+        let processor = self.processor.zip(cpu_time()).map_or(wall, |(from, to)| to.saturating_sub(from));
+        Took { wall, processor }
+    }
+}
+
+/// The processor's time that this process has taken so far, of all its threads.
+#[cfg(unix)]
+fn cpu_time() -> Option<Duration> {
+    rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime).try_into().ok()
+}
+
+#[cfg(not(unix))]
+fn cpu_time() -> Option<Duration> {
+    None
+}
+
+#[cfg(all(test, unix))]
 mod tests {
     use super::*;
 
-    /// Work that takes a processor a second or more; a hundredth of one is seen.
+    /// Work that takes a processor a second or more.
     const ROUNDS: u64 = 1_000_000_000;
 
     #[test]
     fn the_processors_time_goes_on_while_it_works() {
-        let before = cpu_time().unwrap();
+        let begun = Begun::now();
         let mut sum = 0u64;
         for round in 0..ROUNDS {
             sum = std::hint::black_box(sum ^ round);
-            if round % 1_000_000 == 0 && cpu_time().unwrap() > before {
+            if round % 1_000_000 == 0 && !begun.elapsed().processor.is_zero() {
                 return;
             }
         }
         panic!("no time passed in {ROUNDS} rounds");
+    }
+
+    #[test]
+    fn the_processors_time_stands_while_the_process_sleeps() {
+        let begun = Begun::now();
+        std::thread::sleep(Duration::from_millis(100));
+        let took = begun.elapsed();
+        assert!(took.wall >= Duration::from_millis(100));
+        assert!(cpu_time().is_some());
     }
 }

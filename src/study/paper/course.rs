@@ -4,9 +4,8 @@ use crate::scene::{Method, Scene};
 use crate::simulation::Simulation;
 use crate::step::{State, StepReport, contacts};
 use crate::study::StudyError;
-use crate::study::machine::cpu_time;
+use crate::study::machine::{Begun, Took};
 use serde::Serialize;
-use std::time::{Duration, Instant};
 
 /// The name of a contact method in tables, the paper's.
 pub fn method_name(method: Method) -> String {
@@ -34,7 +33,7 @@ pub struct Window {
     pub steps: u64,
     /// Rows of the last LCP of a step, on average.
     pub constraints: f64,
-    /// Milliseconds of a step, on average.
+    /// Milliseconds of a step, on average, as [`Course::milliseconds`].
     pub milliseconds: f64,
     /// Recursions of a step, on average.
     pub recursions: f64,
@@ -61,10 +60,10 @@ pub struct Course {
     pub steps: u64,
     /// Time at the end.
     pub time: f64,
-    /// Milliseconds of all steps.
+    /// Milliseconds of all steps: the processor's, of all threads; the clock's where the system does not tell them.
     pub milliseconds: f64,
-    /// The processor's milliseconds of all steps, of all threads, where the system tells them.
-    pub cpu_milliseconds: Option<f64>,
+    /// The clock's milliseconds of all steps.
+    pub wall_milliseconds: f64,
     /// Rows of the last LCP of the last step.
     pub last_constraints: usize,
     /// The same of a step, on average.
@@ -102,7 +101,7 @@ impl Course {
             steps: 0,
             time: scene.time.start,
             milliseconds: 0.0,
-            cpu_milliseconds: None,
+            wall_milliseconds: 0.0,
             last_constraints: 0,
             constraints: 0.0,
             recursions: 0,
@@ -129,9 +128,9 @@ impl Course {
         self.is_relcp() && (self.unconverged > 0 || over)
     }
 
-    /// Milliseconds of a step: the processor's where they are known, else those of the clock.
+    /// Milliseconds of a step, as [`Course::milliseconds`].
     pub fn step_milliseconds(&self) -> f64 {
-        self.cpu_milliseconds.unwrap_or(self.milliseconds) / self.steps.max(1) as f64
+        self.milliseconds / self.steps.max(1) as f64
     }
 
     /// The windows of this run and those of another that end at the same step, as far as both go.
@@ -140,12 +139,12 @@ impl Course {
         self.windows.iter().zip(&other.windows).filter(move |(a, b)| same && a.step == b.step)
     }
 
-    fn count(&mut self, report: &StepReport, took: Duration) {
-        let milliseconds = 1e3 * took.as_secs_f64();
+    fn count(&mut self, report: &StepReport, took: &Took) {
         self.steps += 1;
         self.time = report.time;
         self.bodies = report.bodies;
-        self.milliseconds += milliseconds;
+        self.milliseconds += 1e3 * took.processor.as_secs_f64();
+        self.wall_milliseconds += 1e3 * took.wall.as_secs_f64();
         self.last_constraints = report.constraints;
         self.constraints += (report.constraints as f64 - self.constraints) / self.steps as f64;
         self.recursions += u64::from(report.recursions);
@@ -175,7 +174,7 @@ impl Course {
 }
 
 impl Window {
-    fn count(&mut self, report: &StepReport, took: Duration) {
+    fn count(&mut self, report: &StepReport, took: &Took) {
         self.step = report.step;
         self.time = report.time;
         self.bodies = report.bodies;
@@ -183,7 +182,7 @@ impl Window {
         let steps = self.steps as f64;
         let averages = [
             (&mut self.constraints, report.constraints as f64),
-            (&mut self.milliseconds, 1e3 * took.as_secs_f64()),
+            (&mut self.milliseconds, 1e3 * took.processor.as_secs_f64()),
             (&mut self.recursions, f64::from(report.recursions)),
             (&mut self.products, report.products as f64),
         ];
@@ -224,22 +223,19 @@ pub fn follow_with(
         None => Simulation::new(scene)?,
     };
     course.bodies = simulation.bodies();
-    let processor = cpu_time();
     while !simulation.done() {
-        let begun = Instant::now();
+        let begun = Begun::now();
         let report = simulation.step()?;
         let took = begun.elapsed();
         if course.steps.is_multiple_of(width.max(1)) {
             course.begin_window();
         }
-        course.count(&report, took);
+        course.count(&report, &took);
         if let Some(window) = course.windows.last_mut() {
-            window.count(&report, took);
+            window.count(&report, &took);
         }
         look(&simulation, course.windows.len() - 1)?;
     }
-    let taken = processor.zip(cpu_time()).map(|(from, to)| 1e3 * to.saturating_sub(from).as_secs_f64());
-    course.cpu_milliseconds = taken;
     let overlaps = contacts(&simulation.state()?.bodies, 0.0);
     course.last_overlap = overlaps.iter().map(|contact| -contact.separation).fold(0.0, f64::max);
     Ok((course, simulation))

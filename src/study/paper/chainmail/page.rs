@@ -23,7 +23,7 @@ pub(super) fn page(study: &Study) -> String {
          `radial_outward`; steps of {} to time {}. Step and radii are the paper's; it tells neither the number of rings nor the drag nor the duration. Violations grow with what a body moves in a step: without recursion 12 by 12 rings \
          came to 22% of the minor radius with drag 1, which is why it is less here. Each ring is turned about its own axis by the golden angle more than the one before, which only sub-spheres feel.\n\
          * Settings: overlap tolerance {tolerance:.0e}, the default solver. `contact.method` is `\"relcp\"`, `\"snsd\"` (LCP-SNSD) and `{{\"multisphere\": {{\"count\": {SPHERES}}}}}` (LCP-MS {SPHERES}). Made by `relcp study chainmail`.\n\
-         * {}. Computed by {COMPUTED_BY}. Times are of this machine in this run, which it may have shared.\n\
+         * {}. Computed by {COMPUTED_BY}. Times are the processor's, of all threads.\n\
          * Overlaps are true ones of the smooth rings; of sub-spheres also that between the spheres themselves, which is what LCP-MS constrains. Extent: the root mean square of the \
          centres along an axis, of which the sheet lies in x and y.\n",
         size.dt,

@@ -75,7 +75,7 @@ fn head(study: &Study, rows: &[Row]) -> String {
          overdamped with drag 1; dt {DT}, to {most} cells (the paper: {PAPER_CELLS}; it tells no dt).{fewer} Runs: {seeds}; tables of rows and time are of seed 1.\n\
          * Settings: overlap tolerance {tolerance:.0e}, the default solver; rows of pairs nearer than {CUTOFF_PER_THICKNESS} diameters (`contact.cutoff`; the program's default is 0.1), which fits the paper's numbers of rows best of the distances tried (the table of rows by distance), \
          and of those that the free motion may bring into contact. Unconverged: solves that did not reach the solver's tolerance. Made by `relcp study colony`.\n\
-         * {}. Computed by {COMPUTED_BY}. Times are of the clock, of this machine in this run, which it may have shared; the paper's are of 64 threads, another program and another solver.\n\
+         * {}. Computed by {COMPUTED_BY}. Times are the processor's, of all threads; the paper's are of 64 threads, another program and another solver.\n\
          * Rows: of the last LCP of a step. Means and standard deviations are over windows of {WIDTH} steps that have rows. Of a method that ended earlier, over the steps that it took.\n\
          * Sub-spheres lie equally spaced on the rod's axis: with fewer than {} there are gaps along a full-grown cell that another's end fits into; the overlaps below tell it.\n",
         machine(),

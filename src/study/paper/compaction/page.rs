@@ -115,7 +115,7 @@ fn head(study: &Study) -> String {
          field `radial_inward`. The paper gives neither drag nor duration, nor the distance within which it makes rows; here that is {CUTOFF_PER_THICKNESS} of a body's thickness \
          (`contact.cutoff`; the program's default is 0.1), which fits its numbers of rows (the last table), beside pairs that the free motion may bring into contact.\n\
          * Settings: overlap tolerance {tolerance:.0e}, the default solver. Made by `relcp study compaction`.\n\
-         * {}. Computed by {COMPUTED_BY}. Times are of the clock, of this machine in this run, which it may have shared; the paper's are of 64 threads, another program and another solver.\n\
+         * {}. Computed by {COMPUTED_BY}. Times are the processor's, of all threads; the paper's are of 64 threads, another program and another solver.\n\
          * Rows: of the last LCP of a step. Ratios are over ReLCP's. Paper: rows and time over ReLCP's in its Table 2, and in parentheses ours over the paper's. Overlaps are true ones of the smooth surfaces, and of the \
          sub-spheres. Unconverged: solves that did not reach the solver's tolerance.\n",
         size.bodies,

@@ -19,7 +19,7 @@ pub(super) fn page(study: &Study) -> String {
          `packing-N-scene.json`: `relcp run packing-{RODS}-scene.json --set time.dt=0.02`.\n\
          * Settings: ReLCP, overlap tolerance {tolerance:.0e}, the default solver. Made by `relcp study packing`.\n\
          * {}. Computed by {COMPUTED_BY}.\n\
-         * CPU ms: the processor's time of all threads, where the system tells it; wall ms: the clock's, on a machine that may have been shared. Overlaps are true ones of the \
+         * CPU ms: the processor's time of all threads, the clock's where the system does not tell it; wall ms: the clock's, on a machine that may have been shared. Overlaps are true ones of the \
          smooth surfaces: at most after any step, and at the end computed afresh from the bodies alone.\n",
         0.5 * DIAMETER,
         machine(),
@@ -38,16 +38,15 @@ fn ours(out: &mut String, runs: &[Run]) {
     );
     for Run { course, gyration } in runs {
         let steps = course.steps.max(1) as f64;
-        let processor = course.cpu_milliseconds;
         let _ = writeln!(
             out,
-            "| {} | {} | {} | {} | {:.2} | {} | {:.1e} | {:.1e} | {} | {:.2} | {:.0} | {:.0} | {} |",
+            "| {} | {} | {} | {:.2} | {:.2} | {:.1} | {:.1e} | {:.1e} | {} | {:.2} | {:.0} | {:.0} | {} |",
             course.bodies,
             course.dt,
             course.steps,
-            processor.map_or("not told".into(), |all| format!("{:.2}", all / steps)),
-            course.milliseconds / steps,
-            processor.map_or("not told".into(), |all| format!("{:.1}", 1e-3 * all)),
+            course.step_milliseconds(),
+            course.wall_milliseconds / steps,
+            1e-3 * course.milliseconds,
             course.max_overlap,
             course.last_overlap,
             gyration.map_or(String::new(), |gyration| format!("{gyration:.4}")),
