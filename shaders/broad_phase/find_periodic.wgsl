@@ -1,6 +1,5 @@
 // As find.wgsl, in periodic space: the cells that a body looks through go round, each of them once, and a pair of one
-// level is found by the body of the lower number. A body's pairs are written in the order of the others' numbers, so
-// that they do not depend on where the cell begins.
+// level is found by the body of the lower number.
 struct Parameters { bodies: u32, mask: u32, fill: u32, large: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 // In one cell of space and in the order of columns; the last word is body and level.
@@ -58,37 +57,6 @@ fn around(cell: vec3<i32>, span: vec3<i32>, level: u32) -> Around {
 fn turned(start: i32, last: i32, k: i32) -> i32 {
     if start + k > last { return start + k - last - 1; }
     return start + k;
-}
-
-// Sorts a body's pairs by the other body: heapsort, for there may be tens of thousands.
-fn sort_pairs(first: u32, count: u32) {
-    var built = count / 2u;
-    var end = count;
-    while end > 1u {
-        if built > 0u {
-            built -= 1u;
-        } else {
-            end -= 1u;
-            let largest = pairs[first];
-            pairs[first] = pairs[first + end];
-            pairs[first + end] = largest;
-        }
-        // Sinks what stands at `built`. All pairs have the same body, so their sums are in the order of the other.
-        let sinking = pairs[first + built];
-        var hole = built;
-        while 2u * hole + 1u < end {
-            var child = 2u * hole + 1u;
-            if child + 1u < end && key(first + child) < key(first + child + 1u) { child += 1u; }
-            if key(first + child) <= sinking.x + sinking.y { break; }
-            pairs[first + hole] = pairs[first + child];
-            hole = child;
-        }
-        pairs[first + hole] = sinking;
-    }
-}
-
-fn key(pair: u32) -> u32 {
-    return pairs[pair].x + pairs[pair].y;
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -156,10 +124,7 @@ fn main(
         }
     }
     if rounds > MOST_ROUNDS { atomicOr(&crowds[0], CROWDED); }
-    if parameters.fill == 1u {
-        sort_pairs(to, found);
-        return;
-    }
+    if parameters.fill == 1u { return; }
     list[body] = found;
     // As in find.wgsl.
     if found >= parameters.large && atomicAdd(&crowds[1], found) >= 0x80000000u - found { atomicOr(&crowds[0], TOO_MANY); }

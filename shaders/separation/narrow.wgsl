@@ -3,7 +3,10 @@
 //
 // A pair's contact is three vectors: (normal, separation), (lever of a, what is `kept`), (lever of b, flag). The flag
 // is FAR, NEAR (within the limit) or VIOLATING (overlapping by more than `violating`). The normal of a far pair is the
-// last one found.
+// last one found. Where the pair had no row in the step, that depends on when it came into the list: it says in which
+// direction to look first, and no search starts from it. It has the separation `ONLY_DIRECTION`.
+
+const ONLY_DIRECTION: real = 1.0e37;
 
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
@@ -11,6 +14,7 @@
 @group(0) @binding(4) var<storage, read> orientations: array<vec4r>;
 @group(0) @binding(5) var<storage, read> shapes: array<vec4r>;
 @group(0) @binding(7) var<storage, read_write> contacts: array<vec4r>;
+@group(0) @binding(8) var<storage, read_write> report: Report;
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -19,7 +23,8 @@ fn main(
     @builtin(local_invocation_index) local: u32,
 ) {
     let p = invocation(group, groups, local);
-    if p >= parameters.pairs { return; }
+    // Where the list is not complete, there will be another look with another list: it starts from what this one does.
+    if p >= parameters.pairs || atomicLoad(&report.outside) > 0u { return; }
     let a = pairs[p].x;
     let b = pairs[p].y;
     if !is_of_families(u32(shapes[a].w), u32(shapes[b].w)) { return; }
@@ -33,13 +38,17 @@ fn main(
     if parameters.at_trial == 0u {
         limit = near_limit(a, b, radius_a, radius_b);
     }
+    let before = contacts[3u * p];
+    if parameters.at_trial == 0u { contacts[3u * p].w = ONLY_DIRECTION; }
     let distance2 = dot(delta, delta);
     let reach = radius_a + radius_b + limit;
     // Rounding may make the reach a little short.
     if distance2 > reach * reach * (1.0 + 16.0 * EPSILON) { return; }
-    let warm = contacts[3u * p].xyz;
-    var direction = warm;
-    if dot(warm, warm) == 0.0 {
+    var warm = before.xyz;
+    var direction = before.xyz;
+    let has_direction = dot(before.xyz, before.xyz) > 0.0;
+    if before.w == ONLY_DIRECTION { warm = vec3r(0.0); }
+    if !has_direction {
         // Concentric bodies have no direction to look along first.
         direction = vec3r(0.0, 0.0, 1.0);
         if distance2 > 0.0 {
@@ -48,8 +57,13 @@ fn main(
     }
     if bound(delta, body_a, body_b, direction) > limit + 16.0 * EPSILON * reach { return; }
     let found = separate(delta, body_a, body_b, warm);
+    if !(found.separation <= limit) {
+        // At the trial, a pair that was near at the start stays known.
+        let known = parameters.at_trial > 0u && before.w != ONLY_DIRECTION && has_direction;
+        contacts[3u * p] = vec4r(found.normal, select(ONLY_DIRECTION, found.separation, known));
+        return;
+    }
     contacts[3u * p] = vec4r(found.normal, found.separation);
-    if !(found.separation <= limit) { return; }
     contacts[3u * p + 1u] = vec4r(found.lever_a, kept(p, limit));
     contacts[3u * p + 2u] = vec4r(found.lever_b, select(NEAR, VIOLATING, found.separation < -real(parameters.violating)));
 }

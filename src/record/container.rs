@@ -7,10 +7,11 @@
 //! that they have added. Where bonds are broken, `broken_bonds` has their numbers in the scene, ascending. A checkpoint
 //! has `warm_pair`, `warm_feature`,
 //! `warm_gamma`, `warm_normal` as well, a row a near pair, and the run's totals in its header; a state has the former
-//! where the scene's `output.forces` asks for it. `header` is the [`Header`], the bytes of its JSON text:
+//! where the scene's `output.forces` asks for it. A checkpoint of a device also has `device_cells` (N x 3) and `device_numbers`
+//! (N x 20), from which that device goes on to the same bits ([`Unrounded`](crate::step::Unrounded)). `header` is the [`Header`], the bytes of its JSON text:
 //! `json.loads(bytes(state["header"]))`.
 
-use super::blocks::{blocks, read_bodies, read_broken_bonds, read_warm};
+use super::blocks::{blocks, read_bodies, read_broken_bonds, read_unrounded, read_warm, unrounded_blocks};
 use super::durable;
 use super::error::{RecordError, StateError};
 use super::npz::{Archive, MAGIC, write};
@@ -69,6 +70,9 @@ pub struct Header {
     /// How many bodies each rule of the scene's `removal` has removed; absent before the first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub removed: Vec<u64>,
+    /// What numbers of a device there are beside those of the bodies; in a checkpoint of a device only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device: Option<[f64; 3]>,
     /// What the run did up to here; in a checkpoint only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub totals: Option<Totals>,
@@ -123,10 +127,15 @@ fn pack(
         broken_bonds: Some(state.bodies.broken_bonds.len() as u64).filter(|broken| *broken > 0),
         warm: with_warm.then_some(state.warm.len() as u64),
         removed: state.removed.clone(),
+        device: if totals.is_some() { state.unrounded.as_ref().map(|unrounded| unrounded.kind) } else { None },
         totals: totals.cloned(),
     };
     let json = serde_json::to_vec_pretty(&header).map_err(|e| StateError::Unwritable(e.to_string()))?;
-    write(&json, &blocks(state, with_warm))
+    let mut blocks = blocks(state, with_warm);
+    if let (Some(unrounded), true) = (&state.unrounded, totals.is_some()) {
+        blocks.extend(unrounded_blocks(unrounded));
+    }
+    write(&json, &blocks)
 }
 
 /// Reads the bytes of a state.
@@ -155,6 +164,7 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
         bodies: Bodies { periods, ..bodies },
         removed: header.removed.clone(),
         warm: if warm > 0 { read_warm(&mut archive, warm as usize, rows)? } else { Vec::new() },
+        unrounded: header.device.map(|kind| read_unrounded(&mut archive, kind, rows)).transpose()?,
     };
     Ok((header, state))
 }

@@ -6,7 +6,7 @@ use super::*;
 use crate::bodies::{Bodies, Lineage, NO_GROUP};
 use crate::periodic::Periods;
 use crate::shape::Shape;
-use crate::step::State;
+use crate::step::{State, Unrounded};
 use crate::warm::Warm;
 use glam::{DQuat, DVec3};
 
@@ -47,7 +47,13 @@ fn state() -> State {
         Warm { pair: [1, 3], feature: u32::MAX, gamma: 0.0, normal: DVec3::NEG_X },
         Warm { pair: [2, crate::walls::number_of(5)], feature: 1, gamma: 0.3, normal: DVec3::Y },
     ];
-    State { step: 41, next_id: 99, bodies, warm, removed: vec![3, 0] }
+    let numbers = |i: usize| std::array::from_fn(|k| at(i + k));
+    let unrounded = Unrounded {
+        kind: [4.0, 1.0 / 1024.0, 0.0],
+        cells: vec![[i32::MIN, -1, 0], [1, 2, 3], [0; 3], [i32::MAX, 5, -6]],
+        numbers: (0..4).map(numbers).collect(),
+    };
+    State { step: 41, next_id: 99, bodies, warm, removed: vec![3, 0], unrounded: Some(unrounded) }
 }
 
 /// Bits, since `-0.0 == 0.0`.
@@ -78,7 +84,8 @@ fn a_checkpoint_round_trips_bit_for_bit() {
 #[test]
 fn a_state_leaves_the_near_pairs_out_and_may_be_empty() {
     let (header, read) = decode(&encode(&state(), HASH, 1.0, None).unwrap()).unwrap();
-    assert_eq!((header.warm, header.totals), (None, None));
+    assert_eq!((header.warm, header.device, header.totals), (None, None, None));
+    assert_eq!(read.unrounded, None);
     assert_eq!((&read.bodies, read.warm.len()), (&state().bodies, 0));
     let empty = encode(&State::default(), HASH, 0.0, Some(&Totals::default())).unwrap();
     assert_eq!(decode(&empty).unwrap().1, State::default());

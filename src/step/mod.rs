@@ -35,5 +35,5 @@ pub(crate) use passing::{farthest_and_thinnest, may_pass, passed};
 pub(crate) use piece::{Crowd, Piece};
 pub use report::{Phases, StepReport};
 pub use settings::{ContactSettings, Method, OnFailure, Recursion, Rows, Stepping, Time};
-pub use state::State;
+pub use state::{State, Unrounded};
 pub use unresolved::Unresolved;

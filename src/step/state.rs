@@ -17,6 +17,29 @@ pub struct State {
     pub warm: Vec<Warm>,
     /// How many bodies each rule of the scene's `removal` has removed; empty before the first.
     pub removed: Vec<u64>,
+    /// The numbers of the bodies as a device holds them. Without them, or where they are not those of `bodies`, a device
+    /// starts from `bodies`.
+    pub unrounded: Option<Unrounded>,
+}
+
+/// Numbers of bodies as a device holds them. Those of [`Bodies`] are rounded from these; with these a device goes on to
+/// the same bits.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Unrounded {
+    /// Bytes of a number, the pitch of positions, and the pitch of growing lengths. A device with others cannot use
+    /// these numbers.
+    pub kind: [f64; 3],
+    /// Where bodies are, in pitches.
+    pub cells: Vec<[i32; 3]>,
+    /// What is left of the positions (3 numbers), the coarse and the fine part of the orientation (8), velocity and
+    /// angular velocity or momentum (6), the coarse and the fine part of a growing length, and the length that the body
+    /// is to have (3; else zero).
+    pub numbers: Vec<[f64; Unrounded::NUMBERS]>,
+}
+
+impl Unrounded {
+    /// Numbers of a body.
+    pub const NUMBERS: usize = 20;
 }
 
 impl State {
@@ -25,7 +48,7 @@ impl State {
         // A parent's id is taken too, although the parent is no more.
         let taken = bodies.lineage.iter().map(|l| l.id.max(l.parent.unwrap_or(0)));
         let next_id = taken.max().map_or(0, |id| id + 1);
-        State { step: 0, next_id, bodies, warm: Vec::new(), removed: Vec::new() }
+        State { step: 0, next_id, bodies, warm: Vec::new(), removed: Vec::new(), unrounded: None }
     }
 
     /// Removes the bodies that are not to be kept, a flag each, and what is remembered of their pairs. The others keep
@@ -50,6 +73,7 @@ impl State {
             _ => false,
         });
         self.bodies.retain(keep);
+        self.unrounded = None;
         self.removed.resize(self.removed.len().max(removed.len()), 0);
         self.removed.iter_mut().zip(removed).for_each(|(sum, count)| *sum += count);
     }

@@ -19,6 +19,7 @@ mod passing;
 mod periodic;
 mod profile;
 mod render;
+mod resume;
 mod rows;
 mod runs;
 mod separation;

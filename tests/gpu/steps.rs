@@ -304,25 +304,6 @@ fn what_only_the_cpu_does_is_refused() {
     }
 }
 
-#[test]
-fn a_run_goes_on_from_its_state() {
-    let Some(gpu) = device() else { return };
-    let scene = patch(8, DVec3::ZERO);
-    for precision in precisions(gpu) {
-        let compute = compute(gpu, precision);
-        let (half, _) = steps(&compute, &scene, 5);
-        let (whole, _) = steps(&compute, &scene, 10);
-        assert!(half.warm.iter().any(|w| w.gamma > 0.0));
-        let mut resumed = Simulation::builder(scene.clone()).on(&compute).resume(half).build().unwrap();
-        let reports: Vec<_> = (0..5).map(|_| resumed.step().unwrap()).collect();
-        assert_eq!(reports[4].step, 10);
-        let off = apart(&resumed.state().unwrap().bodies, &whole.bodies);
-        println!("{precision:?}: off by {off:.1e}");
-        // As far as solves within the tolerance may differ, here 1e-6.
-        assert!(off < 1e-6, "{off:e}");
-    }
-}
-
 /// The two bodies of a row, its two blocks of `J`, and `q`.
 type Row = ([u32; 2], [Vec<f64>; 2], f64);
 

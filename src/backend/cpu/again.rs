@@ -34,6 +34,7 @@ impl<const D: usize> RetryBackend for Cpu<D> {
 
     fn restore(&mut self, state: &State) {
         self.state.clone_from(state);
+        self.state.unrounded = None;
         if let Some(domain) = &mut self.domain {
             domain.forget();
         }

@@ -4,6 +4,7 @@
 //! It costs the state's way to the host and back, and happens where the CPU would cut the step into pieces, or where
 //! the device's numbers or its solver, which has no factorization, end before the tolerance.
 
+use super::state::unrounded;
 use super::{Ancestry, Device};
 use crate::backend::cpu::Cpu;
 use crate::gpu::GpuError;
@@ -38,10 +39,10 @@ impl Device {
             shapes.reserve(&gpu, &mut record, bodies)?;
         }
         record.submit()?;
-        let (precision, length_pitch) = (self.setup.precision, self.setup.length_pitch);
-        self.poses[0].write(&gpu, &self.setup, &state.bodies)?;
-        self.shapes[0].write(&gpu, precision, &state.bodies.shape, self.grows().then_some(length_pitch));
-        self.ancestry = Ancestry::of(&self.setup, &state);
+        let unrounded = unrounded(&self.setup, &state)?;
+        self.poses[0].write(&gpu, self.setup.precision, &unrounded);
+        self.shapes[0].write(&gpu, &self.setup, &state.bodies.shape, &unrounded);
+        self.ancestry = Ancestry::of(&self.setup, &state, unrounded.prescribed());
         if let Some(bonds) = &self.bonds {
             bonds.write_broken(&gpu, &self.setup, &state.bodies.broken_bonds);
         }

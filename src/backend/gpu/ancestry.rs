@@ -61,17 +61,17 @@ impl Growing {
 }
 
 impl Ancestry {
-    /// That of the bodies of a state.
-    pub fn of(setup: &Setup, state: &State) -> Ancestry {
+    /// That of the bodies of a state, which are to have these lengths where they grow.
+    pub fn of(setup: &Setup, state: &State, prescribed: impl Iterator<Item = f64>) -> Ancestry {
         let (interval, bodies) = (setup.length_of(setup.first_part()), &state.bodies);
         let growing = |cells: &Cells| {
-            let own = |i: usize| match (bodies.shape[i].growing_length(), cells.of(bodies.group[i])) {
-                (Some(length), Some(species)) => {
+            let own = |(i, length): (usize, f64)| match (bodies.shape[i].growing_length(), cells.of(bodies.group[i])) {
+                (Some(_), Some(species)) => {
                     Growing::new(&species, interval, &bodies.lineage[i], (length, bodies.shape[i]), 0.0)
                 }
                 _ => Growing::none(bodies.shape[i]),
             };
-            (0..bodies.len()).map(own).collect()
+            prescribed.take(bodies.len()).enumerate().map(own).collect()
         };
         let growing: Vec<_> = setup.growth.as_ref().map(growing).unwrap_or_default();
         let mut ancestry = Ancestry {
@@ -167,6 +167,15 @@ impl Ancestry {
         }
     }
 
+    /// The lengths that bodies are to have in the last accepted state; zero for those that do not grow.
+    pub fn accepted_lengths(&self) -> Vec<f64> {
+        let mut growing = self.growing[..self.accepted.0.min(self.growing.len())].to_vec();
+        for (mother, _, own) in &self.mothers {
+            growing[*mother] = *own;
+        }
+        growing.iter().map(|own| if own.length.is_nan() { 0.0 } else { own.length }).collect()
+    }
+
     /// The lineages and groups of the last accepted state, and its next id.
     pub fn accepted(&self) -> (Vec<Lineage>, Vec<u32>, u64) {
         let (bodies, next_id) = self.accepted;
@@ -202,7 +211,8 @@ mod tests {
         let model = scene.model();
         let state = State::new(scene.clone().build().unwrap());
         let setup = Setup::new(&model, &state.bodies.shape, crate::gpu::Precision::F32).unwrap();
-        (model.cells.unwrap(), Ancestry::of(&setup, &state))
+        let lengths: Vec<_> = state.bodies.shape.iter().filter_map(|shape| shape.growing_length()).collect();
+        (model.cells.unwrap(), Ancestry::of(&setup, &state, lengths.into_iter()))
     }
 
     fn lengths(of: &Ancestry) -> Vec<u64> {

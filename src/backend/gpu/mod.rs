@@ -36,7 +36,7 @@ use crate::dynamics::ForceField;
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Made, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
-use crate::step::{Backend, Fault, Model, Overlap, Passed, Phases, RetryBackend, State};
+use crate::step::{Backend, Fault, Model, Overlap, Passed, Phases, RetryBackend, State, Unrounded};
 use crate::walls::surface_of;
 use crate::warm::Warm;
 use ancestry::Ancestry;
@@ -145,13 +145,14 @@ impl Device {
         {
             poses.push(Poses::new(&gpu, precision, bodies)?);
         }
-        poses[0].write(&gpu, &setup, &state.bodies)?;
+        let unrounded = state::unrounded(&setup, &state)?;
+        poses[0].write(&gpu, precision, &unrounded);
         let mut shapes = Vec::new();
         for _ in 0..1 + u32::from(grows) + u32::from(grows && setup.midpoint) {
             shapes.push(Shapes::new(&gpu, precision, bodies, grows)?);
         }
-        shapes[0].write(&gpu, precision, &state.bodies.shape, grows.then_some(setup.length_pitch));
-        let mut ancestry = Ancestry::of(&setup, &state);
+        shapes[0].write(&gpu, &setup, &state.bodies.shape, &unrounded);
+        let mut ancestry = Ancestry::of(&setup, &state, unrounded.prescribed());
         let width = setup.motion_width() as usize;
         let mut device = Device {
             plugged: Vec::new(),
@@ -237,7 +238,7 @@ impl Device {
     /// The bodies of the present step in a state.
     fn download(&self, poses: &Poses, shapes: &Shapes) -> Result<Bodies, GpuError> {
         let Ancestry { lineage, group, .. } = &self.ancestry;
-        self.download_first(poses, shapes, (lineage.clone(), group.clone()))
+        Ok(self.download_first(poses, shapes, (lineage.clone(), group.clone()))?.0)
     }
 
     /// As many bodies of a state as have a lineage.
@@ -246,9 +247,9 @@ impl Device {
         poses: &Poses,
         shapes: &Shapes,
         (lineage, group): (Vec<Lineage>, Vec<u32>),
-    ) -> Result<Bodies, GpuError> {
+    ) -> Result<(Bodies, Unrounded), GpuError> {
         let read = state::download(&self.gpu, &self.setup, poses, shapes, lineage.len() as u64)?;
-        Ok(Bodies {
+        let bodies = Bodies {
             periods: self.setup.periods,
             shape: read.shape,
             position: read.position,
@@ -258,7 +259,8 @@ impl Device {
             group,
             lineage,
             broken_bonds: self.broken_bonds()?,
-        })
+        };
+        Ok((bodies, read.unrounded))
     }
 
     /// The state after the last accepted step, read where it is not known yet.
@@ -276,13 +278,9 @@ impl Device {
         let born = |body: u32| u64::from(body) < self.accepted_bodies;
         let mut warm = self.remembered()?;
         warm.retain(|w| born(w.pair[0]) && (born(w.pair[1]) || surface_of(w.pair[1]).is_some()));
-        Ok(State {
-            step: self.step,
-            next_id,
-            bodies: self.download_first(&self.poses[0], &self.shapes[0], (lineage, group))?,
-            warm,
-            removed: self.removed.clone(),
-        })
+        let (bodies, mut unrounded) = self.download_first(&self.poses[0], &self.shapes[0], (lineage, group))?;
+        unrounded.prescribe(&self.ancestry.accepted_lengths());
+        Ok(State { step: self.step, next_id, bodies, warm, removed: self.removed.clone(), unrounded: Some(unrounded) })
     }
 
     fn remembered(&self) -> Result<Vec<Warm>, GpuError> {

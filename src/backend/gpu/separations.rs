@@ -98,6 +98,7 @@ impl Device {
                 ("shapes", &shapes.shapes),
                 if by_motions { ("motions", &self.motions) } else { ("boxes", &self.boxes) },
                 ("contacts", &lists.contacts),
+                ("report", &self.report),
             ];
             record.run(kernel, &parameters, &buffers, of_bodies);
         }

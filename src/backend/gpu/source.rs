@@ -283,7 +283,8 @@ fn narrow_sources(setup: &Setup) -> Vec<Source> {
             0 => fragment!("separation/near_boxes.wgsl"),
             _ => fragment!("separation/near_motions.wgsl"),
         };
-        let source = families.add_to(source, setup.planar).include(near).include(fragment!("separation/narrow.wgsl"));
+        let source = families.add_to(source, setup.planar).include(near);
+        let source = source.include(fragment!("step/report.wgsl")).include(fragment!("separation/narrow.wgsl"));
         changing(setup, source)
     };
     families.into_iter().enumerate().map(source).collect()

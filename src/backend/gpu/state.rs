@@ -3,14 +3,24 @@
 //! add up.
 
 use super::Setup;
+use crate::bodies::Bodies;
 use crate::dynamics::Spin;
 use crate::gpu::{Buffer, Gpu, GpuError, Precision, Recorder};
 use crate::shape::Shape;
+use crate::step::{State, Unrounded};
 use glam::{DQuat, DVec3};
+use std::ops::Range;
 
 /// The pitch of orientations, as in `shaders/common/orientation.wgsl`: a quaternion's numbers are multiples of it and a
 /// remainder.
 const TURN_PITCH: f64 = 1.0 / 1_048_576.0;
+
+/// Where the numbers of a body in [`Unrounded::numbers`] are, behind the three of its remainder.
+const ORIENTATION: Range<usize> = 3..11;
+const VELOCITY: Range<usize> = 11..14;
+const TURN: Range<usize> = 14..17;
+/// Coarse part, fine part, and the length that is prescribed.
+const LENGTH: Range<usize> = 17..20;
 
 /// Where bodies are and how they move: one state of all of them.
 pub(super) struct Poses {
@@ -30,13 +40,15 @@ pub(super) struct Shapes {
     pub lengths: Buffer,
 }
 
-/// A pose as numbers.
+/// Poses and shapes as numbers.
+#[derive(Default)]
 pub(super) struct Downloaded {
     pub position: Vec<DVec3>,
     pub orientation: Vec<DQuat>,
     pub velocity: Vec<DVec3>,
     pub angular_velocity: Vec<DVec3>,
     pub shape: Vec<Shape>,
+    pub unrounded: Unrounded,
 }
 
 impl Poses {
@@ -50,31 +62,13 @@ impl Poses {
         })
     }
 
-    pub fn write(&self, gpu: &Gpu, setup: &Setup, bodies: &crate::bodies::Bodies) -> Result<(), GpuError> {
-        let (precision, lattice) = (setup.precision, &setup.lattice);
-        let mut cells: Vec<i32> = Vec::with_capacity(4 * bodies.len());
-        let mut remainders = Vec::with_capacity(4 * bodies.len());
-        for position in &bodies.position {
-            for x in position.to_array() {
-                let (cell, remainder) = lattice.split(x)?;
-                cells.push(cell);
-                remainders.push(remainder);
-            }
-            cells.push(0);
-            remainders.push(0.0);
-        }
+    pub fn write(&self, gpu: &Gpu, precision: Precision, of: &Unrounded) {
+        let cells: Vec<[i32; 4]> = of.cells.iter().map(|[x, y, z]| [*x, *y, *z, 0]).collect();
         self.cells.write(gpu, 0, bytemuck::cast_slice(&cells));
-        self.remainders.write(gpu, 0, &precision.encode(remainders));
-        self.orientations.write(gpu, 0, &precision.encode(bodies.orientation.iter().flat_map(coarse_and_fine)));
-        let twist = |i: usize| {
-            let (u, mut w) = (bodies.velocity[i], bodies.angular_velocity[i]);
-            if setup.keeps_momentum() {
-                w = Spin::new(bodies.shape[i].unit_inertia()).momentum(bodies.orientation[i], w);
-            }
-            [u.x, u.y, u.z, 0.0, w.x, w.y, w.z, 0.0]
-        };
-        self.twists.write(gpu, 0, &precision.encode((0..bodies.len()).flat_map(twist)));
-        Ok(())
+        self.remainders.write(gpu, 0, &precision.encode(of.numbers.iter().flat_map(|n| [n[0], n[1], n[2], 0.0])));
+        self.orientations.write(gpu, 0, &precision.encode(of.numbers.iter().flat_map(|n| n[ORIENTATION].to_vec())));
+        let twist = |n: &[f64; Unrounded::NUMBERS]| [n[11], n[12], n[13], 0.0, n[14], n[15], n[16], 0.0];
+        self.twists.write(gpu, 0, &precision.encode(of.numbers.iter().flat_map(twist)));
     }
 
     pub fn all(&self) -> [&Buffer; 4] {
@@ -105,16 +99,16 @@ impl Shapes {
         })
     }
 
-    /// Writes shapes; with a length pitch the growing lengths too.
-    pub fn write(&self, gpu: &Gpu, precision: Precision, shapes: &[Shape], length_pitch: Option<f64>) {
+    /// Writes shapes; where bodies grow their lengths too.
+    pub fn write(&self, gpu: &Gpu, setup: &Setup, shapes: &[Shape], of: &Unrounded) {
+        let precision = setup.precision;
         let numbers = |shape: &Shape| {
             let (tag, [x, y, z]) = shape.code();
             [x, y, z, f64::from(tag)]
         };
         self.shapes.write(gpu, 0, &precision.encode(shapes.iter().flat_map(numbers)));
-        if let Some(pitch) = length_pitch {
-            let parts = |shape: &Shape| split_length(shape.growing_length().unwrap_or(0.0), pitch);
-            self.lengths.write(gpu, 0, &precision.encode(shapes.iter().flat_map(parts)));
+        if setup.growth.is_some() {
+            self.lengths.write(gpu, 0, &precision.encode(of.numbers.iter().flat_map(|n| [n[17], n[18]])));
         }
     }
 
@@ -143,6 +137,92 @@ pub(super) fn split_length(length: f64, pitch: f64) -> [f64; 2] {
     [coarse, length - coarse]
 }
 
+/// The numbers that a device of this kind holds of a state: those that it had, or those of the bodies.
+pub(super) fn unrounded(setup: &Setup, state: &State) -> Result<Unrounded, GpuError> {
+    let own = |unrounded: &&Unrounded| unrounded.kind == kind(setup) && is_of(setup, unrounded, &state.bodies);
+    match state.unrounded.as_ref().filter(own) {
+        Some(unrounded) => Ok(unrounded.clone()),
+        None => of_bodies(setup, &state.bodies),
+    }
+}
+
+fn kind(setup: &Setup) -> [f64; 3] {
+    let length_pitch = if setup.growth.is_some() { setup.length_pitch } else { 0.0 };
+    [setup.precision.bytes() as f64, setup.lattice.pitch(), length_pitch]
+}
+
+/// Whether the bodies are what these numbers are rounded to.
+fn is_of(setup: &Setup, unrounded: &Unrounded, bodies: &Bodies) -> bool {
+    let rounded = |i: usize| {
+        let shape = unrounded.shape(setup, i, &bodies.shape[i]);
+        let pose = unrounded.pose(setup, i, &shape);
+        let held = (bodies.position[i], bodies.orientation[i], bodies.velocity[i], bodies.angular_velocity[i]);
+        shape == bodies.shape[i] && pose == held
+    };
+    unrounded.cells.len() == bodies.len() && unrounded.numbers.len() == bodies.len() && (0..bodies.len()).all(rounded)
+}
+
+fn of_bodies(setup: &Setup, bodies: &Bodies) -> Result<Unrounded, GpuError> {
+    let (mut cells, mut numbers) = (Vec::with_capacity(bodies.len()), Vec::with_capacity(bodies.len()));
+    for i in 0..bodies.len() {
+        let mut own = [0.0; Unrounded::NUMBERS];
+        let mut cell = [0; 3];
+        for (axis, x) in bodies.position[i].to_array().into_iter().enumerate() {
+            (cell[axis], own[axis]) = setup.lattice.split(x)?;
+        }
+        own[ORIENTATION].copy_from_slice(&coarse_and_fine(&bodies.orientation[i]));
+        let (velocity, mut turn) = (bodies.velocity[i], bodies.angular_velocity[i]);
+        if setup.keeps_momentum() {
+            turn = Spin::new(bodies.shape[i].unit_inertia()).momentum(bodies.orientation[i], turn);
+        }
+        own[VELOCITY].copy_from_slice(&velocity.to_array());
+        own[TURN].copy_from_slice(&turn.to_array());
+        if setup.growth.is_some() {
+            let length = bodies.shape[i].growing_length().unwrap_or(0.0);
+            let [coarse, fine] = split_length(length, setup.length_pitch);
+            own[LENGTH].copy_from_slice(&[coarse, fine, length]);
+        }
+        cells.push(cell);
+        numbers.push(own);
+    }
+    Ok(Unrounded { kind: kind(setup), cells, numbers })
+}
+
+impl Unrounded {
+    /// The lengths that bodies are to have.
+    pub(super) fn prescribed(&self) -> impl Iterator<Item = f64> {
+        self.numbers.iter().map(|n| n[LENGTH.end - 1])
+    }
+
+    /// Sets them.
+    pub(super) fn prescribe(&mut self, lengths: &[f64]) {
+        for (n, length) in self.numbers.iter_mut().zip(lengths) {
+            n[LENGTH.end - 1] = *length;
+        }
+    }
+
+    /// A body of this shape, but for its length.
+    fn shape(&self, setup: &Setup, i: usize, shape: &Shape) -> Shape {
+        let [coarse, fine] = [self.numbers[i][LENGTH.start], self.numbers[i][LENGTH.start + 1]];
+        let grown = setup.growth.as_ref().and_then(|_| shape.grown(coarse + fine));
+        grown.unwrap_or(*shape)
+    }
+
+    /// Position, orientation, velocity and angular velocity of a body.
+    fn pose(&self, setup: &Setup, i: usize, shape: &Shape) -> (DVec3, DQuat, DVec3, DVec3) {
+        let (cells, n) = (self.cells[i], &self.numbers[i]);
+        let axis = |k: usize| setup.lattice.join(cells[k], n[k]);
+        let part = |k: usize| n[ORIENTATION.start + k] + n[ORIENTATION.start + 4 + k];
+        let orientation = DQuat::from_xyzw(part(0), part(1), part(2), part(3)).normalize();
+        let turn = DVec3::from_slice(&n[TURN]);
+        let angular = match setup.keeps_momentum() {
+            true => Spin::new(shape.unit_inertia()).velocity(orientation, turn),
+            false => turn,
+        };
+        (DVec3::new(axis(0), axis(1), axis(2)), orientation, DVec3::from_slice(&n[VELOCITY]), angular)
+    }
+}
+
 /// Reads bodies back: one wait.
 pub(super) fn download(
     gpu: &Gpu,
@@ -151,7 +231,7 @@ pub(super) fn download(
     shapes: &Shapes,
     bodies: u64,
 ) -> Result<Downloaded, GpuError> {
-    let (precision, lattice, growing) = (setup.precision, &setup.lattice, setup.growth.is_some());
+    let (precision, growing) = (setup.precision, setup.growth.is_some());
     let whole = |buffer| {
         let buffer: &Buffer = buffer;
         0..bodies * buffer.element() as u64
@@ -166,35 +246,39 @@ pub(super) fn download(
         (&shapes.shapes, whole(&shapes.shapes)),
         (&shapes.lengths, lengths),
     ])?;
-    let cells: Vec<i32> = bytemuck::pod_collect_to_vec(&read[0]);
+    let cells: Vec<[i32; 4]> = bytemuck::pod_collect_to_vec(&read[0]);
     let [remainders, orientations, twists, sizes, lengths] = [1, 2, 3, 4, 5].map(|i| precision.decode(&read[i]));
+    let numbers = |i: usize| {
+        let mut own = [0.0; Unrounded::NUMBERS];
+        own[..3].copy_from_slice(&remainders[4 * i..4 * i + 3]);
+        own[ORIENTATION].copy_from_slice(&orientations[8 * i..8 * i + 8]);
+        own[VELOCITY].copy_from_slice(&twists[8 * i..8 * i + 3]);
+        own[TURN].copy_from_slice(&twists[8 * i + 4..8 * i + 7]);
+        if growing {
+            own[LENGTH.start..LENGTH.start + 2].copy_from_slice(&lengths[2 * i..2 * i + 2]);
+        }
+        own
+    };
     let n = bodies as usize;
-    let vector = |x: &[f64]| DVec3::new(x[0], x[1], x[2]);
-    let axis = |i: usize, k: usize| lattice.join(cells[4 * i + k], remainders[4 * i + k]);
-    let quaternion = |i: usize| {
-        let part = |k: usize| orientations[8 * i + k] + orientations[8 * i + 4 + k];
-        DQuat::from_xyzw(part(0), part(1), part(2), part(3)).normalize()
+    let unrounded = Unrounded {
+        kind: kind(setup),
+        cells: cells.iter().map(|[x, y, z, _]| [*x, *y, *z]).collect(),
+        numbers: (0..n).map(numbers).collect(),
     };
     let shape = |i: usize| {
         let s = &sizes[4 * i..4 * i + 4];
         let shape = Shape::from_code(s[3] as u32, [s[0], s[1], s[2]]);
         let shape = shape.ok_or_else(|| GpuError::Refused { message: format!("body {i} has the shape {s:?}") })?;
-        Ok(match growing {
-            true => shape.grown(lengths[2 * i] + lengths[2 * i + 1]).unwrap_or(shape),
-            false => shape,
-        })
+        Ok(unrounded.shape(setup, i, &shape))
     };
     let shape = (0..n).map(shape).collect::<Result<Vec<_>, GpuError>>()?;
-    let orientation: Vec<_> = (0..n).map(quaternion).collect();
-    let angular_velocity = |i: usize| {
-        let kept = vector(&twists[8 * i + 4..]);
-        if setup.keeps_momentum() { Spin::new(shape[i].unit_inertia()).velocity(orientation[i], kept) } else { kept }
-    };
-    Ok(Downloaded {
-        position: (0..n).map(|i| DVec3::new(axis(i, 0), axis(i, 1), axis(i, 2))).collect(),
-        velocity: (0..n).map(|i| vector(&twists[8 * i..])).collect(),
-        angular_velocity: (0..n).map(angular_velocity).collect(),
-        orientation,
-        shape,
-    })
+    let mut read = Downloaded { shape, ..Downloaded::default() };
+    for (i, shape) in read.shape.iter().enumerate() {
+        let (position, orientation, velocity, angular_velocity) = unrounded.pose(setup, i, shape);
+        read.position.push(position);
+        read.orientation.push(orientation);
+        read.velocity.push(velocity);
+        read.angular_velocity.push(angular_velocity);
+    }
+    Ok(Downloaded { unrounded, ..read })
 }

@@ -15,6 +15,11 @@ use std::collections::HashMap;
 /// Where a pair's contact has its multiplier, with the paper's rows.
 const MULTIPLIER: usize = 7;
 
+/// That of the separation, and the least one that marks a normal from which no search starts; both as in
+/// `shaders/separation/narrow.wgsl`.
+const SEPARATION: usize = 3;
+const ONLY_DIRECTION: f64 = 1e36;
+
 impl Candidates {
     /// Gives the pairs of the first list what an earlier run remembered of them.
     pub(super) fn recall(&mut self, gpu: &Gpu, setup: &Setup) -> Result<(), GpuError> {
@@ -68,7 +73,10 @@ impl Candidates {
         let [contacts, remembered] = [1, 2].map(|i| setup.precision.decode(&read[i]));
         let mut warm = Vec::new();
         for (p, (pair, contact)) in pairs.iter().zip(contacts.as_chunks::<12>().0).enumerate() {
-            let normal = DVec3::new(contact[0], contact[1], contact[2]);
+            let normal = match contact[SEPARATION] < ONLY_DIRECTION {
+                true => DVec3::new(contact[0], contact[1], contact[2]),
+                false => DVec3::ZERO,
+            };
             let gammas = match width {
                 0 => std::slice::from_ref(&contact[MULTIPLIER]),
                 _ => &remembered[width * p..width * (p + 1)],

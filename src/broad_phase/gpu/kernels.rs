@@ -38,6 +38,9 @@ kernels! {
             Some(periods) => space.periodic(periods, fragment!("broad_phase/find_periodic.wgsl")),
             None => space.open(fragment!("broad_phase/find.wgsl")),
         },
+        ends: Kernel = list(fragment!("broad_phase/ends.wgsl")),
+        arrange: Kernel = list(fragment!("broad_phase/arrange.wgsl")),
+        starts: Kernel = list(fragment!("broad_phase/starts.wgsl")),
         incoming: Kernel = list(fragment!("broad_phase/incoming.wgsl")),
         adjacency_start: Kernel = list(fragment!("broad_phase/adjacency_start.wgsl")),
         adjacency: Kernel = list(fragment!("broad_phase/adjacency.wgsl")),
@@ -103,7 +106,7 @@ mod tests {
                 let is_sheared = periods.is_some_and(|periods| periods.is_sheared());
                 for changing in [is_sheared, periods.is_some()] {
                     let sources = Kernels::sources(&Space { precision, planar, lattice, periods, changing });
-                    assert_eq!(sources.len(), 7 + usize::from(periods.is_some()));
+                    assert_eq!(sources.len(), 10 + usize::from(periods.is_some()));
                     for source in sources {
                         validate(&source).unwrap_or_else(|e| panic!("{}: {e}", source.name()));
                     }

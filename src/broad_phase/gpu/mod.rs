@@ -11,6 +11,10 @@
 //! far the box reaches, so that a pair is found once though its boxes may touch through several images. The test of a
 //! pair is of the nearest image, along every axis the nearest of all.
 //!
+//! Which body finds a pair, and when in its search, depends on boxes and cells. The list that is handed out is sorted by
+//! the pairs' bodies, so that its order tells nothing of the search: rows that are made from two lists with the same near
+//! pairs stand in one order, and a run that was resumed, whose searches are at other steps, comes to the same bits.
+//!
 //! Sorted cells: S. Green, "Particle simulation using CUDA", 2010. Levels: as in [`Grid`](super::Grid).
 
 mod kernels;
@@ -56,6 +60,8 @@ pub struct Search {
     columns: Buffer,
     sorted: [Buffer; 3],
     first: Buffer,
+    /// Pairs as they were found.
+    found: Buffer,
     pairs: Buffer,
     count: u64,
     adjacency_start: Buffer,
@@ -125,6 +131,7 @@ impl Search {
                 reals("search-sorted-boxes")?,
             ],
             first: words("search-first")?,
+            found: Buffer::new(gpu, "search-found", 8, 1)?,
             pairs: Buffer::new(gpu, "pairs", 8, 1)?,
             count: 0,
             adjacency_start: words("adjacency-start")?,
@@ -164,6 +171,7 @@ impl Search {
         self.find(&mut record, bodies, columns, false);
         self.scan.exclusive(&mut record, &self.counts, &self.first, bodies)?;
         let count = self.total(gpu, &mut record, bodies)?;
+        self.found.reserve(gpu, count)?;
         self.pairs.reserve(gpu, count)?;
         self.adjacency.reserve(gpu, 2 * count)?;
         self.keys.reserve(gpu, count)?;
@@ -172,6 +180,7 @@ impl Search {
             self.find(&mut record, bodies, columns, true);
         }
         record.stage("search: lists");
+        self.arrange(&mut record, bodies, count)?;
         self.connect(&mut record, bodies, count)?;
         record.submit()?;
         self.count = count;
@@ -198,7 +207,7 @@ impl Search {
         std::mem::swap(&mut self.adjacency, adjacency);
     }
 
-    /// The pairs `[a, b]`, `a < b`: each once, ordered by the body that found them.
+    /// The pairs `[a, b]`, `a < b`: each once, ascending.
     pub fn pairs(&self) -> &Buffer {
         &self.pairs
     }
@@ -307,7 +316,7 @@ impl Search {
             ("starts", &self.columns),
             ("survey", &self.survey),
             ("list", list),
-            ("pairs", &self.pairs),
+            ("pairs", &self.found),
             ("crowds", &self.crowds),
         ];
         record.run(&self.kernels.find, &self.with_periods(words), &buffers, bodies);
@@ -331,6 +340,24 @@ impl Search {
             return Err(GpuError::Limit { what: "pairs".into(), needs, has, adapter: gpu.name().into() });
         }
         Ok(u64::from(count))
+    }
+
+    /// Sorts the pairs by their first bodies, those of one by the second.
+    fn arrange(&mut self, record: &mut Recorder<'_>, bodies: u64, pairs: u64) -> Result<(), GpuError> {
+        let bits = bodies.next_power_of_two().trailing_zeros();
+        for side in [1, 0] {
+            let words = [pairs as u32, side, 0, 0];
+            let buffers = [("pairs", &self.found), ("places", &self.values), ("keys", &self.keys)];
+            record.run(&self.kernels.ends, bytemuck::bytes_of(&words), &buffers, pairs);
+            self.sort.by_key(record, &mut self.keys, &mut self.values, pairs, bits)?;
+        }
+        let words = [pairs as u32, 0, 0, 0];
+        let buffers = [("found", &self.found), ("places", &self.values), ("pairs", &self.pairs)];
+        record.run(&self.kernels.arrange, bytemuck::bytes_of(&words), &buffers, pairs);
+        let words = [bodies as u32, pairs as u32, 0, 0];
+        let buffers = [("bodies", &self.keys), ("first", &self.first)];
+        record.run(&self.kernels.starts, bytemuck::bytes_of(&words), &buffers, bodies + 1);
+        Ok(())
     }
 
     /// Makes every body's list of pairs.

@@ -183,6 +183,7 @@ impl Domain {
                 bodies: state.bodies.clone(),
                 warm,
                 removed: state.removed.clone(),
+                unrounded: None,
             }
         })
     }

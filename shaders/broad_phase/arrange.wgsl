@@ -1,0 +1,17 @@
+// Brings pairs to their places in the order that they were sorted into.
+struct Parameters { pairs: u32, unused_0: u32, unused_1: u32, unused_2: u32 }
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> found: array<vec2<u32>>;
+@group(0) @binding(2) var<storage, read> places: array<u32>;
+@group(0) @binding(3) var<storage, read_write> pairs: array<vec2<u32>>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let k = invocation(group, groups, local);
+    if k >= parameters.pairs { return; }
+    pairs[k] = found[places[k]];
+}

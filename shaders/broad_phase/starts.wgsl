@@ -1,0 +1,23 @@
+// Where the pairs of every first body begin, and where the last one's end.
+struct Parameters { bodies: u32, pairs: u32, unused_1: u32, unused_2: u32 }
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+// The first bodies of the pairs, ascending.
+@group(0) @binding(1) var<storage, read> bodies: array<u32>;
+@group(0) @binding(2) var<storage, read_write> first: array<u32>;
+
+@compute @workgroup_size(WORKGROUP)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let i = invocation(group, groups, local);
+    if i > parameters.bodies { return; }
+    var low = 0u;
+    var high = parameters.pairs;
+    while low < high {
+        let middle = (low + high) / 2u;
+        if bodies[middle] < i { low = middle + 1u; } else { high = middle; }
+    }
+    first[i] = low;
+}

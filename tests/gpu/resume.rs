@@ -1,0 +1,139 @@
+//! A run that goes on from a state on the device has the bits of one that was not stopped.
+
+use crate::device::{device, precisions};
+use crate::steps::patch;
+use glam::DVec3;
+use relcp::scene::Scene;
+use relcp::simulation::{Compute, Simulation};
+use relcp::step::{State, Unrounded};
+
+/// What of two states differs first.
+fn difference(a: &State, b: &State) -> Option<&'static str> {
+    let numbers = |state: &State| state.unrounded.clone().unwrap_or_default();
+    let (x, y): (Unrounded, Unrounded) = (numbers(a), numbers(b));
+    let part = |from: usize, to: usize| x.numbers.iter().zip(&y.numbers).any(|(x, y)| x[from..to] != y[from..to]);
+    let found = [
+        ("lineage", a.bodies.lineage != b.bodies.lineage),
+        ("lengths", part(17, 19)),
+        ("multipliers and normals", a.warm != b.warm),
+        ("velocities", part(11, 17)),
+        ("orientations", part(3, 11)),
+        ("positions", x.cells != y.cells || part(0, 3)),
+        ("anything else", a != b),
+    ];
+    found.iter().find(|(_, differs)| *differs).map(|(what, _)| *what)
+}
+
+/// Takes `count` steps, and from the state after each of `stops` the rest anew.
+fn goes_on(scene: &Scene, count: u64, stops: &[u64]) {
+    let Some(gpu) = device() else { return };
+    for precision in precisions(gpu) {
+        let compute = Compute::Gpu { gpu: gpu.clone(), precision };
+        let mut whole = Simulation::builder(scene.clone()).on(&compute).build().unwrap();
+        let mut states = vec![whole.state().unwrap().clone()];
+        for _ in 0..count {
+            whole.step().unwrap();
+            states.push(whole.state().unwrap().clone());
+        }
+        for stop in stops {
+            let from = states[*stop as usize].clone();
+            let mut resumed = Simulation::builder(scene.clone()).on(&compute).resume(from).build().unwrap();
+            for step in stop + 1..=count {
+                resumed.step().unwrap();
+                let found = difference(resumed.state().unwrap(), &states[step as usize]);
+                assert_eq!(found, None, "{} {precision:?}: from step {stop}, after step {step}", scene.name);
+            }
+        }
+        assert!(states[count as usize].warm.iter().any(|w| w.gamma > 0.0), "{}: nothing touched", scene.name);
+    }
+}
+
+/// The device's own numbers count only where they are those of the bodies, and of that device.
+#[test]
+fn bodies_that_were_changed_are_where_they_were_put() {
+    let Some(gpu) = device() else { return };
+    for precision in precisions(gpu) {
+        let compute = Compute::Gpu { gpu: gpu.clone(), precision };
+        let mut first = Simulation::builder(patch(2, DVec3::ZERO)).on(&compute).build().unwrap();
+        first.step().unwrap();
+        let mut state = first.state().unwrap().clone();
+        state.bodies.position[3] += DVec3::new(100.0, 0.0, 0.0);
+        let (put, lone) = (state.bodies.position[3], state.bodies.velocity.len() - 1);
+        assert_eq!(lone, 3);
+        let mut changed =
+            Simulation::builder(patch(2, DVec3::ZERO)).on(&compute).resume(state.clone()).build().unwrap();
+        changed.step().unwrap();
+        assert!((changed.state().unwrap().bodies.position[3] - put).length() < 1e-3);
+        for other in precisions(gpu) {
+            let compute = Compute::Gpu { gpu: gpu.clone(), precision: other };
+            let from = first.state().unwrap().clone();
+            let mut on_other = Simulation::builder(patch(2, DVec3::ZERO)).on(&compute).resume(from).build().unwrap();
+            on_other.step().unwrap();
+            let kind = on_other.state().unwrap().unrounded.as_ref().unwrap().kind;
+            assert_eq!(kind[0], other.bytes() as f64);
+        }
+    }
+}
+
+fn load(name: &str, sets: &[&str]) -> Scene {
+    Scene::load(name, sets).unwrap()
+}
+
+#[test]
+fn crowded_rods() {
+    goes_on(&patch(8, DVec3::new(3.3, -0.7, 0.0)), 30, &[5, 13, 29]);
+}
+
+#[test]
+fn ellipsoids() {
+    let sets = ["generate.0.isotropic.count=60", "generate.0.isotropic.volume_fraction=0.2", "time.end=20"];
+    goes_on(&load("compaction", &sets), 80, &[7, 40, 61]);
+}
+
+#[test]
+fn rings() {
+    goes_on(&load("chainmail", &["time.dt=0.01"]), 60, &[11, 37]);
+}
+
+#[test]
+fn a_growing_colony() {
+    goes_on(&load("colony", &["time.dt=0.02", "time.end=5"]), 200, &[30, 101, 158]);
+}
+
+#[test]
+fn cells_that_feel_pressure_and_leave_a_channel() {
+    let sets =
+        ["time.dt=0.04", "time.end=6", "removal.0.outside.half_space.offset=-6", "growth.0.stress_sensitivity=0.1"];
+    goes_on(&load("two-strains", &sets), 75, &[20, 51, 74]);
+}
+
+#[test]
+fn a_periodic_cell_with_brownian_motion() {
+    goes_on(&load("sedimentation", &["generate.0.isotropic.count=50", "periodic.lengths=[5, 5, null]"]), 30, &[9, 22]);
+}
+
+#[test]
+fn heaps_that_keep_their_momentum() {
+    let scene = r#"{"name": "heap", "seed": 4, "time": {"dt": 0.005, "end": 2}, "dynamics": {"inertial": {"density": 1}},
+        "forces": [{"gravity": {"acceleration": [0, 0, -9.8]}}], "walls": [{"half_space": {"normal": [0, 0, 1], "offset": -1.5}}],
+        "generate": [{"isotropic": {"count": 12, "shape": {"ellipsoid": {"radii": [0.3, 0.4, 0.5]}}, "volume_fraction": 0.15}}]}"#;
+    goes_on(&Scene::parse(scene, "heap").unwrap(), 120, &[17, 60, 101]);
+}
+
+#[test]
+fn midpoint_steps() {
+    let sets = ["time.stepping=midpoint", "time.dt=0.02", "time.end=5"];
+    goes_on(&load("colony", &sets), 180, &[30, 101, 158]);
+    let sets = [
+        "generate.0.isotropic.count=40",
+        "generate.0.isotropic.volume_fraction=0.2",
+        "time.stepping=midpoint",
+        "time.end=20",
+    ];
+    goes_on(&load("compaction", &sets), 60, &[7, 40]);
+}
+
+#[test]
+fn one_row_a_pair() {
+    goes_on(&load("colony", &["time.dt=0.02", "time.end=5", "contact.rows=paper"]), 180, &[101, 158]);
+}
