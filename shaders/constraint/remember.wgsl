@@ -1,4 +1,5 @@
-// What the next step starts from: the sum of each pair's multipliers.
+// What the next step starts from: the sum of each pair's multipliers. No search starts from the normal of a pair without
+// rows.
 
 struct Parameters { pairs: u32, a: u32, b: u32, c: u32 }
 
@@ -20,4 +21,5 @@ fn main(
         sum += gamma[row];
     }
     contacts[3u * p + 1u].w = sum;
+    if row_start[p] == row_start[p + 1u] { contacts[3u * p].w = ONLY_DIRECTION; }
 }

@@ -3,10 +3,8 @@
 //
 // A pair's contact is three vectors: (normal, separation), (lever of a, what is `kept`), (lever of b, flag). The flag
 // is FAR, NEAR (within the limit) or VIOLATING (overlapping by more than `violating`). The normal of a far pair is the
-// last one found. Where the pair had no row in the step, that depends on when it came into the list: it says in which
-// direction to look first, and no search starts from it. It has the separation `ONLY_DIRECTION`.
-
-const ONLY_DIRECTION: real = 1.0e37;
+// last one found. Where the pair had no row in the last accepted step, that depends on when it came into the list: it says
+// in which direction to look first, and no search starts from it. It has the separation `ONLY_DIRECTION`.
 
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
@@ -39,7 +37,6 @@ fn main(
         limit = near_limit(a, b, radius_a, radius_b);
     }
     let before = contacts[3u * p];
-    if parameters.at_trial == 0u { contacts[3u * p].w = ONLY_DIRECTION; }
     let distance2 = dot(delta, delta);
     let reach = radius_a + radius_b + limit;
     // Rounding may make the reach a little short.
@@ -58,8 +55,7 @@ fn main(
     if bound(delta, body_a, body_b, direction) > limit + 16.0 * EPSILON * reach { return; }
     let found = separate(delta, body_a, body_b, warm);
     if !(found.separation <= limit) {
-        // At the trial, a pair that was near at the start stays known.
-        let known = parameters.at_trial > 0u && before.w != ONLY_DIRECTION && has_direction;
+        let known = before.w != ONLY_DIRECTION && has_direction;
         contacts[3u * p] = vec4r(found.normal, select(ONLY_DIRECTION, found.separation, known));
         return;
     }

@@ -9,6 +9,7 @@ use super::{Ancestry, Device};
 use crate::backend::cpu::Cpu;
 use crate::gpu::GpuError;
 use crate::step::{Fault, RetryBackend, State};
+use glam::DVec3;
 use std::sync::OnceLock;
 
 impl Device {
@@ -16,7 +17,10 @@ impl Device {
         &mut self,
         take: &mut dyn FnMut(&mut dyn RetryBackend) -> Result<(), Fault>,
     ) -> Result<(), Fault> {
-        let state = self.known_state()?.clone();
+        let mut state = self.known_state()?.clone();
+        // The step that failed has changed normals, except where the state was read before it.
+        state.warm.retain(|warm| warm.gamma > 0.0);
+        state.warm.iter_mut().for_each(|warm| warm.normal = DVec3::ZERO);
         self.gpu.rest();
         let mut cpu = Cpu::<D>::new(&self.model, state)?;
         let plugged = self.plugged.len();

@@ -75,7 +75,7 @@ pub(super) fn append(setup: &Setup) -> Source {
 
 /// The kernel of what the next step starts from.
 pub(super) fn remember(setup: &Setup) -> Source {
-    plain(setup, "remember").include(fragment!("constraint/remember_branches.wgsl"))
+    super::source::with_direction(plain(setup, "remember")).include(fragment!("constraint/remember_branches.wgsl"))
 }
 
 /// The kernel that chooses the branches of pairs that get a row.

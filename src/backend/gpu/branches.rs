@@ -143,6 +143,7 @@ impl Rows {
                 ("gamma", &problem.gamma),
                 ("features", &own.features[0]),
                 ("remembered", &own.middle),
+                ("contacts", &lists.contacts),
             ];
             record.run(&kernels.remember, &words([lists.pairs_count as u32, 0, 0, 0]), &buffers, lists.pairs_count);
             from = &own.middle;
@@ -255,7 +256,7 @@ impl Rows {
     /// Records what the next step starts from.
     pub fn remember(&self, kernels: &Kernels, record: &mut Recorder<'_>, lists: &Lists) {
         let problem = &self.problem;
-        let parameters = words([lists.pairs_count as u32, 0, 0, 0]);
+        let parameters = words([lists.pairs_count as u32, 1, 0, 0]);
         match &self.branches {
             Some(own) => {
                 let buffers = [
@@ -263,6 +264,7 @@ impl Rows {
                     ("gamma", &problem.gamma),
                     ("features", &own.features[0]),
                     ("remembered", &lists.remembered),
+                    ("contacts", &lists.contacts),
                 ];
                 record.run(&kernels.remember, &parameters, &buffers, lists.pairs_count);
             }

@@ -10,6 +10,7 @@ use super::bonds::BondKernels;
 use super::branch_source::{self, BranchKernels};
 use super::heat;
 use super::held::HeldKernels;
+use super::warm::ONLY_DIRECTION;
 use crate::constraint::LEAST_ALIGNED;
 use crate::dynamics::{Dynamics, Force, LAST_STEP};
 use crate::gpu::{Kernel, LatticePeriods, Precision, Source, fragment, kernels};
@@ -258,7 +259,7 @@ fn append(setup: &Setup) -> Source {
 /// The kernel of what the next step starts from.
 fn remember(setup: &Setup) -> Source {
     match setup.branches {
-        0 => base(setup, "remember").include(fragment!("constraint/remember.wgsl")),
+        0 => with_direction(base(setup, "remember")).include(fragment!("constraint/remember.wgsl")),
         _ => branch_source::remember(setup),
     }
 }
@@ -278,7 +279,7 @@ pub(super) fn changing(setup: &Setup, source: Source) -> Source {
 fn narrow_sources(setup: &Setup) -> Vec<Source> {
     let families = separation::gpu::PairFamilies::needed(setup.shapes.iter().copied());
     let source = |(k, families): (usize, separation::gpu::PairFamilies)| {
-        let source = with_flags(of_pairs(setup, &format!("separations {k}")));
+        let source = with_direction(with_flags(of_pairs(setup, &format!("separations {k}"))));
         let near = match setup.branches {
             0 => fragment!("separation/near_boxes.wgsl"),
             _ => fragment!("separation/near_motions.wgsl"),
@@ -288,6 +289,11 @@ fn narrow_sources(setup: &Setup) -> Vec<Source> {
         changing(setup, source)
     };
     families.into_iter().enumerate().map(source).collect()
+}
+
+/// Adds the separation that marks a normal from which no search starts.
+pub(super) fn with_direction(source: Source) -> Source {
+    source.real("ONLY_DIRECTION", ONLY_DIRECTION)
 }
 
 /// Adds the numbers that surfaces have in the place of a second body's.

@@ -15,10 +15,10 @@ use std::collections::HashMap;
 /// Where a pair's contact has its multiplier, with the paper's rows.
 const MULTIPLIER: usize = 7;
 
-/// That of the separation, and the least one that marks a normal from which no search starts; both as in
-/// `shaders/separation/narrow.wgsl`.
+/// Where it has its separation, and the one that marks a normal from which no search starts
+/// (`shaders/separation/narrow.wgsl`): larger than any, a power of two.
 const SEPARATION: usize = 3;
-const ONLY_DIRECTION: f64 = 1e36;
+pub(super) const ONLY_DIRECTION: f64 = (1_u128 << 120) as f64;
 
 impl Candidates {
     /// Gives the pairs of the first list what an earlier run remembered of them.
