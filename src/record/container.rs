@@ -4,11 +4,14 @@
 //! `orientation` (N x 4, `[w, x, y, z]`), `velocity`, `angular_velocity` (N x 3), `shape` (tag: 0 sphere, 1
 //! spherocylinder, 2 ellipsoid, 3 torus), `size` (N x 3, the shape's sizes in the order of a scene), `group` (2^32 - 1:
 //! none), `id`, `parent` (2^64 - 1: none), `birth`, `generation`, and `birth_length` where cells divide by the length
-//! that they have added. Where bonds are broken, `broken_bonds` has their numbers in the scene, ascending. A checkpoint
-//! has `warm_pair`, `warm_feature`,
-//! `warm_gamma`, `warm_normal` as well, a row a near pair, and the run's totals in its header; a state has the former
-//! where the scene's `output.forces` asks for it. A checkpoint of a device also has `device_cells` (N x 3) and `device_numbers`
-//! (N x 20), from which that device goes on to the same bits ([`Unrounded`](crate::step::Unrounded)). `header` is the [`Header`], the bytes of its JSON text:
+//! that they have added. Where bonds are broken, `broken_bonds` has their numbers in the scene, ascending.
+//!
+//! A checkpoint has `warm_pair`, `warm_feature`, `warm_gamma`, `warm_normal` as well, a row a near pair, and the run's
+//! totals in its header; a state has the former where the scene's `output.forces` asks for it. A checkpoint of a device
+//! also has `device_cells` (N x 3, signed integers in the bits of unsigned ones) and `device_numbers` (N x 20), from
+//! which that device goes on to the same bits ([`Unrounded`](crate::step::Unrounded)).
+//!
+//! `header` is the [`Header`], the bytes of its JSON text:
 //! `json.loads(bytes(state["header"]))`.
 
 use super::blocks::{blocks, read_bodies, read_broken_bonds, read_unrounded, read_warm, unrounded_blocks};
