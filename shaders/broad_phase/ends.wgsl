@@ -1,5 +1,5 @@
-// The key that pairs are sorted by: one of their bodies. Sorted by the second body, then by the first, pairs stand in an
-// order that depends on nothing but which pairs there are.
+// The key that pairs are sorted by: one of their bodies. Sorted by the second body, then by the first, pairs stand in
+// an order that depends on nothing but which pairs there are.
 struct Parameters { pairs: u32, side: u32, unused_1: u32, unused_2: u32 }
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;

@@ -3,8 +3,8 @@
 //
 // A pair's contact is three vectors: (normal, separation), (lever of a, what is `kept`), (lever of b, flag). The flag
 // is FAR, NEAR (within the limit) or VIOLATING (overlapping by more than `violating`). The normal of a far pair is the
-// last one found. Where the pair had no row in the last accepted step, that depends on when it came into the list: it says
-// in which direction to look first, and no search starts from it. It has the separation `ONLY_DIRECTION`.
+// last one found. Where the pair had no row in the last accepted step, that depends on when it came into the list: it
+// says in which direction to look first, and no search starts from it. It has the separation `ONLY_DIRECTION`.
 
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;

@@ -17,8 +17,8 @@ pub struct State {
     pub warm: Vec<Warm>,
     /// How many bodies each rule of the scene's `removal` has removed; empty before the first.
     pub removed: Vec<u64>,
-    /// The numbers of the bodies as a device holds them. Without them, or where they are not those of `bodies`, a device
-    /// starts from `bodies`.
+    /// The numbers of the bodies as a device holds them. Without them, or where they are not those of `bodies`, a
+    /// device starts from `bodies`.
     pub unrounded: Option<Unrounded>,
 }
 

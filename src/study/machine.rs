@@ -69,6 +69,7 @@ mod tests {
 
     #[test]
     fn the_processors_time_goes_on_while_it_works() {
+        assert!(cpu_time().is_some());
         let begun = Begun::now();
         let mut sum = 0u64;
         for round in 0..ROUNDS {
@@ -78,14 +79,5 @@ mod tests {
             }
         }
         panic!("no time passed in {ROUNDS} rounds");
-    }
-
-    #[test]
-    fn the_processors_time_stands_while_the_process_sleeps() {
-        let begun = Begun::now();
-        std::thread::sleep(Duration::from_millis(100));
-        let took = begun.elapsed();
-        assert!(took.wall >= Duration::from_millis(100));
-        assert!(cpu_time().is_some());
     }
 }

@@ -58,10 +58,8 @@ fn bodies_that_were_changed_are_where_they_were_put() {
         first.step().unwrap();
         let mut state = first.state().unwrap().clone();
         state.bodies.position[3] += DVec3::new(100.0, 0.0, 0.0);
-        let (put, lone) = (state.bodies.position[3], state.bodies.velocity.len() - 1);
-        assert_eq!(lone, 3);
-        let mut changed =
-            Simulation::builder(patch(2, DVec3::ZERO)).on(&compute).resume(state.clone()).build().unwrap();
+        let put = state.bodies.position[3];
+        let mut changed = Simulation::builder(patch(2, DVec3::ZERO)).on(&compute).resume(state).build().unwrap();
         changed.step().unwrap();
         assert!((changed.state().unwrap().bodies.position[3] - put).length() < 1e-3);
         for other in precisions(gpu) {

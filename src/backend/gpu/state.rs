@@ -66,9 +66,13 @@ impl Poses {
         let cells: Vec<[i32; 4]> = of.cells.iter().map(|[x, y, z]| [*x, *y, *z, 0]).collect();
         self.cells.write(gpu, 0, bytemuck::cast_slice(&cells));
         self.remainders.write(gpu, 0, &precision.encode(of.numbers.iter().flat_map(|n| [n[0], n[1], n[2], 0.0])));
-        self.orientations.write(gpu, 0, &precision.encode(of.numbers.iter().flat_map(|n| n[ORIENTATION].to_vec())));
-        let twist = |n: &[f64; Unrounded::NUMBERS]| [n[11], n[12], n[13], 0.0, n[14], n[15], n[16], 0.0];
-        self.twists.write(gpu, 0, &precision.encode(of.numbers.iter().flat_map(twist)));
+        self.orientations.write(
+            gpu,
+            0,
+            &precision.encode(of.numbers.iter().flat_map(|n| n[ORIENTATION].iter().copied())),
+        );
+        let twists = of.numbers.iter().flat_map(|n| [&n[VELOCITY], &[0.0], &n[TURN], &[0.0]]).flatten().copied();
+        self.twists.write(gpu, 0, &precision.encode(twists));
     }
 
     pub fn all(&self) -> [&Buffer; 4] {
@@ -108,7 +112,11 @@ impl Shapes {
         };
         self.shapes.write(gpu, 0, &precision.encode(shapes.iter().flat_map(numbers)));
         if setup.growth.is_some() {
-            self.lengths.write(gpu, 0, &precision.encode(of.numbers.iter().flat_map(|n| [n[17], n[18]])));
+            self.lengths.write(
+                gpu,
+                0,
+                &precision.encode(of.numbers.iter().flat_map(|n| [n[LENGTH.start], n[LENGTH.start + 1]])),
+            );
         }
     }
 

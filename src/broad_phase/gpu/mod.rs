@@ -11,9 +11,9 @@
 //! far the box reaches, so that a pair is found once though its boxes may touch through several images. The test of a
 //! pair is of the nearest image, along every axis the nearest of all.
 //!
-//! Which body finds a pair, and when in its search, depends on boxes and cells. The list that is handed out is sorted by
-//! the pairs' bodies, so that its order tells nothing of the search: rows that are made from two lists with the same near
-//! pairs stand in one order, and a run that was resumed, whose searches are at other steps, comes to the same bits.
+//! Which body finds a pair, and when in its search, depends on boxes and cells. The list that is handed out is sorted
+//! by the pairs' bodies, so that its order tells nothing of the search: rows that are made from two lists with the same
+//! near pairs stand in one order, and a run that was resumed, whose searches are at other steps, comes to the same bits.
 //!
 //! Sorted cells: S. Green, "Particle simulation using CUDA", 2010. Levels: as in [`Grid`](super::Grid).
 
