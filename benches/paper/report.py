@@ -42,12 +42,11 @@ def read(results):
     for file in sorted(results.glob("*.jsonl"), key=order):
         head, *windows = map(json.loads, file.read_text().splitlines())
         runs[head["scene"], head["dt"], head["method"]] = head, windows
-    # Runs of several programs are not compared.
-    programs = {head["program"] for head, _ in runs.values()}
-    if len(programs) > 1:
-        newest = max(runs.values(), key=lambda run: run[0]["date"])[0]["program"]
-        runs = {key: run for key, run in runs.items() if run[0]["program"] == newest}
-    return runs
+    # Within a table, runs of several programs are not compared.
+    newest = {}
+    for (scene, _, _), (head, _) in runs.items():
+        newest[scene] = max(newest.get(scene, ("", "")), (head["date"], head["program"]))
+    return {key: run for key, run in runs.items() if run[0]["program"] == newest[key[0]][1]}
 
 
 def table(head, body):
@@ -141,14 +140,21 @@ def cpu_ratio(there, own):
     return there["cpu_s"] / own["cpu_s"] if there["cpu_s"] and own["cpu_s"] else None
 
 
+def origin(table, heads):
+    """By which program a table was made, and when."""
+    if not heads:
+        return ""
+    dates = sorted({head["date"] for head in heads})
+    return f"{table}: program {heads[0]['version']}, its build {heads[0]['program']}; {dates[0]} to {dates[-1]}."
+
+
 def main():
     results, page = map(pathlib.Path, sys.argv[1:])
     runs = read(results)
     made = {"colony": colony(runs), "compaction 0.1": compaction(runs, 0.1), "compaction 0.01": compaction(runs, 0.01)}
-    heads = [head for head, _ in runs.values()]
-    if heads:
-        dates = sorted({head["date"] for head in heads})
-        made["origin"] = f"Program {heads[0]['version']}, its build {heads[0]['program']}; {dates[0]} to {dates[-1]}; one thread of a shared machine.\n"
+    origins = [origin(table, [head for head, _ in runs.values() if head["scene"] == scene])
+               for table, scene in [("Table 3", "colony"), ("Table 2", "compaction")]]
+    made["origin"] = "One thread of a shared machine. " + " ".join(filter(None, origins)) + "\n"
     fill = lambda found: f"<!-- paper: {found[1]} -->\n\n{made.get(found[1], 'Not measured yet.' + chr(10))}\n<!-- paper: end -->"
     text = re.sub(r"<!-- paper: (?!end)(.*?) -->.*?<!-- paper: end -->", fill, page.read_text(), flags=re.S)
     page.write_text(text)
