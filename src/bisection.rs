@@ -34,6 +34,7 @@ impl Blocks {
     }
 
     /// How many blocks there are.
+    #[cfg(test)]
     pub fn len(&self) -> usize {
         self.edges.len() - 1
     }
@@ -41,25 +42,48 @@ impl Blocks {
 
 /// Cuts bodies with these centres; in periodic space at their images in one cell.
 pub(crate) fn bisect(centres: &[DVec3], periods: Periods) -> Blocks {
+    let cuts = cuts(centres.len());
+    let mut bodies: Vec<(DVec3, u32)> = centres.iter().map(|x| periods.wrapped(*x).0).zip(0..).collect();
+    Blocks { order: order(&mut bodies, cuts), edges: edges(centres.len(), cuts) }
+}
+
+/// How often so many bodies are cut.
+pub(crate) fn cuts(bodies: usize) -> u32 {
     let mut cuts = 0;
-    while centres.len() > MOST_IN_A_BLOCK << cuts {
+    while bodies > MOST_IN_A_BLOCK << cuts {
         cuts += 1;
     }
-    let mut bodies: Vec<(DVec3, u32)> = centres.iter().map(|x| periods.wrapped(*x).0).zip(0..).collect();
-    cut(&mut bodies, cuts);
-    let mut edges = vec![0, centres.len() as u32];
+    cuts
+}
+
+/// Where the parts begin that so many cuts make of so many bodies; one more at the end.
+pub(crate) fn edges(bodies: usize, cuts: u32) -> Vec<u32> {
+    let mut edges = vec![0, bodies as u32];
     for _ in 0..cuts {
         let halves = edges.windows(2).flat_map(|ends| [ends[0], ends[0] + half((ends[1] - ends[0]) as usize) as u32]);
-        edges = halves.chain([centres.len() as u32]).collect();
+        edges = halves.chain([bodies as u32]).collect();
     }
-    let mut order: Vec<u32> = bodies.into_iter().map(|(_, body)| body).collect();
-    edges.windows(2).for_each(|ends| order[ends[0] as usize..ends[1] as usize].sort_unstable());
-    Blocks { order, edges }
+    edges
 }
 
 /// How many of so many bodies are in the first half.
-fn half(bodies: usize) -> usize {
+pub(crate) fn half(bodies: usize) -> usize {
     bodies / 2
+}
+
+/// The axis of the longest side of a box.
+pub(crate) fn longest(low: DVec3, high: DVec3) -> usize {
+    let sides = (high - low).to_array();
+    (1..3).fold(0, |longest, axis| if sides[axis] > sides[longest] { axis } else { longest })
+}
+
+/// The numbers of bodies, block by block and ascending in each, after so many cuts.
+pub(crate) fn order(bodies: &mut [(DVec3, u32)], cuts: u32) -> Vec<u32> {
+    cut(bodies, cuts);
+    let mut order: Vec<u32> = bodies.iter().map(|(_, body)| *body).collect();
+    let edges = edges(order.len(), cuts);
+    edges.windows(2).for_each(|ends| order[ends[0] as usize..ends[1] as usize].sort_unstable());
+    order
 }
 
 fn cut(bodies: &mut [(DVec3, u32)], cuts: u32) {
@@ -68,8 +92,7 @@ fn cut(bodies: &mut [(DVec3, u32)], cuts: u32) {
     }
     let ends = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let (low, high) = bodies.iter().fold(ends, |(low, high), (x, _)| (low.min(*x), high.max(*x)));
-    let sides = (high - low).to_array();
-    let longest = (1..3).fold(0, |longest, axis| if sides[axis] > sides[longest] { axis } else { longest });
+    let longest = longest(low, high);
     let middle = half(bodies.len());
     bodies.select_nth_unstable_by(middle, |(x, a), (y, b)| x[longest].total_cmp(&y[longest]).then(a.cmp(b)));
     let (first, second) = bodies.split_at_mut(middle);

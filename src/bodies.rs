@@ -23,6 +23,32 @@ pub struct Lineage {
     pub birth_length: Option<f64>,
 }
 
+/// Flags in the word of a generation: the body has a parent, or a length at birth.
+const PARENT: u64 = 1 << 32;
+const LENGTH: u64 = 1 << 33;
+
+impl Lineage {
+    /// All of it in words, for other processes.
+    pub(crate) fn words(&self) -> [u64; 5] {
+        let Lineage { id, parent, birth, generation, birth_length } = *self;
+        let flag = |is: bool, flag: u64| if is { flag } else { 0 };
+        let flags = flag(parent.is_some(), PARENT) | flag(birth_length.is_some(), LENGTH);
+        let length = birth_length.unwrap_or(0.0).to_bits();
+        [id, parent.unwrap_or(0), birth.to_bits(), u64::from(generation) | flags, length]
+    }
+
+    /// From its words.
+    pub(crate) fn of_words([id, parent, birth, generation, length]: [u64; 5]) -> Lineage {
+        Lineage {
+            id,
+            parent: (generation & PARENT > 0).then_some(parent),
+            birth: f64::from_bits(birth),
+            generation: generation as u32,
+            birth_length: (generation & LENGTH > 0).then(|| f64::from_bits(length)),
+        }
+    }
+}
+
 /// All bodies of a simulation, and the space that they are in. Arrays but that of bonds are indexed by body
 /// and have the same length.
 #[derive(Debug, Default, PartialEq)]

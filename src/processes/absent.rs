@@ -33,11 +33,6 @@ impl Processes {
         match self {}
     }
 
-    /// What every process has, where all know how much that is.
-    pub(crate) fn gather_into<T>(self, _own: &[T], _counts: &[usize], _all: &mut [T]) {
-        match self {}
-    }
-
     /// What every process has, where all have as much.
     pub(crate) fn gather_even<T>(self, _own: &[T], _all: &mut [T]) {
         match self {}

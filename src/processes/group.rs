@@ -49,7 +49,7 @@ impl Processes {
     }
 
     /// What every process has, one after the other, where all know how much that is.
-    pub(crate) fn gather_into<T: Equivalence + Copy>(self, own: &[T], counts: &[usize], all: &mut [T]) {
+    fn gather_into<T: Equivalence + Copy>(self, own: &[T], counts: &[usize], all: &mut [T]) {
         let begun = Instant::now();
         if all.len() <= MOST_AT_ONCE {
             gather_at_once(own, counts, all);

@@ -3,12 +3,12 @@
 use crate::bodies::Lineage;
 use crate::removal::{Cause, Ended, Removals};
 use crate::scene::Scene;
-use crate::step::{Backend, Fault, StepReport, Time};
+use crate::step::{Backend, Divided, Fault, JOINED, StepReport, Time};
 
 /// The rules of a scene's removal, and who was there after the last step.
 pub(super) struct Leaving {
     rules: Removals,
-    /// The bodies after the last step.
+    /// The lines of the bodies here after the last step.
     before: Vec<Lineage>,
     ended: Vec<Ended>,
     /// How many were removed.
@@ -37,22 +37,24 @@ impl Leaving {
     /// Removes bodies after a step, and tells whose lives it ended.
     pub fn follow(&mut self, backend: &mut dyn Backend, time: &Time, report: &mut StepReport) -> Result<(), Fault> {
         let (step, dt) = (report.step, time.span(report.step) * time.dt);
+        let mut ended: Vec<[u64; JOINED]> = backend.divided(&self.before)?.iter().map(of_mother).collect();
         let (lineage, group) = backend.identities()?;
-        self.ended.clear();
-        self.add_mothers(lineage, group, step);
-        let places = self.rules.asks_places().then(|| backend.placed()).transpose()?;
+        let places = self.rules.asks_places().then(|| backend.here()).transpose()?;
         let chosen = self.rules.choose((lineage, group), places, (step, dt));
-        let mut counts = vec![0_u64; self.rules.len()];
         for (i, rule) in chosen.iter().enumerate() {
-            let Some(rule) = *rule else { continue };
-            counts[rule] += 1;
-            let (line, group, cause) = (lineage[i], group[i], self.rules.cause(rule));
-            self.ended.push(Ended { step, time: report.time, line, group, cause, rule: Some(rule) });
+            let number = rule.and_then(|_| backend.number(i));
+            if let (Some(rule), Some(number)) = (*rule, number) {
+                ended.push(of_removed(number, rule, &lineage[i], group[i]));
+            }
         }
         self.before.clear();
         let stay = lineage.iter().zip(&chosen).filter(|(_, rule)| rule.is_none());
         self.before.extend(stay.map(|(line, _)| *line));
-        report.removed = chosen.iter().flatten().count();
+        let ended = backend.join(ended);
+        self.ended = ended.iter().map(|words| self.ended_by(words, step, report.time)).collect();
+        let mut counts = vec![0_u64; self.rules.len()];
+        self.ended.iter().filter_map(|ended| ended.rule).for_each(|rule| counts[rule] += 1);
+        report.removed = counts.iter().sum::<u64>() as usize;
         if report.removed > 0 {
             let keep: Vec<bool> = chosen.iter().map(Option::is_none).collect();
             backend.remove(&keep, &counts)?;
@@ -62,14 +64,29 @@ impl Leaving {
         Ok(())
     }
 
-    /// The mothers that divided: a daughter has her mother's place.
-    fn add_mothers(&mut self, lineage: &[Lineage], group: &[u32], step: u64) {
-        for (i, mother) in self.before.iter().enumerate() {
-            let (daughter, group) = (lineage[i], group[i]);
-            if daughter.id != mother.id {
-                let (time, line, cause) = (daughter.birth, *mother, Cause::Division);
-                self.ended.push(Ended { step, time, line, group, cause, rule: None });
-            }
+    /// The life that ended, from its words.
+    fn ended_by(&self, words: &[u64; JOINED], step: u64, now: f64) -> Ended {
+        let [is_removed, _, time, group, rule, line @ ..] = *words;
+        let (line, group) = (Lineage::of_words(line), group as u32);
+        if is_removed == 0 {
+            return Ended { step, time: f64::from_bits(time), line, group, cause: Cause::Division, rule: None };
         }
+        let rule = rule as usize;
+        Ended { step, time: now, line, group, cause: self.rules.cause(rule), rule: Some(rule) }
     }
+}
+
+/// The words of a life that ended, so that they sort as lives are listed: those that divided, then those that were
+/// removed, each by their numbers.
+fn words(ended: [u64; 5], line: &Lineage) -> [u64; JOINED] {
+    let ([a, b, c, d, e], [f, g, h, i, j]) = (ended, line.words());
+    [a, b, c, d, e, f, g, h, i, j]
+}
+
+fn of_mother(mother: &Divided) -> [u64; JOINED] {
+    words([0, mother.number.into(), mother.time.to_bits(), mother.group.into(), 0], &mother.line)
+}
+
+fn of_removed(number: usize, rule: usize, line: &Lineage, group: u32) -> [u64; JOINED] {
+    words([1, number as u64, 0, group.into(), rule as u64], line)
 }

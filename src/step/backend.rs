@@ -21,6 +21,39 @@ pub struct Overlap {
     pub proxy: Option<f64>,
 }
 
+/// Words that processes tell each other of a life that ended.
+pub const JOINED: usize = 10;
+
+/// A mother that divided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Divided {
+    /// Her number, which one of her daughters has now.
+    pub number: u32,
+    /// Her line.
+    pub line: Lineage,
+    /// Her group.
+    pub group: u32,
+    /// When.
+    pub time: f64,
+}
+
+impl Divided {
+    /// Those between the lines of all bodies `before` a step and after it.
+    pub fn between(before: &[Lineage], after: &[Lineage], group: &[u32]) -> Vec<Divided> {
+        let all = (0..).zip(before).zip(after).zip(group);
+        let divided = all.filter(|(((_, mother), daughter), _)| daughter.id != mother.id);
+        // A daughter has her mother's place.
+        divided
+            .map(|(((number, mother), daughter), group)| Divided {
+                number,
+                line: *mother,
+                group: *group,
+                time: daughter.birth,
+            })
+            .collect()
+    }
+}
+
 /// The verbs of a timestep, in the order in which a step uses them.
 pub trait Backend: Send {
     /// Growth and division, then forces, effective mobilities and free velocities at `C^k`: those of the whole step, or
@@ -91,12 +124,32 @@ pub trait Backend: Send {
     fn placed(&self) -> Result<&Bodies, Fault> {
         Ok(&self.state()?.bodies)
     }
-    /// Lines and groups of the bodies after the last accepted step.
+    /// The bodies after the last accepted step that this process has: all, or where processes share them its own and
+    /// copies of some others.
+    fn here(&self) -> Result<&Bodies, Fault> {
+        self.placed()
+    }
+    /// Lines and groups of the bodies that are [here](Backend::here).
     fn identities(&self) -> Result<(&[Lineage], &[u32]), Fault> {
         let bodies = self.placed()?;
         Ok((&bodies.lineage, &bodies.group))
     }
-    /// Removes bodies from the state after the last accepted step, as [`State::remove`] does.
+    /// The number among all of a body that is [here](Backend::here); none of a copy.
+    fn number(&self, i: usize) -> Option<usize> {
+        Some(i)
+    }
+    /// What all processes have, in order, where they share the bodies.
+    fn join(&self, own: Vec<[u64; JOINED]>) -> Vec<[u64; JOINED]> {
+        own
+    }
+    /// The mothers that divided in the last step, of this process's bodies; `before` are the lines of all bodies before
+    /// it, where this process had them.
+    fn divided(&mut self, before: &[Lineage]) -> Result<Vec<Divided>, Fault> {
+        let (lineage, group) = self.identities()?;
+        Ok(Divided::between(before, lineage, group))
+    }
+    /// Removes those bodies that are [here](Backend::here) and are not to be kept from the state after the last accepted
+    /// step, as [`State::remove`] does.
     fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault>;
     /// The device that computes, where one does.
     fn device(&self) -> Option<&crate::gpu::Gpu> {

@@ -17,7 +17,7 @@ mod state;
 mod unresolved;
 
 pub(crate) use algorithm::{Plan, step};
-pub(crate) use backend::{Backend, Overlap, RetryBackend};
+pub(crate) use backend::{Backend, Divided, JOINED, Overlap, RetryBackend};
 pub(crate) use contacts::max_overlap_but;
 #[cfg(feature = "gpu")]
 pub(crate) use contacts::{Candidate, candidates};

@@ -73,6 +73,11 @@ impl State {
             _ => false,
         });
         self.bodies.retain(keep);
+        self.count_removed(removed);
+    }
+
+    /// Adds to the counts of removed bodies, a number for each rule.
+    pub(crate) fn count_removed(&mut self, removed: &[u64]) {
         self.unrounded = None;
         self.removed.resize(self.removed.len().max(removed.len()), 0);
         self.removed.iter_mut().zip(removed).for_each(|(sum, count)| *sum += count);

@@ -22,7 +22,7 @@ mod together;
 mod trial;
 mod walls;
 
-use crate::bodies::Bodies;
+use crate::bodies::{Bodies, Lineage};
 use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{RowSource, RowSourceError};
 use crate::dynamics::{ForceField, Pose, Waiting};
@@ -30,7 +30,7 @@ use crate::freedom::PLANAR;
 use crate::lcp::{Outcome, Problem, Status, Stored};
 use crate::separation::{planar_separation, separation};
 use crate::shape::Shape;
-use crate::step::{Backend, Fault, Model, Overlap, Passed, Phases, Piece, RetryBackend, State};
+use crate::step::{Backend, Divided, Fault, JOINED, Model, Overlap, Passed, Phases, Piece, RetryBackend, State};
 use crate::walls::surface_of;
 use crate::warm::Warm;
 use domain::Domain;
@@ -222,15 +222,12 @@ impl<const D: usize> Backend for Cpu<D> {
         let step = self.step();
         self.set_trial()?;
         let left = self.left();
-        let Cpu { setup, start, motions, first, pairs, trial, domain, phases, .. } = self;
+        let Cpu { setup, start, motions, first, pairs, trial, phases, .. } = self;
         pairs.remember(&left);
         let mut middle = start.bodies.clone();
         middle.periods = start.periods;
         trial.arrive(&mut middle, &trial.arrived(setup, start, motions));
         start.set_middle(setup, middle);
-        if let Some(domain) = domain {
-            domain.lengthen(|all, pressures| start.lengthen(setup, all, pressures));
-        }
         first.set_middle(trial);
         setup.prepare(start, step)?;
         motions.set(setup, start, first, step);
@@ -354,7 +351,37 @@ impl<const D: usize> Backend for Cpu<D> {
     }
 
     fn placed(&self) -> Result<&Bodies, Fault> {
+        let bodies = &self.state.bodies;
+        Ok(self.domain.as_ref().map_or(bodies, |domain| domain.everywhere(bodies)))
+    }
+
+    fn here(&self) -> Result<&Bodies, Fault> {
         Ok(&self.state.bodies)
+    }
+
+    fn identities(&self) -> Result<(&[Lineage], &[u32]), Fault> {
+        Ok((&self.state.bodies.lineage, &self.state.bodies.group))
+    }
+
+    fn number(&self, i: usize) -> Option<usize> {
+        self.domain.as_ref().map_or(Some(i), |domain| domain.own_number(i).map(|number| number as usize))
+    }
+
+    fn join(&self, own: Vec<[u64; JOINED]>) -> Vec<[u64; JOINED]> {
+        match &self.domain {
+            Some(domain) => domain.join(own),
+            None => own,
+        }
+    }
+
+    fn divided(&mut self, before: &[Lineage]) -> Result<Vec<Divided>, Fault> {
+        let known = self.domain.as_mut().and_then(|domain| domain.divided());
+        if let Some(known) = known {
+            return Ok(known);
+        }
+        let lines = self.domain.as_mut().and_then(|domain| domain.lines_before());
+        let (lineage, group) = self.identities()?;
+        Ok(Divided::between(lines.as_deref().unwrap_or(before), lineage, group))
     }
 
     fn multipliers(&self) -> Result<Vec<f64>, Fault> {
@@ -376,7 +403,8 @@ impl<const D: usize> Backend for Cpu<D> {
     }
 
     fn bodies(&self) -> usize {
-        self.state.bodies.len()
+        let here = self.state.bodies.len();
+        self.domain.as_ref().map_or(here, |domain| domain.bodies(here))
     }
 
     fn state(&self) -> Result<&State, Fault> {
@@ -399,9 +427,9 @@ impl<const D: usize> Backend for Cpu<D> {
     }
 
     fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault> {
-        self.state.remove(keep, removed);
-        if let Some(domain) = &mut self.domain {
-            domain.remove(keep);
+        match &mut self.domain {
+            Some(domain) => domain.remove(&mut self.state, keep, removed),
+            None => self.state.remove(keep, removed),
         }
         Ok(())
     }

@@ -8,6 +8,7 @@ use crate::separation::{Placed, Separation};
 use crate::shape::ProxySphere;
 use crate::step::{Fault, Piece, State};
 use crate::walls::Walls;
+use crate::warm::Warm;
 use glam::DVec3;
 
 pub(super) struct Start {
@@ -82,15 +83,9 @@ impl Start {
         self.is_held(i) || self.is_foreign(i)
     }
 
-    /// Grows and divides the bodies of `state` for this piece of the next step. `whole` completes the pressures that
-    /// are made of what this process remembers.
-    pub(super) fn grow(
-        &mut self,
-        setup: &Setup,
-        state: &State,
-        (piece, waiting): (Piece, Waiting),
-        whole: impl FnOnce(Vec<f64>) -> Vec<f64>,
-    ) {
+    /// Begins this piece of the next step with the bodies of `state`, and finds what slows their growth; `warm` is what
+    /// the last step remembers of their pairs.
+    pub(super) fn begin(&mut self, setup: &Setup, state: &State, warm: &[Warm], (piece, waiting): (Piece, Waiting)) {
         (self.piece, self.waiting) = (piece, waiting);
         self.time = setup.time.after(state.step) + piece.start * piece.span * setup.time.dt;
         let length = self.piece_length(setup);
@@ -99,13 +94,24 @@ impl Start {
         self.next_id = state.next_id;
         self.middle = None;
         if let Some(growth) = setup.growth.as_ref().filter(|_| !self.parting) {
-            let span = (self.time, self.interval);
-            self.pressures = whole(growth.pressures(&state.bodies, &state.warm));
-            growth.grow(&mut self.bodies, span, &mut self.next_id, &mut self.pressures, &self.waiting);
+            self.pressures = growth.pressures(&state.bodies, warm);
         }
         self.foreign.clear();
         self.place_walls(setup);
         self.place_cell(setup);
+    }
+
+    /// Divides the cells that are due, and names the mothers.
+    pub(super) fn divide(&mut self, setup: &Setup) -> Vec<usize> {
+        let Some(growth) = setup.growth.as_ref().filter(|_| !self.parting) else { return Vec::new() };
+        growth.divide(&mut self.bodies, self.time, &mut self.next_id, &mut self.pressures, &self.waiting)
+    }
+
+    /// Grows all cells over the first part of the step.
+    pub(super) fn grow(&mut self, setup: &Setup) {
+        if let Some(growth) = setup.growth.as_ref().filter(|_| !self.parting) {
+            growth.lengthen(&mut self.bodies, self.interval, &self.pressures, &self.waiting);
+        }
     }
 
     /// Makes ready what belongs to the bodies of this step.
@@ -121,15 +127,8 @@ impl Start {
         self.middle = Some(middle);
         self.interval = self.piece_length(setup);
         self.place_walls(setup);
-        let mut bodies = std::mem::take(&mut self.bodies);
-        self.lengthen(setup, &mut bodies, &self.pressures);
-        self.bodies = bodies;
-    }
-
-    /// Grows bodies over the second half of the step.
-    pub(super) fn lengthen(&self, setup: &Setup, bodies: &mut Bodies, pressures: &[f64]) {
         if let Some(growth) = &setup.growth {
-            growth.lengthen(bodies, 0.5 * self.interval, pressures, &self.waiting);
+            growth.lengthen(&mut self.bodies, 0.5 * self.interval, &self.pressures, &self.waiting);
         }
     }
 

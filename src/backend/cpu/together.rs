@@ -37,12 +37,21 @@ impl<const D: usize> Cpu<D> {
     /// Grows the bodies of the step, and takes of them what is this process's: how their rows are ordered.
     pub(super) fn begin_with(&mut self, taken: (Piece, Waiting)) -> Result<Places, Fault> {
         let Cpu { setup, state, start, pairs, domain, .. } = self;
-        let whole = |pressures| match domain {
-            Some(domain) => domain.all_pressures(pressures),
-            None => pressures,
-        };
-        start.grow(setup, state, taken, whole);
-        let part = domain.as_mut().and_then(|domain| domain.share_out(setup, start, state));
+        let mut domain = domain.as_mut().and_then(|domain| domain.begin(state).then_some(domain));
+        match &mut domain {
+            Some(domain) => {
+                start.begin(setup, state, &domain.by_place(&state.warm), taken);
+                domain.leave_own(start);
+                let mothers = start.divide(setup);
+                domain.bear(start, state, &mothers);
+            }
+            None => {
+                start.begin(setup, state, &state.warm, taken);
+                start.divide(setup);
+            }
+        }
+        start.grow(setup);
+        let part = domain.and_then(|domain| domain.share_out(setup, start, state));
         start.settle(setup)?;
         Ok(match part {
             Some((places, warm)) => {
@@ -108,12 +117,12 @@ impl<const D: usize> Cpu<D> {
             return None;
         }
         // Fast bodies may meet far from any halo.
-        let (bodies, twists) = domain.all_moving(&trial.twist)?;
-        passed(bodies, &twists, course, separate)
+        let (bodies, twists) = domain.all_moving(&start.bodies, &trial.twist)?;
+        passed(&bodies, &twists, course, separate)
     }
 }
 
-/// All bodies at the end of a step, where their velocities have `arrived`.
+/// The bodies at the end of a step, where their velocities have `arrived`.
 pub(super) fn arrive<const D: usize>(
     domain: &mut Option<Domain>,
     (setup, start): (&Setup, &mut Start),
@@ -121,19 +130,16 @@ pub(super) fn arrive<const D: usize>(
     trial: &Trial<D>,
     arrived: &[Twist],
 ) -> Bodies {
-    let shared = domain.as_mut().and_then(|domain| {
-        let (bodies, own) = (start.bodies.len() as u32, |body: &u32| !start.is_foreign(*body as usize));
-        let first = rows.problem.pair.iter().map(|[a, b]| if *b < bodies { *a.min(b) } else { *a });
-        domain.arrive(setup, (&trial.poses, arrived), first.filter(own))
-    });
-    let mut end = match shared {
-        Some(end) => return Bodies { periods: start.periods, ..end },
-        None => std::mem::take(&mut start.bodies),
-    };
+    let mut end = std::mem::take(&mut start.bodies);
     end.periods = start.periods;
     trial.arrive(&mut end, arrived);
     if let Some(incidence) = &start.bonds {
         setup.bonds.find_broken(incidence, &mut end);
+    }
+    if let Some(domain) = domain {
+        let (bodies, own) = (end.len() as u32, |body: &u32| !start.is_foreign(*body as usize));
+        let first = rows.problem.pair.iter().map(|[a, b]| if *b < bodies { *a.min(b) } else { *a });
+        domain.arrive(setup, &mut end, first.filter(own));
     }
     end
 }

@@ -51,11 +51,6 @@ impl Incidence {
         Some(self.ends[bond]).filter(|ends| *ends != GONE).map(|ends| ends.map(|body| body as usize))
     }
 
-    /// The bodies of all bonds that hold.
-    pub(crate) fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        self.ends.iter().copied().filter(|ends| *ends != GONE)
-    }
-
     /// The bodies of each bond, for a device.
     #[cfg(feature = "gpu")]
     pub(crate) fn ends(&self) -> &[[u32; 2]] {

@@ -97,6 +97,13 @@ impl Bonds {
         self.list.iter().any(|bond| bond.break_force.is_some())
     }
 
+    /// The ids of the bodies of the bonds that are not among the `broken` ones, which are sorted.
+    #[cfg_attr(not(feature = "mpi"), allow(dead_code))]
+    pub(crate) fn holding(&self, broken: &[u32]) -> Vec<[u64; 2]> {
+        let holds = |bond: u32| broken.binary_search(&bond).is_err();
+        (0..).zip(&self.ids).filter(|(bond, _)| holds(*bond)).map(|(_, ids)| *ids).collect()
+    }
+
     /// Which bonds hold each of the bodies of these lines; `broken`, sorted, hold none.
     pub fn incidence(&self, lineage: &[Lineage], broken: &[u32]) -> Incidence {
         Incidence::new(&self.ids, lineage, broken)

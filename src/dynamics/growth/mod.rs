@@ -50,6 +50,20 @@ impl Cells {
         pressures: &mut Vec<f64>,
         waiting: &Waiting,
     ) {
+        self.divide(bodies, time, next_id, pressures, waiting);
+        self.lengthen(bodies, dt, pressures, waiting);
+    }
+
+    /// Divides the cells that are due at `time`, and names them, ascending. Each keeps a place for one of her daughters;
+    /// the others are added in the order of their mothers.
+    pub fn divide(
+        &self,
+        bodies: &mut Bodies,
+        time: f64,
+        next_id: &mut u64,
+        pressures: &mut Vec<f64>,
+        waiting: &Waiting,
+    ) -> Vec<usize> {
         let due = |i: &usize| {
             let (shape, line) = (&bodies.shape[*i], &bodies.lineage[*i]);
             let (Some(length), Some(species)) = (shape.growing_length(), self.of(bodies.group[*i])) else {
@@ -58,14 +72,15 @@ impl Cells {
             species.due(line, shape).reached(length, time) && !waiting.holds(line.id)
         };
         let due: Vec<usize> = (0..bodies.len()).into_par_iter().with_min_len(LEAST_CELLS_A_TASK).filter(due).collect();
-        for mother in due {
+        let divides = |mother: &usize| {
             let before = bodies.len();
-            divide(bodies, mother, self, time, next_id);
-            if let Some(pressure) = pressures.get(mother).copied() {
+            divide(bodies, *mother, self, time, next_id);
+            if let Some(pressure) = pressures.get(*mother).copied() {
                 pressures.resize(pressures.len() + bodies.len() - before, pressure);
             }
-        }
-        self.lengthen(bodies, dt, pressures, waiting);
+            bodies.len() > before
+        };
+        due.into_iter().filter(divides).collect()
     }
 
     /// Grows all cells over `dt` but those that wait; none divides.

@@ -1,21 +1,23 @@
 //! Which bodies of other processes those of this one may meet in a step.
+//!
+//! Each process tells all others the box about its own bodies. It sends each of its bodies to the processes whose box
+//! that body's own box touches, so that a pair of touching boxes is with the owners of both bodies. Bonds lead farther:
+//! what they need is asked for.
 
-use super::known::Known;
+use super::members::{MEMBER, Member, Members};
+use super::part::route;
 use crate::bodies::Bodies;
 use crate::broad_phase::{BroadPhase, Grid, Periodic};
-use crate::dynamics::Incidence;
 use crate::lcp::domain::Route;
 use crate::motion::Aabb;
 use crate::periodic::Periods;
+use crate::processes::Processes;
 use glam::DVec3;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The bodies of a domain and its halo.
 pub(super) struct Halo {
-    /// Their numbers among all, ascending.
-    pub members: Vec<u32>,
-    /// Which of them are the process's own.
-    pub own: Vec<bool>,
+    pub members: Members,
     /// The widened boxes.
     pub boxes: Vec<Aabb>,
     /// The pairs whose widened boxes touch, one of them an own body; ascending.
@@ -26,95 +28,145 @@ pub(super) struct Halo {
 }
 
 impl Halo {
-    /// Of the process `rank`.
-    pub fn new(
-        rank: usize,
-        all: &Bodies,
-        periods: Periods,
-        known: &Known,
-        cutoff: f64,
-        bonds: Option<&Incidence>,
-    ) -> Self {
-        let aabb = |body: usize, position: DVec3| {
-            let wide = DVec3::splat(0.5 * cutoff + known.way[body]);
-            Aabb::from_centre(position, all.shape[body].half_extents(all.orientation[body]) + wide)
-        };
-        let is_own = |body: usize| known.owner[body] as usize == rank;
-        let none = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
-        let own = (0..all.len()).filter(|body| is_own(*body));
-        let hull = own
-            .map(|body| aabb(body, periods.wrapped(all.position[body]).0))
-            .fold(none, |hull, aabb| Aabb { min: hull.min.min(aabb.min), max: hull.max.max(aabb.max) });
-        let mut near: Vec<(u32, Aabb)> = Vec::new();
-        for body in 0..all.len() {
-            let aabb = aabb(body, all.position[body]);
-            if is_own(body) || (hull.is_proper() && periods.touches(&hull, &aabb)) {
-                near.push((body as u32, aabb));
-            }
-        }
-        let boxes: Vec<Aabb> = near.iter().map(|(_, aabb)| *aabb).collect();
+    /// About the `own` bodies. `bonds` are the ids of the bodies of the scene's bonds that hold.
+    pub fn new(processes: Processes, own: Members, periods: Periods, cutoff: f64, bonds: &[[u64; 2]]) -> Self {
+        let rank = processes.rank() as u32;
+        let like = Bodies { broken_bonds: own.bodies.broken_bonds.clone(), ..Bodies::default() };
+        let like = Bodies { periods: own.bodies.periods, ..like };
+        let mut near = with_near(processes, own, periods, cutoff, &like);
+        let boxes: Vec<Aabb> = (0..near.len()).map(|i| widened(&near, i, near.bodies.position[i], cutoff)).collect();
         let mut touching = Vec::new();
         Periodic::new(Grid::default(), periods).pairs(&boxes, &mut touching);
-        let number = |pair: [u32; 2]| pair.map(|at| near[at as usize].0);
-        touching.retain(|pair| number(*pair).iter().any(|body| is_own(*body as usize)));
-        let all_bonded = || bonds.into_iter().flat_map(|bonds| bonds.pairs());
-        let bonded = all_bonded().filter(|pair| pair.iter().any(|body| is_own(*body as usize)));
-        // The pairs that are a reason to know each other.
-        let reasons: Vec<[u32; 2]> = touching.iter().map(|pair| number(*pair)).chain(bonded).collect();
-        let mut member: Vec<bool> = (0..all.len()).map(is_own).collect();
-        reasons.iter().flatten().for_each(|body| member[*body as usize] = true);
-        // The loads on bodies of the halo are computed here too: where their bonds lead to is known, no more.
-        let known_too: Vec<u32> =
-            all_bonded().filter(|pair| pair.iter().any(|body| member[*body as usize])).flatten().collect();
-        known_too.into_iter().for_each(|body| member[body as usize] = true);
-        let members: Vec<u32> = (0..all.len() as u32).filter(|body| member[*body as usize]).collect();
-        let place = |body: u32| members.partition_point(|member| *member < body) as u32;
+        touching.retain(|pair| pair.iter().any(|i| near.owner[*i as usize] == rank));
+        let number = |pair: &[u32; 2], near: &Members| pair.map(|i| near.known[i as usize].number);
+        let touching: Vec<[u32; 2]> = touching.iter().map(|pair| number(pair, &near)).collect();
+        let touched: BTreeSet<u32> = touching.iter().flatten().copied().collect();
+        let stays = |member: &Member| member.0 == rank || touched.contains(&(member.1[0] as u32));
+        near = Members::new(near.into_words().into_iter().filter(stays).collect(), &like);
+        // The pairs that are a reason to exchange velocities.
+        let mut reasons = touching.clone();
+        if !bonds.is_empty() {
+            let bonded = Bonded::new(processes, &near, bonds);
+            near = bonded.complete(processes, near, &like, |owner| owner == rank);
+            reasons.extend(bonded.pairs(&near));
+            // The loads on bodies of the halo are computed here too: where their bonds lead to is known, no more.
+            near = bonded.complete(processes, near, &like, |_| true);
+        }
         let (mut out, mut into) = (BTreeSet::new(), BTreeSet::new());
+        let place = |number: u32| near.find(number);
         for pair in &reasons {
             for [own, other] in [*pair, [pair[1], pair[0]]] {
-                let whose = known.owner[other as usize] as usize;
-                if is_own(own as usize) && whose != rank {
-                    out.insert((whose, place(own)));
-                    into.insert((whose, place(other)));
+                let (Some(own), Some(other)) = (place(own), place(other)) else { continue };
+                if near.owner[own] == rank && near.owner[other] != rank {
+                    let whose = near.owner[other] as usize;
+                    out.insert((whose, own as u32));
+                    into.insert((whose, other as u32));
                 }
             }
         }
+        let at = |number: u32| near.known.partition_point(|known| known.number < number) as u32;
         Halo {
-            own: members.iter().map(|body| is_own(*body as usize)).collect(),
-            boxes: members.iter().map(|body| aabb(*body as usize, all.position[*body as usize])).collect(),
-            pairs: touching.into_iter().map(|pair| number(pair).map(place)).collect(),
-            members,
-            out: route(out),
-            into: route(into),
-        }
-    }
-
-    /// The place of a body among the members.
-    pub fn place(&self, body: usize) -> Option<usize> {
-        self.members.binary_search(&(body as u32)).ok()
-    }
-
-    /// The members of all bodies.
-    pub fn cut(&self, all: &Bodies) -> Bodies {
-        fn of<T: Copy>(array: &[T], members: &[u32]) -> Vec<T> {
-            members.iter().map(|body| array[*body as usize]).collect()
-        }
-        Bodies {
-            shape: of(&all.shape, &self.members),
-            position: of(&all.position, &self.members),
-            orientation: of(&all.orientation, &self.members),
-            velocity: of(&all.velocity, &self.members),
-            angular_velocity: of(&all.angular_velocity, &self.members),
-            group: of(&all.group, &self.members),
-            lineage: of(&all.lineage, &self.members),
-            broken_bonds: all.broken_bonds.clone(),
-            periods: all.periods,
+            boxes: (0..near.len()).map(|i| widened(&near, i, near.bodies.position[i], cutoff)).collect(),
+            pairs: touching.into_iter().map(|pair| pair.map(at)).collect(),
+            members: near,
+            out: route(out.into_iter()),
+            into: route(into.into_iter()),
         }
     }
 }
 
-/// From pairs of a process and a place.
-fn route(places: BTreeSet<(usize, u32)>) -> Route {
-    let places: Vec<(usize, u32)> = places.into_iter().collect();
-    places.chunk_by(|a, b| a.0 == b.0).map(|of| (of[0].0, of.iter().map(|(_, place)| *place).collect())).collect()
+/// The box in which body `i` stays, with its centre here, and half the cutoff.
+fn widened(members: &Members, i: usize, centre: DVec3, cutoff: f64) -> Aabb {
+    let wide = DVec3::splat(0.5 * cutoff + members.known[i].way);
+    Aabb::from_centre(centre, members.bodies.shape[i].half_extents(members.bodies.orientation[i]) + wide)
+}
+
+/// The own bodies, and those of others whose boxes touch the box about all own ones.
+fn with_near(processes: Processes, own: Members, periods: Periods, cutoff: f64, like: &Bodies) -> Members {
+    let none = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+    let of_own = (0..own.len()).map(|i| widened(&own, i, periods.wrapped(own.bodies.position[i]).0, cutoff));
+    let hull = of_own.fold(none, |hull, aabb| Aabb { min: hull.min.min(aabb.min), max: hull.max.max(aabb.max) });
+    let mut hulls = vec![0.0; 6 * processes.size()];
+    processes.gather_even(&[hull.min.to_array(), hull.max.to_array()].concat(), &mut hulls);
+    let corners = |[a, b, c, d, e, f]: &[f64; 6]| Aabb { min: DVec3::new(*a, *b, *c), max: DVec3::new(*d, *e, *f) };
+    let others: Vec<(usize, Aabb)> = hulls.as_chunks::<6>().0.iter().map(corners).enumerate().collect();
+    let of_others = |(process, hull): &&(usize, Aabb)| *process != processes.rank() && hull.is_proper();
+    let mut lists = vec![Vec::new(); processes.size()];
+    for i in 0..own.len() {
+        let aabb = widened(&own, i, own.bodies.position[i], cutoff);
+        for (process, hull) in others.iter().filter(of_others) {
+            if periods.touches(hull, &aabb) {
+                lists[*process].extend(own.words(i));
+            }
+        }
+    }
+    let come = processes.deliver(lists);
+    Members::new(own.into_words().into_iter().chain(arrived(&come)).collect(), like)
+}
+
+/// What came from each process.
+pub(super) fn arrived(come: &[Vec<u64>]) -> impl Iterator<Item = Member> + '_ {
+    (0..)
+        .zip(come)
+        .flat_map(|(process, words)| words.as_chunks::<MEMBER>().0.iter().map(move |words| (process, *words)))
+}
+
+/// Bodies that bonds hold, by their ids.
+struct Bonded {
+    rank: u32,
+    /// The ids that a body has bonds with.
+    partners: BTreeMap<u64, Vec<u64>>,
+    /// Whose a bonded body is.
+    owner: BTreeMap<u64, u32>,
+}
+
+impl Bonded {
+    /// Of the bodies that are in the halos of all processes, which must ask together.
+    fn new(processes: Processes, members: &Members, bonds: &[[u64; 2]]) -> Self {
+        let mut partners: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
+        for [a, b] in bonds {
+            partners.entry(*a).or_default().push(*b);
+            partners.entry(*b).or_default().push(*a);
+        }
+        let rank = processes.rank() as u32;
+        let own = (0..members.len()).filter(|i| members.owner[*i] == rank).map(|i| members.bodies.lineage[i].id);
+        let own: Vec<u64> = own.filter(|id| partners.contains_key(id)).flat_map(|id| [id, u64::from(rank)]).collect();
+        let all = processes.gather(&own);
+        let owner = all.as_chunks::<2>().0.iter().map(|[id, process]| (*id, *process as u32)).collect();
+        Bonded { rank, partners, owner }
+    }
+
+    fn partners(&self, id: u64) -> impl Iterator<Item = u64> + '_ {
+        self.partners.get(&id).into_iter().flatten().copied()
+    }
+
+    /// Asks the owners for the bodies that bonds of members of these owners lead to, and are not here.
+    fn complete(&self, processes: Processes, members: Members, like: &Bodies, of: impl Fn(u32) -> bool) -> Members {
+        let line = &members.bodies.lineage;
+        let here: BTreeMap<u64, usize> = line.iter().zip(0..).map(|(line, i)| (line.id, i)).collect();
+        let asking = (0..members.len()).filter(|i| of(members.owner[*i]));
+        let missing: BTreeSet<u64> =
+            asking.flat_map(|i| self.partners(line[i].id)).filter(|id| !here.contains_key(id)).collect();
+        let mut asked = vec![Vec::new(); processes.size()];
+        for id in missing {
+            if let Some(owner) = self.owner.get(&id) {
+                asked[*owner as usize].push(id);
+            }
+        }
+        let wanted = processes.deliver(asked);
+        let answer = |ids: Vec<u64>| ids.iter().filter_map(|id| here.get(id)).flat_map(|i| members.words(*i)).collect();
+        let come = processes.deliver(wanted.into_iter().map(answer).collect());
+        let come: Vec<Member> = arrived(&come).collect();
+        Members::new(members.into_words().into_iter().chain(come).collect(), like)
+    }
+
+    /// The bonded pairs of numbers with a body here.
+    fn pairs(&self, members: &Members) -> Vec<[u32; 2]> {
+        let line = &members.bodies.lineage;
+        let number: BTreeMap<u64, u32> =
+            line.iter().zip(&members.known).map(|(line, known)| (line.id, known.number)).collect();
+        let own = (0..members.len()).filter(|i| members.owner[*i] == self.rank);
+        let pairs = own.flat_map(|i| self.partners(line[i].id).map(move |other| (i, other)));
+        pairs.filter_map(|(i, other)| Some([members.known[i].number, *number.get(&other)?])).collect()
+    }
 }

@@ -1,36 +1,46 @@
 //! A process's domain of a step that several processes take: some blocks of near bodies ([`crate::bisection`]), and the
 //! bodies of others that its own may meet in the step, its halo.
 //!
-//! Bodies are all on all processes between two steps: growth, division and removal are everybody's. In a step each
-//! process has the bodies of its domain and halo alone, in the order of all of them, and takes it as one process takes
-//! a step of all bodies. A pair with an own body is its pair, so that a pair across a border is with both. Exchanged
-//! are velocities of bodies in others' halos, and numbers of all (`lcp::domain`; faults, overlaps). What a step
-//! leaves of pairs stays with the owners of their bodies; it is gathered when someone asks for the state.
+//! Between two steps a process has its own bodies and copies of those that their pairs are with (`part`). It grows its
+//! own; all processes number the daughters together (`births`). Then all bodies are cut into blocks anew (`order`),
+//! go to the processes that have their blocks from now on (`sharing`), and to those whose bodies they may meet
+//! (`halo`). Each process takes the step with its domain and halo as one process takes a step of all bodies. A pair
+//! with an own body is its pair, so that a pair across a border is with both. Exchanged are velocities of bodies in
+//! others' halos, and numbers of all (`lcp::domain`; faults, overlaps). Whoever asks for the state gathers it.
 //!
 //! The halo is sound: each body's box with half the cutoff is widened by its own way, which is somewhat more than it
 //! went last. Two bodies whose widened boxes do not touch cannot meet while both stay in them, of whatever size they
 //! are. The owner of a body sees whether it does. Where one did not, all take the step anew with wider boxes.
 
+mod births;
 mod halo;
-mod known;
+mod members;
+mod order;
+mod part;
+mod sharing;
 mod troubles;
+mod whole;
 
 pub(super) use troubles::Trouble;
 
 use super::setup::Setup;
 use super::start::Start;
-use crate::bisection::{Blocks, MOST_IN_A_BLOCK, bisect};
-use crate::bodies::Bodies;
-use crate::dynamics::{Incidence, Pose, Twist};
+use crate::bisection::MOST_IN_A_BLOCK;
+use crate::bodies::{Bodies, Lineage};
+use crate::dynamics::Twist;
 use crate::lcp::Places;
 use crate::lcp::domain;
 use crate::motion::Aabb;
 use crate::processes::Processes;
-use crate::step::{Fault, State};
+use crate::step::{Divided, Fault, State};
+use crate::walls::surface_of;
 use crate::warm::Warm;
+use births::Births;
 use halo::Halo;
-use known::Known;
-use std::ops::Range;
+use members::Members;
+use part::Part;
+use sharing::Sharing;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock};
 
 /// Fewest bodies for each process: two blocks. An iteration on the rows of so many cells takes some 8 microseconds, and
@@ -44,25 +54,33 @@ const MARGIN: f64 = 1.5;
 /// What a step is shared out by.
 pub(super) struct Domain {
     pub(super) processes: Processes,
-    /// What is known of the bodies from the last shared step; none where all is known of them.
-    known: Option<Known>,
+    /// What this process has of the last accepted state; none where all processes have all of it.
+    part: Option<Part>,
     step: Option<Step>,
     /// Steps are taken by everyone alone.
     pub(super) resting: bool,
-    /// Whether the present attempt is to be made anew, with these ways.
-    anew: Option<Vec<f64>>,
-    /// The state with all that is remembered of pairs, once someone has asked for it.
+    /// Whether the present attempt is to be made anew, and how far bodies may go then, by their numbers.
+    anew: bool,
+    ways: BTreeMap<u32, f64>,
+    /// The bodies that the present attempt begins with, and the mothers of those that are new: of own bodies.
+    births: Births,
+    dividing: Vec<Divided>,
+    /// The mothers that divided in the last step, where that was shared out.
+    divided: Option<Vec<Divided>>,
+    /// The whole state where someone has asked for it: of process 0, and the bodies on all processes.
     gathered: OnceLock<State>,
+    everywhere: OnceLock<Bodies>,
+    /// The lines of all bodies before the last step, where that began with parts and ended whole.
+    lines_before: Option<Vec<Lineage>>,
 }
 
 /// A step that is shared out.
 struct Step {
-    /// All bodies, grown.
-    all: Bodies,
-    pressures: Vec<f64>,
-    bonds: Option<Incidence>,
-    known: Known,
-    halo: Halo,
+    part: Part,
+    boxes: Vec<Aabb>,
+    pairs: Vec<[u32; 2]>,
+    /// Which processes had the own bodies before, in their order.
+    from: Vec<u32>,
     /// How far own bodies went beyond what they would fill at rest.
     went: Vec<f64>,
 }
@@ -70,7 +88,20 @@ struct Step {
 impl Domain {
     #[cfg(feature = "mpi")]
     pub(super) fn new(processes: Processes) -> Self {
-        Domain { processes, known: None, step: None, resting: false, anew: None, gathered: OnceLock::new() }
+        Domain {
+            processes,
+            part: None,
+            step: None,
+            resting: false,
+            anew: false,
+            ways: BTreeMap::new(),
+            births: Births::default(),
+            dividing: Vec::new(),
+            divided: None,
+            gathered: OnceLock::new(),
+            everywhere: OnceLock::new(),
+            lines_before: None,
+        }
     }
 
     /// Whether the present step is shared out.
@@ -80,91 +111,140 @@ impl Domain {
 
     /// The number of a body of the domain among all bodies.
     pub(super) fn number(&self, body: usize) -> usize {
-        self.step.as_ref().map_or(body, |step| step.halo.members[body] as usize)
+        self.step.as_ref().map_or(body, |step| step.part.members[body] as usize)
     }
 
-    /// Shares out the step that begins with the bodies of `start`, if that is worth it: leaves of them what is for this
-    /// process, and of what is remembered too.
-    pub(super) fn share_out(
-        &mut self,
-        setup: &Setup,
-        start: &mut Start,
-        state: &mut State,
-    ) -> Option<(Places, Vec<Warm>)> {
-        self.step = None;
-        self.gathered = OnceLock::new();
-        let bodies = start.bodies.len();
-        let sharing = self.processes.size().min(bodies / LEAST_BODIES);
-        if self.resting || sharing < 2 {
+    /// How many processes share the next step, if that is worth it.
+    fn sharing(&self, state: &State) -> Option<usize> {
+        let bodies = self.part.as_ref().map_or(state.bodies.len(), |part| part.all);
+        Some(self.processes.size().min(bodies / LEAST_BODIES)).filter(|sharing| *sharing >= 2 && !self.resting)
+    }
+
+    /// Begins a step: each process has a part of the state where it is to be shared out, else all of it. Says which.
+    pub(super) fn begin(&mut self, state: &mut State) -> bool {
+        (self.step, self.anew) = (None, false);
+        (self.gathered, self.everywhere) = (OnceLock::new(), OnceLock::new());
+        if self.sharing(state).is_none() {
             self.make_whole(state);
-            return None;
+            return false;
         }
-        let blocks = bisect(&start.bodies.position, start.periods);
-        let all = std::mem::take(&mut start.bodies);
-        let mut known = self.known.as_ref().map_or_else(|| Known::nothing(&all), |known| known.grown(&all));
-        if let Some(way) = self.anew.take().filter(|way| way.len() == bodies) {
-            known.way = way;
-        }
-        let before = self.known.as_ref().map(|known| known.owner.as_slice());
-        let shares = share(&blocks, &known.work, sharing, self.processes.size());
-        known.own(&blocks, &shares);
-        let bonded = !setup.bonds.is_empty() && !start.parting;
-        let bonds = bonded.then(|| setup.bonds.incidence(&all.lineage, &all.broken_bonds));
-        let halo = Halo::new(self.processes.rank(), &all, start.periods, &known, setup.cutoff, bonds.as_ref());
-        self.log(&known, &halo, sharing);
-        start.bodies = halo.cut(&all);
-        start.foreign = halo.own.iter().map(|own| !own).collect();
-        let pressures = std::mem::take(&mut start.pressures);
-        start.pressures = halo.members.iter().filter_map(|body| pressures.get(*body as usize).copied()).collect();
-        let warm = self.hand_over(&halo, &known.owner, before, &state.warm);
-        let places = self.places(&blocks, shares, &halo, &known.owner, setup.walls.len());
-        let went = vec![0.0; halo.members.len()];
-        self.step = Some(Step { all, pressures, bonds, known, halo, went });
-        Some((places, warm))
+        self.part.get_or_insert_with(|| Part::of_whole(self.processes, state));
+        true
     }
 
-    fn log(&self, known: &Known, halo: &Halo, sharing: usize) {
+    /// What is remembered of pairs, by the places of their bodies in the part.
+    pub(super) fn by_place(&self, warm: &[Warm]) -> Vec<Warm> {
+        self.part.as_ref().map_or_else(Vec::new, |part| part.by_place(warm))
+    }
+
+    /// What a step leaves of pairs, by the numbers of their bodies.
+    pub(super) fn by_number(&self, warm: Vec<Warm>) -> Vec<Warm> {
+        let Some(Step { part, .. }) = &self.step else { return warm };
+        let number = |body: u32| surface_of(body).map_or_else(|| part.members[body as usize], |_| body);
+        warm.into_iter().map(|warm| Warm { pair: warm.pair.map(number), ..warm }).collect()
+    }
+
+    /// Leaves of the bodies of `start` those of this process, which it grows.
+    pub(super) fn leave_own(&self, start: &mut Start) {
+        let Some(part) = &self.part else { return };
+        let own: Vec<bool> = (0..part.members.len()).map(|i| part.is_own(i)).collect();
+        start.bodies.retain(&own);
+        let mut flags = own.iter();
+        start.pressures.retain(|_| flags.next().copied().unwrap_or(true));
+    }
+
+    /// Shares out the step that begins with the own bodies of all processes in `start`: leaves of them what is for this
+    /// process, with its halo, and of what is remembered too.
+    pub(super) fn share_out(&mut self, setup: &Setup, start: &mut Start, state: &State) -> Option<(Places, Vec<Warm>)> {
+        let sharing = self.sharing(state)?;
+        let (processes, part) = (self.processes, self.part.as_ref()?);
+        let bodies = std::mem::take(&mut start.bodies);
+        let Births { numbers, all } = std::mem::take(&mut self.births);
+        let known = |of: &[f64], first: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            let old: Vec<f64> = part.own().map(|i| of[i]).collect();
+            (0..bodies.len()).map(|i| old.get(i).copied().unwrap_or_else(|| first(i))).collect()
+        };
+        let work = known(&part.work, &|_| part::WORK_AT_FIRST);
+        let mut way = known(&part.way, &|i| part::first_way(&bodies, i));
+        for (i, way) in way.iter_mut().enumerate() {
+            let wider = self.ways.get(&numbers[i]).copied().unwrap_or(0.0);
+            *way = way.max(part::least_way(&bodies, i)).max(wider);
+        }
+        let here = (numbers.as_slice(), &bodies);
+        let shared = Sharing::new(processes, here, start.periods, &work, (sharing, all));
+        let warm = shared.hand_over(processes, part, &state.warm);
+        let (own, from) = shared.send(processes, here, &way, &start.pressures);
+        let own = Members::new(own, &bodies);
+        let bonded = !setup.bonds.is_empty() && !start.parting;
+        let bonds = if bonded { setup.bonds.holding(&bodies.broken_bonds) } else { Vec::new() };
+        let halo = Halo::new(processes, own, start.periods, setup.cutoff, &bonds);
+        Some(self.take(halo, from, (shared, warm, setup.walls.len()), start))
+    }
+
+    /// Takes up a domain with its halo.
+    fn take(
+        &mut self,
+        halo: Halo,
+        from: Vec<u32>,
+        (shared, warm, walls): (Sharing, Vec<Warm>, usize),
+        start: &mut Start,
+    ) -> (Places, Vec<Warm>) {
+        let Halo { members, boxes, pairs, out, into } = halo;
         let rank = self.processes.rank() as u32;
-        let of = |body: &usize| known.owner[*body] == rank;
-        let own: f64 = (0..known.owner.len()).filter(of).map(|body| known.work[body]).sum();
-        let mean = known.work.iter().sum::<f64>() / sharing as f64;
-        let (members, bodies) = (halo.members.len(), halo.own.iter().filter(|own| **own).count());
+        let all = shared.all;
+        let places = self.places(&members, shared, walls);
+        let known = members.known;
+        let part = Part {
+            rank,
+            all,
+            members: known.iter().map(|known| known.number).collect(),
+            owner: members.owner,
+            out,
+            into,
+            work: vec![0.0; known.len()],
+            way: known.iter().map(|known| known.way).collect(),
+        };
+        start.foreign = part.owner.iter().map(|owner| *owner != rank).collect();
+        start.bodies = members.bodies;
+        start.pressures = known.iter().map(|known| known.pressure).collect();
         log::debug!(
-            "process {rank}: {bodies} bodies of {} and {} in the halo, {:.3} of the mean work, {} pairs",
-            known.owner.len(),
-            members - bodies,
-            own / mean,
-            halo.pairs.len()
+            "process {rank}: {} bodies of {} and {} in the halo, {} pairs",
+            from.len(),
+            part.all,
+            known.len() - from.len(),
+            pairs.len()
         );
+        let warm = part.by_place(&warm);
+        self.step = Some(Step { went: vec![0.0; known.len()], part, boxes, pairs, from });
+        (places, warm)
     }
 
     /// Where the bodies of the domain stand among all, for the order of rows.
-    fn places(&self, blocks: &Blocks, shares: Vec<Range<usize>>, halo: &Halo, owner: &[u32], walls: usize) -> Places {
-        let (among, all) = (blocks.places(), owner.len() as u32);
-        let members = halo.members.len() as u32;
-        let mut by_place: Vec<u32> = (0..members).collect();
-        by_place.sort_unstable_by_key(|body| among[halo.members[*body as usize] as usize]);
-        let mut place = vec![0; members as usize];
+    fn places(&self, members: &Members, shared: Sharing, walls: usize) -> Places {
+        let (among, count) = (|body: &u32| members.known[*body as usize].place, members.len() as u32);
+        let mut by_place: Vec<u32> = (0..count).collect();
+        by_place.sort_unstable_by_key(among);
+        let mut place = vec![0; count as usize];
         (0..).zip(&by_place).for_each(|(at, body)| place[*body as usize] = at);
-        place.extend((0..walls as u32).map(|wall| members + wall));
-        let of = |body: &u32| halo.members[*body as usize] as usize;
-        let among_all = by_place.iter().map(|body| among[of(body)]).chain((0..walls as u32).map(|wall| all + wall));
-        let among_all: Vec<u32> = among_all.collect();
-        let known = &among_all[..members as usize];
+        place.extend((0..walls as u32).map(|wall| count + wall));
+        let of_walls = (0..walls as u32).map(|wall| shared.all as u32 + wall);
+        let among_all: Vec<u32> = by_place.iter().map(among).chain(of_walls).collect();
+        let known = &among_all[..count as usize];
         let edge = |edge: &u32| known.partition_point(|place| place < edge);
-        let own = &shares[self.processes.rank()];
+        let own = &shared.blocks[self.processes.rank()];
+        let owner = by_place.iter().map(|body| members.owner[*body as usize]);
         let domain = domain::Domain {
             processes: self.processes,
-            own: edge(&blocks.edges[own.start])..edge(&blocks.edges[own.end]),
-            owner: by_place.iter().map(|body| owner[of(body)]).chain((0..walls).map(|_| u32::MAX)).collect(),
-            bodies: owner.len() + walls,
-            edges: blocks.edges.clone(),
-            blocks: shares,
+            own: edge(&shared.edges[own.start])..edge(&shared.edges[own.end]),
+            owner: owner.chain((0..walls).map(|_| u32::MAX)).collect(),
+            bodies: shared.all + walls,
+            blocks: shared.blocks,
             among_all: among_all.clone(),
+            edges: shared.edges.clone(),
         };
         Places {
             place,
-            blocks: blocks.edges.iter().map(|at| edge(at) as u32).collect(),
+            blocks: shared.edges.iter().map(|at| edge(at) as u32).collect(),
             domain: Some(Arc::new(domain)),
         }
     }
@@ -177,39 +257,44 @@ impl Domain {
     pub(super) fn candidates(&mut self, boxes: &[Aabb]) -> Result<&[[u32; 2]], Fault> {
         let Some(step) = &mut self.step else { return Ok(&[]) };
         let mut fits = true;
-        for (i, aabb) in boxes.iter().enumerate().filter(|(i, aabb)| step.halo.own[*i] && aabb.is_proper()) {
-            let stored = &step.halo.boxes[i];
+        for (i, aabb) in boxes.iter().enumerate().filter(|(i, aabb)| step.part.is_own(*i) && aabb.is_proper()) {
+            let stored = &step.boxes[i];
             let beyond = (stored.min - aabb.min).max(aabb.max - stored.max).max_element();
-            let way = step.known.way[step.halo.members[i] as usize];
-            step.went[i] = step.went[i].max(way + beyond);
+            step.went[i] = step.went[i].max(step.part.way[i] + beyond);
             fits &= stored.contains(aabb);
         }
         let mut all = vec![0_u64; self.processes.size()];
         self.processes.gather_even(&[u64::from(!fits)], &mut all);
         if all.iter().all(|beyond| *beyond == 0) {
-            return Ok(&step.halo.pairs);
+            return Ok(&step.pairs);
         }
-        let (halo, mut way) = (&step.halo, step.known.way.clone());
-        let went = |body: usize| [halo.place(body).map_or(0.0, |i| step.went[i])];
-        known::spread(self.processes, &step.known.owner, went, |body, [went]| way[body] = way[body].max(MARGIN * went));
-        self.anew = Some(way);
+        // The attempt begins where bodies were before it.
+        let mut lists = vec![Vec::new(); self.processes.size()];
+        for (i, from) in step.part.own().zip(&step.from) {
+            let way = step.part.way[i].max(MARGIN * step.went[i]);
+            lists[*from as usize].extend([u64::from(step.part.members[i]), way.to_bits()]);
+        }
+        let come = self.processes.deliver(lists).concat();
+        let ways = come.as_chunks::<2>().0.iter().map(|[body, way]| (*body as u32, f64::from_bits(*way)));
+        self.ways = ways.collect();
+        self.anew = true;
         Err(Fault::Processes("a body went farther than the others know".into()))
     }
 
     /// Whether the present attempt is to be made anew.
     pub(super) fn begins_anew(&self) -> bool {
-        self.anew.is_some()
+        self.anew
     }
 
     /// Gives others what they need of own bodies, and takes what is needed of theirs.
     pub(super) fn exchange<const N: usize>(&self, of_body: &mut [[f64; N]]) {
-        let Some(Step { halo, .. }) = &self.step else { return };
+        let Some(Step { part, .. }) = &self.step else { return };
         let pack = |places: &[u32]| places.iter().flat_map(|body| of_body[*body as usize]).collect();
-        let out: Vec<(usize, Vec<f64>)> = halo.out.iter().map(|(to, places)| (*to, pack(places))).collect();
+        let out: Vec<(usize, Vec<f64>)> = part.out.iter().map(|(to, places)| (*to, pack(places))).collect();
         let room = |(from, places): &(usize, Vec<u32>)| (*from, vec![0.0; N * places.len()]);
-        let mut into: Vec<(usize, Vec<f64>)> = halo.into.iter().map(room).collect();
+        let mut into: Vec<(usize, Vec<f64>)> = part.into.iter().map(room).collect();
         self.processes.swap(&out, &mut into, || {});
-        for ((_, places), (_, numbers)) in halo.into.iter().zip(&into) {
+        for ((_, places), (_, numbers)) in part.into.iter().zip(&into) {
             places
                 .iter()
                 .zip(numbers.as_chunks::<N>().0)
@@ -217,83 +302,33 @@ impl Domain {
         }
     }
 
-    /// All bodies of the step, and the velocities of all, from those of the domain.
-    pub(super) fn all_moving(&self, twist: &[Twist]) -> Option<(&Bodies, Vec<Twist>)> {
-        let Step { all, halo, known, .. } = self.step.as_ref()?;
-        let own = |body: usize| {
-            let twist = halo.place(body).map_or(Twist::default(), |i| twist[i]);
-            let ([a, b, c], [d, e, f]) = (twist.linear.to_array(), twist.angular.to_array());
-            [a, b, c, d, e, f]
-        };
-        let mut twists = vec![Twist::default(); all.len()];
-        known::spread(self.processes, &known.owner, own, |body, [a, b, c, d, e, f]| {
-            twists[body] = Twist { linear: [a, b, c].into(), angular: [d, e, f].into() };
-        });
+    /// All bodies of the step, and the velocities of all, from those of the domains.
+    pub(super) fn all_moving(&self, bodies: &Bodies, twist: &[Twist]) -> Option<(Bodies, Vec<Twist>)> {
+        let Step { part, .. } = self.step.as_ref()?;
+        let mut moving = bodies.clone();
+        for (i, Twist { linear, angular }) in twist.iter().enumerate() {
+            (moving.velocity[i], moving.angular_velocity[i]) = (*linear, *angular);
+        }
+        let all = part.gather(self.processes, &moving);
+        let twists = (0..all.len()).map(|i| all.twist(i)).collect();
         Some((all, twists))
     }
 
-    /// Grows all bodies over the second half of a step.
-    pub(super) fn lengthen(&mut self, grow: impl FnOnce(&mut Bodies, &[f64])) {
-        if let Some(step) = &mut self.step {
-            grow(&mut step.all, &step.pressures);
+    /// Ends the step with the bodies of the domain where they arrive, and knows from now on what its own cost and how
+    /// far they went; `rows` are the first bodies of its rows.
+    pub(super) fn arrive(&mut self, setup: &Setup, end: &mut Bodies, rows: impl Iterator<Item = u32>) {
+        let Some(Step { mut part, went, .. }) = self.step.take() else { return };
+        part.work.fill(part::WORK_OF_A_BODY);
+        rows.for_each(|body| part.work[body as usize] += 1.0);
+        part.way = went.iter().map(|went| MARGIN * went).collect();
+        if !setup.bonds.is_empty() {
+            // A bond is with the owners of both bodies, and with others.
+            let broken: Vec<u64> = end.broken_bonds.iter().map(|bond| u64::from(*bond)).collect();
+            let broken: BTreeSet<u64> = self.processes.gather(&broken).into_iter().collect();
+            end.broken_bonds = broken.into_iter().map(|bond| bond as u32).collect();
         }
+        self.part = Some(part);
+        self.ways.clear();
+        self.divided = Some(std::mem::take(&mut self.dividing));
     }
-
-    /// All bodies where those of the domain arrive, and with what each process knows of its own; `rows` are the first
-    /// bodies of its rows.
-    pub(super) fn arrive(
-        &mut self,
-        setup: &Setup,
-        at: (&[Pose], &[Twist]),
-        rows: impl Iterator<Item = u32>,
-    ) -> Option<Bodies> {
-        let Step { mut all, bonds, mut known, halo, went, .. } = self.step.take()?;
-        let mut work = vec![known::WORK_OF_A_BODY; halo.members.len()];
-        rows.for_each(|body| work[body as usize] += 1.0);
-        let own = |body: usize| {
-            let Some(i) = halo.place(body) else { return [0.0; 15] };
-            let (Pose { position, orientation }, twist) = (at.0[i], at.1[i]);
-            let ([x, y, z], [p, q, r, s]) = (position.to_array(), orientation.to_array());
-            let ([a, b, c], [d, e, f]) = (twist.linear.to_array(), twist.angular.to_array());
-            [x, y, z, p, q, r, s, a, b, c, d, e, f, work[i], went[i]]
-        };
-        let Known { owner, work: of_work, way } = &mut known;
-        known::spread(self.processes, owner, own, |body, [x, y, z, p, q, r, s, a, b, c, d, e, f, work, went]| {
-            all.position[body] = [x, y, z].into();
-            all.orientation[body] = glam::DQuat::from_array([p, q, r, s]);
-            all.velocity[body] = [a, b, c].into();
-            all.angular_velocity[body] = [d, e, f].into();
-            of_work[body] = work;
-            way[body] = MARGIN * went;
-        });
-        if let Some(bonds) = &bonds {
-            setup.bonds.find_broken(bonds, &mut all);
-        }
-        self.known = Some(known);
-        Some(all)
-    }
-}
-
-/// The blocks of each process: consecutive ones, of about the same work, for the first `sharing` of all.
-fn share(blocks: &Blocks, work: &[f64], sharing: usize, all: usize) -> Vec<Range<usize>> {
-    let of_block = |ends: &[u32]| -> f64 {
-        blocks.order[ends[0] as usize..ends[1] as usize].iter().map(|body| work[*body as usize]).sum()
-    };
-    let mut until = vec![0.0];
-    for ends in blocks.edges.windows(2) {
-        until.push(until[until.len() - 1] + of_block(ends));
-    }
-    let total = until[until.len() - 1];
-    let edge = |process: usize| {
-        if process >= sharing {
-            return blocks.len();
-        }
-        let wanted = total * process as f64 / sharing as f64;
-        let above = until.partition_point(|sum| *sum < wanted).clamp(1, blocks.len());
-        let below = above - 1;
-        let nearest = if until[above] - wanted < wanted - until[below] { above } else { below };
-        // Each has a block at least.
-        nearest.clamp(process, blocks.len() - (sharing - process))
-    };
-    (0..all).map(|process| edge(process)..edge(process + 1)).collect()
 }

@@ -1,0 +1,217 @@
+//! The part of a state that a process has between two steps: its own bodies, and copies of those that its pairs are
+//! with.
+
+use super::members::{BODY, pack, push};
+use crate::bodies::Bodies;
+use crate::lcp::domain::Route;
+use crate::processes::Processes;
+use crate::step::State;
+use crate::walls::surface_of;
+use crate::warm::Warm;
+use glam::DVec3;
+use std::collections::BTreeSet;
+
+/// What a body is counted for beside its rows, in rows: its poses, boxes and candidates. A step of a colony spends nine
+/// tenths of its time on rows and near pairs, of which it has 2.7 a body.
+pub(super) const WORK_OF_A_BODY: f64 = 1.0;
+
+/// The work of a body that nothing is known of: the mean of a colony.
+pub(super) const WORK_AT_FIRST: f64 = 3.5;
+
+/// The way of a body that nothing is known of, and the least way of any, as parts of the longest side of its box:
+/// bodies at rest may be hit. They change no result, only how often a step is made anew, and how long the halo is.
+const WAY_AT_FIRST: f64 = 0.05;
+const LEAST_WAY: f64 = 0.02;
+
+/// Which bodies of a state a process has. The state's arrays of bodies are these alone.
+#[derive(Debug)]
+pub(super) struct Part {
+    pub rank: u32,
+    /// How many bodies there are on all processes.
+    pub all: usize,
+    /// The numbers of those here, ascending, and whose they are.
+    pub members: Vec<u32>,
+    pub owner: Vec<u32>,
+    /// The places here of own bodies that others have copies of, and of the copies, by process. Both sides have the
+    /// same bodies in the same order.
+    pub out: Route,
+    pub into: Route,
+    /// What each costs, and how far it may go in the next step: of own bodies.
+    pub work: Vec<f64>,
+    pub way: Vec<f64>,
+}
+
+impl Part {
+    /// Leaves of a state that all processes have what is this one's: as many bodies for each, by their numbers.
+    pub fn of_whole(processes: Processes, state: &mut State) -> Part {
+        let (rank, size, all) = (processes.rank(), processes.size(), state.bodies.len());
+        let edges: Vec<usize> = (0..=size).map(|process| all * process / size).collect();
+        let owner = |body: u32| edges.partition_point(|edge| *edge <= body as usize) - 1;
+        let mut members: BTreeSet<u32> = (edges[rank] as u32..edges[rank + 1] as u32).collect();
+        let (mut out, mut into) = (BTreeSet::new(), BTreeSet::new());
+        state.warm.retain(|warm| {
+            let bodies = warm.pair.map(|body| surface_of(body).is_none().then_some(body));
+            let mut is_here = false;
+            for [near, far] in [bodies, [bodies[1], bodies[0]]] {
+                let Some(near) = near.filter(|body| owner(*body) == rank) else { continue };
+                is_here = true;
+                if let Some(far) = far.filter(|body| owner(*body) != rank) {
+                    members.insert(far);
+                    out.insert((owner(far), near));
+                    into.insert((owner(far), far));
+                }
+            }
+            is_here
+        });
+        let members: Vec<u32> = members.into_iter().collect();
+        let mut here = vec![false; all];
+        members.iter().for_each(|body| here[*body as usize] = true);
+        state.bodies.retain(&here);
+        let place = |body: u32| members.partition_point(|member| *member < body) as u32;
+        let by_place = |of: BTreeSet<(usize, u32)>| route(of.into_iter().map(|(process, body)| (process, place(body))));
+        Part {
+            rank: rank as u32,
+            all,
+            owner: members.iter().map(|body| owner(*body) as u32).collect(),
+            out: by_place(out),
+            into: by_place(into),
+            work: vec![WORK_AT_FIRST; members.len()],
+            way: (0..members.len()).map(|i| first_way(&state.bodies, i)).collect(),
+            members,
+        }
+    }
+
+    pub fn is_own(&self, i: usize) -> bool {
+        self.owner[i] == self.rank
+    }
+
+    /// The own bodies.
+    pub fn own(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.members.len()).filter(|i| self.is_own(*i))
+    }
+
+    /// The place here of the body of a number.
+    pub fn place(&self, body: u32) -> Option<usize> {
+        self.members.binary_search(&body).ok()
+    }
+
+    /// What is remembered of pairs, by the places of their bodies here.
+    pub fn by_place(&self, warm: &[Warm]) -> Vec<Warm> {
+        let here = |warm: &Warm| {
+            let [a, b] = warm.pair;
+            let b = if surface_of(b).is_some() { b } else { self.place(b)? as u32 };
+            Some(Warm { pair: [self.place(a)? as u32, b], ..*warm })
+        };
+        warm.iter().filter_map(here).collect()
+    }
+
+    /// The numbers and words of the own bodies.
+    fn words(&self, bodies: &Bodies) -> Vec<u64> {
+        self.own().flat_map(|i| std::iter::once(u64::from(self.members[i])).chain(pack(bodies, i))).collect()
+    }
+
+    /// All bodies of all processes, which must ask together.
+    pub fn gather(&self, processes: Processes, bodies: &Bodies) -> Bodies {
+        all_bodies(&processes.gather(&self.words(bodies)), self.all, bodies)
+    }
+
+    /// As [`Part::gather`], on process 0; the others come to nothing.
+    pub fn gather_at_first(&self, processes: Processes, bodies: &Bodies) -> Bodies {
+        let words = processes.gather_at_first(&self.words(bodies));
+        if self.rank > 0 { Bodies::default() } else { all_bodies(&words, self.all, bodies) }
+    }
+
+    /// Goes on without the bodies of these numbers, sorted.
+    pub fn remove(&mut self, gone: &[u32], state: &mut State) {
+        let stays = |body: u32| gone.binary_search(&body).is_err();
+        let renumbered = |body: u32| body - gone.partition_point(|other| *other < body) as u32;
+        let keep: Vec<bool> = self.members.iter().map(|body| stays(*body)).collect();
+        let mut next = 0;
+        let place = |kept: &bool| {
+            let place = next;
+            next += u32::from(*kept);
+            kept.then_some(place)
+        };
+        let places: Vec<Option<u32>> = keep.iter().map(place).collect();
+        for (_, route) in self.out.iter_mut().chain(&mut self.into) {
+            *route = route.iter().filter_map(|i| places[*i as usize]).collect();
+        }
+        state.bodies.retain(&keep);
+        retain(&mut self.members, &keep);
+        retain(&mut self.owner, &keep);
+        retain(&mut self.work, &keep);
+        retain(&mut self.way, &keep);
+        self.members.iter_mut().for_each(|body| *body = renumbered(*body));
+        self.all -= gone.len();
+        state.warm.retain_mut(|warm| {
+            let [a, b] = warm.pair;
+            let of_wall = surface_of(b).is_some();
+            warm.pair = [renumbered(a), if of_wall { b } else { renumbered(b) }];
+            stays(a) && (of_wall || stays(b))
+        });
+    }
+}
+
+fn retain<T>(array: &mut Vec<T>, keep: &[bool]) {
+    let mut flags = keep.iter();
+    array.retain(|_| flags.next().copied().unwrap_or(true));
+}
+
+/// From their numbers and words, in any order.
+fn all_bodies(words: &[u64], count: usize, like: &Bodies) -> Bodies {
+    const ROW: usize = 1 + BODY;
+    let mut rows: Vec<&[u64; ROW]> = words.as_chunks().0.iter().collect();
+    rows.sort_unstable_by_key(|row| row[0]);
+    debug_assert_eq!(rows.len(), count, "each body has one owner");
+    let mut all = Bodies { broken_bonds: like.broken_bonds.clone(), periods: like.periods, ..Bodies::default() };
+    for [_, body @ ..] in rows {
+        push(&mut all, body);
+    }
+    all
+}
+
+/// From pairs of a process and a place, in their order.
+pub(super) fn route(places: impl Iterator<Item = (usize, u32)>) -> Route {
+    let places: Vec<(usize, u32)> = places.collect();
+    places.chunk_by(|a, b| a.0 == b.0).map(|of| (of[0].0, of.iter().map(|(_, place)| *place).collect())).collect()
+}
+
+fn longest_side(bodies: &Bodies, body: usize) -> f64 {
+    2.0 * bodies.shape[body].half_extents(bodies.orientation[body]).max_element()
+}
+
+/// How far a body may go of which nothing is known.
+pub(super) fn first_way(bodies: &Bodies, body: usize) -> f64 {
+    WAY_AT_FIRST * longest_side(bodies, body)
+}
+
+/// The least that a body may go.
+pub(super) fn least_way(bodies: &Bodies, body: usize) -> f64 {
+    LEAST_WAY * longest_side(bodies, body)
+}
+
+/// Words of what is remembered of a contact.
+pub(super) const WARM: usize = 6;
+
+pub(super) fn pack_warm(warm: &Warm) -> [u64; WARM] {
+    let Warm { pair: [a, b], feature, gamma, normal } = *warm;
+    let [x, y, z] = normal.to_array().map(f64::to_bits);
+    [u64::from(a) << 32 | u64::from(b), feature.into(), gamma.to_bits(), x, y, z]
+}
+
+pub(super) fn warm_of(words: &[u64; WARM]) -> Warm {
+    let [pair, feature, gamma, normal @ ..] = *words;
+    Warm {
+        pair: [(pair >> 32) as u32, pair as u32],
+        feature: feature as u32,
+        gamma: f64::from_bits(gamma),
+        normal: DVec3::from_array(normal.map(f64::from_bits)),
+    }
+}
+
+/// Sorted as a state has them.
+pub(super) fn sorted_warm(words: &[u64]) -> Vec<Warm> {
+    let mut warm: Vec<Warm> = words.as_chunks::<WARM>().0.iter().map(warm_of).collect();
+    warm.sort_unstable_by_key(|warm| (warm.pair, warm.feature));
+    warm
+}
