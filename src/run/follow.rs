@@ -28,6 +28,10 @@ pub fn follow(processes: Processes, status: u8, complain: impl Fn(&str)) {
                 // What it refuses process 0 refuses too, and says so.
                 simulation = Simulation::start(&Compute::Together(together), scene, state).ok();
             }
+            Said::StartWithAPart(packed, numbers) => {
+                let (scene, state) = unpack(&packed).unwrap_or_else(|what| cannot(&what));
+                simulation = Simulation::start_with_a_part(together, scene, state, numbers).ok();
+            }
             Said::Gather => match &simulation {
                 Some(simulation) => drop(simulation.state()),
                 None => cannot("it has no state to give"),

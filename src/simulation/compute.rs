@@ -1,8 +1,8 @@
 //! What computes the steps: the CPU or a device.
 
-use super::Automatic;
 #[cfg(feature = "mpi")]
 use super::Together;
+use super::{Automatic, Given};
 use crate::backend::cpu::Cpu;
 #[cfg(feature = "gpu")]
 use crate::backend::gpu::{self as on_device, Device};
@@ -11,8 +11,6 @@ use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Choice, Gpu, GpuError, Precision};
 #[cfg(feature = "gpu")]
 use crate::lcp;
-#[cfg(feature = "mpi")]
-use crate::lcp::SolverKind;
 use crate::scene::Scene;
 use crate::step::{Backend, Contact, Fault, State, contacts};
 use crate::walls::{WallContact, Walls};
@@ -51,17 +49,31 @@ impl Compute {
     }
 
     /// The backend that takes the first step of a scene from a state.
-    pub(super) fn backend(&self, scene: &Scene, state: State) -> Result<Box<dyn Backend>, Fault> {
+    /// Where processes share it, `given` is what of all bodies this one does not have in `state`.
+    pub(super) fn backend(
+        &self,
+        scene: &Scene,
+        state: State,
+        #[cfg_attr(not(feature = "mpi"), allow(unused_variables))] given: Option<Given>,
+    ) -> Result<Box<dyn Backend>, Fault> {
         let model = scene.model();
         Ok(match self {
             Compute::Cpu | Compute::Auto(_) if scene.planar => Box::new(Cpu::<PLANAR>::new(&model, state)?),
             Compute::Cpu | Compute::Auto(_) => Box::new(Cpu::<SPATIAL>::new(&model, state)?),
             #[cfg(feature = "mpi")]
-            Compute::Together(together) if scene.planar => {
-                Box::new(share(Cpu::<PLANAR>::new(&model, state)?, together, scene))
+            Compute::Together(together) if !together.shares(scene) && scene.planar => {
+                Box::new(Cpu::<PLANAR>::new(&model, state)?)
             }
             #[cfg(feature = "mpi")]
-            Compute::Together(together) => Box::new(share(Cpu::<SPATIAL>::new(&model, state)?, together, scene)),
+            Compute::Together(together) if !together.shares(scene) => Box::new(Cpu::<SPATIAL>::new(&model, state)?),
+            #[cfg(feature = "mpi")]
+            Compute::Together(together) if scene.planar => {
+                Box::new(Cpu::<PLANAR>::new(&model, state)?.share(together.processes(), given))
+            }
+            #[cfg(feature = "mpi")]
+            Compute::Together(together) => {
+                Box::new(Cpu::<SPATIAL>::new(&model, state)?.share(together.processes(), given))
+            }
             #[cfg(not(feature = "gpu"))]
             Compute::Gpu { gpu, .. } => match **gpu {},
             #[cfg(feature = "gpu")]
@@ -160,11 +172,4 @@ impl Compute {
             Compute::Gpu { gpu, precision } => on_device::wall_contacts(gpu, *precision, (bodies, walls), cutoff),
         }
     }
-}
-
-/// A backend that takes a part of each step, with a solver that can: LCPs that are kept are whole.
-#[cfg(feature = "mpi")]
-fn share<const D: usize>(cpu: Cpu<D>, together: &Together, scene: &Scene) -> Cpu<D> {
-    let shares = matches!(scene.solver.kind, SolverKind::Auto | SolverKind::PairBlockCg) && scene.solver.dump.is_none();
-    if shares { cpu.share(together.processes()) } else { cpu }
 }

@@ -13,6 +13,8 @@ pub use compute::Compute;
 #[cfg(feature = "mpi")]
 pub use together::{Pack, Said, Together};
 
+#[cfg(feature = "mpi")]
+use crate::backend::cpu::Given;
 use crate::bodies::Bodies;
 use crate::dynamics::ForceField;
 use crate::error::Error;
@@ -30,6 +32,21 @@ use std::mem::discriminant;
 /// that is shared out. To hand a step over takes 13 microseconds, four times a step of two bodies; to call the loops of
 /// 1,024 cells from outside takes an eighth of their step.
 const LEAST_BODIES_IN_POOL: usize = 256;
+
+/// What a simulation begins with.
+struct Beginning {
+    state: State,
+    /// Of all bodies.
+    cutoff: f64,
+    /// Whether bodies that overlap are parted before the first step.
+    parts_first: bool,
+    /// What this process has of all bodies, where it does not have them all.
+    given: Option<Given>,
+}
+
+/// Without other processes a process has all bodies.
+#[cfg(not(feature = "mpi"))]
+enum Given {}
 
 /// A scene's bodies and the backend that steps them.
 ///
@@ -98,11 +115,26 @@ impl Simulation {
         check_pairs(&state.bodies)?;
         let cutoff = scene.cutoff_of(state.bodies.shape.iter().copied());
         let model = scene.model();
-        let mut plan = Plan::new(&model, cutoff);
+        let plan = Plan::new(&model, cutoff);
         let inertia = scene.dynamics.has_inertia();
-        plan.parts_first = inertia && plan.promises() && state.step == 0 && {
+        let parts_first = inertia && plan.promises() && state.step == 0 && {
             max_overlap_but(&model.fixed, &state.bodies, &model.walls) > scene.contact.overlap_tolerance
         };
+        let beginning = Beginning { state, cutoff, parts_first, given: None };
+        #[cfg(feature = "mpi")]
+        let beginning = match compute {
+            Compute::Together(together) => together.start(&scene, beginning)?,
+            _ => beginning,
+        };
+        Simulation::begin(compute, scene, beginning)
+    }
+
+    /// Steps `scene` from what it begins with.
+    fn begin(compute: &Compute, scene: Scene, beginning: Beginning) -> Result<Self, Fault> {
+        let Beginning { state, cutoff, parts_first, given } = beginning;
+        let mut plan = Plan::new(&scene.model(), cutoff);
+        plan.parts_first = parts_first;
+        let removed = state.removed.iter().sum();
         let (auto, first) = match compute {
             // What a device cannot do is not tried.
             Compute::Auto(automatic) => match Compute::check(&scene) {
@@ -115,12 +147,9 @@ impl Simulation {
             Compute::Cpu => (None, Leg::first(Machine::Cpu, Reason::AskedFor)),
             Compute::Gpu { .. } => (None, Leg::first(Machine::Gpu, Reason::AskedFor)),
             #[cfg(feature = "mpi")]
-            Compute::Together(together) => {
-                together.start(&scene, &state)?;
-                (None, Leg::first(Machine::Cpu, Reason::AskedFor))
-            }
+            Compute::Together(_) => (None, Leg::first(Machine::Cpu, Reason::AskedFor)),
         };
-        let (backend, keep) = (compute.backend(&scene, state)?, Keep::new(scene.solver.dump));
+        let (backend, keep) = (compute.backend(&scene, state, given)?, Keep::new(scene.solver.dump));
         let mut simulation = Simulation {
             scene,
             plan,
@@ -137,7 +166,7 @@ impl Simulation {
                 _ => None,
             },
         };
-        simulation.leaving = Leaving::of(&simulation.scene, simulation.backend.as_ref())?;
+        simulation.leaving = Leaving::of(&simulation.scene, simulation.backend.as_ref(), removed)?;
         simulation.record(first);
         simulation.look_for_stop()?;
         Ok(simulation)

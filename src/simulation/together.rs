@@ -1,11 +1,15 @@
 //! A simulation that several processes take together: process 0 leads, the others do what it says.
 //!
-//! All of them have the same scene and bodies and take the same steps. What they share is inside of a step, and what a
-//! step leaves of pairs, which process 0 gathers when it is asked for the state.
+//! All of them have the same scene and take the same steps, each with its bodies. Process 0 reads or makes the state that
+//! they start from and gives each its part; it gathers the state when it is asked for it.
 
-use super::Simulation;
+use super::{Beginning, Compute, Simulation};
+use crate::backend::cpu::{Given, Part, among, shares};
+use crate::bodies::Bodies;
+use crate::lcp::SolverKind;
 use crate::processes::Processes;
 use crate::scene::Scene;
+use crate::shape::Shape;
 use crate::step::{Fault, State, StepReport};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -14,6 +18,7 @@ const END: u8 = 0;
 const START: u8 = 1;
 const STEP: u8 = 2;
 const GATHER: u8 = 3;
+const START_WITH_A_PART: u8 = 4;
 
 /// A scene and a state in a message.
 pub type Pack = fn(&Scene, &State) -> Result<Vec<u8>, String>;
@@ -32,6 +37,8 @@ pub enum Said {
     End,
     /// A scene and a state to start from, as packed.
     Start(Vec<u8>),
+    /// The same without bodies, and what is known of them all: each process is given a part.
+    StartWithAPart(Vec<u8>, [u64; 4]),
     /// To take a step.
     Step,
     /// To give what is remembered of pairs.
@@ -58,6 +65,12 @@ impl Together {
         let mut message = self.processes.hear();
         match message.first() {
             Some(&START) => Said::Start(message.split_off(1)),
+            Some(&START_WITH_A_PART) => {
+                let packed = message.split_off((1 + 4 * size_of::<u64>()).min(message.len()));
+                let numbers = message.get(1..).unwrap_or_default().as_chunks::<8>().0;
+                let number = |k: usize| numbers.get(k).map_or(0, |bytes| u64::from_le_bytes(*bytes));
+                Said::StartWithAPart(packed, std::array::from_fn(number))
+            }
             Some(&STEP) => Said::Step,
             Some(&GATHER) => Said::Gather,
             _ => Said::End,
@@ -76,13 +89,49 @@ impl Together {
         }
     }
 
-    /// Has the others start from where process 0 does.
-    pub(super) fn start(&self, scene: &Scene, state: &State) -> Result<(), Fault> {
-        if self.leads() && self.processes.size() > 1 {
+    /// Whether steps of a scene may be shared out: by solvers that can, where no LCP is kept, which is whole.
+    pub(super) fn shares(&self, scene: &Scene) -> bool {
+        let can = matches!(scene.solver.kind, SolverKind::Auto | SolverKind::PairBlockCg);
+        can && scene.solver.dump.is_none() && shares(&scene.model(), self.processes)
+    }
+
+    /// Has the others start from where process 0 does: with all bodies, or where steps are shared out each with a part.
+    pub(super) fn start(&self, scene: &Scene, mut beginning: Beginning) -> Result<Beginning, Fault> {
+        if !self.leads() || self.processes.size() == 1 {
+            return Ok(beginning);
+        }
+        let state = &mut beginning.state;
+        if !self.shares(scene) || among(self.processes, state.bodies.len()).is_none() {
             let packed = (self.pack)(scene, state).map_err(Fault::Processes)?;
             self.processes.tell(&[&[START], packed.as_slice()].concat());
+            return Ok(beginning);
         }
-        Ok(())
+        let thinnest = state.bodies.shape.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
+        let (all, size) = (state.bodies.len(), self.processes.size());
+        let parts = (0..size).map(|rank| Part::pack([rank, size], state)).collect();
+        state.warm = Vec::new();
+        let Bodies { broken_bonds, periods, .. } = std::mem::take(&mut state.bodies);
+        state.bodies = Bodies { broken_bonds, periods, ..Bodies::default() };
+        let packed = (self.pack)(scene, state).map_err(Fault::Processes)?;
+        let numbers = [all as u64, beginning.cutoff.to_bits(), thinnest.to_bits(), u64::from(beginning.parts_first)];
+        let numbers = numbers.map(u64::to_le_bytes);
+        self.processes.tell(&[&[START_WITH_A_PART], numbers.as_flattened(), packed.as_slice()].concat());
+        Ok(self.take_part(parts, beginning.state, numbers.map(u64::from_le_bytes)))
+    }
+
+    /// Takes up this process's part, of what process 0 gives to all.
+    fn take_part(
+        &self,
+        parts: Vec<Vec<u64>>,
+        mut state: State,
+        [all, cutoff, thinnest, parts_first]: [u64; 4],
+    ) -> Beginning {
+        let come = self.processes.deliver(parts);
+        let ranks = [self.processes.rank(), self.processes.size()];
+        let part = Part::unpack(ranks, all as usize, &come[0], &mut state);
+        let [cutoff, thinnest] = [cutoff, thinnest].map(f64::from_bits);
+        let given = Some(Given { part, cutoff, thinnest });
+        Beginning { state, cutoff, parts_first: parts_first > 0, given }
     }
 
     /// Takes a step on all processes, and sees that it was the same one.
@@ -120,6 +169,18 @@ fn digest(stepped: &Result<StepReport, Fault>) -> u64 {
 }
 
 impl Simulation {
+    /// Starts where process 0 does, as it said, with what it gives.
+    pub(crate) fn start_with_a_part(
+        together: Together,
+        scene: Scene,
+        state: State,
+        numbers: [u64; 4],
+    ) -> Result<Self, Fault> {
+        let none = vec![Vec::new(); together.processes.size()];
+        let beginning = together.take_part(none, state, numbers);
+        Simulation::begin(&Compute::Together(together), scene, beginning)
+    }
+
     /// The processes that take it together, where there are several.
     pub fn processes(&self) -> Option<Processes> {
         self.together.map(|together| together.processes)

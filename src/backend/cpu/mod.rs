@@ -22,6 +22,11 @@ mod together;
 mod trial;
 mod walls;
 
+#[cfg(feature = "mpi")]
+pub(crate) use domain::{Part, among};
+#[cfg(feature = "mpi")]
+pub(crate) use together::{Given, shares};
+
 use crate::bodies::{Bodies, Lineage};
 use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{RowSource, RowSourceError};

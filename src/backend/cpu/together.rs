@@ -1,6 +1,8 @@
 //! What of a step the CPU does together with other processes, where there are any, and by itself where there are none.
 
 use super::Cpu;
+#[cfg(feature = "mpi")]
+use super::domain::Part;
 use super::domain::{Domain, Trouble};
 use super::row_set::RowSet;
 use super::setup::Setup;
@@ -16,21 +18,40 @@ use crate::lcp::Places;
 #[cfg(feature = "mpi")]
 use crate::processes::Processes;
 use crate::separation::Placed;
-#[cfg(feature = "mpi")]
-use crate::step::Rows;
 use crate::step::{Fault, Passed, Piece, farthest_and_thinnest, may_pass, passed};
+#[cfg(feature = "mpi")]
+use crate::step::{Model, Rows, Stepping};
+
+/// What a process starts from that has a part of the bodies.
+#[cfg(feature = "mpi")]
+pub(crate) struct Given {
+    pub part: Part,
+    /// Of all bodies.
+    pub cutoff: f64,
+    pub thinnest: f64,
+}
+
+/// Whether it is worth it to share out the bodies of a simulation, where that can be done at all. Rows of sub-spheres
+/// and of the paper cannot be shared, and a bond in the middle of a step pulls from where bonds of its ends have led
+/// these.
+#[cfg(feature = "mpi")]
+pub(crate) fn shares(model: &Model, processes: Processes) -> bool {
+    let rows_of_surfaces = model.contact.rows_of_method() == Rows::Auto
+        && matches!(model.contact.method.row_source(), RowSource::Surfaces);
+    let bonds_in_middle = model.time.stepping == Stepping::Midpoint && !model.bonds.is_empty();
+    processes.size() > 1 && rows_of_surfaces && !bonds_in_middle
+}
 
 impl<const D: usize> Cpu<D> {
     /// Takes a part of each step, where that is worth it; other processes, which must take the same steps from the same
-    /// state, take the others.
+    /// state, take the others. `given` is its part of the state that it starts from, and what of all bodies it cannot
+    /// tell from it; none where all processes have all bodies.
     #[cfg(feature = "mpi")]
-    pub fn share(mut self, processes: Processes) -> Self {
-        let rows_of_surfaces = self.setup.rows == Rows::Auto && matches!(self.setup.source, RowSource::Surfaces);
-        // A bond in the middle of a step pulls from where bonds of its ends have led these.
-        let bonds_in_middle = self.setup.is_midpoint() && !self.setup.bonds.is_empty();
-        if processes.size() > 1 && rows_of_surfaces && !bonds_in_middle {
-            self.domain = Some(Domain::new(processes));
+    pub(crate) fn share(mut self, processes: Processes, given: Option<Given>) -> Self {
+        if let Some(Given { cutoff, thinnest, .. }) = given {
+            (self.setup.cutoff, self.setup.thinnest) = (cutoff, thinnest);
         }
+        self.domain = Some(Domain::new(processes, given.map(|given| given.part)));
         self
     }
 

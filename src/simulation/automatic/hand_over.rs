@@ -31,7 +31,7 @@ impl OnMachines<'_> {
                 idle
             }
             // A simulation begins on the CPU.
-            None => self.automatic.open()?.backend(scene, state)?,
+            None => self.automatic.open()?.backend(scene, state, None)?,
         };
         for force in backend.take_forces() {
             next.add_force(force);

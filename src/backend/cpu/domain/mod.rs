@@ -21,6 +21,7 @@ mod sharing;
 mod troubles;
 mod whole;
 
+pub(crate) use part::Part;
 pub(super) use troubles::Trouble;
 
 use super::setup::Setup;
@@ -38,7 +39,6 @@ use crate::warm::Warm;
 use births::Births;
 use halo::Halo;
 use members::Members;
-use part::Part;
 use sharing::Sharing;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock};
@@ -85,12 +85,17 @@ struct Step {
     went: Vec<f64>,
 }
 
+/// How many processes share so many bodies; none where that is not worth it.
+pub(crate) fn among(processes: Processes, bodies: usize) -> Option<usize> {
+    Some(processes.size().min(bodies / LEAST_BODIES)).filter(|sharing| *sharing >= 2)
+}
+
 impl Domain {
     #[cfg(feature = "mpi")]
-    pub(super) fn new(processes: Processes) -> Self {
+    pub(super) fn new(processes: Processes, part: Option<Part>) -> Self {
         Domain {
             processes,
-            part: None,
+            part,
             step: None,
             resting: false,
             anew: false,
@@ -117,7 +122,7 @@ impl Domain {
     /// How many processes share the next step, if that is worth it.
     fn sharing(&self, state: &State) -> Option<usize> {
         let bodies = self.part.as_ref().map_or(state.bodies.len(), |part| part.all);
-        Some(self.processes.size().min(bodies / LEAST_BODIES)).filter(|sharing| *sharing >= 2 && !self.resting)
+        among(self.processes, bodies).filter(|_| !self.resting)
     }
 
     /// Begins a step: each process has a part of the state where it is to be shared out, else all of it. Says which.

@@ -25,8 +25,8 @@ const LEAST_WAY: f64 = 0.02;
 
 /// Which bodies of a state a process has. The state's arrays of bodies are these alone.
 #[derive(Debug)]
-pub(super) struct Part {
-    pub rank: u32,
+pub(crate) struct Part {
+    pub(super) rank: u32,
     /// How many bodies there are on all processes.
     pub all: usize,
     /// The numbers of those here, ascending, and whose they are.
@@ -42,39 +42,57 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// Leaves of a state that all processes have what is this one's: as many bodies for each, by their numbers.
+    /// Leaves of a state that all processes have what is this one's.
     pub fn of_whole(processes: Processes, state: &mut State) -> Part {
-        let (rank, size, all) = (processes.rank(), processes.size(), state.bodies.len());
-        let edges: Vec<usize> = (0..=size).map(|process| all * process / size).collect();
-        let owner = |body: u32| edges.partition_point(|edge| *edge <= body as usize) - 1;
+        let (rank, size) = (processes.rank(), processes.size());
+        let (words, all) = (Part::pack([rank, size], state), state.bodies.len());
+        Part::unpack([rank, size], all, &words, state)
+    }
+
+    /// The words of what a process has of a state at first: as many bodies as each of the others, by their numbers,
+    /// those that they are remembered with, and what is remembered.
+    pub fn pack([rank, size]: [usize; 2], state: &State) -> Vec<u64> {
+        let edges = edges(state.bodies.len(), size);
+        let is_own = |body: &u32| (edges[rank]..edges[rank + 1]).contains(&(*body as usize));
         let mut members: BTreeSet<u32> = (edges[rank] as u32..edges[rank + 1] as u32).collect();
+        let own = |warm: &&Warm| bodies_of(warm).into_iter().flatten().any(|body| is_own(&body));
+        let warm: Vec<&Warm> = state.warm.iter().filter(own).collect();
+        members.extend(warm.iter().flat_map(|warm| bodies_of(warm)).flatten());
+        let mut words = vec![members.len() as u64];
+        members.iter().for_each(|body| {
+            words.push(u64::from(*body));
+            words.extend(pack(&state.bodies, *body as usize));
+        });
+        words.extend(warm.into_iter().flat_map(pack_warm));
+        words
+    }
+
+    /// Takes up, in `state`, what a process has at first of a state of `all` bodies.
+    pub fn unpack([rank, size]: [usize; 2], all: usize, words: &[u64], state: &mut State) -> Part {
+        let (count, rest) = words.split_first().map_or((0, words), |(count, rest)| (*count as usize, rest));
+        let (rows, rest) = rest.split_at(count * ROW);
+        let members: Vec<u32> = rows.as_chunks::<ROW>().0.iter().map(|row| row[0] as u32).collect();
+        state.bodies = bodies_in_order(rows, &state.bodies);
+        state.warm = rest.as_chunks::<WARM>().0.iter().map(warm_of).collect();
+        let edges = edges(all, size);
+        let owner = |body: u32| edges.partition_point(|edge| *edge <= body as usize) - 1;
+        let place = |body: u32| members.partition_point(|member| *member < body) as u32;
         let (mut out, mut into) = (BTreeSet::new(), BTreeSet::new());
-        state.warm.retain(|warm| {
-            let bodies = warm.pair.map(|body| surface_of(body).is_none().then_some(body));
-            let mut is_here = false;
+        for bodies in state.warm.iter().map(bodies_of) {
             for [near, far] in [bodies, [bodies[1], bodies[0]]] {
-                let Some(near) = near.filter(|body| owner(*body) == rank) else { continue };
-                is_here = true;
-                if let Some(far) = far.filter(|body| owner(*body) != rank) {
-                    members.insert(far);
-                    out.insert((owner(far), near));
-                    into.insert((owner(far), far));
+                let (Some(near), Some(far)) = (near, far) else { continue };
+                if owner(near) == rank && owner(far) != rank {
+                    out.insert((owner(far), place(near)));
+                    into.insert((owner(far), place(far)));
                 }
             }
-            is_here
-        });
-        let members: Vec<u32> = members.into_iter().collect();
-        let mut here = vec![false; all];
-        members.iter().for_each(|body| here[*body as usize] = true);
-        state.bodies.retain(&here);
-        let place = |body: u32| members.partition_point(|member| *member < body) as u32;
-        let by_place = |of: BTreeSet<(usize, u32)>| route(of.into_iter().map(|(process, body)| (process, place(body))));
+        }
         Part {
             rank: rank as u32,
             all,
             owner: members.iter().map(|body| owner(*body) as u32).collect(),
-            out: by_place(out),
-            into: by_place(into),
+            out: route(out.into_iter()),
+            into: route(into.into_iter()),
             work: vec![WORK_AT_FIRST; members.len()],
             way: (0..members.len()).map(|i| first_way(&state.bodies, i)).collect(),
             members,
@@ -112,13 +130,13 @@ impl Part {
 
     /// All bodies of all processes, which must ask together.
     pub fn gather(&self, processes: Processes, bodies: &Bodies) -> Bodies {
-        all_bodies(&processes.gather(&self.words(bodies)), self.all, bodies)
+        bodies_in_order(&processes.gather(&self.words(bodies)), bodies)
     }
 
     /// As [`Part::gather`], on process 0; the others come to nothing.
     pub fn gather_at_first(&self, processes: Processes, bodies: &Bodies) -> Bodies {
         let words = processes.gather_at_first(&self.words(bodies));
-        if self.rank > 0 { Bodies::default() } else { all_bodies(&words, self.all, bodies) }
+        if self.rank > 0 { Bodies::default() } else { bodies_in_order(&words, bodies) }
     }
 
     /// Goes on without the bodies of these numbers, sorted.
@@ -157,17 +175,28 @@ fn retain<T>(array: &mut Vec<T>, keep: &[bool]) {
     array.retain(|_| flags.next().copied().unwrap_or(true));
 }
 
-/// From their numbers and words, in any order.
-fn all_bodies(words: &[u64], count: usize, like: &Bodies) -> Bodies {
-    const ROW: usize = 1 + BODY;
-    let mut rows: Vec<&[u64; ROW]> = words.as_chunks().0.iter().collect();
+/// A number, and the words of its body.
+const ROW: usize = 1 + BODY;
+
+/// The bodies of these rows, in the order of their numbers; `like` has what belongs to no body.
+fn bodies_in_order(rows: &[u64], like: &Bodies) -> Bodies {
+    let mut rows: Vec<&[u64; ROW]> = rows.as_chunks().0.iter().collect();
     rows.sort_unstable_by_key(|row| row[0]);
-    debug_assert_eq!(rows.len(), count, "each body has one owner");
-    let mut all = Bodies { broken_bonds: like.broken_bonds.clone(), periods: like.periods, ..Bodies::default() };
+    let mut bodies = Bodies { broken_bonds: like.broken_bonds.clone(), periods: like.periods, ..Bodies::default() };
     for [_, body @ ..] in rows {
-        push(&mut all, body);
+        push(&mut bodies, body);
     }
-    all
+    bodies
+}
+
+/// Where the numbers of each process begin at first; one more at the end.
+fn edges(all: usize, size: usize) -> Vec<usize> {
+    (0..=size).map(|process| all * process / size).collect()
+}
+
+/// The one or two bodies of a pair.
+fn bodies_of(warm: &Warm) -> [Option<u32>; 2] {
+    warm.pair.map(|body| surface_of(body).is_none().then_some(body))
 }
 
 /// From pairs of a process and a place, in their order.
