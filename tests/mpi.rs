@@ -56,12 +56,14 @@ mod together {
         serde_json::from_slice(&fs::read(folder.join("summary.json")).unwrap()).unwrap()
     }
 
-    /// What must not depend on who computed: the state, the counts and all rows but their wall times.
-    fn result(folder: &Path) -> (Value, Value, Vec<String>) {
+    /// What must not depend on who computed: the state, the counts, all rows but their wall times, and the lives that
+    /// ended.
+    fn result(folder: &Path) -> (Value, Value, Vec<String>, Option<String>) {
         let summary = summary(folder);
         let steps = fs::read_to_string(folder.join("steps.csv")).unwrap();
         let rows = steps.lines().map(|line| line.rsplit_once(',').unwrap().0.to_owned()).collect();
-        (summary["state_hash"].clone(), summary["solver"]["products"].clone(), rows)
+        let lives = fs::read_to_string(folder.join("lineage.csv")).ok();
+        (summary["state_hash"].clone(), summary["solver"]["products"].clone(), rows, lives)
     }
 
     fn said(output: &Output) -> String {
@@ -194,18 +196,25 @@ mod together {
         }
         let place = tempfile::tempdir().unwrap();
         let colony = from_state(place.path(), "colony", "colony-1024.npz", 2);
+        // Long enough for cells to divide, to leave, and to go from one process to another.
+        let long = ["time.dt=0.005", "time.end=7.1"];
         let (net, shot) = (write(place.path(), &net()), write(place.path(), &shot()));
         let channel = [
             "walls=[{\"half_space\":{\"normal\":[0,1,0],\"offset\":-22.5}},\
              {\"half_space\":{\"normal\":[0,-1,0],\"offset\":-22.5}}]",
-            "removal=[{\"outside\":{\"half_space\":{\"normal\":[-1,0,0],\"offset\":-21.0}}}]",
+            "removal=[{\"outside\":{\"half_space\":{\"normal\":[-1,0,0],\"offset\":-21.0}}},{\"rate\":0.5}]",
+            long[0],
+            long[1],
         ];
+        // Where a colony's radius ends the run, all processes are asked for all bodies after each step.
+        let radius = ["growth.stop.radius=1000", "growth.stress_sensitivity=0.1", long[0], long[1]];
         let suspension = ["generate.0.isotropic.count=600", "periodic.lengths=[14,14,null]", "time.end=0.05"];
         let mail = ["generate.0.chainmail.columns=24", "generate.0.chainmail.rows=24", "time.end=0.003"];
         // A step that fails, and is taken again in pieces by everyone alone.
         let pieces = ["contact.max_recursions=1", "time.dt=0.002"];
-        let scenes: [(&str, &str, &[&str], usize); 7] = [
-            ("channel", &colony, &channel, 2),
+        let scenes: [(&str, &str, &[&str], usize); 8] = [
+            ("channel", &colony, &channel, 3),
+            ("radius", &colony, &radius, 2),
             ("pieces", &colony, &pieces, 3),
             ("middle", &colony, &["time.stepping=midpoint"], 2),
             ("suspension", "sedimentation", &suspension, 2),
@@ -260,7 +269,9 @@ mod together {
         }
         let kills = std::env::var("RELCP_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(2);
         let place = tempfile::tempdir().unwrap();
-        let arguments = ["colony", "--set", "time.end=3.6", "--set", "output.picture=false"];
+        // Three processes have domains from the first step on.
+        let colony = from_state(place.path(), "colony", "colony-1024.npz", 150);
+        let arguments = [&colony, "--set", "output.picture=false"];
         by_the_cpu(place.path(), &[&arguments[..], &["--out", "whole"]].concat());
         let expected = result(&place.path().join("whole"));
         let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(5);
