@@ -136,6 +136,31 @@ def compaction(runs, dt):
     return table(head, body) + "\n" + sentences(said)
 
 
+def from_states(file):
+    """Table 2 from ReLCP's own states."""
+    if not file.exists():
+        return "Not measured yet.\n"
+    found = json.loads(file.read_text())
+    key = lambda line: (line["steps"], line["time"])
+    own = {key(line): line for line in found if line["method"] == "relcp"}
+    body = []
+    for line in found:
+        base = own.get(key(line))
+        if base is None:
+            continue
+        rows = TABLE_2[0.1][line["method"]][0] / TABLE_2[0.1]["relcp"][0]
+        ratio = line["rows"] / base["rows"]
+        of_product = lambda line: line["cpu_s"] / max(line["products"], 1)
+        body.append([
+            f"{line['time']:g}", str(line["steps"]), named(line["method"]), str(line["rows"]), f"{ratio:.2f}", f"{rows:.1f}", over(ratio, rows),
+            str(line["products"]), f"{1e3 * of_product(line):.2f}", f"{of_product(line) / of_product(base):.1f}",
+            f"{line['cpu_s'] / base['cpu_s']:.2f}", f"{TABLE_2[0.1][line['method']][1]:g}", f"{line['max_overlap']:.1e}",
+        ])
+    head = ["time", "steps from there", "method", "rows", "over ReLCP's", "paper", "ours over it", "products a step", "ms a product", "over ReLCP's",
+            "CPU time a step over ReLCP's", "paper, whole run", "overlap"]
+    return table(head, body)
+
+
 def cpu_ratio(there, own):
     return there["cpu_s"] / own["cpu_s"] if there["cpu_s"] and own["cpu_s"] else None
 
@@ -152,6 +177,7 @@ def main():
     results, page = map(pathlib.Path, sys.argv[1:])
     runs = read(results)
     made = {"colony": colony(runs), "compaction 0.1": compaction(runs, 0.1), "compaction 0.01": compaction(runs, 0.01)}
+    made["from states"] = from_states(results / "from-states.json")
     origins = [origin(table, [head for head, _ in runs.values() if head["scene"] == scene])
                for table, scene in [("Table 3", "colony"), ("Table 2", "compaction")]]
     made["origin"] = "One thread of a shared machine. " + " ".join(filter(None, origins)) + "\n"
