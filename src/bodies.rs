@@ -77,6 +77,11 @@ pub struct Bodies {
 pub const NO_GROUP: u32 = u32::MAX;
 
 impl Bodies {
+    /// No bodies, with what belongs to none of these: the space that they are in, and the bonds that are broken.
+    pub(crate) fn none_like(&self) -> Bodies {
+        Bodies { broken_bonds: self.broken_bonds.clone(), periods: self.periods, ..Bodies::default() }
+    }
+
     /// How many bodies there are.
     pub fn len(&self) -> usize {
         self.position.len()

@@ -5,7 +5,6 @@
 
 use super::{Beginning, Compute, Simulation};
 use crate::backend::cpu::{Given, Part, among, shares};
-use crate::bodies::Bodies;
 use crate::lcp::SolverKind;
 use crate::processes::Processes;
 use crate::scene::Scene;
@@ -110,8 +109,7 @@ impl Together {
         let (all, size) = (state.bodies.len(), self.processes.size());
         let parts = (0..size).map(|rank| Part::pack([rank, size], state)).collect();
         state.warm = Vec::new();
-        let Bodies { broken_bonds, periods, .. } = std::mem::take(&mut state.bodies);
-        state.bodies = Bodies { broken_bonds, periods, ..Bodies::default() };
+        state.bodies = state.bodies.none_like();
         let packed = (self.pack)(scene, state).map_err(Fault::Processes)?;
         let numbers = [all as u64, beginning.cutoff.to_bits(), thinnest.to_bits(), u64::from(beginning.parts_first)];
         let numbers = numbers.map(u64::to_le_bytes);

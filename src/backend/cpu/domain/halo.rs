@@ -31,8 +31,7 @@ impl Halo {
     /// About the `own` bodies. `bonds` are the ids of the bodies of the scene's bonds that hold.
     pub fn new(processes: Processes, own: Members, periods: Periods, cutoff: f64, bonds: &[[u64; 2]]) -> Self {
         let rank = processes.rank() as u32;
-        let like = Bodies { broken_bonds: own.bodies.broken_bonds.clone(), ..Bodies::default() };
-        let like = Bodies { periods: own.bodies.periods, ..like };
+        let like = own.bodies.none_like();
         let mut near = with_near(processes, own, periods, cutoff, &like);
         let boxes: Vec<Aabb> = (0..near.len()).map(|i| widened(&near, i, near.bodies.position[i], cutoff)).collect();
         let mut touching = Vec::new();

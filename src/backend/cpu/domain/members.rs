@@ -38,8 +38,7 @@ impl Members {
     /// From words, in any order; `like` has what belongs to no body.
     pub fn new(mut words: Vec<Member>, like: &Bodies) -> Self {
         words.sort_unstable_by_key(|(_, words)| words[0]);
-        let bodies = Bodies { broken_bonds: like.broken_bonds.clone(), periods: like.periods, ..Bodies::default() };
-        let mut members = Members { known: Vec::new(), owner: Vec::new(), bodies };
+        let mut members = Members { known: Vec::new(), owner: Vec::new(), bodies: like.none_like() };
         for (owner, [number, place, way, pressure, body @ ..]) in words {
             let (way, pressure) = (f64::from_bits(way), f64::from_bits(pressure));
             members.known.push(Known { number: number as u32, place: place as u32, way, pressure });

@@ -182,7 +182,7 @@ const ROW: usize = 1 + BODY;
 fn bodies_in_order(rows: &[u64], like: &Bodies) -> Bodies {
     let mut rows: Vec<&[u64; ROW]> = rows.as_chunks().0.iter().collect();
     rows.sort_unstable_by_key(|row| row[0]);
-    let mut bodies = Bodies { broken_bonds: like.broken_bonds.clone(), periods: like.periods, ..Bodies::default() };
+    let mut bodies = like.none_like();
     for [_, body @ ..] in rows {
         push(&mut bodies, body);
     }
