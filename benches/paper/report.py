@@ -153,8 +153,9 @@ def from_states(file):
         of_product = lambda line: line["cpu_s"] / max(line["products"], 1)
         body.append([
             f"{line['time']:g}", str(line["steps"]), named(line["method"]), str(line["rows"]), f"{ratio:.2f}", f"{rows:.1f}", over(ratio, rows),
-            str(line["products"]), f"{1e3 * of_product(line):.2f}", f"{of_product(line) / of_product(base):.1f}",
-            f"{line['cpu_s'] / base['cpu_s']:.2f}", f"{TABLE_2[0.1][line['method']][1]:g}", f"{line['max_overlap']:.1e}",
+            f"{line['products']}{' (cut)' if line.get('iterations') else ''}", f"{1e3 * of_product(line):.2f}", f"{of_product(line) / of_product(base):.1f}",
+            "" if line.get("iterations") else f"{line['cpu_s'] / base['cpu_s']:.2f}", f"{TABLE_2[0.1][line['method']][1]:g}",
+            "" if line.get("iterations") else f"{line['max_overlap']:.1e}",
         ])
     head = ["time", "steps from there", "method", "rows", "over ReLCP's", "paper", "ours over it", "products a step", "ms a product", "over ReLCP's",
             "CPU time a step over ReLCP's", "paper, whole run", "overlap"]
