@@ -42,11 +42,7 @@ def read(results):
     for file in sorted(results.glob("*.jsonl"), key=order):
         head, *windows = map(json.loads, file.read_text().splitlines())
         runs[head["scene"], head["dt"], head["method"]] = head, windows
-    # Within a table, runs of several programs are not compared.
-    newest = {}
-    for (scene, _, _), (head, _) in runs.items():
-        newest[scene] = max(newest.get(scene, ("", "")), (head["date"], head["program"]))
-    return {key: run for key, run in runs.items() if run[0]["program"] == newest[key[0]][1]}
+    return runs
 
 
 def table(head, body):
@@ -171,7 +167,8 @@ def origin(table, heads):
     if not heads:
         return ""
     dates = sorted({head["date"] for head in heads})
-    return f"{table}: program {heads[0]['version']}, its build {heads[0]['program']}; {dates[0]} to {dates[-1]}."
+    builds = sorted({head["program"] for head in heads})
+    return f"{table}: program {heads[0]['version']}, build {' and '.join(builds)}; {dates[0]} to {dates[-1]}."
 
 
 def main():
