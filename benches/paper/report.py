@@ -114,11 +114,14 @@ def compaction(runs, dt):
         if scene != "compaction" or step != dt or not windows:
             continue
         rows = windows[-1]["rows"]
-        same = next((w for w in own[1] if w["step"] == windows[-1]["step"]), own[1][-1])
+        # Compared where both came to.
+        there = {w["step"]: w for w in own[1]}
+        with_own = next((w for w in reversed(windows) if w["step"] in there), windows[-1])
+        same = there.get(with_own["step"], own[1][-1])
         paper = TABLE_2[dt].get(method, (None, None))
         wanted = paper[0] / TABLE_2[dt]["relcp"][0] if paper[0] else None
-        ratio = rows / same["rows"] if same["rows"] else None
-        of_time = cpu_ratio(windows[-1], same)
+        ratio = with_own["rows"] / same["rows"] if same["rows"] else None
+        of_time = cpu_ratio(with_own, same)
         body.append([
             named(method), f"{head['time']:.0f}", "yes" if head["completed"] else "no", f"{rows:.0f}",
             f"{ratio:.2f}" if ratio else "", f"{wanted:.1f}" if wanted else "", over(ratio, wanted),
