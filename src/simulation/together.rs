@@ -105,6 +105,10 @@ impl Together {
             self.processes.tell(&[&[START], packed.as_slice()].concat());
             return Ok(beginning);
         }
+        if let Some(body) = state.bodies.first_custom() {
+            let what = format!("body {body} has a custom shape, which no other process can be given");
+            return Err(Fault::Processes(what));
+        }
         let thinnest = state.bodies.shape.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
         let (all, size) = (state.bodies.len(), self.processes.size());
         let parts = (0..size).map(|rank| Part::pack([rank, size], state)).collect();
