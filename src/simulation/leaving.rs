@@ -16,7 +16,8 @@ pub(super) struct Leaving {
 }
 
 impl Leaving {
-    /// That of a scene that a backend is about to step, and that so many bodies were removed of; none where it has no rules.
+    /// That of a scene that a backend is about to step, of which so many bodies were removed; none where it has no
+    /// rules.
     pub fn of(scene: &Scene, backend: &dyn Backend, removed: u64) -> Result<Option<Leaving>, Fault> {
         let Some(rules) = scene.removals() else { return Ok(None) };
         let before = backend.identities()?.0.to_vec();

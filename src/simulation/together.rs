@@ -1,7 +1,7 @@
 //! A simulation that several processes take together: process 0 leads, the others do what it says.
 //!
-//! All of them have the same scene and take the same steps, each with its bodies. Process 0 reads or makes the state that
-//! they start from and gives each its part; it gathers the state when it is asked for it.
+//! All of them have the same scene and take the same steps, each with its bodies. Process 0 reads or makes the state
+//! that they start from and gives each its part; it gathers the state when it is asked for it.
 
 use super::{Beginning, Compute, Simulation};
 use crate::backend::cpu::{Given, Part, among, shares};

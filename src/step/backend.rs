@@ -148,8 +148,8 @@ pub trait Backend: Send {
         let (lineage, group) = self.identities()?;
         Ok(Divided::between(before, lineage, group))
     }
-    /// Removes those bodies that are [here](Backend::here) and are not to be kept from the state after the last accepted
-    /// step, as [`State::remove`] does.
+    /// Removes from the state after the last accepted step those bodies that are [here](Backend::here) and are not to
+    /// be kept, as [`State::remove`] does.
     fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault>;
     /// The device that computes, where one does.
     fn device(&self) -> Option<&crate::gpu::Gpu> {

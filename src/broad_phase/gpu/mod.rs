@@ -13,7 +13,7 @@
 //!
 //! Which body finds a pair, and when in its search, depends on boxes and cells. The list that is handed out is sorted
 //! by the pairs' bodies, so that its order tells nothing of the search: rows that are made from two lists with the same
-//! near pairs stand in one order, and a run that was resumed, whose searches are at other steps, comes to the same bits.
+//! near pairs stand in one order, and a run that was resumed, which searches at other steps, comes to the same bits.
 //!
 //! Sorted cells: S. Green, "Particle simulation using CUDA", 2010. Levels: as in [`Grid`](super::Grid).
 

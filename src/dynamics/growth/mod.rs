@@ -54,7 +54,7 @@ impl Cells {
         self.lengthen(bodies, dt, pressures, waiting);
     }
 
-    /// Divides the cells that are due at `time`, and names them, ascending. Each keeps a place for one of her daughters;
+    /// Divides the cells that are due at `time`, and names them, ascending. Each leaves her place to one daughter;
     /// the others are added in the order of their mothers.
     pub fn divide(
         &self,
