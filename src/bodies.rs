@@ -73,6 +73,12 @@ pub struct Bodies {
     pub periods: Periods,
 }
 
+/// Leaves of an array what is to be kept, a flag each, in its order.
+pub(crate) fn kept<T>(array: &mut Vec<T>, keep: &[bool]) {
+    let mut flags = keep.iter();
+    array.retain(|_| flags.next().copied().unwrap_or(true));
+}
+
 /// The value of [`Bodies::group`] of a body that belongs to no group.
 pub const NO_GROUP: u32 = u32::MAX;
 
@@ -107,10 +113,6 @@ impl Bodies {
 
     /// Removes the bodies that are not to be kept, a flag each; the others stay in their order.
     pub fn retain(&mut self, keep: &[bool]) {
-        fn kept<T>(array: &mut Vec<T>, keep: &[bool]) {
-            let mut flags = keep.iter();
-            array.retain(|_| flags.next().copied().unwrap_or(true));
-        }
         kept(&mut self.shape, keep);
         kept(&mut self.position, keep);
         kept(&mut self.orientation, keep);

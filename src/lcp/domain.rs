@@ -56,8 +56,8 @@ pub(super) struct Border {
     branches: Vec<Vec<u32>>,
 }
 
-/// From pairs of a process and a place.
-fn route(mut places: Vec<(usize, u32)>) -> Route {
+/// From pairs of a process and a place, in any order.
+pub(crate) fn route(mut places: Vec<(usize, u32)>) -> Route {
     places.sort_unstable();
     places.dedup();
     places.chunk_by(|a, b| a.0 == b.0).map(|of| (of[0].0, of.iter().map(|(_, place)| *place).collect())).collect()

@@ -82,14 +82,19 @@ impl Shape {
     /// assert_eq!(Shape::from_code(tag, [1.0, f64::NAN, 0.0]), None);
     /// ```
     pub fn from_code(tag: u32, sizes: [f64; 3]) -> Option<Shape> {
+        let (shape, used) = Shape::of_code(tag, sizes)?;
+        sizes[..used].iter().all(|size| size.is_finite() && *size > 0.0).then_some(shape)
+    }
+
+    /// As [`Shape::from_code`], of sizes that a shape had, whatever they are; and how many of them it needs.
+    pub(crate) fn of_code(tag: u32, sizes: [f64; 3]) -> Option<(Shape, usize)> {
         let [x, y, _] = sizes;
-        let (shape, used) = match Tag::of_number(tag)? {
+        Some(match Tag::of_number(tag)? {
             Tag::Sphere => (Shape::Sphere { radius: x }, 1),
             Tag::Spherocylinder => (Shape::Spherocylinder { diameter: x, length: y }, 2),
             Tag::Ellipsoid => (Shape::Ellipsoid { radii: sizes }, 3),
             Tag::Torus => (Shape::Torus { major_radius: x, minor_radius: y }, 2),
             Tag::Custom => return None,
-        };
-        sizes[..used].iter().all(|size| size.is_finite() && *size > 0.0).then_some(shape)
+        })
     }
 }

@@ -61,19 +61,11 @@ impl Compute {
             Compute::Cpu | Compute::Auto(_) if scene.planar => Box::new(Cpu::<PLANAR>::new(&model, state)?),
             Compute::Cpu | Compute::Auto(_) => Box::new(Cpu::<SPATIAL>::new(&model, state)?),
             #[cfg(feature = "mpi")]
-            Compute::Together(together) if !together.shares(scene) && scene.planar => {
-                Box::new(Cpu::<PLANAR>::new(&model, state)?)
-            }
-            #[cfg(feature = "mpi")]
-            Compute::Together(together) if !together.shares(scene) => Box::new(Cpu::<SPATIAL>::new(&model, state)?),
-            #[cfg(feature = "mpi")]
             Compute::Together(together) if scene.planar => {
-                Box::new(Cpu::<PLANAR>::new(&model, state)?.share(together.processes(), given))
+                together.share(Cpu::<PLANAR>::new(&model, state)?, scene, given)
             }
             #[cfg(feature = "mpi")]
-            Compute::Together(together) => {
-                Box::new(Cpu::<SPATIAL>::new(&model, state)?.share(together.processes(), given))
-            }
+            Compute::Together(together) => together.share(Cpu::<SPATIAL>::new(&model, state)?, scene, given),
             #[cfg(not(feature = "gpu"))]
             Compute::Gpu { gpu, .. } => match **gpu {},
             #[cfg(feature = "gpu")]

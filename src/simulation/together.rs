@@ -4,12 +4,12 @@
 //! that they start from and gives each its part; it gathers the state when it is asked for it.
 
 use super::{Beginning, Compute, Simulation};
-use crate::backend::cpu::{Given, Part, among, shares};
+use crate::backend::cpu::{Cpu, Given, Part, among, shares};
 use crate::lcp::SolverKind;
 use crate::processes::Processes;
 use crate::scene::Scene;
 use crate::shape::Shape;
-use crate::step::{Fault, State, StepReport};
+use crate::step::{Backend, Fault, State, StepReport};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// What process 0 says, as the first byte of a message.
@@ -89,9 +89,14 @@ impl Together {
     }
 
     /// Whether steps of a scene may be shared out: by solvers that can, where no LCP is kept, which is whole.
-    pub(super) fn shares(&self, scene: &Scene) -> bool {
+    fn shares(&self, scene: &Scene) -> bool {
         let can = matches!(scene.solver.kind, SolverKind::Auto | SolverKind::PairBlockCg);
         can && scene.solver.dump.is_none() && shares(&scene.model(), self.processes)
+    }
+
+    /// A backend that takes its part of each step, where steps may be shared out.
+    pub(super) fn share<const D: usize>(&self, cpu: Cpu<D>, scene: &Scene, given: Option<Given>) -> Box<dyn Backend> {
+        Box::new(if self.shares(scene) { cpu.share(self.processes, given) } else { cpu })
     }
 
     /// Has the others start from where process 0 does: with all bodies, or where steps are shared out each with a part.

@@ -131,7 +131,7 @@ pub trait Backend: Send {
     }
     /// Lines and groups of the bodies that are [here](Backend::here).
     fn identities(&self) -> Result<(&[Lineage], &[u32]), Fault> {
-        let bodies = self.placed()?;
+        let bodies = self.here()?;
         Ok((&bodies.lineage, &bodies.group))
     }
     /// The number among all of a body that is [here](Backend::here); none of a copy.

@@ -364,10 +364,6 @@ impl<const D: usize> Backend for Cpu<D> {
         Ok(&self.state.bodies)
     }
 
-    fn identities(&self) -> Result<(&[Lineage], &[u32]), Fault> {
-        Ok((&self.state.bodies.lineage, &self.state.bodies.group))
-    }
-
     fn number(&self, i: usize) -> Option<usize> {
         self.domain.as_ref().map_or(Some(i), |domain| domain.own_number(i).map(|number| number as usize))
     }

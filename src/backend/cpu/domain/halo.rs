@@ -5,10 +5,9 @@
 //! what they need is asked for.
 
 use super::members::{MEMBER, Member, Members};
-use super::part::route;
 use crate::bodies::Bodies;
 use crate::broad_phase::{BroadPhase, Grid, Periodic};
-use crate::lcp::domain::Route;
+use crate::lcp::domain::{Route, route};
 use crate::motion::Aabb;
 use crate::periodic::Periods;
 use crate::processes::Processes;
@@ -40,8 +39,8 @@ impl Halo {
         let number = |pair: &[u32; 2], near: &Members| pair.map(|i| near.known[i as usize].number);
         let touching: Vec<[u32; 2]> = touching.iter().map(|pair| number(pair, &near)).collect();
         let touched: BTreeSet<u32> = touching.iter().flatten().copied().collect();
-        let stays = |member: &Member| member.0 == rank || touched.contains(&(member.1[0] as u32));
-        near = Members::new(near.into_words().into_iter().filter(stays).collect(), &like);
+        let stays = |i: usize| near.owner[i] == rank || touched.contains(&near.known[i].number);
+        near.retain(&(0..near.len()).map(stays).collect::<Vec<bool>>());
         // The pairs that are a reason to exchange velocities.
         let mut reasons = touching.clone();
         if !bonds.is_empty() {
@@ -51,15 +50,14 @@ impl Halo {
             // The loads on bodies of the halo are computed here too: where their bonds lead to is known, no more.
             near = bonded.complete(processes, near, &like, |_| true);
         }
-        let (mut out, mut into) = (BTreeSet::new(), BTreeSet::new());
-        let place = |number: u32| near.find(number);
+        let (mut out, mut into) = (Vec::new(), Vec::new());
         for pair in &reasons {
             for [own, other] in [*pair, [pair[1], pair[0]]] {
-                let (Some(own), Some(other)) = (place(own), place(other)) else { continue };
+                let (Some(own), Some(other)) = (near.find(own), near.find(other)) else { continue };
                 if near.owner[own] == rank && near.owner[other] != rank {
                     let whose = near.owner[other] as usize;
-                    out.insert((whose, own as u32));
-                    into.insert((whose, other as u32));
+                    out.push((whose, own as u32));
+                    into.push((whose, other as u32));
                 }
             }
         }
@@ -68,8 +66,8 @@ impl Halo {
             boxes: (0..near.len()).map(|i| widened(&near, i, near.bodies.position[i], cutoff)).collect(),
             pairs: touching.into_iter().map(|pair| pair.map(at)).collect(),
             members: near,
-            out: route(out.into_iter()),
-            into: route(into.into_iter()),
+            out: route(out),
+            into: route(into),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Bodies with what processes know of them, and the words in which they go from one process to another.
 
-use crate::bodies::{Bodies, Lineage};
+use crate::bodies::{Bodies, Lineage, kept};
 use crate::shape::Shape;
 use glam::{DQuat, DVec3};
 
@@ -63,6 +63,13 @@ impl Members {
         (0..self.len()).map(|i| (self.owner[i], self.words(i))).collect()
     }
 
+    /// Leaves those that are to be kept, a flag each.
+    pub fn retain(&mut self, keep: &[bool]) {
+        kept(&mut self.known, keep);
+        kept(&mut self.owner, keep);
+        self.bodies.retain(keep);
+    }
+
     /// The place here of the body of a number.
     pub fn find(&self, number: u32) -> Option<usize> {
         self.known.binary_search_by_key(&number, |known| known.number).ok()
@@ -92,13 +99,12 @@ pub(super) fn pack(bodies: &Bodies, i: usize) -> [u64; BODY] {
     [tag.into(), a, b, c, x, y, z, p, q, r, s, u, v, w, k, l, m, group, id, parent, birth, generation, length]
 }
 
-/// Adds the body of these words.
+/// Adds the body of these words; not one of a custom shape, with which processes do not begin.
 pub(super) fn push(bodies: &mut Bodies, words: &[u64; BODY]) {
     let [tag, a, b, c, x, y, z, p, q, r, s, u, v, w, k, l, m, group, line @ ..] = *words;
     let of = |words: [u64; 3]| DVec3::from_array(words.map(f64::from_bits));
     let sizes = [a, b, c].map(f64::from_bits);
-    // A scene with a shape of one's own is refused before processes begin, and cells grow by factors that are finite.
-    let shape = Shape::from_code(tag as u32, sizes).unwrap_or(Shape::Sphere { radius: sizes[0] });
+    let Some((shape, _)) = Shape::of_code(tag as u32, sizes) else { return };
     bodies.shape.push(shape);
     bodies.position.push(of([x, y, z]));
     bodies.orientation.push(DQuat::from_array([p, q, r, s].map(f64::from_bits)));

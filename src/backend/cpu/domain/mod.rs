@@ -27,7 +27,7 @@ pub(super) use troubles::Trouble;
 use super::setup::Setup;
 use super::start::Start;
 use crate::bisection::MOST_IN_A_BLOCK;
-use crate::bodies::{Bodies, Lineage};
+use crate::bodies::{Bodies, Lineage, kept};
 use crate::dynamics::Twist;
 use crate::lcp::Places;
 use crate::lcp::domain;
@@ -154,8 +154,7 @@ impl Domain {
         let Some(part) = &self.part else { return };
         let own: Vec<bool> = (0..part.members.len()).map(|i| part.is_own(i)).collect();
         start.bodies.retain(&own);
-        let mut flags = own.iter();
-        start.pressures.retain(|_| flags.next().copied().unwrap_or(true));
+        kept(&mut start.pressures, &own);
     }
 
     /// Shares out the step that begins with the own bodies of all processes in `start`: leaves of them what is for this

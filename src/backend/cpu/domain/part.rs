@@ -2,8 +2,8 @@
 //! with.
 
 use super::members::{BODY, pack, push};
-use crate::bodies::Bodies;
-use crate::lcp::domain::Route;
+use crate::bodies::{Bodies, kept};
+use crate::lcp::domain::{Route, route};
 use crate::processes::Processes;
 use crate::step::State;
 use crate::walls::surface_of;
@@ -77,13 +77,13 @@ impl Part {
         let edges = edges(all, size);
         let owner = |body: u32| edges.partition_point(|edge| *edge <= body as usize) - 1;
         let place = |body: u32| members.partition_point(|member| *member < body) as u32;
-        let (mut out, mut into) = (BTreeSet::new(), BTreeSet::new());
+        let (mut out, mut into) = (Vec::new(), Vec::new());
         for bodies in state.warm.iter().map(bodies_of) {
             for [near, far] in [bodies, [bodies[1], bodies[0]]] {
                 let (Some(near), Some(far)) = (near, far) else { continue };
                 if owner(near) == rank && owner(far) != rank {
-                    out.insert((owner(far), place(near)));
-                    into.insert((owner(far), place(far)));
+                    out.push((owner(far), place(near)));
+                    into.push((owner(far), place(far)));
                 }
             }
         }
@@ -91,8 +91,8 @@ impl Part {
             rank: rank as u32,
             all,
             owner: members.iter().map(|body| owner(*body) as u32).collect(),
-            out: route(out.into_iter()),
-            into: route(into.into_iter()),
+            out: route(out),
+            into: route(into),
             work: vec![WORK_AT_FIRST; members.len()],
             way: (0..members.len()).map(|i| first_way(&state.bodies, i)).collect(),
             members,
@@ -155,10 +155,10 @@ impl Part {
             *route = route.iter().filter_map(|i| places[*i as usize]).collect();
         }
         state.bodies.retain(&keep);
-        retain(&mut self.members, &keep);
-        retain(&mut self.owner, &keep);
-        retain(&mut self.work, &keep);
-        retain(&mut self.way, &keep);
+        kept(&mut self.members, &keep);
+        kept(&mut self.owner, &keep);
+        kept(&mut self.work, &keep);
+        kept(&mut self.way, &keep);
         self.members.iter_mut().for_each(|body| *body = renumbered(*body));
         self.all -= gone.len();
         state.warm.retain_mut(|warm| {
@@ -168,11 +168,6 @@ impl Part {
             stays(a) && (of_wall || stays(b))
         });
     }
-}
-
-fn retain<T>(array: &mut Vec<T>, keep: &[bool]) {
-    let mut flags = keep.iter();
-    array.retain(|_| flags.next().copied().unwrap_or(true));
 }
 
 /// A number, and the words of its body.
@@ -197,12 +192,6 @@ fn edges(all: usize, size: usize) -> Vec<usize> {
 /// The one or two bodies of a pair.
 fn bodies_of(warm: &Warm) -> [Option<u32>; 2] {
     warm.pair.map(|body| surface_of(body).is_none().then_some(body))
-}
-
-/// From pairs of a process and a place, in their order.
-pub(super) fn route(places: impl Iterator<Item = (usize, u32)>) -> Route {
-    let places: Vec<(usize, u32)> = places.collect();
-    places.chunk_by(|a, b| a.0 == b.0).map(|of| (of[0].0, of.iter().map(|(_, place)| *place).collect())).collect()
 }
 
 fn longest_side(bodies: &Bodies, body: usize) -> f64 {
