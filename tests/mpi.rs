@@ -211,7 +211,7 @@ mod together {
         let suspension = ["generate.0.isotropic.count=600", "periodic.lengths=[14,14,null]", "time.end=0.05"];
         let mail = ["generate.0.chainmail.columns=24", "generate.0.chainmail.rows=24", "time.end=0.003"];
         // A step that fails, and is taken again in pieces by everyone alone.
-        let pieces = ["contact.max_recursions=1", "time.dt=0.002"];
+        let pieces = ["contact.max_recursions=1", "time.dt=0.002", "removal=[{\"rate\":5}]"];
         let scenes: [(&str, &str, &[&str], usize); 8] = [
             ("channel", &colony, &channel, 3),
             ("radius", &colony, &radius, 2),
