@@ -46,6 +46,21 @@ pub struct Mover<'a> {
     pub motion: &'a Motion,
     /// `U_j`: zero for rows at the step's start.
     pub reached_with: Twist,
+    /// The axis at the step's start of a body of revolution, which contact cannot turn about it.
+    pub axis: Option<DVec3>,
+}
+
+impl Mover<'_> {
+    /// The torque arm of a contact of this body. Made at a trial, the arm of a body of revolution has a part along its
+    /// axis at the step's start, which would spin it.
+    fn arm(&self, lever: DVec3, normal: DVec3, dt: f64) -> DVec3 {
+        let angular = self.reached_with.angular;
+        let arm = torque_arm(lever, normal, angular, dt);
+        match self.axis {
+            Some(axis) if angular != DVec3::ZERO => arm - axis * axis.dot(arm),
+            _ => arm,
+        }
+    }
 }
 
 /// A wall's part: it does not move, so its block of `J` is zero.
@@ -56,6 +71,7 @@ pub const FIXED: Mover<'static> = Mover {
         ending: Ending { linear: DVec3::ZERO, momentum: DVec3::ZERO, after: None },
     },
     reached_with: Twist { linear: DVec3::ZERO, angular: DVec3::ZERO },
+    axis: None,
 };
 
 /// Makes `problem` one of `bodies` bodies without rows, keeping its memory.
@@ -98,8 +114,8 @@ pub fn append<const D: usize>(problem: &mut Problem<D>, pair: [u32; 2], (jacobia
 /// The blocks and the offset of the row with separation `found`.
 pub fn row<const D: usize>(found: &Separation, [a, b]: [Mover<'_>; 2], dt: f64) -> ([[f64; D]; 2], f64) {
     let normal = found.normal;
-    let arm_a = torque_arm(found.lever_a, normal, a.reached_with.angular, dt);
-    let arm_b = torque_arm(found.lever_b, normal, b.reached_with.angular, dt);
+    let arm_a = a.arm(found.lever_a, normal, dt);
+    let arm_b = b.arm(found.lever_b, normal, dt);
     let linear = (b.motion.free.linear - b.reached_with.linear) - (a.motion.free.linear - a.reached_with.linear);
     let still_to_come = normal.dot(linear) + arm_b.dot(b.motion.free.angular - b.reached_with.angular)
         - arm_a.dot(a.motion.free.angular - a.reached_with.angular);

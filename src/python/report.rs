@@ -52,6 +52,16 @@ pub(super) struct StepReport {
     passed_pair: Option<(usize, usize)>,
     /// Largest overlap between sub-spheres, where the method makes its rows from them.
     proxy_overlap: Option<f64>,
+    /// The farthest that contact moved a body's centre from its free motion, a length.
+    largest_move: f64,
+    /// The largest separation of a contact that pushes, a length.
+    largest_push_gap: f64,
+    /// The energy that contact added, where bodies have inertia.
+    contact_energy: f64,
+    /// The largest angle by which contact turned a body of revolution about its own axis.
+    axial_spin: f64,
+    /// Rows that were made anew as they pushed apart what no longer touched.
+    loosened: u32,
     /// Wall time of the step, seconds.
     wall_seconds: f64,
     /// Wall time of finding candidate pairs, seconds.
@@ -92,6 +102,11 @@ impl StepReport {
             passed: report.passed.map_or(0, |passed| passed.pairs),
             passed_pair: report.passed.map(|passed| <(usize, usize)>::from(passed.pair)),
             proxy_overlap: report.proxy_overlap,
+            largest_move: report.largest_move,
+            largest_push_gap: report.largest_push_gap,
+            contact_energy: report.contact_energy,
+            axial_spin: report.axial_spin,
+            loosened: report.loosened,
             wall_seconds: wall.as_secs_f64(),
             broad_phase_seconds: phases.broad_phase.as_secs_f64(),
             narrow_phase_seconds: phases.narrow_phase.as_secs_f64(),
@@ -129,6 +144,11 @@ impl StepReport {
         dict.set_item("passed", self.passed)?;
         dict.set_item("passed_pair", self.passed_pair)?;
         dict.set_item("proxy_overlap", self.proxy_overlap)?;
+        dict.set_item("largest_move", self.largest_move)?;
+        dict.set_item("largest_push_gap", self.largest_push_gap)?;
+        dict.set_item("contact_energy", self.contact_energy)?;
+        dict.set_item("axial_spin", self.axial_spin)?;
+        dict.set_item("loosened", self.loosened)?;
         dict.set_item("wall_seconds", self.wall_seconds)?;
         dict.set_item("broad_phase_seconds", self.broad_phase_seconds)?;
         dict.set_item("narrow_phase_seconds", self.narrow_phase_seconds)?;

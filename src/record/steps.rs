@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// The columns, in their order.
-pub const COLUMNS: [&str; 12] = [
+pub const COLUMNS: [&str; 16] = [
     "step",
     "time",
     "bodies",
@@ -20,6 +20,10 @@ pub const COLUMNS: [&str; 12] = [
     "first_violation",
     "max_overlap",
     "pieces",
+    "largest_move",
+    "largest_push_gap",
+    "contact_energy",
+    "axial_spin",
     "wall_seconds",
 ];
 
@@ -49,6 +53,15 @@ pub struct StepRow {
     /// Into how many pieces it was cut; files of earlier versions do not say.
     #[serde(default = "one")]
     pub pieces: u32,
+    /// The farthest that contact moved a body's centre from its free motion, a length; files of earlier versions do not
+    /// say.
+    pub largest_move: Option<f64>,
+    /// The largest separation of a contact that pushes, a length.
+    pub largest_push_gap: Option<f64>,
+    /// The energy that contact added.
+    pub contact_energy: Option<f64>,
+    /// The largest angle by which contact turned a body of revolution about its own axis.
+    pub axial_spin: Option<f64>,
     /// Wall time of this step, without its output.
     pub wall_seconds: f64,
 }
@@ -71,28 +84,40 @@ impl StepRow {
             first_violation: report.first_violation,
             max_overlap: report.max_overlap,
             pieces: report.pieces,
+            largest_move: Some(report.largest_move),
+            largest_push_gap: Some(report.largest_push_gap),
+            contact_energy: Some(report.contact_energy),
+            axial_spin: Some(report.axial_spin),
             wall_seconds,
         }
     }
 }
 
-/// Gives a file of a version that took each step at once the column that says so.
-fn add_pieces(path: &Path) -> Result<(), RecordError> {
-    let before: Vec<&str> = COLUMNS.into_iter().filter(|column| *column != "pieces").collect();
+/// The columns that files of earlier versions lack, the newest first, and what their rows have there.
+const ADDED: [(&str, &str); 5] =
+    [("axial_spin", ""), ("contact_energy", ""), ("largest_push_gap", ""), ("largest_move", ""), ("pieces", "1")];
+
+/// Gives a file of an earlier version the columns that it lacks.
+fn add_columns(path: &Path) -> Result<(), RecordError> {
     // A device may have no end.
     if !std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file()) {
         return Ok(());
     }
     let Ok(text) = std::fs::read_to_string(path) else { return Ok(()) };
     let mut lines = text.split_inclusive('\n');
-    if lines.next().map(str::trim_end) != Some(before.join(",").as_str()) {
-        return Ok(());
-    }
+    let Some(header) = lines.next().map(str::trim_end) else { return Ok(()) };
+    let lacks = |count: usize| {
+        let lacked = &ADDED[..count];
+        let before = COLUMNS.into_iter().filter(|column| !lacked.iter().any(|(added, _)| added == column));
+        before.collect::<Vec<_>>().join(",") == header
+    };
+    let Some(count) = (1..=ADDED.len()).find(|count| lacks(*count)) else { return Ok(()) };
+    let added: String = ADDED[..count].iter().rev().map(|(_, value)| format!(",{value}")).collect();
     let mut longer = COLUMNS.join(",") + "\n";
     for line in lines {
         // A row that was cut short stays as it is: it is cut off where the run goes on.
         match line.rsplit_once(',').filter(|_| line.ends_with('\n')) {
-            Some((row, wall)) => longer += &format!("{row},1,{wall}"),
+            Some((row, wall)) => longer += &format!("{row}{added},{wall}"),
             None => longer += line,
         }
     }
@@ -111,7 +136,7 @@ impl Steps {
 
     /// Takes the file up again as it was after step `last`: see [`Rows::reopen`].
     pub(crate) fn reopen(path: &Path, last: Option<u64>) -> Result<Self, RecordError> {
-        add_pieces(path)?;
+        add_columns(path)?;
         Rows::reopen(path, &COLUMNS, last).map(Steps)
     }
 

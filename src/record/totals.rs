@@ -118,6 +118,9 @@ pub struct Retried {
     pub failed_attempts: u64,
     /// Solves in the sense of the least overlap.
     pub relaxed_solves: u64,
+    /// Steps whose rows that contradict each other were tilted.
+    #[serde(default)]
+    pub tilted: u64,
 }
 
 impl Retried {
@@ -130,6 +133,7 @@ impl Retried {
         self.with_waiting_cells += u64::from(report.waiting > 0);
         self.failed_attempts += u64::from(report.failed_attempts);
         self.relaxed_solves += u64::from(report.relaxed);
+        self.tilted += u64::from(report.tilts > 0);
     }
 }
 
@@ -165,6 +169,21 @@ pub struct Totals {
     /// Steps that did not go at once.
     #[serde(default)]
     pub retried: Retried,
+    /// The farthest that contact moved a body's centre from its free motion in a step, a length.
+    #[serde(default)]
+    pub largest_move: f64,
+    /// The largest separation of a contact that pushed at the end of a step, a length.
+    #[serde(default)]
+    pub largest_push_gap: f64,
+    /// The most energy that contact added in a step.
+    #[serde(default)]
+    pub largest_contact_energy: f64,
+    /// The largest angle by which contact turned a body of revolution about its own axis in a step.
+    #[serde(default)]
+    pub largest_axial_spin: f64,
+    /// Steps with rows that pushed apart what no longer touched, and were made anew.
+    #[serde(default)]
+    pub steps_loosened: u64,
     /// Recursions, summed.
     pub recursions: u64,
     /// Most recursions of a step.
@@ -233,6 +252,11 @@ impl Totals {
             }
         }
         self.retried.add(report);
+        self.largest_move = self.largest_move.max(report.largest_move);
+        self.largest_push_gap = self.largest_push_gap.max(report.largest_push_gap);
+        self.largest_contact_energy = self.largest_contact_energy.max(report.contact_energy);
+        self.largest_axial_spin = self.largest_axial_spin.max(report.axial_spin);
+        self.steps_loosened += u64::from(report.loosened > 0);
         self.recursions += u64::from(report.recursions);
         self.max_recursions = self.max_recursions.max(report.recursions);
         let constraints = report.constraints as u64;

@@ -153,6 +153,16 @@ pub struct Summary {
     pub steps_unsettled: u64,
     /// The first of them.
     pub first_unsettled: Vec<UnsettledStep>,
+    /// The farthest that contact moved a body's centre from its free motion in a step.
+    pub largest_move: f64,
+    /// The largest separation of a contact that pushed at the end of a step.
+    pub largest_push_gap: f64,
+    /// The most energy that contact added in a step; zero without inertia.
+    pub largest_contact_energy: f64,
+    /// The largest angle by which contact turned a body of revolution about its own axis in a step.
+    pub largest_axial_spin: f64,
+    /// Steps with rows that pushed apart what no longer touched, and were made anew.
+    pub steps_loosened: u64,
     /// Steps that did not go at once.
     pub retried: Retried,
     /// Recursions per step after the first solve: mean, largest, total.
@@ -226,6 +236,11 @@ impl Summary {
             first_passed: totals.passed.clone(),
             steps_unsettled: totals.steps_unsettled,
             first_unsettled: totals.unsettled.clone(),
+            largest_move: totals.largest_move,
+            largest_push_gap: totals.largest_push_gap,
+            largest_contact_energy: totals.largest_contact_energy,
+            largest_axial_spin: totals.largest_axial_spin,
+            steps_loosened: totals.steps_loosened,
             retried: totals.retried,
             recursions: Recursions {
                 mean: mean(totals.recursions),

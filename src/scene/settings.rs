@@ -157,6 +157,7 @@ impl Scene {
     #[doc(hidden)]
     pub fn model(&self) -> Model {
         Model {
+            seed: self.seed,
             planar: self.planar,
             time: self.time,
             dynamics: self.dynamics,

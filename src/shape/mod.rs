@@ -256,6 +256,22 @@ impl Shape {
         }
     }
 
+    /// The axis that the shape is a body of revolution about, in body axes; of a sphere, which has all, and of a shape of
+    /// one's own none.
+    ///
+    /// ```
+    /// use relcp::shape::Shape;
+    /// assert_eq!(Shape::Ellipsoid { radii: [2.0, 0.1, 2.0] }.axis_of_revolution(), Some(glam::DVec3::Y));
+    /// assert_eq!(Shape::Ellipsoid { radii: [2.0, 0.1, 1.0] }.axis_of_revolution(), None);
+    /// ```
+    pub fn axis_of_revolution(&self) -> Option<DVec3> {
+        match *self {
+            Shape::Spherocylinder { .. } | Shape::Torus { .. } => Some(DVec3::Z),
+            Shape::Ellipsoid { radii } => ellipsoid::axis_of_revolution(radii),
+            Shape::Sphere { .. } | Shape::Convex(_) => None,
+        }
+    }
+
     /// Half the sizes of the smallest box along the axes of space that holds the shape at this orientation.
     #[inline]
     pub fn half_extents(&self, orientation: DQuat) -> DVec3 {

@@ -5,10 +5,11 @@
 //! it, and no body went through another. One that does not hold is never accepted: [`retry`] takes the step again.
 
 use super::accuracy::Accuracy;
+use super::two_sided::{GAP, Sides};
 use super::{ContactSettings, Fault, Keep, Model, OnFailure, Rows, StepReport, Stepping, retry};
 use crate::dynamics::{Cells, OnNoRoom};
 use crate::lcp::{Outcome, Status};
-use crate::step::{Backend, Overlap};
+use crate::step::{Backend, Guard, Overlap};
 
 /// Recursions of a midpoint step that may move the offsets of its rows, before it appends rows as the paper does. Two
 /// ellipsoids at an overlap tolerance of 1e-9 fall to first order with one, and keep the second with two (at 1e-5 one
@@ -47,6 +48,8 @@ pub struct Plan {
     pub parts_first: bool,
     /// The length of the next step, in parts of `dt`: see [`Time::span`](super::Time::span).
     pub span: f64,
+    /// Whether contacts that push must touch.
+    pub(super) two_sided: bool,
     /// Recursions that may move the offsets of rows before rows are appended.
     pub(super) most_tightenings: u32,
     /// Whether the least bad trial of an attempt is kept.
@@ -63,6 +66,7 @@ impl Plan {
             on_no_room: model.cells.as_ref().filter(|_| model.confined).map(Cells::on_no_room),
             parts_first: false,
             span: 1.0,
+            two_sided: model.contact.rows_of_method() == Rows::Auto && std::env::var("ONE_SIDED").is_err(),
             most_tightenings: most_tightenings(model),
             keeps_least_bad: model.contact.on_failure == OnFailure::Continue,
         }
@@ -99,6 +103,8 @@ pub fn step(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -> Result<S
 pub(super) struct Attempt {
     pub report: StepReport,
     pub overlap: Overlap,
+    /// The promise about what contact does that it breaks.
+    pub broken: Option<Guard>,
     /// The multipliers of the least bad trial and how bad it is, where steps that do not hold are accepted.
     pub least_bad: Option<(f64, Vec<f64>)>,
 }
@@ -107,7 +113,10 @@ impl Attempt {
     /// Whether it may be accepted.
     pub fn holds(&self, plan: &Plan) -> bool {
         let tolerance = plan.contact.overlap_tolerance;
-        self.overlap.worst <= tolerance && self.report.settled(tolerance) && self.report.passed.is_none()
+        self.overlap.worst <= tolerance
+            && self.report.settled(tolerance)
+            && self.report.passed.is_none()
+            && self.broken.is_none()
     }
 
     /// How far it is from holding, a length: by what surfaces overlap, or the velocities are off. Overlap alone would
@@ -134,13 +143,16 @@ pub(super) fn attempt(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -
 
 fn attempt_once(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -> Result<Attempt, Fault> {
     let (report, least_bad) = (StepReport { pieces: 1, ..StepReport::default() }, None);
-    let mut tried = Attempt { report, overlap: Overlap::default(), least_bad };
+    let mut tried = Attempt { report, overlap: Overlap::default(), broken: None, least_bad };
     match plan.stepping {
         Stepping::Euler => euler(backend, plan, keep, &mut tried)?,
         Stepping::Midpoint => midpoint(backend, plan, keep, &mut tried)?,
     }
     tried.report.constraints = backend.constraints();
     tried.report.passed = backend.passed()?;
+    let effect = backend.effect(GAP)?;
+    tried.report.take_effect(&effect);
+    tried.broken = effect.broken(backend.two_sided().is_some()).filter(|_| plan.two_sided);
     Ok(tried)
 }
 
@@ -151,14 +163,16 @@ fn euler(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut At
     backend.append_near()?; // A_0: one row a near pair
     let mut accuracy = Accuracy::first(contact, plan.tolerance);
     let mut first_violation = None;
+    let mut sides = Sides::default();
     loop {
-        let outcome = tried.solve(backend, plan, keep, accuracy.residual())?; // gamma_n from gamma_n-1, U_n
+        let outcome = tried.solve_tilted(backend, plan, keep, accuracy.residual(), &mut sides)?; // gamma_n from gamma_n-1, U_n
         accuracy.reached(outcome.residual);
         tried.report.velocity_residual = outcome.residual;
         let overlap = backend.trial(accuracy.of_rows())?; // C_n+1 = C(U_n), from C^k with the total velocity, every pair looked at
         tried.see(backend, plan, overlap)?;
         tried.report.first_violation = *first_violation.get_or_insert(overlap.worst);
         if contradicted(&outcome, contact) {
+            sides.loosen(backend, plan, tried)?;
             return Ok(());
         } else if accuracy.shows(&overlap) && tried.report.may_recurse(contact) {
             // A_n+1: one more row a violating pair, linearised at C_n+1; or the offsets of rows that are there, exact
@@ -170,7 +184,7 @@ fn euler(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut At
             }
             accuracy.follow(&overlap);
             tried.report.recursions += 1;
-        } else if !accuracy.tighten(&overlap) {
+        } else if !accuracy.tighten(&overlap) && !sides.loosen(backend, plan, tried)? {
             return Ok(());
         }
     }
@@ -185,25 +199,34 @@ fn midpoint(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut
     let contact = &plan.contact;
     backend.begin()?; // as a step of dt/2
     backend.append_near()?;
-    let half = tried.solve(backend, plan, keep, plan.tolerance)?; // U_h
+    let mut sides = Sides::default();
+    let half = tried.solve_tilted(backend, plan, keep, plan.tolerance, &mut sides)?; // U_h
     backend.middle()?; // C_h; forces, effective mobility there, free velocity of the whole step
     backend.append_near()?; // one row a near pair of C_h, linearised there
-    let mut outcome = tried.solve(backend, plan, keep, plan.tolerance)?;
+    let mut outcome = tried.solve_tilted(backend, plan, keep, plan.tolerance, &mut sides)?;
     tried.report.velocity_residual = half.residual.max(outcome.residual);
     let mut overlap = backend.trial(contact.overlap_tolerance)?; // C_1 = C(U_0) after dt, from C^k
     tried.report.first_violation = overlap.worst;
     tried.see(backend, plan, overlap)?;
-    while overlap.violations > 0 && tried.report.may_recurse(contact) && !contradicted(&outcome, contact) {
-        if tried.report.recursions < plan.most_tightenings {
-            backend.tighten_violations()?;
-        } else {
-            backend.append_violations()?;
+    loop {
+        let shows = overlap.violations > 0 && tried.report.may_recurse(contact);
+        if contradicted(&outcome, contact) {
+            sides.loosen(backend, plan, tried)?;
+            break;
+        } else if shows {
+            if tried.report.recursions < plan.most_tightenings {
+                backend.tighten_violations()?;
+            } else {
+                backend.append_violations()?;
+            }
+            tried.report.recursions += 1;
+        } else if !sides.loosen(backend, plan, tried)? {
+            break;
         }
-        outcome = tried.solve(backend, plan, keep, plan.tolerance)?;
+        outcome = tried.solve_tilted(backend, plan, keep, plan.tolerance, &mut sides)?;
         tried.report.velocity_residual = half.residual.max(outcome.residual);
         overlap = backend.trial(contact.overlap_tolerance)?;
         tried.see(backend, plan, overlap)?;
-        tried.report.recursions += 1;
     }
     Ok(())
 }
@@ -237,8 +260,25 @@ impl Attempt {
         Ok(relaxed.unwrap_or(outcome))
     }
 
+    /// Solves the present LCP; where its rows contradict each other, tilted ones.
+    fn solve_tilted(
+        &mut self,
+        backend: &mut dyn Backend,
+        plan: &Plan,
+        keep: &mut Keep,
+        residual: f64,
+        sides: &mut Sides,
+    ) -> Result<Outcome, Fault> {
+        loop {
+            let outcome = self.solve(backend, plan, keep, residual)?;
+            if !contradicted(&outcome, &plan.contact) || !sides.tilt(backend, plan, self) {
+                return Ok(outcome);
+            }
+        }
+    }
+
     /// Takes note of a trial.
-    fn see(&mut self, backend: &dyn Backend, plan: &Plan, overlap: Overlap) -> Result<(), Fault> {
+    pub(super) fn see(&mut self, backend: &dyn Backend, plan: &Plan, overlap: Overlap) -> Result<(), Fault> {
         self.overlap = overlap;
         if plan.keeps_least_bad && plan.promises() {
             let now = self.badness();
@@ -293,6 +333,9 @@ impl StepReport {
         self.pieces += 1;
         self.relaxed += piece.relaxed;
         self.squeezed += piece.squeezed;
+        self.loosened += piece.loosened;
+        self.tilts += piece.tilts;
+        self.join_effect(piece);
         self.velocity_residual = self.velocity_residual.max(piece.velocity_residual);
         if piece.unconverged > 0 {
             self.status = piece.status;

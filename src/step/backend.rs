@@ -1,9 +1,10 @@
 //! The verbs of a timestep. A backend holds the state and carries them out; `step::step` says in which order.
 
-use super::{Crowd, Fault, Passed, Phases, Piece, State};
+use super::{Crowd, Fault, Passed, Phases, Piece, State, TwoSided};
 use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::Waiting;
 use crate::lcp::{Outcome, Stored};
+use crate::step::Effect;
 
 /// Overlaps of a trial configuration, over all pairs of bodies and all bodies with walls, including pairs that were not
 /// near at the step's start.
@@ -81,6 +82,13 @@ pub trait Backend: Send {
     /// For every violation of the trial: moves the offset of its first row so that it is exact there, where
     /// that row has the overlap's direction; else makes one more row, as [`Backend::append_violations`].
     fn tighten_violations(&mut self) -> Result<(), Fault>;
+    /// What contact does on the way to the trial. Contacts that push may end the part `gap` of their thinner body's
+    /// thickness apart.
+    fn effect(&mut self, gap: f64) -> Result<Effect, Fault>;
+    /// What makes rows anew; none of a backend that cannot.
+    fn two_sided(&mut self) -> Option<&mut dyn TwoSided> {
+        None
+    }
     /// The pairs that pass each other between the step's start and the trial.
     fn passed(&mut self) -> Result<Option<Passed>, Fault>;
     /// Makes the trial the state and returns the wall time by phase since the last acceptance.

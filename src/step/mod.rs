@@ -14,6 +14,7 @@ mod report;
 mod retry;
 mod settings;
 mod state;
+mod two_sided;
 mod unresolved;
 
 pub(crate) use algorithm::{Plan, step};
@@ -36,4 +37,5 @@ pub(crate) use piece::{Crowd, Piece};
 pub use report::{Phases, StepReport};
 pub use settings::{ContactSettings, Method, OnFailure, Recursion, Rows, Stepping, Time};
 pub use state::{State, Unrounded};
+pub use two_sided::{Effect, Guard, Loosened, TwoSided};
 pub use unresolved::Unresolved;

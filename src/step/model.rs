@@ -11,6 +11,8 @@ use crate::walls::Walls;
 /// one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
+    /// The seed of all that is drawn.
+    pub seed: u64,
     /// Whether bodies move in the x-y plane.
     pub planar: bool,
     /// Step size, duration and scheme.

@@ -2,7 +2,7 @@
 
 use super::Passed;
 use crate::lcp::Status;
-use crate::step::Overlap;
+use crate::step::{Effect, Overlap};
 use std::ops::AddAssign;
 use std::time::Duration;
 
@@ -91,6 +91,21 @@ pub struct StepReport {
     pub passed: Option<Passed>,
     /// Largest overlap between sub-spheres, where the method makes its rows from them.
     pub proxy_overlap: Option<f64>,
+    /// Rows that were made anew as they pushed apart what no longer touched.
+    pub loosened: u32,
+    /// How often rows that contradict each other were tilted.
+    pub tilts: u32,
+    /// The farthest that contact moved a body's centre from where its free motion leads, a length; of a step in pieces
+    /// that of all pieces together at most.
+    pub largest_move: f64,
+    /// The body that it moved so far.
+    pub moved: Option<usize>,
+    /// The largest separation of a contact that pushes, a length.
+    pub largest_push_gap: f64,
+    /// The energy that contact added, where bodies have inertia; negative where it took some.
+    pub contact_energy: f64,
+    /// The largest angle by which contact turned a body of revolution about its own axis.
+    pub axial_spin: f64,
     /// Wall time by phase.
     pub phases: Phases,
 }
@@ -124,6 +139,13 @@ impl Default for StepReport {
             worst_wall: None,
             passed: None,
             proxy_overlap: None,
+            loosened: 0,
+            tilts: 0,
+            largest_move: 0.0,
+            moved: None,
+            largest_push_gap: 0.0,
+            contact_energy: 0.0,
+            axial_spin: 0.0,
             phases: Phases::default(),
         }
     }
@@ -138,6 +160,24 @@ impl StepReport {
         self.worst_pair = overlap.pair;
         self.worst_wall = overlap.wall;
         self.proxy_overlap = overlap.proxy;
+    }
+
+    /// Takes what contact did.
+    pub(super) fn take_effect(&mut self, effect: &Effect) {
+        (self.largest_move, self.moved) = (effect.largest_move, effect.moved);
+        self.largest_push_gap = effect.push_gap;
+        (self.contact_energy, self.axial_spin) = (effect.energy, effect.axial_spin);
+    }
+
+    /// Adds what contact did in a piece.
+    pub(super) fn join_effect(&mut self, piece: &StepReport) {
+        if piece.largest_move > self.largest_move || self.moved.is_none() {
+            self.moved = piece.moved;
+        }
+        self.largest_move += piece.largest_move;
+        self.largest_push_gap = self.largest_push_gap.max(piece.largest_push_gap);
+        self.contact_energy += piece.contact_energy;
+        self.axial_spin += piece.axial_spin;
     }
 
     /// Whether the accepted configuration holds the overlap tolerance.

@@ -261,7 +261,7 @@ impl Taking<'_> {
         }
         let overlap = again.backend().trial(self.plan.contact.overlap_tolerance)?;
         (report.passed, report.constraints) = (again.backend().passed()?, again.backend().constraints());
-        Ok(Attempt { report, overlap, least_bad: None })
+        Ok(Attempt { report, overlap, broken: None, least_bad: None })
     }
 
     /// Tries a piece with cells waiting that have no room, where the scene lets them: of a whole step first those that
@@ -318,7 +318,8 @@ impl Taking<'_> {
             return Ok(overlap);
         }
         let tolerance = self.plan.contact.overlap_tolerance;
-        let only_passed = tried.overlap.worst <= tolerance && tried.report.settled(tolerance);
+        let only_passed =
+            tried.overlap.worst <= tolerance && tried.report.settled(tolerance) && tried.report.passed.is_some();
         let overlaps = again.start_overlap() > tolerance;
         if only_passed && (overlaps || self.plan.accepts_the_least_bad()) {
             // Bodies that overlap may have to. What goes through others in short pieces is still less bad than what
@@ -330,9 +331,11 @@ impl Taking<'_> {
             step: again.backend().steps() + 1,
             overlap: tried.overlap.worst,
             pair: tried.report.passed.filter(|_| only_passed).map(|passed| passed.pair).or(tried.overlap.pair),
+            moved: tried.report.moved.map(|body| (body, tried.report.largest_move)),
             wall: tried.overlap.wall.filter(|_| !only_passed),
             residual: tried.report.velocity_residual,
             passed: only_passed,
+            broken: tried.broken,
             tolerance: self.plan.contact.overlap_tolerance,
         };
         let ends = !self.plan.accepts_the_least_bad();

@@ -1,5 +1,6 @@
 //! The error of a step that misses its tolerances in every attempt: overlap, bodies, residual.
 
+use super::Guard;
 use std::fmt;
 
 /// A step that misses a tolerance however it is taken.
@@ -17,6 +18,10 @@ pub struct Unresolved {
     pub residual: f64,
     /// Whether it fails only because bodies went through each other.
     pub passed: bool,
+    /// The promise about what contact does that is broken.
+    pub broken: Option<Guard>,
+    /// The body that contact moves farthest from its free motion, and how far.
+    pub moved: Option<(usize, f64)>,
     /// The overlap tolerance, which is that of the residual too.
     pub tolerance: f64,
 }
@@ -24,12 +29,13 @@ pub struct Unresolved {
 impl Unresolved {
     /// Its name in files and tables: what it misses.
     pub fn name(&self) -> &'static str {
-        if self.passed {
-            "passed"
-        } else if self.overlap <= self.tolerance {
-            "residual"
-        } else {
-            "overlap"
+        match self.broken {
+            _ if self.passed => "passed",
+            _ if self.overlap > self.tolerance => "overlap",
+            Some(Guard::Energy) => "energy",
+            Some(Guard::Spin) => "spin",
+            Some(_) => "thrown",
+            None => "residual",
         }
     }
 }
@@ -45,6 +51,12 @@ impl fmt::Display for Unresolved {
         write!(f, "step {step}: {pair} ")?;
         match self.name() {
             "passed" => write!(f, "go through each other"),
+            "thrown" => {
+                let (body, way) = self.moved.unwrap_or_default();
+                write!(f, "push each other too far: contact moves body {body} by {way:.2e}")
+            }
+            "energy" => write!(f, "gain energy by contact"),
+            "spin" => write!(f, "are spun by contact about their own axes"),
             "residual" => {
                 write!(
                     f,

@@ -20,6 +20,7 @@ mod solve;
 mod start;
 mod together;
 mod trial;
+mod two_sided;
 mod walls;
 
 #[cfg(feature = "mpi")]
@@ -35,7 +36,9 @@ use crate::freedom::PLANAR;
 use crate::lcp::{Outcome, Problem, Status, Stored};
 use crate::separation::{planar_separation, separation};
 use crate::shape::Shape;
-use crate::step::{Backend, Divided, Fault, JOINED, Model, Overlap, Passed, Phases, Piece, RetryBackend, State};
+use crate::step::{
+    Backend, Divided, Effect, Fault, JOINED, Model, Overlap, Passed, Phases, Piece, RetryBackend, State, TwoSided,
+};
 use crate::walls::surface_of;
 use crate::warm::Warm;
 use domain::Domain;
@@ -72,6 +75,8 @@ pub struct Cpu<const D: usize> {
     solve: Solve<D>,
     trial: Trial<D>,
     candidates: Candidates,
+    /// Rows that a step may go back to.
+    kept: Option<RowSet<D>>,
     /// Forces beside the scene's own.
     added_forces: usize,
     /// What of a step is this process's, where several take it.
@@ -104,6 +109,7 @@ impl<const D: usize> Cpu<D> {
             solve: Solve::new(model),
             trial: Trial::default(),
             candidates: Candidates::in_space(model.periods),
+            kept: None,
             added_forces: 0,
             domain: None,
             phases: Phases::default(),
@@ -161,7 +167,7 @@ impl<const D: usize> Cpu<D> {
         }
         for (near, gamma) in near.iter().zip(gamma) {
             let near = stages.at_end_lengths(*near);
-            rows.append(&near, motions.row(&near, &first.reached, start.interval), gamma);
+            rows.append(&near, motions.row(start, &near, &first.reached), gamma);
         }
         if start.middle.is_some() {
             start.make_proxies(setup)?;
@@ -175,7 +181,7 @@ impl<const D: usize> Cpu<D> {
         let Cpu { setup, start, motions, pairs, rows, trial, phases, .. } = self;
         timed(&mut phases.narrow_phase, || {
             for near in trial.violations(setup, start) {
-                let row: ([[f64; D]; 2], f64) = motions.row(&near, &trial.twist, start.interval);
+                let row: ([[f64; D]; 2], f64) = motions.row(start, &near, &trial.twist);
                 if !(tightens && rows.tighten(&near, pairs, &row.0, &trial.scaled)) {
                     rows.append(&near, row, 0.0);
                 }
@@ -293,6 +299,18 @@ impl<const D: usize> Backend for Cpu<D> {
         }
         phases.narrow_phase += begun.elapsed();
         Ok(overlap)
+    }
+
+    fn effect(&mut self, gap: f64) -> Result<Effect, Fault> {
+        let begun = Instant::now();
+        let effect = self.find_effect(gap);
+        let effect = self.domain.as_ref().map_or(effect, |domain| domain.all_effects(effect));
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(effect)
+    }
+
+    fn two_sided(&mut self) -> Option<&mut dyn TwoSided> {
+        if self.is_shared_out() { None } else { Some(self) }
     }
 
     fn append_violations(&mut self) -> Result<(), Fault> {

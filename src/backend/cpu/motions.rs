@@ -81,16 +81,17 @@ impl Motions {
         }
     }
 
-    /// The blocks and the offset of the row of `near`, which was found where the velocities `reached` lead in `dt`.
-    pub(super) fn row<const D: usize>(&self, near: &Near, reached: &[Twist], dt: f64) -> ([[f64; D]; 2], f64) {
+    /// The blocks and the offset of the row of `near`, which was found where the velocities `reached` lead in the present part.
+    pub(super) fn row<const D: usize>(&self, start: &Start, near: &Near, reached: &[Twist]) -> ([[f64; D]; 2], f64) {
         let mover = |number: u32| match surface_of(number) {
             Some(_) => FIXED,
             None => {
                 let body = number as usize;
-                Mover { motion: &self.motion[body], reached_with: reached[body] }
+                let axis = start.axis_of_revolution(body);
+                Mover { motion: &self.motion[body], reached_with: reached[body], axis }
             }
         };
-        constraint::row(&near.found, near.pair.map(mover), dt)
+        constraint::row(&near.found, near.pair.map(mover), start.interval)
     }
 
     /// The first body that reaches, or moves freely in this step, too far for the shortest period, so that other images

@@ -8,7 +8,19 @@ use crate::walls::{in_rows, of_rows};
 use crate::warm::Warm;
 use glam::DVec3;
 
+/// A branch that pushes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Push {
+    pub(super) pair: [u32; 2],
+    pub(super) feature: u32,
+    /// The sum of its rows' multipliers.
+    pub(super) gamma: f64,
+    /// By how much they move it, a length.
+    pub(super) moved: f64,
+}
+
 /// The LCP of a step with its multipliers. First rows stand sorted by pair and feature, those of violations after them.
+#[derive(Clone)]
 pub(super) struct RowSet<const D: usize> {
     pub(super) problem: Problem<D>,
     /// Which of its pair's contacts each row is of.
@@ -49,6 +61,58 @@ impl<const D: usize> RowSet<D> {
         let Some(row) = first_rows.into_iter().find(|row| self.feature[*row] == near.feature) else { return false };
         self.changed = true;
         constraint::tighten(&mut self.problem, row, (near.found.separation, there), scaled)
+    }
+
+    /// The rows of each branch that pushes, those whose multipliers together move it by more than `least`; the first of
+    /// them and the sum of their multipliers, sorted by pair and feature.
+    pub(super) fn pushing(&self, least: f64) -> Vec<Push> {
+        let mut pushing: Vec<Push> = Vec::new();
+        let mut order: Vec<u32> = (0..self.gamma.len() as u32).filter(|row| self.gamma[*row as usize] > 0.0).collect();
+        let key = |row: &u32| (self.problem.pair[*row as usize], self.feature[*row as usize], *row);
+        order.sort_unstable_by_key(key);
+        for row in order {
+            let at = row as usize;
+            let pair = self.problem.pair[at].map(|place| of_rows(place, self.bodies));
+            let moved = self.gamma[at] * self.problem.jacobian[at].iter().flatten().map(|j| j * j).sum::<f64>();
+            match pushing.last_mut().filter(|push| (push.pair, push.feature) == (pair, self.feature[at])) {
+                Some(push) => {
+                    push.gamma += self.gamma[at];
+                    push.moved += moved;
+                }
+                None => pushing.push(Push { pair, feature: self.feature[at], gamma: self.gamma[at], moved }),
+            }
+        }
+        pushing.retain(|push| push.moved > least);
+        pushing
+    }
+
+    /// Puts a row in the place of all rows of its branch, for each branch of `anew` (sorted by pair and feature).
+    pub(super) fn make_anew(&mut self, anew: Vec<(Near, ([[f64; D]; 2], f64), f64)>) {
+        let mut done = vec![false; anew.len()];
+        let mut to = 0;
+        for from in 0..self.gamma.len() {
+            let pair = self.problem.pair[from].map(|place| of_rows(place, self.bodies));
+            let key = (pair, self.feature[from]);
+            let found = anew.binary_search_by_key(&key, |(near, ..)| (near.pair, near.feature)).ok();
+            if found.is_some_and(|found| std::mem::replace(&mut done[found], true)) {
+                continue;
+            }
+            self.problem.pair[to] = self.problem.pair[from];
+            self.feature[to] = self.feature[from];
+            let kept = (self.problem.jacobian[from], self.problem.q[from], self.gamma[from]);
+            let (jacobian, q, gamma) = found.map_or(kept, |found| {
+                let (_, (jacobian, q), gamma) = anew[found];
+                (jacobian, q, gamma)
+            });
+            (self.problem.jacobian[to], self.problem.q[to], self.gamma[to]) = (jacobian, q, gamma);
+            to += 1;
+        }
+        self.problem.pair.truncate(to);
+        self.problem.jacobian.truncate(to);
+        self.problem.q.truncate(to);
+        self.feature.truncate(to);
+        self.gamma.truncate(to);
+        self.changed = true;
     }
 
     /// Learns from whether anything changed here whether it did anywhere.

@@ -25,6 +25,8 @@ pub(super) struct Setup {
     pub(super) fixed: Fixed,
     pub(super) source: RowSource,
     pub(super) rows: Rows,
+    pub(super) seed: u64,
+    pub(super) has_inertia: bool,
     pub(super) overlap_tolerance: f64,
     pub(super) cutoff: f64,
     /// Thickness of the thinnest body.
@@ -53,6 +55,8 @@ impl Setup {
             fixed: model.fixed.clone(),
             source: model.contact.method.row_source(),
             rows: model.contact.rows_of_method(),
+            seed: model.seed,
+            has_inertia: model.dynamics.has_inertia(),
             overlap_tolerance: model.contact.overlap_tolerance,
             cutoff: model.contact.cutoff_of(shapes().copied()),
             thinnest: shapes().map(Shape::thickness).fold(f64::INFINITY, f64::min),

@@ -32,6 +32,16 @@ impl<const D: usize> Solve<D> {
         }
     }
 
+    /// What the last solve was to reach, a length.
+    pub(super) fn tolerance(&self) -> f64 {
+        self.solver.settings().tolerance
+    }
+
+    /// What the last solve left, a length.
+    pub(super) fn residual(&self) -> f64 {
+        self.residual
+    }
+
     /// How many rows the last problem had, with those of other processes.
     pub(super) fn all_rows(&self) -> usize {
         self.solver.all_rows()

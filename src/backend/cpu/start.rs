@@ -214,6 +214,11 @@ impl Start {
         self.middle.as_ref().unwrap_or(&self.bodies)
     }
 
+    /// The axis of body `i` at the step's start, if it is a body of revolution.
+    pub(super) fn axis_of_revolution(&self, i: usize) -> Option<DVec3> {
+        Some(self.bodies.orientation[i] * self.bodies.shape[i].axis_of_revolution()?)
+    }
+
     pub(super) fn pose(&self, i: usize) -> Pose {
         Pose { position: self.bodies.position[i], orientation: self.bodies.orientation[i] }
     }

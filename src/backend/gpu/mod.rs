@@ -36,7 +36,7 @@ use crate::dynamics::ForceField;
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Made, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
-use crate::step::{Backend, Fault, Model, Overlap, Passed, Phases, RetryBackend, State, Unrounded};
+use crate::step::{Backend, Effect, Fault, Model, Overlap, Passed, Phases, RetryBackend, State, Unrounded};
 use crate::walls::surface_of;
 use crate::warm::Warm;
 use ancestry::Ancestry;
@@ -402,6 +402,10 @@ impl Backend for Device {
         self.tighten()?;
         self.phases.narrow_phase += begun.elapsed();
         if self.next_rows > self.rows.problem.rows { self.append_violations() } else { Ok(()) }
+    }
+
+    fn effect(&mut self, _gap: f64) -> Result<Effect, Fault> {
+        Ok(Effect::default())
     }
 
     fn passed(&mut self) -> Result<Option<Passed>, Fault> {

@@ -1,7 +1,7 @@
 //! What processes must agree on in a step: faults, and how bodies overlap.
 
 use super::Domain;
-use crate::step::Overlap;
+use crate::step::{Effect, Overlap};
 use crate::walls::{Walls, surface_of};
 
 /// A fault of a body, before it has a message: which of the faults that are looked for together, the body, and a
@@ -35,6 +35,48 @@ impl Domain {
         let mut all = vec![0.0; self.processes.size()];
         self.processes.gather_even(&[own], &mut all);
         all.into_iter().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// What contact does in all, from what it does to the bodies of each process.
+    pub(in crate::backend::cpu) fn all_effects(&self, own: Effect) -> Effect {
+        if !self.is_shared() {
+            return own;
+        }
+        let number = |body: u32| surface_of(body).map_or_else(|| self.number(body as usize) as u32, |_| body);
+        let moved = own.moved.map_or(u64::MAX, |body| self.number(body) as u64);
+        let pair = own.push_pair.map_or(u64::MAX, |pair| {
+            let [a, b] = pair.map(number);
+            u64::from(a) << 32 | u64::from(b)
+        });
+        let words = [
+            own.largest_move.to_bits(),
+            moved,
+            own.push_gap.to_bits(),
+            pair,
+            own.apart as u64,
+            own.thrown as u64,
+            own.energy.to_bits(),
+            own.energy_allowed.to_bits(),
+            own.axial_spin.to_bits(),
+        ];
+        let mut all = vec![0_u64; words.len() * self.processes.size()];
+        self.processes.gather_even(&words, &mut all);
+        let mut joint = Effect::default();
+        for words in all.as_chunks::<9>().0 {
+            let of = f64::from_bits;
+            if of(words[0]) > joint.largest_move {
+                (joint.largest_move, joint.moved) = (of(words[0]), Some(words[1] as usize));
+            }
+            if of(words[2]) > joint.push_gap {
+                (joint.push_gap, joint.push_pair) = (of(words[2]), Some([(words[3] >> 32) as u32, words[3] as u32]));
+            }
+            joint.apart += words[4] as usize;
+            joint.thrown += words[5] as usize;
+            joint.energy += of(words[6]);
+            joint.energy_allowed += of(words[7]);
+            joint.axial_spin = joint.axial_spin.max(of(words[8]));
+        }
+        joint
     }
 
     /// The overlap of all, from those of the pairs of each process. `violations` are those of pairs whose first body is

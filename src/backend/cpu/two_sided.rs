@@ -1,0 +1,224 @@
+//! Rows that are made anew: those that push apart what no longer touches, at the trial; those that contradict each
+//! other, at a place that is drawn near the start. `step/two_sided.rs` says when and why.
+
+use super::Cpu;
+use super::narrow_phase::Near;
+use super::row_set::Push;
+use crate::dynamics::{self, Motion, Pose, Twist, draw};
+use crate::freedom::{PLANAR, SPATIAL, unpack};
+use crate::separation::{Placed, branch};
+use crate::step::{Effect, Loosened, TwoSided};
+use crate::walls::surface_of;
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// A row is of the wedge if its own multiplier moves it by at least this part of what moves the row of the wedge that
+/// is moved most.
+const OF_THE_WEDGE: f64 = 0.1;
+
+/// A contact throws its bodies if it moves them against each other by more than this part of the thinner one's thickness
+/// beyond their free motions.
+const THROWN: f64 = 0.5;
+
+/// What rounding makes of the work of contact, in parts of that on the bodies.
+const ROUNDING_OF_WORK: f64 = 1e-9;
+
+impl<const D: usize> Cpu<D> {
+    /// The branch of a push with the bodies `placed`; none where a body has no such place at a wall.
+    fn branch_of(&self, push: &Push, placed: impl Fn(usize) -> Placed) -> Option<Near> {
+        let (pair, feature) = (push.pair, push.feature);
+        let a = placed(pair[0] as usize);
+        let found = match surface_of(pair[1]) {
+            Some(surface) => {
+                let mut found = None;
+                self.start.walls(&self.setup).surfaces()[surface].places(&a, |place, there| {
+                    if place == feature {
+                        found = Some(there);
+                    }
+                });
+                found?
+            }
+            None => {
+                let [a, b] = self.start.periods.pair(a, placed(pair[1] as usize));
+                branch(&a, &b, &Self::SEPARATE(&a, &b, None)?, feature)
+            }
+        };
+        Some(Near { pair, feature, found })
+    }
+
+    /// The thickness of the thinner body of a pair.
+    fn thickness(&self, [a, b]: [u32; 2]) -> f64 {
+        let of = |number: u32| match surface_of(number) {
+            Some(_) => f64::INFINITY,
+            None => self.start.bodies.shape[number as usize].thickness(),
+        };
+        of(a).min(of(b))
+    }
+
+    /// The branches that push, where they are at the trial.
+    fn pushing_at_trial(&self) -> Vec<(Push, Near)> {
+        let placed = |i: usize| self.trial.placed(&self.start, i);
+        let pushing = self.rows.pushing(self.solve.tolerance());
+        pushing.into_iter().filter_map(|push| Some((push, self.branch_of(&push, placed)?))).collect()
+    }
+
+    pub(super) fn find_effect(&self, gap: f64) -> Effect {
+        // Where walls, growth or a changing cell do work, energy has no bound here.
+        let setup = &self.setup;
+        let works = setup.growth.is_some() || setup.strain.is_some() || setup.walls.move_in_time();
+        let bounded = setup.has_inertia && !works && !self.start.parting;
+        let mut effect = Effect { energy_allowed: if bounded { 0.0 } else { f64::INFINITY }, ..Effect::default() };
+        if self.start.proxies.is_empty() {
+            for (push, near) in self.pushing_at_trial() {
+                self.add_push(&mut effect, &push, near.found.separation, gap);
+            }
+        }
+        for (i, (twist, motion)) in self.trial.twist.iter().zip(&self.motions.motion).enumerate() {
+            if self.start.is_idle(i) {
+                continue;
+            }
+            let dt = self.start.interval;
+            let moved = self.moved(i).length();
+            if moved > effect.largest_move {
+                (effect.largest_move, effect.moved) = (moved, Some(i));
+            }
+            if D == SPATIAL
+                && let Some(axis) = self.start.axis_of_revolution(i)
+            {
+                let spun = dt * axis.dot(twist.angular - motion.free.angular).abs();
+                effect.axial_spin = effect.axial_spin.max(spun);
+            }
+            if self.setup.has_inertia {
+                let work = self.work(i, twist, motion);
+                effect.energy += work;
+                effect.energy_allowed += ROUNDING_OF_WORK * work.abs();
+            }
+        }
+        effect
+    }
+
+    /// How far contact moves a body's centre.
+    fn moved(&self, i: usize) -> DVec3 {
+        self.start.interval * (self.trial.twist[i].linear - self.motions.motion[i].free.linear)
+    }
+
+    fn add_push(&self, effect: &mut Effect, push: &Push, apart: f64, gap: f64) {
+        if self.start.is_foreign(push.pair[0] as usize) {
+            return;
+        }
+        if apart > effect.push_gap {
+            (effect.push_gap, effect.push_pair) = (apart, Some(push.pair));
+        }
+        let thickness = self.thickness(push.pair);
+        effect.apart += usize::from(apart > gap * thickness);
+        let bodies = push.pair.map(|number| surface_of(number).is_none().then_some(number as usize));
+        let [a, b] = bodies.map(|body| body.map_or(DVec3::ZERO, |i| self.moved(i)));
+        let free = |i: usize| self.start.interval * self.motions.motion[i].free.linear.length();
+        let explained = bodies.iter().flatten().map(|i| free(*i)).sum::<f64>() + self.first.overlap;
+        effect.thrown += usize::from((b - a).length() > THROWN * thickness + explained);
+        let undone = self.setup.overlap_tolerance.max(self.first.overlap) + self.solve.residual();
+        effect.energy_allowed += push.gamma * undone;
+    }
+
+    /// The work of contact on a body in the step: its impulse along the mean of the velocities with contact and without.
+    fn work(&self, i: usize, twist: &Twist, motion: &Motion) -> f64 {
+        let (linear, angular) = unpack::<D>(&self.trial.scaled[i]);
+        let mean_linear = 0.5 * (twist.linear + motion.free.linear);
+        let mean_angular = 0.5 * (twist.angular + motion.free.angular);
+        let root = self.start.interval.sqrt();
+        let of_turning = motion.factor.rotation.inverse() * mean_angular;
+        let turning = if of_turning.is_finite() { of_turning.dot(angular) } else { 0.0 };
+        root * (linear.dot(mean_linear) / motion.factor.translation + turning)
+    }
+
+    /// Where a body of a wedge is drawn to, as the velocity that leads there from the start: sideways of `line`, by a
+    /// part of its thickness, and turned by as much at its ends.
+    fn drawn(&self, seed: u64, i: usize, line: DVec3, size: f64) -> Twist {
+        let bodies = &self.start.bodies;
+        let shape = &bodies.shape[i];
+        let [x, y, z, u, v, w] = draw::normals(seed, bodies.lineage[i].id, self.state.step + 1);
+        let (shift, turn) = (DVec3::new(x, y, z), DVec3::new(u, v, w));
+        let (shift, turn) = if D == PLANAR { (DVec3::new(x, y, 0.0), DVec3::new(0.0, 0.0, w)) } else { (shift, turn) };
+        let aside = shift.reject_from(line).normalize_or_zero();
+        let length = size * 0.5 * shape.thickness() * (0.5 + 0.5 * (x * x / (x * x + y * y)).max(0.0));
+        let angle = length / shape.bounding_radius();
+        Twist {
+            linear: aside * (length / self.start.interval),
+            angular: turn.normalize_or_zero() * (angle / self.start.interval),
+        }
+    }
+}
+
+impl<const D: usize> TwoSided for Cpu<D> {
+    fn objective(&self) -> f64 {
+        0.5 * self.trial.scaled.iter().flatten().map(|v| v * v).sum::<f64>()
+    }
+
+    fn loosen(&mut self, gap: f64) -> Loosened {
+        let mut of = BTreeMap::new();
+        let mut anew = Vec::new();
+        for (push, near) in self.pushing_at_trial() {
+            if near.found.separation > gap * self.thickness(push.pair) {
+                for body in push.pair.into_iter().filter(|number| surface_of(*number).is_none()) {
+                    of.insert(body, self.trial.scaled[body as usize]);
+                }
+                let row = self.motions.row(&self.start, &near, &self.trial.twist);
+                anew.push((near, row, push.gamma));
+            }
+        }
+        let share = 0.5 * of.values().flatten().map(|v| v * v).sum::<f64>();
+        let rows = anew.len();
+        if rows > 0 {
+            self.rows.make_anew(anew);
+        }
+        Loosened { rows, share }
+    }
+
+    fn tilt(&mut self, draw: u32, size: f64) -> usize {
+        let mut pushing = self.rows.pushing(0.0);
+        let most = pushing.iter().fold(0.0_f64, |most, push| most.max(push.moved));
+        pushing.retain(|push| push.moved >= OF_THE_WEDGE * most);
+        let start = |i: usize| self.start.placed_at(i, self.start.pose(i));
+        let mut twists: BTreeMap<usize, Twist> = BTreeMap::new();
+        let seed = self.setup.seed ^ (u64::from(draw) << 40) ^ self.start.piece.start.to_bits().rotate_left(17);
+        for push in &pushing {
+            let Some(near) = self.branch_of(push, start) else { continue };
+            for body in push.pair.into_iter().filter(|number| surface_of(*number).is_none()) {
+                let body = body as usize;
+                if !self.start.is_held(body) {
+                    twists.entry(body).or_insert_with(|| self.drawn(seed, body, near.found.normal, size));
+                }
+            }
+        }
+        let mut reached = vec![Twist::default(); self.start.bodies.len()];
+        for (body, twist) in &twists {
+            reached[*body] = *twist;
+        }
+        let dt = self.start.interval;
+        let there = |i: usize| -> Placed {
+            let pose: Pose = dynamics::advance(self.start.pose(i), reached[i], dt);
+            self.start.placed_at(i, pose)
+        };
+        let anew: Vec<_> = pushing
+            .iter()
+            .filter_map(|push| {
+                let near = self.branch_of(push, there)?;
+                Some((near, self.motions.row(&self.start, &near, &reached), 0.0))
+            })
+            .collect();
+        let tilted = anew.len();
+        self.rows.make_anew(anew);
+        tilted
+    }
+
+    fn keep_rows(&mut self) {
+        self.kept = Some(self.rows.clone());
+    }
+
+    fn go_back(&mut self) {
+        if let Some(kept) = self.kept.take() {
+            self.rows = kept;
+            self.rows.change_gamma();
+        }
+    }
+}

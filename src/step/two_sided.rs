@@ -1,0 +1,167 @@
+//! Steps whose pushing contacts touch: rows that push apart what no longer touches are made anew.
+
+use super::Fault;
+use super::algorithm::{Attempt, Plan};
+use crate::step::Backend;
+
+/// A contact that pushes may end this part of the thinner body's thickness apart.
+pub(super) const GAP: f64 = 0.02;
+
+/// Rounds of loosening in an attempt, in all.
+const MOST_ROUNDS: u32 = 40;
+
+/// A round of loosening is worth another if the objective falls by this part of what the bodies of the loosened rows
+/// have of it.
+const LEAST_FALL: f64 = 1e-3;
+
+/// Draws for rows that contradict each other, and by how much they are tilted: the angle at a ball.
+const MOST_TILTS: u32 = 8;
+const TILT: f64 = 0.15;
+
+/// What contact does on the way to a trial, beside parting bodies. All of it is to be little.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Effect {
+    /// The farthest that contact moves a body's centre from where its free motion leads, a length, and the body.
+    pub largest_move: f64,
+    /// See [`Effect::largest_move`].
+    pub moved: Option<usize>,
+    /// The largest separation of a contact that pushes, a length, and its pair; the second may be a wall's surface.
+    pub push_gap: f64,
+    /// See [`Effect::push_gap`].
+    pub push_pair: Option<[u32; 2]>,
+    /// How many contacts that push are farther apart than may be.
+    pub apart: usize,
+    /// How many contacts that push move their bodies farther against each other than may be.
+    pub thrown: usize,
+    /// The energy that contact adds, where bodies have inertia, and how much of it what it may leave undone explains.
+    pub energy: f64,
+    /// See [`Effect::energy`].
+    pub energy_allowed: f64,
+    /// The largest angle by which contact turns a body of revolution about its own axis.
+    pub axial_spin: f64,
+}
+
+/// An angle by which contact may turn a body of revolution about its own axis: in 64-bit numbers rounding makes some
+/// 1e-15, in 32 bits some 1e-7.
+const MOST_SPIN: f64 = 1e-5;
+
+/// A promise about what contact does that an attempt breaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Guard {
+    /// Contacts push apart what does not touch, on a backend that cannot make their rows anew.
+    Apart,
+    /// Contact throws a body.
+    Thrown,
+    /// Contact adds energy.
+    Energy,
+    /// Contact spins a body of revolution about its own axis.
+    Spin,
+}
+
+impl Effect {
+    /// The promise that is broken. `mends` says whether the backend makes rows anew, and has done what it can.
+    pub(super) fn broken(&self, mends: bool) -> Option<Guard> {
+        // Not a number breaks them.
+        let within = |number: f64, most: f64| number <= most;
+        if !mends && self.apart > 0 {
+            Some(Guard::Apart)
+        } else if self.thrown > 0 {
+            Some(Guard::Thrown)
+        } else if !within(self.energy, self.energy_allowed) {
+            Some(Guard::Energy)
+        } else if !within(self.axial_spin, MOST_SPIN) {
+            Some(Guard::Spin)
+        } else {
+            None
+        }
+    }
+}
+
+/// What a round of loosening did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Loosened {
+    /// How many rows were made anew.
+    pub rows: usize,
+    /// The part of the objective that their bodies have.
+    pub share: f64,
+}
+
+/// What a backend can do that makes rows anew.
+pub trait TwoSided {
+    /// `1/2 |J^T gamma|^2` at the trial: half the square of how far contact moves the bodies from their free motion.
+    fn objective(&self) -> f64;
+    /// Puts one row made at the trial in the place of the rows of each branch that pushes and is farther apart there
+    /// than the part `gap` of its thinner body's thickness.
+    fn loosen(&mut self, gap: f64) -> Loosened;
+    /// Makes the rows that contradict each other, as the multipliers show, anew at a place that is drawn near the
+    /// start: bodies are moved sideways by the part `size` of their radii. Says how many.
+    fn tilt(&mut self, draw: u32, size: f64) -> usize;
+    /// Keeps the present rows and multipliers.
+    fn keep_rows(&mut self);
+    /// Goes back to those kept.
+    fn go_back(&mut self);
+}
+
+/// What an attempt did on the second side.
+#[derive(Default)]
+pub(super) struct Sides {
+    /// The objective of the rows that are kept, and the part of it that bodies of rows had that were then loosened.
+    kept: Option<[f64; 2]>,
+    rounds: u32,
+    tilts: u32,
+}
+
+impl Sides {
+    /// Loosens rows that push apart what does not touch at the trial, and says whether there is something to solve.
+    pub fn loosen(&mut self, backend: &mut dyn Backend, plan: &Plan, tried: &mut Attempt) -> Result<bool, Fault> {
+        if !plan.two_sided {
+            return Ok(false);
+        }
+        let holds = tried.overlap.worst <= plan.contact.overlap_tolerance
+            && tried.report.settled(plan.contact.overlap_tolerance);
+        let Some(two_sided) = backend.two_sided() else { return Ok(false) };
+        let now = two_sided.objective();
+        if let Some([kept, share]) = self.kept {
+            let falls = holds && now <= kept;
+            log::trace!("loosened: objective {kept:.3e} -> {now:.3e} (share {share:.3e}), holds {holds}");
+            if !falls {
+                two_sided.go_back();
+                self.kept = None;
+                self.rounds = MOST_ROUNDS;
+                let overlap = backend.trial(plan.contact.overlap_tolerance)?;
+                tried.report.velocity_residual = 0.0;
+                tried.see(backend, plan, overlap)?;
+                return Ok(false);
+            }
+            if now > kept - LEAST_FALL * share {
+                return Ok(false);
+            }
+        }
+        if !holds || self.rounds >= MOST_ROUNDS {
+            return Ok(false);
+        }
+        two_sided.keep_rows();
+        let Loosened { rows, share } = two_sided.loosen(GAP);
+        if rows == 0 {
+            return Ok(false);
+        }
+        log::trace!("loosens {rows} rows");
+        self.kept = Some([now, share]);
+        self.rounds += 1;
+        tried.report.loosened += rows as u32;
+        Ok(true)
+    }
+
+    /// Tilts rows that contradict each other, and says whether there is something to solve.
+    pub fn tilt(&mut self, backend: &mut dyn Backend, plan: &Plan, tried: &mut Attempt) -> bool {
+        if !plan.two_sided || self.tilts >= MOST_TILTS {
+            return false;
+        }
+        let Some(two_sided) = backend.two_sided() else { return false };
+        let rows = two_sided.tilt(self.tilts, TILT);
+        log::trace!("tilts {rows} rows");
+        self.tilts += 1;
+        tried.report.tilts += 1;
+        rows > 0
+    }
+}
