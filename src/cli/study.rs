@@ -40,9 +40,10 @@ pub(super) fn study(arguments: &Study) -> Result<Exit, CliError> {
     if arguments.name != StudyName::Device && !arguments.sizes.is_empty() {
         return Err(CliError::Usage("--sizes is for `relcp study device`".into()));
     }
-    let draws = arguments.random.is_some() || arguments.confined.is_some();
-    if arguments.name != StudyName::Hard && draws {
-        return Err(CliError::Usage("--random and --confined are for `relcp study hard`".into()));
+    let drawn = [arguments.random, arguments.confined, arguments.pressed, arguments.chambers];
+    if arguments.name != StudyName::Hard && (arguments.lines || drawn.iter().any(Option::is_some)) {
+        let message = "`relcp study hard` alone has --random, --confined, --pressed, --chambers and --lines";
+        return Err(CliError::Usage(message.into()));
     }
     let found = match arguments.name {
         StudyName::All => all(arguments)?,

@@ -8,14 +8,20 @@ use super::study_paper::{on_the_cpu, say};
 use relcp::Scene;
 use relcp::simulation::Compute;
 use relcp::study::hard::random::{self, Options, Row, Ticket};
-use relcp::study::hard::{Size, Study, Verdict, all};
+use relcp::study::hard::{Size, Study, Verdict, all, chambers, lines};
 use relcp::study::paper::COMPUTED_BY;
 use serde_json::{Value, json};
 use std::sync::{Mutex, PoisonError};
 
 pub(super) fn hard(arguments: &Arguments) -> Result<Found, CliError> {
-    if arguments.random.is_some() || arguments.confined.is_some() {
+    if [arguments.random, arguments.confined, arguments.pressed].iter().any(Option::is_some) {
         return drawn(arguments);
+    }
+    if let Some(count) = arguments.chambers {
+        return chambers(arguments, count);
+    }
+    if arguments.lines {
+        return lines(arguments);
     }
     if arguments.name != StudyName::All {
         on_the_cpu(arguments)?;
@@ -63,18 +69,17 @@ fn drawn(arguments: &Arguments) -> Result<Found, CliError> {
     let options = Options { seed: arguments.seed, threads, most_steps, compute };
     // Before anything is run, so that a folder that cannot be written to costs nothing.
     write_all(&arguments.out, [])?;
-    let tickets = Ticket::of(arguments.random.unwrap_or(0), arguments.confined.unwrap_or(0));
-    let fault: Mutex<Option<CliError>> = Mutex::default();
+    let counts = [arguments.random, arguments.confined, arguments.pressed];
+    let tickets = Ticket::of(counts.map(|count| count.unwrap_or(0)));
+    let faults = Faults::default();
     let rows = random::run_all(&tickets, &options, &|row| {
         say_row(arguments, row);
         // As it ends, so that it stays when the study is interrupted.
-        if let Err(error) = write_scene(arguments, row) {
-            fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        if let Some(scene) = &row.scene {
+            faults.keep(write_scene(arguments, scene));
         }
     })?;
-    if let Some(error) = fault.into_inner().unwrap_or_else(PoisonError::into_inner) {
-        return Err(error);
-    }
+    faults.first()?;
     let text = random::page(&rows, arguments.seed, &computed_by);
     let numbers = json!({ "computed_by": computed_by, "seed": arguments.seed, "rows": value(&rows)? });
     let (json, table) = (pretty(&numbers)?, random::csv(&rows)?);
@@ -88,9 +93,66 @@ fn say_row(arguments: &Arguments, row: &Row) {
     say(arguments, &format!("{}: {}{why}", row.name, row.verdict.name().trim_matches('*')));
 }
 
-/// Writes the scene of a row that something speaks against, as a file that `relcp run` takes.
-fn write_scene(arguments: &Arguments, row: &Row) -> Result<(), CliError> {
-    let Some(scene) = &row.scene else { return Ok(()) };
-    let (name, text) = (format!("{}.json", row.name), scene.to_json());
+/// Writes a scene that something speaks against, as a file that `relcp run` takes.
+fn write_scene(arguments: &Arguments, scene: &Scene) -> Result<(), CliError> {
+    let (name, text) = (format!("{}.json", scene.name), scene.to_json());
     write_all(&arguments.out.join("failures"), [(name.as_str(), text.as_bytes())])
+}
+
+/// What went wrong while rows were told of, on any thread.
+#[derive(Default)]
+struct Faults(Mutex<Option<CliError>>);
+
+impl Faults {
+    fn keep(&self, written: Result<(), CliError>) {
+        if let Err(error) = written {
+            self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        }
+    }
+
+    fn first(self) -> Result<(), CliError> {
+        self.0.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
+    }
+}
+
+/// Growth chambers, in place of the cases.
+fn chambers(arguments: &Arguments, count: u64) -> Result<Found, CliError> {
+    on_the_cpu(arguments)?;
+    write_all(&arguments.out, [])?;
+    let (seed, stalls) = (arguments.seed, arguments.stall);
+    let most_steps = if arguments.quick { QUICK_STEPS } else { u64::MAX };
+    let faults = Faults::default();
+    let rows = chambers::run_all([seed, count], stalls, most_steps, rayon::current_num_threads(), &|row, chamber| {
+        let (name, ended) = (&chamber.scene.name, row.end.name());
+        say(arguments, &format!("{name}: {ended} at {:.2}, largest move {:.2}", row.time, row.largest_move));
+        if !row.is_well() {
+            faults.keep(write_scene(arguments, &chamber.scene));
+        }
+    })?;
+    faults.first()?;
+    let text = chambers::page(&rows, seed, stalls);
+    let numbers = json!({ "computed_by": COMPUTED_BY, "seed": seed, "stalls": stalls, "rows": value(&rows)? });
+    let (json, table) = (pretty(&numbers)?, chambers::csv(&rows)?);
+    let files: [(&str, &[u8]); 3] =
+        [("chambers.md", text.as_bytes()), ("chambers.json", &json), ("chambers.csv", &table)];
+    write_all(&arguments.out, files)?;
+    Ok(Found { text, numbers, missed: !rows.iter().all(chambers::Row::is_well), interrupted: false })
+}
+
+/// Bodies in line, in place of the cases.
+fn lines(arguments: &Arguments) -> Result<Found, CliError> {
+    on_the_cpu(arguments)?;
+    write_all(&arguments.out, [])?;
+    let size = if arguments.quick { Size::QUICK } else { Size::FULL };
+    let rows = lines::run_all(&lines::all(), size, rayon::current_num_threads(), &|rows| {
+        let well = rows.iter().filter(|row| row.is_well()).count();
+        let what = rows.first().map_or(String::new(), |row| row.line.what());
+        say(arguments, &format!("{what}: {well} of {} are well", rows.len()));
+    })?;
+    let text = lines::page(&rows);
+    let numbers = json!({ "computed_by": COMPUTED_BY, "size": value(&size)?, "rows": value(&rows)? });
+    let (json, table) = (pretty(&numbers)?, lines::csv(&rows)?);
+    let files: [(&str, &[u8]); 3] = [("lines.md", text.as_bytes()), ("lines.json", &json), ("lines.csv", &table)];
+    write_all(&arguments.out, files)?;
+    Ok(Found { text, numbers, missed: !rows.iter().all(lines::Row::is_well), interrupted: false })
 }

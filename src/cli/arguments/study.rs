@@ -45,6 +45,8 @@ Examples:
   relcp study work-precision --backend gpu             on the CPU, and on a device too
   relcp study hard --quick
   relcp study hard --random 200 --confined 40 --seed 3 scenes that nobody thought of
+  relcp study hard --pressed 200                       bodies where there is hardly room
+  relcp study hard --chambers 200 --stall              growth chambers until they overflow
   relcp study device --minutes 9                       the same again goes on
   relcp study all --quick --out studies                some minutes
   relcp run colony --set solver.dump.when=slow --out runs/slow
@@ -89,6 +91,18 @@ pub(in crate::cli) struct Study {
     /// For hard: so many confined colonies drawn from --seed, in place of the cases
     #[arg(long, value_name = "N")]
     pub(in crate::cli) confined: Option<u64>,
+    /// For hard: so many scenes of pressed bodies drawn from --seed, in place of the cases
+    #[arg(long, value_name = "N")]
+    pub(in crate::cli) pressed: Option<u64>,
+    /// For hard: so many growth chambers drawn from --seed, each followed until it overflows, in place of the cases
+    #[arg(long, value_name = "N", conflicts_with_all = ["random", "confined", "pressed", "lines"])]
+    pub(in crate::cli) chambers: Option<u64>,
+    /// With --chambers: cells without room wait
+    #[arg(long, requires = "chambers")]
+    pub(in crate::cli) stall: bool,
+    /// For hard: bodies in line between closing walls, held against closed forms, in place of the cases
+    #[arg(long, conflicts_with_all = ["random", "confined", "pressed"])]
+    pub(in crate::cli) lines: bool,
     /// For hard: what scenes are drawn from
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub(in crate::cli) seed: u64,

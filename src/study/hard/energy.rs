@@ -29,7 +29,7 @@ struct Account {
 }
 
 impl Energy {
-    /// Where a scene's energy can be told: it has inertia, no growth, and forces with a linear potential only.
+    /// Where a scene's energy can be told: it has inertia, no growth, walls that stand, and forces with a linear potential only.
     pub(super) fn of(scene: &Scene) -> Option<Energy> {
         let Dynamics::Inertial { density, drag: None } = scene.dynamics else { return None };
         let groups = scene.group_names();
@@ -47,7 +47,9 @@ impl Energy {
             _ => None,
         };
         let pulls = scene.forces.iter().map(pull).collect::<Option<Vec<Pull>>>()?;
-        scene.growth.is_empty().then_some(Energy { density, pulls, account: None })
+        // Walls that move do work, and bodies that leave take theirs with them.
+        let open = scene.walls.iter().any(|wall| wall.motion().is_some()) || !scene.removal.is_empty();
+        (scene.growth.is_empty() && !open).then_some(Energy { density, pulls, account: None })
     }
 
     /// Looks at a step. A start that overlaps is parted by the first step, from which on nothing may come.

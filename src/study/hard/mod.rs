@@ -7,13 +7,17 @@
 //! itself says that a step or a solve missed its tolerance, refuses the scene, or stops with a typed error.
 
 mod cases;
+pub mod chambers;
 mod energy;
 mod laws;
+pub mod lines;
+mod moves;
 mod page;
 pub mod random;
 mod run;
 mod same;
 mod start;
+mod threads;
 mod verdict;
 
 pub use cases::{Case, Test, all};

@@ -16,6 +16,10 @@ pub const CASES: &[Case] = &[
     case("study", "--make-references", make_references),
     case("study", "--random", random),
     case("study", "--confined", confined),
+    case("study", "--pressed", pressed),
+    case("study", "--chambers", chambers),
+    case("study", "--stall", stall),
+    case("study", "--lines", lines),
     case("study", "--seed", seed),
     case("study", "--quick", quick),
     case("study", "--out", out),
@@ -148,6 +152,30 @@ fn random(place: &Place, _: &str) {
 fn confined(place: &Place, _: &str) {
     let (rows, _) = study(place, "hard --confined 1 --quick");
     assert!(matches!(names(&rows)[..], [name] if name.starts_with("confined-1")), "{rows}");
+}
+
+fn pressed(place: &Place, _: &str) {
+    let (rows, _) = study(place, "hard --pressed 2 --quick");
+    assert!(matches!(names(&rows)[..], [_, name] if name.starts_with("pressed-1")), "{rows}");
+}
+
+fn chambers(place: &Place, _: &str) {
+    let (rows, out) = study(place, "hard --chambers 2 --quick");
+    assert!(rows["rows"][1]["steps"] == 20 && rows["stalls"] == false, "{rows}");
+    assert!(place.at(&out).join("chambers.csv").is_file());
+    ran(place, "study", &["--chambers", "3"]).expect(2);
+    place.relcp(&["study", "hard", "--chambers", "3", "--random", "3"]).expect(2);
+}
+
+fn stall(place: &Place, _: &str) {
+    assert_eq!(study(place, "hard --chambers 1 --stall --quick").0["stalls"], true);
+    place.relcp(&["study", "hard", "--stall"]).expect(2);
+}
+
+fn lines(place: &Place, _: &str) {
+    let (rows, _) = study(place, "hard --lines --quick");
+    assert_eq!(rows["rows"].as_array().unwrap().len(), 320);
+    ran(place, "study", &["--lines"]).expect(2);
 }
 
 fn seed(place: &Place, _: &str) {

@@ -6,6 +6,7 @@ mod confined;
 mod drive;
 mod page;
 mod place;
+mod pressed;
 mod room;
 mod run;
 mod shapes;
@@ -13,6 +14,7 @@ mod watch;
 
 pub use confined::{POPULATION, confined};
 pub use page::{csv, page};
+pub use pressed::pressed;
 pub use run::{From, Options, Row, Ticket, run, run_all};
 
 use super::start::Random;

@@ -18,11 +18,11 @@ pub fn page(rows: &[Row], seed: u64, computed_by: &str) -> String {
          * **holds**: every step is within the tolerance, and every solve within its own.\n\
          * **reported**: the program says what is wrong: it stops with a typed error, names bodies that went through each other, or a solve that ended early.\n\
          * **fails**: an accepted step is over the tolerance, a state is not finite, a panic, more overlap than the step reports, a solve that claims what it missed, a body that is \
-         thrown, or energy from nowhere.\n\n\
+         thrown (of pressed bodies: that contact moves by its length in a step), or energy from nowhere.\n\n\
          {}. Computed by {computed_by}.\n",
         machine()
     );
-    for from in [From::Random, From::Confined] {
+    for from in [From::Random, From::Confined, From::Pressed] {
         let rows: Vec<&Row> = rows.iter().filter(|row| row.from == from).collect();
         write_group(&mut out, from, &rows);
     }
@@ -36,6 +36,7 @@ fn write_group(out: &mut String, from: From, rows: &[&Row]) {
     let (title, again) = match from {
         From::Random => ("Random scenes", "random"),
         From::Confined => ("Confined colonies", "confined"),
+        From::Pressed => ("Pressed bodies", "pressed"),
     };
     let count = |verdict: Verdict| rows.iter().filter(|row| row.verdict == verdict).count();
     let steps: u64 = rows.iter().map(|row| row.figures.steps).sum();
@@ -58,7 +59,7 @@ fn write_group(out: &mut String, from: From, rows: &[&Row]) {
         let of = rows.iter().filter(|row| row.verdict == verdict);
         write_counts(out, heading, &counted(of.flat_map(|row| row.why.iter().map(|against| against.kind))));
     }
-    for measure in ["way of", "energy from"] {
+    for measure in ["way of", "move of", "energy from"] {
         write_worst(out, measure, rows);
     }
     write_rows(out, rows);
@@ -140,6 +141,7 @@ struct Line<'a> {
     most_pieces: u32,
     ended: &'a str,
     thrown: Option<f64>,
+    jumped: Option<f64>,
     energy: Option<f64>,
     verdict: Verdict,
     why: String,
@@ -167,6 +169,7 @@ pub fn csv(rows: &[Row]) -> Result<Vec<u8>, StudyError> {
         most_pieces: row.figures.most_pieces,
         ended: &row.ended,
         thrown: measured(row, "way of"),
+        jumped: measured(row, "move of"),
         energy: measured(row, "energy from"),
         verdict: row.verdict,
         why: row.why.iter().map(|against| against.words.as_str()).collect::<Vec<&str>>().join("; "),

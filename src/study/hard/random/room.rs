@@ -55,7 +55,7 @@ impl Room {
 }
 
 /// A unit vector, in the plane where the scene is planar; one in four along an axis.
-fn direction(random: &mut Random, planar: bool) -> DVec3 {
+pub(super) fn direction(random: &mut Random, planar: bool) -> DVec3 {
     let (sin, cos) = (TAU * random.within(0.0, 1.0)).sin_cos();
     match (random.chance(0.25), planar) {
         (true, true) => [DVec3::X, DVec3::Y][random.below(2)],
@@ -66,7 +66,7 @@ fn direction(random: &mut Random, planar: bool) -> DVec3 {
 }
 
 /// A unit vector at right angles to another.
-fn across(random: &mut Random, normal: DVec3, planar: bool) -> DVec3 {
+pub(super) fn across(random: &mut Random, normal: DVec3, planar: bool) -> DVec3 {
     if planar {
         return DVec3::new(-normal.y, normal.x, 0.0);
     }
@@ -75,11 +75,11 @@ fn across(random: &mut Random, normal: DVec3, planar: bool) -> DVec3 {
     cos * u + sin * v
 }
 
-fn floor(normal: DVec3, below: f64) -> Wall {
+pub(super) fn floor(normal: DVec3, below: f64) -> Wall {
     Wall::HalfSpace { normal: normal.to_array(), offset: -below, motion: None }
 }
 
-fn channel(normal: DVec3, width: f64) -> Wall {
+pub(super) fn channel(normal: DVec3, width: f64) -> Wall {
     Wall::Channel { normal: normal.to_array(), center: [0.0; 3], width, motion: None }
 }
 

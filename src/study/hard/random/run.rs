@@ -1,14 +1,13 @@
 //! Runs drawn scenes, each on a thread of its own, and says what became of each.
 
 use super::watch::Watch;
-use super::{Drawn, confined, random};
+use super::{Drawn, confined, pressed, random};
 use crate::scene::{Scene, SceneError};
 use crate::simulation::Compute;
 use crate::study::StudyError;
+use crate::study::hard::threads::spread;
 use crate::study::hard::{End, Figures, Finding, Measure, Start, Verdict, follow_on, weigh};
 use serde::Serialize;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 /// Where a scene comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -18,6 +17,8 @@ pub enum From {
     Random,
     /// [`confined()`](super::confined()).
     Confined,
+    /// [`pressed()`](super::pressed()).
+    Pressed,
 }
 
 /// A scene that is to be run: its kind and its number.
@@ -72,44 +73,29 @@ pub struct Options {
 /// # Errors
 /// [`StudyError::Scene`] where no start of a scene is taken, [`StudyError::Threads`].
 pub fn run_all(tickets: &[Ticket], options: &Options, seen: &(dyn Fn(&Row) + Sync)) -> Result<Vec<Row>, StudyError> {
-    let next = AtomicUsize::new(0);
-    let ended: Mutex<Vec<(usize, Result<Row, SceneError>)>> = Mutex::default();
-    let work = || {
-        loop {
-            let place = next.fetch_add(1, Ordering::Relaxed);
-            let Some(ticket) = tickets.get(place) else { break };
-            let drawn = ticket.draw(options.seed);
-            let row = drawn.map(|drawn| run(ticket.from, drawn, options.most_steps, &options.compute));
-            if let Ok(row) = &row {
-                seen(row);
-            }
-            ended.lock().unwrap_or_else(PoisonError::into_inner).push((place, row));
+    let rows = spread(tickets.len(), options.threads, &|place| {
+        let ticket = tickets[place];
+        let row = ticket.draw(options.seed).map(|drawn| run(ticket.from, drawn, options.most_steps, &options.compute));
+        if let Ok(row) = &row {
+            seen(row);
         }
-    };
-    let jobs = options.threads.clamp(1, tickets.len().max(1));
-    let pools = (0..jobs).map(|_| rayon::ThreadPoolBuilder::new().num_threads(1).build());
-    let pools = pools.collect::<Result<Vec<_>, _>>().map_err(|e| StudyError::Threads(e.to_string()))?;
-    std::thread::scope(|scope| {
-        for pool in &pools {
-            scope.spawn(|| pool.install(work));
-        }
-    });
-    let mut rows = ended.into_inner().unwrap_or_else(PoisonError::into_inner);
-    rows.sort_by_key(|(place, _)| *place);
-    rows.into_iter().map(|(_, row)| row.map_err(StudyError::Scene)).collect()
+        row
+    })?;
+    rows.into_iter().map(|row| row.map_err(StudyError::Scene)).collect()
 }
 
 impl Ticket {
-    /// So many scenes of each kind.
-    pub fn of(random: u64, confined: u64) -> Vec<Ticket> {
-        let of = |from: From, count: u64| (0..count).map(move |number| Ticket { from, number });
-        of(From::Random, random).chain(of(From::Confined, confined)).collect()
+    /// So many scenes of each kind, in the order of [`From`].
+    pub fn of([random, confined, pressed]: [u64; 3]) -> Vec<Ticket> {
+        let counts = [(From::Random, random), (From::Confined, confined), (From::Pressed, pressed)];
+        counts.into_iter().flat_map(|(from, count)| (0..count).map(move |number| Ticket { from, number })).collect()
     }
 
     fn draw(self, seed: u64) -> Result<Drawn, SceneError> {
         match self.from {
             From::Random => random(seed, self.number),
             From::Confined => confined(seed, self.number),
+            From::Pressed => pressed(seed, self.number),
         }
     }
 }
@@ -117,7 +103,7 @@ impl Ticket {
 /// Runs a drawn scene to its end, or to the first step over its tolerance: the rest would be about a wreck.
 pub fn run(from: From, drawn: Drawn, most_steps: u64, compute: &Compute) -> Row {
     let Drawn { what, scene } = drawn;
-    let mut watch = Watch::new(&scene);
+    let mut watch = Watch::new(from, &scene);
     let start = Start { scene, pull: None };
     let run = follow_on(compute, &start, [most_steps, 1], |before, simulation| watch.see(before, simulation));
     let figures = run.figures;

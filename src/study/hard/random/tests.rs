@@ -18,10 +18,70 @@ fn every_scene_of_a_seed_is_accepted_and_can_be_read_back() {
         let steps = drawn.scene.time.steps();
         assert!((1..=400).contains(&steps) && drawn.scene.bodies.len() <= 60, "{}", drawn.what);
     }
-    for number in 0..MANY {
-        let drawn = confined(7, number).unwrap();
-        assert_eq!(Scene::parse(&drawn.scene.to_json(), "again").unwrap(), drawn.scene, "{number}");
+    for drawn in (0..MANY).flat_map(|number| [confined(7, number).unwrap(), pressed(7, number).unwrap()]) {
+        assert_eq!(Scene::parse(&drawn.scene.to_json(), "again").unwrap(), drawn.scene, "{}", drawn.scene.name);
     }
+}
+
+/// The page refers to scenes by their seed and number.
+#[test]
+fn scenes_of_a_seed_stay_what_they_are() {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/studies/hard/random.md");
+    let page = std::fs::read_to_string(file).unwrap();
+    let mut known = 0;
+    for line in page.lines() {
+        let mut cells = line.split(" | ");
+        let Some(name) = cells.next().and_then(|cell| cell.strip_prefix("| ")) else { continue };
+        let mut parts = name.split('-');
+        let kind = parts.next().unwrap();
+        let [Some(seed), Some(number)] = [0; 2].map(|_| parts.next().and_then(|digits| digits.parse().ok())) else {
+            continue;
+        };
+        let drawn = if kind == "random" { random(seed, number) } else { confined(seed, number) }.unwrap();
+        assert_eq!((drawn.scene.name.as_str(), Some(drawn.what.as_str())), (name, cells.next()));
+        known += 1;
+    }
+    assert!(known >= 10, "{known}");
+}
+
+#[test]
+fn everything_that_presses_is_drawn() {
+    let drawn: Vec<Drawn> = (0..MANY).map(|number| pressed(7, number).unwrap()).collect();
+    let count = |word: &str| drawn.iter().filter(|drawn| drawn.what.contains(word)).count();
+    let words = [
+        "a trap ",
+        "tilted floor",
+        "narrows",
+        "widens",
+        "a corner",
+        "stalls",
+        "flat in space",
+        "piston",
+        "plates",
+        "box that closes",
+        "balls,",
+        "rods end to end",
+        "tip to tip",
+        "face to face",
+        "in line",
+        "between sides",
+        "discs to",
+        "fall on",
+        "gap",
+        "in a tube",
+        "in a channel",
+        "without slack",
+        "planar",
+        "spatial",
+        "inertial",
+        "overdamped",
+        "midpoint",
+    ];
+    let missing: Vec<&str> = words.into_iter().filter(|word| count(word) < 2).collect();
+    assert_eq!(missing, [""; 0]);
+    let bodies = drawn.iter().map(|drawn| drawn.scene.bodies.len()).max();
+    let steps = drawn.iter().filter(|drawn| drawn.scene.growth.is_empty()).map(|drawn| drawn.scene.time.steps()).max();
+    assert!(bodies <= Some(60) && steps <= Some(400), "{bodies:?} {steps:?}");
 }
 
 #[test]
@@ -54,7 +114,7 @@ fn everything_that_a_scene_may_have_is_drawn() {
 
 #[test]
 fn drawn_scenes_get_the_same_rows_on_any_number_of_threads_and_none_fails() {
-    let tickets = Ticket::of(25, 4);
+    let tickets = Ticket::of([25, 4, 0]);
     let options = |threads: usize| Options { seed: 1, threads, most_steps: 12, compute: Compute::Cpu };
     let rows = run_all(&tickets, &options(2), &|_| ()).unwrap();
     assert_eq!(rows, run_all(&tickets, &options(1), &|_| ()).unwrap());
@@ -72,6 +132,18 @@ fn drawn_scenes_get_the_same_rows_on_any_number_of_threads_and_none_fails() {
 }
 
 #[test]
+fn pressed_bodies_get_the_same_rows_on_any_number_of_threads() {
+    let tickets = Ticket::of([0, 0, 12]);
+    let options = |threads: usize| Options { seed: 1, threads, most_steps: 8, compute: Compute::Cpu };
+    let rows = run_all(&tickets, &options(2), &|_| ()).unwrap();
+    assert_eq!(rows, run_all(&tickets, &options(1), &|_| ()).unwrap());
+    assert!(rows.iter().all(|row| row.from == From::Pressed && row.name.starts_with("pressed-1-")), "{rows:?}");
+    let jumps = |row: &Row| row.measures.iter().any(|measure| measure.what.starts_with("move of"));
+    assert!(rows.iter().all(jumps), "{rows:?}");
+    assert!(page(&rows, 1, "CPU f64").contains("## Pressed bodies\n\n12 scenes, "));
+}
+
+#[test]
 fn a_step_over_the_tolerance_ends_the_run() {
     // Without recursion rods that lie across each other are not parted; the method promises no tolerance, so it is
     // reported.
@@ -84,7 +156,7 @@ fn a_step_over_the_tolerance_ends_the_run() {
 }
 
 fn watched(start: &Start, change: impl Fn(&mut Simulation) -> bool, steps: usize) -> Watch {
-    let mut watch = Watch::new(&start.scene);
+    let mut watch = Watch::new(From::Random, &start.scene);
     let mut simulation = Simulation::new(start.scene.clone()).unwrap();
     for _ in 0..steps {
         let before = simulation.state().unwrap().bodies.clone();

@@ -1,13 +1,14 @@
 //! What is looked at in every step of a drawn scene beside contact: how far bodies are thrown, and whether energy comes
 //! from nowhere.
 
+use super::From;
 use crate::bodies::Bodies;
-use crate::dynamics::{ForceField, Law, force_fields, law};
 use crate::scene::Scene;
 use crate::simulation::Simulation;
 use crate::step::contacts;
 use crate::study::hard::Measure;
 use crate::study::hard::energy::Energy;
+use crate::study::hard::moves::{Free, born, farthest, worse};
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -15,23 +16,23 @@ use std::collections::HashMap;
 const THROWN: f64 = 10.0;
 /// Energy clearly comes from nowhere where it is so many times what was there.
 const CREATED: f64 = 1.0;
+/// What is pressed is driven by a small part of its size in each step: contact that moves a body by its length throws
+/// it.
+const JUMPED: f64 = 1.0;
 
 /// The worst of a run so far.
 pub(super) struct Watch {
-    law: Box<dyn Law>,
-    forces: Vec<Box<dyn ForceField>>,
+    free: Free,
     thrown: Option<f64>,
+    /// The farthest that contact moved a body; none where it is not looked at.
+    jumped: Option<f64>,
     energy: Option<Energy>,
 }
 
 impl Watch {
-    pub(super) fn new(scene: &Scene) -> Watch {
-        Watch {
-            law: law(&scene.dynamics),
-            forces: force_fields(&scene.forces, &scene.group_names(), &scene.dynamics),
-            thrown: None,
-            energy: Energy::of(scene),
-        }
+    pub(super) fn new(from: From, scene: &Scene) -> Watch {
+        let jumped = (from == From::Pressed).then_some(0.0);
+        Watch { free: Free::of(scene), thrown: None, jumped, energy: Energy::of(scene) }
     }
 
     /// Looks at a step: the bodies before it, and the simulation after it.
@@ -40,6 +41,9 @@ impl Watch {
         let scene = simulation.scene();
         if !scene.dynamics.has_inertia() {
             self.see_ways(before, &state.bodies, scene);
+        }
+        if let Some(jumped) = &mut self.jumped {
+            *jumped = worse(*jumped, jump(&self.free, before, &state.bodies));
         }
         if let Some(energy) = &mut self.energy {
             energy.see(before, &state.bodies, scene);
@@ -50,18 +54,13 @@ impl Watch {
     /// the largest overlap at the start and the growth, so the last of a row goes by as many of those as there are
     /// bodies.
     fn see_ways(&mut self, before: &Bodies, after: &Bodies, scene: &Scene) {
-        let (dt, time) = (scene.time.dt, 0.0);
-        let free = |i: usize| {
-            let load =
-                self.forces.iter().map(|force| force.load(before, i, time)).fold(Default::default(), |a, b| a + b);
-            dt * self.law.motion(before, i, load, dt).free.linear.length()
-        };
-        let free = (0..before.len()).map(free).fold(0.0, f64::max);
+        let dt = scene.time.dt;
+        let free = self.free.way(before) + self.free.walls_way(before);
         let overlap = contacts(before, 0.0).iter().map(|contact| -contact.separation).fold(0.0, f64::max);
         let longest = after.shape.iter().chain(&before.shape).map(|shape| shape.major_axis()).fold(0.0, f64::max);
         let growth = scene.growth.iter().map(|growth| growth.fastest_rate() * dt * longest).fold(0.0, f64::max);
         // Daughters are turned, and stand a quarter of their mother's length beside her centre.
-        let division = if after.len() > before.len() { longest } else { 0.0 };
+        let division = if born(before, after) > 0 { longest } else { 0.0 };
         let explained = after.len() as f64 * (free + overlap + growth + division) + scene.contact.overlap_tolerance;
         let old: HashMap<u64, DVec3> =
             before.lineage.iter().zip(&before.position).map(|(line, x)| (line.id, *x)).collect();
@@ -81,6 +80,10 @@ impl Watch {
             let what = "way of a body in a step beyond what drives it, in lengths of the longest";
             out.push(Measure { what, value, bound: THROWN, by_passing: false });
         }
+        if let Some(value) = self.jumped {
+            let what = "move of a body by contact in a step, in lengths of the longest";
+            out.push(Measure { what, value, bound: JUMPED, by_passing: false });
+        }
         if let Some(value) = self.energy.as_ref().and_then(Energy::gain) {
             let what = "energy from nowhere, of the most energy of motion before it";
             out.push(Measure { what, value, bound: CREATED, by_passing: false });
@@ -89,7 +92,9 @@ impl Watch {
     }
 }
 
-/// The larger, and what is not a number before all.
-fn worse(a: f64, b: f64) -> f64 {
-    if b > a || b.is_nan() { b } else { a }
+/// The farthest that a body went that stays, beyond the free way of any body and of walls, in lengths of the longest.
+fn jump(free: &Free, before: &Bodies, after: &Bodies) -> f64 {
+    let longest = after.shape.iter().map(|shape| shape.major_axis()).fold(0.0, f64::max);
+    let driven = free.way(before) + free.turn(before) + free.walls_way(before);
+    if after.is_empty() { 0.0 } else { (farthest(before, after).0 - driven) / longest }
 }
