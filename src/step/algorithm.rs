@@ -5,7 +5,7 @@
 //! it, and no body went through another. One that does not hold is never accepted: [`retry`] takes the step again.
 
 use super::accuracy::Accuracy;
-use super::two_sided::{GAP, Sides};
+use super::two_sided::{GAP, MOST_TILTS, Sides};
 use super::{ContactSettings, Fault, Keep, Model, OnFailure, Rows, StepReport, Stepping, retry};
 use crate::dynamics::{Cells, OnNoRoom};
 use crate::lcp::{Outcome, Status};
@@ -50,6 +50,8 @@ pub struct Plan {
     pub span: f64,
     /// Whether contacts that push must touch.
     pub(super) two_sided: bool,
+    /// Draws for rows that contradict each other.
+    pub(super) most_tilts: u32,
     /// Recursions that may move the offsets of rows before rows are appended.
     pub(super) most_tightenings: u32,
     /// Whether the least bad trial of an attempt is kept.
@@ -66,7 +68,8 @@ impl Plan {
             on_no_room: model.cells.as_ref().filter(|_| model.confined).map(Cells::on_no_room),
             parts_first: false,
             span: 1.0,
-            two_sided: model.contact.rows_of_method() == Rows::Auto && std::env::var("ONE_SIDED").is_err(),
+            two_sided: model.contact.rows_of_method() == Rows::Auto,
+            most_tilts: MOST_TILTS,
             most_tightenings: most_tightenings(model),
             keeps_least_bad: model.contact.on_failure == OnFailure::Continue,
         }
@@ -174,6 +177,8 @@ fn euler(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut At
         if contradicted(&outcome, contact) {
             sides.loosen(backend, plan, tried)?;
             return Ok(());
+        } else if sides.catch(backend, plan, tried) {
+            // Rows that throw bodies are made anew before anything that these meet there.
         } else if accuracy.shows(&overlap) && tried.report.may_recurse(contact) {
             // A_n+1: one more row a violating pair, linearised at C_n+1; or the offsets of rows that are there, exact
             // at C_n+1
@@ -213,6 +218,7 @@ fn midpoint(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut
         if contradicted(&outcome, contact) {
             sides.loosen(backend, plan, tried)?;
             break;
+        } else if sides.catch(backend, plan, tried) {
         } else if shows {
             if tried.report.recursions < plan.most_tightenings {
                 backend.tighten_violations()?;
@@ -269,10 +275,24 @@ impl Attempt {
         residual: f64,
         sides: &mut Sides,
     ) -> Result<Outcome, Fault> {
+        let before = self.report;
+        let outcome = self.solve(backend, plan, keep, residual)?;
+        if !contradicted(&outcome, &plan.contact) || !sides.tilt(backend, plan, self) {
+            return Ok(outcome);
+        }
         loop {
-            let outcome = self.solve(backend, plan, keep, residual)?;
-            if !contradicted(&outcome, &plan.contact) || !sides.tilt(backend, plan, self) {
+            // The multipliers of a solve that fails show the wedge too.
+            let outcome = keep.solve(backend, residual)?;
+            self.report.add_solve(&outcome);
+            if !contradicted(&outcome, &plan.contact) {
+                // What failed before is of no consequence.
+                let StepReport { residual, unconverged, relaxed, status, .. } = before;
+                self.report = StepReport { residual, unconverged, relaxed, status, ..self.report };
+                self.report.judge(&outcome);
                 return Ok(outcome);
+            }
+            if !sides.tilt(backend, plan, self) {
+                return self.solve(backend, plan, keep, residual);
             }
         }
     }
@@ -299,11 +319,20 @@ impl StepReport {
     /// Adds one solve, and where it failed the one in its place.
     fn count(&mut self, outcome: &Outcome, relaxed: Option<&Outcome>) {
         for outcome in [Some(outcome), relaxed].into_iter().flatten() {
-            self.iterations += outcome.iterations;
-            self.products += outcome.products;
-            self.fallbacks += u32::from(outcome.fallback);
+            self.add_solve(outcome);
         }
-        let last = relaxed.unwrap_or(outcome);
+        self.judge(relaxed.unwrap_or(outcome));
+    }
+
+    /// Adds what a solve cost.
+    fn add_solve(&mut self, outcome: &Outcome) {
+        self.iterations += outcome.iterations;
+        self.products += outcome.products;
+        self.fallbacks += u32::from(outcome.fallback);
+    }
+
+    /// Takes note of how a solve ended.
+    fn judge(&mut self, last: &Outcome) {
         match last.status {
             Status::LeastOverlap => self.relaxed += 1,
             Status::Solved if self.unconverged == 0 => self.residual = last.residual,

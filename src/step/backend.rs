@@ -4,7 +4,7 @@ use super::{Crowd, Fault, Passed, Phases, Piece, State, TwoSided};
 use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::Waiting;
 use crate::lcp::{Outcome, Stored};
-use crate::step::Effect;
+use crate::step::{Effect, Wedge};
 
 /// Overlaps of a trial configuration, over all pairs of bodies and all bodies with walls, including pairs that were not
 /// near at the step's start.
@@ -185,6 +185,8 @@ pub trait RetryBackend: Backend {
     /// The ids of the bodies of a crowd at the last trial, sorted: of a daughter that was born in this piece, her
     /// mother's.
     fn crowded(&self, crowd: Crowd) -> Vec<u64>;
+    /// The bodies that have no way out at the last solve, as its multipliers show.
+    fn wedge(&self) -> Wedge;
     /// The deepest overlap at the start of the present piece.
     fn start_overlap(&self) -> f64;
     /// This, as a backend.

@@ -1,6 +1,6 @@
 //! Why a step could not be taken.
 
-use super::Unresolved;
+use super::{Unresolved, Wedge};
 use crate::constraint::RowSourceError;
 use crate::gpu::GpuError;
 
@@ -49,11 +49,13 @@ pub enum Fault {
     Unresolved(Unresolved),
     /// A step that cannot be taken with the growth of its cells, and can without.
     #[error(
-        "no room: the {bodies} cells fill their container; with growth, {unresolved}. growth.on_no_room = \"stall\" makes cells without room wait"
+        "no room: {wedge} press each other and find no way out ({bodies} cells in all); with growth, {unresolved}. growth.on_no_room = \"stall\" makes cells without room wait"
     )]
     NoRoom {
-        /// The cells.
+        /// All cells.
         bodies: usize,
+        /// Those that have no way out.
+        wedge: Wedge,
         /// What the step would leave.
         unresolved: Unresolved,
     },

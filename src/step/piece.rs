@@ -46,6 +46,8 @@ impl Piece {
 /// Which cells [`crowded`](super::RetryBackend::crowded) names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crowd {
+    /// Those of the wedge: see [`RetryBackend::wedge`](super::RetryBackend::wedge).
+    Wedged,
     /// Those that overlap by more than the tolerance at the trial.
     Overlapping,
     /// Those on which a contact force acts.

@@ -24,6 +24,9 @@ const WORTH_A_ROUND: f64 = 0.8;
 /// Rounds of parting. Of 14 crowded starts that one solve could not part, those that can be parted at all take 2 to 9.
 const MOST_ROUNDS_OF_PARTING: u32 = 32;
 
+/// Wedges one after the other whose cells wait, before all that are pressed do.
+const MOST_WEDGES: usize = 6;
+
 /// What the CPU leaves of the overlap tolerance for a device's poses, which are rounded when it goes on: its numbers
 /// differ by some 1e-9 of a body.
 const LEFT_FOR_ROUNDING: f64 = 0.99;
@@ -180,7 +183,9 @@ impl Taking<'_> {
 
     fn attempt(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Attempt, Fault> {
         again.prepare(piece, &self.waiting);
-        attempt(again.backend(), self.plan, self.keep)
+        // Cells that wait press no others: where they are in line, there is nothing to be drawn.
+        let most_tilts = if matches!(self.waiting, Waiting::None) { self.plan.most_tilts } else { 0 };
+        attempt(again.backend(), &Plan { most_tilts, ..*self.plan }, self.keep)
     }
 
     fn count_failure(&mut self, failed: &Result<Attempt, Fault>) {
@@ -264,21 +269,28 @@ impl Taking<'_> {
         Ok(Attempt { report, overlap, broken: None, least_bad: None })
     }
 
-    /// Tries a piece with cells waiting that have no room, where the scene lets them: of a whole step first those that
-    /// overlap, then those that are pressed, then all; of the shortest piece all.
+    /// Tries a piece with cells waiting that have no room, where the scene lets them: of a whole step first those of the
+    /// wedge, and of the wedge that is then left, then those that overlap, those that are pressed, and all; of the
+    /// shortest piece all.
     fn wait(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Option<Overlap>, Fault> {
         let whole = piece.is_whole();
         if self.plan.on_no_room != Some(OnNoRoom::Stall) || !(whole || piece.length <= Piece::SHORTEST) {
             return Ok(None);
         }
-        let crowds = if whole { [Some(Crowd::Overlapping), Some(Crowd::Pressed), None].as_slice() } else { &[None] };
-        let mut ids = Vec::new();
+        let wedges = [Some(Crowd::Wedged); MOST_WEDGES];
+        let others = [Some(Crowd::Overlapping), Some(Crowd::Pressed), None];
+        let crowds = if whole { [wedges.as_slice(), &others].concat() } else { vec![None] };
+        let mut ids: Vec<u64> = Vec::new();
         for crowd in crowds {
             self.waiting = match crowd {
                 Some(crowd) => {
-                    ids.extend(again.crowded(*crowd));
+                    let before = ids.len();
+                    ids.extend(again.crowded(crowd));
                     ids.sort_unstable();
                     ids.dedup();
+                    if ids.len() == before {
+                        continue;
+                    }
                     Waiting::Some(ids.clone())
                 }
                 None => Waiting::All,
@@ -339,8 +351,9 @@ impl Taking<'_> {
             tolerance: self.plan.contact.overlap_tolerance,
         };
         let ends = !self.plan.accepts_the_least_bad();
+        let wedge = again.wedge();
         if ends && self.plan.on_no_room == Some(OnNoRoom::Stop) && self.fails_by_growth(again, piece) {
-            return Err(Fault::NoRoom { bodies: again.backend().bodies(), unresolved });
+            return Err(Fault::NoRoom { bodies: again.backend().bodies(), wedge, unresolved });
         }
         Err(Fault::Unresolved(unresolved))
     }

@@ -3,6 +3,34 @@
 use super::Guard;
 use std::fmt;
 
+/// Bodies that have no way out, and the walls, by their places in the scene's list, that they are pressed against.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Wedge {
+    /// The bodies, ascending.
+    pub bodies: Vec<usize>,
+    /// The walls, ascending.
+    pub walls: Vec<usize>,
+}
+
+/// Bodies of a wedge that a message names; the others it counts.
+const NAMED: usize = 8;
+
+impl fmt::Display for Wedge {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let list = |numbers: &[usize]| numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
+        let named = &self.bodies[..self.bodies.len().min(NAMED)];
+        write!(f, "cells {}", list(named))?;
+        if self.bodies.len() > NAMED {
+            write!(f, " and {} more", self.bodies.len() - NAMED)?;
+        }
+        match self.walls.as_slice() {
+            [] => Ok(()),
+            [wall] => write!(f, " and wall {wall}"),
+            walls => write!(f, " and walls {}", list(walls)),
+        }
+    }
+}
+
 /// A step that misses a tolerance however it is taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unresolved {

@@ -95,11 +95,12 @@ fn a_run_goes_on_to_the_same_bits_where_steps_are_taken_in_pieces() {
 fn a_full_disc_ends_the_run_with_the_state_before_and_says_so() {
     let mut simulation = start(small_disc("", "", 5.0));
     let (reports, fault) = run(&mut simulation);
-    let Some(Fault::NoRoom { bodies, unresolved }) = fault else { panic!("{fault:?}") };
+    let Some(Fault::NoRoom { bodies, wedge, unresolved }) = fault else { panic!("{fault:?}") };
+    assert!(wedge.bodies.len() > 1 && wedge.bodies.iter().all(|body| *body < bodies), "{wedge:?}");
     assert_eq!((bodies, unresolved.step), (simulation.bodies(), simulation.steps() + 1));
     assert!(reports.iter().all(|report| report.within(TOLERANCE)));
-    let said = Fault::NoRoom { bodies, unresolved }.to_string();
-    assert!(said.starts_with("no room: the ") && said.contains("growth.on_no_room"), "{said}");
+    let said = Fault::NoRoom { bodies, wedge, unresolved }.to_string();
+    assert!(said.starts_with("no room: cells ") && said.contains("growth.on_no_room"), "{said}");
     // It stands at an accepted state, and says the same again.
     assert_eq!(simulation.state().unwrap().step, reports.len() as u64);
     assert!(matches!(simulation.step(), Err(Fault::NoRoom { .. })));

@@ -18,6 +18,7 @@ mod rows;
 mod solvers_agree;
 mod three_capsules;
 mod two_ellipsoids;
+mod two_sided;
 mod wall_rows;
 mod wall_steps;
 mod walls;

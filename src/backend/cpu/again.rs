@@ -3,7 +3,7 @@
 use super::Cpu;
 use crate::dynamics::{ForceField, Waiting};
 use crate::lcp::Outcome;
-use crate::step::{Backend, Crowd, Fault, Piece, RetryBackend, State};
+use crate::step::{Backend, Crowd, Fault, Piece, RetryBackend, State, Wedge};
 use std::collections::{BTreeSet, HashSet};
 
 impl<const D: usize> Cpu<D> {
@@ -53,6 +53,7 @@ impl<const D: usize> RetryBackend for Cpu<D> {
 
     fn crowded(&self, crowd: Crowd) -> Vec<u64> {
         let bodies: BTreeSet<u32> = match crowd {
+            Crowd::Wedged => self.find_wedge().bodies.into_iter().map(|body| body as u32).collect(),
             Crowd::Overlapping => {
                 let tolerance = self.setup.overlap_tolerance;
                 let over = self.trial.overlapping.iter().filter(|near| near.found.separation < -tolerance);
@@ -71,6 +72,10 @@ impl<const D: usize> RetryBackend for Cpu<D> {
         // The surfaces of walls come after all bodies.
         let lines = bodies.into_iter().filter_map(|body| self.start.bodies.lineage.get(body as usize));
         lines.map(mother).collect::<BTreeSet<u64>>().into_iter().collect()
+    }
+
+    fn wedge(&self) -> Wedge {
+        self.find_wedge()
     }
 
     fn start_overlap(&self) -> f64 {

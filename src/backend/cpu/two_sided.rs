@@ -4,13 +4,13 @@
 use super::Cpu;
 use super::narrow_phase::Near;
 use super::row_set::Push;
-use crate::dynamics::{self, Motion, Pose, Twist, draw};
+use crate::dynamics::{self, Motion, Twist, draw};
 use crate::freedom::{PLANAR, SPATIAL, unpack};
 use crate::separation::{Placed, branch};
-use crate::step::{Effect, Loosened, TwoSided};
-use crate::walls::surface_of;
+use crate::step::{Effect, Loosened, TORN, TwoSided, Wedge};
+use crate::walls::{of_rows, surface_of};
 use glam::DVec3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A row is of the wedge if its own multiplier moves it by at least this part of what moves the row of the wedge that
 /// is moved most.
@@ -55,6 +55,21 @@ impl<const D: usize> Cpu<D> {
         of(a).min(of(b))
     }
 
+    /// How far apart a push may end: the part `gap` of the thickness, and what the slide explains by which their free
+    /// motions alone take the two points of contact past each other.
+    fn allowed_gap(&self, near: &Near, gap: f64) -> f64 {
+        let thickness = self.thickness(near.pair);
+        let free = |number: u32, lever: DVec3| match surface_of(number) {
+            Some(_) => DVec3::ZERO,
+            None => {
+                let Twist { linear, angular } = self.motions.motion[number as usize].free;
+                self.start.interval * (linear + angular.cross(lever))
+            }
+        };
+        let slide = free(near.pair[1], near.found.lever_b) - free(near.pair[0], near.found.lever_a);
+        gap * thickness + slide.length_squared() / thickness
+    }
+
     /// The branches that push, where they are at the trial.
     fn pushing_at_trial(&self) -> Vec<(Push, Near)> {
         let placed = |i: usize| self.trial.placed(&self.start, i);
@@ -70,7 +85,7 @@ impl<const D: usize> Cpu<D> {
         let mut effect = Effect { energy_allowed: if bounded { 0.0 } else { f64::INFINITY }, ..Effect::default() };
         if self.start.proxies.is_empty() {
             for (push, near) in self.pushing_at_trial() {
-                self.add_push(&mut effect, &push, near.found.separation, gap);
+                self.add_push(&mut effect, &push, &near, gap);
             }
         }
         for (i, (twist, motion)) in self.trial.twist.iter().zip(&self.motions.motion).enumerate() {
@@ -102,7 +117,8 @@ impl<const D: usize> Cpu<D> {
         self.start.interval * (self.trial.twist[i].linear - self.motions.motion[i].free.linear)
     }
 
-    fn add_push(&self, effect: &mut Effect, push: &Push, apart: f64, gap: f64) {
+    fn add_push(&self, effect: &mut Effect, push: &Push, near: &Near, gap: f64) {
+        let apart = near.found.separation;
         if self.start.is_foreign(push.pair[0] as usize) {
             return;
         }
@@ -110,7 +126,8 @@ impl<const D: usize> Cpu<D> {
             (effect.push_gap, effect.push_pair) = (apart, Some(push.pair));
         }
         let thickness = self.thickness(push.pair);
-        effect.apart += usize::from(apart > gap * thickness);
+        effect.apart += usize::from(apart > self.allowed_gap(near, gap));
+        effect.torn += usize::from(apart > self.allowed_gap(near, TORN));
         let bodies = push.pair.map(|number| surface_of(number).is_none().then_some(number as usize));
         let [a, b] = bodies.map(|body| body.map_or(DVec3::ZERO, |i| self.moved(i)));
         let free = |i: usize| self.start.interval * self.motions.motion[i].free.linear.length();
@@ -129,6 +146,41 @@ impl<const D: usize> Cpu<D> {
         let of_turning = motion.factor.rotation.inverse() * mean_angular;
         let turning = if of_turning.is_finite() { of_turning.dot(angular) } else { 0.0 };
         root * (linear.dot(mean_linear) / motion.factor.translation + turning)
+    }
+
+    /// The branches that contradict each other: those whose own multipliers move them most. They grow without bounds
+    /// along the proof that there is no solution, and in the least overlap they are in proportion to the violations.
+    fn wedge_rows(&self) -> Vec<Push> {
+        let mut pushing = self.rows.pushing(0.0);
+        let most = pushing.iter().fold(0.0_f64, |most, push| most.max(push.moved));
+        pushing.retain(|push| push.moved >= OF_THE_WEDGE * most);
+        pushing
+    }
+
+    /// The bodies of these branches, and the walls that they are pressed against.
+    pub(super) fn find_wedge(&self) -> Wedge {
+        let rows = self.wedge_rows();
+        let numbers: BTreeSet<u32> = rows.iter().flat_map(|push| push.pair).collect();
+        let wall = |number: &u32| Some(self.setup.walls.wall_of(surface_of(*number)?));
+        let walls: BTreeSet<usize> = numbers.iter().filter_map(wall).collect();
+        let bodies = numbers.iter().filter(|number| surface_of(**number).is_none());
+        Wedge { bodies: bodies.map(|body| *body as usize).collect(), walls: walls.into_iter().collect() }
+    }
+
+    /// Makes the rows of these branches anew where the velocities `reached` lead, with no multipliers; says how many.
+    fn make_anew_at(&mut self, pushing: &[Push], reached: &[Twist]) -> usize {
+        let there = |i: usize| {
+            let pose = dynamics::advance(self.start.pose(i), reached[i], self.start.interval);
+            self.start.placed_at(i, pose)
+        };
+        let row = |push: &Push| {
+            let near = self.branch_of(push, there)?;
+            Some((near, self.motions.row(&self.start, &near, reached), 0.0))
+        };
+        let anew: Vec<_> = pushing.iter().filter_map(row).collect();
+        let rows = anew.len();
+        self.rows.make_anew(anew);
+        rows
     }
 
     /// Where a body of a wedge is drawn to, as the velocity that leads there from the start: sideways of `line`, by a
@@ -154,11 +206,48 @@ impl<const D: usize> TwoSided for Cpu<D> {
         0.5 * self.trial.scaled.iter().flatten().map(|v| v * v).sum::<f64>()
     }
 
+    fn throws(&self, gap: f64) -> bool {
+        // A contact pushes where its two points meet by their rows: apart of each other they come by what they move.
+        let dt = self.start.interval;
+        let bodies = self.start.bodies.len();
+        let part = |place: u32| match (place as usize) < bodies {
+            true => {
+                let Twist { linear, angular } = self.trial.twist[place as usize];
+                (dt * linear, dt * angular.length() * self.start.bodies.shape[place as usize].bounding_radius())
+            }
+            false => (DVec3::ZERO, 0.0),
+        };
+        let mut pushing = self.rows.problem.pair.iter().zip(&self.rows.gamma).filter(|(_, gamma)| **gamma > 0.0);
+        pushing.any(|(pair, _)| {
+            let [(a, turned_a), (b, turned_b)] = pair.map(part);
+            let pair = pair.map(|place| of_rows(place, bodies));
+            2.0 * ((b - a).length() + turned_a + turned_b) > gap * self.thickness(pair)
+        })
+    }
+
+    fn catch(&mut self, gap: f64, size: f64) -> usize {
+        let thrown = self.pushing_at_trial();
+        let thrown = thrown.iter().filter(|(_, near)| near.found.separation > self.allowed_gap(near, gap));
+        let thrown: Vec<Push> = thrown.map(|(push, _)| *push).collect();
+        if thrown.is_empty() {
+            return 0;
+        }
+        let dt = self.start.interval;
+        let short = |i: usize| {
+            let (shape, Twist { linear, angular }) = (&self.start.bodies.shape[i], self.trial.twist[i]);
+            let most = size * 0.5 * shape.thickness() / dt;
+            let shorten = |v: DVec3, most: f64| v.clamp_length_max(most.max(f64::MIN_POSITIVE));
+            Twist { linear: shorten(linear, most), angular: shorten(angular, most / shape.bounding_radius()) }
+        };
+        let reached: Vec<Twist> = (0..self.start.bodies.len()).map(short).collect();
+        self.make_anew_at(&thrown, &reached)
+    }
+
     fn loosen(&mut self, gap: f64) -> Loosened {
         let mut of = BTreeMap::new();
         let mut anew = Vec::new();
         for (push, near) in self.pushing_at_trial() {
-            if near.found.separation > gap * self.thickness(push.pair) {
+            if near.found.separation > self.allowed_gap(&near, gap) {
                 for body in push.pair.into_iter().filter(|number| surface_of(*number).is_none()) {
                     of.insert(body, self.trial.scaled[body as usize]);
                 }
@@ -175,9 +264,7 @@ impl<const D: usize> TwoSided for Cpu<D> {
     }
 
     fn tilt(&mut self, draw: u32, size: f64) -> usize {
-        let mut pushing = self.rows.pushing(0.0);
-        let most = pushing.iter().fold(0.0_f64, |most, push| most.max(push.moved));
-        pushing.retain(|push| push.moved >= OF_THE_WEDGE * most);
+        let pushing = self.wedge_rows();
         let start = |i: usize| self.start.placed_at(i, self.start.pose(i));
         let mut twists: BTreeMap<usize, Twist> = BTreeMap::new();
         let seed = self.setup.seed ^ (u64::from(draw) << 40) ^ self.start.piece.start.to_bits().rotate_left(17);
@@ -194,21 +281,7 @@ impl<const D: usize> TwoSided for Cpu<D> {
         for (body, twist) in &twists {
             reached[*body] = *twist;
         }
-        let dt = self.start.interval;
-        let there = |i: usize| -> Placed {
-            let pose: Pose = dynamics::advance(self.start.pose(i), reached[i], dt);
-            self.start.placed_at(i, pose)
-        };
-        let anew: Vec<_> = pushing
-            .iter()
-            .filter_map(|push| {
-                let near = self.branch_of(push, there)?;
-                Some((near, self.motions.row(&self.start, &near, &reached), 0.0))
-            })
-            .collect();
-        let tilted = anew.len();
-        self.rows.make_anew(anew);
-        tilted
+        self.make_anew_at(&pushing, &reached)
     }
 
     fn keep_rows(&mut self) {

@@ -55,6 +55,7 @@ impl Domain {
             pair,
             own.apart as u64,
             own.thrown as u64,
+            own.torn as u64,
             own.energy.to_bits(),
             own.energy_allowed.to_bits(),
             own.axial_spin.to_bits(),
@@ -62,7 +63,7 @@ impl Domain {
         let mut all = vec![0_u64; words.len() * self.processes.size()];
         self.processes.gather_even(&words, &mut all);
         let mut joint = Effect::default();
-        for words in all.as_chunks::<9>().0 {
+        for words in all.as_chunks::<10>().0 {
             let of = f64::from_bits;
             if of(words[0]) > joint.largest_move {
                 (joint.largest_move, joint.moved) = (of(words[0]), Some(words[1] as usize));
@@ -72,9 +73,10 @@ impl Domain {
             }
             joint.apart += words[4] as usize;
             joint.thrown += words[5] as usize;
-            joint.energy += of(words[6]);
-            joint.energy_allowed += of(words[7]);
-            joint.axial_spin = joint.axial_spin.max(of(words[8]));
+            joint.torn += words[6] as usize;
+            joint.energy += of(words[7]);
+            joint.energy_allowed += of(words[8]);
+            joint.axial_spin = joint.axial_spin.max(of(words[9]));
         }
         joint
     }

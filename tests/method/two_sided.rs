@@ -1,0 +1,152 @@
+//! What pushes touches at the end of a step: rows in line between closing walls against closed forms, growth chambers
+//! in which nobody is thrown, and what contact may not do.
+
+use relcp::{Scene, Simulation, StepReport};
+
+const TOLERANCE: f64 = 1e-5;
+
+fn scene(text: &str) -> Scene {
+    Scene::parse(text, "scene").unwrap()
+}
+
+fn run(scene: Scene) -> (Simulation, Vec<StepReport>) {
+    let (mut simulation, mut reports) = (Simulation::new(scene).unwrap(), Vec::new());
+    while !simulation.done() {
+        reports.push(simulation.step().unwrap());
+    }
+    (simulation, reports)
+}
+
+/// Bodies of diameter `thick` and length 2 end to end, `aside` out of line by turns, between walls of which one closes
+/// by 1.
+fn squeezed(shape: &str, bodies: usize, aside: f64, dt: f64, planar: bool) -> Scene {
+    let place = |i: usize| {
+        let x = 2.0 * i as f64 - (bodies as f64 - 1.0);
+        let y = if i % 2 == 0 { -aside } else { aside };
+        format!(r#"{{ "shape": {shape}, "position": [{x}, {y}, 0], "axis": [1, 0, 0] }}"#)
+    };
+    let list: Vec<String> = (0..bodies).map(place).collect();
+    let end = -(bodies as f64);
+    scene(&format!(
+        r#"{{ "name": "squeezed", "planar": {planar}, "time": {{ "dt": {dt}, "end": 1 }},
+            "walls": [ {{ "half_space": {{ "normal": [1, 0, 0], "offset": {end} }} }},
+                {{ "half_space": {{ "normal": [-1, 0, 0], "offset": {end}, "motion": {{ "velocity": [-1, 0, 0] }} }} }} ],
+            "bodies": [ {} ] }}"#,
+        list.join(", ")
+    ))
+}
+
+const BALL: &str = r#"{ "sphere": { "radius": 1 } }"#;
+
+fn largest(reports: &[StepReport], of: impl Fn(&StepReport) -> f64) -> f64 {
+    reports.iter().map(of).fold(0.0, f64::max)
+}
+
+/// One wall has closed by 1: the centres are 1 apart along x, and so the root of 3 across.
+#[test]
+fn two_balls_in_line_are_pressed_aside_as_far_as_they_must_and_no_farther() {
+    for planar in [true, false] {
+        for dt in [0.02, 0.002] {
+            for aside in [1e-2, 2.5e-4, 5e-7, 0.0] {
+                let (simulation, reports) = run(squeezed(BALL, 2, aside, dt, planar));
+                let apart =
+                    simulation.state().unwrap().bodies.position[1] - simulation.state().unwrap().bodies.position[0];
+                let across = apart.y.hypot(apart.z);
+                assert!((across - 3f64.sqrt()).abs() < 2e-4, "{planar} {dt} {aside}: {apart}");
+                assert!(largest(&reports, |r| r.largest_move) < 0.25, "{planar} {dt} {aside}");
+                assert!(largest(&reports, |r| r.largest_push_gap) < 0.04, "{planar} {dt} {aside}");
+            }
+        }
+    }
+}
+
+#[test]
+fn rows_of_bodies_buckle_and_none_is_thrown() {
+    let rod = r#"{ "spherocylinder": { "diameter": 0.6, "length": 2 } }"#;
+    let ellipsoid = r#"{ "ellipsoid": { "radii": [0.3, 0.3, 1] } }"#;
+    for (shape, bodies) in [(BALL, 3), (BALL, 8), (BALL, 20), (rod, 2), (rod, 5), (ellipsoid, 2), (ellipsoid, 5)] {
+        for aside in [1e-3, 0.0] {
+            let planar = shape != ellipsoid;
+            let (_, reports) = run(squeezed(shape, bodies, aside, 0.01, planar));
+            assert!(largest(&reports, |r| r.max_overlap) <= TOLERANCE, "{shape} {bodies} {aside}");
+            assert!(largest(&reports, |r| r.largest_move) < 0.5, "{shape} {bodies} {aside}");
+        }
+    }
+}
+
+#[test]
+fn what_is_drawn_is_the_same_on_any_number_of_threads_and_after_a_resumption() {
+    let scene = || squeezed(BALL, 8, 0.0, 0.01, true);
+    let end = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| run(scene()).0.state().unwrap().clone())
+    };
+    let whole = end(1);
+    assert_eq!(end(3), whole);
+    let mut first = Simulation::new(scene()).unwrap();
+    let report = first.step().unwrap();
+    assert!(report.tilts > 0, "{report:?}");
+    let state = first.state().unwrap().clone();
+    let mut resumed = Simulation::builder(scene()).resume(state).build().unwrap();
+    while !resumed.done() {
+        resumed.step().unwrap();
+    }
+    assert_eq!(resumed.state().unwrap(), &whole);
+}
+
+/// A chamber that is open above: cells leave it one after the other.
+#[test]
+fn cells_of_a_chamber_with_one_open_end_are_pushed_out_not_thrown() {
+    for (seed, width) in [(1, 10.7), (2, 10.7), (3, 6.0)] {
+        let (_, reports) = run(scene(&format!(
+            r#"{{ "name": "trap", "seed": {seed}, "planar": true, "time": {{ "dt": 0.002, "end": 6.5 }},
+                "walls": [ {{ "channel": {{ "normal": [1, 0, 0], "center": [0, 0, 0], "width": {width} }} }},
+                    {{ "half_space": {{ "normal": [0, 1, 0], "offset": 0 }} }} ],
+                "growth": {{ "rate": 1, "rate_noise": 0.1, "rule": "adder", "added_length": 2, "added_length_noise": 0.2,
+                    "reorientation_degrees": 3 }},
+                "removal": [ {{ "outside": {{ "half_space": {{ "normal": [0, -1, 0], "offset": -10 }} }} }} ],
+                "bodies": [ {{ "shape": {{ "spherocylinder": {{ "diameter": 1, "length": 2 }} }}, "position": [0, 3, 0],
+                    "angle": 40 }} ] }}"#
+        )));
+        assert!(reports.iter().any(|r| r.removed > 0), "it overflows");
+        assert!(reports.iter().all(|r| r.removed <= 4), "{:?}", reports.iter().map(|r| r.removed).max());
+        assert!(largest(&reports, |r| r.largest_move) < 0.5, "{seed}: {}", largest(&reports, |r| r.largest_move));
+        assert!(largest(&reports, |r| r.max_overlap) <= TOLERANCE);
+    }
+}
+
+/// Two discs 1000:1 that fall on each other and on a floor once gained 90 of energy in one step.
+#[test]
+fn thin_discs_gain_no_energy_by_contact() {
+    let (_, reports) = run(scene(
+        r#"{ "name": "discs", "dynamics": { "inertial": { "density": 1 } }, "time": { "dt": 0.005, "end": 1.5 },
+            "forces": [ { "gravity": { "acceleration": [0, 0, -5] } } ],
+            "walls": [ { "half_space": { "normal": [0, 0, 1], "offset": 0 } } ],
+            "bodies": [
+                { "shape": { "ellipsoid": { "radii": [2, 2, 0.002] } }, "position": [0.218, -0.016, 2.5],
+                  "orientation": [0.6023, 0.1822, -0.0545, 0.7753] },
+                { "shape": { "ellipsoid": { "radii": [2, 2, 0.002] } }, "position": [0.007, 0.183, 6.7],
+                  "orientation": [0.0186, -0.2339, 0.7068, -0.6674], "velocity": [0, 0, -2] } ] }"#,
+    ));
+    assert!(reports.iter().all(|r| r.contact_energy < 1e-3), "{}", largest(&reports, |r| r.contact_energy));
+    assert!(reports.iter().any(|r| r.contact_energy < 0.0), "they touch");
+}
+
+#[test]
+fn contact_does_not_spin_rods_about_their_own_axes() {
+    let (simulation, reports) = run(scene(
+        r#"{ "name": "rods", "dynamics": { "inertial": { "density": 1 } }, "time": { "dt": 0.01, "end": 3 },
+            "bodies": [
+                { "shape": { "spherocylinder": { "diameter": 0.1, "length": 2 } }, "position": [0, 0, 0], "axis": [1, 0, 0],
+                  "velocity": [0, 0, 1] },
+                { "shape": { "spherocylinder": { "diameter": 0.1, "length": 2 } }, "position": [0.43, 0.43, 0.8],
+                  "axis": [-0.25, 0.42, 0.23] } ] }"#,
+    ));
+    assert!(reports.iter().any(|r| r.recursions > 0), "no row was made at a trial");
+    assert!(largest(&reports, |r| r.axial_spin) < 1e-14, "{:e}", largest(&reports, |r| r.axial_spin));
+    let bodies = &simulation.state().unwrap().bodies;
+    for (angular, orientation) in bodies.angular_velocity.iter().zip(&bodies.orientation) {
+        let spin = angular.dot(*orientation * glam::DVec3::Z);
+        assert!(angular.length() > 0.01 && spin.abs() < 1e-6, "{spin:e} of {angular}");
+    }
+}
