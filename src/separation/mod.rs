@@ -17,6 +17,7 @@ mod ellipsoids;
 mod farthest;
 #[cfg(feature = "gpu")]
 pub(crate) mod gpu;
+mod meeting;
 mod outermost;
 mod peak;
 pub(crate) mod planar;
