@@ -128,8 +128,8 @@ fn gap_left(a: Course, b: Course, gap: vec3r, distance: real, size: real, sine: 
     return left;
 }
 
-// The unit vector from one curve to the other, given the gap between their nearest points. Where nearly met curves cross
-// it is their common perpendicular, turned with `toward`; where the gap is rounding, a fixed one.
+// The unit vector from one curve to the other, given the gap between their nearest points. Where nearly met curves
+// cross it is their common perpendicular, turned with `toward`; where the gap is rounding, a fixed one.
 fn normal_between(a: Course, b: Course, gap: vec3r, distance: real, size: real, toward: vec3r) -> vec3r {
     if distance > MEETING * size {
         return gap / distance;

@@ -8,8 +8,8 @@
 //!
 //! Degenerate cases: a point on the axis but for rounding (a fixed direction in the plane, see `Circle::toward`); a
 //! segment along the axis but for rounding, which has no place nearest to it (that nearest to the centre); a line that
-//! passes through the axis (`near_axis`); a segment that meets the circle (`meeting`); two equal minima (the first along
-//! the segment).
+//! passes through the axis (`near_axis`); a segment that meets the circle (`meeting`); two equal minima (the first
+//! along the segment).
 
 use super::Nearest;
 use super::circles::Circle;
@@ -72,8 +72,8 @@ struct Passing {
     sine: f64,
 }
 
-/// Distance from the axis, as a fraction of the sizes, under which it is computed from the line's passing: what rounding
-/// leaves of a difference of vectors has no sign there, and the slope of `rho` jumps from one to the other.
+/// Distance from the axis, as a fraction of the sizes, under which it is computed from the line's passing: what
+/// rounding leaves of a difference of vectors has no sign there, and the slope of `rho` jumps from one to the other.
 const NEAR_AXIS: f64 = 1e-6;
 
 fn sample(delta: DVec3, a: &Circle, b: Segment, at: f64, side: &Side) -> Sample {

@@ -222,8 +222,8 @@ pub(crate) fn add_tolerances_to(source: Source) -> Source {
         // Sine under which axes count as parallel. The ends of segments 1000 diameters long then differ by 1e-9
         // diameters in 64 bits, by 1e-3 in 32 bits, where an axis is rounded to a tenth of this.
         ("PARALLEL_SINE", 1e-12, 16.0),
-        // Sine under which a part across a direction is small beside the whole, so that it is taken off twice; and under
-        // which it is rounding of the whole.
+        // Sine under which a part across a direction is small beside the whole, so that it is taken off twice; and
+        // under which it is rounding of the whole.
         ("SMALL_SINE", 1e-3, 0.0),
         ("ROUNDING_SINE", 1e-15, 5.0),
         // A place of a segment within this part of its half length of an end is the end.

@@ -16,8 +16,8 @@ use glam::DVec3;
 const NEAR: f64 = 1e-6;
 /// Gap, as a fraction of the sizes, that is rounding.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
-/// The same, and as a fraction of the gap, of what of it lies beside the common perpendicular of curves that cross: their
-/// places have roundings too.
+/// The same, and as a fraction of the gap, of what of it lies beside the common perpendicular of curves that cross:
+/// their places have roundings too.
 const ASIDE: (f64, f64) = (32.0 * f64::EPSILON, 1e-4);
 
 /// One of two curves at its nearest point.

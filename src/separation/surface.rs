@@ -10,9 +10,9 @@
 //! A body can touch in several places at once. Segments, and circles towards planes and in spheres, are looked at in
 //! several (`places`), each with an exact gap of its own; the least is the body's separation.
 //!
-//! Degenerate cases, each but for rounding: a point at the centre or on the axis (a fixed direction, across the axis); a
-//! point of a body that several are as far as (`point_ellipsoid`, the first direction of a circle); a circle parallel to
-//! a plane, all of which touches (its first direction); a circle coaxial with a cylinder (a fixed direction across).
+//! Degenerate cases, each but for rounding: a point at the centre or on the axis (a fixed direction, across the axis);
+//! a point of a body that several are as far as (`point_ellipsoid`, the first direction of a circle); a circle parallel
+//! to a plane, all of which touches (its first direction); a circle coaxial with a cylinder (a fixed direction across).
 
 #[cfg(feature = "gpu")]
 pub(super) mod gpu;

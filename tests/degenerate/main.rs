@@ -6,6 +6,7 @@
 
 mod oracle;
 mod placements;
+mod runs;
 mod tally;
 mod wall_oracle;
 
@@ -21,6 +22,8 @@ use tally::{Limits, Tally, draws};
 use wall_oracle::{sound_at_wall, wall_errors};
 
 const WITH_CUSTOM: [&str; 6] = ["sphere", "rod", "ellipsoid", "thin", "ring", "custom"];
+/// What places of segments are told to, as a fraction of the sizes.
+const ROUNDING: f64 = 1e-12;
 const LIMITS: Limits = Limits { separation: 1e-9, normal: 1e-9, lever: 1e-9 };
 
 fn random(seed: u64) -> ChaCha8Rng {
@@ -57,7 +60,7 @@ fn pairs_in_degenerate_placements_are_those_of_the_oracle() {
         for _ in 0..draws(150) {
             let bodies = pair(kinds, &customs, &mut drawn);
             let found = separation(&bodies[0], &bodies[1], None).unwrap();
-            let errors = pair_errors(&bodies, &found, &mut oracle);
+            let errors = pair_errors(&bodies, &found, ROUNDING, &mut oracle);
             tally.add(&kinds.join(", "), errors, &Limits::of(kinds), || format!("{bodies:?}: {found:?}"));
         }
     }
@@ -75,7 +78,7 @@ fn branches_in_degenerate_placements_are_sound() {
             let (mut least, mut worst) = (f64::INFINITY, oracle::Errors::default());
             branches(&bodies[0], &bodies[1], &nearest, 1.0, |_, found: Separation| {
                 least = least.min(found.separation);
-                worst = worst.max(sound(&bodies, &found, false));
+                worst = worst.max(sound(&bodies, &found, false, ROUNDING));
             });
             worst.separation = (least - nearest.separation).abs() / oracle::size(&bodies);
             tally.add(&kinds.join(", "), worst, &Limits::of(kinds), || format!("{bodies:?}: {nearest:?}"));

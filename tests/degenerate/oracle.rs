@@ -83,11 +83,11 @@ impl Curve {
     }
 
     /// How far `out` is from a direction in which one may leave the curve at its point `p`: at right angles to it, or
-    /// at an end, unless the place is fixed there, not back along it.
-    fn lean(&self, p: DVec3, out: DVec3, is_free: bool) -> f64 {
+    /// at an end, unless the place is fixed there, not back along it. An end is one but for `rounding`, a length.
+    fn lean(&self, p: DVec3, out: DVec3, is_free: bool, rounding: f64) -> f64 {
         match *self {
             Curve::Segment { half: 0.0, .. } => 0.0,
-            Curve::Segment { axis, half } if p.dot(axis).abs() < half * (1.0 - 1e-9) => axis.dot(out).abs(),
+            Curve::Segment { axis, half } if p.dot(axis).abs() < half - rounding => axis.dot(out).abs(),
             Curve::Segment { .. } if !is_free => 0.0,
             Curve::Segment { axis, .. } => (-out.dot(axis) * p.dot(axis).signum()).max(0.0),
             Curve::Circle { axes, radius } => (axes.z_axis.cross(p) / radius).dot(out).abs(),
@@ -216,10 +216,10 @@ pub fn size([a, b]: &[Placed; 2]) -> f64 {
     a.shape.bounding_radius() + b.shape.bounding_radius() + (b.position - a.position).length()
 }
 
-/// The errors of a found separation of two bodies.
-pub fn pair_errors(bodies: &[Placed; 2], found: &Separation, random: &mut ChaCha8Rng) -> Errors {
+/// The errors of a found separation of two bodies; `rounding` as in [`sound`].
+pub fn pair_errors(bodies: &[Placed; 2], found: &Separation, rounding: f64, random: &mut ChaCha8Rng) -> Errors {
     let size = size(bodies);
-    let sound = sound(bodies, found, true);
+    let sound = sound(bodies, found, true, rounding);
     let separation = match bodies.each_ref().map(Curve::of) {
         [Some((a, ra)), Some((b, rb))] => {
             let delta = bodies[1].position - bodies[0].position;
@@ -237,8 +237,8 @@ pub fn pair_errors(bodies: &[Placed; 2], found: &Separation, random: &mut ChaCha
 }
 
 /// The errors of normal and levers alone, which hold of every branch; `is_free` of the separation itself, which no place
-/// is fixed of.
-pub fn sound(bodies: &[Placed; 2], found: &Separation, is_free: bool) -> Errors {
+/// is fixed of. A segment's point within `rounding` of the sizes of an end is the end.
+pub fn sound(bodies: &[Placed; 2], found: &Separation, is_free: bool, rounding: f64) -> Errors {
     let size = size(bodies);
     let n = found.normal;
     let gap = bodies[1].position - bodies[0].position + found.lever_b - found.lever_a;
@@ -253,7 +253,7 @@ pub fn sound(bodies: &[Placed; 2], found: &Separation, is_free: bool) -> Errors 
             let point = lever - out * radius;
             off = curve.distance(point) / size;
             if off < 1e-3 * curve.extent() {
-                normal = curve.lean(point, out, is_free);
+                normal = curve.lean(point, out, is_free, rounding * size);
             }
         } else {
             // A convex body's point is as far along the normal as any.
