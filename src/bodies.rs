@@ -71,6 +71,8 @@ pub struct Bodies {
     pub broken_bonds: Vec<u32>,
     /// The periods of the space that they are in. Positions are not wrapped.
     pub periods: Periods,
+    /// Whether they cannot leave the plane: then they are measured in it.
+    pub planar: bool,
 }
 
 /// Leaves of an array what is to be kept, a flag each, in its order.
@@ -85,7 +87,12 @@ pub const NO_GROUP: u32 = u32::MAX;
 impl Bodies {
     /// No bodies, with what belongs to none of these: the space that they are in, and the bonds that are broken.
     pub(crate) fn none_like(&self) -> Bodies {
-        Bodies { broken_bonds: self.broken_bonds.clone(), periods: self.periods, ..Bodies::default() }
+        Bodies {
+            broken_bonds: self.broken_bonds.clone(),
+            periods: self.periods,
+            planar: self.planar,
+            ..Bodies::default()
+        }
     }
 
     /// How many bodies there are.
@@ -196,5 +203,6 @@ impl Clone for Bodies {
         self.lineage.clone_from(&from.lineage);
         self.broken_bonds.clone_from(&from.broken_bonds);
         self.periods = from.periods;
+        self.planar = from.planar;
     }
 }

@@ -211,6 +211,7 @@ fn nearest_at(delta: vec3r, ring_a: Ring, ring_b: Ring, place: RingPlace, size: 
     let from_a = toward * ring_a.radius;
     let gap = delta + to_b - from_a;
     let distance = length(gap);
-    let normal = normal_between(cross(ring_a.axes[2], toward), along, gap, distance, size, gap, true);
+    let of_a = Course(cross(ring_a.axes[2], toward), true, real(0.0));
+    let normal = normal_between(of_a, Course(along, true, real(0.0)), gap, distance, size, gap);
     return Nearest(from_a, to_b, normal, distance);
 }

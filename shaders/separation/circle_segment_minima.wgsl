@@ -87,7 +87,7 @@ fn place_sides(centre: vec3r, along: vec3r, half: real, radius: real, size: real
     var line = PlaceLine(centre.z, along.z, foot, length(centre.xy), real(0.0), radius);
     var reach = real(0.0);
     let lean2 = dot(along.xy, along.xy);
-    if lean2 > 4.0 * EPSILON * EPSILON {
+    if lean2 > ROUNDING_SINE * ROUNDING_SINE {
         let moment = centre.x * along.y - centre.y * along.x;
         line.sine = sqrt(lean2);
         line.turn = -dot(centre.xy, along.xy) / lean2;
@@ -142,7 +142,7 @@ fn nearest_at_place(delta: vec3r, ring: Ring, axis: vec3r, half: real, at: real,
     let from_a = toward * ring.radius;
     let gap = delta + to_b - from_a;
     let distance = length(gap);
-    let tangent = cross(ring.axes[2], toward);
-    let normal = normal_between(tangent, axis, gap, distance, size, gap, abs(at) < half);
+    let of_a = Course(cross(ring.axes[2], toward), true, real(0.0));
+    let normal = normal_between(of_a, course_of(axis, half, at), gap, distance, size, gap);
     return Nearest(from_a, to_b, normal, distance);
 }

@@ -34,13 +34,36 @@ fn perpendicular(v: vec3r) -> vec3r {
     return unit_or(cross(v, least), vec3r(1.0, 0.0, 0.0));
 }
 
-// A unit vector at right angles to both; where they are parallel, one at right angles to the longer.
-fn common_perpendicular(u: vec3r, v: vec3r) -> vec3r {
+// The part of `v` at right angles to the unit vector `axis`, taken off twice where it is small; zero where `v` is along
+// it but for rounding.
+fn part_across(v: vec3r, axis: vec3r) -> vec3r {
+    let all = length(v);
+    let once = v - axis * dot(axis, v);
+    if length(once) > SMALL_SINE * all {
+        return once;
+    }
+    let twice = once - axis * dot(axis, once);
+    return select(vec3r(0.0, 0.0, 0.0), twice, length(twice) > ROUNDING_SINE * all);
+}
+
+// The unit vector along u x v of unit vectors, at right angles to both, however nearly parallel they are; zero where
+// they are so but for rounding.
+fn normal_to(u: vec3r, v: vec3r) -> vec3r {
     let across = cross(u, v);
     let sine = length(across);
-    // Ten roundings: below, the cross product of unit vectors holds no digit.
-    if sine > 10.0 * EPSILON {
+    if sine > SMALL_SINE {
         return across / sine;
+    }
+    return cross(u, unit_or(part_across(v, u), vec3r(0.0, 0.0, 0.0)));
+}
+
+// A unit vector at right angles to both; where they are parallel, one at right angles to the longer.
+fn common_perpendicular(u: vec3r, v: vec3r) -> vec3r {
+    if dot(u, u) > 0.0 && dot(v, v) > 0.0 {
+        let unit = normal_to(u, v);
+        if dot(unit, unit) > 0.0 {
+            return unit;
+        }
     }
     if dot(u, u) >= dot(v, v) {
         return perpendicular(u);
@@ -48,18 +71,80 @@ fn common_perpendicular(u: vec3r, v: vec3r) -> vec3r {
     return perpendicular(v);
 }
 
-// The unit vector from one curve to the other, given the gap between their nearest points and their directions there.
-// Where curves cross (`inside`: away from their ends) it is their common perpendicular, turned with `toward`; where
-// they meet otherwise, a fixed one.
-fn normal_between(u: vec3r, v: vec3r, gap: vec3r, distance: real, size: real, toward: vec3r, inside: bool) -> vec3r {
-    let across = cross(u, v);
-    let sine = length(across);
-    if inside && distance < MEETING * size * sine {
-        let unit = across / sine;
-        return select(unit, -unit, dot(toward, unit) < 0.0);
+// One of two curves at its nearest point: its unit direction there, zero of a point; whether it goes on there, and if
+// not, on which side of it along that direction it ends, zero of a point.
+struct Course {
+    along: vec3r,
+    goes_on: bool,
+    end: real,
+}
+
+// A segment at a place of it. A place within rounding of an end is the end.
+fn course_of(axis: vec3r, half: real, at: real) -> Course {
+    return Course(axis, abs(at) < half * (1.0 - END_ROUNDING), at);
+}
+
+// Whether a normal along `way` must be at right angles to the curve: where it goes on, and at an end that it would lean
+// back from.
+fn holds(course: Course, way: vec3r) -> bool {
+    return course.goes_on || dot(way, course.along) * course.end < 0.0;
+}
+
+// The unit vector along the common perpendicular of two curves, where the gap is along it; else zero.
+fn crossing_normal(a: Course, b: Course, gap: vec3r, distance: real, size: real) -> vec3r {
+    let unit = normal_to(a.along, b.along);
+    let aside = length(gap - unit * dot(gap, unit));
+    return select(vec3r(0.0, 0.0, 0.0), unit, aside <= 32.0 * EPSILON * size + 1e-4 * distance);
+}
+
+// What the curves leave of the gap between nearly met ones, as src/separation/meeting.rs has it.
+fn gap_left(a: Course, b: Course, gap: vec3r, distance: real, size: real, sine: real) -> vec3r {
+    // The normal arrives at b, which is to b as if it left it the other way. What goes on comes first.
+    var first = a;
+    var second = Course(b.along, b.goes_on, -b.end);
+    if !a.goes_on {
+        first = second;
+        second = a;
     }
-    if distance > EPSILON * size {
+    if !holds(first, gap) {
+        if holds(second, gap) {
+            return part_across(gap, second.along);
+        }
+        return gap;
+    }
+    let left = part_across(gap, first.along);
+    // Of nearly parallel curves, what is at right angles to one is so to the other.
+    if !holds(second, left) || distance >= size * sine {
+        return left;
+    }
+    // The gap knows worse than the curves do what is at right angles to both.
+    let unit = crossing_normal(a, b, gap, distance, size);
+    if dot(unit, unit) > 0.0 {
+        return unit * dot(gap, unit);
+    }
+    if abs(dot(gap, first.along)) > abs(dot(gap, second.along)) {
+        return part_across(gap, second.along);
+    }
+    return left;
+}
+
+// The unit vector from one curve to the other, given the gap between their nearest points. Where nearly met curves
+// cross it is their common perpendicular, turned with `toward`; where the gap is rounding, a fixed one.
+fn normal_between(a: Course, b: Course, gap: vec3r, distance: real, size: real, toward: vec3r) -> vec3r {
+    if distance > MEETING * size {
         return gap / distance;
     }
-    return common_perpendicular(u, v);
+    let sine = length(cross(a.along, b.along));
+    if a.goes_on && b.goes_on && distance < MEETING * size * sine {
+        let unit = crossing_normal(a, b, gap, distance, size);
+        if dot(unit, unit) > 0.0 {
+            return select(unit, -unit, dot(toward, unit) < 0.0);
+        }
+    }
+    let left = gap_left(a, b, gap, distance, size, sine);
+    let rest = length(left);
+    if rest > 4.0 * EPSILON * size {
+        return left / rest;
+    }
+    return common_perpendicular(a.along, b.along);
 }

@@ -9,8 +9,11 @@ fn ring_of(p: Placed) -> Ring {
 }
 
 // The unit direction, in the plane, from the centre to the circle's point nearest to `p`; the first direction where `p`
-// is on the axis.
+// is on the axis but for rounding.
 fn ring_toward(ring: Ring, p: vec3r) -> vec3r {
     let q = ring.axes[0] * dot(ring.axes[0], p) + ring.axes[1] * dot(ring.axes[1], p);
+    if !(length(q) > ROUNDING_SINE * length(p)) {
+        return ring.axes[0];
+    }
     return unit_or(q, ring.axes[0]);
 }

@@ -35,9 +35,8 @@ fn ordered_separation(delta: vec3r, a: Placed, b: Placed, warm: vec3r) -> Separa
     if inside_a { gap -= axis_a * dot(axis_a, gap); }
     if inside_b { gap -= axis_b * dot(axis_b, gap); }
     let distance = length(gap);
-    let inside = inside_a && inside_b;
     let size = half_a + half_b + length(delta);
-    let normal = normal_between(axis_a, axis_b, gap, distance, size, delta, inside);
+    let normal = normal_between(course_of(axis_a, half_a, s), course_of(axis_b, half_b, t), gap, distance, size, delta);
     // From the nearest point of nearly parallel axes, which jumps from end to end as the angle changes sign, the step
     // to the middle is a smooth function of the angle.
     let low = max(-half_a, along_a - half_b);

@@ -84,8 +84,8 @@ fn coordinate(direction: Direction, offset: Offset) -> Coordinate {
 }
 
 // The room of a point at `whole`, `part` from the centre inside of the surface's radius R, as (R^2 - x^2) / (R + |x|),
-// and the direction outwards; the first one at the centre.
-fn out_of(surface: Surface, whole: vec3<i32>, part: vec3r) -> Gap {
+// and the direction outwards; the first one at the centre but for `rounding`, a length.
+fn out_of(surface: Surface, whole: vec3<i32>, part: vec3r, rounding: real) -> Gap {
     let units = vec3r(whole);
     let rest = part * INVERSE_UNIT;
     let radius_units = real(surface.radius_whole);
@@ -103,7 +103,7 @@ fn out_of(surface: Surface, whole: vec3<i32>, part: vec3r) -> Gap {
         room = (left + mixed + parts) / (radius + distance);
     }
     var normal = vec3r(1.0, 0.0, 0.0);
-    if distance > 0.0 {
+    if distance > rounding * INVERSE_UNIT {
         normal = place / distance;
     }
     return Gap(UNIT * room, normal);
@@ -115,11 +115,13 @@ fn gap_of(surface: Surface, offset: Offset) -> Gap {
             let along = coordinate(surface.first, offset);
             return Gap(UNIT * real(along.whole) + along.part, -surface.first.unit);
         }
-        case SURFACE_SPHERE: { return out_of(surface, offset.whole, offset.part); }
+        case SURFACE_SPHERE: { return out_of(surface, offset.whole, offset.part, real(0.0)); }
         case SURFACE_CYLINDER: {
             let first = coordinate(surface.first, offset);
             let second = coordinate(surface.second, offset);
-            let across = out_of(surface, vec3<i32>(first.whole, second.whole, 0), vec3r(first.part, second.part, 0.0));
+            let rounding = 4.0 * EPSILON * (UNIT + length(offset.part));
+            let place = vec3<i32>(first.whole, second.whole, 0);
+            let across = out_of(surface, place, vec3r(first.part, second.part, 0.0), rounding);
             return Gap(across.distance, across.normal.x * surface.first.unit + across.normal.y * surface.second.unit);
         }
         default: { return Gap(not_a_number(), vec3r(not_a_number())); }

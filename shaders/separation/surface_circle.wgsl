@@ -9,7 +9,8 @@ const THIRD_SINE: real = 0.86602540378443864676;
 fn across_cylinder(surface: Surface, offset: Offset, ring: Ring) -> vec3r {
     let axis = cross(surface.first.unit, surface.second.unit);
     let lean = abs(dot(ring.axes[2], axis));
-    let wide = unit_or(cross(axis, ring.axes[2]), surface.first.unit);
+    // A ring coaxial with the cylinder but for rounding is a circle, as wide in the first direction as in any.
+    let wide = unit_or(normal_to(axis, ring.axes[2]), surface.first.unit);
     let high = cross(axis, wide);
     let p = as_vector(offset) / -ring.radius;
     let normal = farthest_normal(vec3r(1.0, lean, 0.0), vec3r(dot(p, wide), dot(p, high), 0.0));
@@ -29,7 +30,7 @@ fn arm_of_circle(surface: Surface, offset: Offset, body: Placed, place: u32) -> 
     let seen = vec2r(dot(toward, ring.axes[0]), dot(toward, ring.axes[1]));
     let size = length(seen);
     var at = vec2r(1.0, 0.0);
-    if size > 0.0 {
+    if size > ROUNDING_SINE * length(toward) {
         at = seen / size;
     }
     if place > 0u {

@@ -71,10 +71,10 @@ struct State {
 }
 
 fn open(path: &Path) -> Result<State, CliError> {
-    let of = |bodies, scene: Option<Scene>| State {
-        bodies,
-        walls: scene.as_ref().map(Scene::walls).unwrap_or_default(),
-        scene,
+    let of = |mut bodies: Bodies, scene: Option<Scene>| {
+        // A state of an older program does not say it.
+        bodies.planar |= scene.as_ref().is_some_and(|scene| scene.planar);
+        State { bodies, walls: scene.as_ref().map(Scene::walls).unwrap_or_default(), scene }
     };
     if path.is_dir() {
         let (header, state) = read_state(&path.join("checkpoint.npz"))?;

@@ -319,6 +319,10 @@ fn verdict(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
         Some("overlap") => {
             writeln!(out, "  out of tolerance: {steps_over_tolerance} of {steps} steps overlap by more than allowed")
         }
+        Some("final_overlap") => {
+            let (last, allowed) = (s.final_max_overlap, s.overlap_tolerance);
+            writeln!(out, "  out of tolerance: the final state overlaps by {last:.3e}, {allowed:.1e} is allowed")
+        }
         Some("passed") => {
             writeln!(out, "  out of tolerance: bodies went through each other in {steps_passed} of {steps} steps")
         }

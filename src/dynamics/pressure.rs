@@ -7,7 +7,7 @@
 //! the area of a rod's section. `relcp measure` and `relcp render` use the same number.
 
 use crate::bodies::Bodies;
-use crate::separation::{branch, planar_separation, reach_of_place, separation};
+use crate::separation::{branch, reach_of_place, separate_in};
 use crate::shape::Shape;
 use crate::walls::surface_of;
 use crate::warm::Warm;
@@ -21,7 +21,7 @@ const LEAST_PAIRS_A_TASK: usize = 256;
 /// of its near pairs, sorted by pair, of smooth surfaces. The sums run in that order, so that the bits depend on
 /// nothing else.
 pub fn pressures(bodies: &Bodies, warm: &[Warm], planar: bool) -> Vec<f64> {
-    let separate = if planar { planar_separation } else { separation };
+    let separate = separate_in(planar);
     let grows = |i: usize| bodies.shape[i].growing_length().is_some();
     let of_pair = |warm: &Warm| {
         let [a, b] = warm.pair.map(|body| body as usize);

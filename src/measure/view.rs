@@ -5,7 +5,7 @@ use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
 use crate::dynamics::virial_of_wall;
 use crate::record::{ContactForce, Snapshot, TOUCHING, contacts};
-use crate::separation::{branch, is_branch, separation};
+use crate::separation::{branch, is_branch, separate_in};
 use crate::walls::surface_of;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -137,7 +137,7 @@ impl<'a> View<'a> {
         Ok(of_bodies.filter_map(|warm| {
             let pair = warm.pair.map(|body| body as usize);
             let [of_a, of_b] = self.bodies().pair(pair[0], pair[1]);
-            let nearest = separation(&of_a, &of_b, None)?;
+            let nearest = separate_in(self.bodies().planar)(&of_a, &of_b, None)?;
             let found = branch(&of_a, &of_b, &nearest, warm.feature);
             let delta = of_b.position - of_a.position;
             let lever = 0.5 * (found.lever_a + delta + found.lever_b);

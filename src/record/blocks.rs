@@ -145,6 +145,7 @@ pub(super) fn read_bodies(source: &mut Archive, rows: usize) -> Result<Bodies, S
         lineage: lineage.collect(),
         broken_bonds: Vec::new(),
         periods: Periods::NONE,
+        planar: false,
     })
 }
 

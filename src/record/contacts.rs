@@ -1,7 +1,7 @@
 //! The contacts of a state, with the forces that its checkpoint knows.
 
 use super::states::Snapshot;
-use crate::separation::{Separation, branch, separation};
+use crate::separation::{Separation, branch, separate_in};
 use crate::step;
 use crate::walls::surface_of;
 use glam::{DVec3, I64Vec3};
@@ -71,7 +71,7 @@ pub fn contacts(state: &Snapshot, cutoff: Option<f64>) -> Vec<ContactForce> {
         let key = key(pair, image);
         let [a, b] = bodies.pair(pair[0], pair[1]);
         if warm.gamma > 0.0 && !found.contains_key(&key) {
-            found.extend(separation(&a, &b, None).map(|separation| (key, separation)));
+            found.extend(separate_in(bodies.planar)(&a, &b, None).map(|separation| (key, separation)));
         }
         // Methods that make several rows of a pair remember each.
         let force = forces.entry(key).or_default();

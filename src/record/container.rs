@@ -64,6 +64,9 @@ pub struct Header {
     /// By how much images across one axis are displaced along another, in a sheared cell; absent in another.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tilt: Option<Tilt>,
+    /// Whether the bodies cannot leave the plane; absent where they can.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub planar: bool,
     /// Length of the array of broken bonds; absent where there is none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub broken_bonds: Option<u64>,
@@ -127,6 +130,7 @@ fn pack(
         bodies: state.bodies.len() as u64,
         periodic: (!state.bodies.periods.is_none()).then(|| state.bodies.periods.lengths()),
         tilt: state.bodies.periods.tilt(),
+        planar: state.bodies.planar,
         broken_bonds: Some(state.bodies.broken_bonds.len() as u64).filter(|broken| *broken > 0),
         warm: with_warm.then_some(state.warm.len() as u64),
         removed: state.removed.clone(),
@@ -164,7 +168,7 @@ pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
     let state = State {
         step: header.step,
         next_id: header.next_id,
-        bodies: Bodies { periods, ..bodies },
+        bodies: Bodies { periods, planar: header.planar, ..bodies },
         removed: header.removed.clone(),
         warm: if warm > 0 { read_warm(&mut archive, warm as usize, rows)? } else { Vec::new() },
         unrounded: header.device.map(|kind| read_unrounded(&mut archive, kind, rows)).transpose()?,

@@ -227,7 +227,9 @@ impl States {
             Entry::File(path) => {
                 let (header, mut state) = read_state(path)?;
                 let warm = header.warm.map(|_| std::mem::take(&mut state.warm));
-                let State { bodies, removed, .. } = state;
+                let State { mut bodies, removed, .. } = state;
+                // A file of an older program does not say it.
+                bodies.planar |= self.planar == Some(true);
                 Ok(Cow::Owned(Snapshot { step: header.step, time: header.time, bodies, warm, removed }))
             }
         }

@@ -26,6 +26,7 @@ fn state() -> State {
     let bodies = Bodies {
         broken_bonds: vec![0, 3, 4],
         periods: Periods::NONE,
+        planar: false,
         position: (0..4).map(vector).collect(),
         orientation: (0..4).map(|i| DQuat::from_xyzw(at(i), at(i + 1), at(i + 2), at(i + 3)).normalize()).collect(),
         velocity: (0..4).map(|i| vector(i + 1)).collect(),

@@ -1,6 +1,7 @@
 //! `summary.json`: what a run did, as other programs read it.
 
 use super::memory::peak_bytes;
+use crate::gpu::Precision;
 use crate::record::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds, state_hash};
 use crate::scene::{Method, SolverKind, Stepping, StopReason};
 use crate::simulation::{Leg, Simulation};
@@ -14,7 +15,7 @@ use serde::{Deserialize, Serialize};
 pub enum RunStatus {
     /// It went to its end, and every step met its tolerances.
     Done,
-    /// It went to its end; some step did not meet its tolerances.
+    /// It went to its end; some step, or the final state measured anew, did not meet its tolerances.
     OutOfTolerance,
     /// It was stopped before its end and can be resumed.
     Interrupted,
@@ -94,7 +95,7 @@ pub struct Summary {
     /// Which part of the scene's `growth.stop` ended it before `time.end`; null where none did.
     pub stopped_by: Option<StopReason>,
     /// Why it is out of tolerance or stopped, in one word; null where it is neither. [`Totals::reason`] and
-    /// [`Fault::name`] say which there are.
+    /// [`Fault::name`] say which there are; `final_overlap` where all steps held and the final state does not.
     pub reason: Option<String>,
     /// The same in a sentence; null where no step was refused.
     pub message: Option<String>,
@@ -186,6 +187,17 @@ fn method_name(method: Method) -> &'static str {
     }
 }
 
+/// The reason of a run whose steps all held, and whose last state, measured anew, does not.
+const FINAL_OVERLAP: &str = "final_overlap";
+
+/// By how much two ways to compute a separation may differ in the run's precision: the part of the sizes that tests
+/// hold separations on a device to.
+fn rounding(simulation: &Simulation) -> Result<f64, Fault> {
+    let part = if simulation.precision() == Precision::F32 { 2e-6 } else { 1e-11 };
+    let shapes = &simulation.state()?.bodies.shape;
+    Ok(2.0 * part * shapes.iter().map(|shape| shape.bounding_radius()).fold(0.0, f64::max))
+}
+
 impl Summary {
     /// Of a simulation and the totals of its steps; `final_max_overlap` is [`max_overlap`](crate::step::max_overlap) of
     /// its state.
@@ -201,13 +213,16 @@ impl Summary {
     ) -> Result<Self, Fault> {
         let (scene, state) = (simulation.scene(), simulation.state()?);
         let device = simulation.device();
+        let ends_over = totals.steps > 0 && final_max_overlap > scene.contact.overlap_tolerance + rounding(simulation)?;
+        let status = if status == RunStatus::Done && ends_over { RunStatus::OutOfTolerance } else { status };
+        let missed = || totals.reason().or(ends_over.then_some(FINAL_OVERLAP));
         let mean = |sum: u64| if totals.steps == 0 { 0.0 } else { sum as f64 / totals.steps as f64 };
         Ok(Summary {
             name: scene.name.clone(),
             status,
             completed: simulation.done(),
             stopped_by: simulation.stopped_by(),
-            reason: stopped.map(Fault::name).or_else(|| totals.reason()).map(str::to_owned),
+            reason: stopped.map(Fault::name).or_else(missed).map(str::to_owned),
             message: stopped.map(Fault::to_string),
             method: method_name(scene.contact.method),
             stepping: scene.time.stepping,

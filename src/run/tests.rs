@@ -44,6 +44,24 @@ fn left(folder: &Path) -> Vec<(String, Vec<u8>)> {
         .collect()
 }
 
+/// All steps may say that they held: the last state, measured anew, decides.
+#[test]
+fn a_run_whose_final_state_overlaps_is_out_of_tolerance() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut run = rods(folder.path());
+    while !run.done() {
+        run.advance().unwrap();
+    }
+    assert!(run.totals.clean());
+    let ended = |overlap: f64| {
+        let summary = Summary::new(&run.simulation, &run.totals, "", (RunStatus::Done, None), overlap).unwrap();
+        (summary.status, summary.reason)
+    };
+    let allowed = run.simulation.scene().contact.overlap_tolerance;
+    assert_eq!(ended(0.5 * allowed), (RunStatus::Done, None));
+    assert_eq!(ended(2.0 * allowed), (RunStatus::OutOfTolerance, Some("final_overlap".into())));
+}
+
 #[test]
 fn a_run_that_crashed_after_a_checkpoint_goes_on_to_the_same_bits() {
     let (whole, broken) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());

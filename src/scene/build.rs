@@ -57,7 +57,7 @@ impl Scene {
         let names = self.group_names();
         let numbers: HashMap<&str, u32> = names.iter().map(String::as_str).zip(0..).collect();
         let group_of = |name: Option<&str>| name.and_then(|n| numbers.get(n).copied()).unwrap_or(NO_GROUP);
-        let mut bodies = Bodies { periods: self.periods(), ..Bodies::default() };
+        let mut bodies = Bodies { periods: self.periods(), planar: self.planar, ..Bodies::default() };
         for body in &self.bodies {
             let placed =
                 Placed { shape: body.shape, position: DVec3::from(body.position), orientation: body.rotation() };

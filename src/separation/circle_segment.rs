@@ -6,21 +6,20 @@
 //! the interval about `t_a` where `rho^3 < R k^2 m^2`, and concave inside, where no minimum can be. So there are two
 //! minima at most, each alone in a convex piece, and the search is exact.
 //!
-//! Degenerate cases: a point on the axis (a fixed direction in the plane, see `Circle::toward`); a segment that meets
-//! the circle (the common perpendicular of both, or of the tangent for a point); two equal minima (the first along the
-//! segment).
+//! Degenerate cases: a point on the axis but for rounding (a fixed direction in the plane, see `Circle::toward`); a
+//! segment along the axis but for rounding, which has no place nearest to it (that nearest to the centre); a line that
+//! passes through the axis (`near_axis`); a segment that meets the circle (`meeting`); two equal minima (the first
+//! along the segment).
 
 use super::Nearest;
 use super::circles::Circle;
-use super::direction::common_perpendicular;
+use super::direction::across;
+use super::meeting::{self, Course};
 use super::segments::Segment;
 use glam::DVec3;
 
 /// Distances this close, as a fraction of the sizes, are equal.
 const TIE: f64 = 1e-13;
-/// Distance, as a fraction of the sizes times the sine between segment and tangent, under which both meet and the
-/// normal is read from their directions.
-const MEETING: f64 = 1e-6;
 /// Steps at most of the refinement; each at least halves the bracket, and no bracket is wider than 2^53 roundings.
 const MAX_STEPS: usize = 60;
 
@@ -53,16 +52,8 @@ fn at_place(delta: DVec3, a: Circle, b: Segment, at: f64) -> Nearest {
     let from = toward * a.radius;
     let gap = delta + to - from;
     let distance = gap.length();
-    let tangent = a.axis.cross(toward);
-    let cross = tangent.cross(b.axis);
-    let normal = if at.abs() < b.half && distance < MEETING * size * cross.length() {
-        let unit = cross / cross.length();
-        if gap.dot(unit) < 0.0 { -unit } else { unit }
-    } else if distance > f64::EPSILON * size {
-        gap / distance
-    } else {
-        common_perpendicular(tangent, b.axis)
-    };
+    let of_a = Course { along: a.axis.cross(toward), end: None };
+    let normal = meeting::normal(of_a, Course::of_segment(b.axis, b.half, at), gap, distance, gap, size);
     Nearest { from, to, normal, distance }
 }
 
@@ -73,18 +64,29 @@ struct Sample {
     bend: f64,
 }
 
-/// `side` is -1 or 1, before or after the place nearest to the axis: which slope of `rho` counts where that is on the
-/// axis itself.
-fn sample(delta: DVec3, a: &Circle, b: Segment, at: f64, side: f64) -> Sample {
+/// How the segment's line passes the circle's axis: at which place, how near, and the sine to it.
+#[derive(Clone, Copy)]
+struct Passing {
+    turn: f64,
+    miss: f64,
+    sine: f64,
+}
+
+/// Distance from the axis, as a fraction of the sizes, under which it is computed from the line's passing: what
+/// rounding leaves of a difference of vectors has no sign there, and the slope of `rho` jumps from one to the other.
+const NEAR_AXIS: f64 = 1e-6;
+
+fn sample(delta: DVec3, a: &Circle, b: Segment, at: f64, side: &Side) -> Sample {
     let p = delta + b.axis * at;
     let (z, z1) = (a.axis.dot(p), a.axis.dot(b.axis));
     let (q, q1) = (p - a.axis * z, b.axis - a.axis * z1);
     let rho = q.length();
-    // On the axis but for rounding: the slope of rho jumps from one sign to the other there.
-    let on_axis = rho <= f64::EPSILON * a.radius;
-    let inverse = if on_axis { 0.0 } else { 1.0 / rho };
-    let rho1 = if on_axis { side * q1.length() } else { q.dot(q1) * inverse };
-    let rho2 = q.cross(q1).length_squared() * inverse * inverse * inverse;
+    let (rho, rho1, rho2) = if rho > NEAR_AXIS * (a.radius + p.length()) {
+        let inverse = 1.0 / rho;
+        (rho, q.dot(q1) * inverse, q.cross(q1).length_squared() * inverse * inverse * inverse)
+    } else {
+        side.near_axis(at)
+    };
     let off = rho - a.radius;
     Sample { square: z * z + off * off, slope: z * z1 + off * rho1, bend: z1 * z1 + rho1 * rho1 + off * rho2 }
 }
@@ -95,38 +97,56 @@ struct Side {
     high: f64,
     /// Its border towards the place nearest to the axis.
     inner: f64,
-    /// -1 before that place, 1 after it.
+    /// -1 before that place, 1 after it: which slope of `rho` counts where that is on the axis itself.
     sign: f64,
+    passing: Passing,
+}
+
+impl Side {
+    /// The distance from the axis and its derivatives at a place.
+    fn near_axis(&self, at: f64) -> (f64, f64, f64) {
+        let Passing { turn, miss, sine } = self.passing;
+        let along = sine * (at - turn);
+        let rho = miss.hypot(along);
+        if rho == 0.0 {
+            return (0.0, self.sign * sine, 0.0);
+        }
+        let (cosine, aside) = (along / rho, miss / rho);
+        (rho, sine * cosine, sine * sine * aside * aside / rho)
+    }
 }
 
 /// The piece before the place nearest to the axis and the one after it.
 fn sides(delta: DVec3, a: &Circle, b: Segment) -> [Side; 2] {
-    let across = b.axis - a.axis * a.axis.dot(b.axis);
-    let lean2 = across.length_squared();
+    let lean = across(b.axis, a.axis).unwrap_or(DVec3::ZERO);
+    let lean2 = lean.length_squared();
     // A segment along the axis keeps one distance from it; the formulas below hold with any place in its stead.
-    let turn = if lean2 > 0.0 { -delta.dot(across) / lean2 } else { -delta.dot(b.axis) };
+    let turn = if lean2 > 0.0 { -delta.dot(lean) / lean2 } else { -delta.dot(b.axis) };
     let off_axis = delta + b.axis * turn;
-    let miss2 = (off_axis - a.axis * a.axis.dot(off_axis)).length_squared();
+    let miss2 = across(off_axis, a.axis).map_or(0.0, DVec3::length_squared);
+    let passing = Passing { turn, miss: miss2.sqrt(), sine: lean2.sqrt() };
     let concave2 = (a.radius * lean2 * miss2).powf(2.0 / 3.0) - miss2;
     let reach = if lean2 > 0.0 && concave2 > 0.0 { (concave2 / lean2).sqrt() } else { 0.0 };
     // An interior minimum is within R of the foot of the centre: the slope of rho is at most 1.
     let foot = -delta.dot(b.axis);
     let (low, high) = ((foot - a.radius).clamp(-b.half, b.half), (foot + a.radius).clamp(-b.half, b.half));
     let [last, first] = [turn - reach, turn + reach].map(|inner| inner.clamp(low, high));
-    [Side { low, high: last, inner: last, sign: -1.0 }, Side { low: first, high, inner: first, sign: 1.0 }]
+    let before = Side { low, high: last, inner: last, sign: -1.0, passing };
+    [before, Side { low: first, high, inner: first, sign: 1.0, passing }]
 }
 
 /// The place along the segment nearest to the circle.
 fn place(delta: DVec3, a: &Circle, b: Segment, tie: f64) -> f64 {
-    let [before, after] = sides(delta, a, b).map(|side| minimum(delta, a, b, &side));
-    let square = |at: f64| sample(delta, a, b, at, 1.0).square.sqrt();
+    let sides = sides(delta, a, b);
+    let [before, after] = [0, 1].map(|k| minimum(delta, a, b, &sides[k]));
+    let square = |at: f64| sample(delta, a, b, at, &sides[1]).square.sqrt();
     if square(after) < square(before) - tie { after } else { before }
 }
 
 /// The place of the least distance in a piece.
 fn minimum(delta: DVec3, a: &Circle, b: Segment, side: &Side) -> f64 {
     let (mut low, mut high) = (side.low, side.high);
-    let slope = |at: f64| sample(delta, a, b, at, side.sign);
+    let slope = |at: f64| sample(delta, a, b, at, side);
     if slope(low).slope >= 0.0 {
         return low;
     }

@@ -11,11 +11,12 @@
 //! the length of its arc, is skipped.
 //!
 //! Degenerate cases: coaxial circles and others at one distance all round (the first sample, and no minimum); circles
-//! that meet (the common perpendicular of their tangents); a point on the axis (the first direction in the plane);
-//! equal minima (the first).
+//! that meet (`meeting`); a point on the axis but for rounding (the first direction in the plane); equal minima (the
+//! first).
 
 use super::Nearest;
-use super::direction::common_perpendicular;
+use super::direction::across;
+use super::meeting::{self, Course};
 use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
@@ -35,9 +36,6 @@ pub(super) struct Circle {
 const SAMPLES: usize = 32;
 /// Distances this close, as a fraction of the sizes, are equal.
 const TIE: f64 = 1e-13;
-/// Distance, as a fraction of the sizes times the sine between the tangents, under which circles meet and the normal is
-/// read from the tangents.
-const MEETING: f64 = 1e-6;
 /// Ratio of the second derivatives at the ends of an interval under which the first is taken as monotone between.
 const MONOTONE: f64 = 2.0;
 /// Minima at most that are told apart. Linked rings of a sheet that is drawn out have two.
@@ -74,7 +72,7 @@ impl Circle {
     /// where `p` is on the axis.
     #[inline]
     pub fn toward(&self, p: DVec3) -> DVec3 {
-        (p - self.axis * self.axis.dot(p)).try_normalize().unwrap_or(self.first)
+        across(p, self.axis).and_then(DVec3::try_normalize).unwrap_or(self.first)
     }
 }
 
@@ -306,15 +304,7 @@ fn at_angle(delta: DVec3, a: &Circle, b: &Circle, angle: f64, size: f64) -> Near
     let from = toward * a.radius;
     let gap = delta + to - from;
     let distance = gap.length();
-    let tangent = a.axis.cross(toward);
-    let cross = tangent.cross(along);
-    let normal = if distance < MEETING * size * cross.length() {
-        let unit = cross / cross.length();
-        if gap.dot(unit) < 0.0 { -unit } else { unit }
-    } else if distance > f64::EPSILON * size {
-        gap / distance
-    } else {
-        common_perpendicular(tangent, along)
-    };
+    let [of_a, of_b] = [a.axis.cross(toward), along].map(|along| Course { along, end: None });
+    let normal = meeting::normal(of_a, of_b, gap, distance, gap, size);
     Nearest { from, to, normal, distance }
 }

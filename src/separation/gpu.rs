@@ -222,6 +222,12 @@ pub(crate) fn add_tolerances_to(source: Source) -> Source {
         // Sine under which axes count as parallel. The ends of segments 1000 diameters long then differ by 1e-9
         // diameters in 64 bits, by 1e-3 in 32 bits, where an axis is rounded to a tenth of this.
         ("PARALLEL_SINE", 1e-12, 16.0),
+        // Sine under which a part across a direction is small beside the whole, so that it is taken off twice; and
+        // under which it is rounding of the whole.
+        ("SMALL_SINE", 1e-3, 0.0),
+        ("ROUNDING_SINE", 1e-15, 5.0),
+        // A place of a segment within this part of its half length of an end is the end.
+        ("END_ROUNDING", 1e-12, 8.0),
         // A normal is at right angles to a segment when its cosine is below this.
         ("RIGHT_ANGLE", 1e-9, 16.0),
         // A gradient, and a change in the function climbed, that are rounding, as fractions of the sizes.

@@ -17,6 +17,7 @@ mod ellipsoids;
 mod farthest;
 #[cfg(feature = "gpu")]
 pub(crate) mod gpu;
+mod meeting;
 mod outermost;
 mod peak;
 pub(crate) mod planar;
@@ -180,6 +181,11 @@ pub fn separation(a: &Placed, b: &Placed, warm: Option<DVec3>) -> Option<Separat
     }
 }
 
+/// What computes the separation of two bodies: [`separation`], or of bodies that cannot leave the plane the one in it.
+pub(crate) fn separate_in(planar: bool) -> fn(&Placed, &Placed, Option<DVec3>) -> Option<Separation> {
+    if planar { planar_separation } else { separation }
+}
+
 /// Whether [`separation`] supports a pair of these shapes: every pair except a ring with an ellipsoid or a custom
 /// shape.
 ///
@@ -204,9 +210,9 @@ pub fn supports(a: &Shape, b: &Shape) -> bool {
 /// use glam::{DQuat, DVec3};
 /// use relcp::separation::{Placed, bound};
 /// use relcp::shape::Shape;
-/// let ball = |x| Placed { shape: Shape::Sphere { radius: 1.0 }, position: DVec3::X * x, orientation: DQuat::IDENTITY };
-/// assert_eq!(bound(&ball(0.0), &ball(3.0), DVec3::X), 1.0);
-/// assert!(bound(&ball(0.0), &ball(3.0), DVec3::Y) <= 1.0);
+/// let ball = |x| Placed { shape: Shape::Sphere { radius: 1.0 }, position: DVec3::X * x, orientation: DQuat::IDENTITY
+/// }; assert_eq!(bound(&ball(0.0), &ball(3.0), DVec3::X), 1.0); assert!(bound(&ball(0.0), &ball(3.0), DVec3::Y) <=
+/// 1.0);
 /// ```
 #[inline]
 pub fn bound(a: &Placed, b: &Placed, normal: DVec3) -> f64 {

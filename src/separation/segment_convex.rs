@@ -13,7 +13,7 @@
 
 use super::Separation;
 use super::convex::{Posed, TIE, highest};
-use super::direction::perpendicular;
+use super::direction::{across, perpendicular};
 use super::farthest::highest_across;
 use super::peak::{Peak, Supporting, climb, climb_across};
 use super::segments::Segment;
@@ -46,8 +46,8 @@ fn nearest(delta: DVec3, body: Posed, segment: Segment) -> (Peak<1>, f64) {
         return (of_point(delta, body), 0.0);
     }
     let smooth = |peak: &Peak<1>| peak.value > -body.roundness();
-    let beside = delta - segment.axis * segment.axis.dot(delta);
-    let start = beside.try_normalize().unwrap_or(perpendicular(segment.axis));
+    let beside = across(delta, segment.axis).and_then(DVec3::try_normalize);
+    let start = beside.unwrap_or(perpendicular(segment.axis));
     let across = climb_across(delta, body, segment.axis, start);
     let place = (across.points[0] - delta).dot(segment.axis);
     if smooth(&across) && place.abs() <= segment.half {

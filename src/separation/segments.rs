@@ -7,10 +7,10 @@
 //! cross product of the axes, not from `1 - cos^2`, so it keeps its digits for nearly parallel axes.
 //!
 //! Degenerate cases: a segment of no length; parallel axes (`middle_of_shared`); crossing segments and points that
-//! coincide (`normal`).
+//! coincide (`meeting`).
 
 use super::Nearest;
-use super::direction::common_perpendicular;
+use super::meeting::{self, Course};
 use glam::DVec3;
 
 /// A segment about the origin: `axis` times `-half` to `half`. A point has a zero axis.
@@ -30,10 +30,6 @@ impl Segment {
 /// agree with the separation to 1e-9; quaternions are rounded to 1e-16, far inside.
 const PARALLEL_SINE: f64 = 1e-12;
 
-/// Distance, as a fraction of the sizes times the sine between the axes, under which two segments cross and the normal
-/// is read from their axes rather than from the gap, which has lost its digits.
-const CROSSING: f64 = 1e-6;
-
 /// Nearest points of the segment `a` about the origin and `b` about `delta`.
 #[inline]
 pub(super) fn nearest(delta: DVec3, a: Segment, b: Segment) -> Nearest {
@@ -46,8 +42,8 @@ pub(super) fn nearest(delta: DVec3, a: Segment, b: Segment) -> Nearest {
     let s = (cosine * t + along_a).clamp(-a.half, a.half);
     let gap = delta + b.axis * t - a.axis * s;
     let distance = gap.length();
-    let inside = s.abs() < a.half && t.abs() < b.half;
-    let normal = normal(delta, a, b, cross, gap, distance, inside);
+    let [of_a, of_b] = [Course::of_segment(a.axis, a.half, s), Course::of_segment(b.axis, b.half, t)];
+    let normal = meeting::normal(of_a, of_b, gap, distance, delta, a.half + b.half + delta.length());
     let (s, t) = if sine2 < 1e3 * PARALLEL_SINE * PARALLEL_SINE && a.half > 0.0 && b.half > 0.0 {
         middle_of_shared(along_a, along_b, cosine, sine2, (a.half, b.half), (s, t))
     } else {
@@ -66,19 +62,6 @@ pub(super) fn cross_inside(delta: DVec3, a: Segment, b: Segment) -> bool {
     let s = delta.dot(b.axis.cross(cross)) / sine2;
     let t = delta.dot(a.axis.cross(cross)) / sine2;
     s.abs() < a.half && t.abs() < b.half
-}
-
-/// The unit vector from the point on `a` to that on `b`. Where segments cross away from their ends it is their common
-/// perpendicular, turned towards `b`; where they meet otherwise (an end on the other segment, segments on one line that
-/// overlap, coinciding points) a fixed common perpendicular.
-#[inline]
-fn normal(delta: DVec3, a: Segment, b: Segment, cross: DVec3, gap: DVec3, distance: f64, inside: bool) -> DVec3 {
-    let scale = a.half + b.half + delta.length();
-    if inside && distance * distance < CROSSING * CROSSING * scale * scale * cross.length_squared() {
-        let unit = cross / cross.length();
-        return if delta.dot(unit) < 0.0 { -unit } else { unit };
-    }
-    if distance > f64::EPSILON * scale { gap / distance } else { common_perpendicular(a.axis, b.axis) }
 }
 
 /// Where the axes are parallel, every point of the interval in which the segments face each other is nearest: take its

@@ -10,16 +10,16 @@
 //! A body can touch in several places at once. Segments, and circles towards planes and in spheres, are looked at in
 //! several (`places`), each with an exact gap of its own; the least is the body's separation.
 //!
-//! Degenerate cases: a point at the centre or on the axis (a fixed direction); a point of a body that several are as
-//! far as (`point_ellipsoid`, the first direction of a circle); a circle parallel to a plane, all of which touches (its
-//! first direction).
+//! Degenerate cases, each but for rounding: a point at the centre or on the axis (a fixed direction, across the axis);
+//! a point of a body that several are as far as (`point_ellipsoid`, the first direction of a circle); a circle parallel
+//! to a plane, all of which touches (its first direction); a circle coaxial with a cylinder (a fixed direction across).
 
 #[cfg(feature = "gpu")]
 pub(super) mod gpu;
 
 use super::circles::Circle;
 use super::convex::Posed;
-use super::direction::perpendicular;
+use super::direction::{ROUNDING_SINE, across, normal_to, perpendicular};
 use super::peak::Supporting;
 use super::point_ellipsoid::farthest_normal;
 use super::segments::Segment;
@@ -148,8 +148,7 @@ impl Surface {
             // At the centre any direction is as good. This one lies in the plane of a planar scene.
             Surface::Sphere { centre, radius } => out_of(at - centre, radius, || DVec3::X),
             Surface::Cylinder { centre, axis, radius } => {
-                let from = at - centre;
-                out_of(from - axis * axis.dot(from), radius, || perpendicular(axis))
+                out_of(across(at - centre, axis).unwrap_or(DVec3::ZERO), radius, || perpendicular(axis))
             }
         }
     }
@@ -158,14 +157,17 @@ impl Surface {
     /// that the point is on the circle, however badly the direction is known where the circle is nearly parallel to a
     /// plane.
     fn farthest_of_circle(&self, position: DVec3, circle: &Circle) -> DVec2 {
-        let along = |v: DVec3| DVec2::new(v.dot(circle.first), v.dot(circle.second)).normalize_or(DVec2::X);
+        let along = |v: DVec3| {
+            let seen = DVec2::new(v.dot(circle.first), v.dot(circle.second));
+            if seen.length() > ROUNDING_SINE * v.length() { seen.normalize_or(DVec2::X) } else { DVec2::X }
+        };
         match *self {
             Surface::Plane { normal, .. } => along(-normal),
             Surface::Sphere { centre, .. } => along(position - centre),
             Surface::Cylinder { centre, axis, .. } => {
                 // Across the axis the circle is an ellipse: as wide as it is, and as high as it leans towards the axis.
                 let lean = circle.axis.dot(axis).abs();
-                let wide = axis.cross(circle.axis).try_normalize().unwrap_or(perpendicular(axis));
+                let wide = normal_to(axis, circle.axis).unwrap_or(perpendicular(axis));
                 let high = axis.cross(wide);
                 let p = centre - position;
                 let [x, y] = farthest_normal([1.0, lean], [p.dot(wide), p.dot(high)].map(|c| c / circle.radius));

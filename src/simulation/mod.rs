@@ -111,7 +111,8 @@ impl Simulation {
     ///
     /// # Errors
     /// A [`Fault`]: bodies that the scene's method or a device cannot do.
-    pub(crate) fn start(compute: &Compute, scene: Scene, state: State) -> Result<Self, Fault> {
+    pub(crate) fn start(compute: &Compute, scene: Scene, mut state: State) -> Result<Self, Fault> {
+        state.bodies.planar = scene.planar;
         check_pairs(&state.bodies)?;
         let cutoff = scene.cutoff_of(state.bodies.shape.iter().copied());
         let model = scene.model();

@@ -3,7 +3,7 @@
 use crate::bodies::Bodies;
 use crate::broad_phase::{Aabb, BroadPhase, Grid, Periodic};
 use crate::fixed::Fixed;
-use crate::separation::{Placed, Separation, separation};
+use crate::separation::{Placed, Separation, separate_in};
 use crate::walls::Walls;
 use glam::{DVec3, I64Vec3};
 use rayon::prelude::*;
@@ -53,7 +53,7 @@ pub(crate) struct Candidate {
 /// Every pair of bodies whose separation is at most `cutoff`, sorted by pair and image, computed afresh from the bodies
 /// alone: it shares no cached candidates, warm normals or shortcuts with the steps, so it audits them. In periodic
 /// space a pair is listed once for each of its images that is near, and a cutoff over the shortest period counts as
-/// that.
+/// that. Of bodies that cannot leave the plane, separations are those in it.
 ///
 /// ```
 /// # #[cfg(feature = "files")] {
@@ -67,13 +67,14 @@ pub(crate) struct Candidate {
 /// ```
 pub fn contacts(bodies: &Bodies, cutoff: f64) -> Vec<Contact> {
     let (cutoff, found) = candidates(bodies, cutoff);
+    let separate = separate_in(bodies.planar);
     let near = |candidate: &Candidate| {
         let [a, b] = candidate.bodies.map(|i| bodies.placed(i));
         let found = match bodies.periods.is_none() {
-            true => separation(&a, &b, None)?,
+            true => separate(&a, &b, None)?,
             false => {
                 let delta = b.position - a.position + bodies.periods.shift(candidate.image);
-                separation(&Placed { position: DVec3::ZERO, ..a }, &Placed { position: delta, ..b }, None)?
+                separate(&Placed { position: DVec3::ZERO, ..a }, &Placed { position: delta, ..b }, None)?
             }
         };
         (found.separation <= cutoff).then(|| Contact::new(*candidate, found))

@@ -8,6 +8,7 @@ mod automatic;
 mod branches;
 mod broad_phase;
 mod contacts;
+mod degenerate;
 mod device;
 mod ensemble;
 mod faults;

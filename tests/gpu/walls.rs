@@ -1,4 +1,4 @@
 //! Walls on the device against the CPU's.
 
 mod runs;
-mod separation;
+pub mod separation;

@@ -96,6 +96,7 @@ impl<const D: usize> Cpu<D> {
         }
         let now = |strain: crate::dynamics::Strain| strain.periods(model.time.after(state.step));
         state.bodies.periods = model.strain.map_or(model.periods, now);
+        state.bodies.planar = model.planar;
         state.unrounded = None;
         // What is remembered of another scene's walls is of no use.
         state.warm.retain(|w| surface_of(w.pair[1]).is_none_or(|surface| surface < setup.walls.len()));

@@ -35,7 +35,7 @@ pub fn contacts(gpu: &Gpu, precision: Precision, bodies: &Bodies, cutoff: f64) -
     });
     let families = PairFamilies::needed(bodies.shape.iter().copied());
     let kernel = |families: &PairFamilies| {
-        let source = families.add_to(base(&lattice, precision, families.name()), false);
+        let source = families.add_to(base(&lattice, precision, families.name()), bodies.planar);
         Kernel::new(gpu, &source.include(fragment!("separation/contacts.wgsl")))
     };
     let kernels = if found.is_empty() { Vec::new() } else { families.iter().map(kernel).collect::<Result<_, _>>()? };

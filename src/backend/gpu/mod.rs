@@ -135,6 +135,7 @@ impl Device {
         }
         state.bodies.periods =
             model.strain.map_or(setup.periods, |strain| strain.periods(model.time.after(state.step)));
+        state.bodies.planar = model.planar;
         let (real, bodies) = (precision.bytes(), state.bodies.len() as u64);
         let grows = setup.growth.is_some();
         let mut poses = Vec::new();
@@ -251,6 +252,7 @@ impl Device {
         let read = state::download(&self.gpu, &self.setup, poses, shapes, lineage.len() as u64)?;
         let bodies = Bodies {
             periods: self.setup.periods,
+            planar: self.setup.planar,
             shape: read.shape,
             position: read.position,
             orientation: read.orientation,
@@ -495,6 +497,7 @@ impl Backend for Device {
     fn go_on_from(&mut self, mut state: State) -> Result<(), Fault> {
         let time = self.model.time.after(state.step);
         state.bodies.periods = self.setup.strain.map_or(self.setup.periods, |strain| strain.periods(time));
+        state.bodies.planar = self.setup.planar;
         Ok(self.restore(state)?)
     }
 

@@ -5,7 +5,7 @@ use super::Device;
 use super::separations::Report;
 use crate::dynamics::Twist;
 use crate::gpu::GpuError;
-use crate::separation::{planar_separation, separation};
+use crate::separation::separate_in;
 use crate::step::{DEEPER, Passed, may_pass, passed};
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ impl Device {
         }
         let mut start = self.download(self.start(), self.start_shapes())?;
         let twist = self.trial_twists()?;
-        let separate = if self.setup.planar { planar_separation } else { separation };
+        let separate = separate_in(self.setup.planar);
         // The state before the step has the periods of then, and that of the trial those of its end.
         start.periods = self.setup.strain.map_or(start.periods, |strain| strain.periods(self.step_start()));
         Ok(passed(&start, &twist, (self.setup.dt, self.setup.shear()), |a, b| separate(a, b, None)))

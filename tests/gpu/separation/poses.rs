@@ -22,6 +22,11 @@ impl Pose {
         Pose { a, b, warm: DVec3::ZERO }
     }
 
+    /// Of these bodies, without an old normal.
+    pub fn of([a, b]: [Placed; 2]) -> Pose {
+        Pose::new(a, b)
+    }
+
     pub fn delta(&self) -> DVec3 {
         self.b.position - self.a.position
     }

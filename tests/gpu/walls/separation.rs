@@ -41,24 +41,24 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
 ";
 
 #[derive(Clone, Copy, Debug)]
-struct Pose {
-    surface: Surface,
-    body: Placed,
+pub struct Pose {
+    pub surface: Surface,
+    pub body: Placed,
 }
 
 /// A body's places that are there, and the gap of its centre.
-struct Answer {
-    places: Vec<Separation>,
+pub struct Answer {
+    pub places: Vec<Separation>,
     gap: f64,
 }
 
 impl Answer {
-    fn least(&self) -> &Separation {
+    pub fn least(&self) -> &Separation {
         self.places.iter().min_by(|a, b| a.separation.total_cmp(&b.separation)).unwrap()
     }
 }
 
-fn answers(gpu: &Gpu, precision: Precision, lattice: &Lattice, poses: &[Pose]) -> Vec<Answer> {
+pub fn answers(gpu: &Gpu, precision: Precision, lattice: &Lattice, poses: &[Pose]) -> Vec<Answer> {
     let shapes: Vec<Shape> = poses.iter().map(|pose| pose.body.shape).collect();
     let source = add_places_to(lattice.define(Source::new("places", precision)), lattice, &shapes).text(LIST);
     let kernel = Kernel::new(gpu, &source).unwrap();

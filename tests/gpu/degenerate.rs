@@ -1,0 +1,113 @@
+//! Separations in degenerate placements on the device, in both precisions, against the oracle of `tests/degenerate`.
+//!
+//! `RELCP_DEGENERATE=10000` draws so many of each kind, and `RELCP_EXAMPLES=1` prints one wrong placement of each kind.
+
+#[path = "../degenerate/oracle.rs"]
+mod oracle;
+#[path = "../degenerate/placements.rs"]
+mod placements;
+#[path = "../degenerate/tally.rs"]
+mod tally;
+#[path = "../degenerate/wall_oracle.rs"]
+mod wall_oracle;
+
+use crate::device::{device, precisions};
+use crate::separation::harness::{answers, compare};
+use crate::separation::poses::Pose;
+use crate::walls::separation as at_walls;
+use oracle::{Errors, pair_errors, planar_errors};
+use placements::{KINDS, SURFACES, at_wall, pair, pairs_of, planar_pair};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use relcp::gpu::Precision;
+use relcp::internals::gpu::Lattice;
+use tally::{Limits, Tally, draws};
+use wall_oracle::{sound_at_wall, wall_errors};
+
+/// In 32 bits a point of an ellipsoid of aspect ratio 1000 is as well known as its normal is.
+fn limits(precision: Precision, kinds: [&str; 2]) -> Limits {
+    let lever = if kinds.contains(&"thin") { 1e-4 } else { 4e-6 };
+    match precision {
+        Precision::F32 => Limits { separation: 2e-6, normal: 1e-3, lever },
+        Precision::F64 => Limits::of(kinds),
+    }
+}
+
+fn random(seed: u64) -> ChaCha8Rng {
+    ChaCha8Rng::seed_from_u64(seed)
+}
+
+#[test]
+fn pairs_in_degenerate_placements_are_those_of_the_oracle() {
+    let Some(gpu) = device() else { return };
+    for precision in precisions(gpu) {
+        let mut tally = Tally::default();
+        for (i, kinds) in pairs_of(&KINDS).enumerate() {
+            let (mut drawn, mut oracle) = (random(10 + i as u64), random(1));
+            let poses: Vec<Pose> = (0..draws(150)).map(|_| pair(kinds, &[], &mut drawn)).map(Pose::of).collect();
+            for (pose, answer) in poses.iter().zip(answers(gpu, precision, false, &poses)) {
+                let rounding = if precision == Precision::F32 { 2e-6 } else { 1e-12 };
+                let errors = pair_errors(&[pose.a, pose.b], &answer.found, rounding, &mut oracle);
+                let limits = limits(precision, kinds);
+                tally.add(&kinds.join(", "), errors, &limits, || format!("{pose:?}: {answer:?}"));
+            }
+        }
+        tally.check(&format!("pairs on the device, {}", precision.name()));
+    }
+}
+
+#[test]
+fn pairs_in_degenerate_placements_agree_with_the_cpu() {
+    let Some(gpu) = device() else { return };
+    for (i, kinds) in pairs_of(&["sphere", "rod", "ellipsoid", "ring"]).enumerate() {
+        let mut drawn = random(10 + i as u64);
+        let poses: Vec<Pose> = (0..draws(150)).map(|_| pair(kinds, &[], &mut drawn)).map(Pose::of).collect();
+        // Normals and places are often not unique, and 32 bits do not see the smaller offsets.
+        compare(gpu, &kinds.join(", "), 1000.0, [1.0, 1.0], &poses);
+    }
+}
+
+#[test]
+fn planar_pairs_in_degenerate_placements_are_those_of_the_oracle() {
+    let Some(gpu) = device() else { return };
+    for precision in precisions(gpu) {
+        let mut tally = Tally::default();
+        for (i, kinds) in pairs_of(&["sphere", "rod", "ellipsoid"]).enumerate() {
+            let mut drawn = random(80 + i as u64);
+            let poses: Vec<Pose> = (0..draws(200)).map(|_| planar_pair(kinds, &mut drawn)).map(Pose::of).collect();
+            for (pose, answer) in poses.iter().zip(answers(gpu, precision, true, &poses)) {
+                let errors = planar_errors(&[pose.a, pose.b], &answer.found);
+                // Levers are not laid into the plane with a normal that leans out of it by up to 1e-3.
+                let limits = Limits { normal: 2e-3, lever: 4e-6, ..limits(precision, kinds) };
+                tally.add(&kinds.join(", "), errors, &limits, || format!("{pose:?}: {answer:?}"));
+            }
+        }
+        tally.check(&format!("pairs in the plane on the device, {}", precision.name()));
+    }
+}
+
+#[test]
+fn bodies_at_walls_in_degenerate_placements_are_those_of_the_oracle() {
+    let Some(gpu) = device() else { return };
+    let lattice = Lattice::for_thickness(1.0).unwrap();
+    for precision in precisions(gpu) {
+        let mut tally = Tally::default();
+        for (i, (kind, wall)) in KINDS.into_iter().flat_map(|kind| SURFACES.map(|wall| (kind, wall))).enumerate() {
+            let (mut drawn, mut oracle) = (random(100 + i as u64), random(1));
+            let draw = |_| {
+                let (body, surface) = at_wall(kind, wall, &[], &mut drawn);
+                at_walls::Pose { surface, body }
+            };
+            let poses: Vec<at_walls::Pose> = (0..draws(200)).map(draw).collect();
+            for (pose, answer) in poses.iter().zip(at_walls::answers(gpu, precision, &lattice, &poses)) {
+                let at_walls::Pose { surface, body } = pose;
+                let mut errors = wall_errors(body, surface, answer.least(), &mut oracle);
+                let sound = |errors: Errors, place| errors.max(sound_at_wall(body, surface, place));
+                errors = answer.places.iter().fold(errors, sound);
+                let limits = limits(precision, [kind; 2]);
+                tally.add(&format!("{kind}, {wall}"), errors, &limits, || format!("{pose:?}: {:?}", answer.places));
+            }
+        }
+        tally.check(&format!("walls on the device, {}", precision.name()));
+    }
+}
