@@ -5,7 +5,7 @@ use super::algorithm::{Attempt, Plan};
 use crate::step::Backend;
 
 /// A contact that pushes may end this part of the thinner body's thickness apart.
-pub(super) const GAP: f64 = 0.02;
+pub(crate) const GAP: f64 = 0.02;
 
 /// Rounds of loosening in an attempt, in all.
 const MOST_ROUNDS: u32 = 40;
@@ -59,6 +59,12 @@ pub enum Guard {
 }
 
 impl Effect {
+    /// Whether a promise is broken by a backend that cannot make rows anew.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn breaks_a_promise(&self) -> bool {
+        self.broken(false).is_some()
+    }
+
     /// The promise that is broken. `mends` says whether the backend makes rows anew, and has done what it can.
     pub(super) fn broken(&self, mends: bool) -> Option<Guard> {
         // Not a number breaks them.

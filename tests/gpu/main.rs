@@ -26,4 +26,5 @@ mod separation;
 mod sort;
 mod steps;
 mod traffic;
+mod two_sided;
 mod walls;
