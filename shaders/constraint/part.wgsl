@@ -10,7 +10,12 @@ fn part(body: u32, normal: vec3r, lever: vec3r) -> Part {
     let turning = motions[first + 3u].xyz;
     let arm_there = cross(lever, normal);
     let half = 0.5 * parameters.dt * turning;
-    let arm = (arm_there - cross(half, arm_there)) / (1.0 + dot(half, half));
+    var arm = (arm_there - cross(half, arm_there)) / (1.0 + dot(half, half));
+    if !PLANAR && any(turning != vec3r()) {
+        // The arm of a body of revolution has a part along its axis at the step's start, which would spin it.
+        let axis = axis_of(body);
+        arm -= dot(axis, arm) * axis;
+    }
     let still = dot(normal, free.xyz - reached) + dot(arm, motions[first + 1u].xyz - turning);
     return Part(
         parameters.root_dt * free.w * normal,

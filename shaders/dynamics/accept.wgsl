@@ -14,6 +14,6 @@ fn main(
 ) {
     let i = invocation(group, groups, local);
     if i >= parameters.bodies { return; }
-    twists[2u * i] = motions[MOTION * i + 2u];
-    twists[2u * i + 1u] = motions[MOTION * i + 3u];
+    twists[2u * i] = vec4r(motions[MOTION * i + 2u].xyz, 0.0);
+    twists[2u * i + 1u] = vec4r(motions[MOTION * i + 3u].xyz, 0.0);
 }

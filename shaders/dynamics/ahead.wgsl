@@ -23,8 +23,9 @@ fn main(
     if i >= parameters.bodies { return; }
     let linear = AHEAD * twists[2u * i].xyz;
     let angular = AHEAD * twists[2u * i + 1u].xyz;
-    motions[MOTION * i + 2u] = vec4r(linear, 0.0);
-    motions[MOTION * i + 3u] = vec4r(angular, 0.0);
+    let first = MOTION * i;
+    motions[first + 2u] = vec4r(linear, motions[first + 2u].w);
+    motions[first + 3u] = vec4r(angular, motions[first + 3u].w);
     let place = lattice_add(cells[i].xyz, remainders[i].xyz, parameters.dt * linear);
     ahead_cells[i] = vec4<i32>(place.cell, 0);
     ahead_remainders[i] = vec4r(place.remainder, 0.0);

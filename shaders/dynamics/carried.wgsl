@@ -27,8 +27,9 @@ fn main(
     let position = vec3r(cells[i].xyz) * PITCH + remainders[i].xyz;
     var linear = vec3r(parameters.strain_x, parameters.strain_y, parameters.strain_z) * position;
     if PLANAR { linear.z = 0.0; }
-    motions[MOTION * i + 2u] = vec4r(linear, 0.0);
-    motions[MOTION * i + 3u] = vec4r();
+    let first = MOTION * i;
+    motions[first + 2u] = vec4r(linear, motions[first + 2u].w);
+    motions[first + 3u] = vec4r(0.0, 0.0, 0.0, motions[first + 3u].w);
     let place = lattice_add(cells[i].xyz, remainders[i].xyz, parameters.dt * linear);
     ahead_cells[i] = vec4<i32>(place.cell, 0);
     ahead_remainders[i] = vec4r(place.remainder, 0.0);

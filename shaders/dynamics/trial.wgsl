@@ -41,8 +41,8 @@ fn main(
     }
     linear = free_linear + motions[first].w / parameters.root_dt * linear;
     angular = free_angular + contact;
-    motions[first + 2u] = vec4r(linear, 0.0);
-    motions[first + 3u] = vec4r(angular, 0.0);
+    motions[first + 2u] = vec4r(linear, motions[first + 2u].w);
+    motions[first + 3u] = vec4r(angular, motions[first + 3u].w);
     let place = lattice_add(cells[i].xyz, remainders[i].xyz, parameters.dt * linear);
     trial_cells[i] = vec4<i32>(place.cell, 0);
     trial_remainders[i] = vec4r(place.remainder, 0.0);

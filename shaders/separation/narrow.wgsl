@@ -5,6 +5,9 @@
 // is FAR, NEAR (within the limit) or VIOLATING (overlapping by more than `violating`). The normal of a far pair is the
 // last one found. Where the pair had no row in the last accepted step, that depends on when it came into the list: it
 // says in which direction to look first, and no search starts from it. It has the separation `ONLY_DIRECTION`.
+//
+// A far pair at the trial has in the place of the lever of b how far apart it is; where that is more than the part GAP
+// of its thinner body's thickness, a number between the two will do.
 
 @group(0) @binding(1) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(2) var<storage, read> cells: array<vec4<i32>>;
@@ -13,6 +16,10 @@
 @group(0) @binding(5) var<storage, read> shapes: array<vec4r>;
 @group(0) @binding(7) var<storage, read_write> contacts: array<vec4r>;
 @group(0) @binding(8) var<storage, read_write> report: Report;
+
+fn tell_far(p: u32, separation: real) {
+    if parameters.at_trial > 0u { contacts[3u * p + 2u] = vec4r(separation, 0.0, 0.0, FAR); }
+}
 
 @compute @workgroup_size(WORKGROUP)
 fn main(
@@ -33,14 +40,19 @@ fn main(
     let radius_a = bounding_radius(body_a);
     let radius_b = bounding_radius(body_b);
     var limit = real(0.0);
+    var look = GAP * min(thickness(body_a), thickness(body_b));
     if parameters.at_trial == 0u {
         limit = near_limit(a, b, radius_a, radius_b);
+        look = limit;
     }
     let before = contacts[3u * p];
     let distance2 = dot(delta, delta);
-    let reach = radius_a + radius_b + limit;
+    let reach = radius_a + radius_b + look;
     // Rounding may make the reach a little short.
-    if distance2 > reach * reach * (1.0 + 16.0 * EPSILON) { return; }
+    if distance2 > reach * reach * (1.0 + 16.0 * EPSILON) {
+        tell_far(p, sqrt(distance2) - (radius_a + radius_b));
+        return;
+    }
     var warm = before.xyz;
     var direction = before.xyz;
     let has_direction = dot(before.xyz, before.xyz) > 0.0;
@@ -52,11 +64,16 @@ fn main(
             direction = delta / sqrt(distance2);
         }
     }
-    if bound(delta, body_a, body_b, direction) > limit + 16.0 * EPSILON * reach { return; }
+    let least = bound(delta, body_a, body_b, direction);
+    if least > look + 16.0 * EPSILON * reach {
+        tell_far(p, least);
+        return;
+    }
     let found = separate(delta, body_a, body_b, warm);
     if !(found.separation <= limit) {
         let known = before.w != ONLY_DIRECTION && has_direction;
         contacts[3u * p] = vec4r(found.normal, select(ONLY_DIRECTION, found.separation, known));
+        tell_far(p, found.separation);
         return;
     }
     contacts[3u * p] = vec4r(found.normal, found.separation);

@@ -49,6 +49,23 @@ fn major_axis(shape: vec4r) -> real {
     }
 }
 
+// The axis that a shape is a body of revolution about, in body axes; zero of a sphere, which has all, and of one that
+// has none.
+fn axis_of_revolution(shape: vec4r) -> vec3r {
+    switch u32(shape.w) {
+        case SPHEROCYLINDER, TORUS: { return vec3r(0.0, 0.0, 1.0); }
+        case ELLIPSOID: {
+            let equal = shape.xyz == shape.yzx;
+            if equal.x && !equal.y { return vec3r(0.0, 0.0, 1.0); }
+            if equal.y && !equal.z { return vec3r(1.0, 0.0, 0.0); }
+            if equal.z && !equal.x { return vec3r(0.0, 1.0, 0.0); }
+            return vec3r();
+        }
+        case SPHERE: { return vec3r(); }
+        default: { return vec3r(not_a_number()); }
+    }
+}
+
 fn grows(shape: vec4r) -> bool {
     return u32(shape.w) == SPHEROCYLINDER;
 }

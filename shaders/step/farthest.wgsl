@@ -1,7 +1,8 @@
 // How far a point of a surface moves in the step, at most, over all bodies, and how far by its turn alone: whether any
-// two can have gone through each other.
+// two can have gone through each other. How far contact moves a body's centre, and turns a body of revolution about its
+// own axis, at most; in a second pass the first body that it moves so far.
 
-struct Parameters { bodies: u32, a: u32, b: u32, c: u32, dt: real, root_dt: real }
+struct Parameters { bodies: u32, pass_number: u32, b: u32, c: u32, dt: real, root_dt: real }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> shapes: array<vec4r>;
@@ -17,6 +18,21 @@ fn main(
 ) {
     let i = invocation(group, groups, local);
     if i >= parameters.bodies { return; }
+    let moved = bitcast<u32>(f32(length(contact_move(i))));
+    if parameters.pass_number == 2u {
+        if moved == atomicLoad(&report.largest_move) { atomicMin(&report.moved, i); }
+        return;
+    }
+    if moved > atomicLoad(&report.largest_move) {
+        atomicMax(&report.largest_move, moved);
+    }
+    if !PLANAR {
+        let turned = motions[MOTION * i + 3u].xyz - motions[MOTION * i + 1u].xyz;
+        let spun = bitcast<u32>(f32(parameters.dt * abs(dot(axis_of(i), turned))));
+        if spun > atomicLoad(&report.axial_spin) {
+            atomicMax(&report.axial_spin, spun);
+        }
+    }
     let radius = bounding_radius(placed(shapes[i], orientations[2u * i], orientations[2u * i + 1u]));
     let first = MOTION * i + 2u;
     let turned = parameters.dt * radius * length(motions[first + 1u].xyz);

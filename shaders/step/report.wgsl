@@ -23,4 +23,18 @@ struct Report {
     strayed: atomic<u32>,
     // Where it is asked for: 1 where a candidate pair may pass through each other.
     passing: atomic<u32>,
+    // Bits of the farthest that contact moves a body's centre from where its free motion leads, as a 32-bit float.
+    largest_move: atomic<u32>,
+    // Where it is asked for: the first body that it moves by that; else all bits set.
+    moved: atomic<u32>,
+    // Bits of the largest angle by which contact turns a body of revolution about its own axis, as a 32-bit float.
+    axial_spin: atomic<u32>,
+    // Bits of the largest separation of a pair that pushes, as a 32-bit float.
+    push_gap: atomic<u32>,
+    // Where it is asked for: the first pair that pushes at that separation; else all bits set.
+    push_pair: atomic<u32>,
+    // Pairs that push and are farther apart than may be.
+    apart: atomic<u32>,
+    // Pairs that push and move their bodies farther against each other than may be.
+    thrown: atomic<u32>,
 }

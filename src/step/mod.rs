@@ -37,6 +37,8 @@ pub(crate) use piece::{Crowd, Piece};
 pub use report::{Phases, StepReport};
 pub use settings::{ContactSettings, Method, OnFailure, Recursion, Rows, Stepping, Time};
 pub use state::{State, Unrounded};
+#[cfg(feature = "gpu")]
+pub(crate) use two_sided::GAP;
 pub(crate) use two_sided::TORN;
 pub use two_sided::{Effect, Guard, Loosened, TwoSided};
 pub use unresolved::{Unresolved, Wedge};

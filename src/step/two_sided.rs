@@ -5,7 +5,7 @@ use super::algorithm::{Attempt, Plan};
 use crate::step::Backend;
 
 /// A contact that pushes may end this part of the thinner body's thickness apart.
-pub(super) const GAP: f64 = 0.02;
+pub(crate) const GAP: f64 = 0.02;
 
 /// A contact that pushes may not stay this part of the thinner body's thickness apart. Loosening leaves more where the
 /// objective no longer falls: of 1,200 steps of cells that fill a trap 15 end over [`GAP`], at most 0.11 apart.
@@ -73,6 +73,12 @@ pub enum Guard {
 }
 
 impl Effect {
+    /// Whether a promise is broken by a backend that cannot make rows anew.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn breaks_a_promise(&self) -> bool {
+        self.broken(false).is_some()
+    }
+
     /// The promise that is broken. `mends` says whether the backend makes rows anew, and has done what it can.
     pub(super) fn broken(&self, mends: bool) -> Option<Guard> {
         // Not a number breaks them.

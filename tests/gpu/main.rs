@@ -27,4 +27,5 @@ mod separation;
 mod sort;
 mod steps;
 mod traffic;
+mod two_sided;
 mod walls;

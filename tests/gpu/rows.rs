@@ -32,15 +32,28 @@ fn scenes() -> Vec<Scene> {
         );
         Scene::parse(&text, name).unwrap()
     };
+    // Bodies that turn on their way to the trial, some of them of revolution.
+    let turning = |name: &str, shape: &str, fraction: f64, more: &str| {
+        let text = format!(
+            r#"{{"name": "{name}", "seed": 4, "time": {{"dt": 1.5, "end": 15}}, "solver": {{"kind": "pair_block_cg", "max_iterations": 1}},
+            "forces": [{{"radial_inward": {{}}}}, {{"torque": {{"torque": [0.3, -0.2, 0.4]}}}}],
+            "generate": [{{"isotropic": {{"count": 60, "shape": {shape}, "volume_fraction": {fraction}}}}}] {more}}}"#
+        );
+        Scene::parse(&text, name).unwrap()
+    };
     let ball =
         r#"{"half_space": {"normal": [1, 2, -1], "offset": -20}}, {"sphere": {"center": [0.3, 0, 0], "radius": 7}}"#;
     let tube = r#"{"cylinder": {"center": [0, 0, 0], "axis": [0.2, -0.1, 1], "radius": 6.5, "length": 13}}"#;
     let density = r#", "dynamics": {"inertial": {"density": 12}}"#;
+    let light = r#", "dynamics": {"inertial": {"density": 2}}"#;
     vec![
         crowd("rods", r#"{"spherocylinder": {"diameter": 0.5, "length": 2}}"#, ""),
         crowd("ellipsoids", r#"{"ellipsoid": {"radii": [0.5, 0.8, 1.1]}}"#, ""),
         crowd("inertial rods", r#"{"spherocylinder": {"diameter": 0.6, "length": 1.5}}"#, density),
         crowd("discs", r#"{"sphere": {"radius": 0.5}}"#, r#", "planar": true"#),
+        turning("turning rods", r#"{"spherocylinder": {"diameter": 0.5, "length": 2}}"#, 0.14, ""),
+        turning("turning discs", r#"{"ellipsoid": {"radii": [0.9, 0.4, 0.9]}}"#, 0.14, light),
+        turning("turning ellipsoids", r#"{"ellipsoid": {"radii": [0.9, 0.4, 0.89]}}"#, 0.14, light),
         outward("rods in a ball", r#"{"spherocylinder": {"diameter": 0.5, "length": 2}}"#, ball, ""),
         outward("ellipsoids in a tube", r#"{"ellipsoid": {"radii": [0.5, 0.8, 1.1]}}"#, tube, density),
         outward("rings in a ball", r#"{"torus": {"major_radius": 0.7, "minor_radius": 0.2}}"#, ball, ""),

@@ -20,7 +20,7 @@ mod solve;
 mod start;
 mod together;
 mod trial;
-mod two_sided;
+pub(super) mod two_sided;
 mod walls;
 
 #[cfg(feature = "mpi")]

@@ -18,7 +18,7 @@ const OF_THE_WEDGE: f64 = 0.1;
 
 /// A contact throws its bodies if it moves them against each other by more than this part of the thinner one's thickness
 /// beyond their free motions.
-const THROWN: f64 = 0.5;
+pub(crate) const THROWN: f64 = 0.5;
 
 /// What rounding makes of the work of contact, in parts of that on the bodies.
 const ROUNDING_OF_WORK: f64 = 1e-9;

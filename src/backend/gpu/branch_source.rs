@@ -68,6 +68,7 @@ pub(super) fn count(setup: &Setup) -> Source {
 pub(super) fn append(setup: &Setup) -> Source {
     numbers(plain(setup, "append"))
         .include(fragment!("dynamics/factor.wgsl"))
+        .include(fragment!("dynamics/axis.wgsl"))
         .include(fragment!("constraint/part.wgsl"))
         .include(fragment!("constraint/row.wgsl"))
         .include(fragment!("constraint/append_branches.wgsl"))
@@ -90,6 +91,7 @@ fn tighten(setup: &Setup) -> Source {
     plain(setup, "tighten")
         .real("LEAST_ALIGNED", LEAST_ALIGNED)
         .include(fragment!("dynamics/factor.wgsl"))
+        .include(fragment!("dynamics/axis.wgsl"))
         .include(fragment!("constraint/part.wgsl"))
         .include(fragment!("constraint/share.wgsl"))
         .include(fragment!("constraint/tighten_branches.wgsl"))

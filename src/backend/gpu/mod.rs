@@ -13,6 +13,7 @@ mod branch_source;
 mod branches;
 mod candidates;
 mod contacts;
+mod effect;
 mod growing;
 mod heat;
 mod held;
@@ -106,6 +107,9 @@ pub struct Device {
     /// How far a point of a surface moves to the last trial, at most, and how far by its turn alone.
     farthest: f64,
     turned: f64,
+    /// What was found of the last trial, and the deepest overlap where the step's first rows were made.
+    trial_report: Report,
+    start_overlap: f64,
     state: OnceLock<State>,
     phases: Phases,
 }
@@ -175,8 +179,8 @@ impl Device {
             loads: Buffer::new(&gpu, "loads", 8 * real, 1)?,
             motions: Buffer::new(&gpu, "motions", 4 * width * real, bodies)?,
             boxes: Buffer::new(&gpu, "boxes", 4 * real, bodies)?,
-            report: Buffer::new(&gpu, "report", 16, Report::BYTES / 16)?,
-            blank: Buffer::with(&gpu, "blank report", 16, bytemuck::bytes_of(&Report::blank()))?,
+            report: Buffer::new(&gpu, "report", 4, Report::BYTES / 4)?,
+            blank: Buffer::with(&gpu, "blank report", 4, bytemuck::bytes_of(&Report::blank()))?,
             candidates: Candidates::new(&gpu, &setup, state.warm.clone())?,
             rows: Rows::new(&gpu, &setup)?,
             solver: lcp::gpu::Solver::new(&gpu, precision, setup.planar, model.solver, model.lcp)?,
@@ -185,6 +189,8 @@ impl Device {
             violating: model.contact.overlap_tolerance,
             farthest: 0.0,
             turned: 0.0,
+            trial_report: Report::blank(),
+            start_overlap: 0.0,
             state: OnceLock::from(state),
             phases: Phases::default(),
             setup,
@@ -321,11 +327,14 @@ impl Backend for Device {
     fn append_near(&mut self) -> Result<(), Fault> {
         let begun = Instant::now();
         let gpu = self.gpu.clone();
-        let found = self.separate(gpu.record(), false)?;
+        let mut found = self.separate(gpu.record(), false)?;
         if self.is_led_astray(&found) {
             self.ahead = false;
             self.set_motion()?;
-            self.separate(gpu.record(), false)?;
+            found = self.separate(gpu.record(), false)?;
+        }
+        if self.part != Part::FromMiddle {
+            self.start_overlap = f64::from(f32::from_bits(found.worst));
         }
         let mut record = gpu.record();
         record.stage("narrow phase");
@@ -377,6 +386,7 @@ impl Backend for Device {
         let report = self.separate(record, true)?;
         self.farthest = f64::from(f32::from_bits(report.farthest));
         self.turned = f64::from(f32::from_bits(report.turned));
+        self.trial_report = report;
         self.phases.narrow_phase += begun.elapsed();
         let mut overlap = report.overlap(&self.setup.walls);
         if overlap.worst > 0.0 {
@@ -407,7 +417,8 @@ impl Backend for Device {
     }
 
     fn effect(&mut self, _gap: f64) -> Result<Effect, Fault> {
-        Ok(Effect::default())
+        // Kernels have the gap of all steps.
+        Ok(self.effect_of_trial()?)
     }
 
     fn passed(&mut self) -> Result<Option<Passed>, Fault> {

@@ -25,13 +25,21 @@ pub struct Report {
     pub(super) turned: u32,
     pub(super) strayed: u32,
     pub(super) passing: u32,
+    pub(super) largest_move: u32,
+    pub(super) moved: u32,
+    pub(super) axial_spin: u32,
+    pub(super) push_gap: u32,
+    pub(super) push_pair: u32,
+    pub(super) apart: u32,
+    pub(super) thrown: u32,
 }
 
 impl Report {
     pub(super) const BYTES: u64 = size_of::<Report>() as u64;
 
     pub(super) fn blank() -> Self {
-        Report { not_finite: u32::MAX, worst_pair: u32::MAX, ..Report::zeroed() }
+        let none = u32::MAX;
+        Report { not_finite: none, worst_pair: none, moved: none, push_pair: none, ..Report::zeroed() }
     }
 
     pub(super) fn overlap(&self, of: &Walls) -> Overlap {
@@ -109,16 +117,10 @@ impl Device {
             held.ignore(&self.kernels, record, lists);
         }
         if at_trial {
-            let buffers = [
-                ("shapes", &shapes.shapes),
-                ("orientations", &poses.orientations),
-                ("motions", &self.motions),
-                ("report", &self.report),
-            ];
-            record.run(&self.kernels.farthest, &self.timed([self.bodies as u32, 0, 0, 0]), &buffers, self.bodies);
+            self.record_effect(record, shapes, 1);
         }
-        // Ahead of a part's start the deepest overlap alone is asked for.
-        let passes = if at_trial { 3 } else { usize::from(self.is_ahead()) };
+        // Where first rows are made the deepest overlap alone is asked for.
+        let passes = if at_trial { 3 } else { usize::from(by_motions) };
         for (pass, threads) in [(1, pairs), (2, pairs), (3, 1)].into_iter().take(passes) {
             let buffers = [("pairs", &lists.pairs), ("contacts", &lists.contacts), ("report", &self.report)];
             record.run(&self.kernels.overlap, &words([pairs as u32, pass, 0, 0]), &buffers, threads);

@@ -8,6 +8,7 @@ mod tests;
 use super::Setup;
 use super::bonds::BondKernels;
 use super::branch_source::{self, BranchKernels};
+use super::effect;
 use super::heat;
 use super::held::HeldKernels;
 use super::warm::ONLY_DIRECTION;
@@ -104,7 +105,8 @@ pub(super) fn motion(setup: &Setup, plugged: bool) -> Source {
         None => source,
     };
     let (loads, parameters) = (loads::load_of(setup, &source), loads::parameters(setup));
-    source.text(&loads).text(&parameters).include(fragment!("dynamics/motion.wgsl"))
+    let source = source.text(&loads).text(&parameters).include(fragment!("dynamics/axis.wgsl"));
+    source.include(fragment!("dynamics/motion.wgsl"))
 }
 
 /// Moves the rows of an array whose elements are of this WGSL type.
@@ -129,7 +131,8 @@ kernels! {
         narrow: Vec<Kernel> = narrow_sources(setup),
         overlap: Kernel =
             reporting(with_flags(base(setup, "overlap"))).include(fragment!("step/overlap.wgsl")),
-        farthest: Kernel = reporting(with_bodies(setup, "farthest")).include(fragment!("step/farthest.wgsl")),
+        farthest: Kernel = effect::farthest(setup),
+        pushes: Option<Kernel> = effect::pushes(setup),
         stray: Kernel = reporting(with_bodies(setup, "stray")).include(fragment!("step/stray.wgsl")),
         passing: Kernel = passing(setup),
         count: Kernel = count(setup),
@@ -223,7 +226,7 @@ kernels! {
     }
 }
 
-fn reporting(source: Source) -> Source {
+pub(super) fn reporting(source: Source) -> Source {
     source.include(fragment!("step/report.wgsl"))
 }
 
@@ -249,6 +252,7 @@ fn append(setup: &Setup) -> Source {
     match setup.branches {
         0 => numbers(base(setup, "append"))
             .include(fragment!("dynamics/factor.wgsl"))
+            .include(fragment!("dynamics/axis.wgsl"))
             .include(fragment!("constraint/part.wgsl"))
             .include(fragment!("constraint/row.wgsl"))
             .include(fragment!("constraint/append.wgsl")),
@@ -280,6 +284,7 @@ fn narrow_sources(setup: &Setup) -> Vec<Source> {
     let families = separation::gpu::PairFamilies::needed(setup.shapes.iter().copied());
     let source = |(k, families): (usize, separation::gpu::PairFamilies)| {
         let source = with_direction(with_flags(of_pairs(setup, &format!("separations {k}"))));
+        let source = source.real("GAP", setup.gap());
         let near = match setup.branches {
             0 => fragment!("separation/near_boxes.wgsl"),
             _ => fragment!("separation/near_motions.wgsl"),
@@ -308,6 +313,7 @@ fn tighten(setup: &Setup) -> Source {
     with_flags(base(setup, "tighten"))
         .real("LEAST_ALIGNED", LEAST_ALIGNED)
         .include(fragment!("dynamics/factor.wgsl"))
+        .include(fragment!("dynamics/axis.wgsl"))
         .include(fragment!("constraint/part.wgsl"))
         .include(fragment!("constraint/share.wgsl"))
         .include(fragment!("constraint/tighten.wgsl"))

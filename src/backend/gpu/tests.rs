@@ -260,7 +260,7 @@ fn overlaps_of_many_workgroups_are_brought_together() {
         let contacts = Buffer::reals(gpu, "contacts", precision, 12, numbers).unwrap();
         let bodies: Vec<[u32; 2]> = (0..count).map(|p| [p, p + count]).collect();
         let pairs = Buffer::with(gpu, "pairs", 8, bytemuck::cast_slice(&bodies)).unwrap();
-        let report = Buffer::with(gpu, "report", 16, bytemuck::bytes_of(&Report::blank())).unwrap();
+        let report = Buffer::with(gpu, "report", 4, bytemuck::bytes_of(&Report::blank())).unwrap();
         let mut record = gpu.record();
         for (pass, threads) in [(1, count), (2, count), (3, 1)] {
             let buffers = [("pairs", &pairs), ("contacts", &contacts), ("report", &report)];

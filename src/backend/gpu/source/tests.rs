@@ -235,4 +235,11 @@ fn the_report_is_laid_out_as_in_wgsl() {
     assert_eq!(offset("turned"), Some(offset_of!(Report, turned)));
     assert_eq!(offset("strayed"), Some(offset_of!(Report, strayed)));
     assert_eq!(offset("passing"), Some(offset_of!(Report, passing)));
+    assert_eq!(offset("largest_move"), Some(offset_of!(Report, largest_move)));
+    assert_eq!(offset("moved"), Some(offset_of!(Report, moved)));
+    assert_eq!(offset("axial_spin"), Some(offset_of!(Report, axial_spin)));
+    assert_eq!(offset("push_gap"), Some(offset_of!(Report, push_gap)));
+    assert_eq!(offset("push_pair"), Some(offset_of!(Report, push_pair)));
+    assert_eq!(offset("apart"), Some(offset_of!(Report, apart)));
+    assert_eq!(offset("thrown"), Some(offset_of!(Report, thrown)));
 }

@@ -1,0 +1,21 @@
+// The axis of a body of revolution at the step's start, about which contact cannot turn it, in two numbers of its
+// motion: the axis meets an octahedron twice, and these are x and y of the upper place. `motions` is the kernel's array
+// of motions.
+
+// In the place of the first number of a body that has no such axis.
+const NO_AXIS: real = 2.0;
+
+fn axis_numbers(axis: vec3r) -> vec2r {
+    let size = abs(axis.x) + abs(axis.y) + abs(axis.z);
+    if size == 0.0 { return vec2r(NO_AXIS, 0.0); }
+    let on = axis / size;
+    return select(on.xy, -on.xy, on.z < 0.0);
+}
+
+// A body's axis; zero where it has none.
+fn axis_of(body: u32) -> vec3r {
+    let x = motions[MOTION * body + 2u].w;
+    let y = motions[MOTION * body + 3u].w;
+    if x == NO_AXIS { return vec3r(); }
+    return normalize(vec3r(x, y, 1.0 - abs(x) - abs(y)));
+}

@@ -1,0 +1,108 @@
+//! What contact does on the way to a trial, on the device. Two kernels write it into the report that the host reads of
+//! a trial anyway: one goes over the bodies, one over the pairs. A step whose contacts push apart what does not touch
+//! goes to the CPU, as one that fails, since rows are made anew there alone.
+//!
+//! What differs from the CPU: of a pair that pushes the nearest separation alone is looked at; with the paper's rows
+//! pairs are not looked at; bodies and pairs are named only where a promise is broken; energy is not measured.
+
+use super::separations::Report;
+use super::source::{numbers, reporting, with_bodies, with_flags};
+use super::state::Shapes;
+use super::{Device, Setup};
+use crate::backend::cpu::two_sided::THROWN;
+use crate::gpu::{GpuError, Recorder, Source, fragment};
+use crate::step::{Effect, GAP};
+use crate::walls::{AtSurface, number_of};
+use bytemuck::pod_read_unaligned;
+
+impl Setup {
+    /// Up to which part of the thinner body's thickness the separations of a trial are computed: where contacts that
+    /// push must touch.
+    pub(super) fn gap(&self) -> f64 {
+        if self.branches > 0 { GAP } else { 0.0 }
+    }
+}
+
+/// The kernel of what bodies do.
+pub(super) fn farthest(setup: &Setup) -> Source {
+    reporting(with_bodies(setup, "farthest"))
+        .include(fragment!("dynamics/axis.wgsl"))
+        .include(fragment!("step/contact_move.wgsl"))
+        .include(fragment!("step/farthest.wgsl"))
+}
+
+/// The kernel of what pairs do; none with the paper's rows.
+pub(super) fn pushes(setup: &Setup) -> Option<Source> {
+    (setup.branches > 0).then(|| {
+        reporting(numbers(with_flags(with_bodies(setup, "pushes"))))
+            .real("GAP", setup.gap())
+            .real("THROWN", THROWN)
+            .integer("ROW_VECTORS", if setup.planar { 2 } else { 4 })
+            .include(fragment!("step/contact_move.wgsl"))
+            .include(fragment!("step/pushes.wgsl"))
+    })
+}
+
+impl Device {
+    /// Records what contact does on the way to the trial; in a second pass what does the most of it.
+    pub(super) fn record_effect(&self, record: &mut Recorder<'_>, shapes: &Shapes, pass: u32) {
+        let buffers = [
+            ("shapes", &shapes.shapes),
+            ("orientations", &self.poses[1].orientations),
+            ("motions", &self.motions),
+            ("report", &self.report),
+        ];
+        record.run(&self.kernels.farthest, &self.timed([self.bodies as u32, pass, 0, 0]), &buffers, self.bodies);
+        let Some(kernel) = &self.kernels.pushes else { return };
+        let (lists, problem) = (&self.candidates.lists, &self.rows.problem);
+        let pairs = lists.pairs_count;
+        let [least, overlap] = [self.solver.settings().tolerance, self.start_overlap].map(|x| (x as f32).to_bits());
+        let buffers = [
+            ("pairs", &lists.pairs),
+            ("row_start", &problem.block_start),
+            ("gamma", &problem.gamma),
+            ("jacobian", &problem.jacobian),
+            ("contacts", &lists.contacts),
+            ("shapes", &shapes.shapes),
+            ("motions", &self.motions),
+            ("report", &self.report),
+        ];
+        record.run(kernel, &self.timed([pairs as u32, pass, least, overlap]), &buffers, pairs);
+    }
+
+    /// What contact did on the way to the last trial.
+    pub(super) fn effect_of_trial(&self) -> Result<Effect, GpuError> {
+        let of = |bits: u32| f64::from(f32::from_bits(bits));
+        let found = &self.trial_report;
+        let mut effect = Effect {
+            largest_move: of(found.largest_move),
+            push_gap: of(found.push_gap),
+            apart: found.apart as usize,
+            thrown: found.thrown as usize,
+            axial_spin: of(found.axial_spin),
+            energy_allowed: f64::INFINITY,
+            ..Effect::default()
+        };
+        if effect.breaks_a_promise() {
+            self.name_the_most(&mut effect)?;
+        }
+        Ok(effect)
+    }
+
+    /// Finds the body that contact moves farthest and the pair that pushes at the largest separation.
+    fn name_the_most(&self, effect: &mut Effect) -> Result<(), GpuError> {
+        let mut record = self.gpu.record();
+        record.stage("narrow phase");
+        self.record_effect(&mut record, self.start_shapes(), 2);
+        let read = record.read(&[(&self.report, 0..Report::BYTES)])?;
+        let Report { moved, push_pair, .. } = pod_read_unaligned(&read[0]);
+        effect.moved = (moved != u32::MAX).then_some(moved as usize);
+        if push_pair != u32::MAX {
+            let at = 8 * u64::from(push_pair);
+            let read = self.gpu.record().read(&[(&self.candidates.lists.pairs, at..at + 8)])?;
+            let [a, b]: [u32; 2] = pod_read_unaligned(&read[0]);
+            effect.push_pair = Some([a, AtSurface::of_number(b).map_or(b, |at| number_of(at.surface))]);
+        }
+        Ok(())
+    }
+}
