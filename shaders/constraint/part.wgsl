@@ -12,7 +12,7 @@ fn part(body: u32, normal: vec3r, lever: vec3r) -> Part {
     let half = 0.5 * parameters.dt * turning;
     var arm = (arm_there - cross(half, arm_there)) / (1.0 + dot(half, half));
     if !PLANAR && any(turning != vec3r()) {
-        // The arm of a body of revolution has a part along its axis at the step's start, which would spin it.
+        // The arm of a body of revolution has a part along its axis where forces act, which would spin it.
         let axis = axis_of(body);
         arm -= dot(axis, arm) * axis;
     }

@@ -1,6 +1,6 @@
-// The axis of a body of revolution at the step's start, about which contact cannot turn it, in two numbers of its
-// motion: the axis meets an octahedron twice, and these are x and y of the upper place. `motions` is the kernel's array
-// of motions.
+// The axis of a body of revolution where forces act, at the start of a step or in its middle, about which contact
+// cannot turn it, in two numbers of its motion: the axis meets an octahedron twice, and these are x and y of the upper
+// place. `motions` is the kernel's array of motions.
 
 // In the place of the first number of a body that has no such axis.
 const NO_AXIS: real = 2.0;

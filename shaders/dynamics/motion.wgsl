@@ -4,7 +4,7 @@
 // A body's motion is MOTION vectors: (free velocity, root of the translational mobility), (free angular velocity, root
 // of the rotational mobility), the velocity and the angular velocity that the present trial was reached with (none
 // here; bodies came to the middle of a step with half of the first half's velocity over the whole step), in space each
-// with a number of the body's axis at the step's start behind it (axis.wgsl), and with inertia the six numbers of the
+// with a number of the body's axis where forces act behind it (axis.wgsl), and with inertia the six numbers of the
 // rotational root and the angular momentum at the step's end.
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
@@ -37,14 +37,14 @@ fn main(
     let motion = law(shape, q, load, twists[2u * i].xyz, twists[2u * i + 1u].xyz);
     motions[first] = vec4r(motion.linear, motion.translation);
     motions[first + 1u] = vec4r(motion.angular, motion.rotation);
+    var axis = vec2r();
+    if !PLANAR {
+        axis = axis_numbers(rotate(q, axis_of_revolution(shape)));
+    }
     if parameters.in_middle > 0u {
-        motions[first + 2u] = vec4r(0.5 * motions[first + 2u].xyz, motions[first + 2u].w);
-        motions[first + 3u] = vec4r(0.5 * motions[first + 3u].xyz, motions[first + 3u].w);
+        motions[first + 2u] = vec4r(0.5 * motions[first + 2u].xyz, axis.x);
+        motions[first + 3u] = vec4r(0.5 * motions[first + 3u].xyz, axis.y);
     } else {
-        var axis = vec2r();
-        if !PLANAR {
-            axis = axis_numbers(rotate(q, axis_of_revolution(shape)));
-        }
         motions[first + 2u] = vec4r(0.0, 0.0, 0.0, axis.x);
         motions[first + 3u] = vec4r(0.0, 0.0, 0.0, axis.y);
     }

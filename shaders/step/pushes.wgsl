@@ -42,6 +42,10 @@ fn thickness_of(body: u32) -> real {
     return thickness(Placed(u32(shapes[body].w), shapes[body].xyz, vec4r(0.0, 0.0, 0.0, 1.0)));
 }
 
+fn radius_of(body: u32) -> real {
+    return bounding_radius(Placed(u32(shapes[body].w), shapes[body].xyz, vec4r(0.0, 0.0, 0.0, 1.0)));
+}
+
 fn is_thrown(pair: vec2<u32>, at_surface: bool, thinner: real) -> bool {
     var against = -contact_move(pair.x);
     var free = length(motions[MOTION * pair.x].xyz);
@@ -50,6 +54,19 @@ fn is_thrown(pair: vec2<u32>, at_surface: bool, thinner: real) -> bool {
         free += length(motions[MOTION * pair.y].xyz);
     }
     return length(against) > THROWN * thinner + parameters.dt * free + real(parameters.start_overlap);
+}
+
+// The slide past each other that free motions explain, at most.
+fn free_slide(pair: vec2<u32>, at_surface: bool) -> real {
+    let a = MOTION * pair.x;
+    var linear = -motions[a].xyz;
+    var turned = length(motions[a + 1u].xyz) * radius_of(pair.x);
+    if !at_surface {
+        let b = MOTION * pair.y;
+        linear += motions[b].xyz;
+        turned += length(motions[b + 1u].xyz) * radius_of(pair.y);
+    }
+    return parameters.dt * (length(linear) + turned);
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -75,6 +92,7 @@ fn main(
     }
     var thinner = thickness_of(pair.x);
     if !at_surface { thinner = min(thinner, thickness_of(pair.y)); }
-    if apart > GAP * thinner { atomicAdd(&report.apart, 1u); }
+    let slide = free_slide(pair, at_surface);
+    if apart > GAP * thinner + slide * slide / thinner { atomicAdd(&report.apart, 1u); }
     if is_thrown(pair, at_surface, thinner) { atomicAdd(&report.thrown, 1u); }
 }

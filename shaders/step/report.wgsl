@@ -37,4 +37,5 @@ struct Report {
     apart: atomic<u32>,
     // Pairs that push and move their bodies farther against each other than may be.
     thrown: atomic<u32>,
+    padding: u32,
 }

@@ -46,13 +46,13 @@ pub struct Mover<'a> {
     pub motion: &'a Motion,
     /// `U_j`: zero for rows at the step's start.
     pub reached_with: Twist,
-    /// The axis at the step's start of a body of revolution, which contact cannot turn about it.
+    /// The axis of a body of revolution where forces act, about which contact cannot turn it.
     pub axis: Option<DVec3>,
 }
 
 impl Mover<'_> {
     /// The torque arm of a contact of this body. Made at a trial, the arm of a body of revolution has a part along its
-    /// axis at the step's start, which would spin it.
+    /// axis where forces act, which would spin it.
     fn arm(&self, lever: DVec3, normal: DVec3, dt: f64) -> DVec3 {
         let angular = self.reached_with.angular;
         let arm = torque_arm(lever, normal, angular, dt);

@@ -122,7 +122,6 @@ fn centres(least: f64, major: f64, count: usize) -> Vec<f64> {
     at
 }
 
-/// `(b^2 - c^2) / (b^2 + c^2)` about x, and cyclically.
 /// The axis about which two radii are equal, where one is not.
 pub(super) fn axis_of_revolution([a, b, c]: [f64; 3]) -> Option<DVec3> {
     match (a == b, b == c, c == a) {
@@ -133,6 +132,7 @@ pub(super) fn axis_of_revolution([a, b, c]: [f64; 3]) -> Option<DVec3> {
     }
 }
 
+/// `(b^2 - c^2) / (b^2 + c^2)` about x, and cyclically.
 pub(super) fn bretherton([a, b, c]: [f64; 3]) -> DVec3 {
     let of = |b: f64, c: f64| (b - c) * (b + c) / (b * b + c * c);
     DVec3::new(of(b, c), of(c, a), of(a, b))

@@ -277,7 +277,7 @@ impl Attempt {
     ) -> Result<Outcome, Fault> {
         let before = self.report;
         let outcome = self.solve(backend, plan, keep, residual)?;
-        if !contradicted(&outcome, &plan.contact) || !sides.tilt(backend, plan, self) {
+        if !contradicted(&outcome, &plan.contact) || !sides.tilt(backend, plan, self, outcome.residual) {
             return Ok(outcome);
         }
         loop {
@@ -291,7 +291,7 @@ impl Attempt {
                 self.report.judge(&outcome);
                 return Ok(outcome);
             }
-            if !sides.tilt(backend, plan, self) {
+            if !sides.tilt(backend, plan, self, outcome.residual) {
                 return self.solve(backend, plan, keep, residual);
             }
         }

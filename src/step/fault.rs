@@ -55,9 +55,9 @@ pub enum Fault {
         /// All cells.
         bodies: usize,
         /// Those that have no way out.
-        wedge: Wedge,
+        wedge: Box<Wedge>,
         /// What the step would leave.
-        unresolved: Unresolved,
+        unresolved: Box<Unresolved>,
     },
     /// The solver that the scene asks for needs more memory than it takes.
     #[error(

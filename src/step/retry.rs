@@ -353,6 +353,7 @@ impl Taking<'_> {
         let ends = !self.plan.accepts_the_least_bad();
         let wedge = again.wedge();
         if ends && self.plan.on_no_room == Some(OnNoRoom::Stop) && self.fails_by_growth(again, piece) {
+            let (wedge, unresolved) = (Box::new(wedge), Box::new(unresolved));
             return Err(Fault::NoRoom { bodies: again.backend().bodies(), wedge, unresolved });
         }
         Err(Fault::Unresolved(unresolved))

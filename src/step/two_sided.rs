@@ -7,6 +7,11 @@ use crate::step::Backend;
 /// A contact that pushes may end this part of the thinner body's thickness apart.
 pub(crate) const GAP: f64 = 0.02;
 
+/// The same where rows were tilted or caught in the attempt: they were made at another place than where bodies end, and
+/// a gap of theirs is no slide. Two balls that a wall presses around in a ball that just holds them, 1e-2 out of line,
+/// otherwise run ahead of the wall by 0.07.
+const GAP_OF_ANEW: f64 = 1e-3;
+
 /// A contact that pushes may not stay this part of the thinner body's thickness apart. Loosening leaves more where the
 /// objective no longer falls: of 1,200 steps of cells that fill a trap 15 end over [`GAP`], at most 0.11 apart.
 pub(crate) const TORN: f64 = 0.5;
@@ -28,7 +33,11 @@ const LEAST_FALL: f64 = 1e-3;
 
 /// Draws for rows that contradict each other, and by how much they are tilted: the angle at a ball.
 pub(super) const MOST_TILTS: u32 = 4;
+/// No more than what mends them asks for: a row that is violated by `v` between balls of radius `R` is mended by a slide
+/// of `sqrt(2 v R)`. Each draw is for so many times more.
 const TILT: f64 = 0.15;
+const LEAST_TILT: f64 = 0.01;
+const MORE_A_DRAW: f64 = 4.0;
 
 /// What contact does on the way to a trial, beside parting bodies. All of it is to be little.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -121,8 +130,8 @@ pub trait TwoSided {
     /// than the part `gap` of its thinner body's thickness.
     fn loosen(&mut self, gap: f64) -> Loosened;
     /// Makes the rows that contradict each other, as the multipliers show, anew at a place that is drawn near the
-    /// start: bodies are moved sideways by the part `size` of their radii. Says how many.
-    fn tilt(&mut self, draw: u32, size: f64) -> usize;
+    /// start: a body of radius `R`, half of its thickness, is moved sideways by the part `size(R)` of it. Says how many.
+    fn tilt(&mut self, draw: u32, size: &dyn Fn(f64) -> f64) -> usize;
     /// Keeps the present rows and multipliers.
     fn keep_rows(&mut self);
     /// Goes back to those kept.
@@ -137,6 +146,8 @@ pub(super) struct Sides {
     rounds: u32,
     tilts: u32,
     catches: u32,
+    /// By how much rows that contradict each other were violated at least, before the first tilt.
+    violation: Option<f64>,
 }
 
 impl Sides {
@@ -169,7 +180,8 @@ impl Sides {
             return Ok(false);
         }
         two_sided.keep_rows();
-        let Loosened { rows, share } = two_sided.loosen(GAP);
+        let gap = if self.tilts + self.catches > 0 { GAP_OF_ANEW } else { GAP };
+        let Loosened { rows, share } = two_sided.loosen(gap);
         if rows == 0 {
             return Ok(false);
         }
@@ -204,12 +216,13 @@ impl Sides {
     }
 
     /// Tilts rows that contradict each other, and says whether there is something to solve.
-    pub fn tilt(&mut self, backend: &mut dyn Backend, plan: &Plan, tried: &mut Attempt) -> bool {
+    pub fn tilt(&mut self, backend: &mut dyn Backend, plan: &Plan, tried: &mut Attempt, violation: f64) -> bool {
         if !plan.two_sided || self.tilts >= plan.most_tilts {
             return false;
         }
         let Some(two_sided) = backend.two_sided() else { return false };
-        let rows = two_sided.tilt(self.tilts, TILT);
+        let violation = *self.violation.get_or_insert(violation) * MORE_A_DRAW.powi(self.tilts as i32);
+        let rows = two_sided.tilt(self.tilts, &|radius| (2.0 * violation / radius).sqrt().clamp(LEAST_TILT, TILT));
         log::trace!("tilts {rows} rows");
         self.tilts += 1;
         tried.report.tilts += 1;

@@ -41,7 +41,7 @@ fn nudged(twist: Twist, axis: usize, by: f64) -> Twist {
 fn row(a: &Placed, b: &Placed, at: [Twist; 2], dt: f64) -> ([[f64; 6]; 2], f64, f64) {
     let found = separation(&moved(a, at[0], dt), &moved(b, at[1], dt), None).unwrap();
     let motion = unit_motion();
-    let movers = at.map(|reached_with| Mover { motion: &motion, reached_with });
+    let movers = at.map(|reached_with| Mover { motion: &motion, reached_with, axis: None });
     let mut problem = Problem::<SPATIAL>::default();
     constraint::append(&mut problem, [0, 1], constraint::row(&found, movers, dt));
     let derivative = problem.jacobian[0].map(|block| block.map(|x| x * dt.sqrt()));

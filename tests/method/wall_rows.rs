@@ -77,7 +77,7 @@ fn rows_of_walls_equal_finite_differences() {
                 for place in 0..3 {
                     let Some(found) = gap(&surface, &moved(&placed, at, dt), place) else { continue };
                     let mut problem = Problem::<SPATIAL> { bodies: 2, ..Problem::default() };
-                    let mover = Mover { motion: &motion, reached_with: at };
+                    let mover = Mover { motion: &motion, reached_with: at, axis: None };
                     constraint::append(&mut problem, [0, 1], constraint::row(&found, [mover, FIXED], dt));
                     assert!(problem.jacobian[0][1].iter().all(|x| *x == 0.0));
                     let derivative = problem.jacobian[0][0].map(|x| x * dt.sqrt());

@@ -8,6 +8,9 @@ use crate::walls::{in_rows, of_rows};
 use crate::warm::Warm;
 use glam::DVec3;
 
+/// A row in the place of all rows of its branch, its blocks and offset, and its multiplier.
+pub(super) type Anew<const D: usize> = (Near, ([[f64; D]; 2], f64), f64);
+
 /// A branch that pushes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Push {
@@ -87,7 +90,7 @@ impl<const D: usize> RowSet<D> {
     }
 
     /// Puts a row in the place of all rows of its branch, for each branch of `anew` (sorted by pair and feature).
-    pub(super) fn make_anew(&mut self, anew: Vec<(Near, ([[f64; D]; 2], f64), f64)>) {
+    pub(super) fn make_anew(&mut self, anew: Vec<Anew<D>>) {
         let mut done = vec![false; anew.len()];
         let mut to = 0;
         for from in 0..self.gamma.len() {

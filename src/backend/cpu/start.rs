@@ -214,9 +214,9 @@ impl Start {
         self.middle.as_ref().unwrap_or(&self.bodies)
     }
 
-    /// The axis of body `i` at the step's start, if it is a body of revolution.
+    /// The axis of body `i` where forces act, at the start or in the middle, if it is a body of revolution.
     pub(super) fn axis_of_revolution(&self, i: usize) -> Option<DVec3> {
-        Some(self.bodies.orientation[i] * self.bodies.shape[i].axis_of_revolution()?)
+        Some(self.here().orientation[i] * self.here().shape[i].axis_of_revolution()?)
     }
 
     pub(super) fn pose(&self, i: usize) -> Pose {

@@ -185,14 +185,16 @@ impl<const D: usize> Cpu<D> {
 
     /// Where a body of a wedge is drawn to, as the velocity that leads there from the start: sideways of `line`, by a
     /// part of its thickness, and turned by as much at its ends.
-    fn drawn(&self, seed: u64, i: usize, line: DVec3, size: f64) -> Twist {
+    fn drawn(&self, seed: u64, i: usize, line: DVec3, size: &dyn Fn(f64) -> f64) -> Twist {
         let bodies = &self.start.bodies;
         let shape = &bodies.shape[i];
         let [x, y, z, u, v, w] = draw::normals(seed, bodies.lineage[i].id, self.state.step + 1);
         let (shift, turn) = (DVec3::new(x, y, z), DVec3::new(u, v, w));
         let (shift, turn) = if D == PLANAR { (DVec3::new(x, y, 0.0), DVec3::new(0.0, 0.0, w)) } else { (shift, turn) };
         let aside = shift.reject_from(line).normalize_or_zero();
-        let length = size * 0.5 * shape.thickness() * (0.5 + 0.5 * (x * x / (x * x + y * y)).max(0.0));
+        let radius = 0.5 * shape.thickness();
+        // From a half of it on: where two are drawn to the same side, they still differ.
+        let length = size(radius) * radius * (0.5 + 0.5 * (x * x / (x * x + y * y)).max(0.0));
         let angle = length / shape.bounding_radius();
         Twist {
             linear: aside * (length / self.start.interval),
@@ -263,7 +265,7 @@ impl<const D: usize> TwoSided for Cpu<D> {
         Loosened { rows, share }
     }
 
-    fn tilt(&mut self, draw: u32, size: f64) -> usize {
+    fn tilt(&mut self, draw: u32, size: &dyn Fn(f64) -> f64) -> usize {
         let pushing = self.wedge_rows();
         let start = |i: usize| self.start.placed_at(i, self.start.pose(i));
         let mut twists: BTreeMap<usize, Twist> = BTreeMap::new();

@@ -32,6 +32,8 @@ pub struct Report {
     pub(super) push_pair: u32,
     pub(super) apart: u32,
     pub(super) thrown: u32,
+    /// Its bytes must divide the places of an ensemble's buffer.
+    padding: u32,
 }
 
 impl Report {
