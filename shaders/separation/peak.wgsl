@@ -106,7 +106,9 @@ fn climb(delta: vec3r, a: Support, b: Support, start: vec3r) -> Peak {
         step = vec2r(h.z * g.x - h.y * g.y, h.x * g.y - h.y * g.x) / determinant;
         let long = length(step);
         if last || slope <= GRADIENT_FLOOR * size {
-            if definite && long * aspect <= LAST_STEP {
+            // What is left of curvatures less an overlap of their size is rounding, and so is a step over it.
+            let known = least > 8.0 * EPSILON * max(-next.value, 0.0);
+            if definite && known && long * aspect <= LAST_STEP {
                 peak.point_a += e1 * (hessian_a.x * step.x + hessian_a.y * step.y) + e2 * (hessian_a.y * step.x + hessian_a.z * step.y);
                 peak.point_b += e1 * (hessian_b.x * step.x + hessian_b.y * step.y) + e2 * (hessian_b.y * step.x + hessian_b.z * step.y);
             }

@@ -19,6 +19,8 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// The same, and as a fraction of the gap, of what of it lies beside the common perpendicular of curves that cross:
 /// their places have roundings too.
 const ASIDE: (f64, f64) = (32.0 * f64::EPSILON, 1e-4);
+/// A place of a segment within this part of its half length of an end is the end.
+const END_ROUNDING: f64 = 1e-12;
 
 /// One of two curves at its nearest point.
 #[derive(Clone, Copy)]
@@ -30,10 +32,10 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// A segment along `axis`, at a place of it. A place within rounding of an end is the end.
+    /// A segment along `axis`, at a place of it.
     #[inline]
     pub fn of_segment(axis: DVec3, half: f64, at: f64) -> Course {
-        Course { along: axis, end: (at.abs() >= half * (1.0 - 1e-12)).then_some(at) }
+        Course { along: axis, end: (at.abs() >= half * (1.0 - END_ROUNDING)).then_some(at) }
     }
 
     /// Whether a normal along `way` must be at right angles to the curve: where it goes on, and at an end that it would

@@ -61,8 +61,8 @@ impl Tally {
         }
     }
 
-    /// Prints a table, with the examples where `RELCP_EXAMPLES` is set, and asserts that nothing is wrong.
-    pub fn check(&self, what: &str) {
+    /// Prints a table, with the examples where `RELCP_EXAMPLES` is set. Returns the kinds that are wrong, and how often.
+    pub fn print(&self, what: &str) -> Vec<(&str, usize)> {
         let mut text = format!(
             "\n| {what} | drawn | wrong | separation | normal | levers |\n| --- | ---: | ---: | ---: | ---: | ---: |\n"
         );
@@ -79,7 +79,7 @@ impl Tally {
         if std::env::var_os("RELCP_EXAMPLES").is_some() {
             wrong.iter().for_each(|(kind, count)| println!("{kind}: {}", count.example));
         }
-        assert!(wrong.is_empty(), "{what}: {:?}", wrong.iter().map(|(kind, c)| (kind, c.wrong)).collect::<Vec<_>>());
+        wrong.into_iter().map(|(kind, count)| (kind.as_str(), count.wrong)).collect()
     }
 }
 
