@@ -144,7 +144,7 @@ fn lines(arguments: &Arguments) -> Result<Found, CliError> {
     on_the_cpu(arguments)?;
     write_all(&arguments.out, [])?;
     let size = if arguments.quick { Size::QUICK } else { Size::FULL };
-    let rows = lines::run_all(&lines::all(), size, rayon::current_num_threads(), &|rows| {
+    let rows = lines::run_all(&lines::all(size), size, rayon::current_num_threads(), &|rows| {
         let well = rows.iter().filter(|row| row.is_well()).count();
         let what = rows.first().map_or(String::new(), |row| row.line.what());
         say(arguments, &format!("{what}: {well} of {} are well", rows.len()));

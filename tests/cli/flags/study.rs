@@ -174,7 +174,7 @@ fn stall(place: &Place, _: &str) {
 
 fn lines(place: &Place, _: &str) {
     let (rows, _) = study(place, "hard --lines --quick");
-    assert_eq!(rows["rows"].as_array().unwrap().len(), 320);
+    assert_eq!(rows["rows"].as_array().unwrap().len(), 128);
     ran(place, "study", &["--lines"]).expect(2);
 }
 
