@@ -22,7 +22,7 @@ fn run(scene: Scene) -> (Simulation, Vec<StepReport>) {
 fn squeezed(shape: &str, bodies: usize, aside: f64, dt: f64, planar: bool) -> Scene {
     let place = |i: usize| {
         let x = 2.0 * i as f64 - (bodies as f64 - 1.0);
-        let y = if i % 2 == 0 { -aside } else { aside };
+        let y = if i.is_multiple_of(2) { -aside } else { aside };
         format!(r#"{{ "shape": {shape}, "position": [{x}, {y}, 0], "axis": [1, 0, 0] }}"#)
     };
     let list: Vec<String> = (0..bodies).map(place).collect();

@@ -14,12 +14,15 @@ fn every_line_is_a_scene_that_starts_without_overlap() {
     assert_eq!((all(Size::FULL).len(), all(Size::QUICK).len(), with_closed_forms), (160, 64, 16));
 }
 
-/// Where two balls stand clearly out of line they end where they should, at any step, and as others do.
+/// Where two balls stand clearly out of line they end where they should, at any step, and as others do. In a ball that
+/// just holds both they are always in line, and run ahead of the wall (docs/two-sided.md).
 #[test]
 fn two_balls_that_are_clearly_out_of_line_are_well() {
-    let well = |line: &Line| line.count == 2 && line.misalignment == 1e-2 && line.right_offset().is_some();
+    let well = |line: &Line| {
+        line.count == 2 && line.misalignment == 1e-2 && line.kind == Kind::Balls && line.right_offset().is_some()
+    };
     let lines: Vec<Line> = all(Size::FULL).into_iter().filter(well).collect();
-    assert_eq!(lines.len(), 4);
+    assert_eq!(lines.len(), 2);
     for line in &lines {
         let rows = run(line, &[1e-2], 1e-4);
         assert!(rows.iter().all(Row::is_well), "{rows:#?}");
