@@ -26,9 +26,9 @@ fn without_periods(at: LatticePoint, n: vec3<i32>) -> LatticePoint {
 fn lattice_difference(cell_a: vec3<i32>, remainder_a: vec3r, cell_b: vec3<i32>, remainder_b: vec3r) -> vec3r {
     var to = LatticePoint(cell_b - cell_a, remainder_b - remainder_a);
     // Over many periods this count may be one too many or too few, which the second one mends.
-    let many = vec3<i32>(round(vec3r(to.cell) * PERIODS_A_CELL));
+    let many = vec3<i32>(nearest_integer(vec3r(to.cell) * PERIODS_A_CELL));
     if any(many != vec3<i32>(0)) { to = without_periods(to, many); }
-    let one = vec3<i32>(round((vec3r(to.cell) * PITCH + to.remainder) * INVERSE_PERIOD));
+    let one = vec3<i32>(nearest_integer((vec3r(to.cell) * PITCH + to.remainder) * INVERSE_PERIOD));
     if any(one != vec3<i32>(0)) { to = without_periods(to, one); }
     return vec3r(to.cell) * PITCH + to.remainder;
 }

@@ -118,6 +118,7 @@ impl LatticePeriods {
         }
         let two_parts = f64::from(1 << (2 * PART_BITS));
         let source = source
+            .include(fragment!("common/nearest_integer.wgsl"))
             .real("PITCH", pitch)
             .real("INVERSE_PITCH", 1.0 / pitch)
             .real("UPPER_PARTS", pitch / two_parts)

@@ -29,7 +29,7 @@ fn rings_that_a_step_of_the_device_tears_apart_are_held_by_the_cpu() {
         assert!(found.iter().all(|step| step.passed.is_none() && step.max_overlap <= 1e-5), "{precision:?}");
         assert!(found.iter().any(|step| !step.by_cpu), "{precision:?}: the device goes on");
         // Slowly enough they hold on the device.
-        let found = steps(&Compute::Gpu { gpu: gpu.clone(), precision }, &["time.dt=0.01", "time.end=0.1"]);
+        let found = steps(&Compute::Gpu { gpu: gpu.clone(), precision }, &["time.dt=0.002", "time.end=0.1"]);
         assert!(found.iter().all(|step| step.passed.is_none() && !step.by_cpu), "{precision:?}");
     }
 }

@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const OF_THE_WEDGE: f64 = 0.1;
 
 /// A contact throws its bodies if it moves them against each other by more than this part of the thinner one's thickness
-/// beyond their free motions.
+/// beyond their free motions and the slack between them: a link of a chain is pulled through its neighbour.
 pub(crate) const THROWN: f64 = 0.5;
 
 /// What rounding makes of the work of contact, in parts of that on the bodies.
@@ -55,19 +55,20 @@ impl<const D: usize> Cpu<D> {
         of(a).min(of(b))
     }
 
-    /// How far apart a push may end: the part `gap` of the thickness, and what the slide explains by which their free
-    /// motions alone take the two points of contact past each other.
-    fn allowed_gap(&self, near: &Near, gap: f64) -> f64 {
-        let thickness = self.thickness(near.pair);
-        let free = |number: u32, lever: DVec3| match surface_of(number) {
-            Some(_) => DVec3::ZERO,
+    /// How far apart a push may end: the part `gap` of the thickness, and what a slide past each other explains that
+    /// free motions alone may make of it.
+    fn allowed_gap(&self, pair: [u32; 2], gap: f64) -> f64 {
+        let thickness = self.thickness(pair);
+        let free = |number: u32| match surface_of(number) {
+            Some(_) => (DVec3::ZERO, 0.0),
             None => {
                 let Twist { linear, angular } = self.motions.motion[number as usize].free;
-                self.start.interval * (linear + angular.cross(lever))
+                (linear, angular.length() * self.start.bodies.shape[number as usize].bounding_radius())
             }
         };
-        let slide = free(near.pair[1], near.found.lever_b) - free(near.pair[0], near.found.lever_a);
-        gap * thickness + slide.length_squared() / thickness
+        let [(a, turned_a), (b, turned_b)] = pair.map(free);
+        let slide = self.start.interval * ((b - a).length() + turned_a + turned_b);
+        gap * thickness + slide * slide / thickness
     }
 
     /// The branches that push, where they are at the trial.
@@ -112,6 +113,12 @@ impl<const D: usize> Cpu<D> {
         effect
     }
 
+    /// How far apart a push begins; nothing where it overlaps.
+    fn slack(&self, push: &Push) -> f64 {
+        let start = |i: usize| self.start.placed_at(i, self.start.pose(i));
+        self.branch_of(push, start).map_or(0.0, |near| near.found.separation.max(0.0))
+    }
+
     /// How far contact moves a body's centre.
     fn moved(&self, i: usize) -> DVec3 {
         self.start.interval * (self.trial.twist[i].linear - self.motions.motion[i].free.linear)
@@ -126,13 +133,14 @@ impl<const D: usize> Cpu<D> {
             (effect.push_gap, effect.push_pair) = (apart, Some(push.pair));
         }
         let thickness = self.thickness(push.pair);
-        effect.apart += usize::from(apart > self.allowed_gap(near, gap));
-        effect.torn += usize::from(apart > self.allowed_gap(near, TORN));
+        effect.apart += usize::from(apart > self.allowed_gap(near.pair, gap));
+        effect.torn += usize::from(apart > self.allowed_gap(near.pair, TORN));
         let bodies = push.pair.map(|number| surface_of(number).is_none().then_some(number as usize));
         let [a, b] = bodies.map(|body| body.map_or(DVec3::ZERO, |i| self.moved(i)));
         let free = |i: usize| self.start.interval * self.motions.motion[i].free.linear.length();
         let explained = bodies.iter().flatten().map(|i| free(*i)).sum::<f64>() + self.first.overlap;
-        effect.thrown += usize::from((b - a).length() > THROWN * thickness + explained);
+        let far = (b - a).length() - THROWN * thickness - explained;
+        effect.thrown += usize::from(far > 0.0 && far > self.slack(push));
         let undone = self.setup.overlap_tolerance.max(self.first.overlap) + self.solve.residual();
         effect.energy_allowed += push.gamma * undone;
     }
@@ -229,7 +237,7 @@ impl<const D: usize> TwoSided for Cpu<D> {
 
     fn catch(&mut self, gap: f64, size: f64) -> usize {
         let thrown = self.pushing_at_trial();
-        let thrown = thrown.iter().filter(|(_, near)| near.found.separation > self.allowed_gap(near, gap));
+        let thrown = thrown.iter().filter(|(_, near)| near.found.separation > self.allowed_gap(near.pair, gap));
         let thrown: Vec<Push> = thrown.map(|(push, _)| *push).collect();
         if thrown.is_empty() {
             return 0;
@@ -249,7 +257,7 @@ impl<const D: usize> TwoSided for Cpu<D> {
         let mut of = BTreeMap::new();
         let mut anew = Vec::new();
         for (push, near) in self.pushing_at_trial() {
-            if near.found.separation > self.allowed_gap(&near, gap) {
+            if near.found.separation > self.allowed_gap(near.pair, gap) {
                 for body in push.pair.into_iter().filter(|number| surface_of(*number).is_none()) {
                     of.insert(body, self.trial.scaled[body as usize]);
                 }
