@@ -174,8 +174,8 @@ fn an_inexact_recursion_keeps_the_tolerances_and_stays_near_the_exact_one() {
         let start = scene.build().unwrap().position;
         let moved = exact.iter().zip(&start).map(|(p, q)| (*p - *q).length()).fold(0.0, f64::max);
         println!("heap {seed}: moved {moved:.2e}, apart {apart:.2e}");
-        // Steps that take away overlaps of a tenth of the bodies' size: rows made elsewhere matter most there. Rows that
-        // throw bodies in one of the two and not in the other are made anew there alone.
+        // Steps that take away overlaps of a tenth of the bodies' size: rows made elsewhere matter most there. Rows
+        // that throw bodies in one of the two and not in the other are made anew there alone.
         near += usize::from(apart < 0.01 * moved);
         assert!(apart < 0.01 * moved || report.loosened > 0, "heap {seed}: moved {moved:e}, apart {apart:e}");
         assert!(apart < 0.2 * moved, "heap {seed}: moved {moved:e}, apart {apart:e}");

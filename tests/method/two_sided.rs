@@ -60,8 +60,8 @@ fn two_balls_in_line_are_pressed_aside_as_far_as_they_must_and_no_farther() {
     }
 }
 
-/// Of balls that only contact moves, half of the sum of the squares of how far it moves them is what a step makes least.
-/// Each round of loosening keeps or lowers it, so that a step comes to less than with the rows of its start alone.
+/// Where only contact moves balls, a step makes half of the sum of the squares of their moves least. Each round of
+/// loosening keeps or lowers it, so that a step comes to less than with the rows of its start alone.
 #[test]
 fn loosening_lowers_the_objective() {
     let moved_by = |rows: &str, start: &Simulation, dt: f64, list: &str| {
