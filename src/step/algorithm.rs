@@ -5,7 +5,7 @@
 //! it, and no body went through another. One that does not hold is never accepted: [`retry`] takes the step again.
 
 use super::accuracy::Accuracy;
-use super::two_sided::{GAP, MOST_TILTS, Sides};
+use super::two_sided::{Caught, GAP, MOST_TILTS, Sides};
 use super::{ContactSettings, Fault, Keep, Model, OnFailure, Rows, StepReport, Stepping, retry};
 use crate::dynamics::{Cells, OnNoRoom};
 use crate::lcp::{Outcome, Status};
@@ -108,6 +108,8 @@ pub(super) struct Attempt {
     pub overlap: Overlap,
     /// The promise about what contact does that it breaks.
     pub broken: Option<Guard>,
+    /// Whether it was left to a backend that makes rows anew.
+    pub left: bool,
     /// The multipliers of the least bad trial and how bad it is, where steps that do not hold are accepted.
     pub least_bad: Option<(f64, Vec<f64>)>,
 }
@@ -120,6 +122,7 @@ impl Attempt {
             && self.report.settled(tolerance)
             && self.report.passed.is_none()
             && self.broken.is_none()
+            && !self.left
     }
 
     /// How far it is from holding, a length: by what surfaces overlap, or the velocities are off. Overlap alone would
@@ -146,7 +149,7 @@ pub(super) fn attempt(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -
 
 fn attempt_once(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -> Result<Attempt, Fault> {
     let (report, least_bad) = (StepReport { pieces: 1, ..StepReport::default() }, None);
-    let mut tried = Attempt { report, overlap: Overlap::default(), broken: None, least_bad };
+    let mut tried = Attempt { report, overlap: Overlap::default(), broken: None, left: false, least_bad };
     match plan.stepping {
         Stepping::Euler => euler(backend, plan, keep, &mut tried)?,
         Stepping::Midpoint => midpoint(backend, plan, keep, &mut tried)?,
@@ -177,9 +180,14 @@ fn euler(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut At
         if contradicted(&outcome, contact) {
             sides.loosen(backend, plan, tried)?;
             return Ok(());
-        } else if sides.catch(backend, plan, tried) {
-            // Rows that throw bodies are made anew before anything that these meet there.
-        } else if accuracy.shows(&overlap) && tried.report.may_recurse(contact) {
+        }
+        // Rows that throw bodies are made anew before anything that these meet there.
+        match sides.catch(backend, plan, tried)? {
+            Caught::Rows => continue,
+            Caught::Left => return Ok(()),
+            Caught::Nothing => {}
+        }
+        if accuracy.shows(&overlap) && tried.report.may_recurse(contact) {
             // A_n+1: one more row a violating pair, linearised at C_n+1; or the offsets of rows that are there, exact
             // at C_n+1
             if tried.report.recursions < plan.most_tightenings {
@@ -218,7 +226,12 @@ fn midpoint(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut
         if contradicted(&outcome, contact) {
             sides.loosen(backend, plan, tried)?;
             break;
-        } else if sides.catch(backend, plan, tried) {
+        }
+        let caught = sides.catch(backend, plan, tried)?;
+        if matches!(caught, Caught::Left) {
+            break;
+        } else if matches!(caught, Caught::Rows) {
+            // As in the paper's step.
         } else if shows {
             if tried.report.recursions < plan.most_tightenings {
                 backend.tighten_violations()?;

@@ -89,6 +89,11 @@ pub trait Backend: Send {
     fn two_sided(&mut self) -> Option<&mut dyn TwoSided> {
         None
     }
+    /// Whether a contact that pushes is farther apart at the trial than the part `gap` of its thinner body's thickness.
+    /// Asked only of a backend that cannot make rows anew: it leaves such a step to one that can.
+    fn throws(&mut self, _gap: f64) -> Result<bool, Fault> {
+        Ok(false)
+    }
     /// The pairs that pass each other between the step's start and the trial.
     fn passed(&mut self) -> Result<Option<Passed>, Fault>;
     /// Makes the trial the state and returns the wall time by phase since the last acceptance.

@@ -56,6 +56,10 @@ pub(super) fn take_again(
     backend.take_again(&mut |again| {
         let before = again.backend().state()?.clone();
         let first = if alone { Some(attempt(again.backend(), &plan, keep)) } else { failed.take() };
+        // An attempt that holds tells it too: the one that was shared may have ended before.
+        if let (true, Some(Ok(tried))) = (alone, &first) {
+            report.first_violation = tried.report.first_violation;
+        }
         let mut taken = Taking { plan: &plan, keep, report: &mut report, waiting: Waiting::None };
         let result = taken.step(again, first, &before);
         if result.is_err() {
@@ -266,7 +270,7 @@ impl Taking<'_> {
         }
         let overlap = again.backend().trial(self.plan.contact.overlap_tolerance)?;
         (report.passed, report.constraints) = (again.backend().passed()?, again.backend().constraints());
-        Ok(Attempt { report, overlap, broken: None, least_bad: None })
+        Ok(Attempt { report, overlap, broken: None, left: false, least_bad: None })
     }
 
     /// Tries a piece with cells waiting that have no room, where the scene lets them: of a whole step first those of the

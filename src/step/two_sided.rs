@@ -138,6 +138,15 @@ pub trait TwoSided {
     fn go_back(&mut self);
 }
 
+/// What a look for thrown bodies came to.
+pub(super) enum Caught {
+    Nothing,
+    /// Rows were made anew: there is something to solve.
+    Rows,
+    /// The attempt ends here, and its step is for a backend that makes rows anew.
+    Left,
+}
+
 /// What an attempt did on the second side.
 #[derive(Default)]
 pub(super) struct Sides {
@@ -192,14 +201,18 @@ impl Sides {
         Ok(true)
     }
 
-    /// Loosens rows that throw bodies, and says whether there are any.
-    pub fn catch(&mut self, backend: &mut dyn Backend, plan: &Plan, tried: &mut Attempt) -> bool {
+    /// Makes rows that throw bodies anew, and says what to do next. A backend that cannot leaves the step to one that
+    /// can, so that both come to the same.
+    pub fn catch(&mut self, backend: &mut dyn Backend, plan: &Plan, tried: &mut Attempt) -> Result<Caught, Fault> {
         if !plan.two_sided || self.rounds >= MOST_ROUNDS {
-            return false;
+            return Ok(Caught::Nothing);
         }
-        let Some(two_sided) = backend.two_sided() else { return false };
+        let Some(two_sided) = backend.two_sided() else {
+            tried.left = backend.throws(THROW_GAP)?;
+            return Ok(if tried.left { Caught::Left } else { Caught::Nothing });
+        };
         if !two_sided.throws(THROW_GAP) {
-            return false;
+            return Ok(Caught::Nothing);
         }
         let before = two_sided.objective();
         // From far away all directions look alike. Where a way back is short, what is made there is good.
@@ -213,7 +226,7 @@ impl Sides {
         self.catches += u32::from(rows > 0);
         self.rounds += u32::from(rows > 0);
         tried.report.loosened += rows as u32;
-        rows > 0
+        Ok(if rows > 0 { Caught::Rows } else { Caught::Nothing })
     }
 
     /// Tilts rows that contradict each other, and says whether there is something to solve.

@@ -314,6 +314,10 @@ impl<const D: usize> Backend for Cpu<D> {
         if self.is_shared_out() { None } else { Some(self) }
     }
 
+    fn throws(&mut self, gap: f64) -> Result<bool, Fault> {
+        Ok(self.effect(gap)?.apart > 0)
+    }
+
     fn append_violations(&mut self) -> Result<(), Fault> {
         self.answer_violations(false);
         Ok(())
