@@ -227,20 +227,22 @@ fn midpoint(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut
             sides.loosen(backend, plan, tried)?;
             break;
         }
-        let caught = sides.catch(backend, plan, tried)?;
-        if matches!(caught, Caught::Left) {
-            break;
-        } else if matches!(caught, Caught::Rows) {
-            // As in the paper's step.
-        } else if shows {
-            if tried.report.recursions < plan.most_tightenings {
-                backend.tighten_violations()?;
-            } else {
-                backend.append_violations()?;
+        match sides.catch(backend, plan, tried)? {
+            Caught::Left => break,
+            Caught::Rows => {}
+            Caught::Nothing if shows => {
+                if tried.report.recursions < plan.most_tightenings {
+                    backend.tighten_violations()?;
+                } else {
+                    backend.append_violations()?;
+                }
+                tried.report.recursions += 1;
             }
-            tried.report.recursions += 1;
-        } else if !sides.loosen(backend, plan, tried)? {
-            break;
+            Caught::Nothing => {
+                if !sides.loosen(backend, plan, tried)? {
+                    break;
+                }
+            }
         }
         outcome = tried.solve_tilted(backend, plan, keep, plan.tolerance, &mut sides)?;
         tried.report.velocity_residual = half.residual.max(outcome.residual);
