@@ -41,6 +41,8 @@ pub(super) fn take_again(
 ) -> Result<(StepReport, Overlap), Fault> {
     let mut plan = *plan;
     let by_cpu = backend.device().is_some();
+    // Where a device or processes made the attempt, the CPU or each process makes it alone first, as it would its own.
+    let anew = failed.is_some() && (by_cpu || backend.is_shared_out());
     let mut report = StepReport::default();
     if by_cpu {
         plan.contact.overlap_tolerance *= LEFT_FOR_ROUNDING;
@@ -50,14 +52,12 @@ pub(super) fn take_again(
             report.first_violation = tried.report.first_violation;
         }
     }
-    // Where processes shared the attempt, each makes it alone first, and comes to the same.
-    let alone = failed.is_some() && backend.is_shared_out();
     let mut overlap = Overlap::default();
     backend.take_again(&mut |again| {
         let before = again.backend().state()?.clone();
-        let first = if alone { Some(attempt(again.backend(), &plan, keep)) } else { failed.take() };
-        // An attempt that holds tells it too: the one that was shared may have ended before.
-        if let (true, Some(Ok(tried))) = (alone, &first) {
+        let first = if anew { Some(attempt(again.backend(), &plan, keep)) } else { failed.take() };
+        // An attempt that holds says it too: the one before may have ended before its first trial.
+        if let (true, Some(Ok(tried))) = (anew, &first) {
             report.first_violation = tried.report.first_violation;
         }
         let mut taken = Taking { plan: &plan, keep, report: &mut report, waiting: Waiting::None };

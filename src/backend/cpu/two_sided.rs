@@ -191,6 +191,18 @@ impl<const D: usize> Cpu<D> {
         rows
     }
 
+    /// Where bodies come on their way to the trial, by at most the part `size` of half of their thickness, as the
+    /// velocities that lead there from the start.
+    fn towards_trial(&self, size: f64) -> Vec<Twist> {
+        let short = |i: usize| {
+            let (shape, Twist { linear, angular }) = (&self.start.bodies.shape[i], self.trial.twist[i]);
+            let most = size * 0.5 * shape.thickness() / self.start.interval;
+            let shorten = |v: DVec3, most: f64| v.clamp_length_max(most.max(f64::MIN_POSITIVE));
+            Twist { linear: shorten(linear, most), angular: shorten(angular, most / shape.bounding_radius()) }
+        };
+        (0..self.start.bodies.len()).map(short).collect()
+    }
+
     /// Where a body of a wedge is drawn to, as the velocity that leads there from the start: sideways of `line`, by a
     /// part of its thickness, and turned by as much at its ends.
     fn drawn(&self, seed: u64, i: usize, line: DVec3, size: &dyn Fn(f64) -> f64) -> Twist {
@@ -242,15 +254,11 @@ impl<const D: usize> TwoSided for Cpu<D> {
         if thrown.is_empty() {
             return 0;
         }
-        let dt = self.start.interval;
-        let short = |i: usize| {
-            let (shape, Twist { linear, angular }) = (&self.start.bodies.shape[i], self.trial.twist[i]);
-            let most = size * 0.5 * shape.thickness() / dt;
-            let shorten = |v: DVec3, most: f64| v.clamp_length_max(most.max(f64::MIN_POSITIVE));
-            Twist { linear: shorten(linear, most), angular: shorten(angular, most / shape.bounding_radius()) }
-        };
-        let reached: Vec<Twist> = (0..self.start.bodies.len()).map(short).collect();
-        self.make_anew_at(&thrown, &reached)
+        self.make_anew_at(&thrown, &self.towards_trial(size))
+    }
+
+    fn follow(&mut self, size: f64) -> usize {
+        self.make_anew_at(&self.wedge_rows(), &self.towards_trial(size))
     }
 
     fn loosen(&mut self, gap: f64) -> Loosened {
