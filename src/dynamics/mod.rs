@@ -30,7 +30,7 @@ pub(crate) mod waiting;
 
 pub(crate) use crate::motion::{Pose, Twist, advance};
 pub use bonds::Bond;
-pub(crate) use bonds::{Bonds, Incidence, Stiffness};
+pub(crate) use bonds::{Bonds, Incidence, Member, Stiffness, Unstable, instability};
 pub use flow::Flow;
 pub(crate) use flow::Stream;
 #[cfg(feature = "gpu")]
@@ -43,7 +43,7 @@ pub(crate) use inertial::Inertial;
 pub use law::Dynamics;
 pub(crate) use law::law;
 pub(crate) use motion::{Ending, Factor, Law, Motion};
-pub(crate) use overdamped::Overdamped;
+pub(crate) use overdamped::{Overdamped, resistances};
 pub use pressure::pressures;
 #[cfg(feature = "files")]
 pub(crate) use pressure::virial_of_wall;

@@ -440,10 +440,7 @@ impl PySimulation {
 
     /// The state as a scene that goes on from it, as the program's `final.json`.
     fn final_scene(&self, py: Python<'_>) -> PyResult<PyScene> {
-        let scene = self.compute(py, |session| {
-            let simulation = session.simulation();
-            simulation.state().map(|state| simulation.scene().final_scene(&state.bodies, simulation.time()))
-        })?;
+        let scene = self.compute(py, |session| session.simulation().final_scene())?;
         scene.map(PyScene).map_err(fault)
     }
 

@@ -369,9 +369,7 @@ impl Run {
         let scene = self.simulation.scene();
         let overlap = max_overlap_but(&scene.fixed(), &self.simulation.state()?.bodies, &self.simulation.walls());
         if self.simulation.done() || stopped.is_some() {
-            let bodies = &self.simulation.state()?.bodies;
-            let last = self.simulation.scene().final_scene(bodies, self.simulation.time());
-            write_scene(&self.folder.last(), &last)?;
+            write_scene(&self.folder.last(), &self.simulation.final_scene()?)?;
         }
         // Before the picture, so that its memory does not count as the simulation's.
         let mut summary = Summary::new(&self.simulation, &self.totals, &self.scene_hash, (status, stopped), overlap)?;

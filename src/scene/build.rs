@@ -78,7 +78,7 @@ impl Scene {
         let given = self.bodies.iter().map(|b| b.lineage.map(|line| line.id)).chain(std::iter::repeat(None));
         // A parent's id is taken too, although the parent is no more.
         let taken = self.bodies.iter().filter_map(|b| b.lineage).map(|l| l.id.max(l.parent.unwrap_or(0)) + 1);
-        let mut next = taken.max().unwrap_or(0);
+        let mut next = taken.max().unwrap_or(0).max(self.next_id.unwrap_or(0));
         given.map(move |id| {
             id.unwrap_or_else(|| {
                 next += 1;
@@ -96,7 +96,10 @@ impl Scene {
     }
 
     /// A scene that starts from `bodies` at `time` and goes on as this one: full precision, groups, lineage, and
-    /// velocities where the law has inertia. Its `end` is this scene's, or `time` where that is later.
+    /// velocities where the law has inertia. Its `end` is this scene's, or `time` where that is later. What is drawn in
+    /// its steps is not what was drawn in this one's, as it starts at another time.
+    ///
+    /// [`Simulation::final_scene`](crate::Simulation::final_scene) also knows the ids of cells that are no more.
     ///
     /// `bodies` must have been built from this scene, so that their group numbers are this scene's.
     pub fn final_scene(&self, bodies: &Bodies, time: f64) -> Scene {

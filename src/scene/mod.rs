@@ -8,6 +8,7 @@ mod build;
 mod built_in;
 #[cfg(feature = "files")]
 mod comments;
+mod drive;
 mod error;
 #[cfg(feature = "files")]
 mod excerpt;
@@ -88,6 +89,10 @@ pub struct Scene {
     /// Everything random is drawn from this.
     #[cfg_attr(feature = "files", serde(default))]
     pub seed: u64,
+    /// The id of the next cell that is born, as a run writes it into `final.json` where cells with the largest ids are
+    /// no more. Without it: the one after the largest of `bodies[].lineage`.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub next_id: Option<u64>,
     /// The law of motion.
     #[cfg_attr(feature = "files", serde(default))]
     pub dynamics: Dynamics,
@@ -150,6 +155,7 @@ impl Scene {
         Scene {
             name: name.into(),
             seed: u64::default(),
+            next_id: None,
             dynamics: Dynamics::default(),
             time,
             contact: ContactSettings::default(),
@@ -179,7 +185,8 @@ impl Scene {
 pub struct Solver {
     /// Which solver.
     pub kind: SolverKind,
-    /// Largest natural residual that counts as solved, a length. Without it: a tenth of the overlap tolerance.
+    /// Largest natural residual that counts as solved, a length. Without it: a tenth of the overlap tolerance, or a
+    /// thousandth of what forces, growth or walls move a body by in a step where that is less.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub tolerance: Option<f64>,

@@ -3,6 +3,7 @@
 use super::{ContactSettings, Dump, Growth, Recursion, Rows, SMALLEST_NUMBER, Scene, Stop};
 use crate::dynamics::{Bonds, Cells, Heat, Strain, Stream};
 use crate::fixed::Fixed;
+use crate::gpu::Precision;
 use crate::lcp::Settings;
 use crate::periodic::Periods;
 use crate::removal::Removals;
@@ -14,6 +15,12 @@ use crate::walls::Walls;
 /// measures.
 const TOLERANCE_PER_OVERLAP: f64 = 0.1;
 
+/// And at this part of what drives bodies in a step, so that contact forces are right to about as much.
+const TOLERANCE_PER_DRIVE: f64 = 1e-3;
+
+/// But at no less than this part of the overlap tolerance: rounding of separations leaves more.
+const LEAST_PER_OVERLAP: f64 = 1e-8;
+
 /// Iterations that any LCP of the built-in scenes is solved in by the default solver, and by none that has stalled.
 const MOST_ITERATIONS: u64 = 100_000;
 
@@ -21,7 +28,8 @@ const MOST_ITERATIONS: u64 = 100_000;
 const STATES: f64 = 100.0;
 
 impl Scene {
-    /// When the LCP solver stops: as given, or at a tenth of the overlap tolerance and after 100,000 iterations.
+    /// When the LCP solver stops: as given, or after 100,000 iterations and at a tenth of the overlap tolerance, or a
+    /// thousandth of what forces, growth or walls move a body by in a step where that is less.
     ///
     /// ```
     /// let mut scene = relcp::Scene::new("none", relcp::scene::Time::new(0.1, 1.0));
@@ -30,12 +38,25 @@ impl Scene {
     /// assert_eq!((settings.tolerance, settings.max_iterations), (0.1 * scene.contact.overlap_tolerance, 5));
     /// ```
     pub fn lcp_settings(&self) -> Settings {
-        // No smaller than a scene may say, so that what is written out can be read.
-        let default = (TOLERANCE_PER_OVERLAP * self.contact.overlap_tolerance).max(SMALLEST_NUMBER);
         Settings {
-            tolerance: self.solver.tolerance.unwrap_or(default),
+            tolerance: self.solver_tolerance(Precision::F64),
             max_iterations: self.solver.max_iterations.unwrap_or(MOST_ITERATIONS),
         }
+    }
+
+    /// When the LCP solver stops where numbers have this precision. By default f32 numbers keep to a tenth of the overlap
+    /// tolerance: they do not hold what a small step asks for.
+    pub(crate) fn solver_tolerance(&self, precision: Precision) -> f64 {
+        let overlap = self.contact.overlap_tolerance;
+        let default = match precision {
+            Precision::F32 => TOLERANCE_PER_OVERLAP * overlap,
+            Precision::F64 => {
+                let driven = TOLERANCE_PER_DRIVE * self.least_drive().unwrap_or(f64::INFINITY);
+                (TOLERANCE_PER_OVERLAP * overlap).min(driven.max(LEAST_PER_OVERLAP * overlap))
+            }
+        };
+        // No smaller than a scene may say, so that what is written out can be read.
+        self.solver.tolerance.unwrap_or(default.max(SMALLEST_NUMBER))
     }
 
     /// Distance within which pairs are near at a step's start: as given, or a tenth of the thinnest starting body's
@@ -111,6 +132,14 @@ impl Scene {
         own.or_else(|| self.growth.iter().find(|growth| growth.group.is_none()))
     }
 
+    /// What is drawn anew in each step is drawn from this, and from the step's number. It differs with the time at which
+    /// a scene starts, so that a run from the `final.json` of another does not repeat its numbers.
+    fn seed_of_steps(&self) -> u64 {
+        // A start at 0, of either sign, leaves the seed as it is.
+        let start = if self.time.start == 0.0 { 0 } else { self.time.start.to_bits() };
+        self.seed ^ mixed(start)
+    }
+
     /// How cells grow, where any do.
     #[doc(hidden)]
     pub fn cells(&self) -> Option<Cells> {
@@ -122,13 +151,14 @@ impl Scene {
     #[doc(hidden)]
     pub fn removals(&self) -> Option<Removals> {
         let fixed = self.fixed();
-        let removals = Removals::new(&self.removal, &self.group_names(), self.planar, self.seed, fixed);
+        let removals = Removals::new(&self.removal, &self.group_names(), self.planar, self.seed_of_steps(), fixed);
         (!removals.is_empty()).then_some(removals)
     }
 
     /// The random loads, where there are any.
     fn heat(&self) -> Option<Heat> {
-        self.thermal.map(|thermal| Heat { thermal, seed: self.seed, dynamics: self.dynamics, planar: self.planar })
+        let (seed, dynamics, planar) = (self.seed_of_steps(), self.dynamics, self.planar);
+        self.thermal.map(|thermal| Heat { thermal, seed, dynamics, planar })
     }
 
     /// The bonds, by the ids of their bodies.
@@ -157,7 +187,7 @@ impl Scene {
     #[doc(hidden)]
     pub fn model(&self) -> Model {
         Model {
-            seed: self.seed,
+            seed: self.seed_of_steps(),
             planar: self.planar,
             time: self.time,
             dynamics: self.dynamics,
@@ -177,4 +207,11 @@ impl Scene {
             lcp: self.lcp_settings(),
         }
     }
+}
+
+/// A number whose bits all depend on all bits of `x`; 0 for 0. The finalizer of MurmurHash3.
+fn mixed(mut x: u64) -> u64 {
+    x = (x ^ (x >> 33)).wrapping_mul(0xff51_afd7_ed55_8ccd);
+    x = (x ^ (x >> 33)).wrapping_mul(0xc4ce_b9fe_1a85_ec53);
+    x ^ (x >> 33)
 }

@@ -3,6 +3,7 @@
 pub(crate) mod automatic;
 mod builder;
 mod compute;
+mod home;
 mod leaving;
 #[cfg(feature = "mpi")]
 mod together;
@@ -25,6 +26,7 @@ use crate::separation::supports;
 use crate::step::{Backend, Contact, Fault, Keep, Plan, SavedLcp, State, StepReport, contacts, max_overlap_but, step};
 use crate::walls::{WallContact, Walls};
 use automatic::Auto;
+use home::Home;
 use leaving::Leaving;
 use std::mem::discriminant;
 
@@ -75,6 +77,9 @@ pub struct Simulation {
     stopped_by: Option<StopReason>,
     /// The bodies that leave, and the lives that ended, where the scene has rules for it.
     leaving: Option<Leaving>,
+    home: Home,
+    /// The solver's, in f32 and in f64.
+    tolerances: [f64; 2],
     /// The processes that take it together.
     #[cfg(feature = "mpi")]
     together: Option<Together>,
@@ -113,6 +118,7 @@ impl Simulation {
     /// A [`Fault`]: bodies that the scene's method or a device cannot do.
     pub(crate) fn start(compute: &Compute, scene: Scene, mut state: State) -> Result<Self, Fault> {
         state.bodies.planar = scene.planar;
+        state.next_id = state.next_id.max(scene.next_id.unwrap_or(0));
         check_pairs(&state.bodies)?;
         let cutoff = scene.cutoff_of(state.bodies.shape.iter().copied());
         let model = scene.model();
@@ -136,6 +142,8 @@ impl Simulation {
         let mut plan = Plan::new(&scene.model(), cutoff);
         plan.parts_first = parts_first;
         let removed = state.removed.iter().sum();
+        let home = Home::of(&state.bodies);
+        let tolerances = [Precision::F32, Precision::F64].map(|precision| scene.solver_tolerance(precision));
         let (auto, first) = match compute {
             // What a device cannot do is not tried.
             Compute::Auto(automatic) => match Compute::check(&scene) {
@@ -161,6 +169,8 @@ impl Simulation {
             keep,
             stopped_by: None,
             leaving: None,
+            home,
+            tolerances,
             #[cfg(feature = "mpi")]
             together: match compute {
                 Compute::Together(together) => Some(*together),
@@ -309,6 +319,7 @@ impl Simulation {
     /// Takes one step on the machine in use.
     fn take_step(&mut self) -> Result<StepReport, Fault> {
         self.plan.span = self.scene.time.span(self.steps() + 1);
+        self.plan.tolerance = self.tolerances[usize::from(self.precision() == Precision::F64)];
         let in_pool = self.bodies() >= LEAST_BODIES_IN_POOL;
         let Simulation { backend, plan, keep, .. } = self;
         let mut report = match in_pool {
@@ -321,7 +332,16 @@ impl Simulation {
             leaving.follow(self.backend.as_mut(), &self.scene.time, &mut report)?;
         }
         self.look_for_stop()?;
+        self.look_for_runaway(report.step)?;
         Ok(report)
+    }
+
+    /// Whether a body has run away. A device and processes that share a run do not look.
+    fn look_for_runaway(&self, step: u64) -> Result<(), Fault> {
+        if self.device().is_some() || self.backend.is_partial() {
+            return Ok(());
+        }
+        self.home.left_by(self.backend.placed()?, step).map_or(Ok(()), Err)
     }
 
     /// The LCPs that the scene's `solver.dump` asks for, of the steps taken since the last call: those of a step that
@@ -333,6 +353,18 @@ impl Simulation {
     /// Counts LCPs of this run that were saved before, so that no more are kept than the scene asks for.
     pub fn count_lcps(&mut self, saved: usize) {
         self.keep.count(saved);
+    }
+
+    /// The present state as a scene that goes on from it, which a run writes as `final.json`.
+    ///
+    /// # Errors
+    /// As [`Simulation::state`].
+    pub fn final_scene(&self) -> Result<Scene, Fault> {
+        let state = self.state()?;
+        let mut scene = self.scene.final_scene(&state.bodies, self.time());
+        let follows = State::new(Bodies { lineage: state.bodies.lineage.clone(), ..Bodies::default() }).next_id;
+        scene.next_id = (state.next_id > follows).then_some(state.next_id);
+        Ok(scene)
     }
 
     /// Every pair of bodies whose separation is at most `cutoff`, sorted by pair. See [`contacts()`].

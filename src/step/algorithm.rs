@@ -52,6 +52,8 @@ pub struct Plan {
     pub(super) two_sided: bool,
     /// Draws for rows that contradict each other.
     pub(super) most_tilts: u32,
+    /// The draw by which the rows that push most are tilted although they have a common solution.
+    pub(super) disturbed: Option<u32>,
     /// Recursions that may move the offsets of rows before rows are appended.
     pub(super) most_tightenings: u32,
     /// Whether the least bad trial of an attempt is kept.
@@ -70,6 +72,7 @@ impl Plan {
             span: 1.0,
             two_sided: model.contact.rows_of_method() == Rows::Auto,
             most_tilts: MOST_TILTS,
+            disturbed: None,
             most_tightenings: most_tightenings(model),
             keeps_least_bad: model.contact.on_failure == OnFailure::Continue,
         }
@@ -292,6 +295,9 @@ impl Attempt {
     ) -> Result<Outcome, Fault> {
         let before = self.report;
         let outcome = self.solve(backend, plan, keep, residual)?;
+        if sides.disturb(backend, plan, self) {
+            return self.solve_tilted(backend, plan, keep, residual, sides);
+        }
         if !contradicted(&outcome, &plan.contact) || !sides.tilt(backend, plan, self, outcome.residual) {
             return Ok(outcome);
         }
@@ -310,6 +316,11 @@ impl Attempt {
                 return self.solve(backend, plan, keep, residual);
             }
         }
+    }
+
+    /// Forgets the least bad trial: its multipliers are of rows that are no more.
+    pub(super) fn forget_least_bad(&mut self) {
+        self.least_bad = None;
     }
 
     /// Takes note of a trial.

@@ -44,6 +44,19 @@ pub enum Fault {
         /// The first body concerned.
         body: usize,
     },
+    /// A body has gone so far that something has driven it away: a force that grows with the distance, or steps that are
+    /// too long for the forces.
+    #[error(
+        "step {step}: body {body} is {distance:.1e} from where the scene starts, over a million of its thicknesses; its forces are too large for time.dt, or drive it away"
+    )]
+    RunAway {
+        /// The step that was taken.
+        step: u64,
+        /// The first body concerned.
+        body: usize,
+        /// From the middle of the bodies at the start, a length.
+        distance: f64,
+    },
     /// A step that still misses a tolerance after it was cut into 64 pieces.
     #[error("{0}; use a smaller time.dt, or accept and count such steps with contact.on_failure = \"continue\"")]
     Unresolved(Unresolved),
@@ -115,6 +128,7 @@ impl Fault {
             Fault::NotFinite { .. } => "not_finite",
             Fault::PeriodTooShort { .. } => "period_too_short",
             Fault::TooFar { .. } => "too_far",
+            Fault::RunAway { .. } => "run_away",
             Fault::Unresolved(unresolved) => unresolved.name(),
             Fault::NoRoom { .. } => "no_room",
             Fault::TooLarge { .. } => "too_large",

@@ -11,7 +11,7 @@ use super::algorithm::{Attempt, Plan, attempt};
 use super::{Crowd, Fault, Keep, Phases, Piece, State, StepReport, Stepping, Unresolved};
 use crate::dynamics::{OnNoRoom, Waiting};
 use crate::lcp::Status;
-use crate::step::{Backend, Overlap, RetryBackend};
+use crate::step::{Backend, Guard, Overlap, RetryBackend};
 
 /// By how much rows give way where a step without a solution is accepted. The first moves bodies by a tenth less than
 /// it takes to part a pair, the last one by what it takes to a millionth.
@@ -23,6 +23,9 @@ const WORTH_A_ROUND: f64 = 0.8;
 
 /// Rounds of parting. Of 14 crowded starts that one solve could not part, those that can be parted at all take 2 to 9.
 const MOST_ROUNDS_OF_PARTING: u32 = 32;
+
+/// Draws by which the shortest piece is disturbed where it throws bodies.
+const MOST_DISTURBANCES: u32 = 8;
 
 /// Wedges one after the other whose cells wait, before all that are pressed do.
 const MOST_WEDGES: usize = 6;
@@ -329,6 +332,9 @@ impl Taking<'_> {
         piece: Piece,
         failed: Result<Attempt, Fault>,
     ) -> Result<Overlap, Fault> {
+        if let Some(overlap) = self.disturb(again, piece, &failed)? {
+            return Ok(overlap);
+        }
         let mut tried = failed?;
         if let Some(overlap) = self.squeeze(again, piece, &mut tried)? {
             return Ok(overlap);
@@ -356,11 +362,36 @@ impl Taking<'_> {
         };
         let ends = !self.plan.accepts_the_least_bad();
         let wedge = again.wedge();
-        if ends && self.plan.on_no_room == Some(OnNoRoom::Stop) && self.fails_by_growth(again, piece) {
+        // What would throw bodies has room, and no way there.
+        let throws = matches!(unresolved.broken, Some(Guard::Thrown | Guard::Apart));
+        if ends && !throws && self.plan.on_no_room == Some(OnNoRoom::Stop) && self.fails_by_growth(again, piece) {
             let (wedge, unresolved) = (Box::new(wedge), Box::new(unresolved));
             return Err(Fault::NoRoom { bodies: again.backend().bodies(), wedge, unresolved });
         }
         Err(Fault::Unresolved(unresolved))
+    }
+
+    /// Takes the shortest piece with the rows that push most tilted, where it threw bodies: where a row of bodies is
+    /// about to buckle, it has gone to a side that leads nowhere.
+    fn disturb(
+        &mut self,
+        again: &mut dyn RetryBackend,
+        piece: Piece,
+        failed: &Result<Attempt, Fault>,
+    ) -> Result<Option<Overlap>, Fault> {
+        let throws = |tried: &Attempt| matches!(tried.broken, Some(Guard::Thrown | Guard::Apart));
+        if !failed.as_ref().is_ok_and(throws) {
+            return Ok(None);
+        }
+        for draw in 0..MOST_DISTURBANCES {
+            again.prepare(piece, &self.waiting);
+            let plan = Plan { disturbed: Some(draw), ..*self.plan };
+            match attempt(again.backend(), &plan, self.keep) {
+                Ok(tried) if tried.holds(self.plan) => return self.accept(again, tried).map(Some),
+                other => self.count_failure(&other),
+            }
+        }
+        Ok(None)
     }
 
     /// Takes the shortest piece as well as it goes and parts what still overlaps. Daughters that turn as they are born
@@ -381,7 +412,7 @@ impl Taking<'_> {
         go_to_least_bad(again, &plan, tried)?;
         // Farther off, bodies may be parted to the wrong side.
         let near = plan.contact.cutoff.is_some_and(|cutoff| tried.badness() <= cutoff);
-        if !near || tried.report.passed.is_some() {
+        if !near || tried.report.passed.is_some() || tried.broken.is_some() {
             return Ok(None);
         }
         self.report.phases += again.backend().accept()?;

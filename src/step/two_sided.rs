@@ -183,6 +183,7 @@ impl Sides {
             log::trace!("loosened: objective {kept:.3e} -> {now:.3e} (share {share:.3e}), holds {holds}");
             if !falls {
                 two_sided.go_back();
+                tried.forget_least_bad();
                 self.kept = None;
                 self.rounds = MOST_ROUNDS;
                 let overlap = backend.trial(plan.contact.overlap_tolerance)?;
@@ -205,6 +206,7 @@ impl Sides {
         }
         log::trace!("loosens {rows} rows");
         self.kept = Some([now, share]);
+        tried.forget_least_bad();
         self.rounds += 1;
         tried.report.loosened += rows as u32;
         Ok(true)
@@ -231,11 +233,24 @@ impl Sides {
             two_sided.loosen(THROW_GAP).rows
         };
         log::trace!("catches {rows} rows, objective {before:.3e}");
+        if rows > 0 {
+            tried.forget_least_bad();
+        }
         // Where none was, rows are where they were made, and a gap is a slide.
         self.catches += u32::from(rows > 0);
         self.rounds += u32::from(rows > 0);
         tried.report.loosened += rows as u32;
         Ok(if rows > 0 { Caught::Rows } else { Caught::Nothing })
+    }
+
+    /// Tilts the rows that push most once, where the plan asks for it, and says whether there is something to solve.
+    pub fn disturb(&mut self, backend: &mut dyn Backend, plan: &Plan, tried: &mut Attempt) -> bool {
+        let (Some(draw), 0) = (plan.disturbed, self.tilts) else { return false };
+        let Some(two_sided) = backend.two_sided() else { return false };
+        let rows = two_sided.tilt(MOST_TILTS + draw, &|_| TILT);
+        self.tilts += 1;
+        tried.report.tilts += 1;
+        rows > 0
     }
 
     /// Tilts rows that contradict each other, and says whether there is something to solve.
@@ -250,6 +265,7 @@ impl Sides {
             let rows = two_sided.follow(TILT);
             log::trace!("follows with {rows} rows");
             if rows > 0 {
+                tried.forget_least_bad();
                 self.catches += 1;
                 return true;
             }
@@ -257,6 +273,7 @@ impl Sides {
         let violation = *self.violation.get_or_insert(violation) * MORE_A_DRAW.powi(self.tilts as i32);
         let rows = two_sided.tilt(self.tilts, &|radius| (2.0 * violation / radius).sqrt().clamp(LEAST_TILT, TILT));
         log::trace!("tilts {rows} rows");
+        tried.forget_least_bad();
         self.tilts += 1;
         tried.report.tilts += 1;
         rows > 0

@@ -1,6 +1,6 @@
 //! Bonds against closed forms: a stretched pair, a pull that turns, breaking, and chains at a temperature.
 
-use crate::scenes::{ALONG_X, agrees_on_device, parse, run};
+use crate::scenes::{ALONG_X, agrees_on_device, parse, refusal, run};
 use glam::DVec3;
 use relcp::simulation::{Compute, Simulation};
 use serde_json::{Value, json};
@@ -208,4 +208,45 @@ fn bonds_pull_and_break_on_a_device_as_on_the_cpu() {
         assert_eq!(broken, [2], "{law} {stepping}");
         agrees_on_device(&of, &format!("{law}, {stepping}, planar {planar}"), [1e-4, 1e-7]);
     }
+}
+
+/// Rods that are bonded end to end, in shear.
+fn sheared_chain(dt: f64, stiffness: f64) -> Value {
+    let rod = |i: usize| json!({"shape": {"spherocylinder": {"diameter": 0.2, "length": 1.8}}, "position": [2.2 * i as f64, 0, 0], "axis": [1, 0, 0]});
+    let bond =
+        |i: usize| json!({"bodies": [i, i + 1], "at": [[0, 0, 1], [0, 0, -1]], "stiffness": stiffness, "length": 0.2});
+    json!({"name": "chain", "time": {"dt": dt, "end": 4000.0 * dt}, "dynamics": {"overdamped": {"drag": 1}},
+        "flow": {"shear": {"rate": 1, "direction": [1, 0, 0], "gradient": [0, 0, 1]}},
+        "bodies": (0..5).map(rod).collect::<Vec<_>>(), "bonds": (0..4).map(bond).collect::<Vec<_>>()})
+}
+
+#[test]
+fn a_chain_that_would_explode_is_refused_although_each_bond_alone_is_stable() {
+    let (key, message) = refusal(&sheared_chain(0.01, 100.0));
+    assert!(key.starts_with("bonds.") && key.ends_with(".stiffness"), "{key}");
+    assert!(message.contains("together") && message.contains("unstable over"), "{message}");
+    let longest: f64 = message.split("unstable over ").nth(1).unwrap().split(',').next().unwrap().parse().unwrap();
+    // A little below what it names the chain holds together, however it turns and coils.
+    let state = run(parse(&sheared_chain(0.98 * longest, 100.0)), &Compute::Cpu);
+    for i in 0..4 {
+        let apart = state.bodies.position[i].distance(state.bodies.position[i + 1]);
+        assert!(apart < 2.6, "{i}: {apart}");
+    }
+}
+
+#[test]
+fn a_body_that_is_driven_away_without_end_is_a_fault() {
+    let mut of = json!({"name": "away", "time": {"dt": 0.1, "end": 1e3}, "dynamics": {"inertial": {"density": 1}},
+        "forces": [{"uniform": {"force": [1e6, 0, 0]}}],
+        "bodies": [{"shape": {"sphere": {"radius": 0.5}}, "position": [0, 0, 0]}]});
+    let mut simulation = relcp::Simulation::new(parse(&of)).unwrap();
+    let fault = loop {
+        if let Err(fault) = simulation.step() {
+            break fault;
+        }
+    };
+    assert_eq!(fault.name(), "run_away");
+    assert!(fault.to_string().contains("body 0 is 1.1e6 from where the scene starts"), "{fault}");
+    of["time"]["end"] = json!(0.1);
+    assert!(relcp::Simulation::new(parse(&of)).unwrap().step().is_ok());
 }

@@ -2,10 +2,12 @@
 #![allow(clippy::unwrap_used)]
 
 mod bonds;
+mod contact_forces;
 #[path = "../gpu/device.rs"]
 mod device;
 mod drag;
 mod fields;
+mod final_scene;
 mod fixed;
 mod flow;
 mod fluid;

@@ -33,7 +33,7 @@ fn computes() -> Vec<(String, Compute)> {
 }
 
 /// A run to its end: its state, the lives that ended, and how many bodies there were after each step.
-fn followed(scene: Scene, compute: &Compute) -> (State, Vec<Ended>, Vec<usize>) {
+pub fn followed(scene: Scene, compute: &Compute) -> (State, Vec<Ended>, Vec<usize>) {
     let tolerance = scene.contact.overlap_tolerance;
     let mut simulation = Simulation::builder(scene).on(compute).build().unwrap();
     let (mut ended, mut counts) = (Vec::new(), Vec::new());
@@ -51,7 +51,7 @@ fn followed(scene: Scene, compute: &Compute) -> (State, Vec<Ended>, Vec<usize>) 
 }
 
 /// Every id that was ever given lived once, and either is alive or ended once; every parent divided into two.
-fn assert_ancestry(state: &State, ended: &[Ended], name: &str) {
+pub fn assert_ancestry(state: &State, ended: &[Ended], name: &str) {
     let mut parents = BTreeMap::new();
     let lines = ended.iter().map(|life| life.line).chain(state.bodies.lineage.iter().copied());
     for line in lines {
@@ -110,7 +110,7 @@ fn bodies_die_at_a_rate() {
 }
 
 /// A mother machine: a channel with a closed end, in which a row of cells grows out of the open one.
-fn mother_machine(end: f64) -> Value {
+pub fn mother_machine(end: f64) -> Value {
     let cell =
         json!({"shape": {"spherocylinder": {"diameter": 0.5, "length": 1.2}}, "position": [0.7, 0, 0], "angle": 0});
     json!({"name": "mother", "seed": 3, "planar": true, "time": {"dt": 0.02, "end": end}, "bodies": [cell],

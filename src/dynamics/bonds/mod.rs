@@ -10,9 +10,11 @@
 //! then on.
 
 mod incidence;
+mod network;
 mod stiffness;
 
 pub use incidence::Incidence;
+pub(crate) use network::{Member, Unstable, instability};
 pub(crate) use stiffness::Stiffness;
 
 use super::Load;

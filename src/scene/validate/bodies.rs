@@ -35,7 +35,24 @@ impl Scene {
                 check_lineage(&key.field("lineage"), lineage, &mut ids)?;
             }
         }
-        Ok(())
+        self.check_next_id(root)
+    }
+
+    /// An id that a body had may not be given again.
+    fn check_next_id(&self, root: &Key) -> Result<(), SceneError> {
+        let Some(next) = self.next_id else { return Ok(()) };
+        let key = root.field("next_id");
+        if next > MAX_ID {
+            return Err(SceneError::bad(key, format!("must be at most {MAX_ID}")));
+        }
+        let had = self.bodies.iter().filter_map(|body| body.lineage).map(|line| line.id.max(line.parent.unwrap_or(0)));
+        match had.max() {
+            Some(last) if next <= last => {
+                let message = format!("{next} is not above {last}, which a body or its parent has");
+                Err(SceneError::bad(key, message))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// At most one of the three ways to say how a body is oriented.

@@ -5,7 +5,7 @@ use super::super::key::Key;
 use super::super::{Body, Bond, Scene, generate};
 use super::{MAX_BODIES, number, numbers, positive};
 use crate::bodies::NO_GROUP;
-use crate::dynamics::Stiffness;
+use crate::dynamics::{Member, Stiffness, Unstable, instability};
 use crate::shape::{PLANAR_TOLERANCE, Shape};
 use glam::{DQuat, DVec3};
 
@@ -41,7 +41,29 @@ impl Scene {
             self.check_bond_length(&key, bond)?;
             self.check_stiffness(&key, bond, &is_fixed)?;
         }
-        Ok(())
+        self.check_network(key, held, &is_fixed)
+    }
+
+    /// Refuses bonds that are stable on their own and not together, as those of a chain.
+    fn check_network(
+        &self,
+        key: &Key,
+        held: usize,
+        is_fixed: &dyn Fn(usize, Option<&str>) -> bool,
+    ) -> Result<(), SceneError> {
+        let member = |number: usize| {
+            let Bonded { shape, rotation, group, .. } = self.bonded(number)?;
+            Some(Member { shape, orientation: rotation, fixed: is_fixed(number, group) })
+        };
+        let Some(members) = (0..held).map(member).collect::<Option<Vec<_>>>() else { return Ok(()) };
+        let Some(Unstable { bond, longest }) = instability(&self.bonds, &members, &self.dynamics, self.time.dt) else {
+            return Ok(());
+        };
+        let message = format!(
+            "is too stiff for time.dt, {:?}: the bonds together are unstable over {longest:.3e}, and grow most here; shorten time.dt, or lower the stiffness",
+            self.time.dt
+        );
+        Err(SceneError::bad(key.index(bond).field("stiffness"), message))
     }
 
     /// In a planar scene the points of a bond lie in the plane on each body as it is oriented.
@@ -138,7 +160,7 @@ impl Scene {
         let Some(longest) = stiffness.longest_step(bond) else { return Ok(()) };
         if self.time.dt > longest {
             let message = format!(
-                "is too stiff for time.dt, {:?}: the bond alone is unstable over {longest:.3e}, and a chain over half of that; shorten time.dt, or lower the stiffness",
+                "is too stiff for time.dt, {:?}: the bond alone is unstable over {longest:.3e}; shorten time.dt, or lower the stiffness",
                 self.time.dt
             );
             return Err(SceneError::bad(key.field("stiffness"), message));

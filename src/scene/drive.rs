@@ -1,0 +1,87 @@
+//! How far what drives a scene moves its bodies in a step, by which the default of the solver's tolerance goes.
+//!
+//! The residual of a solve is a length: what a contact may leave undone in a step. A contact force that is wrong by `e`
+//! moves a body by `dt^2 e / m` with inertia, by `dt e / (xi L)` without. The error of the forces, in parts of the load
+//! that they bear, is thus the residual over what that load moves the body by in a step.
+
+use super::{Force, Scene, Wall};
+use crate::dynamics::{Dynamics, Flow, resistances};
+use crate::shape::Shape;
+use glam::DVec3;
+
+impl Scene {
+    /// The least of the ways that each force, each moving wall, growth, a flow and a changing cell move a starting body
+    /// by in a step on their own, a length; none where nothing drives the scene. Heat, bonds and the velocities that
+    /// bodies start with count for nothing: they are not borne by contacts at rest.
+    pub(super) fn least_drive(&self) -> Option<f64> {
+        let ways = self.ways_of_forces().into_iter().chain(self.ways_of_walls()).chain(self.ways_of_growth());
+        let thinnest = self.thinnest();
+        let ways = ways.chain(self.rates_of_strain().map(|rate| self.time.dt * rate * thinnest));
+        ways.filter(|way| *way > 0.0 && way.is_finite()).reduce(f64::min)
+    }
+
+    /// The shapes of the starting bodies, each with its group.
+    fn shapes_of_groups(&self) -> Vec<(Option<&str>, Shape)> {
+        let bodies = self.bodies.iter().map(|body| (body.group.as_deref(), body.shape));
+        bodies.chain(self.generate.iter().map(|rule| (rule.group(), rule.shape()))).collect()
+    }
+
+    fn ways_of_forces(&self) -> Vec<f64> {
+        let shapes = self.shapes_of_groups();
+        let mut ways = Vec::new();
+        for force in &self.forces {
+            let acts = |group: Option<&str>| force.group().is_none_or(|of| Some(of) == group);
+            let moved = shapes.iter().filter(|(group, _)| acts(*group));
+            ways.extend(moved.map(|(_, shape)| self.way_of(self.magnitude(force, shape), shape)));
+        }
+        ways
+    }
+
+    /// How strong a force is on a body: the paper's radial forces far out, a trap at a distance of its thickness.
+    fn magnitude(&self, force: &Force, shape: &Shape) -> f64 {
+        match force {
+            Force::Uniform { force, .. } => DVec3::from(*force).length(),
+            Force::Gravity { acceleration, .. } => {
+                DVec3::from(*acceleration).length() * self.dynamics.density().unwrap_or(0.0) * shape.volume()
+            }
+            Force::Propulsion { force, .. } => force.abs(),
+            Force::Trap { stiffness, .. } => stiffness * shape.thickness(),
+            Force::RadialInward { .. } | Force::RadialOutward { .. } => 1.0,
+            // Its ways are turns, and contacts that hold them bear other forces.
+            Force::Torque { .. } => 0.0,
+        }
+    }
+
+    /// How far a force moves a body at rest in a step.
+    fn way_of(&self, force: f64, shape: &Shape) -> f64 {
+        let dt = self.time.dt;
+        let dragged = |drag: f64| dt * force / resistances(drag, shape).0;
+        match self.dynamics {
+            Dynamics::Overdamped { drag } => dragged(drag),
+            Dynamics::Inertial { density, drag } => {
+                let fallen = dt * dt * force / (density * shape.volume());
+                drag.map_or(fallen, |drag| fallen.min(dragged(drag)))
+            }
+        }
+    }
+
+    fn ways_of_walls(&self) -> impl Iterator<Item = f64> + '_ {
+        let motions = self.walls.iter().filter_map(Wall::motion);
+        motions.map(|motion| self.time.dt * DVec3::from(motion.velocity).length())
+    }
+
+    fn ways_of_growth(&self) -> impl Iterator<Item = f64> + '_ {
+        self.growing()
+            .map(|(_, _, shape, growth, _)| self.time.dt * growth.rate * shape.growing_length().unwrap_or(0.0))
+    }
+
+    /// The rates of a background flow and of a cell that changes.
+    fn rates_of_strain(&self) -> impl Iterator<Item = f64> + '_ {
+        let flow = self.flow.iter().map(|Flow::Shear { rate, .. }| rate.abs());
+        let cell = self.periodic.iter().flat_map(|cell| {
+            let strained = cell.strain_rate.unwrap_or_default().map(f64::abs);
+            strained.into_iter().chain(cell.shear.map(|shear| shear.rate.abs()))
+        });
+        flow.chain(cell)
+    }
+}
