@@ -57,6 +57,40 @@ fn readme_has_two_commands_and_the_first_does_what_it_says() {
         assert!(readme.contains(said), "{said}");
     }
     assert!(out.contains("runs/colony") && place.at("runs/colony/final.png").is_file(), "{out}");
+    the_guide_shows(&out);
+}
+
+/// The guide's first sample is what this command prints, but for its times. Counts may differ by a fifth: where a
+/// processor rounds otherwise the colony takes another course, as it does with another seed.
+fn the_guide_shows(out: &str) {
+    let guide = fs::read_to_string(root().join("docs/guide.md")).unwrap();
+    let (_, sample) = guide.split_once("```text\n").unwrap();
+    let sample: Vec<&str> = sample.lines().take_while(|line| *line != "```").collect();
+    assert!(sample.len() > 4, "{sample:?}");
+    for shown in sample {
+        let (words, numbers) = words_and_numbers(shown);
+        let close = |a: f64, b: f64| (a - b).abs() <= 0.2 * b;
+        let is_shown = |line: &str| match shown.split_once("...") {
+            Some((start, _)) => line.starts_with(start),
+            None => {
+                let (printed, counted) = words_and_numbers(line);
+                let mut counts = counted.iter().zip(&numbers);
+                printed == words && counted.len() == numbers.len() && counts.all(|(a, b)| close(*a, *b))
+            }
+        };
+        assert!(out.lines().any(is_shown), "docs/guide.md shows {shown:?}, and the program prints\n{out}");
+    }
+}
+
+fn words_and_numbers(line: &str) -> (Vec<&str>, Vec<f64>) {
+    let (mut words, mut numbers) = (Vec::new(), Vec::new());
+    for word in line.split_whitespace().map(|word| word.trim_end_matches(',')) {
+        match word.parse::<f64>() {
+            Ok(number) => numbers.push(number),
+            Err(_) => words.push(word),
+        }
+    }
+    (words, numbers)
 }
 
 #[test]
@@ -127,17 +161,30 @@ fn files_of_the_project_that_pages_name_are_there() {
     assert!(files > 10 && missing.is_empty(), "{files} files; missing: {missing:#?}");
 }
 
-/// Commands of pages, as those of the program's help, name its commands and flags of theirs.
+/// Flags of other programs that pages name.
+const OF_OTHERS: [&str; 5] = ["--features", "--test", "--ntasks", "--kill-on-bad-exit", "--anew"];
+
+fn has(help: &str, flag: &str) -> bool {
+    help.contains(&format!("{flag} ")) || help.contains(&format!("{flag}\n"))
+}
+
+/// Commands of pages, as those of the program's help, name its commands and flags of theirs; so do back-ticks. A flag
+/// between back-ticks alone is one of any command.
 #[test]
 fn commands_of_the_pages_have_the_flags_that_they_name() {
     let place = Place::new();
-    let (mut commands, mut wrong) = (0, Vec::new());
+    let (mut commands, mut alone, mut wrong) = (0, Vec::new(), Vec::new());
     let mut helps = std::collections::HashMap::new();
     for path in pages() {
-        for line in code(&fs::read_to_string(&path).unwrap(), "sh") {
+        let page = fs::read_to_string(&path).unwrap();
+        let named: Vec<String> = page.split('`').skip(1).step_by(2).map(str::to_owned).collect();
+        for flag in named.iter().filter(|named| named.starts_with("--")) {
+            alone.push((path.clone(), flag.split([' ', '=', '\n']).next().unwrap().to_owned()));
+        }
+        for line in code(&page, "sh").into_iter().chain(named) {
             let words = words(&line);
             let ["relcp", command, more @ ..] = words.as_slice() else { continue };
-            if command.starts_with('-') {
+            if command.starts_with('-') || command.chars().all(char::is_uppercase) {
                 continue;
             }
             commands += 1;
@@ -145,17 +192,99 @@ fn commands_of_the_pages_have_the_flags_that_they_name() {
                 let ran = place.relcp(&[command, "--help"]);
                 (ran.status == Some(0)).then_some(ran.out)
             });
-            let has = |flag: &str| {
-                help.as_ref()
-                    .is_some_and(|help| help.contains(&format!("{flag} ")) || help.contains(&format!("{flag}\n")))
-            };
-            let flags = more.iter().filter(|word| word.starts_with("--")).map(|word| word.split('=').next().unwrap());
-            if help.is_none() || !flags.clone().all(has) {
+            let mut flags =
+                more.iter().filter(|word| word.starts_with("--")).map(|word| word.split('=').next().unwrap());
+            if !help.as_ref().is_some_and(|help| flags.all(|flag| has(help, flag))) {
                 wrong.push(format!("{}: {line}", path.display()));
             }
         }
     }
-    assert!(commands > 20 && wrong.is_empty(), "{commands} commands; wrong: {wrong:#?}");
+    for (path, flag) in &alone {
+        if !OF_OTHERS.contains(&flag.as_str()) && !helps.values().flatten().any(|help| has(help, flag)) {
+            wrong.push(format!("{}: {flag}", path.display()));
+        }
+    }
+    assert!(commands > 60 && alone.len() > 60, "{commands} commands, {} flags", alone.len());
+    assert!(wrong.is_empty(), "wrong: {wrong:#?}");
+}
+
+/// Limits that pages quote: the page and its words, the file and the constant that sets the limit, and how many times.
+const LIMITS: [(&str, &str, &str, &str, u64); 13] = [
+    ("docs/gpu.md", "problems of up to {} rows", "src/lcp/gpu/machine.rs", "LARGEST_SMALL_WHERE_LOOPS_END", 1),
+    ("docs/gpu.md", "or {} with Mesa 23", "src/lcp/gpu/machine.rs", "LARGEST_SMALL_ON_SOFTWARE", 1),
+    ("docs/gpu.md", "({} on hardware", "src/lcp/gpu/machine.rs", "LARGEST_SMALL", 1),
+    ("docs/gpu.md", "have up to {} bodies", "src/cli/driver.rs", "MOST_BODIES_ALONE", 1),
+    ("docs/guide.md", "From {} constraints on", "src/lcp/team/mod.rs", "LEAST_ROWS", 2),
+    ("docs/limitations.md", "from {} constraints on", "src/lcp/team/mod.rs", "LEAST_ROWS", 2),
+    ("docs/batch.md", "up to {} members run at a time", "src/cli/batch_devices.rs", "MEMBERS_AT_ONCE", 1),
+    ("docs/clusters.md", "blocks of at most {} near ones", "src/bisection.rs", "MOST_IN_A_BLOCK", 1),
+    ("docs/clusters.md", "one process for every {}:", "src/bisection.rs", "MOST_IN_A_BLOCK", 2),
+    ("docs/motion.md", "at most {} different windows", "src/scene/validate/forces.rs", "MOST_WINDOWS", 1),
+    ("docs/measures.md", "Of more than {} bodies", "src/measure/tracks.rs", "MOST", 1),
+    ("docs/view.md", "thinned to {} points", "src/view/steps.rs", "MOST", 1),
+    ("docs/solvers.md", "clusters of up to {},", "src/lcp/clusters/mod.rs", "MOST_MEMBERS", 1),
+];
+
+/// A number as pages write it: 1,536.
+fn with_commas(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[test]
+fn limits_that_pages_quote_are_those_of_the_source() {
+    let mut wrong = Vec::new();
+    for (page, said, file, constant, times) in LIMITS {
+        let page_text = fs::read_to_string(root().join(page)).unwrap();
+        let one_line = page_text.split_whitespace().collect::<Vec<_>>().join(" ");
+        let source = fs::read_to_string(root().join(file)).unwrap();
+        let (_, after) = source.split_once(&format!("const {constant}: ")).unwrap_or_else(|| panic!("no {constant}"));
+        let (_, value) = after.split(';').next().unwrap().split_once(" = ").unwrap();
+        let value: f64 = value.replace('_', "").parse().unwrap();
+        let words = said.replace("{}", &with_commas(times * value as u64));
+        if !one_line.contains(&words) {
+            wrong.push(format!("{page} does not say {words:?}, as {constant} of {file} is {value}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn tables_of_the_pages_have_their_header_rows() {
+    let (mut tables, mut wrong) = (0, Vec::new());
+    for path in pages() {
+        let page = fs::read_to_string(&path).unwrap();
+        let lines: Vec<&str> = page.lines().collect();
+        for (k, line) in lines.iter().enumerate() {
+            if line.starts_with('|') && (k == 0 || !lines[k - 1].starts_with('|')) {
+                tables += 1;
+                let below = lines.get(k + 1).copied().unwrap_or_default();
+                if !below.starts_with("| -") || below.contains(|c: char| !"|-: ".contains(c)) {
+                    wrong.push(format!("{}:{}: {line}", path.display(), k + 1));
+                }
+            }
+        }
+    }
+    assert!(tables > 100 && wrong.is_empty(), "{tables} tables; without a header row: {wrong:#?}");
+}
+
+#[test]
+fn the_changelog_has_each_entry_once() {
+    let page = fs::read_to_string(root().join("CHANGELOG.md")).unwrap();
+    let (mut seen, mut twice) = (BTreeSet::new(), Vec::new());
+    for line in page.lines().filter(|line| line.starts_with("- ")) {
+        if !seen.insert(line) {
+            twice.push(line);
+        }
+    }
+    assert!(seen.len() > 50 && twice.is_empty(), "{twice:#?}");
 }
 
 /// The blocks of a page that `benches/peers/run` fills, by name.
