@@ -5,7 +5,9 @@ mod field;
 pub use crate::window::Window;
 pub use field::force_fields;
 
+use super::Dynamics;
 use crate::bodies::Bodies;
+use crate::shape::Shape;
 use glam::{DQuat, DVec3};
 #[cfg(feature = "files")]
 use schemars::JsonSchema;
@@ -214,6 +216,21 @@ impl Force {
             Force::Propulsion { .. } => "propulsion",
             Force::Torque { .. } => "torque",
             Force::Trap { .. } => "trap",
+        }
+    }
+
+    /// How strong it is on a body: the paper's radial forces far out, a trap at a distance of the body's thickness.
+    pub(crate) fn magnitude(&self, dynamics: &Dynamics, shape: &Shape) -> f64 {
+        match self {
+            Force::Uniform { force, .. } => DVec3::from(*force).length(),
+            Force::Gravity { acceleration, .. } => {
+                DVec3::from(*acceleration).length() * dynamics.density().unwrap_or(0.0) * shape.volume()
+            }
+            Force::Propulsion { force, .. } => force.abs(),
+            Force::Trap { stiffness, .. } => stiffness * shape.thickness(),
+            Force::RadialInward { .. } | Force::RadialOutward { .. } => 1.0,
+            // It turns, and what holds it bears other forces.
+            Force::Torque { .. } => 0.0,
         }
     }
 

@@ -1,6 +1,10 @@
 //! The laws of motion that a scene may name.
 
+use super::damping::rates;
+use super::overdamped::resistances;
 use super::{Inertial, Law, Overdamped};
+use crate::shape::Shape;
+use glam::DVec3;
 #[cfg(feature = "files")]
 use schemars::JsonSchema;
 #[cfg(feature = "files")]
@@ -67,6 +71,24 @@ impl Dynamics {
         match *self {
             Dynamics::Overdamped { .. } => None,
             Dynamics::Inertial { drag, .. } => drag,
+        }
+    }
+
+    /// How far a force of 1 moves the centre of a body at rest in a step, and by what a torque of 1 about each of its
+    /// axes turns it.
+    pub(crate) fn yields(&self, shape: &Shape, dt: f64) -> (f64, DVec3) {
+        match *self {
+            Dynamics::Overdamped { drag } => {
+                let (linear, turning) = resistances(drag, shape);
+                (dt / linear, DVec3::splat(dt / turning))
+            }
+            Dynamics::Inertial { density, drag } => {
+                let share = |rate: f64| if rate > 0.0 { -(-rate * dt).exp_m1() / (rate * dt) } else { 1.0 };
+                let (rate, turning) = drag.map_or((0.0, DVec3::ZERO), |drag| rates(drag, density, shape));
+                let shares = DVec3::new(share(turning.x), share(turning.y), share(turning.z));
+                let fallen = dt * dt / density;
+                (fallen * share(rate) / shape.volume(), fallen * shares / shape.unit_inertia())
+            }
         }
     }
 

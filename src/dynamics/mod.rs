@@ -43,7 +43,7 @@ pub(crate) use inertial::Inertial;
 pub use law::Dynamics;
 pub(crate) use law::law;
 pub(crate) use motion::{Ending, Factor, Law, Motion};
-pub(crate) use overdamped::{Overdamped, resistances};
+pub(crate) use overdamped::Overdamped;
 pub use pressure::pressures;
 #[cfg(feature = "files")]
 pub(crate) use pressure::virial_of_wall;

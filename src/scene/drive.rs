@@ -4,8 +4,8 @@
 //! moves a body by `dt^2 e / m` with inertia, by `dt e / (xi L)` without. The error of the forces, in parts of the load
 //! that they bear, is thus the residual over what that load moves the body by in a step.
 
-use super::{Force, Scene, Wall};
-use crate::dynamics::{Dynamics, Flow, resistances};
+use super::{Scene, Wall};
+use crate::dynamics::Flow;
 use crate::shape::Shape;
 use glam::DVec3;
 
@@ -32,37 +32,11 @@ impl Scene {
         for force in &self.forces {
             let acts = |group: Option<&str>| force.group().is_none_or(|of| Some(of) == group);
             let moved = shapes.iter().filter(|(group, _)| acts(*group));
-            ways.extend(moved.map(|(_, shape)| self.way_of(self.magnitude(force, shape), shape)));
+            ways.extend(moved.map(|(_, shape)| {
+                force.magnitude(&self.dynamics, shape) * self.dynamics.yields(shape, self.time.dt).0
+            }));
         }
         ways
-    }
-
-    /// How strong a force is on a body: the paper's radial forces far out, a trap at a distance of its thickness.
-    fn magnitude(&self, force: &Force, shape: &Shape) -> f64 {
-        match force {
-            Force::Uniform { force, .. } => DVec3::from(*force).length(),
-            Force::Gravity { acceleration, .. } => {
-                DVec3::from(*acceleration).length() * self.dynamics.density().unwrap_or(0.0) * shape.volume()
-            }
-            Force::Propulsion { force, .. } => force.abs(),
-            Force::Trap { stiffness, .. } => stiffness * shape.thickness(),
-            Force::RadialInward { .. } | Force::RadialOutward { .. } => 1.0,
-            // Its ways are turns, and contacts that hold them bear other forces.
-            Force::Torque { .. } => 0.0,
-        }
-    }
-
-    /// How far a force moves a body at rest in a step.
-    fn way_of(&self, force: f64, shape: &Shape) -> f64 {
-        let dt = self.time.dt;
-        let dragged = |drag: f64| dt * force / resistances(drag, shape).0;
-        match self.dynamics {
-            Dynamics::Overdamped { drag } => dragged(drag),
-            Dynamics::Inertial { density, drag } => {
-                let fallen = dt * dt * force / (density * shape.volume());
-                drag.map_or(fallen, |drag| fallen.min(dragged(drag)))
-            }
-        }
     }
 
     fn ways_of_walls(&self) -> impl Iterator<Item = f64> + '_ {

@@ -318,6 +318,7 @@ impl Simulation {
 
     /// Takes one step on the machine in use.
     fn take_step(&mut self) -> Result<StepReport, Fault> {
+        self.look_for_runaway()?;
         self.plan.span = self.scene.time.span(self.steps() + 1);
         self.plan.tolerance = self.tolerances[usize::from(self.precision() == Precision::F64)];
         let in_pool = self.bodies() >= LEAST_BODIES_IN_POOL;
@@ -332,16 +333,15 @@ impl Simulation {
             leaving.follow(self.backend.as_mut(), &self.scene.time, &mut report)?;
         }
         self.look_for_stop()?;
-        self.look_for_runaway(report.step)?;
         Ok(report)
     }
 
-    /// Whether a body has run away. A device and processes that share a run do not look.
-    fn look_for_runaway(&self, step: u64) -> Result<(), Fault> {
+    /// Whether a body has run away in the steps so far. A device and processes that share a run do not look.
+    fn look_for_runaway(&self) -> Result<(), Fault> {
         if self.device().is_some() || self.backend.is_partial() {
             return Ok(());
         }
-        self.home.left_by(self.backend.placed()?, step).map_or(Ok(()), Err)
+        self.home.left_by(self.backend.placed()?, self.steps()).map_or(Ok(()), Err)
     }
 
     /// The LCPs that the scene's `solver.dump` asks for, of the steps taken since the last call: those of a step that

@@ -128,6 +128,11 @@ impl Attempt {
             && !self.left
     }
 
+    /// Whether contact throws bodies, or pushes apart what is far from touching.
+    pub fn throws(&self) -> bool {
+        matches!(self.broken, Some(Guard::Thrown | Guard::Apart))
+    }
+
     /// How far it is from holding, a length: by what surfaces overlap, or the velocities are off. Overlap alone would
     /// call a trial good that throws all bodies far apart.
     pub fn badness(&self) -> f64 {

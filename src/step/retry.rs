@@ -11,7 +11,7 @@ use super::algorithm::{Attempt, Plan, attempt};
 use super::{Crowd, Fault, Keep, Phases, Piece, State, StepReport, Stepping, Unresolved};
 use crate::dynamics::{OnNoRoom, Waiting};
 use crate::lcp::Status;
-use crate::step::{Backend, Guard, Overlap, RetryBackend};
+use crate::step::{Backend, Overlap, RetryBackend};
 
 /// By how much rows give way where a step without a solution is accepted. The first moves bodies by a tenth less than
 /// it takes to part a pair, the last one by what it takes to a millionth.
@@ -363,8 +363,8 @@ impl Taking<'_> {
         let ends = !self.plan.accepts_the_least_bad();
         let wedge = again.wedge();
         // What would throw bodies has room, and no way there.
-        let throws = matches!(unresolved.broken, Some(Guard::Thrown | Guard::Apart));
-        if ends && !throws && self.plan.on_no_room == Some(OnNoRoom::Stop) && self.fails_by_growth(again, piece) {
+        if ends && !tried.throws() && self.plan.on_no_room == Some(OnNoRoom::Stop) && self.fails_by_growth(again, piece)
+        {
             let (wedge, unresolved) = (Box::new(wedge), Box::new(unresolved));
             return Err(Fault::NoRoom { bodies: again.backend().bodies(), wedge, unresolved });
         }
@@ -379,8 +379,7 @@ impl Taking<'_> {
         piece: Piece,
         failed: &Result<Attempt, Fault>,
     ) -> Result<Option<Overlap>, Fault> {
-        let throws = |tried: &Attempt| matches!(tried.broken, Some(Guard::Thrown | Guard::Apart));
-        if !failed.as_ref().is_ok_and(throws) {
+        if !failed.as_ref().is_ok_and(Attempt::throws) {
             return Ok(None);
         }
         for draw in 0..MOST_DISTURBANCES {
@@ -412,7 +411,7 @@ impl Taking<'_> {
         go_to_least_bad(again, &plan, tried)?;
         // Farther off, bodies may be parted to the wrong side.
         let near = plan.contact.cutoff.is_some_and(|cutoff| tried.badness() <= cutoff);
-        if !near || tried.report.passed.is_some() || tried.broken.is_some() {
+        if !near || tried.report.passed.is_some() || tried.throws() {
             return Ok(None);
         }
         self.report.phases += again.backend().accept()?;

