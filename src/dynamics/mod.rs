@@ -30,7 +30,7 @@ pub(crate) mod waiting;
 
 pub(crate) use crate::motion::{Pose, Twist, advance};
 pub use bonds::Bond;
-pub(crate) use bonds::{Bonds, Incidence, Member, Stiffness, Unstable, instability};
+pub(crate) use bonds::{Bonds, Incidence, Member, Unstable, instability};
 pub use flow::Flow;
 pub(crate) use flow::Stream;
 #[cfg(feature = "gpu")]

@@ -1,7 +1,7 @@
 //! What a scene's settings mean to a step and to a recorder, with the defaults that depend on other settings.
 
 use super::{ContactSettings, Dump, Growth, Recursion, Rows, SMALLEST_NUMBER, Scene, Stop};
-use crate::dynamics::{Bonds, Cells, Heat, Strain, Stream};
+use crate::dynamics::{Bonds, Cells, Heat, Strain, Stream, draw};
 use crate::fixed::Fixed;
 use crate::gpu::Precision;
 use crate::lcp::Settings;
@@ -44,8 +44,8 @@ impl Scene {
         }
     }
 
-    /// When the LCP solver stops where numbers have this precision. By default f32 numbers keep to a tenth of the overlap
-    /// tolerance: they do not hold what a small step asks for.
+    /// When the LCP solver stops where numbers have this precision. By default f32 numbers keep to a tenth of the
+    /// overlap tolerance: they do not hold what a small step asks for.
     pub(crate) fn solver_tolerance(&self, precision: Precision) -> f64 {
         let overlap = self.contact.overlap_tolerance;
         let default = match precision {
@@ -132,12 +132,15 @@ impl Scene {
         own.or_else(|| self.growth.iter().find(|growth| growth.group.is_none()))
     }
 
-    /// What is drawn anew in each step is drawn from this, and from the step's number. It differs with the time at which
-    /// a scene starts, so that a run from the `final.json` of another does not repeat its numbers.
+    /// What is drawn anew in each step is drawn from this, and from the step's number. It differs with the time at
+    /// which a scene starts, so that a run from the `final.json` of another does not repeat its numbers.
     fn seed_of_steps(&self) -> u64 {
-        // A start at 0, of either sign, leaves the seed as it is.
-        let start = if self.time.start == 0.0 { 0 } else { self.time.start.to_bits() };
-        self.seed ^ mixed(start)
+        if self.time.start == 0.0 {
+            return self.seed;
+        }
+        let [low, high] = draw::halves(self.time.start.to_bits());
+        let [low, high, ..] = draw::philox([low, high, 0, 0], draw::halves(self.seed));
+        u64::from(low) | u64::from(high) << 32
     }
 
     /// How cells grow, where any do.
@@ -207,11 +210,4 @@ impl Scene {
             lcp: self.lcp_settings(),
         }
     }
-}
-
-/// A number whose bits all depend on all bits of `x`; 0 for 0. The finalizer of MurmurHash3.
-fn mixed(mut x: u64) -> u64 {
-    x = (x ^ (x >> 33)).wrapping_mul(0xff51_afd7_ed55_8ccd);
-    x = (x ^ (x >> 33)).wrapping_mul(0xc4ce_b9fe_1a85_ec53);
-    x ^ (x >> 33)
 }

@@ -1,7 +1,7 @@
 //! Where a simulation starts, from which no body may run away.
 //!
-//! A body that is a million of its thicknesses off was driven there: by a force that grows with the distance, or by steps
-//! that are too long for the forces. Without an end such a run goes on for ever with numbers that mean nothing.
+//! A body that is a million of its thicknesses off was driven there: by a force that grows with the distance, or by
+//! steps that are too long for the forces. Without an end such a run goes on for ever with numbers that mean nothing.
 
 use crate::bodies::Bodies;
 use crate::step::Fault;

@@ -44,10 +44,11 @@ pub enum Fault {
         /// The first body concerned.
         body: usize,
     },
-    /// A body has gone so far that something has driven it away: a force that grows with the distance, or steps that are
-    /// too long for the forces.
+    /// A body has gone so far that something has driven it away: a force that grows with the distance, or steps that
+    /// are too long for the forces.
     #[error(
-        "step {step}: body {body} is {distance:.1e} from where the scene starts, over a million of its thicknesses; its forces are too large for time.dt, or drive it away"
+        "step {step}: body {body} is {distance:.1e} from where the scene starts, over a million of its thicknesses; its \
+         forces are too large for time.dt, or drive it away"
     )]
     RunAway {
         /// The step that was taken.

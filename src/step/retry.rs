@@ -24,7 +24,8 @@ const WORTH_A_ROUND: f64 = 0.8;
 /// Rounds of parting. Of 14 crowded starts that one solve could not part, those that can be parted at all take 2 to 9.
 const MOST_ROUNDS_OF_PARTING: u32 = 32;
 
-/// Draws by which the shortest piece is disturbed where it throws bodies.
+/// Draws by which the shortest piece is disturbed where it throws bodies. Of 200 drawn chambers one comes to such a
+/// piece, and goes on by them.
 const MOST_DISTURBANCES: u32 = 8;
 
 /// Wedges one after the other whose cells wait, before all that are pressed do.

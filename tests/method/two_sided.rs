@@ -159,6 +159,26 @@ fn cells_of_a_chamber_with_one_open_end_are_pushed_out_not_thrown() {
     }
 }
 
+/// At t = 4.04 the cells of this chamber are about to buckle, and the shortest piece leads to a side that throws them:
+/// the run stopped with "no room" under an open top.
+#[test]
+fn a_chamber_that_is_about_to_buckle_neither_throws_nor_has_no_room() {
+    let (_, reports) = run(scene(
+        r#"{ "name": "chamber", "seed": 207763144, "planar": true,
+            "time": { "dt": 0.004578904382401994, "end": 4.2 },
+            "walls": [ { "channel": { "normal": [1, 0, 0], "center": [0, 0, 0], "width": 7 } },
+                { "half_space": { "normal": [0.006346833309423444, 0.9999798586506342, 0], "offset": 0 } } ],
+            "growth": { "rate": 1, "rate_noise": 0.07694790018357499, "rule": "adder", "added_length": 2,
+                "added_length_noise": 0.161543158175856, "reorientation_degrees": 3.4017837498016923 },
+            "removal": [ { "outside": { "half_space": { "normal": [0, -1, 0], "offset": -11.608318819706266 } } } ],
+            "bodies": [ { "shape": { "spherocylinder": { "diameter": 1, "length": 2 } },
+                "position": [0.8958874639484082, 1.4564147792515834, 0],
+                "orientation": [0.06912743827579329, -0.7037196865779913, 0.06912743827579329, 0.7037196865779914] } ] }"#,
+    ));
+    assert!(largest(&reports, |r| r.largest_move) < 1.0, "{}", largest(&reports, |r| r.largest_move));
+    assert!(reports.iter().all(|r| r.removed <= 4));
+}
+
 /// Two discs 1000:1 that fall on each other and on a floor once gained 90 of energy in one step.
 #[test]
 fn thin_discs_gain_no_energy_by_contact() {

@@ -212,7 +212,8 @@ fn bonds_pull_and_break_on_a_device_as_on_the_cpu() {
 
 /// Rods that are bonded end to end, in shear.
 fn sheared_chain(dt: f64, stiffness: f64) -> Value {
-    let rod = |i: usize| json!({"shape": {"spherocylinder": {"diameter": 0.2, "length": 1.8}}, "position": [2.2 * i as f64, 0, 0], "axis": [1, 0, 0]});
+    let shape = json!({"spherocylinder": {"diameter": 0.2, "length": 1.8}});
+    let rod = |i: usize| json!({"shape": shape, "position": [2.2 * i as f64, 0, 0], "axis": [1, 0, 0]});
     let bond =
         |i: usize| json!({"bodies": [i, i + 1], "at": [[0, 0, 1], [0, 0, -1]], "stiffness": stiffness, "length": 0.2});
     json!({"name": "chain", "time": {"dt": dt, "end": 4000.0 * dt}, "dynamics": {"overdamped": {"drag": 1}},

@@ -70,10 +70,12 @@ fn a_run_from_the_final_scene_of_another_gives_no_id_twice() {
     let all: Vec<Ended> = ended.into_iter().chain(later).collect();
     assert!(last.next_id > middle.next_id);
     assert_ancestry(&last, &all, "both");
-    // The last to be born left first.
+    // Where the last to be born are no more, the scene alone knows their ids.
     let mut gone = second.clone();
     gone.next_id = Some(middle.next_id + 7);
-    assert_eq!(State::clone(Simulation::new(gone).unwrap().state().unwrap()).next_id, middle.next_id + 7);
+    let simulation = Simulation::new(gone).unwrap();
+    assert_eq!(simulation.state().unwrap().next_id, middle.next_id + 7);
+    assert_eq!(simulation.final_scene().unwrap().next_id, Some(middle.next_id + 7));
     let mut taken = serde_json::from_str::<Value>(&second.to_json()).unwrap();
     taken["next_id"] = json!(0);
     let (key, message) = refusal(&taken);

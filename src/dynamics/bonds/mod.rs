@@ -11,11 +11,9 @@
 
 mod incidence;
 mod network;
-mod stiffness;
 
 pub use incidence::Incidence;
 pub(crate) use network::{Member, Unstable, instability};
-pub(crate) use stiffness::Stiffness;
 
 use super::Load;
 use crate::bodies::{Bodies, Lineage};

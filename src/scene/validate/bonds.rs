@@ -2,10 +2,10 @@
 
 use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
-use super::super::{Body, Bond, Scene, generate};
+use super::super::{Bond, Scene, generate};
 use super::{MAX_BODIES, number, numbers, positive};
 use crate::bodies::NO_GROUP;
-use crate::dynamics::{Member, Stiffness, Unstable, instability};
+use crate::dynamics::{Member, Unstable, instability};
 use crate::shape::{PLANAR_TOLERANCE, Shape};
 use glam::{DQuat, DVec3};
 
@@ -14,8 +14,6 @@ struct Bonded<'a> {
     shape: Shape,
     /// Its rotation, where the scene has it; in a planar scene up to a turn about z.
     rotation: Option<DQuat>,
-    /// Its centre, where the scene has it.
-    position: Option<DVec3>,
     group: Option<&'a str>,
 }
 
@@ -39,12 +37,11 @@ impl Scene {
             check_numbers(&key, bond)?;
             self.check_ends(&key, bond, &is_fixed)?;
             self.check_bond_length(&key, bond)?;
-            self.check_stiffness(&key, bond, &is_fixed)?;
         }
         self.check_network(key, held, &is_fixed)
     }
 
-    /// Refuses bonds that are stable on their own and not together, as those of a chain.
+    /// Refuses bonds that a step makes grow, alone or together as those of a chain.
     fn check_network(
         &self,
         key: &Key,
@@ -56,12 +53,13 @@ impl Scene {
             Some(Member { shape, orientation: rotation, fixed: is_fixed(number, group) })
         };
         let Some(members) = (0..held).map(member).collect::<Option<Vec<_>>>() else { return Ok(()) };
-        let Some(Unstable { bond, longest }) = instability(&self.bonds, &members, &self.dynamics, self.time.dt) else {
+        let (planar, dt) = (self.planar, self.time.dt);
+        let Some(Unstable { bond, longest }) = instability(&self.bonds, &members, &self.dynamics, planar, dt) else {
             return Ok(());
         };
         let message = format!(
-            "is too stiff for time.dt, {:?}: the bonds together are unstable over {longest:.3e}, and grow most here; shorten time.dt, or lower the stiffness",
-            self.time.dt
+            "is too stiff for time.dt, {dt:?}: all bonds together are unstable over {longest:.3e}, and this one grows \
+             most; shorten time.dt, or lower the stiffness"
         );
         Err(SceneError::bad(key.index(bond).field("stiffness"), message))
     }
@@ -87,9 +85,8 @@ impl Scene {
 
     /// Body number `body`, where the scene has as many.
     fn bonded(&self, body: usize) -> Option<Bonded<'_>> {
-        if let Some(Body { shape, position, group, .. }) = self.bodies.get(body) {
-            let (rotation, position) = (Some(self.bodies[body].rotation()), Some(DVec3::from(*position)));
-            return Some(Bonded { shape: *shape, rotation, position, group: group.as_deref() });
+        if let Some(of) = self.bodies.get(body) {
+            return Some(Bonded { shape: of.shape, rotation: Some(of.rotation()), group: of.group.as_deref() });
         }
         let mut before = self.bodies.len() as u64;
         let rule = self.generate.iter().find(|rule| {
@@ -97,7 +94,7 @@ impl Scene {
             (body as u64) < before
         })?;
         let rotation = generate::planar_orientation(rule).filter(|_| self.planar);
-        Some(Bonded { shape: rule.shape(), rotation, position: None, group: rule.group() })
+        Some(Bonded { shape: rule.shape(), rotation, group: rule.group() })
     }
 
     fn check_ends(
@@ -137,33 +134,6 @@ impl Scene {
                 "must be under half of the shortest period, {period:?}: a bond ends at the nearest image of its body"
             );
             return Err(SceneError::bad(key.field("length"), message));
-        }
-        Ok(())
-    }
-
-    /// Refuses a bond that is unstable on its own, whatever its neighbours do.
-    fn check_stiffness(
-        &self,
-        key: &Key,
-        bond: &Bond,
-        is_fixed: &dyn Fn(usize, Option<&str>) -> bool,
-    ) -> Result<(), SceneError> {
-        let [Some(a), Some(b)] = bond.bodies.map(|body| self.bonded(body)) else { return Ok(()) };
-        let arm = |body: &Bonded<'_>, at: [f64; 3]| body.rotation.map(|q| q * DVec3::from(at));
-        let arms = [arm(&a, bond.at[0]), arm(&b, bond.at[1])];
-        let way = match (a.position, b.position, arms) {
-            (Some(x), Some(y), [Some(a), Some(b)]) => Some(self.periods().nearest(y - x) + (b - a)),
-            _ => None,
-        };
-        let fixed = [is_fixed(bond.bodies[0], a.group), is_fixed(bond.bodies[1], b.group)];
-        let stiffness = Stiffness { dynamics: &self.dynamics, shapes: [&a.shape, &b.shape], fixed, arms, way };
-        let Some(longest) = stiffness.longest_step(bond) else { return Ok(()) };
-        if self.time.dt > longest {
-            let message = format!(
-                "is too stiff for time.dt, {:?}: the bond alone is unstable over {longest:.3e}; shorten time.dt, or lower the stiffness",
-                self.time.dt
-            );
-            return Err(SceneError::bad(key.field("stiffness"), message));
         }
         Ok(())
     }
