@@ -432,7 +432,9 @@ const BLOWS_UP: &str = r#"{ "name": "blow", "time": { "dt": 1e50, "end": 5e50 },
 
 #[test]
 fn a_member_that_stops_is_status_3_and_tried_again_when_asked() {
-    let place = Place::new(r#"{"name": "b", "scene": "blow.json", "list": [{}, {"dynamics.overdamped.drag": 1}]}"#);
+    let place = Place::new(
+        r#"{"name": "b", "scene": "blow.json", "list": [{}, {"dynamics.overdamped.drag": 1, "forces.0.uniform.force.0": 0}]}"#,
+    );
     fs::write(place.at("blow.json"), BLOWS_UP).unwrap();
     let first = place.batch(&["--jobs", "1"]).expect(3);
     assert!(
