@@ -3,6 +3,7 @@
 use crate::scenes::{parse, refusal};
 use relcp::scene::Scene;
 use relcp::simulation::Simulation;
+use relcp::step::Fault;
 use serde_json::{Value, json};
 
 const STIFFNESS: f64 = 3.0;
@@ -21,7 +22,7 @@ fn limit(law: &Value, stepping: &str) -> f64 {
     named.split(',').next().unwrap().parse().unwrap()
 }
 
-/// The largest distance over the steps of a run that is not validated.
+/// The largest distance over the steps of a run that is not validated, which ends where the body has run away.
 fn farthest(scene: Scene) -> f64 {
     let bodies = {
         let mut short = scene.clone();
@@ -32,8 +33,11 @@ fn farthest(scene: Scene) -> f64 {
     let mut simulation = Simulation::builder(scene).bodies(bodies).build().unwrap();
     let mut farthest = 0.0_f64;
     while !simulation.done() {
-        simulation.step().unwrap();
-        farthest = farthest.max(simulation.state().unwrap().bodies.position[0].x.abs());
+        match simulation.step() {
+            Ok(_) => farthest = farthest.max(simulation.state().unwrap().bodies.position[0].x.abs()),
+            Err(Fault::RunAway { distance, .. }) => return farthest.max(distance),
+            Err(fault) => panic!("{fault}"),
+        }
     }
     farthest
 }
