@@ -5,6 +5,7 @@ use super::super::key::Key;
 use super::super::{Body, Bond, Scene, generate};
 use super::{MAX_BODIES, number, numbers, positive};
 use crate::bodies::NO_GROUP;
+use crate::digits::{at_most, exact, short};
 use crate::dynamics::Stiffness;
 use crate::shape::{PLANAR_TOLERANCE, Shape};
 use glam::{DQuat, DVec3};
@@ -112,7 +113,8 @@ impl Scene {
         let Some(period) = self.periods().shortest() else { return Ok(()) };
         if bond.length >= 0.5 * period {
             let message = format!(
-                "must be under half of the shortest period, {period:?}: a bond ends at the nearest image of its body"
+                "must be under half of the shortest period, {period}: a bond ends at the nearest image of its body",
+                period = short(period)
             );
             return Err(SceneError::bad(key.field("length"), message));
         }
@@ -138,8 +140,9 @@ impl Scene {
         let Some(longest) = stiffness.longest_step(bond) else { return Ok(()) };
         if self.time.dt > longest {
             let message = format!(
-                "is too stiff for time.dt, {:?}: the bond alone is unstable over {longest:.3e}, and a chain over half of that; shorten time.dt, or lower the stiffness",
-                self.time.dt
+                "is too stiff for time.dt, {}: the bond alone is unstable over {longest}, and a chain over half of that; shorten time.dt, or lower the stiffness",
+                exact(self.time.dt),
+                longest = at_most(longest)
             );
             return Err(SceneError::bad(key.field("stiffness"), message));
         }
@@ -155,7 +158,7 @@ fn check_numbers(key: &Key, bond: &Bond) -> Result<(), SceneError> {
     positive(&key.field("stiffness"), bond.stiffness)?;
     number(&key.field("length"), bond.length)?;
     if bond.length < 0.0 {
-        return Err(SceneError::bad(key.field("length"), format!("must not be negative, not {:?}", bond.length)));
+        return Err(SceneError::bad(key.field("length"), format!("must not be negative, not {}", exact(bond.length))));
     }
     bond.break_force.map_or(Ok(()), |force| positive(&key.field("break_force"), force))
 }
