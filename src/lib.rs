@@ -91,6 +91,8 @@ mod bisection;
 pub mod bodies;
 mod broad_phase;
 mod constraint;
+#[doc(hidden)]
+pub mod digits;
 pub mod dynamics;
 mod error;
 #[cfg(feature = "files")]

@@ -141,7 +141,7 @@ fn a_sweep_as_a_whole_may_be_wrong() {
 #[test]
 fn a_scene_that_is_not_there_or_is_wrong_itself_is_told() {
     let absent = refused("{\"name\": \"s\",\n \"scene\": \"colny\"}");
-    assert_eq!((absent.kind(), absent.line(), absent.key()), (FaultKind::Io, Some(2), "scene"));
+    assert_eq!((absent.kind(), absent.line(), absent.key()), (FaultKind::UnknownScene, Some(2), "scene"));
     let place = tempfile::tempdir().unwrap();
     fs::write(place.path().join("bad.json"), "{\"name\": \"x\",\n\"tme\": 1}").unwrap();
     let sweep = r#"{"name": "s", "scene": "bad.json", "seeds": [1]}"#;
@@ -563,4 +563,17 @@ fn misspelt_commands_and_keys_are_told_the_nearest() {
     assert!(relcp(&["batch", "x.json", "--rety"]).expect(2).err.contains("'--retry'"));
     let key = relcp(&["check", "colony", "--set", "growth.rat=1"]).expect(2);
     assert!(key.err.contains("`rate`"), "{}", key.err);
+}
+
+#[test]
+fn sweeps_whose_names_are_alike_have_folders_of_their_own() {
+    let folder = |name: &str| {
+        let sweep = format!(r#"{{"name": "{name}", "scene": "three-capsules", "seeds": [1, 2]}}"#);
+        Plan::parse(&sweep, "sweep.json", Path::new("")).unwrap().folder_in(Path::new("runs"))
+    };
+    assert_eq!(folder("sweep-1"), Path::new("runs/sweep-1"));
+    let names =
+        ["sweep \u{f6}", "sweep \u{fc}", "sweep", "sweep ", "sweep-\u{f6}", "sweep+\u{f6}", "\u{1f600}", "\u{1f601}"];
+    let folders: std::collections::BTreeSet<_> = names.iter().map(|name| folder(name)).collect();
+    assert_eq!(folders.len(), names.len(), "{folders:?}");
 }

@@ -3,9 +3,10 @@
 use super::error::BatchError;
 use super::members::{Pick, values};
 use super::ordered::Ordered;
+use super::standing::Folders;
 use super::sweep::Sweep;
-use crate::record::{folder_name, scene_hash};
-use crate::scene::{self, FaultKind, Override, Scene, SceneError, Source};
+use crate::record::{Fnv, folder_name, scene_hash};
+use crate::scene::{BuiltIn, FaultKind, Override, Scene, SceneError, Source, is_bare};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::Value;
@@ -167,9 +168,18 @@ impl Plan {
         self.scene_with(self.sweep.picks(index))
     }
 
-    /// The folder that a sweep has in `parent` where none is named.
+    /// The folder that a sweep has in `parent` where none is named. Where its name is not fit for a folder, digits of
+    /// the name's hash tell it from other sweeps, unless members of this one are in the folder without them, as earlier
+    /// versions had it.
     pub fn folder_in(&self, parent: &Path) -> PathBuf {
-        parent.join(folder_name(&self.sweep.name))
+        let (name, plain) = (&self.sweep.name, folder_name(&self.sweep.name));
+        let own = parent.join(&plain);
+        if plain == *name || Folders::read(&own).is_ok_and(|folders| folders.has_member_of(self)) {
+            return own;
+        }
+        let mut hash = Fnv::default();
+        hash.update(name.as_bytes());
+        parent.join(format!("{plain}-{}", &hash.hex()[..HASH_DIGITS]))
     }
 }
 
@@ -180,18 +190,28 @@ fn value_at<'v>(whole: &'v Value, dotted: &str) -> Option<&'v Value> {
     })
 }
 
+/// What a sweep's scene may be.
+const SOURCES: &str = "a built-in scene by its name, or a file seen from the sweep's folder";
+
 /// The scene's text: a built-in one, or a file seen from the sweep's folder.
 fn scene_of(sweep: &Sweep, text: &Source, base: &Path) -> Result<Source, SceneError> {
-    if let Some(built_in) = scene::BuiltIn::ALL.iter().find(|b| b.name == sweep.scene) {
+    if let Some(built_in) = BuiltIn::named(&sweep.scene) {
         return Ok(Source::new(built_in.text, built_in.name));
     }
-    Source::file(&base.join(&sweep.scene)).map_err(|error| match error.kind() {
+    let path = base.join(&sweep.scene);
+    if !path.exists() && is_bare(Path::new(&sweep.scene)) {
+        let unknown = BuiltIn::find(&sweep.scene).err().unwrap_or_else(|| SceneError::bad("", "is not there"));
+        let help = unknown.help_text().map(str::to_owned);
+        let fault = SceneError::new(FaultKind::UnknownScene, "scene", unknown.message());
+        return Err(text.put(fault.with_help(help.unwrap_or_else(|| SOURCES.into()))));
+    }
+    Source::file(&path).map_err(|error| match error.kind() {
         FaultKind::Io => {
             let file = error.origin().unwrap_or_default();
             let fault = SceneError::new(FaultKind::Io, "scene", format!("{file} {}", error.message()));
             text.put(match error.help_text() {
                 Some(help) => fault.with_help(help),
-                None => fault.with_help("a built-in scene by its name, or a file seen from the sweep's folder"),
+                None => fault.with_help(SOURCES),
             })
         }
         _ => error,

@@ -134,6 +134,11 @@ impl Folders {
         Ok((own, MemberState::Missing))
     }
 
+    /// Whether a folder has the name of a member of this plan, whatever its index.
+    pub(super) fn has_member_of(&self, plan: &Plan) -> bool {
+        plan.members().iter().any(|member| self.named.contains_key(member.short_hash()))
+    }
+
     /// Folders with names like those of members that are of no member of this plan.
     pub fn strangers(&self, plan: &Plan) -> Vec<&Path> {
         let known: HashSet<&str> = plan.members().iter().map(Member::short_hash).collect();

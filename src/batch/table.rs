@@ -4,6 +4,7 @@ use super::error::BatchError;
 use super::ordered::Ordered;
 use super::plan::{Member, Plan};
 use super::standing::{Folders, MemberState, Outcome};
+use crate::digits::few;
 use crate::record::{RecordError, durable};
 use crate::run::RunStatus;
 use crate::scene::StopReason;
@@ -240,7 +241,7 @@ impl Row {
             },
             of(|o| o.steps.to_string()),
             of(|o| o.bodies.to_string()),
-            of(|o| o.max_overlap.map_or("inf".into(), |overlap| format!("{overlap:.3e}"))),
+            of(|o| o.max_overlap.map_or("inf".into(), few)),
             of(|o| format!("{:.2}", o.recursions.mean)),
             of(|o| o.solver.products.to_string()),
             of(|o| format!("{:.2}", o.wall_seconds.total)),

@@ -58,8 +58,11 @@ pub(super) fn settle_many(arguments: &Arguments, scene: &Scene) -> Result<Comput
 pub(super) fn device_of_many(arguments: &Arguments, scene: &Scene) -> Result<Option<(Arc<Gpu>, Precision)>, CliError> {
     let compute = match arguments.backend {
         Backend::Auto => {
-            let choice = Choice { software: arguments.adapter.is_some(), ..choice(arguments) };
-            let Some(adapter) = adapters(&choice).into_iter().find(|adapter| adapter.taken) else {
+            let named = arguments.adapter.is_some();
+            let choice = Choice { software: named, ..choice(arguments) };
+            // A software adapter computes where it is asked for by its name, as `taken` counts it.
+            let fits = |adapter: &AdapterReport| if named { adapter.taken } else { adapter.automatic };
+            let Some(adapter) = adapters(&choice).into_iter().find(fits) else {
                 return cpu(arguments).map(|_| None);
             };
             match Compute::open_in(&choice, precision(arguments), scene) {

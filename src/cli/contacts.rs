@@ -4,6 +4,7 @@ use super::arguments::{Backend, Compute as Arguments, Contacts};
 use super::exit::{CliError, Exit};
 use super::{compute, output};
 use relcp::bodies::Bodies;
+use relcp::digits::{few, short};
 use relcp::gpu::Precision;
 use relcp::record::{Folder, read_state};
 use relcp::scene::{self, Scene};
@@ -166,7 +167,7 @@ fn print(report: &Report) -> Result<(), CliError> {
         for c in &report.contacts {
             let (normal, a, b) = (point(c.normal), point(c.point_a), point(c.point_b));
             let Pair { a: body_a, b: body_b, id_a, id_b, separation, .. } = c;
-            write!(out, "{body_a:>7} {body_b:>7} {id_a:>7} {id_b:>7} {separation:>13.6e}")?;
+            write!(out, "{body_a:>7} {body_b:>7} {id_a:>7} {id_b:>7} {:>13}", short(*separation))?;
             writeln!(out, "  normal {normal}  at {a}  and {b}")?;
         }
         if !report.walls.is_empty() {
@@ -175,10 +176,15 @@ fn print(report: &Report) -> Result<(), CliError> {
         for c in &report.walls {
             let (normal, at) = (point(c.normal), point(c.point));
             let AtWall { body, wall, id, separation, .. } = c;
-            writeln!(out, "{body:>7} {wall:>7} {id:>7} {:>7} {separation:>13.6e}  normal {normal}  at {at}", "")?;
+            writeln!(
+                out,
+                "{body:>7} {wall:>7} {id:>7} {:>7} {:>13}  normal {normal}  at {at}",
+                "",
+                short(*separation)
+            )?;
         }
         let pairs = output::count(report.contacts.len(), "pair", "pairs");
-        writeln!(out, "{pairs}, largest overlap {:.3e}", report.max_overlap)?;
+        writeln!(out, "{pairs}, largest overlap {}", few(report.max_overlap))?;
         match &report.adapter {
             Some(adapter) => writeln!(out, "computed by {adapter}, in {}", report.precision),
             None => Ok(()),

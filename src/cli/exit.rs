@@ -194,9 +194,9 @@ pub(super) enum CliError {
     Start(Fault),
     #[error("{0}")]
     Usage(String),
-    #[error("there is no built-in scene `{0}`")]
-    #[diagnostic(help("`relcp scenes` lists them"))]
-    NoScene(String),
+    #[error("{message}")]
+    #[diagnostic(help("to go on with it as it was started: {command}"))]
+    OtherSettings { message: String, command: String },
     #[error("{}: no LCP of this run was saved: its scene has no solver.dump, or no solve met it", .0.display())]
     #[diagnostic(help("run the scene again with --set solver.dump.when=all, or =slow for the slow solves only"))]
     NoLcps(PathBuf),
@@ -234,7 +234,9 @@ impl CliError {
             CliError::Study(StudyError::Damaged(_)) => Exit::File,
             CliError::Study(StudyError::Elsewhere(_)) => Exit::Usage,
             CliError::Study(_) => Exit::Internal,
-            CliError::Start(_) | CliError::Usage(_) | CliError::NoScene(_) | CliError::NoLcps(_) => Exit::Usage,
+            CliError::Start(_) | CliError::Usage(_) | CliError::OtherSettings { .. } | CliError::NoLcps(_) => {
+                Exit::Usage
+            }
             CliError::Output(_) => Exit::File,
         }
     }

@@ -9,6 +9,7 @@ use relcp::measure::MeasureError;
 use relcp::record::{RecordError, StatesError};
 use relcp::render::RenderError;
 use relcp::run::RunError;
+use relcp::scene::{FaultKind, SceneError};
 use relcp::step::Fault;
 use relcp::study::StudyError;
 use std::error::Error;
@@ -49,6 +50,10 @@ impl Diagnostic for Hinted {
 
 fn of(error: &CliError) -> Option<&'static str> {
     match error {
+        CliError::Scene(error)
+        | CliError::Render(RenderError::States(StatesError::Scene(error)))
+        | CliError::Measure(MeasureError::States(StatesError::Scene(error)))
+        | CliError::Export(ExportError::Scene(error)) => of_scene(error),
         CliError::Device(fault) | CliError::Start(Fault::Device(fault)) => of_device(fault),
         CliError::Run(RunError::Fault(Fault::Device(fault))) => of_device(fault),
         CliError::Study(StudyError::Gpu(fault) | StudyError::Fault(Fault::Device(fault))) => of_device(fault),
@@ -62,6 +67,11 @@ fn of(error: &CliError) -> Option<&'static str> {
         | CliError::Study(StudyError::Record(error)) => of_record(error),
         _ => None,
     }
+}
+
+fn of_scene(error: &SceneError) -> Option<&'static str> {
+    let unknown = error.kind() == FaultKind::UnknownScene && error.help_text().is_none();
+    unknown.then_some("`relcp scenes` lists the built-in scenes")
 }
 
 fn of_device(fault: &GpuError) -> Option<&'static str> {

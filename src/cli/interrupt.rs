@@ -5,6 +5,18 @@ use super::output;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// Lets a file that would grow over the system's limit (`ulimit -f`) be a fault of writing, with a message: without a
+/// handler the system ends the program silently.
+#[cfg(unix)]
+pub(super) fn outlive_file_limits() {
+    // Where the system refuses the handler, it ends the program as ever.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
+}
+
+/// Other systems have no such limit.
+#[cfg(not(unix))]
+pub(super) fn outlive_file_limits() {}
+
 /// Whether the user has asked to stop.
 #[derive(Clone, Default)]
 pub(super) struct Interrupt(Arc<AtomicBool>);
@@ -25,6 +37,9 @@ impl Interrupt {
             }
             say();
         });
+        // A limit of the processor's time (`ulimit -t`) warns some seconds before it ends the program.
+        #[cfg(unix)]
+        let _ = signal_hook::flag::register(signal_hook::consts::SIGXCPU, interrupt.0.clone());
         if heard.is_err() {
             output::message("an interrupt will not leave a checkpoint: the system's signals cannot be listened to");
         }

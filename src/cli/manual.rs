@@ -5,6 +5,7 @@ use super::exit::{CliError, Exit};
 use super::output;
 use clap::{Command, CommandFactory};
 use clap_complete::env::{CompleteEnv, Shells};
+use relcp::scene::nearest;
 
 const NAME: &str = "relcp";
 /// The variable by which the script of a shell asks the program.
@@ -33,7 +34,9 @@ pub(super) fn man(arguments: &Man) -> Result<Exit, CliError> {
         None => program,
         Some(name) => program.find_subcommand(name).cloned().ok_or_else(|| {
             let names: Vec<&str> = program.get_subcommands().map(Command::get_name).collect();
-            CliError::Usage(format!("there is no command `{name}`; the commands are {}", names.join(", ")))
+            let near = nearest(name, names.iter().copied()).map(|near| format!("; the nearest is `{near}`"));
+            let near = near.unwrap_or_default();
+            CliError::Usage(format!("there is no command `{name}`{near}; the commands are {}", names.join(", ")))
         })?,
     };
     output::write(|out| clap_mangen::Man::new(page).source(SOURCE).render(&mut *out))?;

@@ -5,6 +5,7 @@ use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::{compute, output};
 use indicatif::ProgressBar;
+use relcp::digits::{short, significant};
 use relcp::measure::{Document, MeasureError, Measured, Settings, measure as measure_all, measure_last, select, write};
 use relcp::record::States;
 use serde::Serialize;
@@ -69,7 +70,7 @@ fn print(measured: &Measured, folder: &Path, files: &[PathBuf]) -> Result<(), Cl
     output::write(|out| {
         let (states, bodies) =
             (output::count(measured.len(), "state", "states"), output::count(measured.bodies[last], "body", "bodies"));
-        writeln!(out, "{states}; the last, of {bodies} at time {}:", measured.times[last])?;
+        writeln!(out, "{states}; the last, of {bodies} at time {}:", significant(measured.times[last], 12))?;
         for (column, value) in measured.columns().zip(measured.values(last)) {
             if let Some(value) = value {
                 writeln!(out, "  {:width$}  {}", column.name, digits(value))?;
@@ -80,12 +81,7 @@ fn print(measured: &Measured, folder: &Path, files: &[PathBuf]) -> Result<(), Cl
     })
 }
 
-/// Six digits, with an exponent where zeros would fill the line; whole numbers as such.
+/// A value for people; counts with all of their digits.
 fn digits(value: f64) -> String {
-    let short = format!("{value:.5e}");
-    match short.parse::<f64>() {
-        _ if value == value.trunc() && value.abs() < 1e15 => value.to_string(),
-        Ok(rounded) if (1e-4..1e6).contains(&rounded.abs()) => rounded.to_string(),
-        _ => short,
-    }
+    if value == value.trunc() && value.abs() < 1e15 { value.to_string() } else { short(value) }
 }

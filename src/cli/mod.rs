@@ -21,6 +21,8 @@ mod placing;
 mod processes;
 mod progress;
 mod render;
+mod report;
+mod resume;
 mod run;
 mod scenes;
 mod study;
@@ -42,6 +44,7 @@ use std::process::ExitCode;
 pub fn main() -> ExitCode {
     manual::complete();
     driver::silence();
+    interrupt::outlive_file_limits();
     output::whole_words();
     std::panic::set_hook(Box::new(|panic| {
         output::message(&format!("internal fault, please report it with the scene and the command: {panic}"));

@@ -6,6 +6,7 @@ use super::hint::Hinted;
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::io::{self, BufWriter, ErrorKind, Write};
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use textwrap::{WordSeparator, WordSplitter};
 
@@ -42,9 +43,21 @@ pub(super) fn size(bytes: u64) -> String {
     }
 }
 
+/// A path as an argument of a command: quoted where a shell would take it apart.
+pub(super) fn argument(path: &Path) -> String {
+    let text = path.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "-_./\\:,+@%=".contains(c);
+    if !text.is_empty() && text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
+}
+
 /// Writes a line to standard error.
 pub(super) fn message(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Writes warnings to standard error.
+pub(super) fn warn(warnings: &[String]) {
+    warnings.iter().for_each(|warning| message(&format!("warning: {warning}")));
 }
 
 /// Writes a line to standard error, unless it was written there before: of many runs each may have it to say.

@@ -2,7 +2,9 @@
 
 use super::output;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use relcp::digits;
 use relcp::run::Run;
+use relcp::scene::Scene;
 use relcp::step::StepReport;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -11,8 +13,8 @@ use std::time::{Duration, Instant};
 const LINE_EVERY: Duration = Duration::from_secs(5);
 /// Time between updates of the bar's text.
 const TEXT_EVERY: Duration = Duration::from_millis(200);
-/// Weight of the newest step in the running mean of the steps' wall time: it follows the last twenty or so.
-const NEWEST: f64 = 0.05;
+/// Bounds of the time left that are no farther apart than by this factor are said as one time.
+const CLOSE: f64 = 3.0;
 
 /// Shows a run's progress.
 pub(super) struct Progress {
@@ -36,10 +38,8 @@ impl Progress {
             let bar = ProgressBar::new(steps).with_position(run.simulation().steps());
             bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
-        let fastest = scene.growth.iter().map(|growth| growth.rate).fold(0.0, f64::max);
-        let growth = fastest * scene.time.dt;
         let (now, legs) = (Instant::now(), run.totals().legs.len());
-        Progress { bar, quiet, shown: now, begun: now, cost: StepCost::new(growth), legs }
+        Progress { bar, quiet, shown: now, begun: now, cost: StepCost::default(), legs }
     }
 
     /// Takes note of a step, and shows it where it is time to.
@@ -77,19 +77,20 @@ impl Progress {
     }
 
     fn text(&self, run: &Run, report: &StepReport) -> String {
-        let time = run.simulation().scene().time;
-        let left = self.cost.left(time.steps().saturating_sub(report.step));
-        let left = Duration::try_from_secs_f64(left).map_or("very long".into(), |d| HumanDuration(d).to_string());
+        let scene = run.simulation().scene();
+        let time = scene.time;
+        let left =
+            in_words(self.cost.left(time.steps().saturating_sub(report.step), &Growing::of(scene, report.bodies)));
         let removed = run.simulation().removed();
         let removed = if removed > 0 { format!(" ({removed} removed)") } else { String::new() };
         format!(
-            "time {:.6} of {}, {} bodies{removed}, {} constraints, {} recursions, overlap up to {:.2e}, about {left} left",
-            report.time,
-            time.end,
-            report.bodies,
-            report.constraints,
-            report.recursions,
-            run.totals().max_overlap
+            "time {} of {}, {}{removed}, {}, {}, overlap up to {}{left}",
+            digits::time(report.time, time.dt),
+            digits::time(time.end, time.dt),
+            output::count(report.bodies, "body", "bodies"),
+            output::count(report.constraints, "constraint", "constraints"),
+            output::count(report.recursions as usize, "recursion", "recursions"),
+            digits::beside(run.totals().max_overlap, scene.contact.overlap_tolerance)
         )
     }
 
@@ -101,29 +102,67 @@ impl Progress {
     }
 }
 
-/// What the steps to come will take, judged by the last ones. The number of cells of a growing colony, and with it the
-/// work of a step, grows by the factor `exp(growth)` a step.
+/// The time left, by its bounds in seconds.
+fn in_words([least, most]: [f64; 2]) -> String {
+    let of = |seconds: f64| Duration::try_from_secs_f64(seconds).map(|left| HumanDuration(left).to_string());
+    let (seconds, how) = if most <= CLOSE * least { ((least * most).sqrt(), "about") } else { (least, "more than") };
+    of(seconds).map_or_else(|_| String::new(), |left| format!(", {how} {left} left"))
+}
+
+/// How the number of bodies, and with it the work of a step, grows at most.
+struct Growing {
+    /// By the factor `exp(rate)` a step.
+    rate: f64,
+    /// To this factor.
+    most: f64,
+    /// Whether nothing holds the cells up, so that the run ends where that factor is reached.
+    is_free: bool,
+}
+
+impl Growing {
+    fn of(scene: &Scene, bodies: usize) -> Growing {
+        let fastest = scene.growth.iter().map(|growth| growth.rate).fold(0.0, f64::max);
+        let population = scene.stop().and_then(|stop| stop.population);
+        let most = population.map_or(f64::INFINITY, |most| (most as f64 / bodies.max(1) as f64).max(1.0));
+        let is_free = scene.walls.is_empty() && scene.removal.is_empty() && scene.periodic.is_none();
+        Growing { rate: fastest * scene.time.dt, most, is_free }
+    }
+}
+
+/// What the steps to come will take, judged by those since a half of them or less were taken: a single step that waited
+/// for the disk soon counts for little.
+#[derive(Default)]
 struct StepCost {
-    growth: f64,
-    mean: f64,
-    weight: f64,
+    steps: u64,
+    seconds: f64,
+    /// Steps and seconds at two earlier moments, each at half the steps of what follows it.
+    since: [(u64, f64); 2],
 }
 
 impl StepCost {
-    fn new(growth: f64) -> Self {
-        StepCost { growth, mean: 0.0, weight: 0.0 }
-    }
-
     fn add(&mut self, seconds: f64) {
-        self.mean += NEWEST * (seconds - self.mean);
-        self.weight += NEWEST * (1.0 - self.weight);
+        self.steps += 1;
+        self.seconds += seconds;
+        if self.steps >= 2 * self.since[1].0.max(1) {
+            self.since = [self.since[1], (self.steps, self.seconds)];
+        }
     }
 
-    /// Seconds for so many more steps: the sum of `cost exp(growth i)` over them, as an integral.
-    fn left(&self, steps: u64) -> f64 {
-        let cost = if self.weight > 0.0 { self.mean / self.weight } else { 0.0 };
-        let steps = steps as f64;
-        if self.growth == 0.0 { cost * steps } else { cost * (self.growth * steps).exp_m1() / self.growth }
+    /// Seconds for so many more steps, at least and at most: at today's cost, and at a cost that grows with the bodies.
+    fn left(&self, steps: u64, growing: &Growing) -> [f64; 2] {
+        let (before, seconds) = self.since[0];
+        let cost = (self.seconds - seconds) / (self.steps - before).max(1) as f64;
+        let (steps, rate) = (steps as f64, growing.rate);
+        if rate == 0.0 {
+            return [cost * steps; 2];
+        }
+        // The sum of `cost exp(rate i)` over the steps, as an integral, and of what follows where growth has ended.
+        let growth_ends = (growing.most.ln() / rate).min(steps);
+        let grown = cost * (rate * growth_ends).exp_m1() / rate;
+        if growing.is_free {
+            return [cost * growth_ends, grown];
+        }
+        [cost * growth_ends, grown + cost * (rate * growth_ends).exp() * (steps - growth_ends)]
     }
 }
 
@@ -131,23 +170,42 @@ impl StepCost {
 mod tests {
     use super::*;
 
-    fn after(growth: f64, costs: &[f64]) -> StepCost {
-        let mut cost = StepCost::new(growth);
-        costs.iter().for_each(|seconds| cost.add(*seconds));
+    const CONSTANT: Growing = Growing { rate: 0.0, most: f64::INFINITY, is_free: true };
+
+    fn after(costs: impl IntoIterator<Item = f64>) -> StepCost {
+        let mut cost = StepCost::default();
+        costs.into_iter().for_each(|seconds| cost.add(seconds));
         cost
     }
 
     #[test]
     fn equal_steps_are_taken_as_they_are_from_the_first_on() {
-        assert!((after(0.0, &[0.5]).left(10) - 5.0).abs() < 1e-12);
-        assert!((after(0.0, &[0.5; 7]).left(10) - 5.0).abs() < 1e-12);
+        for steps in 1..40 {
+            let [least, most] = after(vec![0.5; steps]).left(10, &CONSTANT);
+            assert!((least - 5.0).abs() < 1e-12 && least == most);
+        }
     }
 
     #[test]
-    fn a_growing_colony_is_estimated_by_its_growth() {
-        let (growth, steps) = (0.01, 300);
-        let sum: f64 = (0..steps).map(|i| 0.5 * (growth * f64::from(i)).exp()).sum();
-        let estimate = after(growth, &[0.5; 50]).left(steps as u64);
-        assert!((estimate / sum - 1.0).abs() < 0.01, "{estimate} for {sum}");
+    fn the_time_left_of_a_run_of_seconds_is_not_hours_where_one_step_waited_for_the_disk() {
+        let waited = after((0..1_000).map(|step| if step == 300 { 4.0 } else { 1e-3 }));
+        let [_, most] = waited.left(10_000, &CONSTANT);
+        assert!(most < 90.0, "{most}");
+        assert_eq!(in_words([11.0; 2]), ", about 11 seconds left");
+    }
+
+    #[test]
+    fn the_time_left_of_a_growing_colony_is_bounded_on_both_sides() {
+        let (rate, steps) = (0.01, 300);
+        let sum: f64 = (0..steps).map(|i| 0.5 * (rate * f64::from(i)).exp()).sum();
+        let free = |most| Growing { rate, most, is_free: true };
+        let [least, most] = after([0.5; 50]).left(steps as u64, &free(f64::INFINITY));
+        assert!((most / sum - 1.0).abs() < 0.01 && (least - 150.0).abs() < 1e-9, "{least} {most} for {sum}");
+        assert_eq!(in_words([150.0, 950.0]), ", more than 3 minutes left");
+        // It ends at twice the cells, however late its `time.end` is.
+        let [least, most] = after([0.5; 50]).left(1_000_000, &free(2.0));
+        assert!(least > 30.0 && most < 60.0, "{least} {most}");
+        let [_, most] = after([0.5; 50]).left(1_000, &Growing { rate, most: 2.0, is_free: false });
+        assert!((900.0..1_000.0).contains(&most), "{most}");
     }
 }

@@ -4,15 +4,14 @@ use super::arguments::{Backend, Run as Arguments};
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{compiling, compute, driver, output, placing, processes, view};
+use super::{compiling, compute, driver, output, placing, processes, report, resume, view};
 use relcp::gpu::Profile;
-use relcp::record::{Folder, PassedStep, RecordError, Retried};
+use relcp::record::Folder;
 use relcp::run::{Run, RunError, RunStatus, Summary};
-use relcp::scene::{Scene, StopReason};
+use relcp::scene::Scene;
 use relcp::simulation::{Compute, Machine, Simulation};
 use serde::Serialize;
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 /// Where runs go that are not told where.
@@ -50,13 +49,14 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
         _ => Interrupt::listen(),
     };
     let begun = Instant::now();
-    let mut run = if arguments.resume { resume(arguments)? } else { start(arguments, &interrupt)? };
+    let mut run = if arguments.resume { resume::resume(arguments)? } else { start(arguments, &interrupt)? };
     for note in run.notes() {
         output::message(note);
     }
     if let Some(gpu) = run.simulation().device().filter(|_| arguments.profile) {
         gpu.start_timing();
     }
+    output::warn(&run.simulation().scene().warnings());
     let first = run.simulation().steps();
     let mut progress = Progress::new(&run, arguments.print.quiet);
     if let Some(every) = arguments.checkpoint_every {
@@ -108,34 +108,8 @@ fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> 
     Ok(Run::start(simulation, folder, begun.elapsed())?)
 }
 
-fn resume(arguments: &Arguments) -> Result<Run, CliError> {
-    let (folder, scene) = match (&arguments.out, &arguments.scene) {
-        (None, None) => return Err(CliError::Usage("which run? Name its folder with --out, or its scene".into())),
-        (Some(path), source) => {
-            let folder = Folder::open(path)?;
-            let recorded = folder.scene();
-            let scene = match source {
-                Some(source) => Scene::load(source, &arguments.sets)?,
-                None => Scene::load(&recorded, &arguments.sets)?,
-            };
-            (folder, scene)
-        }
-        (None, Some(source)) => {
-            let scene = Scene::load(source, &arguments.sets)?;
-            (latest(&scene)?, scene)
-        }
-    };
-    driver::compute_alone(&arguments.compute, &scene, arguments.scene.as_deref());
-    let compute = settle(arguments, &scene)?;
-    let resume = || match arguments.until {
-        Some(until) => Run::resume_until(scene, folder, until, &compute),
-        None => Run::resume(scene, folder, &compute),
-    };
-    Ok(compiling::watch(&compute, arguments.print.quiet, resume)?)
-}
-
 /// What computes; for a profile kernels are compiled when they are made, so that it tells how long that took.
-fn settle(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> {
+pub(super) fn settle(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> {
     let compute = compute::settle(&arguments.compute, scene)?;
     if let (true, Compute::Gpu { gpu, .. }) = (arguments.profile, &compute) {
         gpu.compile_at_once();
@@ -151,14 +125,6 @@ fn device_steps(simulation: &Simulation, first: u64) -> u64 {
     on_device.map(|(leg, end)| end.saturating_sub(leg.from_step.max(first + 1))).sum()
 }
 
-fn latest(scene: &Scene) -> Result<Folder, RecordError> {
-    let runs = PathBuf::from(RUNS);
-    match Folder::latest_in(&runs, &scene.name) {
-        Some(path) => Folder::open(&path),
-        None => Err(RecordError::NoCheckpoint { path: runs }),
-    }
-}
-
 fn show(
     arguments: &Arguments,
     folder: &Path,
@@ -167,7 +133,7 @@ fn show(
     page: Option<&Path>,
 ) -> Result<(), CliError> {
     if summary.status == RunStatus::Interrupted {
-        let on = format!("relcp run --resume --out {}", folder.display());
+        let on = resume::command(folder);
         output::message(&format!("stopped after step {}; go on with: {on}", summary.steps));
     }
     if arguments.print.json {
@@ -177,175 +143,11 @@ fn show(
         return Ok(());
     }
     output::write(|out| {
-        print(out, folder, summary)?;
-        page.map_or(Ok(()), |page| writeln!(out, "  page        {}", page.display()))?;
+        report::print(out, folder, page, summary)?;
         if arguments.profile {
-            profile(out, summary)?;
+            report::profile(out, summary)?;
             processes::traffic(out)?;
         }
         device.map_or(Ok(()), |device| write!(out, "{device}"))
     })
-}
-
-fn print(out: &mut dyn Write, folder: &Path, s: &Summary) -> io::Result<()> {
-    writeln!(out, "{}: {} steps to time {} with {} bodies", s.name, s.steps, s.time, s.bodies)?;
-    match s.stopped_by {
-        Some(StopReason::NoBodies) => writeln!(out, "  ended as no body was left")?,
-        Some(reason) => writeln!(out, "  stopped by growth.stop.{}", reason.name())?,
-        None => {}
-    }
-    if !s.removed.is_empty() {
-        let by_rule: Vec<String> = s.removed.iter().map(u64::to_string).collect();
-        writeln!(out, "  removed {} bodies, by rule: {}", s.removed.iter().sum::<u64>(), by_rule.join(", "))?;
-    }
-    let (rows, recursions) = (&s.constraints, &s.recursions);
-    writeln!(out, "  constraints {} at the end, {:.1} on average, {} at most", rows.last, rows.mean, rows.max)?;
-    writeln!(
-        out,
-        "  recursions  {:.2} a step, {} at most, {} in all",
-        recursions.mean, recursions.max, recursions.total
-    )?;
-    let (worst, allowed) = (s.max_overlap, s.overlap_tolerance);
-    writeln!(
-        out,
-        "  overlap     {worst:.3e} at most of {allowed:.1e} allowed, {:.3e} at the end",
-        s.final_max_overlap
-    )?;
-    if let Some(proxy) = s.proxy_max_overlap {
-        writeln!(out, "  sub-spheres {proxy:.3e} overlap at most")?;
-    }
-    if s.start_max_overlap > allowed {
-        writeln!(out, "  the scene itself starts with an overlap of {:.3e}", s.start_max_overlap)?;
-    }
-    misses(out, s)?;
-    let wall = &s.wall_seconds;
-    let phases = wall.phases().into_iter().filter(|(_, seconds)| *seconds > 0.0);
-    let phases: Vec<String> = phases.map(|(name, seconds)| format!("{name} {seconds:.2}")).collect();
-    writeln!(out, "  wall time   {:.2} s: {}", wall.total, phases.join(", "))?;
-    computed_by(out, s)?;
-    writeln!(out, "  in          {}", folder.display())?;
-    verdict(out, s)
-}
-
-/// Says what computed it, where that is not the CPU alone.
-fn computed_by(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
-    let one = s.legs.iter().all(|leg| leg.machine.name() == s.backend);
-    match &s.adapter {
-        Some(adapter) if one => return writeln!(out, "  computed by {adapter}, in {}", s.precision),
-        None if one => return Ok(()),
-        _ => {}
-    }
-    for leg in s.legs.iter().filter(|leg| !leg.is_trial() && !leg.is_return()) {
-        writeln!(out, "  computed    {leg}")?;
-    }
-    let (trials, lost) =
-        (s.legs.iter().filter(|leg| leg.is_trial()).count(), s.legs.last().map(|leg| leg.lost_seconds));
-    match lost {
-        Some(lost) if trials > 0 => {
-            let trials = output::count(trials, "trial", "trials");
-            writeln!(out, "  {trials} of the machine not in use, which cost {lost:.2} s")
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Says which steps did not meet their tolerances.
-fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
-    if s.steps_over_tolerance > 0 {
-        let named = s.first_over_tolerance.iter().map(|over| match (over.pair, over.wall) {
-            (Some([a, b]), _) => format!("{} ({:.2e}, bodies {a} and {b})", over.step, over.max_overlap),
-            (None, Some([a, wall])) => format!("{} ({:.2e}, body {a} and wall {wall})", over.step, over.max_overlap),
-            (None, None) => format!("{} ({:.2e})", over.step, over.max_overlap),
-        });
-        let (count, list) = (s.steps_over_tolerance, list(named, s.first_over_tolerance.len(), s.steps_over_tolerance));
-        writeln!(out, "  {count} of {} steps left more overlap than allowed: {list}", s.steps)?;
-    }
-    if s.steps_unsettled > 0 {
-        let named = s.first_unsettled.iter().map(|step| format!("{} ({:.2e})", step.step, step.residual));
-        let list = list(named, s.first_unsettled.len(), s.steps_unsettled);
-        writeln!(out, "  {} of {} steps have velocity errors above the tolerance: {list}", s.steps_unsettled, s.steps)?;
-    }
-    if s.steps_passed > 0 {
-        let named = s.first_passed.iter().map(|PassedStep { step, pairs, pair: [a, b] }| {
-            let more = if *pairs > 1 { format!(" and {} pairs more", pairs - 1) } else { String::new() };
-            format!("{step} (bodies {a} and {b}{more})")
-        });
-        let list = list(named, s.first_passed.len(), s.steps_passed);
-        writeln!(out, "  bodies tunnelled in {} of {} steps; use a smaller dt: {list}", s.steps_passed, s.steps)?;
-    }
-    if s.solver.fallbacks > 0 {
-        writeln!(out, "  {} solves used the interior-point safeguard", s.solver.fallbacks)?;
-    }
-    if s.solver.unconverged > 0 {
-        let steps = &s.solver.unconverged_steps;
-        let named = steps.iter().map(|step| format!("{} ({:.2e})", step.step, step.residual));
-        let list = list(named, steps.len(), s.solver.unconverged);
-        writeln!(out, "  {} unconverged solves, in steps {list}", s.solver.unconverged)?;
-    }
-    retried(out, s)
-}
-
-/// Says which steps did not go at once.
-fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
-    let Retried { in_pieces, most_pieces, by_cpu, squeezed, with_waiting_cells, relaxed_solves, .. } = s.retried;
-    if relaxed_solves > 0 {
-        writeln!(out, "  {relaxed_solves} solves with contradictory constraints, solved for the smallest overlap")?;
-    }
-    if in_pieces > 0 {
-        writeln!(out, "  {in_pieces} of {} steps cut into pieces, {most_pieces} at most", s.steps)?;
-    }
-    if squeezed > 0 {
-        writeln!(
-            out,
-            "  in {squeezed} of {} steps, a small overlap was left and then removed without advancing time",
-            s.steps
-        )?;
-    }
-    if by_cpu > 0 {
-        writeln!(out, "  {by_cpu} of {} steps taken by the CPU in the place of the device", s.steps)?;
-    }
-    if with_waiting_cells > 0 {
-        writeln!(out, "  in {with_waiting_cells} of {} steps, cells without room waited", s.steps)?;
-    }
-    Ok(())
-}
-
-/// The last line of a run that misses something: what.
-fn verdict(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
-    let (steps, Summary { steps_over_tolerance, steps_passed, steps_unsettled, .. }) = (s.steps, s);
-    match s.reason.as_deref() {
-        None => Ok(()),
-        Some(_) if s.message.is_some() => writeln!(out, "  stopped: {}", s.message.as_deref().unwrap_or_default()),
-        Some("overlap") => {
-            writeln!(out, "  out of tolerance: {steps_over_tolerance} of {steps} steps overlap by more than allowed")
-        }
-        Some("final_overlap") => {
-            let (last, allowed) = (s.final_max_overlap, s.overlap_tolerance);
-            writeln!(out, "  out of tolerance: the final state overlaps by {last:.3e}, {allowed:.1e} is allowed")
-        }
-        Some("passed") => {
-            writeln!(out, "  out of tolerance: bodies went through each other in {steps_passed} of {steps} steps")
-        }
-        Some(_) => writeln!(out, "  out of tolerance: {steps_unsettled} of {steps} steps have velocities that are off"),
-    }
-}
-
-fn list(named: impl Iterator<Item = String>, shown: usize, all: u64) -> String {
-    let more = if all > shown as u64 { ", ..." } else { "" };
-    format!("{}{more}", named.collect::<Vec<_>>().join(", "))
-}
-
-fn profile(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
-    let total = s.wall_seconds.total;
-    for (name, seconds) in s.wall_seconds.phases() {
-        writeln!(out, "  {name:<12} {seconds:>10.3} s  {:>5.1} %", 100.0 * seconds / total)?;
-    }
-    let named: f64 = s.wall_seconds.phases().iter().map(|(_, seconds)| seconds).sum();
-    writeln!(out, "  {:<12} {:>10.3} s  {:>5.1} %", "other", total - named, 100.0 * (total - named) / total)?;
-    let products = s.solver.products;
-    writeln!(out, "  {} LCP iterations, {products} products with A", s.solver.iterations)?;
-    if let Some(bytes) = s.peak_bytes.host {
-        writeln!(out, "  at most {:.1} MiB of memory", bytes as f64 / f64::from(1 << 20))?;
-    }
-    Ok(())
 }

@@ -9,8 +9,7 @@ use serde_json::json;
 pub(super) fn scenes(arguments: &Scenes) -> Result<Exit, CliError> {
     let built_in = scene::BuiltIn::ALL;
     if let Some(name) = &arguments.name {
-        let found = built_in.iter().find(|scene| scene.name == name.as_str());
-        let scene = found.ok_or_else(|| CliError::NoScene(name.clone()))?;
+        let scene = scene::BuiltIn::find(name)?;
         output::write(|out| writeln!(out, "{}", scene.text.trim_end()))?;
     } else if arguments.json {
         let list: Vec<_> = built_in.iter().map(|s| json!({"name": s.name, "summary": s.summary})).collect();
@@ -25,12 +24,18 @@ pub(super) fn scenes(arguments: &Scenes) -> Result<Exit, CliError> {
 pub(super) fn check(arguments: &Check) -> Result<Exit, CliError> {
     let scene = Scene::load(&arguments.scene, &arguments.sets)?;
     let bodies = scene.build()?;
-    let (name, count, steps) = (&scene.name, bodies.len(), scene.time.steps());
+    let (name, count, steps, warnings) = (&scene.name, bodies.len(), scene.time.steps(), scene.warnings());
     if arguments.print.json {
-        output::json(&json!({"valid": true, "name": name, "bodies": count, "steps": steps, "scene": scene}))?;
-    } else if !arguments.print.quiet {
+        let document =
+            json!({"valid": true, "name": name, "bodies": count, "steps": steps, "warnings": warnings, "scene": scene});
+        output::json(&document)?;
+        return Ok(Exit::Done);
+    }
+    output::warn(&warnings);
+    if !arguments.print.quiet {
         let bodies = output::count(count, "body", "bodies");
-        output::write(|out| writeln!(out, "{name}: a valid scene of {bodies} and {steps} steps"))?;
+        let steps = output::count(usize::try_from(steps).unwrap_or(usize::MAX), "step", "steps");
+        output::write(|out| writeln!(out, "{name}: a valid scene of {bodies} and {steps}"))?;
     }
     Ok(Exit::Done)
 }

@@ -13,6 +13,7 @@ use serde::Serialize;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 /// The page in a run's folder.
 const PAGE: &str = "view.html";
@@ -83,18 +84,34 @@ fn print(file: &Path, viewed: &Viewed) -> Result<(), CliError> {
     })
 }
 
-/// Asks the system to show the file. That it cannot is no fault of the page.
+/// How long a program that shows files may take to say that it cannot; after that it shows the file.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// Asks the system to show the file. That it cannot is no fault of the page, and is said.
 fn show(file: &Path) {
-    let program = if cfg!(target_os = "macos") {
-        "open"
-    } else if cfg!(windows) {
-        "explorer"
-    } else {
-        "xdg-open"
-    };
-    let shown =
-        Command::new(program).arg(file).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
-    if let Err(why) = shown {
-        output::message(&format!("note: `{program}` cannot show it: {why}"));
+    if let Err(why) = ask_to_show(file) {
+        output::message(&format!("no browser was opened: {why}; open {} in one yourself", file.display()));
     }
+}
+
+fn ask_to_show(file: &Path) -> Result<(), String> {
+    let program = match (cfg!(target_os = "macos"), cfg!(windows)) {
+        (true, _) => "open",
+        (_, true) => "explorer",
+        _ => "xdg-open",
+    };
+    let mut command = Command::new(program);
+    command.arg(file).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    let mut asked = command.spawn().map_err(|why| format!("`{program}` cannot be started ({why})"))?;
+    let begun = Instant::now();
+    while begun.elapsed() < PATIENCE {
+        match asked.try_wait() {
+            // The status of Windows' explorer says nothing.
+            Ok(Some(status)) if status.success() || cfg!(windows) => return Ok(()),
+            Ok(Some(status)) => return Err(format!("`{program}` found none ({status})")),
+            Ok(None) => std::thread::sleep(Duration::from_millis(20)),
+            Err(why) => return Err(format!("`{program}` cannot be waited for ({why})")),
+        }
+    }
+    Ok(())
 }

@@ -88,7 +88,7 @@ fn described(adapter: &wgpu::Adapter, choice: &Choice) -> String {
     let why = if !lacks.is_empty() {
         format!(" (too small: {})", lacks.join(", "))
     } else if is_software(&info) && !choice.software {
-        " (software, taken only on request)".into()
+        return format!("{} (software, taken only on request)", info.name);
     } else {
         String::new()
     };

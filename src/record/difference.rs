@@ -8,7 +8,7 @@ use std::path::Path;
 const KEYS_NAMED: usize = 5;
 
 /// The first keys in which a scene differs from the one in the file `recorded`.
-pub(crate) fn differing_keys(recorded: &Path, scene: &Scene) -> Vec<String> {
+pub fn differing_keys(recorded: &Path, scene: &Scene) -> Vec<String> {
     let read = |path: &Path| serde_json::from_slice::<Value>(&std::fs::read(path).ok()?).ok();
     let mut keys = Vec::new();
     if let (Some(old), Ok(new)) = (read(recorded), serde_json::to_value(scene.with_defaults())) {

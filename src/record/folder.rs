@@ -6,7 +6,7 @@ use std::fs::{self, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// Most characters of a scene's name that its folder takes over; file systems take some 255 bytes.
+/// Most bytes of a scene's name that its folder takes over; file systems take some 255 bytes.
 const LONGEST_NAME: usize = 100;
 
 /// The folder of a run.
@@ -248,10 +248,18 @@ fn candidates(parent: &Path, name: &str) -> impl Iterator<Item = PathBuf> {
     (1_u64..).map(move |n| parent.join(if n == 1 { name.clone() } else { format!("{name}-{n}") }))
 }
 
-/// A scene's name as the name of a folder on any system.
+/// Whether a folder has the name that [`Folder::create_in`] gives for a scene of this name.
+pub(super) fn is_numbered(path: &Path, name: &str) -> bool {
+    let own = path.file_name().and_then(|own| own.to_str());
+    let Some(rest) = own.and_then(|own| own.strip_prefix(folder_name(name).as_str())) else { return false };
+    rest.is_empty() || rest.strip_prefix('-').is_some_and(|n| n.parse::<u64>().is_ok_and(|n| n > 1))
+}
+
+/// A scene's name as the name of a folder on any system: letters and digits of any language stay.
 pub(crate) fn folder_name(name: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' };
-    let name: String = name.chars().take(LONGEST_NAME).map(plain).collect();
+    let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    let whole = name.char_indices().take_while(|(at, c)| at + c.len_utf8() <= LONGEST_NAME);
+    let name: String = whole.map(|(_, c)| plain(c)).collect();
     let name = name.trim_matches(['-', '.']);
     if name.is_empty() { "run".into() } else { name.into() }
 }
@@ -268,7 +276,10 @@ mod tests {
             ("../../etc", "etc"),
             ("", "run"),
             ("...", "run"),
-            ("\u{e9}", "run"),
+            ("\u{e9}", "\u{e9}"),
+            ("sweep \u{f6}", "sweep-\u{f6}"),
+            ("\u{1f600}", "run"),
+            (&"\u{4e2d}".repeat(90), &"\u{4e2d}".repeat(33)),
         ] {
             assert_eq!(folder_name(name), folder);
         }

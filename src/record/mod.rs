@@ -22,6 +22,7 @@ mod container;
 mod difference;
 #[doc(hidden)]
 pub mod durable;
+mod earlier;
 mod error;
 mod folder;
 mod hash;
@@ -37,11 +38,11 @@ mod totals;
 
 pub use contacts::{ContactForce, TOUCHING, contacts};
 pub use container::{FORMAT, Header, VERSION, decode, encode, encode_with_forces, read_state, write_state};
-pub(crate) use difference::differing_keys;
+pub use difference::differing_keys;
+pub use earlier::{EarlierRun, EarlierState};
 pub use error::{RecordError, StateError, StatesError};
 pub use folder::Folder;
 pub(crate) use folder::folder_name;
-#[cfg(feature = "studies")]
 pub(crate) use hash::Fnv;
 pub use hash::{scene_hash, state_hash};
 pub use lcp_file::{LCP_FORMAT, LCP_VERSION, LcpFileError, LcpHeader, decode_lcp, encode_lcp, read_lcp, write_lcp};

@@ -4,14 +4,22 @@
 use super::error::RecordError;
 use serde::Serialize;
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Seek, SeekFrom};
+use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// The file, open for writing and locked against other processes for as long.
+/// Bytes of rows that are held back at most, so that a row costs no call of the system.
+const HELD_BACK: usize = 1 << 13;
+
+/// The file, open for writing and locked against other processes for as long. It ends with a whole row at any time: it
+/// is written by whole rows, and what a full disk took of them is cut off again.
 #[derive(Debug)]
 pub(crate) struct Rows {
     path: PathBuf,
-    writer: csv::Writer<File>,
+    file: File,
+    /// Bytes of the file, all of whole rows.
+    written: u64,
+    /// Whole rows that are not in it yet.
+    held: Vec<u8>,
 }
 
 impl Rows {
@@ -19,8 +27,8 @@ impl Rows {
     pub(crate) fn create(path: &Path, columns: &[&str]) -> Result<Self, RecordError> {
         let file = File::create_new(path).map_err(RecordError::io(path, "create it"))?;
         lock(&file, path)?;
-        let mut rows = Rows { path: path.into(), writer: writer(file) };
-        rows.writer.write_record(columns).map_err(|e| rows.fault(e.into()))?;
+        let mut rows = Rows { path: path.into(), file, written: 0, held: Vec::new() };
+        rows.push(columns)?;
         rows.flush()?;
         Ok(rows)
     }
@@ -48,23 +56,35 @@ impl Rows {
         let end = end(&file)?;
         file.set_len(end).map_err(RecordError::io(path, "cut it"))?;
         file.seek(SeekFrom::End(0)).map_err(RecordError::io(path, "write it"))?;
-        Ok(Rows { path: path.into(), writer: writer(file) })
+        Ok(Rows { path: path.into(), file, written: end, held: Vec::new() })
     }
 
     /// Adds a row.
     pub(crate) fn push(&mut self, row: impl Serialize) -> Result<(), RecordError> {
-        self.writer.serialize(row).map_err(|e| self.fault(e.into()))
+        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+        let whole = writer.serialize(row).map_err(|e| self.fault(e.into()));
+        whole.and_then(|()| writer.into_inner().map_err(|e| self.fault(e.into_error()))).map(|row| {
+            self.held.extend(row);
+        })?;
+        if self.held.len() < HELD_BACK { Ok(()) } else { self.flush() }
     }
 
-    /// Hands the rows so far to the system.
+    /// Hands the rows so far to the system; where it takes a part of them only, it gets none.
     pub(crate) fn flush(&mut self) -> Result<(), RecordError> {
-        self.writer.flush().map_err(|e| self.fault(e))
+        let held = std::mem::take(&mut self.held);
+        if let Err(fault) = self.file.write_all(&held) {
+            // What cannot be cut off either is cut off where the run goes on.
+            let _ = self.file.set_len(self.written).and_then(|()| self.file.seek(SeekFrom::End(0)));
+            return Err(self.fault(fault));
+        }
+        self.written += held.len() as u64;
+        Ok(())
     }
 
     /// Makes the rows so far last.
     pub(crate) fn sync(&mut self) -> Result<(), RecordError> {
         self.flush()?;
-        self.writer.get_ref().sync_data().map_err(|e| self.fault(e))
+        self.file.sync_data().map_err(|e| self.fault(e))
     }
 
     fn fault(&self, source: std::io::Error) -> RecordError {
@@ -72,8 +92,11 @@ impl Rows {
     }
 }
 
-fn writer(file: File) -> csv::Writer<File> {
-    csv::WriterBuilder::new().has_headers(false).from_writer(file)
+impl Drop for Rows {
+    /// A run that ends by a fault leaves the rows that it has.
+    fn drop(&mut self) {
+        let _ = self.flush();
+    }
 }
 
 /// Takes the file for this process. A file system that knows no locks cannot refuse, and is not refused.

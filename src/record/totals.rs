@@ -172,6 +172,9 @@ pub struct Totals {
     /// The farthest that contact moved a body's centre from its free motion in a step, a length.
     #[serde(default)]
     pub largest_move: f64,
+    /// The farthest that a body's velocity carries it in a step, in thicknesses of its own, by the recorded states.
+    #[serde(default)]
+    pub farthest_way: f64,
     /// The largest separation of a contact that pushed at the end of a step, a length.
     #[serde(default)]
     pub largest_push_gap: f64,

@@ -10,6 +10,7 @@ mod summary;
 #[cfg(test)]
 mod tests;
 mod until;
+mod way;
 
 pub use error::RunError;
 #[cfg(feature = "mpi")]
@@ -312,8 +313,9 @@ impl Run {
         Ok(())
     }
 
-    fn record_state(&self) -> Result<(), RunError> {
+    fn record_state(&mut self) -> Result<(), RunError> {
         let state = self.simulation.state()?;
+        self.totals.farthest_way = self.totals.farthest_way.max(way::farthest(self.simulation.scene(), &state.bodies));
         let path = self.folder.state(state.step);
         log::info!("state of step {} into {}", state.step, path.display());
         let (hash, time) = (&self.scene_hash, self.simulation.time());

@@ -1,6 +1,7 @@
 //! `summary.json`: what a run did, as other programs read it.
 
 use super::memory::peak_bytes;
+use super::way;
 use crate::gpu::Precision;
 use crate::record::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds, state_hash};
 use crate::scene::{Method, SolverKind, Stepping, StopReason};
@@ -99,6 +100,8 @@ pub struct Summary {
     pub reason: Option<String>,
     /// The same in a sentence; null where no step was refused.
     pub message: Option<String>,
+    /// What its user should know, in sentences: of the scene, and of its steps.
+    pub warnings: Vec<String>,
     /// `relcp`, `snsd` or `multisphere`.
     pub method: &'static str,
     /// `euler` or `midpoint`.
@@ -156,6 +159,8 @@ pub struct Summary {
     pub first_unsettled: Vec<UnsettledStep>,
     /// The farthest that contact moved a body's centre from its free motion in a step.
     pub largest_move: f64,
+    /// The farthest that a body's velocity carries it in a step, in thicknesses of its own, by the recorded states.
+    pub farthest_way: f64,
     /// The largest separation of a contact that pushed at the end of a step.
     pub largest_push_gap: f64,
     /// The most energy that contact added in a step; zero without inertia.
@@ -224,6 +229,7 @@ impl Summary {
             stopped_by: simulation.stopped_by(),
             reason: stopped.map(Fault::name).or_else(missed).map(str::to_owned),
             message: stopped.map(Fault::to_string),
+            warnings: scene.warnings().into_iter().chain(way::warning(scene, totals.farthest_way)).collect(),
             method: method_name(scene.contact.method),
             stepping: scene.time.stepping,
             backend: if device.is_some() { "gpu" } else { "cpu" },
@@ -252,6 +258,7 @@ impl Summary {
             steps_unsettled: totals.steps_unsettled,
             first_unsettled: totals.unsettled.clone(),
             largest_move: totals.largest_move,
+            farthest_way: totals.farthest_way,
             largest_push_gap: totals.largest_push_gap,
             largest_contact_energy: totals.largest_contact_energy,
             largest_axial_spin: totals.largest_axial_spin,

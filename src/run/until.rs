@@ -1,5 +1,6 @@
 //! Going on past a run's end.
 
+use crate::digits::exact;
 use crate::record::{Header, scene_hash};
 use crate::scene::Scene;
 
@@ -9,12 +10,12 @@ pub(super) fn extended(scene: &Scene, taken: u64, until: f64) -> Result<Scene, S
     let (time, last) = (scene.time, scene.time.steps());
     // Not a number is no later time.
     if until < time.end || until.is_nan() {
-        return Err(format!("its end is at time {:?}; name a later one, not {until:?}", time.end));
+        return Err(format!("its end is at time {}; name a later one, not {}", exact(time.end), exact(until)));
     }
     if taken >= last && time.span(last) < 1.0 && until > time.end {
         return Err(format!(
-            "time.dt, {:?}, does not divide its time, so that its last step is a shorter one; start a new run from its final.json",
-            time.dt
+            "time.dt, {}, does not divide its time, so that its last step is a shorter one; start a new run from its final.json",
+            exact(time.dt)
         ));
     }
     let mut extended = scene.clone();

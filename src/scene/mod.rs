@@ -12,6 +12,8 @@ mod drive;
 mod error;
 #[cfg(feature = "files")]
 mod excerpt;
+#[cfg(feature = "files")]
+mod foreign;
 mod generate;
 mod key;
 mod nearest;
@@ -22,6 +24,7 @@ mod place;
 mod read;
 #[cfg(feature = "files")]
 mod reference;
+mod remarks;
 #[cfg(feature = "files")]
 mod set;
 mod settings;
@@ -44,10 +47,12 @@ pub use crate::walls::{Wall, WallMotion};
 #[cfg(feature = "files")]
 pub use built_in::BuiltIn;
 pub use error::{FaultKind, SceneError};
-#[cfg(feature = "files")]
-pub(crate) use read::Source;
+#[doc(hidden)]
+pub use nearest::nearest;
 #[cfg(feature = "files")]
 pub use read::{MAX_FILE_BYTES, NO_OVERRIDES};
+#[cfg(feature = "files")]
+pub(crate) use read::{Source, is_bare};
 #[cfg(feature = "files")]
 pub use reference::reference;
 #[cfg(feature = "files")]

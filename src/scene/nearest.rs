@@ -1,17 +1,22 @@
 //! The known name nearest to a misspelt one.
 
-/// Edits (insert, delete, replace) from one name to another: the Levenshtein distance.
+/// Edits (insert, delete, replace, exchange of neighbours) from one name to another: the distance of Damerau and
+/// Levenshtein, where no part is edited twice.
 fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
+    let [a, b]: [Vec<char>; 2] = [a, b].map(|name| name.chars().collect());
+    let mut before: Vec<usize> = Vec::new();
     let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
+    for (i, x) in a.iter().enumerate() {
+        let mut next = vec![i + 1];
         for (j, y) in b.iter().enumerate() {
-            let replace = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = replace.min(row[j] + 1).min(row[j + 1] + 1);
+            let replaced = row[j] + usize::from(x != y);
+            let mut least = replaced.min(row[j + 1] + 1).min(next[j] + 1);
+            if i > 0 && j > 0 && a[i - 1] == *y && b[j - 1] == *x {
+                least = least.min(before[j - 1] + 1);
+            }
+            next.push(least);
         }
+        before = std::mem::replace(&mut row, next);
     }
     row[b.len()]
 }
@@ -20,12 +25,12 @@ fn distance(a: &str, b: &str) -> usize {
 const LONGEST: usize = 64;
 
 /// The nearest of `known`, the first of equals; `None` where none is alike, nothing is known or the name is absurdly
-/// long. Names are alike where at most half of the letters of the longer one must be changed.
-pub(super) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+/// long. Names are alike where at most two fifths of the letters of the longer one must be changed.
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     if name.chars().count() > LONGEST {
         return None;
     }
-    let alike = |known: &&str| 2 * distance(name, known) <= name.chars().count().max(known.chars().count());
+    let alike = |known: &&str| 5 * distance(name, known) <= 2 * name.chars().count().max(known.chars().count());
     known.into_iter().filter(alike).min_by_key(|known| distance(name, known))
 }
 
@@ -38,6 +43,9 @@ mod tests {
         assert_eq!(distance("", "abc"), 3);
         assert_eq!(distance("kitten", "sitting"), 3);
         assert_eq!(distance("same", "same"), 0);
+        assert_eq!(distance("rnu", "run"), 1);
+        assert_eq!(distance("abcd", "badc"), 2);
+        assert_eq!(nearest("rnu", ["batch", "run", "render"]), Some("run"));
         assert_eq!(nearest("tiem", ["name", "time", "forces"]), Some("time"));
         assert_eq!(nearest("x", []), None);
         assert_eq!(nearest("spring", ["constant", "gravity", "trap"]), None);

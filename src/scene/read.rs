@@ -5,7 +5,7 @@
 //! in the text.
 
 use super::comments::blanked;
-use super::error::{FaultKind, SceneError};
+use super::error::{FaultKind, SceneError, shortened};
 use super::nearest::nearest;
 use super::place::{self, Place};
 use super::set::Override;
@@ -67,14 +67,7 @@ impl Scene {
     /// # Errors
     /// [`SceneError`] of the kind [`FaultKind::UnknownScene`] where there is no such scene.
     pub fn built_in(name: &str) -> Result<Scene, SceneError> {
-        let Some(scene) = BuiltIn::named(name) else {
-            let refused = SceneError::new(FaultKind::UnknownScene, "", format!("there is no built-in scene `{name}`"));
-            return Err(match nearest_built_in(name) {
-                Some(near) => refused.with_help(format!("the nearest built-in scene is `{near}`")),
-                None => refused,
-            });
-        };
-        parse_with(scene.text, name, &[])
+        parse_with(BuiltIn::find(name)?.text, name, &[])
     }
 
     /// Reads and validates a built-in scene by its name, or else a scene file by its path, after overrides `KEY=VALUE`.
@@ -109,6 +102,32 @@ impl Scene {
         }
     }
 }
+
+impl BuiltIn {
+    /// The one of this name.
+    ///
+    /// # Errors
+    /// [`SceneError`] of the kind [`FaultKind::UnknownScene`] where there is none, with the nearest name.
+    pub fn find(name: &str) -> Result<&'static BuiltIn, SceneError> {
+        BuiltIn::named(name).ok_or_else(|| unknown_scene(name, "there is no built-in scene"))
+    }
+}
+
+fn unknown_scene(name: &str, what: &str) -> SceneError {
+    let refused = SceneError::new(FaultKind::UnknownScene, "", format!("{what} `{}`", shortened(name, LONGEST_NAME)));
+    match nearest_built_in(name) {
+        Some(near) => refused.with_help(format!("the nearest built-in scene is `{near}`")),
+        None => refused,
+    }
+}
+
+/// Whether a source is a bare word, as the names of built-in scenes are: neither in a folder nor with an ending.
+pub(crate) fn is_bare(source: &Path) -> bool {
+    source.components().count() == 1 && source.extension().is_none()
+}
+
+/// More characters of a scene's name are cut out of a message.
+const LONGEST_NAME: usize = 60;
 
 fn nearest_built_in(name: &str) -> Option<&'static str> {
     nearest(name, BuiltIn::ALL.iter().map(|scene| scene.name))
@@ -224,11 +243,17 @@ fn read_bytes(path: &Path, origin: &str) -> Result<Vec<u8>, SceneError> {
     let refuse = |message: String| SceneError::new(FaultKind::Io, "", message).of(origin);
     let file = File::open(path).map_err(|e| {
         let fault = refuse(format!("cannot be read: {e}"));
-        match nearest_built_in(origin) {
-            Some(name) if e.kind() == std::io::ErrorKind::NotFound && path.components().count() == 1 => {
+        if e.kind() != std::io::ErrorKind::NotFound || path.components().count() != 1 {
+            return fault;
+        }
+        if is_bare(path) {
+            return unknown_scene(origin, "there is neither a built-in scene nor a file named");
+        }
+        match nearest_built_in(path.file_stem().and_then(|stem| stem.to_str()).unwrap_or(origin)) {
+            Some(name) => {
                 fault.with_help(format!("neither a file nor a built-in scene; the nearest built-in scene is `{name}`"))
             }
-            _ => fault,
+            None => fault,
         }
     })?;
     let meta = file.metadata().map_err(|e| refuse(format!("cannot be read: {e}")))?;

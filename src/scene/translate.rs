@@ -1,6 +1,7 @@
 //! From serde's words to a scene's: which key, what was wrong, what would be right.
 
 use super::error::{FaultKind, SceneError, shortened};
+use super::foreign::hint;
 use super::nearest::nearest;
 use super::place;
 use serde_json::error::Category;
@@ -90,7 +91,11 @@ fn syntax(words: &str, key: &str, text: &str, byte: Option<usize>) -> SceneError
 
 fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> String {
     let known: Vec<&str> = known.collect();
+    let hint = hint(name, &known);
     let name = &shortened(name, LONGEST_NAME);
+    if let Some(hint) = hint {
+        return format!("unknown {what} `{name}`; {hint}; the {what}s here are {}", known.join(", "));
+    }
     match nearest(name, known.iter().copied()) {
         _ if known.is_empty() => format!("unknown {what} `{name}`; no {what} is allowed here"),
         _ if known.len() == 1 => format!("unknown {what} `{name}`; the only {what} here is `{}`", known[0]),
@@ -114,19 +119,31 @@ fn plain(words: &str) -> String {
         "string or map" => "a word or an object with a single key",
         "map with a single key" => "an object with a single key",
         "unit" => "nothing: this word has no settings",
-        "fewer elements in array" => "fewer numbers",
+        "fewer elements in array" => "a shorter list",
         other if other.starts_with("struct") => "an object",
         other => other,
     };
     if wanted.is_empty() {
         return format!("is refused: {found}");
     }
-    let found = match found {
-        "map" => "an object",
-        "sequence" => "a list",
-        other => other,
-    };
-    format!("expected {}, found {found}", wanted.replace("an array of length", "a list of length"))
+    let wanted = wanted.replace("an array of length", "a list of length");
+    format!("expected {wanted}, found {}", in_words(found, &wanted))
+}
+
+/// What was found, in a user's words.
+fn in_words(found: &str, wanted: &str) -> String {
+    let renamed = [("integer ", "the number "), ("floating point ", "the number "), ("string ", "the text ")];
+    if let Some((named, name)) = renamed.iter().find(|(named, _)| found.starts_with(named)) {
+        return found.replacen(named, name, 1).replace('`', "");
+    }
+    match (found, found.strip_prefix("invalid length ")) {
+        ("map", _) => "an object".into(),
+        ("sequence", _) => "a list".into(),
+        // serde takes a list for an object, by the order of its keys.
+        (_, Some(_)) if wanted == "an object" => "a list".into(),
+        (_, Some(length)) => format!("a list of {length}"),
+        (other, None) => other.into(),
+    }
 }
 
 fn is_object_at(text: &str, key: &[String]) -> bool {

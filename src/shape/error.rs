@@ -1,6 +1,7 @@
 //! Why a shape, or a proxy of it, is refused.
 
 use super::{LARGEST_SIZE, MAX_ASPECT, SMALLEST_SIZE};
+use crate::digits::exact;
 
 /// Why a shape is refused.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -15,7 +16,7 @@ pub enum ShapeError {
         value: f64,
     },
     /// A size that is zero or negative.
-    #[error("{name} must be positive, not {value:?}")]
+    #[error("{name} must be positive, not {}", exact(*value))]
     NotPositive {
         /// Which size.
         name: &'static str,
@@ -23,7 +24,7 @@ pub enum ShapeError {
         value: f64,
     },
     /// A size whose powers leave the range of 64-bit floats.
-    #[error("{name} must be at least {SMALLEST_SIZE:e} and at most {LARGEST_SIZE:e}, not {value:e}")]
+    #[error("{name} must be at least {SMALLEST_SIZE:e} and at most {LARGEST_SIZE:e}, not {}", exact(*value))]
     OutOfRange {
         /// Which size.
         name: &'static str,
@@ -31,7 +32,7 @@ pub enum ShapeError {
         value: f64,
     },
     /// A spherocylinder shorter, tip to tip, than it is wide.
-    #[error("length {length:?} is tip to tip, so it must not be less than the diameter, {diameter:?}")]
+    #[error("length {} is tip to tip, so it must not be less than the diameter, {}", exact(*length), exact(*diameter))]
     ShorterThanDiameter {
         /// Tip-to-tip length.
         length: f64,
@@ -39,7 +40,7 @@ pub enum ShapeError {
         diameter: f64,
     },
     /// A torus whose tube meets itself in the middle.
-    #[error("minor_radius {minor_radius:?} must be less than the major radius, {major_radius:?}")]
+    #[error("minor_radius {} must be less than the major radius, {}", exact(*minor_radius), exact(*major_radius))]
     NoHole {
         /// Radius of the circle.
         major_radius: f64,

@@ -2,6 +2,7 @@
 
 use super::{Unresolved, Wedge};
 use crate::constraint::RowSourceError;
+use crate::digits::few;
 use crate::gpu::GpuError;
 
 /// Why a step could not be taken. The simulation keeps its last accepted state.
@@ -22,7 +23,7 @@ pub enum Fault {
     },
     /// A body reaches so far, or moves so far in the step, that it could meet another at two images.
     #[error(
-        "step {step}: body {body} spans {span:.3e} with the cutoff and its displacement in the step, over half of the period {period:.3e}; use a smaller dt or a larger period"
+        "step {step}: body {body} spans {} with the cutoff and its displacement in the step, over half of the period {}; use a smaller dt or a larger period", few(*.span), few(*.period)
     )]
     PeriodTooShort {
         /// The step that was being taken.
@@ -47,8 +48,8 @@ pub enum Fault {
     /// A body has gone so far that something has driven it away: a force that grows with the distance, or steps that
     /// are too long for the forces.
     #[error(
-        "step {step}: body {body} is {distance:.1e} from where the scene starts, over a million of its thicknesses; its \
-         forces are too large for time.dt, or drive it away"
+        "step {step}: body {body} is {} from where the scene starts, over a million of its thicknesses; its forces are \
+         too large for time.dt, or drive it away", few(*.distance)
     )]
     RunAway {
         /// The step that was taken.
@@ -63,7 +64,8 @@ pub enum Fault {
     Unresolved(Unresolved),
     /// A step that cannot be taken with the growth of its cells, and can without.
     #[error(
-        "no room: {wedge} press each other and find no way out ({bodies} cells in all); with growth, {unresolved}. growth.on_no_room = \"stall\" makes cells without room wait"
+        "no room: {} ({bodies} in all); with growth, {unresolved}. growth.on_no_room = \"stall\" makes cells without room wait",
+        wedge.pressed(unresolved)
     )]
     NoRoom {
         /// All cells.

@@ -1,6 +1,7 @@
 //! The error of a step that misses its tolerances in every attempt: overlap, bodies, residual.
 
 use super::Guard;
+use crate::digits::{beside, few, short};
 use std::fmt;
 
 /// Bodies that have no way out, and the walls, by their places in the scene's list, that they are pressed against.
@@ -15,18 +16,27 @@ pub struct Wedge {
 /// Bodies of a wedge that a message names; the others it counts.
 const NAMED: usize = 8;
 
-impl fmt::Display for Wedge {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+impl Wedge {
+    /// Who has no way out, in words; where the wedge is not known, those that the step fails at.
+    pub(super) fn pressed(&self, unresolved: &Unresolved) -> String {
         let list = |numbers: &[usize]| numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
-        let named = &self.bodies[..self.bodies.len().min(NAMED)];
-        write!(f, "cells {}", list(named))?;
-        if self.bodies.len() > NAMED {
-            write!(f, " and {} more", self.bodies.len() - NAMED)?;
-        }
-        match self.walls.as_slice() {
-            [] => Ok(()),
-            [wall] => write!(f, " and wall {wall}"),
-            walls => write!(f, " and walls {}", list(walls)),
+        let walls = |walls: &[usize]| match walls {
+            [wall] => format!("wall {wall}"),
+            walls => format!("walls {}", list(walls)),
+        };
+        let (bodies, against) = match (self.bodies.as_slice(), unresolved.wall, unresolved.pair) {
+            ([], Some([body, wall]), _) => (vec![body], vec![wall]),
+            ([], None, Some(pair)) => (pair.into(), Vec::new()),
+            (bodies, ..) => (bodies.into(), self.walls.clone()),
+        };
+        let named = list(&bodies[..bodies.len().min(NAMED)]);
+        let more = if bodies.len() > NAMED { format!(" and {} more", bodies.len() - NAMED) } else { String::new() };
+        match (bodies.len(), against.is_empty()) {
+            (0, _) => "the cells find no way out".into(),
+            (1, true) => format!("cell {named} finds no way out"),
+            (1, false) => format!("cell {named} is pressed against {} and finds no way out", walls(&against)),
+            (_, true) => format!("cells {named}{more} press each other and find no way out"),
+            (_, false) => format!("cells {named}{more} and {} press each other and find no way out", walls(&against)),
         }
     }
 }
@@ -81,18 +91,48 @@ impl fmt::Display for Unresolved {
             "passed" => write!(f, "go through each other"),
             "thrown" => {
                 let (body, way) = self.moved.unwrap_or_default();
-                write!(f, "push each other too far: contact moves body {body} by {way:.2e}")
+                write!(f, "push each other too far: contact moves body {body} by {}", few(way))
             }
             "energy" => write!(f, "gain energy by contact"),
             "spin" => write!(f, "are spun by contact about their own axes"),
             "residual" => {
                 write!(
                     f,
-                    "have no accurate velocities: the contact problem is solved to {residual:.2e}, tolerance {tolerance:.1e}"
+                    "have no accurate velocities: the contact problem is solved to {}, the tolerance is {}",
+                    beside(*residual, *tolerance),
+                    short(*tolerance)
                 )
             }
-            _ => write!(f, "still overlap by {overlap:.2e} of {tolerance:.1e} allowed"),
+            _ => write!(f, "still overlap by {}, {} is allowed", beside(*overlap, *tolerance), short(*tolerance)),
         }?;
         write!(f, ", even in steps of dt/64")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A step that leaves a body past a wall, or in another.
+    fn unresolved(pair: Option<[usize; 2]>, wall: Option<[usize; 2]>) -> Unresolved {
+        let (step, overlap, residual, tolerance) = (2, 2.1e-5, 0.0, 1e-5);
+        Unresolved { step, overlap, pair, wall, residual, passed: false, broken: None, moved: None, tolerance }
+    }
+
+    #[test]
+    fn those_without_room_are_named_whether_there_is_a_wedge_or_not() {
+        let wedge =
+            |bodies: std::ops::Range<usize>, walls: &[usize]| Wedge { bodies: bodies.collect(), walls: walls.into() };
+        let [pair, wall] = [unresolved(Some([4, 7]), None), unresolved(None, Some([3, 1]))];
+        for (wedge, at, said) in [
+            (wedge(0..0, &[]), &wall, "cell 3 is pressed against wall 1 and finds no way out"),
+            (wedge(0..0, &[]), &pair, "cells 4, 7 press each other and find no way out"),
+            (wedge(5..6, &[0, 2]), &pair, "cell 5 is pressed against walls 0, 2 and finds no way out"),
+            (wedge(1..3, &[0]), &pair, "cells 1, 2 and wall 0 press each other and find no way out"),
+            (wedge(0..10, &[]), &pair, "cells 0, 1, 2, 3, 4, 5, 6, 7 and 2 more press each other and find no way out"),
+        ] {
+            assert_eq!(wedge.pressed(at), said);
+        }
+        assert!(wall.to_string().starts_with("step 2: body 3 and wall 1 still overlap by 2.1e-5, 1e-5 is allowed"));
     }
 }

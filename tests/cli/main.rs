@@ -2,10 +2,12 @@
 #![allow(clippy::unwrap_used)]
 
 mod completions;
+mod first_use;
 mod flags;
 mod found_by_use;
 mod pages;
 mod place;
+mod resume;
 
 use assert_cmd::Command;
 use place::Place;

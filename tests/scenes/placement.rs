@@ -134,3 +134,31 @@ fn founders_lie_where_they_are_told_side_by_side() {
     assert_eq!((error.kind(), error.key()), (FaultKind::Placement, "generate.0.founder"));
     assert!(error.to_string().contains("the row is 5.3"), "{error}");
 }
+
+/// A box that does not hold the cube about the origin: refused at once, with what does not fit and what helps.
+#[test]
+fn a_box_beside_the_origin_is_refused_at_once_in_words() {
+    let of = |count: u64, minimum: [f64; 3], maximum: [f64; 3]| {
+        let rule = json!({"isotropic": {"count": count, "shape": {"sphere": {"radius": 0.5}}, "volume_fraction": 0.2}});
+        scene(rule, json!({"walls": [{"box": {"minimum": minimum, "maximum": maximum}}]})).unwrap().build()
+    };
+    for (count, minimum, maximum) in [
+        (200, [0.0; 3], [10.0, 10.0, 40.0]),
+        (20_000, [-8.0, -8.0, 0.0], [8.0, 8.0, 40.0]),
+        (200, [20.0; 3], [40.0; 3]),
+    ] {
+        let begun = std::time::Instant::now();
+        let refused = of(count, minimum, maximum).unwrap_err();
+        // Milliseconds on an idle machine.
+        assert!(begun.elapsed().as_secs() < 5, "{:?}", begun.elapsed());
+        assert_eq!((refused.kind(), refused.key()), (FaultKind::Placement, "generate.0.isotropic.volume_fraction"));
+        let said = refused.message();
+        assert!(
+            said.starts_with(&format!("{count} bodies do not fit: centres are drawn in the cube of side ")),
+            "{said}"
+        );
+        assert!(said.contains("of the walls") && refused.help_text().unwrap().contains("at the origin"), "{said}");
+    }
+    assert_eq!(of(200, [-8.0, -8.0, 0.0], [8.0, 8.0, 40.0]).unwrap().len(), 200);
+    assert_eq!(of(200, [-5.0; 3], [5.0; 3]).unwrap().len(), 200);
+}

@@ -1,5 +1,6 @@
 //! The program's arguments: its commands, and those of them that are small.
 
+mod backend;
 mod complete;
 mod number;
 mod run;
@@ -10,8 +11,10 @@ pub(super) use run::{Backend, Batch, Compute, Precision, Print, Run};
 pub(super) use states::{Contacts, Export, ExportFormat, Measure, Render, View};
 pub(super) use study::{Study, StudyName};
 
+use clap::error::{ContextKind, ContextValue};
 use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use relcp::figure::Format;
+use relcp::scene::nearest;
 use std::path::PathBuf;
 
 /// More threads than this are a slip of the pen.
@@ -163,9 +166,22 @@ impl Arguments {
     /// Reads the program's arguments. A negative number is a value everywhere, never an unknown option, so that the
     /// option's own message refuses it.
     pub(super) fn of_program() -> Arguments {
-        let matches = negative_numbers_are_values(Arguments::command()).get_matches();
+        let matches = negative_numbers_are_values(Arguments::command()).try_get_matches();
+        let matches = matches.unwrap_or_else(|error| with_nearest_command(error).exit());
         Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
     }
+}
+
+/// Says which command an unknown one is nearest to, also where it is too short for clap to say it.
+fn with_nearest_command(mut error: clap::Error) -> clap::Error {
+    let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand) else { return error };
+    if error.get(ContextKind::SuggestedSubcommand).is_none() {
+        let command = Arguments::command();
+        if let Some(near) = nearest(name, command.get_subcommands().map(clap::Command::get_name)) {
+            error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![near.to_owned()]));
+        }
+    }
+    error
 }
 
 fn negative_numbers_are_values(command: clap::Command) -> clap::Command {

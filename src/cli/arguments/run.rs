@@ -1,5 +1,6 @@
 //! Arguments of commands that compute: what with, and what is run.
 
+use super::backend::BackendParser;
 use super::{MOST_THREADS, complete};
 use clap::{Args, ValueEnum, ValueHint};
 use std::path::PathBuf;
@@ -11,7 +12,7 @@ pub(in crate::cli) struct Compute {
     /// Backend: auto computes on the CPU; a long `run` with many bodies goes over to a hardware GPU that is measured to
     /// be faster, and a `study` measures one beside the CPU. gpu also accepts a software adapter. mpi shares one `run`
     /// between processes that mpirun or srun has started, to the same bits
-    #[arg(long, value_enum, default_value = "auto")]
+    #[arg(long, default_value = "auto", value_parser = BackendParser)]
     pub(in crate::cli) backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them
     #[arg(long, value_name = "NAME")]
@@ -52,21 +53,22 @@ pub(in crate::cli) struct Print {
 
 const RUN_EXAMPLES: &str = "\
 Examples:
-  relcp run two-ellipsoids                             a built-in scene, into runs/two-ellipsoids
+  relcp run two-ellipsoids
+      a built-in scene, into runs/two-ellipsoids
   relcp run colony.json --out runs/slow --set growth.rate=0.1
-  relcp run --resume --out runs/slow                   go on with a run that was stopped
-  relcp run --resume --until 20 --out runs/slow        go on past its end
+  relcp run --resume --out runs/slow   go on with a run that was stopped
+  relcp run --resume --until 20 --out runs/slow
+      go on past its end
   relcp run colony.json --json | jq .max_overlap
 
-Ctrl-C ends the run after the step being taken and leaves a checkpoint, as every minute does;
-a second one quits at once.
+Ctrl-C ends the run after the step being taken and leaves a checkpoint, as every minute does; a second one quits \
+at once.
 The folder has scene.json, steps.csv, states/, final.json, final.png, summary.json and the checkpoint.";
 
 #[derive(Args, Debug)]
 #[command(after_help = RUN_EXAMPLES)]
 pub(in crate::cli) struct Run {
-    /// A scene file, the name of a built-in scene, or - for the standard input; with --resume and --out it may be left
-    /// out
+    /// A scene file, the name of a built-in scene, or - for the standard input; with --resume it may be left out
     #[arg(value_name = "SCENE", add = complete::scene())]
     pub(in crate::cli) scene: Option<PathBuf>,
     /// The run's folder, new or empty; without it, runs/NAME, or runs/NAME-2 and so on where that is taken
@@ -76,7 +78,7 @@ pub(in crate::cli) struct Run {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(in crate::cli) sets: Vec<String>,
     /// Continue an earlier run from its checkpoint, to the same bits as an uninterrupted run: the run in --out,
-    /// or the latest of this scene in runs/
+    /// or the newest unfinished one in runs/, of this scene where one is named
     #[arg(long)]
     pub(in crate::cli) resume: bool,
     /// With --resume: end at this time of the scene, later than the run's own end, in the same folder; a finished run
@@ -110,10 +112,11 @@ fn seconds(text: &str) -> Result<Duration, String> {
 
 const BATCH_EXAMPLES: &str = "\
 Examples:
-  relcp batch rates.json                               every member, as many at once as cores
-  relcp batch rates.json --list                        what would be run, and where
-  relcp batch rates.json --index 3 --threads 4         one member, as a job of a cluster
-  relcp batch rates.json --table                       the table of what is there so far
+  relcp batch rates.json           every member, as many at once as cores
+  relcp batch rates.json --list    what would be run, and where
+  relcp batch rates.json --index 3 --threads 4
+      one member, as a job of a cluster
+  relcp batch rates.json --table   the table of what is there so far
 
 A sweep file: {\"name\": \"rates\", \"scene\": \"colony\", \"set\": {\"time.end\": 4},
   \"grid\": {\"growth.rate\": [0.5, 1, 2]}, \"seeds\": {\"from\": 1, \"count\": 5}}

@@ -1,5 +1,6 @@
 //! Arguments of commands that look at states: contacts, export, measure, render, view.
 
+use super::backend::BackendParser;
 use super::number::{length, positive, range, size};
 use super::{Backend, Figures, MOST_THREADS, Precision, Print, complete};
 use clap::{Args, ValueEnum, ValueHint};
@@ -15,7 +16,7 @@ Examples:
   relcp contacts runs/colony
   relcp contacts runs/colony/final.json --json
   relcp contacts runs/colony/states/state_0000000100.npz --cutoff 0.01
-  relcp contacts runs/colony --backend gpu             on a device, in its precision";
+  relcp contacts runs/colony --backend gpu   on a device, in its precision";
 
 #[derive(Args, Clone, Debug)]
 #[command(after_help = CONTACTS_EXAMPLES)]
@@ -29,7 +30,7 @@ pub(in crate::cli) struct Contacts {
     pub(in crate::cli) cutoff: f64,
     /// What computes them: the CPU in f64; gpu a device, and a software adapter too; auto a hardware GPU if there is
     /// one
-    #[arg(long, value_enum, default_value = "cpu")]
+    #[arg(long, default_value = "cpu", value_parser = BackendParser)]
     pub(in crate::cli) backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them
     #[arg(long, value_name = "NAME")]
@@ -46,12 +47,15 @@ pub(in crate::cli) struct Contacts {
 
 const EXPORT_EXAMPLES: &str = "\
 Examples:
-  relcp export runs/colony --format gsd          then: ovito runs/colony/gsd/colony.gsd
-  relcp export runs/colony --format vtk          then: paraview --script=runs/colony/vtk/show.py
+  relcp export runs/colony --format gsd
+      then: ovito runs/colony/gsd/colony.gsd
+  relcp export runs/colony --format vtk
+      then: paraview --script=runs/colony/vtk/show.py
   relcp export runs/colony/final.json --format gsd --out final
   relcp export runs/colony --format vtk --cutoff 0.01 --json | jq .files
 
-gsd: a frame a state; a type of particles for each size of a shape (for growing rods, 256 classes; exact sizes in log/).
+gsd: a frame a state; a type of particles for each size of a shape (for growing rods, 256 classes; exact sizes \
+in log/).
 lammps, xyz: a frame a state, a line a body; rods in xyz are drawn by OVITO as spherocylinders.
 vtk: bodies.pvd, axes.pvd and contacts.pvd with the times of the run, and show.py, which shows them in ParaView.
 Every file appears whole or not at all.";
@@ -96,14 +100,14 @@ pub(in crate::cli) struct Export {
 
 const MEASURE_EXAMPLES: &str = "\
 Examples:
-  relcp measure runs/colony                      every measure of every state
+  relcp measure runs/colony   every measure of every state
   relcp measure runs/colony --only nematic,correlation
   relcp measure runs/colony --last --json | jq '.states[0].values'
-  relcp measure runs/colony/states/state_0000000100.npz --domain-angle 5 --out at-100
+  relcp measure runs/colony/states/state_0000000100.npz --domain-angle 5
 
 measures.csv has a row a state, NAME.csv the rows of a profile by state, measures.json all of it; plots are SVG.
-What a state cannot give is an empty cell, and the reason stands in measures.json. Contact forces are known
-in the checkpoint, and in all states of a run with output.forces; stress and force chains are measured of these.";
+What a state cannot give is an empty cell, and the reason stands in measures.json. Contact forces are known in \
+the checkpoint, and in all states of a run with output.forces; stress and force chains are measured of these.";
 
 #[derive(Args, Debug)]
 #[command(after_help = MEASURE_EXAMPLES)]
@@ -148,17 +152,22 @@ pub(in crate::cli) struct Measure {
 
 const RENDER_EXAMPLES: &str = "\
 Examples:
-  relcp render runs/colony                       every state, and movie.mp4
-  relcp render runs/colony --colour age --size 1280x720 --fps 30 --movie colony.mp4
-  relcp render runs/colony --colour pressure     of a run with --set output.forces=true
-  relcp render runs/colony --from 2 --to 4 --every 5 --fit each --background dark
-  relcp render runs/colony --last --out final    one picture
-  relcp render runs/colony --movie colony.png    an animated PNG, which web pages play
-  relcp render runs/colony --last --format pdf   as vectors, for a paper
+  relcp render runs/colony   every state, and movie.mp4
+  relcp render runs/colony --colour age --size 1280x720 --movie colony.mp4
+  relcp render runs/colony --colour pressure
+      of a run with --set output.forces=true
+  relcp render runs/colony --from 2 --to 4 --every 5 --background dark
+  relcp render runs/colony --last --out final
+      one picture
+  relcp render runs/colony --movie colony.png
+      an animated PNG, which web pages play
+  relcp render runs/colony --last --format pdf
+      as vectors, for a paper
 
-frames/000000.png and so on have one camera and one scale of colours, fitted to all of them; frames.json says
+frames/000000.png and so on have one camera and one scale of colours, fitted to all of them; frames.json says \
 which state each shows. What an earlier rendering left in the folder, whole or not, is replaced.
-A video is made where `ffmpeg` is on the path; an animated PNG needs none. A hardware GPU casts the rays if there is one.";
+A video is made where `ffmpeg` is on the path; an animated PNG needs none. A hardware GPU casts the rays if \
+there is one.";
 
 #[derive(Args, Debug)]
 #[command(after_help = RENDER_EXAMPLES)]
@@ -217,7 +226,7 @@ pub(in crate::cli) struct Render {
     #[arg(long)]
     pub(in crate::cli) no_movie: bool,
     /// What casts the rays: auto takes a hardware GPU if there is one, else the CPU; gpu takes a software adapter too
-    #[arg(long, value_enum, default_value = "auto")]
+    #[arg(long, default_value = "auto", value_parser = BackendParser)]
     pub(in crate::cli) backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them
     #[arg(long, value_name = "NAME")]
@@ -231,10 +240,10 @@ pub(in crate::cli) struct Render {
 
 const VIEW_EXAMPLES: &str = "\
 Examples:
-  relcp view runs/colony                         every state, into runs/colony/view.html
-  relcp view runs/colony --open                  and shows it in the browser
+  relcp view runs/colony          every state, into runs/colony/view.html
+  relcp view runs/colony --open   and shows it in the browser
   relcp view runs/colony --colour pressure --from 2 --every 5 --out colony.html
-  relcp run colony --view                        at the end of a run
+  relcp run colony --view         at the end of a run
 
 The file needs no network and no other file; send it, or put it beside a paper. docs/view.md has the keys.
 The command replaces an earlier page only when the new one is complete.";

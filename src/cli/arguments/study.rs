@@ -42,15 +42,17 @@ Examples:
   relcp study throughput --backend gpu --largest 131072
   relcp study solvers --quick
   relcp study two-ellipsoids --out docs/studies/two-ellipsoids
-  relcp study work-precision --backend gpu             on the CPU, and on a device too
+  relcp study work-precision --backend gpu   on the CPU, and on a device too
   relcp study hard --quick
-  relcp study hard --random 200 --confined 40 --seed 3 scenes that nobody thought of
-  relcp study hard --pressed 200                       bodies where there is hardly room
-  relcp study hard --chambers 200 --stall              growth chambers until they overflow
-  relcp study device --minutes 9                       the same again goes on
-  relcp study all --quick --out studies                some minutes
+  relcp study hard --random 200 --confined 40 --seed 3
+      scenes that nobody thought of
+  relcp study hard --pressed 200             bodies where there is hardly room
+  relcp study hard --chambers 200 --stall
+      growth chambers until they overflow
+  relcp study device --minutes 9             the same again goes on
+  relcp study all --quick --out studies      some minutes
   relcp run colony --set solver.dump.when=slow --out runs/slow
-  relcp study solvers runs/slow                        every solver on its slow LCPs";
+  relcp study solvers runs/slow              every solver on its slow LCPs";
 
 #[derive(Args, Clone, Debug)]
 #[command(after_help = STUDY_EXAMPLES)]

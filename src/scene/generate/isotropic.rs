@@ -4,6 +4,7 @@
 use super::super::error::{FaultKind, SceneError};
 use super::super::orientation::ALONG_X;
 use super::occupied::{Occupied, capsule, capsule_of};
+use super::room::Room;
 use crate::bodies::Bodies;
 use crate::periodic::Periods;
 use crate::separation::Placed;
@@ -44,6 +45,8 @@ pub(super) fn add(
     let mut random = ChaCha8Rng::seed_from_u64(order.seed);
     random.set_stream(FIRST_STREAM + order.rule as u64);
     let sides = sides(order, bodies.periods);
+    let room = Room { order, sides, periodic: bodies.periods.lengths().map(|length| length.is_some()), walls };
+    room.check()?;
     let mut occupied = Occupied::new(bodies.periods);
     for i in 0..bodies.len() {
         occupied.insert(capsule(&bodies.shape[i], bodies.position[i], bodies.orientation[i]));
@@ -60,17 +63,7 @@ pub(super) fn add(
             if !going {
                 return Err(stopped(order, done));
             }
-            let name = if order.volume_fraction.is_some() { "volume_fraction" } else { "count" };
-            let key = format!("generate.{}.isotropic.{name}", order.rule);
-            let message = format!("no place for body {} of {} in {MAX_DRAWS} draws", done + 1, order.count);
-            let help = match walls.is_empty() {
-                true if order.volume_fraction.is_none() => "fewer bodies or a larger cell help",
-                true => "a smaller volume fraction helps",
-                false => {
-                    "a smaller volume fraction helps, or walls that hold more of the cube about the origin whose volume is the bodies' over it"
-                }
-            };
-            return Err(SceneError::new(FaultKind::Placement, key, message).with_help(help));
+            return Err(room.full(done + 1, MAX_DRAWS));
         };
         occupied.insert(capsule(&order.shape, position, orientation));
         bodies.push(Placed { shape: order.shape, position, orientation }, group);

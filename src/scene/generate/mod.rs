@@ -4,6 +4,7 @@ mod chainmail;
 mod founder;
 mod isotropic;
 mod occupied;
+mod room;
 
 pub(super) use chainmail::MAX_RING_RATIO;
 pub(super) use isotropic::{reachable_fraction, volume as isotropic_volume};
@@ -12,6 +13,7 @@ use super::error::{FaultKind, SceneError};
 use super::orientation::ALONG_X;
 use super::{Generate, Scene};
 use crate::bodies::Bodies;
+use crate::digits::short;
 use crate::shape::Shape;
 use crate::walls::Walls;
 use glam::{DQuat, DVec3};
@@ -60,8 +62,9 @@ fn check_sheet(scene: &Scene, index: usize, bodies: &Bodies, first: usize) -> Re
     for (axis, length) in bodies.periods.lengths().into_iter().enumerate() {
         if let Some(length) = length.filter(|length| high[axis] - low[axis] > *length) {
             let message = format!(
-                "the {what} is {:.6} long along a periodic axis, over the period, {length:?}",
-                high[axis] - low[axis]
+                "the {what} is {} long along a periodic axis, over the period, {}",
+                short(high[axis] - low[axis]),
+                short(length)
             );
             return Err(SceneError::new(FaultKind::Placement, format!("generate.{index}.{}", rule.name()), message));
         }

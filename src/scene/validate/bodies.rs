@@ -8,6 +8,7 @@ use super::super::{Body, BodyLineage, Scene};
 use super::shapes::check_shape;
 use super::{MAX_BODIES, SMALLEST_NUMBER, SMALLEST_QUATERNION, number, numbers, positive};
 use crate::bodies::NO_GROUP;
+use crate::digits::short;
 use crate::shape::Shape;
 use glam::DVec3;
 use std::collections::HashSet;
@@ -149,8 +150,10 @@ fn check_body(key: &Key, body: &Body) -> Result<(), SceneError> {
     numbers(&key, &orientation)?;
     let norm = norm(orientation);
     if norm < SMALLEST_QUATERNION {
-        let message =
-            format!("has the norm {norm:e}; it is normalized, so it must be at least {SMALLEST_QUATERNION:e}");
+        let message = format!(
+            "has the norm {norm}; it is normalized, so it must be at least {SMALLEST_QUATERNION:e}",
+            norm = short(norm)
+        );
         return Err(SceneError::bad(key, message));
     }
     Ok(())

@@ -5,6 +5,7 @@ use super::super::key::Key;
 use super::super::{Bond, Scene, generate};
 use super::{MAX_BODIES, number, numbers, positive};
 use crate::bodies::NO_GROUP;
+use crate::digits::{at_most, exact, short};
 use crate::dynamics::{Member, Unstable, instability};
 use crate::shape::{PLANAR_TOLERANCE, Shape};
 use glam::{DQuat, DVec3};
@@ -58,8 +59,10 @@ impl Scene {
             return Ok(());
         };
         let message = format!(
-            "is too stiff for time.dt, {dt:?}: all bonds together are unstable over {longest:.3e}, and this one grows \
-             most; shorten time.dt, or lower the stiffness"
+            "is too stiff for time.dt, {dt}: all bonds together are unstable over {longest}, and this one grows most; \
+             shorten time.dt, or lower the stiffness",
+            dt = exact(dt),
+            longest = at_most(longest)
         );
         Err(SceneError::bad(key.index(bond).field("stiffness"), message))
     }
@@ -131,7 +134,8 @@ impl Scene {
         let Some(period) = self.periods().shortest() else { return Ok(()) };
         if bond.length >= 0.5 * period {
             let message = format!(
-                "must be under half of the shortest period, {period:?}: a bond ends at the nearest image of its body"
+                "must be under half of the shortest period, {period}: a bond ends at the nearest image of its body",
+                period = short(period)
             );
             return Err(SceneError::bad(key.field("length"), message));
         }
@@ -147,7 +151,7 @@ fn check_numbers(key: &Key, bond: &Bond) -> Result<(), SceneError> {
     positive(&key.field("stiffness"), bond.stiffness)?;
     number(&key.field("length"), bond.length)?;
     if bond.length < 0.0 {
-        return Err(SceneError::bad(key.field("length"), format!("must not be negative, not {:?}", bond.length)));
+        return Err(SceneError::bad(key.field("length"), format!("must not be negative, not {}", exact(bond.length))));
     }
     bond.break_force.map_or(Ok(()), |force| positive(&key.field("break_force"), force))
 }

@@ -4,6 +4,7 @@ use super::super::error::SceneError;
 use super::super::key::Key;
 use super::super::{Flow, Scene};
 use super::{number, numbers};
+use crate::digits::{exact, short};
 use glam::DVec3;
 
 /// How far a vector may be from a unit one, and the cosine of two from zero: enough for six digits.
@@ -24,7 +25,8 @@ impl Scene {
         let cosine = DVec3::from(*direction).dot(DVec3::from(*gradient));
         if cosine.abs() > UNIT_TOLERANCE {
             let message = format!(
-                "must be at right angles to `direction`, as a shear flow does not change along itself; the cosine is {cosine:?}"
+                "must be at right angles to `direction`, as a shear flow does not change along itself; the cosine is {cosine}",
+                cosine = short(cosine)
             );
             return Err(SceneError::bad(shear.field("gradient"), message));
         }
@@ -40,11 +42,12 @@ impl Scene {
         numbers(key, vector)?;
         let length = DVec3::from(*vector).length();
         if (length - 1.0).abs() > UNIT_TOLERANCE {
-            let message = format!("must be a unit vector, as [1, 0, 0] is; its length is {length:?}");
+            let message =
+                format!("must be a unit vector, as [1, 0, 0] is; its length is {length}", length = short(length));
             return Err(SceneError::bad(key, message));
         }
         if self.planar && vector[2] != 0.0 {
-            let message = format!("must be 0 in a planar scene, not {:?}", vector[2]);
+            let message = format!("must be 0 in a planar scene, not {}", exact(vector[2]));
             return Err(SceneError::bad(key.index(2), message));
         }
         Ok(())

@@ -6,6 +6,7 @@ use super::super::nearest::nearest;
 use super::super::{DivisionRule, Force, Scene, Stepping, Window};
 use super::{SMALLEST_NUMBER, number, numbers, positive};
 use crate::bodies::NO_GROUP;
+use crate::digits::{at_most, exact};
 use crate::dynamics::longest_stable_step;
 use crate::shape::Shape;
 use glam::DVec3;
@@ -91,8 +92,9 @@ impl Scene {
             };
             let Some((i, force)) = traps().max_by(|(_, a), (_, b)| along(a).total_cmp(&along(b))) else { continue };
             let message = format!(
-                "is too stiff for time.dt, {dt:?}: {name} would leave the trap, faster in each step; the longest stable step is {:?}, and one of a tenth of it is near the exact motion",
-                in_three_digits(longest)
+                "is too stiff for time.dt, {dt}: {name} would leave the trap, faster in each step; the longest stable step is {}, and one of a tenth of it is near the exact motion",
+                at_most(longest),
+                dt = exact(dt)
             );
             return Err(SceneError::bad(key.index(i).field(force.name()).field("stiffness"), message));
         }
@@ -128,13 +130,6 @@ impl Scene {
     }
 }
 
-/// A number above zero in three digits, no larger than it is but for rounding.
-fn in_three_digits(value: f64) -> f64 {
-    let unit = 10_f64.powf(value.log10().floor() - 2.0);
-    let digits = (value / unit * (1.0 + 1e-9)).floor() * unit;
-    format!("{digits:.2e}").parse().unwrap_or(value)
-}
-
 fn check_numbers(key: &Key, force: &Force) -> Result<(), SceneError> {
     if let Some((name, vector)) = force.vector() {
         numbers(&key.field(name), vector)?;
@@ -166,7 +161,10 @@ pub(super) fn check_window(key: &Key, window: &Window) -> Result<(), SceneError>
     if let (Some(from), Some(to)) = (from, to)
         && to <= from
     {
-        return Err(SceneError::bad(key.field("to"), format!("must be later than `from`, {from:?}, not {to:?}")));
+        return Err(SceneError::bad(
+            key.field("to"),
+            format!("must be later than `from`, {from}, not {to}", from = exact(from), to = exact(to)),
+        ));
     }
     period.map_or(Ok(()), |period| positive(&key.field("period"), period))?;
     let Some(duty) = duty else { return Ok(()) };
@@ -176,7 +174,10 @@ pub(super) fn check_window(key: &Key, window: &Window) -> Result<(), SceneError>
     }
     positive(&key, duty)?;
     if duty > 1.0 {
-        return Err(SceneError::bad(key, format!("is a part of the period, at most 1, not {duty:?}")));
+        return Err(SceneError::bad(
+            key,
+            format!("is a part of the period, at most 1, not {duty}", duty = exact(duty)),
+        ));
     }
     Ok(())
 }

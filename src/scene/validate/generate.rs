@@ -6,6 +6,7 @@ use super::super::key::Key;
 use super::super::{Generate, Scene};
 use super::shapes::check_shape;
 use super::{MAX_BODIES, number, numbers, positive};
+use crate::digits::{at_most, few};
 use crate::shape::Shape;
 
 impl Generate {
@@ -58,7 +59,8 @@ impl Scene {
                 if *minor_radius > MAX_RING_RATIO * major_radius {
                     let limit = MAX_RING_RATIO * major_radius;
                     let message = format!(
-                        "must be at most {limit:.4}, {MAX_RING_RATIO} of the major radius, for rings to interlace"
+                        "must be at most {limit}, {MAX_RING_RATIO} of the major radius, for rings to interlace",
+                        limit = at_most(limit)
                     );
                     return Err(SceneError::bad(key.field("minor_radius"), message));
                 }
@@ -80,8 +82,10 @@ impl Scene {
         if let Some(fraction) = given {
             positive(&fraction_key, fraction)?;
             if fraction > limit {
-                let message =
-                    format!("must be at most {limit:.3} for this shape, where random placement without overlap ends");
+                let message = format!(
+                    "must be at most {limit} for this shape, where random placement without overlap ends",
+                    limit = at_most(limit)
+                );
                 return Err(SceneError::bad(fraction_key, message));
             }
             return Ok(());
@@ -93,7 +97,9 @@ impl Scene {
         let fraction = count as f64 * isotropic_volume(shape, self.planar) / cell;
         if fraction > limit {
             let message = format!(
-                "fills {fraction:.3} of the periodic cell; at most {limit:.3} for this shape, where random placement without overlap ends"
+                "fills {fraction} of the periodic cell; at most {limit} for this shape, where random placement without overlap ends",
+                fraction = few(fraction),
+                limit = at_most(limit)
             );
             return Err(SceneError::bad(key.field("count"), message));
         }

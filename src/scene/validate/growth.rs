@@ -4,6 +4,7 @@ use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
 use super::super::{DivisionRule, Growth, Method, Scene, Stop};
 use super::{MAX_BODIES, number, positive};
+use crate::digits::{at_least, at_most, exact, few};
 use crate::dynamics::MOST_LENGTH_NOISE;
 use crate::shape::Shape;
 use std::f64::consts::LN_2;
@@ -21,7 +22,10 @@ impl Scene {
         }
         let population = self.final_population();
         if population > MAX_BODIES as f64 {
-            let message = format!("growth would reach {population:.1e} cells; the limit is {MAX_BODIES}");
+            let message = format!(
+                "growth would reach {population} cells; the limit is {MAX_BODIES}",
+                population = few(population)
+            );
             return Err(SceneError::new(FaultKind::TooLarge, "time.end", message));
         }
         Ok(())
@@ -60,18 +64,21 @@ impl Scene {
     fn check_entry(&self, key: &Key, growth: &Growth) -> Result<(), SceneError> {
         number(&key.field("rate"), growth.rate)?;
         if growth.rate < 0.0 {
-            return Err(SceneError::bad(key.field("rate"), format!("must not be negative, not {:?}", growth.rate)));
+            return Err(SceneError::bad(
+                key.field("rate"),
+                format!("must not be negative, not {}", exact(growth.rate)),
+            ));
         }
         noise(&key.field("rate_noise"), growth.rate_noise, 1.0, "a cell does not shrink")?;
         if growth.fastest_rate() * self.time.dt >= LN_2 {
-            let message = format!("a cell would divide more than once in a step of {:?}", self.time.dt);
+            let message = format!("a cell would divide more than once in a step of {}", exact(self.time.dt));
             return Err(SceneError::bad(key.field("rate"), message));
         }
         self.check_division_rule(key, growth)?;
         let turn = key.field("reorientation_degrees");
         number(&turn, growth.reorientation_degrees)?;
         if !(0.0..=180.0).contains(&growth.reorientation_degrees) {
-            let message = format!("must be from 0 to 180, not {:?}", growth.reorientation_degrees);
+            let message = format!("must be from 0 to 180, not {}", exact(growth.reorientation_degrees));
             return Err(SceneError::bad(turn, message));
         }
         self.check_stress(&key.field("stress_sensitivity"), growth)?;
@@ -114,7 +121,7 @@ impl Scene {
         }
         positive(&key.field(own), target)?;
         if growth.rule == DivisionRule::Timer && growth.targets()[0] <= self.time.dt {
-            let message = format!("must be longer than a step, {:?}, less its noise too", self.time.dt);
+            let message = format!("must be longer than a step, {}, less its noise too", exact(self.time.dt));
             return Err(SceneError::bad(key.field(own), message));
         }
         Ok(())
@@ -123,7 +130,7 @@ impl Scene {
     fn check_stress(&self, key: &Key, growth: &Growth) -> Result<(), SceneError> {
         number(key, growth.stress_sensitivity)?;
         if growth.stress_sensitivity < 0.0 {
-            let message = format!("must not be negative, not {:?}", growth.stress_sensitivity);
+            let message = format!("must not be negative, not {}", exact(growth.stress_sensitivity));
             return Err(SceneError::bad(key, message));
         }
         if growth.stress_sensitivity > 0.0 && matches!(self.contact.method, Method::Multisphere { .. }) {
@@ -150,7 +157,8 @@ impl Scene {
             if short {
                 let twice = if growth.rule == DivisionRule::Sizer { "twice the" } else { "the" };
                 let message = format!(
-                    "must be at least {twice} diameter, {thickness:?}, of {list}.{index}{noise}: a daughter is half as long as her mother, and never shorter than wide"
+                    "must be at least {twice} diameter, {thickness}, of {list}.{index}{noise}: a daughter is half as long as her mother, and never shorter than wide",
+                    thickness = at_least(thickness)
                 );
                 return Err(SceneError::bad(key.field(own), message));
             }
@@ -187,7 +195,14 @@ impl Scene {
 fn noise(key: &Key, value: f64, most: f64, why: &str) -> Result<(), SceneError> {
     number(key, value)?;
     if !(0.0..most).contains(&value) {
-        return Err(SceneError::bad(key, format!("must be from 0 to under {most:.4}, so that {why}, not {value:?}")));
+        return Err(SceneError::bad(
+            key,
+            format!(
+                "must be from 0 to under {most}, so that {why}, not {value}",
+                most = at_most(most),
+                value = exact(value)
+            ),
+        ));
     }
     Ok(())
 }

@@ -20,6 +20,7 @@ mod walls;
 use super::error::{FaultKind, SceneError};
 use super::key::Key;
 use super::{Dump, DumpWhen, MEASURES, Scene};
+use crate::digits::{at_most, exact, few};
 use crate::shape;
 use crate::step::MOST_DUMPED;
 
@@ -98,11 +99,14 @@ impl Scene {
         number(&key.field("start"), time.start)?;
         number(&key.field("end"), time.end)?;
         if time.end < time.start {
-            return Err(SceneError::bad(key.field("end"), format!("must not lie before time.start, {:?}", time.start)));
+            return Err(SceneError::bad(
+                key.field("end"),
+                format!("must not lie before time.start, {}", exact(time.start)),
+            ));
         }
         let steps = (time.end - time.start) / time.dt;
         if steps > MAX_STEPS {
-            let message = format!("the run would take {steps:.1e} steps; at most {MAX_STEPS:.0e}");
+            let message = format!("the run would take {steps} steps; at most {MAX_STEPS:.0e}", steps = few(steps));
             return Err(SceneError::new(FaultKind::TooLarge, key.field("dt"), message));
         }
         Ok(())
@@ -113,7 +117,10 @@ impl Scene {
             positive(&key.field("tolerance"), tolerance)?;
             if tolerance > self.contact.overlap_tolerance {
                 let limit = self.contact.overlap_tolerance;
-                let message = format!("must not exceed contact.overlap_tolerance, {limit:?}, which it serves");
+                let message = format!(
+                    "must not exceed contact.overlap_tolerance, {limit}, which it serves",
+                    limit = at_most(limit)
+                );
                 return Err(SceneError::bad(key.field("tolerance"), message));
             }
         }
@@ -128,7 +135,8 @@ impl Scene {
             positive(&key.field("every"), every)?;
             let states = (self.time.end - self.time.start) / every;
             if states > MAX_STATES {
-                let message = format!("the run would record {states:.1e} states; at most {MAX_STATES:.0e}");
+                let message =
+                    format!("the run would record {states} states; at most {MAX_STATES:.0e}", states = few(states));
                 return Err(SceneError::new(FaultKind::TooLarge, key.field("every"), message));
             }
         }
@@ -173,7 +181,10 @@ fn number(key: &Key, value: f64) -> Result<(), SceneError> {
         return Err(SceneError::bad(key, "must be finite"));
     }
     if value.abs() > LARGEST_NUMBER {
-        return Err(SceneError::bad(key, format!("must be at most {LARGEST_NUMBER:e} in magnitude, not {value:e}")));
+        return Err(SceneError::bad(
+            key,
+            format!("must be at most {LARGEST_NUMBER:e} in magnitude, not {value}", value = exact(value)),
+        ));
     }
     Ok(())
 }
@@ -182,10 +193,13 @@ fn number(key: &Key, value: f64) -> Result<(), SceneError> {
 fn positive(key: &Key, value: f64) -> Result<(), SceneError> {
     number(key, value)?;
     if value <= 0.0 {
-        return Err(SceneError::bad(key, format!("must be positive, not {value:?}")));
+        return Err(SceneError::bad(key, format!("must be positive, not {value}", value = exact(value))));
     }
     if value < SMALLEST_NUMBER {
-        return Err(SceneError::bad(key, format!("must be at least {SMALLEST_NUMBER:e}, not {value:e}")));
+        return Err(SceneError::bad(
+            key,
+            format!("must be at least {SMALLEST_NUMBER:e}, not {value}", value = exact(value)),
+        ));
     }
     Ok(())
 }

@@ -6,6 +6,7 @@ use super::super::generate::isotropic_volume;
 use super::super::key::Key;
 use super::super::{Generate, Growth, Scene};
 use super::positive;
+use crate::digits::{at_least, at_most, short};
 use crate::periodic::Periods;
 use crate::separation::Surface;
 use crate::shape::Shape;
@@ -56,9 +57,12 @@ impl Scene {
             let longest = 2.0 * shape.bounding_radius();
             if longest + cutoff > 0.5 * length {
                 let message = format!(
-                    "must be at least {:?}, twice what the longest body and the cutoff take, not {length:?}: {list}.{index} {} {longest:?}, the cutoff is {cutoff:?}",
-                    2.0 * (longest + cutoff),
+                    "must be at least {}, twice what the longest body and the cutoff take, not {length}: {list}.{index} {} {longest}, the cutoff is {cutoff}",
+                    at_least(2.0 * (longest + cutoff)),
                     if self.is_as_given(list, index, &shape) { "measures" } else { "grows to" },
+                    length = short(length),
+                    longest = at_most(longest),
+                    cutoff = short(cutoff)
                 );
                 return Err(SceneError::bad(key, message));
             }
@@ -124,7 +128,8 @@ impl Scene {
             let fraction = *count as f64 * isotropic_volume(shape, self.planar) / cell;
             if (volume_fraction / fraction - 1.0).abs() > FRACTION_SLACK {
                 let message = format!(
-                    "must be {fraction:.4}, which {count} of these bodies are of the periodic cell, or left out, or another count or cell"
+                    "must be {fraction}, which {count} of these bodies are of the periodic cell, or left out, or another count or cell",
+                    fraction = short(fraction)
                 );
                 let key = root.field("generate");
                 let key = key.index(i);

@@ -3,6 +3,7 @@
 use super::super::error::SceneError;
 use super::super::key::Key;
 use super::super::{Body, Force, Generate, Scene, generate};
+use crate::digits::exact;
 use crate::dynamics::Load;
 use crate::shape::{PLANAR_TOLERANCE, Shape};
 use glam::{DQuat, DVec3};
@@ -26,13 +27,20 @@ impl Scene {
     fn check_planar_force(&self, key: &Key, force: &Force, plane: f64) -> Result<(), SceneError> {
         let key = key.field(force.name());
         if force.is_radial() && plane != 0.0 {
-            let message = format!("points out of the plane z = {plane:?}; a radial field needs the plane z = 0");
+            let message = format!(
+                "points out of the plane z = {plane}; a radial field needs the plane z = 0",
+                plane = exact(plane)
+            );
             return Err(SceneError::bad(key, message));
         }
         if let Some((center, [_, _, true])) = force.trap()
             && center[2] != plane
         {
-            let message = format!("must be that of the plane, {plane:?}, not {:?}; or let axes[2] be false", center[2]);
+            let message = format!(
+                "must be that of the plane, {plane}, not {}; or let axes[2] be false",
+                exact(center[2]),
+                plane = exact(plane)
+            );
             return Err(SceneError::bad(key.field("center").index(2), message));
         }
         if force.turns_with_body() { self.check_turning(&key, force) } else { check_fixed(&key, force) }
@@ -88,7 +96,11 @@ impl Scene {
 
 fn check_body(key: &Key, body: &Body, plane: f64) -> Result<(), SceneError> {
     if body.position[2] != plane {
-        let message = format!("bodies of a planar scene share one z, here {plane:?}, not {:?}", body.position[2]);
+        let message = format!(
+            "bodies of a planar scene share one z, here {plane}, not {}",
+            exact(body.position[2]),
+            plane = exact(plane)
+        );
         return Err(SceneError::bad(key.field("position").index(2), message));
     }
     if !body.shape.is_planar_symmetric(body.rotation()) {
@@ -99,7 +111,10 @@ fn check_body(key: &Key, body: &Body, plane: f64) -> Result<(), SceneError> {
         if value == 0.0 {
             Ok(())
         } else {
-            Err(SceneError::bad(key.field(name).index(index), format!("must be 0 in a planar scene, not {value:?}")))
+            Err(SceneError::bad(
+                key.field(name).index(index),
+                format!("must be 0 in a planar scene, not {value}", value = exact(value)),
+            ))
         }
     };
     if let Some(velocity) = body.velocity {
@@ -115,7 +130,7 @@ fn check_body(key: &Key, body: &Body, plane: f64) -> Result<(), SceneError> {
 fn check_rule(key: &Key, rule: &Generate) -> Result<(), SceneError> {
     match rule {
         Generate::Founder { position: [.., z], .. } if *z != 0.0 => {
-            let message = format!("bodies placed by rule are in the plane z = 0, not {z:?}");
+            let message = format!("bodies placed by rule are in the plane z = 0, not {z}", z = exact(*z));
             Err(SceneError::bad(key.field("founder").field("position").index(2), message))
         }
         Generate::Isotropic { shape: Shape::Convex(_), .. } => Err(SceneError::bad(
@@ -139,7 +154,7 @@ fn check_fixed(key: &Key, force: &Force) -> Result<(), SceneError> {
     let key = key.field(name);
     match out.iter().position(|part| *part != 0.0) {
         Some(axis) => {
-            let message = format!("must be 0 in a planar scene, not {:?}", vector[axis]);
+            let message = format!("must be 0 in a planar scene, not {}", exact(vector[axis]));
             Err(SceneError::bad(key.index(axis), message))
         }
         None => Ok(()),

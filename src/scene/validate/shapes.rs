@@ -4,6 +4,7 @@ use super::super::error::{FaultKind, SceneError};
 use super::super::key::Key;
 use super::super::{Generate, Growth, Method, Scene};
 use super::{number, positive};
+use crate::digits::{at_most, short};
 use crate::separation::supports;
 use crate::shape::{ProxyError, Shape};
 
@@ -60,7 +61,10 @@ impl Scene {
         positive(&tolerance_key, contact.overlap_tolerance)?;
         let thinnest = self.thinnest();
         if contact.overlap_tolerance >= thinnest {
-            let message = format!("must be less than the thinnest body's thickness, {thinnest:?}; it is a length");
+            let message = format!(
+                "must be less than the thinnest body's thickness, {thinnest}; it is a length",
+                thinnest = at_most(thinnest)
+            );
             return Err(SceneError::bad(tolerance_key, message));
         }
         let founders = self.generate.iter().filter_map(|rule| match rule {
@@ -70,7 +74,10 @@ impl Scene {
         let positions = self.bodies.iter().map(|body| body.position).chain(founders);
         let farthest = positions.flatten().fold(0.0_f64, |m, x| m.max(x.abs()));
         if farthest * f64::EPSILON > contact.overlap_tolerance {
-            let message = format!("is finer than 64-bit floats are at the farthest body's coordinate, {farthest:e}");
+            let message = format!(
+                "is finer than 64-bit floats are at the farthest body's coordinate, {farthest}",
+                farthest = short(farthest)
+            );
             return Err(SceneError::bad(tolerance_key, message));
         }
         if contact.max_recursions == 0 {
@@ -80,7 +87,10 @@ impl Scene {
         if let Some(cutoff) = contact.cutoff {
             number(&key.field("cutoff"), cutoff)?;
             if cutoff < 0.0 {
-                return Err(SceneError::bad(key.field("cutoff"), format!("must not be negative, not {cutoff:?}")));
+                return Err(SceneError::bad(
+                    key.field("cutoff"),
+                    format!("must not be negative, not {cutoff}", cutoff = short(cutoff)),
+                ));
             }
         }
         self.check_pairs()?;

@@ -4,6 +4,7 @@ use super::super::error::SceneError;
 use super::super::key::Key;
 use super::super::{Periodic, Scene};
 use super::number;
+use crate::digits::{at_most, short};
 
 /// What the flow may part two touching bodies by in a step, in thicknesses of the thinnest: as rows are made where it
 /// leads, no deeper than where normals may point to the wrong side.
@@ -52,14 +53,17 @@ impl Scene {
         let (parted, most) = (rate.abs() * self.time.dt * longest, MOST_PARTED * self.thinnest());
         if parted > most {
             let message = format!(
-                "parts the ends of the longest body by {parted:?} in a step; at most {most:?}, an eighth of the thinnest body: a smaller time.dt helps"
+                "parts the ends of the longest body by {parted} in a step; at most {most}, an eighth of the thinnest body: a smaller time.dt helps",
+                parted = short(parted),
+                most = at_most(most)
             );
             return Err(SceneError::bad(key, message));
         }
         let farthest = (rate * across).abs() * self.time.start.abs().max(self.time.end.abs());
         if farthest * f64::EPSILON > self.contact.overlap_tolerance {
             let message = format!(
-                "displaces images by {farthest:?} until the run's end, where 64-bit floats are coarser than contact.overlap_tolerance: end the run earlier"
+                "displaces images by {farthest} until the run's end, where 64-bit floats are coarser than contact.overlap_tolerance: end the run earlier",
+                farthest = short(farthest)
             );
             return Err(SceneError::bad(key, message));
         }

@@ -4,6 +4,7 @@ use super::super::error::SceneError;
 use super::super::key::Key;
 use super::super::{Periodic, Scene, Stepping};
 use super::numbers;
+use crate::digits::{at_most, exact, short};
 
 /// What a cell's side may move by in a step, in thicknesses of the thinnest body: less than what bodies must get deeper
 /// into each other by to count as passing, and than what rows may be off by.
@@ -56,13 +57,16 @@ impl Scene {
     fn check_rate(&self, root: &Key, key: &Key, cell: &Periodic, axis: usize) -> Result<(), SceneError> {
         let (rate, key) = (cell.strain_rate.unwrap_or_default()[axis], key.index(axis));
         let Some(length) = cell.lengths[axis] else {
-            let message = format!("must be 0 along an axis without a period, not {rate:?}");
+            let message = format!("must be 0 along an axis without a period, not {rate}", rate = exact(rate));
             return if rate == 0.0 { Ok(()) } else { Err(SceneError::bad(key, message)) };
         };
         for time in [self.time.start, self.time.end] {
             if 1.0 + rate * time <= 0.0 {
-                let message =
-                    format!("leaves the cell no length at the time {time:?}: its length is {length:?} (1 + rate t)");
+                let message = format!(
+                    "leaves the cell no length at the time {time}: its length is {length} (1 + rate t)",
+                    time = exact(time),
+                    length = short(length)
+                );
                 return Err(SceneError::bad(key, message));
             }
             self.check_length(&root.field("periodic").field("lengths").index(axis), length * (1.0 + rate * time))?;
@@ -70,7 +74,9 @@ impl Scene {
         let (moved, most) = ((rate * length * self.time.dt).abs(), MOST_MOVED * self.thinnest());
         if moved > most {
             let message = format!(
-                "changes the length by {moved:?} in a step; at most {most:?}, an eighth of the thinnest body: a smaller time.dt helps"
+                "changes the length by {moved} in a step; at most {most}, an eighth of the thinnest body: a smaller time.dt helps",
+                moved = short(moved),
+                most = at_most(most)
             );
             return Err(SceneError::bad(key, message));
         }

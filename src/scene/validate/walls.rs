@@ -5,6 +5,7 @@ use super::super::key::Key;
 use super::super::{Scene, Wall, WallMotion};
 use super::forces::check_window;
 use super::{number, numbers, positive};
+use crate::digits::{exact, few, short};
 use crate::separation::Placed;
 use crate::walls::across;
 use glam::DVec3;
@@ -47,7 +48,7 @@ impl Scene {
             check_window(&key.field("window"), window)?;
         }
         let still = |name: &'static str, axis: usize, value: f64, why: &str| {
-            let message = format!("must be 0 {why}, not {value:?}");
+            let message = format!("must be 0 {why}, not {value}", value = exact(value));
             if value == 0.0 { Ok(()) } else { Err(SceneError::bad(key.field(name).index(axis), message)) }
         };
         if self.planar {
@@ -64,8 +65,8 @@ impl Scene {
         let farthest = times.map(|time| wall.moved(time).map_or(0.0, |moved| moved.farthest()));
         if farthest[0].max(farthest[1]) * f64::EPSILON > self.contact.overlap_tolerance {
             let message = format!(
-                "leads so far by the run's end, {:e}, that 64-bit floats are coarser there than contact.overlap_tolerance; choose a smaller velocity, an earlier end or a window",
-                farthest[0].max(farthest[1])
+                "leads so far by the run's end, {}, that 64-bit floats are coarser there than contact.overlap_tolerance; choose a smaller velocity, an earlier end or a window",
+                short(farthest[0].max(farthest[1]))
             );
             return Err(SceneError::bad(key, message));
         }
@@ -88,8 +89,9 @@ impl Scene {
     /// What is wrong with a body that reaches past a wall.
     pub(in super::super) fn outside(&self, depth: f64, wall: usize) -> String {
         format!(
-            "the body reaches {depth:.3e} past wall {wall} ({}); bodies start inside of all walls",
-            self.walls[wall].name()
+            "the body reaches {depth} past wall {wall} ({}); bodies start inside of all walls",
+            self.walls[wall].name(),
+            depth = few(depth)
         )
     }
 }
@@ -98,7 +100,8 @@ fn direction(key: &Key, vector: &[f64; 3]) -> Result<(), SceneError> {
     numbers(key, vector)?;
     let length = DVec3::from(*vector).length();
     if length < LEAST_DIRECTION {
-        let message = format!("has the length {length:e}; a direction needs at least {LEAST_DIRECTION:e}");
+        let message =
+            format!("has the length {length}; a direction needs at least {LEAST_DIRECTION:e}", length = short(length));
         return Err(SceneError::bad(key, message));
     }
     Ok(())
@@ -120,7 +123,7 @@ pub(super) fn check_wall(key: &Key, wall: &Wall) -> Result<(), SceneError> {
             numbers(&key.field("maximum"), maximum)?;
             for axis in 0..3 {
                 if maximum[axis] <= minimum[axis] {
-                    let message = format!("must be more than the minimum there, {:?}", minimum[axis]);
+                    let message = format!("must be more than the minimum there, {}", exact(minimum[axis]));
                     return Err(SceneError::bad(key.field("maximum").index(axis), message));
                 }
             }
@@ -151,7 +154,8 @@ fn check_digits(key: &Key, wall: &Wall, tolerance: f64) -> Result<(), SceneError
     };
     if farthest * f64::EPSILON > tolerance {
         let message = format!(
-            "is so large or far, {farthest:e}, that 64-bit floats are coarser there than contact.overlap_tolerance"
+            "is so large or far, {farthest}, that 64-bit floats are coarser there than contact.overlap_tolerance",
+            farthest = short(farthest)
         );
         return Err(SceneError::bad(key, message));
     }
@@ -164,14 +168,15 @@ pub(super) fn check_upright(key: &Key, wall: &Wall, plane: f64) -> Result<(), Sc
         if vector[2] == 0.0 {
             return Ok(());
         }
-        let message = format!("must be 0 in a planar scene, where walls stand upright, not {:?}", vector[2]);
+        let message = format!("must be 0 in a planar scene, where walls stand upright, not {}", exact(vector[2]));
         Err(SceneError::bad(key.field(name).index(2), message))
     };
     let on_plane = |center: &[f64; 3]| {
         if center[2] == plane {
             return Ok(());
         }
-        let message = format!("must be on the scene's plane, z = {plane:?}, not {:?}", center[2]);
+        let message =
+            format!("must be on the scene's plane, z = {plane}, not {}", exact(center[2]), plane = exact(plane));
         Err(SceneError::bad(key.field("center").index(2), message))
     };
     match wall {

@@ -1,0 +1,187 @@
+//! What a run says at its end, for people.
+
+use super::output;
+use relcp::digits::{beside, few, short, time};
+use relcp::record::{PassedStep, Retried};
+use relcp::run::Summary;
+use relcp::scene::StopReason;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Writes the summary of the run in `folder`, whose page is `page` where it has one.
+pub(super) fn print(out: &mut dyn Write, folder: &Path, page: Option<&Path>, s: &Summary) -> io::Result<()> {
+    let (steps, bodies) = (counted(s.steps, "step", "steps"), output::count(s.bodies, "body", "bodies"));
+    writeln!(out, "{}: {steps} to time {} with {bodies}", s.name, time(s.time, s.dt))?;
+    match s.stopped_by {
+        Some(StopReason::NoBodies) => writeln!(out, "  ended as no body was left")?,
+        Some(reason) => writeln!(out, "  stopped by growth.stop.{}", reason.name())?,
+        None => {}
+    }
+    if !s.removed.is_empty() {
+        let by_rule: Vec<String> = s.removed.iter().map(u64::to_string).collect();
+        writeln!(out, "  removed {} bodies, by rule: {}", s.removed.iter().sum::<u64>(), by_rule.join(", "))?;
+    }
+    let (rows, recursions) = (&s.constraints, &s.recursions);
+    writeln!(out, "  constraints {} at the end, {:.1} on average, {} at most", rows.last, rows.mean, rows.max)?;
+    writeln!(
+        out,
+        "  recursions  {:.2} a step, {} at most, {} in all",
+        recursions.mean, recursions.max, recursions.total
+    )?;
+    let (worst, allowed) = (s.max_overlap, s.overlap_tolerance);
+    let [worst, last] = [worst, s.final_max_overlap].map(|overlap| beside(overlap, allowed));
+    writeln!(out, "  overlap     {worst} at most of {allowed} allowed, {last} at the end", allowed = short(allowed))?;
+    if let Some(proxy) = s.proxy_max_overlap {
+        writeln!(out, "  sub-spheres {} overlap at most", few(proxy))?;
+    }
+    if s.start_max_overlap > allowed {
+        writeln!(out, "  the scene itself starts with an overlap of {}", few(s.start_max_overlap))?;
+    }
+    s.warnings.iter().try_for_each(|warning| writeln!(out, "  warning: {warning}"))?;
+    misses(out, s)?;
+    let wall = &s.wall_seconds;
+    let phases = wall.phases().into_iter().filter(|(_, seconds)| *seconds > 0.0);
+    let phases: Vec<String> = phases.map(|(name, seconds)| format!("{name} {seconds:.2}")).collect();
+    writeln!(out, "  wall time   {:.2} s: {}", wall.total, phases.join(", "))?;
+    computed_by(out, s)?;
+    writeln!(out, "  in          {}", folder.display())?;
+    match page {
+        Some(page) => writeln!(out, "  page        {}", page.display())?,
+        None => writeln!(out, "  look at it  relcp view {} --open", output::argument(folder))?,
+    }
+    verdict(out, s)
+}
+
+/// Says what computed it, where that is not the CPU alone.
+fn computed_by(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
+    let one = s.legs.iter().all(|leg| leg.machine.name() == s.backend);
+    match &s.adapter {
+        Some(adapter) if one => return writeln!(out, "  computed by {adapter}, in {}", s.precision),
+        None if one => return Ok(()),
+        _ => {}
+    }
+    for leg in s.legs.iter().filter(|leg| !leg.is_trial() && !leg.is_return()) {
+        writeln!(out, "  computed    {leg}")?;
+    }
+    let (trials, lost) =
+        (s.legs.iter().filter(|leg| leg.is_trial()).count(), s.legs.last().map(|leg| leg.lost_seconds));
+    match lost {
+        Some(lost) if trials > 0 => {
+            let trials = output::count(trials, "trial", "trials");
+            writeln!(out, "  {trials} of the machine not in use, which cost {lost:.2} s")
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Says which steps did not meet their tolerances.
+fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
+    let allowed = s.overlap_tolerance;
+    if s.steps_over_tolerance > 0 {
+        let named = s.first_over_tolerance.iter().map(|over| match (over.pair, over.wall) {
+            (Some([a, b]), _) => format!("{} ({}, bodies {a} and {b})", over.step, beside(over.max_overlap, allowed)),
+            (None, Some([a, wall])) => {
+                format!("{} ({}, body {a} and wall {wall})", over.step, beside(over.max_overlap, allowed))
+            }
+            (None, None) => format!("{} ({})", over.step, beside(over.max_overlap, allowed)),
+        });
+        let (count, list) = (s.steps_over_tolerance, list(named, s.first_over_tolerance.len(), s.steps_over_tolerance));
+        writeln!(out, "  {count} of {} steps left more overlap than allowed: {list}", s.steps)?;
+    }
+    if s.steps_unsettled > 0 {
+        let named = s.first_unsettled.iter().map(|step| format!("{} ({})", step.step, few(step.residual)));
+        let list = list(named, s.first_unsettled.len(), s.steps_unsettled);
+        writeln!(out, "  {} of {} steps have velocity errors above the tolerance: {list}", s.steps_unsettled, s.steps)?;
+    }
+    if s.steps_passed > 0 {
+        let named = s.first_passed.iter().map(|PassedStep { step, pairs, pair: [a, b] }| {
+            let more = if *pairs > 1 { format!(" and {} pairs more", pairs - 1) } else { String::new() };
+            format!("{step} (bodies {a} and {b}{more})")
+        });
+        let list = list(named, s.first_passed.len(), s.steps_passed);
+        writeln!(out, "  bodies tunnelled in {} of {} steps; use a smaller dt: {list}", s.steps_passed, s.steps)?;
+    }
+    if s.solver.fallbacks > 0 {
+        writeln!(out, "  {} solves used the interior-point safeguard", s.solver.fallbacks)?;
+    }
+    if s.solver.unconverged > 0 {
+        let steps = &s.solver.unconverged_steps;
+        let named = steps.iter().map(|step| format!("{} ({})", step.step, few(step.residual)));
+        let list = list(named, steps.len(), s.solver.unconverged);
+        writeln!(out, "  {} unconverged solves, in steps {list}", s.solver.unconverged)?;
+    }
+    retried(out, s)
+}
+
+/// Says which steps did not go at once.
+fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
+    let Retried { in_pieces, most_pieces, by_cpu, squeezed, with_waiting_cells, relaxed_solves, .. } = s.retried;
+    if relaxed_solves > 0 {
+        writeln!(out, "  {relaxed_solves} solves with contradictory constraints, solved for the smallest overlap")?;
+    }
+    if in_pieces > 0 {
+        writeln!(out, "  {in_pieces} of {} steps cut into pieces, {most_pieces} at most", s.steps)?;
+    }
+    if squeezed > 0 {
+        writeln!(
+            out,
+            "  in {squeezed} of {} steps, a small overlap was left and then removed without advancing time",
+            s.steps
+        )?;
+    }
+    if by_cpu > 0 {
+        writeln!(out, "  {by_cpu} of {} steps taken by the CPU in the place of the device", s.steps)?;
+    }
+    if with_waiting_cells > 0 {
+        writeln!(out, "  in {with_waiting_cells} of {} steps, cells without room waited", s.steps)?;
+    }
+    Ok(())
+}
+
+/// The last line of a run that misses something: what.
+fn verdict(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
+    let (steps, Summary { steps_over_tolerance, steps_passed, steps_unsettled, .. }) = (s.steps, s);
+    match s.reason.as_deref() {
+        None => Ok(()),
+        Some(_) if s.message.is_some() => writeln!(out, "  stopped: {}", s.message.as_deref().unwrap_or_default()),
+        Some("overlap") => {
+            writeln!(out, "  out of tolerance: {steps_over_tolerance} of {steps} steps overlap by more than allowed")
+        }
+        Some("final_overlap") => {
+            let (last, allowed) = (s.final_max_overlap, s.overlap_tolerance);
+            let last = beside(last, allowed);
+            writeln!(out, "  out of tolerance: the final state overlaps by {last}, {} is allowed", short(allowed))
+        }
+        Some("passed") => {
+            writeln!(out, "  out of tolerance: bodies went through each other in {steps_passed} of {steps} steps")
+        }
+        Some(_) => writeln!(out, "  out of tolerance: {steps_unsettled} of {steps} steps have velocities that are off"),
+    }
+}
+
+/// Steps by their numbers, with an ellipsis where there are more.
+fn list(named: impl Iterator<Item = String>, shown: usize, all: u64) -> String {
+    let more = if all > shown as u64 { ", ..." } else { "" };
+    format!("{}{more}", named.collect::<Vec<_>>().join(", "))
+}
+
+/// The wall time by phase, and what the solver did.
+pub(super) fn profile(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
+    let total = s.wall_seconds.total;
+    for (name, seconds) in s.wall_seconds.phases() {
+        writeln!(out, "  {name:<12} {seconds:>10.3} s  {:>5.1} %", 100.0 * seconds / total)?;
+    }
+    let named: f64 = s.wall_seconds.phases().iter().map(|(_, seconds)| seconds).sum();
+    writeln!(out, "  {:<12} {:>10.3} s  {:>5.1} %", "other", total - named, 100.0 * (total - named) / total)?;
+    let products = s.solver.products;
+    writeln!(out, "  {} LCP iterations, {products} products with A", s.solver.iterations)?;
+    if let Some(bytes) = s.peak_bytes.host {
+        writeln!(out, "  at most {:.1} MiB of memory", bytes as f64 / f64::from(1 << 20))?;
+    }
+    Ok(())
+}
+
+/// A number of things, in words.
+fn counted(number: u64, one: &str, many: &str) -> String {
+    output::count(usize::try_from(number).unwrap_or(usize::MAX), one, many)
+}

@@ -1,0 +1,114 @@
+//! Which run `relcp run --resume` goes on with.
+
+use super::arguments::Run as Arguments;
+use super::exit::CliError;
+use super::run::{RUNS, settle};
+use super::{compiling, driver, output};
+use relcp::record::{EarlierRun, EarlierState, Folder, RecordError, differing_keys, scene_hash};
+use relcp::run::Run;
+use relcp::scene::{BuiltIn, NO_OVERRIDES, Scene};
+use std::path::Path;
+
+/// The command that goes on with the run in a folder, as it was started.
+pub(super) fn command(folder: &Path) -> String {
+    format!("relcp run --resume --out {}", output::argument(folder))
+}
+
+/// Takes up the run in `--out`, or one of those in `runs`: of the scene where one is named, else the newest.
+pub(super) fn resume(arguments: &Arguments) -> Result<Run, CliError> {
+    let (folder, scene) = match (&arguments.out, &arguments.scene) {
+        (Some(path), source) => {
+            let folder = Folder::open(path)?;
+            let recorded = folder.scene();
+            let scene = Scene::load(source.as_ref().unwrap_or(&recorded), &arguments.sets)?;
+            (folder, scene)
+        }
+        (None, None) => newest(arguments)?,
+        (None, Some(source)) => of_scene(arguments, source)?,
+    };
+    driver::compute_alone(&arguments.compute, &scene, arguments.scene.as_deref());
+    let compute = settle(arguments, &scene)?;
+    let resume = || match arguments.until {
+        Some(until) => Run::resume_until(scene, folder, until, &compute),
+        None => Run::resume(scene, folder, &compute),
+    };
+    Ok(compiling::watch(&compute, arguments.print.quiet, resume)?)
+}
+
+/// The newest run in `runs` that is not at its end; with `--until`, also one that is.
+fn newest(arguments: &Arguments) -> Result<(Folder, Scene), CliError> {
+    let runs = EarlierRun::all_in(Path::new(RUNS), None);
+    let count = |state| runs.iter().filter(|run| run.state == state).count();
+    let may_go_on = |run: &&EarlierRun| match run.state {
+        EarlierState::Unfinished => true,
+        EarlierState::Ended => arguments.until.is_some(),
+        EarlierState::Running => false,
+    };
+    let Some(run) = runs.iter().find(may_go_on) else {
+        let elsewhere = "a run elsewhere goes on with relcp run --resume --out DIR";
+        return Err(CliError::Usage(match (count(EarlierState::Running), count(EarlierState::Ended)) {
+            (0, 0) => format!("there is no run in {RUNS} to go on with; {elsewhere}"),
+            (0, ended) => format!(
+                "there is no unfinished run in {RUNS}: {} ended; --until TIME goes on past the end of the newest; {elsewhere}",
+                output::count(ended, "run has", "runs have")
+            ),
+            (running, _) => format!(
+                "there is no unfinished run in {RUNS}, besides {} that another process is computing; {elsewhere}",
+                output::count(running, "run", "runs")
+            ),
+        }));
+    };
+    say(
+        arguments,
+        &run.path,
+        match count(EarlierState::Unfinished) {
+            0 | 1 => String::new(),
+            more => format!(", the newest of {more} unfinished runs in {RUNS}"),
+        },
+    );
+    let folder = Folder::open(&run.path)?;
+    let scene = Scene::load(folder.scene(), &arguments.sets)?;
+    Ok((folder, scene))
+}
+
+/// The newest run of a scene that is not at its end, or else the newest that is; one with just these settings before
+/// one that was started with others.
+fn of_scene(arguments: &Arguments, source: &Path) -> Result<(Folder, Scene), CliError> {
+    let scene = Scene::load(source, &arguments.sets)?;
+    let mut runs = EarlierRun::all_in(Path::new(RUNS), Some(&scene.name));
+    // Stable: of those that stand alike the newest stays first.
+    runs.sort_by_key(|run| run.state);
+    let Some(first) = runs.first() else { return Err(RecordError::NoCheckpoint { path: RUNS.into() }.into()) };
+    let hash = scene_hash(&scene);
+    let same = |run: &&EarlierRun| {
+        run.state == first.state && Scene::read(run.path.join("scene.json")).is_ok_and(|own| scene_hash(&own) == hash)
+    };
+    if let Some(run) = runs.iter().find(same) {
+        say(arguments, &run.path, String::new());
+        return Ok((Folder::open(&run.path)?, scene));
+    }
+    let folder = Folder::open(&first.path)?;
+    // With a later end the run itself is asked whether only that differs.
+    if arguments.until.is_some() {
+        return Ok((folder, scene));
+    }
+    let keys = differing_keys(&folder.scene(), &scene);
+    let (path, other) = (first.path.display(), source.display());
+    // A built-in scene stays as it is, so that the run's own settings were meant; a file may have been changed since.
+    let is_built_in = source.to_str().is_some_and(|name| BuiltIn::named(name).is_some());
+    if is_built_in && arguments.sets.is_empty() {
+        say(arguments, &first.path, format!(", with its own settings: it differs from {other} in {}", keys.join(", ")));
+        let scene = Scene::load(folder.scene(), NO_OVERRIDES)?;
+        return Ok((folder, scene));
+    }
+    Err(CliError::OtherSettings {
+        message: format!("{path}: the run in this folder has other settings than {other}: {}", keys.join(", ")),
+        command: command(&first.path),
+    })
+}
+
+fn say(arguments: &Arguments, folder: &Path, what: String) {
+    if !arguments.print.quiet {
+        output::message(&format!("going on with {}{what}", folder.display()));
+    }
+}

@@ -1,0 +1,34 @@
+//! How far bodies move in a step, which says whether the step is much too long.
+
+use crate::bodies::Bodies;
+use crate::digits::{few, significant};
+use crate::scene::Scene;
+
+/// Bodies that move by more of their thickness than this in a step are remarked on. Of the built-in scenes those that
+/// move farthest come to half of it (`sedimentation`, by heat).
+const MOST: f64 = 1.0;
+/// What a time step is proposed for: bodies move by this part of their thickness.
+const PROPOSED: f64 = 0.1;
+
+/// The farthest that a body's velocity carries it in a step, in thicknesses of its own. A flow carries all alike, so
+/// that its scenes have none.
+pub(super) fn farthest(scene: &Scene, bodies: &Bodies) -> f64 {
+    let cell_flows = scene.periodic.is_some_and(|cell| cell.changes());
+    if scene.flow.is_some() || cell_flows {
+        return 0.0;
+    }
+    let ways = bodies.velocity.iter().zip(&bodies.shape).map(|(v, shape)| v.length() / shape.thickness());
+    scene.time.dt * ways.fold(0.0, f64::max)
+}
+
+/// What its user should know of a run whose bodies move so far in a step.
+pub(super) fn warning(scene: &Scene, farthest: f64) -> Option<String> {
+    let proposed = scene.time.dt * PROPOSED / farthest;
+    (farthest > MOST).then(|| {
+        format!(
+            "bodies move by up to {} thicknesses in a step: time.dt is too long for them to meet where they should; with {} they move by a tenth",
+            few(farthest),
+            significant(proposed, 1)
+        )
+    })
+}

@@ -1,0 +1,129 @@
+//! Words that users bring from other programs and other fields: what they are called here, or that they are not here.
+
+/// Words, and the key that has their meaning where it is allowed; the first that is allowed counts.
+const NAMES: &[(&[&str], &[&str])] = &[
+    (
+        &["rod", "rods", "capsule", "cylinder", "stadium", "pill", "bacterium", "fiber", "fibre", "needle"],
+        &["spherocylinder"],
+    ),
+    (&["ball", "disc", "disk", "circle", "point", "particle", "bead"], &["sphere"]),
+    (&["spheroid", "ellipse", "oval", "superellipsoid"], &["ellipsoid"]),
+    (&["ring", "donut", "doughnut", "hoop", "loop"], &["torus"]),
+    (&["plane", "floor", "ground", "halfspace", "wall"], &["half_space"]),
+    (&["cuboid", "cube", "room", "container", "rectangle"], &["box"]),
+    (&["tube", "pipe"], &["cylinder"]),
+    (&["slit", "slab", "gap"], &["channel"]),
+    (&["r", "size"], &["radius"]),
+    (&["width", "thickness", "d"], &["diameter", "width"]),
+    (&["height", "l", "h", "extent"], &["length"]),
+    (&["semi_axes", "semiaxes", "axes", "half_axes"], &["radii"]),
+    (&["r_major", "outer_radius", "ring_radius"], &["major_radius"]),
+    (&["r_minor", "inner_radius", "tube_radius"], &["minor_radius"]),
+    (&["pos", "center", "centre", "location", "coordinates", "xyz", "x", "origin"], &["position", "center"]),
+    (&["centre", "position", "origin"], &["center"]),
+    (&["min", "lower", "low"], &["minimum"]),
+    (&["max", "upper", "high"], &["maximum"]),
+    (&["quaternion", "quat", "rotation", "q"], &["orientation"]),
+    (&["theta", "phi", "heading"], &["angle"]),
+    (&["vel", "v", "speed"], &["velocity"]),
+    (&["omega", "angular_speed", "w"], &["angular_velocity"]),
+    (&["static", "frozen", "immobile", "kinematic"], &["fixed"]),
+    (&["type", "species", "kind", "tag"], &["group"]),
+    (&["number", "n", "num", "amount"], &["count"]),
+    (&["fraction", "phi", "packing_fraction", "density"], &["volume_fraction"]),
+    (&["timestep", "time_step", "step", "delta_t", "step_size"], &["dt"]),
+    (&["duration", "t_end", "tmax", "t_max", "until", "stop", "final"], &["end"]),
+    (&["begin", "t_start", "t0"], &["start"]),
+    (&["integrator", "scheme", "method"], &["stepping"]),
+    (&["particles", "objects", "shapes"], &["bodies"]),
+    (&["wall", "boundary", "boundaries", "confinement", "container"], &["walls"]),
+    (&["pbc", "periodicity", "cell", "box", "lattice"], &["periodic"]),
+    (&["force", "fields", "loads", "potentials"], &["forces"]),
+    (&["springs", "joints", "constraints", "links"], &["bonds"]),
+    (&["tolerance", "eps", "epsilon", "overlap"], &["overlap_tolerance"]),
+    (&["random_seed", "rng", "rng_seed"], &["seed"]),
+    (&["two_d", "2d", "is_2d"], &["planar"]),
+    (&["interval", "save_every", "period", "stride", "frequency"], &["every"]),
+    (&["kt", "temp"], &["temperature"]),
+    (&["brownian", "noise", "temperature", "langevin"], &["thermal"]),
+    (&["viscosity", "friction", "gamma", "damping"], &["drag"]),
+    (&["k", "spring_constant", "constant"], &["stiffness"]),
+    (&["g", "weight"], &["gravity", "acceleration"]),
+    (&["harmonic", "spring", "tether"], &["trap"]),
+    (&["active", "self_propulsion", "motility"], &["propulsion"]),
+    (&["constant", "field"], &["uniform"]),
+    (&["random", "fill"], &["isotropic"]),
+    (&["stokes", "brownian", "langevin", "viscous"], &["overdamped"]),
+    (&["newton", "newtonian", "rigid_body"], &["inertial"]),
+];
+
+/// Words, and the place in a scene that has their meaning where no key here does.
+const PLACES: &[(&[&str], &str)] = &[
+    (&["dt", "timestep", "time_step"], "time.dt"),
+    (&["end", "duration", "tmax", "t_end"], "time.end"),
+    (&["gravity", "g"], "forces: [{ \"gravity\": { \"acceleration\": [0, 0, -9.81] } }]"),
+    (&["mass", "density"], "dynamics.inertial.density"),
+    (&["drag", "viscosity", "damping"], "dynamics.overdamped.drag"),
+    (&["temperature", "kt"], "thermal.temperature"),
+    (&["overlap_tolerance", "tolerance"], "contact.overlap_tolerance"),
+    (&["every", "save_every", "output_every"], "output.every"),
+];
+
+/// Words for what relcp does not have, and what holds in its place.
+const ABSENT: &[(&[&str], &str)] = &[
+    (
+        &["friction", "friction_coefficient", "mu", "coulomb", "sliding_friction", "rolling_friction"],
+        "relcp has no friction: contact forces act along the normal alone",
+    ),
+    (
+        &["restitution", "bounce", "elasticity", "coefficient_of_restitution"],
+        "relcp has no restitution: contact takes the speed of approach and gives none back",
+    ),
+    (&["adhesion", "cohesion", "stickiness", "attraction"], "relcp has no adhesion: contacts only push"),
+    (
+        &["youngs_modulus", "young_modulus", "contact_stiffness", "poisson_ratio", "hertz"],
+        "relcp has no stiffness of contact: bodies are rigid",
+    ),
+    (
+        &["box", "cube", "cuboid", "mesh", "polygon", "polyhedron", "convex", "superquadric", "triangle"],
+        "relcp has smooth shapes alone; one of your own is made in code (docs/guide.md)",
+    ),
+    (&["units", "unit"], "a scene has no units: they are your own, the same for all of its numbers"),
+];
+
+/// What to say of an unknown word where these keys are allowed; none where it is of no other program either.
+pub(super) fn hint(word: &str, known: &[&str]) -> Option<String> {
+    let word = word.to_lowercase().replace(['-', ' '], "_");
+    let has = |words: &[&str]| words.contains(&word.as_str());
+    let names = NAMES.iter().filter(|(words, _)| has(words)).flat_map(|(_, names)| *names);
+    if let Some(name) = names.into_iter().find(|name| known.contains(name)) {
+        return Some(format!("it is called `{name}` here"));
+    }
+    if let Some((_, why)) = ABSENT.iter().find(|(words, _)| has(words)) {
+        return Some((*why).into());
+    }
+    PLACES.iter().find(|(words, _)| has(words)).map(|(_, place)| format!("a scene has it as {place}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_of_other_programs_are_known() {
+        let shapes = ["sphere", "spherocylinder", "ellipsoid", "torus"];
+        for (word, says) in [
+            ("rod", "`spherocylinder`"),
+            ("Capsule", "`spherocylinder`"),
+            ("ball", "`sphere`"),
+            ("ring", "`torus`"),
+            ("cube", "smooth shapes"),
+            ("friction", "no friction"),
+            ("dt", "time.dt"),
+        ] {
+            assert!(hint(word, &shapes).unwrap().contains(says), "{word}");
+        }
+        assert_eq!(hint("cube", &["box", "sphere"]).unwrap(), "it is called `box` here");
+        assert_eq!(hint("qwerty", &shapes), None);
+    }
+}

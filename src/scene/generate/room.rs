@@ -1,0 +1,129 @@
+//! Whether walls leave room for what a rule places: found before bodies are drawn, and said in words.
+
+use super::super::error::{FaultKind, SceneError};
+use super::isotropic::{Order, reachable_fraction, volume};
+use crate::digits::few;
+use crate::separation::Placed;
+use crate::shape::Shape;
+use crate::walls::Walls;
+use glam::{DQuat, DVec3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Points that measure how much of a box lies inside of walls: to some 2 % of a tenth.
+const POINTS: usize = 20_000;
+/// The radius of a point, in parts of the body's.
+const POINT: f64 = 1e-9;
+/// What discs and spheres fill at most by random sequential placement (0.5471 and 0.3841; Y. Feder, "Random sequential
+/// adsorption", 1980, and later simulations), with two hundredths for the sampling.
+const DISCS: f64 = 0.57;
+const SPHERES: f64 = 0.40;
+/// Other shapes: this many times what is reached easily.
+const OF_REACHED: f64 = 2.0;
+
+/// The box about the origin that a rule's centres are drawn in.
+pub(super) struct Room<'a> {
+    pub order: &'a Order,
+    pub sides: DVec3,
+    /// Which axes have a period: bodies do not reach over it.
+    pub periodic: [bool; 3],
+    pub walls: &'a Walls,
+}
+
+impl Room<'_> {
+    /// Refuses at once what cannot fit: bodies that fill more of the part inside of the walls than random placement can.
+    pub fn check(&self) -> Result<(), SceneError> {
+        if self.walls.is_empty() {
+            return Ok(());
+        }
+        let filled = self.filled();
+        if filled <= self.most() {
+            return Ok(());
+        }
+        let Order { count, .. } = self.order;
+        let why = if filled.is_finite() {
+            format!("they would fill {} of that part, and random placement ends at {}", few(filled), few(self.most()))
+        } else {
+            "no body fits there".into()
+        };
+        Err(self.fault(format!("{count} bodies do not fit: {}; {why}", self.described())))
+    }
+
+    /// No place was found for a body in so many draws.
+    pub fn full(&self, body: u64, draws: u64) -> SceneError {
+        let Order { count, .. } = self.order;
+        let place = if self.walls.is_empty() { self.region() } else { self.described() };
+        self.fault(format!("body {body} of {count} found no free place in {draws} draws: {place}"))
+    }
+
+    fn fault(&self, message: String) -> SceneError {
+        let name = if self.order.volume_fraction.is_some() { "volume_fraction" } else { "count" };
+        let key = format!("generate.{}.isotropic.{name}", self.order.rule);
+        SceneError::new(FaultKind::Placement, key, message).with_help(match (self.walls.is_empty(), name) {
+            (true, "count") => "place fewer bodies, or make the cell larger",
+            (true, _) => "choose a smaller volume_fraction",
+            (false, "count") => "place fewer bodies, make the cell larger, or put the middle of the walls at the origin",
+            (false, _) => {
+                "put the middle of the walls at the origin, choose a smaller volume_fraction, which makes the region larger, or place fewer bodies"
+            }
+        })
+    }
+
+    /// The region, in words.
+    fn region(&self) -> String {
+        let [x, y, z] = self.sides.to_array().map(few);
+        let sides = if self.order.planar { vec![x, y] } else { vec![x, y, z] };
+        let name = match (self.order.planar, sides.iter().all(|side| *side == sides[0])) {
+            (true, true) => format!("the square of side {}", sides[0]),
+            (true, false) => format!("the rectangle of sides {}", sides.join(" and ")),
+            (false, true) => format!("the cube of side {}", sides[0]),
+            (false, false) => format!("the box of sides {}", sides.join(", ")),
+        };
+        format!("centres are drawn in {name} about the origin")
+    }
+
+    /// The region, and how much of it lies inside of the walls.
+    fn described(&self) -> String {
+        match self.inside(self.sides) {
+            0.0 => format!("{}, no part of which lies inside of the walls", self.region()),
+            1.0 => self.region(),
+            part => format!("{}, of which {} % lies inside of the walls", self.region(), few(100.0 * part)),
+        }
+    }
+
+    /// What the bodies fill of what lies inside of the walls and within their reach.
+    fn filled(&self) -> f64 {
+        let Order { count, shape, planar, .. } = self.order;
+        let reach = 2.0 * shape.bounding_radius();
+        let sides = DVec3::from_array([0, 1, 2].map(|axis| {
+            let ends = self.periodic[axis] || (*planar && axis == 2);
+            self.sides[axis] + if ends { 0.0 } else { reach }
+        }));
+        let size = if *planar { sides.x * sides.y } else { sides.element_product() };
+        *count as f64 * volume(shape, *planar) / (size * self.inside(sides))
+    }
+
+    /// The part of a box about the origin that lies inside of the walls.
+    fn inside(&self, sides: DVec3) -> f64 {
+        let mut random = ChaCha8Rng::seed_from_u64(0);
+        let point = Shape::Sphere { radius: POINT * self.order.shape.bounding_radius() };
+        let is_inside = |_: &usize| {
+            let mut position = sides * (DVec3::from_array(random.random::<[f64; 3]>()) - 0.5);
+            if self.order.planar {
+                position.z = 0.0;
+            }
+            self.walls.deepest(&Placed { shape: point, position, orientation: DQuat::IDENTITY }).is_none()
+        };
+        (0..POINTS).filter(is_inside).count() as f64 / POINTS as f64
+    }
+
+    /// The most that random placement fills.
+    fn most(&self) -> f64 {
+        let Order { shape, planar, .. } = self.order;
+        match (shape, planar) {
+            (Shape::Sphere { .. }, true) => DISCS,
+            (Shape::Sphere { .. }, false) => SPHERES,
+            _ => OF_REACHED * reachable_fraction(shape, *planar),
+        }
+    }
+}
