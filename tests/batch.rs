@@ -392,7 +392,7 @@ fn a_folder_of_another_scene_is_refused_before_anything_is_run() {
     // The first member's run, where the fourth's should be; and there something that is no run at all.
     fs::rename(folder(0), folder(3)).unwrap();
     let ran = place.batch(&[]).expect(2);
-    assert!(ran.err.contains("of another scene") && ran.err.contains("seed"), "{}", ran.err);
+    assert!(ran.err.contains("belongs to a different scene") && ran.err.contains("seed"), "{}", ran.err);
     assert_eq!(place.folders("runs/press").len(), 1);
     fs::remove_file(folder(3).join("summary.json")).unwrap();
     place.batch(&[]).expect(2);

@@ -20,8 +20,8 @@ pub enum BatchError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Record(#[from] RecordError),
-    /// The threads cannot be had.
-    #[error("the threads cannot be had: {0}")]
+    /// The thread pool cannot be created.
+    #[error("cannot create the thread pool: {0}")]
     Threads(String),
 }
 

@@ -1,4 +1,4 @@
-//! `relcp run --backend mpi`: one run that several processes take together. Process 0 does what the program does alone;
+//! `relcp run --backend mpi`: one run that several processes take together. Rank 0 does what the program does alone;
 //! the others follow it and say nothing.
 
 use super::arguments::Run as Arguments;
@@ -13,7 +13,7 @@ pub(super) use present::{compute, run, traffic};
 pub(super) const FOR_RUNS: &str = "--backend mpi is for `relcp run` alone; the members of a sweep share nothing: start \
                                    them as jobs with relcp batch --index (docs/clusters.md)";
 
-/// What runs a scene on process 0.
+/// What runs a scene on rank 0.
 type Lead = fn(&Arguments) -> Result<Exit, CliError>;
 
 #[cfg(not(feature = "mpi"))]
@@ -59,7 +59,7 @@ mod present {
     /// The processes, once MPI has begun.
     static PROCESSES: OnceLock<Processes> = OnceLock::new();
 
-    /// Process 0, which sends the others home when it ends, however it ends.
+    /// Rank 0, which sends the others home when it ends, however it ends.
     struct Leading(Session);
 
     impl Drop for Leading {
@@ -68,7 +68,7 @@ mod present {
         }
     }
 
-    /// Begins MPI, leads on process 0 and follows on the others.
+    /// Begins MPI, leads on rank 0 and follows on the others.
     pub(in crate::cli) fn run(arguments: &Arguments, lead: Lead) -> Result<Exit, CliError> {
         let session = match Session::begin() {
             Ok(session) => session,
@@ -82,7 +82,7 @@ mod present {
             return lead(arguments);
         }
         computing::set_threads(&arguments.compute)?;
-        // What a signal asks for process 0 decides.
+        // What a signal asks for rank 0 decides.
         let _heard = Interrupt::ignore();
         follow(processes, Exit::Internal as u8, output::message);
         Ok(Exit::Done)
@@ -97,14 +97,14 @@ mod present {
         }
     }
 
-    /// What process 0 exchanged with the others.
+    /// What rank 0 exchanged with the others.
     pub(in crate::cli) fn traffic(out: &mut dyn Write) -> io::Result<()> {
         let Some(processes) = PROCESSES.get() else { return Ok(()) };
         let Traffic { messages, bytes, gathers, gathered, time } = Traffic::so_far();
         let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
         writeln!(
             out,
-            "  {} processes: process 0 sent {messages} messages of {:.1} MiB, took part in {gathers} gathers of {:.1} MiB, \
+            "  {} processes: rank 0 sent {messages} messages of {:.1} MiB, took part in {gathers} gathers of {:.1} MiB, \
              {:.2} s in all",
             processes.size(),
             mebibytes(bytes),

@@ -17,7 +17,7 @@ use std::time::Instant;
 /// Where runs go that are not told where.
 pub(super) const RUNS: &str = "runs";
 
-/// What process 0 says when it is asked to end: a launcher asks for it too where another process has ended, and then no
+/// What rank 0 says when it is asked to end: a launcher asks for it too where another process has ended, and then no
 /// step will come to its end.
 const STOPPING: &str = "stopping after this step. If another process has ended, the step cannot end, and the run goes on \
                         from its last checkpoint: relcp run --resume with the same --out, by any number of processes";

@@ -234,6 +234,11 @@ impl Force {
         }
     }
 
+    /// Whether it grows with the distance from a place.
+    pub(crate) fn is_trap(&self) -> bool {
+        matches!(self, Force::Trap { .. })
+    }
+
     /// The group whose bodies it acts on; `None` for all bodies.
     pub fn group(&self) -> Option<&str> {
         match self {

@@ -149,7 +149,7 @@ impl<const D: usize> Cpu<D> {
         self.all = std::sync::OnceLock::new();
     }
 
-    /// Stands the bodies of the next problems at these places; of problems with another number of bodies as before.
+    /// Sets the order of the bodies of the next problems; problems with another number of bodies keep theirs.
     pub(crate) fn place(&mut self, places: Option<Places>) {
         self.places = places;
     }

@@ -156,8 +156,8 @@ impl<const D: usize> Solver<D> {
         self
     }
 
-    /// Stands the bodies of the next problems at these places. Where they are a process's domain, all processes solve
-    /// together, and the problem is the rows of this one.
+    /// Sets the order of the bodies of the next problems. Where they are a process's domain, all processes solve together,
+    /// and the problem is the rows of this one.
     pub(crate) fn place(&mut self, places: Option<Places>) {
         self.cpu.place(places);
     }
@@ -172,7 +172,7 @@ impl<const D: usize> Solver<D> {
         self.settings
     }
 
-    /// Stops elsewhere from the next problem on.
+    /// Sets when the solver stops, from the next problem on.
     pub fn set_settings(&mut self, settings: Settings) {
         self.settings = settings;
     }

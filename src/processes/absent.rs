@@ -23,7 +23,7 @@ impl Processes {
         match self {}
     }
 
-    /// Waits for what process 0 says.
+    /// Waits for what rank 0 says.
     pub fn hear(self) -> Vec<u8> {
         match self {}
     }
@@ -38,7 +38,7 @@ impl Processes {
         match self {}
     }
 
-    /// What every process has, to process 0.
+    /// What every process has, to rank 0.
     pub(crate) fn gather_at_first(self, _own: &[u64]) -> Vec<u64> {
         match self {}
     }

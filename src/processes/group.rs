@@ -85,7 +85,7 @@ impl Processes {
         Traffic::of_gather(size_of_val(own) * (self.size - 1), begun.elapsed());
     }
 
-    /// What every process has, one after the other, to process 0; nothing to the others.
+    /// What every process has, one after the other, to rank 0; nothing to the others.
     pub(crate) fn gather_at_first(self, own: &[u64]) -> Vec<u64> {
         let lengths: Vec<usize> = self.gather_lengths(own.len());
         let into = |(from, length): (usize, &usize)| (self.rank == 0 && from > 0).then(|| (from, vec![0; *length]));
@@ -154,7 +154,7 @@ impl Processes {
         Traffic::of_gather(own.len() * (self.size - 1), begun.elapsed());
     }
 
-    /// Waits for what process 0 says.
+    /// Waits for what rank 0 says.
     pub fn hear(self) -> Vec<u8> {
         let mut length = 0u64;
         self.take_from_first(std::slice::from_mut(&mut length));

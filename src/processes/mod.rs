@@ -2,7 +2,7 @@
 //! Message-Passing Interface Standard, Version 3.1", 2015): who they are and what they exchange, no more.
 //!
 //! All take the same decisions from the same numbers. Each does the work on the bodies of its domain, and numbers of
-//! all are joined in one order, so that the bits are those of one process. Process 0 leads: it alone reads arguments,
+//! all are joined in one order, so that the bits are those of one process. Rank 0 leads: it alone reads arguments,
 //! writes files and hears the user, and says what is done next ([`Processes::tell`], [`Processes::hear`]).
 //!
 //! Without the feature `mpi` there is no other process: [`Processes`] has no value.

@@ -26,12 +26,12 @@ pub enum NoSession {
     Threads,
     /// Processes of different programs give different bits, or wait for each other for ever.
     #[error(
-        "process {other} runs another program (version {theirs}) than process 0 (version {ours}); start the same program on all nodes"
+        "process {other} runs another program (version {theirs}) than rank 0 (version {ours}); start the same program on all nodes"
     )]
     Mixed {
         /// The first process that differs.
         other: usize,
-        /// The version of process 0, and the size of its program in bytes.
+        /// The version of rank 0, and the size of its program in bytes.
         ours: String,
         /// That of the other one.
         theirs: String,

@@ -94,7 +94,7 @@ impl Wanted<'_> {
 
 fn pool(threads: usize) -> PyResult<ThreadPool> {
     let built = ThreadPoolBuilder::new().num_threads(threads).build();
-    built.map_err(|fault| super::error::SimulationError::new_err(format!("threads cannot be had: {fault}")))
+    built.map_err(|fault| super::error::SimulationError::new_err(format!("cannot create the thread pool: {fault}")))
 }
 
 /// Whether this process is the one whose threads are shared: the first that asks.

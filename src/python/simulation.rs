@@ -205,7 +205,7 @@ impl PySimulation {
         let threads = Threads::new(wanted.pool()?);
         let (header, state) = py.detach(|| read_state(&path)).map_err(|no| recorded(&no))?;
         if header.scene != scene_hash(&scene.0) {
-            return Err(RecordError::new_err(format!("{}: the state is of another scene", path.display())));
+            return Err(RecordError::new_err(format!("{}: the state belongs to a different scene", path.display())));
         }
         let compute: Compute = wanted.settle(py, &scene.0)?;
         let (scene, totals) = (scene.0.clone(), header.totals.unwrap_or_default());

@@ -102,14 +102,14 @@ pub enum RecordError {
         path: PathBuf,
     },
     /// There is nothing to go on from.
-    #[error("{}: there is no run to go on with: no checkpoint", path.display())]
+    #[error("{}: nothing to resume: no checkpoint found", path.display())]
     #[diagnostic(help("name the folder of an earlier run, or start a new one"))]
     NoCheckpoint {
         /// The folder.
         path: PathBuf,
     },
     /// The folder's run is of another scene.
-    #[error("{}: the run in this folder is of another scene; it differs in {}", path.display(), keys.join(", "))]
+    #[error("{}: this folder belongs to a different scene (differs in {})", path.display(), keys.join(", "))]
     #[diagnostic(help("give the scene and the overrides that the run was started with"))]
     OtherScene {
         /// The folder.

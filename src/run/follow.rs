@@ -1,4 +1,4 @@
-//! The processes of a run that follow process 0: they write nothing, and take the steps that it says.
+//! The processes of a run that follow rank 0: they write nothing, and take the steps that it says.
 
 use crate::processes::Processes;
 use crate::record::{decode, encode_with_forces, scene_hash};
@@ -11,7 +11,7 @@ pub fn together(processes: Processes) -> Together {
     Together::new(processes, pack)
 }
 
-/// Follows process 0 to its end. A process that cannot do what process 0 says gives its reason to `complain` and ends
+/// Follows rank 0 to its end. A process that cannot do what rank 0 says gives its reason to `complain` and ends
 /// them all with `status`, since the others would wait for it for ever.
 pub fn follow(processes: Processes, status: u8, complain: impl Fn(&str)) {
     let together = together(processes);
@@ -25,7 +25,7 @@ pub fn follow(processes: Processes, status: u8, complain: impl Fn(&str)) {
             Said::End => return,
             Said::Start(packed) => {
                 let (scene, state) = unpack(&packed).unwrap_or_else(|what| cannot(&what));
-                // What it refuses process 0 refuses too, and says so.
+                // What it refuses rank 0 refuses too, and says so.
                 simulation = Simulation::start(&Compute::Together(together), scene, state).ok();
             }
             Said::StartWithAPart(packed, numbers) => {
@@ -37,7 +37,7 @@ pub fn follow(processes: Processes, status: u8, complain: impl Fn(&str)) {
                 None => cannot("it has no state to give"),
             },
             Said::Step => match &mut simulation {
-                // A fault is process 0's as well.
+                // A fault is rank 0's as well.
                 Some(simulation) => drop(simulation.step()),
                 None => cannot("it has no simulation to step"),
             },
@@ -58,11 +58,11 @@ fn unpack(packed: &[u8]) -> Result<(Scene, State), String> {
     let (length, rest) = packed.split_first_chunk().ok_or_else(cut)?;
     let (text, state) = rest.split_at_checked(u64::from_le_bytes(*length) as usize).ok_or_else(cut)?;
     let text = std::str::from_utf8(text).map_err(|e| e.to_string())?;
-    let scene = Scene::parse(text, "the scene of process 0").map_err(|e| e.to_string())?;
+    let scene = Scene::parse(text, "the scene of rank 0").map_err(|e| e.to_string())?;
     let (header, state) = decode(state).map_err(|e| e.to_string())?;
     match header.scene == scene_hash(&scene) {
         true => Ok((scene, state)),
-        false => Err("the scene of process 0 did not arrive as it was sent".into()),
+        false => Err("the scene of rank 0 did not arrive as it was sent".into()),
     }
 }
 

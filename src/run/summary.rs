@@ -229,7 +229,7 @@ impl Summary {
             stopped_by: simulation.stopped_by(),
             reason: stopped.map(Fault::name).or_else(missed).map(str::to_owned),
             message: stopped.map(Fault::to_string),
-            warnings: scene.warnings().into_iter().chain(way::warning(scene, totals.farthest_way)).collect(),
+            warnings: way::warnings(scene, totals.farthest_way),
             method: method_name(scene.contact.method),
             stepping: scene.time.stepping,
             backend: if device.is_some() { "gpu" } else { "cpu" },

@@ -21,8 +21,13 @@ pub(super) fn farthest(scene: &Scene, bodies: &Bodies) -> f64 {
     scene.time.dt * ways.fold(0.0, f64::max)
 }
 
-/// What its user should know of a run whose bodies move so far in a step.
-pub(super) fn warning(scene: &Scene, farthest: f64) -> Option<String> {
+/// What the user of a run should know: of its scene, and of how far its bodies moved in a step, said once.
+pub(super) fn warnings(scene: &Scene, farthest: f64) -> Vec<String> {
+    let moved = warning(scene, farthest).filter(|_| scene.long_step().is_none());
+    scene.warnings().into_iter().chain(moved).collect()
+}
+
+fn warning(scene: &Scene, farthest: f64) -> Option<String> {
     let proposed = scene.time.dt * PROPOSED / farthest;
     (farthest > MOST).then(|| {
         format!(

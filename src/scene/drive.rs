@@ -14,10 +14,18 @@ impl Scene {
     /// by in a step on their own, a length; none where nothing drives the scene. Heat, bonds and the velocities that
     /// bodies start with count for nothing: they are not borne by contacts at rest.
     pub(super) fn least_drive(&self) -> Option<f64> {
-        let ways = self.ways_of_forces().into_iter().chain(self.ways_of_walls()).chain(self.ways_of_growth());
+        let forces = self.ways_of_forces().into_iter().map(|(_, way, _)| way);
+        let ways = forces.chain(self.ways_of_walls()).chain(self.ways_of_growth());
         let thinnest = self.thinnest();
         let ways = ways.chain(self.rates_of_strain().map(|rate| self.time.dt * rate * thinnest));
         ways.filter(|way| *way > 0.0 && way.is_finite()).reduce(f64::min)
+    }
+
+    /// The force that moves a starting body farthest in a step on its own, with this way in thicknesses of the body;
+    /// none where there is no force. Traps are left out: those that are too stiff are refused.
+    pub(super) fn farthest_drive(&self) -> Option<(usize, f64)> {
+        let ways = self.ways_of_forces().into_iter().filter(|(force, ..)| !self.forces[*force].is_trap());
+        ways.map(|(force, way, shape)| (force, way / shape.thickness())).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// The shapes of the starting bodies, each with its group.
@@ -26,14 +34,16 @@ impl Scene {
         bodies.chain(self.generate.iter().map(|rule| (rule.group(), rule.shape()))).collect()
     }
 
-    fn ways_of_forces(&self) -> Vec<f64> {
+    /// Each force with how far it moves a body of each shape that it acts on.
+    fn ways_of_forces(&self) -> Vec<(usize, f64, Shape)> {
         let shapes = self.shapes_of_groups();
         let mut ways = Vec::new();
-        for force in &self.forces {
+        for (number, force) in self.forces.iter().enumerate() {
             let acts = |group: Option<&str>| force.group().is_none_or(|of| Some(of) == group);
             let moved = shapes.iter().filter(|(group, _)| acts(*group));
             ways.extend(moved.map(|(_, shape)| {
-                force.magnitude(&self.dynamics, shape) * self.dynamics.yields(shape, self.time.dt).0
+                let way = force.magnitude(&self.dynamics, shape) * self.dynamics.yields(shape, self.time.dt).0;
+                (number, way, *shape)
             }));
         }
         ways

@@ -18,7 +18,7 @@ pub fn reference() -> String {
     let schema = schema();
     let mut page = String::from(
         "# The keys of a scene\n\nMade by `relcp schema --markdown` from the types that scenes are read into. Lengths, times and forces are in units of \
-         your own; keys in bold must be there.\n",
+         your own; keys in bold are required.\n",
     );
     section(&mut page, "A scene", &schema);
     let none = Map::new();
@@ -44,7 +44,7 @@ fn section(page: &mut String, name: &str, object: &Value) {
 }
 
 fn head(page: &mut String) {
-    page.push_str("| key | is | without it | |\n| --- | --- | --- | --- |\n");
+    page.push_str("| key | type | default | |\n| --- | --- | --- | --- |\n");
 }
 
 /// A case is a word, some words, or an object of one key with keys of its own.
@@ -89,7 +89,7 @@ fn kind(value: &Value) -> String {
     if types == ["array"] {
         let items = kind(&value["items"]);
         return match (value["minItems"].as_u64(), value["maxItems"].as_u64()) {
-            (Some(n), Some(m)) if n == m => format!("{n} of {items}"),
+            (Some(n), Some(m)) if n == m => tuple(n, &items),
             _ => format!("list of {items}"),
         };
     }
@@ -98,6 +98,20 @@ fn kind(value: &Value) -> String {
         [bound("minimum", "≥"), bound("exclusiveMinimum", ">"), bound("maximum", "≤"), bound("exclusiveMaximum", "<")];
     let bounds: Vec<String> = bounds.into_iter().flatten().collect();
     format!("{} {}", types.join(" or "), bounds.join(", ")).trim().to_owned()
+}
+
+/// So many items in a row: of numbers, by the names of their axes.
+fn tuple(count: u64, items: &str) -> String {
+    let axes = match count {
+        3 => "`[x, y, z]`",
+        4 => "`[w, x, y, z]`",
+        _ => return format!("{count} × {items}"),
+    };
+    match items.strip_prefix("number") {
+        Some("") => axes.into(),
+        Some(bounds) => format!("{axes}, each{bounds}"),
+        None => format!("{count} × {items}"),
+    }
 }
 
 /// What an object's author says of it, in one line.

@@ -1,11 +1,19 @@
 //! What a valid scene's user should know before it runs.
 
-use super::Scene;
-use crate::digits::short;
+use super::{Scene, generate};
+use crate::digits::{few, short, significant};
+use glam::DVec3;
 
 /// An overlap tolerance of more than this part of the thinnest body's thickness is remarked on: bodies are then seen to
 /// overlap.
 const LARGE_TOLERANCE: f64 = 0.1;
+/// A force, or a velocity at the start, that carries a body by more of its thicknesses than this in a step is remarked
+/// on. Of the built-in scenes none comes to a fifth of it.
+const FARTHEST: f64 = 1.0;
+/// What a time step is proposed for: bodies move by this part of their thickness.
+const PROPOSED: f64 = 0.1;
+/// Two rules that place bodies in boxes whose sides differ by more than this are remarked on: their bodies are not mixed.
+const UNMIXED: f64 = 0.1;
 
 impl Scene {
     /// Warnings, in words: what is allowed, and is seldom meant.
@@ -20,7 +28,52 @@ impl Scene {
     /// assert!(scene.warnings().is_empty());
     /// ```
     pub fn warnings(&self) -> Vec<String> {
-        self.large_tolerance().into_iter().collect()
+        [self.large_tolerance(), self.long_step(), self.cold_crowd(), self.unmixed()].into_iter().flatten().collect()
+    }
+
+    /// A step in which a force or a velocity at the start carries a body farther than it is thick.
+    pub(crate) fn long_step(&self) -> Option<String> {
+        let forces = self.farthest_drive().map(|(force, way)| (format!("forces.{force} moves"), way));
+        let bodies = self.bodies.iter().enumerate().filter(|_| self.dynamics.has_inertia());
+        let starts = bodies.map(|(i, body)| {
+            let way = self.time.dt * DVec3::from(body.velocity.unwrap_or_default()).length() / body.shape.thickness();
+            (format!("bodies.{i}.velocity carries"), way)
+        });
+        let (what, way) = forces.into_iter().chain(starts).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (way > FARTHEST && way.is_finite()).then(|| {
+            format!(
+                "time.dt is too long: {what} a body by {} of its thicknesses in a step; with {} it is a tenth",
+                few(way),
+                significant(self.time.dt * PROPOSED / way, 1)
+            )
+        })
+    }
+
+    /// A crowd with inertia and heat.
+    fn cold_crowd(&self) -> Option<String> {
+        let is_crowd = self.thermal.is_some() && self.dynamics.has_inertia() && self.body_count() > 1;
+        is_crowd.then(|| {
+            "thermal with inertia: contact takes energy, so that bodies that meet are colder than thermal.temperature \
+             (docs/motion.md)"
+                .into()
+        })
+    }
+
+    /// Rules that each place bodies in a box of their own.
+    fn unmixed(&self) -> Option<String> {
+        let boxes = (0..self.generate.len()).filter_map(|i| Some((i, generate::open_side(self, i)?)));
+        let least = boxes.clone().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let largest = boxes.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (largest.1 > (1.0 + UNMIXED) * least.1).then(|| {
+            format!(
+                "generate.{} and generate.{} place bodies about the origin in boxes {} and {} wide, by their \
+                 volume_fraction: they are not mixed over the larger one",
+                least.0,
+                largest.0,
+                few(least.1),
+                few(largest.1)
+            )
+        })
     }
 
     fn large_tolerance(&self) -> Option<String> {
@@ -36,5 +89,80 @@ impl Scene {
                 short(1e-5 * 10_f64.powi(thinnest.log10().floor() as i32)),
             )
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dynamics::{Dynamics, Force, Thermal};
+    use crate::scene::{Body, Generate, Time};
+    use crate::shape::Shape;
+
+    fn balls(count: usize) -> Scene {
+        let mut scene = Scene::new("balls", Time::new(0.01, 1.0));
+        let ball = |i: usize| Body::new(Shape::Sphere { radius: 0.5 }, [2.0 * i as f64, 0.0, 0.0]);
+        scene.bodies = (0..count).map(ball).collect();
+        scene
+    }
+
+    #[test]
+    fn a_time_step_in_which_a_force_moves_a_body_by_its_thickness_is_remarked_on() {
+        let mut scene = balls(1);
+        scene.forces.push(Force::Uniform { force: [0.0, 99.0, 0.0], group: None, window: None });
+        // Drag 1 a length, of 1.
+        assert_eq!(scene.warnings(), [""; 0]);
+        scene.time.dt = 0.1;
+        let warnings = scene.warnings();
+        assert!(warnings[0].contains("forces.0 moves a body by 9.9 of its thicknesses"), "{warnings:?}");
+        assert!(warnings[0].ends_with("with 0.001 it is a tenth"), "{warnings:?}");
+    }
+
+    #[test]
+    fn a_time_step_in_which_a_body_flies_by_its_thickness_is_remarked_on() {
+        let mut scene = balls(2);
+        scene.bodies[1].velocity = Some([0.0, 300.0, 0.0]);
+        assert_eq!(scene.warnings(), [""; 0], "velocities mean nothing without inertia");
+        scene.dynamics = Dynamics::Inertial { density: 1.0, drag: None };
+        let warnings = scene.warnings();
+        assert!(warnings[0].contains("bodies.1.velocity carries a body by 3 of its thicknesses"), "{warnings:?}");
+    }
+
+    #[test]
+    fn a_crowd_with_inertia_and_heat_is_said_to_be_colder() {
+        let mut scene = balls(2);
+        scene.thermal = Some(Thermal::new(1e-6));
+        assert_eq!(scene.warnings(), [""; 0]);
+        scene.dynamics = Dynamics::Inertial { density: 1.0, drag: Some(1.0) };
+        assert!(scene.warnings()[0].contains("colder than thermal.temperature"));
+        scene.bodies.pop();
+        assert_eq!(scene.warnings(), [""; 0]);
+    }
+
+    #[test]
+    fn rules_whose_bodies_are_not_mixed_are_remarked_on() {
+        let rule = |count, radius| Generate::Isotropic {
+            count,
+            shape: Shape::Sphere { radius },
+            volume_fraction: Some(0.1),
+            group: None,
+        };
+        let mut scene = balls(0);
+        scene.generate = vec![rule(80, 0.5), rule(10, 1.0)];
+        assert_eq!(scene.warnings(), [""; 0], "both in the same box");
+        scene.generate[1] = rule(80, 1.0);
+        assert!(
+            scene.warnings()[0].starts_with("generate.0 and generate.1 place bodies about the origin in boxes 7.48")
+        );
+    }
+
+    #[test]
+    #[cfg(feature = "files")]
+    fn built_in_scenes_have_no_warnings_and_move_by_a_fifth_of_a_thickness_at_most() {
+        for built_in in crate::scene::BuiltIn::ALL {
+            let scene = Scene::built_in(built_in.name).unwrap();
+            let way = scene.farthest_drive().map_or(0.0, |(_, way)| way);
+            assert!(scene.warnings().is_empty() && way < 0.2, "{}: {way} {:?}", built_in.name, scene.warnings());
+        }
     }
 }

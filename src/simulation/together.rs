@@ -1,6 +1,6 @@
-//! A simulation that several processes take together: process 0 leads, the others do what it says.
+//! A simulation that several processes take together: rank 0 leads, the others do what it says.
 //!
-//! All of them have the same scene and take the same steps, each with its bodies. Process 0 reads or makes the state
+//! All of them have the same scene and take the same steps, each with its bodies. Rank 0 reads or makes the state
 //! that they start from and gives each its part; it gathers the state when it is asked for it.
 
 use super::{Beginning, Compute, Simulation};
@@ -12,7 +12,7 @@ use crate::shape::Shape;
 use crate::step::{Backend, Fault, State, StepReport};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// What process 0 says, as the first byte of a message.
+/// What rank 0 says, as the first byte of a message.
 const END: u8 = 0;
 const START: u8 = 1;
 const STEP: u8 = 2;
@@ -29,7 +29,7 @@ pub struct Together {
     pack: Pack,
 }
 
-/// What process 0 said.
+/// What rank 0 said.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Said {
     /// There is nothing more to do.
@@ -45,7 +45,7 @@ pub enum Said {
 }
 
 impl Together {
-    /// Of these processes; `pack` puts what process 0 starts from in a message for the others.
+    /// Of these processes; `pack` puts what rank 0 starts from in a message for the others.
     pub fn new(processes: Processes, pack: Pack) -> Self {
         Together { processes, pack }
     }
@@ -59,7 +59,7 @@ impl Together {
         self.processes.rank() == 0
     }
 
-    /// Waits for what process 0 says.
+    /// Waits for what rank 0 says.
     pub fn hear(&self) -> Said {
         let mut message = self.processes.hear();
         match message.first() {
@@ -99,7 +99,7 @@ impl Together {
         Box::new(if self.shares(scene) { cpu.share(self.processes, given) } else { cpu })
     }
 
-    /// Has the others start from where process 0 does: with all bodies, or where steps are shared out each with a part.
+    /// Has the others start from where rank 0 does: with all bodies, or where steps are shared out each with a part.
     pub(super) fn start(&self, scene: &Scene, mut beginning: Beginning) -> Result<Beginning, Fault> {
         if !self.leads() || self.processes.size() == 1 {
             return Ok(beginning);
@@ -126,7 +126,7 @@ impl Together {
         Ok(self.take_part(parts, beginning.state, numbers.map(u64::from_le_bytes)))
     }
 
-    /// Takes up this process's part, of what process 0 gives to all.
+    /// Takes up this process's part, of what rank 0 gives to all.
     fn take_part(
         &self,
         parts: Vec<Vec<u64>>,
@@ -154,7 +154,7 @@ impl Together {
         self.processes.gather_even(&[digest(&stepped)], &mut all);
         match all.iter().position(|other| *other != all[0]) {
             Some(other) => Err(Fault::Processes(format!(
-                "process {other} computed other numbers than process 0: its processor or its mathematical library differs"
+                "process {other} computed other numbers than rank 0: its processor or its mathematical library differs"
             ))),
             None => stepped,
         }
@@ -176,7 +176,7 @@ fn digest(stepped: &Result<StepReport, Fault>) -> u64 {
 }
 
 impl Simulation {
-    /// Starts where process 0 does, as it said, with what it gives.
+    /// Starts where rank 0 does, as it said, with what it gives.
     pub(crate) fn start_with_a_part(
         together: Together,
         scene: Scene,

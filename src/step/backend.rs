@@ -120,7 +120,7 @@ pub trait Backend: Send {
     fn take_forces(&mut self) -> Vec<Box<dyn crate::dynamics::ForceField>>;
     /// Goes on from a state of the same scene that another backend left.
     fn go_on_from(&mut self, state: State) -> Result<(), Fault>;
-    /// Whether the attempt that ended in a fault is to be made anew: it was begun with too little.
+    /// Whether to retry the attempt that failed, with a larger halo.
     fn begins_anew(&self) -> bool {
         false
     }

@@ -86,7 +86,7 @@ pub enum Fault {
         rows: usize,
     },
     /// Two bodies whose shapes have no separation.
-    #[error("bodies {} and {}: there is no separation of a {} and a {}", .pair[0], .pair[1], .shapes[0], .shapes[1])]
+    #[error("bodies {} and {}: contact between {} and {} is not supported", .pair[0], .pair[1], with_article(.shapes[0]), with_article(.shapes[1]))]
     NoSeparation {
         /// The first of each kind.
         pair: [usize; 2],
@@ -110,6 +110,12 @@ pub enum Fault {
     /// Processes that take a simulation together cannot go on.
     #[error("the processes of this run cannot go on together: {0}")]
     Processes(String),
+}
+
+/// "a torus", "an ellipsoid".
+fn with_article(name: &str) -> String {
+    let article = if name.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {name}")
 }
 
 impl Fault {

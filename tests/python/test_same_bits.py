@@ -77,7 +77,7 @@ class SameBits(unittest.TestCase):
             resumed = relcp.Simulation.resume(scene, path)
             self.assertEqual(np.load(path)["position"].tobytes(), half.positions.tobytes())
             other = relcp.Scene.load("colony", {"time.end": 2.1})
-            with self.assertRaisesRegex(relcp.RecordError, "another scene"):
+            with self.assertRaisesRegex(relcp.RecordError, "a different scene"):
                 relcp.Simulation.resume(other, path)
             path.write_bytes(path.read_bytes()[:-40])
             with self.assertRaises(relcp.RecordError):

@@ -102,7 +102,7 @@ impl Solver {
         self.settings
     }
 
-    /// Stops elsewhere from the next problem on.
+    /// Sets when the solver stops, from the next problem on.
     pub fn set_settings(&mut self, settings: Settings) {
         self.settings = settings;
     }

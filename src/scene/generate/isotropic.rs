@@ -100,7 +100,7 @@ fn place(
 
 /// Sides of the box (in a planar scene, of the rectangle) that the centres are in: the periods, and along axes without
 /// one the same for all.
-fn sides(order: &Order, periods: Periods) -> DVec3 {
+pub(super) fn sides(order: &Order, periods: Periods) -> DVec3 {
     // A rule without a fraction fills a whole cell, which has no open axis.
     let whole = order.count as f64 * volume(&order.shape, order.planar) / order.volume_fraction.unwrap_or(1.0);
     let open = |axis: usize| periods.lengths()[axis].is_none() && !(order.planar && axis == 2);

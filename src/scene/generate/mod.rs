@@ -72,6 +72,21 @@ fn check_sheet(scene: &Scene, index: usize, bodies: &Bodies, first: usize) -> Re
     Ok(())
 }
 
+/// What the scene's rule `index` is to place, where it places at random.
+fn order(scene: &Scene, index: usize) -> Option<isotropic::Order> {
+    let Generate::Isotropic { count, shape, volume_fraction, .. } = scene.generate[index] else { return None };
+    Some(isotropic::Order { count, shape, volume_fraction, planar: scene.planar, seed: scene.seed, rule: index })
+}
+
+/// The largest side of the box that rule `index` draws its centres in, along axes without a period; none where the rule
+/// draws none, or every axis has a period.
+pub(super) fn open_side(scene: &Scene, index: usize) -> Option<f64> {
+    let (order, periods) = (order(scene, index)?, scene.periods());
+    let sides = isotropic::sides(&order, periods).to_array();
+    let open = (0..if scene.planar { 2 } else { 3 }).find(|axis| periods.lengths()[*axis].is_none())?;
+    Some(sides[open])
+}
+
 fn place(
     scene: &Scene,
     index: usize,
@@ -81,16 +96,8 @@ fn place(
     goes_on: GoesOn,
 ) -> Result<(), SceneError> {
     match &scene.generate[index] {
-        Generate::Isotropic { count, shape, volume_fraction, .. } => {
-            let order = isotropic::Order {
-                count: *count,
-                shape: *shape,
-                volume_fraction: *volume_fraction,
-                planar: scene.planar,
-                seed: scene.seed,
-                rule: index,
-            };
-            isotropic::add(&order, walls, bodies, group, goes_on)
+        Generate::Isotropic { .. } => {
+            order(scene, index).map_or(Ok(()), |order| isotropic::add(&order, walls, bodies, group, goes_on))
         }
         Generate::Chainmail { columns, rows, major_radius, minor_radius, .. } => {
             chainmail::add(*columns, *rows, *major_radius, *minor_radius, bodies, group);

@@ -67,7 +67,7 @@ pub(super) struct Domain {
     dividing: Vec<Divided>,
     /// The mothers that divided in the last step, where that was shared out.
     divided: Option<Vec<Divided>>,
-    /// The whole state where someone has asked for it: of process 0, and the bodies on all processes.
+    /// The whole state where someone has asked for it: of rank 0, and the bodies on all processes.
     gathered: OnceLock<State>,
     everywhere: OnceLock<Bodies>,
     /// The lines of all bodies before the last step, where that began with parts and ended whole.

@@ -133,7 +133,7 @@ impl Part {
         bodies_in_order(&processes.gather(&self.words(bodies)), bodies)
     }
 
-    /// As [`Part::gather`], on process 0; the others come to nothing.
+    /// As [`Part::gather`], on rank 0; the others come to nothing.
     pub fn gather_at_first(&self, processes: Processes, bodies: &Bodies) -> Bodies {
         let words = processes.gather_at_first(&self.words(bodies));
         if self.rank > 0 { Bodies::default() } else { bodies_in_order(&words, bodies) }

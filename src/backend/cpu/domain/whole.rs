@@ -27,7 +27,7 @@ impl Domain {
         self.part.is_some() && self.gathered.get().is_none()
     }
 
-    /// The state with all bodies and all that is remembered of pairs, on process 0. All processes must ask together.
+    /// The state with all bodies and all that is remembered of pairs, on rank 0. All processes must ask together.
     pub(in crate::backend::cpu) fn gathered<'a>(&'a self, state: &'a State) -> &'a State {
         let Some(part) = &self.part else { return state };
         self.gathered.get_or_init(|| {
