@@ -6,7 +6,8 @@
 //
 // The tangent basis is turned to the Hessian's own axes and the Hessian computed again there: its smaller eigenvalue,
 // which for slender bodies is 1e-9 of the larger, then keeps its digits. Points are those of the maximum itself: a last
-// Newton step, shorter than the rounding of a normal, still moves the points of flat bodies.
+// Newton step, shorter than the rounding of a normal, still moves the points of flat bodies. It does so to first order,
+// and only where it is shorter than LAST_CLIMB beside the angle over which the curvature changes.
 
 // Normals tried at most. Over thousands of random poses in deep overlap none took more than 128 steps at aspect ratios
 // up to 1000.
@@ -18,9 +19,6 @@ const LONGEST_STEP: real = 1.0;
 const DEFINITE: real = 1e-13;
 // What a step that failed is shortened by.
 const SHORTEN: real = 0.25;
-// A last step moves the points only where it is this short beside the angle over which the curvature changes: to first
-// order it is exact.
-const LAST_STEP: real = 0.03;
 
 // A normal, f there, and the bodies' points with that outward normal.
 struct Peak {
@@ -108,7 +106,7 @@ fn climb(delta: vec3r, a: Support, b: Support, start: vec3r) -> Peak {
         if last || slope <= GRADIENT_FLOOR * size {
             // What is left of curvatures less an overlap of their size is rounding, and so is a step over it.
             let known = least > 8.0 * EPSILON * max(-next.value, 0.0);
-            if definite && known && long * aspect <= LAST_STEP {
+            if definite && known && long * aspect <= LAST_CLIMB {
                 peak.point_a += e1 * (hessian_a.x * step.x + hessian_a.y * step.y) + e2 * (hessian_a.y * step.x + hessian_a.z * step.y);
                 peak.point_b += e1 * (hessian_b.x * step.x + hessian_b.y * step.y) + e2 * (hessian_b.y * step.x + hessian_b.z * step.y);
             }

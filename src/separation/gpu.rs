@@ -233,6 +233,9 @@ pub(crate) fn add_tolerances_to(source: Source) -> Source {
         // A gradient, and a change in the function climbed, that are rounding, as fractions of the sizes.
         ("GRADIENT_FLOOR", 0.0, 2.0),
         ("VALUE_FLOOR", 0.0, 4.0),
+        // The longest last step to a maximum, beside the angle over which the curvature changes: points leave the
+        // surfaces by the square of it, by 1e-8 in 64 bits and 1e-3 in 32 bits.
+        ("LAST_CLIMB", 1e-4, 2.5e5),
     ];
     tolerances
         .into_iter()
