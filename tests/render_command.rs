@@ -240,7 +240,7 @@ fn what_cannot_be_drawn_is_said_before_anything_is_written() {
         (&["render", "run", "--format", "svg", "--movie", "x.mp4"], 2, "--format"),
         (&["render", "run", "--out", "run/scene.json"], 4, "scene.json"),
         (&["render", "empty"], 4, "there is no state to draw"),
-        (&["render", "no-such-run"], 4, "no-such-run"),
+        (&["render", "no-such-run"], 2, "no-such-run"),
     ] {
         let (out, err) = relcp(place.path(), arguments, status);
         // A message is broken into lines and indented.

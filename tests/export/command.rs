@@ -99,7 +99,7 @@ fn what_cannot_be_done_is_said_and_leaves_no_file() {
         (&["export", "colony", "--format", "pdb"], 2),
         (&["export", "colony", "--format", "gsd", "--cutoff", "0.1"], 2),
         (&["export", "colony", "--format", "vtk", "--cutoff", "nan"], 2),
-        (&["export", "no-such-run", "--format", "gsd"], 4),
+        (&["export", "no-such-run", "--format", "gsd"], 2),
         (&["export", "nothing.npz", "--format", "gsd", "--out", "new"], 4),
         (&["export", "colony", "--format", "gsd", "--out", "colony/scene.json"], 4),
     ] {
