@@ -313,5 +313,5 @@ fn a_step_that_leaps_over_images_and_bodies_out_of_sight_are_faults() {
     let mut bodies = scene.build().unwrap();
     bodies.shape[0] = relcp::shape::Shape::Sphere { radius: 1.5 };
     let fault = Simulation::builder(scene).bodies(bodies).build().unwrap().step().unwrap_err();
-    assert!(fault.to_string().contains("half of the period 4.0"), "{fault}");
+    assert!(fault.to_string().contains("half of the period 4;"), "{fault}");
 }

@@ -247,7 +247,7 @@ fn a_body_that_is_driven_away_without_end_is_a_fault() {
         }
     };
     assert_eq!(fault.name(), "run_away");
-    assert!(fault.to_string().contains("body 0 is 1.1e6 from where the scene starts"), "{fault}");
+    assert!(fault.to_string().contains("body 0 is 1.05e6 from where the scene starts"), "{fault}");
     of["time"]["end"] = json!(0.1);
     assert!(relcp::Simulation::new(parse(&of)).unwrap().step().is_ok());
 }
