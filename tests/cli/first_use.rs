@@ -161,7 +161,10 @@ fn a_time_step_a_hundred_times_too_long_is_warned_of() {
     assert_eq!(warnings("0.1"), json!([]));
     let warned = warnings("100");
     assert_eq!(warned.as_array().unwrap().len(), 1, "{warned}");
-    assert!(warned[0].as_str().unwrap().starts_with("time.dt is too long: forces.0 moves a body by 25 of its"), "{warned}");
+    assert!(
+        warned[0].as_str().unwrap().starts_with("time.dt is too long: forces.0 moves a body by 25 of its"),
+        "{warned}"
+    );
 }
 
 #[test]

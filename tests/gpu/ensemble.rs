@@ -61,7 +61,7 @@ fn a_members_bits_are_those_of_the_scene_alone_on_that_device() {
 /// Four colonies, and one in a container that is full in its third step.
 fn plan() -> Plan {
     let text = r#"{ "name": "colonies", "scene": "colony",
-        "set": { "time.dt": 0.02, "time.end": 1.4, "output.every": 10, "output.picture": false },
+        "set": { "time.dt": 0.02, "time.end": 1.0, "output.every": 10, "output.picture": false },
         "list": [ { "seed": 1 }, { "seed": 2, "growth.rate": 1.1 },
                   { "walls": [ { "cylinder": { "center": [0, 0, 0], "axis": [0, 0, 1], "radius": 1.05 } } ] },
                   { "seed": 4, "contact.overlap_tolerance": 1e-4 }, { "seed": 5 } ] }"#;
