@@ -100,7 +100,8 @@ pub struct StepReport {
     pub largest_move: f64,
     /// The body that it moved so far.
     pub moved: Option<usize>,
-    /// The largest separation of a contact that pushes, a length.
+    /// The largest separation of a contact that pushes, a length; zero where contact parts no bodies by more than 0.005
+    /// of the thinner one's thickness.
     pub largest_push_gap: f64,
     /// The energy that contact added, where bodies have inertia; negative where it took some.
     pub contact_energy: f64,

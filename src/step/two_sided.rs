@@ -51,7 +51,8 @@ pub struct Effect {
     pub largest_move: f64,
     /// See [`Effect::largest_move`].
     pub moved: Option<usize>,
-    /// The largest separation of a contact that pushes, a length, and its pair; the second may be a wall's surface.
+    /// The largest separation of a contact that pushes, a length, and its pair; the second may be a wall's surface. The
+    /// CPU looks where contact may have parted bodies by more than 0.005 of the thinner one's thickness.
     pub push_gap: f64,
     /// See [`Effect::push_gap`].
     pub push_pair: Option<[u32; 2]>,

@@ -20,6 +20,11 @@ const OF_THE_WEDGE: f64 = 0.1;
 /// beyond their free motions and the slack between them: a link of a chain is pulled through its neighbour.
 pub(crate) const THROWN: f64 = 0.5;
 
+/// A push is looked at if contact may have parted its bodies by more than this part of the thinner one's thickness: a
+/// quarter of what a push may end apart at least. Of rings, whose separations are dear, a sheet that is stretched took
+/// twice the time without it.
+const LOOKED_AT: f64 = 0.005;
+
 /// What rounding makes of the work of contact, in parts of that on the bodies.
 const ROUNDING_OF_WORK: f64 = 1e-9;
 
@@ -71,10 +76,28 @@ impl<const D: usize> Cpu<D> {
         gap * thickness + slide * slide / thickness
     }
 
-    /// The branches that push, where they are at the trial.
-    fn pushing_at_trial(&self) -> Vec<(Push, Near)> {
+    /// How far apart a push may end at most: the two points of a contact that pushes meet by its rows, and come apart
+    /// by what they move. Rows may be made elsewhere, for which there is twice as much.
+    fn may_part(&self, pair: [u32; 2]) -> f64 {
+        let dt = self.start.interval;
+        let part = |number: u32| match surface_of(number) {
+            Some(_) => (DVec3::ZERO, 0.0),
+            None => {
+                let Twist { linear, angular } = self.trial.twist[number as usize];
+                (dt * linear, dt * angular.length() * self.start.bodies.shape[number as usize].bounding_radius())
+            }
+        };
+        let [(a, turned_a), (b, turned_b)] = pair.map(part);
+        2.0 * ((b - a).length() + turned_a + turned_b)
+    }
+
+    /// The branches that push and may end farther apart than `least`, where they are at the trial.
+    fn pushing_at_trial(&self, least: impl Fn([u32; 2]) -> f64) -> Vec<(Push, Near)> {
         let placed = |i: usize| self.trial.placed(&self.start, i);
-        let pushing = self.rows.pushing(self.solve.tolerance());
+        let mut pushing = self.rows.pushing(self.solve.tolerance());
+        // Images of a cell that is sheared or changes move too.
+        let images_move = self.setup.strain.is_some();
+        pushing.retain(|push| images_move || self.may_part(push.pair) > least(push.pair));
         pushing.into_iter().filter_map(|push| Some((push, self.branch_of(&push, placed)?))).collect()
     }
 
@@ -85,9 +108,14 @@ impl<const D: usize> Cpu<D> {
         let bounded = setup.has_inertia && !works && !self.start.parting;
         let mut effect = Effect { energy_allowed: if bounded { 0.0 } else { f64::INFINITY }, ..Effect::default() };
         if self.start.proxies.is_empty() {
-            for (push, near) in self.pushing_at_trial() {
+            for (push, near) in self.pushing_at_trial(|pair| LOOKED_AT * self.thickness(pair)) {
                 self.add_push(&mut effect, &push, &near, gap);
             }
+            let undone = self.setup.overlap_tolerance.max(self.first.overlap) + self.solve.residual();
+            let own = |push: &Push| !self.start.is_foreign(push.pair[0] as usize);
+            let pushes = self.rows.pushing(self.solve.tolerance());
+            effect.energy_allowed +=
+                pushes.iter().filter(|push| own(push)).map(|push| push.gamma * undone).sum::<f64>();
         }
         for (i, (twist, motion)) in self.trial.twist.iter().zip(&self.motions.motion).enumerate() {
             if self.start.is_idle(i) {
@@ -141,8 +169,6 @@ impl<const D: usize> Cpu<D> {
         let explained = bodies.iter().flatten().map(|i| free(*i)).sum::<f64>() + self.first.overlap;
         let far = (b - a).length() - THROWN * thickness - explained;
         effect.thrown += usize::from(far > 0.0 && far > self.slack(push));
-        let undone = self.setup.overlap_tolerance.max(self.first.overlap) + self.solve.residual();
-        effect.energy_allowed += push.gamma * undone;
     }
 
     /// The work of contact on a body in the step: its impulse along the mean of the velocities with contact and without.
@@ -229,26 +255,16 @@ impl<const D: usize> TwoSided for Cpu<D> {
     }
 
     fn throws(&self, gap: f64) -> bool {
-        // A contact pushes where its two points meet by their rows: apart of each other they come by what they move.
-        let dt = self.start.interval;
         let bodies = self.start.bodies.len();
-        let part = |place: u32| match (place as usize) < bodies {
-            true => {
-                let Twist { linear, angular } = self.trial.twist[place as usize];
-                (dt * linear, dt * angular.length() * self.start.bodies.shape[place as usize].bounding_radius())
-            }
-            false => (DVec3::ZERO, 0.0),
-        };
         let mut pushing = self.rows.problem.pair.iter().zip(&self.rows.gamma).filter(|(_, gamma)| **gamma > 0.0);
         pushing.any(|(pair, _)| {
-            let [(a, turned_a), (b, turned_b)] = pair.map(part);
             let pair = pair.map(|place| of_rows(place, bodies));
-            2.0 * ((b - a).length() + turned_a + turned_b) > gap * self.thickness(pair)
+            self.may_part(pair) > gap * self.thickness(pair)
         })
     }
 
     fn catch(&mut self, gap: f64, size: f64) -> usize {
-        let thrown = self.pushing_at_trial();
+        let thrown = self.pushing_at_trial(|pair| self.allowed_gap(pair, gap));
         let thrown = thrown.iter().filter(|(_, near)| near.found.separation > self.allowed_gap(near.pair, gap));
         let thrown: Vec<Push> = thrown.map(|(push, _)| *push).collect();
         if thrown.is_empty() {
@@ -264,7 +280,7 @@ impl<const D: usize> TwoSided for Cpu<D> {
     fn loosen(&mut self, gap: f64) -> Loosened {
         let mut of = BTreeMap::new();
         let mut anew = Vec::new();
-        for (push, near) in self.pushing_at_trial() {
+        for (push, near) in self.pushing_at_trial(|pair| self.allowed_gap(pair, gap)) {
             if near.found.separation > self.allowed_gap(near.pair, gap) {
                 for body in push.pair.into_iter().filter(|number| surface_of(*number).is_none()) {
                     of.insert(body, self.trial.scaled[body as usize]);
