@@ -23,5 +23,7 @@ fn in_plane_normal(delta: vec3r, a: Placed, b: Placed) -> Separation {
             normal = n;
         }
     }
+    // Degenerate case: two that are no longer than thick, one in the other, have no such normal; the first does.
+    if best == -HUGE { best = dot(normal, delta.xy) - outline_height(body_a, normal) - outline_height(body_b, normal); }
     return separation_along(delta, a, b, normal, best);
 }

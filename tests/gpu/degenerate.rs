@@ -15,12 +15,16 @@ use crate::device::{device, precisions};
 use crate::separation::harness::{answers, compare};
 use crate::separation::poses::Pose;
 use crate::walls::separation as at_walls;
+use glam::{DQuat, DVec3};
 use oracle::{Errors, pair_errors, planar_errors};
 use placements::{KINDS, SURFACES, at_wall, pair, pairs_of, planar_pair};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use relcp::gpu::Precision;
 use relcp::internals::gpu::Lattice;
+use relcp::separation::Placed;
+use relcp::shape::Shape;
+use std::f64::consts::FRAC_PI_2;
 use tally::{Limits, Tally, draws};
 use wall_oracle::{sound_at_wall, wall_errors};
 
@@ -92,6 +96,20 @@ fn planar_pairs_in_degenerate_placements_are_those_of_the_oracle() {
         wrong.extend(found.into_iter().map(|(kind, count)| (precision, kind.to_owned(), count)));
     }
     assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+#[test]
+fn rods_as_long_as_thick_with_one_centre_overlap_in_the_plane_by_what_they_are_thick() {
+    let Some(gpu) = device() else { return };
+    let rod = Shape::Spherocylinder { diameter: 1.0, length: 1.0 };
+    let lying = DQuat::from_rotation_y(FRAC_PI_2);
+    let at_origin = |shape| Placed { shape, position: DVec3::ZERO, orientation: lying };
+    let poses = [rod, Shape::Sphere { radius: 0.75 }].map(|other| Pose::of([at_origin(rod), at_origin(other)]));
+    for precision in precisions(gpu) {
+        for (answer, thick) in answers(gpu, precision, true, &poses).iter().zip([1.0, 1.25]) {
+            assert!((answer.found.separation + thick).abs() < 1e-6, "{answer:?}");
+        }
+    }
 }
 
 #[test]
