@@ -7,11 +7,6 @@ use std::sync::{Arc, OnceLock};
 /// How many tests were skipped.
 static SKIPPED: AtomicUsize = AtomicUsize::new(0);
 
-/// Whether tests take all of their cases, also those that take minutes on a software adapter: `RELCP_LONG_TESTS=1`.
-pub fn long_tests() -> bool {
-    std::env::var_os("RELCP_LONG_TESTS").is_some()
-}
-
 /// The device, or `None` after a line that says so.
 pub fn device() -> Option<&'static Arc<Gpu>> {
     static DEVICE: OnceLock<Result<Arc<Gpu>, String>> = OnceLock::new();

@@ -1,6 +1,6 @@
 //! The LCP solvers on the device against those on the CPU.
 
-use crate::device::{device, long_tests, precisions};
+use crate::device::{device, precisions};
 use npyz::NpyFile;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -96,6 +96,11 @@ fn error<const D: usize>(v: &[[f64; D]], reference: &[[f64; D]]) -> f64 {
     let size = reference.iter().map(|x| x * x).sum::<f64>().sqrt();
     let apart = v.iter().zip(reference).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
     if size > 0.0 { apart / size } else { apart }
+}
+
+/// Whether tests take all of their cases, also those that take minutes on a software adapter: `RELCP_LONG_TESTS=1`.
+fn long_tests() -> bool {
+    std::env::var_os("RELCP_LONG_TESTS").is_some()
 }
 
 const STORED: [&str; 5] =
