@@ -46,7 +46,9 @@ class Forces(unittest.TestCase):
         # The same trap twice: the scene's own, and as a function.
         for stepping in ["euler", "midpoint"]:
             for dynamics in [{"overdamped": {"drag": 1.0}}, {"inertial": {"density": 1.0}}]:
-                more = {"dynamics": dynamics, "time": {"dt": 0.01, "end": 0.2, "stepping": stepping}}
+                # The default tolerance follows the scene's own forces.
+                solver = {"tolerance": 1e-9}
+                more = {"dynamics": dynamics, "time": {"dt": 0.01, "end": 0.2, "stepping": stepping}, "solver": solver}
                 trap = {"trap": {"stiffness": 3.0, "center": [0, 0, 0]}}
                 own = relcp.Simulation(rods(forces=[trap], **more))
                 own.run()

@@ -112,7 +112,7 @@ class BadScenes(unittest.TestCase):
 
     def test_files(self):
         fault = self.refused(lambda: relcp.Scene.load("two-elipsoids"))
-        self.assertEqual(fault.kind, "io")
+        self.assertEqual(fault.kind, "unknown_scene")
         self.assertIn("two-ellipsoids", fault.help)
 
     def test_bodies_without_a_place(self):

@@ -69,8 +69,17 @@ impl<const D: usize> RowSet<D> {
     /// The rows of each branch that pushes, those whose multipliers together move it by more than `least`; the first of
     /// them and the sum of their multipliers, sorted by pair and feature.
     pub(super) fn pushing(&self, least: f64) -> Vec<Push> {
+        self.pushing_of(least, |_| true)
+    }
+
+    /// The same of the pairs that are `asked` for: told before rows are sorted, which costs more than to ask.
+    pub(super) fn pushing_of(&self, least: f64, asked: impl Fn([u32; 2]) -> bool) -> Vec<Push> {
         let mut pushing: Vec<Push> = Vec::new();
-        let mut order: Vec<u32> = (0..self.gamma.len() as u32).filter(|row| self.gamma[*row as usize] > 0.0).collect();
+        let pushes = |row: &u32| {
+            let at = *row as usize;
+            self.gamma[at] > 0.0 && asked(self.problem.pair[at].map(|place| of_rows(place, self.bodies)))
+        };
+        let mut order: Vec<u32> = (0..self.gamma.len() as u32).filter(pushes).collect();
         let key = |row: &u32| (self.problem.pair[*row as usize], self.feature[*row as usize], *row);
         order.sort_unstable_by_key(key);
         for row in order {

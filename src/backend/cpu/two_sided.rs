@@ -94,10 +94,10 @@ impl<const D: usize> Cpu<D> {
     /// The branches that push and may end farther apart than `least`, where they are at the trial.
     fn pushing_at_trial(&self, least: impl Fn([u32; 2]) -> f64) -> Vec<(Push, Near)> {
         let placed = |i: usize| self.trial.placed(&self.start, i);
-        let mut pushing = self.rows.pushing(self.solve.tolerance());
         // Images of a cell that is sheared or changes move too.
         let images_move = self.setup.strain.is_some();
-        pushing.retain(|push| images_move || self.may_part(push.pair) > least(push.pair));
+        let may_be_apart = |pair| images_move || self.may_part(pair) > least(pair);
+        let pushing = self.rows.pushing_of(self.solve.tolerance(), may_be_apart);
         pushing.into_iter().filter_map(|push| Some((push, self.branch_of(&push, placed)?))).collect()
     }
 
@@ -111,11 +111,9 @@ impl<const D: usize> Cpu<D> {
             for (push, near) in self.pushing_at_trial(|pair| LOOKED_AT * self.thickness(pair)) {
                 self.add_push(&mut effect, &push, &near, gap);
             }
-            let undone = self.setup.overlap_tolerance.max(self.first.overlap) + self.solve.residual();
-            let own = |push: &Push| !self.start.is_foreign(push.pair[0] as usize);
-            let pushes = self.rows.pushing(self.solve.tolerance());
-            effect.energy_allowed +=
-                pushes.iter().filter(|push| own(push)).map(|push| push.gamma * undone).sum::<f64>();
+            if bounded {
+                effect.energy_allowed += self.energy_of_what_is_undone();
+            }
         }
         for (i, (twist, motion)) in self.trial.twist.iter().zip(&self.motions.motion).enumerate() {
             if self.start.is_idle(i) {
@@ -139,6 +137,14 @@ impl<const D: usize> Cpu<D> {
             }
         }
         effect
+    }
+
+    /// What pushes may do by what the step may leave undone: an overlap, and the residual.
+    fn energy_of_what_is_undone(&self) -> f64 {
+        let undone = self.setup.overlap_tolerance.max(self.first.overlap) + self.solve.residual();
+        let rows = self.rows.problem.pair.iter().zip(&self.rows.gamma);
+        let own = rows.filter(|(pair, gamma)| **gamma > 0.0 && !self.start.is_foreign(pair[0] as usize));
+        own.map(|(_, gamma)| gamma * undone).sum()
     }
 
     /// How far apart a push begins; nothing where it overlaps.
