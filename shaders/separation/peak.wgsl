@@ -109,7 +109,7 @@ fn climb(delta: vec3r, a: Support, b: Support, start: vec3r) -> Peak {
             if definite && known && long * aspect <= LAST_CLIMB {
                 peak.point_a += e1 * (hessian_a.x * step.x + hessian_a.y * step.y) + e2 * (hessian_a.y * step.x + hessian_a.z * step.y);
                 peak.point_b += e1 * (hessian_b.x * step.x + hessian_b.y * step.y) + e2 * (hessian_b.y * step.x + hessian_b.z * step.y);
-                // Of deep bodies the points part across by the overlap times the turn, unless the normal turns with them.
+                // Points of deep bodies part by the overlap times the turn, unless the normal turns too.
                 peak.normal = normalize(normal + e1 * step.x + e2 * step.y);
             }
             break;

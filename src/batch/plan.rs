@@ -168,9 +168,8 @@ impl Plan {
         self.scene_with(self.sweep.picks(index))
     }
 
-    /// The folder that a sweep has in `parent` where none is named. Where its name is not fit for a folder, digits of
-    /// the name's hash tell it from other sweeps, unless members of this one are in the folder without them, as earlier
-    /// versions had it.
+    /// The sweep's default folder in `parent`. A name that cannot name a folder gets digits of its hash, so that sweeps
+    /// do not share a folder. A folder without these digits is kept if it has members of this sweep.
     pub fn folder_in(&self, parent: &Path) -> PathBuf {
         let (name, plain) = (&self.sweep.name, folder_name(&self.sweep.name));
         let own = parent.join(&plain);

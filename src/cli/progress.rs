@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 const LINE_EVERY: Duration = Duration::from_secs(5);
 /// Time between updates of the bar's text.
 const TEXT_EVERY: Duration = Duration::from_millis(200);
-/// Bounds of the time left that are no farther apart than by this factor are said as one time.
+/// If the upper bound of the time left is at most this many times the lower one, one time is shown.
 const CLOSE: f64 = 3.0;
 
 /// Shows a run's progress.

@@ -87,7 +87,7 @@ fn print(file: &Path, viewed: &Viewed) -> Result<(), CliError> {
 /// How long a program that shows files may take to say that it cannot; after that it shows the file.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Asks the system to show the file. That it cannot is no fault of the page, and is said.
+/// Asks the system to show the file. A message says why if it cannot; the page is complete all the same.
 fn show(file: &Path) {
     if let Err(why) = ask_to_show(file) {
         output::message(&format!("no browser was opened: {why}; open {} in one yourself", file.display()));

@@ -156,8 +156,8 @@ impl<const D: usize> Solver<D> {
         self
     }
 
-    /// Sets the order of the bodies of the next problems. Where they are a process's domain, all processes solve together,
-    /// and the problem is the rows of this one.
+    /// Sets the order of the bodies of the next problems. Where they are a process's domain, all processes
+    /// solve together, and the problem is the rows of this one.
     pub(crate) fn place(&mut self, places: Option<Places>) {
         self.cpu.place(places);
     }

@@ -27,8 +27,8 @@ pub struct EarlierRun {
 }
 
 impl EarlierRun {
-    /// The runs right in the folder `parent`, the newest checkpoint first; with a name only those whose folders
-    /// [`Folder::create_in`] made for a scene of this name. A folder that cannot be read has none.
+    /// The runs in the folder `parent`, the newest checkpoint first. With a name: only runs of scenes of this name, by
+    /// their folders' names ([`Folder::create_in`]). An unreadable folder has no runs.
     pub fn all_in(parent: &Path, name: Option<&str>) -> Vec<EarlierRun> {
         let entries = fs::read_dir(parent).into_iter().flatten().flatten().map(|entry| entry.path());
         let named = entries.filter(|path| name.is_none_or(|name| is_numbered(path, name)));

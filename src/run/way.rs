@@ -3,12 +3,7 @@
 use crate::bodies::Bodies;
 use crate::digits::{few, significant};
 use crate::scene::Scene;
-
-/// Bodies that move by more of their thickness than this in a step are remarked on. Of the built-in scenes those that
-/// move farthest come to half of it (`sedimentation`, by heat).
-const MOST: f64 = 1.0;
-/// What a time step is proposed for: bodies move by this part of their thickness.
-const PROPOSED: f64 = 0.1;
+use crate::scene::remarks::{FARTHEST, PROPOSED};
 
 /// The farthest that a body's velocity carries it in a step, in thicknesses of its own. A flow carries all alike, so
 /// that its scenes have none.
@@ -29,7 +24,7 @@ pub(super) fn warnings(scene: &Scene, farthest: f64) -> Vec<String> {
 
 fn warning(scene: &Scene, farthest: f64) -> Option<String> {
     let proposed = scene.time.dt * PROPOSED / farthest;
-    (farthest > MOST).then(|| {
+    (farthest > FARTHEST).then(|| {
         format!(
             "bodies move by up to {} thicknesses in a step: time.dt is too long for them to meet where they should; with {} they move by a tenth",
             few(farthest),

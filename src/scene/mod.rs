@@ -24,7 +24,7 @@ mod place;
 mod read;
 #[cfg(feature = "files")]
 mod reference;
-mod remarks;
+pub(crate) mod remarks;
 #[cfg(feature = "files")]
 mod set;
 mod settings;

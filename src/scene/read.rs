@@ -107,7 +107,7 @@ impl BuiltIn {
     /// The one of this name.
     ///
     /// # Errors
-    /// [`SceneError`] of the kind [`FaultKind::UnknownScene`] where there is none, with the nearest name.
+    /// [`FaultKind::UnknownScene`] if no built-in scene has this name; its help has the nearest name.
     pub fn find(name: &str) -> Result<&'static BuiltIn, SceneError> {
         BuiltIn::named(name).ok_or_else(|| unknown_scene(name, "there is no built-in scene"))
     }

@@ -7,12 +7,12 @@ use glam::DVec3;
 /// An overlap tolerance of more than this part of the thinnest body's thickness is remarked on: bodies are then seen to
 /// overlap.
 const LARGE_TOLERANCE: f64 = 0.1;
-/// A force, or a velocity at the start, that carries a body by more of its thicknesses than this in a step is remarked
-/// on. Of the built-in scenes none comes to a fifth of it.
-const FARTHEST: f64 = 1.0;
+/// A body that moves by more of its thicknesses than this in a step is remarked on. Forces of the built-in scenes come to
+/// a fifth of it at most, heat to half of it (`sedimentation`).
+pub(crate) const FARTHEST: f64 = 1.0;
 /// What a time step is proposed for: bodies move by this part of their thickness.
-const PROPOSED: f64 = 0.1;
-/// Two rules that place bodies in boxes whose sides differ by more than this are remarked on: their bodies are not mixed.
+pub(crate) const PROPOSED: f64 = 0.1;
+/// Two rules that place bodies in boxes whose sides differ by more than this are remarked on: they are not mixed.
 const UNMIXED: f64 = 0.1;
 
 impl Scene {

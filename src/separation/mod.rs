@@ -210,9 +210,9 @@ pub fn supports(a: &Shape, b: &Shape) -> bool {
 /// use glam::{DQuat, DVec3};
 /// use relcp::separation::{Placed, bound};
 /// use relcp::shape::Shape;
-/// let ball = |x| Placed { shape: Shape::Sphere { radius: 1.0 }, position: DVec3::X * x, orientation: DQuat::IDENTITY
-/// }; assert_eq!(bound(&ball(0.0), &ball(3.0), DVec3::X), 1.0); assert!(bound(&ball(0.0), &ball(3.0), DVec3::Y) <=
-/// 1.0);
+/// let ball = |x| Placed { shape: Shape::Sphere { radius: 1.0 }, position: DVec3::X * x, orientation: DQuat::IDENTITY };
+/// assert_eq!(bound(&ball(0.0), &ball(3.0), DVec3::X), 1.0);
+/// assert!(bound(&ball(0.0), &ball(3.0), DVec3::Y) <= 1.0);
 /// ```
 #[inline]
 pub fn bound(a: &Placed, b: &Placed, normal: DVec3) -> f64 {

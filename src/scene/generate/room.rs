@@ -31,7 +31,7 @@ pub(super) struct Room<'a> {
 }
 
 impl Room<'_> {
-    /// Refuses at once what cannot fit: bodies that fill more of the part inside of the walls than random placement can.
+    /// Refuses bodies that fill more of the part inside of the walls than random placement can, before any is drawn.
     pub fn check(&self) -> Result<(), SceneError> {
         if self.walls.is_empty() {
             return Ok(());
