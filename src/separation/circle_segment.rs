@@ -52,8 +52,9 @@ fn at_place(delta: DVec3, a: Circle, b: Segment, at: f64) -> Nearest {
     let from = toward * a.radius;
     let gap = delta + to - from;
     let distance = gap.length();
-    let of_a = Course { along: a.axis.cross(toward), end: None };
-    let normal = meeting::normal(of_a, Course::of_segment(b.axis, b.half, at), gap, distance, gap, size);
+    let of_ring = || Course { along: a.axis.cross(toward), end: None };
+    let courses = || [of_ring(), Course::of_segment(b.axis, b.half, at)];
+    let normal = meeting::normal(courses, gap, distance, gap, size);
     Nearest { from, to, normal, distance }
 }
 

@@ -304,7 +304,7 @@ fn at_angle(delta: DVec3, a: &Circle, b: &Circle, angle: f64, size: f64) -> Near
     let from = toward * a.radius;
     let gap = delta + to - from;
     let distance = gap.length();
-    let [of_a, of_b] = [a.axis.cross(toward), along].map(|along| Course { along, end: None });
-    let normal = meeting::normal(of_a, of_b, gap, distance, gap, size);
+    let courses = || [a.axis.cross(toward), along].map(|along| Course { along, end: None });
+    let normal = meeting::normal(courses, gap, distance, gap, size);
     Nearest { from, to, normal, distance }
 }

@@ -49,11 +49,19 @@ impl Course {
 /// The unit vector from a curve to the other, given the gap between their nearest points, and its length. Where they
 /// cross it is turned with `toward`. `size` is what the gap's rounding is a fraction of.
 #[inline]
-pub(super) fn normal(a: Course, b: Course, gap: DVec3, distance: f64, toward: DVec3, size: f64) -> DVec3 {
-    if distance > NEAR * size { gap / distance } else { nearly_met(a, b, gap, distance, toward, size) }
+pub(super) fn normal(
+    courses: impl FnOnce() -> [Course; 2],
+    gap: DVec3,
+    distance: f64,
+    toward: DVec3,
+    size: f64,
+) -> DVec3 {
+    if distance > NEAR * size { gap / distance } else { nearly_met(courses(), gap, distance, toward, size) }
 }
 
-fn nearly_met(a: Course, b: Course, gap: DVec3, distance: f64, toward: DVec3, size: f64) -> DVec3 {
+#[cold]
+#[inline(never)]
+fn nearly_met([a, b]: [Course; 2], gap: DVec3, distance: f64, toward: DVec3, size: f64) -> DVec3 {
     let sine = a.along.cross(b.along).length();
     // Their common perpendicular, where the gap is along it: not at an end that rounding has moved inside.
     let perpendicular = || {

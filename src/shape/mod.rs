@@ -206,6 +206,15 @@ impl Shape {
         }
     }
 
+    /// The radius of a ball that touches the surface at any point from inside and does not leave the body.
+    pub(crate) fn inner_ball_radius(&self) -> f64 {
+        match self.geometry() {
+            Geometry::Centreline { radius, .. } => radius,
+            Geometry::Ellipsoid { radii } => radii.min_element().powi(2) / radii.max_element(),
+            Geometry::Convex(convex) => convex.roundness(),
+        }
+    }
+
     /// The length `L` of the local drag law: the largest extent, twice the bounding radius for every shape.
     #[inline]
     pub fn major_axis(&self) -> f64 {
@@ -406,5 +415,49 @@ fn check_axis_count(count: usize) -> Result<(), ProxyError> {
         Err(ProxyError::Even { count })
     } else {
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::separation::{Placed, separation};
+    use glam::EulerRot;
+    use rand::{RngExt, SeedableRng};
+    use std::f64::consts::PI;
+
+    fn placed(shape: Shape, rng: &mut impl RngExt, reach: f64) -> Placed {
+        let mut draw = |most: f64| rng.random_range(-most..most);
+        let position = DVec3::new(draw(reach), draw(reach), draw(reach));
+        Placed { shape, position, orientation: DQuat::from_euler(EulerRot::ZYZ, draw(PI), draw(PI), draw(PI)) }
+    }
+
+    #[test]
+    fn bodies_are_no_farther_apart_than_the_inner_balls_of_an_earlier_contact() {
+        let shapes = [
+            Shape::Sphere { radius: 0.4 },
+            Shape::Spherocylinder { diameter: 0.5, length: 2.0 },
+            Shape::Ellipsoid { radii: [0.3, 0.5, 1.0] },
+            Shape::Ellipsoid { radii: [1.0, 1.0, 0.05] },
+        ];
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+        for (first, second) in shapes.into_iter().flat_map(|first| shapes.map(|second| (first, second))) {
+            for _ in 0..200 {
+                let [a, b] = [placed(first, &mut rng, 2.0), placed(second, &mut rng, 2.0)];
+                let found = separation(&a, &b, None).unwrap();
+                if found.separation < 0.0 {
+                    continue;
+                }
+                let moved = placed(second, &mut rng, 0.5);
+                let moved = Placed { position: b.position + moved.position, ..moved };
+                let [ball_a, ball_b] = [first, second].map(|shape| shape.inner_ball_radius());
+                let centre_a = a.position + found.lever_a - found.normal * ball_a;
+                let centre_b = b.orientation.inverse() * (found.lever_b + found.normal * ball_b);
+                let balls = centre_a.distance(moved.position + moved.orientation * centre_b) - (ball_a + ball_b);
+                let bodies = separation(&a, &moved, None).unwrap().separation;
+                // Deep in each other the separation of bodies is not that of balls inside.
+                assert!(balls < 0.0 || bodies <= balls + 1e-12, "{first:?} {second:?}: {bodies} > {balls}");
+            }
+        }
     }
 }

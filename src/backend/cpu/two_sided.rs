@@ -78,17 +78,24 @@ impl<const D: usize> Cpu<D> {
 
     /// How far apart a push may end at most: the two points of a contact that pushes meet by its rows, and come apart
     /// by what they move. Rows may be made elsewhere, for which there is twice as much.
+    ///
+    /// Two bodies are no farther apart than two balls inside of them that touch where the rows were made. These part by
+    /// the square of how far they slide past each other.
     fn may_part(&self, pair: [u32; 2]) -> f64 {
         let dt = self.start.interval;
         let part = |number: u32| match surface_of(number) {
-            Some(_) => (DVec3::ZERO, 0.0),
+            Some(_) => (DVec3::ZERO, 0.0, 0.0),
             None => {
                 let Twist { linear, angular } = self.trial.twist[number as usize];
-                (dt * linear, dt * angular.length() * self.start.bodies.shape[number as usize].bounding_radius())
+                let shape = &self.start.bodies.shape[number as usize];
+                (dt * linear, dt * angular.length() * shape.bounding_radius(), shape.inner_ball_radius())
             }
         };
-        let [(a, turned_a), (b, turned_b)] = pair.map(part);
-        2.0 * ((b - a).length() + turned_a + turned_b)
+        let [(a, turned_a, ball_a), (b, turned_b, ball_b)] = pair.map(part);
+        let slide = 2.0 * ((b - a).length() + turned_a + turned_b);
+        // At a wall, which may be curved by more than the body: the slide.
+        let ball = ball_a.min(ball_b);
+        if slide < ball { slide * slide / ball } else { slide }
     }
 
     /// The branches that push and may end farther apart than `least`, where they are at the trial.
@@ -270,7 +277,7 @@ impl<const D: usize> TwoSided for Cpu<D> {
     }
 
     fn catch(&mut self, gap: f64, size: f64) -> usize {
-        let thrown = self.pushing_at_trial(|pair| self.allowed_gap(pair, gap));
+        let thrown = self.pushing_at_trial(|pair| gap * self.thickness(pair));
         let thrown = thrown.iter().filter(|(_, near)| near.found.separation > self.allowed_gap(near.pair, gap));
         let thrown: Vec<Push> = thrown.map(|(push, _)| *push).collect();
         if thrown.is_empty() {
@@ -286,7 +293,7 @@ impl<const D: usize> TwoSided for Cpu<D> {
     fn loosen(&mut self, gap: f64) -> Loosened {
         let mut of = BTreeMap::new();
         let mut anew = Vec::new();
-        for (push, near) in self.pushing_at_trial(|pair| self.allowed_gap(pair, gap)) {
+        for (push, near) in self.pushing_at_trial(|pair| gap * self.thickness(pair)) {
             if near.found.separation > self.allowed_gap(near.pair, gap) {
                 for body in push.pair.into_iter().filter(|number| surface_of(*number).is_none()) {
                     of.insert(body, self.trial.scaled[body as usize]);
