@@ -1,6 +1,5 @@
 //! What an addition costs: a kind of shape, force, law or solver is named in few files, those of the table "Where
-//! things are added" of ARCHITECTURE.md, and this test fails where another file begins to name one. Studies choose
-//! among them and are not looked at.
+//! things are added" of ARCHITECTURE.md, and this test fails where another file begins to name one.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -39,7 +38,6 @@ fn kinds_are_named_in_the_files_where_they_are_added_alone() {
     let mut all = Vec::new();
     sources(&root, &mut all);
     all.retain(|path| !path.ends_with("tests.rs") && !path.ends_with("additions.rs"));
-    all.retain(|path| !path.starts_with(root.join("study")));
     for (name, allowed) in NAMED {
         let mut naming: Vec<String> = all
             .iter()

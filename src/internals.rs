@@ -1,4 +1,4 @@
-//! The internals that this project's tests and benches use. They are not public: any release may change them.
+//! The internals that this project's tests, benches and laboratory use. They are not public: any release may change them.
 
 /// What carries out the verbs of a step.
 pub mod backend {
@@ -31,6 +31,41 @@ pub mod step {
     pub use crate::step::model::Model;
     pub use crate::step::passing::passed;
     pub use crate::step::piece::{Crowd, Piece};
+}
+
+/// What is derived from a scene.
+pub mod scene {
+    /// The thinnest starting body's thickness; infinite where there is no body.
+    pub fn thinnest(scene: &crate::Scene) -> f64 {
+        scene.thinnest()
+    }
+}
+
+/// What figures are drawn with.
+#[cfg(feature = "files")]
+pub mod figure {
+    pub use crate::figure::drawing::*;
+    pub use crate::figure::head::{Head, Name};
+}
+
+/// Pictures as files.
+#[cfg(feature = "files")]
+pub mod render {
+    /// A picture as PNG.
+    ///
+    /// # Errors
+    /// What goes wrong while it is packed.
+    pub fn png(image: &crate::render::Image) -> std::io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        image.encode(&mut bytes)?;
+        Ok(bytes)
+    }
+}
+
+/// The hash of files.
+#[cfg(feature = "files")]
+pub mod record {
+    pub use crate::record::hash::Fnv;
 }
 
 /// Rows.
@@ -72,14 +107,28 @@ pub mod lcp {
     }
 }
 
-/// What chooses between the CPU and a device.
+/// What chooses between the CPU and a device, and simulations of states.
 pub mod simulation {
     pub use crate::simulation::automatic::{Clock, Settings};
+    use crate::{Compute, Fault, Scene, Simulation, State};
+
+    /// Steps a scene, which is not validated, from a state.
+    ///
+    /// # Errors
+    /// A [`Fault`]: bodies that the scene's method or a device cannot do.
+    pub fn start(compute: &Compute, scene: Scene, state: State) -> Result<Simulation, Fault> {
+        Simulation::start(compute, scene, state)
+    }
 }
 
 /// Walls.
 pub mod walls {
     pub use crate::walls::number_of;
+
+    /// What a wall turns about, as the scene gives it.
+    pub fn reference(wall: &crate::scene::Wall) -> glam::DVec3 {
+        wall.reference()
+    }
 }
 
 /// Branches of separations, surfaces of walls, separations on a device.

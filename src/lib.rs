@@ -128,9 +128,6 @@ pub mod separation;
 pub mod shape;
 pub mod simulation;
 pub mod step;
-#[cfg(feature = "studies")]
-#[doc(hidden)]
-pub mod study;
 #[cfg(feature = "files")]
 pub mod view;
 pub mod walls;

@@ -81,23 +81,6 @@ pub(super) fn device_of_many(arguments: &Arguments, scene: &Scene) -> Result<Opt
     }
 }
 
-/// What is measured beside the CPU: with `auto` a hardware device, if there is one that can do it. None for the CPU
-/// alone.
-pub(super) fn beside_the_cpu(arguments: &Arguments, scene: &Scene) -> Result<Option<Compute>, CliError> {
-    match arguments.backend {
-        Backend::Cpu => cpu(arguments).map(|_| None),
-        Backend::Gpu => Ok(Some(open(arguments, scene)?)),
-        Backend::Mpi => processes::compute(arguments).map(Some),
-        Backend::Auto => {
-            let Some(adapter) = hardware(arguments) else { return cpu(arguments).map(|_| None) };
-            open(arguments, scene).map(Some).or_else(|fault| {
-                output::message_once(&format!("{} is not used: {fault}", adapter.name));
-                cpu(arguments).map(|_| None)
-            })
-        }
-    }
-}
-
 /// The CPU, if nothing is asked for that it has not.
 pub(super) fn cpu(arguments: &Arguments) -> Result<Compute, CliError> {
     if arguments.precision == Some(Wanted::F32) {

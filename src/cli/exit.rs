@@ -11,9 +11,7 @@ use relcp::render::RenderError;
 use relcp::run::{RunError, RunStatus};
 use relcp::scene::{FaultKind, SceneError};
 use relcp::step::Fault;
-use relcp::study::StudyError;
 use std::io;
-use std::path::PathBuf;
 
 /// How the program ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -197,13 +195,8 @@ pub(super) enum CliError {
     #[error("{message}")]
     #[diagnostic(help("to go on with it as it was started: {command}"))]
     OtherSettings { message: String, command: String },
-    #[error("{}: no LCP of this run was saved: its scene has no solver.dump, or no solve met it", .0.display())]
-    #[diagnostic(help("run the scene again with --set solver.dump.when=all, or =slow for the slow solves only"))]
-    NoLcps(PathBuf),
     #[error(transparent)]
     Device(#[from] GpuError),
-    #[error(transparent)]
-    Study(#[from] StudyError),
     #[error("could not write to standard output")]
     Output(#[source] io::Error),
 }
@@ -229,14 +222,7 @@ impl CliError {
             CliError::Run(error) => error.into(),
             CliError::Batch(error) => error.into(),
             CliError::Device(_) => Exit::Device,
-            CliError::Study(StudyError::Gpu(_) | StudyError::Fault(Fault::Device(_))) => Exit::Device,
-            CliError::Study(StudyError::Record(error)) => error.into(),
-            CliError::Study(StudyError::Damaged(_)) => Exit::File,
-            CliError::Study(StudyError::Elsewhere(_)) => Exit::Usage,
-            CliError::Study(_) => Exit::Internal,
-            CliError::Start(_) | CliError::Usage(_) | CliError::OtherSettings { .. } | CliError::NoLcps(_) => {
-                Exit::Usage
-            }
+            CliError::Start(_) | CliError::Usage(_) | CliError::OtherSettings { .. } => Exit::Usage,
             CliError::Output(_) => Exit::File,
         }
     }

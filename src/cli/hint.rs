@@ -11,7 +11,6 @@ use relcp::render::RenderError;
 use relcp::run::RunError;
 use relcp::scene::{FaultKind, SceneError};
 use relcp::step::Fault;
-use relcp::study::StudyError;
 use std::error::Error;
 use std::fmt;
 
@@ -56,15 +55,13 @@ fn of(error: &CliError) -> Option<&'static str> {
         | CliError::Export(ExportError::Scene(error)) => of_scene(error),
         CliError::Device(fault) | CliError::Start(Fault::Device(fault)) => of_device(fault),
         CliError::Run(RunError::Fault(Fault::Device(fault))) => of_device(fault),
-        CliError::Study(StudyError::Gpu(fault) | StudyError::Fault(Fault::Device(fault))) => of_device(fault),
         CliError::Render(RenderError::Device(fault)) => of_device(fault),
         CliError::Render(error) => of_render(error),
         CliError::Record(error)
         | CliError::Run(RunError::Record(error))
         | CliError::Export(ExportError::Record(error))
         | CliError::Measure(MeasureError::Record(error) | MeasureError::States(StatesError::Record(error)))
-        | CliError::Batch(BatchError::Record(error))
-        | CliError::Study(StudyError::Record(error)) => of_record(error),
+        | CliError::Batch(BatchError::Record(error)) => of_record(error),
         _ => None,
     }
 }

@@ -25,15 +25,6 @@ mod report;
 mod resume;
 mod run;
 mod scenes;
-mod study;
-mod study_all;
-#[cfg(feature = "gpu")]
-mod study_device;
-mod study_hard;
-mod study_inertia;
-mod study_paper;
-mod study_solvers;
-mod study_work_precision;
 mod view;
 
 use arguments::{Arguments, Command};
@@ -71,7 +62,6 @@ fn dispatch(command: Command) -> Result<Exit, CliError> {
         Command::Measure(arguments) => measure::measure(&arguments),
         Command::Render(arguments) => render::render(&arguments),
         Command::View(arguments) => view::view(&arguments),
-        Command::Study(arguments) => study::study(&arguments),
         Command::Devices(arguments) => devices::devices(&arguments),
         Command::Schema(arguments) => scenes::schema(&arguments),
         Command::Completions(arguments) => manual::completions(&arguments),

@@ -13,7 +13,7 @@ const BELOW_TOP: f32 = 0.75;
 const ABOVE_BOTTOM: f32 = 0.21;
 
 /// Draws on a page; a pixel of `plotters` is a unit of it.
-pub(crate) struct Sheet<'a>(&'a mut Page);
+pub struct Sheet<'a>(&'a mut Page);
 
 type Done = Result<(), DrawingErrorKind<Infallible>>;
 

@@ -1,6 +1,6 @@
 //! The names of curves, in rows over the axes.
 
-use super::{Area, Failed, LINE, MARGIN, POINT, TEXT};
+use super::drawing::{Area, Failed, LINE, MARGIN, POINT, TEXT};
 use crate::page::width_of;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -13,8 +13,10 @@ const ROW: u32 = TEXT + TEXT / 4;
 
 /// A name, with the colour of its curve; without one it is a remark.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Name {
+pub struct Name {
+    /// The name.
     pub text: String,
+    /// The colour of its curve.
     pub colour: Option<RGBColor>,
 }
 
@@ -27,7 +29,7 @@ impl Name {
 
 /// A heading and names in rows: as many names in a row as fit, in columns; each remark has a row of its own.
 #[derive(Clone, Debug)]
-pub(crate) struct Head {
+pub struct Head {
     heading: String,
     rows: Vec<Vec<Name>>,
     column: u32,

@@ -1,9 +1,10 @@
 //! Plots of a measurement: numbers over time, and profiles of a few states.
 
 use super::{Cell, Column, Counts, Measured, Spread};
-use crate::figure::{
-    self, COLOURS, COLUMN, DOT, Failed, Figure, Head, LINE, MARGIN, Name, POINT, Sheet, X_LABELS, Y_LABELS,
-};
+use crate::figure::Figure;
+use crate::figure::backend::Sheet;
+use crate::figure::drawing::{self, COLOURS, COLUMN, DOT, Failed, LINE, MARGIN, POINT, X_LABELS, Y_LABELS};
+use crate::figure::head::{Head, Name};
 use plotters::chart::ChartContext;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
@@ -127,7 +128,7 @@ fn profiles(measured: &Measured, at: usize, drawn: usize, counts: Option<Counts>
     let curve = |state: usize| {
         let rows = &measured.found[at][state].as_ref().ok()?.rows;
         let points: Vec<_> = rows.iter().filter_map(point).collect();
-        let name = format!("t = {}", figure::shortest(measured.times[state], 3));
+        let name = format!("t = {}", drawing::shortest(measured.times[state], 3));
         (!points.is_empty()).then_some(Curve { name, points, colour: BLACK })
     };
     let curves: Vec<Curve> = (0..measured.len()).filter_map(curve).collect();
@@ -176,7 +177,7 @@ fn draw(title: &str, [x_name, y_name]: &[String; 2], curves: &[Curve]) -> Result
     let ends = |point: &Point| [point.y - point.error, point.y + point.error];
     let (y_low, y_high) = range(points().map(|point| point.y).chain(points().filter(sure).flat_map(ends)));
     let y_low = if y_low > 0.0 && y_low < 0.5 * y_high { 0.0 } else { y_low };
-    Figure::draw(title, SIDES, |area| {
+    drawing::draw(title, SIDES, |area| {
         let head = Head::new(COLUMN * POINT, "", names(curves));
         let rest = head.draw(area, head.height())?;
         let mut chart = ChartBuilder::on(&rest)
@@ -184,9 +185,9 @@ fn draw(title: &str, [x_name, y_name]: &[String; 2], curves: &[Curve]) -> Result
             .x_label_area_size(X_LABELS)
             .y_label_area_size(Y_LABELS)
             .build_cartesian_2d(x_low..x_high, y_low..y_high + 0.05 * (y_high - y_low))?;
-        let tick = |span: f64| move |value: &f64| figure::tick(*value, span);
+        let tick = |span: f64| move |value: &f64| drawing::tick(*value, span);
         let mut axes = chart.configure_mesh();
-        figure::style(&mut axes);
+        drawing::style(&mut axes);
         axes.x_labels(5)
             .y_labels(5)
             .x_desc(x_name)

@@ -25,7 +25,7 @@ pub mod durable;
 mod earlier;
 mod error;
 mod folder;
-mod hash;
+pub(crate) mod hash;
 mod lcp_file;
 pub(crate) mod lives;
 mod npz;

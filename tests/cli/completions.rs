@@ -58,7 +58,6 @@ fn bash_is_offered_names_of_scenes_beside_files_and_folders() {
         ("relcp batch colo", &["colony.json"], &["colony"]),
         ("relcp run --out colo", &["colours/"], &["colony", "colony.json"]),
         ("relcp run --backend ", &["auto", "cpu", "gpu"], &["colony"]),
-        ("relcp study two", &["two-ellipsoids"], &[]),
         ("relcp sche", &["schema"], &["scenes"]),
     ] {
         let [found] = &offered(place.0.path(), &format!("{line}\n"))[..] else { panic!("{line}") };

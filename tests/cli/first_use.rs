@@ -182,7 +182,7 @@ fn epilogues() -> Vec<(String, String)> {
         let output = command.env("COLUMNS", WIDTH.to_string()).args(arguments).output().unwrap();
         String::from_utf8(output.stdout).unwrap()
     };
-    let commands = ["run", "batch", "contacts", "export", "measure", "render", "view", "study", "completions", "man"];
+    let commands = ["run", "batch", "contacts", "export", "measure", "render", "view", "completions", "man"];
     let of = |name: &str| {
         let help = help(&[name, "--help"]);
         let start = help.find("\nExamples:\n").unwrap_or_else(|| panic!("{name}: {help}"));

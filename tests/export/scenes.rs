@@ -3,12 +3,11 @@
 use glam::{DQuat, DVec3};
 use relcp::Scene;
 use relcp::bodies::{Bodies, Lineage, NO_GROUP};
-use relcp::record::{Folder, Snapshot};
+use relcp::record::{Folder, Snapshot, decode};
 use relcp::run::Run;
 use relcp::separation::Placed;
 use relcp::shape::Shape;
 use relcp::simulation::Simulation;
-use relcp::study::tiled;
 use std::path::Path;
 use std::time::Duration;
 
@@ -94,9 +93,15 @@ pub fn many_rods(count: usize) -> Snapshot {
 /// Copies of a stored colony side by side, each rod of a length of its own.
 pub fn large(count: usize) -> Snapshot {
     let mut draw = Draw(3);
-    let mut bodies = tiled(include_bytes!("../../assets/states/colony-1024.npz"), count).unwrap();
-    for shape in &mut bodies.shape {
-        *shape = shape.grown(2.0 + 2.0 * draw.next()).unwrap();
+    let (_, state) = decode(include_bytes!("../../assets/states/colony-1024.npz")).unwrap();
+    let (one, mut bodies) = (state.bodies, Bodies::default());
+    for k in 0..count {
+        let (copy, i) = (k / one.len(), k % one.len());
+        let mut placed = one.placed(i);
+        placed.position += 100.0 * DVec3::new((copy % 12) as f64, (copy / 12) as f64, 0.0);
+        placed.shape = placed.shape.grown(2.0 + 2.0 * draw.next()).unwrap();
+        bodies.push(placed, one.group[i]);
+        bodies.lineage[k] = Lineage { id: k as u64, parent: None, ..one.lineage[i] };
     }
     Snapshot { step: 0, time: 6.9, bodies, warm: None, removed: Vec::new() }
 }

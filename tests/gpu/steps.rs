@@ -8,11 +8,10 @@ use relcp::bodies::Bodies;
 use relcp::dynamics::Load;
 use relcp::gpu::{Choice, Gpu, GpuError, Precision};
 use relcp::lcp::Stored;
-use relcp::record::{read_lcp, state_hash};
+use relcp::record::state_hash;
 use relcp::scene::{self, Scene};
 use relcp::simulation::{Compute, Simulation};
-use relcp::step::{Fault, SavedLcp, State, StepReport, contacts};
-use relcp::study::solvers::{Named, Size, measure};
+use relcp::step::{Fault, State, StepReport, contacts};
 use relcp::warm::Warm;
 use std::sync::Arc;
 
@@ -326,8 +325,8 @@ fn rows_apart(ours: &Stored, theirs: &Stored) -> (f64, f64) {
     (jacobian, ours.iter().zip(&theirs).fold(0.0_f64, |worst, (x, y)| worst.max((x.2 - y.2).abs())))
 }
 
-/// The LCPs that a scene asks to be kept are those that the device solved: the same rows as the CPU's, multipliers that
-/// solve them, and the study reads them.
+/// The LCPs that a scene asks to be kept are those that the device solved: the same rows as the CPU's, and
+/// multipliers that solve them.
 #[test]
 fn lcps_are_kept() {
     let Some(gpu) = device() else { return };
@@ -388,22 +387,7 @@ fn lcps_are_kept() {
                 assert_eq!(held(&second.lcp.start), held(&first.lcp.gamma));
                 assert!(!held(&first.lcp.gamma).is_empty());
             }
-            if scene.bodies.len() > 3 {
-                studied(second, &compute(gpu, precision));
-            }
         }
-    }
-}
-
-/// The study's default solver solves an LCP of the device on the CPU and on the device.
-fn studied(kept: &SavedLcp, compute: &Compute) {
-    let named = Named { name: "kept".into(), lcp: kept.lcp.clone() };
-    let instance = measure(&named, &[Compute::Cpu, compute.clone()], &Size::QUICK).unwrap();
-    let ours: Vec<_> = instance.attempts.iter().filter(|attempt| attempt.solver == "pair_block_cg").collect();
-    assert_eq!(ours.len(), 12);
-    for attempt in ours {
-        assert_eq!(attempt.status, "solved", "{attempt:?}");
-        assert!(attempt.residual.unwrap() <= 1.1 * attempt.tolerance, "{attempt:?}");
     }
 }
 
@@ -430,27 +414,4 @@ fn bodies_that_parted_do_not_go_on_pushing_each_other() {
         let moved = (simulation.state().unwrap().bodies.position[1] - start).length();
         assert!(moved < 1e-6, "{precision:?} moved it by {moved:e}");
     }
-}
-
-#[test]
-fn lcps_of_a_run_on_the_device_are_files_that_the_study_reads() {
-    let Some(gpu) = device() else { return };
-    let place = tempfile::tempdir().unwrap();
-    let relcp = |arguments: &[&str]| {
-        let mut command = assert_cmd::Command::cargo_bin("relcp").unwrap();
-        let output = command.current_dir(&place).args(arguments).args(["--backend", "gpu", "--quiet"]);
-        let output = output.args(["--adapter", gpu.name(), "--precision", "f32"]).output().unwrap();
-        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    };
-    // The paper's rows, of which a violation makes a second LCP.
-    let dump = ["--set", "solver.dump.when=all", "--set", "solver.dump.most=2", "--set", "contact.rows=paper"];
-    relcp(&[&["run", "three-capsules", "--out", "run"], &dump[..]].concat());
-    let (lcp, header) = read_lcp(&place.path().join("run/lcps/step-000001-rec-1.npz")).unwrap();
-    let header = header.unwrap();
-    assert_eq!((header.precision.as_str(), header.status.as_str(), header.step), ("f32", "solved", 1));
-    assert!(lcp.residual(&lcp.gamma) <= 1.1e-6 && lcp.q.len() == 5 && lcp.bodies == 3);
-    relcp(&["study", "solvers", "run", "--quick", "--out", "studies"]);
-    let text = std::fs::read_to_string(place.path().join("studies/solvers.csv")).unwrap();
-    let of = |computed_by: &str| text.lines().filter(|line| line.contains(computed_by)).count();
-    assert!(of("CPU f64") >= 2 * 36 && of(" f32") == of("CPU f64"), "{text}");
 }

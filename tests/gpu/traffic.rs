@@ -4,7 +4,6 @@ use crate::device::{device, precisions};
 use relcp::Scene;
 use relcp::gpu::{Choice, Gpu, Precision};
 use relcp::simulation::{Compute, Simulation};
-use relcp::study::throughput::{self, Kind};
 use std::sync::Arc;
 
 /// A device of its own, as other tests count too.
@@ -92,25 +91,6 @@ fn a_step_without_constraints_waits_for_two_reports() {
     let Some(gpu) = own() else { return };
     let reads: Vec<u64> = sent(&gpu, rods(4, 0.07, ""), false).iter().map(|[reads, ..]| *reads).collect();
     assert_eq!(reads, [2; 6]);
-}
-
-/// Dispatches, submissions and read-backs of a step of the stored colony of 1,024 cells.
-#[test]
-fn a_step_of_1024_rods_is_handed_over_and_waited_for_a_few_times() {
-    let Some(gpu) = own() else { return };
-    for precision in precisions(&gpu) {
-        let compute = Compute::Gpu { gpu: gpu.clone(), precision };
-        let row = throughput::measure(Kind::Colony, 1024, [2, 4], &compute).unwrap();
-        println!(
-            "{}: {} iterations, {} dispatches, {} submissions, {} read-backs a step",
-            precision.name(),
-            row.iterations,
-            row.dispatches,
-            row.submissions,
-            row.reads
-        );
-        assert!(row.submissions <= 40.0 && row.reads <= 20.0, "{row:?}");
-    }
 }
 
 /// The built-in scenes in their first steps; a colony that grows past one workgroup compiles the others at that step.

@@ -119,13 +119,14 @@ def systems(relcp, folder):
 
 
 def ours(relcp, files, folder):
-    """relcp's own solver from both starts: `relcp study solvers` measures it to the same residual, by the clock, so the least
-    of several calls counts. `auto` is `pair_block_cg`, with a safeguard where that gives up."""
+    """relcp's own solver from both starts: `relcp-lab solvers`, the program beside it, measures it to the same residual, by
+    the clock, so the least of several calls counts. `auto` is `pair_block_cg`, with a safeguard where that gives up."""
     paths = []
     for name, file in files.items():
         paths.append(folder / f"{name}.npz")
         paths[-1].write_bytes(pathlib.Path(file).read_bytes())
-    command = [relcp, "study", "solvers", *paths, "--backend", "cpu", "--threads", "1", "--json", "--quick"]
+    lab = pathlib.Path(relcp).with_name("relcp-lab")
+    command = [lab, "solvers", *paths, "--backend", "cpu", "--threads", "1", "--json", "--quick"]
     best = {}
     for _ in range(CALLS):
         done = subprocess.run([*command, "--out", folder / "study"], check=True, capture_output=True, text=True)

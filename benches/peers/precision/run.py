@@ -1,6 +1,6 @@
 """What an error at the end costs, relcp beside Rapier and MuJoCo: `run.py RESULTS RELCP RAPIER`.
 
-Scenes, starts and references are those of `relcp study work-precision` (see `problems.py`). A row is a program with a
+Scenes, starts and references are those of `relcp-lab work-precision` (see `problems.py`). A row is a program with a
 setting at a number of steps: the error at the end, the largest overlap of the saved frames by the checker of this
 folder, and the seconds of the steps. All is measured in rounds, each program in turn; a row that is there is not
 measured again.
@@ -132,8 +132,9 @@ def of_relcp(problem, curve, study, walls, relcp):
 
 
 def studied(relcp, folder):
-    """The study, run again on this machine."""
-    command = [relcp, "study", "work-precision", "--backend", "cpu", "--threads", "1", "--json", "--out", folder / "study"]
+    """The study, run again on this machine by the program beside relcp."""
+    lab = pathlib.Path(relcp).with_name("relcp-lab")
+    command = [lab, "work-precision", "--backend", "cpu", "--threads", "1", "--json", "--out", folder / "study"]
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 

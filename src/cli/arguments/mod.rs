@@ -5,13 +5,11 @@ mod complete;
 mod number;
 mod run;
 mod states;
-mod study;
 
 pub(super) use run::{Backend, Batch, Compute, Precision, Print, Run};
 pub(super) use states::{Contacts, Export, ExportFormat, Measure, Render, View};
-pub(super) use study::{Study, StudyName};
 
-use clap::error::{ContextKind, ContextValue};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
 use relcp::figure::Format;
 use relcp::scene::nearest;
@@ -71,8 +69,6 @@ pub(super) enum Command {
     Render(Render),
     /// Write one HTML file that shows a run in a browser
     View(View),
-    /// Measure, and write tables
-    Study(Study),
     /// List the adapters of this machine, and which one would be taken
     Devices(Devices),
     /// Print the JSON Schema of scene files, or of sweep files
@@ -172,9 +168,16 @@ impl Arguments {
     }
 }
 
+/// What was the command `study` is the program of another crate, which is not installed with this one.
+const STUDIES: &str =
+    "the studies are a program of their own; in the repository: cargo run --release -p relcp-lab -- NAME";
+
 /// Says which command an unknown one is nearest to, also where it is too short for clap to say it.
 fn with_nearest_command(mut error: clap::Error) -> clap::Error {
     let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand) else { return error };
+    if name == "study" {
+        return Arguments::command().error(ErrorKind::InvalidSubcommand, STUDIES);
+    }
     if error.get(ContextKind::SuggestedSubcommand).is_none() {
         let command = Arguments::command();
         if let Some(near) = nearest(name, command.get_subcommands().map(clap::Command::get_name)) {

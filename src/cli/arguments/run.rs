@@ -10,8 +10,8 @@ use std::time::Duration;
 #[derive(Args, Clone, Debug)]
 pub(in crate::cli) struct Compute {
     /// Backend: auto computes on the CPU; a long `run` with many bodies goes over to a hardware GPU that is measured to
-    /// be faster, and a `study` measures one beside the CPU. gpu also accepts a software adapter. mpi shares one `run`
-    /// between processes that mpirun or srun has started, to the same bits
+    /// be faster. gpu also accepts a software adapter. mpi shares one `run` between processes that mpirun or srun has
+    /// started, to the same bits
     #[arg(long, default_value = "auto", value_parser = BackendParser)]
     pub(in crate::cli) backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them

@@ -25,7 +25,6 @@ fn said(place: &Place, command: &str, more: &str) -> String {
         }
         "render" => format!("render run --last --size 64x36 --no-movie --out {out}"),
         "contacts" => "contacts run --cutoff 1".into(),
-        "study" => format!("study hard --random 1 --quick --out {out}"),
         other => other.into(),
     };
     let line = format!("{line} --json {more}");
@@ -38,8 +37,7 @@ fn said(place: &Place, command: &str, more: &str) -> String {
             let summary = place.json(&format!("{out}/{folder}/summary.json"));
             format!("{} {} {}", summary["backend"], summary["adapter"], summary["precision"])
         }
-        "render" => document["adapter"].to_string(),
-        _ => document["computed_by"].to_string(),
+        _ => document["adapter"].to_string(),
     }
 }
 
@@ -74,7 +72,6 @@ pub fn shows_backend(place: &Place, command: &str) {
 pub fn shows_adapter(place: &Place, command: &str) {
     let words = super::tiny(place, command, &fresh());
     let words: Vec<&str> = words.iter().map(|word| if word == "cpu" { "gpu" } else { word }).collect();
-    // The study that is tiny opens its device too.
     let err = place.relcp(&[&words[..], &["--adapter", "no-such"]].concat()).expect(5).err;
     assert!(err.contains("no usable adapter named no-such"), "{err}");
     super::ran(place, command, &["--adapter", "any"]).expect(2);

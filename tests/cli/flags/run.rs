@@ -23,7 +23,7 @@ pub const CASES: &[Case] = &[
 ];
 
 fn help(place: &Place, _: &str) {
-    for arguments in [&["--help"][..], &["run", "--help"], &["study", "--help"]] {
+    for arguments in [&["--help"][..], &["run", "--help"], &["render", "--help"]] {
         let help = place.relcp(arguments).expect(0).out;
         assert!(help.contains("Usage: relcp") && help.contains("Options:"), "{help}");
     }

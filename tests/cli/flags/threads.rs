@@ -8,7 +8,6 @@ fn waiting(command: &str, pipe: &str) -> String {
     match command {
         "run" => format!("run - --backend cpu --out {}", fresh()),
         "batch" => format!("batch {pipe}"),
-        "study" => format!("study solvers {pipe} --backend cpu --out {}", fresh()),
         "export" => "export - --format xyz".into(),
         "render" => "render - --backend cpu".into(),
         other => format!("{other} -"),

@@ -1,0 +1,131 @@
+//! Runs drawn scenes, each on a thread of its own, and says what became of each.
+
+use super::watch::Watch;
+use super::{Drawn, confined, pressed, random};
+use crate::StudyError;
+use crate::hard::threads::spread;
+use crate::hard::{End, Figures, Finding, Measure, Start, Verdict, follow_on, weigh};
+use relcp::scene::{Scene, SceneError};
+use relcp::simulation::Compute;
+use serde::Serialize;
+
+/// Where a scene comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum From {
+    /// [`random()`](super::random()).
+    Random,
+    /// [`confined()`](super::confined()).
+    Confined,
+    /// [`pressed()`](super::pressed()).
+    Pressed,
+}
+
+/// A scene that is to be run: its kind and its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Ticket {
+    /// Where it comes from.
+    pub from: From,
+    /// Its number.
+    pub number: u64,
+}
+
+/// A drawn scene that was run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Where it comes from.
+    pub from: From,
+    /// Its name.
+    pub name: String,
+    /// What was drawn.
+    pub what: String,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// What speaks against it.
+    pub why: Vec<Finding>,
+    /// How it ended.
+    pub ended: String,
+    /// What the run came to.
+    pub figures: Figures,
+    /// What was measured beside contact.
+    pub measures: Vec<Measure>,
+    /// The scene, where something speaks against it.
+    #[serde(skip)]
+    pub scene: Option<Scene>,
+}
+
+/// How scenes are run.
+#[derive(Clone)]
+pub struct Options {
+    /// What they are drawn from.
+    pub seed: u64,
+    /// Scenes at once, each on one thread.
+    pub threads: usize,
+    /// Steps of each at most.
+    pub most_steps: u64,
+    /// What computes them.
+    pub compute: Compute,
+}
+
+/// Runs scenes. `seen` is told of each as it ends, in any order; the rows come in the order of `tickets`, the same
+/// whatever the threads.
+///
+/// # Errors
+/// [`StudyError::Scene`] where no start of a scene is taken, [`StudyError::Threads`].
+pub fn run_all(tickets: &[Ticket], options: &Options, seen: &(dyn Fn(&Row) + Sync)) -> Result<Vec<Row>, StudyError> {
+    let rows = spread(tickets.len(), options.threads, &|place| {
+        let ticket = tickets[place];
+        let row = ticket.draw(options.seed).map(|drawn| run(ticket.from, drawn, options.most_steps, &options.compute));
+        if let Ok(row) = &row {
+            seen(row);
+        }
+        row
+    })?;
+    rows.into_iter().map(|row| row.map_err(StudyError::Scene)).collect()
+}
+
+impl Ticket {
+    /// So many scenes of each kind, in the order of [`From`].
+    pub fn of([random, confined, pressed]: [u64; 3]) -> Vec<Ticket> {
+        let counts = [(From::Random, random), (From::Confined, confined), (From::Pressed, pressed)];
+        counts.into_iter().flat_map(|(from, count)| (0..count).map(move |number| Ticket { from, number })).collect()
+    }
+
+    fn draw(self, seed: u64) -> Result<Drawn, SceneError> {
+        match self.from {
+            From::Random => random(seed, self.number),
+            From::Confined => confined(seed, self.number),
+            From::Pressed => pressed(seed, self.number),
+        }
+    }
+}
+
+/// Runs a drawn scene to its end, or to the first step over its tolerance: the rest would be about a wreck.
+pub fn run(from: From, drawn: Drawn, most_steps: u64, compute: &Compute) -> Row {
+    let Drawn { what, scene } = drawn;
+    let mut watch = Watch::new(from, &scene);
+    let start = Start { scene, pull: None };
+    let run = follow_on(compute, &start, [most_steps, 1], |before, simulation| watch.see(before, simulation));
+    let figures = run.figures;
+    let measures = watch.measures();
+    let (verdict, why) = weigh(&figures, &measures);
+    let ended = ended(&start.scene, &figures, most_steps);
+    let name = start.scene.name.clone();
+    let scene = (verdict != Verdict::Holds).then_some(start.scene);
+    Row { from, name, what, verdict, why, ended, figures, measures, scene }
+}
+
+fn ended(scene: &Scene, figures: &Figures, most_steps: u64) -> String {
+    let population = scene.stop().and_then(|stop| stop.population);
+    match &figures.end {
+        End::Fault(_) => format!("a typed error: {}", figures.stopped.unwrap_or("of no name")),
+        End::Panic(_) => "a panic".into(),
+        End::Refused(_) => "refused".into(),
+        End::Done if figures.binding && figures.steps_over > 0 => "a step over the tolerance".into(),
+        End::Done if population.is_some_and(|most| figures.bodies as u64 >= most) => {
+            "all cells that it may have".into()
+        }
+        End::Done if figures.steps >= most_steps && most_steps < scene.time.steps() => "the study's last step".into(),
+        End::Done => "its end".into(),
+    }
+}
