@@ -1,6 +1,6 @@
 //! Members of an ensemble against the same scenes alone on the device.
 
-use crate::device::{device, precisions};
+use crate::device::{device, precisions_of_long_runs};
 use relcp::batch::{Ended, Member, Options, Pilot, Plan, Watch, run as run_batch};
 use relcp::gpu::{Ensemble, Gpu, Precision};
 use relcp::record::state_hash;
@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 fn scenes() -> Vec<Scene> {
     let colony = |seed: u64, rate: f64| {
         let sets =
-            [format!("seed={seed}"), format!("growth.rate={rate}"), "time.dt=0.01".into(), "time.end=2.2".into()];
+            [format!("seed={seed}"), format!("growth.rate={rate}"), "time.dt=0.02".into(), "time.end=2.2".into()];
         Scene::load("colony", &sets).unwrap()
     };
     let short = |name: &str, sets: &[&str]| Scene::load(name, sets.iter().copied()).unwrap();
@@ -41,7 +41,7 @@ fn run(gpu: Arc<Gpu>, precision: Precision, scene: Scene) -> String {
 #[test]
 fn a_members_bits_are_those_of_the_scene_alone_on_that_device() {
     let Some(gpu) = device() else { return };
-    for precision in precisions(gpu) {
+    for precision in precisions_of_long_runs(gpu) {
         let alone: Vec<String> = scenes().into_iter().map(|scene| run(gpu.clone(), precision, scene)).collect();
         let ensemble = Ensemble::new(gpu.clone()).unwrap();
         let together: Vec<String> = std::thread::scope(|scope| {
@@ -61,7 +61,7 @@ fn a_members_bits_are_those_of_the_scene_alone_on_that_device() {
 /// Four colonies, and one in a container that is full in its third step.
 fn plan() -> Plan {
     let text = r#"{ "name": "colonies", "scene": "colony",
-        "set": { "time.dt": 0.02, "time.end": 1.0, "output.every": 10, "output.picture": false },
+        "set": { "time.dt": 0.02, "time.end": 0.7, "output.every": 10, "output.picture": false },
         "list": [ { "seed": 1 }, { "seed": 2, "growth.rate": 1.1 },
                   { "walls": [ { "cylinder": { "center": [0, 0, 0], "axis": [0, 0, 1], "radius": 1.05 } } ] },
                   { "seed": 4, "contact.overlap_tolerance": 1e-4 }, { "seed": 5 } ] }"#;

@@ -41,7 +41,7 @@ fn tops(stepping: Stepping, rings: bool) -> Scene {
     };
     let bodies: Vec<String> = shapes.iter().chain(shapes).chain(shapes).enumerate().map(body).collect();
     let text = format!(
-        r#"{{"name": "tops", "time": {{"dt": 0.01, "end": 5}}, "dynamics": {{"inertial": {{"density": 1.5}}}}, "bodies": [{}]}}"#,
+        r#"{{"name": "tops", "time": {{"dt": 0.01, "end": 1.5}}, "dynamics": {{"inertial": {{"density": 1.5}}}}, "bodies": [{}]}}"#,
         bodies.join(",")
     );
     let mut scene = Scene::parse(&text, "tops").unwrap();

@@ -1,6 +1,6 @@
 //! The LCP solvers on the device against those on the CPU.
 
-use crate::device::{device, precisions};
+use crate::device::{device, long_tests, precisions, precisions_of_long_runs};
 use npyz::NpyFile;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -96,11 +96,6 @@ fn error<const D: usize>(v: &[[f64; D]], reference: &[[f64; D]]) -> f64 {
     let size = reference.iter().map(|x| x * x).sum::<f64>().sqrt();
     let apart = v.iter().zip(reference).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
     if size > 0.0 { apart / size } else { apart }
-}
-
-/// Whether tests take all of their cases, also those that take minutes on a software adapter: `RELCP_LONG_TESTS=1`.
-fn long_tests() -> bool {
-    std::env::var_os("RELCP_LONG_TESTS").is_some()
 }
 
 const STORED: [&str; 5] =
@@ -225,7 +220,7 @@ fn pressed_systems_are_solved_in_f32_as_in_f64() {
 fn the_size_of_batches_changes_no_bit() {
     let Some(gpu) = device() else { return };
     let stored = stored("colony1024_rec1");
-    for precision in precisions(gpu) {
+    for precision in precisions_of_long_runs(gpu) {
         // Some hundreds of iterations are enough to tell batches apart.
         let settings = Settings { tolerance: 1e-4, max_iterations: 20_000 };
         let mut solver = Solver::new(gpu, precision, true, SolverKind::Auto, settings).unwrap();

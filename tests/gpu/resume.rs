@@ -1,11 +1,13 @@
 //! A run that goes on from a state on the device has the bits of one that was not stopped.
 
-use crate::device::{device, precisions};
+use crate::device::{device, precisions, precisions_of_long_runs};
 use crate::steps::patch;
 use glam::DVec3;
+use relcp::gpu::{Gpu, Precision};
 use relcp::scene::Scene;
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::{State, Unrounded};
+use std::sync::Arc;
 
 /// What of two states differs first.
 fn difference(a: &State, b: &State) -> Option<&'static str> {
@@ -24,10 +26,20 @@ fn difference(a: &State, b: &State) -> Option<&'static str> {
     found.iter().find(|(_, differs)| *differs).map(|(what, _)| *what)
 }
 
-/// Takes `count` steps, and from the state after each of `stops` the rest anew.
+/// Takes `count` steps, and from the state after each of `stops` the rest anew, in each precision.
 fn goes_on(scene: &Scene, count: u64, stops: &[u64]) {
     let Some(gpu) = device() else { return };
-    for precision in precisions(gpu) {
+    goes_on_in(gpu, &precisions(gpu), scene, count, stops);
+}
+
+/// The same of a long run.
+fn goes_on_long(scene: &Scene, count: u64, stops: &[u64]) {
+    let Some(gpu) = device() else { return };
+    goes_on_in(gpu, &precisions_of_long_runs(gpu), scene, count, stops);
+}
+
+fn goes_on_in(gpu: &Arc<Gpu>, precisions: &[Precision], scene: &Scene, count: u64, stops: &[u64]) {
+    for precision in precisions.iter().copied() {
         let compute = Compute::Gpu { gpu: gpu.clone(), precision };
         let mut whole = Simulation::builder(scene.clone()).on(&compute).build().unwrap();
         let mut states = vec![whole.state().unwrap().clone()];
@@ -95,14 +107,14 @@ fn rings() {
 
 #[test]
 fn a_growing_colony() {
-    goes_on(&load("colony", &["time.dt=0.02", "time.end=5"]), 200, &[30, 101, 158]);
+    goes_on_long(&load("colony", &["time.dt=0.02", "time.end=5"]), 200, &[30, 101, 158]);
 }
 
 #[test]
 fn cells_that_feel_pressure_and_leave_a_channel() {
     let sets =
         ["time.dt=0.04", "time.end=6", "removal.0.outside.half_space.offset=-6", "growth.0.stress_sensitivity=0.1"];
-    goes_on(&load("two-strains", &sets), 75, &[20, 51, 74]);
+    goes_on_long(&load("two-strains", &sets), 75, &[20, 51, 74]);
 }
 
 #[test]
@@ -115,23 +127,23 @@ fn heaps_that_keep_their_momentum() {
     let scene = r#"{"name": "heap", "seed": 4, "time": {"dt": 0.005, "end": 2}, "dynamics": {"inertial": {"density": 1}},
         "forces": [{"gravity": {"acceleration": [0, 0, -9.8]}}], "walls": [{"half_space": {"normal": [0, 0, 1], "offset": -1.5}}],
         "generate": [{"isotropic": {"count": 12, "shape": {"ellipsoid": {"radii": [0.3, 0.4, 0.5]}}, "volume_fraction": 0.15}}]}"#;
-    goes_on(&Scene::parse(scene, "heap").unwrap(), 120, &[17, 60, 101]);
+    goes_on_long(&Scene::parse(scene, "heap").unwrap(), 120, &[17, 60, 101]);
 }
 
 #[test]
 fn midpoint_steps() {
     let sets = ["time.stepping=midpoint", "time.dt=0.02", "time.end=5"];
-    goes_on(&load("colony", &sets), 180, &[30, 101, 158]);
+    goes_on_long(&load("colony", &sets), 180, &[30, 101, 158]);
     let sets = [
         "generate.0.isotropic.count=40",
         "generate.0.isotropic.volume_fraction=0.2",
         "time.stepping=midpoint",
         "time.end=20",
     ];
-    goes_on(&load("compaction", &sets), 60, &[7, 40]);
+    goes_on_long(&load("compaction", &sets), 60, &[7, 40]);
 }
 
 #[test]
 fn one_row_a_pair() {
-    goes_on(&load("colony", &["time.dt=0.02", "time.end=5", "contact.rows=paper"]), 180, &[101, 158]);
+    goes_on_long(&load("colony", &["time.dt=0.02", "time.end=5", "contact.rows=paper"]), 180, &[101, 158]);
 }

@@ -141,7 +141,7 @@ fn an_inexact_recursion_keeps_the_tolerances() {
 
 #[test]
 fn colony_of_32_cells() {
-    both("colony", &["time.end=3.5"], |_, ran, cpu| {
+    both("colony", &["time.end=3.5", "time.dt=0.002"], |_, ran, cpu| {
         let bodies = ran.simulation.state().unwrap().bodies.len();
         assert_eq!(bodies, cpu.simulation.bodies());
         assert!(bodies >= 32);

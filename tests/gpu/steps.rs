@@ -1,7 +1,7 @@
 //! Steps on the device: laws, growth in space, mixed shapes, forces of a user's own, the same bits twice, buffers that
 //! overflow, far from the origin, and what is refused.
 
-use crate::device::{device, precisions};
+use crate::device::{device, precisions, precisions_of_long_runs};
 use glam::{DQuat, DVec3};
 use relcp::Error;
 use relcp::bodies::Bodies;
@@ -230,7 +230,7 @@ fn buffers_larger_than_a_binding_give_the_same_bits() {
     let mut space = patch(24, DVec3::ZERO);
     space.planar = false;
     for scene in [patch(24, DVec3::ZERO), space] {
-        for precision in precisions(gpu) {
+        for precision in precisions_of_long_runs(gpu) {
             let bytes = (1 << 13) * precision.bytes() as u64;
             let banked = with_banks(gpu, bytes, false);
             let (one, reports) = steps(&compute(gpu, precision), &scene, 2);

@@ -1,7 +1,7 @@
 //! Runs of midpoint steps on the device against the CPU's: their order, recursions, overlaps audited in f64, lengths,
 //! forces in time, the same bits, what is left of a step that fails.
 
-use crate::device::{device, precisions};
+use crate::device::{device, precisions, precisions_of_long_runs};
 use crate::steps::{patch, with_banks};
 use glam::{DQuat, DVec3};
 use relcp::Error;
@@ -296,7 +296,7 @@ fn buffers_larger_than_a_binding_give_the_same_bits() {
     let Some(gpu) = device() else { return };
     let mut scene = patch(24, DVec3::ZERO);
     scene.time.stepping = Stepping::Midpoint;
-    for precision in precisions(gpu) {
+    for precision in precisions_of_long_runs(gpu) {
         let bytes = (1 << 13) * precision.bytes() as u64;
         let banked = with_banks(gpu, bytes, false);
         let after = |gpu: &Arc<Gpu>| {
