@@ -1,6 +1,7 @@
 //! Members of an ensemble against the same scenes alone on the device.
 
-use crate::device::{device, precisions_of_long_runs};
+use crate::device::device;
+use crate::long::precisions_of_long_runs;
 use relcp::batch::{Ended, Member, Options, Pilot, Plan, Watch, run as run_batch};
 use relcp::gpu::{Ensemble, Gpu, Precision};
 use relcp::record::state_hash;

@@ -1,6 +1,7 @@
 //! The LCP solvers on the device against those on the CPU.
 
-use crate::device::{device, long_tests, precisions, precisions_of_long_runs};
+use crate::device::{device, precisions};
+use crate::long::{long_tests, precisions_of_long_runs};
 use npyz::NpyFile;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -15,6 +15,7 @@ mod faults;
 mod inertia;
 mod lattice;
 mod lcp;
+mod long;
 mod midpoint;
 mod passing;
 mod periodic;

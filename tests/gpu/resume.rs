@@ -1,6 +1,7 @@
 //! A run that goes on from a state on the device has the bits of one that was not stopped.
 
-use crate::device::{device, precisions, precisions_of_long_runs};
+use crate::device::{device, precisions};
+use crate::long::precisions_of_long_runs;
 use crate::steps::patch;
 use glam::DVec3;
 use relcp::gpu::{Gpu, Precision};

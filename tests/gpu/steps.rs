@@ -1,7 +1,8 @@
 //! Steps on the device: laws, growth in space, mixed shapes, forces of a user's own, the same bits twice, buffers that
 //! overflow, far from the origin, and what is refused.
 
-use crate::device::{device, precisions, precisions_of_long_runs};
+use crate::device::{device, precisions};
+use crate::long::precisions_of_long_runs;
 use glam::{DQuat, DVec3};
 use relcp::Error;
 use relcp::bodies::Bodies;

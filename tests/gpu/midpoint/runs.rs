@@ -1,7 +1,8 @@
 //! Runs of midpoint steps on the device against the CPU's: their order, recursions, overlaps audited in f64, lengths,
 //! forces in time, the same bits, what is left of a step that fails.
 
-use crate::device::{device, precisions, precisions_of_long_runs};
+use crate::device::{device, precisions};
+use crate::long::precisions_of_long_runs;
 use crate::steps::{patch, with_banks};
 use glam::{DQuat, DVec3};
 use relcp::Error;
