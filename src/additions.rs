@@ -10,7 +10,7 @@ const NAMED: [(&str, &[&str]); 5] = [
     ("Tag::Torus", &["shape/code.rs", "separation/gpu.rs", "render/rays.rs"]),
     ("Force::Gravity", &["dynamics/force.rs", "dynamics/force/field.rs", "backend/gpu/source/loads.rs"]),
     ("Dynamics::Inertial", &["dynamics/law.rs", "dynamics/thermal.rs", "backend/gpu/source.rs", "backend/gpu/heat.rs"]),
-    ("SolverKind::Apgd", &["lcp/kind.rs", "lcp/solver.rs", "lcp/gpu/solver.rs", "lcp/gpu/layout.rs"]),
+    ("SolverKind::Apgd", &["lcp/kind.rs", "lcp/engine.rs", "lcp/gpu/solver.rs", "lcp/gpu/layout.rs"]),
 ];
 
 /// All source files of a folder.

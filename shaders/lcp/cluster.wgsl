@@ -138,8 +138,6 @@ fn products(own: Own) -> vec2r {
     return select(vec2r(), both, own.is_there);
 }
 
-fn room_of(x: real, d: real) -> real { return select(HUGE, x / -d, d < 0.0); }
-
 struct Direction {
     displacement: vec2r,
     product: vec2r,
@@ -201,14 +199,15 @@ fn descend_in_cluster(c: Cluster, own: Own, local: u32, start: vec2r, steep: vec
         workgroupBarrier();
         let product = products(own) + COMPLIANCE * diagonal * next;
         leave(0u, local, dot(next, product));
-        leave(1u, local, min(room_of(x.x, next.x), room_of(x.y, next.y)));
+        leave(1u, local, min(cone_room(x.x, next.x), cone_room(x.y, next.y)));
         bring(local, 2u, kinds);
         let curvature = found[0];
         var best = real(1.0);
         if curvature > 0.0 { best = larger(-slope / curvature, real(0.0)); }
         let advance = smaller(best, found[1]);
         // Displacements are added, not what they lead to, so that small ones are exact.
-        moved = max(moved + advance * next, -start);
+        let ahead = moved + advance * next;
+        moved = vec2r(cone_change(ahead.x, start.x), cone_change(ahead.y, start.y));
         g += advance * product;
         e = d;
         d = Direction(next, product, curvature);
@@ -226,8 +225,8 @@ fn run_clusters(first: u32, groups: u32, local: u32, x: u32, g: u32, tolerance: 
         let steep = numbers_of(own, g);
         row_of[local] = own.row.x;
         row_of[local + WORKGROUP] = own.row.y;
-        let scaled = numbers_of(own, DIAGONAL) * start;
-        let open = abs(min(steep, scaled));
+        let diagonal = numbers_of(own, DIAGONAL);
+        let open = vec2r(cone_residual(steep.x, diagonal.x, start.x), cone_residual(steep.y, diagonal.y, start.y));
         leave(0u, local, max(open.x, open.y));
         bring(local, 1u, WORST);
         if local == 0u { awake = select(0u, 1u, found[0] > QUIET * tolerance); }

@@ -11,21 +11,17 @@ fn row_value(instruction: u32, a: real, b: real, c: real, s: real, t: real) -> r
         case COPY: { return a; }
         case COPY_IF: { return select(c, a, s > 0.0); }
         case COMBINE: { return s * a + t * b; }
-        case PROXIMAL: { return max(a - s * b * c, 0.0); }
-        case PROJECT: { return max(a, 0.0); }
-        case ADVANCE: { return max(advanced(a, b, s), 0.0); }
+        case PROXIMAL: { return cone_project(a - s * b * c); }
+        case PROJECT: { return cone_project(a); }
+        case ADVANCE: { return cone_project(advanced(a, b, s)); }
         case ADVANCE_LOW: { return left_off(a, b, c, s); }
         case INVERT: { return select(real(0.0), 1.0 / b, a > s); }
         case DOT: { return a * b; }
         case TRIPLE: { return c * a * b; }
         case OBJECTIVE: { return a * (b + c); }
-        // Nothing is in the way of a row that does not fall.
-        case ROOM: { return select(HUGE, a / -b, b < 0.0); }
-        // The natural residual of x = a, g = b, s = c.
-        case RESIDUAL: {
-            let scaled = c * a;
-            return select(select(b + scaled, abs(scaled), scaled < b), abs(b), b <= scaled);
-        }
+        case ROOM: { return cone_room(a, b); }
+        // Of x = a, g = b, s = c.
+        case RESIDUAL: { return cone_residual(b, c, a); }
         case LARGEST: { return abs(a); }
         default: { return not_a_number(); }
     }

@@ -16,8 +16,8 @@ fn number_of(vector: u32, row: u32) -> real {
 // One row, or two.
 fn minimize_few(row: u32, two: bool, x: u32, w: u32, g: u32, out: u32) {
     let other = select(row, row + 1u, two);
-    // No change goes below these.
-    let lowest = -vec2r(held(x, row), held(x, other));
+    let start = vec2r(held(x, row), held(x, other));
+    let lowest = vec2r(cone_change_to_bound(start.x), cone_change_to_bound(start.y));
     let wanted = vec2r(number_of(w, row), number_of(w, other));
     let inverse = vec2r(inverse_of(row), inverse_of(other));
     let slope = vec2r(number_of(g, row), number_of(g, other));
@@ -26,17 +26,17 @@ fn minimize_few(row: u32, two: bool, x: u32, w: u32, g: u32, out: u32) {
     let inverse_schur = coupling_of(other);
     let s = select(vec2r(), slope, inverse > vec2r());
     let ac = select(vec2r(1.0), SHIFT / inverse, inverse > vec2r());
-    let alone = max(wanted.x - s.x / ac.x, lowest.x);
+    let alone = cone_change(wanted.x - s.x / ac.x, start.x);
     // By elimination: what rounding does to the second change the first one makes up for, which Cramer's rule does not.
     let change = (b / ac.x * s.x - s.y) * inverse_schur;
     let both = wanted + vec2r(-(s.x + b * change) / ac.x, change);
     // One of them with the other at zero.
     let y = wanted - lowest;
-    let first = max(wanted.x + (b * y.y - s.x) / ac.x, lowest.x);
-    let second = max(wanted.y + (b * y.x - s.y) / ac.y, lowest.y);
-    let rising = s.x - ac.x * y.x + b * (second - wanted.y) >= 0.0;
+    let first = cone_change(wanted.x + (b * y.y - s.x) / ac.x, start.x);
+    let second = cone_change(wanted.y + (b * y.x - s.y) / ac.y, start.y);
+    let rising = cone_contains(s.x - ac.x * y.x + b * (second - wanted.y));
     let one = select(vec2r(first, lowest.y), vec2r(lowest.x, second), rising);
-    let best = select(one, both, both.x >= lowest.x && both.y >= lowest.y);
+    let best = select(one, both, cone_allows(both.x, start.x) && cone_allows(both.y, start.y));
     hold(out, row, select(alone, best.x, two));
     if two {
         hold(out, other, best.y);
@@ -70,8 +70,8 @@ fn minimize_exactly(first: u32, m: u32, x: u32, w: u32, g: u32, step: real, out:
     var free = 0u;
     for (var i = 0u; i < m; i += 1u) {
         let start = start_of(first + i, x, w);
-        change[i] = max(-start, 0.0);
-        free |= select(0u, 1u << i, start > 0.0);
+        change[i] = cone_lack(start);
+        free |= select(0u, 1u << i, cone_is_free(start));
     }
     // The objective never rises; the bound on rounds only matters to rounding.
     for (var round = 0u; round < 4u * m + 4u; round += 1u) {
@@ -112,9 +112,9 @@ fn minimize_exactly(first: u32, m: u32, x: u32, w: u32, g: u32, step: real, out:
             a = a / l[triangle(i, i)];
             aim[i] = a;
             let s = start_of(first + i, x, w);
-            if s + a <= 0.0 {
+            if cone_is_bound(s + a) {
                 let y = s + change[i];
-                let bound = select(real(0.0), y / (change[i] - a), y > 0.0);
+                let bound = select(real(0.0), cone_room(y, a - change[i]), cone_is_free(y));
                 if bound <= part {
                     part = bound;
                     hit = i;
@@ -128,7 +128,7 @@ fn minimize_exactly(first: u32, m: u32, x: u32, w: u32, g: u32, step: real, out:
                 var c = aim[i];
                 if blocked {
                     c = change[i] + part * (c - change[i]);
-                    if i == hit || !(s + c > 0.0) {
+                    if i == hit || !cone_is_free(s + c) {
                         free &= ~(1u << i);
                         c = -s;
                     }
@@ -159,9 +159,10 @@ fn minimize_exactly(first: u32, m: u32, x: u32, w: u32, g: u32, step: real, out:
         free |= 1u << entering;
     }
     for (var i = 0u; i < m; i += 1u) {
-        let lowest = -held(x, first + i);
-        let above = start_of(first + i, x, w) + change[i] > 0.0;
-        hold(out, first + i, select(lowest, max(number_of(w, first + i) + change[i], lowest), above));
+        let start = held(x, first + i);
+        let moved = cone_change(number_of(w, first + i) + change[i], start);
+        let above = cone_is_free(start_of(first + i, x, w) + change[i]);
+        hold(out, first + i, select(cone_change_to_bound(start), moved, above));
     }
 }
 
@@ -175,7 +176,7 @@ fn solve_two(a: real, b: real, c: real, r: vec2r) -> vec2r {
 // The better one of two changes from y, each with the objective that it leads to, if the second one is allowed.
 fn better(best: vec4r, change: vec3r, y: vec3r, slope: vec3r, b: mat3r) -> vec4r {
     let objective = dot(change, slope + 0.5 * (b * change));
-    let allowed = all(y + change >= vec3r()) && objective < best.w;
+    let allowed = cone_contains3(y + change) && objective < best.w;
     return select(best, vec4r(change, objective), allowed);
 }
 
@@ -216,9 +217,9 @@ fn minimize_three(first: u32, x: u32, w: u32, g: u32, out: u32) {
     let middle = r1 / d1 - l21 * last;
     best = better(best, vec3r(-slope.x / d.x - l10 * middle - l20 * last, middle, last), y, slope, b);
     for (var i = 0u; i < 3u; i += 1u) {
-        let lowest = -held(x, first + i);
-        let moved = max(number_of(w, first + i) + best[i], lowest);
-        hold(out, first + i, select(lowest, moved, y[i] + best[i] > 0.0));
+        let start = held(x, first + i);
+        let moved = cone_change(number_of(w, first + i) + best[i], start);
+        hold(out, first + i, select(cone_change_to_bound(start), moved, cone_is_free(y[i] + best[i])));
     }
 }
 
@@ -227,7 +228,7 @@ fn is_inside(first: u32, last: u32, x: u32, w: u32, g: u32) -> bool {
     let many = last - first > 2u && g == NONE;
     var inside = many;
     for (var row = select(last, first, many); row < last; row += 1u) {
-        inside = inside && start_of(row, x, w) >= 0.0;
+        inside = inside && cone_contains(start_of(row, x, w));
     }
     return inside;
 }

@@ -42,8 +42,7 @@ fn main(
         let bodies = pair[row];
         vectors[at(MAJORANT, row)] = count(bodies.x) * squares.x + count(bodies.y) * squares.y;
     }
-    let x = gamma[row];
-    vectors[at(X, row)] = select(real(0.0), x, x > 0.0 && is_finite(x));
+    vectors[at(X, row)] = cone_admit(gamma[row]);
     if LOW != NONE {
         vectors[at(LOW, row)] = 0.0;
     }

@@ -39,9 +39,9 @@ fn product_error4(a: vec4r, b: vec4r, product: vec4r) -> vec4r {
 
 fn advanced(a: real, d: real, s: real) -> real { return steady(a + steady(s * d)); }
 
-// What is left off x in two parts (a, c) after x = max(x + s d, 0).
+// What is left off x in two parts (a, c) after x = cone_project(x + s d).
 fn left_off(a: real, d: real, c: real, s: real) -> real {
     let step = steady(s * d);
     let sum = steady(a + step);
-    return select(real(0.0), c + (sum_error(a, step, sum) + product_error(s, d, step)), sum > 0.0);
+    return select(real(0.0), c + (sum_error(a, step, sum) + product_error(s, d, step)), cone_is_free(sum));
 }

@@ -9,6 +9,7 @@
 //! Several processes have each a domain of the rows (`lcp::domain`).
 
 use super::clusters::Clusters;
+use super::cone::{admit, worse};
 use super::domain::Border;
 use super::incidence::Incidence;
 use super::loops::{Chunks, Tree};
@@ -16,7 +17,6 @@ use super::numbering;
 use super::on_rows::{Diagonals, Numbers, OnRows};
 use super::pair_blocks::{self, PairBlocks};
 use super::product::Product;
-use super::residual::worse;
 use super::verbs::InClusters;
 use super::{Places, Problem};
 use std::ops::Range;
@@ -175,9 +175,8 @@ impl<const D: usize> Cpu<D> {
 
     /// Brings a vector from the problem's order of rows into this one's, numbers that cannot be multipliers as zero.
     pub fn import(&self, gamma: &[f64], x: &mut Vec<f64>) {
-        let admit = |row: &u32| Some(gamma[*row as usize]).filter(|x| *x > 0.0 && x.is_finite()).unwrap_or(0.0);
         x.clear();
-        x.extend(self.order.iter().map(admit));
+        x.extend(self.order.iter().map(|row| admit(gamma[*row as usize])));
     }
 
     /// Brings a vector back into the problem's order of rows.

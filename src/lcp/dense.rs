@@ -6,6 +6,7 @@
 //! parallel and zero rows need no care of their own. The active rows are kept as `Q R` with `Q` orthonormal. Memory and
 //! time an iteration grow with the unknowns times the active rows: it is for some hundred rows.
 
+use super::cone::{lack, project, room};
 use super::cpu::{Cpu, Rows};
 use super::drive::Point;
 use super::verbs::Verbs;
@@ -54,7 +55,7 @@ impl Dense {
         cpu.count(iterations);
         at.x.fill(0.0);
         for active in &self.active {
-            at.x[active.row] = active.multiplier.max(0.0);
+            at.x[active.row] = project(active.multiplier);
         }
         cpu.gradient(&at.x, &mut at.g);
         let residual = cpu.residual(&at.x, &at.g);
@@ -161,11 +162,11 @@ impl Dense {
         let (across, mut column) = self.orthogonalize(normal);
         let length = across.norm();
         let direction = self.solve_upper(column.clone());
-        let leaving = direction.iter().zip(&self.active).enumerate().filter(|(_, (r, _))| **r > 0.0);
-        let leaving = leaving.map(|(k, (r, active))| (active.multiplier.max(0.0) / r, k));
+        let leaving = direction.iter().zip(&self.active).enumerate();
+        let leaving = leaving.map(|(k, (r, active))| (room(project(active.multiplier), -r), k));
         let leaving = leaving.reduce(|first, next| if next.0 < first.0 { next } else { first });
         let independent = length > DEPENDENT * normal.norm();
-        let full = if independent { -self.gap(rows, row).0.min(0.0) / (length * length) } else { f64::INFINITY };
+        let full = if independent { lack(self.gap(rows, row).0) / (length * length) } else { f64::INFINITY };
         let part = leaving.map_or(full, |(part, _)| part.min(full));
         if part == f64::INFINITY {
             return Advance::Infeasible;

@@ -2,6 +2,7 @@
 //! of them, or what of it others know. Where one process has all rows, that is nothing.
 
 use super::cpu::Cpu;
+use super::drive::Drive;
 use super::{Places, Problem};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -132,5 +133,28 @@ impl<const D: usize> Cpu<D> {
             (words[1..].iter().copied().map(f64::from_bits).collect(), words[0])
         };
         shares.into_iter().zip(sizes).map(&mut of_part).collect()
+    }
+}
+
+/// All of a problem that processes share, for a method that each of them takes alone.
+pub(super) struct Whole<const D: usize> {
+    pub cpu: Cpu<D>,
+    pub drive: Drive<Vec<f64>>,
+}
+
+impl<const D: usize> Whole<D> {
+    pub fn of(cpu: &mut Cpu<D>, drive: &mut Drive<Vec<f64>>) -> Self {
+        let mut whole = Whole { cpu: cpu.gathered().clone(), drive: Drive::default() };
+        whole.cpu.count_anew();
+        whole.drive.at.x = cpu.gather_numbers(&drive.at.x);
+        whole.drive.history = drive.history.take();
+        whole
+    }
+
+    /// Goes on with what of it is here.
+    pub fn give_back(self, cpu: &mut Cpu<D>, drive: &mut Drive<Vec<f64>>) {
+        cpu.count(self.cpu.products_made());
+        drive.at.x = cpu.numbers_here(&self.drive.at.x);
+        drive.history = self.drive.history;
     }
 }

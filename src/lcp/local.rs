@@ -17,11 +17,11 @@
 //! the caller.
 
 use super::Problem;
+use super::cone::{is_free, residual};
 use super::cpu::Cpu;
 use super::drive::{Drive, Point, Standing};
 use super::pair_block_cg::PairBlockCg;
 use super::product::{add, dot};
-use super::residual::of_row;
 use super::team::{self, Team};
 use super::verbs::Verbs;
 use super::{Settings, Status};
@@ -46,9 +46,6 @@ const MOST_ROUNDS: usize = 12;
 
 /// Most iterations in a part.
 const MOST_ITERATIONS: u64 = 500;
-
-/// Iterations in a part between two looks at how fast they are.
-const ROUND: u64 = 100;
 
 /// What the rounds came to.
 pub(super) struct Rounds {
@@ -222,7 +219,7 @@ impl Local {
         self.taken.resize(rows.q.len(), false);
         let mut front: Vec<u32> = Vec::new();
         for row in 0..rows.q.len() {
-            if of_row(at.g[row], rows.diagonal[row], at.x[row]) > SEED * tolerance {
+            if residual(at.g[row], rows.diagonal[row], at.x[row]) > SEED * tolerance {
                 for side in 0..2 {
                     let body = rows.pair[row][side];
                     if moves(2 * row as u32 + side as u32) && !std::mem::replace(&mut self.free[body as usize], true) {
@@ -242,7 +239,7 @@ impl Local {
                         taken += 1;
                     }
                     let other = rows.pair[row][1 - (entry % 2) as usize];
-                    let reached = layer < layers && at.x[row] > 0.0 && moves(entry ^ 1);
+                    let reached = layer < layers && is_free(at.x[row]) && moves(entry ^ 1);
                     if reached && !std::mem::replace(&mut self.free[other as usize], true) {
                         next.push(other);
                     }
@@ -331,8 +328,7 @@ fn solve_part<const D: usize>(
     inner.import(&x, &mut drive.at.x);
     let settings = Settings { tolerance, max_iterations: MOST_ITERATIONS };
     let method = &mut PairBlockCg::new();
-    // A team's pace is judged round by round.
-    let pauses = |standing: Standing| standing.iterations.is_multiple_of(ROUND);
+    let pauses = |standing: Standing| standing.iterations.is_multiple_of(team::ROUND);
     let run = team::run(team, &mut inner, &mut drive, method, &settings, &pauses, |_, _, _| true);
     let (status, iterations, _) = run;
     if status != Status::NotFinite {

@@ -2,8 +2,8 @@
 //!
 //! What differs between the two is the product with `A`, and who makes which chunks of a sum.
 
+use super::cone::{project, residual, room, worse};
 use super::loops::{dots, fold, map, update};
-use super::residual::{of_row, worse};
 use super::verbs::{Looks, Metric, Verbs};
 use std::ops::Range;
 
@@ -96,11 +96,6 @@ fn smaller(a: f64, b: f64) -> f64 {
     if b < a { b } else { a }
 }
 
-/// How far a row may go. Both sides are computed and no branch is taken: which rows come down is not predictable.
-fn room_of_row([x, d]: [f64; 2]) -> f64 {
-    if d < 0.0 { x / -d } else { f64::INFINITY }
-}
-
 impl<R: OnRows> Verbs for R {
     type Vector = Vec<f64>;
     type Scalar = f64;
@@ -159,11 +154,11 @@ impl<R: OnRows> Verbs for R {
 
     fn proximal(&mut self, metric: Metric, x: &Vec<f64>, step: f64, g: &Vec<f64>, out: &mut Vec<f64>) {
         let (_, inverse) = self.numbers().diagonals.of_metric(metric);
-        map(out, [x, g, inverse], |[x, g, inverse]| (x - step * g * inverse).max(0.0));
+        map(out, [x, g, inverse], |[x, g, inverse]| project(x - step * g * inverse));
     }
 
     fn project(&mut self, _: Metric, x: &Vec<f64>, out: &mut Vec<f64>) {
-        map(out, [x], |[x]| x.max(0.0));
+        map(out, [x], |[x]| project(x));
     }
 
     fn descend(&mut self, x: &Vec<f64>, g: &Vec<f64>, out: &mut Vec<f64>) {
@@ -179,7 +174,7 @@ impl<R: OnRows> Verbs for R {
     }
 
     fn advance(&mut self, a: f64, d: &Vec<f64>, x: &mut Vec<f64>, _: &mut Vec<f64>) {
-        update(x, [d], |x, [d]| (x + a * d).max(0.0));
+        update(x, [d], |x, [d]| project(x + a * d));
     }
 
     fn square(&mut self, metric: Metric, x: &Vec<f64>) -> f64 {
@@ -193,21 +188,21 @@ impl<R: OnRows> Verbs for R {
     }
 
     fn ratio_test(&mut self, x: &Vec<f64>, d: &Vec<f64>) -> f64 {
-        over(self, [x, d], f64::INFINITY, smaller, room_of_row)
+        over(self, [x, d], f64::INFINITY, smaller, |[x, d]| room(x, d))
     }
 
     fn dots_and_room(&mut self, pairs: [[&Vec<f64>; 2]; 2], x: &Vec<f64>, d: &Vec<f64>) -> ([f64; 2], f64) {
         let pairs = pairs.map(|pair| pair.map(Vec::as_slice));
         let join = |k: usize, a: f64, b: f64| if k < 2 { a + b } else { smaller(a, b) };
-        let [a, b, room] = self.join_chunks([0.0, 0.0, f64::INFINITY], join, |rows| {
+        let [a, b, least] = self.join_chunks([0.0, 0.0, f64::INFINITY], join, |rows| {
             let [a, b] = dots(rows.clone(), pairs);
-            [a, b, fold(rows, [x, d], f64::INFINITY, smaller, room_of_row)]
+            [a, b, fold(rows, [x, d], f64::INFINITY, smaller, |[x, d]| room(x, d))]
         });
-        ([a, b], room)
+        ([a, b], least)
     }
 
     fn residual(&mut self, x: &Vec<f64>, g: &Vec<f64>) -> f64 {
-        over(self, [g, self.numbers().diagonals.plain(), x], 0.0, worse, |[g, s, x]| of_row(g, s, x))
+        over(self, [g, self.numbers().diagonals.plain(), x], 0.0, worse, |[g, s, x]| residual(g, s, x))
     }
 
     fn read(&mut self, scalar: f64) -> f64 {

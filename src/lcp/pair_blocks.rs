@@ -8,6 +8,7 @@
 mod larger;
 mod small;
 
+use super::cone;
 use super::loops::Chunks;
 use super::product::dot;
 use larger::Larger;
@@ -278,9 +279,9 @@ fn solve<const M: usize, B: Block<M>>(blocks: &mut [B], step: Step, out: &mut [f
         }
         None => {
             for ((block, x), out) in blocks.iter().zip(x).zip(out) {
-                // Blocks without a negative number, nearly all of them, are their own projection.
-                let negative = x.iter().fold(false, |negative, x| negative | (*x < 0.0));
-                *out = if negative { block.project(*x) } else { *x };
+                // Blocks in the cone, nearly all of them, are their own projection.
+                let outside = x.iter().fold(false, |outside, x| outside | cone::is_outside(*x));
+                *out = if outside { block.project(*x) } else { *x };
             }
         }
     }

@@ -2,6 +2,7 @@
 //! kept up to date (Cottle, Pang, Stone: The linear complementarity problem, section 5.2). Sequential, so for the CPU
 //! only.
 
+use super::cone::project;
 use super::cpu::Cpu;
 use super::drive::{Method, PATIENCE_OF_SLOW_METHODS, Point};
 use super::product::{add, dot, scatter};
@@ -27,7 +28,7 @@ impl<const D: usize> Method<Cpu<D>> for ProjectedGaussSeidel<D> {
             let [ja, jb] = &rows.jacobian[i];
             let (a, b) = (*a as usize, *b as usize);
             let g = rows.q[i] + dot(ja, &self.velocity[a]) + dot(jb, &self.velocity[b]);
-            let x = (at.x[i] - g * rows.inverse[i]).max(0.0);
+            let x = project(at.x[i] - g * rows.inverse[i]);
             let change = x - at.x[i];
             at.x[i] = x;
             add(&mut self.velocity[a], change, ja);

@@ -10,7 +10,9 @@
 //! than any tolerance; rows that have none are violated in the least-squares sense, which a smaller `c` changes little.
 //! So `c` falls until the violation is allowed, or no longer falls.
 
+use super::engine::Task;
 use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
+use super::pair_block_cg::PairBlockCg;
 use super::solver::Solver;
 use super::{Outcome, Problem, Settings, Status};
 
@@ -31,19 +33,19 @@ impl<const D: usize> Solver<D> {
     /// As [`Solver::solve`].
     pub fn relax(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
         gamma.resize(problem.q.len(), 0.0);
-        self.cpu.rebuild(problem);
-        if !self.cpu.is_domain() {
+        self.task.cpu.rebuild(problem);
+        if !self.task.cpu.is_domain() {
             return self.relax_here(gamma, allowed);
         }
         // Each process does it for all.
         let mut x = Vec::new();
-        self.cpu.import(gamma, &mut x);
-        let mut all = self.cpu.gather_numbers(&x);
-        let whole = self.cpu.gathered().clone();
-        let domain = std::mem::replace(&mut self.cpu, whole);
+        self.task.cpu.import(gamma, &mut x);
+        let mut all = self.task.cpu.gather_numbers(&x);
+        let whole = self.task.cpu.gathered().clone();
+        let domain = std::mem::replace(&mut self.task.cpu, whole);
         let outcome = self.relax_here(&mut all, allowed);
-        self.cpu = domain;
-        self.cpu.export(&self.cpu.numbers_here(&all), gamma);
+        self.task.cpu = domain;
+        self.task.cpu.export(&self.task.cpu.numbers_here(&all), gamma);
         outcome
     }
 
@@ -57,13 +59,13 @@ impl<const D: usize> Solver<D> {
             fallback: false,
             residual: f64::INFINITY,
         };
-        if !self.cpu.is_finite() {
+        if !self.task.cpu.is_finite() {
             return nothing;
         }
         let (mut best, mut found) = (nothing, gamma.clone());
         let mut method = InteriorPoint::default();
         for compliance in COMPLIANCES {
-            self.cpu.set_compliance(compliance);
+            self.task.cpu.set_compliance(compliance);
             let outcome = self.relaxed(&mut method, gamma, allowed);
             log::trace!("compliance {compliance:e}: {outcome:?}");
             best.iterations += outcome.iterations;
@@ -72,7 +74,7 @@ impl<const D: usize> Solver<D> {
             let falls = outcome.residual < GAIN * best.residual;
             if falls {
                 (best.status, best.residual) = (outcome.status, outcome.residual);
-                self.cpu.export(&self.drive.at.x, &mut found);
+                self.task.cpu.export(&self.task.drive.at.x, &mut found);
             }
             if !falls || outcome.residual <= allowed {
                 break;
@@ -90,31 +92,30 @@ impl<const D: usize> Solver<D> {
     pub fn relax_by(&mut self, compliance: f64, problem: &Problem<D>, gamma: &mut Vec<f64>) -> Outcome {
         gamma.clear();
         gamma.resize(problem.q.len(), 0.0);
-        self.cpu.rebuild(problem);
-        self.cpu.set_compliance(compliance);
+        self.task.cpu.rebuild(problem);
+        self.task.cpu.set_compliance(compliance);
         let outcome = self.relaxed(&mut InteriorPoint::default(), gamma, f64::INFINITY);
-        self.cpu.export(&self.drive.at.x, gamma);
+        self.task.cpu.export(&self.task.drive.at.x, gamma);
         outcome
     }
 
     /// Solves with the present compliance. The residual is the larger of the solve's own and the largest violation.
     fn relaxed(&mut self, method: &mut InteriorPoint<D>, start: &[f64], allowed: f64) -> Outcome {
-        self.cpu.import(start, &mut self.drive.at.x);
+        let Task { cpu, drive, settings } = &mut self.task;
+        cpu.import(start, &mut drive.at.x);
         method.forget();
-        let settings =
-            Settings { max_iterations: self.settings().max_iterations.min(MOST_ITERATIONS), ..self.settings() };
-        let (mut status, mut iterations, mut residual) = method.run(&mut self.cpu, &mut self.drive, &settings, 0.0);
+        let few = Settings { max_iterations: settings.max_iterations.min(MOST_ITERATIONS), ..*settings };
+        let (mut status, mut iterations, mut residual) = method.run(cpu, drive, &few, 0.0);
         if status == Status::TooLarge {
-            let most = self.settings().max_iterations;
-            (status, iterations, residual) = self.conjugate_gradients(most);
+            (status, iterations, residual) = drive.run(cpu, &mut PairBlockCg::new(), settings, 1);
         }
-        residual = residual.max(self.cpu.given_way(&self.drive.at.x));
+        residual = residual.max(cpu.given_way(&drive.at.x));
         if residual <= allowed {
             status = Status::LeastOverlap;
         } else if matches!(status, Status::Solved) {
             status = Status::Infeasible;
         }
-        let (products, factorizations) = (self.cpu.products_made(), method.factorizations());
+        let (products, factorizations) = (cpu.products_made(), method.factorizations());
         Outcome { status, iterations, products, factorizations, fallback: false, residual }
     }
 }

@@ -1,10 +1,10 @@
 //! The local LCPs on the CPU, in f64: each by one thread, several at once.
 
+use super::super::cone::{residual, worse};
 use super::super::cpu::Cpu;
 use super::super::drive::{Method, Point};
 use super::super::loops::update;
 use super::super::pair_block_cg::PairBlockCg;
-use super::super::residual::{of_row, worse};
 use super::super::{Problem, cpu};
 use super::{COMPLIANCE, LOCAL_STEPS, NOBODY, QUIET, domains};
 use rayon::prelude::*;
@@ -80,7 +80,7 @@ impl<const D: usize> Local<D> {
     fn descend(&mut self, x: &[f64], g: &[f64], s: &[f64], tolerance: f64) {
         let of = |numbers: &[f64]| self.rows.iter().map(|row| numbers[*row as usize]).collect();
         self.at = Point { x: of(x), g: of(g) };
-        let share = |row: &u32| of_row(g[*row as usize], s[*row as usize], x[*row as usize]);
+        let share = |row: &u32| residual(g[*row as usize], s[*row as usize], x[*row as usize]);
         self.displacement.clone_from(&self.at.x);
         if self.rows.iter().map(share).fold(0.0, worse) > QUIET * tolerance {
             self.method.begin(&mut self.cpu, &self.at);

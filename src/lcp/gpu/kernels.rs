@@ -158,6 +158,7 @@ impl Variant {
             .constants("actions on rows", Action::ALL.map(|action| (action.constant(), action as u32)))
             .constants("operations on numbers", Operation::ALL.map(|what| (what.constant(), what as u32)))
             .include(fragment!("lcp/parameters.wgsl"))
+            .include(fragment!("lcp/cone.wgsl"))
     }
 
     fn reducing(&self, name: &str, workgroup: u32) -> Source {

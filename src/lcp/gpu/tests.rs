@@ -1,5 +1,7 @@
 //! The verbs on the device against those on the CPU, each alone.
 
+mod cone;
+
 use super::DeviceProblem;
 use super::kernels::Variant;
 use super::layout::Slots;

@@ -3,6 +3,7 @@
 use super::contradiction;
 use super::normal_matrix::{NormalMatrix, Refused};
 use super::rows::UnitRows;
+use crate::lcp::cone::{Inner, is_outside, lack, project};
 
 /// The proximal term: `A + REGULARIZATION` stands for `A` in a step, rows having length one. Measured (November 2026)
 /// on the five stored systems, 700 random ones whose rows repeat, oppose or nearly oppose each other, and 120
@@ -26,6 +27,12 @@ const LONGEST_OF: f64 = 3e-2;
 struct Direction {
     gamma: Vec<f64>,
     slack: Vec<f64>,
+}
+
+impl Direction {
+    fn of(&self, row: usize) -> Inner {
+        Inner { gamma: self.gamma[row], slack: self.slack[row] }
+    }
 }
 
 /// The iterate, and room for its step.
@@ -61,8 +68,8 @@ impl<const D: usize> Iterate<D> {
             x.clear();
             x.extend(rows.q.iter().map(|q| value(*q)));
         };
-        fill(&mut self.weight, &|q| if q < 0.0 { 1.0 } else { 0.0 });
-        fill(&mut self.work, &|q| (-q).max(0.0));
+        fill(&mut self.weight, &|q| if is_outside(q) { 1.0 } else { 0.0 });
+        fill(&mut self.work, &lack);
         fill(&mut self.right, &|_| 0.0);
         matrix.factorize(rows, &self.weight)?;
         rows.velocity(&self.work, &mut self.velocity);
@@ -71,11 +78,13 @@ impl<const D: usize> Iterate<D> {
         self.g.clear();
         self.g.extend((0..rows.len()).map(|i| rows.along(i, &self.velocity)));
         let shift = START * self.g.iter().fold(rows.deepest, |largest, moved| largest.max(moved.abs()));
-        let gap = || rows.q.iter().zip(&self.g).map(|(q, moved)| q + moved);
-        self.slack.clear();
-        self.slack.extend(gap().map(|gap| gap.max(0.0) + shift));
         self.gamma.clear();
-        self.gamma.extend(gap().zip(&self.slack).map(|(gap, slack)| (-gap).max(0.0) + shift * (shift / slack)));
+        self.slack.clear();
+        for (q, moved) in rows.q.iter().zip(&self.g) {
+            let Inner { gamma, slack } = Inner::at(q + moved, shift);
+            self.gamma.push(gamma);
+            self.slack.push(slack);
+        }
         Ok(())
     }
 
@@ -105,7 +114,7 @@ impl<const D: usize> Iterate<D> {
             return false;
         }
         self.work.clear();
-        self.work.extend(self.step.gamma.iter().map(|change| change.max(0.0)));
+        self.work.extend(self.step.gamma.iter().map(|change| project(*change)));
         rows.velocity(&self.work, &mut self.velocity);
         self.halves += 1;
         contradiction::proven(rows, &self.work, &self.velocity)
@@ -114,8 +123,8 @@ impl<const D: usize> Iterate<D> {
     /// Takes one step.
     pub fn advance(&mut self, rows: &UnitRows<D>, matrix: &mut NormalMatrix<D>) -> Result<(), Refused> {
         let added = REGULARIZATION + self.compliance;
-        for (weight, (gamma, slack)) in self.weight.iter_mut().zip(self.gamma.iter().zip(&self.slack)) {
-            *weight = 1.0 / (added + slack / gamma);
+        for i in 0..rows.len() {
+            self.weight[i] = 1.0 / (added + self.at(i).compliance());
         }
         matrix.factorize(rows, &self.weight)?;
         let (mut predicted, mut step) = (std::mem::take(&mut self.predicted), std::mem::take(&mut self.step));
@@ -123,7 +132,7 @@ impl<const D: usize> Iterate<D> {
         self.newton(rows, matrix, |_| 0.0, &mut predicted);
         let part = self.room(&predicted).min(1.0);
         let centre = self.centre(&predicted, part);
-        self.newton(rows, matrix, |i| centre - predicted.gamma[i] * predicted.slack[i], &mut step);
+        self.newton(rows, matrix, |i| centre - predicted.of(i).complementarity(), &mut step);
         let short = (1.0 - part).clamp(SHORTEST_OF, LONGEST_OF);
         let length = ((1.0 - short) * self.room(&step)).min(1.0);
         for (x, change) in [(&mut self.gamma, &step.gamma), (&mut self.slack, &step.slack)] {
@@ -144,7 +153,7 @@ impl<const D: usize> Iterate<D> {
         out: &mut Direction,
     ) {
         for i in 0..rows.len() {
-            self.right[i] = pull(i) / self.gamma[i] - self.g[i];
+            self.right[i] = self.at(i).slack_for(pull(i)) - self.g[i];
             self.work[i] = self.weight[i] * self.right[i];
         }
         rows.velocity(&self.work, &mut self.velocity);
@@ -154,7 +163,7 @@ impl<const D: usize> Iterate<D> {
         gamma.clear();
         gamma.extend((0..rows.len()).map(|i| self.weight[i] * (self.right[i] - rows.along(i, &self.velocity))));
         slack.clear();
-        let change = |i: usize| (pull(i) - self.slack[i] * gamma[i]) / self.gamma[i] - self.slack[i];
+        let change = |i: usize| self.at(i).change_of_slack(pull(i), gamma[i]);
         slack.extend((0..rows.len()).map(change));
     }
 
@@ -162,20 +171,19 @@ impl<const D: usize> Iterate<D> {
     fn centre(&self, predicted: &Direction, part: f64) -> f64 {
         let (mut now, mut then) = (0.0, 0.0);
         for i in 0..self.gamma.len() {
-            now += self.gamma[i] * self.slack[i];
-            then += (self.gamma[i] + part * predicted.gamma[i]) * (self.slack[i] + part * predicted.slack[i]);
+            now += self.at(i).complementarity();
+            then += self.at(i).after(part, predicted.of(i)).complementarity();
         }
         (then / now).powi(3) * now / self.gamma.len() as f64
     }
 
-    /// How far a direction goes before a multiplier or a slack is zero.
+    /// How far a direction goes before a multiplier or a slack is at its bound.
     fn room(&self, along: &Direction) -> f64 {
-        let mut room = f64::INFINITY;
-        for (x, change) in [(&self.gamma, &along.gamma), (&self.slack, &along.slack)] {
-            for (x, change) in x.iter().zip(change).filter(|(_, change)| **change < 0.0) {
-                room = room.min(-x / change);
-            }
-        }
-        room
+        (0..self.gamma.len()).map(|i| self.at(i).room(along.of(i))).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The two numbers of a row.
+    fn at(&self, row: usize) -> Inner {
+        Inner { gamma: self.gamma[row], slack: self.slack[row] }
     }
 }

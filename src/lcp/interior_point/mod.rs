@@ -17,9 +17,9 @@ mod iterate;
 mod normal_matrix;
 mod rows;
 
+use super::cone::{is_open, residual, worse};
 use super::cpu::Cpu;
 use super::drive::{Drive, Point, ResidualSample};
-use super::residual::{of_row, worse};
 use super::verbs::Verbs;
 use super::{Settings, Status};
 use iterate::Iterate;
@@ -211,7 +211,7 @@ impl<const D: usize> InteriorPoint<D> {
         let diagonal = cpu.rows().diagonal;
         let share = |row: &u32| {
             let row = *row as usize;
-            of_row(at.g[row], diagonal[row], at.x[row])
+            residual(at.g[row], diagonal[row], at.x[row])
         };
         self.rows.row.iter().map(share).fold(0.0, worse)
     }
@@ -222,7 +222,7 @@ impl<const D: usize> InteriorPoint<D> {
         at.x.clone_from(&self.best);
         cpu.gradient(&at.x, &mut at.g);
         let diagonal = cpu.rows().diagonal;
-        let open = at.x.iter().zip(&at.g).zip(diagonal).map(|((x, g), s)| s * x < *g || *s == 0.0);
+        let open = at.x.iter().zip(&at.g).zip(diagonal).map(|((x, g), s)| is_open(*g, *s, *x));
         let open: Vec<bool> = open.collect();
         for (x, _) in at.x.iter_mut().zip(open).filter(|(_, open)| *open) {
             *x = 0.0;

@@ -1,6 +1,7 @@
 //! The rows that take part: those of `J` that are not zero, each scaled to length one, between bodies numbered without
 //! gaps.
 
+use crate::lcp::cone::lack;
 use crate::lcp::cpu::Rows;
 use crate::lcp::product::{dot, scatter};
 
@@ -54,7 +55,7 @@ impl<const D: usize> UnitRows<D> {
             self.jacobian.push(rows.jacobian[row].map(|block| block.map(|number| number * inverse_length)));
             self.inverse_length.push(inverse_length);
             self.q.push(rows.q[row] * inverse_length);
-            self.deepest = self.deepest.max(-rows.q[row] * inverse_length);
+            self.deepest = self.deepest.max(lack(rows.q[row] * inverse_length));
         }
     }
 

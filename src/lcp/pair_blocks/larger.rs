@@ -1,6 +1,7 @@
 //! The small problems of pairs with many rows, by the active set method alone.
 
 use super::{REGULARIZATION, Step};
+use crate::lcp::cone;
 
 /// The blocks, and in `rows` and `offsets` where the rows and the matrix of each begin.
 #[derive(Clone, Debug, Default)]
@@ -54,29 +55,29 @@ impl Larger {
                 Some((length, g)) => {
                     scratch.slope.extend(g[rows].iter().zip(live).map(|(g, live)| length * g * live));
                 }
-                None if x.iter().all(|x| *x >= 0.0) => {
+                None if x.iter().all(|x| cone::contains(*x)) => {
                     out.copy_from_slice(x);
                     continue;
                 }
                 None => scratch.slope.resize(x.len(), 0.0),
             }
             active_set(&self.matrices[self.offsets[block]..self.offsets[block + 1]], x, scratch);
-            let y = x.iter().zip(&scratch.change).map(|(x, change)| (x + change).max(0.0));
+            let y = x.iter().zip(&scratch.change).map(|(x, change)| cone::project(x + change));
             out.iter_mut().zip(y).for_each(|(out, y)| *out = y);
         }
     }
 }
 
 /// `change = y - x` for `y = argmin over y >= 0 of slope . (y - x) + 1/2 (y - x) . B (y - x)`, by the active set method
-/// of Lawson and Hanson (Solving least squares problems, 1974, chapter 23) started at `max(x, 0)`. The objective never
-/// rises; the bound on rounds only matters to rounding.
+/// of Lawson and Hanson (Solving least squares problems, 1974, chapter 23) started at the projection of `x`. The
+/// objective never rises; the bound on rounds only matters to rounding.
 pub(super) fn active_set(b: &[f64], x: &[f64], scratch: &mut Scratch) {
     let Scratch { slope, change, target, free, index, factor } = scratch;
     let m = x.len();
     change.clear();
-    change.extend(x.iter().map(|x| (-x).max(0.0)));
+    change.extend(x.iter().map(|x| cone::lack(*x)));
     free.clear();
-    free.extend(x.iter().map(|x| *x > 0.0));
+    free.extend(x.iter().map(|x| cone::is_free(*x)));
     for _ in 0..4 * m + 4 {
         index.clear();
         index.extend((0..m).filter(|i| free[*i]));
@@ -87,13 +88,16 @@ pub(super) fn active_set(b: &[f64], x: &[f64], scratch: &mut Scratch) {
         target.clear();
         target.extend(index.iter().map(|i| -slope[*i] - held(*i)));
         solve_free(b, m, index, factor, target);
-        let bound = index.iter().zip(&*target).filter(|(i, t)| x[**i] + **t <= 0.0);
-        let part = |i: usize, t: f64| if x[i] + change[i] > 0.0 { (x[i] + change[i]) / (change[i] - t) } else { 0.0 };
+        let bound = index.iter().zip(&*target).filter(|(i, t)| cone::is_bound(x[**i] + **t));
+        let part = |i: usize, t: f64| {
+            let y = x[i] + change[i];
+            if cone::is_free(y) { cone::room(y, t - change[i]) } else { 0.0 }
+        };
         let bound = bound.map(|(i, t)| (part(*i, *t), *i));
         if let Some((part, first)) = bound.reduce(|best, next| if next.0 < best.0 { next } else { best }) {
             for (i, t) in index.iter().zip(&*target) {
                 change[*i] += part * (t - change[*i]);
-                free[*i] = x[*i] + change[*i] > 0.0;
+                free[*i] = cone::is_free(x[*i] + change[*i]);
             }
             free[first] = false;
             continue;

@@ -6,6 +6,7 @@
 //! with `x > 0`). It is computed first and checked; block pivoting and the active set method mend it where it is wrong.
 
 use super::REGULARIZATION;
+use crate::lcp::cone;
 
 /// Rounds of pivoting before the active set method.
 const PIVOTS: usize = 4;
@@ -15,7 +16,7 @@ const PIVOTS: usize = 4;
 pub(super) trait Block<const M: usize> {
     /// The solution `y` of the small problem for `x >= 0`.
     fn proximal(&mut self, x: [f64; M], slope: [f64; M]) -> [f64; M];
-    /// The solution without a slope, for `x` with a negative number.
+    /// The solution without a slope, for `x` with a number outside of the cone.
     fn project(&self, x: [f64; M]) -> [f64; M];
 }
 
@@ -26,12 +27,12 @@ pub(super) struct Single(pub f64);
 impl Block<1> for Single {
     #[inline]
     fn proximal(&mut self, [x]: [f64; 1], [slope]: [f64; 1]) -> [f64; 1] {
-        [(x - slope * self.0).max(0.0)]
+        [cone::project(x - slope * self.0)]
     }
 
     #[inline]
-    fn project(&self, _: [f64; 1]) -> [f64; 1] {
-        [0.0]
+    fn project(&self, x: [f64; 1]) -> [f64; 1] {
+        x.map(cone::project)
     }
 }
 
@@ -59,11 +60,11 @@ impl Double {
             x[0] + (b * slope[1] - c * slope[0]) * self.inverse_determinant,
             x[1] + (b * slope[0] - a * slope[1]) * self.inverse_determinant,
         ];
-        let first = (x[0] + (b * x[1] - slope[0]) * self.inverse[0]).max(0.0);
-        let second = (x[1] + (b * x[0] - slope[1]) * self.inverse[1]).max(0.0);
-        let rising = slope[0] - a * x[0] + b * (second - x[1]) >= 0.0;
+        let first = cone::project(x[0] + (b * x[1] - slope[0]) * self.inverse[0]);
+        let second = cone::project(x[1] + (b * x[0] - slope[1]) * self.inverse[1]);
+        let rising = cone::contains(slope[0] - a * x[0] + b * (second - x[1]));
         let one = [if rising { 0.0 } else { first }, if rising { second } else { 0.0 }];
-        let inside = (both[0] >= 0.0) & (both[1] >= 0.0);
+        let inside = cone::contains(both[0]) & cone::contains(both[1]);
         [if inside { both[0] } else { one[0] }, if inside { both[1] } else { one[1] }]
     }
 }
@@ -104,7 +105,7 @@ impl<const M: usize, const K: usize> Block<M> for Packed<M, K> {
         let there: [f64; M] = std::array::from_fn(|i| slope[i] + correction[i]);
         let moved: [f64; M] = times(&self.pivoted, std::array::from_fn(|i| free[i] * there[i]));
         let right: [f64; M] = std::array::from_fn(|i| if free[i] > 0.0 { x[i] } else { there[i] } - moved[i]);
-        if none_negative(right) { std::array::from_fn(|i| free[i] * right[i]) } else { self.change_rows(x, slope) }
+        if all_in_cone(right) { std::array::from_fn(|i| free[i] * right[i]) } else { self.change_rows(x, slope) }
     }
 
     #[inline]
@@ -124,7 +125,7 @@ impl<const M: usize, const K: usize> Packed<M, K> {
         Packed { matrix: entries, free: [0.0; M], pivoted: [0.0; K] }
     }
 
-    /// What is not negative in a solution: `y` of free rows, the slope there of the others.
+    /// What is in the cone in a solution: `y` of free rows, the slope there of the others.
     #[inline]
     fn right(&self, free: [f64; M], x: [f64; M], change: [f64; M], slope: [f64; M]) -> [f64; M] {
         let correction = times(&self.matrix, change);
@@ -186,29 +187,29 @@ impl<const M: usize, const K: usize> Packed<M, K> {
     #[cold]
     #[inline(never)]
     fn pivot(&self, x: [f64; M], slope: [f64; M]) -> ([f64; M], [f64; M]) {
-        let mut free = x.map(|x| if x > 0.0 { 1.0 } else { 0.0 });
+        let mut free = x.map(mark);
         for _ in 0..PIVOTS {
             let held: [f64; M] = std::array::from_fn(|i| (free[i] - 1.0) * x[i]);
             let correction = times(&self.matrix, held);
             let t = self.solve(free, std::array::from_fn(|i| -slope[i] - correction[i]));
             let change = std::array::from_fn(|i| held[i] + t[i]);
             let right = self.right(free, x, change, slope);
-            if none_negative(right) {
+            if all_in_cone(right) {
                 return (free, std::array::from_fn(|i| free[i] * (x[i] + change[i])));
             }
-            free = std::array::from_fn(|i| if right[i] < 0.0 { 1.0 - free[i] } else { free[i] });
+            free = std::array::from_fn(|i| if cone::is_outside(right[i]) { 1.0 - free[i] } else { free[i] });
         }
         let y = self.active_set(x, slope);
-        (y.map(|y| if y > 0.0 { 1.0 } else { 0.0 }), y)
+        (y.map(mark), y)
     }
 
-    /// The active set method of Lawson and Hanson (Solving least squares problems, 1974, chapter 23) started at `max(x,
-    /// 0)`. The objective never rises; the bound on rounds only matters to rounding.
+    /// The active set method of Lawson and Hanson (Solving least squares problems, 1974, chapter 23) started at the
+    /// projection of `x`. The objective never rises; the bound on rounds only matters to rounding.
     #[cold]
     #[inline(never)]
     fn active_set(&self, x: [f64; M], slope: [f64; M]) -> [f64; M] {
-        let mut change = x.map(|x| (-x).max(0.0));
-        let mut free = x.map(|x| x > 0.0);
+        let mut change = x.map(cone::lack);
+        let mut free = x.map(cone::is_free);
         for _ in 0..4 * M + 4 {
             for i in 0..M {
                 change[i] = if free[i] { change[i] } else { -x[i] };
@@ -218,9 +219,9 @@ impl<const M: usize, const K: usize> Packed<M, K> {
             let target = self.solve(ones, std::array::from_fn(|i| -slope[i] - held[i]));
             let (mut part, mut first) = (f64::INFINITY, M);
             for i in 0..M {
-                if free[i] && x[i] + target[i] <= 0.0 {
-                    let room = x[i] + change[i];
-                    let here = if room > 0.0 { room / (change[i] - target[i]) } else { 0.0 };
+                if free[i] && cone::is_bound(x[i] + target[i]) {
+                    let y = x[i] + change[i];
+                    let here = if cone::is_free(y) { cone::room(y, target[i] - change[i]) } else { 0.0 };
                     (part, first) = if first == M || here < part { (here, i) } else { (part, first) };
                 }
             }
@@ -228,7 +229,7 @@ impl<const M: usize, const K: usize> Packed<M, K> {
                 for i in 0..M {
                     if free[i] {
                         change[i] += part * (target[i] - change[i]);
-                        free[i] = x[i] + change[i] > 0.0;
+                        free[i] = cone::is_free(x[i] + change[i]);
                     }
                 }
                 free[first] = false;
@@ -248,13 +249,19 @@ impl<const M: usize, const K: usize> Packed<M, K> {
             }
             free[steepest] = true;
         }
-        std::array::from_fn(|i| (x[i] + change[i]).max(0.0))
+        std::array::from_fn(|i| cone::project(x[i] + change[i]))
     }
 }
 
+/// The mark of a row: one where it is free.
 #[inline]
-fn none_negative<const M: usize>(numbers: [f64; M]) -> bool {
-    numbers.iter().fold(true, |none, x| none & (*x >= 0.0))
+fn mark(x: f64) -> f64 {
+    if cone::is_free(x) { 1.0 } else { 0.0 }
+}
+
+#[inline]
+fn all_in_cone<const M: usize>(numbers: [f64; M]) -> bool {
+    numbers.iter().fold(true, |all, x| all & cone::contains(*x))
 }
 
 /// Where a packed matrix has an entry.

@@ -22,6 +22,9 @@ use std::time::Instant;
 /// Fewest rows for each thread. An iteration takes some 15 microseconds there, and its barriers two to four.
 const LEAST_ROWS: usize = 768;
 
+/// Iterations of a round where nothing else pauses a solve: a team's pace is judged round by round.
+pub(super) const ROUND: u64 = 100;
+
 /// Threads for the iterations of a solver.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Team {

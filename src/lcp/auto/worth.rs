@@ -1,0 +1,96 @@
+//! Whether one more iteration of conjugate gradients is worth it, or the safeguard's turn has come: by counts, never by
+//! clocks, so that a scene takes the same path everywhere.
+
+use crate::lcp::cpu::Cpu;
+use crate::lcp::drive::Standing;
+use crate::lcp::interior_point::InteriorPoint;
+
+/// Iterations that `auto` takes, and those that it may still need, before it asks what the interior-point method would
+/// cost: about as many as finding out costs.
+pub(super) const ITERATIONS_BEFORE_FORECAST: u64 = 200;
+
+/// Iterations between two looks at how the residual falls: what is left is forecast from the last two of them.
+pub(super) const WINDOW: u64 = 100;
+
+/// The least part of what the interior-point method would cost that `auto` spends on conjugate gradients first, since
+/// residuals pause: 0 to 0.3 cost the same within 3 %.
+const LEAST_BEFORE_SAFEGUARD: f64 = 0.1;
+
+/// And for nearly parallel rows the part of it that conjugate gradients may still need. 200 LCPs of colonies take the
+/// same time within 4 % with none to a half, and up to 8 % more with all of it.
+const HOPE: f64 = 0.25;
+
+/// With so few rows the interior-point method takes over as soon as the residuals show that conjugate gradients are
+/// slow: where cells fill a chamber, nearly singular wedges make residuals fall ever more slowly.
+const MOST_ROWS_WITHOUT_PATIENCE: usize = 1024;
+
+/// What an iteration costs beside its rows, which counts where these are few: 170 rows of a chamber take 9 microseconds
+/// an iteration on one core, 12 nanoseconds a row of them (November 2026).
+const NANOSECONDS_OF_AN_ITERATION: f64 = 6000.0;
+
+/// Nanoseconds of an iteration of the conjugate gradients for each row, on one core: 11 to 16 for 3,000 to 54,000 rows
+/// (November 2026), whatever the unknowns. The number of threads changes no decision, so that it changes no bits.
+const NANOSECONDS_OF_A_ROW: f64 = 12.0;
+
+/// The same for nearly parallel rows, which stand in their pairs' order: 18 to 27, and 55 to 65 beyond the cache.
+const NANOSECONDS_OF_A_PARALLEL_ROW: f64 = 20.0;
+
+/// Says where a solve stands whether one more iteration is worth it: while all of them have not cost as much as the
+/// safeguard would, and if `patient` is false while what is left, as the last iterations make one expect, costs less
+/// than a part of it. Later problems of a step keep its first forecast: they have the same pairs and few more.
+pub(super) fn affordable<const D: usize>(
+    safeguard: &mut InteriorPoint<D>,
+    forecast: &mut Option<f64>,
+    tolerance: f64,
+    patient: bool,
+) -> impl FnMut(&Cpu<D>, Standing) -> bool {
+    let mut marks = [f64::INFINITY; 2];
+    move |cpu, Standing { iterations, least, .. }| {
+        if !iterations.is_multiple_of(WINDOW) {
+            return true;
+        }
+        let gain = (marks[0] / least).ln() / (2 * WINDOW) as f64;
+        marks = [marks[1], least];
+        let left = (least / tolerance).ln() / gain;
+        if iterations < ITERATIONS_BEFORE_FORECAST || left <= ITERATIONS_BEFORE_FORECAST as f64 {
+            return true;
+        }
+        let cost = *forecast.get_or_insert_with(|| safeguard.forecast(cpu.gathered()).unwrap_or(f64::INFINITY));
+        let of_a_row = if patient { NANOSECONDS_OF_A_ROW } else { NANOSECONDS_OF_A_PARALLEL_ROW };
+        let few = patient && cpu.all_rows() <= MOST_ROWS_WITHOUT_PATIENCE;
+        let besides = if few { NANOSECONDS_OF_AN_ITERATION } else { 0.0 };
+        let instead = cost / (of_a_row * cpu.all_rows() as f64 + besides);
+        let taken = iterations as f64;
+        let patient = patient && !few;
+        taken < LEAST_BEFORE_SAFEGUARD * instead || (taken < instead && (patient || left < HOPE * instead))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::chain;
+    use super::*;
+
+    /// The iteration at which a residual that falls by a factor every hundred iterations is given up, where the
+    /// safeguard costs as much as 2,000.
+    fn given_up(factor: f64) -> u64 {
+        let mut cpu = Cpu::default();
+        cpu.rebuild(&chain(1_000));
+        let mut forecast = Some(2_000.0 * NANOSECONDS_OF_A_PARALLEL_ROW * 1_000.0);
+        let mut safeguard = InteriorPoint::default();
+        let mut goes_on = affordable(&mut safeguard, &mut forecast, 1e-6, false);
+        let goes_on = |iteration: &u64| {
+            let residual = factor.powf(*iteration as f64 / -100.0);
+            goes_on(&cpu, Standing { iterations: *iteration, residual, least: residual })
+        };
+        (0..5_000).take_while(goes_on).count() as u64
+    }
+
+    #[test]
+    fn a_solve_is_handed_over_where_what_is_left_costs_more_than_it_may() {
+        assert_eq!(given_up(1.0), ITERATIONS_BEFORE_FORECAST);
+        assert_eq!(given_up(1.5), ITERATIONS_BEFORE_FORECAST);
+        // Four decades are left after 200 iterations, at one for every hundred.
+        assert_eq!(given_up(10.0), 5_000);
+    }
+}
