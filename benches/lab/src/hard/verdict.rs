@@ -57,7 +57,7 @@ impl Finding {
 /// The verdict, and what speaks against the case: first what fails, else what is reported.
 ///
 /// ```
-/// use relcp::study::hard::{Figures, Verdict, judge};
+/// use relcp_lab::hard::{Figures, Verdict, judge};
 /// let mut figures = Figures { steps: 1, ..Figures::new(1e-5, 1e-6) };
 /// assert_eq!(judge(&figures, None).0, Verdict::Holds);
 /// figures.states_not_finite = 1;

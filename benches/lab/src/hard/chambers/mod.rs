@@ -57,7 +57,7 @@ pub struct Chamber {
 /// Chamber `number` of a seed. `stalls` changes `growth.on_no_room` and nothing else.
 ///
 /// ```
-/// use relcp::study::hard::chambers::chamber;
+/// use relcp_lab::hard::chambers::chamber;
 /// let drawn = chamber(1, 3, false);
 /// assert_eq!(drawn.scene.name, "chamber-1-3");
 /// assert_eq!(drawn.scene.build()?.len(), 1);

@@ -40,7 +40,7 @@ const MOST_STEPS: f64 = 20_000.0;
 /// Confined colony `number` of a seed.
 ///
 /// ```
-/// use relcp::study::hard::random::confined;
+/// use relcp_lab::hard::random::confined;
 /// assert_eq!(confined(1, 3)?.scene.name, "confined-1-3");
 /// # Ok::<(), relcp::scene::SceneError>(())
 /// ```

@@ -49,7 +49,7 @@ const LEAST_HALF: f64 = 1.1;
 /// Scene `number` of a seed.
 ///
 /// ```
-/// use relcp::study::hard::random::random;
+/// use relcp_lab::hard::random::random;
 /// let scene = random(1, 7)?.scene;
 /// assert_eq!(scene, random(1, 7)?.scene);
 /// assert_eq!(scene.name, "random-1-7");

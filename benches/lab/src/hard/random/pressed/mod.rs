@@ -20,7 +20,7 @@ const FIRST_STREAM: u64 = 1 << 33;
 /// Pressed bodies `number` of a seed.
 ///
 /// ```
-/// use relcp::study::hard::random::pressed;
+/// use relcp_lab::hard::random::pressed;
 /// assert_eq!(pressed(1, 3)?.scene.name, "pressed-1-3");
 /// # Ok::<(), relcp::scene::SceneError>(())
 /// ```
