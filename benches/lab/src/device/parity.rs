@@ -1,6 +1,6 @@
 //! A device's results against the CPU's: separations of all families of pairs, a step's rows, solves, whole steps. The
-//! bounds are those of the table "Differences from the CPU" in docs/gpu.md, which tests hold a device to; here fewer
-//! cases are drawn, so that a minute is enough.
+//! bounds are those of the tables "Differences from the CPU" in docs/gpu.md (results) and docs/notes/gpu.md (stages of
+//! a step), which tests hold a device to; here fewer cases are drawn, so that a minute is enough.
 
 use crate::StudyError;
 use crate::solvers::built_in;
