@@ -54,6 +54,24 @@ impl Scene {
         motions.map(|motion| self.time.dt * DVec3::from(motion.velocity).length())
     }
 
+    /// The wall that moves farthest in a step, with this way in thicknesses of the thinnest body.
+    pub(super) fn farthest_wall(&self) -> Option<(usize, f64)> {
+        let moving = self.walls.iter().enumerate().filter_map(|(i, wall)| Some((i, wall.motion()?)));
+        let ways =
+            moving.map(|(i, motion)| (i, self.time.dt * DVec3::from(motion.velocity).length() / self.thinnest()));
+        ways.max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The strain in a step of the background flow or the cell that changes fastest; zero where neither does.
+    pub(super) fn largest_strain(&self) -> f64 {
+        self.time.dt * self.rates_of_strain().fold(0.0, f64::max)
+    }
+
+    /// The part of its length by which the fastest cell grows in a step; zero where none grows.
+    pub(super) fn largest_growth(&self) -> f64 {
+        self.time.dt * self.growing().map(|(_, _, _, growth, _)| growth.rate).fold(0.0, f64::max)
+    }
+
     fn ways_of_growth(&self) -> impl Iterator<Item = f64> + '_ {
         self.growing()
             .map(|(_, _, shape, growth, _)| self.time.dt * growth.rate * shape.growing_length().unwrap_or(0.0))

@@ -12,6 +12,9 @@ const LARGE_TOLERANCE: f64 = 0.1;
 pub(crate) const FARTHEST: f64 = 1.0;
 /// What a time step is proposed for: bodies move by this part of their thickness.
 pub(crate) const PROPOSED: f64 = 0.1;
+/// Growth or strain of more than this in a step is remarked on: neighbours move by a tenth of a length against each other.
+/// Built-in scenes come to 0.005. A colony of 128 cells takes 3,600 products a step at 0.02 and 150,000 at 0.5.
+const LARGEST_STRAIN: f64 = 0.1;
 /// Two rules that place bodies in boxes whose sides differ by more than this are remarked on: they are not mixed.
 const UNMIXED: f64 = 0.1;
 
@@ -28,10 +31,12 @@ impl Scene {
     /// assert!(scene.warnings().is_empty());
     /// ```
     pub fn warnings(&self) -> Vec<String> {
-        [self.large_tolerance(), self.long_step(), self.cold_crowd(), self.unmixed()].into_iter().flatten().collect()
+        let remarks =
+            [self.large_tolerance(), self.long_step(), self.large_strain(), self.cold_crowd(), self.unmixed()];
+        remarks.into_iter().flatten().collect()
     }
 
-    /// A step in which a force or a velocity at the start carries a body farther than it is thick.
+    /// A step in which a force, a wall or a velocity at the start carries a body farther than it is thick.
     pub(crate) fn long_step(&self) -> Option<String> {
         let forces = self.farthest_drive().map(|(force, way)| (format!("forces.{force} moves"), way));
         let bodies = self.bodies.iter().enumerate().filter(|_| self.dynamics.has_inertia());
@@ -39,12 +44,27 @@ impl Scene {
             let way = self.time.dt * DVec3::from(body.velocity.unwrap_or_default()).length() / body.shape.thickness();
             (format!("bodies.{i}.velocity carries"), way)
         });
-        let (what, way) = forces.into_iter().chain(starts).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let walls = self.farthest_wall().map(|(wall, way)| (format!("walls.{wall}.motion moves"), way));
+        let (what, way) = forces.into_iter().chain(walls).chain(starts).max_by(|a, b| a.1.total_cmp(&b.1))?;
         (way > FARTHEST && way.is_finite()).then(|| {
             format!(
                 "time.dt is too long: {what} a body by {} of its thicknesses in a step; with {} it is a tenth",
                 few(way),
                 significant(self.time.dt * PROPOSED / way, 1)
+            )
+        })
+    }
+
+    /// A step in which cells grow, or a flow or a cell shears, by a large part.
+    fn large_strain(&self) -> Option<String> {
+        let ways =
+            [("cells grow by", self.largest_growth()), ("the flow or the cell strains by", self.largest_strain())];
+        let (what, part) = ways.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (part > LARGEST_STRAIN && part.is_finite()).then(|| {
+            format!(
+                "time.dt is too long: {what} {} % in a step; with {} it is 1 %",
+                few(100.0 * part),
+                significant(0.01 * self.time.dt / part, 1)
             )
         })
     }
@@ -95,8 +115,8 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dynamics::{Dynamics, Force, Thermal};
-    use crate::scene::{Body, Generate, Time};
+    use crate::dynamics::{Dynamics, Flow, Force, Thermal};
+    use crate::scene::{Body, Generate, Time, Wall, WallMotion};
     use crate::shape::Shape;
 
     fn balls(count: usize) -> Scene {
@@ -126,6 +146,22 @@ mod tests {
         scene.dynamics = Dynamics::Inertial { density: 1.0, drag: None };
         let warnings = scene.warnings();
         assert!(warnings[0].contains("bodies.1.velocity carries a body by 3 of its thicknesses"), "{warnings:?}");
+    }
+
+    #[test]
+    fn a_time_step_in_which_cells_grow_or_a_flow_shears_by_a_large_part_is_remarked_on() {
+        let mut scene = balls(2);
+        scene.flow = Some(Flow::Shear { rate: -50.0, direction: [1.0, 0.0, 0.0], gradient: [0.0, 1.0, 0.0] });
+        let warnings = scene.warnings();
+        assert!(
+            warnings[0].contains("the flow or the cell strains by 50 % in a step; with 2e-4 it is 1 %"),
+            "{warnings:?}"
+        );
+        scene.time.dt = 0.001;
+        assert_eq!(scene.warnings(), [""; 0]);
+        let motion = WallMotion { velocity: [2000.0, 0.0, 0.0], angular_velocity: None, window: None };
+        scene.walls.push(Wall::HalfSpace { normal: [1.0, 0.0, 0.0], offset: -9.0, motion: Some(motion) });
+        assert!(scene.warnings()[0].contains("walls.0.motion moves a body by 2 of its thicknesses"));
     }
 
     #[test]

@@ -42,7 +42,7 @@ fn weight() -> f64 {
 fn heap(dynamics: &Value, force: &Value) -> Result<Scene, Box<dyn Error>> {
     let scene = json!({"name": "heap", "seed": 1, "dynamics": dynamics, "time": {"dt": 0.02, "end": 60},
         "walls": [{"box": {"minimum": [-3, -3, -3], "maximum": [3, 3, 12]}}], "forces": [force],
-        "generate": [{"isotropic": {"count": 60, "shape": {"ellipsoid": {"radii": RADII}}, "volume_fraction": 0.25}}]});
+        "generate": [{"isotropic": {"count": 60, "shape": {"ellipsoid": {"radii": RADII}}, "volume_fraction": 0.15}}]});
     settled(Scene::parse(&scene.to_string(), "heap")?)
 }
 
