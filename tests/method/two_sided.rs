@@ -1,6 +1,7 @@
 //! What pushes touches at the end of a step: rows in line between closing walls against closed forms, growth chambers
 //! in which nobody is thrown, and what contact may not do.
 
+use glam::DVec3;
 use relcp::{Scene, Simulation, StepReport};
 
 const TOLERANCE: f64 = 1e-5;
@@ -212,5 +213,24 @@ fn contact_does_not_spin_rods_about_their_own_axes() {
     for (angular, orientation) in bodies.angular_velocity.iter().zip(&bodies.orientation) {
         let spin = angular.dot(*orientation * glam::DVec3::Z);
         assert!(angular.length() > 0.01 && spin.abs() < 1e-6, "{spin:e} of {angular}");
+    }
+}
+
+/// Its axis has turned by the angle whose cosine is the room over the length of its segment.
+#[test]
+fn a_rod_exactly_across_a_channel_turns_as_it_grows_and_is_not_without_room() {
+    for dt in [0.01, 0.002] {
+        let (simulation, reports) = run(scene(&format!(
+            r#"{{ "name": "across", "planar": true, "time": {{ "dt": {dt}, "end": 0.4 }},
+                "walls": [ {{ "channel": {{ "normal": [1, 0, 0], "center": [0, 0, 0], "width": 3.2 }} }} ],
+                "growth": {{ "rate": 0.7, "rule": "adder", "added_length": 2 }},
+                "bodies": [ {{ "shape": {{ "spherocylinder": {{ "diameter": 1, "length": 3 }} }}, "position": [0, 0, 0], "axis": [1, 0, 0] }} ] }}"#
+        )));
+        let bodies = &simulation.state().unwrap().bodies;
+        let length = bodies.shape[0].growing_length().unwrap();
+        let along = (bodies.orientation[0] * DVec3::Z).x.abs();
+        assert!(length > 3.5, "{length}");
+        assert!((along * (length - 1.0) - 2.2).abs() < 1e-4, "{dt}: {along} of {length}");
+        assert!(largest(&reports, |r| r.largest_move) < 0.1, "{dt}");
     }
 }

@@ -98,6 +98,19 @@ impl<const D: usize> RowSet<D> {
         pushing
     }
 
+    /// The branches that overlap where nothing pushes, sorted by pair and feature; each moves by its overlap.
+    pub(super) fn overlapping(&self) -> Vec<Push> {
+        let rows = (0..self.problem.q.len()).filter(|row| self.problem.q[*row] < 0.0);
+        let push = |row: usize| {
+            let pair = self.problem.pair[row].map(|place| of_rows(place, self.bodies));
+            Push { pair, feature: self.feature[row], gamma: 0.0, moved: -self.problem.q[row] }
+        };
+        let mut overlapping: Vec<Push> = rows.map(push).collect();
+        overlapping.sort_by_key(|push| (push.pair, push.feature));
+        overlapping.dedup_by_key(|push| (push.pair, push.feature));
+        overlapping
+    }
+
     /// Puts a row in the place of all rows of its branch, for each branch of `anew` (sorted by pair and feature).
     pub(super) fn make_anew(&mut self, anew: Vec<Anew<D>>) {
         let mut done = vec![false; anew.len()];

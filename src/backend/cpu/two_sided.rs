@@ -199,6 +199,10 @@ impl<const D: usize> Cpu<D> {
     /// along the proof that there is no solution, and in the least overlap they are in proportion to the violations.
     fn wedge_rows(&self) -> Vec<Push> {
         let mut pushing = self.rows.pushing(0.0);
+        // Two rows that are exactly opposed, as of a rod across a channel: no multiplier lessens the residual.
+        if pushing.is_empty() {
+            pushing = self.rows.overlapping();
+        }
         let most = pushing.iter().fold(0.0_f64, |most, push| most.max(push.moved));
         pushing.retain(|push| push.moved >= OF_THE_WEDGE * most);
         pushing
