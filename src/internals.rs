@@ -1,4 +1,5 @@
-//! The internals that this project's tests, benches and laboratory use. They are not public: any release may change them.
+//! The internals that this project's tests, benches and laboratory use. They are not public: any release may change
+//! them.
 
 /// What carries out the verbs of a step.
 pub mod backend {

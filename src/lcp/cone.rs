@@ -59,8 +59,8 @@ pub(crate) fn room(x: f64, d: f64) -> f64 {
 }
 
 /// The natural residual of a row, `|min(g, s x)|` with `s` its diagonal entry of `A`: a length, zero where the row is
-/// solved alone. A row whose `s` is zero does not feel its multiplier: what is left is `|min(g, 0)|`. NaN if `g` or `s x`
-/// is.
+/// solved alone. A row whose `s` is zero does not feel its multiplier: what is left is `|min(g, 0)|`. NaN if `g` or
+/// `s x` is.
 #[inline]
 pub(crate) fn residual(g: f64, s: f64, x: f64) -> f64 {
     let scaled = s * x;
@@ -82,7 +82,7 @@ pub(crate) fn is_open(g: f64, s: f64, x: f64) -> bool {
     s * x < g || s == 0.0
 }
 
-/// A multiplier and the slack in the place of its gap, both off their bounds, as an interior-point method has them.
+/// A multiplier and its slack. The slack replaces the gap. An interior-point method keeps both positive.
 #[derive(Clone, Copy)]
 pub(crate) struct Inner {
     pub gamma: f64,

@@ -31,8 +31,8 @@ pub struct Solver<const D: usize> {
 
 impl<const D: usize> Solver<D> {
     /// A solver of a kind. [`SolverKind::Auto`] is projected nonlinear conjugate gradients with the blocks of the
-    /// pairs, and the interior-point method where those end with [`NoProgress`](super::Status::NoProgress) or [`MaxIterations`](super::Status::MaxIterations),
-    /// or their end is not in sight.
+    /// pairs, and the interior-point method where those end with [`NoProgress`](super::Status::NoProgress) or
+    /// [`MaxIterations`](super::Status::MaxIterations), or their end is not in sight.
     pub fn new(kind: SolverKind, settings: Settings) -> Self {
         let engine = Engine::new(kind, &settings);
         Solver { task: Task { cpu: Cpu::default(), drive: Drive::default(), settings }, engine }

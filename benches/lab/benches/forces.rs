@@ -1,8 +1,8 @@
-//! How exact the contact forces of crowds are: the net contact force on each body in a step, against the same step with a
-//! tolerance of 1e-4 of it, in parts of the load.
+//! How exact the contact forces of crowds are: the net contact force on each body in a step, against the same step with
+//! a tolerance of 1e-4 of it, in parts of the load.
 //!
-//! `cargo bench -p relcp-lab --bench forces` prints a row for each scene and each `dt`, with a tolerance of 1e-6 and with
-//! the scene's default. `docs/forces.md` has the table.
+//! `cargo bench -p relcp-lab --bench forces` prints a row for each scene and each `dt`, with a tolerance of 1e-6 and
+//! with the scene's default. `docs/forces.md` has the table.
 
 use glam::DVec3;
 use relcp::{Scene, Simulation};

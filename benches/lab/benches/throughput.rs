@@ -1,7 +1,7 @@
 //! What a step costs by the number of bodies, on the CPU and on a device: the study `throughput` as a bench.
 //!
-//! `cargo bench -p relcp-lab --bench throughput` goes up to 4,096 bodies; `RELCP_LARGEST=131072` further, `RELCP_ADAPTER=name` picks
-//! the adapter.
+//! `cargo bench -p relcp-lab --bench throughput` goes up to 4,096 bodies; `RELCP_LARGEST=131072` further,
+//! `RELCP_ADAPTER=name` picks the adapter.
 
 use relcp::gpu::{Choice, Gpu, Precision};
 use relcp::simulation::Compute;

@@ -156,7 +156,7 @@ fn shows_json(place: &Place, command: &str) {
     assert!(json(place, command, &[]).is_object());
 }
 
-/// `--quiet`: neither progress nor a summary; faults are told.
+/// `--quiet` prints neither progress nor a summary. It prints errors.
 fn shows_quiet(place: &Place, command: &str) {
     assert!(!ran(place, command, &[]).out.is_empty());
     let quiet = ran(place, command, &["--quiet"]);

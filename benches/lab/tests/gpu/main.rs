@@ -9,6 +9,7 @@ use relcp::shape::Shape;
 use relcp::simulation::{Compute, Simulation};
 use relcp_lab::solvers::{Named, Size, measure};
 use relcp_lab::throughput::{self, Kind};
+use std::io::Write;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -24,7 +25,8 @@ fn device() -> Option<&'static Arc<Gpu>> {
         Ok(gpu) => Some(gpu),
         Err(why) if std::env::var_os("RELCP_REQUIRE_GPU").is_some() => panic!("a GPU is required: {why}"),
         Err(why) => {
-            eprintln!("SKIP: {why}");
+            // Not captured by the test harness.
+            let _ = writeln!(std::io::stderr(), "SKIP: {why}");
             None
         }
     }
