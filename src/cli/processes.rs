@@ -73,7 +73,8 @@ mod present {
         let session = match Session::begin() {
             Ok(session) => session,
             Err(fault) if fault.is_for(0) => return Err(CliError::Usage(fault.to_string())),
-            Err(_) => return Ok(Exit::Usage),
+            // Rank 0 says it and fails. One that failed before that would have `mpirun` end rank 0 unheard.
+            Err(_) => return Ok(Exit::Done),
         };
         let processes = session.processes();
         let _ = PROCESSES.set(processes);
