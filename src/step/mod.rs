@@ -34,6 +34,8 @@ pub(crate) use passing::DEEPER;
 pub use passing::Passed;
 pub(crate) use passing::{farthest_and_thinnest, may_pass, passed};
 pub(crate) use piece::{Crowd, Piece};
+#[cfg(feature = "python")]
+pub(crate) use report::step_figures;
 pub use report::{Phases, StepReport};
 pub use settings::{ContactSettings, Method, OnFailure, Recursion, Rows, Stepping, Time};
 pub use state::{State, Unrounded};

@@ -1,7 +1,7 @@
 //! What a step did: the figures that a run logs, sums up and is judged by.
 
 use super::Passed;
-use crate::lcp::Status;
+use crate::lcp::{Outcome, Status};
 use crate::step::{Effect, Overlap};
 use std::ops::AddAssign;
 use std::time::Duration;
@@ -32,125 +32,144 @@ impl AddAssign for Phases {
     }
 }
 
-/// What one step did.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct StepReport {
-    /// Its number, from 1.
-    pub step: u64,
-    /// Time after it.
-    pub time: f64,
-    /// Bodies after it.
-    pub bodies: usize,
-    /// Bodies that were removed at its end. Pairs that the report names are of the numbers before.
-    pub removed: usize,
-    /// Rows of its last LCP.
-    pub constraints: usize,
-    /// Recursions after its first solve.
-    pub recursions: u32,
-    /// LCP iterations, over all its solves.
-    pub iterations: u64,
-    /// Applications of `A`, over all its solves.
-    pub products: u64,
-    /// Solves that the safeguard of the solver `auto` went on with.
-    pub fallbacks: u32,
-    /// Residual that its last solve ended with, a length; the largest of those that did not reach their tolerance,
-    /// where some did not.
-    pub residual: f64,
-    /// Solves that did not reach the solver's tolerance.
-    pub unconverged: u32,
-    /// Solves whose rows contradict each other, or nearly do, and that were solved in the sense of the least overlap.
-    pub relaxed: u32,
-    /// Residual of the solves behind the accepted velocities, a length: of the last solve; in a midpoint step, the
-    /// larger one of both halves; of a step in pieces the largest one. It is what velocities times `dt` may be off by.
-    pub velocity_residual: f64,
-    /// Into how many pieces it was cut: 1 where it was taken at once.
-    pub pieces: u32,
-    /// Attempts that failed before it was taken.
-    pub failed_attempts: u32,
-    /// Whether the CPU took it in the place of a device.
-    pub by_cpu: bool,
-    /// Whether bodies overlapped too deeply for the step and were separated before it, without advancing time.
-    pub parted: bool,
-    /// Pieces that were taken as well as they go, off by less than the cutoff, and then parted in no time.
-    pub squeezed: u32,
-    /// Cells that had to wait, as there was no room for them.
-    pub waiting: usize,
-    /// `Solved`, or how the last of its solves that did not converge ended.
-    pub status: Status,
-    /// Largest overlap of smooth surfaces in the trial of its first solve, a length: what the recursion then takes
-    /// away. Of a midpoint step its second half's.
-    pub first_violation: f64,
-    /// Largest true overlap of smooth surfaces, with each other or with walls, in the accepted configuration, a length.
-    pub max_overlap: f64,
-    /// The pair of bodies that overlaps by `max_overlap`, where one does.
-    pub worst_pair: Option<[usize; 2]>,
-    /// The body and the wall (by its place in the scene's list) that overlap by it, where they do.
-    pub worst_wall: Option<[usize; 2]>,
-    /// Pairs of bodies that went through each other on the step's way; none where no pair did.
-    pub passed: Option<Passed>,
-    /// Largest overlap between sub-spheres, where the method makes its rows from them.
-    pub proxy_overlap: Option<f64>,
-    /// Rows that were made anew as they pushed apart what no longer touched.
-    pub loosened: u32,
-    /// How often rows that contradict each other were tilted.
-    pub tilts: u32,
-    /// The farthest that contact moved a body's centre from where its free motion leads, a length; of a step in pieces
-    /// that of all pieces together at most.
-    pub largest_move: f64,
-    /// The body that it moved so far.
-    pub moved: Option<usize>,
-    /// The largest separation of a contact that pushes, a length; zero where contact parts no bodies by more than 0.005
-    /// of the thinner one's thickness.
-    pub largest_push_gap: f64,
-    /// The energy that contact added, where bodies have inertia; negative where it took some.
-    pub contact_energy: f64,
-    /// The largest angle by which contact turned a body of revolution about its own axis.
-    pub axial_spin: f64,
-    /// Wall time by phase.
-    pub phases: Phases,
+/// The figures of a step: each with its doc, its type, its value before a step, and how that of a piece joins that of a
+/// step in pieces. `$then!` gets all of them; so what has a figure for each is written once: the report, how pieces
+/// join, the report in Python.
+///
+/// * `sum`: of all pieces. `most`: the largest one's. `last`: the last piece's. `first`: the first one's that there is.
+/// * `own`: no figure of a piece; what takes the step says it. `solves`: as [`StepReport::join_solves`] says.
+macro_rules! step_figures {
+    ($then:ident) => {
+        $then! {
+            /// Its number, from 1.
+            step: u64 = 0, own;
+            /// Time after it.
+            time: f64 = 0.0, own;
+            /// Bodies after it.
+            bodies: usize = 0, own;
+            /// Bodies that were removed at its end. Pairs that the report names are of the numbers before.
+            removed: usize = 0, own;
+            /// Rows of its last LCP.
+            constraints: usize = 0, last;
+            /// Recursions after its first solve.
+            recursions: u32 = 0, sum;
+            /// LCP iterations, over all its solves.
+            iterations: u64 = 0, sum;
+            /// Applications of the LCP's matrix `A`, over all its solves.
+            products: u64 = 0, sum;
+            /// Solves that the safeguard of the solver `auto` went on with.
+            fallbacks: u32 = 0, sum;
+            /// Residual that its last solve ended with, a length; the largest of those that did not reach their
+            /// tolerance, where some did not.
+            residual: f64 = 0.0, solves;
+            /// Solves that did not reach the solver's tolerance.
+            unconverged: u32 = 0, solves;
+            /// Solves whose rows contradict each other, or nearly do, and that were solved in the sense of the least
+            /// overlap.
+            relaxed: u32 = 0, sum;
+            /// Residual of the solves behind the accepted velocities, a length: of the last solve; in a midpoint step,
+            /// the larger one of both halves; of a step in pieces the largest one. It is what velocities times `dt` may
+            /// be off by.
+            velocity_residual: f64 = 0.0, most;
+            /// Into how many pieces it was cut: 1 where it was taken at once.
+            pieces: u32 = 0, own;
+            /// Attempts that failed before it was taken.
+            failed_attempts: u32 = 0, own;
+            /// Whether the CPU took it in the place of a device.
+            by_cpu: bool = false, own;
+            /// Whether bodies overlapped too deeply for the step and were separated before it, without advancing time.
+            parted: bool = false, own;
+            /// Pieces that were taken as well as they go, off by less than the cutoff, and then parted in no time.
+            squeezed: u32 = 0, sum;
+            /// Cells that had to wait, as there was no room for them.
+            waiting: usize = 0, own;
+            /// `Solved`, or how the last of its solves that did not converge ended.
+            status: Status = Status::Solved, solves;
+            /// Largest overlap of smooth surfaces in the trial of its first solve, a length: what the recursion then
+            /// takes away. Of a midpoint step its second half's.
+            first_violation: f64 = 0.0, own;
+            /// Largest true overlap of smooth surfaces, with each other or with walls, in the accepted configuration, a
+            /// length.
+            max_overlap: f64 = 0.0, own;
+            /// The pair of bodies that overlaps by `max_overlap`, where one does.
+            worst_pair: Option<[usize; 2]> = None, own;
+            /// The body and the wall (by its place in the scene's list) that overlap by it, where they do.
+            worst_wall: Option<[usize; 2]> = None, own;
+            /// Pairs of bodies that went through each other on the step's way; none where no pair did.
+            passed: Option<Passed> = None, first;
+            /// Largest overlap between sub-spheres, where the method makes its rows from them.
+            proxy_overlap: Option<f64> = None, own;
+            /// Rows that were made anew as they pushed apart what no longer touched.
+            loosened: u32 = 0, sum;
+            /// How often rows that contradict each other were tilted.
+            tilts: u32 = 0, sum;
+            /// The farthest that contact moved a body's centre from where its free motion leads, a length; of a step in
+            /// pieces that of all pieces together at most.
+            largest_move: f64 = 0.0, sum;
+            /// The body that it moved so far; of a step in pieces that of the piece that moved one farthest.
+            moved: Option<usize> = None, own;
+            /// The largest separation of a contact that pushes, a length; zero where contact parts no bodies by more
+            /// than 0.005 of the thinner one's thickness.
+            largest_push_gap: f64 = 0.0, most;
+            /// The energy that contact added, where bodies have inertia; negative where it took some.
+            contact_energy: f64 = 0.0, sum;
+            /// The largest angle by which contact turned a body of revolution about its own axis.
+            axial_spin: f64 = 0.0, sum;
+        }
+    };
+}
+#[cfg(feature = "python")]
+pub(crate) use step_figures;
+
+macro_rules! report {
+    ($($(#[$doc:meta])* $name:ident: $type:ty = $before:expr, $joins:ident;)*) => {
+        /// What one step did.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[non_exhaustive]
+        pub struct StepReport {
+            $($(#[$doc])* pub $name: $type,)*
+            /// Wall time by phase.
+            pub phases: Phases,
+        }
+
+        impl Default for StepReport {
+            fn default() -> Self {
+                StepReport { $($name: $before,)* phases: Phases::default() }
+            }
+        }
+
+        impl StepReport {
+            /// Adds a piece that was accepted after those that are in it.
+            pub(super) fn add_piece(&mut self, piece: &StepReport) {
+                self.join_moved(piece);
+                self.join_solves(piece);
+                $(join!($joins, self.$name, piece.$name);)*
+                self.pieces += 1;
+                self.phases += piece.phases;
+            }
+        }
+    };
 }
 
-impl Default for StepReport {
-    fn default() -> Self {
-        StepReport {
-            step: 0,
-            time: 0.0,
-            bodies: 0,
-            removed: 0,
-            constraints: 0,
-            recursions: 0,
-            iterations: 0,
-            products: 0,
-            fallbacks: 0,
-            residual: 0.0,
-            unconverged: 0,
-            relaxed: 0,
-            velocity_residual: 0.0,
-            pieces: 0,
-            failed_attempts: 0,
-            by_cpu: false,
-            parted: false,
-            squeezed: 0,
-            waiting: 0,
-            status: Status::Solved,
-            first_violation: 0.0,
-            max_overlap: 0.0,
-            worst_pair: None,
-            worst_wall: None,
-            passed: None,
-            proxy_overlap: None,
-            loosened: 0,
-            tilts: 0,
-            largest_move: 0.0,
-            moved: None,
-            largest_push_gap: 0.0,
-            contact_energy: 0.0,
-            axial_spin: 0.0,
-            phases: Phases::default(),
-        }
-    }
+/// Joins a figure of a piece to that of a step.
+macro_rules! join {
+    (sum, $of_step:expr, $of_piece:expr) => {
+        $of_step += $of_piece
+    };
+    (most, $of_step:expr, $of_piece:expr) => {
+        $of_step = $of_step.max($of_piece)
+    };
+    (last, $of_step:expr, $of_piece:expr) => {
+        $of_step = $of_piece
+    };
+    (first, $of_step:expr, $of_piece:expr) => {
+        $of_step = $of_step.or($of_piece)
+    };
+    (own, $of_step:expr, $of_piece:expr) => {};
+    (solves, $of_step:expr, $of_piece:expr) => {};
 }
+
+step_figures!(report);
 
 impl StepReport {
     /// Records the accepted configuration.
@@ -170,15 +189,59 @@ impl StepReport {
         (self.contact_energy, self.axial_spin) = (effect.energy, effect.axial_spin);
     }
 
-    /// Adds what contact did in a piece.
-    pub(super) fn join_effect(&mut self, piece: &StepReport) {
+    /// Names the body of the piece that moved one farthest so far.
+    fn join_moved(&mut self, piece: &StepReport) {
         if piece.largest_move > self.largest_move || self.moved.is_none() {
             self.moved = piece.moved;
         }
-        self.largest_move += piece.largest_move;
-        self.largest_push_gap = self.largest_push_gap.max(piece.largest_push_gap);
-        self.contact_energy += piece.contact_energy;
-        self.axial_spin += piece.axial_spin;
+    }
+
+    /// Adds how the solves of a piece ended.
+    fn join_solves(&mut self, piece: &StepReport) {
+        if piece.unconverged > 0 {
+            self.status = piece.status;
+            self.residual = if self.unconverged > 0 { self.residual.max(piece.residual) } else { piece.residual };
+        } else if self.unconverged == 0 {
+            self.residual = piece.residual;
+        }
+        self.unconverged += piece.unconverged;
+    }
+
+    /// Adds the cost of an attempt that was not accepted.
+    pub(super) fn add_cost(&mut self, failed: &StepReport) {
+        self.iterations += failed.iterations;
+        self.products += failed.products;
+        self.fallbacks += failed.fallbacks;
+        self.failed_attempts += 1;
+    }
+
+    /// Adds one solve, and where it failed the one in its place.
+    pub(super) fn count(&mut self, outcome: &Outcome, relaxed: Option<&Outcome>) {
+        for outcome in [Some(outcome), relaxed].into_iter().flatten() {
+            self.add_solve(outcome);
+        }
+        self.judge(relaxed.unwrap_or(outcome));
+    }
+
+    /// Adds what a solve cost.
+    pub(super) fn add_solve(&mut self, outcome: &Outcome) {
+        self.iterations += outcome.iterations;
+        self.products += outcome.products;
+        self.fallbacks += u32::from(outcome.fallback);
+    }
+
+    /// Takes note of how a solve ended.
+    pub(super) fn judge(&mut self, last: &Outcome) {
+        match last.status {
+            Status::LeastOverlap => self.relaxed += 1,
+            Status::Solved if self.unconverged == 0 => self.residual = last.residual,
+            Status::Solved => {}
+            failed => {
+                self.residual = if self.unconverged > 0 { self.residual.max(last.residual) } else { last.residual };
+                self.unconverged += 1;
+                self.status = failed;
+            }
+        }
     }
 
     /// Whether the accepted configuration holds the overlap tolerance.

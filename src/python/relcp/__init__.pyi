@@ -198,7 +198,35 @@ class StepReport:
     @property
     def axial_spin(self) -> float: ...
     @property
+    def moved(self) -> Optional[int]:
+        """The body that contact moved so far."""
+
+    @property
     def loosened(self) -> int: ...
+    @property
+    def tilts(self) -> int:
+        """How often rows that contradict each other were tilted."""
+
+    @property
+    def removed(self) -> int:
+        """Bodies that were removed at its end."""
+
+    @property
+    def failed_attempts(self) -> int:
+        """Attempts that failed before it was taken."""
+
+    @property
+    def by_cpu(self) -> bool:
+        """Whether the CPU took it in the place of a device."""
+
+    @property
+    def parted(self) -> bool:
+        """Whether bodies overlapped too deeply and were separated before it, without advancing time."""
+
+    @property
+    def squeezed(self) -> int:
+        """Pieces that were taken as well as they go, off by less than the cutoff, and then parted in no time."""
+
     @property
     def wall_seconds(self) -> float: ...
     @property
