@@ -115,7 +115,8 @@ fn misses(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
 
 /// Says which steps did not go at once.
 fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
-    let Retried { in_pieces, most_pieces, by_cpu, squeezed, with_waiting_cells, relaxed_solves, .. } = s.retried;
+    let Retried { in_pieces, most_pieces, by_cpu, squeezed, turned_less, with_waiting_cells, relaxed_solves, .. } =
+        s.retried;
     if relaxed_solves > 0 {
         writeln!(out, "  {relaxed_solves} solves with contradictory constraints, solved for the smallest overlap")?;
     }
@@ -131,6 +132,13 @@ fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     }
     if by_cpu > 0 {
         writeln!(out, "  {by_cpu} of {} steps taken by the CPU in the place of the device", s.steps)?;
+    }
+    if turned_less > 0 {
+        writeln!(
+            out,
+            "  in {turned_less} of {} steps, daughters had no room to turn as they drew, and turned less",
+            s.steps
+        )?;
     }
     if with_waiting_cells > 0 {
         writeln!(out, "  in {with_waiting_cells} of {} steps, cells without room waited", s.steps)?;

@@ -112,6 +112,9 @@ pub struct Retried {
     /// Those with a piece that was taken as well as it went, and then parted in no time.
     #[serde(default)]
     pub squeezed: u64,
+    /// Those in which daughters turned less than they drew, as there was no room.
+    #[serde(default)]
+    pub turned_less: u64,
     /// Those in which cells had to wait for room.
     pub with_waiting_cells: u64,
     /// Attempts that failed, over all steps.
@@ -130,6 +133,7 @@ impl Retried {
         self.most_pieces = self.most_pieces.max(report.pieces);
         self.by_cpu += u64::from(report.by_cpu);
         self.squeezed += u64::from(report.squeezed > 0);
+        self.turned_less += u64::from(report.turned_less > 0);
         self.with_waiting_cells += u64::from(report.waiting > 0);
         self.failed_attempts += u64::from(report.failed_attempts);
         self.relaxed_solves += u64::from(report.relaxed);

@@ -192,6 +192,8 @@ pub trait RetryBackend: Backend {
     fn crowded(&self, crowd: Crowd) -> Vec<u64>;
     /// The bodies that have no way out at the last solve, as its multipliers show.
     fn wedge(&self) -> Wedge;
+    /// Whether cells divide in the present piece.
+    fn has_births(&self) -> bool;
     /// The deepest overlap at the start of the present piece.
     fn start_overlap(&self) -> f64;
     /// This, as a backend.

@@ -9,6 +9,8 @@ pub struct Piece {
     pub length: f64,
     /// How long the step is, in parts of `dt`: 1, but for a run's last step, which may be shorter.
     pub span: f64,
+    /// How far daughters that are born in it turn, in parts of what they drew: 1, but where there is no room to turn.
+    pub turn: f64,
 }
 
 impl Piece {
@@ -17,7 +19,7 @@ impl Piece {
 
     /// A step of this part of `dt` in one.
     pub const fn whole(span: f64) -> Piece {
-        Piece { start: 0.0, length: 1.0, span }
+        Piece { start: 0.0, length: 1.0, span, turn: 1.0 }
     }
 
     /// Whether it is a step in one.
@@ -29,6 +31,16 @@ impl Piece {
     /// leads through a body of the usual steps (under 48 thicknesses a step) one that does not, and contradictions
     /// between rows 64 to 4,096 times smaller.
     pub const SHORTEST: f64 = 1.0 / 64.0;
+
+    /// Whether it has no halves.
+    pub fn is_shortest(self) -> bool {
+        self.length <= Piece::SHORTEST
+    }
+
+    /// The same, in which daughters turn by this part of what they drew.
+    pub fn turning(self, turn: f64) -> Piece {
+        Piece { turn, ..self }
+    }
 
     /// Its two halves; none of the shortest piece.
     pub fn halves(self) -> Option<[Piece; 2]> {

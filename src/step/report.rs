@@ -81,6 +81,8 @@ macro_rules! step_figures {
             parted: bool = false, own;
             /// Pieces that were taken as well as they go, off by less than the cutoff, and then parted in no time.
             squeezed: u32 = 0, sum;
+            /// Pieces in which daughters turned less than they drew, as there was no room.
+            turned_less: u32 = 0, sum;
             /// Cells that had to wait, as there was no room for them.
             waiting: usize = 0, own;
             /// `Solved`, or how the last of its solves that did not converge ended.

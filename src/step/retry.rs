@@ -1,9 +1,10 @@
 //! A step that fails, taken again.
 //!
 //! The step is cut into halves, and those that fail into halves, down to a 64th. The pieces are steps like any other,
-//! so that all together are a step with a smaller `dt`. Where a 64th fails too, there are three ends: growing cells
-//! that have no room wait or end the run (`growth.on_no_room`), and what fails for another reason ends the run with the
-//! state before the step, or is accepted as it is least bad (`contact.on_failure`).
+//! so that all together are a step with a smaller `dt`. Where a 64th fails too, daughters that are born in it turn less
+//! than they drew. Then there are three ends: growing cells that have no room wait or end the run (`growth.on_no_room`),
+//! and what fails for another reason ends the run with the state before the step, or is accepted as it is least bad
+//! (`contact.on_failure`).
 //!
 //! Nothing here depends on earlier steps, so that a run that goes on from a state takes the same pieces.
 
@@ -27,6 +28,9 @@ const MOST_ROUNDS_OF_PARTING: u32 = 32;
 /// Draws by which the shortest piece is disturbed where it throws bodies. Of 200 drawn chambers one comes to such a
 /// piece, and goes on by them.
 const MOST_DISTURBANCES: u32 = 8;
+
+/// By which part of what they drew daughters turn where the shortest piece fails, one after the other.
+const LESSER_TURNS: [f64; 3] = [0.5, 0.25, 0.0];
 
 /// Wedges one after the other whose cells wait, before all that are pressed do.
 const MOST_WEDGES: usize = 6;
@@ -146,9 +150,13 @@ impl Taking<'_> {
             failed => failed,
         };
         self.count_failure(&failed);
+        let births = again.has_births();
         let overlaps = again.start_overlap() > self.plan.contact.overlap_tolerance;
         if piece.is_whole() && overlaps && !self.report.parted && self.parted(again, 0.0)?.is_some() {
             return self.piece(again, piece, None);
+        }
+        if let Some(overlap) = self.turn_less(again, piece, births)? {
+            return Ok(overlap);
         }
         if let Some(overlap) = self.wait(again, piece)? {
             return Ok(overlap);
@@ -277,12 +285,36 @@ impl Taking<'_> {
         Ok(Attempt { report, overlap, broken: None, left: false, least_bad: None })
     }
 
+    /// Takes the shortest piece with daughters that turn less than they drew, where cells divide in it: cells that lie
+    /// side by side without room between them cannot turn, and in a crowd whose cells all divide at once the constraints
+    /// of so many turned ones may contradict each other. Daughters that do not turn have the room that their mother had.
+    fn turn_less(
+        &mut self,
+        again: &mut dyn RetryBackend,
+        piece: Piece,
+        births: bool,
+    ) -> Result<Option<Overlap>, Fault> {
+        if !births || !piece.is_shortest() {
+            return Ok(None);
+        }
+        for turn in LESSER_TURNS {
+            match self.attempt(again, piece.turning(turn)) {
+                Ok(mut tried) if tried.holds(self.plan) => {
+                    tried.report.turned_less = 1;
+                    return self.accept(again, tried).map(Some);
+                }
+                failed => self.count_failure(&failed),
+            }
+        }
+        Ok(None)
+    }
+
     /// Tries a piece with cells waiting that have no room, where the scene lets them: of a whole step first those of the
     /// wedge, and of the wedge that is then left, then those that overlap, those that are pressed, and all; of the
     /// shortest piece all.
     fn wait(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Option<Overlap>, Fault> {
         let whole = piece.is_whole();
-        if self.plan.on_no_room != Some(OnNoRoom::Stall) || !(whole || piece.length <= Piece::SHORTEST) {
+        if self.plan.on_no_room != Some(OnNoRoom::Stall) || !(whole || piece.is_shortest()) {
             return Ok(None);
         }
         let wedges = [Some(Crowd::Wedged); MOST_WEDGES];

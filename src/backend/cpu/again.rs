@@ -78,6 +78,10 @@ impl<const D: usize> RetryBackend for Cpu<D> {
         self.find_wedge()
     }
 
+    fn has_births(&self) -> bool {
+        self.start.next_id > self.state.next_id
+    }
+
     fn start_overlap(&self) -> f64 {
         self.first.overlap
     }

@@ -104,7 +104,13 @@ impl Start {
     /// Divides the cells that are due, and names the mothers.
     pub(super) fn divide(&mut self, setup: &Setup) -> Vec<usize> {
         let Some(growth) = setup.growth.as_ref().filter(|_| !self.parting) else { return Vec::new() };
-        growth.divide(&mut self.bodies, self.time, &mut self.next_id, &mut self.pressures, &self.waiting)
+        growth.divide(
+            &mut self.bodies,
+            (self.time, self.piece.turn),
+            &mut self.next_id,
+            &mut self.pressures,
+            &self.waiting,
+        )
     }
 
     /// Grows all cells over the first part of the step.

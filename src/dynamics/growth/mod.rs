@@ -50,16 +50,16 @@ impl Cells {
         pressures: &mut Vec<f64>,
         waiting: &Waiting,
     ) {
-        self.divide(bodies, time, next_id, pressures, waiting);
+        self.divide(bodies, (time, 1.0), next_id, pressures, waiting);
         self.lengthen(bodies, dt, pressures, waiting);
     }
 
     /// Divides the cells that are due at `time`, and names them, ascending. Each leaves her place to one daughter;
-    /// the others are added in the order of their mothers.
+    /// the others are added in the order of their mothers. Daughters turn by the part `turn` of what they draw.
     pub fn divide(
         &self,
         bodies: &mut Bodies,
-        time: f64,
+        (time, turn): (f64, f64),
         next_id: &mut u64,
         pressures: &mut Vec<f64>,
         waiting: &Waiting,
@@ -74,7 +74,7 @@ impl Cells {
         let due: Vec<usize> = (0..bodies.len()).into_par_iter().with_min_len(LEAST_CELLS_A_TASK).filter(due).collect();
         let divides = |mother: &usize| {
             let before = bodies.len();
-            divide(bodies, *mother, self, time, next_id);
+            divide(bodies, *mother, self, (time, turn), next_id);
             if let Some(pressure) = pressures.get(*mother).copied() {
                 pressures.resize(pressures.len() + bodies.len() - before, pressure);
             }
@@ -124,7 +124,7 @@ pub fn stretch(placed: &Placed, to: &Shape, lever: DVec3, normal: DVec3) -> DVec
 }
 
 /// Body `mother` becomes the daughter at its lower end; the one at its upper end is added last.
-fn divide(bodies: &mut Bodies, mother: usize, cells: &Cells, time: f64, next_id: &mut u64) {
+fn divide(bodies: &mut Bodies, mother: usize, cells: &Cells, (time, part): (f64, f64), next_id: &mut u64) {
     let placed = bodies.placed(mother);
     let Some(species) = cells.of(bodies.group[mother]) else { return };
     let Some(length) = placed.shape.growing_length() else { return };
@@ -141,7 +141,7 @@ fn divide(bodies: &mut Bodies, mother: usize, cells: &Cells, time: f64, next_id:
     for ((daughter, shift), line) in [(mother, -offset), (upper, offset)].into_iter().zip(lines) {
         bodies.shape[daughter] = shape;
         bodies.position[daughter] = placed.position + shift;
-        let turn = Turn::draw(&mut random, species.growth.reorientation_degrees, cells.planar);
+        let turn = Turn::draw(&mut random, species.growth.reorientation_degrees, cells.planar).scaled(part);
         let turned = turn.in_space(cells.planar, placed.orientation) * placed.orientation;
         bodies.orientation[daughter] = turned.normalize();
         bodies.velocity[daughter] = velocity + angular_velocity.cross(shift);
@@ -182,6 +182,10 @@ impl Turn {
         }
         let (sin, cos) = (TAU * random.random::<f64>()).sin_cos();
         Turn { angle, across: (cos, sin) }
+    }
+
+    fn scaled(self, part: f64) -> Turn {
+        Turn { angle: part * self.angle, ..self }
     }
 
     /// The turn in space axes: it comes after the mother's orientation.

@@ -224,6 +224,10 @@ class StepReport:
         """Whether bodies overlapped too deeply and were separated before it, without advancing time."""
 
     @property
+    def turned_less(self) -> int:
+        """Pieces in which daughters turned less than they drew, as there was no room."""
+
+    @property
     def squeezed(self) -> int:
         """Pieces that were taken as well as they go, off by less than the cutoff, and then parted in no time."""
 
