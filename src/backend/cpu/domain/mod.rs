@@ -40,7 +40,7 @@ use births::Births;
 use halo::Halo;
 use members::Members;
 use sharing::Sharing;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 /// Fewest bodies for each process: two blocks. An iteration on the rows of so many cells takes some 8 microseconds, and
@@ -276,22 +276,6 @@ impl Domain {
         false
     }
 
-    /// Gives others what they need of own bodies, and takes what is needed of theirs.
-    fn exchange_bodies<const N: usize>(&self, of_body: &mut [[f64; N]]) {
-        let Some(Step { part, .. }) = &self.step else { return };
-        let pack = |places: &[u32]| places.iter().flat_map(|body| of_body[*body as usize]).collect();
-        let out: Vec<(usize, Vec<f64>)> = part.out.iter().map(|(to, places)| (*to, pack(places))).collect();
-        let room = |(from, places): &(usize, Vec<u32>)| (*from, vec![0.0; N * places.len()]);
-        let mut into: Vec<(usize, Vec<f64>)> = part.into.iter().map(room).collect();
-        self.processes.swap(&out, &mut into, || {});
-        for ((_, places), (_, numbers)) in part.into.iter().zip(&into) {
-            places
-                .iter()
-                .zip(numbers.as_chunks::<N>().0)
-                .for_each(|(body, numbers)| of_body[*body as usize] = *numbers);
-        }
-    }
-
     /// All bodies of the step, and the velocities of all, from those of the domains.
     fn all_moving(&self, bodies: &Bodies, twist: &[Twist]) -> Option<(Bodies, Vec<Twist>)> {
         let Step { part, .. } = self.step.as_ref()?;
@@ -302,23 +286,5 @@ impl Domain {
         let all = part.gather(self.processes, &moving);
         let twists = (0..all.len()).map(|i| all.twist(i)).collect();
         Some((all, twists))
-    }
-
-    /// Ends the step with the bodies of the domain where they arrive, and knows from now on what its own cost and how
-    /// far they went; `rows` are the first bodies of its rows.
-    fn end(&mut self, setup: &Setup, end: &mut Bodies, rows: impl Iterator<Item = u32>) {
-        let Some(Step { mut part, went, .. }) = self.step.take() else { return };
-        part.work.fill(part::WORK_OF_A_BODY);
-        rows.for_each(|body| part.work[body as usize] += 1.0);
-        part.way = went.iter().map(|went| MARGIN * went).collect();
-        if !setup.bonds.is_empty() {
-            // A bond is with the owners of both bodies, and with others.
-            let broken: Vec<u64> = end.broken_bonds.iter().map(|bond| u64::from(*bond)).collect();
-            let broken: BTreeSet<u64> = self.processes.gather(&broken).into_iter().collect();
-            end.broken_bonds = broken.into_iter().map(|bond| bond as u32).collect();
-        }
-        self.part = Some(part);
-        self.ways.clear();
-        self.divided = Some(std::mem::take(&mut self.dividing));
     }
 }

@@ -1,6 +1,7 @@
 //! A team of several processes.
 
-use super::{Domain, Part, Step};
+use super::part::WORK_OF_A_BODY;
+use super::{Domain, MARGIN, Part, Step};
 use crate::backend::cpu::Cpu;
 use crate::backend::cpu::setup::Setup;
 use crate::backend::cpu::start::Start;
@@ -19,6 +20,7 @@ use crate::step::{
 use crate::walls::{Walls, surface_of};
 use crate::warm::Warm;
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// What a process starts from that has a part of the bodies.
@@ -142,7 +144,18 @@ impl Team for Domain {
     }
 
     fn exchange<const N: usize>(&self, of_body: &mut [[f64; N]]) {
-        self.exchange_bodies(of_body);
+        let Some(Step { part, .. }) = &self.step else { return };
+        let pack = |places: &[u32]| places.iter().flat_map(|body| of_body[*body as usize]).collect();
+        let out: Vec<(usize, Vec<f64>)> = part.out.iter().map(|(to, places)| (*to, pack(places))).collect();
+        let room = |(from, places): &(usize, Vec<u32>)| (*from, vec![0.0; N * places.len()]);
+        let mut into: Vec<(usize, Vec<f64>)> = part.into.iter().map(room).collect();
+        self.processes.swap(&out, &mut into, || {});
+        for ((_, places), (_, numbers)) in part.into.iter().zip(&into) {
+            places
+                .iter()
+                .zip(numbers.as_chunks::<N>().0)
+                .for_each(|(body, numbers)| of_body[*body as usize] = *numbers);
+        }
     }
 
     fn first(&self, own: Option<Trouble>) -> Option<Trouble> {
@@ -190,7 +203,20 @@ impl Team for Domain {
     }
 
     fn arrive(&mut self, setup: &Setup, end: &mut Bodies, rows: impl Iterator<Item = u32>) {
-        self.end(setup, end, rows);
+        // What its own bodies cost and how far they went is known from now on.
+        let Some(Step { mut part, went, .. }) = self.step.take() else { return };
+        part.work.fill(WORK_OF_A_BODY);
+        rows.for_each(|body| part.work[body as usize] += 1.0);
+        part.way = went.iter().map(|went| MARGIN * went).collect();
+        if !setup.bonds.is_empty() {
+            // A bond is with the owners of both bodies, and with others.
+            let broken: Vec<u64> = end.broken_bonds.iter().map(|bond| u64::from(*bond)).collect();
+            let broken: BTreeSet<u64> = self.processes.gather(&broken).into_iter().collect();
+            end.broken_bonds = broken.into_iter().map(|bond| bond as u32).collect();
+        }
+        self.part = Some(part);
+        self.ways.clear();
+        self.divided = Some(std::mem::take(&mut self.dividing));
     }
 
     fn bodies(&self, here: usize) -> usize {

@@ -20,7 +20,7 @@ impl Domain {
         }
         (self.step, self.divided) = (None, None);
         self.ways.clear();
-        (self.gathered, self.everywhere) = (OnceLock::new(), OnceLock::new());
+        self.forget_gathered();
     }
 
     /// The state with all bodies and all that is remembered of pairs, on rank 0. All processes must ask together.
@@ -53,7 +53,7 @@ impl Domain {
 
     /// Goes on without some of the bodies that are here, as the other processes do.
     pub(super) fn remove_here(&mut self, state: &mut State, keep: &[bool], removed: &[u64]) {
-        (self.gathered, self.everywhere) = (OnceLock::new(), OnceLock::new());
+        self.forget_gathered();
         let Some(part) = &mut self.part else { return state.remove(keep, removed) };
         let own = part.own().filter(|i| !keep[*i]).map(|i| u64::from(part.members[i]));
         let mut gone: Vec<u32> =
