@@ -161,7 +161,7 @@ fn iterations() {
 
 fn iteration<const D: usize>(name: &str, problem: &Problem<D>) {
     let rows = problem.q.len();
-    let mut cpu = Cpu::default();
+    let mut cpu = Cpu::<D>::default();
     cpu.rebuild(problem);
     // Iterates, their gradients, and points beyond their projected steps, as the solver projects them.
     let mut gamma = vec![0.0; rows];

@@ -86,6 +86,7 @@ pub const NO_GROUP: u32 = u32::MAX;
 
 impl Bodies {
     /// No bodies, with what belongs to none of these: the space that they are in, and the bonds that are broken.
+    #[cfg(feature = "mpi")]
     pub(crate) fn none_like(&self) -> Bodies {
         Bodies {
             broken_bonds: self.broken_bonds.clone(),

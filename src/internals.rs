@@ -27,7 +27,7 @@ pub mod dynamics {
 /// The algorithm of a step, and the verbs that a backend carries out.
 pub mod step {
     pub use crate::step::algorithm::{Plan, step};
-    pub use crate::step::backend::{Backend, Overlap, RetryBackend};
+    pub use crate::step::backend::{Keeper, Overlap, RetryBackend, Stepper, Verbs};
     pub use crate::step::keep::Keep;
     pub use crate::step::model::Model;
     pub use crate::step::passing::passed;

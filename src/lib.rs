@@ -113,6 +113,7 @@ mod motion;
 #[cfg(feature = "files")]
 mod page;
 pub mod periodic;
+#[cfg(feature = "mpi")]
 pub mod processes;
 #[cfg(feature = "python")]
 pub mod python;

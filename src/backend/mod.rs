@@ -1,4 +1,5 @@
-//! What carries out the verbs of a step ([`crate::step::Backend`]): the CPU in f64, or a device.
+//! What takes steps ([`crate::step::Stepper`]) and carries out their verbs ([`crate::step::Verbs`]): the CPU in f64, or
+//! a device.
 
 pub mod cpu;
 #[cfg(feature = "gpu")]

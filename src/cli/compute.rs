@@ -2,11 +2,30 @@
 
 use super::arguments::{Backend, Compute as Arguments, Precision as Wanted};
 use super::exit::CliError;
-use super::{output, processes};
+use super::output;
+#[cfg(feature = "mpi")]
+use super::processes::compute as by_processes;
 use relcp::gpu::{AdapterReport, Choice, Gpu, GpuError, Precision, adapters};
 use relcp::scene::Scene;
 use relcp::simulation::Compute;
 use std::sync::Arc;
+
+/// Why `--backend mpi` does not compute here.
+pub(super) fn no_mpi() -> CliError {
+    let why = if cfg!(feature = "mpi") {
+        "--backend mpi is for `relcp run` alone; the members of a sweep share nothing: start them as jobs with relcp \
+         batch --index (docs/clusters.md)"
+    } else {
+        "this program was built without MPI; build it with --features mpi on the machine whose MPI it is to use \
+         (docs/clusters.md), or leave --backend mpi out"
+    };
+    CliError::Usage(why.into())
+}
+
+#[cfg(not(feature = "mpi"))]
+fn by_processes(_: &Arguments) -> Result<Compute, CliError> {
+    Err(no_mpi())
+}
 
 /// Settles how many threads there are.
 pub(super) fn set_threads(arguments: &Arguments) -> Result<(), CliError> {
@@ -40,7 +59,7 @@ pub(super) fn settle(arguments: &Arguments, scene: &Scene) -> Result<Compute, Cl
         }
         Backend::Auto | Backend::Cpu => cpu(arguments),
         Backend::Gpu => open(arguments, scene).map_err(CliError::from),
-        Backend::Mpi => processes::compute(arguments),
+        Backend::Mpi => by_processes(arguments),
     }
 }
 
@@ -49,7 +68,7 @@ pub(super) fn settle_many(arguments: &Arguments, scene: &Scene) -> Result<Comput
     match arguments.backend {
         Backend::Auto | Backend::Cpu => cpu(arguments),
         Backend::Gpu => open(arguments, scene).map_err(CliError::from),
-        Backend::Mpi => processes::compute(arguments),
+        Backend::Mpi => by_processes(arguments),
     }
 }
 

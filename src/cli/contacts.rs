@@ -97,7 +97,7 @@ const STAND_IN: &str = "three-capsules";
 fn settle(arguments: &Contacts, scene: Option<&Scene>) -> Result<Compute, CliError> {
     let Contacts { mut backend, adapter, precision, threads, .. } = arguments.clone();
     if backend == Backend::Mpi {
-        return Err(CliError::Usage(super::processes::FOR_RUNS.into()));
+        return Err(compute::no_mpi());
     }
     if let (true, Some(Err(fault))) = (backend != Backend::Cpu, scene.map(Compute::check)) {
         if backend == Backend::Gpu {

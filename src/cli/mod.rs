@@ -18,6 +18,7 @@ mod manual;
 mod measure;
 mod output;
 mod placing;
+#[cfg(feature = "mpi")]
 mod processes;
 mod progress;
 mod render;

@@ -1,116 +1,73 @@
 //! `relcp run --backend mpi`: one run that several processes take together. Rank 0 does what the program does alone;
 //! the others follow it and say nothing.
 
-use super::arguments::Run as Arguments;
+use super::arguments::{Compute as Computing, Run as Arguments};
 use super::exit::{CliError, Exit};
-
-#[cfg(not(feature = "mpi"))]
-pub(super) use absent::{compute, run, traffic};
-#[cfg(feature = "mpi")]
-pub(super) use present::{compute, run, traffic};
-
-/// Why other commands do not take it.
-pub(super) const FOR_RUNS: &str = "--backend mpi is for `relcp run` alone; the members of a sweep share nothing: start \
-                                   them as jobs with relcp batch --index (docs/clusters.md)";
+use super::interrupt::Interrupt;
+use super::{compute as computing, output};
+use relcp::processes::{Processes, Session, Traffic};
+use relcp::run::{follow, together};
+use relcp::simulation::Compute;
+use std::io::{self, Write};
+use std::sync::OnceLock;
 
 /// What runs a scene on rank 0.
 type Lead = fn(&Arguments) -> Result<Exit, CliError>;
 
-#[cfg(not(feature = "mpi"))]
-mod absent {
-    use super::{Arguments, CliError, Exit, Lead};
-    use crate::cli::arguments::Compute as Computing;
-    use relcp::simulation::Compute;
-    use std::io::{self, Write};
+/// The processes, once MPI has begun.
+static PROCESSES: OnceLock<Processes> = OnceLock::new();
 
-    pub(in crate::cli) fn run(_: &Arguments, _: Lead) -> Result<Exit, CliError> {
-        Err(not_built())
-    }
+/// Rank 0, which sends the others home when it ends, however it ends.
+struct Leading(Session);
 
-    pub(in crate::cli) fn compute(_: &Computing) -> Result<Compute, CliError> {
-        Err(not_built())
-    }
-
-    pub(in crate::cli) fn traffic(_: &mut dyn Write) -> io::Result<()> {
-        Ok(())
-    }
-
-    fn not_built() -> CliError {
-        CliError::Usage(
-            "this program was built without MPI; build it with --features mpi on the machine whose MPI it is to use \
-             (docs/clusters.md), or leave --backend mpi out"
-                .into(),
-        )
+impl Drop for Leading {
+    fn drop(&mut self) {
+        together(self.0.processes()).end();
     }
 }
 
-#[cfg(feature = "mpi")]
-mod present {
-    use super::{Arguments, CliError, Exit, Lead};
-    use crate::cli::arguments::Compute as Computing;
-    use crate::cli::interrupt::Interrupt;
-    use crate::cli::{compute as computing, output};
-    use relcp::processes::{Processes, Session, Traffic};
-    use relcp::run::{follow, together};
-    use relcp::simulation::Compute;
-    use std::io::{self, Write};
-    use std::sync::OnceLock;
-
-    /// The processes, once MPI has begun.
-    static PROCESSES: OnceLock<Processes> = OnceLock::new();
-
-    /// Rank 0, which sends the others home when it ends, however it ends.
-    struct Leading(Session);
-
-    impl Drop for Leading {
-        fn drop(&mut self) {
-            together(self.0.processes()).end();
-        }
+/// Begins MPI, leads on rank 0 and follows on the others.
+pub(super) fn run(arguments: &Arguments, lead: Lead) -> Result<Exit, CliError> {
+    let session = match Session::begin() {
+        Ok(session) => session,
+        Err(fault) if fault.is_for(0) => return Err(CliError::Usage(fault.to_string())),
+        // Rank 0 says it and fails. One that failed before that would have `mpirun` end rank 0 unheard.
+        Err(_) => return Ok(Exit::Done),
+    };
+    let processes = session.processes();
+    let _ = PROCESSES.set(processes);
+    if processes.rank() == 0 {
+        let _leading = Leading(session);
+        return lead(arguments);
     }
+    computing::set_threads(&arguments.compute)?;
+    // What a signal asks for rank 0 decides.
+    let _heard = Interrupt::ignore();
+    follow(processes, Exit::Internal as u8, output::message);
+    Ok(Exit::Done)
+}
 
-    /// Begins MPI, leads on rank 0 and follows on the others.
-    pub(in crate::cli) fn run(arguments: &Arguments, lead: Lead) -> Result<Exit, CliError> {
-        let session = match Session::begin() {
-            Ok(session) => session,
-            Err(fault) if fault.is_for(0) => return Err(CliError::Usage(fault.to_string())),
-            // Rank 0 says it and fails. One that failed before that would have `mpirun` end rank 0 unheard.
-            Err(_) => return Ok(Exit::Done),
-        };
-        let processes = session.processes();
-        let _ = PROCESSES.set(processes);
-        if processes.rank() == 0 {
-            let _leading = Leading(session);
-            return lead(arguments);
-        }
-        computing::set_threads(&arguments.compute)?;
-        // What a signal asks for rank 0 decides.
-        let _heard = Interrupt::ignore();
-        follow(processes, Exit::Internal as u8, output::message);
-        Ok(Exit::Done)
+/// What computes the run.
+pub(super) fn compute(arguments: &Computing) -> Result<Compute, CliError> {
+    computing::cpu(arguments)?;
+    match PROCESSES.get() {
+        Some(processes) => Ok(Compute::Together(together(*processes))),
+        None => Err(computing::no_mpi()),
     }
+}
 
-    /// What computes the run.
-    pub(in crate::cli) fn compute(arguments: &Computing) -> Result<Compute, CliError> {
-        computing::cpu(arguments)?;
-        match PROCESSES.get() {
-            Some(processes) => Ok(Compute::Together(together(*processes))),
-            None => Err(CliError::Usage(super::FOR_RUNS.into())),
-        }
-    }
-
-    /// What rank 0 exchanged with the others.
-    pub(in crate::cli) fn traffic(out: &mut dyn Write) -> io::Result<()> {
-        let Some(processes) = PROCESSES.get() else { return Ok(()) };
-        let Traffic { messages, bytes, gathers, gathered, time } = Traffic::so_far();
-        let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-        writeln!(
-            out,
-            "  {} processes: rank 0 sent {messages} messages of {:.1} MiB, took part in {gathers} gathers of {:.1} MiB, \
-             {:.2} s in all",
-            processes.size(),
-            mebibytes(bytes),
-            mebibytes(gathered),
-            time.as_secs_f64()
-        )
-    }
+/// What rank 0 exchanged with the others.
+pub(super) fn traffic(out: &mut dyn Write) -> io::Result<()> {
+    let Some(processes) = PROCESSES.get() else { return Ok(()) };
+    let Traffic { messages, bytes, gathers, gathered, time } = Traffic::so_far();
+    let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    writeln!(
+        out,
+        "  {} processes: rank 0 sent {messages} messages of {:.1} MiB, took part in {gathers} gathers of {:.1} MiB, \
+         {:.2} s in all",
+        processes.size(),
+        mebibytes(bytes),
+        mebibytes(gathered),
+        time.as_secs_f64()
+    )
 }

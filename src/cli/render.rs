@@ -85,7 +85,7 @@ fn rays(arguments: &Arguments) -> Result<Option<Rays>, CliError> {
     match arguments.backend {
         Backend::Cpu => none(),
         Backend::Gpu => Ok(Some(open()?)),
-        Backend::Mpi => Err(CliError::Usage(super::processes::FOR_RUNS.into())),
+        Backend::Mpi => Err(super::compute::no_mpi()),
         Backend::Auto => match adapters(&choice).into_iter().find(|adapter| adapter.automatic) {
             None => none(),
             Some(adapter) => open().map(Some).or_else(|fault: GpuError| {

@@ -4,7 +4,7 @@ use super::arguments::{Backend, Run as Arguments};
 use super::exit::{CliError, Exit};
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use super::{compiling, compute, driver, output, placing, processes, report, resume, view};
+use super::{compiling, compute, driver, output, placing, report, resume, view};
 use relcp::gpu::Profile;
 use relcp::record::Folder;
 use relcp::run::{Run, RunError, RunStatus, Summary};
@@ -36,7 +36,10 @@ struct Document<'a> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     match arguments.compute.backend {
-        Backend::Mpi => processes::run(arguments, lead),
+        #[cfg(feature = "mpi")]
+        Backend::Mpi => super::processes::run(arguments, lead),
+        #[cfg(not(feature = "mpi"))]
+        Backend::Mpi => Err(compute::no_mpi()),
         _ => lead(arguments),
     }
 }
@@ -146,7 +149,8 @@ fn show(
         report::print(out, folder, page, summary)?;
         if arguments.profile {
             report::profile(out, summary)?;
-            processes::traffic(out)?;
+            #[cfg(feature = "mpi")]
+            super::processes::traffic(out)?;
         }
         device.map_or(Ok(()), |device| write!(out, "{device}"))
     })

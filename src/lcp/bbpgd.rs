@@ -110,7 +110,7 @@ mod tests {
     }
 
     fn run(problem: &Problem<3>, patience: f64) -> (Status, u64, f64) {
-        let mut cpu = Cpu::default();
+        let mut cpu = Cpu::<3>::default();
         cpu.rebuild(problem);
         let mut drive = Drive::default();
         cpu.clear(&mut drive.at.x);

@@ -6,16 +6,16 @@
 //! other share bodies, and a chunk is what one of several threads takes (`lcp::team`). Rows as the paper has them keep
 //! their bodies' numbers and stand in one chunk.
 //!
-//! Several processes have each a domain of the rows (`lcp::domain`).
+//! Of a problem that several processes solve, each has a portion (`lcp::portion`).
 
 use super::clusters::Clusters;
 use super::cone::{admit, worse};
-use super::domain::Border;
 use super::incidence::Incidence;
-use super::loops::{Chunks, Tree};
+use super::loops::Chunks;
 use super::numbering;
 use super::on_rows::{Diagonals, Numbers, OnRows};
 use super::pair_blocks::{self, PairBlocks};
+use super::portion::{Alone, Portion};
 use super::product::Product;
 use super::verbs::InClusters;
 use super::{Places, Problem};
@@ -36,7 +36,7 @@ const CHUNK_OF_PARALLEL_ROWS: usize = 4_096;
 
 /// One problem, made ready for the solvers. Its buffers are used again for the next problem.
 #[derive(Clone, Debug, Default)]
-pub struct Cpu<const D: usize> {
+pub struct Cpu<const D: usize, P = Alone> {
     /// Each row's place in the problem.
     pub(super) order: Vec<u32>,
     q: Vec<f64>,
@@ -58,13 +58,11 @@ pub struct Cpu<const D: usize> {
     /// Where bodies stand, if a step says so.
     places: Option<Places>,
     finite: bool,
-    /// The rest of the problem is with other processes.
-    pub(super) border: Option<Border>,
-    /// All of it, made when it is first needed.
-    pub(super) all: std::sync::OnceLock<Box<Cpu<D>>>,
+    /// What of the problem these rows are.
+    pub(super) portion: P,
 }
 
-impl<const D: usize> Cpu<D> {
+impl<const D: usize, P: Portion<D>> Cpu<D, P> {
     /// One for problems with many nearly parallel rows.
     pub(crate) fn for_parallel_rows() -> Self {
         Cpu { parallel_rows: true, ..Cpu::default() }
@@ -102,7 +100,7 @@ impl<const D: usize> Cpu<D> {
         self.q.extend(self.order.iter().map(|row| problem.q[*row as usize]));
         self.product.rebuild(problem.bodies, pair, &problem.jacobian, &self.order);
         self.diagonal = self.product.diagonal();
-        self.find_border();
+        self.portion.take(self.product.pair(), problem.bodies);
         let (largest, finite) = self.survey();
         self.finite = finite;
         let zero = ZERO_ROW * largest;
@@ -141,31 +139,17 @@ impl<const D: usize> Cpu<D> {
         self.finite
     }
 
-    /// Finds what of the problem other processes have.
-    fn find_border(&mut self) {
-        let domain = self.places.as_ref().and_then(|places| places.domain.as_ref());
-        let domain = domain.filter(|domain| domain.among_all.len() + 1 == self.incidence().start.len());
-        self.border = domain.map(|domain| Border::new(domain, self.product.pair()));
-        self.all = std::sync::OnceLock::new();
-    }
-
-    /// Sets the order of the bodies of the next problems; problems with another number of bodies keep theirs.
-    pub(crate) fn place(&mut self, places: Option<Places>) {
-        self.places = places;
+    /// Sets the order of the bodies of the next problems, and what of these is here; problems with another number of
+    /// bodies keep theirs.
+    pub(crate) fn place(&mut self, places: Places, portion: P) {
+        (self.places, self.portion) = (Some(places), portion);
     }
 
     /// The largest entry of the diagonal, and whether it and all offsets are finite.
     fn survey(&self) -> (f64, bool) {
         let largest = self.diagonal.iter().fold(0.0, |largest: f64, s| largest.max(*s));
         let finite = self.q.iter().chain(&self.diagonal).all(|number| number.is_finite());
-        if let Some(border) = &self.border {
-            let processes = border.domain.processes;
-            let mut all = vec![0.0; 2 * processes.size()];
-            processes.gather_even(&[largest, f64::from(u8::from(finite))], &mut all);
-            let of = |(largest, finite): (f64, bool), one: &[f64; 2]| (largest.max(one[0]), finite && one[1] > 0.0);
-            return all.as_chunks::<2>().0.iter().fold((0.0, true), of);
-        }
-        (largest, finite)
+        self.portion.survey((largest, finite))
     }
 
     /// Each row's place in the problem.
@@ -214,15 +198,7 @@ impl<const D: usize> Cpu<D> {
 
     /// How many rows the whole problem has.
     pub(crate) fn all_rows(&self) -> usize {
-        if let Some(border) = &self.border {
-            return border.all;
-        }
-        self.q.len()
-    }
-
-    /// Whether other processes have the rest of the problem.
-    pub(crate) fn is_domain(&self) -> bool {
-        self.border.is_some()
+        self.portion.all_rows(self.q.len())
     }
 
     /// The problem as several threads share it.
@@ -288,17 +264,14 @@ pub(super) struct Whole<'a, const D: usize> {
     pub looks: Vec<f64>,
 }
 
-impl<const D: usize> OnRows for Cpu<D> {
+impl<const D: usize, P: Portion<D>> OnRows for Cpu<D, P> {
     fn numbers(&self) -> Numbers<'_> {
         Numbers { diagonals: self.diagonals(), q: &self.q, compliance: self.compliance }
     }
 
     fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
         self.products += 1;
-        if let Some(border) = &self.border {
-            return border.multiply(&mut self.product, x, out);
-        }
-        self.product.apply(x, out);
+        self.portion.multiply(&mut self.product, x, out);
     }
 
     fn minimize_pairs(&mut self, x: &[f64], slope: Option<(f64, &[f64])>, out: &mut [f64]) {
@@ -311,12 +284,7 @@ impl<const D: usize> OnRows for Cpu<D> {
         join: impl Fn(usize, f64, f64) -> f64,
         chunk: impl Fn(Range<usize>) -> [f64; N],
     ) -> [f64; N] {
-        if let Some(border) = &self.border {
-            return border.join_chunks(start, join, chunk, self.chunks.ranges());
-        }
-        let mut tree = Tree::new(join);
-        self.chunks.ranges().for_each(|rows| tree.add(chunk(rows), 0));
-        tree.end(start)
+        self.portion.join_chunks(start, join, chunk, &self.chunks)
     }
 
     fn noted(&mut self) -> &mut Vec<f64> {
@@ -328,7 +296,7 @@ impl<const D: usize> OnRows for Cpu<D> {
     }
 }
 
-impl<const D: usize> InClusters for Cpu<D> {
+impl<const D: usize, P: Portion<D>> InClusters for Cpu<D, P> {
     fn descend_in_clusters(
         &mut self,
         condition: f64,

@@ -9,6 +9,7 @@
 use super::cone::{lack, project, room};
 use super::cpu::{Cpu, Rows};
 use super::drive::Point;
+use super::portion::Portion;
 use super::verbs::Verbs;
 use super::{Settings, Status};
 use nalgebra::DVector;
@@ -41,9 +42,9 @@ struct Active {
 impl Dense {
     /// Solves from scratch; `at.x` becomes the solution. Iterations are steps of the active set, and each costs about a
     /// product.
-    pub fn run<const D: usize>(
+    pub fn run<const D: usize, P: Portion<D>>(
         &mut self,
-        cpu: &mut Cpu<D>,
+        cpu: &mut Cpu<D, P>,
         at: &mut Point<Vec<f64>>,
         settings: &Settings,
     ) -> (Status, u64, f64) {

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 /// The bodies of a process, and those of others that it has rows with.
 #[derive(Clone, Debug)]
-pub(crate) struct Domain {
+pub struct Domain {
     /// The processes that share the problem.
     pub processes: Processes,
     /// The blocks of every process, one after the other.

@@ -41,7 +41,7 @@ const PROGRESS: f64 = 0.99;
 
 /// An iterate and the gradient there.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Point<T> {
+pub struct Point<T> {
     /// Multipliers, none negative.
     pub x: T,
     /// `q + A x`, perhaps by a recurrence.
@@ -49,7 +49,7 @@ pub(crate) struct Point<T> {
 }
 
 /// One iterative method over the verbs `V`. Its vectors live as long as it does, and `begin` makes them ready.
-pub(crate) trait Method<V: Verbs> {
+pub trait Method<V: Verbs> {
     /// Begins, or begins anew, at a point whose gradient is fresh.
     fn begin(&mut self, verbs: &mut V, at: &Point<V::Vector>);
     /// Takes one iteration.
@@ -76,7 +76,7 @@ pub struct ResidualSample {
 
 /// The vectors of the driver.
 #[derive(Default)]
-pub(crate) struct Drive<T> {
+pub struct Drive<T> {
     /// The iterate: the start when [`Drive::run`] is called, the best one found after it.
     pub at: Point<T>,
     best: T,
@@ -273,7 +273,7 @@ impl<T> Drive<T> {
 
 /// Where a solve stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Standing {
+pub struct Standing {
     /// Iterations taken.
     pub iterations: u64,
     /// The residual after them, and the least one from which a solve went on.
@@ -283,7 +283,7 @@ pub(crate) struct Standing {
 
 /// The course of one solve: its iterations and residuals.
 #[derive(Clone)]
-pub(crate) struct Course<S> {
+pub struct Course<S> {
     settings: Settings,
     /// The residual that a start may have to be a solution without an iteration.
     enough_at_start: f64,
@@ -438,7 +438,7 @@ mod tests {
     fn claims_that_are_always_refused_end_at_the_rounding_floor() {
         let block = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
         let problem = Problem::<3> { bodies: 2, pair: vec![[0, 1]], jacobian: vec![block], q: vec![-1e-8] };
-        let mut cpu = Cpu::default();
+        let mut cpu = Cpu::<3>::default();
         cpu.rebuild(&problem);
         let mut drive = Drive { at: Point { x: vec![0.0], g: Vec::new() }, ..Drive::default() };
         let settings = Settings { tolerance: 1e-9, max_iterations: 10_000 };
@@ -463,7 +463,7 @@ mod tests {
     fn run(start: f64, settings: Settings) -> (Vec<f64>, (Status, u64, f64)) {
         let along = |x: f64| [x, 0.0, 0.0];
         let jacobian = vec![[along(-1.0), along(1.0)]];
-        let mut cpu = Cpu::default();
+        let mut cpu = Cpu::<3>::default();
         cpu.rebuild(&Problem { bodies: 2, pair: vec![[0, 1]], jacobian, q: vec![-1.0] });
         let mut drive = Drive::default();
         cpu.import(&[start], &mut drive.at.x);

@@ -9,6 +9,7 @@ use super::dense::Dense;
 use super::drive::{Drive, Standing};
 use super::interior_point::InteriorPoint;
 use super::pair_block_cg::PairBlockCg;
+use super::portion::Portion;
 use super::projected_gauss_seidel::ProjectedGaussSeidel;
 use super::projected_jacobi::ProjectedJacobi;
 use super::team::{self, Team};
@@ -18,9 +19,9 @@ use super::{Outcome, Settings, SolverKind, Status};
 const SWEEPS: u64 = 4;
 
 /// What engines work on.
-pub(super) struct Task<const D: usize> {
+pub(super) struct Task<const D: usize, P> {
     /// The problem.
-    pub cpu: Cpu<D>,
+    pub cpu: Cpu<D, P>,
     /// The iterate.
     pub drive: Drive<Vec<f64>>,
     /// When to stop.
@@ -28,12 +29,12 @@ pub(super) struct Task<const D: usize> {
 }
 
 /// A solver with its state.
-pub(super) enum Engine<const D: usize> {
+pub(super) enum Engine<const D: usize, P: Portion<D>> {
     Auto(Box<Auto<D>>),
     ProjectedJacobi(ProjectedJacobi<Vec<f64>>),
     ProjectedGaussSeidel(ProjectedGaussSeidel<D>),
-    Apgd(Apgd<Cpu<D>>),
-    Bbpgd(Bbpgd<Cpu<D>>),
+    Apgd(Apgd<Cpu<D, P>>),
+    Bbpgd(Bbpgd<Cpu<D, P>>),
     /// With threads, where its sums are made for that.
     PairBlockCg(PairBlockCg<Vec<f64>, f64>, Option<Team>),
     ClusterCg(ClusterCg<Vec<f64>, f64>),
@@ -41,7 +42,7 @@ pub(super) enum Engine<const D: usize> {
     InteriorPoint(Box<InteriorPoint<D>>),
 }
 
-impl<const D: usize> Engine<D> {
+impl<const D: usize, P: Portion<D>> Engine<D, P> {
     pub fn new(kind: SolverKind, settings: &Settings) -> Self {
         match kind {
             SolverKind::Auto => Engine::Auto(Box::new(Auto::to(settings.tolerance))),
@@ -73,7 +74,7 @@ impl<const D: usize> Engine<D> {
     }
 
     /// Solves the task, whose problem is new or, where it `goes_on`, the last one, from where that ended.
-    pub fn solve(&mut self, task: &mut Task<D>, goes_on: bool) -> Outcome {
+    pub fn solve(&mut self, task: &mut Task<D, P>, goes_on: bool) -> Outcome {
         let Task { cpu, drive, settings } = &mut *task;
         let (status, iterations, residual) = match self {
             Engine::Auto(auto) if goes_on => return auto.go_on(task),

@@ -1,101 +1,52 @@
 //! What methods that look at all rows at once need of a problem that several processes share: the whole of it on each
-//! of them, or what of it others know. Where one process has all rows, that is nothing.
+//! of them, or what of it others know.
 
 use super::cpu::Cpu;
+use super::domain::{Border, Domain};
 use super::drive::Drive;
-use super::{Places, Problem};
+use super::local::Taken;
+use super::loops::{self, Chunks};
+use super::portion::Portion;
+use super::product::Product;
+use super::{Outcome, Places, Problem, Solver};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
-impl<const D: usize> Cpu<D> {
-    /// The whole problem, with its rows in their order among all: this one where no other process has a part of it. All
-    /// processes must ask together.
-    pub(super) fn gathered(&self) -> &Cpu<D> {
-        if self.border.is_none() { self } else { self.all.get_or_init(|| Box::new(self.gather())) }
-    }
+/// The rows of a process's domain; all rows of a problem that is not shared.
+#[derive(Clone, Debug, Default)]
+pub struct OfDomain<const D: usize> {
+    /// The bodies of the next problems, where these are shared.
+    domain: Option<Arc<Domain>>,
+    /// The rest of the problem is with other processes.
+    border: Option<Border>,
+    /// All of it, made when it is first needed.
+    all: OnceLock<Box<Cpu<D, OfDomain<D>>>>,
+}
 
-    fn gather(&self) -> Cpu<D> {
-        let mut all = Cpu::default();
-        let Some(border) = &self.border else { return all };
-        let domain = &border.domain;
-        let rows = self.rows();
-        let mut words = Vec::with_capacity((2 + 2 * D) * border.rows.len());
-        for row in border.rows.clone() {
-            let [a, b] = rows.pair[row].map(|place| u64::from(domain.among_all[place as usize]));
-            words.push(a << 32 | b);
-            words.extend(rows.jacobian[row].as_flattened().iter().map(|number| number.to_bits()));
-            words.push(rows.q[row].to_bits());
-        }
-        let mut problem = Problem::<D> { bodies: domain.bodies, ..Problem::default() };
-        for words in border.gather(&words).chunks_exact(2 + 2 * D) {
-            let block = |first: usize| std::array::from_fn(|k| f64::from_bits(words[first + k]));
-            problem.pair.push([(words[0] >> 32) as u32, words[0] as u32]);
-            problem.jacobian.push([block(1), block(1 + D)]);
-            problem.q.push(f64::from_bits(words[1 + 2 * D]));
-        }
-        let place = (0..domain.bodies as u32).collect();
-        all.place(Some(Places { place, blocks: domain.edges.clone(), domain: None }));
-        all.rebuild(&problem);
-        all
+impl<const D: usize> OfDomain<D> {
+    /// Of the problems of these bodies.
+    pub fn of(domain: Domain) -> Self {
+        OfDomain { domain: Some(Arc::new(domain)), ..OfDomain::default() }
     }
 
     /// The numbers of all rows in their order among all, from those of the rows here.
-    pub(super) fn gather_numbers(&self, numbers: &[f64]) -> Vec<f64> {
+    fn gather_numbers(&self, numbers: &[f64]) -> Vec<f64> {
         let Some(border) = &self.border else { return numbers.to_vec() };
         let own: Vec<u64> = numbers[border.rows.clone()].iter().map(|number| number.to_bits()).collect();
         border.gather(&own).into_iter().map(f64::from_bits).collect()
     }
 
-    /// Those of the rows here, from the numbers of all rows.
-    pub(super) fn numbers_here(&self, all: &[f64]) -> Vec<f64> {
+    /// Those of so many rows here, from the numbers of all rows.
+    fn numbers_here(&self, all: &[f64], rows: usize) -> Vec<f64> {
         match &self.border {
-            Some(border) => (0..self.order.len()).map(|row| all[border.number(row) as usize]).collect(),
+            Some(border) => (0..rows).map(|row| all[border.number(row) as usize]).collect(),
             None => all.to_vec(),
         }
     }
 
-    /// Whether a row is counted here: each is by one process.
-    pub(super) fn counts(&self, row: usize) -> bool {
-        self.border.as_ref().is_none_or(|border| border.rows.contains(&row))
-    }
-
-    /// The number of a row among all.
-    pub(super) fn number(&self, row: usize) -> u32 {
-        self.border.as_ref().map_or(row as u32, |border| border.number(row))
-    }
-
-    /// The row that has this number among all, if it is here.
-    pub(super) fn row(&self, number: u32) -> Option<usize> {
-        self.border.as_ref().map_or(Some(number as usize), |border| border.row(number))
-    }
-
-    /// The places of a row's bodies among all.
-    pub(super) fn places_of(&self, row: usize) -> [u32; 2] {
-        let pair = self.rows().pair[row];
-        self.border.as_ref().map_or(pair, |border| pair.map(|place| border.domain.among_all[place as usize]))
-    }
-
-    /// What the counts of all processes come to.
-    pub(super) fn sum(&self, count: usize) -> usize {
-        self.border.as_ref().map_or(count, |border| border.sum(count))
-    }
-
-    /// Learns which bodies at the border others have flagged; they are added to those `raised` last.
-    pub(super) fn learn_flags(&self, flags: &mut [bool], raised: &mut Vec<u32>) {
-        let Some(border) = &self.border else { return };
-        let mut learnt = Vec::new();
-        let flag = |body: u32| [f64::from(u8::from(flags[body as usize]))];
-        border.swap(&border.out, &border.into, flag, |body, [flag]| learnt.extend((flag > 0.0).then_some(body)));
-        raised.extend(learnt.into_iter().filter(|body| !std::mem::replace(&mut flags[*body as usize], true)));
-    }
-
-    /// Which parts of work of these sizes are for this process: the largest first, each to the one with the least.
-    pub(super) fn own_parts(&self, sizes: &[usize]) -> Vec<bool> {
-        let rank = self.border.as_ref().map(|border| border.domain.processes.rank());
-        self.shares(sizes).into_iter().map(|process| rank.is_none_or(|rank| rank == process)).collect()
-    }
-
-    /// The process that each part is for.
+    /// The process that each part is for: the largest first, each to the one with the least.
     fn shares(&self, sizes: &[usize]) -> Vec<usize> {
         let processes = self.border.as_ref().map_or(1, |border| border.domain.processes.size());
         let mut largest_first: Vec<usize> = (0..sizes.len()).collect();
@@ -109,9 +60,149 @@ impl<const D: usize> Cpu<D> {
         }
         shares
     }
+}
 
-    /// What each part came to, and in how many iterations, from those that solved them.
-    pub(super) fn exchange_parts(&self, sizes: &[usize], solved: Vec<(Vec<f64>, u64)>) -> Vec<(Vec<f64>, u64)> {
+impl<const D: usize> Portion<D> for OfDomain<D> {
+    fn take(&mut self, pair: &[[u32; 2]], bodies: usize) {
+        let domain = self.domain.as_ref().filter(|domain| domain.among_all.len() == bodies);
+        self.border = domain.map(|domain| Border::new(domain, pair));
+        self.all = OnceLock::new();
+    }
+
+    fn all_rows(&self, here: usize) -> usize {
+        self.border.as_ref().map_or(here, |border| border.all)
+    }
+
+    fn survey(&self, (largest, finite): (f64, bool)) -> (f64, bool) {
+        let Some(border) = &self.border else { return (largest, finite) };
+        let processes = border.domain.processes;
+        let mut all = vec![0.0; 2 * processes.size()];
+        processes.gather_even(&[largest, f64::from(u8::from(finite))], &mut all);
+        let of = |(largest, finite): (f64, bool), one: &[f64; 2]| (largest.max(one[0]), finite && one[1] > 0.0);
+        all.as_chunks::<2>().0.iter().fold((0.0, true), of)
+    }
+
+    fn multiply(&self, product: &mut Product<D>, x: &[f64], out: &mut [f64]) {
+        match &self.border {
+            Some(border) => border.multiply(product, x, out),
+            None => product.apply(x, out),
+        }
+    }
+
+    fn join_chunks<const N: usize>(
+        &self,
+        start: [f64; N],
+        join: impl Fn(usize, f64, f64) -> f64,
+        chunk: impl Fn(Range<usize>) -> [f64; N],
+        chunks: &Chunks,
+    ) -> [f64; N] {
+        match &self.border {
+            Some(border) => border.join_chunks(start, join, chunk, chunks.ranges()),
+            None => loops::join_chunks(start, join, chunk, chunks),
+        }
+    }
+
+    fn has_threads(&self) -> bool {
+        self.border.is_none()
+    }
+
+    fn gathered(cpu: &Cpu<D, Self>) -> &Cpu<D, Self> {
+        match &cpu.portion.border {
+            Some(border) => cpu.portion.all.get_or_init(|| Box::new(gather(cpu, border))),
+            None => cpu,
+        }
+    }
+
+    fn solve_whole<R>(
+        cpu: &mut Cpu<D, Self>,
+        drive: &mut Drive<Vec<f64>>,
+        solve: impl FnOnce(&mut Cpu<D, Self>, &mut Drive<Vec<f64>>) -> R,
+    ) -> R {
+        if cpu.portion.border.is_none() {
+            return solve(cpu, drive);
+        }
+        let (mut whole, mut of_whole) = (Self::gathered(cpu).clone(), Drive::default());
+        whole.count_anew();
+        of_whole.at.x = cpu.portion.gather_numbers(&drive.at.x);
+        of_whole.history = drive.history.take();
+        let solved = solve(&mut whole, &mut of_whole);
+        cpu.count(whole.products_made());
+        drive.at.x = cpu.portion.numbers_here(&of_whole.at.x, cpu.order.len());
+        drive.history = of_whole.history;
+        solved
+    }
+
+    fn relax(solver: &mut Solver<D, Self>, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
+        if solver.task.cpu.portion.border.is_none() {
+            return solver.relax_here(gamma, allowed);
+        }
+        // Each process does it for all.
+        let mut x = Vec::new();
+        solver.task.cpu.import(gamma, &mut x);
+        let mut all = solver.task.cpu.portion.gather_numbers(&x);
+        let whole = Self::gathered(&solver.task.cpu).clone();
+        let domain = std::mem::replace(&mut solver.task.cpu, whole);
+        let outcome = solver.relax_here(&mut all, allowed);
+        solver.task.cpu = domain;
+        let cpu = &solver.task.cpu;
+        cpu.export(&cpu.portion.numbers_here(&all, cpu.order.len()), gamma);
+        outcome
+    }
+
+    fn counts(&self, row: usize) -> bool {
+        self.border.as_ref().is_none_or(|border| border.rows.contains(&row))
+    }
+
+    fn number(&self, row: usize) -> u32 {
+        self.border.as_ref().map_or(row as u32, |border| border.number(row))
+    }
+
+    fn row(&self, number: u32) -> Option<usize> {
+        self.border.as_ref().map_or(Some(number as usize), |border| border.row(number))
+    }
+
+    fn among_all(&self, places: [u32; 2]) -> [u32; 2] {
+        self.border.as_ref().map_or(places, |border| places.map(|place| border.domain.among_all[place as usize]))
+    }
+
+    fn sum(&self, count: usize) -> usize {
+        self.border.as_ref().map_or(count, |border| border.sum(count))
+    }
+
+    fn learn_flags(&self, flags: &mut [bool], raised: &mut Vec<u32>) {
+        let Some(border) = &self.border else { return };
+        let mut learnt = Vec::new();
+        let flag = |body: u32| [f64::from(u8::from(flags[body as usize]))];
+        border.swap(&border.out, &border.into, flag, |body, [flag]| learnt.extend((flag > 0.0).then_some(body)));
+        raised.extend(learnt.into_iter().filter(|body| !std::mem::replace(&mut flags[*body as usize], true)));
+    }
+
+    fn all_taken(&self, own: Taken<D>) -> Taken<D> {
+        let Some(border) = &self.border else { return own };
+        let mut words = Vec::with_capacity((4 + 2 * D) * own.row.len());
+        for (k, [a, b]) in own.pair.iter().enumerate() {
+            words.extend([u64::from(own.row[k]), u64::from(*a) << 32 | u64::from(*b)]);
+            words.extend(own.jacobian[k].as_flattened().iter().map(|number| number.to_bits()));
+            words.extend([own.x[k].to_bits(), own.g[k].to_bits()]);
+        }
+        let mut all = Taken::default();
+        for words in border.gather(&words).chunks_exact(4 + 2 * D) {
+            let block = |first: usize| std::array::from_fn(|k| f64::from_bits(words[first + k]));
+            all.row.push(words[0] as u32);
+            all.pair.push([(words[1] >> 32) as u32, words[1] as u32]);
+            all.jacobian.push([block(2), block(2 + D)]);
+            all.x.push(f64::from_bits(words[2 + 2 * D]));
+            all.g.push(f64::from_bits(words[3 + 2 * D]));
+        }
+        all
+    }
+
+    fn own_parts(&self, sizes: &[usize]) -> Vec<bool> {
+        let rank = self.border.as_ref().map(|border| border.domain.processes.rank());
+        self.shares(sizes).into_iter().map(|process| rank.is_none_or(|rank| rank == process)).collect()
+    }
+
+    fn exchange_parts(&self, sizes: &[usize], solved: Vec<(Vec<f64>, u64)>) -> Vec<(Vec<f64>, u64)> {
         let Some(border) = &self.border else { return solved };
         let shares = self.shares(sizes);
         let rank = border.domain.processes.rank();
@@ -136,25 +227,27 @@ impl<const D: usize> Cpu<D> {
     }
 }
 
-/// All of a problem that processes share, for a method that each of them takes alone.
-pub(super) struct Whole<const D: usize> {
-    pub cpu: Cpu<D>,
-    pub drive: Drive<Vec<f64>>,
-}
-
-impl<const D: usize> Whole<D> {
-    pub fn of(cpu: &mut Cpu<D>, drive: &mut Drive<Vec<f64>>) -> Self {
-        let mut whole = Whole { cpu: cpu.gathered().clone(), drive: Drive::default() };
-        whole.cpu.count_anew();
-        whole.drive.at.x = cpu.gather_numbers(&drive.at.x);
-        whole.drive.history = drive.history.take();
-        whole
+/// All of a problem, on all processes.
+fn gather<const D: usize>(cpu: &Cpu<D, OfDomain<D>>, border: &Border) -> Cpu<D, OfDomain<D>> {
+    let mut all = Cpu::default();
+    let domain = &border.domain;
+    let rows = cpu.rows();
+    let mut words = Vec::with_capacity((2 + 2 * D) * border.rows.len());
+    for row in border.rows.clone() {
+        let [a, b] = rows.pair[row].map(|place| u64::from(domain.among_all[place as usize]));
+        words.push(a << 32 | b);
+        words.extend(rows.jacobian[row].as_flattened().iter().map(|number| number.to_bits()));
+        words.push(rows.q[row].to_bits());
     }
-
-    /// Goes on with what of it is here.
-    pub fn give_back(self, cpu: &mut Cpu<D>, drive: &mut Drive<Vec<f64>>) {
-        cpu.count(self.cpu.products_made());
-        drive.at.x = cpu.numbers_here(&self.drive.at.x);
-        drive.history = self.drive.history;
+    let mut problem = Problem::<D> { bodies: domain.bodies, ..Problem::default() };
+    for words in border.gather(&words).chunks_exact(2 + 2 * D) {
+        let block = |first: usize| std::array::from_fn(|k| f64::from_bits(words[first + k]));
+        problem.pair.push([(words[0] >> 32) as u32, words[0] as u32]);
+        problem.jacobian.push([block(1), block(1 + D)]);
+        problem.q.push(f64::from_bits(words[1 + 2 * D]));
     }
+    let place = (0..domain.bodies as u32).collect();
+    all.place(Places { place, blocks: domain.edges.clone() }, OfDomain::default());
+    all.rebuild(&problem);
+    all
 }

@@ -21,6 +21,7 @@ use super::cone::{is_free, residual};
 use super::cpu::Cpu;
 use super::drive::{Drive, Point, Standing};
 use super::pair_block_cg::PairBlockCg;
+use super::portion::Portion;
 use super::product::{add, dot};
 use super::team::{self, Team};
 use super::verbs::Verbs;
@@ -60,14 +61,14 @@ pub(super) struct Rounds {
 
 /// The rows that are solved again, in their order among all.
 #[derive(Default)]
-struct Taken<const D: usize> {
+pub struct Taken<const D: usize> {
     /// Their numbers among all.
-    row: Vec<u32>,
+    pub row: Vec<u32>,
     /// The places of their bodies among all.
-    pair: Vec<[u32; 2]>,
-    jacobian: Vec<[[f64; D]; 2]>,
-    x: Vec<f64>,
-    g: Vec<f64>,
+    pub pair: Vec<[u32; 2]>,
+    pub jacobian: Vec<[[f64; D]; 2]>,
+    pub x: Vec<f64>,
+    pub g: Vec<f64>,
 }
 
 impl<const D: usize> Taken<D> {
@@ -140,7 +141,12 @@ impl Default for Local {
 impl Local {
     /// Solves where the LCP of `cpu` is not solved at `at`, whose gradient must be fresh, until it is or that is no
     /// local matter.
-    pub fn run<const D: usize>(&mut self, cpu: &mut Cpu<D>, at: &mut Point<Vec<f64>>, tolerance: f64) -> Rounds {
+    pub fn run<const D: usize, P: Portion<D>>(
+        &mut self,
+        cpu: &mut Cpu<D, P>,
+        at: &mut Point<Vec<f64>>,
+        tolerance: f64,
+    ) -> Rounds {
         let mut rounds = Rounds { solved: false, residual: cpu.residual(&at.x, &at.g), iterations: 0, work: 0 };
         for round in 0..MOST_ROUNDS {
             let layers = LAYERS + MORE_LAYERS * round;
@@ -153,7 +159,7 @@ impl Local {
             let mut slowest = 0;
             for (part, (x, iterations)) in parts.iter().zip(&solved) {
                 for (row, x) in part.rows.iter().zip(x) {
-                    if let Some(row) = cpu.row(taken.row[*row as usize]) {
+                    if let Some(row) = cpu.portion.row(taken.row[*row as usize]) {
                         at.x[row] = *x;
                     }
                 }
@@ -173,15 +179,15 @@ impl Local {
     }
 
     /// Solves the parts: large ones one by one with all threads, the others each with one. Processes share them out.
-    fn solve<const D: usize>(
+    fn solve<const D: usize, P: Portion<D>>(
         &mut self,
-        cpu: &Cpu<D>,
+        cpu: &Cpu<D, P>,
         taken: &Taken<D>,
         parts: &[Part],
         tolerance: f64,
     ) -> Vec<(Vec<f64>, u64)> {
         let sizes: Vec<usize> = parts.iter().map(|part| part.rows.len()).collect();
-        let own = cpu.own_parts(&sizes);
+        let own = cpu.portion.own_parts(&sizes);
         let is_large = |part: &Part| Team::has_work(part.rows.len());
         let small = |(part, own): (&Part, &bool)| {
             (*own && !is_large(part)).then(|| solve_part(taken, part, tolerance, &mut None))
@@ -192,18 +198,23 @@ impl Local {
             None => (Vec::new(), 0),
             Some(solved) => solved,
         });
-        cpu.exchange_parts(&sizes, solved.collect())
+        cpu.portion.exchange_parts(&sizes, solved.collect())
     }
 
     /// Whether few rows are to be solved again.
-    pub fn is_worth<const D: usize>(&mut self, cpu: &Cpu<D>, at: &Point<Vec<f64>>, tolerance: f64) -> bool {
+    pub fn is_worth<const D: usize, P: Portion<D>>(
+        &mut self,
+        cpu: &Cpu<D, P>,
+        at: &Point<Vec<f64>>,
+        tolerance: f64,
+    ) -> bool {
         self.free_rows(cpu, at, tolerance, LAYERS).is_some()
     }
 
     /// Marks free bodies and taken rows; their number, where it is few enough and not none.
-    fn free_rows<const D: usize>(
+    fn free_rows<const D: usize, P: Portion<D>>(
         &mut self,
-        cpu: &Cpu<D>,
+        cpu: &Cpu<D, P>,
         at: &Point<Vec<f64>>,
         tolerance: f64,
         layers: usize,
@@ -228,14 +239,14 @@ impl Local {
                 }
             }
         }
-        cpu.learn_flags(&mut self.free, &mut front);
+        cpu.portion.learn_flags(&mut self.free, &mut front);
         let mut taken = 0;
         for layer in 0..=layers {
             let mut next = Vec::new();
             for body in front {
                 for &entry in incidence.of(body as usize) {
                     let row = (entry / 2) as usize;
-                    if !std::mem::replace(&mut self.taken[row], true) && cpu.counts(row) {
+                    if !std::mem::replace(&mut self.taken[row], true) && cpu.portion.counts(row) {
                         taken += 1;
                     }
                     let other = rows.pair[row][1 - (entry % 2) as usize];
@@ -245,53 +256,27 @@ impl Local {
                     }
                 }
             }
-            if cpu.sum(taken) > most {
+            if cpu.portion.sum(taken) > most {
                 return None;
             }
-            cpu.learn_flags(&mut self.free, &mut next);
+            cpu.portion.learn_flags(&mut self.free, &mut next);
             front = next;
         }
-        Some(cpu.sum(taken)).filter(|taken| *taken > 0)
+        Some(cpu.portion.sum(taken)).filter(|taken| *taken > 0)
     }
 
     /// The rows that are marked as taken, of all processes.
-    fn take<const D: usize>(&self, cpu: &Cpu<D>, at: &Point<Vec<f64>>) -> Taken<D> {
+    fn take<const D: usize, P: Portion<D>>(&self, cpu: &Cpu<D, P>, at: &Point<Vec<f64>>) -> Taken<D> {
         let rows = cpu.rows();
         let mut taken = Taken::default();
-        for row in (0..rows.q.len()).filter(|row| self.taken[*row] && cpu.counts(*row)) {
-            taken.row.push(cpu.number(row));
-            taken.pair.push(cpu.places_of(row));
+        for row in (0..rows.q.len()).filter(|row| self.taken[*row] && cpu.portion.counts(*row)) {
+            taken.row.push(cpu.portion.number(row));
+            taken.pair.push(cpu.portion.among_all(rows.pair[row]));
             taken.jacobian.push(rows.jacobian[row]);
             taken.x.push(at.x[row]);
             taken.g.push(at.g[row]);
         }
-        if cpu.is_domain() {
-            return taken.of_all(cpu);
-        }
-        taken
-    }
-}
-
-impl<const D: usize> Taken<D> {
-    /// Those that all processes have taken.
-    fn of_all(self, cpu: &Cpu<D>) -> Taken<D> {
-        let Some(border) = &cpu.border else { return self };
-        let mut words = Vec::with_capacity((4 + 2 * D) * self.row.len());
-        for (k, [a, b]) in self.pair.iter().enumerate() {
-            words.extend([u64::from(self.row[k]), u64::from(*a) << 32 | u64::from(*b)]);
-            words.extend(self.jacobian[k].as_flattened().iter().map(|number| number.to_bits()));
-            words.extend([self.x[k].to_bits(), self.g[k].to_bits()]);
-        }
-        let mut all = Taken::default();
-        for words in border.gather(&words).chunks_exact(4 + 2 * D) {
-            let block = |first: usize| std::array::from_fn(|k| f64::from_bits(words[first + k]));
-            all.row.push(words[0] as u32);
-            all.pair.push([(words[1] >> 32) as u32, words[1] as u32]);
-            all.jacobian.push([block(2), block(2 + D)]);
-            all.x.push(f64::from_bits(words[2 + 2 * D]));
-            all.g.push(f64::from_bits(words[3 + 2 * D]));
-        }
-        all
+        cpu.portion.all_taken(taken)
     }
 }
 
@@ -322,7 +307,7 @@ fn solve_part<const D: usize>(
         let own = dot(ja, &velocity[a as usize]) + dot(jb, &velocity[b as usize]);
         problem.q.push(taken.g[row as usize] - own);
     }
-    let mut inner = Cpu::default();
+    let mut inner = Cpu::<D>::default();
     inner.rebuild(&problem);
     let mut drive = Drive::default();
     inner.import(&x, &mut drive.at.x);

@@ -14,7 +14,7 @@ const CACHED: usize = 512;
 
 /// Consecutive ranges of rows.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Chunks {
+pub struct Chunks {
     /// Where each chunk begins; one more at the end.
     edges: Vec<usize>,
 }
@@ -155,7 +155,20 @@ impl<F: Fn(usize, f64, f64) -> f64, const N: usize> Tree<F, N> {
     }
 }
 
+/// What consecutive chunks come to, joined along the tree of all.
+pub(super) fn join_chunks<const N: usize>(
+    start: [f64; N],
+    join: impl Fn(usize, f64, f64) -> f64,
+    chunk: impl Fn(Range<usize>) -> [f64; N],
+    chunks: &Chunks,
+) -> [f64; N] {
+    let mut tree = Tree::new(join);
+    chunks.ranges().for_each(|rows| tree.add(chunk(rows), 0));
+    tree.end(start)
+}
+
 /// The largest branches that consecutive chunks are made of, by their levels.
+#[cfg(any(feature = "mpi", test))]
 pub(crate) fn branches(chunks: Range<usize>) -> Vec<u32> {
     let (mut levels, mut at) = (Vec::new(), chunks.start);
     while at < chunks.end {

@@ -20,10 +20,12 @@ mod bbpgd;
 mod cluster_cg;
 mod cone;
 mod dense;
+#[cfg(feature = "mpi")]
 pub(crate) mod domain;
 mod drive;
 mod engine;
-mod gathered;
+#[cfg(feature = "mpi")]
+pub(crate) mod gathered;
 mod interior_point;
 mod kind;
 mod local;
@@ -31,6 +33,7 @@ mod numbering;
 mod on_rows;
 mod pair_block_cg;
 mod places;
+mod portion;
 mod projected_gauss_seidel;
 mod projected_jacobi;
 mod relax;
@@ -41,6 +44,7 @@ mod team;
 pub use drive::ResidualSample;
 pub use kind::SolverKind;
 pub(crate) use places::Places;
+pub(crate) use portion::{Alone, Portion};
 pub use solver::Solver;
 pub use stored::Stored;
 

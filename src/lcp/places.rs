@@ -1,7 +1,5 @@
 //! Where the bodies of a problem stand, for the order of its rows.
 
-use super::domain::Domain;
-
 /// Places of bodies that are near each other, in blocks. Rows stand in the order of their smaller places, and what the
 /// rows of a block come to is one part of a sum.
 #[derive(Clone, Debug, Default)]
@@ -10,6 +8,4 @@ pub(crate) struct Places {
     pub place: Vec<u32>,
     /// The place at which each block begins, and where the last one ends: as many as a power of two.
     pub blocks: Vec<u32>,
-    /// What of a larger problem these are, where processes share it.
-    pub domain: Option<std::sync::Arc<Domain>>,
 }

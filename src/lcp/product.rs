@@ -61,6 +61,7 @@ impl<const D: usize> Product<D> {
 }
 
 /// A product in parts, for a process that has some of the rows.
+#[cfg(feature = "mpi")]
 impl<const D: usize> Product<D> {
     /// `v = J^T x` of the rows here, one block a body.
     pub fn velocities(&mut self, x: &[f64]) -> &[[f64; D]] {

@@ -5,6 +5,7 @@
 use super::cone::project;
 use super::cpu::Cpu;
 use super::drive::{Method, PATIENCE_OF_SLOW_METHODS, Point};
+use super::portion::Portion;
 use super::product::{add, dot, scatter};
 use super::verbs::Verbs;
 
@@ -13,8 +14,8 @@ pub(crate) struct ProjectedGaussSeidel<const D: usize> {
     velocity: Vec<[f64; D]>,
 }
 
-impl<const D: usize> Method<Cpu<D>> for ProjectedGaussSeidel<D> {
-    fn begin(&mut self, verbs: &mut Cpu<D>, at: &Point<Vec<f64>>) {
+impl<const D: usize, P: Portion<D>> Method<Cpu<D, P>> for ProjectedGaussSeidel<D> {
+    fn begin(&mut self, verbs: &mut Cpu<D, P>, at: &Point<Vec<f64>>) {
         let rows = verbs.rows();
         let bodies = rows.pair.as_flattened().iter().max().map_or(0, |body| *body as usize + 1);
         self.velocity.resize(bodies, [0.0; D]);
@@ -22,7 +23,7 @@ impl<const D: usize> Method<Cpu<D>> for ProjectedGaussSeidel<D> {
     }
 
     /// One sweep, which costs as much as a product.
-    fn step(&mut self, verbs: &mut Cpu<D>, at: &mut Point<Vec<f64>>) {
+    fn step(&mut self, verbs: &mut Cpu<D, P>, at: &mut Point<Vec<f64>>) {
         let rows = verbs.rows();
         for (i, [a, b]) in rows.pair.iter().enumerate() {
             let [ja, jb] = &rows.jacobian[i];
@@ -37,7 +38,7 @@ impl<const D: usize> Method<Cpu<D>> for ProjectedGaussSeidel<D> {
         verbs.count(1);
     }
 
-    fn refresh(&mut self, verbs: &mut Cpu<D>, at: &mut Point<Vec<f64>>) -> bool {
+    fn refresh(&mut self, verbs: &mut Cpu<D, P>, at: &mut Point<Vec<f64>>) -> bool {
         verbs.gradient(&at.x, &mut at.g);
         true
     }

@@ -13,6 +13,7 @@
 use super::engine::Task;
 use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
 use super::pair_block_cg::PairBlockCg;
+use super::portion::Portion;
 use super::solver::Solver;
 use super::{Outcome, Problem, Settings, Status};
 
@@ -24,7 +25,7 @@ const COMPLIANCES: [f64; 3] = [1e-5, 1e-7, 1e-9];
 /// A violation that is not under this part of the last one is no longer falling.
 const GAIN: f64 = 0.5;
 
-impl<const D: usize> Solver<D> {
+impl<const D: usize, P: Portion<D>> Solver<D, P> {
     /// Solves a problem in the sense of the least overlap, from the start `gamma` that it replaces. Ends with
     /// [`Status::LeastOverlap`] where no row is violated by more than `allowed`, a length, and the residual is then the
     /// largest violation; else with how the best of its solves ended.
@@ -34,23 +35,11 @@ impl<const D: usize> Solver<D> {
     pub fn relax(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
         gamma.resize(problem.q.len(), 0.0);
         self.task.cpu.rebuild(problem);
-        if !self.task.cpu.is_domain() {
-            return self.relax_here(gamma, allowed);
-        }
-        // Each process does it for all.
-        let mut x = Vec::new();
-        self.task.cpu.import(gamma, &mut x);
-        let mut all = self.task.cpu.gather_numbers(&x);
-        let whole = self.task.cpu.gathered().clone();
-        let domain = std::mem::replace(&mut self.task.cpu, whole);
-        let outcome = self.relax_here(&mut all, allowed);
-        self.task.cpu = domain;
-        self.task.cpu.export(&self.task.cpu.numbers_here(&all), gamma);
-        outcome
+        P::relax(self, gamma, allowed)
     }
 
     /// Relaxes the problem that was taken last.
-    fn relax_here(&mut self, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
+    pub(super) fn relax_here(&mut self, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
         let nothing = Outcome {
             status: Status::NotFinite,
             iterations: 0,

@@ -3,6 +3,7 @@
 use super::cpu::Cpu;
 use super::drive::{Drive, ResidualSample};
 use super::engine::{Engine, Task};
+use super::portion::{Alone, Portion};
 use super::{Outcome, Places, Problem, Settings, SolverKind};
 
 /// A solver of LCPs on the CPU. It keeps its buffers from one problem to the next.
@@ -24,9 +25,9 @@ use super::{Outcome, Places, Problem, Settings, SolverKind};
 /// assert!((gamma[0] - 0.05).abs() < 1e-12);
 /// assert!((velocity(&problem, &gamma)[1][0] - 0.05).abs() < 1e-12);
 /// ```
-pub struct Solver<const D: usize> {
-    pub(super) task: Task<D>,
-    pub(super) engine: Engine<D>,
+pub struct Solver<const D: usize, P: Portion<D> = Alone> {
+    pub(super) task: Task<D, P>,
+    pub(super) engine: Engine<D, P>,
 }
 
 impl<const D: usize> Solver<D> {
@@ -34,6 +35,13 @@ impl<const D: usize> Solver<D> {
     /// pairs, and the interior-point method where those end with [`NoProgress`](super::Status::NoProgress) or
     /// [`MaxIterations`](super::Status::MaxIterations), or their end is not in sight.
     pub fn new(kind: SolverKind, settings: Settings) -> Self {
+        Solver::with_portions(kind, settings)
+    }
+}
+
+impl<const D: usize, P: Portion<D>> Solver<D, P> {
+    /// A solver of a kind, of problems that processes may share.
+    pub(crate) fn with_portions(kind: SolverKind, settings: Settings) -> Self {
         let engine = Engine::new(kind, &settings);
         Solver { task: Task { cpu: Cpu::default(), drive: Drive::default(), settings }, engine }
     }
@@ -46,10 +54,9 @@ impl<const D: usize> Solver<D> {
         self
     }
 
-    /// Sets the order of the bodies of the next problems. Where they are a process's domain, all processes
-    /// solve together, and the problem is the rows of this one.
-    pub(crate) fn place(&mut self, places: Option<Places>) {
-        self.task.cpu.place(places);
+    /// Sets the order of the bodies of the next problems, and what of these is here.
+    pub(crate) fn place(&mut self, places: Places, portion: P) {
+        self.task.cpu.place(places, portion);
     }
 
     /// How many rows the last problem had, with those of other processes.

@@ -4,27 +4,23 @@
 //! All take the same decisions from the same numbers. Each does the work on the bodies of its domain, and numbers of
 //! all are joined in one order, so that the bits are those of one process. Rank 0 leads: it alone reads arguments,
 //! writes files and hears the user, and says what is done next ([`Processes::tell`], [`Processes::hear`]).
-//!
-//! Without the feature `mpi` there is no other process: [`Processes`] has no value.
 
-#[cfg(not(feature = "mpi"))]
-mod absent;
-#[cfg(feature = "mpi")]
 mod group;
-#[cfg(feature = "mpi")]
 mod session;
-#[cfg(feature = "mpi")]
 mod traffic;
 
-#[cfg(not(feature = "mpi"))]
-pub(crate) use absent::Parcel;
-#[cfg(not(feature = "mpi"))]
-pub use absent::Processes;
-#[cfg(feature = "mpi")]
 pub(crate) use group::Parcel;
-#[cfg(feature = "mpi")]
 pub use group::Processes;
-#[cfg(feature = "mpi")]
 pub use session::{NoSession, Session};
-#[cfg(feature = "mpi")]
 pub use traffic::Traffic;
+
+/// What rank 0 says to the others, as the first byte of a message: there is nothing more to do.
+pub(crate) const END: u8 = 0;
+/// To start from a scene and a state.
+pub(crate) const START: u8 = 1;
+/// To take a step.
+pub(crate) const STEP: u8 = 2;
+/// To give the parts of the state.
+pub(crate) const GATHER: u8 = 3;
+/// To start each from a part of a state.
+pub(crate) const START_WITH_A_PART: u8 = 4;

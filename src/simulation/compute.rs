@@ -1,8 +1,8 @@
 //! What computes the steps: the CPU or a device.
 
+use super::Automatic;
 #[cfg(feature = "mpi")]
 use super::Together;
-use super::{Automatic, Given};
 use crate::backend::cpu::Cpu;
 #[cfg(feature = "gpu")]
 use crate::backend::gpu::{self as on_device, Device};
@@ -12,7 +12,7 @@ use crate::gpu::{Choice, Gpu, GpuError, Precision};
 #[cfg(feature = "gpu")]
 use crate::lcp;
 use crate::scene::Scene;
-use crate::step::{Backend, Contact, Fault, State, contacts};
+use crate::step::{Contact, Fault, State, Stepper, contacts};
 use crate::walls::{WallContact, Walls};
 use std::sync::Arc;
 
@@ -48,24 +48,14 @@ impl Compute {
         Compute::Auto(Automatic::new(choice.clone(), precision))
     }
 
-    /// The backend that takes the first step of a scene from a state.
-    /// Where processes share it, `given` is what of all bodies this one does not have in `state`.
-    pub(super) fn backend(
-        &self,
-        scene: &Scene,
-        state: State,
-        #[cfg_attr(not(feature = "mpi"), allow(unused_variables))] given: Option<Given>,
-    ) -> Result<Box<dyn Backend>, Fault> {
+    /// What takes the first step of a scene from a state.
+    pub(super) fn backend(&self, scene: &Scene, state: State) -> Result<Box<dyn Stepper>, Fault> {
         let model = scene.model();
         Ok(match self {
             Compute::Cpu | Compute::Auto(_) if scene.planar => Box::new(Cpu::<PLANAR>::new(&model, state)?),
             Compute::Cpu | Compute::Auto(_) => Box::new(Cpu::<SPATIAL>::new(&model, state)?),
             #[cfg(feature = "mpi")]
-            Compute::Together(together) if scene.planar => {
-                together.share(Cpu::<PLANAR>::new(&model, state)?, scene, given)
-            }
-            #[cfg(feature = "mpi")]
-            Compute::Together(together) => together.share(Cpu::<SPATIAL>::new(&model, state)?, scene, given),
+            Compute::Together(together) => together.backend(scene, state, None)?,
             #[cfg(not(feature = "gpu"))]
             Compute::Gpu { gpu, .. } => match **gpu {},
             #[cfg(feature = "gpu")]

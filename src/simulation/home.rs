@@ -30,6 +30,19 @@ impl Home {
         }
     }
 
+    /// Its middle and its radius.
+    #[cfg(feature = "mpi")]
+    pub fn numbers(self) -> [f64; 4] {
+        let [x, y, z] = self.middle.to_array();
+        [x, y, z, self.radius]
+    }
+
+    /// The ball of these numbers.
+    #[cfg(feature = "mpi")]
+    pub fn of_numbers([x, y, z, radius]: [f64; 4]) -> Home {
+        Home { middle: DVec3::new(x, y, z), radius }
+    }
+
     /// The first body that has run away, as the fault of the step that it was taken in.
     pub fn left_by(&self, bodies: &Bodies, step: u64) -> Option<Fault> {
         let left =

@@ -3,7 +3,7 @@
 use crate::bodies::Lineage;
 use crate::removal::{Cause, Ended, Removals};
 use crate::scene::Scene;
-use crate::step::{Backend, Divided, Fault, JOINED, StepReport, Time};
+use crate::step::{Divided, Fault, JOINED, Keeper, StepReport, Time};
 
 /// The rules of a scene's removal, and who was there after the last step.
 pub(super) struct Leaving {
@@ -16,11 +16,11 @@ pub(super) struct Leaving {
 }
 
 impl Leaving {
-    /// That of a scene that a backend is about to step, of which so many bodies were removed; none where it has no
+    /// That of a scene whose steps are about to begin, of which so many bodies were removed; none where it has no
     /// rules.
-    pub fn of(scene: &Scene, backend: &dyn Backend, removed: u64) -> Result<Option<Leaving>, Fault> {
+    pub fn of(scene: &Scene, keeper: &dyn Keeper, removed: u64) -> Result<Option<Leaving>, Fault> {
         let Some(rules) = scene.removals() else { return Ok(None) };
-        let before = backend.identities()?.0.to_vec();
+        let before = keeper.lives()?.lineage.to_vec();
         Ok(Some(Leaving { rules, before, ended: Vec::new(), removed }))
     }
 
@@ -35,14 +35,15 @@ impl Leaving {
     }
 
     /// Removes bodies after a step, and tells whose lives it ended.
-    pub fn follow(&mut self, backend: &mut dyn Backend, time: &Time, report: &mut StepReport) -> Result<(), Fault> {
+    pub fn follow(&mut self, keeper: &mut dyn Keeper, time: &Time, report: &mut StepReport) -> Result<(), Fault> {
         let (step, dt) = (report.step, time.span(report.step) * time.dt);
-        let mut ended: Vec<[u64; JOINED]> = backend.divided(&self.before)?.iter().map(of_mother).collect();
-        let (lineage, group) = backend.identities()?;
-        let places = self.rules.asks_places().then(|| backend.here()).transpose()?;
+        let mut ended: Vec<[u64; JOINED]> = keeper.divided(&self.before)?.iter().map(of_mother).collect();
+        let lives = keeper.lives()?;
+        let (lineage, group) = (lives.lineage, lives.group);
+        let places = self.rules.asks_places().then(|| keeper.local_bodies()).transpose()?;
         let chosen = self.rules.choose((lineage, group), places, (step, dt));
         for (i, rule) in chosen.iter().enumerate() {
-            let number = rule.and_then(|_| backend.number(i));
+            let number = rule.and_then(|_| lives.number(i));
             if let (Some(rule), Some(number)) = (*rule, number) {
                 ended.push(of_removed(number, rule, &lineage[i], group[i]));
             }
@@ -50,16 +51,16 @@ impl Leaving {
         self.before.clear();
         let stay = lineage.iter().zip(&chosen).filter(|(_, rule)| rule.is_none());
         self.before.extend(stay.map(|(line, _)| *line));
-        let ended = backend.join(ended);
+        let ended = keeper.all_gather(ended);
         self.ended = ended.iter().map(|words| self.ended_by(words, step, report.time)).collect();
         let mut counts = vec![0_u64; self.rules.len()];
         self.ended.iter().filter_map(|ended| ended.rule).for_each(|rule| counts[rule] += 1);
         report.removed = counts.iter().sum::<u64>() as usize;
         if report.removed > 0 {
             let keep: Vec<bool> = chosen.iter().map(Option::is_none).collect();
-            backend.remove(&keep, &counts)?;
+            keeper.remove(&keep, &counts)?;
             self.removed += report.removed as u64;
-            report.bodies = backend.bodies();
+            report.bodies = keeper.bodies();
         }
         Ok(())
     }

@@ -12,10 +12,8 @@ pub use automatic::{Automatic, Leg, Machine, Reason};
 pub use builder::SimulationBuilder;
 pub use compute::Compute;
 #[cfg(feature = "mpi")]
-pub use together::{Pack, Said, Together};
+pub use together::{OfAll, Pack, Said, Together};
 
-#[cfg(feature = "mpi")]
-use crate::backend::cpu::Given;
 use crate::bodies::Bodies;
 use crate::dynamics::ForceField;
 use crate::error::Error;
@@ -23,7 +21,7 @@ use crate::gpu::{Gpu, Precision};
 use crate::removal::Ended;
 use crate::scene::{Scene, StopReason};
 use crate::separation::supports;
-use crate::step::{Backend, Contact, Fault, Keep, Plan, SavedLcp, State, StepReport, contacts, max_overlap_but, step};
+use crate::step::{Contact, Fault, Keep, Plan, SavedLcp, State, StepReport, Stepper, contacts, max_overlap_but};
 use crate::walls::{WallContact, Walls};
 use automatic::Auto;
 use home::Home;
@@ -35,20 +33,23 @@ use std::mem::discriminant;
 /// 1,024 cells from outside takes an eighth of their step.
 const LEAST_BODIES_IN_POOL: usize = 256;
 
-/// What a simulation begins with.
+/// What a simulation knows of all bodies at its beginning.
+#[derive(Clone, Copy)]
 struct Beginning {
-    state: State,
-    /// Of all bodies.
     cutoff: f64,
     /// Whether bodies that overlap are parted before the first step.
     parts_first: bool,
-    /// What this process has of all bodies, where it does not have them all.
-    given: Option<Given>,
+    /// How many bodies were removed before.
+    removed: u64,
+    home: Home,
 }
 
-/// Without other processes a process has all bodies.
-#[cfg(not(feature = "mpi"))]
-enum Given {}
+impl Beginning {
+    /// In this state.
+    fn of(state: &State, cutoff: f64, parts_first: bool) -> Self {
+        Beginning { cutoff, parts_first, removed: state.removed.iter().sum(), home: Home::of(&state.bodies) }
+    }
+}
 
 /// A scene's bodies and the backend that steps them.
 ///
@@ -67,9 +68,9 @@ enum Given {}
 pub struct Simulation {
     scene: Scene,
     plan: Plan,
-    backend: Box<dyn Backend>,
+    backend: Box<dyn Stepper>,
     /// What the state was handed over from, and may be handed back to.
-    idle: Option<Box<dyn Backend>>,
+    idle: Option<Box<dyn Stepper>>,
     /// What chooses between the two; none where one was asked for.
     auto: Option<Box<Auto>>,
     legs: Vec<Leg>,
@@ -80,9 +81,6 @@ pub struct Simulation {
     home: Home,
     /// The solver's, in f32 and in f64.
     tolerances: [f64; 2],
-    /// The processes that take it together.
-    #[cfg(feature = "mpi")]
-    together: Option<Together>,
 }
 
 impl Simulation {
@@ -127,22 +125,20 @@ impl Simulation {
         let parts_first = inertia && plan.promises() && state.step == 0 && {
             max_overlap_but(&model.fixed, &state.bodies, &model.walls) > scene.contact.overlap_tolerance
         };
-        let beginning = Beginning { state, cutoff, parts_first, given: None };
+        let beginning = Beginning::of(&state, cutoff, parts_first);
         #[cfg(feature = "mpi")]
-        let beginning = match compute {
-            Compute::Together(together) => together.start(&scene, beginning)?,
-            _ => beginning,
-        };
-        Simulation::begin(compute, scene, beginning)
+        if let Compute::Together(together) = compute {
+            return together.start(scene, state, beginning);
+        }
+        let backend = compute.backend(&scene, state)?;
+        Simulation::begin(compute, scene, beginning, backend)
     }
 
-    /// Steps `scene` from what it begins with.
-    fn begin(compute: &Compute, scene: Scene, beginning: Beginning) -> Result<Self, Fault> {
-        let Beginning { state, cutoff, parts_first, given } = beginning;
+    /// Steps `scene` by a backend that has the state it begins with.
+    fn begin(compute: &Compute, scene: Scene, beginning: Beginning, backend: Box<dyn Stepper>) -> Result<Self, Fault> {
+        let Beginning { cutoff, parts_first, removed, home } = beginning;
         let mut plan = Plan::new(&scene.model(), cutoff);
         plan.parts_first = parts_first;
-        let removed = state.removed.iter().sum();
-        let home = Home::of(&state.bodies);
         let tolerances = [Precision::F32, Precision::F64].map(|precision| scene.solver_tolerance(precision));
         let (auto, first) = match compute {
             // What a device cannot do is not tried.
@@ -158,7 +154,7 @@ impl Simulation {
             #[cfg(feature = "mpi")]
             Compute::Together(_) => (None, Leg::first(Machine::Cpu, Reason::AskedFor)),
         };
-        let (backend, keep) = (compute.backend(&scene, state, given)?, Keep::new(scene.solver.dump));
+        let keep = Keep::new(scene.solver.dump);
         let mut simulation = Simulation {
             scene,
             plan,
@@ -171,11 +167,6 @@ impl Simulation {
             leaving: None,
             home,
             tolerances,
-            #[cfg(feature = "mpi")]
-            together: match compute {
-                Compute::Together(together) => Some(*together),
-                _ => None,
-            },
         };
         simulation.leaving = Leaving::of(&simulation.scene, simulation.backend.as_ref(), removed)?;
         simulation.record(first);
@@ -190,7 +181,7 @@ impl Simulation {
             return Ok(());
         }
         let Some(stop) = self.scene.stop() else { return Ok(()) };
-        let radius = || self.backend.placed().map(Bodies::radius);
+        let radius = || self.backend.all_bodies().map(Bodies::radius);
         self.stopped_by = stop.reached(self.bodies(), self.time(), self.scene.time.dt, radius)?;
         Ok(())
     }
@@ -205,10 +196,6 @@ impl Simulation {
     /// # Errors
     /// [`Fault::Device`] where the device does not answer.
     pub fn state(&self) -> Result<&State, Fault> {
-        #[cfg(feature = "mpi")]
-        if let Some(together) = self.together.filter(|_| self.backend.is_partial()) {
-            together.gather();
-        }
         self.backend.state()
     }
 
@@ -306,10 +293,6 @@ impl Simulation {
     /// # Errors
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
-        #[cfg(feature = "mpi")]
-        if let Some(together) = self.together {
-            return together.step(|| self.take_step());
-        }
         let Some(mut auto) = self.auto.take() else { return self.take_step() };
         let stepped = auto.step(self);
         self.auto = Some(auto);
@@ -324,8 +307,8 @@ impl Simulation {
         let in_pool = self.bodies() >= LEAST_BODIES_IN_POOL;
         let Simulation { backend, plan, keep, .. } = self;
         let mut report = match in_pool {
-            true => rayon::scope(|_| step(backend.as_mut(), plan, keep))?,
-            false => step(backend.as_mut(), plan, keep)?,
+            true => rayon::scope(|_| backend.step(plan, keep))?,
+            false => backend.step(plan, keep)?,
         };
         self.plan.parts_first = false;
         report.time = self.scene.time.after(report.step);
@@ -338,10 +321,8 @@ impl Simulation {
 
     /// Whether a body has run away in the steps so far. A device and processes that share a run do not look.
     fn look_for_runaway(&self) -> Result<(), Fault> {
-        if self.device().is_some() || self.backend.is_partial() {
-            return Ok(());
-        }
-        self.home.left_by(self.backend.placed()?, self.steps()).map_or(Ok(()), Err)
+        let left = self.backend.known_bodies().and_then(|bodies| self.home.left_by(bodies, self.steps()));
+        left.map_or(Ok(()), Err)
     }
 
     /// The LCPs that the scene's `solver.dump` asks for, of the steps taken since the last call: those of a step that

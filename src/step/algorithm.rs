@@ -9,7 +9,7 @@ use super::two_sided::{Caught, GAP, MOST_TILTS, Sides};
 use super::{ContactSettings, Fault, Keep, Model, OnFailure, Rows, StepReport, Stepping, retry};
 use crate::dynamics::{Cells, OnNoRoom};
 use crate::lcp::{Outcome, Status};
-use crate::step::{Backend, Guard, Overlap};
+use crate::step::{Guard, Overlap, Verbs};
 
 /// Recursions of a midpoint step that may move the offsets of its rows, before it appends rows as the paper does. Two
 /// ellipsoids at an overlap tolerance of 1e-9 fall to first order with one, and keep the second with two (at 1e-5 one
@@ -18,7 +18,7 @@ use crate::step::{Backend, Guard, Overlap};
 const MOST_CORRECTIONS: u32 = 3;
 
 /// The part of the overlap tolerance by which rows without a common solution may be violated, and over which the
-/// residual of a solve that ended without success is worth another by [`Backend::relax`]: what is left of the tolerance
+/// residual of a solve that ended without success is worth another by [`Verbs::relax`]: what is left of the tolerance
 /// is for the curvature of the motion.
 const GIVEN_WAY: f64 = 0.5;
 
@@ -91,7 +91,7 @@ impl Plan {
 }
 
 /// Takes one step and says what it did. A fault leaves the last accepted state. LCPs that `keep` wants are kept there.
-pub fn step(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -> Result<StepReport, Fault> {
+pub fn step(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep) -> Result<StepReport, Fault> {
     let first = if plan.parts_first || plan.span < 1.0 { None } else { Some(attempt(backend, plan, keep)) };
     let (mut report, overlap) = match first {
         Some(Ok(mut tried)) if !plan.promises() || tried.holds(plan) => {
@@ -146,16 +146,7 @@ fn badness(overlap: &Overlap, residual: f64) -> f64 {
 }
 
 /// Makes one attempt at what the backend begins next; nothing is accepted.
-pub(super) fn attempt(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -> Result<Attempt, Fault> {
-    loop {
-        let tried = attempt_once(backend, plan, keep);
-        if tried.is_ok() || !backend.begins_anew() {
-            return tried;
-        }
-    }
-}
-
-fn attempt_once(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -> Result<Attempt, Fault> {
+pub(super) fn attempt(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep) -> Result<Attempt, Fault> {
     let (report, least_bad) = (StepReport { pieces: 1, ..StepReport::default() }, None);
     let mut tried = Attempt { report, overlap: Overlap::default(), broken: None, left: false, least_bad };
     match plan.stepping {
@@ -171,7 +162,7 @@ fn attempt_once(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep) -> Resu
 }
 
 /// The paper's step.
-fn euler(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut Attempt) -> Result<(), Fault> {
+fn euler(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep, tried: &mut Attempt) -> Result<(), Fault> {
     let contact = &plan.contact;
     backend.begin()?; // growth, forces, effective mobility, free velocity at C^k
     backend.append_near()?; // A_0: one row a near pair
@@ -216,7 +207,7 @@ fn euler(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut At
 /// A trial that still overlaps first moves the offsets of rows that keep their direction: always inwards, so no
 /// retained row is lost, and the order with it. Rows appended at a trial, along its own normals, end the recursion
 /// where that does not.
-fn midpoint(backend: &mut dyn Backend, plan: &Plan, keep: &mut Keep, tried: &mut Attempt) -> Result<(), Fault> {
+fn midpoint(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep, tried: &mut Attempt) -> Result<(), Fault> {
     let contact = &plan.contact;
     backend.begin()?; // as a step of dt/2
     backend.append_near()?;
@@ -273,7 +264,7 @@ impl Attempt {
     /// promises something.
     fn solve(
         &mut self,
-        backend: &mut dyn Backend,
+        backend: &mut dyn Verbs,
         plan: &Plan,
         keep: &mut Keep,
         residual: f64,
@@ -292,7 +283,7 @@ impl Attempt {
     /// Solves the present LCP; where its rows contradict each other, tilted ones.
     fn solve_tilted(
         &mut self,
-        backend: &mut dyn Backend,
+        backend: &mut dyn Verbs,
         plan: &Plan,
         keep: &mut Keep,
         residual: f64,
@@ -329,7 +320,7 @@ impl Attempt {
     }
 
     /// Takes note of a trial.
-    pub(super) fn see(&mut self, backend: &dyn Backend, plan: &Plan, overlap: Overlap) -> Result<(), Fault> {
+    pub(super) fn see(&mut self, backend: &dyn Verbs, plan: &Plan, overlap: Overlap) -> Result<(), Fault> {
         self.overlap = overlap;
         if plan.keeps_least_bad && plan.promises() {
             let now = self.badness();

@@ -1,10 +1,11 @@
-//! The verbs of a timestep. A backend holds the state and carries them out; `step::step` says in which order.
+//! What computes a simulation answers three questions, a trait each: how a stage of a step is carried out ([`Verbs`]),
+//! what the state is between two steps ([`Keeper`]), and how a step is taken ([`Stepper`]).
 
-use super::{Crowd, Fault, Passed, Phases, Piece, State, TwoSided};
+use super::{Crowd, Effect, Fault, Keep, Passed, Phases, Piece, Plan, State, StepReport, TwoSided, Wedge};
 use crate::bodies::{Bodies, Lineage};
-use crate::dynamics::Waiting;
+use crate::dynamics::{ForceField, Waiting};
+use crate::gpu::{Gpu, Precision};
 use crate::lcp::{Outcome, Stored};
-use crate::step::{Effect, Wedge};
 
 /// Overlaps of a trial configuration, over all pairs of bodies and all bodies with walls, including pairs that were not
 /// near at the step's start.
@@ -55,8 +56,68 @@ impl Divided {
     }
 }
 
-/// The verbs of a timestep, in the order in which a step uses them.
-pub trait Backend: Send {
+/// Lines and groups of the bodies that a process has.
+pub struct Lives<'a> {
+    /// Their lines.
+    pub lineage: &'a [Lineage],
+    /// Their groups.
+    pub group: &'a [u32],
+    /// Their numbers among all, none of a copy of another process's body; without it, these are all bodies.
+    numbers: Option<Vec<Option<usize>>>,
+}
+
+impl<'a> Lives<'a> {
+    /// Of all bodies.
+    pub fn of_all(lineage: &'a [Lineage], group: &'a [u32]) -> Self {
+        Lives { lineage, group, numbers: None }
+    }
+
+    /// Of bodies that have these numbers among all, none of a copy.
+    #[cfg(feature = "mpi")]
+    pub fn of_some(lineage: &'a [Lineage], group: &'a [u32], numbers: Vec<Option<usize>>) -> Self {
+        Lives { lineage, group, numbers: Some(numbers) }
+    }
+
+    /// The number among all of a body here; none of a copy.
+    pub fn number(&self, i: usize) -> Option<usize> {
+        self.numbers.as_ref().map_or(Some(i), |numbers| numbers[i])
+    }
+}
+
+/// Has the state after the last accepted step.
+pub trait Keeper: Send {
+    /// Steps accepted so far, those before a resumption too.
+    fn steps(&self) -> u64;
+    /// Bodies after the last accepted step.
+    fn bodies(&self) -> usize;
+    /// The state after the last accepted step; from a device it is read at the first call after a step. Processes that
+    /// share it must ask together, and the one that leads has it.
+    fn state(&self) -> Result<&State, Fault>;
+    /// Goes on from a state of the same scene that another has left, or this one before.
+    fn restore(&mut self, state: &State) -> Result<(), Fault>;
+    /// Adds an external force.
+    fn add_force(&mut self, force: Box<dyn ForceField>);
+    /// Gives away the forces that were added.
+    fn take_forces(&mut self) -> Vec<Box<dyn ForceField>>;
+    /// All bodies. Processes that share them must ask together.
+    fn all_bodies(&self) -> Result<&Bodies, Fault>;
+    /// All bodies, where they need not be asked for.
+    fn known_bodies(&self) -> Option<&Bodies>;
+    /// The bodies here: all, or where processes share them those of this one and copies of some others.
+    fn local_bodies(&self) -> Result<&Bodies, Fault>;
+    /// The lives of the bodies [here](Keeper::local_bodies), in their order.
+    fn lives(&self) -> Result<Lives<'_>, Fault>;
+    /// The mothers here that divided in the last step; `before` are the lines of all bodies before it, where they were
+    /// here.
+    fn divided(&mut self, before: &[Lineage]) -> Result<Vec<Divided>, Fault>;
+    /// The lives that ended of all processes, in order, from those that ended here.
+    fn all_gather(&self, own: Vec<[u64; JOINED]>) -> Vec<[u64; JOINED]>;
+    /// Removes those bodies [here](Keeper::local_bodies) that are not to be kept, as [`State::remove`] does.
+    fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault>;
+}
+
+/// The verbs of an attempt at a step, in the order in which [`step`](super::step) uses them.
+pub trait Verbs: Keeper {
     /// Growth and division, then forces, effective mobilities and free velocities at `C^k`: those of the whole step, or
     /// where it has a middle those of its first half.
     fn begin(&mut self) -> Result<(), Fault>;
@@ -68,121 +129,63 @@ pub trait Backend: Send {
     fn append_near(&mut self) -> Result<(), Fault>;
     /// Solves the LCP of all rows to a residual, from the present multipliers, for the total velocity `U`.
     fn solve(&mut self, tolerance: f64) -> Result<Outcome, Fault>;
-    /// Solves the LCP of all rows in the sense of the least overlap, where [`Backend::solve`] failed: rows that
+    /// Solves the LCP of all rows in the sense of the least overlap, where [`Verbs::solve`] failed: rows that
     /// contradict each other are violated as little as can be, by forces with a bound. A row is violated by up to
-    /// `allowed` where that keeps forces small. None where the backend cannot: [`Backend::take_again`] then has one
+    /// `allowed` where that keeps forces small. None where the backend cannot: [`Verbs::take_again`] then has one
     /// that can.
-    fn relax(&mut self, _allowed: f64) -> Result<Option<Outcome>, Fault> {
-        Ok(None)
-    }
+    fn relax(&mut self, allowed: f64) -> Result<Option<Outcome>, Fault>;
     /// Moves to the trial `C(U)` and measures all overlaps there; those of more than `violating` are violations.
     fn trial(&mut self, violating: f64) -> Result<Overlap, Fault>;
     /// Makes one row for every violation of the trial, with multiplier zero.
     fn append_violations(&mut self) -> Result<(), Fault>;
     /// For every violation of the trial: moves the offset of its first row so that it is exact there, where
-    /// that row has the overlap's direction; else makes one more row, as [`Backend::append_violations`].
+    /// that row has the overlap's direction; else makes one more row, as [`Verbs::append_violations`].
     fn tighten_violations(&mut self) -> Result<(), Fault>;
     /// What contact does on the way to the trial. Contacts that push may end the part `gap` of their thinner body's
     /// thickness apart.
     fn effect(&mut self, gap: f64) -> Result<Effect, Fault>;
     /// What makes rows anew; none of a backend that cannot.
-    fn two_sided(&mut self) -> Option<&mut dyn TwoSided> {
-        None
-    }
+    fn two_sided(&mut self) -> Option<&mut dyn TwoSided>;
     /// Whether a contact that pushes is farther apart at the trial than the part `gap` of its thinner body's thickness.
     /// Asked only of a backend that cannot make rows anew: it leaves such a step to one that can.
-    fn throws(&mut self, _gap: f64) -> Result<bool, Fault> {
-        Ok(false)
-    }
+    fn throws(&mut self, gap: f64) -> Result<bool, Fault>;
     /// The pairs that pass each other between the step's start and the trial.
     fn passed(&mut self) -> Result<Option<Passed>, Fault>;
     /// Makes the trial the state and returns the wall time by phase since the last acceptance.
     fn accept(&mut self) -> Result<Phases, Fault>;
     /// Calls `take` to repeat a failed step from the last accepted state. The CPU passes itself; a device passes a CPU
     /// backend and loads the state that `take` leaves. A fault of `take` leaves the last accepted state.
-    fn take_again(&mut self, take: &mut dyn FnMut(&mut dyn RetryBackend) -> Result<(), Fault>) -> Result<(), Fault>;
+    fn take_again(&mut self, take: &mut Take<'_>) -> Result<(), Fault>;
     /// The present multipliers, a row each.
     fn multipliers(&self) -> Result<Vec<f64>, Fault>;
     /// The present LCP with its multipliers and the `start` that they came from, rows in the order of
-    /// [`Backend::multipliers`].
+    /// [`Verbs::multipliers`].
     fn stored_lcp(&self, start: Vec<f64>) -> Result<Stored, Fault>;
-    /// How many rows there are.
+    /// How many rows there are, of all processes.
     fn constraints(&self) -> usize;
-    /// Steps accepted so far, those before a resumption too.
-    fn steps(&self) -> u64;
-    /// Bodies after the last accepted step.
-    fn bodies(&self) -> usize;
-    /// The state after the last accepted step; from a device it is read at the first call after a step.
-    fn state(&self) -> Result<&State, Fault>;
-    /// Adds an external force.
-    fn add_force(&mut self, force: Box<dyn crate::dynamics::ForceField>);
-    /// Gives away the forces that were added.
-    fn take_forces(&mut self) -> Vec<Box<dyn crate::dynamics::ForceField>>;
-    /// Goes on from a state of the same scene that another backend left.
-    fn go_on_from(&mut self, state: State) -> Result<(), Fault>;
-    /// Whether to retry the attempt that failed, with a larger halo.
-    fn begins_anew(&self) -> bool {
-        false
-    }
-    /// Whether other processes have a part of the present attempt, so that nothing of it is of use where the step is
-    /// taken again.
-    fn is_shared_out(&self) -> bool {
-        false
-    }
-    /// Whether other processes must be asked for the state, all of them together.
-    fn is_partial(&self) -> bool {
-        false
-    }
-    /// The bodies after the last accepted step, which need nobody else.
-    fn placed(&self) -> Result<&Bodies, Fault> {
-        Ok(&self.state()?.bodies)
-    }
-    /// The bodies after the last accepted step that this process has: all, or where processes share them its own and
-    /// copies of some others.
-    fn here(&self) -> Result<&Bodies, Fault> {
-        self.placed()
-    }
-    /// Lines and groups of the bodies that are [here](Backend::here).
-    fn identities(&self) -> Result<(&[Lineage], &[u32]), Fault> {
-        let bodies = self.here()?;
-        Ok((&bodies.lineage, &bodies.group))
-    }
-    /// The number among all of a body that is [here](Backend::here); none of a copy.
-    fn number(&self, i: usize) -> Option<usize> {
-        Some(i)
-    }
-    /// What all processes have, in order, where they share the bodies.
-    fn join(&self, own: Vec<[u64; JOINED]>) -> Vec<[u64; JOINED]> {
-        own
-    }
-    /// The mothers that divided in the last step, of this process's bodies; `before` are the lines of all bodies before
-    /// it, where this process had them.
-    fn divided(&mut self, before: &[Lineage]) -> Result<Vec<Divided>, Fault> {
-        let (lineage, group) = self.identities()?;
-        Ok(Divided::between(before, lineage, group))
-    }
-    /// Removes from the state after the last accepted step those bodies that are [here](Backend::here) and are not to
-    /// be kept, as [`State::remove`] does.
-    fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault>;
-    /// The device that computes, where one does.
-    fn device(&self) -> Option<&crate::gpu::Gpu> {
-        None
-    }
-    /// The numbers that it computes with.
-    fn precision(&self) -> crate::gpu::Precision {
-        crate::gpu::Precision::F64
-    }
 }
 
-/// What a backend can do beside that to take a step that failed again, in pieces.
-pub trait RetryBackend: Backend {
-    /// Says what the next [`Backend::begin`] begins: without it, the whole step with no cell waiting.
+/// Who made the attempt that failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failed {
+    /// The backend that takes the step again.
+    Itself,
+    /// Processes together: nothing of it is of use to one that takes the step alone.
+    Together,
+    /// A device, in whose place the CPU takes the step.
+    OnDevice,
+}
+
+/// What takes a failed step again.
+pub type Take<'a> = dyn FnMut(&mut dyn RetryBackend, Failed) -> Result<(), Fault> + 'a;
+
+/// What the CPU can do beside the verbs to take a step that failed again, in pieces.
+pub trait RetryBackend: Verbs {
+    /// Says what the next [`Verbs::begin`] begins: without it, the whole step with no cell waiting.
     fn prepare(&mut self, piece: Piece, waiting: &Waiting);
     /// Says whether bodies are parted from now on: nothing drives them, they have drag and no inertia, and an accepted
     /// trial takes no time and leaves velocities as they are.
     fn part(&mut self, parting: bool);
-    /// Goes back to an accepted state.
-    fn restore(&mut self, state: &State);
     /// Takes these multipliers; rows beyond them have none.
     fn set_multipliers(&mut self, gamma: &[f64]);
     /// Solves the LCP of all rows, which give way by the part `compliance` of what their own multipliers move them by.
@@ -196,6 +199,15 @@ pub trait RetryBackend: Backend {
     fn has_births(&self) -> bool;
     /// The deepest overlap at the start of the present piece.
     fn start_overlap(&self) -> f64;
-    /// This, as a backend.
-    fn backend(&mut self) -> &mut dyn Backend;
+}
+
+/// Takes steps: what a simulation knows of what computes it.
+pub trait Stepper: Keeper {
+    /// Takes one step and says what it did. A fault leaves the last accepted state. LCPs that `keep` wants are kept
+    /// there.
+    fn step(&mut self, plan: &Plan, keep: &mut Keep) -> Result<StepReport, Fault>;
+    /// The device that computes, where one does.
+    fn device(&self) -> Option<&Gpu>;
+    /// The numbers that it computes with.
+    fn precision(&self) -> Precision;
 }

@@ -2,7 +2,7 @@
 
 use super::{Dump, Fault};
 use crate::lcp::{Outcome, Status, Stored};
-use crate::step::Backend;
+use crate::step::Verbs;
 
 /// An LCP of a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,11 +37,11 @@ impl Keep {
     }
 
     /// Solves the present LCP of a step to a residual.
-    pub(super) fn solve(&mut self, backend: &mut dyn Backend, tolerance: f64) -> Result<Outcome, Fault> {
+    pub(super) fn solve(&mut self, backend: &mut dyn Verbs, tolerance: f64) -> Result<Outcome, Fault> {
         let step = backend.steps() + 1;
         let recursion = if self.solves.0 == step { self.solves.1 } else { 0 };
         self.solves = (step, recursion + 1);
-        let solve = |backend: &mut dyn Backend| {
+        let solve = |backend: &mut dyn Verbs| {
             let outcome = backend.solve(tolerance)?;
             let (rows, Outcome { status, iterations, products, residual, .. }) = (backend.constraints(), outcome);
             log::trace!(

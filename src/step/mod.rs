@@ -18,7 +18,7 @@ mod two_sided;
 mod unresolved;
 
 pub(crate) use algorithm::{Plan, step};
-pub(crate) use backend::{Backend, Divided, JOINED, Overlap, RetryBackend};
+pub(crate) use backend::{Divided, Failed, JOINED, Keeper, Lives, Overlap, RetryBackend, Stepper, Take, Verbs};
 pub(crate) use contacts::max_overlap_but;
 #[cfg(feature = "gpu")]
 pub(crate) use contacts::{Candidate, candidates};
@@ -32,7 +32,11 @@ pub(crate) use model::Model;
 #[cfg(feature = "gpu")]
 pub(crate) use passing::DEEPER;
 pub use passing::Passed;
-pub(crate) use passing::{farthest_and_thinnest, may_pass, passed};
+#[cfg(feature = "mpi")]
+pub(crate) use passing::farthest_and_thinnest;
+#[cfg(any(feature = "gpu", feature = "mpi"))]
+pub(crate) use passing::may_pass;
+pub(crate) use passing::passed;
 pub(crate) use piece::{Crowd, Piece};
 #[cfg(feature = "python")]
 pub(crate) use report::step_figures;

@@ -93,6 +93,7 @@ fn extremes(ways: &[Way]) -> [f64; 2] {
 }
 
 /// What a point of a surface of these bodies moves by at most, and the thickness of the thinnest, as in [`passed`].
+#[cfg(feature = "mpi")]
 pub(crate) fn farthest_and_thinnest(start: &Bodies, twist: &[Twist], course: (f64, Option<CellShear>)) -> [f64; 2] {
     extremes(&ways(start, twist, course).collect::<Vec<_>>())
 }

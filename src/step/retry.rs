@@ -12,7 +12,7 @@ use super::algorithm::{Attempt, Plan, attempt};
 use super::{Crowd, Fault, Keep, Phases, Piece, State, StepReport, Stepping, Unresolved};
 use crate::dynamics::{OnNoRoom, Waiting};
 use crate::lcp::Status;
-use crate::step::{Backend, Overlap, RetryBackend};
+use crate::step::{Failed, Overlap, RetryBackend, Verbs};
 
 /// By how much rows give way where a step without a solution is accepted. The first moves bodies by a tenth less than
 /// it takes to part a pair, the last one by what it takes to a millionth.
@@ -42,28 +42,33 @@ const LEFT_FOR_ROUNDING: f64 = 0.99;
 /// Takes the step that failed as `failed` says again, and accepts it; or takes one whose bodies are first parted, or
 /// that is shorter than the others.
 pub(super) fn take_again(
-    backend: &mut dyn Backend,
+    backend: &mut dyn Verbs,
     plan: &Plan,
     keep: &mut Keep,
     mut failed: Option<Result<Attempt, Fault>>,
 ) -> Result<(StepReport, Overlap), Fault> {
     let mut plan = *plan;
-    let by_cpu = backend.device().is_some();
-    // Where a device or processes made the attempt, the CPU or each process makes it alone first, as it would its own.
-    let anew = failed.is_some() && (by_cpu || backend.is_shared_out());
-    let mut report = StepReport::default();
-    if by_cpu {
-        plan.contact.overlap_tolerance *= LEFT_FOR_ROUNDING;
-        // What the device came to says nothing of what the CPU would.
-        if let Some(Ok(tried)) = failed.take() {
-            report.add_cost(&tried.report);
-            report.first_violation = tried.report.first_violation;
+    let (mut report, mut overlap, mut by_cpu) = (StepReport::default(), Overlap::default(), false);
+    backend.take_again(&mut |again, by| {
+        by_cpu = by == Failed::OnDevice;
+        if by_cpu {
+            plan.contact.overlap_tolerance *= LEFT_FOR_ROUNDING;
         }
-    }
-    let mut overlap = Overlap::default();
-    backend.take_again(&mut |again| {
-        let before = again.backend().state()?.clone();
-        let first = if anew { Some(attempt(again.backend(), &plan, keep)) } else { failed.take() };
+        // Where a device or processes made the attempt, the CPU or each process makes it alone first, as it would its
+        // own.
+        let anew = failed.is_some() && by != Failed::Itself;
+        let before = again.state()?.clone();
+        let first = match failed.take() {
+            Some(tried) if anew => {
+                // What the device came to says nothing of what the CPU would.
+                if let (true, Ok(tried)) = (by_cpu, &tried) {
+                    report.add_cost(&tried.report);
+                    report.first_violation = tried.report.first_violation;
+                }
+                Some(attempt(again, &plan, keep))
+            }
+            tried => tried,
+        };
         // An attempt that holds says it too: the one before may have ended before its first trial.
         if let (true, Some(Ok(tried))) = (anew, &first) {
             report.first_violation = tried.report.first_violation;
@@ -71,7 +76,7 @@ pub(super) fn take_again(
         let mut taken = Taking { plan: &plan, keep, report: &mut report, waiting: Waiting::None };
         let result = taken.step(again, first, &before);
         if result.is_err() {
-            again.restore(&before);
+            again.restore(&before)?;
         }
         overlap = result?;
         Ok(())
@@ -86,9 +91,9 @@ fn go_to_least_bad(again: &mut dyn RetryBackend, plan: &Plan, tried: &mut Attemp
         && badness < tried.badness()
     {
         again.set_multipliers(&gamma);
-        tried.overlap = again.backend().trial(plan.contact.overlap_tolerance)?;
+        tried.overlap = again.trial(plan.contact.overlap_tolerance)?;
         tried.report.velocity_residual = badness;
-        tried.report.passed = again.backend().passed()?;
+        tried.report.passed = again.passed()?;
     }
     Ok(())
 }
@@ -114,7 +119,7 @@ impl Taking<'_> {
         }
         match self.piece(again, Piece::whole(self.plan.span), first) {
             Err(Fault::Unresolved(_)) if self.plan.accepts_the_least_bad() => {
-                again.restore(before);
+                again.restore(before)?;
                 self.waiting = Waiting::None;
                 *self.report = StepReport { failed_attempts: self.report.failed_attempts, ..self.cost() };
                 self.spread(again)
@@ -174,16 +179,16 @@ impl Taking<'_> {
     /// left, or none where they cannot be, and then they are where they were. Each round starts from the least bad
     /// trial of the last one, with rows made there.
     fn parted(&mut self, again: &mut dyn RetryBackend, at: f64) -> Result<Option<Overlap>, Fault> {
-        let before = again.backend().state()?.clone();
+        let before = again.state()?.clone();
         let plan = Plan { stepping: Stepping::Euler, keeps_least_bad: true, ..*self.plan };
         again.part(true);
         let mut left = None;
         for _ in 0..MOST_ROUNDS_OF_PARTING {
             again.prepare(Piece { start: at, ..Piece::WHOLE }, &Waiting::All);
-            let Ok(mut tried) = attempt(again.backend(), &plan, self.keep) else { break };
+            let Ok(mut tried) = attempt(again, &plan, self.keep) else { break };
             self.report.add_cost(&tried.report);
             go_to_least_bad(again, &plan, &mut tried)?;
-            self.report.phases += again.backend().accept()?;
+            self.report.phases += again.accept()?;
             if tried.overlap.worst <= plan.contact.overlap_tolerance {
                 left = Some(tried.overlap);
                 break;
@@ -191,7 +196,7 @@ impl Taking<'_> {
         }
         again.part(false);
         if left.is_none() {
-            again.restore(&before);
+            again.restore(&before)?;
         }
         self.report.parted |= left.is_some();
         Ok(left)
@@ -201,7 +206,7 @@ impl Taking<'_> {
         again.prepare(piece, &self.waiting);
         // Cells that wait press no others: where they are in line, there is nothing to be drawn.
         let most_tilts = if matches!(self.waiting, Waiting::None) { self.plan.most_tilts } else { 0 };
-        attempt(again.backend(), &Plan { most_tilts, ..*self.plan }, self.keep)
+        attempt(again, &Plan { most_tilts, ..*self.plan }, self.keep)
     }
 
     fn count_failure(&mut self, failed: &Result<Attempt, Fault>) {
@@ -217,7 +222,7 @@ impl Taking<'_> {
     }
 
     fn accept(&mut self, again: &mut dyn RetryBackend, mut tried: Attempt) -> Result<Overlap, Fault> {
-        tried.report.phases = again.backend().accept()?;
+        tried.report.phases = again.accept()?;
         self.report.add_piece(&tried.report);
         Ok(tried.overlap)
     }
@@ -234,17 +239,17 @@ impl Taking<'_> {
     fn spread(&mut self, again: &mut dyn RetryBackend) -> Result<Overlap, Fault> {
         again.prepare(Piece::whole(self.plan.span), &self.waiting);
         let mut taken = self.softened(again, self.plan.stepping)?;
-        taken.report.phases = again.backend().accept()?;
+        taken.report.phases = again.accept()?;
         for _ in 0..MOST_ROUNDS_OF_SPREADING {
-            let before = again.backend().state()?.clone();
+            let before = again.state()?.clone();
             again.part(true);
             again.prepare(Piece::WHOLE, &Waiting::All);
             let spread = self.softened(again, Stepping::Euler)?;
             if spread.overlap.worst.is_nan() || spread.overlap.worst >= WORTH_A_ROUND * taken.overlap.worst {
-                again.restore(&before);
+                again.restore(&before)?;
                 break;
             }
-            taken.report.phases += again.backend().accept()?;
+            taken.report.phases += again.accept()?;
             again.part(false);
             taken.overlap = spread.overlap;
         }
@@ -256,12 +261,12 @@ impl Taking<'_> {
     /// The trial with the least overlap of the first rows, by how much they give way; one in which bodies pass each
     /// other only where there is no other.
     fn softened(&mut self, again: &mut dyn RetryBackend, stepping: Stepping) -> Result<Attempt, Fault> {
-        again.backend().begin()?;
-        again.backend().append_near()?;
+        again.begin()?;
+        again.append_near()?;
         if stepping == Stepping::Midpoint {
             again.give_way(COMPLIANCES_OF_SPREADING[0])?;
-            again.backend().middle()?;
-            again.backend().append_near()?;
+            again.middle()?;
+            again.append_near()?;
         }
         let mut best: Option<((bool, f64), Vec<f64>)> = None;
         let mut report = StepReport { pieces: 1, unconverged: 1, status: Status::Infeasible, ..StepReport::default() };
@@ -269,19 +274,19 @@ impl Taking<'_> {
             let outcome = again.give_way(compliance)?;
             report.iterations += outcome.iterations;
             report.products += outcome.products;
-            let overlap = again.backend().trial(self.plan.contact.overlap_tolerance)?;
-            let bad = (again.backend().passed()?.is_some(), overlap.worst);
+            let overlap = again.trial(self.plan.contact.overlap_tolerance)?;
+            let bad = (again.passed()?.is_some(), overlap.worst);
             if best.as_ref().is_none_or(|(least, _)| bad < *least) {
                 report.residual = outcome.residual;
                 report.velocity_residual = outcome.residual;
-                best = Some((bad, again.backend().multipliers()?));
+                best = Some((bad, again.multipliers()?));
             }
         }
         if let Some((_, gamma)) = &best {
             again.set_multipliers(gamma);
         }
-        let overlap = again.backend().trial(self.plan.contact.overlap_tolerance)?;
-        (report.passed, report.constraints) = (again.backend().passed()?, again.backend().constraints());
+        let overlap = again.trial(self.plan.contact.overlap_tolerance)?;
+        (report.passed, report.constraints) = (again.passed()?, again.constraints());
         Ok(Attempt { report, overlap, broken: None, left: false, least_bad: None })
     }
 
@@ -354,7 +359,7 @@ impl Taking<'_> {
         match &self.waiting {
             Waiting::None => 0,
             Waiting::Some(ids) => ids.len(),
-            Waiting::All => again.backend().bodies(),
+            Waiting::All => again.bodies(),
         }
     }
 
@@ -383,7 +388,7 @@ impl Taking<'_> {
             return self.accept(again, tried);
         }
         let unresolved = Unresolved {
-            step: again.backend().steps() + 1,
+            step: again.steps() + 1,
             overlap: tried.overlap.worst,
             pair: tried.report.passed.filter(|_| only_passed).map(|passed| passed.pair).or(tried.overlap.pair),
             moved: tried.report.moved.map(|body| (body, tried.report.largest_move)),
@@ -399,7 +404,7 @@ impl Taking<'_> {
         if ends && !tried.throws() && self.plan.on_no_room == Some(OnNoRoom::Stop) && self.fails_by_growth(again, piece)
         {
             let (wedge, unresolved) = (Box::new(wedge), Box::new(unresolved));
-            return Err(Fault::NoRoom { bodies: again.backend().bodies(), wedge, unresolved });
+            return Err(Fault::NoRoom { bodies: again.bodies(), wedge, unresolved });
         }
         Err(Fault::Unresolved(unresolved))
     }
@@ -418,7 +423,7 @@ impl Taking<'_> {
         for draw in 0..MOST_DISTURBANCES {
             again.prepare(piece, &self.waiting);
             let plan = Plan { disturbed: Some(draw), ..*self.plan };
-            match attempt(again.backend(), &plan, self.keep) {
+            match attempt(again, &plan, self.keep) {
                 Ok(tried) if tried.holds(self.plan) => return self.accept(again, tried).map(Some),
                 other => self.count_failure(&other),
             }
@@ -436,10 +441,10 @@ impl Taking<'_> {
         piece: Piece,
         tried: &mut Attempt,
     ) -> Result<Option<Overlap>, Fault> {
-        let before = again.backend().state()?.clone();
+        let before = again.state()?.clone();
         let plan = Plan { keeps_least_bad: true, ..*self.plan };
         again.prepare(piece, &self.waiting);
-        *tried = attempt(again.backend(), &plan, self.keep)?;
+        *tried = attempt(again, &plan, self.keep)?;
         self.report.add_cost(&tried.report);
         go_to_least_bad(again, &plan, tried)?;
         // Farther off, bodies may be parted to the wrong side.
@@ -447,11 +452,11 @@ impl Taking<'_> {
         if !near || tried.report.passed.is_some() || tried.throws() {
             return Ok(None);
         }
-        self.report.phases += again.backend().accept()?;
+        self.report.phases += again.accept()?;
         // Walls are where they are at the piece's end. After the last piece the step is over.
         let at = if piece.ends_step() { 0.0 } else { piece.span * (piece.start + piece.length) };
         let Some(overlap) = self.parted(again, at)? else {
-            again.restore(&before);
+            again.restore(&before)?;
             return Ok(None);
         };
         tried.report.squeezed = 1;

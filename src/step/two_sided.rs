@@ -2,7 +2,7 @@
 
 use super::Fault;
 use super::algorithm::{Attempt, Plan};
-use crate::step::Backend;
+use crate::step::Verbs;
 
 /// A contact that pushes may end this part of the thinner body's thickness apart.
 pub(crate) const GAP: f64 = 0.02;
@@ -171,7 +171,7 @@ pub(super) struct Sides {
 
 impl Sides {
     /// Loosens rows that push apart what does not touch at the trial, and says whether there is something to solve.
-    pub fn loosen(&mut self, backend: &mut dyn Backend, plan: &Plan, tried: &mut Attempt) -> Result<bool, Fault> {
+    pub fn loosen(&mut self, backend: &mut dyn Verbs, plan: &Plan, tried: &mut Attempt) -> Result<bool, Fault> {
         if !plan.two_sided {
             return Ok(false);
         }
@@ -215,7 +215,7 @@ impl Sides {
 
     /// Makes rows that throw bodies anew, and says what to do next. A backend that cannot leaves the step to one that
     /// can, so that both come to the same.
-    pub fn catch(&mut self, backend: &mut dyn Backend, plan: &Plan, tried: &mut Attempt) -> Result<Caught, Fault> {
+    pub fn catch(&mut self, backend: &mut dyn Verbs, plan: &Plan, tried: &mut Attempt) -> Result<Caught, Fault> {
         if !plan.two_sided || self.rounds >= MOST_ROUNDS {
             return Ok(Caught::Nothing);
         }
@@ -245,7 +245,7 @@ impl Sides {
     }
 
     /// Tilts the rows that push most once, where the plan asks for it, and says whether there is something to solve.
-    pub fn disturb(&mut self, backend: &mut dyn Backend, plan: &Plan, tried: &mut Attempt) -> bool {
+    pub fn disturb(&mut self, backend: &mut dyn Verbs, plan: &Plan, tried: &mut Attempt) -> bool {
         let (Some(draw), 0) = (plan.disturbed, self.tilts) else { return false };
         let Some(two_sided) = backend.two_sided() else { return false };
         let rows = two_sided.tilt(MOST_TILTS + draw, &|_| TILT);
@@ -256,7 +256,7 @@ impl Sides {
     }
 
     /// Tilts rows that contradict each other, and says whether there is something to solve.
-    pub fn tilt(&mut self, backend: &mut dyn Backend, plan: &Plan, tried: &mut Attempt, violation: f64) -> bool {
+    pub fn tilt(&mut self, backend: &mut dyn Verbs, plan: &Plan, tried: &mut Attempt, violation: f64) -> bool {
         if !plan.two_sided || self.tilts >= plan.most_tilts {
             return false;
         }

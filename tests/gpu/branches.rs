@@ -9,7 +9,7 @@ use relcp::gpu::{Gpu, Precision};
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
-use relcp::internals::step::Backend;
+use relcp::internals::step::Verbs;
 use relcp::scene::{self, Body, Scene, SolverKind};
 use relcp::simulation::Simulation;
 use relcp::step::State;
@@ -135,7 +135,7 @@ struct Both<const D: usize> {
 }
 
 impl<const D: usize> Both<D> {
-    fn verb(&mut self, verb: impl Fn(&mut dyn Backend)) {
+    fn verb(&mut self, verb: impl Fn(&mut dyn Verbs)) {
         verb(&mut self.ours);
         verb(&mut self.theirs);
     }

@@ -8,7 +8,7 @@ use relcp::gpu::Precision;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::SPATIAL;
-use relcp::internals::step::Backend;
+use relcp::internals::step::{Keeper, Verbs};
 use relcp::scene::{Scene, Stepping};
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::State;
@@ -65,7 +65,7 @@ fn a_free_step_is_the_cpus() {
             let state = || State { bodies: scene.build().unwrap(), ..State::default() };
             let mut ours = Device::new(gpu.clone(), precision, &scene.model(), state()).unwrap();
             let mut theirs = Cpu::<SPATIAL>::new(&scene.model(), state()).unwrap();
-            let take = |backend: &mut dyn Backend| {
+            let take = |backend: &mut dyn Verbs| {
                 backend.add_force(Box::new(|_: &Bodies, i: usize, _: f64| Load {
                     force: DVec3::X,
                     torque: DVec3::new(3.0, -2.0, i as f64),

@@ -6,7 +6,7 @@ use relcp::gpu::Precision;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
-use relcp::internals::step::Backend;
+use relcp::internals::step::{Keeper, Verbs};
 use relcp::lcp::Problem;
 use relcp::scene::{Rows, Scene};
 use relcp::step::State;

@@ -6,7 +6,7 @@ use relcp::gpu::{Gpu, Precision};
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
-use relcp::internals::step::Backend;
+use relcp::internals::step::Verbs;
 use relcp::scene::Scene;
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::{Effect, State, StepReport};
@@ -75,7 +75,7 @@ fn effects<const D: usize>(scene: &Scene, precision: Precision, gpu: &Arc<Gpu>) 
         || State { step: 0, next_id: 1000, bodies: scene.build().unwrap(), warm: Vec::new(), ..State::default() };
     let mut ours = Device::new(gpu.clone(), precision, &scene.model(), state()).unwrap();
     let mut cpu = Cpu::<D>::new(&scene.model(), state()).unwrap();
-    let backends: [&mut dyn Backend; 2] = [&mut ours, &mut cpu];
+    let backends: [&mut dyn Verbs; 2] = [&mut ours, &mut cpu];
     backends.map(|backend| {
         backend.begin().unwrap();
         backend.append_near().unwrap();

@@ -7,7 +7,7 @@ use crate::random::{Random, heap, parse};
 use glam::{DQuat, DVec3};
 use relcp::bodies::Bodies;
 use relcp::internals::dynamics::stretch;
-use relcp::internals::step::Backend;
+use relcp::internals::step::Verbs;
 use relcp::scene::{Scene, Stepping};
 use relcp::separation::{Placed, separation};
 use relcp::shape::Shape;

@@ -4,7 +4,7 @@ use crate::random::heap;
 use glam::DVec3;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::freedom::SPATIAL;
-use relcp::internals::step::Backend;
+use relcp::internals::step::Verbs;
 use relcp::lcp::{Problem, velocity};
 use relcp::scene::{Recursion, Scene, SolverKind};
 use relcp::simulation::Simulation;

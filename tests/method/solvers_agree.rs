@@ -5,7 +5,7 @@ use crate::random::parse;
 use glam::DVec3;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
-use relcp::internals::step::Backend;
+use relcp::internals::step::Verbs;
 use relcp::lcp::{Problem, Settings, Solver, Status, velocity};
 use relcp::scene::{Scene, SolverKind};
 use relcp::simulation::Simulation;

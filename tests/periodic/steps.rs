@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use relcp::bodies::Bodies;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::freedom::SPATIAL;
-use relcp::internals::step::Backend;
+use relcp::internals::step::Verbs;
 use relcp::scene::Scene;
 use relcp::separation::Placed;
 use relcp::shape::Shape;

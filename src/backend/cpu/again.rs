@@ -1,12 +1,13 @@
 //! The CPU repeats failed steps, for itself and for a device.
 
 use super::Cpu;
+use super::team::Team;
 use crate::dynamics::{ForceField, Waiting};
 use crate::lcp::Outcome;
-use crate::step::{Backend, Crowd, Fault, Piece, RetryBackend, State, Wedge};
+use crate::step::{Crowd, Fault, Piece, RetryBackend, State, Wedge};
 use std::collections::{BTreeSet, HashSet};
 
-impl<const D: usize> Cpu<D> {
+impl<const D: usize, T: Team> Cpu<D, T> {
     /// Forces beside the scene's own are taken over, and given back by [`Cpu::give_forces`].
     pub fn lend_forces(&mut self, forces: &mut Vec<Box<dyn ForceField>>) {
         self.setup.forces.append(forces);
@@ -23,22 +24,13 @@ impl<const D: usize> Cpu<D> {
     }
 }
 
-impl<const D: usize> RetryBackend for Cpu<D> {
+impl<const D: usize, T: Team> RetryBackend for Cpu<D, T> {
     fn prepare(&mut self, piece: Piece, waiting: &Waiting) {
         self.next = Some((piece, waiting.clone()));
     }
 
     fn part(&mut self, parting: bool) {
         self.start.parting = parting;
-    }
-
-    fn restore(&mut self, state: &State) {
-        self.state.clone_from(state);
-        self.state.unrounded = None;
-        if let Some(domain) = &mut self.domain {
-            domain.forget();
-        }
-        (self.next, self.start.parting) = (None, false);
     }
 
     fn set_multipliers(&mut self, gamma: &[f64]) {
@@ -84,9 +76,5 @@ impl<const D: usize> RetryBackend for Cpu<D> {
 
     fn start_overlap(&self) -> f64 {
         self.first.overlap
-    }
-
-    fn backend(&mut self) -> &mut dyn Backend {
-        self
     }
 }

@@ -1,11 +1,11 @@
 //! How bodies move on their own in a step, how far they may still go, and what that makes of a row.
 
 use super::LEAST_BODIES_A_TASK;
-use super::domain::Trouble;
 use super::first::First;
 use super::narrow_phase::Near;
 use super::setup::Setup;
 use super::start::Start;
+use super::team::Trouble;
 use crate::constraint::{self, FIXED, Mover};
 use crate::dynamics::{ForceField, Load, Motion, Twist};
 use crate::step::Rows;

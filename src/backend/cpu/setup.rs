@@ -14,7 +14,7 @@ use crate::walls::Walls;
 const PARTING: Overdamped = Overdamped { drag: 1.0 };
 
 /// A scene's law, forces, walls and tolerances, and how its rows are made.
-pub(super) struct Setup {
+pub struct Setup {
     pub(super) time: Time,
     pub(super) growth: Option<Cells>,
     pub(super) forces: Vec<Box<dyn ForceField>>,

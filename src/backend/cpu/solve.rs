@@ -1,21 +1,21 @@
 //! The solves of a step.
 
 use super::row_set::RowSet;
-use crate::lcp::{self, Outcome, Places, Settings, Solver};
+use crate::lcp::{Outcome, Places, Portion, Settings, Solver};
 use crate::step::{Model, Rows};
 
 /// A solver, and what it has done in this step.
-pub(super) struct Solve<const D: usize> {
-    solver: Solver<D>,
+pub(super) struct Solve<const D: usize, P: Portion<D>> {
+    solver: Solver<D, P>,
     rows: Rows,
     /// Whether there was a solve in this step, and the residual that the last one left.
     solved: bool,
     residual: f64,
 }
 
-impl<const D: usize> Solve<D> {
+impl<const D: usize, P: Portion<D>> Solve<D, P> {
     pub(super) fn new(model: &Model) -> Self {
-        let solver = lcp::Solver::new(model.solver, model.lcp);
+        let solver = Solver::with_portions(model.solver, model.lcp);
         let rows = model.contact.rows_of_method();
         let solver = match rows {
             Rows::Auto => solver,
@@ -24,11 +24,11 @@ impl<const D: usize> Solve<D> {
         Solve { solver, rows, solved: false, residual: 0.0 }
     }
 
-    /// Begins a step whose bodies have these places.
-    pub(super) fn begin(&mut self, places: Places) {
+    /// Begins a step whose bodies have these places, and of whose rows this is here.
+    pub(super) fn begin(&mut self, places: Places, portion: P) {
         self.solved = false;
         if self.rows == Rows::Auto {
-            self.solver.place(Some(places));
+            self.solver.place(places, portion);
         }
     }
 

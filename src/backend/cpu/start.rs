@@ -11,7 +11,7 @@ use crate::walls::Walls;
 use crate::warm::Warm;
 use glam::DVec3;
 
-pub(super) struct Start {
+pub struct Start {
     /// What of the step is being taken, and the cells that wait in it.
     pub(super) piece: Piece,
     waiting: Waiting,

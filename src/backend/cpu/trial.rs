@@ -1,12 +1,12 @@
 //! The trial: `U`, `C(U)`, and what overlaps there.
 
 use super::LEAST_BODIES_A_TASK;
-use super::domain::Trouble;
 use super::motions::Motions;
 use super::narrow_phase::Near;
 use super::row_set::RowSet;
 use super::setup::Setup;
 use super::start::Start;
+use super::team::Trouble;
 use super::walls::past_wall;
 use crate::bodies::Bodies;
 use crate::constraint::{self, sub_sphere_separations};

@@ -4,6 +4,7 @@
 use super::Cpu;
 use super::narrow_phase::Near;
 use super::row_set::Push;
+use super::team::Team;
 use crate::dynamics::{self, Motion, Twist, draw};
 use crate::freedom::{PLANAR, SPATIAL, unpack};
 use crate::separation::{Placed, branch};
@@ -28,7 +29,7 @@ const LOOKED_AT: f64 = 0.005;
 /// What rounding makes of the work of contact, in parts of that on the bodies.
 const ROUNDING_OF_WORK: f64 = 1e-9;
 
-impl<const D: usize> Cpu<D> {
+impl<const D: usize, T: Team> Cpu<D, T> {
     /// The branch of a push with the bodies `placed`; none where a body has no such place at a wall.
     fn branch_of(&self, push: &Push, placed: impl Fn(usize) -> Placed) -> Option<Near> {
         let (pair, feature) = (push.pair, push.feature);
@@ -266,7 +267,7 @@ impl<const D: usize> Cpu<D> {
     }
 }
 
-impl<const D: usize> TwoSided for Cpu<D> {
+impl<const D: usize, T: Team> TwoSided for Cpu<D, T> {
     fn objective(&self) -> f64 {
         0.5 * self.trial.scaled.iter().flatten().map(|v| v * v).sum::<f64>()
     }

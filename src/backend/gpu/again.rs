@@ -8,15 +8,12 @@ use super::state::unrounded;
 use super::{Ancestry, Device};
 use crate::backend::cpu::Cpu;
 use crate::gpu::GpuError;
-use crate::step::{Fault, RetryBackend, State};
+use crate::step::{Failed, Fault, State, Take};
 use glam::DVec3;
 use std::sync::OnceLock;
 
 impl Device {
-    pub(super) fn take_on_cpu<const D: usize>(
-        &mut self,
-        take: &mut dyn FnMut(&mut dyn RetryBackend) -> Result<(), Fault>,
-    ) -> Result<(), Fault> {
+    pub(super) fn take_on_cpu<const D: usize>(&mut self, take: &mut Take<'_>) -> Result<(), Fault> {
         let mut state = self.known_state()?.clone();
         // The step that failed has changed normals, except where the state was read before it.
         state.warm.retain(|warm| warm.gamma > 0.0);
@@ -25,15 +22,15 @@ impl Device {
         let mut cpu = Cpu::<D>::new(&self.model, state)?;
         let plugged = self.plugged.len();
         cpu.lend_forces(&mut self.plugged);
-        let taken = take(&mut cpu);
+        let taken = take(&mut cpu, Failed::OnDevice);
         self.plugged = cpu.give_forces(plugged);
         // After a fault the device still holds the last accepted state, to the last bit.
         taken?;
-        Ok(self.restore(cpu.into_state())?)
+        Ok(self.load(cpu.into_state())?)
     }
 
     /// Goes on from a state of this scene.
-    pub(super) fn restore(&mut self, state: State) -> Result<(), GpuError> {
+    pub(super) fn load(&mut self, state: State) -> Result<(), GpuError> {
         let (gpu, bodies) = (self.gpu.clone(), state.bodies.len() as u64);
         let mut record = gpu.record();
         for poses in &mut self.poses {

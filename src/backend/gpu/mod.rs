@@ -17,6 +17,7 @@ mod effect;
 mod growing;
 mod heat;
 mod held;
+mod keeper;
 mod midpoint;
 mod passing;
 mod periodic;
@@ -37,7 +38,7 @@ use crate::dynamics::ForceField;
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Made, Precision};
 use crate::lcp::{self, Outcome, Settings, Stored};
-use crate::step::{Backend, Effect, Fault, Model, Overlap, Passed, Phases, RetryBackend, State, Unrounded};
+use crate::step::{Effect, Fault, Model, Overlap, Passed, Phases, State, Take, TwoSided, Unrounded, Verbs};
 use crate::walls::surface_of;
 use crate::warm::Warm;
 use ancestry::Ancestry;
@@ -300,7 +301,7 @@ impl Device {
     }
 }
 
-impl Backend for Device {
+impl Verbs for Device {
     fn begin(&mut self) -> Result<(), Fault> {
         self.gpu.begin_step();
         self.part = self.setup.first_part();
@@ -421,6 +422,20 @@ impl Backend for Device {
         Ok(self.effect_of_trial()?)
     }
 
+    /// The CPU can, which takes the step then.
+    fn relax(&mut self, _allowed: f64) -> Result<Option<Outcome>, Fault> {
+        Ok(None)
+    }
+
+    fn two_sided(&mut self) -> Option<&mut dyn TwoSided> {
+        None
+    }
+
+    /// The effect tells it at the end of the attempt.
+    fn throws(&mut self, _gap: f64) -> Result<bool, Fault> {
+        Ok(false)
+    }
+
     fn passed(&mut self) -> Result<Option<Passed>, Fault> {
         let begun = Instant::now();
         let passed = self.passed_on_the_way()?;
@@ -450,7 +465,7 @@ impl Backend for Device {
         Ok(std::mem::take(&mut self.phases))
     }
 
-    fn take_again(&mut self, take: &mut dyn FnMut(&mut dyn RetryBackend) -> Result<(), Fault>) -> Result<(), Fault> {
+    fn take_again(&mut self, take: &mut Take<'_>) -> Result<(), Fault> {
         if self.setup.planar { self.take_on_cpu::<PLANAR>(take) } else { self.take_on_cpu::<SPATIAL>(take) }
     }
 
@@ -472,51 +487,5 @@ impl Backend for Device {
 
     fn constraints(&self) -> usize {
         self.rows.problem.rows as usize
-    }
-
-    fn steps(&self) -> u64 {
-        self.step
-    }
-
-    fn bodies(&self) -> usize {
-        self.accepted_bodies as usize
-    }
-
-    fn state(&self) -> Result<&State, Fault> {
-        Ok(self.known_state()?)
-    }
-
-    fn add_force(&mut self, force: Box<dyn ForceField>) {
-        self.plugged.push(force);
-    }
-
-    fn take_forces(&mut self) -> Vec<Box<dyn ForceField>> {
-        std::mem::take(&mut self.plugged)
-    }
-
-    fn identities(&self) -> Result<(&[Lineage], &[u32]), Fault> {
-        Ok((&self.ancestry.lineage, &self.ancestry.group))
-    }
-
-    fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault> {
-        let mut state = self.known_state()?.clone();
-        self.ancestry.write_lengths(&mut state.bodies);
-        state.remove(keep, removed);
-        Ok(self.restore(state)?)
-    }
-
-    fn go_on_from(&mut self, mut state: State) -> Result<(), Fault> {
-        let time = self.model.time.after(state.step);
-        state.bodies.periods = self.setup.strain.map_or(self.setup.periods, |strain| strain.periods(time));
-        state.bodies.planar = self.setup.planar;
-        Ok(self.restore(state)?)
-    }
-
-    fn precision(&self) -> Precision {
-        self.setup.precision
-    }
-
-    fn device(&self) -> Option<&Gpu> {
-        Some(&self.gpu)
     }
 }

@@ -98,7 +98,7 @@ impl Bonds {
     }
 
     /// The ids of the bodies of the bonds that are not among the `broken` ones, which are sorted.
-    #[cfg_attr(not(feature = "mpi"), allow(dead_code))]
+    #[cfg(feature = "mpi")]
     pub(crate) fn holding(&self, broken: &[u32]) -> Vec<[u64; 2]> {
         let holds = |bond: u32| broken.binary_search(&bond).is_err();
         (0..).zip(&self.ids).filter(|(bond, _)| holds(*bond)).map(|(_, ids)| *ids).collect()

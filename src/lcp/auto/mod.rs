@@ -8,10 +8,10 @@ use super::Outcome;
 use super::cpu::Cpu;
 use super::drive::{Drive, Standing};
 use super::engine::Task;
-use super::gathered::Whole;
 use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
 use super::local::Local;
 use super::pair_block_cg::PairBlockCg;
+use super::portion::Portion;
 use super::team::{self, Team};
 use super::verbs::Verbs;
 use super::{Settings, Status};
@@ -79,7 +79,7 @@ impl<const D: usize> Auto<D> {
     }
 
     /// Solves a new problem.
-    pub fn solve(&mut self, task: &mut Task<D>) -> Outcome {
+    pub fn solve<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> Outcome {
         self.iterated = false;
         self.method.go_on(false);
         self.safeguard.forget();
@@ -94,13 +94,13 @@ impl<const D: usize> Auto<D> {
     }
 
     /// Goes on with the last problem, from where the last call left it.
-    pub fn go_on(&mut self, task: &mut Task<D>) -> Outcome {
+    pub fn go_on<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> Outcome {
         self.method.go_on(self.iterated);
         self.begin(task)
     }
 
     /// Solves where the start is no solution, if that is in few places.
-    fn begin_locally(&mut self, task: &mut Task<D>) -> Option<Outcome> {
+    fn begin_locally<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> Option<Outcome> {
         let Task { cpu, drive: Drive { at, .. }, settings } = task;
         let large = cpu.all_rows() >= LEAST_ROWS;
         let local = self.local.as_mut().filter(|_| large && cpu.is_finite())?;
@@ -118,7 +118,7 @@ impl<const D: usize> Auto<D> {
 
     /// Begins with the method, and calls the safeguard where it is needed. Where that is of no help, the method goes on
     /// as long as it may.
-    fn begin(&mut self, task: &mut Task<D>) -> Outcome {
+    fn begin<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> Outcome {
         let (mut status, mut iterations, mut residual) = self.iterate_and_finish_locally(task);
         if !matches!(status, Status::NoProgress | Status::RoundingFloor | Status::MaxIterations) {
             return outcome(&task.cpu, (status, iterations, residual), 0);
@@ -138,7 +138,7 @@ impl<const D: usize> Auto<D> {
     }
 
     /// Begins with the safeguard.
-    fn begin_guarded(&mut self, task: &mut Task<D>) -> Outcome {
+    fn begin_guarded<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> Outcome {
         if !task.cpu.is_finite() {
             return outcome(&task.cpu, (Status::NotFinite, 0, f64::INFINITY), 0);
         }
@@ -154,21 +154,15 @@ impl<const D: usize> Auto<D> {
 
     /// Goes on from the present iterate with the safeguard, to the tolerance that this solver was made with if that is
     /// tighter: a few factorizations more now save all of another solve.
-    fn guard(&mut self, task: &mut Task<D>) -> (Status, u64, f64) {
+    fn guard<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> (Status, u64, f64) {
         let Task { cpu, drive, settings } = task;
         let tolerance = settings.tolerance.min(self.tightest);
         let settings = Settings { tolerance, max_iterations: MOST_ITERATIONS };
-        if !cpu.is_domain() {
-            return self.safeguard.run(cpu, drive, &settings, tolerance);
-        }
-        let mut whole = Whole::of(cpu, drive);
-        let ended = self.safeguard.run(&mut whole.cpu, &mut whole.drive, &settings, tolerance);
-        whole.give_back(cpu, drive);
-        ended
+        P::solve_whole(cpu, drive, |cpu, drive| self.safeguard.run(cpu, drive, &settings, tolerance))
     }
 
     /// Iterates until what is left is little and in few places, and then there, as long as that happens.
-    fn iterate_and_finish_locally(&mut self, task: &mut Task<D>) -> (Status, u64, f64) {
+    fn iterate_and_finish_locally<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> (Status, u64, f64) {
         let most = task.settings.max_iterations;
         let Some(local) = &mut self.local else { return self.iterate(task, most, true) };
         let Task { cpu, drive, settings } = task;
@@ -208,7 +202,12 @@ impl<const D: usize> Auto<D> {
     }
 
     /// Goes on from the present iterate with the method; where it is `guarded`, until the safeguard's turn has come.
-    fn iterate(&mut self, task: &mut Task<D>, max_iterations: u64, guarded: bool) -> (Status, u64, f64) {
+    fn iterate<P: Portion<D>>(
+        &mut self,
+        task: &mut Task<D, P>,
+        max_iterations: u64,
+        guarded: bool,
+    ) -> (Status, u64, f64) {
         let Task { cpu, drive, settings } = task;
         let settings = &Settings { max_iterations, ..*settings };
         if !cpu.is_finite() {
@@ -223,8 +222,8 @@ impl<const D: usize> Auto<D> {
 }
 
 /// How a solve ended, which took so many factorizations.
-fn outcome<const D: usize>(
-    cpu: &Cpu<D>,
+fn outcome<const D: usize, P: Portion<D>>(
+    cpu: &Cpu<D, P>,
     (status, iterations, residual): (Status, u64, f64),
     factorizations: u64,
 ) -> Outcome {

@@ -4,6 +4,7 @@
 use crate::lcp::cpu::Cpu;
 use crate::lcp::drive::Standing;
 use crate::lcp::interior_point::InteriorPoint;
+use crate::lcp::portion::Portion;
 
 /// Iterations that `auto` takes, and those that it may still need, before it asks what the interior-point method would
 /// cost: about as many as finding out costs.
@@ -38,12 +39,12 @@ const NANOSECONDS_OF_A_PARALLEL_ROW: f64 = 20.0;
 /// Says where a solve stands whether one more iteration is worth it: while all of them have not cost as much as the
 /// safeguard would, and if `patient` is false while what is left, as the last iterations make one expect, costs less
 /// than a part of it. Later problems of a step keep its first forecast: they have the same pairs and few more.
-pub(super) fn affordable<const D: usize>(
+pub(super) fn affordable<const D: usize, P: Portion<D>>(
     safeguard: &mut InteriorPoint<D>,
     forecast: &mut Option<f64>,
     tolerance: f64,
     patient: bool,
-) -> impl FnMut(&Cpu<D>, Standing) -> bool {
+) -> impl FnMut(&Cpu<D, P>, Standing) -> bool {
     let mut marks = [f64::INFINITY; 2];
     move |cpu, Standing { iterations, least, .. }| {
         if !iterations.is_multiple_of(WINDOW) {
@@ -55,7 +56,7 @@ pub(super) fn affordable<const D: usize>(
         if iterations < ITERATIONS_BEFORE_FORECAST || left <= ITERATIONS_BEFORE_FORECAST as f64 {
             return true;
         }
-        let cost = *forecast.get_or_insert_with(|| safeguard.forecast(cpu.gathered()).unwrap_or(f64::INFINITY));
+        let cost = *forecast.get_or_insert_with(|| safeguard.forecast(P::gathered(cpu)).unwrap_or(f64::INFINITY));
         let of_a_row = if patient { NANOSECONDS_OF_A_ROW } else { NANOSECONDS_OF_A_PARALLEL_ROW };
         let few = patient && cpu.all_rows() <= MOST_ROWS_WITHOUT_PATIENCE;
         let besides = if few { NANOSECONDS_OF_AN_ITERATION } else { 0.0 };
@@ -74,7 +75,7 @@ mod tests {
     /// The iteration at which a residual that falls by a factor every hundred iterations is given up, where the
     /// safeguard costs as much as 2,000.
     fn given_up(factor: f64) -> u64 {
-        let mut cpu = Cpu::default();
+        let mut cpu = Cpu::<3>::default();
         cpu.rebuild(&chain(1_000));
         let mut forecast = Some(2_000.0 * NANOSECONDS_OF_A_PARALLEL_ROW * 1_000.0);
         let mut safeguard = InteriorPoint::default();

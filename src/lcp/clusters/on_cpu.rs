@@ -70,7 +70,7 @@ impl<const D: usize> Local<D> {
             jacobian: domain.iter().map(|row| rows.jacobian[*row as usize]).collect(),
             q: vec![0.0; domain.len()],
         };
-        let mut cpu = Cpu::default();
+        let mut cpu = Cpu::<D>::default();
         cpu.rebuild(&problem);
         cpu.set_compliance(COMPLIANCE);
         let rows = cpu.order().iter().map(|row| domain[*row as usize]).collect();

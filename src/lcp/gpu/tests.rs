@@ -346,7 +346,7 @@ fn in_clusters<const D: usize>(gpu: &Gpu, precision: Precision, [rows, most]: [u
     with_empty_slots(gpu, &mut device_problem);
     // The last body is a surface without mobility.
     device_problem.bodies -= 1;
-    let mut cpu = Cpu::for_parallel_rows();
+    let mut cpu = Cpu::<D>::for_parallel_rows();
     cpu.rebuild(&problem);
     assert_eq!(cpu.order(), order);
     let mut machine = machine(gpu, precision, D == 3, SolverKind::ClusterCg, None);
@@ -398,7 +398,7 @@ fn steps_of_pairs_with_many_rows_descend() {
             let mut problem = problem::<3>(5, rows, 1);
             problem.pair.iter_mut().for_each(|pair| *pair = [0, 1]);
             let (device_problem, _) = DeviceProblem::upload(gpu, precision, &problem, &[]).unwrap();
-            let mut cpu = Cpu::for_parallel_rows();
+            let mut cpu = Cpu::<3>::for_parallel_rows();
             cpu.rebuild(&problem);
             let mut device = Device::new(gpu, &mut machine, &device_problem);
             device.prepare();

@@ -43,7 +43,7 @@ mod tests {
                 jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]],
                 q: vec![-0.1, second],
             };
-            let mut cpu = Cpu::default();
+            let mut cpu = Cpu::<3>::default();
             cpu.rebuild(&problem);
             let (mut rows, mut v) = (UnitRows::default(), Vec::new());
             rows.rebuild(&cpu.rows());

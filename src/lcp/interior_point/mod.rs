@@ -20,6 +20,7 @@ mod rows;
 use super::cone::{is_open, residual, worse};
 use super::cpu::Cpu;
 use super::drive::{Drive, Point, ResidualSample};
+use super::portion::Portion;
 use super::verbs::Verbs;
 use super::{Settings, Status};
 use iterate::Iterate;
@@ -88,7 +89,7 @@ impl<const D: usize> InteriorPoint<D> {
 
     /// Nanoseconds that a solve takes, about; none if the factor would be too large. The next solve must be of the same
     /// problem.
-    pub fn forecast(&mut self, cpu: &Cpu<D>) -> Option<f64> {
+    pub fn forecast<P: Portion<D>>(&mut self, cpu: &Cpu<D, P>) -> Option<f64> {
         self.rows.rebuild(&cpu.rows());
         let ready = self.matrix.analyse(&self.rows, self.largest_factor);
         self.analysed = Some(ready);
@@ -99,9 +100,9 @@ impl<const D: usize> InteriorPoint<D> {
 
     /// Solves; `drive.at.x` becomes the solution, or the best iterate, never worse than it was. Iterations are steps. A
     /// start whose residual is at most `enough_at_start` is the solution.
-    pub fn run(
+    pub fn run<P: Portion<D>>(
         &mut self,
-        cpu: &mut Cpu<D>,
+        cpu: &mut Cpu<D, P>,
         drive: &mut Drive<Vec<f64>>,
         settings: &Settings,
         enough_at_start: f64,
@@ -143,9 +144,9 @@ impl<const D: usize> InteriorPoint<D> {
     }
 
     /// Looks for multipliers with a residual of at most the tolerance on the rows that are not zero.
-    fn search(
+    fn search<P: Portion<D>>(
         &mut self,
-        cpu: &mut Cpu<D>,
+        cpu: &mut Cpu<D, P>,
         at: &mut Point<Vec<f64>>,
         history: &mut Option<Vec<ResidualSample>>,
         settings: &Settings,
@@ -207,7 +208,7 @@ impl<const D: usize> InteriorPoint<D> {
     }
 
     /// The natural residual of the rows that are not zero.
-    fn live_residual(&self, cpu: &Cpu<D>, at: &Point<Vec<f64>>) -> f64 {
+    fn live_residual<P: Portion<D>>(&self, cpu: &Cpu<D, P>, at: &Point<Vec<f64>>) -> f64 {
         let diagonal = cpu.rows().diagonal;
         let share = |row: &u32| {
             let row = *row as usize;
@@ -218,7 +219,7 @@ impl<const D: usize> InteriorPoint<D> {
 
     /// Goes back to the best multipliers, those of open rows set to zero where that leaves them the best, or within the
     /// tolerance.
-    fn settle(&mut self, cpu: &mut Cpu<D>, at: &mut Point<Vec<f64>>, tolerance: f64) {
+    fn settle<P: Portion<D>>(&mut self, cpu: &mut Cpu<D, P>, at: &mut Point<Vec<f64>>, tolerance: f64) {
         at.x.clone_from(&self.best);
         cpu.gradient(&at.x, &mut at.g);
         let diagonal = cpu.rows().diagonal;
@@ -257,7 +258,7 @@ mod tests {
             jacobian: vec![[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]; 2],
             q: vec![-0.1, -0.2],
         };
-        let (mut cpu, mut drive) = (Cpu::for_parallel_rows(), Drive::default());
+        let (mut cpu, mut drive) = (Cpu::<3>::for_parallel_rows(), Drive::default());
         cpu.rebuild(&problem);
         cpu.import(&[0.05, 0.0], &mut drive.at.x);
         let mut solver = InteriorPoint::with_largest_factor(10);

@@ -230,7 +230,7 @@ mod tests {
             // Some bodies do not move.
             problem.jacobian.push([block(), if row % 5 == 0 { [0.0; D] } else { block() }]);
         }
-        let mut cpu = Cpu::default();
+        let mut cpu = Cpu::<D>::default();
         cpu.rebuild(&problem);
         let mut rows = UnitRows::default();
         rows.rebuild(&cpu.rows());

@@ -12,6 +12,7 @@ mod shared;
 use super::cpu::Cpu;
 use super::drive::{Course, Drive, Point, Standing};
 use super::pair_block_cg::PairBlockCg;
+use super::portion::Portion;
 use super::verbs::Verbs;
 use super::{Settings, Status};
 use member::Member;
@@ -36,19 +37,19 @@ type Method = PairBlockCg<Vec<f64>, f64>;
 
 /// Conjugate gradients as [`Drive::run_while`] runs them, on as many threads as pay if there is a team. `goes_on` is
 /// asked where the solve `pauses`.
-pub(super) fn run<const D: usize>(
+pub(super) fn run<const D: usize, P: Portion<D>>(
     team: &mut Option<Team>,
-    cpu: &mut Cpu<D>,
+    cpu: &mut Cpu<D, P>,
     drive: &mut Drive<Vec<f64>>,
     method: &mut Method,
     settings: &Settings,
     pauses: &(impl Fn(Standing) -> bool + Sync),
-    mut goes_on: impl FnMut(&Cpu<D>, &Point<Vec<f64>>, Standing) -> bool,
+    mut goes_on: impl FnMut(&Cpu<D, P>, &Point<Vec<f64>>, Standing) -> bool,
 ) -> (Status, u64, f64) {
     let mut course = drive.begin(cpu, method, settings);
     let status = loop {
         let ended = match team {
-            Some(team) if !cpu.is_domain() => team.go(cpu, drive, method, &mut course, pauses),
+            Some(team) if cpu.portion.has_threads() => team.go(cpu, drive, method, &mut course, pauses),
             _ => drive.go(cpu, method, &mut course, 1, pauses),
         };
         match ended {
@@ -67,9 +68,9 @@ impl Team {
     }
 
     /// [`Drive::go`] on as many threads as pay.
-    fn go<const D: usize>(
+    fn go<const D: usize, P: Portion<D>>(
         &mut self,
-        cpu: &mut Cpu<D>,
+        cpu: &mut Cpu<D, P>,
         drive: &mut Drive<Vec<f64>>,
         method: &mut Method,
         course: &mut Course<f64>,
@@ -112,9 +113,9 @@ struct Share {
 }
 
 /// [`Drive::go`] on so many threads, if they come.
-fn together<const D: usize>(
+fn together<const D: usize, P: Portion<D>>(
     members: usize,
-    cpu: &mut Cpu<D>,
+    cpu: &mut Cpu<D, P>,
     drive: &mut Drive<Vec<f64>>,
     method: &mut Method,
     course: &mut Course<f64>,
@@ -209,7 +210,7 @@ mod tests {
 
     /// The course of a solve that pauses every `period` iterations, by so many members in each of its rounds.
     fn solve<const D: usize>(problem: &Problem<D>, period: u64, members: &[usize]) -> Solved {
-        let (mut cpu, mut drive, mut method) = (Cpu::default(), Drive::default(), Method::new());
+        let (mut cpu, mut drive, mut method) = (Cpu::<D>::default(), Drive::default(), Method::new());
         cpu.rebuild(problem);
         cpu.import(&vec![0.1; problem.q.len()], &mut drive.at.x);
         drive.history = Some(Vec::new());

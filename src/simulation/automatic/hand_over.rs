@@ -27,11 +27,11 @@ impl OnMachines<'_> {
         let Simulation { scene, backend, idle, .. } = &mut *self.simulation;
         let mut next = match idle.take() {
             Some(mut idle) => {
-                idle.go_on_from(state)?;
+                idle.restore(&state)?;
                 idle
             }
             // A simulation begins on the CPU.
-            None => self.automatic.open()?.backend(scene, state, None)?,
+            None => self.automatic.open()?.backend(scene, state)?,
         };
         for force in backend.take_forces() {
             next.add_force(force);
@@ -68,7 +68,7 @@ impl Machines for OnMachines<'_> {
     fn keep(&mut self) -> Result<(), Fault> {
         let Simulation { backend, idle, .. } = &mut *self.simulation;
         match idle {
-            Some(idle) => idle.go_on_from(backend.state()?.clone()),
+            Some(idle) => idle.restore(backend.state()?),
             None => Ok(()),
         }
     }
@@ -89,7 +89,7 @@ impl Machines for OnMachines<'_> {
             if state.step != steps {
                 return Err(Fault::Device(crate::gpu::GpuError::Refused { message: "the state is gone".into() }));
             }
-            cpu.go_on_from(state.clone())?;
+            cpu.restore(state)?;
         }
         for force in backend.take_forces() {
             cpu.add_force(force);

@@ -8,7 +8,7 @@ use relcp::gpu::Precision;
 use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
-use relcp::internals::step::Backend;
+use relcp::internals::step::{Keeper, Verbs};
 use relcp::lcp::Problem;
 use relcp::scene::{Rows, Scene, SolverKind};
 use relcp::step::State;
@@ -93,7 +93,7 @@ struct Pair<const D: usize> {
 }
 
 impl<const D: usize> Pair<D> {
-    fn both(&mut self, verb: impl Fn(&mut dyn Backend)) {
+    fn both(&mut self, verb: impl Fn(&mut dyn Verbs)) {
         verb(&mut self.ours);
         verb(&mut self.theirs);
     }

@@ -14,7 +14,7 @@ use relcp::internals::backend::cpu::Cpu;
 use relcp::internals::backend::gpu::Device;
 use relcp::internals::freedom::{PLANAR, SPATIAL};
 use relcp::internals::lcp::gpu::{DeviceProblem, Solver};
-use relcp::internals::step::Backend;
+use relcp::internals::step::Verbs;
 use relcp::lcp::{Problem, Settings, Stored};
 use relcp::scene::{Scene, SolverKind};
 use relcp::separation::{Placed, separation, supports};

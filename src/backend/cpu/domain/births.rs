@@ -16,7 +16,7 @@ pub(super) struct Births {
 impl Domain {
     /// Gives the daughters of the own cells their numbers and ids among all. `mothers` are the places of those that
     /// divided among the own bodies of `start`, to the end of which one daughter of each was added.
-    pub(in crate::backend::cpu) fn bear(&mut self, start: &mut Start, state: &State, mothers: &[usize]) {
+    pub(super) fn number_daughters(&mut self, start: &mut Start, state: &State, mothers: &[usize]) {
         let Some(part) = &self.part else { return };
         let own: Vec<usize> = part.own().collect();
         let mut numbers: Vec<u32> = own.iter().map(|i| part.members[*i]).collect();

@@ -18,11 +18,12 @@ mod members;
 mod order;
 mod part;
 mod sharing;
+mod team;
 mod troubles;
 mod whole;
 
 pub(crate) use part::Part;
-pub(super) use troubles::Trouble;
+pub(crate) use team::{Given, shares};
 
 use super::setup::Setup;
 use super::start::Start;
@@ -33,15 +34,14 @@ use crate::lcp::Places;
 use crate::lcp::domain;
 use crate::motion::Aabb;
 use crate::processes::Processes;
-use crate::step::{Divided, Fault, State};
-use crate::walls::surface_of;
+use crate::step::{Divided, State};
 use crate::warm::Warm;
 use births::Births;
 use halo::Halo;
 use members::Members;
 use sharing::Sharing;
-use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, OnceLock};
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 /// Fewest bodies for each process: two blocks. An iteration on the rows of so many cells takes some 8 microseconds, and
 /// its five exchanges as much where a message takes one to two. Where there are more processes than that, the last ones
@@ -51,14 +51,16 @@ const LEAST_BODIES: usize = 2 * MOST_IN_A_BLOCK;
 /// How much farther than in the last step a body may go before the step is made anew. It changes no result.
 const MARGIN: f64 = 1.5;
 
-/// What a step is shared out by.
-pub(super) struct Domain {
-    pub(super) processes: Processes,
+/// The processes that take steps together, and what this one has of them: a [`Team`](super::team::Team) of several.
+pub struct Domain {
+    processes: Processes,
+    /// Whether steps may be shared out; else each process takes them alone.
+    shares: bool,
     /// What this process has of the last accepted state; none where all processes have all of it.
     part: Option<Part>,
     step: Option<Step>,
     /// Steps are taken by everyone alone.
-    pub(super) resting: bool,
+    resting: bool,
     /// Whether the present attempt is to be made anew, and how far bodies may go then, by their numbers.
     anew: bool,
     ways: BTreeMap<u32, f64>,
@@ -85,16 +87,23 @@ struct Step {
     went: Vec<f64>,
 }
 
+/// What a process has taken up of a step.
+struct Taken {
+    places: Places,
+    domain: domain::Domain,
+    warm: Vec<Warm>,
+}
+
 /// How many processes share so many bodies; none where that is not worth it.
 pub(crate) fn among(processes: Processes, bodies: usize) -> Option<usize> {
     Some(processes.size().min(bodies / LEAST_BODIES)).filter(|sharing| *sharing >= 2)
 }
 
 impl Domain {
-    #[cfg(feature = "mpi")]
-    pub(super) fn new(processes: Processes, part: Option<Part>) -> Self {
+    fn new(processes: Processes, shares: bool, part: Option<Part>) -> Self {
         Domain {
             processes,
+            shares,
             part,
             step: None,
             resting: false,
@@ -109,26 +118,21 @@ impl Domain {
         }
     }
 
-    /// Whether the present step is shared out.
-    pub(super) fn is_shared(&self) -> bool {
-        self.step.is_some()
-    }
-
     /// The number of a body of the domain among all bodies.
-    pub(super) fn number(&self, body: usize) -> usize {
+    fn number(&self, body: usize) -> usize {
         self.step.as_ref().map_or(body, |step| step.part.members[body] as usize)
     }
 
     /// How many processes share the next step, if that is worth it.
     fn sharing(&self, state: &State) -> Option<usize> {
         let bodies = self.part.as_ref().map_or(state.bodies.len(), |part| part.all);
-        among(self.processes, bodies).filter(|_| !self.resting)
+        among(self.processes, bodies).filter(|_| self.shares && !self.resting)
     }
 
     /// Begins a step: each process has a part of the state where it is to be shared out, else all of it. Says which.
-    pub(super) fn begin(&mut self, state: &mut State) -> bool {
+    fn take_up(&mut self, state: &mut State) -> bool {
         (self.step, self.anew) = (None, false);
-        (self.gathered, self.everywhere) = (OnceLock::new(), OnceLock::new());
+        self.forget_gathered();
         if self.sharing(state).is_none() {
             self.make_whole(state);
             return false;
@@ -138,19 +142,12 @@ impl Domain {
     }
 
     /// What is remembered of pairs, by the places of their bodies in the part.
-    pub(super) fn by_place(&self, warm: &[Warm]) -> Vec<Warm> {
+    fn by_place(&self, warm: &[Warm]) -> Vec<Warm> {
         self.part.as_ref().map_or_else(Vec::new, |part| part.by_place(warm))
     }
 
-    /// What a step leaves of pairs, by the numbers of their bodies.
-    pub(super) fn by_number(&self, warm: Vec<Warm>) -> Vec<Warm> {
-        let Some(Step { part, .. }) = &self.step else { return warm };
-        let number = |body: u32| surface_of(body).map_or_else(|| part.members[body as usize], |_| body);
-        warm.into_iter().map(|warm| Warm { pair: warm.pair.map(number), ..warm }).collect()
-    }
-
     /// Leaves of the bodies of `start` those of this process, which it grows.
-    pub(super) fn leave_own(&self, start: &mut Start) {
+    fn leave_own(&self, start: &mut Start) {
         let Some(part) = &self.part else { return };
         let own: Vec<bool> = (0..part.members.len()).map(|i| part.is_own(i)).collect();
         start.bodies.retain(&own);
@@ -159,7 +156,7 @@ impl Domain {
 
     /// Shares out the step that begins with the own bodies of all processes in `start`: leaves of them what is for this
     /// process, with its halo, and of what is remembered too.
-    pub(super) fn share_out(&mut self, setup: &Setup, start: &mut Start, state: &State) -> Option<(Places, Vec<Warm>)> {
+    fn share(&mut self, setup: &Setup, start: &mut Start, state: &State) -> Option<Taken> {
         let sharing = self.sharing(state)?;
         let (processes, part) = (self.processes, self.part.as_ref()?);
         let bodies = std::mem::take(&mut start.bodies);
@@ -192,11 +189,11 @@ impl Domain {
         from: Vec<u32>,
         (shared, warm, walls): (Sharing, Vec<Warm>, usize),
         start: &mut Start,
-    ) -> (Places, Vec<Warm>) {
+    ) -> Taken {
         let Halo { members, boxes, pairs, out, into } = halo;
         let rank = self.processes.rank() as u32;
         let all = shared.all;
-        let places = self.places(&members, shared, walls);
+        let (places, domain) = self.places(&members, shared, walls);
         let known = members.known;
         let part = Part {
             rank,
@@ -220,11 +217,11 @@ impl Domain {
         );
         let warm = part.by_place(&warm);
         self.step = Some(Step { went: vec![0.0; known.len()], part, boxes, pairs, from });
-        (places, warm)
+        Taken { places, domain, warm }
     }
 
     /// Where the bodies of the domain stand among all, for the order of rows.
-    fn places(&self, members: &Members, shared: Sharing, walls: usize) -> Places {
+    fn places(&self, members: &Members, shared: Sharing, walls: usize) -> (Places, domain::Domain) {
         let (among, count) = (|body: &u32| members.known[*body as usize].place, members.len() as u32);
         let mut by_place: Vec<u32> = (0..count).collect();
         by_place.sort_unstable_by_key(among);
@@ -246,20 +243,14 @@ impl Domain {
             among_all: among_all.clone(),
             edges: shared.edges.clone(),
         };
-        Places {
-            place,
-            blocks: shared.edges.iter().map(|at| edge(at) as u32).collect(),
-            domain: Some(Arc::new(domain)),
-        }
+        let blocks = shared.edges.iter().map(|at| edge(at) as u32).collect();
+        (Places { place, blocks }, domain)
     }
 
-    /// The pairs of the domain that may be near, where all bodies are in their widened boxes: `boxes` are those of its
-    /// bodies now.
-    ///
-    /// # Errors
-    /// Where some body of some process is not. The attempt is then made anew.
-    pub(super) fn candidates(&mut self, boxes: &[Aabb]) -> Result<&[[u32; 2]], Fault> {
-        let Some(step) = &mut self.step else { return Ok(&[]) };
+    /// Whether all bodies of all processes, whose boxes these are now, are in their widened boxes; where some are not,
+    /// the attempt is to be made anew.
+    fn contains(&mut self, boxes: &[Aabb]) -> bool {
+        let Some(step) = &mut self.step else { return true };
         let mut fits = true;
         for (i, aabb) in boxes.iter().enumerate().filter(|(i, aabb)| step.part.is_own(*i) && aabb.is_proper()) {
             let stored = &step.boxes[i];
@@ -270,7 +261,7 @@ impl Domain {
         let mut all = vec![0_u64; self.processes.size()];
         self.processes.gather_even(&[u64::from(!fits)], &mut all);
         if all.iter().all(|beyond| *beyond == 0) {
-            return Ok(&step.pairs);
+            return true;
         }
         // The attempt begins where bodies were before it.
         let mut lists = vec![Vec::new(); self.processes.size()];
@@ -282,32 +273,11 @@ impl Domain {
         let ways = come.as_chunks::<2>().0.iter().map(|[body, way]| (*body as u32, f64::from_bits(*way)));
         self.ways = ways.collect();
         self.anew = true;
-        Err(Fault::Processes("a body went farther than the others know".into()))
-    }
-
-    /// Whether the present attempt is to be made anew.
-    pub(super) fn begins_anew(&self) -> bool {
-        self.anew
-    }
-
-    /// Gives others what they need of own bodies, and takes what is needed of theirs.
-    pub(super) fn exchange<const N: usize>(&self, of_body: &mut [[f64; N]]) {
-        let Some(Step { part, .. }) = &self.step else { return };
-        let pack = |places: &[u32]| places.iter().flat_map(|body| of_body[*body as usize]).collect();
-        let out: Vec<(usize, Vec<f64>)> = part.out.iter().map(|(to, places)| (*to, pack(places))).collect();
-        let room = |(from, places): &(usize, Vec<u32>)| (*from, vec![0.0; N * places.len()]);
-        let mut into: Vec<(usize, Vec<f64>)> = part.into.iter().map(room).collect();
-        self.processes.swap(&out, &mut into, || {});
-        for ((_, places), (_, numbers)) in part.into.iter().zip(&into) {
-            places
-                .iter()
-                .zip(numbers.as_chunks::<N>().0)
-                .for_each(|(body, numbers)| of_body[*body as usize] = *numbers);
-        }
+        false
     }
 
     /// All bodies of the step, and the velocities of all, from those of the domains.
-    pub(super) fn all_moving(&self, bodies: &Bodies, twist: &[Twist]) -> Option<(Bodies, Vec<Twist>)> {
+    fn all_moving(&self, bodies: &Bodies, twist: &[Twist]) -> Option<(Bodies, Vec<Twist>)> {
         let Step { part, .. } = self.step.as_ref()?;
         let mut moving = bodies.clone();
         for (i, Twist { linear, angular }) in twist.iter().enumerate() {
@@ -316,23 +286,5 @@ impl Domain {
         let all = part.gather(self.processes, &moving);
         let twists = (0..all.len()).map(|i| all.twist(i)).collect();
         Some((all, twists))
-    }
-
-    /// Ends the step with the bodies of the domain where they arrive, and knows from now on what its own cost and how
-    /// far they went; `rows` are the first bodies of its rows.
-    pub(super) fn arrive(&mut self, setup: &Setup, end: &mut Bodies, rows: impl Iterator<Item = u32>) {
-        let Some(Step { mut part, went, .. }) = self.step.take() else { return };
-        part.work.fill(part::WORK_OF_A_BODY);
-        rows.for_each(|body| part.work[body as usize] += 1.0);
-        part.way = went.iter().map(|went| MARGIN * went).collect();
-        if !setup.bonds.is_empty() {
-            // A bond is with the owners of both bodies, and with others.
-            let broken: Vec<u64> = end.broken_bonds.iter().map(|bond| u64::from(*bond)).collect();
-            let broken: BTreeSet<u64> = self.processes.gather(&broken).into_iter().collect();
-            end.broken_bonds = broken.into_iter().map(|bond| bond as u32).collect();
-        }
-        self.part = Some(part);
-        self.ways.clear();
-        self.divided = Some(std::mem::take(&mut self.dividing));
     }
 }

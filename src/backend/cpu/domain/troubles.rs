@@ -1,24 +1,13 @@
 //! What processes must agree on in a step: faults, and how bodies overlap.
 
 use super::Domain;
+use crate::backend::cpu::team::{Trouble, Worst};
 use crate::step::{Effect, Overlap};
 use crate::walls::{Walls, surface_of};
 
-/// A fault of a body, before it has a message: which of the faults that are looked for together, the body, and a
-/// number.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::backend::cpu) struct Trouble {
-    pub kind: u8,
-    pub body: usize,
-    pub number: f64,
-}
-
 impl Domain {
     /// The first trouble of all processes: of the first kind, of the first body.
-    pub(in crate::backend::cpu) fn first(&self, own: Option<Trouble>) -> Option<Trouble> {
-        if !self.is_shared() {
-            return own;
-        }
+    pub(super) fn first_of_all(&self, own: Option<Trouble>) -> Option<Trouble> {
         let own =
             own.map_or([u64::MAX; 3], |own| [own.kind.into(), self.number(own.body) as u64, own.number.to_bits()]);
         let mut all = vec![0_u64; 3 * self.processes.size()];
@@ -28,20 +17,14 @@ impl Domain {
     }
 
     /// The largest number of all processes.
-    pub(in crate::backend::cpu) fn largest(&self, own: f64) -> f64 {
-        if !self.is_shared() {
-            return own;
-        }
+    pub(super) fn largest_of_all(&self, own: f64) -> f64 {
         let mut all = vec![0.0; self.processes.size()];
         self.processes.gather_even(&[own], &mut all);
         all.into_iter().fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// What contact does in all, from what it does to the bodies of each process.
-    pub(in crate::backend::cpu) fn all_effects(&self, own: Effect) -> Effect {
-        if !self.is_shared() {
-            return own;
-        }
+    pub(super) fn effects_of_all(&self, own: Effect) -> Effect {
         let number = |body: u32| surface_of(body).map_or_else(|| self.number(body as usize) as u32, |_| body);
         let moved = own.moved.map_or(u64::MAX, |body| self.number(body) as u64);
         let pair = own.push_pair.map_or(u64::MAX, |pair| {
@@ -83,15 +66,7 @@ impl Domain {
 
     /// The overlap of all, from those of the pairs of each process. `violations` are those of pairs whose first body is
     /// its own.
-    pub(in crate::backend::cpu) fn all_overlaps(
-        &self,
-        own: &Overlap,
-        worst: Option<([u32; 2], f64)>,
-        walls: &Walls,
-    ) -> Overlap {
-        if !self.is_shared() {
-            return *own;
-        }
+    pub(super) fn overlaps_of_all(&self, own: Overlap, worst: Option<Worst>, walls: &Walls) -> Overlap {
         let number = |body: u32| surface_of(body).map_or_else(|| self.number(body as usize) as u32, |_| body);
         let (numbers, separation) = worst.map_or(([u32::MAX; 2], 0.0), |(pair, found)| (pair.map(number), found));
         let words = [
