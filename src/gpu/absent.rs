@@ -35,6 +35,11 @@ impl Gpu {
         match *self {}
     }
 
+    /// The numbers that it computes with where none are asked for.
+    pub fn default_precision(&self) -> Precision {
+        match *self {}
+    }
+
     /// What one should know of the adapter.
     pub fn warnings(&self) -> Vec<String> {
         match *self {}
