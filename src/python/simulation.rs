@@ -306,7 +306,7 @@ impl PySimulation {
         Ok(self.session(py)?.simulation().done())
     }
 
-    /// What takes the next step, "cpu" or "gpu"; with backend="auto" it may change.
+    /// What takes the steps, "cpu" or "gpu".
     #[getter]
     fn backend(&self, py: Python<'_>) -> PyResult<&'static str> {
         Ok(self.session(py)?.simulation().machine())
