@@ -1,6 +1,5 @@
 //! What computed which steps of a run.
 
-use crate::gpu::Precision;
 use crate::simulation::Simulation;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -29,7 +28,7 @@ impl Leg {
         Leg {
             machine: simulation.machine().into(),
             adapter: simulation.device().map(|gpu| format!("{} ({})", gpu.name(), gpu.driver())),
-            precision: Precision::name(simulation.precision()).into(),
+            precision: simulation.precision().name().into(),
             from_step: simulation.steps() + 1,
             time: simulation.time(),
             bodies: simulation.bodies(),
