@@ -47,7 +47,7 @@ pub(super) fn propose_device(arguments: &Arguments, scene: &Scene, runs: usize) 
 }
 
 /// The CPU, if nothing is asked for that it has not.
-fn cpu(arguments: &Arguments) -> Result<Compute, CliError> {
+pub(super) fn cpu(arguments: &Arguments) -> Result<Compute, CliError> {
     if arguments.precision == Some(Wanted::F32) {
         return Err(CliError::Usage("the CPU computes in f64; leave --precision out, or say --backend gpu".into()));
     }
