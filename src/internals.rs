@@ -108,9 +108,8 @@ pub mod lcp {
     }
 }
 
-/// What chooses between the CPU and a device, and simulations of states.
+/// Simulations of states.
 pub mod simulation {
-    pub use crate::simulation::automatic::{Clock, Settings};
     use crate::{Compute, Fault, Scene, Simulation, State};
 
     /// Steps a scene, which is not validated, from a state.

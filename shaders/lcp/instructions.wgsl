@@ -12,7 +12,6 @@ fn row_value(instruction: u32, a: real, b: real, c: real, s: real, t: real) -> r
         case COPY_IF: { return select(c, a, s > 0.0); }
         case COMBINE: { return s * a + t * b; }
         case PROXIMAL: { return cone_project(a - s * b * c); }
-        case PROJECT: { return cone_project(a); }
         case ADVANCE: { return cone_project(advanced(a, b, s)); }
         case ADVANCE_LOW: { return left_off(a, b, c, s); }
         case INVERT: { return select(real(0.0), 1.0 / b, a > s); }

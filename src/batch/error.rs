@@ -38,9 +38,6 @@ pub enum MemberError {
     /// What is to compute it cannot.
     #[error(transparent)]
     Device(#[from] GpuError),
-    /// What was asked to compute it does not fit it.
-    #[error("{0}")]
-    Unfit(String),
     /// A step or a file failed.
     #[error(transparent)]
     Run(#[from] RunError),

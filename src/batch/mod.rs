@@ -18,7 +18,6 @@
 mod error;
 mod members;
 mod ordered;
-mod pilot;
 mod plan;
 mod run;
 mod standing;
@@ -27,7 +26,6 @@ mod table;
 
 pub use error::{BatchError, MemberError};
 pub use ordered::Ordered;
-pub use pilot::{Devices, Pilot};
 pub use plan::{Member, Plan};
 pub use run::{Ended, Options, Settle, Watch, run};
 pub use standing::{Folders, MemberState, Outcome, Products, Recursions, Wall};

@@ -1,12 +1,12 @@
 //! `relcp batch`: many runs from one file.
 
-use super::arguments::{Backend, Batch as Arguments, Compute as ComputeArguments};
-use super::batch_devices::Devices;
+use super::arguments::Batch as Arguments;
+use super::batch_devices::{Devices, MEMBERS_AT_ONCE};
 use super::batch_progress::{BatchProgress, chain};
 use super::exit::{CliError, Exit};
 use super::run::RUNS;
 use super::{compute, driver, output};
-use relcp::batch::{BatchError, Ended, Folders, Member, MemberError, Options, Pilot, Plan, RowStatus, Table, run};
+use relcp::batch::{BatchError, Ended, Folders, Member, MemberError, Options, Plan, RowStatus, Table, run};
 use relcp::record::RecordError;
 use relcp::scene::Scene;
 use relcp::simulation::Compute;
@@ -100,14 +100,16 @@ fn standing(status: RowStatus) -> Exit {
 
 fn run_members(arguments: &Arguments, plan: &Plan, out: &Path, members: &[Member]) -> Result<Exit, CliError> {
     let threads = threads(arguments);
-    let mut devices = devices(arguments, plan, members, threads)?;
-    let mut jobs_of_all = jobs(arguments, plan, devices.as_ref(), threads)?;
-    if arguments.compute.backend == Backend::Auto
-        && let Some(devices_of_all) = &devices
-        && !pays(arguments, plan, devices_of_all, (jobs_of_all.min(members.len()), threads))
-    {
-        devices = None;
-        jobs_of_all = jobs(arguments, plan, None, threads)?;
+    // An unusable device is reported before any run; the first member decides.
+    let first = plan.scene(0)?;
+    let devices = Devices::open(&arguments.compute, &first, threads)?;
+    let asked = arguments.jobs.map(usize::from);
+    let jobs = match &devices {
+        Some(devices) => devices.jobs(asked, most_bodies(&first))?,
+        None => asked.unwrap_or(threads),
+    };
+    if !arguments.print.quiet {
+        compute::propose_device(&arguments.compute, &first, members.len().min(MEMBERS_AT_ONCE));
     }
     let progress = BatchProgress::new(arguments.print.quiet);
     let settle = |scene: &Scene| match &devices {
@@ -115,10 +117,9 @@ fn run_members(arguments: &Arguments, plan: &Plan, out: &Path, members: &[Member
             Compute::check(scene).map_err(MemberError::Device)?;
             Ok(Compute::Gpu { gpu: devices.member(), precision: devices.precision })
         }
-        None if arguments.compute.backend == Backend::Auto => Ok(Compute::Cpu),
-        None => compute::settle_many(&arguments.compute, scene).map_err(unfit),
+        None => Ok(Compute::Cpu),
     };
-    let options = Options { jobs: jobs_of_all, threads, retry: arguments.retry };
+    let options = Options { jobs, threads, retry: arguments.retry };
     let ended = run(plan, out, members, options, &settle, &progress)?;
     progress.end();
     let mut table = Table::of(plan, out, members)?;
@@ -153,54 +154,8 @@ fn threads(arguments: &Arguments) -> usize {
     arguments.compute.threads.map_or_else(cores, usize::from)
 }
 
-/// How many members run at once: as many as there are threads, or as fit on the devices.
-fn jobs(arguments: &Arguments, plan: &Plan, devices: Option<&Devices>, threads: usize) -> Result<usize, CliError> {
-    let asked = arguments.jobs.map(usize::from);
-    let Some(devices) = devices else { return Ok(asked.unwrap_or(threads)) };
-    devices.jobs(asked, most_bodies(&plan.scene(0)?), arguments.compute.backend == Backend::Gpu)
-}
-
 /// The most bodies that a scene says it will have.
 fn most_bodies(scene: &Scene) -> u64 {
     let placed = scene.generate.iter().map(|rule| rule.count()).sum::<u64>() + scene.bodies.len() as u64;
     placed.max(scene.stop().and_then(|stop| stop.population).unwrap_or(0))
-}
-
-/// The devices that may compute all members together, decided by the first; reports an unusable one before any run.
-fn devices(
-    arguments: &Arguments,
-    plan: &Plan,
-    members: &[Member],
-    threads: usize,
-) -> Result<Option<Devices>, CliError> {
-    let ComputeArguments { backend, precision, adapter, .. } = &arguments.compute;
-    let asks = *backend == Backend::Gpu || precision.is_some() || adapter.is_some();
-    // One member alone is never faster on a device where many are on a processor.
-    if !asks && (*backend != Backend::Auto || members.len() < 2) {
-        return Ok(None);
-    }
-    Devices::open(&arguments.compute, &plan.scene(0)?, threads)
-}
-
-/// Whether so many members at a time take less time on a device than on so many threads, measured; and says so.
-fn pays(arguments: &Arguments, plan: &Plan, devices: &Devices, (members, threads): (usize, usize)) -> bool {
-    let pilot = plan.scene(0).map_err(|e| chain(&e)).and_then(|scene| {
-        Pilot::run(&scene, (&|| devices.member(), devices.precision), members, threads).map_err(|e| chain(&e))
-    });
-    let pays = pilot.as_ref().is_ok_and(Pilot::device_is_faster);
-    if !arguments.print.quiet {
-        let on = if pays { "on the device" } else { "on the CPU" };
-        output::message(&match pilot {
-            Ok(pilot) => format!("{pilot}; computed {on}"),
-            Err(fault) => format!("no device was measured ({fault}); computed {on}"),
-        });
-    }
-    pays
-}
-
-fn unfit(error: CliError) -> MemberError {
-    match error {
-        CliError::Device(fault) => MemberError::Device(fault),
-        other => MemberError::Unfit(other.to_string()),
-    }
 }

@@ -1,18 +1,15 @@
 //! The devices that compute the members of a batch: one ensemble, or one for each thread on a software adapter.
 
-use super::arguments::{Backend, Compute as Arguments};
+use super::arguments::Compute as Arguments;
 use super::exit::CliError;
 use super::{compute, driver};
 use relcp::gpu::{Ensemble, Gpu, Precision};
 use relcp::scene::Scene;
+use relcp::simulation::Compute;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Members that run on a device at once. A launch is paid once for all of them, and each takes a thread of the host.
-const MEMBERS_AT_ONCE: usize = 64;
-
-/// The same for each device of a software adapter, where launches cost little: 64 colonies to 16 to 32 cells on two
-/// cores took 15.5, 14.4, 16.6 and 17.7 s with 2, 4, 8 and 32 members a device.
-const MEMBERS_OF_A_THREAD: usize = 4;
+pub(super) const MEMBERS_AT_ONCE: usize = 64;
 
 /// See the module.
 pub(super) struct Devices {
@@ -23,12 +20,11 @@ pub(super) struct Devices {
 impl Devices {
     /// Those that the arguments ask for, decided by a scene; none where the CPU computes.
     pub fn open(arguments: &Arguments, scene: &Scene, threads: usize) -> Result<Option<Devices>, CliError> {
-        let Some((gpu, precision)) = compute::device_of_many(arguments, scene)? else { return Ok(None) };
+        let Compute::Gpu { gpu, precision } = compute::settle(arguments, scene)? else { return Ok(None) };
         let others = driver::devices_of_many(&gpu, threads) - 1;
         let mut ensembles = vec![Ensemble::new(gpu)?];
-        let again = Arguments { backend: Backend::Gpu, ..arguments.clone() };
         for _ in 0..others {
-            if let Some((gpu, _)) = compute::device_of_many(&again, scene)? {
+            if let Compute::Gpu { gpu, .. } = compute::settle(arguments, scene)? {
                 ensembles.push(Ensemble::new(gpu)?);
             }
         }
@@ -45,17 +41,16 @@ impl Devices {
     }
 
     /// How many members run at once, where a number is asked for or none.
-    pub fn jobs(&self, asked: Option<usize>, bodies: u64, must: bool) -> Result<usize, CliError> {
+    pub fn jobs(&self, asked: Option<usize>, bodies: u64) -> Result<usize, CliError> {
         let ensembles = self.ensembles.lock().unwrap_or_else(PoisonError::into_inner);
-        let best = if ensembles.len() > 1 { MEMBERS_OF_A_THREAD * ensembles.len() } else { MEMBERS_AT_ONCE };
         let fit: u64 = ensembles.iter().map(|ensemble| ensemble.members_that_fit(bodies)).sum();
         let fit = (fit as usize).max(1);
         match asked {
-            Some(asked) if asked > fit && must => Err(CliError::Usage(format!(
+            Some(asked) if asked > fit => Err(CliError::Usage(format!(
                 "--jobs: {asked} members of some {bodies} bodies do not fit on the device at once; the most is {fit}"
             ))),
-            Some(asked) => Ok(asked.min(fit)),
-            None => Ok(best.min(fit)),
+            Some(asked) => Ok(asked),
+            None => Ok(MEMBERS_AT_ONCE.min(fit)),
         }
     }
 }

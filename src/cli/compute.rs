@@ -5,10 +5,9 @@ use super::exit::CliError;
 use super::output;
 #[cfg(feature = "mpi")]
 use super::processes::compute as by_processes;
-use relcp::gpu::{AdapterReport, Choice, Gpu, GpuError, Precision, adapters};
+use relcp::gpu::{Choice, GpuError, Precision};
 use relcp::scene::Scene;
-use relcp::simulation::Compute;
-use std::sync::Arc;
+use relcp::simulation::{Compute, worth_a_device};
 
 /// Why `--backend mpi` does not compute here.
 pub(super) fn no_mpi() -> CliError {
@@ -44,27 +43,12 @@ pub(super) fn set_thread_count(threads: Option<u16>) -> Result<(), CliError> {
 }
 
 /// The adapter that the arguments ask for.
-pub(super) fn choice(arguments: &Arguments) -> Choice {
-    Choice { name: arguments.adapter.clone(), software: arguments.backend == Backend::Gpu, ..Choice::default() }
+fn choice(arguments: &Arguments) -> Choice {
+    Choice { name: arguments.adapter.clone(), software: true, ..Choice::default() }
 }
 
-/// What computes one run: with `auto` the CPU, until a hardware device is measured to be faster. What was asked for
-/// beside it is not given up silently.
+/// What computes: with `auto` the CPU. What was asked for beside it is not given up silently.
 pub(super) fn settle(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> {
-    let of_device = arguments.precision == Some(Wanted::F32) || arguments.adapter.is_some();
-    match arguments.backend {
-        // Adapters are looked for at the first trial, as that takes longer than many runs.
-        Backend::Auto if !of_device || hardware(arguments).is_some() => {
-            Ok(Compute::automatic(&choice(arguments), precision(arguments)))
-        }
-        Backend::Auto | Backend::Cpu => cpu(arguments),
-        Backend::Gpu => open(arguments, scene).map_err(CliError::from),
-        Backend::Mpi => by_processes(arguments),
-    }
-}
-
-/// What computes many runs side by side: with `auto` the CPU, whose cores they share.
-pub(super) fn settle_many(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> {
     match arguments.backend {
         Backend::Auto | Backend::Cpu => cpu(arguments),
         Backend::Gpu => open(arguments, scene).map_err(CliError::from),
@@ -72,31 +56,12 @@ pub(super) fn settle_many(arguments: &Arguments, scene: &Scene) -> Result<Comput
     }
 }
 
-/// The device that may compute many runs side by side, with its precision; none where the CPU does. With `auto` it is a
-/// hardware device, or the one that `--adapter` names. A message says why such a device cannot compute the scene.
-pub(super) fn device_of_many(arguments: &Arguments, scene: &Scene) -> Result<Option<(Arc<Gpu>, Precision)>, CliError> {
-    let compute = match arguments.backend {
-        Backend::Auto => {
-            let named = arguments.adapter.is_some();
-            let choice = Choice { software: named, ..choice(arguments) };
-            // A software adapter computes where it is asked for by its name, as `taken` counts it.
-            let fits = |adapter: &AdapterReport| if named { adapter.taken } else { adapter.automatic };
-            let Some(adapter) = adapters(&choice).into_iter().find(fits) else {
-                return cpu(arguments).map(|_| None);
-            };
-            match Compute::open_in(&choice, precision(arguments), scene) {
-                Ok(compute) => compute,
-                Err(fault) => {
-                    output::message_once(&format!("{} is not used: {fault}", adapter.name));
-                    return cpu(arguments).map(|_| None);
-                }
-            }
-        }
-        _ => settle_many(arguments, scene)?,
-    };
-    match compute {
-        Compute::Gpu { gpu, precision } => Ok(Some((gpu, precision))),
-        _ => Ok(None),
+/// Says where `auto` leaves runs to the CPU that a hardware GPU may take in less time; so many are computed at once.
+pub(super) fn propose_device(arguments: &Arguments, scene: &Scene, runs: usize) {
+    if arguments.backend == Backend::Auto
+        && let Some(why) = worth_a_device(scene, runs)
+    {
+        output::message(&format!("note: {why}; try --backend gpu"));
     }
 }
 
@@ -111,11 +76,6 @@ pub(super) fn cpu(arguments: &Arguments) -> Result<Compute, CliError> {
         ));
     }
     Ok(Compute::Cpu)
-}
-
-/// The first hardware adapter that fits.
-fn hardware(arguments: &Arguments) -> Option<AdapterReport> {
-    adapters(&choice(arguments)).into_iter().find(|adapter| adapter.automatic)
 }
 
 /// The precision that is asked for on a device.

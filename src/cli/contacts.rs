@@ -95,15 +95,12 @@ const STAND_IN: &str = "three-capsules";
 
 /// What computes the contacts. A device is refused where it could not take the scene's steps for its shapes or rows.
 fn settle(arguments: &Contacts, scene: Option<&Scene>) -> Result<Compute, CliError> {
-    let Contacts { mut backend, adapter, precision, threads, .. } = arguments.clone();
+    let Contacts { backend, adapter, precision, threads, .. } = arguments.clone();
     if backend == Backend::Mpi {
         return Err(compute::no_mpi());
     }
-    if let (true, Some(Err(fault))) = (backend != Backend::Cpu, scene.map(Compute::check)) {
-        if backend == Backend::Gpu {
-            return Err(fault.into());
-        }
-        backend = Backend::Cpu;
+    if backend == Backend::Gpu {
+        scene.map_or(Ok(()), Compute::check)?;
     }
     compute::settle(&Arguments { backend, adapter, precision, threads }, &Scene::built_in(STAND_IN)?)
 }

@@ -30,10 +30,10 @@ pub(super) fn devices(arguments: &Devices) -> Result<Exit, CliError> {
                 writeln!(out, "  f64 {}, timestamps {}", has(adapter.f64), has(adapter.timestamps))?;
                 writeln!(out, "  {}", verdict(adapter))?;
             }
-            if !found.iter().any(|adapter| adapter.automatic) && !found.is_empty() {
-                writeln!(out, "--backend auto computes on the CPU: there is no hardware adapter that fits")?;
+            match found.is_empty() {
+                true => Ok(()),
+                false => writeln!(out, "without --backend gpu, runs are computed on the CPU"),
             }
-            Ok(())
         })?;
     }
     Ok(if found.iter().any(|adapter| adapter.taken) { Exit::Done } else { Exit::Device })
@@ -43,11 +43,9 @@ fn verdict(adapter: &AdapterReport) -> String {
     if !adapter.lacks.is_empty() {
         return format!("cannot be used: {}", adapter.lacks.join("; "));
     }
-    match (adapter.automatic, adapter.taken) {
-        (true, _) => "taken by --backend gpu, and by --backend auto where it is measured to be faster".into(),
-        (false, true) => {
-            "taken by --backend gpu; not by auto, as a software adapter is slower than the CPU path".into()
-        }
-        (false, false) => "not taken unless named with --adapter: another one comes first".into(),
+    match (adapter.taken, adapter.is_hardware()) {
+        (true, true) => "taken by --backend gpu".into(),
+        (true, false) => "taken by --backend gpu; a software adapter is slower than the CPU backend".into(),
+        (false, _) => "not taken unless named with --adapter: another one comes first".into(),
     }
 }

@@ -34,7 +34,7 @@ pub(super) fn compute_alone(arguments: &Compute, scene: &Scene, source: Option<&
     let asks = arguments.backend == Backend::Gpu && std::env::var_os(THREADS).is_none();
     // The standard input cannot be read again.
     let again = source != Some(Path::new("-"));
-    if asks && again && bodies_at_end(scene) <= MOST_BODIES_ALONE {
+    if asks && again && scene.bodies_at_end() <= MOST_BODIES_ALONE {
         start_anew(THREADS, "0".as_ref());
     }
 }
@@ -42,8 +42,7 @@ pub(super) fn compute_alone(arguments: &Compute, scene: &Scene, source: Option<&
 /// Has a software adapter compute many scenes in as many threads of the program's own as there are: see
 /// [`devices_of_many`].
 pub(super) fn compute_side_by_side(arguments: &Compute, members: usize, threads: usize, source: &Path) {
-    let asks =
-        (arguments.backend == Backend::Gpu || arguments.adapter.is_some()) && std::env::var_os(THREADS).is_none();
+    let asks = arguments.backend == Backend::Gpu && std::env::var_os(THREADS).is_none();
     if asks && source != Path::new("-") && members >= threads && threads > 1 {
         start_anew(THREADS, "0".as_ref());
     }
@@ -54,15 +53,6 @@ pub(super) fn compute_side_by_side(arguments: &Compute, members: usize, threads:
 pub(super) fn devices_of_many(gpu: &Gpu, threads: usize) -> usize {
     let alone = gpu.is_software() && std::env::var_os(THREADS).is_some_and(|value| value == "0");
     if alone { threads.max(1) } else { 1 }
-}
-
-/// About how many bodies a run ends with. Cells that divide at a length grow by a factor of e in the reciprocal of
-/// their rate.
-fn bodies_at_end(scene: &Scene) -> f64 {
-    let placed = scene.generate.iter().map(|rule| rule.count()).sum::<u64>() + scene.bodies.len() as u64;
-    let fastest = scene.growth.iter().map(|growth| growth.rate).fold(0.0, f64::max);
-    let stop = scene.stop().and_then(|stop| stop.population).map_or(f64::INFINITY, |most| most as f64);
-    (placed as f64 * (fastest * scene.time.end).exp()).min(stop.max(placed as f64))
 }
 
 #[cfg(unix)]
@@ -80,18 +70,3 @@ fn start_anew(variable: &str, value: &std::ffi::OsStr) {
 /// Other systems have no such drivers.
 #[cfg(not(unix))]
 fn start_anew(_variable: &str, _value: &std::ffi::OsStr) {}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn growing_cells_are_counted_at_their_end() {
-        let colony = Scene::load("colony", ["time.end=4"]).unwrap();
-        assert!((50.0..60.0).contains(&bodies_at_end(&colony)));
-        let stopped = Scene::load("colony", ["growth.stop.population=20"]).unwrap();
-        assert_eq!(bodies_at_end(&stopped), 20.0);
-        let packed = Scene::load("compaction", ["time.end=4"]).unwrap();
-        assert_eq!(bodies_at_end(&packed), 1000.0);
-    }
-}

@@ -55,7 +55,7 @@ impl Exit {
             Ended::NotBegun => Exit::Interrupted,
             Ended::Failed(MemberError::Scene(error)) => error.into(),
             Ended::Failed(MemberError::Start(Fault::Device(_)) | MemberError::Device(_)) => Exit::Device,
-            Ended::Failed(MemberError::Start(_) | MemberError::Unfit(_)) => Exit::Usage,
+            Ended::Failed(MemberError::Start(_)) => Exit::Usage,
             Ended::Failed(MemberError::Run(error)) => error.into(),
             Ended::Failed(_) => Exit::Internal,
         }

@@ -23,8 +23,6 @@ pub(super) struct Progress {
     shown: Instant,
     begun: Instant,
     cost: StepCost,
-    /// How many legs there are that were looked at.
-    legs: usize,
 }
 
 impl Progress {
@@ -38,15 +36,14 @@ impl Progress {
             let bar = ProgressBar::new(steps).with_position(run.simulation().steps());
             bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
-        let (now, legs) = (Instant::now(), run.totals().legs.len());
-        Progress { bar, quiet, shown: now, begun: now, cost: StepCost::default(), legs }
+        let now = Instant::now();
+        Progress { bar, quiet, shown: now, begun: now, cost: StepCost::default() }
     }
 
     /// Takes note of a step, and shows it where it is time to.
     pub(super) fn step(&mut self, run: &Run, report: &StepReport) {
         self.cost.add(self.begun.elapsed().as_secs_f64());
         self.begun = Instant::now();
-        self.tell_legs(run);
         let every = if self.bar.is_some() { TEXT_EVERY } else { LINE_EVERY };
         if self.quiet || self.shown.elapsed() < every {
             return;
@@ -59,20 +56,6 @@ impl Progress {
                 bar.set_message(text);
             }
             None => output::message(&text),
-        }
-    }
-
-    /// Says where another machine takes over for good, and what one should know of a device.
-    fn tell_legs(&mut self, run: &Run) {
-        let legs = &run.totals().legs;
-        for leg in legs.iter().skip(std::mem::replace(&mut self.legs, legs.len())) {
-            if self.quiet || (leg.message.is_none() && (leg.is_trial() || leg.is_return())) {
-                continue;
-            }
-            match &self.bar {
-                Some(bar) => bar.println(leg.to_string()),
-                None => output::message(&leg.to_string()),
-            }
         }
     }
 

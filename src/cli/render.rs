@@ -6,7 +6,7 @@ use super::interrupt::Interrupt;
 use super::{compute, output};
 use indicatif::ProgressBar;
 use relcp::figure::Format;
-use relcp::gpu::{Choice, Gpu, GpuError, adapters};
+use relcp::gpu::{Choice, Gpu};
 use relcp::record::{RecordError, States, durable};
 use relcp::render::{
     Background, ENDINGS, Encoder, Frames, MOVIE, MovieKind, Rays, RenderError, Rendered, movie, render_on,
@@ -75,24 +75,17 @@ fn is_among_pictures(movie: &Path, folder: &Path) -> bool {
 
 /// The device that casts the rays, where one does.
 fn rays(arguments: &Arguments) -> Result<Option<Rays>, CliError> {
-    let software = arguments.backend == Backend::Gpu;
-    let choice = Choice { name: arguments.adapter.clone(), software, ..Choice::default() };
-    let open = || Gpu::open(&choice).and_then(|gpu| Rays::new(Arc::new(gpu)));
-    let none = || {
-        let usage = "--adapter names a device, and these pictures are drawn by the CPU; say --backend gpu";
-        arguments.adapter.as_ref().map_or(Ok(None), |_| Err(CliError::Usage(usage.into())))
-    };
     match arguments.backend {
-        Backend::Cpu => none(),
-        Backend::Gpu => Ok(Some(open()?)),
         Backend::Mpi => Err(super::compute::no_mpi()),
-        Backend::Auto => match adapters(&choice).into_iter().find(|adapter| adapter.automatic) {
-            None => none(),
-            Some(adapter) => open().map(Some).or_else(|fault: GpuError| {
-                output::message_once(&format!("{} is not used: {fault}", adapter.name));
-                none()
-            }),
-        },
+        Backend::Gpu => {
+            let choice = Choice { name: arguments.adapter.clone(), software: true, ..Choice::default() };
+            Ok(Some(Gpu::open(&choice).and_then(|gpu| Rays::new(Arc::new(gpu)))?))
+        }
+        Backend::Auto | Backend::Cpu if arguments.adapter.is_some() => {
+            let usage = "--adapter names a device, and these pictures are drawn by the CPU; say --backend gpu";
+            Err(CliError::Usage(usage.into()))
+        }
+        Backend::Auto | Backend::Cpu => Ok(None),
     }
 }
 

@@ -54,23 +54,12 @@ pub(super) fn print(out: &mut dyn Write, folder: &Path, page: Option<&Path>, s: 
 
 /// Says what computed it, where that is not the CPU alone.
 fn computed_by(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
-    let one = s.legs.iter().all(|leg| leg.machine.name() == s.backend);
     match &s.adapter {
-        Some(adapter) if one => return writeln!(out, "  computed by {adapter}, in {}", s.precision),
-        None if one => return Ok(()),
-        _ => {}
-    }
-    for leg in s.legs.iter().filter(|leg| !leg.is_trial() && !leg.is_return()) {
-        writeln!(out, "  computed    {leg}")?;
-    }
-    let (trials, lost) =
-        (s.legs.iter().filter(|leg| leg.is_trial()).count(), s.legs.last().map(|leg| leg.lost_seconds));
-    match lost {
-        Some(lost) if trials > 0 => {
-            let trials = output::count(trials, "trial", "trials");
-            writeln!(out, "  {trials} of the machine not in use, which cost {lost:.2} s")
+        _ if s.legs.iter().any(|leg| leg.machine != s.backend) => {
+            s.legs.iter().try_for_each(|leg| writeln!(out, "  computed    {leg}"))
         }
-        _ => Ok(()),
+        Some(adapter) => writeln!(out, "  computed by {adapter}, in {}", s.precision),
+        None => Ok(()),
     }
 }
 

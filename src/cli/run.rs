@@ -9,7 +9,7 @@ use relcp::gpu::Profile;
 use relcp::record::Folder;
 use relcp::run::{Run, RunError, RunStatus, Summary};
 use relcp::scene::Scene;
-use relcp::simulation::{Compute, Machine, Simulation};
+use relcp::simulation::{Compute, Simulation};
 use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
@@ -84,7 +84,7 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
     let folder = run.folder().clone();
     let simulation = run.simulation();
     let profile = simulation.device().filter(|_| arguments.profile);
-    let profile = profile.map(|gpu| Profile::of(gpu, device_steps(simulation, first)));
+    let profile = profile.map(|gpu| Profile::of(gpu, simulation.steps() - first));
     let summary = run.finish()?;
     // A page that cannot be written must not hide how the run ended.
     let page = arguments.view.then(|| view::after(folder.path())).transpose();
@@ -114,18 +114,13 @@ fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> 
 /// What computes; for a profile kernels are compiled when they are made, so that it tells how long that took.
 pub(super) fn settle(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> {
     let compute = compute::settle(&arguments.compute, scene)?;
+    if !arguments.print.quiet {
+        compute::propose_device(&arguments.compute, scene, 1);
+    }
     if let (true, Compute::Gpu { gpu, .. }) = (arguments.profile, &compute) {
         gpu.compile_at_once();
     }
     Ok(compute)
-}
-
-/// Steps after the `first` that a device took.
-fn device_steps(simulation: &Simulation, first: u64) -> u64 {
-    let legs = simulation.legs();
-    let ends = legs.iter().skip(1).map(|next| next.from_step).chain([simulation.steps() + 1]);
-    let on_device = legs.iter().zip(ends).filter(|(leg, _)| leg.machine == Machine::Gpu);
-    on_device.map(|(leg, end)| end.saturating_sub(leg.from_step.max(first + 1))).sum()
 }
 
 fn show(

@@ -96,10 +96,6 @@ impl Inertial {
 }
 
 impl Law for Inertial {
-    fn inertia(&self) -> bool {
-        true
-    }
-
     fn motion(&self, bodies: &Bodies, i: usize, load: Load, dt: f64) -> Motion {
         match self.drag {
             Some(drag) => self.damped([bodies, bodies], i, load, (dt, 1.0), drag),

@@ -65,9 +65,4 @@ pub trait Law: Send + Sync {
     fn arrived(&self, _here: &Bodies, _i: usize, _motion: &Motion, moved: Twist, _orientation: DQuat) -> Twist {
         moved
     }
-
-    /// Whether velocity is a part of the state.
-    fn inertia(&self) -> bool {
-        false
-    }
 }

@@ -1,6 +1,6 @@
 //! A program that was built without the feature `gpu` has no device.
 
-use super::{AdapterReport, Choice, Counters, GpuError, PipelineReport, Precision, StageUse};
+use super::{AdapterReport, Choice, GpuError, PipelineReport, Precision, StageUse};
 use std::sync::Arc;
 
 /// An open device: there is none.
@@ -35,6 +35,11 @@ impl Gpu {
         match *self {}
     }
 
+    /// The numbers that it computes with where none are asked for.
+    pub fn default_precision(&self) -> Precision {
+        match *self {}
+    }
+
     /// What one should know of the adapter.
     pub fn warnings(&self) -> Vec<String> {
         match *self {}
@@ -48,21 +53,8 @@ impl Gpu {
         match *self {}
     }
 
-    /// Waits until all that was submitted is done.
-    ///
-    /// # Errors
-    /// None: there is no value to ask.
-    pub fn wait(&self) -> Result<(), GpuError> {
-        match *self {}
-    }
-
     /// Bytes of all buffers at once, at most.
     pub fn peak_bytes(&self) -> u64 {
-        match *self {}
-    }
-
-    /// What it did.
-    pub fn counters(&self) -> Counters {
         match *self {}
     }
 

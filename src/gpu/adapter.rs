@@ -1,5 +1,6 @@
 //! Which adapters there are, and which one is taken.
 
+use super::choice::SOFTWARE;
 use super::{AdapterReport, Choice, GpuError};
 
 pub(super) fn instance() -> wgpu::Instance {
@@ -14,7 +15,7 @@ fn kind(info: &wgpu::AdapterInfo) -> &'static str {
         wgpu::DeviceType::DiscreteGpu => "discrete",
         wgpu::DeviceType::IntegratedGpu => "integrated",
         wgpu::DeviceType::VirtualGpu => "virtual",
-        wgpu::DeviceType::Cpu => "software",
+        wgpu::DeviceType::Cpu => SOFTWARE,
         wgpu::DeviceType::Other => "other",
     }
 }
@@ -98,8 +99,7 @@ fn described(adapter: &wgpu::Adapter, choice: &Choice) -> String {
 /// All adapters of this machine, and which one would be taken.
 pub fn adapters(choice: &Choice) -> Vec<AdapterReport> {
     let all = listed(&instance());
-    let info = |software| pick(&all, &Choice { software, ..choice.clone() }).ok().map(|a| a.get_info());
-    let (taken, automatic) = (info(true), info(false));
+    let taken = pick(&all, &Choice { software: true, ..choice.clone() }).ok().map(|adapter| adapter.get_info());
     let report = |adapter: &wgpu::Adapter| {
         let (info, limits, features) = (adapter.get_info(), adapter.limits(), adapter.features());
         AdapterReport {
@@ -113,7 +113,6 @@ pub fn adapters(choice: &Choice) -> Vec<AdapterReport> {
             storage_buffers: limits.max_storage_buffers_per_shader_stage,
             workgroup: limits.max_compute_invocations_per_workgroup,
             lacks: lacks(adapter),
-            automatic: automatic.as_ref() == Some(&info),
             taken: taken.as_ref() == Some(&info),
             name: info.name,
         }

@@ -11,6 +11,9 @@ pub struct Choice {
     pub default_limits: bool,
 }
 
+/// The [kind](AdapterReport::kind) of an adapter that is a program on the CPU.
+pub(super) const SOFTWARE: &str = "software";
+
 /// One adapter, as `relcp devices` shows it.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(serde::Serialize))]
@@ -37,8 +40,13 @@ pub struct AdapterReport {
     pub workgroup: u32,
     /// What keeps it from being used; empty where nothing does.
     pub lacks: Vec<String>,
-    /// Whether it may be taken where a device is not required: it is hardware and fits.
-    pub automatic: bool,
-    /// Whether it is taken where a device is required: software will do.
+    /// Whether it is taken where a device is asked for: software will do, hardware comes first.
     pub taken: bool,
+}
+
+impl AdapterReport {
+    /// Whether it is not a program on the CPU.
+    pub fn is_hardware(&self) -> bool {
+        self.kind != SOFTWARE
+    }
 }

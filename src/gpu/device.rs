@@ -211,6 +211,12 @@ impl Gpu {
         self.features.contains(wgpu::Features::SHADER_F64)
     }
 
+    /// The numbers that it computes with where none are asked for: f64 where the adapter is a program on the CPU and has
+    /// them, which take it as long as f32; f32 on hardware, where f64 takes 2 to 64 times as long.
+    pub fn default_precision(&self) -> Precision {
+        if self.is_software() && self.has_f64() { Precision::F64 } else { Precision::F32 }
+    }
+
     /// Whether kernels can be timed.
     pub fn has_timestamps(&self) -> bool {
         self.features.contains(wgpu::Features::TIMESTAMP_QUERY)
@@ -225,11 +231,6 @@ impl Gpu {
             return Err(GpuError::NoF64 { adapter: self.name.clone() });
         }
         Ok(())
-    }
-
-    /// Whether its driver ends loops after 65,535 rounds, which the only warning says.
-    pub(crate) fn ends_loops(&self) -> bool {
-        !self.warnings.is_empty()
     }
 
     /// What the user should know of this adapter.

@@ -149,11 +149,6 @@ impl Kernel {
         Arc::strong_count(&self.banked) == 1
     }
 
-    /// Its name.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
     /// The storage variables, in the order of their bindings.
     fn storages(&self) -> impl ExactSizeIterator<Item = &Binding> {
         self.bindings[usize::from(self.parameters > 0)..].iter()

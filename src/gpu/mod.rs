@@ -43,8 +43,6 @@ pub(crate) mod sort;
 #[cfg(feature = "gpu")]
 pub(crate) mod source;
 #[cfg(feature = "gpu")]
-mod suited;
-#[cfg(feature = "gpu")]
 pub(crate) mod table;
 #[cfg(feature = "gpu")]
 mod tally;
@@ -85,8 +83,6 @@ pub(crate) use scan::Scan;
 pub(crate) use sort::Sort;
 #[cfg(feature = "gpu")]
 pub(crate) use source::{Fragment, Source, WORKGROUP};
-#[cfg(feature = "gpu")]
-pub(crate) use suited::suited;
 #[cfg(feature = "gpu")]
 pub(crate) use table::{Made, kernels};
 #[cfg(all(test, feature = "gpu"))]

@@ -43,6 +43,7 @@ pub struct Cpu<const D: usize, P = Alone> {
     diagonal: Vec<f64>,
     /// `1 / diagonal`, zero for zero rows.
     inverse: Vec<f64>,
+    /// Empty until [`Cpu::find_majorant`].
     majorant: Vec<f64>,
     inverse_majorant: Vec<f64>,
     /// The part of its diagonal that is added to `A`.
@@ -105,15 +106,22 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
         self.finite = finite;
         let zero = ZERO_ROW * largest;
         let live: Vec<bool> = self.diagonal.iter().map(|s| *s > zero).collect();
-        let invert = |d: &Vec<f64>| d.iter().zip(&live).map(|(d, live)| if *live { 1.0 / d } else { 0.0 }).collect();
-        self.inverse = invert(&self.diagonal);
-        self.majorant = self.product.majorant();
-        self.inverse_majorant = invert(&self.majorant);
+        let inverse = |(s, live): (&f64, &bool)| if *live { 1.0 / s } else { 0.0 };
+        self.inverse = self.diagonal.iter().zip(&live).map(inverse).collect();
+        self.majorant.clear();
+        self.inverse_majorant.clear();
         self.blocks.rebuild(self.product.pair(), self.product.jacobian(), &live, &blocks);
         self.compliance = 0.0;
         self.products = 0;
         self.looks.clear();
         self.clusters = None;
+    }
+
+    /// Makes [`Metric::Majorant`](super::verbs::Metric::Majorant), which one solver uses, for this problem.
+    pub fn find_majorant(&mut self) {
+        self.majorant = self.product.majorant();
+        let inverse = |(w, inverse): (&f64, &f64)| if *inverse == 0.0 { 0.0 } else { 1.0 / w };
+        self.inverse_majorant = self.majorant.iter().zip(&self.inverse).map(inverse).collect();
     }
 
     /// Adds this part of the diagonal of `A` to it, until the next problem: a row then gives way by that part of what

@@ -80,7 +80,10 @@ impl<const D: usize, P: Portion<D>> Engine<D, P> {
             Engine::Auto(auto) if goes_on => return auto.go_on(task),
             Engine::Auto(auto) => return auto.solve(task),
             _ if !cpu.is_finite() => (Status::NotFinite, 0, f64::INFINITY),
-            Engine::ProjectedJacobi(method) => drive.run(cpu, method, settings, 1),
+            Engine::ProjectedJacobi(method) => {
+                cpu.find_majorant();
+                drive.run(cpu, method, settings, 1)
+            }
             Engine::ProjectedGaussSeidel(method) => drive.run(cpu, method, settings, SWEEPS),
             Engine::Apgd(method) => drive.run(cpu, method, settings, 1),
             Engine::Bbpgd(method) => drive.run(cpu, method, settings, 1),

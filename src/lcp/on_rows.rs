@@ -12,6 +12,7 @@ use std::ops::Range;
 pub(super) struct Diagonals<'a> {
     pub plain: &'a [f64],
     pub inverse: &'a [f64],
+    /// Empty where it is not used, as in a team.
     pub majorant: &'a [f64],
     pub inverse_majorant: &'a [f64],
 }
@@ -19,13 +20,7 @@ pub(super) struct Diagonals<'a> {
 impl<'a> Diagonals<'a> {
     /// Those of some rows.
     pub fn of(self, rows: Range<usize>) -> Self {
-        let of = |numbers: &'a [f64]| &numbers[rows.clone()];
-        Diagonals {
-            plain: of(self.plain),
-            inverse: of(self.inverse),
-            majorant: of(self.majorant),
-            inverse_majorant: of(self.inverse_majorant),
-        }
+        Diagonals { plain: &self.plain[rows.clone()], inverse: &self.inverse[rows], ..self }
     }
 
     /// The one of `A`.
@@ -155,10 +150,6 @@ impl<R: OnRows> Verbs for R {
     fn proximal(&mut self, metric: Metric, x: &Vec<f64>, step: f64, g: &Vec<f64>, out: &mut Vec<f64>) {
         let (_, inverse) = self.numbers().diagonals.of_metric(metric);
         map(out, [x, g, inverse], |[x, g, inverse]| project(x - step * g * inverse));
-    }
-
-    fn project(&mut self, _: Metric, x: &Vec<f64>, out: &mut Vec<f64>) {
-        map(out, [x], |[x]| project(x));
     }
 
     fn descend(&mut self, x: &Vec<f64>, g: &Vec<f64>, out: &mut Vec<f64>) {

@@ -100,8 +100,6 @@ pub trait Verbs {
         g: &Self::Vector,
         out: &mut Self::Vector,
     );
-    /// The projection `out = argmin over y >= 0 of (y - x) . B (y - x)`.
-    fn project(&mut self, metric: Metric, x: &Self::Vector, out: &mut Self::Vector);
     /// `out = argmin over x + out >= 0 of g . out + 1/2 out . B out`, where `B` are the diagonal blocks of `A`, one for
     /// all rows of a pair (see `lcp::pair_blocks`). Zero rows of `A` stay.
     fn descend(&mut self, x: &Self::Vector, g: &Self::Vector, out: &mut Self::Vector);

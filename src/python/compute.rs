@@ -2,9 +2,9 @@
 
 use super::driver::opening;
 use super::error::device;
-use crate::gpu::{Choice, GpuError, Precision, adapters};
+use crate::gpu::{Choice, GpuError, Precision};
 use crate::scene::Scene;
-use crate::simulation::Compute;
+use crate::simulation::{Compute, worth_a_device};
 use pyo3::exceptions::{PyRuntimeWarning, PyValueError};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -29,8 +29,8 @@ impl Wanted<'_> {
         let precision = self.precision()?;
         match self.backend {
             "cpu" => self.cpu(precision),
-            "gpu" => self.open(py, scene, precision, true),
-            "auto" => self.automatic(py, precision),
+            "gpu" => self.open(py, scene, precision),
+            "auto" => self.automatic(py, precision, scene),
             other => Err(PyValueError::new_err(format!("backend: expected 'cpu', 'gpu' or 'auto', found {other:?}"))),
         }
     }
@@ -54,22 +54,17 @@ impl Wanted<'_> {
         Ok(Compute::Cpu)
     }
 
-    /// The CPU, until a hardware GPU is measured to be faster. What is asked of a GPU is not given up silently.
-    fn automatic(&self, py: Python<'_>, precision: Option<Precision>) -> PyResult<Compute> {
-        let choice = self.choice(false);
-        let of_device = precision == Some(Precision::F32) || self.adapter.is_some();
-        if of_device && !opening(py, || adapters(&choice))?.iter().any(|adapter| adapter.automatic) {
-            return self.cpu(precision);
+    /// The CPU; warns where a hardware GPU may take less time.
+    fn automatic(&self, py: Python<'_>, precision: Option<Precision>, scene: &Scene) -> PyResult<Compute> {
+        let compute = self.cpu(precision)?;
+        if let Some(why) = opening(py, || worth_a_device(scene, 1))? {
+            warn(py, &format!("{why}; try backend='gpu'"))?;
         }
-        Ok(Compute::automatic(&choice, precision))
+        Ok(compute)
     }
 
-    fn choice(&self, software: bool) -> Choice {
-        Choice { name: self.adapter.map(str::to_owned), software, ..Choice::default() }
-    }
-
-    fn open(&self, py: Python<'_>, scene: &Scene, precision: Option<Precision>, software: bool) -> PyResult<Compute> {
-        let choice = self.choice(software);
+    fn open(&self, py: Python<'_>, scene: &Scene, precision: Option<Precision>) -> PyResult<Compute> {
+        let choice = Choice { name: self.adapter.map(str::to_owned), software: true, ..Choice::default() };
         let opened = opening(py, || Compute::open_in(&choice, precision, scene))?;
         let compute = opened.map_err(|fault: GpuError| device(&fault))?;
         if let Compute::Gpu { gpu, .. } = &compute {
@@ -103,7 +98,7 @@ pub(super) fn shared_threads_live() -> bool {
     *FIRST.get_or_init(std::process::id) == std::process::id()
 }
 
-pub(super) fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
+fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
     let message = CString::new(message.replace('\0', " "))?;
     PyErr::warn(py, &py.get_type::<PyRuntimeWarning>(), &message, 1)
 }

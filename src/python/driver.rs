@@ -14,18 +14,13 @@ static LENT: Mutex<(usize, Option<String>)> = Mutex::new((0, None));
 
 /// Looks for a device with the interpreter's lock released.
 pub(super) fn opening<T: Send>(py: Python<'_>, open: impl FnOnce() -> T + Send) -> PyResult<T> {
-    silently(py, || py.detach(open))
-}
-
-/// Does what may look for a device.
-pub(super) fn silently<T>(py: Python<'_>, work: impl FnOnce() -> T) -> PyResult<T> {
     if cfg!(not(unix)) {
-        return Ok(work());
+        return Ok(py.detach(open));
     }
     lend(py)?;
-    let done = work();
+    let opened = py.detach(open);
     take_back(py)?;
-    Ok(done)
+    Ok(opened)
 }
 
 fn environment(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {

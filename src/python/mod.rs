@@ -22,8 +22,8 @@ use crate::gpu::{Choice, adapters};
 use pyo3::prelude::*;
 
 /// The GPU adapters of this machine, better ones first, each as a dict: `name`, `kind`, `interface`, `driver`, `f64`,
-/// `timestamps`, sizes in bytes, `lacks` (what keeps it from being used), `automatic` (whether `backend="auto"` takes
-/// it) and `taken` (whether `backend="gpu"` does).
+/// `timestamps`, sizes in bytes, `lacks` (what keeps it from being used) and `taken` (whether `backend="gpu"` takes
+/// it).
 #[pyfunction]
 #[pyo3(signature = (adapter=None))]
 fn devices(py: Python<'_>, adapter: Option<String>) -> PyResult<Bound<'_, PyAny>> {

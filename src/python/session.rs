@@ -71,8 +71,6 @@ pub(super) struct Batch {
     pub taken: u64,
     /// The last of them and its wall time.
     pub last: Option<(StepReport, Duration)>,
-    /// What one should know of a device.
-    pub messages: Vec<String>,
 }
 
 impl Session {
@@ -80,7 +78,7 @@ impl Session {
     pub fn start(compute: &Compute, scene: Scene, threads: Threads) -> Result<Self, Error> {
         let begun = Instant::now();
         let hash = scene_hash(&scene);
-        let (mut simulation, start_max_overlap) = threads.run(|| {
+        let (simulation, start_max_overlap) = threads.run(|| {
             let bodies = scene.build()?;
             let start_max_overlap = max_overlap_but(&scene.fixed(), &bodies, &scene.walls());
             Simulation::start(compute, scene, State::new(bodies)).map(|s| (s, start_max_overlap)).map_err(Error::from)
@@ -88,7 +86,7 @@ impl Session {
         let mut totals = Totals { start_max_overlap, ..Totals::default() };
         totals.wall.setup = begun.elapsed().as_secs_f64();
         totals.wall.total = totals.wall.setup;
-        totals.taken_up_by(&mut simulation);
+        totals.taken_up_by(&simulation);
         Ok(Session { simulation, totals, scene_hash: hash, threads })
     }
 
@@ -101,8 +99,8 @@ impl Session {
         threads: Threads,
     ) -> Result<Self, Fault> {
         let hash = scene_hash(&scene);
-        let mut simulation = threads.run(|| Simulation::start(compute, scene, state))?;
-        totals.taken_up_by(&mut simulation);
+        let simulation = threads.run(|| Simulation::start(compute, scene, state))?;
+        totals.taken_up_by(&simulation);
         Ok(Session { simulation, totals, scene_hash: hash, threads })
     }
 
@@ -115,13 +113,11 @@ impl Session {
     pub fn advance(&mut self, most: u64, end: End, wall: Duration) -> (Batch, Result<(), Fault>) {
         let Session { simulation, totals, threads, .. } = self;
         threads.run(move || {
-            let mut batch = Batch { taken: 0, last: None, messages: Vec::new() };
+            let mut batch = Batch { taken: 0, last: None };
             let begun = Instant::now();
             while batch.taken < most && !end.is_reached(simulation) {
                 let step_begun = Instant::now();
                 let stepped = simulation.step();
-                let legs = totals.follow(simulation);
-                batch.messages.extend(legs.iter().filter_map(|leg| leg.message.clone()));
                 // A dump has no folder to go to.
                 simulation.take_lcps();
                 match stepped {

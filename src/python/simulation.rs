@@ -2,10 +2,9 @@
 
 use super::arrays::{column, json, table, vectors};
 use super::bodies::{self, Column, Table};
-use super::compute::{Wanted, warn};
+use super::compute::Wanted;
 use super::contacts::{AtWalls, Contacts, Pairs, WallContacts};
 use super::course::{Course, asks_to_stop};
-use super::driver::silently;
 use super::error::{RecordError, SimulationError, fault, recorded, scene_fault};
 use super::force::{Asking, PyForce};
 use super::report::StepReport;
@@ -33,10 +32,10 @@ const SIGNALS_EVERY: Duration = Duration::from_millis(50);
 /// A scene's bodies and what steps them: `Simulation(scene, backend="cpu", threads=None, precision=None,
 /// adapter=None)`.
 ///
-/// `backend` is "cpu", "gpu" (a software adapter will do) or "auto" (the CPU, until a hardware GPU is measured to be
+/// `backend` is "cpu", "gpu" (a software adapter will do) or "auto" (the CPU, with a warning where a hardware GPU may be
 /// faster); `threads` is a number of threads of its own, None those of the process, one a core; `precision` is "f32" or
-/// "f64" on a GPU, f32 without it; `adapter` is a part of a GPU's name. The same scene gives the same bits for any
-/// number of threads, and those of the program.
+/// "f64" on a GPU, without it f64 on a software adapter and f32 on hardware; `adapter` is a part of a GPU's name. The
+/// same scene gives the same bits for any number of threads, and those of the program.
 ///
 /// Every array is a copy of the state after the last accepted step, a row a body; N is the number of bodies. Lengths
 /// and times are in the scene's units.
@@ -45,16 +44,14 @@ pub(super) struct PySimulation {
     session: Mutex<Session>,
     /// Its state may have to be read from a device.
     on_device: bool,
-    /// A step may open a device.
-    opens: bool,
     /// What its forces share with it.
     asking: Asking,
 }
 
 impl PySimulation {
     fn hold(session: Session, compute: &Compute) -> Self {
-        let (on_device, opens) = (!matches!(compute, Compute::Cpu), matches!(compute, Compute::Auto(_)));
-        PySimulation { session: Mutex::new(session), on_device, opens, asking: Asking::new() }
+        let on_device = !matches!(compute, Compute::Cpu);
+        PySimulation { session: Mutex::new(session), on_device, asking: Asking::new() }
     }
 
     /// Starts a scene from its own bodies.
@@ -147,9 +144,7 @@ impl PySimulation {
         let Course { most: mut left, end } = course;
         let mut last = None;
         loop {
-            let advance = || self.compute(py, |session| session.advance(left, end, SIGNALS_EVERY));
-            let (batch, ended) = if self.opens { silently(py, advance)?? } else { advance()? };
-            batch.messages.iter().try_for_each(|message| warn(py, message))?;
+            let (batch, ended) = self.compute(py, |session| session.advance(left, end, SIGNALS_EVERY))?;
             ended.map_err(|no| self.fault(no))?;
             left -= batch.taken;
             last = batch.last.or(last);
@@ -311,10 +306,10 @@ impl PySimulation {
         Ok(self.session(py)?.simulation().done())
     }
 
-    /// What takes the next step, "cpu" or "gpu"; with backend="auto" it may change.
+    /// What takes the steps, "cpu" or "gpu".
     #[getter]
     fn backend(&self, py: Python<'_>) -> PyResult<&'static str> {
-        Ok(self.session(py)?.simulation().machine().name())
+        Ok(self.session(py)?.simulation().machine())
     }
 
     /// "f32" or "f64".
@@ -458,7 +453,7 @@ impl PySimulation {
         let (steps, time) = (simulation.steps(), simulation.time());
         Ok(format!(
             "Simulation({name:?}, bodies={bodies}, steps={steps}, time={time}, backend={:?})",
-            simulation.machine().name()
+            simulation.machine()
         ))
     }
 }

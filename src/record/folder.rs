@@ -149,11 +149,6 @@ impl Folder {
         Ok(())
     }
 
-    /// The folder that [`Folder::create_in`] made last for this name, where there is one.
-    pub fn latest_in(parent: &Path, name: &str) -> Option<PathBuf> {
-        candidates(parent, name).take_while(|path| path.is_dir()).last()
-    }
-
     /// The folder itself.
     pub fn path(&self) -> &Path {
         &self.0
@@ -286,13 +281,11 @@ mod tests {
     }
 
     #[test]
-    fn a_taken_name_is_numbered_and_the_latest_is_found() {
+    fn a_taken_name_is_numbered() {
         let parent = tempfile::tempdir().unwrap();
-        assert_eq!(Folder::latest_in(parent.path(), "a"), None);
         for expected in ["a", "a-2", "a-3"] {
             let made = Folder::create_in(parent.path(), "a").unwrap();
             assert_eq!(made.path(), parent.path().join(expected));
-            assert_eq!(Folder::latest_in(parent.path(), "a").unwrap(), made.path());
         }
     }
 

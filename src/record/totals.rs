@@ -1,6 +1,7 @@
 //! What a run did so far: the sums and extremes of its steps' reports, which a checkpoint carries on.
 
-use crate::simulation::{Leg, Simulation};
+use super::Leg;
+use crate::simulation::Simulation;
 use crate::step::{Passed, Phases, StepReport};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;
@@ -215,7 +216,7 @@ pub struct Totals {
     pub unconverged: u64,
     /// The first steps that had one.
     pub unconverged_steps: Vec<UnconvergedStep>,
-    /// What took which steps, over all resumptions.
+    /// What computed which steps: one entry for each time that the run was started or resumed.
     #[serde(default)]
     pub legs: Vec<Leg>,
     /// Wall time.
@@ -275,17 +276,11 @@ impl Totals {
         self.wall.total += wall.as_secs_f64();
     }
 
-    /// Lets a simulation go on with what these are the totals of.
-    pub(crate) fn taken_up_by(&mut self, simulation: &mut Simulation) {
-        simulation.count_earlier(self.wall.total, &self.legs);
-        self.follow(simulation);
-    }
-
-    /// Adds what took which steps since the last call, and returns it.
-    pub(crate) fn follow(&mut self, simulation: &Simulation) -> &[Leg] {
-        let known = self.legs.len();
-        self.legs.extend_from_slice(&simulation.legs()[known..]);
-        &self.legs[known..]
+    /// Notes that a simulation takes the steps from here on.
+    pub(crate) fn taken_up_by(&mut self, simulation: &Simulation) {
+        let leg = Leg::of(simulation);
+        log::info!("{leg}");
+        self.legs.push(leg);
     }
 
     fn add_solves(&mut self, report: &StepReport) {

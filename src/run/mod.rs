@@ -80,7 +80,7 @@ impl Run {
     /// # Errors
     /// A file that cannot be written; [`StateError::Custom`] where a body has a custom shape, before anything is
     /// written.
-    pub fn start(mut simulation: Simulation, folder: Folder, setup: Duration) -> Result<Self, RunError> {
+    pub fn start(simulation: Simulation, folder: Folder, setup: Duration) -> Result<Self, RunError> {
         let begun = Instant::now();
         if let Some(body) = simulation.state()?.bodies.first_custom() {
             return Err(RecordError::state(folder.path())(StateError::Custom { body }).into());
@@ -96,7 +96,7 @@ impl Run {
         };
         totals.wall.setup = (setup + begun.elapsed()).as_secs_f64();
         totals.wall.total = totals.wall.setup;
-        totals.taken_up_by(&mut simulation);
+        totals.taken_up_by(&simulation);
         let (schedule, scene_hash) = (Schedule::new(&scene), scene_hash(&scene));
         let mut run = Run::new(simulation, folder, (steps, measures, lives), schedule, scene_hash, totals);
         run.record_state()?;
@@ -153,7 +153,7 @@ impl Run {
             ));
         }
         let schedule = Schedule::new(&scene);
-        let mut simulation = Simulation::start(compute, scene, state)?;
+        let simulation = Simulation::start(compute, scene, state)?;
         if let Some(reason) = simulation.stopped_by().filter(|_| until.is_some()) {
             let why = if reason == StopReason::NoBodies { until::EMPTY } else { until::STOPPED };
             return Err(no_later_end(why.into()).into());
@@ -172,7 +172,7 @@ impl Run {
         let setup = begun.elapsed().as_secs_f64();
         totals.wall.setup += setup;
         totals.wall.total += setup;
-        totals.taken_up_by(&mut simulation);
+        totals.taken_up_by(&simulation);
         let saved = folder.count_lcps()?;
         let mut run = Run::new(simulation, folder, (steps, measures, lives), schedule, scene_hash, totals);
         run.simulation.count_lcps(saved);
@@ -252,7 +252,6 @@ impl Run {
     pub fn advance(&mut self) -> Result<StepReport, RunError> {
         let begun = Instant::now();
         let stepped = self.simulation.step();
-        self.totals.follow(&self.simulation);
         self.save_lcps()?;
         let report = match stepped {
             Ok(report) => report,

@@ -3,9 +3,11 @@
 use super::memory::peak_bytes;
 use super::way;
 use crate::gpu::Precision;
-use crate::record::{OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds, state_hash};
+use crate::record::{
+    Leg, OverStep, PassedStep, Retried, Totals, UnconvergedStep, UnsettledStep, WallSeconds, state_hash,
+};
 use crate::scene::{Method, SolverKind, Stepping, StopReason};
-use crate::simulation::{Leg, Simulation};
+use crate::simulation::Simulation;
 use crate::step::Fault;
 use serde::{Deserialize, Serialize};
 
@@ -112,7 +114,7 @@ pub struct Summary {
     pub adapter: Option<String>,
     /// Which numbers it was computed with.
     pub precision: &'static str,
-    /// What computed which steps, over all resumptions: one entry unless the run was resumed, or a device was tried.
+    /// What computed which steps: one entry for each time that the run was started or resumed.
     pub legs: Vec<Leg>,
     /// Threads of the run that wrote this file.
     pub threads: usize,
@@ -232,7 +234,7 @@ impl Summary {
             warnings: way::warnings(scene, totals.farthest_way),
             method: method_name(scene.contact.method),
             stepping: scene.time.stepping,
-            backend: if device.is_some() { "gpu" } else { "cpu" },
+            backend: simulation.machine(),
             adapter: device.map(|gpu| format!("{} ({})", gpu.name(), gpu.driver())),
             precision: simulation.precision().name(),
             legs: totals.legs.clone(),

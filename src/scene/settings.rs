@@ -126,6 +126,19 @@ impl Scene {
         self.growth.iter().find_map(|growth| growth.stop)
     }
 
+    /// About how many bodies a run ends with. Cells that divide at a length grow by a factor of e in the reciprocal of
+    /// their rate, where nothing holds them up.
+    pub fn bodies_at_end(&self) -> f64 {
+        #[cfg(feature = "files")]
+        let generated = self.generate.iter().map(|rule| rule.count()).sum::<u64>();
+        #[cfg(not(feature = "files"))]
+        let generated = 0;
+        let placed = generated as f64 + self.bodies.len() as f64;
+        let fastest = self.growth.iter().map(|growth| growth.rate).fold(0.0, f64::max);
+        let stop = self.stop().and_then(|stop| stop.population).map_or(f64::INFINITY, |most| most as f64);
+        (placed * (fastest * (self.time.end - self.time.start)).exp()).min(stop.max(placed))
+    }
+
     /// The growth of the bodies of a group, or of those without; none where they do not grow.
     pub fn growth_of(&self, group: Option<&str>) -> Option<&Growth> {
         let own = self.growth.iter().find(|growth| growth.group.as_deref() == group);

@@ -1,6 +1,5 @@
 //! What computes the steps: the CPU or a device.
 
-use super::Automatic;
 #[cfg(feature = "mpi")]
 use super::Together;
 use crate::backend::cpu::Cpu;
@@ -30,30 +29,18 @@ pub enum Compute {
         /// The numbers that its kernels compute with.
         precision: Precision,
     },
-    /// The CPU, until a device is measured to take the steps in less time.
-    ///
-    /// The moment at which the device takes over, or gives the state back, depends on measured times. So two runs may
-    /// differ in the last bits on a machine with a device that fits; elsewhere the bits are those of [`Compute::Cpu`].
-    Auto(Automatic),
     /// The CPU of several processes, which share the work of a simulation. The bits are those of [`Compute::Cpu`].
     #[cfg(feature = "mpi")]
     Together(Together),
 }
 
 impl Compute {
-    /// The CPU, until a hardware device is measured to take the steps in less time: the first one that fits the choice,
-    /// in this precision, or without one in the precision that suits it. It is opened when it is first tried: not below
-    /// 1,024 bodies, and not before the run has taken about a minute.
-    pub fn automatic(choice: &Choice, precision: Option<Precision>) -> Self {
-        Compute::Auto(Automatic::new(choice.clone(), precision))
-    }
-
     /// What takes the first step of a scene from a state.
     pub(super) fn backend(&self, scene: &Scene, state: State) -> Result<Box<dyn Stepper>, Fault> {
         let model = scene.model();
         Ok(match self {
-            Compute::Cpu | Compute::Auto(_) if scene.planar => Box::new(Cpu::<PLANAR>::new(&model, state)?),
-            Compute::Cpu | Compute::Auto(_) => Box::new(Cpu::<SPATIAL>::new(&model, state)?),
+            Compute::Cpu if scene.planar => Box::new(Cpu::<PLANAR>::new(&model, state)?),
+            Compute::Cpu => Box::new(Cpu::<SPATIAL>::new(&model, state)?),
             #[cfg(feature = "mpi")]
             Compute::Together(together) => together.backend(scene, state, None)?,
             #[cfg(not(feature = "gpu"))]
@@ -91,24 +78,14 @@ impl Compute {
         Compute::open_in(choice, Some(precision), scene)
     }
 
-    /// As [`Compute::open`]; without a precision in the one that suits the device.
+    /// As [`Compute::open`]; without a precision in the device's own, [`Gpu::default_precision`].
     ///
     /// # Errors
     /// As [`Compute::open`].
     pub fn open_in(choice: &Choice, precision: Option<Precision>, scene: &Scene) -> Result<Self, GpuError> {
         Compute::check(scene)?;
-        Compute::of_device(Arc::new(Gpu::open(choice)?), precision)
-    }
-
-    /// An open device, in a precision, or without one in the precision that suits it.
-    pub(super) fn of_device(gpu: Arc<Gpu>, precision: Option<Precision>) -> Result<Self, GpuError> {
-        #[cfg(feature = "gpu")]
-        let precision = match precision {
-            Some(precision) => precision,
-            None => crate::gpu::suited(&gpu)?,
-        };
-        #[cfg(not(feature = "gpu"))]
-        let precision = precision.unwrap_or(Precision::F64);
+        let gpu = Arc::new(Gpu::open(choice)?);
+        let precision = precision.unwrap_or_else(|| gpu.default_precision());
         gpu.check(precision)?;
         Ok(Compute::Gpu { gpu, precision })
     }
@@ -129,7 +106,7 @@ impl Compute {
     /// [`GpuError::Unsupported`] where a device has no such shape, or a body is too far out; what it refuses.
     pub fn contacts(&self, bodies: &Bodies, cutoff: f64) -> Result<Vec<Contact>, GpuError> {
         match self {
-            Compute::Cpu | Compute::Auto(_) => Ok(contacts(bodies, cutoff)),
+            Compute::Cpu => Ok(contacts(bodies, cutoff)),
             #[cfg(feature = "mpi")]
             Compute::Together(_) => Ok(contacts(bodies, cutoff)),
             #[cfg(not(feature = "gpu"))]
@@ -145,7 +122,7 @@ impl Compute {
     /// As [`Compute::contacts`].
     pub fn wall_contacts(&self, bodies: &Bodies, walls: &Walls, cutoff: f64) -> Result<Vec<WallContact>, GpuError> {
         match self {
-            Compute::Cpu | Compute::Auto(_) => Ok(walls.contacts(bodies, cutoff)),
+            Compute::Cpu => Ok(walls.contacts(bodies, cutoff)),
             #[cfg(feature = "mpi")]
             Compute::Together(_) => Ok(walls.contacts(bodies, cutoff)),
             #[cfg(not(feature = "gpu"))]

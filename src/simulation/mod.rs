@@ -1,18 +1,18 @@
 //! A simulation: a scene's bodies and the backend that steps them.
 
-pub(crate) mod automatic;
 mod builder;
 mod compute;
 mod home;
 mod leaving;
 #[cfg(feature = "mpi")]
 mod together;
+mod worth;
 
-pub use automatic::{Automatic, Leg, Machine, Reason};
 pub use builder::SimulationBuilder;
 pub use compute::Compute;
 #[cfg(feature = "mpi")]
 pub use together::{OfAll, Pack, Said, Together};
+pub use worth::worth_a_device;
 
 use crate::bodies::Bodies;
 use crate::dynamics::ForceField;
@@ -23,7 +23,6 @@ use crate::scene::{Scene, StopReason};
 use crate::separation::supports;
 use crate::step::{Contact, Fault, Keep, Plan, SavedLcp, State, StepReport, Stepper, contacts, max_overlap_but};
 use crate::walls::{WallContact, Walls};
-use automatic::Auto;
 use home::Home;
 use leaving::Leaving;
 use std::mem::discriminant;
@@ -69,11 +68,6 @@ pub struct Simulation {
     scene: Scene,
     plan: Plan,
     backend: Box<dyn Stepper>,
-    /// What the state was handed over from, and may be handed back to.
-    idle: Option<Box<dyn Stepper>>,
-    /// What chooses between the two; none where one was asked for.
-    auto: Option<Box<Auto>>,
-    legs: Vec<Leg>,
     keep: Keep,
     stopped_by: Option<StopReason>,
     /// The bodies that leave, and the lives that ended, where the scene has rules for it.
@@ -131,45 +125,19 @@ impl Simulation {
             return together.start(scene, state, beginning);
         }
         let backend = compute.backend(&scene, state)?;
-        Simulation::begin(compute, scene, beginning, backend)
+        Simulation::begin(scene, beginning, backend)
     }
 
     /// Steps `scene` by a backend that has the state it begins with.
-    fn begin(compute: &Compute, scene: Scene, beginning: Beginning, backend: Box<dyn Stepper>) -> Result<Self, Fault> {
+    fn begin(scene: Scene, beginning: Beginning, backend: Box<dyn Stepper>) -> Result<Self, Fault> {
         let Beginning { cutoff, parts_first, removed, home } = beginning;
         let mut plan = Plan::new(&scene.model(), cutoff);
         plan.parts_first = parts_first;
         let tolerances = [Precision::F32, Precision::F64].map(|precision| scene.solver_tolerance(precision));
-        let (auto, first) = match compute {
-            // What a device cannot do is not tried.
-            Compute::Auto(automatic) => match Compute::check(&scene) {
-                Ok(()) => (Some(Box::new(Auto::new(automatic))), Leg::first(Machine::Cpu, Reason::Begins)),
-                Err(fault) => {
-                    let message = Some(fault.to_string());
-                    (None, Leg { message, ..Leg::first(Machine::Cpu, Reason::Begins) })
-                }
-            },
-            Compute::Cpu => (None, Leg::first(Machine::Cpu, Reason::AskedFor)),
-            Compute::Gpu { .. } => (None, Leg::first(Machine::Gpu, Reason::AskedFor)),
-            #[cfg(feature = "mpi")]
-            Compute::Together(_) => (None, Leg::first(Machine::Cpu, Reason::AskedFor)),
-        };
         let keep = Keep::new(scene.solver.dump);
-        let mut simulation = Simulation {
-            scene,
-            plan,
-            backend,
-            idle: None,
-            auto,
-            legs: Vec::new(),
-            keep,
-            stopped_by: None,
-            leaving: None,
-            home,
-            tolerances,
-        };
+        let mut simulation =
+            Simulation { scene, plan, backend, keep, stopped_by: None, leaving: None, home, tolerances };
         simulation.leaving = Leaving::of(&simulation.scene, simulation.backend.as_ref(), removed)?;
-        simulation.record(first);
         simulation.look_for_stop()?;
         Ok(simulation)
     }
@@ -219,40 +187,9 @@ impl Simulation {
         self.backend.device()
     }
 
-    /// What took, or takes, which steps, in their order; those before a run was resumed too.
-    pub fn legs(&self) -> &[Leg] {
-        &self.legs
-    }
-
-    /// What takes the next step, unless it is measured anew.
-    pub fn machine(&self) -> Machine {
-        if self.device().is_some() { Machine::Gpu } else { Machine::Cpu }
-    }
-
-    /// Records what takes the steps from here on.
-    fn record(&mut self, leg: Leg) {
-        let adapter = self.device().map(|gpu| format!("{} ({})", gpu.name(), gpu.driver()));
-        let (precision, bodies) = (self.precision().name().into(), self.bodies());
-        let warnings = || {
-            let gpu = self.device().filter(|_| leg.reason == Reason::FirstTrial)?;
-            Some(format!("warning: {}", gpu.warnings().join("; "))).filter(|_| !gpu.warnings().is_empty())
-        };
-        let message = leg.message.clone().or_else(warnings);
-        let leg = Leg { adapter, precision, from_step: self.steps() + 1, time: self.time(), bodies, message, ..leg };
-        log::info!("{leg}");
-        self.legs.push(leg);
-    }
-
-    /// Counts what the run took before this simulation took it up, and by what: trials of a device may cost a part of
-    /// the whole run's time.
-    #[cfg(feature = "files")]
-    pub(crate) fn count_earlier(&mut self, seconds: f64, legs: &[Leg]) {
-        let lost = legs.last().map_or(0.0, |leg| leg.lost_seconds);
-        self.legs.iter_mut().for_each(|leg| leg.lost_seconds = lost);
-        self.legs.splice(0..0, legs.iter().cloned());
-        if let Some(auto) = &mut self.auto {
-            auto.resume(seconds, lost);
-        }
+    /// What takes its steps: `cpu` or `gpu`.
+    pub fn machine(&self) -> &'static str {
+        if self.device().is_some() { "gpu" } else { "cpu" }
     }
 
     /// The time after the last accepted step.
@@ -293,14 +230,6 @@ impl Simulation {
     /// # Errors
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
-        let Some(mut auto) = self.auto.take() else { return self.take_step() };
-        let stepped = auto.step(self);
-        self.auto = Some(auto);
-        stepped
-    }
-
-    /// Takes one step on the machine in use.
-    fn take_step(&mut self) -> Result<StepReport, Fault> {
         self.look_for_runaway()?;
         self.plan.span = self.scene.time.span(self.steps() + 1);
         self.plan.tolerance = self.tolerances[usize::from(self.precision() == Precision::F64)];

@@ -148,7 +148,7 @@ impl Together {
         given: Option<Given>,
     ) -> Result<Simulation, Fault> {
         let backend = self.backend(&scene, state, given)?;
-        Simulation::begin(&Compute::Together(self), scene, beginning, backend)
+        Simulation::begin(scene, beginning, backend)
     }
 }
 

@@ -217,8 +217,8 @@ fn commands_of_the_pages_have_the_flags_that_they_name() {
 
 /// Limits that pages quote: the page and its words, the file and the constant that sets the limit, and how many times.
 const LIMITS: [(&str, &str, &str, &str, u64); 13] = [
-    ("docs/gpu.md", "problems of up to {} rows", "src/lcp/gpu/machine.rs", "LARGEST_SMALL_WHERE_LOOPS_END", 1),
-    ("docs/gpu.md", "or {} with Mesa 23", "src/lcp/gpu/machine.rs", "LARGEST_SMALL_ON_SOFTWARE", 1),
+    ("docs/gpu.md", "{} bodies or more", "src/simulation/worth.rs", "LEAST_BODIES", 1),
+    ("docs/gpu.md", "problems of up to {} rows", "src/lcp/gpu/machine.rs", "LARGEST_SMALL_ON_SOFTWARE", 1),
     ("docs/gpu.md", "({} on hardware", "src/lcp/gpu/machine.rs", "LARGEST_SMALL", 1),
     ("docs/gpu.md", "have up to {} bodies", "src/cli/driver.rs", "MOST_BODIES_ALONE", 1),
     ("docs/guide.md", "From {} constraints on", "src/lcp/team/mod.rs", "LEAST_ROWS", 2),

@@ -2,7 +2,7 @@
 
 use crate::device::device;
 use crate::long::precisions_of_long_runs;
-use relcp::batch::{Ended, Member, Options, Pilot, Plan, Watch, run as run_batch};
+use relcp::batch::{Ended, Member, Options, Plan, Watch, run as run_batch};
 use relcp::gpu::{Ensemble, Gpu, Precision};
 use relcp::record::state_hash;
 use relcp::scene::Scene;
@@ -151,38 +151,6 @@ fn a_member_for_whose_buffers_there_is_no_room_fails_alone() {
     drop((member, ensemble));
     // A member is served after the ensemble itself is gone.
     assert_eq!(run(last, Precision::F32, scene), alone);
-}
-
-#[test]
-fn a_pilot_times_both_from_a_state_on_the_way() {
-    let Some(gpu) = device() else { return };
-    let ensemble = Ensemble::new(gpu.clone()).unwrap();
-    let scene = Scene::load("colony", ["time.dt=0.01", "time.end=2.2"]).unwrap();
-    let pilot = Pilot::run(&scene, (&|| ensemble.member(), Precision::F32), 3, 2).unwrap();
-    println!("{pilot}");
-    // 220 steps, of which it takes the state after 128: the founder has divided once.
-    assert_eq!((pilot.bodies, pilot.members, pilot.threads), (2, 3, 2));
-    assert!(pilot.cpu > 0.0 && pilot.device > 0.0 && pilot.device.is_finite(), "{pilot:?}");
-    // What clearly less is.
-    assert!(Pilot { cpu: 1.0, device: 0.5, ..pilot }.device_is_faster());
-    assert!(!Pilot { cpu: 1.0, device: 0.9, ..pilot }.device_is_faster());
-}
-
-#[test]
-fn a_batch_with_auto_says_what_it_measured_and_takes_the_faster_one() {
-    let Some(gpu) = device() else { return };
-    let place = tempfile::tempdir().unwrap();
-    let text = r#"{ "name": "two", "scene": "three-capsules", "seeds": [1, 2], "set": { "output.picture": false } }"#;
-    std::fs::write(place.path().join("two.json"), text).unwrap();
-    let mut command = assert_cmd::Command::cargo_bin("relcp").unwrap();
-    let output = command.current_dir(&place).args(["batch", "two.json", "--adapter", gpu.name()]).output().unwrap();
-    let err = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(0), "{err}");
-    let line = err.lines().find(|line| line.contains("a step of 2 members of 3 bodies takes")).unwrap();
-    let computed = if line.ends_with("computed on the device") { "gpu" } else { "cpu" };
-    assert!(line.ends_with(&format!("computed on the {}", if computed == "gpu" { "device" } else { "CPU" })), "{line}");
-    let table = std::fs::read_to_string(place.path().join("runs/two/batch.csv")).unwrap();
-    assert_eq!(table.lines().filter(|line| line.contains(&format!(",{computed},"))).count(), 2, "{table}");
 }
 
 #[test]

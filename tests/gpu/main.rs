@@ -4,7 +4,6 @@
 //! fail.
 #![allow(clippy::unwrap_used)]
 
-mod automatic;
 mod branches;
 mod broad_phase;
 mod contacts;

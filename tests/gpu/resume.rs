@@ -5,10 +5,13 @@ use crate::long::precisions_of_long_runs;
 use crate::steps::patch;
 use glam::DVec3;
 use relcp::gpu::{Gpu, Precision};
+use relcp::record::Folder;
+use relcp::run::{Run, RunStatus};
 use relcp::scene::Scene;
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::{State, Unrounded};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// What of two states differs first.
 fn difference(a: &State, b: &State) -> Option<&'static str> {
@@ -62,6 +65,33 @@ fn goes_on_in(gpu: &Arc<Gpu>, precisions: &[Precision], scene: &Scene, count: u6
 }
 
 /// The device's own numbers count only where they are those of the bodies, and of that device.
+/// The first part of a run is the device's, and the last the CPU's; `legs` name both.
+#[test]
+fn a_run_goes_on_on_another_machine_and_says_so() {
+    let Some(gpu) = device() else { return };
+    let place = tempfile::tempdir().unwrap();
+    let (scene, folder) = (load("colony", &["time.end=4"]), Folder::create(&place.path().join("run")).unwrap());
+    let on_device = Compute::Gpu { gpu: gpu.clone(), precision: Precision::F32 };
+    let simulation = Simulation::builder(scene.clone()).on(&on_device).build().unwrap();
+    let mut run = Run::start(simulation, folder.clone(), Duration::ZERO).unwrap();
+    while run.simulation().bodies() < 20 {
+        run.advance().unwrap();
+    }
+    let stopped = run.finish().unwrap();
+    assert_eq!((stopped.status, stopped.backend), (RunStatus::Interrupted, "gpu"));
+    let mut run = Run::resume(scene, Folder::open(folder.path()).unwrap(), &Compute::Cpu).unwrap();
+    while !run.done() {
+        run.advance().unwrap();
+    }
+    let summary = run.finish().unwrap();
+    assert_eq!((summary.status, summary.backend), (RunStatus::Done, "cpu"));
+    assert!(summary.final_max_overlap <= 1e-5);
+    let [first, last] = &summary.legs[..] else { panic!("{:?}", summary.legs) };
+    assert_eq!((first.machine.as_str(), first.precision.as_str(), first.from_step), ("gpu", "f32", 1));
+    assert!(first.adapter.as_ref().is_some_and(|adapter| adapter.contains(gpu.name())));
+    assert_eq!((last.machine.as_str(), last.adapter.as_ref(), last.from_step), ("cpu", None, stopped.steps + 1));
+}
+
 #[test]
 fn bodies_that_were_changed_are_where_they_were_put() {
     let Some(gpu) = device() else { return };

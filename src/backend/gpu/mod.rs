@@ -208,11 +208,6 @@ impl Device {
         self.solver.compile(&self.gpu, self.bodies)
     }
 
-    /// The device.
-    pub fn gpu(&self) -> &Gpu {
-        &self.gpu
-    }
-
     /// Searches for candidate pairs so far.
     pub fn searches(&self) -> u64 {
         self.candidates.searches

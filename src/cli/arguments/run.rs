@@ -9,16 +9,14 @@ use std::time::Duration;
 /// How to compute.
 #[derive(Args, Clone, Debug)]
 pub(in crate::cli) struct Compute {
-    /// Backend: auto computes on the CPU; a long `run` with many bodies goes over to a hardware GPU that is measured to
-    /// be faster. gpu also accepts a software adapter. mpi shares one `run` between processes that mpirun or srun has
-    /// started, to the same bits
+    /// Backend: auto computes on the CPU, and says where a hardware GPU may be faster. gpu takes a hardware GPU, or else
+    /// a software adapter. mpi shares one `run` between processes that mpirun or srun has started, to the same bits
     #[arg(long, default_value = "auto", value_parser = BackendParser)]
     pub(in crate::cli) backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) adapter: Option<String>,
-    /// Floating-point precision [default: f64 on the CPU and where it is fast on the GPU, else f32]; with --backend
-    /// auto that of the GPU
+    /// Floating-point precision [default: f64 on the CPU and on a software adapter, f32 on a hardware GPU]
     #[arg(long, value_enum)]
     pub(in crate::cli) precision: Option<Precision>,
     /// Number of threads [default: one per core; with --backend mpi one]. The bits of the results do not depend on it
@@ -132,8 +130,8 @@ pub(in crate::cli) struct Batch {
     /// The folder with the members' folders; without it, runs/NAME
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: Option<PathBuf>,
-    /// Most members at a time; without it, one a core, and with --backend gpu 64, which the device computes as one (on
-    /// a software adapter 4 a core). The results are the same bits for any number
+    /// Most members at a time; without it, one a core, and with --backend gpu 64, which the device computes as one. The
+    /// results are the same bits for any number
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) jobs: Option<u16>,
     /// Also continue failed members, from their last accepted state

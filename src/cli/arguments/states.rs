@@ -28,14 +28,13 @@ pub(in crate::cli) struct Contacts {
     /// Pairs nearer than this, a length; in a periodic scene at most the shortest period
     #[arg(long, value_name = "LENGTH", default_value_t = 0.0, value_parser = length)]
     pub(in crate::cli) cutoff: f64,
-    /// What computes them: the CPU in f64; gpu a device, and a software adapter too; auto a hardware GPU if there is
-    /// one
+    /// What computes them: cpu and auto the CPU in f64; gpu a hardware GPU, or else a software adapter
     #[arg(long, default_value = "cpu", value_parser = BackendParser)]
     pub(in crate::cli) backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) adapter: Option<String>,
-    /// Floating-point precision [default: f64 on the CPU and where it is fast on the GPU, else f32]
+    /// Floating-point precision [default: f64 on the CPU and on a software adapter, f32 on a hardware GPU]
     #[arg(long, value_enum)]
     pub(in crate::cli) precision: Option<Precision>,
     /// How many threads; without it, one a core
@@ -225,7 +224,7 @@ pub(in crate::cli) struct Render {
     /// No movie, also where there is `ffmpeg`
     #[arg(long)]
     pub(in crate::cli) no_movie: bool,
-    /// What casts the rays: auto takes a hardware GPU if there is one, else the CPU; gpu takes a software adapter too
+    /// What casts the rays: cpu and auto the CPU; gpu a hardware GPU, or else a software adapter
     #[arg(long, default_value = "auto", value_parser = BackendParser)]
     pub(in crate::cli) backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them

@@ -167,11 +167,6 @@ impl Ensemble {
         lock(&self.core.board).seats.len()
     }
 
-    /// The device.
-    pub fn gpu(&self) -> &Arc<Gpu> {
-        &self.core.gpu
-    }
-
     /// What it did so far.
     pub fn rounds(&self) -> Rounds {
         Rounds { peak_bytes: lock(&self.core.arena).peak, ..*lock(&self.core.rounds) }

@@ -21,12 +21,10 @@ use std::ops::Range;
 /// not measured on hardware.
 const MOST_GROUPS: u64 = 512;
 
-/// Rows, pairs or bodies up to which one workgroup does it all, unless set otherwise. On lavapipe with two threads a
-/// colony to 1,024 cells (3,300 rows) took 140 s with 4,096, and over 200 s with 1,024; more were not measured.
-const LARGEST_SMALL_ON_SOFTWARE: u64 = 4096;
-
-/// The same where a driver ends loops: pairs of eight rows may need 60,000 rounds for a pass over 2,048 rows.
-const LARGEST_SMALL_WHERE_LOOPS_END: u64 = 2048;
+/// Rows, pairs or bodies up to which one workgroup does it all, unless set otherwise. Pairs of eight rows may need 60,000
+/// rounds for a pass over so many rows, and drivers before Mesa 23 end loops after 65,535. On lavapipe with two threads a
+/// colony to 1,024 cells (3,300 rows) took 206 s, and with twice as many rows, where the driver does not end loops, 140.
+const LARGEST_SMALL_ON_SOFTWARE: u64 = 2048;
 
 /// The same on hardware: not measured; there one workgroup is a small part of the device.
 const LARGEST_SMALL: u64 = 128;
@@ -113,11 +111,7 @@ impl Machine {
         let real = variant.precision.bytes();
         Ok(Machine {
             kernels: Kernels::default(),
-            largest_small: match (gpu.is_software(), gpu.ends_loops()) {
-                (true, false) => LARGEST_SMALL_ON_SOFTWARE,
-                (true, true) => LARGEST_SMALL_WHERE_LOOPS_END,
-                (false, _) => LARGEST_SMALL,
-            },
+            largest_small: if gpu.is_software() { LARGEST_SMALL_ON_SOFTWARE } else { LARGEST_SMALL },
             most_groups: MOST_GROUPS,
             looks: LOOKS_OF_BATCHES,
             last_looks: LOOKS_OF_BATCHES[0],

@@ -158,18 +158,6 @@ impl Solver {
         }
         Ok(Outcome { status, iterations, products: device.products(), factorizations: 0, fallback: false, residual })
     }
-
-    /// Computes `velocity` from `gamma`, of which what is not finite or negative counts as zero.
-    ///
-    /// # Errors
-    /// As [`Solver::solve`].
-    pub fn velocity(&mut self, gpu: &Gpu, problem: &mut DeviceProblem) -> Result<(), GpuError> {
-        check(problem, self.machine.planar())?;
-        let mut device = Device::new(gpu, &mut self.machine, problem);
-        device.prepare();
-        let x = device.start();
-        device.finish(&x)
-    }
 }
 
 /// The solution without rows, for which the device need not be waited for: no body is pushed.

@@ -18,7 +18,6 @@ pub(super) enum Action {
     CopyIf,
     Combine,
     Proximal,
-    Project,
     Invert,
     Advance,
     AdvanceLow,
@@ -32,13 +31,12 @@ pub(super) enum Action {
 
 impl Action {
     /// All, in their order.
-    pub const ALL: [Action; 15] = [
+    pub const ALL: [Action; 14] = [
         Action::Zero,
         Action::Copy,
         Action::CopyIf,
         Action::Combine,
         Action::Proximal,
-        Action::Project,
         Action::Invert,
         Action::Advance,
         Action::AdvanceLow,
@@ -68,7 +66,7 @@ impl Action {
     pub fn reads(self) -> [bool; 3] {
         match self {
             Action::Zero => [false; 3],
-            Action::Copy | Action::Project | Action::Largest => [true, false, false],
+            Action::Copy | Action::Largest => [true, false, false],
             Action::CopyIf => [true, false, true],
             Action::Combine | Action::Invert | Action::Advance | Action::Dot | Action::Room => [true, true, false],
             Action::AdvanceLow | Action::Proximal | Action::Triple | Action::Objective | Action::Residual => [true; 3],
@@ -83,7 +81,6 @@ impl Action {
             Action::CopyIf => "COPY_IF",
             Action::Combine => "COMBINE",
             Action::Proximal => "PROXIMAL",
-            Action::Project => "PROJECT",
             Action::Invert => "INVERT",
             Action::Advance => "ADVANCE",
             Action::AdvanceLow => "ADVANCE_LOW",

@@ -109,6 +109,7 @@ fn rig<const D: usize>(
     with_empty_slots(gpu, &mut device_problem);
     let mut cpu = Cpu::for_parallel_rows();
     cpu.rebuild(&problem);
+    cpu.find_majorant();
     let mut device = Device::new(gpu, machine, &device_problem);
     device.prepare();
     check(&mut Both { cpu, device, rows });
@@ -145,7 +146,6 @@ enum Verb {
     Product,
     Gradient,
     Proximal(Metric),
-    Project(Metric),
     Descend,
     /// By `number` times the first vector and the rest of them.
     Displace,
@@ -170,7 +170,6 @@ fn make<V: Verbs>(verbs: &mut V, verb: Verb, [x, y, out]: [&mut V::Vector; 3], n
         Verb::Product => verbs.product(x, out),
         Verb::Gradient => verbs.gradient(x, out),
         Verb::Proximal(metric) => verbs.proximal(metric, x, number, y, out),
-        Verb::Project(metric) => verbs.project(metric, y, out),
         Verb::Descend => verbs.descend(x, y, out),
         Verb::Displace => {
             let mut room = V::Vector::default();
@@ -287,7 +286,6 @@ fn verbs_on_rows_are_those_of_the_cpu() {
         Verb::Product,
         Verb::Gradient,
         Verb::Proximal(diagonal),
-        Verb::Project(diagonal),
         Verb::Advance,
     ];
     let numbers =
@@ -299,7 +297,7 @@ fn verbs_on_rows_are_those_of_the_cpu() {
 fn the_majorant_is_that_of_the_cpu() {
     let metric = Metric::Majorant;
     let numbers = [Verb::Square(metric), Verb::InverseSquare(metric)];
-    compare(SolverKind::ProjectedJacobi, &[Verb::Proximal(metric), Verb::Project(metric)], &numbers);
+    compare(SolverKind::ProjectedJacobi, &[Verb::Proximal(metric)], &numbers);
 }
 
 #[test]

@@ -272,11 +272,6 @@ impl Verbs for Device<'_> {
         self.tape.row(Action::Proximal, out, [at(x), at(g), inverse], [step, NONE]);
     }
 
-    fn project(&mut self, _: Metric, x: &Slot, out: &mut Slot) {
-        let out = self.out(out);
-        self.tape.row(Action::Project, out, [at(x); 3], [NONE; 2]);
-    }
-
     fn descend(&mut self, x: &Slot, g: &Slot, out: &mut Slot) {
         let out = self.out(out);
         self.tape.pairs(Block { x: at(x), w: None, g: Some(at(g)), out });

@@ -11,6 +11,7 @@ use std::collections::HashMap;
 /// What tells free ways: the law of motion and the forces.
 pub(super) struct Free {
     law: Box<dyn Law>,
+    inertial: bool,
     forces: Vec<Box<dyn ForceField>>,
     walls: Vec<Wall>,
     dt: f64,
@@ -20,6 +21,7 @@ impl Free {
     pub(super) fn of(scene: &Scene) -> Free {
         Free {
             law: law(&scene.dynamics),
+            inertial: scene.dynamics.has_inertia(),
             forces: force_fields(&scene.forces, &scene.group_names(), &scene.dynamics),
             walls: scene.walls.clone(),
             dt: scene.time.dt,
@@ -38,7 +40,7 @@ impl Free {
 
     /// The farthest that a body's end would go in a step by its turn alone.
     pub(super) fn turn(&self, before: &Bodies) -> f64 {
-        if !self.law.inertia() {
+        if !self.inertial {
             return 0.0;
         }
         let end = |i: usize| self.dt * before.angular_velocity[i].length() * before.shape[i].bounding_radius();

@@ -125,8 +125,8 @@ pub struct Arguments {
     /// The adapter, by a part of its name; `relcp devices` lists them
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
-    /// Floating-point precision [default: f64 on the CPU and where it is fast on the GPU, else f32]; with --backend
-    /// auto that of the GPU
+    /// Floating-point precision [default: f64 on the CPU and on a software adapter, f32 on a hardware GPU]; with
+    /// --backend auto that of the GPU
     #[arg(long, value_enum)]
     pub precision: Option<Precision>,
     /// Number of threads [default: one per core]. The bits of the results do not depend on it

@@ -60,7 +60,7 @@ pub fn cpu(arguments: &Arguments) -> Result<Compute, LabError> {
 
 /// The first hardware adapter that fits.
 fn hardware(arguments: &Arguments) -> Option<AdapterReport> {
-    adapters(&choice(arguments)).into_iter().find(|adapter| adapter.automatic)
+    adapters(&choice(arguments)).into_iter().find(|adapter| adapter.taken && adapter.is_hardware())
 }
 
 fn open(arguments: &Arguments, scene: &Scene) -> Result<Compute, GpuError> {
