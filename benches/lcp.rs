@@ -8,7 +8,6 @@ use relcp::internals::lcp::verbs::Verbs;
 use relcp::lcp::{Problem, Settings, Solver};
 use relcp::scene::SolverKind;
 use std::hint::black_box;
-use std::io::Read;
 use std::time::Instant;
 
 fn main() {
@@ -209,26 +208,11 @@ fn iteration<const D: usize>(name: &str, problem: &Problem<D>) {
     );
 }
 
-fn block<T: npyz::Deserialize>(archive: &mut zip::ZipArchive<std::fs::File>, name: &str) -> Vec<T> {
-    let mut bytes = Vec::new();
-    archive.by_name(&format!("{name}.npy")).unwrap().read_to_end(&mut bytes).unwrap();
-    npyz::NpyFile::new(&bytes[..]).unwrap().into_vec().unwrap()
-}
-
 /// A stored system and its start.
 fn stored<const D: usize>(name: &str) -> (Problem<D>, Vec<f64>) {
     let path = format!("{}/{name}.npz", env!("CARGO_MANIFEST_DIR"));
-    let archive = &mut zip::ZipArchive::new(std::fs::File::open(path).unwrap()).unwrap();
-    let blocks = |numbers: Vec<f64>| -> Vec<[f64; D]> { numbers.as_chunks().0.to_vec() };
-    let (a, b) = (block::<i32>(archive, "a"), block::<i32>(archive, "b"));
-    let (row_a, row_b) = (blocks(block(archive, "row_a")), blocks(block(archive, "row_b")));
-    let problem = Problem {
-        bodies: block::<i64>(archive, "bodies")[0] as usize,
-        pair: a.iter().zip(&b).map(|(a, b)| [*a as u32, *b as u32]).collect(),
-        jacobian: row_a.iter().zip(&row_b).map(|(a, b)| [*a, *b]).collect(),
-        q: block(archive, "q"),
-    };
-    (problem, block(archive, "gamma0"))
+    let (stored, _) = relcp::record::read_lcp(path.as_ref()).unwrap();
+    (stored.problem().unwrap(), stored.start)
 }
 
 fn solvers() {

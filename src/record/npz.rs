@@ -7,8 +7,7 @@
 
 use super::error::StateError;
 use super::hash::Fnv;
-use npyz::WriterBuilder;
-use std::io::{BufWriter, Cursor, Read, Write};
+use std::io::{Cursor, Read, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
@@ -23,6 +22,8 @@ const SEAL: &[u8] = b"relcp fnv1a64 ";
 const DIGITS: usize = 16;
 /// What a `.npy` entry starts with: the magic and version 1.0 of the format.
 const NPY_MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
+/// What the bytes before its numbers are a multiple of.
+const NPY_ALIGNMENT: usize = 64;
 
 /// The values of an array.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,11 +47,11 @@ pub(super) struct Block {
 pub(super) fn write(header: &[u8], blocks: &[Block]) -> Result<Vec<u8>, StateError> {
     let fault = |e: zip::result::ZipError| StateError::Unwritable(e.to_string());
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-    let header = array("|u1", 1, header).map_err(|e| StateError::Unwritable(e.to_string()))?;
+    let header = array("|u1", 1, header, |byte| [byte]);
     zip.start_file(HEADER, options(header.len())).map_err(fault)?;
     zip.write_all(&header).map_err(|e| StateError::Unwritable(e.to_string()))?;
     for block in blocks {
-        let bytes = npy(block).map_err(|e| StateError::Unwritable(e.to_string()))?;
+        let bytes = npy(block);
         zip.start_file(format!("{}.npy", block.name), options(bytes.len())).map_err(fault)?;
         zip.write_all(&bytes).map_err(|e| StateError::Unwritable(e.to_string()))?;
     }
@@ -83,30 +84,43 @@ fn options(size: usize) -> SimpleFileOptions {
         .large_file(size as u64 >= u64::from(u32::MAX))
 }
 
-fn npy(block: &Block) -> std::io::Result<Vec<u8>> {
+fn npy(block: &Block) -> Vec<u8> {
     match &block.data {
-        Data::F64(values) => array("<f8", block.columns, values),
-        Data::U64(values) => array("<u8", block.columns, values),
-        Data::U32(values) => array("<u4", block.columns, values),
-        Data::I64(values) => array("<i8", block.columns, values),
-        Data::I32(values) => array("<i4", block.columns, values),
+        Data::F64(values) => array("<f8", block.columns, values, f64::to_le_bytes),
+        Data::U64(values) => array("<u8", block.columns, values, u64::to_le_bytes),
+        Data::U32(values) => array("<u4", block.columns, values, u32::to_le_bytes),
+        Data::I64(values) => array("<i8", block.columns, values, i64::to_le_bytes),
+        Data::I32(values) => array("<i4", block.columns, values, i32::to_le_bytes),
     }
 }
 
-fn array<T: npyz::Serialize + Copy>(descr: &str, columns: usize, values: &[T]) -> std::io::Result<Vec<u8>> {
-    let ty = descr.parse().map_err(|e| std::io::Error::other(format!("{descr}: {e}")))?;
-    let rows = (values.len() / columns.max(1)) as u64;
+/// The bytes of a `.npy` entry (numpy, "NEP 1: a simple file format for numpy arrays").
+fn array<T: Copy, const W: usize>(
+    descr: &str,
+    columns: usize,
+    values: &[T],
+    bytes_of: impl Fn(T) -> [u8; W],
+) -> Vec<u8> {
+    let rows = values.len() / columns.max(1);
     let shape = match columns {
-        0 => vec![],
-        1 => vec![rows],
-        columns => vec![rows, columns as u64],
+        0 => String::new(),
+        1 => format!("{rows}, "),
+        columns => format!("{rows}, {columns}, "),
     };
-    let mut bytes = Vec::with_capacity(std::mem::size_of_val(values) + 128);
-    let out = BufWriter::new(&mut bytes);
-    let mut writer = npyz::WriteOptions::new().dtype(npyz::DType::Plain(ty)).shape(&shape).writer(out).begin_nd()?;
-    writer.extend(values.iter().copied())?;
-    writer.finish()?;
-    Ok(bytes)
+    let text = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({shape}), }}");
+    // The magic, two bytes of length and the text, which blanks fill and a line's end closes.
+    let before = (NPY_MAGIC.len() + 2 + text.len() + 1).next_multiple_of(NPY_ALIGNMENT);
+    let length = before - NPY_MAGIC.len() - 2;
+    let mut bytes = Vec::with_capacity(before + size_of_val(values));
+    bytes.extend_from_slice(NPY_MAGIC);
+    bytes.extend_from_slice(&(length as u16).to_le_bytes());
+    bytes.extend_from_slice(text.as_bytes());
+    bytes.resize(before - 1, b' ');
+    bytes.push(b'\n');
+    for value in values {
+        bytes.extend_from_slice(&bytes_of(*value));
+    }
+    bytes
 }
 
 /// A file's bytes, opened.
@@ -183,12 +197,12 @@ impl<'a> Archive<'a> {
         name: &'static str,
         rows: usize,
     ) -> Result<Vec<[f64; N]>, StateError> {
-        self.array("<f8", name, rows)
+        self.array("<f8", name, rows, f64::from_le_bytes)
     }
 
     /// An array of 64-bit integers.
     pub(super) fn u64s(&mut self, name: &'static str, rows: usize) -> Result<Vec<u64>, StateError> {
-        Ok(self.array::<u64, 1>("<u8", name, rows)?.into_iter().map(|[v]| v).collect())
+        Ok(self.array::<_, _, 1>("<u8", name, rows, u64::from_le_bytes)?.into_iter().map(|[v]| v).collect())
     }
 
     /// An array of 32-bit integers.
@@ -197,26 +211,28 @@ impl<'a> Archive<'a> {
         name: &'static str,
         rows: usize,
     ) -> Result<Vec<[u32; N]>, StateError> {
-        self.array("<u4", name, rows)
+        self.array("<u4", name, rows, u32::from_le_bytes)
     }
 
-    fn array<T: npyz::Deserialize + Copy, const N: usize>(
+    fn array<T: Copy, const W: usize, const N: usize>(
         &mut self,
         descr: &str,
         name: &'static str,
         rows: usize,
+        number: impl Fn([u8; W]) -> T,
     ) -> Result<Vec<[T; N]>, StateError> {
         let bytes = self.entry(&format!("{name}.npy"))?;
         let shape = if N == 1 { format!("({rows})") } else { format!("({rows},{N})") };
-        let data = rows.checked_mul(N * std::mem::size_of::<T>());
-        // Judged from its text, since a forged shape must not reach arithmetic that trusts it.
+        let data = rows.checked_mul(N * W);
         let text = format!("{{'descr':'{descr}','fortran_order':False,'shape':{shape}}}");
-        let found = header_text(&bytes);
-        if found.as_ref().map(|(text, _)| text) != Some(&text) || found.map(|(_, rest)| rest) != data {
-            return Err(StateError::damaged(name, format!("it is not {rows} rows of {N} numbers of type {descr}")));
-        }
-        let file = npyz::NpyFile::new(bytes.as_slice()).map_err(|e| StateError::damaged(name, e))?;
-        let flat: Vec<T> = file.into_vec().map_err(|e| StateError::damaged(name, e))?;
+        let numbers = match header_text(&bytes) {
+            Some((found, length)) if found == text && Some(length) == data => &bytes[bytes.len() - length..],
+            _ => {
+                let message = format!("it is not {rows} rows of {N} numbers of type {descr}");
+                return Err(StateError::damaged(name, message));
+            }
+        };
+        let flat: Vec<T> = numbers.as_chunks().0.iter().map(|bytes| number(*bytes)).collect();
         Ok(flat.as_chunks::<N>().0.to_vec())
     }
 }
@@ -234,4 +250,24 @@ pub(super) fn header_text(bytes: &[u8]) -> Option<(String, usize)> {
     let (text, data) = rest.split_at_checked(u16::from_le_bytes(*length).into())?;
     let text: String = std::str::from_utf8(text).ok()?.chars().filter(|c| !c.is_whitespace()).collect();
     Some((text.replace(",}", "}").replace(",)", ")"), data.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn entries_are_numpys() {
+        let single = npy(&Block { name: "bodies", columns: 0, data: Data::I64(vec![-2]) });
+        let mut expected = b"\x93NUMPY\x01\x00\x76\x00{'descr': '<i8', 'fortran_order': False, 'shape': (), }".to_vec();
+        expected.resize(127, b' ');
+        expected.extend_from_slice(b"\n\xfe\xff\xff\xff\xff\xff\xff\xff");
+        assert_eq!(single, expected);
+        let rows = npy(&Block { name: "a", columns: 2, data: Data::U32(vec![1, 2, 3, 0x0405_0607]) });
+        assert_eq!(header_text(&rows), Some(("{'descr':'<u4','fortran_order':False,'shape':(2,2)}".into(), 16)));
+        assert!(rows.ends_with(b" \n\x01\0\0\0\x02\0\0\0\x03\0\0\0\x07\x06\x05\x04"));
+        let row = npy(&Block { name: "q", columns: 1, data: Data::F64(vec![0.0; 3]) });
+        assert_eq!(header_text(&row), Some(("{'descr':'<f8','fortran_order':False,'shape':(3)}".into(), 24)));
+        assert_eq!(array("|u1", 1, b"{}", |byte| [byte]).len(), 130);
+    }
 }

@@ -4,7 +4,7 @@
 //! that they start from and gives each its part; it gathers the state when it is asked for it.
 
 use super::home::Home;
-use super::{Beginning, Compute, Simulation};
+use super::{Beginning, Simulation};
 use crate::backend::cpu::Cpu;
 use crate::backend::cpu::domain::{Given, Part, among, shares};
 use crate::freedom::{PLANAR, SPATIAL};

@@ -2,7 +2,6 @@
 
 use crate::device::{device, precisions};
 use crate::long::{long_tests, precisions_of_long_runs};
-use npyz::NpyFile;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use relcp::gpu::{Choice, Gpu, GpuError, Precision};
@@ -10,7 +9,6 @@ use relcp::internals::gpu::Buffer;
 use relcp::internals::lcp::gpu::{DeviceProblem, Solver};
 use relcp::lcp::{self, Outcome, Problem, Settings, Status, velocity};
 use relcp::scene::SolverKind;
-use std::io::Read;
 
 /// A stored system, a start, a reference solution's velocity.
 struct Stored {
@@ -19,28 +17,10 @@ struct Stored {
     velocity: Vec<[f64; 3]>,
 }
 
-fn block<T: npyz::Deserialize>(archive: &mut zip::ZipArchive<std::fs::File>, name: &str) -> Vec<T> {
-    let mut bytes = Vec::new();
-    archive.by_name(&format!("{name}.npy")).unwrap().read_to_end(&mut bytes).unwrap();
-    NpyFile::new(&bytes[..]).unwrap().into_vec().unwrap()
-}
-
 fn stored(name: &str) -> Stored {
     let path = format!("{}/tests/data/lcp/{name}.npz", env!("CARGO_MANIFEST_DIR"));
-    let archive = &mut zip::ZipArchive::new(std::fs::File::open(path).unwrap()).unwrap();
-    let blocks = |numbers: Vec<f64>| -> Vec<[f64; 3]> { numbers.chunks(3).map(|c| [c[0], c[1], c[2]]).collect() };
-    let (a, b) = (block::<i32>(archive, "a"), block::<i32>(archive, "b"));
-    let (row_a, row_b) = (blocks(block(archive, "row_a")), blocks(block(archive, "row_b")));
-    Stored {
-        problem: Problem {
-            bodies: block::<i64>(archive, "bodies")[0] as usize,
-            pair: a.iter().zip(&b).map(|(a, b)| [*a as u32, *b as u32]).collect(),
-            jacobian: row_a.iter().zip(&row_b).map(|(a, b)| [*a, *b]).collect(),
-            q: block(archive, "q"),
-        },
-        start: block(archive, "gamma0"),
-        velocity: blocks(block(archive, "v")),
-    }
+    let (stored, _) = relcp::record::read_lcp(path.as_ref()).unwrap();
+    Stored { problem: stored.problem().unwrap(), velocity: stored.velocity.as_chunks().0.to_vec(), start: stored.start }
 }
 
 /// The natural residual, written out.
