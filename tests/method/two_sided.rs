@@ -234,3 +234,30 @@ fn a_rod_exactly_across_a_channel_turns_as_it_grows_and_is_not_without_room() {
         assert!(largest(&reports, |r| r.largest_move) < 0.1, "{dt}");
     }
 }
+
+/// The cells of a row fill their channel from side to side and divide all at once: none of their daughters can turn.
+#[test]
+fn daughters_without_room_to_turn_turn_less_and_the_run_goes_on() {
+    let cells: Vec<String> = (-3..4)
+        .map(|k| {
+            let x = 6.0 * f64::from(k);
+            format!(
+                r#"{{ "shape": {{ "spherocylinder": {{ "diameter": 1, "length": 5.9 }} }}, "position": [{x}, 0, 0], "axis": [1, 0, 0] }}"#
+            )
+        })
+        .collect();
+    let (simulation, reports) = run(scene(&format!(
+        r#"{{ "name": "row", "planar": true, "seed": 3, "time": {{ "dt": 0.01, "end": 1.5 }},
+            "walls": [ {{ "channel": {{ "normal": [0, 1, 0], "center": [0, 0, 0], "width": 1 }} }} ],
+            "growth": {{ "rate": 1, "division_length": 6, "reorientation_degrees": 30 }},
+            "bodies": [ {} ] }}"#,
+        cells.join(", ")
+    )));
+    let state = simulation.state().unwrap();
+    assert_eq!(state.bodies.len(), 56);
+    assert!(reports.iter().any(|report| report.turned_less > 0));
+    for (position, orientation) in state.bodies.position.iter().zip(&state.bodies.orientation) {
+        let axis = *orientation * DVec3::Z;
+        assert!(position.y.abs() < TOLERANCE && axis.y.abs() < TOLERANCE, "{position} {axis}");
+    }
+}
