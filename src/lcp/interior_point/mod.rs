@@ -13,11 +13,9 @@
 //! `gamma`, and runs on one thread.
 
 mod contradiction;
-mod factor;
 mod iterate;
 mod normal_matrix;
 mod rows;
-mod supernodes;
 
 use super::cone::{is_open, residual, worse};
 use super::cpu::Cpu;
@@ -29,8 +27,8 @@ use iterate::Iterate;
 use normal_matrix::{NormalMatrix, Refused};
 use rows::UnitRows;
 
-/// Most numbers in the factor, 256 MiB: planar systems of some 200,000 rows. A square lattice with 99,372 rows has 10.7
-/// million, a colony's system with 3,351 has 0.10 million.
+/// Most numbers in the factor, 256 MiB: planar systems of some 200,000 rows. A square lattice with 100,833 rows has
+/// 13.9 million, a colony's system with 3,602 has 0.11 million.
 const LARGEST_FACTOR: usize = 1 << 25;
 
 /// Most iterations: of some 800 systems of all kinds none took more than 27.
@@ -41,8 +39,8 @@ pub(crate) const MOST_ITERATIONS: u64 = 100;
 const PATIENCE: u64 = 15;
 
 /// What a solve costs, for [`InteriorPoint::forecast`]: steps, and nanoseconds of one for each multiplication of its
-/// factorization and for each unknown. Steps of five systems of 864 to 12,288 unknowns took 0.8 to 22 ms on one core
-/// (November 2026), these numbers 0.6 to 22; factorizations of today take two thirds of that time, solves as long.
+/// factorization and for each unknown. Steps of five systems of 864 to 12,288 unknowns take 0.8 to 22 ms on one core
+/// (November 2026), these numbers 0.6 to 22.
 const STEPS: f64 = 20.0;
 const NANOSECONDS_OF_A_MULTIPLICATION: f64 = 0.25;
 const NANOSECONDS_OF_AN_UNKNOWN: f64 = 650.0;
