@@ -211,8 +211,8 @@ impl Gpu {
         self.features.contains(wgpu::Features::SHADER_F64)
     }
 
-    /// The numbers that it computes with where none are asked for: f64 where the adapter is a program on the CPU and has
-    /// them, which take it as long as f32; f32 on hardware, where f64 takes 2 to 64 times as long.
+    /// The numbers that it computes with where none are asked for: f64 where the adapter is a program on the CPU and
+    /// has them, which take it as long as f32; f32 on hardware, where f64 takes 2 to 64 times as long.
     pub fn default_precision(&self) -> Precision {
         if self.is_software() && self.has_f64() { Precision::F64 } else { Precision::F32 }
     }

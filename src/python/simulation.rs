@@ -32,10 +32,10 @@ const SIGNALS_EVERY: Duration = Duration::from_millis(50);
 /// A scene's bodies and what steps them: `Simulation(scene, backend="cpu", threads=None, precision=None,
 /// adapter=None)`.
 ///
-/// `backend` is "cpu", "gpu" (a software adapter will do) or "auto" (the CPU, with a warning where a hardware GPU may be
-/// faster); `threads` is a number of threads of its own, None those of the process, one a core; `precision` is "f32" or
-/// "f64" on a GPU, without it f64 on a software adapter and f32 on hardware; `adapter` is a part of a GPU's name. The
-/// same scene gives the same bits for any number of threads, and those of the program.
+/// `backend` is "cpu", "gpu" (a software adapter will do) or "auto" (the CPU, with a warning where a hardware GPU may
+/// be faster); `threads` is a number of threads of its own, None those of the process, one a core; `precision` is "f32"
+/// or "f64" on a GPU, without it f64 on a software adapter and f32 on hardware; `adapter` is a part of a GPU's name.
+/// The same scene gives the same bits for any number of threads, and those of the program.
 ///
 /// Every array is a copy of the state after the last accepted step, a row a body; N is the number of bodies. Lengths
 /// and times are in the scene's units.

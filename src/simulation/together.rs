@@ -24,7 +24,7 @@ pub struct Together {
     pack: Pack,
 }
 
-/// Numbers that all processes are told of all bodies, where each has a part.
+/// Numbers of the whole scene that rank 0 sends to every rank, where each has a part of the bodies.
 pub type OfAll = [u64; 8];
 
 /// What rank 0 said.
@@ -85,7 +85,8 @@ impl Together {
         can && scene.solver.dump.is_none() && shares(&scene.model(), self.processes)
     }
 
-    /// What takes this process's part of the steps of a scene; `given` is what it has of the state, where that is a part.
+    /// What takes this process's part of the steps of a scene; `given` is what it has of the state, where that is a
+    /// part.
     pub(super) fn backend(&self, scene: &Scene, state: State, given: Option<Given>) -> Result<Box<dyn Stepper>, Fault> {
         let (model, who) = (scene.model(), (self.processes, self.shares(scene)));
         Ok(match scene.planar {
@@ -94,8 +95,8 @@ impl Together {
         })
     }
 
-    /// Starts a simulation where rank 0 does, and has the others start there: with all bodies, or where steps are shared
-    /// out each with a part.
+    /// Starts a simulation where rank 0 does, and has the others start there: with all bodies, or where steps are
+    /// shared out each with a part.
     pub(super) fn start(self, scene: Scene, mut state: State, beginning: Beginning) -> Result<Simulation, Fault> {
         if !self.leads() || self.processes.size() == 1 {
             return self.begin(scene, beginning, state, None);

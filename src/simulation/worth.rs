@@ -9,9 +9,9 @@ use crate::scene::Scene;
 /// rods. A large GPU is estimated to take less, hardly depending on their number. Nothing was measured on hardware.
 const LEAST_BODIES: f64 = 4096.0;
 
-/// A sentence for a run on the CPU, or for so many that are computed at once, that a hardware GPU may take in less
-/// time; none where the bodies are few, where a device cannot take such steps or where there is none. It asks the system
-/// for its adapters, only where the bodies are many, and opens none.
+/// A sentence for a run on the CPU, or for so many runs at once, that a hardware GPU may be faster. None if the bodies
+/// are few, if a device cannot take such steps, or if there is no hardware adapter. It lists the system's adapters only
+/// for many bodies, and opens none.
 pub fn worth_a_device(scene: &Scene, runs: usize) -> Option<String> {
     let bodies = runs as f64 * scene.bodies_at_end();
     if bodies < LEAST_BODIES || Compute::check(scene).is_err() {

@@ -75,7 +75,7 @@ macro_rules! step_figures {
             pieces: u32 = 0, own;
             /// Attempts that failed before it was taken.
             failed_attempts: u32 = 0, own;
-            /// Whether the CPU took it in the place of a device.
+            /// Whether the CPU took the step instead of a device.
             by_cpu: bool = false, own;
             /// Whether bodies overlapped too deeply for the step and were separated before it, without advancing time.
             parted: bool = false, own;

@@ -2,9 +2,9 @@
 //!
 //! The step is cut into halves, and those that fail into halves, down to a 64th. The pieces are steps like any other,
 //! so that all together are a step with a smaller `dt`. Where a 64th fails too, daughters that are born in it turn less
-//! than they drew. Then there are three ends: growing cells that have no room wait or end the run (`growth.on_no_room`),
-//! and what fails for another reason ends the run with the state before the step, or is accepted as it is least bad
-//! (`contact.on_failure`).
+//! than they drew. Then there are three ends: growing cells that have no room wait or end the run
+//! (`growth.on_no_room`), and what fails for another reason ends the run with the state before the step, or is accepted
+//! as it is least bad (`contact.on_failure`).
 //!
 //! Nothing here depends on earlier steps, so that a run that goes on from a state takes the same pieces.
 
@@ -291,8 +291,9 @@ impl Taking<'_> {
     }
 
     /// Takes the shortest piece with daughters that turn less than they drew, where cells divide in it: cells that lie
-    /// side by side without room between them cannot turn, and in a crowd whose cells all divide at once the constraints
-    /// of so many turned ones may contradict each other. Daughters that do not turn have the room that their mother had.
+    /// side by side without room between them cannot turn, and in a crowd whose cells all divide at once the
+    /// constraints of so many turned ones may contradict each other. Daughters that do not turn have the room that
+    /// their mother had.
     fn turn_less(
         &mut self,
         again: &mut dyn RetryBackend,

@@ -9,8 +9,9 @@ use std::time::Duration;
 /// How to compute.
 #[derive(Args, Clone, Debug)]
 pub(in crate::cli) struct Compute {
-    /// Backend: auto computes on the CPU, and says where a hardware GPU may be faster. gpu takes a hardware GPU, or else
-    /// a software adapter. mpi shares one `run` between processes that mpirun or srun has started, to the same bits
+    /// Backend: auto computes on the CPU, and says where a hardware GPU may be faster. gpu takes a hardware GPU, or
+    /// else a software adapter. mpi shares one `run` between processes that mpirun or srun has started, to the same
+    /// bits
     #[arg(long, default_value = "auto", value_parser = BackendParser)]
     pub(in crate::cli) backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them

@@ -21,9 +21,10 @@ use std::ops::Range;
 /// not measured on hardware.
 const MOST_GROUPS: u64 = 512;
 
-/// Rows, pairs or bodies up to which one workgroup does it all, unless set otherwise. Pairs of eight rows may need 60,000
-/// rounds for a pass over so many rows, and drivers before Mesa 23 end loops after 65,535. On lavapipe with two threads a
-/// colony to 1,024 cells (3,300 rows) took 206 s, and with twice as many rows, where the driver does not end loops, 140.
+/// Rows, pairs or bodies up to which one workgroup does it all, unless set otherwise. Pairs of eight rows may need
+/// 60,000 rounds for a pass over so many rows, and drivers before Mesa 23 end loops after 65,535. On lavapipe with two
+/// threads a colony to 1,024 cells (3,300 rows) took 206 s, and with twice as many rows, where the driver does not end
+/// loops, 140.
 const LARGEST_SMALL_ON_SOFTWARE: u64 = 2048;
 
 /// The same on hardware: not measured; there one workgroup is a small part of the device.

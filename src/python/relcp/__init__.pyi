@@ -217,7 +217,7 @@ class StepReport:
 
     @property
     def by_cpu(self) -> bool:
-        """Whether the CPU took it in the place of a device."""
+        """Whether the CPU took the step instead of a device."""
 
     @property
     def parted(self) -> bool:
