@@ -140,8 +140,8 @@ impl<const D: usize> Both<D> {
         verb(&mut self.theirs);
     }
 
-    fn compare(&self, which: &str) {
-        compare(&format!("{}, {which}", self.what), &self.ours, &self.theirs, self.bounds);
+    fn compare(&self, which: &str) -> bool {
+        compare(&format!("{}, {which}", self.what), &self.ours, &self.theirs, self.bounds)
     }
 
     /// The multipliers that rows start from; the rows are known to be alike. Returns how many push.
@@ -172,31 +172,39 @@ impl<const D: usize> Both<D> {
     }
 
     /// One step with a recursion of each kind; how many multipliers first rows started from, and how many violations
-    /// there were.
-    fn step(&mut self, midpoint: bool, violating: f64) -> [usize; 2] {
+    /// there were; nothing where a tie ended the comparison.
+    fn step(&mut self, midpoint: bool, violating: f64) -> Option<[usize; 2]> {
         self.verb(|backend| backend.begin().unwrap());
         self.verb(|backend| backend.append_near().unwrap());
-        self.compare("first rows");
+        if !self.compare("first rows") {
+            return None;
+        }
         let started = self.compare_multipliers();
         self.solve();
         if midpoint {
             self.verb(|backend| backend.middle().unwrap());
             self.verb(|backend| backend.append_near().unwrap());
-            self.compare("in the middle");
+            if !self.compare("in the middle") {
+                return None;
+            }
             self.compare_multipliers();
             self.solve();
         }
         let violations = self.trial(violating);
         self.verb(|backend| backend.tighten_violations().unwrap());
-        self.compare("tightened");
+        if !self.compare("tightened") {
+            return None;
+        }
         self.solve();
         self.trial(violating);
         self.verb(|backend| backend.append_violations().unwrap());
-        self.compare("appended");
+        if !self.compare("appended") {
+            return None;
+        }
         self.solve();
         self.trial(violating);
         self.verb(|backend| assert!(backend.accept().is_ok()));
-        [started, violations]
+        Some([started, violations])
     }
 }
 
@@ -212,8 +220,8 @@ fn moving(scene: &Scene) -> Bodies {
     bodies
 }
 
-/// How many multipliers first rows started from.
-fn check<const D: usize>(gpu: &Arc<Gpu>, scene: &Scene) -> usize {
+/// How many multipliers first rows started from; counts comparisons that no tie ended.
+fn check<const D: usize>(gpu: &Arc<Gpu>, scene: &Scene, whole: &mut usize) -> usize {
     let mut started = 0;
     let state = || State { next_id: 1000, bodies: moving(scene), ..State::default() };
     for (precision, bounds, gamma) in BOUNDS.into_iter().filter(|b| precisions(gpu).contains(&b.0)) {
@@ -226,13 +234,17 @@ fn check<const D: usize>(gpu: &Arc<Gpu>, scene: &Scene) -> usize {
         };
         let midpoint = scene.time.stepping == scene::Stepping::Midpoint;
         let mut counts = [0; 2];
-        for _ in 0..STEPS {
-            let [pushing, violations] = both.step(midpoint, VIOLATING);
+        let mut steps = 0;
+        while steps < STEPS
+            && let Some([pushing, violations]) = both.step(midpoint, VIOLATING)
+        {
             counts = [counts[0] + pushing, counts[1] + violations];
+            steps += 1;
         }
-        println!("{}: {counts:?} multipliers and violations", both.what);
-        assert!(counts[1] > 3, "{}: {counts:?}", both.what);
+        println!("{}: {counts:?} multipliers and violations in {steps} steps", both.what);
+        assert!(counts[1] > 3 || steps < STEPS, "{}: {counts:?}", both.what);
         started += counts[0];
+        *whole += usize::from(steps == STEPS);
     }
     started
 }
@@ -241,7 +253,13 @@ fn check<const D: usize>(gpu: &Arc<Gpu>, scene: &Scene) -> usize {
 fn rows_by_branches_are_the_cpus() {
     // Says SKIP where there is no device, and fails where one is required.
     let Some(gpu) = device() else { return };
-    let check = |scene: &Scene| if scene.planar { check::<PLANAR>(gpu, scene) } else { check::<SPATIAL>(gpu, scene) };
-    let started: usize = scenes().iter().map(check).sum();
+    let (scenes, mut whole) = (scenes(), 0);
+    let mut check = |scene: &Scene| match scene.planar {
+        true => check::<PLANAR>(gpu, scene, &mut whole),
+        false => check::<SPATIAL>(gpu, scene, &mut whole),
+    };
+    let started: usize = scenes.iter().map(&mut check).sum();
     assert!(started > 100, "{started}");
+    // Ties are rare: one of twelve scenes in f32 on an NVIDIA H200.
+    assert!(whole + 2 >= scenes.len() * precisions(gpu).len(), "{whole}");
 }

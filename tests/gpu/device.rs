@@ -27,10 +27,14 @@ pub fn device() -> Option<&'static Arc<Gpu>> {
     }
 }
 
-/// The precisions that the device has.
+/// The precisions that the device has; with `RELCP_PRECISION=f32` or `f64` that one alone.
 pub fn precisions(gpu: &Gpu) -> Vec<Precision> {
     let mut all = vec![Precision::F32];
     all.extend(gpu.has_f64().then_some(Precision::F64));
+    if let Ok(name) = std::env::var("RELCP_PRECISION") {
+        all.retain(|precision| precision.name() == name);
+        assert!(!all.is_empty(), "RELCP_PRECISION={name}: the device has no such precision");
+    }
     all
 }
 

@@ -14,6 +14,7 @@ use relcp::scene::{self, Scene};
 use relcp::simulation::{Compute, Simulation};
 use relcp::step::{Fault, State, StepReport, contacts};
 use relcp::warm::Warm;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 fn compute(gpu: &Arc<Gpu>, precision: Precision) -> Compute {
@@ -318,12 +319,27 @@ fn ordered(lcp: &Stored) -> Vec<Row> {
 /// How far the rows of two LCPs are apart: blocks of `J` as a part of the largest number in them, and `q`.
 fn rows_apart(ours: &Stored, theirs: &Stored) -> (f64, f64) {
     let (ours, theirs) = (ordered(ours), ordered(theirs));
-    assert_eq!(ours.iter().map(|row| row.0).collect::<Vec<_>>(), theirs.iter().map(|row| row.0).collect::<Vec<_>>());
+    let pairs = |rows: &[Row]| rows.iter().map(|row| row.0).collect::<Vec<_>>();
+    assert_eq!(pairs(&ours), pairs(&theirs));
     let numbers = |rows: &[Row]| -> Vec<f64> { rows.iter().flat_map(|row| row.1.iter().flatten().copied()).collect() };
     let (a, b) = (numbers(&ours), numbers(&theirs));
     let largest = b.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let jacobian = a.iter().zip(&b).fold(0.0_f64, |worst, (x, y)| worst.max((x - y).abs())) / largest.max(1e-3);
     (jacobian, ours.iter().zip(&theirs).fold(0.0_f64, |worst, (x, y)| worst.max((x.2 - y.2).abs())))
+}
+
+/// How far the least `q` of each pair's rows are apart, of LCPs whose pairs are the same.
+fn least_offsets_apart(ours: &Stored, theirs: &Stored) -> f64 {
+    let least = |lcp: &Stored| {
+        let mut least: BTreeMap<[u32; 2], f64> = BTreeMap::new();
+        for (pair, q) in lcp.pair.iter().zip(&lcp.q) {
+            least.entry(*pair).and_modify(|least| *least = least.min(*q)).or_insert(*q);
+        }
+        least
+    };
+    let (ours, theirs) = (least(ours), least(theirs));
+    assert!(ours.keys().eq(theirs.keys()), "{ours:?} {theirs:?}");
+    ours.values().zip(theirs.values()).fold(0.0, |worst: f64, (x, y)| worst.max((x - y).abs()))
 }
 
 /// The LCPs that a scene asks to be kept are those that the device solved: the same rows as the CPU's, and
@@ -356,7 +372,13 @@ fn lcps_are_kept() {
                 assert_eq!((ours.lcp.unknowns, ours.lcp.bodies), (unknowns, theirs.lcp.bodies), "{name}");
                 assert_eq!(ours.lcp.start.len(), ours.lcp.gamma.len());
                 let exact = precision == Precision::F64;
-                let (jacobian, q) = rows_apart(&ours.lcp, &theirs.lcp);
+                // From the second step on the states differ by what the solves may. In f32 parallel rods then touch in
+                // one place on one machine and in two on the other.
+                let rounded = !exact && ours.step > 1;
+                let (jacobian, q) = match rounded {
+                    true => (0.0, least_offsets_apart(&ours.lcp, &theirs.lcp)),
+                    false => rows_apart(&ours.lcp, &theirs.lcp),
+                };
                 let residual = ours.lcp.residual(&ours.lcp.gamma);
                 let largest = |v: &[f64]| v.iter().fold(0.0_f64, |worst, x| worst.max(x.abs()));
                 let apart: Vec<f64> = ours.lcp.velocity.iter().zip(&theirs.lcp.velocity).map(|(a, b)| a - b).collect();
@@ -367,12 +389,10 @@ fn lcps_are_kept() {
                 );
                 // What the device measured of its own numbers, up to their rounding.
                 assert!(residual <= if exact { 1.001e-6 } else { 1.1e-6 }, "{name}: {residual:e}");
-                // From the second step on the states differ by what the solves may, and in f32 with them where parallel
-                // rods touch.
-                match (exact, ours.step) {
+                match (exact, rounded) {
                     (true, _) => assert!(jacobian <= 1e-12 && q <= 1e-12 && v <= 1e-9, "{name}"),
-                    (false, 1) => assert!(jacobian <= 1e-6 && q <= 1e-6 && v <= 1e-4, "{name}"),
-                    (false, _) => assert!(q <= 1e-5, "{name}"),
+                    (false, false) => assert!(jacobian <= 1e-6 && q <= 1e-6 && v <= 1e-4, "{name}"),
+                    (false, true) => assert!(q <= 1e-5, "{name}"),
                 }
             }
             // The first solve starts from nothing, the next one of its step from what the first ended with, and new

@@ -4,11 +4,18 @@ use relcp::gpu::{Gpu, GpuError, Precision};
 use relcp::internals::gpu::{Buffer, Kernel, Source};
 use std::time::Instant;
 
-/// Bytes copied at once: more than any cache, and within the binding that every adapter allows.
-const BYTES: u64 = 64 << 20;
+/// Bytes copied at once on a software adapter: more than any cache, and within the binding that every adapter allows.
+const BYTES_ON_SOFTWARE: u64 = 64 << 20;
+
+/// The same on hardware, where a copy must take longer than handing it over: 64 MiB took an NVIDIA H200 30 us by its
+/// bandwidth, and 100 us as measured.
+const BYTES: u64 = 512 << 20;
 
 /// Copies timed together, so that submitting them does not count.
 const COPIES: u32 = 16;
+
+/// Times that they are timed. The fastest counts.
+const ROUNDS: usize = 3;
 
 const COPY: &str = "
 @group(0) @binding(0) var<storage, read> from_here: array<vec4<f32>>;
@@ -30,17 +37,22 @@ fn main(
 /// What the device refuses.
 pub fn copy_bandwidth(gpu: &Gpu) -> Result<f64, GpuError> {
     let kernel = Kernel::new(gpu, &Source::new("copy", Precision::F32).text(COPY))?;
-    let [from, to] = [Buffer::new(gpu, "copied", 16, BYTES / 16)?, Buffer::new(gpu, "copy", 16, BYTES / 16)?];
+    let bytes = if gpu.is_software() { BYTES_ON_SOFTWARE } else { BYTES };
+    let [from, to] = [Buffer::new(gpu, "copied", 16, bytes / 16)?, Buffer::new(gpu, "copy", 16, bytes / 16)?];
     let run = |copies: u32| {
         let mut record = gpu.record();
         for _ in 0..copies {
-            record.run(&kernel, &[], &[("from_here", &from), ("to_there", &to)], BYTES / 16);
+            record.run(&kernel, &[], &[("from_here", &from), ("to_there", &to)], bytes / 16);
         }
         record.submit()?;
         gpu.wait()
     };
     run(2)?;
-    let begun = Instant::now();
-    run(COPIES)?;
-    Ok(2.0 * f64::from(COPIES) * BYTES as f64 / begun.elapsed().as_secs_f64())
+    let mut fastest = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let begun = Instant::now();
+        run(COPIES)?;
+        fastest = fastest.min(begun.elapsed().as_secs_f64());
+    }
+    Ok(2.0 * f64::from(COPIES) * bytes as f64 / fastest)
 }

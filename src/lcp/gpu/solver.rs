@@ -107,7 +107,7 @@ impl Solver {
         self.settings = settings;
     }
 
-    /// Problems with at most so many rows, pairs and bodies are solved by one workgroup from now on.
+    /// Problems with at most so many rows and bodies are solved by one workgroup from now on.
     pub fn set_largest_small(&mut self, largest: u64) {
         self.machine.largest_small = largest;
     }

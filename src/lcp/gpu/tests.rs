@@ -1,6 +1,7 @@
 //! The verbs on the device against those on the CPU, each alone.
 
 mod cone;
+mod slots;
 
 use super::DeviceProblem;
 use super::kernels::Variant;

@@ -107,7 +107,7 @@ impl<const D: usize> Pair<D> {
     }
 
     fn compare(&self, which: &str) {
-        compare(&format!("{}, {which}", self.what), &self.ours, &self.theirs, self.bounds);
+        assert!(compare(&format!("{}, {which}", self.what), &self.ours, &self.theirs, self.bounds));
     }
 
     /// The sums of the device's multipliers by pair of bodies.

@@ -90,6 +90,16 @@ pub fn tolerance(precision: Precision) -> f64 {
     }
 }
 
+/// What points may be apart across the normal, as a part of the sizes. An NVIDIA H200, which need not round roots and
+/// quotients rightly, takes 3.4e-6 of aspect 1000; lavapipe, which does, less than 2e-6.
+fn across(precision: Precision, aspect: f64) -> f64 {
+    let limit = match precision {
+        Precision::F32 => 5e-6,
+        Precision::F64 => 1e-11,
+    };
+    limit * (1.0 + aspect / 50.0)
+}
+
 #[derive(Clone, Copy, Default)]
 pub struct Errors {
     pub separation: f64,
@@ -183,7 +193,7 @@ pub fn check_sound(pose: &Pose, answer: &Answer, precision: Precision, aspect: f
     let errors = Errors::of(pose, &found, &found);
     assert!((found.normal.length() - 1.0).abs() <= 8.0 * precision.epsilon(), "{precision:?} {pose:?} {answer:?}");
     assert!(errors.along <= limit, "{precision:?} {pose:?} {answer:?} {}", errors.along);
-    assert!(errors.across <= limit * (1.0 + aspect / 50.0), "{precision:?} {pose:?} {answer:?} {}", errors.across);
+    assert!(errors.across <= across(precision, aspect), "{precision:?} {pose:?} {answer:?} {}", errors.across);
     assert!((answer.bound - bound(&pose.a, &pose.b, found.normal)).abs() <= limit * size, "{pose:?} {answer:?}");
     assert!(answer.bound <= found.separation + limit * size, "{precision:?} {pose:?} {answer:?}");
     let a = &pose.a;
