@@ -17,14 +17,17 @@ fn orthonormal_pair(n: vec3r) -> DirectionPair {
     );
 }
 
-// Cosine and sine of half the angle of the vector (x, y), from -pi/2 to pi/2.
+// Cosine and sine of half the angle of the vector (x, y), from -pi/2 to pi/2. The vector is scaled first: squares of
+// numbers such as 1e-22 keep few digits, or none.
 fn half_turn(y: real, x: real) -> vec2r {
-    let size = length(vec2r(x, y));
-    if !(size > 0.0) {
+    let scale = max(abs(x), abs(y));
+    if !(scale > TINY) {
         return vec2r(1.0, 0.0);
     }
-    let large = sqrt(0.5 + 0.5 * abs(x) / size);
-    let small = 0.5 * abs(y) / (size * large);
+    let part = abs(vec2r(x, y)) / scale;
+    let size = length(part);
+    let large = sqrt(0.5 + 0.5 * part.x / size);
+    let small = 0.5 * part.y / (size * large);
     let side = select(real(1.0), real(-1.0), y < 0.0);
     return select(vec2r(small, side * large), vec2r(large, side * small), x >= 0.0);
 }

@@ -24,7 +24,7 @@ use relcp::gpu::Precision;
 use relcp::internals::gpu::Lattice;
 use relcp::separation::Placed;
 use relcp::shape::Shape;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use tally::{Limits, Tally, draws};
 use wall_oracle::{sound_at_wall, wall_errors};
 
@@ -108,6 +108,31 @@ fn rods_as_long_as_thick_with_one_centre_overlap_in_the_plane_by_what_they_are_t
     for precision in precisions(gpu) {
         for (answer, thick) in answers(gpu, precision, true, &poses).iter().zip([1.0, 1.25]) {
             assert!((answer.found.separation + thick).abs() < 1e-6, "{answer:?}");
+        }
+    }
+}
+
+/// Across the rod the ball's shadow is a circle but for 1e-22, whose square 32 bits do not hold.
+#[test]
+fn a_rod_through_a_ball_nearly_at_its_centre_overlaps_by_both_radii() {
+    let Some(gpu) = device() else { return };
+    let radius = 2.446769951296517;
+    let rod = Placed {
+        shape: Shape::Spherocylinder { diameter: 1.0, length: 6.250748307036453 },
+        position: DVec3::ZERO,
+        orientation: DQuat::from_rotation_y(FRAC_PI_2),
+    };
+    let ball = Placed {
+        shape: Shape::Ellipsoid { radii: [radius; 3] },
+        position: DVec3::new(0.45199962920303366, -5.149917760636604e-8, 0.0),
+        orientation: DQuat::from_xyzw(-3.535533905932737e-17, FRAC_1_SQRT_2, 3.535533905932738e-17, FRAC_1_SQRT_2),
+    };
+    let poses = [Pose::of([rod, ball]), Pose::of([ball, rod])];
+    for precision in precisions(gpu) {
+        for planar in [false, true] {
+            for answer in answers(gpu, precision, planar, &poses) {
+                assert!((answer.found.separation + 0.5 + radius).abs() < 1e-6, "{planar} {answer:?}");
+            }
         }
     }
 }
