@@ -43,6 +43,8 @@ pub struct Plan {
     pub stepping: Stepping,
     /// What growing cells do where there is no room, in a scene whose space has an end; else none.
     pub on_no_room: Option<OnNoRoom>,
+    /// Whether the walls and periods of such a scene leave no way out.
+    pub(super) closed: bool,
     /// Whether bodies are parted before the step, in no time. Where bodies have inertia, a start that overlaps would
     /// become speed.
     pub parts_first: bool,
@@ -68,6 +70,7 @@ impl Plan {
             tolerance: model.lcp.tolerance,
             stepping: model.time.stepping,
             on_no_room: model.cells.as_ref().filter(|_| model.confined).map(Cells::on_no_room),
+            closed: model.cells.is_some() && model.walls.are_closed(&model.periods, model.planar),
             parts_first: false,
             span: 1.0,
             two_sided: model.contact.rows_of_method() == Rows::Auto,

@@ -401,9 +401,9 @@ impl Taking<'_> {
         };
         let ends = !self.plan.accepts_the_least_bad();
         let wedge = again.wedge();
-        // What would throw bodies has room, and no way there.
-        if ends && !tried.throws() && self.plan.on_no_room == Some(OnNoRoom::Stop) && self.fails_by_growth(again, piece)
-        {
+        // Where space is open, what would throw bodies has room, and no way there.
+        let no_way_out = self.plan.closed || !tried.throws();
+        if ends && no_way_out && self.plan.on_no_room == Some(OnNoRoom::Stop) && self.fails_by_growth(again, piece) {
             let (wedge, unresolved) = (Box::new(wedge), Box::new(unresolved));
             return Err(Fault::NoRoom { bodies: again.bodies(), wedge, unresolved });
         }

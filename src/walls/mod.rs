@@ -5,6 +5,7 @@
 //! place of a body's, so that pairs, rows and what a step remembers are the same for both, and in an LCP its block of
 //! `J` is zero.
 
+mod enclosure;
 #[cfg(feature = "files")]
 mod lines;
 mod motion;
@@ -24,6 +25,7 @@ pub use wall::Wall;
 pub(crate) use wall::across;
 
 use crate::bodies::Bodies;
+use crate::periodic::Periods;
 use crate::separation::{Placed, Separation, Surface};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -129,6 +131,22 @@ impl Walls {
     /// How many surfaces there are.
     pub fn len(&self) -> usize {
         self.surfaces.len()
+    }
+
+    /// Whether no body can leave, as the walls stand: they and the periods leave no direction to go for ever.
+    ///
+    /// ```
+    /// use relcp::periodic::Periods;
+    /// use relcp::walls::{Wall, Walls};
+    /// let channel = Wall::Channel { center: [0.0; 3], normal: [0.0, 1.0, 0.0], width: 2.0, motion: None };
+    /// let walls = Walls::new(&[channel], true);
+    /// assert!(!walls.are_closed(&Periods::default(), true));
+    /// assert!(walls.are_closed(&Periods::new([Some(9.0), None, None]), true));
+    /// ```
+    pub fn are_closed(&self, periods: &Periods, planar: bool) -> bool {
+        let periodic = DVec3::AXES.into_iter().zip(periods.lengths()).filter(|(_, length)| length.is_some());
+        let closed: Vec<DVec3> = periodic.map(|(axis, _)| axis).chain(planar.then_some(DVec3::Z)).collect();
+        enclosure::is_closed(&self.surfaces, &closed)
     }
 
     /// The surfaces, in order.

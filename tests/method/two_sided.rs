@@ -2,6 +2,7 @@
 //! in which nobody is thrown, and what contact may not do.
 
 use glam::DVec3;
+use relcp::step::Fault;
 use relcp::{Scene, Simulation, StepReport};
 
 const TOLERANCE: f64 = 1e-5;
@@ -260,4 +261,30 @@ fn daughters_without_room_to_turn_turn_less_and_the_run_goes_on() {
         let axis = *orientation * DVec3::Z;
         assert!(position.y.abs() < TOLERANCE && axis.y.abs() < TOLERANCE, "{position} {axis}");
     }
+}
+
+/// Its last trial throws cells through each other, for which the run ended with "overlap".
+#[test]
+fn a_full_disc_has_no_room_where_a_tenth_of_the_step_has_none() {
+    let end = |dt: f64| {
+        let text = format!(
+            r#"{{ "name": "disc", "seed": 1411559893, "planar": true, "time": {{ "dt": {dt}, "end": 8 }},
+            "walls": [{{ "sphere": {{ "center": [0, 0, 0], "radius": 1.9007407138500574 }} }}],
+            "growth": {{ "rate": 1.242456231626048, "division_length": 2.924216482846242, "division_length_noise": 0.1869371442330984,
+                        "reorientation_degrees": 7.183316086532651, "rate_noise": 0.06373723548223915 }},
+            "bodies": [{{ "shape": {{ "spherocylinder": {{ "diameter": 0.5, "length": 1.5634731525744427 }} }}, "position": [0, 0, 0],
+                       "orientation": [0.7067774210816313, 0.021579551644983416, 0.7067774210816312, -0.02157955164498342] }}] }}"#
+        );
+        let mut simulation = Simulation::new(scene(&text)).unwrap();
+        let fault = loop {
+            match simulation.step() {
+                Ok(_) => assert!(!simulation.done()),
+                Err(fault) => break fault,
+            }
+        };
+        (simulation.time(), fault)
+    };
+    let [(time, fault), (exact, _)] = [1.5250681818242576e-3, 1.5250681818242576e-4].map(end);
+    assert!(matches!(fault, Fault::NoRoom { bodies: 8, .. }), "{fault}");
+    assert!((time / exact - 1.0).abs() < 5e-3, "{time} {exact}");
 }
