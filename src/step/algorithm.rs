@@ -158,9 +158,7 @@ pub(super) fn attempt(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep) -> 
     }
     tried.report.constraints = backend.constraints();
     tried.report.passed = backend.passed()?;
-    let effect = backend.effect(GAP)?;
-    tried.report.take_effect(&effect);
-    tried.broken = effect.broken(backend.two_sided().is_some()).filter(|_| plan.two_sided);
+    tried.take_effect(backend, plan)?;
     Ok(tried)
 }
 
@@ -320,6 +318,14 @@ impl Attempt {
     /// Forgets the least bad trial: its multipliers are of rows that are no more.
     pub(super) fn forget_least_bad(&mut self) {
         self.least_bad = None;
+    }
+
+    /// Takes note of what contact does on the way to the trial.
+    pub(super) fn take_effect<V: Verbs + ?Sized>(&mut self, backend: &mut V, plan: &Plan) -> Result<(), Fault> {
+        let effect = backend.effect(GAP)?;
+        self.report.take_effect(&effect);
+        self.broken = effect.broken(backend.two_sided().is_some()).filter(|_| plan.two_sided);
+        Ok(())
     }
 
     /// Takes note of a trial.

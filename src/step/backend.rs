@@ -97,8 +97,6 @@ pub trait Keeper: Send {
     fn restore(&mut self, state: &State) -> Result<(), Fault>;
     /// Adds an external force.
     fn add_force(&mut self, force: Box<dyn ForceField>);
-    /// Gives away the forces that were added.
-    fn take_forces(&mut self) -> Vec<Box<dyn ForceField>>;
     /// All bodies. Processes that share them must ask together.
     fn all_bodies(&self) -> Result<&Bodies, Fault>;
     /// All bodies, where they need not be asked for.

@@ -191,6 +191,12 @@ impl StepReport {
         (self.contact_energy, self.axial_spin) = (effect.energy, effect.axial_spin);
     }
 
+    /// Adds how far bodies were moved to part them.
+    pub(super) fn add_parting(&mut self, parting: &StepReport) {
+        self.join_moved(parting);
+        self.largest_move += parting.largest_move;
+    }
+
     /// Names the body of the piece that moved one farthest so far.
     fn join_moved(&mut self, piece: &StepReport) {
         if piece.largest_move > self.largest_move || self.moved.is_none() {
@@ -234,10 +240,10 @@ impl StepReport {
 
     /// Takes note of how a solve ended.
     pub(super) fn judge(&mut self, last: &Outcome) {
+        self.relaxed += u32::from(last.status == Status::LeastOverlap);
         match last.status {
-            Status::LeastOverlap => self.relaxed += 1,
-            Status::Solved if self.unconverged == 0 => self.residual = last.residual,
-            Status::Solved => {}
+            Status::Solved | Status::LeastOverlap if self.unconverged == 0 => self.residual = last.residual,
+            Status::Solved | Status::LeastOverlap => {}
             failed => {
                 self.residual = if self.unconverged > 0 { self.residual.max(last.residual) } else { last.residual };
                 self.unconverged += 1;

@@ -288,3 +288,21 @@ fn a_full_disc_has_no_room_where_a_tenth_of_the_step_has_none() {
     assert!(matches!(fault, Fault::NoRoom { bodies: 8, .. }), "{fault}");
     assert!((time / exact - 1.0).abs() < 5e-3, "{time} {exact}");
 }
+
+/// Thin rods and rings that forces carry over many thicknesses in a step: the shortest piece has no solution, and the
+/// trial that parts its bodies sent one 1e13 away.
+#[test]
+fn parting_what_a_piece_could_not_sends_no_body_away() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/crossed-rods-and-rings.json");
+    let mut simulation = Simulation::new(scene(&std::fs::read_to_string(path).unwrap())).unwrap();
+    for _ in 0..30 {
+        // That it finds no room, it may say.
+        if let Err(fault) = simulation.step() {
+            assert!(!matches!(fault, Fault::RunAway { .. }), "{fault}");
+            break;
+        }
+        let position = &simulation.state().unwrap().bodies.position;
+        let farthest = position.iter().map(|x| x.length()).fold(0.0, f64::max);
+        assert!(farthest < 100.0, "{farthest}");
+    }
+}

@@ -30,12 +30,6 @@ impl<const D: usize, T: Team> Keeper for Cpu<D, T> {
 
     fn add_force(&mut self, force: Box<dyn ForceField>) {
         self.setup.forces.push(force);
-        self.added_forces += 1;
-    }
-
-    fn take_forces(&mut self) -> Vec<Box<dyn ForceField>> {
-        let added = std::mem::take(&mut self.added_forces);
-        self.give_forces(added)
     }
 
     fn all_bodies(&self) -> Result<&Bodies, Fault> {

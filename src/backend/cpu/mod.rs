@@ -74,8 +74,6 @@ pub struct Cpu<const D: usize, T: Team = Alone> {
     candidates: Candidates,
     /// Rows that a step may go back to.
     kept: Option<RowSet<D>>,
-    /// Forces beside the scene's own.
-    added_forces: usize,
     team: T,
     phases: Phases,
 }
@@ -114,7 +112,6 @@ impl<const D: usize, T: Team> Cpu<D, T> {
             trial: Trial::default(),
             candidates: Candidates::in_space(model.periods),
             kept: None,
-            added_forces: 0,
             team,
             phases: Phases::default(),
             setup,

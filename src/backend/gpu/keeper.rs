@@ -30,10 +30,6 @@ impl Keeper for Device {
         self.plugged.push(force);
     }
 
-    fn take_forces(&mut self) -> Vec<Box<dyn ForceField>> {
-        std::mem::take(&mut self.plugged)
-    }
-
     fn all_bodies(&self) -> Result<&Bodies, Fault> {
         Ok(&self.known_state()?.bodies)
     }
