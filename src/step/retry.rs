@@ -25,17 +25,16 @@ const WORTH_A_ROUND: f64 = 0.8;
 /// Rounds of parting. Of 14 crowded starts that one solve could not part, those that can be parted at all take 2 to 9.
 const MOST_ROUNDS_OF_PARTING: u32 = 32;
 
-/// A round of parting moves no body farther than this part of the deepest overlap for each of all bodies: a row of `n`
-/// bodies that overlap by `d` ends half of `n d` farther out on either side.
+/// A round of parting that moves a body farther fails: a length in deepest overlaps, for each body of the scene. A row
+/// of `n` bodies that overlap by `d` needs half of `n d` on either side.
 const MOST_MOVE_OF_PARTING: f64 = 2.0;
 
 /// Draws by which the shortest piece is disturbed where it throws bodies. Of 200 drawn chambers one comes to such a
 /// piece, and goes on by them.
 const MOST_DISTURBANCES: u32 = 8;
 
-/// A piece without growth nearly holds where it is off by so many overlap tolerances at most, and by so much less than
-/// with growth. In a full disc of eight cells it is off by 5 of them, with
-/// growth by 180.
+/// A piece without growth nearly holds if it is off by so many overlap tolerances at most, and with growth by so many
+/// times more at least. In a full disc of eight cells it is off by 5 tolerances, with growth by 180.
 const NEARLY_HOLDS: f64 = 10.0;
 
 /// By which part of what they drew daughters turn where the shortest piece fails, one after the other.

@@ -27,20 +27,17 @@ pub(super) fn is_closed(surfaces: &[Surface], closed: &[DVec3]) -> bool {
         }
     }
     let is_open = |direction: DVec3| normals.iter().all(|normal| normal.dot(direction) >= -ALONG);
-    !directions(&normals, along).any(|direction| is_open(direction) || is_open(-direction))
+    !directions(&normals, along).into_iter().any(|direction| is_open(direction) || is_open(-direction))
 }
 
 /// The directions that are tried, both ways.
-fn directions(normals: &[DVec3], along: Option<DVec3>) -> impl Iterator<Item = DVec3> {
-    let lines: Vec<DVec3> = match along {
-        Some(axis) => vec![axis],
-        None => {
-            let pairs = normals.iter().enumerate().flat_map(|(i, a)| normals[..i].iter().map(|b| a.cross(*b)));
-            let single = normals.iter().flat_map(|normal| <[DVec3; 2]>::from(normal.any_orthonormal_pair()));
-            pairs.filter(|line| line.length() > ALONG).map(DVec3::normalize).chain(single).chain(DVec3::AXES).collect()
-        }
-    };
-    lines.into_iter()
+fn directions(normals: &[DVec3], along: Option<DVec3>) -> Vec<DVec3> {
+    if let Some(axis) = along {
+        return vec![axis];
+    }
+    let pairs = normals.iter().enumerate().flat_map(|(i, a)| normals[..i].iter().map(|b| a.cross(*b)));
+    let single = normals.iter().flat_map(|normal| <[DVec3; 2]>::from(normal.any_orthonormal_pair()));
+    pairs.filter(|line| line.length() > ALONG).map(DVec3::normalize).chain(single).chain(DVec3::AXES).collect()
 }
 
 #[cfg(test)]

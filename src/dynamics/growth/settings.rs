@@ -36,8 +36,8 @@ pub struct Growth {
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub division_time: Option<f64>,
-    /// Each daughter turns by an angle drawn uniformly from plus and minus this, in degrees; one without room to turn so
-    /// far turns less.
+    /// Each daughter turns by an angle drawn uniformly from plus and minus this, in degrees; one without room to
+    /// turn so far turns less.
     #[cfg_attr(feature = "files", schemars(range(min = 0, max = 180)))]
     #[cfg_attr(feature = "files", serde(default))]
     pub reorientation_degrees: f64,

@@ -54,8 +54,8 @@ pub struct Figures {
     pub unconverged: u64,
     /// Steps whose velocities are not right to the overlap tolerance.
     pub steps_unsettled: u64,
-    /// Steps whose solves are said to have converged with a residual over the tolerance. Those in the sense of the
-    /// least overlap are counted as such, and may leave a part of the overlap tolerance.
+    /// Steps whose solves are said to have converged with a residual over the tolerance. Steps with a relaxed
+    /// solve are left out: the program counts these, and they may leave a part of the overlap tolerance.
     pub false_claims: u64,
     /// How the last unconverged solve ended.
     pub status: String,
