@@ -9,7 +9,14 @@ const SIDE: f64 = 5.0;
 
 fn rods(group: &str) -> Generate {
     let shape = Shape::Spherocylinder { diameter: 0.5, length: 1.5 };
-    Generate::Isotropic { count: 30, shape, volume_fraction: Some(0.05), group: Some(group.into()) }
+    Generate::Isotropic {
+        count: 30,
+        shape,
+        mixture: Vec::new(),
+        volume_fraction: Some(0.05),
+        center: [0.0; 3],
+        group: Some(group.into()),
+    }
 }
 
 fn drive(group: &str, force: f64) -> Force {

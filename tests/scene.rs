@@ -268,12 +268,11 @@ fn an_orientation_is_normalized_once() {
 #[test]
 fn a_final_scene_runs_on_from_the_same_bits() {
     let mut scene = set("two-ellipsoids", &["dynamics.inertial.density=0.7"]).unwrap();
-    scene.generate = vec![Generate::Isotropic {
-        count: 20,
-        shape: Shape::Sphere { radius: 0.3 },
-        volume_fraction: Some(0.1),
-        group: Some("dust".into()),
-    }];
+    let mut dust = Generate::isotropic(20, Shape::Sphere { radius: 0.3 }, Some(0.1));
+    if let Generate::Isotropic { group, .. } = &mut dust {
+        *group = Some("dust".into());
+    }
+    scene.generate = vec![dust];
     let mut bodies = scene.build().unwrap();
     bodies.velocity[0] = glam::DVec3::new(0.1 + 0.2, 1.0 / 3.0, -1e-17);
     bodies.lineage[3].parent = Some(1000);
@@ -468,7 +467,7 @@ fn isotropic(count: u64, shape: Shape, volume_fraction: f64, planar: bool) -> Sc
     scene.bodies.clear();
     scene.forces.clear();
     scene.planar = planar;
-    scene.generate = vec![Generate::Isotropic { count, shape, volume_fraction: Some(volume_fraction), group: None }];
+    scene.generate = vec![Generate::isotropic(count, shape, Some(volume_fraction))];
     scene
 }
 

@@ -2,7 +2,7 @@
 
 use super::error::SceneError;
 use super::orientation::written;
-use super::{Body, Generate, Growth, Scene, generate};
+use super::{Body, Growth, Scene, generate};
 use crate::bodies::{Bodies, Lineage, NO_GROUP};
 use crate::separation::Placed;
 use glam::DVec3;
@@ -13,7 +13,7 @@ impl Scene {
     /// them.
     pub fn group_names(&self) -> Vec<String> {
         let given = self.bodies.iter().map(|b| b.group.as_deref());
-        let generated = self.generate.iter().map(Generate::group);
+        let generated = self.generated().map(|(_, (.., group))| group);
         let mut seen = HashSet::new();
         given.chain(generated).flatten().filter(|name| seen.insert(*name)).map(str::to_owned).collect()
     }
@@ -45,7 +45,7 @@ impl Scene {
     /// use relcp::{Scene, Shape};
     /// let mut scene = Scene::new("many", Time::new(0.1, 1.0));
     /// let shape = Shape::Sphere { radius: 0.5 };
-    /// scene.generate.push(Generate::Isotropic { count: 10_000, shape, volume_fraction: Some(0.02), group: None });
+    /// scene.generate.push(Generate::isotropic(10_000, shape, Some(0.02)));
     /// let stopped = scene.build_while(&mut |placed| placed < 100);
     /// assert_eq!(stopped.unwrap_err().kind(), FaultKind::Interrupted);
     /// ```
@@ -66,7 +66,8 @@ impl Scene {
             bodies.angular_velocity[index] = body.angular_velocity.map_or(DVec3::ZERO, DVec3::from);
         }
         for index in 0..self.generate.len() {
-            generate::add(self, index, &mut bodies, group_of(self.generate[index].group()), goes_on)?;
+            let groups: Vec<u32> = self.generate[index].components().map(|(.., group)| group_of(group)).collect();
+            generate::add(self, index, &mut bodies, &groups, goes_on)?;
         }
         self.add_lineage(&mut bodies);
         Ok(bodies)
@@ -143,16 +144,5 @@ impl Scene {
         // A species is left out where no body of it is there any more.
         let grows: Vec<Growth> = self.growing().map(|(_, _, _, growth, _)| growth.clone()).collect();
         self.growth.retain(|growth| grows.contains(growth));
-    }
-}
-
-impl Generate {
-    /// The group of the bodies that this rule makes.
-    pub fn group(&self) -> Option<&str> {
-        match self {
-            Generate::Isotropic { group, .. } | Generate::Chainmail { group, .. } | Generate::Founder { group, .. } => {
-                group.as_deref()
-            }
-        }
     }
 }

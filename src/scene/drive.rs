@@ -31,7 +31,7 @@ impl Scene {
     /// The shapes of the starting bodies, each with its group.
     fn shapes_of_groups(&self) -> Vec<(Option<&str>, Shape)> {
         let bodies = self.bodies.iter().map(|body| (body.group.as_deref(), body.shape));
-        bodies.chain(self.generate.iter().map(|rule| (rule.group(), rule.shape()))).collect()
+        bodies.chain(self.generated().map(|(_, (_, shape, group))| (group, shape))).collect()
     }
 
     /// Each force with how far it moves a body of each shape that it acts on.

@@ -309,8 +309,8 @@ impl From<BodyLineage> for Lineage {
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
 #[non_exhaustive]
 pub enum Generate {
-    /// `count` bodies at random positions and isotropic random orientations, without overlap, in a cube centred on the
-    /// origin whose volume is theirs over `volume_fraction`. Centres are in the cube; the bodies' ends may stick out.
+    /// `count` bodies at random positions and isotropic random orientations, without overlap, in a cube about `center`
+    /// whose volume is theirs over `volume_fraction`. Centres are in the cube; the bodies' ends may stick out.
     /// Each body keeps clear of the bounding capsules of all earlier ones, so rings do not interlock by chance. In a
     /// planar scene they are in the square of z = 0 whose area is that of their sections over `volume_fraction`, and
     /// their axes, body z, lie in uniform directions of the plane, with body x across it, as by `bodies[].angle`. In a
@@ -322,11 +322,18 @@ pub enum Generate {
         count: u64,
         /// Their shape.
         shape: Shape,
+        /// Further components that are mixed with these bodies, all over the same cube; `volume_fraction` is that of all
+        /// together. Those whose bounding capsules are largest are placed first; bodies are numbered as listed.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
+        mixture: Vec<Component>,
         /// Their volume over the cube's; at most what random placement reaches, which depends on the shape (0.32 for
         /// spheres). May be left out where all axes are periodic, in a planar scene x and y: number and cell say it.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         volume_fraction: Option<f64>,
+        /// The cube's centre; in a planar scene its z is 0. Along a periodic axis it makes no difference.
+        #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_origin"))]
+        center: [f64; 3],
         /// Their group.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
@@ -375,7 +382,35 @@ pub enum Generate {
     },
 }
 
+/// Bodies of one shape in a mixture.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
+#[cfg_attr(feature = "files", serde(deny_unknown_fields))]
+#[non_exhaustive]
+pub struct Component {
+    /// How many.
+    #[cfg_attr(feature = "files", schemars(range(min = 1)))]
+    pub count: u64,
+    /// Their shape.
+    pub shape: Shape,
+    /// Their group.
+    #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub group: Option<String>,
+}
+
+impl Component {
+    /// `count` bodies without a group.
+    pub const fn new(count: u64, shape: Shape) -> Component {
+        Component { count, shape, group: None }
+    }
+}
+
 impl Generate {
+    /// `count` bodies at random about the origin, without group and mixture.
+    pub const fn isotropic(count: u64, shape: Shape, volume_fraction: Option<f64>) -> Generate {
+        Generate::Isotropic { count, shape, mixture: Vec::new(), volume_fraction, center: [0.0; 3], group: None }
+    }
+
     /// One cell at the origin, its axis along x, without group.
     pub const fn founder(diameter: f64, length: f64) -> Generate {
         Generate::Founder { diameter, length, position: [0.0; 3], angle: 0.0, count: 1, group: None }

@@ -357,6 +357,7 @@ const LISTS: &[&str] = &[
     "measures",
     "growth",
     "removal",
+    "mixture",
 ];
 
 fn refuse_lists(text: &str) -> Result<(), Misread> {

@@ -1,6 +1,6 @@
 //! What a valid scene's user should know before it runs.
 
-use super::{Scene, generate};
+use super::{Generate, Scene, generate};
 use crate::digits::{few, short, significant};
 use glam::DVec3;
 
@@ -82,12 +82,15 @@ impl Scene {
     /// Rules that each place bodies in a box of their own.
     fn unmixed(&self) -> Option<String> {
         let boxes = (0..self.generate.len()).filter_map(|i| Some((i, generate::open_side(self, i)?)));
+        // A second box elsewhere is there on purpose.
+        let boxes =
+            boxes.filter(|(i, _)| matches!(self.generate[*i], Generate::Isotropic { center: [0.0, 0.0, 0.0], .. }));
         let least = boxes.clone().min_by(|a, b| a.1.total_cmp(&b.1))?;
         let largest = boxes.max_by(|a, b| a.1.total_cmp(&b.1))?;
         (largest.1 > (1.0 + UNMIXED) * least.1).then(|| {
             format!(
                 "generate.{} and generate.{} place bodies about the origin in boxes {} and {} wide, by their \
-                 volume_fraction: they are not mixed over the larger one",
+                 volume_fraction: they are not mixed over the larger one; `mixture` of one rule mixes them",
                 least.0,
                 largest.0,
                 few(least.1),
@@ -177,12 +180,7 @@ mod tests {
 
     #[test]
     fn rules_whose_bodies_are_not_mixed_are_remarked_on() {
-        let rule = |count, radius| Generate::Isotropic {
-            count,
-            shape: Shape::Sphere { radius },
-            volume_fraction: Some(0.1),
-            group: None,
-        };
+        let rule = |count, radius| Generate::isotropic(count, Shape::Sphere { radius }, Some(0.1));
         let mut scene = balls(0);
         scene.generate = vec![rule(80, 0.5), rule(10, 1.0)];
         assert_eq!(scene.warnings(), [""; 0], "both in the same box");

@@ -156,8 +156,77 @@ fn a_box_beside_the_origin_is_refused_at_once_in_words() {
             said.starts_with(&format!("{count} bodies do not fit: centres are drawn in the cube of side ")),
             "{said}"
         );
-        assert!(said.contains("of the walls") && refused.help_text().unwrap().contains("at the origin"), "{said}");
+        assert!(
+            said.contains("of the walls")
+                && refused.help_text().unwrap().contains("`center` to the middle of the walls"),
+            "{said}"
+        );
     }
     assert_eq!(of(200, [-8.0, -8.0, 0.0], [8.0, 8.0, 40.0]).build().unwrap().len(), 200);
     assert_eq!(of(200, [-5.0; 3], [5.0; 3]).build().unwrap().len(), 200);
+}
+
+/// The same box, with the cube in its middle.
+#[test]
+fn centres_are_drawn_about_the_center_that_is_given() {
+    let rule = json!({"isotropic": {"count": 400, "shape": {"sphere": {"radius": 0.5}}, "volume_fraction": 0.2, "center": [5, 5, 20]}});
+    let walls = json!({"walls": [{"box": {"minimum": [0, 0, 0], "maximum": [12, 12, 40]}}]});
+    let bodies = scene(rule, walls).unwrap().build().unwrap();
+    overlap_free(&bodies);
+    let side = (400.0 * PI / 6.0 / 0.2).cbrt();
+    let off = bodies.position.iter().map(|x| (*x - glam::DVec3::new(5.0, 5.0, 20.0)).abs().max_element());
+    let farthest = off.fold(0.0, f64::max);
+    assert!(farthest <= 0.5 * side && farthest > 0.48 * side, "{farthest} {side}");
+    let planar = json!({"isotropic": {"count": 4, "shape": {"sphere": {"radius": 0.5}}, "volume_fraction": 0.2, "center": [0, 0, 1]}});
+    let error = scene(planar, json!({"planar": true})).unwrap_err();
+    assert_eq!(error.key(), "generate.0.isotropic.center.2");
+}
+
+/// Two rules fill a cube each: the small balls lay inside of the large ones' cube.
+#[test]
+fn a_mixture_is_mixed_over_one_box() {
+    let [small, rod] = [json!({"sphere": {"radius": 0.2}}), json!({"spherocylinder": {"diameter": 0.5, "length": 3}})];
+    let rule = json!({"isotropic": {"count": 300, "shape": small, "group": "small", "volume_fraction": 0.1,
+        "mixture": [{"count": 200, "shape": {"sphere": {"radius": 0.8}}, "group": "large"}, {"count": 100, "shape": rod}]}});
+    for planar in [false, true] {
+        let of = scene(rule.clone(), json!({"planar": planar})).unwrap();
+        let bodies = of.build().unwrap();
+        overlap_free(&bodies);
+        // Numbered as listed, each of its shape and its group.
+        assert_eq!((bodies.len() as u64, of.body_count()), (600, 600));
+        let names = of.group_names();
+        let group = |i: usize| names.get(bodies.group[i] as usize).map(String::as_str);
+        assert_eq!(
+            [0, 299, 300, 499, 500].map(group),
+            [Some("small"), Some("small"), Some("large"), Some("large"), None]
+        );
+        assert!(matches!(bodies.shape[599], Shape::Spherocylinder { .. }));
+        let [rod, power] =
+            if planar { [0.5 * 2.5 + 0.0625 * PI, 0.5] } else { [bodies.shape[599].volume(), 1.0 / 3.0] };
+        let ball = |radius: f64| if planar { PI * radius * radius } else { 4.0 / 3.0 * PI * radius.powi(3) };
+        let side = ((300.0 * ball(0.2) + 200.0 * ball(0.8) + 100.0 * rod) / 0.1_f64).powf(power);
+        for component in [0..300, 300..500, 500..600] {
+            let far = |x: &glam::DVec3| x.abs().max_element() / (0.5 * side);
+            let [mut mean, mut most] = [0.0, 0.0_f64];
+            for x in &bodies.position[component.clone()] {
+                (mean, most) = (mean + far(x) / component.len() as f64, most.max(far(x)));
+            }
+            // Of uniform places the mean is 3/4, in the plane 2/3, with a spread of 0.194 and 0.236.
+            let [right, spread] = if planar { [2.0 / 3.0, 0.236] } else { [0.75, 0.194] };
+            assert!((mean - right).abs() < 4.0 * spread / (component.len() as f64).sqrt(), "{component:?}: {mean}");
+            assert!(most <= 1.0 && most > 0.95, "{component:?}: {most}");
+        }
+    }
+    let error = |mixture: Value| {
+        let rule = json!({"isotropic": {"count": 3, "shape": {"sphere": {"radius": 1}}, "volume_fraction": 0.1, "mixture": mixture}});
+        let error = scene(rule, json!({})).unwrap_err();
+        (error.key().to_owned(), error.message().to_owned())
+    };
+    let ball = |count: u64, radius: f64| json!([{"count": count, "shape": {"sphere": {"radius": radius}}}]);
+    assert_eq!(error(ball(0, 1.0)).0, "generate.0.isotropic.mixture.0.count");
+    assert_eq!(error(ball(1, -1.0)).0, "generate.0.isotropic.mixture.0.shape.sphere.radius");
+    let rods = json!([{"count": 100, "shape": {"spherocylinder": {"diameter": 0.2, "length": 10}}}]);
+    let (key, message) = error(rods);
+    assert_eq!(key, "generate.0.isotropic.volume_fraction");
+    assert!(message.contains("for this mixture"), "{message}");
 }

@@ -1,6 +1,7 @@
 //! Random sequential placement: uniform centres, isotropic rotations, a draw that overlaps an earlier body is drawn
 //! again. In the plane a body's axis z lies in it, in a uniform direction, as `bodies[].angle` would turn it.
 
+use super::super::Generate;
 use super::super::error::{FaultKind, SceneError};
 use super::super::orientation::ALONG_X;
 use super::occupied::{Occupied, capsule, capsule_of};
@@ -25,21 +26,43 @@ const FIRST_STREAM: u64 = 1 << 63;
 
 /// What is to be placed.
 pub(super) struct Order {
-    pub count: u64,
-    pub shape: Shape,
+    /// How many of which shape; several are mixed.
+    pub components: Vec<(u64, Shape)>,
     /// What they fill of the space that they are spread over; of a whole periodic cell what their number makes it.
     pub volume_fraction: Option<f64>,
+    /// The middle of this space.
+    pub center: DVec3,
     pub planar: bool,
     pub seed: u64,
     pub rule: usize,
 }
 
-/// Places the bodies, clear of those already there and of their images, and inside of the walls.
+impl Order {
+    pub fn count(&self) -> u64 {
+        self.components.iter().map(|(count, _)| count).sum()
+    }
+
+    /// The volume of all bodies; in a planar scene the area.
+    pub fn volume(&self) -> f64 {
+        self.components.iter().map(|(count, shape)| *count as f64 * volume(shape, self.planar)).sum()
+    }
+
+    /// The components, those with the largest bounding capsules first: small bodies find places between large ones.
+    fn largest_first(&self) -> Vec<usize> {
+        let size = |of: usize| capsule_of(&self.components[of].1).0.volume();
+        let mut numbers: Vec<usize> = (0..self.components.len()).collect();
+        numbers.sort_by(|a, b| size(*b).total_cmp(&size(*a)));
+        numbers
+    }
+}
+
+/// Places the bodies, clear of those already there and of their images, and inside of the walls. `groups`: of each
+/// component.
 pub(super) fn add(
     order: &Order,
     walls: &Walls,
     bodies: &mut Bodies,
-    group: u32,
+    groups: &[u32],
     goes_on: &mut dyn FnMut(usize) -> bool,
 ) -> Result<(), SceneError> {
     let mut random = ChaCha8Rng::seed_from_u64(order.seed);
@@ -51,50 +74,60 @@ pub(super) fn add(
     for i in 0..bodies.len() {
         occupied.insert(capsule(&bodies.shape[i], bodies.position[i], bodies.orientation[i]));
     }
-    let mut draws = 0;
-    for done in 0..order.count {
-        let mut going = true;
-        let mut asked = || {
-            draws += 1;
-            going = draws % DRAWS_A_QUESTION != 0 || goes_on(bodies.len());
-            going
-        };
-        let Some((position, orientation, _)) = place(order, sides, &occupied, walls, &mut random, &mut asked) else {
-            if !going {
-                return Err(stopped(order, done));
-            }
-            return Err(room.full(done + 1, MAX_DRAWS));
-        };
-        occupied.insert(capsule(&order.shape, position, orientation));
-        bodies.push(Placed { shape: order.shape, position, orientation }, group);
+    let (mut draws, mut done) = (0, 0);
+    let mut placed = vec![Vec::new(); order.components.len()];
+    for component in order.largest_first() {
+        let (count, shape) = order.components[component];
+        for _ in 0..count {
+            let mut going = true;
+            let mut asked = || {
+                draws += 1;
+                going = draws % DRAWS_A_QUESTION != 0 || goes_on(bodies.len() + done as usize);
+                going
+            };
+            let free = |body: &Placed| {
+                !occupied.overlaps(&capsule(&shape, body.position, body.orientation)) && walls.deepest(body).is_none()
+            };
+            let Some((body, _)) = place(order, shape, sides, &free, &mut random, &mut asked) else {
+                return Err(if going { room.full(done + 1, MAX_DRAWS) } else { stopped(order, done) });
+            };
+            occupied.insert(capsule(&shape, body.position, body.orientation));
+            placed[component].push(body);
+            done += 1;
+        }
+    }
+    for (of_component, group) in placed.into_iter().zip(groups) {
+        for body in of_component {
+            bodies.push(body, *group);
+        }
     }
     Ok(())
 }
 
 fn stopped(order: &Order, done: u64) -> SceneError {
-    let message = format!("stopped after {done} of {} bodies were placed", order.count);
+    let message = format!("stopped after {done} of {} bodies were placed", order.count());
     SceneError::new(FaultKind::Interrupted, format!("generate.{}.isotropic", order.rule), message)
 }
 
-/// A free place, and the draws that it took; none also where `goes_on`, asked before each draw, says so.
+/// A body at a place that is `free`, and the draws that it took; none also where `goes_on`, asked before each draw, says
+/// so.
 fn place(
     order: &Order,
+    shape: Shape,
     sides: DVec3,
-    occupied: &Occupied,
-    walls: &Walls,
+    free: &dyn Fn(&Placed) -> bool,
     random: &mut ChaCha8Rng,
     goes_on: &mut dyn FnMut() -> bool,
-) -> Option<(DVec3, DQuat, u64)> {
+) -> Option<(Placed, u64)> {
     (1..=MAX_DRAWS).take_while(|_| goes_on()).find_map(|draws| {
-        let mut position = sides * (DVec3::from_array(random.random::<[f64; 3]>()) - 0.5);
-        let lies = order.planar && !matches!(order.shape, Shape::Sphere { .. });
+        let mut position = order.center + sides * (DVec3::from_array(random.random::<[f64; 3]>()) - 0.5);
+        let lies = order.planar && !matches!(shape, Shape::Sphere { .. });
         let orientation = if lies { rotation_in_plane(random) } else { rotation(random) };
         if order.planar {
             position.z = 0.0;
         }
-        let inside = || walls.deepest(&Placed { shape: order.shape, position, orientation }).is_none();
-        let free = !occupied.overlaps(&capsule(&order.shape, position, orientation)) && inside();
-        free.then_some((position, orientation, draws))
+        let body = Placed { shape, position, orientation };
+        free(&body).then_some((body, draws))
     })
 }
 
@@ -102,7 +135,7 @@ fn place(
 /// one the same for all.
 pub(super) fn sides(order: &Order, periods: Periods) -> DVec3 {
     // A rule without a fraction fills a whole cell, which has no open axis.
-    let whole = order.count as f64 * volume(&order.shape, order.planar) / order.volume_fraction.unwrap_or(1.0);
+    let whole = order.volume() / order.volume_fraction.unwrap_or(1.0);
     let open = |axis: usize| periods.lengths()[axis].is_none() && !(order.planar && axis == 2);
     let others: f64 = periods.lengths().into_iter().flatten().product();
     let side = match (0..3).filter(|axis| open(*axis)).count() {
@@ -113,8 +146,13 @@ pub(super) fn sides(order: &Order, periods: Periods) -> DVec3 {
     DVec3::from_array(periods.lengths().map(|length| length.unwrap_or(side)))
 }
 
+/// What all bodies of a rule add up to for a volume fraction.
+pub(in super::super) fn volume_of_all(rule: &Generate, planar: bool) -> f64 {
+    rule.components().map(|(count, shape, _)| count as f64 * volume(&shape, planar)).sum()
+}
+
 /// The volume that counts for a volume fraction; in a planar scene the area of the section with the plane.
-pub(in super::super) fn volume(shape: &Shape, planar: bool) -> f64 {
+pub(super) fn volume(shape: &Shape, planar: bool) -> f64 {
     if !planar {
         return shape.volume();
     }
@@ -189,8 +227,20 @@ fn lying_capsule(shape: &Shape) -> [f64; 2] {
     [if axis == DVec3::X { width } else { capsule.major_axis() }, width]
 }
 
+/// Largest volume fraction (of a planar scene, area fraction) that is accepted for all bodies of a rule: each component
+/// takes its part of what it may have alone. Small bodies between large ones reach more (tested).
+pub(in super::super) fn reachable_by_all(rule: &Generate, planar: bool) -> f64 {
+    let limit = |shape: &Shape| reachable_fraction(shape, planar);
+    let components: Vec<_> = rule.components().collect();
+    if let [(_, shape, _)] = &components[..] {
+        return limit(shape);
+    }
+    let taken = components.iter().map(|(count, shape, _)| *count as f64 * volume(shape, planar) / limit(shape));
+    volume_of_all(rule, planar) / taken.sum::<f64>()
+}
+
 /// Largest volume fraction (of a planar scene, area fraction) that is accepted for a shape.
-pub(in super::super) fn reachable_fraction(shape: &Shape, planar: bool) -> f64 {
+pub(super) fn reachable_fraction(shape: &Shape, planar: bool) -> f64 {
     if planar {
         let [length, width] = lying_capsule(shape);
         let area = width * (length - width) + 0.25 * PI * width * width;
@@ -202,26 +252,39 @@ pub(in super::super) fn reachable_fraction(shape: &Shape, planar: bool) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::super::Component;
     use super::*;
 
-    /// Draws that the worst of `count` bodies needs at the largest volume fraction.
-    fn worst_draws(shape: Shape, count: u64, planar: bool) -> u64 {
-        let volume_fraction = Some(reachable_fraction(&shape, planar));
-        let order = Order { count, shape, volume_fraction, planar, seed: 1, rule: 0 };
+    /// Draws that the worst body needs at the largest volume fraction.
+    fn worst_draws(components: &[(u64, Shape)], planar: bool) -> u64 {
+        let mut rule = Generate::isotropic(components[0].0, components[0].1, None);
+        if let Generate::Isotropic { mixture, .. } = &mut rule {
+            *mixture = components[1..].iter().map(|(count, shape)| Component::new(*count, *shape)).collect();
+        }
+        let volume_fraction = Some(reachable_by_all(&rule, planar));
+        let components = components.to_vec();
+        let order = Order { components, volume_fraction, center: DVec3::ZERO, planar, seed: 1, rule: 0 };
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let (sides, mut occupied, mut worst) = (sides(&order, Periods::NONE), Occupied::default(), 0);
-        for _ in 0..count {
-            let (position, orientation, draws) =
-                place(&order, sides, &occupied, &Walls::default(), &mut random, &mut || true).unwrap();
-            occupied.insert(capsule(&shape, position, orientation));
-            worst = worst.max(draws);
+        for component in order.largest_first() {
+            let (count, shape) = order.components[component];
+            for _ in 0..count {
+                let taken = |body: &Placed| capsule(&shape, body.position, body.orientation);
+                let free = |body: &Placed| !occupied.overlaps(&taken(body));
+                let (body, draws) = place(&order, shape, sides, &free, &mut random, &mut || true).unwrap();
+                occupied.insert(taken(&body));
+                worst = worst.max(draws);
+            }
         }
         worst
     }
 
+    fn rod(length: f64) -> Shape {
+        Shape::Spherocylinder { diameter: 1.0, length }
+    }
+
     #[test]
     fn the_largest_accepted_fraction_is_reached_easily() {
-        let rod = |length: f64| Shape::Spherocylinder { diameter: 1.0, length };
         for (shape, count) in [
             (Shape::Sphere { radius: 0.5 }, 3000),
             (rod(2.0), 3000),
@@ -233,7 +296,7 @@ mod tests {
             (Shape::Ellipsoid { radii: [2.0, 0.2, 1.0] }, 1000),
             (Shape::Torus { major_radius: 1.0, minor_radius: 0.1 }, 1000),
         ] {
-            let worst = worst_draws(shape, count, false);
+            let worst = worst_draws(&[(count, shape)], false);
             assert!(worst < MAX_DRAWS / 200, "{shape:?}: {worst} draws");
         }
         for (shape, count) in [
@@ -248,8 +311,25 @@ mod tests {
             (Shape::Ellipsoid { radii: [0.2, 2.0, 1.0] }, 1000),
             (Shape::Torus { major_radius: 1.0, minor_radius: 0.1 }, 2000),
         ] {
-            let worst = worst_draws(shape, count, true);
+            let worst = worst_draws(&[(count, shape)], true);
             assert!(worst < MAX_DRAWS / 200, "in the plane {shape:?}: {worst} draws");
+        }
+    }
+
+    #[test]
+    fn the_largest_accepted_fraction_of_a_mixture_is_reached_easily() {
+        let ball = |radius: f64| Shape::Sphere { radius };
+        for components in [
+            vec![(1000, ball(0.5)), (100, ball(1.0))],
+            vec![(3000, ball(0.1)), (30, ball(0.5))],
+            vec![(1000, ball(0.5)), (200, rod(10.0))],
+            vec![(200, ball(3.0)), (300, rod(30.0)), (1000, rod(3.0))],
+            vec![(300, Shape::Ellipsoid { radii: [1.0, 1.0, 2.0] }), (300, rod(20.0)), (300, ball(0.2))],
+        ] {
+            for planar in [false, true] {
+                let worst = worst_draws(&components, planar);
+                assert!(worst < MAX_DRAWS / 200, "{components:?}, planar {planar}: {worst} draws");
+            }
         }
     }
 }

@@ -7,7 +7,7 @@ mod occupied;
 mod room;
 
 pub(super) use chainmail::MAX_RING_RATIO;
-pub(super) use isotropic::{reachable_fraction, volume as isotropic_volume};
+pub(super) use isotropic::{reachable_by_all, volume_of_all as isotropic_volume};
 
 use super::error::{FaultKind, SceneError};
 use super::orientation::ALONG_X;
@@ -21,16 +21,16 @@ use glam::{DQuat, DVec3};
 /// Asked now and then, with the number of bodies placed so far, whether the placement goes on.
 type GoesOn<'a> = &'a mut dyn FnMut(usize) -> bool;
 
-/// Adds the bodies of the scene's rule `index`, all in the group of number `group`, and inside of the walls.
+/// Adds the bodies of the scene's rule `index`, inside of the walls; `groups` are the numbers of its components' groups.
 pub(super) fn add(
     scene: &Scene,
     index: usize,
     bodies: &mut Bodies,
-    group: u32,
+    groups: &[u32],
     goes_on: GoesOn,
 ) -> Result<(), SceneError> {
     let (first, walls) = (bodies.len(), scene.walls());
-    place(scene, index, &walls, bodies, group, goes_on)?;
+    place(scene, index, &walls, bodies, groups, goes_on)?;
     check_sheet(scene, index, bodies, first)?;
     for i in first..bodies.len() {
         if let Some((depth, wall)) =
@@ -74,8 +74,11 @@ fn check_sheet(scene: &Scene, index: usize, bodies: &Bodies, first: usize) -> Re
 
 /// What the scene's rule `index` is to place, where it places at random.
 fn order(scene: &Scene, index: usize) -> Option<isotropic::Order> {
-    let Generate::Isotropic { count, shape, volume_fraction, .. } = scene.generate[index] else { return None };
-    Some(isotropic::Order { count, shape, volume_fraction, planar: scene.planar, seed: scene.seed, rule: index })
+    let rule = &scene.generate[index];
+    let Generate::Isotropic { volume_fraction, center, .. } = rule else { return None };
+    let components = rule.components().map(|(count, shape, _)| (count, shape)).collect();
+    let (volume_fraction, center) = (*volume_fraction, DVec3::from(*center));
+    Some(isotropic::Order { components, volume_fraction, center, planar: scene.planar, seed: scene.seed, rule: index })
 }
 
 /// The largest side of the box that rule `index` draws its centres in, along axes without a period; none where the rule
@@ -92,12 +95,13 @@ fn place(
     index: usize,
     walls: &Walls,
     bodies: &mut Bodies,
-    group: u32,
+    groups: &[u32],
     goes_on: GoesOn,
 ) -> Result<(), SceneError> {
+    let group = groups[0];
     match &scene.generate[index] {
         Generate::Isotropic { .. } => {
-            order(scene, index).map_or(Ok(()), |order| isotropic::add(&order, walls, bodies, group, goes_on))
+            order(scene, index).map_or(Ok(()), |order| isotropic::add(&order, walls, bodies, groups, goes_on))
         }
         Generate::Chainmail { columns, rows, major_radius, minor_radius, .. } => {
             chainmail::add(*columns, *rows, *major_radius, *minor_radius, bodies, group);
@@ -110,12 +114,12 @@ fn place(
     }
 }
 
-/// An orientation that all bodies of a rule have in a planar scene, or would have if turned about z; none where they
-/// turn any way.
-pub(super) fn planar_orientation(rule: &Generate) -> Option<DQuat> {
-    match rule {
-        Generate::Founder { angle, .. } => Some(founder::orientation(*angle)),
-        Generate::Isotropic { shape: Shape::Sphere { .. }, .. } | Generate::Chainmail { .. } => None,
-        Generate::Isotropic { .. } => Some(ALONG_X),
+/// An orientation that all bodies of a shape of a rule have in a planar scene, or would have if turned about z; none
+/// where they turn any way.
+pub(super) fn planar_orientation(rule: &Generate, shape: &Shape) -> Option<DQuat> {
+    match (rule, shape) {
+        (Generate::Founder { angle, .. }, _) => Some(founder::orientation(*angle)),
+        (Generate::Isotropic { .. }, Shape::Sphere { .. }) | (Generate::Chainmail { .. }, _) => None,
+        (Generate::Isotropic { .. }, _) => Some(ALONG_X),
     }
 }

@@ -1,7 +1,7 @@
 //! Whether walls leave room for what a rule places: found before bodies are drawn, and said in words.
 
 use super::super::error::{FaultKind, SceneError};
-use super::isotropic::{Order, reachable_fraction, volume};
+use super::isotropic::{Order, reachable_fraction};
 use crate::digits::few;
 use crate::separation::Placed;
 use crate::shape::Shape;
@@ -21,7 +21,7 @@ const SPHERES: f64 = 0.40;
 /// Other shapes: this many times what is reached easily.
 const OF_REACHED: f64 = 2.0;
 
-/// The box about the origin that a rule's centres are drawn in.
+/// The box that a rule's centres are drawn in.
 pub(super) struct Room<'a> {
     pub order: &'a Order,
     pub sides: DVec3,
@@ -40,7 +40,7 @@ impl Room<'_> {
         if filled <= self.most() {
             return Ok(());
         }
-        let Order { count, .. } = self.order;
+        let count = self.order.count();
         let why = if filled.is_finite() {
             format!("they would fill {} of that part, and random placement ends at {}", few(filled), few(self.most()))
         } else {
@@ -51,7 +51,7 @@ impl Room<'_> {
 
     /// No place was found for a body in so many draws.
     pub fn full(&self, body: u64, draws: u64) -> SceneError {
-        let Order { count, .. } = self.order;
+        let count = self.order.count();
         let place = if self.walls.is_empty() { self.region() } else { self.described() };
         self.fault(format!("body {body} of {count} found no free place in {draws} draws: {place}"))
     }
@@ -62,9 +62,9 @@ impl Room<'_> {
         SceneError::new(FaultKind::Placement, key, message).with_help(match (self.walls.is_empty(), name) {
             (true, "count") => "place fewer bodies, or make the cell larger",
             (true, _) => "choose a smaller volume_fraction",
-            (false, "count") => "place fewer bodies, make the cell larger, or put the middle of the walls at the origin",
+            (false, "count") => "place fewer bodies, make the cell larger, or set `center` to the middle of the walls",
             (false, _) => {
-                "put the middle of the walls at the origin, choose a smaller volume_fraction, which makes the region larger, or place fewer bodies"
+                "set `center` to the middle of the walls, choose a smaller volume_fraction, which makes the region larger, or place fewer bodies"
             }
         })
     }
@@ -79,7 +79,10 @@ impl Room<'_> {
             (false, true) => format!("the cube of side {}", sides[0]),
             (false, false) => format!("the box of sides {}", sides.join(", ")),
         };
-        format!("centres are drawn in {name} about the origin")
+        match self.order.center.to_array() {
+            [0.0, 0.0, 0.0] => format!("centres are drawn in {name} about the origin"),
+            center => format!("centres are drawn in {name} about [{}]", center.map(few).join(", ")),
+        }
     }
 
     /// The region, and how much of it lies inside of the walls.
@@ -93,22 +96,23 @@ impl Room<'_> {
 
     /// What the bodies fill of what lies inside of the walls and within their reach.
     fn filled(&self) -> f64 {
-        let Order { count, shape, planar, .. } = self.order;
-        let reach = 2.0 * shape.bounding_radius();
+        let Order { components, planar, .. } = self.order;
+        let reach = 2.0 * components.iter().map(|(_, shape)| shape.bounding_radius()).fold(0.0, f64::max);
         let sides = DVec3::from_array([0, 1, 2].map(|axis| {
             let ends = self.periodic[axis] || (*planar && axis == 2);
             self.sides[axis] + if ends { 0.0 } else { reach }
         }));
         let size = if *planar { sides.x * sides.y } else { sides.element_product() };
-        *count as f64 * volume(shape, *planar) / (size * self.inside(sides))
+        self.order.volume() / (size * self.inside(sides))
     }
 
-    /// The part of a box about the origin that lies inside of the walls.
+    /// The part of a box about the centre that lies inside of the walls.
     fn inside(&self, sides: DVec3) -> f64 {
         let mut random = ChaCha8Rng::seed_from_u64(0);
-        let point = Shape::Sphere { radius: POINT * self.order.shape.bounding_radius() };
+        let thinnest = self.order.components.iter().map(|(_, shape)| shape.bounding_radius()).fold(f64::MAX, f64::min);
+        let point = Shape::Sphere { radius: POINT * thinnest };
         let is_inside = |_: &usize| {
-            let mut position = sides * (DVec3::from_array(random.random::<[f64; 3]>()) - 0.5);
+            let mut position = self.order.center + sides * (DVec3::from_array(random.random::<[f64; 3]>()) - 0.5);
             if self.order.planar {
                 position.z = 0.0;
             }
@@ -117,13 +121,17 @@ impl Room<'_> {
         (0..POINTS).filter(is_inside).count() as f64 / POINTS as f64
     }
 
-    /// The most that random placement fills.
+    /// The most that random placement fills; of a mixture, where each component fills what the others leave.
     fn most(&self) -> f64 {
-        let Order { shape, planar, .. } = self.order;
-        match (shape, planar) {
+        let Order { components, planar, .. } = self.order;
+        let of = |shape: &Shape| match (shape, planar) {
             (Shape::Sphere { .. }, true) => DISCS,
             (Shape::Sphere { .. }, false) => SPHERES,
             _ => OF_REACHED * reachable_fraction(shape, *planar),
+        };
+        match &components[..] {
+            [(_, shape)] => of(shape),
+            _ => 1.0 - components.iter().map(|(_, shape)| (1.0 - of(shape)).max(0.0)).product::<f64>(),
         }
     }
 }

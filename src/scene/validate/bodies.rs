@@ -111,11 +111,10 @@ impl Scene {
             }
             self.check_not_growing(&key.field("shape"), &body.shape, body.group.as_deref())?;
         }
-        for (i, rule) in
-            self.generate.iter().enumerate().filter(|(_, rule)| fixed.holds(u64::MAX, number(rule.group())))
+        for (i, (_, shape, group)) in self.generated().filter(|(_, (.., group))| fixed.holds(u64::MAX, number(*group)))
         {
             let list = root.field("generate");
-            self.check_not_growing(&list.index(i).field(rule.name()), &rule.shape(), rule.group())?;
+            self.check_not_growing(&list.index(i).field(self.generate[i].name()), &shape, group)?;
         }
         Ok(())
     }

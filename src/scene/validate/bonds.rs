@@ -92,12 +92,13 @@ impl Scene {
             return Some(Bonded { shape: of.shape, rotation: Some(of.rotation()), group: of.group.as_deref() });
         }
         let mut before = self.bodies.len() as u64;
-        let rule = self.generate.iter().find(|rule| {
-            before = before.saturating_add(rule.count());
+        let components = self.generate.iter().flat_map(|rule| rule.components().map(move |of| (rule, of)));
+        let (rule, (_, shape, group)) = components.into_iter().find(|(_, (count, ..))| {
+            before = before.saturating_add(*count);
             (body as u64) < before
         })?;
-        let rotation = generate::planar_orientation(rule).filter(|_| self.planar);
-        Some(Bonded { shape: rule.shape(), rotation, group: rule.group() })
+        let rotation = generate::planar_orientation(rule, &shape).filter(|_| self.planar);
+        Some(Bonded { shape, rotation, group })
     }
 
     fn check_ends(

@@ -1,23 +1,12 @@
 //! The rules of bodies placed by rule. Counts are refused by arithmetic, before anything is allocated.
 
 use super::super::error::{FaultKind, SceneError};
-use super::super::generate::{MAX_RING_RATIO, isotropic_volume, reachable_fraction};
+use super::super::generate::{MAX_RING_RATIO, isotropic_volume, reachable_by_all};
 use super::super::key::Key;
-use super::super::{Generate, Scene};
+use super::super::{Component, Generate, Scene};
 use super::shapes::check_shape;
 use super::{MAX_BODIES, number, numbers, positive};
 use crate::digits::{at_most, few};
-use crate::shape::Shape;
-
-impl Generate {
-    /// How many bodies the rule makes, at most `u64::MAX`.
-    pub fn count(&self) -> u64 {
-        match *self {
-            Generate::Isotropic { count, .. } | Generate::Founder { count, .. } => count,
-            Generate::Chainmail { columns, rows, .. } => columns.saturating_mul(rows),
-        }
-    }
-}
 
 impl Scene {
     /// How many bodies the scene starts with, at most `u64::MAX`.
@@ -47,10 +36,19 @@ impl Scene {
             if n == 0 { Err(SceneError::bad(key.field(name), "must be at least 1")) } else { Ok(()) }
         };
         match rule {
-            Generate::Isotropic { count, shape, volume_fraction, .. } => {
+            Generate::Isotropic { count, shape, mixture, volume_fraction, center, .. } => {
                 at_least_one("count", *count)?;
                 check_shape(&key.field("shape").field(shape.name()), shape)?;
-                self.check_fraction(key, *count, shape, *volume_fraction)
+                for (i, Component { count, shape, .. }) in mixture.iter().enumerate() {
+                    let list = key.field("mixture");
+                    let key = list.index(i);
+                    if *count == 0 {
+                        return Err(SceneError::bad(key.field("count"), "must be at least 1"));
+                    }
+                    check_shape(&key.field("shape").field(shape.name()), shape)?;
+                }
+                numbers(&key.field("center"), center)?;
+                self.check_fraction(key, rule, *volume_fraction)
             }
             Generate::Chainmail { columns, rows, major_radius, minor_radius, .. } => {
                 at_least_one("columns", *columns)?;
@@ -76,14 +74,15 @@ impl Scene {
     }
 
     /// A fraction that random placement reaches; left out, that which the number makes of a whole periodic cell.
-    fn check_fraction(&self, key: &Key, count: u64, shape: &Shape, given: Option<f64>) -> Result<(), SceneError> {
+    fn check_fraction(&self, key: &Key, rule: &Generate, given: Option<f64>) -> Result<(), SceneError> {
         let fraction_key = key.field("volume_fraction");
-        let limit = reachable_fraction(shape, self.planar);
+        let limit = reachable_by_all(rule, self.planar);
+        let what = if rule.components().count() > 1 { "mixture" } else { "shape" };
         if let Some(fraction) = given {
             positive(&fraction_key, fraction)?;
             if fraction > limit {
                 let message = format!(
-                    "must be at most {limit} for this shape, where random placement without overlap ends",
+                    "must be at most {limit} for this {what}, where random placement without overlap ends",
                     limit = at_most(limit)
                 );
                 return Err(SceneError::bad(fraction_key, message));
@@ -94,10 +93,10 @@ impl Scene {
             let message = "is missing: only in a scene that is periodic along all its axes do number and cell say it";
             return Err(SceneError::new(FaultKind::MissingKey, fraction_key, message));
         };
-        let fraction = count as f64 * isotropic_volume(shape, self.planar) / cell;
+        let fraction = isotropic_volume(rule, self.planar) / cell;
         if fraction > limit {
             let message = format!(
-                "fills {fraction} of the periodic cell; at most {limit} for this shape, where random placement without overlap ends",
+                "fills {fraction} of the periodic cell; at most {limit} for this {what}, where random placement without overlap ends",
                 fraction = few(fraction),
                 limit = at_most(limit)
             );

@@ -122,10 +122,8 @@ impl Scene {
     fn check_periodic_rules(&self, root: &Key, periods: Periods) -> Result<(), SceneError> {
         let Some(cell) = periods.volume(self.planar) else { return Ok(()) };
         for (i, rule) in self.generate.iter().enumerate() {
-            let Generate::Isotropic { count, shape, volume_fraction: Some(volume_fraction), .. } = rule else {
-                continue;
-            };
-            let fraction = *count as f64 * isotropic_volume(shape, self.planar) / cell;
+            let Generate::Isotropic { volume_fraction: Some(volume_fraction), .. } = rule else { continue };
+            let (count, fraction) = (rule.count(), isotropic_volume(rule, self.planar) / cell);
             if (volume_fraction / fraction - 1.0).abs() > FRACTION_SLACK {
                 let message = format!(
                     "must be {fraction}, which {count} of these bodies are of the periodic cell, or left out, or another count or cell",

@@ -57,8 +57,8 @@ impl Scene {
                 return Err(SceneError::bad(key, message));
             }
         }
-        for (i, rule) in self.generate.iter().enumerate().filter(|(_, rule)| on(rule.group())) {
-            match generate::planar_orientation(rule) {
+        for (i, (_, shape, _)) in self.generated().filter(|(_, (.., group))| on(*group)) {
+            match generate::planar_orientation(&self.generate[i], &shape) {
                 Some(orientation) if !leaves_plane(force, orientation) => {}
                 _ => {
                     let message = format!(
@@ -129,14 +129,17 @@ fn check_body(key: &Key, body: &Body, plane: f64) -> Result<(), SceneError> {
 
 fn check_rule(key: &Key, rule: &Generate) -> Result<(), SceneError> {
     match rule {
-        Generate::Founder { position: [.., z], .. } if *z != 0.0 => {
-            let message = format!("bodies placed by rule are in the plane z = 0, not {z}", z = exact(*z));
-            Err(SceneError::bad(key.field("founder").field("position").index(2), message))
+        Generate::Isotropic { .. } if rule.components().any(|(_, shape, _)| matches!(shape, Shape::Convex(_))) => {
+            Err(SceneError::bad(
+                key.field("isotropic"),
+                "a custom shape need not be mirrored by the plane as it is drawn; list the bodies in `bodies`",
+            ))
         }
-        Generate::Isotropic { shape: Shape::Convex(_), .. } => Err(SceneError::bad(
-            key.field("isotropic"),
-            "a custom shape need not be mirrored by the plane as it is drawn; list the bodies in `bodies`",
-        )),
+        Generate::Founder { position: [.., z], .. } | Generate::Isotropic { center: [.., z], .. } if *z != 0.0 => {
+            let place = if matches!(rule, Generate::Founder { .. }) { "position" } else { "center" };
+            let message = format!("bodies placed by rule are in the plane z = 0, not {z}", z = exact(*z));
+            Err(SceneError::bad(key.field(rule.name()).field(place).index(2), message))
+        }
         Generate::Isotropic { .. } | Generate::Founder { .. } => Ok(()),
         Generate::Chainmail { .. } => Err(SceneError::bad(
             key.field("chainmail"),

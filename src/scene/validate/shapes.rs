@@ -16,13 +16,29 @@ pub(super) fn check_shape(key: &Key, shape: &Shape) -> Result<(), SceneError> {
 }
 
 impl Generate {
-    /// The shape of the bodies that this rule makes.
-    pub fn shape(&self) -> Shape {
+    /// The shape of the first bodies that this rule makes, of all of them where it mixes none.
+    pub(super) fn shape(&self) -> Shape {
         match *self {
             Generate::Isotropic { shape, .. } => shape,
             Generate::Chainmail { major_radius, minor_radius, .. } => Shape::Torus { major_radius, minor_radius },
             Generate::Founder { diameter, length, .. } => Shape::Spherocylinder { diameter, length },
         }
+    }
+
+    /// The bodies that this rule makes, in order: how many of which shape and group.
+    pub fn components(&self) -> impl Iterator<Item = (u64, Shape, Option<&str>)> {
+        let (first, mixture, group) = match self {
+            Generate::Isotropic { count, mixture, group, .. } => (*count, &mixture[..], group),
+            Generate::Chainmail { columns, rows, group, .. } => (columns.saturating_mul(*rows), &[][..], group),
+            Generate::Founder { count, group, .. } => (*count, &[][..], group),
+        };
+        let further = mixture.iter().map(|of| (of.count, of.shape, of.group.as_deref()));
+        std::iter::once((first, self.shape(), group.as_deref())).chain(further)
+    }
+
+    /// How many bodies the rule makes, at most `u64::MAX`.
+    pub fn count(&self) -> u64 {
+        self.components().fold(0, |sum, (count, ..)| sum.saturating_add(count))
     }
 
     /// The rule's name, which is its key.
@@ -39,7 +55,12 @@ impl Scene {
     /// Every distinct source of a shape, in order: `bodies`, then `generate`, with the key of the body or the rule.
     pub(in super::super) fn shapes(&self) -> impl Iterator<Item = (&'static str, usize, Shape)> + '_ {
         let bodies = self.bodies.iter().enumerate().map(|(i, b)| ("bodies", i, b.shape));
-        bodies.chain(self.generate.iter().enumerate().map(|(i, g)| ("generate", i, g.shape())))
+        bodies.chain(self.generated().map(|(i, (_, shape, _))| ("generate", i, shape)))
+    }
+
+    /// What the rules make, each with the number of its rule.
+    pub(in super::super) fn generated(&self) -> impl Iterator<Item = (usize, (u64, Shape, Option<&str>))> {
+        self.generate.iter().enumerate().flat_map(|(i, rule)| rule.components().map(move |of| (i, of)))
     }
 
     /// As [`Scene::shapes`], with the growth of those that grow, and how many bodies there are of each.
@@ -49,9 +70,9 @@ impl Scene {
         let bodies = self.bodies.iter().enumerate();
         let bodies =
             bodies.filter_map(move |(i, b)| Some(("bodies", i, b.shape, own(b.group.as_deref(), &b.shape)?, 1)));
-        let rules = self.generate.iter().enumerate();
         bodies.chain(
-            rules.filter_map(move |(i, g)| Some(("generate", i, g.shape(), own(g.group(), &g.shape())?, g.count()))),
+            self.generated()
+                .filter_map(move |(i, (count, shape, group))| Some(("generate", i, shape, own(group, &shape)?, count))),
         )
     }
 
