@@ -4,7 +4,7 @@
 //! moves a body by `dt^2 e / m` with inertia, by `dt e / (xi L)` without. The error of the forces, in parts of the load
 //! that they bear, is thus the residual over what that load moves the body by in a step.
 
-use super::{Scene, Wall};
+use super::{Body, Scene, Wall};
 use crate::dynamics::Flow;
 use crate::shape::Shape;
 use glam::DVec3;
@@ -26,6 +26,30 @@ impl Scene {
     pub(super) fn farthest_drive(&self) -> Option<(usize, f64)> {
         let ways = self.ways_of_forces().into_iter().filter(|(force, ..)| !self.forces[*force].is_trap());
         ways.map(|(force, way, shape)| (force, way / shape.thickness())).max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The bond between listed bodies that moves one of them farthest in the first step, with this way in thicknesses of
+    /// the body.
+    pub(super) fn farthest_bond(&self) -> Option<(usize, f64)> {
+        let periods = self.periods();
+        let ways = self.bonds.iter().enumerate().filter_map(|(i, bond)| {
+            let [a, b] = [self.bodies.get(bond.bodies[0])?, self.bodies.get(bond.bodies[1])?];
+            let end = |body: &Body, at: [f64; 3]| DVec3::from(body.position) + body.rotation() * DVec3::from(at);
+            let span = periods.nearest(end(b, bond.at[1]) - end(a, bond.at[0])).length();
+            let force = bond.stiffness * (span - bond.length).abs();
+            let way = |of: &Body| force * self.dynamics.yields(&of.shape, self.time.dt).0 / of.shape.thickness();
+            Some((i, way(a).max(way(b))))
+        });
+        ways.max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// How far heat moves the body that it moves farthest in a step, in thicknesses: the root mean square along an axis.
+    /// An upper bound with inertia.
+    pub(super) fn farthest_heat(&self) -> Option<f64> {
+        let energy = self.thermal?.temperature;
+        let way =
+            |shape: Shape| (2.0 * energy * self.dynamics.yields(&shape, self.time.dt).0).sqrt() / shape.thickness();
+        self.shapes().map(|(_, _, shape)| way(shape)).max_by(f64::total_cmp)
     }
 
     /// The shapes of the starting bodies, each with its group.

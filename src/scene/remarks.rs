@@ -31,12 +31,18 @@ impl Scene {
     /// assert!(scene.warnings().is_empty());
     /// ```
     pub fn warnings(&self) -> Vec<String> {
-        let remarks =
-            [self.large_tolerance(), self.long_step(), self.large_strain(), self.cold_crowd(), self.unmixed()];
+        let remarks = [
+            self.large_tolerance(),
+            self.long_step(),
+            self.hot_step(),
+            self.large_strain(),
+            self.cold_crowd(),
+            self.unmixed(),
+        ];
         remarks.into_iter().flatten().collect()
     }
 
-    /// A step in which a force, a wall or a velocity at the start carries a body farther than it is thick.
+    /// A step in which a force, a bond, a wall or a velocity at the start carries a body farther than it is thick.
     pub(crate) fn long_step(&self) -> Option<String> {
         let forces = self.farthest_drive().map(|(force, way)| (format!("forces.{force} moves"), way));
         let bodies = self.bodies.iter().enumerate().filter(|_| self.dynamics.has_inertia());
@@ -45,7 +51,9 @@ impl Scene {
             (format!("bodies.{i}.velocity carries"), way)
         });
         let walls = self.farthest_wall().map(|(wall, way)| (format!("walls.{wall}.motion moves"), way));
-        let (what, way) = forces.into_iter().chain(walls).chain(starts).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let bonds = self.farthest_bond().map(|(bond, way)| (format!("bonds.{bond} moves"), way));
+        let all = forces.into_iter().chain(bonds).chain(walls).chain(starts);
+        let (what, way) = all.max_by(|a, b| a.1.total_cmp(&b.1))?;
         (way > FARTHEST && way.is_finite()).then(|| {
             format!(
                 "time.dt is too long: {what} a body by {} of its thicknesses in a step; with {} it is a tenth",
@@ -53,6 +61,18 @@ impl Scene {
                 significant(self.time.dt * PROPOSED / way, 1)
             )
         })
+    }
+
+    /// A step in which heat carries bodies farther than they are thick.
+    fn hot_step(&self) -> Option<String> {
+        let way = self.farthest_heat().filter(|way| *way > FARTHEST && way.is_finite())?;
+        // Brownian bodies move by the root of the time, those with inertia at their speed.
+        let power = if self.dynamics.has_inertia() { 1 } else { 2 };
+        Some(format!(
+            "time.dt is too long: heat moves a body by {} of its thicknesses in a step; with {} it is a tenth",
+            few(way),
+            significant(self.time.dt * (PROPOSED / way).powi(power), 1)
+        ))
     }
 
     /// A step in which cells grow, or a flow or a cell shears, by a large part.
@@ -176,6 +196,28 @@ mod tests {
         assert!(scene.warnings()[0].contains("colder than thermal.temperature"));
         scene.bodies.pop();
         assert_eq!(scene.warnings(), [""; 0]);
+    }
+
+    #[test]
+    fn heat_and_stretched_bonds_that_move_bodies_by_their_thickness_are_remarked_on() {
+        let mut scene = balls(2);
+        scene.thermal = Some(Thermal::new(1.0));
+        let way = |scene: &Scene| scene.farthest_heat().unwrap();
+        // A Brownian ball moves by sqrt(2 kT dt / drag) along an axis; ten times as far at a hundred times the heat.
+        let first = way(&scene);
+        scene.thermal = Some(Thermal::new(100.0));
+        assert!((way(&scene) / first - 10.0).abs() < 1e-12);
+        scene.thermal = Some(Thermal::new(4.0 / (first * first)));
+        assert!((way(&scene) - 2.0).abs() < 1e-12);
+        let warning = &scene.warnings()[0];
+        assert!(warning.starts_with("time.dt is too long: heat moves a body by 2 of its thicknesses"), "{warning}");
+        scene.time.dt *= 0.0024;
+        assert_eq!(scene.warnings(), [""; 0]);
+        scene.thermal = None;
+        scene
+            .bonds
+            .push(crate::dynamics::Bond { length: 1e18, ..crate::dynamics::Bond::new([0, 1], [[0.0; 3]; 2], 1.0) });
+        assert!(scene.warnings()[0].starts_with("time.dt is too long: bonds.0 moves a body by"));
     }
 
     #[test]
