@@ -110,10 +110,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
     }
 
     pub(super) fn find_effect(&self, gap: f64) -> Effect {
-        // Where walls, growth or a changing cell do work, energy has no bound here.
-        let setup = &self.setup;
-        let works = setup.growth.is_some() || setup.strain.is_some() || setup.walls.move_in_time();
-        let bounded = setup.has_inertia && !works && !self.start.parting;
+        let bounded = self.setup.has_inertia && !self.does_work() && !self.start.parting;
         let mut effect = Effect { energy_allowed: if bounded { 0.0 } else { f64::INFINITY }, ..Effect::default() };
         if self.start.proxies.is_empty() {
             for (push, near) in self.pushing_at_trial(|pair| LOOKED_AT.min(gap) * self.thickness(pair)) {
@@ -181,8 +178,29 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         let [a, b] = bodies.map(|body| body.map_or(DVec3::ZERO, |i| self.moved(i)));
         let free = |i: usize| self.start.interval * self.motions.motion[i].free.linear.length();
         let explained = bodies.iter().flatten().map(|i| free(*i)).sum::<f64>() + self.first.overlap;
-        let far = (b - a).length() - THROWN * thickness - explained;
+        let far = (b - a).length() - self.may_move(push.pair, thickness) - explained;
         effect.thrown += usize::from(far > 0.0 && far > self.slack(push));
+    }
+
+    /// How far contact may move the bodies of a pair against each other. With inertia what a piece of a step makes of
+    /// their velocities outlasts it, so in the whole step they would not move by more than the longer one's length. Where
+    /// energy has a bound, that says more.
+    fn may_move(&self, pair: [u32; 2], thickness: f64) -> f64 {
+        let outlasts = self.setup.has_inertia && self.does_work();
+        let length = |number: u32| match surface_of(number) {
+            Some(_) => 0.0,
+            None => self.start.bodies.shape[number as usize].major_axis(),
+        };
+        let length = pair.map(length).into_iter().fold(0.0, f64::max);
+        let most =
+            if outlasts { length * self.start.interval / self.start.step_length(&self.setup) } else { f64::INFINITY };
+        most.min(THROWN * thickness)
+    }
+
+    /// Whether walls, growth or a changing cell do work: energy has no bound here.
+    fn does_work(&self) -> bool {
+        let setup = &self.setup;
+        setup.growth.is_some() || setup.strain.is_some() || setup.walls.move_in_time()
     }
 
     /// The work of contact on a body in the step: its impulse along the mean of the velocities with contact and without.
