@@ -33,16 +33,10 @@ impl Device {
     pub(super) fn load(&mut self, state: State) -> Result<(), GpuError> {
         let (gpu, bodies) = (self.gpu.clone(), state.bodies.len() as u64);
         let mut record = gpu.record();
-        for poses in &mut self.poses {
-            poses.reserve(&gpu, &mut record, bodies)?;
-        }
-        for shapes in &mut self.shapes {
-            shapes.reserve(&gpu, &mut record, bodies)?;
-        }
+        self.states.reserve(&gpu, &mut record, bodies)?;
         record.submit()?;
         let unrounded = unrounded(&self.setup, &state)?;
-        self.poses[0].write(&gpu, self.setup.precision, &unrounded);
-        self.shapes[0].write(&gpu, &self.setup, &state.bodies.shape, &unrounded);
+        self.states.write(&gpu, &self.setup, &state.bodies.shape, &unrounded);
         self.ancestry = Ancestry::of(&self.setup, &state, unrounded.prescribed());
         if let Some(bonds) = &self.bonds {
             bonds.write_broken(&gpu, &self.setup, &state.bodies.broken_bonds);

@@ -23,11 +23,12 @@ impl Setup {
 impl Device {
     /// Where first rows are made.
     pub(super) fn first(&self) -> &Poses {
-        &self.poses[self.first_index()]
+        self.states.first(self.part, self.leads())
     }
 
-    pub(super) fn first_index(&self) -> usize {
-        if self.is_ahead() || self.setup.strain.is_some() { self.poses.len() - 1 } else { self.here_index() }
+    /// Whether that is elsewhere than the present part begins.
+    pub(super) fn leads(&self) -> bool {
+        self.is_ahead() || self.setup.strain.is_some()
     }
 
     /// Whether first rows of the present part are made ahead of its start.

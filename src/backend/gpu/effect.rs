@@ -48,7 +48,7 @@ impl Device {
     pub(super) fn record_effect(&self, record: &mut Recorder<'_>, shapes: &Shapes, pass: u32) {
         let buffers = [
             ("shapes", &shapes.shapes),
-            ("orientations", &self.poses[1].orientations),
+            ("orientations", &self.states.trial.orientations),
             ("motions", &self.motions),
             ("report", &self.report),
         ];

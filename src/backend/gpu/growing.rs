@@ -57,14 +57,8 @@ impl Device {
         let gpu = self.gpu.clone();
         let mut record = gpu.record();
         record.stage("growth");
-        for poses in &mut self.poses {
-            poses.reserve(&gpu, &mut record, bodies)?;
-        }
-        for shapes in &mut self.shapes {
-            shapes.reserve(&gpu, &mut record, bodies)?;
-        }
-        self.start().copy_from(&mut record, &self.poses[0], old);
-        self.start_shapes().copy_from(&mut record, &self.shapes[0], old);
+        self.states.reserve(&gpu, &mut record, bodies)?;
+        self.states.begin(&mut record, old);
         self.bodies = bodies;
         if !due.is_empty() {
             self.divide(&mut record, &due, &pressures)?;

@@ -61,36 +61,24 @@ impl Setup {
 }
 
 impl Device {
-    /// The state of the step's start: the accepted one, or where bodies grow one of its own.
+    /// Where the step starts.
     pub(super) fn start(&self) -> &Poses {
-        &self.poses[if self.grows() { 2 } else { 0 }]
+        self.states.start()
     }
 
     /// What the bodies are at the end of the present part.
     pub(super) fn start_shapes(&self) -> &Shapes {
-        &self.shapes[usize::from(self.grows())]
+        self.states.end_shapes()
     }
 
     /// Where the present part begins: the middle where it is made, else the start.
     pub(super) fn here(&self) -> &Poses {
-        &self.poses[self.here_index()]
+        self.states.here(self.part)
     }
 
-    pub(super) fn here_index(&self) -> usize {
-        match (self.part, self.grows()) {
-            (Part::FromMiddle, grows) => 2 + usize::from(grows),
-            (_, true) => 2,
-            (_, false) => 0,
-        }
-    }
-
-    /// What the bodies are in the first rows of the present part: with the lengths at its end, or in the middle with
-    /// those there.
+    /// What the bodies are in the first rows of the present part.
     pub(super) fn here_shapes(&self) -> &Shapes {
-        match (self.part, self.grows()) {
-            (Part::FromMiddle, true) => &self.shapes[2],
-            _ => self.start_shapes(),
-        }
+        self.states.here_shapes(self.part)
     }
 
     /// The parameters of kernels of the present part.
@@ -226,11 +214,11 @@ impl Device {
         let gpu = self.gpu.clone();
         let mut record = gpu.record();
         record.stage("integrate");
-        let middle = &self.poses[2 + usize::from(self.grows())];
+        let middle = self.states.middle();
         self.record_move(&mut record, middle);
         self.record_arrival(&mut record, middle);
         if self.grows() {
-            self.shapes[2].copy_from(&mut record, self.start_shapes(), self.bodies);
+            self.states.keep_lengths(&mut record, self.bodies);
             self.record_growth(&mut record);
         }
         record.submit()?;
@@ -240,21 +228,22 @@ impl Device {
 
     /// The rows, and what they are made from: at the trial, or where first rows are made; and how many there will be.
     pub(super) fn made(&mut self, at_trial: bool) -> (&mut Rows, &Kernels, RowInputs<'_>, u64) {
-        let index = if at_trial { 1 } else { self.first_index() };
-        let in_middle = self.part == Part::FromMiddle && self.grows() && !at_trial;
-        let grown = usize::from(self.grows());
-        let ahead = self.is_ahead() && !at_trial;
-        let Device { rows, kernels, candidates, motions, next_rows, setup, part, poses, shapes, .. } = self;
+        let (leads, ahead) = (self.leads(), self.is_ahead() && !at_trial);
+        let Device { rows, kernels, candidates, motions, next_rows, setup, part, states, .. } = self;
+        let (poses, shapes) = match at_trial {
+            true => (&states.trial, states.end_shapes()),
+            false => (states.first(*part, leads), states.here_shapes(*part)),
+        };
         let made = RowInputs {
             lists: &candidates.lists,
             motions,
             setup,
             part: *part,
             ahead,
-            poses: &poses[index],
-            shapes: &shapes[if in_middle { 2 } else { grown }],
-            grown: &shapes[grown],
-            last: &poses[2 * grown],
+            poses,
+            shapes,
+            grown: states.end_shapes(),
+            last: states.start(),
         };
         (rows, kernels, made, *next_rows)
     }

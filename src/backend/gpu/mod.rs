@@ -27,6 +27,7 @@ mod separations;
 mod setup;
 mod source;
 mod state;
+mod states;
 #[cfg(test)]
 mod tests;
 mod walls;
@@ -54,6 +55,7 @@ use separations::Report;
 pub(crate) use setup::Setup;
 use source::Kernels;
 use state::{Poses, Shapes};
+use states::States;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
@@ -78,12 +80,7 @@ pub struct Device {
     part: Part,
     /// Whether first rows are made where the last velocities lead.
     ahead: bool,
-    /// States: the last accepted one, the trial, where bodies grow the step's start, the middle where steps have one,
-    /// and last where the last velocities lead where rows are made there.
-    poses: Vec<Poses>,
-    /// Shapes: the last accepted ones, where bodies grow those at the end of the present part, and those in the middle
-    /// where steps have one.
-    shapes: Vec<Shapes>,
+    states: States,
     ancestry: Ancestry,
     /// How many bodies each rule of removal has removed.
     removed: Vec<u64>,
@@ -142,22 +139,9 @@ impl Device {
             model.strain.map_or(setup.periods, |strain| strain.periods(model.time.after(state.step)));
         state.bodies.planar = model.planar;
         let (real, bodies) = (precision.bytes(), state.bodies.len() as u64);
-        let grows = setup.growth.is_some();
-        let mut poses = Vec::new();
-        for _ in 0..2
-            + u32::from(grows)
-            + u32::from(setup.midpoint)
-            + u32::from(setup.leads_ahead() || setup.strain.is_some())
-        {
-            poses.push(Poses::new(&gpu, precision, bodies)?);
-        }
         let unrounded = state::unrounded(&setup, &state)?;
-        poses[0].write(&gpu, precision, &unrounded);
-        let mut shapes = Vec::new();
-        for _ in 0..1 + u32::from(grows) + u32::from(grows && setup.midpoint) {
-            shapes.push(Shapes::new(&gpu, precision, bodies, grows)?);
-        }
-        shapes[0].write(&gpu, &setup, &state.bodies.shape, &unrounded);
+        let states = States::new(&gpu, &setup, bodies)?;
+        states.write(&gpu, &setup, &state.bodies.shape, &unrounded);
         let mut ancestry = Ancestry::of(&setup, &state, unrounded.prescribed());
         let width = setup.motion_width() as usize;
         let mut device = Device {
@@ -168,8 +152,7 @@ impl Device {
             accepted_bodies: bodies,
             part: setup.first_part(),
             ahead: false,
-            poses,
-            shapes,
+            states,
             growth: GrowthBuffers::new(&gpu, &setup, &mut ancestry)?,
             held: Held::new(&gpu, &model.fixed.flags(&state.bodies))?,
             ids: Ids::new(&gpu, &setup)?,
@@ -282,7 +265,8 @@ impl Device {
         let born = |body: u32| u64::from(body) < self.accepted_bodies;
         let mut warm = self.remembered()?;
         warm.retain(|w| born(w.pair[0]) && (born(w.pair[1]) || surface_of(w.pair[1]).is_some()));
-        let (bodies, mut unrounded) = self.download_first(&self.poses[0], &self.shapes[0], (lineage, group))?;
+        let States { accepted, accepted_shapes, .. } = &self.states;
+        let (bodies, mut unrounded) = self.download_first(accepted, accepted_shapes, (lineage, group))?;
         unrounded.prescribe(&self.ancestry.accepted_lengths());
         Ok(State { step: self.step, next_id, bodies, warm, removed: self.removed.clone(), unrounded: Some(unrounded) })
     }
@@ -367,7 +351,7 @@ impl Verbs for Device {
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         let mut record = gpu.record();
         record.stage("integrate");
-        let (first, trial) = (self.first(), &self.poses[1]);
+        let (first, trial) = (self.first(), &self.states.trial);
         self.record_move(&mut record, trial);
         let buffers = [
             ("cells", &first.cells),
@@ -443,14 +427,11 @@ impl Verbs for Device {
         let (gpu, bodies) = (self.gpu.clone(), self.bodies);
         let mut record = gpu.record();
         record.stage("integrate");
-        self.record_arrival(&mut record, &self.poses[1]);
-        self.record_breaking(&mut record, &self.poses[1]);
+        self.record_arrival(&mut record, &self.states.trial);
+        self.record_breaking(&mut record, &self.states.trial);
         self.rows.remember(&self.kernels, &mut record, &self.candidates.lists);
         record.submit()?;
-        self.poses.swap(0, 1);
-        if self.grows() {
-            self.shapes.swap(0, 1);
-        }
+        self.states.accept();
         self.accepted_bodies = bodies;
         self.step += 1;
         let ends = self.step_start();

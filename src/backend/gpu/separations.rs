@@ -64,9 +64,10 @@ impl Device {
             let mut record = prepared.take().unwrap_or_else(|| gpu.record());
             record.stage("narrow phase");
             record.copy(&self.blank, 0, &self.report, 0, Report::BYTES);
-            let first = self.first_index();
-            let Device { candidates, kernels, bodies, boxes, report, poses, .. } = &mut *self;
-            candidates.inside(&gpu, kernels, &mut record, (&poses[first], boxes, report), *bodies)?;
+            let (part, leads) = (self.part, self.leads());
+            let Device { candidates, kernels, bodies, boxes, report, states, .. } = &mut *self;
+            let first = states.first(part, leads);
+            candidates.inside(&gpu, kernels, &mut record, (first, boxes, report), *bodies)?;
             let listed = candidates.is_for(*bodies);
             if listed {
                 self.record_separations(&gpu, &mut record, at_trial)?;
@@ -92,7 +93,7 @@ impl Device {
 
     fn record_separations(&mut self, gpu: &Gpu, record: &mut Recorder<'_>, at_trial: bool) -> Result<(), GpuError> {
         let (poses, shapes) =
-            if at_trial { (&self.poses[1], self.start_shapes()) } else { (self.first(), self.here_shapes()) };
+            if at_trial { (&self.states.trial, self.start_shapes()) } else { (self.first(), self.here_shapes()) };
         let (lists, pairs) = (&self.candidates.lists, self.candidates.lists.pairs_count);
         let of_bodies = lists.body_pairs;
         let by_motions = self.setup.branches > 0;
@@ -143,9 +144,9 @@ impl Device {
         let begun = Instant::now();
         let largest = f64::from(f32::from_bits(report.largest));
         let gpu = self.gpu.clone();
-        let (first, grows, part) = (self.first_index(), self.grows(), self.part);
-        let Device { candidates, setup, kernels, boxes, rows, bodies, poses, shapes, .. } = &mut *self;
-        let (first, shapes) = (&poses[first], &shapes[usize::from(grows)]);
+        let (part, leads) = (self.part, self.leads());
+        let Device { candidates, setup, kernels, boxes, rows, bodies, states, .. } = &mut *self;
+        let (first, shapes) = (states.first(part, leads), states.end_shapes());
         // In the middle the rows of the first half say what its end's rows start from.
         let rows = (at_trial || part == Part::FromMiddle).then_some(rows);
         candidates.search(&gpu, setup, kernels, (first, shapes, boxes, largest), *bodies, rows)?;

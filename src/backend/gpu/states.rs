@@ -1,0 +1,122 @@
+//! The states of the bodies that a step has on the device, by name. What a scene does not need is not made: another
+//! state stands for it.
+
+use super::Setup;
+use super::midpoint::Part;
+use super::state::{Poses, Shapes};
+use crate::gpu::{Gpu, GpuError, Recorder};
+use crate::shape::Shape;
+use crate::step::Unrounded;
+
+/// Where bodies are, and what they are there.
+pub(super) struct States {
+    /// The last accepted state.
+    pub accepted: Poses,
+    pub trial: Poses,
+    /// Where bodies grow, the step's start: else that is the accepted state.
+    start: Option<Poses>,
+    /// Where steps have one, their middle.
+    middle: Option<Poses>,
+    /// Where first rows are made elsewhere than a part begins: where the last velocities or the flow of a changing cell
+    /// lead.
+    ahead: Option<Poses>,
+    /// The shapes of the last accepted state.
+    pub accepted_shapes: Shapes,
+    /// Where bodies grow, those at the end of the present part.
+    end_shapes: Option<Shapes>,
+    /// Where bodies grow and steps have a middle, those there.
+    middle_shapes: Option<Shapes>,
+}
+
+impl States {
+    pub fn new(gpu: &Gpu, setup: &Setup, bodies: u64) -> Result<Self, GpuError> {
+        let grows = setup.growth.is_some();
+        let poses = || Poses::new(gpu, setup.precision, bodies);
+        let shapes = || Shapes::new(gpu, setup.precision, bodies, grows);
+        Ok(States {
+            accepted: poses()?,
+            trial: poses()?,
+            start: grows.then(poses).transpose()?,
+            middle: setup.midpoint.then(poses).transpose()?,
+            ahead: (setup.leads_ahead() || setup.strain.is_some()).then(poses).transpose()?,
+            accepted_shapes: shapes()?,
+            end_shapes: grows.then(shapes).transpose()?,
+            middle_shapes: (grows && setup.midpoint).then(shapes).transpose()?,
+        })
+    }
+
+    /// Writes the accepted state.
+    pub fn write(&self, gpu: &Gpu, setup: &Setup, shapes: &[Shape], of: &Unrounded) {
+        self.accepted.write(gpu, setup.precision, of);
+        self.accepted_shapes.write(gpu, setup, shapes, of);
+    }
+
+    /// Makes room for more bodies.
+    pub fn reserve(&mut self, gpu: &Gpu, record: &mut Recorder<'_>, bodies: u64) -> Result<(), GpuError> {
+        let own = [&mut self.accepted, &mut self.trial];
+        for poses in own.into_iter().chain(&mut self.start).chain(&mut self.middle).chain(&mut self.ahead) {
+            poses.reserve(gpu, record, bodies)?;
+        }
+        let own = std::iter::once(&mut self.accepted_shapes);
+        for shapes in own.chain(&mut self.end_shapes).chain(&mut self.middle_shapes) {
+            shapes.reserve(gpu, record, bodies)?;
+        }
+        Ok(())
+    }
+
+    /// Records that a step starts with the first `bodies` of the accepted state.
+    pub fn begin(&self, record: &mut Recorder<'_>, bodies: u64) {
+        if let Some(start) = &self.start {
+            start.copy_from(record, &self.accepted, bodies);
+        }
+        if let Some(end) = &self.end_shapes {
+            end.copy_from(record, &self.accepted_shapes, bodies);
+        }
+    }
+
+    /// Records that the bodies in the middle have the present lengths.
+    pub fn keep_lengths(&self, record: &mut Recorder<'_>, bodies: u64) {
+        if let Some(middle) = &self.middle_shapes {
+            middle.copy_from(record, self.end_shapes(), bodies);
+        }
+    }
+
+    /// Takes the trial as the accepted state.
+    pub fn accept(&mut self) {
+        std::mem::swap(&mut self.accepted, &mut self.trial);
+        if let Some(end) = &mut self.end_shapes {
+            std::mem::swap(&mut self.accepted_shapes, end);
+        }
+    }
+
+    /// Where the step starts.
+    pub fn start(&self) -> &Poses {
+        self.start.as_ref().unwrap_or(&self.accepted)
+    }
+
+    /// The step's middle.
+    pub fn middle(&self) -> &Poses {
+        self.middle.as_ref().unwrap_or_else(|| self.start())
+    }
+
+    /// Where a part begins.
+    pub fn here(&self, part: Part) -> &Poses {
+        if part == Part::FromMiddle { self.middle() } else { self.start() }
+    }
+
+    /// Where the first rows of a part are made: ahead, or where it begins.
+    pub fn first(&self, part: Part, ahead: bool) -> &Poses {
+        self.ahead.as_ref().filter(|_| ahead).unwrap_or_else(|| self.here(part))
+    }
+
+    /// What the bodies are at the end of the present part.
+    pub fn end_shapes(&self) -> &Shapes {
+        self.end_shapes.as_ref().unwrap_or(&self.accepted_shapes)
+    }
+
+    /// What the bodies are in the first rows of a part: with the lengths at its end, or in the middle with those there.
+    pub fn here_shapes(&self, part: Part) -> &Shapes {
+        let middle = self.middle_shapes.as_ref().filter(|_| part == Part::FromMiddle);
+        middle.unwrap_or_else(|| self.end_shapes())
+    }
+}
