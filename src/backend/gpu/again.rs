@@ -4,7 +4,7 @@
 //! It costs the state's way to the host and back, and happens where the CPU would cut the step into pieces, or where
 //! the device's numbers or its solver, which has no factorization, end before the tolerance.
 
-use super::state::unrounded;
+use super::unrounded::unrounded;
 use super::{Ancestry, Device};
 use crate::backend::cpu::Cpu;
 use crate::gpu::GpuError;

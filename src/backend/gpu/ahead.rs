@@ -3,7 +3,7 @@
 
 use super::midpoint::Part;
 use super::separations::Report;
-use super::state::Poses;
+use super::states::Poses;
 use super::{Device, Setup};
 use crate::backend::cpu::first::DEEPEST_AHEAD;
 use crate::gpu::Recorder;

@@ -2,7 +2,7 @@
 //! The host keeps which bonds hold which bodies.
 
 use super::source::{between, changing};
-use super::state::Poses;
+use super::states::Poses;
 use super::{Device, Setup, words};
 use crate::dynamics::{Bond, Incidence};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Recorder, Source, fragment, kernels};

@@ -3,7 +3,7 @@
 
 use super::rows::Rows;
 use super::source::Kernels;
-use super::state::{Poses, Shapes};
+use super::states::{Poses, Shapes};
 use super::walls::Surfaces;
 use super::{Setup, branches, words};
 use crate::broad_phase::gpu::Search;

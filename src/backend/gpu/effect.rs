@@ -7,7 +7,7 @@
 
 use super::separations::Report;
 use super::source::{numbers, reporting, with_bodies, with_flags};
-use super::state::Shapes;
+use super::states::Shapes;
 use super::{Device, Setup};
 use crate::backend::cpu::two_sided::THROWN;
 use crate::gpu::{GpuError, Recorder, Source, fragment};

@@ -3,7 +3,7 @@
 //! pressure slows growth is the state read back for it, each step.
 
 use super::ancestry::Ancestry;
-use super::state::split_length;
+use super::unrounded::split_length;
 use super::{Device, Setup, words};
 use crate::dynamics::Cells;
 use crate::dynamics::growth::Turn;

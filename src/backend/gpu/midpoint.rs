@@ -7,7 +7,7 @@
 
 use super::rows::{RowInputs, Rows};
 use super::source::{self, Kernels, MidpointKernels, VIOLATING};
-use super::state::{Poses, Shapes};
+use super::states::{Poses, Shapes};
 use super::{Device, Setup, words};
 use crate::dynamics::Load;
 use crate::gpu::{GpuError, Kernel, Recorder};

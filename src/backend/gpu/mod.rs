@@ -26,10 +26,10 @@ mod rows;
 mod separations;
 mod setup;
 mod source;
-mod state;
 mod states;
 #[cfg(test)]
 mod tests;
+mod unrounded;
 mod walls;
 mod warm;
 
@@ -54,8 +54,7 @@ use rows::Rows;
 use separations::Report;
 pub(crate) use setup::Setup;
 use source::Kernels;
-use state::{Poses, Shapes};
-use states::States;
+use states::{Poses, Shapes, States};
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
@@ -139,7 +138,7 @@ impl Device {
             model.strain.map_or(setup.periods, |strain| strain.periods(model.time.after(state.step)));
         state.bodies.planar = model.planar;
         let (real, bodies) = (precision.bytes(), state.bodies.len() as u64);
-        let unrounded = state::unrounded(&setup, &state)?;
+        let unrounded = unrounded::unrounded(&setup, &state)?;
         let states = States::new(&gpu, &setup, bodies)?;
         states.write(&gpu, &setup, &state.bodies.shape, &unrounded);
         let mut ancestry = Ancestry::of(&setup, &state, unrounded.prescribed());
@@ -234,7 +233,7 @@ impl Device {
         shapes: &Shapes,
         (lineage, group): (Vec<Lineage>, Vec<u32>),
     ) -> Result<(Bodies, Unrounded), GpuError> {
-        let read = state::download(&self.gpu, &self.setup, poses, shapes, lineage.len() as u64)?;
+        let read = unrounded::download(&self.gpu, &self.setup, poses, shapes, lineage.len() as u64)?;
         let bodies = Bodies {
             periods: self.setup.periods,
             planar: self.setup.planar,

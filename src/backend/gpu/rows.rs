@@ -5,7 +5,7 @@ use super::branches::Branches;
 use super::candidates::Lists;
 use super::midpoint::Part;
 use super::source::{Kernels, MidpointKernels, NEAR, VIOLATING};
-use super::state::{Poses, Shapes};
+use super::states::{Poses, Shapes};
 use super::{Setup, words};
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan};
 use crate::lcp::gpu::DeviceProblem;

@@ -1,14 +1,33 @@
-//! The states of the bodies that a step has on the device, by name. What a scene does not need is not made: another
-//! state stands for it.
+//! The bodies on the device, and the states of them that a step has.
+//!
+//! Positions are integer lattice cells and remainders, orientations and lengths coarse and fine parts, so that
+//! neighbours' differences are exact at any distance from the origin and steps far under a rounding add up.
 
 use super::Setup;
 use super::midpoint::Part;
-use super::state::{Poses, Shapes};
-use crate::gpu::{Gpu, GpuError, Recorder};
+use crate::gpu::{Buffer, Gpu, GpuError, Precision, Recorder};
 use crate::shape::Shape;
-use crate::step::Unrounded;
+use crate::step::{Unrounded, UnroundedBody};
 
-/// Where bodies are, and what they are there.
+/// Where bodies are and how they move: one state of all of them.
+pub(super) struct Poses {
+    pub cells: Buffer,
+    pub remainders: Buffer,
+    /// Two vectors a body: coarse and fine.
+    pub orientations: Buffer,
+    /// Two vectors a body: velocity, and angular velocity or momentum, as [`Setup::keeps_momentum`] says.
+    pub twists: Buffer,
+}
+
+/// What bodies are.
+pub(super) struct Shapes {
+    /// Sizes and tag.
+    pub shapes: Buffer,
+    /// Growing lengths, coarse and fine.
+    pub lengths: Buffer,
+}
+
+/// The states of a step by name. What a scene does not need is not made: another state stands for it.
 pub(super) struct States {
     /// The last accepted state.
     pub accepted: Poses,
@@ -118,5 +137,82 @@ impl States {
     pub fn here_shapes(&self, part: Part) -> &Shapes {
         let middle = self.middle_shapes.as_ref().filter(|_| part == Part::FromMiddle);
         middle.unwrap_or_else(|| self.end_shapes())
+    }
+}
+
+impl Poses {
+    pub fn new(gpu: &Gpu, precision: Precision, bodies: u64) -> Result<Self, GpuError> {
+        let real = precision.bytes();
+        Ok(Poses {
+            cells: Buffer::new(gpu, "cells", 16, bodies)?,
+            remainders: Buffer::new(gpu, "remainders", 4 * real, bodies)?,
+            orientations: Buffer::new(gpu, "orientations", 8 * real, bodies)?,
+            twists: Buffer::new(gpu, "twists", 8 * real, bodies)?,
+        })
+    }
+
+    pub fn write(&self, gpu: &Gpu, precision: Precision, of: &Unrounded) {
+        let vector = |[x, y, z]: [f64; 3]| [x, y, z, 0.0];
+        let cells: Vec<[i32; 4]> =
+            of.bodies.iter().map(|UnroundedBody { cell: [x, y, z], .. }| [*x, *y, *z, 0]).collect();
+        let remainders = of.bodies.iter().flat_map(|body| vector(body.remainder));
+        let orientations = of.bodies.iter().flat_map(|body| body.orientation);
+        let twists = of.bodies.iter().flat_map(|body| [vector(body.velocity), vector(body.turning)]);
+        self.cells.write(gpu, 0, bytemuck::cast_slice(&cells));
+        self.remainders.write(gpu, 0, &precision.encode(remainders));
+        self.orientations.write(gpu, 0, &precision.encode(orientations.flatten()));
+        self.twists.write(gpu, 0, &precision.encode(twists.flatten()));
+    }
+
+    pub fn all(&self) -> [&Buffer; 4] {
+        [&self.cells, &self.remainders, &self.orientations, &self.twists]
+    }
+
+    /// Makes room for more bodies.
+    pub fn reserve(&mut self, gpu: &Gpu, record: &mut Recorder<'_>, bodies: u64) -> Result<(), GpuError> {
+        for buffer in [&mut self.cells, &mut self.remainders, &mut self.orientations, &mut self.twists] {
+            buffer.reserve_and_keep(gpu, record, bodies)?;
+        }
+        Ok(())
+    }
+
+    /// Copies the first `bodies` of another state.
+    pub fn copy_from(&self, record: &mut Recorder<'_>, from: &Poses, bodies: u64) {
+        for (from, to) in from.all().into_iter().zip(self.all()) {
+            record.copy(from, 0, to, 0, bodies * from.element() as u64);
+        }
+    }
+}
+
+impl Shapes {
+    pub fn new(gpu: &Gpu, precision: Precision, bodies: u64, growing: bool) -> Result<Self, GpuError> {
+        Ok(Shapes {
+            shapes: Buffer::new(gpu, "shapes", 4 * precision.bytes(), bodies)?,
+            lengths: Buffer::new(gpu, "lengths", 2 * precision.bytes(), if growing { bodies } else { 1 })?,
+        })
+    }
+
+    /// Writes shapes; where bodies grow their lengths too.
+    pub fn write(&self, gpu: &Gpu, setup: &Setup, shapes: &[Shape], of: &Unrounded) {
+        let precision = setup.precision;
+        let numbers = |shape: &Shape| {
+            let (tag, [x, y, z]) = shape.code();
+            [x, y, z, f64::from(tag)]
+        };
+        self.shapes.write(gpu, 0, &precision.encode(shapes.iter().flat_map(numbers)));
+        if setup.growth.is_some() {
+            self.lengths.write(gpu, 0, &precision.encode(of.bodies.iter().flat_map(|body| body.length)));
+        }
+    }
+
+    pub fn reserve(&mut self, gpu: &Gpu, record: &mut Recorder<'_>, bodies: u64) -> Result<(), GpuError> {
+        self.shapes.reserve_and_keep(gpu, record, bodies)?;
+        self.lengths.reserve_and_keep(gpu, record, bodies)?;
+        Ok(())
+    }
+
+    pub fn copy_from(&self, record: &mut Recorder<'_>, from: &Shapes, bodies: u64) {
+        record.copy(&from.shapes, 0, &self.shapes, 0, bodies * from.shapes.element() as u64);
+        record.copy(&from.lengths, 0, &self.lengths, 0, bodies * from.lengths.element() as u64);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::separations::Report;
 use super::source::{Kernels, NEAR, VIOLATING, spinning};
-use super::state::split_length;
+use super::unrounded::split_length;
 use super::{Setup, words};
 use crate::dynamics::Spin;
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Made, Precision, Source, fragment, precisions, test_device};
