@@ -4,7 +4,7 @@
 //! neighbours' differences are exact at any distance from the origin and steps far under a rounding add up.
 
 use super::Setup;
-use super::midpoint::Part;
+use super::start::Part;
 use crate::gpu::{Buffer, Gpu, GpuError, Precision, Recorder};
 use crate::shape::Shape;
 use crate::step::{Unrounded, UnroundedBody};

@@ -1,6 +1,6 @@
 //! Small steps add up on the device: positions, orientations and lengths.
 
-use super::separations::Report;
+use super::narrow_phase::Report;
 use super::source::{Kernels, NEAR, VIOLATING, spinning};
 use super::unrounded::split_length;
 use super::{Setup, words};
