@@ -54,6 +54,23 @@ fn state() -> State {
     State { step: 41, next_id: 99, bodies, warm, removed: vec![3, 0], unrounded: Some(unrounded) }
 }
 
+#[test]
+fn the_numbers_of_a_device_keep_their_order_in_files() {
+    let numbers: [f64; UnroundedBody::NUMBERS] = std::array::from_fn(|k| k as f64);
+    let body = UnroundedBody::from_numbers([-1, 0, 7], numbers);
+    let expected = UnroundedBody {
+        cell: [-1, 0, 7],
+        remainder: [0.0, 1.0, 2.0],
+        orientation: [[3.0, 4.0, 5.0, 6.0], [7.0, 8.0, 9.0, 10.0]],
+        velocity: [11.0, 12.0, 13.0],
+        turning: [14.0, 15.0, 16.0],
+        length: [17.0, 18.0],
+        prescribed: 19.0,
+    };
+    assert_eq!(body, expected);
+    assert_eq!(body.to_numbers(), numbers);
+}
+
 /// Bits, since `-0.0 == 0.0`.
 fn bits(state: &State) -> Vec<u64> {
     let b = &state.bodies;
