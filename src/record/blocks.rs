@@ -6,7 +6,7 @@ use crate::bodies::{Bodies, Lineage};
 use crate::periodic::Periods;
 use crate::scene::LARGEST_NUMBER;
 use crate::shape::Shape;
-use crate::step::{State, Unrounded};
+use crate::step::{State, Unrounded, UnroundedBody};
 use crate::walls::surface_of;
 use crate::warm::Warm;
 use glam::{DQuat, DVec3};
@@ -169,14 +169,16 @@ pub(super) fn read_warm(source: &mut Archive, rows: usize, bodies: usize) -> Res
 
 /// What a device holds of the bodies.
 pub(super) fn unrounded_blocks(unrounded: &Unrounded) -> [Block; 2] {
-    let cells = unrounded.cells.iter().map(|cell| cell.map(i32::cast_unsigned));
-    [u32s("device_cells", cells), f64s("device_numbers", unrounded.numbers.iter().copied())]
+    let cells = unrounded.bodies.iter().map(|body| body.cell.map(i32::cast_unsigned));
+    [u32s("device_cells", cells), f64s("device_numbers", unrounded.bodies.iter().map(UnroundedBody::to_numbers))]
 }
 
 /// Reads back what [`unrounded_blocks`] made. Whether they are numbers of these bodies is tested where they are used.
 pub(super) fn read_unrounded(source: &mut Archive, kind: [f64; 3], rows: usize) -> Result<Unrounded, StateError> {
-    let cells = source.u32s::<3>("device_cells", rows)?.into_iter().map(|cell| cell.map(u32::cast_signed)).collect();
-    Ok(Unrounded { kind, cells, numbers: source.f64s("device_numbers", rows)? })
+    let cells = source.u32s::<3>("device_cells", rows)?.into_iter().map(|cell| cell.map(u32::cast_signed));
+    let numbers = source.f64s("device_numbers", rows)?;
+    let bodies = cells.zip(numbers).map(|(cell, numbers)| UnroundedBody::from_numbers(cell, numbers)).collect();
+    Ok(Unrounded { kind, bodies })
 }
 
 /// All arrays of a state; those of its near pairs where a run is to go on from it.

@@ -6,7 +6,7 @@ use super::*;
 use crate::bodies::{Bodies, Lineage, NO_GROUP};
 use crate::periodic::Periods;
 use crate::shape::Shape;
-use crate::step::{State, Unrounded};
+use crate::step::{State, Unrounded, UnroundedBody};
 use crate::warm::Warm;
 use glam::{DQuat, DVec3};
 
@@ -48,13 +48,27 @@ fn state() -> State {
         Warm { pair: [1, 3], feature: u32::MAX, gamma: 0.0, normal: DVec3::NEG_X },
         Warm { pair: [2, crate::walls::number_of(5)], feature: 1, gamma: 0.3, normal: DVec3::Y },
     ];
-    let numbers = |i: usize| std::array::from_fn(|k| at(i + k));
-    let unrounded = Unrounded {
-        kind: [4.0, 1.0 / 1024.0, 0.0],
-        cells: vec![[i32::MIN, -1, 0], [1, 2, 3], [0; 3], [i32::MAX, 5, -6]],
-        numbers: (0..4).map(numbers).collect(),
-    };
+    let cells = [[i32::MIN, -1, 0], [1, 2, 3], [0; 3], [i32::MAX, 5, -6]];
+    let of_device = |(i, cell)| UnroundedBody::from_numbers(cell, std::array::from_fn(|k| at(i + k)));
+    let unrounded = Unrounded { kind: [4.0, 1.0 / 1024.0, 0.0], bodies: (0..).zip(cells).map(of_device).collect() };
     State { step: 41, next_id: 99, bodies, warm, removed: vec![3, 0], unrounded: Some(unrounded) }
+}
+
+#[test]
+fn the_numbers_of_a_device_keep_their_order_in_files() {
+    let numbers: [f64; UnroundedBody::NUMBERS] = std::array::from_fn(|k| k as f64);
+    let body = UnroundedBody::from_numbers([-1, 0, 7], numbers);
+    let expected = UnroundedBody {
+        cell: [-1, 0, 7],
+        remainder: [0.0, 1.0, 2.0],
+        orientation: [[3.0, 4.0, 5.0, 6.0], [7.0, 8.0, 9.0, 10.0]],
+        velocity: [11.0, 12.0, 13.0],
+        turning: [14.0, 15.0, 16.0],
+        length: [17.0, 18.0],
+        prescribed: 19.0,
+    };
+    assert_eq!(body, expected);
+    assert_eq!(body.to_numbers(), numbers);
 }
 
 /// Bits, since `-0.0 == 0.0`.

@@ -42,7 +42,7 @@ pub(crate) use piece::{Crowd, Piece};
 pub(crate) use report::step_figures;
 pub use report::{Phases, StepReport};
 pub use settings::{ContactSettings, Method, OnFailure, Recursion, Rows, Stepping, Time};
-pub use state::{State, Unrounded};
+pub use state::{State, Unrounded, UnroundedBody};
 #[cfg(feature = "gpu")]
 pub(crate) use two_sided::GAP;
 pub(crate) use two_sided::TORN;

@@ -29,17 +29,54 @@ pub struct Unrounded {
     /// Bytes of a number, the pitch of positions, and the pitch of growing lengths. A device with others cannot use
     /// these numbers.
     pub kind: [f64; 3],
-    /// Where bodies are, in pitches.
-    pub cells: Vec<[i32; 3]>,
-    /// What is left of the positions (3 numbers), the coarse and the fine part of the orientation (8), velocity and
-    /// angular velocity or momentum (6), the coarse and the fine part of a growing length, and the length that the body
-    /// is to have (3; else zero).
-    pub numbers: Vec<[f64; Unrounded::NUMBERS]>,
+    /// The numbers of each body.
+    pub bodies: Vec<UnroundedBody>,
 }
 
-impl Unrounded {
-    /// Numbers of a body.
+/// A body's numbers as a device holds them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct UnroundedBody {
+    /// Where it is, in pitches.
+    pub cell: [i32; 3],
+    /// What is left of its position.
+    pub remainder: [f64; 3],
+    /// The coarse and the fine part of its orientation.
+    pub orientation: [[f64; 4]; 2],
+    /// Its velocity.
+    pub velocity: [f64; 3],
+    /// Its angular velocity or momentum.
+    pub turning: [f64; 3],
+    /// The coarse and the fine part of a growing length; else zero.
+    pub length: [f64; 2],
+    /// The length that it is to have, where it grows; else zero.
+    pub prescribed: f64,
+}
+
+impl UnroundedBody {
+    /// How many numbers a body has beside its cell.
     pub const NUMBERS: usize = 20;
+
+    /// Its numbers in the order in which files have them: all but its cell.
+    pub fn to_numbers(&self) -> [f64; UnroundedBody::NUMBERS] {
+        let UnroundedBody { cell: _, remainder: [x, y, z], orientation: [coarse, fine], .. } = *self;
+        let ([c0, c1, c2, c3], [f0, f1, f2, f3]) = (coarse, fine);
+        let ([vx, vy, vz], [wx, wy, wz], [long, rest]) = (self.velocity, self.turning, self.length);
+        [x, y, z, c0, c1, c2, c3, f0, f1, f2, f3, vx, vy, vz, wx, wy, wz, long, rest, self.prescribed]
+    }
+
+    /// The body that has this cell and [these numbers](UnroundedBody::to_numbers).
+    pub fn from_numbers(cell: [i32; 3], numbers: [f64; UnroundedBody::NUMBERS]) -> UnroundedBody {
+        let [x, y, z, c0, c1, c2, c3, f0, f1, f2, f3, vx, vy, vz, wx, wy, wz, long, rest, prescribed] = numbers;
+        UnroundedBody {
+            cell,
+            remainder: [x, y, z],
+            orientation: [[c0, c1, c2, c3], [f0, f1, f2, f3]],
+            velocity: [vx, vy, vz],
+            turning: [wx, wy, wz],
+            length: [long, rest],
+            prescribed,
+        }
+    }
 }
 
 impl State {

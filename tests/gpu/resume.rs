@@ -9,7 +9,7 @@ use relcp::record::Folder;
 use relcp::run::{Run, RunStatus};
 use relcp::scene::Scene;
 use relcp::simulation::{Compute, Simulation};
-use relcp::step::{State, Unrounded};
+use relcp::step::{State, Unrounded, UnroundedBody};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -17,14 +17,15 @@ use std::time::Duration;
 fn difference(a: &State, b: &State) -> Option<&'static str> {
     let numbers = |state: &State| state.unrounded.clone().unwrap_or_default();
     let (x, y): (Unrounded, Unrounded) = (numbers(a), numbers(b));
-    let part = |from: usize, to: usize| x.numbers.iter().zip(&y.numbers).any(|(x, y)| x[from..to] != y[from..to]);
+    let part =
+        |same: fn(&UnroundedBody, &UnroundedBody) -> bool| !x.bodies.iter().zip(&y.bodies).all(|(x, y)| same(x, y));
     let found = [
         ("lineage", a.bodies.lineage != b.bodies.lineage),
-        ("lengths", part(17, 19)),
+        ("lengths", part(|x, y| x.length == y.length)),
         ("multipliers and normals", a.warm != b.warm),
-        ("velocities", part(11, 17)),
-        ("orientations", part(3, 11)),
-        ("positions", x.cells != y.cells || part(0, 3)),
+        ("velocities", part(|x, y| (x.velocity, x.turning) == (y.velocity, y.turning))),
+        ("orientations", part(|x, y| x.orientation == y.orientation)),
+        ("positions", part(|x, y| (x.cell, x.remainder) == (y.cell, y.remainder))),
         ("anything else", a != b),
     ];
     found.iter().find(|(_, differs)| *differs).map(|(what, _)| *what)

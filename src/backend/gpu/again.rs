@@ -4,13 +4,13 @@
 //! It costs the state's way to the host and back, and happens where the CPU would cut the step into pieces, or where
 //! the device's numbers or its solver, which has no factorization, end before the tolerance.
 
-use super::state::unrounded;
-use super::{Ancestry, Device};
+use super::Device;
+use super::keeper::Accepted;
+use super::unrounded::unrounded;
 use crate::backend::cpu::Cpu;
 use crate::gpu::GpuError;
 use crate::step::{Failed, Fault, State, Take};
 use glam::DVec3;
-use std::sync::OnceLock;
 
 impl Device {
     pub(super) fn take_on_cpu<const D: usize>(&mut self, take: &mut Take<'_>) -> Result<(), Fault> {
@@ -20,10 +20,10 @@ impl Device {
         state.warm.iter_mut().for_each(|warm| warm.normal = DVec3::ZERO);
         self.gpu.rest();
         let mut cpu = Cpu::<D>::new(&self.model, state)?;
-        let plugged = self.plugged.len();
-        cpu.lend_forces(&mut self.plugged);
+        let plugged = self.motions.plugged.len();
+        cpu.lend_forces(&mut self.motions.plugged);
         let taken = take(&mut cpu, Failed::OnDevice);
-        self.plugged = cpu.give_forces(plugged);
+        self.motions.plugged = cpu.give_forces(plugged);
         // After a fault the device still holds the last accepted state, to the last bit.
         taken?;
         Ok(self.load(cpu.into_state())?)
@@ -31,35 +31,19 @@ impl Device {
 
     /// Goes on from a state of this scene.
     pub(super) fn load(&mut self, state: State) -> Result<(), GpuError> {
-        let (gpu, bodies) = (self.gpu.clone(), state.bodies.len() as u64);
+        let Device { gpu, setup, model, states, start, motions, narrow, accepted, .. } = self;
         let mut record = gpu.record();
-        for poses in &mut self.poses {
-            poses.reserve(&gpu, &mut record, bodies)?;
-        }
-        for shapes in &mut self.shapes {
-            shapes.reserve(&gpu, &mut record, bodies)?;
-        }
+        states.reserve(gpu, &mut record, state.bodies.len() as u64)?;
         record.submit()?;
-        let unrounded = unrounded(&self.setup, &state)?;
-        self.poses[0].write(&gpu, self.setup.precision, &unrounded);
-        self.shapes[0].write(&gpu, &self.setup, &state.bodies.shape, &unrounded);
-        self.ancestry = Ancestry::of(&self.setup, &state, unrounded.prescribed());
-        if let Some(bonds) = &self.bonds {
-            bonds.write_broken(&gpu, &self.setup, &state.bodies.broken_bonds);
+        let unrounded = unrounded(setup, &state)?;
+        states.write(gpu, setup, &state.bodies.shape, &unrounded);
+        if let Some(bonds) = &motions.bonds {
+            bonds.write_broken(gpu, setup, &state.bodies.broken_bonds);
         }
-        self.removed.clone_from(&state.removed);
-        if let Some(held) = &mut self.held {
-            held.write(&gpu, &self.model.fixed.flags(&state.bodies))?;
-        }
-        self.growth.write_changed(&gpu, &self.setup, &mut self.ancestry)?;
-        self.groups_of.reserve(&gpu, bodies)?;
-        self.groups_of.write(&gpu, 0, bytemuck::cast_slice(&self.ancestry.group));
-        (self.bodies, self.accepted_bodies, self.step) = (bodies, bodies, state.step);
-        self.part = self.setup.first_part();
-        self.setup.periods = state.bodies.periods;
-        self.candidates.forget(state.warm);
+        start.load(gpu, setup, model, &state, &unrounded)?;
         // What is known of the state from now on is what the device holds.
-        self.state = OnceLock::new();
+        *accepted = Accepted::of(&state);
+        narrow.candidates.forget(state.warm);
         Ok(())
     }
 }

@@ -2,8 +2,10 @@
 //! The host keeps which bonds hold which bodies.
 
 use super::source::{between, changing};
-use super::state::Poses;
-use super::{Device, Setup, words};
+use super::start::Stages;
+use super::states::Poses;
+use super::{Setup, words};
+use crate::bodies::Lineage;
 use crate::dynamics::{Bond, Incidence};
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Recorder, Source, fragment, kernels};
 
@@ -80,65 +82,53 @@ impl BondBuffers {
         let flags: Vec<u32> = bytemuck::pod_collect_to_vec(&read[0]);
         Ok((0..).zip(flags).filter(|(_, broken)| *broken != 0).map(|(bond, _)| bond).collect())
     }
-}
 
-impl Device {
-    /// Writes which bonds hold which of the present bodies where that has changed, and makes room for their loads.
-    pub(super) fn write_bonds(&mut self) -> Result<(), GpuError> {
-        let (gpu, bodies) = (self.gpu.clone(), self.bodies);
-        let Some(buffers) = &mut self.bonds else { return Ok(()) };
-        self.loads.reserve(&gpu, bodies)?;
+    /// Writes which bonds hold which of the present bodies where that has changed.
+    pub fn write(&mut self, gpu: &Gpu, setup: &Setup, lineage: &[Lineage]) -> Result<(), GpuError> {
         // A bond that breaks on the device keeps its place; its flag ends it.
-        let incidence = self.setup.bonds.incidence(&self.ancestry.lineage, &[]);
-        if incidence != buffers.written {
+        let incidence = setup.bonds.incidence(lineage, &[]);
+        if incidence != self.written {
             let incident = incidence.words();
-            buffers.incident.reserve(&gpu, incident.len() as u64)?;
-            buffers.incident.write(&gpu, 0, bytemuck::cast_slice(&incident));
-            buffers.ends.write(&gpu, 0, bytemuck::cast_slice(incidence.ends()));
-            buffers.written = incidence;
+            self.incident.reserve(gpu, incident.len() as u64)?;
+            self.incident.write(gpu, 0, bytemuck::cast_slice(&incident));
+            self.ends.write(gpu, 0, bytemuck::cast_slice(incidence.ends()));
+            self.written = incidence;
         }
         Ok(())
     }
 
-    /// Records the loads of bonds, beside those that are there where any are.
-    pub(super) fn record_bonds(&self, record: &mut Recorder<'_>) {
-        let (Some(kernels), Some(bonds)) = (&self.kernels.bonds, &self.bonds) else { return };
-        let here = self.here();
-        let adds = self.ids.is_some() || !self.plugged.is_empty();
+    /// Records the loads of bonds; where there are some (`adds`), beside those.
+    pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, loads: &Buffer, adds: bool) {
+        let Some(kernels) = &stages.kernels.bonds else { return };
+        let (here, bodies) = (stages.here(), stages.start.bodies);
         let buffers = [
             ("cells", &here.cells),
             ("remainders", &here.remainders),
             ("orientations", &here.orientations),
-            ("bonds", &bonds.bonds),
-            ("broken", &bonds.broken),
-            ("ends", &bonds.ends),
-            ("incident", &bonds.incident),
-            ("loads", &self.loads),
+            ("bonds", &self.bonds),
+            ("broken", &self.broken),
+            ("ends", &self.ends),
+            ("incident", &self.incident),
+            ("loads", loads),
         ];
-        let parameters = self.setup.of_pairs_here(&words([self.bodies as u32, u32::from(adds), 0, 0]));
-        record.run(&kernels.pull, &parameters, &buffers, self.bodies);
+        let parameters = words([bodies as u32, u32::from(adds), 0, 0]);
+        record.run(&kernels.pull, &stages.start.of_pairs_here(stages.setup, &parameters), &buffers, bodies);
     }
 
     /// Records that bonds break that are stretched too far in the state `at`.
-    pub(super) fn record_breaking(&self, record: &mut Recorder<'_>, at: &Poses) {
-        let (Some(BondKernels { snap: Some(snap), .. }), Some(bonds)) = (&self.kernels.bonds, &self.bonds) else {
-            return;
-        };
+    pub fn record_breaking(&self, stages: Stages<'_>, record: &mut Recorder<'_>, at: &Poses) {
+        let Some(BondKernels { snap: Some(snap), .. }) = &stages.kernels.bonds else { return };
         let buffers = [
             ("cells", &at.cells),
             ("remainders", &at.remainders),
             ("orientations", &at.orientations),
-            ("bonds", &bonds.bonds),
-            ("ends", &bonds.ends),
-            ("strengths", &bonds.strengths),
-            ("broken", &bonds.broken),
+            ("bonds", &self.bonds),
+            ("ends", &self.ends),
+            ("strengths", &self.strengths),
+            ("broken", &self.broken),
         ];
-        let count = self.setup.bonds.list().len() as u64;
-        record.run(snap, &self.setup.of_pairs(&words([count as u32, 0, 0, 0])), &buffers, count);
-    }
-
-    /// The bonds that are broken in the last accepted state.
-    pub(super) fn broken_bonds(&self) -> Result<Vec<u32>, GpuError> {
-        self.bonds.as_ref().map_or(Ok(Vec::new()), |bonds| bonds.read_broken(&self.gpu, &self.setup))
+        let count = stages.setup.bonds.list().len() as u64;
+        let parameters = stages.start.of_pairs(stages.setup, &words([count as u32, 0, 0, 0]));
+        record.run(snap, &parameters, &buffers, count);
     }
 }

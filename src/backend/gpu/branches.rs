@@ -7,9 +7,10 @@
 
 use super::branch_source::{BranchKernels, FIRST_ROW};
 use super::candidates::Lists;
-use super::midpoint::Part;
-use super::rows::{RowInputs, Rows};
+use super::near::RowInputs;
+use super::row_set::RowSet;
 use super::source::Kernels;
+use super::start::{Part, Stages};
 use super::{Setup, words};
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
 
@@ -69,7 +70,7 @@ impl Branches {
     }
 
     fn stage(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
-        let RowInputs { lists, poses, shapes, setup, .. } = made;
+        let RowInputs { stages, lists, poses, shapes, .. } = made;
         let buffers = [
             ("pairs", &lists.pairs),
             ("cells", &poses.cells),
@@ -80,13 +81,14 @@ impl Branches {
             ("row_start", row_start),
             ("staged", &self.staged),
         ];
-        let parameters = setup.of_pairs(&words([lists.pairs_count as u32, 0, 0, 0]));
+        let parameters = stages.start.of_pairs(stages.setup, &words([lists.pairs_count as u32, 0, 0, 0]));
         record.run(&kernels.stage, &parameters, &buffers, lists.pairs_count);
     }
 
     fn aim(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
         let (Some(aim), true) = (&kernels.aim, made.ahead) else { return };
-        let RowInputs { lists, setup, shapes, last, part, .. } = made;
+        let RowInputs { stages, lists, shapes, .. } = made;
+        let last = stages.states.start();
         let buffers = [
             ("pairs", &lists.pairs),
             ("cells", &last.cells),
@@ -97,18 +99,18 @@ impl Branches {
             ("row_start", row_start),
             ("staged", &self.staged),
         ];
-        let parameters = setup.timed([lists.pairs_count as u32, 0, 0, 0], setup.length_of(part));
-        record.run(aim, &setup.of_pairs(&parameters), &buffers, lists.pairs_count);
+        let parameters = stages.timed([lists.pairs_count as u32, 0, 0, 0]);
+        record.run(aim, &stages.start.of_pairs(stages.setup, &parameters), &buffers, lists.pairs_count);
     }
 
     fn stretch(&self, kernels: &BranchKernels, record: &mut Recorder<'_>, made: RowInputs<'_>, row_start: &Buffer) {
-        let (Some(stretch), Part::FromMiddle) = (&kernels.stretch, made.part) else { return };
-        let RowInputs { lists, poses, shapes, grown, .. } = made;
+        let (Some(stretch), Part::FromMiddle) = (&kernels.stretch, made.part()) else { return };
+        let RowInputs { stages, lists, poses, shapes, .. } = made;
         let buffers = [
             ("pairs", &lists.pairs),
             ("orientations", &poses.orientations),
             ("shapes", &shapes.shapes),
-            ("grown", &grown.shapes),
+            ("grown", &stages.states.end_shapes().shapes),
             ("row_start", row_start),
             ("staged", &self.staged),
         ];
@@ -121,21 +123,20 @@ pub(super) fn remembered(gpu: &Gpu, setup: &Setup) -> Result<Buffer, GpuError> {
     Buffer::new(gpu, "multipliers of branches", setup.branches.max(1) as usize * setup.precision.bytes(), 0)
 }
 
-impl Rows {
+impl RowSet {
     /// Chooses the branches of all pairs that get a row next: of near pairs where first rows are made, or of violating
     /// ones at the trial.
     pub fn choose_branches(
         &mut self,
-        gpu: &Gpu,
-        kernels: &Kernels,
         record: &mut Recorder<'_>,
         made: RowInputs<'_>,
         violating: Option<f64>,
     ) -> Result<(), GpuError> {
+        let RowInputs { stages, lists, poses, shapes, .. } = made;
+        let Stages { gpu, setup, kernels, states, start } = stages;
         let (Some(own), Some(of_branches)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
-        let RowInputs { lists, setup, poses, shapes, part, .. } = made;
         let mut from = &lists.remembered;
-        if part == Part::FromMiddle && violating.is_none() {
+        if made.part() == Part::FromMiddle && violating.is_none() {
             own.middle.reserve(gpu, lists.pairs_count)?;
             let problem = &self.problem;
             let buffers = [
@@ -156,12 +157,12 @@ impl Rows {
             ("remainders", &poses.remainders),
             ("orientations", &poses.orientations),
             ("shapes", &shapes.shapes),
-            ("twists", &made.last.twists),
+            ("twists", &states.start().twists),
             ("remembered", from),
             ("contacts", &lists.contacts),
         ];
-        let parameters = setup.timed(of_kernel, setup.length_of(part));
-        record.run(&of_branches.choose, &setup.of_pairs(&parameters), &buffers, lists.pairs_count);
+        let parameters = stages.timed(of_kernel);
+        record.run(&of_branches.choose, &start.of_pairs(setup, &parameters), &buffers, lists.pairs_count);
         Ok(())
     }
 
@@ -169,14 +170,13 @@ impl Rows {
     /// violations.
     pub(super) fn append_branches(
         &mut self,
-        gpu: &Gpu,
-        kernels: &Kernels,
         record: &mut Recorder<'_>,
         made: RowInputs<'_>,
         first: bool,
     ) -> Result<(), GpuError> {
+        let (problem, RowInputs { stages, lists, motions, .. }) = (&self.problem, made);
+        let Stages { gpu, kernels, .. } = stages;
         let (Some(own), Some(of_branches)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
-        let (problem, RowInputs { lists, motions, setup, part, .. }) = (&self.problem, made);
         own.staged.reserve(gpu, problem.rows)?;
         own.features[0].reserve(gpu, problem.rows)?;
         own.stage(of_branches, record, made, &problem.block_start);
@@ -195,9 +195,9 @@ impl Rows {
             ("q", &problem.q),
             ("features", &own.features[0]),
         ];
-        let parameters = setup.timed([pairs as u32, first, bodies, 0], setup.length_of(part));
+        let parameters = stages.timed([pairs as u32, first, bodies, 0]);
         record.run(&kernels.append, &parameters, &buffers, pairs);
-        let from = if part == Part::FromMiddle { &own.middle } else { &lists.remembered };
+        let from = if made.part() == Part::FromMiddle { &own.middle } else { &lists.remembered };
         let buffers = [
             ("row_start", &problem.block_start),
             ("staged", &own.staged),
@@ -208,18 +208,13 @@ impl Rows {
         Ok(())
     }
 
-    /// Moves the offsets of first rows to the violations of their branches, of which there are then fewer. `rows` are
-    /// those that there would be with one for each violation.
-    pub(super) fn tighten_branches(
-        &mut self,
-        gpu: &Gpu,
-        kernels: &Kernels,
-        record: &mut Recorder<'_>,
-        made: RowInputs<'_>,
-        (rows, bodies): (u64, u64),
-    ) -> Result<(), GpuError> {
+    /// Moves the offsets of first rows to the violations of their branches, of which there are then fewer.
+    pub(super) fn tighten_branches(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
+        let (problem, RowInputs { stages, lists, motions, .. }) = (&self.problem, made);
+        let Stages { gpu, kernels, start, .. } = stages;
         let (Some(own), Some(kernels)) = (&mut self.branches, &kernels.branches) else { return Ok(()) };
-        let (problem, RowInputs { lists, motions, setup, part, .. }) = (&self.problem, made);
+        // One for each violation, beside those there are.
+        let rows = self.next;
         own.staged.reserve(gpu, rows)?;
         own.partners.reserve(gpu, rows)?;
         own.stage(kernels, record, made, &self.next_start);
@@ -241,7 +236,7 @@ impl Rows {
             ("q", &problem.q),
             ("partners", &own.partners),
         ];
-        let parameters = setup.timed([rows as u32, bodies as u32, 0, 0], setup.length_of(part));
+        let parameters = stages.timed([rows as u32, start.bodies as u32, 0, 0]);
         record.run(&kernels.tighten, &parameters, &buffers, rows);
         let buffers = [
             ("next_start", &self.next_start),

@@ -1,9 +1,9 @@
 //! Candidate pairs on the device: a list that is kept while every body's box lies inside the box that it was made with,
 //! and what is remembered of each pair.
 
-use super::rows::Rows;
+use super::row_set::RowSet;
 use super::source::Kernels;
-use super::state::{Poses, Shapes};
+use super::states::{Poses, Shapes};
 use super::walls::Surfaces;
 use super::{Setup, branches, words};
 use crate::broad_phase::gpu::Search;
@@ -172,7 +172,7 @@ impl Candidates {
         kernels: &Kernels,
         (start, shapes, boxes, largest): (&Poses, &Shapes, &Buffer, f64),
         bodies: u64,
-        rows: Option<&mut Rows>,
+        rows: Option<&mut RowSet>,
     ) -> Result<(), GpuError> {
         let skin = self.next_skin(largest);
         self.stale = false;
@@ -217,7 +217,7 @@ impl Candidates {
         self.carry(gpu, kernels, rows)
     }
 
-    fn carry(&mut self, gpu: &Gpu, kernels: &Kernels, rows: Option<&mut Rows>) -> Result<(), GpuError> {
+    fn carry(&mut self, gpu: &Gpu, kernels: &Kernels, rows: Option<&mut RowSet>) -> Result<(), GpuError> {
         let (lists, old, pairs) = (&self.lists, &self.old, self.lists.pairs_count);
         let mut record = gpu.record();
         record.stage("broad phase");

@@ -4,7 +4,7 @@
 //! The host lists the candidates from boxes, with their images; the device computes their separations, normals and
 //! levers in its precision.
 
-use super::state::coarse_and_fine;
+use super::unrounded::coarse_and_fine;
 use super::words;
 use crate::bodies::Bodies;
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Precision, Source, fragment};
@@ -146,7 +146,7 @@ impl Placed {
             cells.push(0);
             remainders.push(0.0);
         }
-        let orientations = places.iter().flat_map(|(body, _)| coarse_and_fine(&bodies.orientation[*body]));
+        let orientations = places.iter().flat_map(|(body, _)| coarse_and_fine(&bodies.orientation[*body])).flatten();
         let shapes = places.iter().flat_map(|(body, _)| {
             let (tag, [x, y, z]) = bodies.shape[*body].code();
             [x, y, z, f64::from(tag)]

@@ -5,12 +5,13 @@
 //! What differs from the CPU: of a pair that pushes the nearest separation alone is looked at; with the paper's rows
 //! pairs are not looked at; bodies and pairs are named only where a promise is broken; energy is not measured.
 
-use super::separations::Report;
+use super::Setup;
+use super::narrow_phase::{NarrowPhase, Report};
+use super::row_set::RowSet;
 use super::source::{numbers, reporting, with_bodies, with_flags};
-use super::state::Shapes;
-use super::{Device, Setup};
+use super::start::Stages;
 use crate::backend::cpu::two_sided::THROWN;
-use crate::gpu::{GpuError, Recorder, Source, fragment};
+use crate::gpu::{Buffer, GpuError, Recorder, Source, fragment};
 use crate::step::{Effect, GAP};
 use crate::walls::{AtSurface, number_of};
 use bytemuck::pod_read_unaligned;
@@ -43,37 +44,49 @@ pub(super) fn pushes(setup: &Setup) -> Option<Source> {
     })
 }
 
-impl Device {
+/// What the kernels of what contact does read.
+pub(super) struct Effects<'a> {
+    pub stages: Stages<'a>,
+    pub motions: &'a Buffer,
+    pub narrow: &'a NarrowPhase,
+    pub rows: &'a RowSet,
+    /// What the last solve was to reach, and the deepest overlap where the step's first rows were made.
+    pub tolerance: f64,
+    pub overlap: f64,
+}
+
+impl Effects<'_> {
     /// Records what contact does on the way to the trial; in a second pass what does the most of it.
-    pub(super) fn record_effect(&self, record: &mut Recorder<'_>, shapes: &Shapes, pass: u32) {
+    pub fn record(&self, record: &mut Recorder<'_>, pass: u32) {
+        let Stages { kernels, states, start, .. } = self.stages;
+        let (bodies, shapes) = (start.bodies, &states.end_shapes().shapes);
         let buffers = [
-            ("shapes", &shapes.shapes),
-            ("orientations", &self.poses[1].orientations),
-            ("motions", &self.motions),
-            ("report", &self.report),
+            ("shapes", shapes),
+            ("orientations", &states.trial.orientations),
+            ("motions", self.motions),
+            ("report", &self.narrow.report),
         ];
-        record.run(&self.kernels.farthest, &self.timed([self.bodies as u32, pass, 0, 0]), &buffers, self.bodies);
-        let Some(kernel) = &self.kernels.pushes else { return };
-        let (lists, problem) = (&self.candidates.lists, &self.rows.problem);
+        record.run(&kernels.farthest, &self.stages.timed([bodies as u32, pass, 0, 0]), &buffers, bodies);
+        let Some(kernel) = &kernels.pushes else { return };
+        let (lists, problem) = (&self.narrow.candidates.lists, &self.rows.problem);
         let pairs = lists.pairs_count;
-        let [least, overlap] = [self.solver.settings().tolerance, self.start_overlap].map(|x| (x as f32).to_bits());
+        let [least, overlap] = [self.tolerance, self.overlap].map(|x| (x as f32).to_bits());
         let buffers = [
             ("pairs", &lists.pairs),
             ("row_start", &problem.block_start),
             ("gamma", &problem.gamma),
             ("jacobian", &problem.jacobian),
             ("contacts", &lists.contacts),
-            ("shapes", &shapes.shapes),
-            ("motions", &self.motions),
-            ("report", &self.report),
+            ("shapes", shapes),
+            ("motions", self.motions),
+            ("report", &self.narrow.report),
         ];
-        record.run(kernel, &self.timed([pairs as u32, pass, least, overlap]), &buffers, pairs);
+        record.run(kernel, &self.stages.timed([pairs as u32, pass, least, overlap]), &buffers, pairs);
     }
 
-    /// What contact did on the way to the last trial.
-    pub(super) fn effect_of_trial(&self) -> Result<Effect, GpuError> {
+    /// What contact did on the way to a trial of which this was found.
+    pub fn of_trial(&self, found: &Report) -> Result<Effect, GpuError> {
         let of = |bits: u32| f64::from(f32::from_bits(bits));
-        let found = &self.trial_report;
         let mut effect = Effect {
             largest_move: of(found.largest_move),
             push_gap: of(found.push_gap),
@@ -91,15 +104,16 @@ impl Device {
 
     /// Finds the body that contact moves farthest and the pair that pushes at the largest separation.
     fn name_the_most(&self, effect: &mut Effect) -> Result<(), GpuError> {
-        let mut record = self.gpu.record();
+        let gpu = self.stages.gpu;
+        let mut record = gpu.record();
         record.stage("narrow phase");
-        self.record_effect(&mut record, self.start_shapes(), 2);
-        let read = record.read(&[(&self.report, 0..Report::BYTES)])?;
+        self.record(&mut record, 2);
+        let read = record.read(&[(&self.narrow.report, 0..Report::BYTES)])?;
         let Report { moved, push_pair, .. } = pod_read_unaligned(&read[0]);
         effect.moved = (moved != u32::MAX).then_some(moved as usize);
         if push_pair != u32::MAX {
             let at = 8 * u64::from(push_pair);
-            let read = self.gpu.record().read(&[(&self.candidates.lists.pairs, at..at + 8)])?;
+            let read = gpu.record().read(&[(&self.narrow.candidates.lists.pairs, at..at + 8)])?;
             let [a, b]: [u32; 2] = pod_read_unaligned(&read[0]);
             effect.push_pair = Some([a, AtSurface::of_number(b).map_or(b, |at| number_of(at.surface))]);
         }

@@ -3,9 +3,11 @@
 //! pressure slows growth is the state read back for it, each step.
 
 use super::ancestry::Ancestry;
-use super::state::split_length;
-use super::{Device, Setup, words};
-use crate::dynamics::Cells;
+use super::source::GrowthKernels;
+use super::start::Start;
+use super::states::{Shapes, States};
+use super::unrounded::split_length;
+use super::{Setup, words};
 use crate::dynamics::growth::Turn;
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
 
@@ -40,66 +42,58 @@ impl GrowthBuffers {
         }
         Ok(())
     }
+
+    /// Records what the bodies grow by in a part of the step.
+    pub fn record(&self, kernels: &GrowthKernels, record: &mut Recorder<'_>, shapes: &Shapes, bodies: u64) {
+        let buffers = [("shapes", &shapes.shapes), ("lengths", &shapes.lengths), ("growths", &self.growths)];
+        record.run(&kernels.grow, &words([bodies as u32, 0, 0, 0]), &buffers, bodies);
+    }
+
+    /// Writes the divisions of a step: 12 numbers and two indices each.
+    fn write_divisions(
+        &mut self,
+        gpu: &Gpu,
+        setup: &Setup,
+        numbers: Vec<f64>,
+        indices: &[[u32; 2]],
+        count: u64,
+    ) -> Result<(), GpuError> {
+        self.divisions.reserve(gpu, count)?;
+        self.divisions.write(gpu, 0, &setup.precision.encode(numbers));
+        self.indices.reserve(gpu, count)?;
+        self.indices.write(gpu, 0, bytemuck::cast_slice(indices));
+        Ok(())
+    }
 }
 
-impl Device {
-    /// The step's start: the accepted state with divided and grown bodies.
-    pub(super) fn grow(&mut self) -> Result<(), GpuError> {
-        if !self.grows() {
-            return Ok(());
-        }
-        // A step that failed may have left its own start behind.
-        self.ancestry.undo();
-        let pressures = self.press()?;
+impl Start {
+    /// The bodies of the step: those of the accepted state, of which some divide, grown over the first part.
+    pub(super) fn grow(
+        &mut self,
+        gpu: &Gpu,
+        setup: &Setup,
+        kernels: &GrowthKernels,
+        states: &mut States,
+        (old, pressures): (u64, &[f64]),
+    ) -> Result<(), GpuError> {
         let due = self.ancestry.due().to_vec();
-        let old = self.accepted_bodies;
-        let bodies = old + due.len() as u64;
-        let gpu = self.gpu.clone();
+        self.bodies = old + due.len() as u64;
         let mut record = gpu.record();
         record.stage("growth");
-        for poses in &mut self.poses {
-            poses.reserve(&gpu, &mut record, bodies)?;
-        }
-        for shapes in &mut self.shapes {
-            shapes.reserve(&gpu, &mut record, bodies)?;
-        }
-        self.start().copy_from(&mut record, &self.poses[0], old);
-        self.start_shapes().copy_from(&mut record, &self.shapes[0], old);
-        self.bodies = bodies;
+        states.reserve(gpu, &mut record, self.bodies)?;
+        states.begin(&mut record, old);
         if !due.is_empty() {
-            self.divide(&mut record, &due, &pressures)?;
+            let count = self.divide(gpu, setup, &due, pressures)?;
+            self.record_divisions(kernels, &mut record, states, count);
         }
-        self.growth.write_changed(&gpu, &self.setup, &mut self.ancestry)?;
-        self.record_growth(&mut record);
+        self.growth.write_changed(gpu, setup, &mut self.ancestry)?;
+        self.growth.record(kernels, &mut record, states.end_shapes(), self.bodies);
         record.submit()
     }
 
-    /// Records what the bodies grow by in a part of the step.
-    pub(super) fn record_growth(&self, record: &mut Recorder<'_>) {
-        let Some(growth) = &self.kernels.growth else { return };
-        let shapes = self.start_shapes();
-        record.run(
-            &growth.grow,
-            &self.parameters(),
-            &[("shapes", &shapes.shapes), ("lengths", &shapes.lengths), ("growths", &self.growth.growths)],
-            self.bodies,
-        );
-    }
-
-    /// The pressures that slow growth, where the cells feel them, and the rates under them: computed on the host, from
-    /// the state that is read back.
-    fn press(&mut self) -> Result<Vec<f64>, GpuError> {
-        let Some(cells) = self.setup.growth.clone().filter(Cells::feels_pressure) else { return Ok(Vec::new()) };
-        let state = self.known_state()?;
-        let pressures = cells.pressures(&state.bodies, &state.warm);
-        self.ancestry.press(&cells, &pressures);
-        Ok(pressures)
-    }
-
-    fn divide(&mut self, record: &mut Recorder<'_>, due: &[usize], pressures: &[f64]) -> Result<(), GpuError> {
-        let (Some(cells), Some(kernels)) = (&self.setup.growth, &self.kernels.growth) else { return Ok(()) };
-        let time = self.step_start();
-        let (planar, precision) = (self.setup.planar, self.setup.precision);
+    /// Divides the bodies that are due, for the kernel. Returns how many these are.
+    fn divide(&mut self, gpu: &Gpu, setup: &Setup, due: &[usize], pressures: &[f64]) -> Result<u64, GpuError> {
+        let Some(cells) = &setup.growth else { return Ok(0) };
         let mut numbers = Vec::with_capacity(12 * due.len());
         let mut indices: Vec<[u32; 2]> = Vec::with_capacity(due.len());
         let old = self.ancestry.group.len();
@@ -107,24 +101,25 @@ impl Device {
             let Some(species) = cells.of(self.ancestry.group[mother]) else { continue };
             let degrees = species.growth.reorientation_degrees;
             let mut random = Turn::stream(cells.seed, self.ancestry.lineage[mother].id);
-            let turns = [(); 2].map(|()| Turn::draw(&mut random, degrees, planar));
+            let turns = [(); 2].map(|()| Turn::draw(&mut random, degrees, setup.planar));
             let pressure = pressures.get(mother).copied().unwrap_or(0.0);
-            let (mother, upper, half) = self.ancestry.divide(&species, mother, time, pressure);
-            let [coarse, fine] = split_length(half, self.setup.length_pitch);
+            let (mother, upper, half) = self.ancestry.divide(&species, mother, self.time, pressure);
+            let [coarse, fine] = split_length(half, setup.length_pitch);
             numbers.extend([coarse, fine, 0.0, 0.0]);
-            numbers.extend(turns.iter().flat_map(|turn| turn.in_body(planar).to_array()));
+            numbers.extend(turns.iter().flat_map(|turn| turn.in_body(setup.planar).to_array()));
             indices.push([mother as u32, upper as u32]);
         }
-        let gpu = &self.gpu;
         let count = due.len() as u64;
-        self.growth.divisions.reserve(gpu, count)?;
-        self.growth.divisions.write(gpu, 0, &precision.encode(numbers));
-        self.growth.indices.reserve(gpu, count)?;
-        self.growth.indices.write(gpu, 0, bytemuck::cast_slice(&indices));
+        self.growth.write_divisions(gpu, setup, numbers, &indices, count)?;
         let lost = self.groups_of.reserve(gpu, self.ancestry.group.len() as u64)?;
         let from = if lost { 0 } else { old };
         self.groups_of.write(gpu, 4 * from as u64, bytemuck::cast_slice(&self.ancestry.group[from..]));
-        let (start, shapes) = (self.start(), self.start_shapes());
+        Ok(count)
+    }
+
+    /// Records that mothers become two daughters.
+    fn record_divisions(&self, kernels: &GrowthKernels, record: &mut Recorder<'_>, states: &States, count: u64) {
+        let (start, shapes) = (states.start(), states.end_shapes());
         let buffers = [
             ("divisions", &self.growth.divisions),
             ("indices", &self.growth.indices),
@@ -136,6 +131,5 @@ impl Device {
             ("twists", &start.twists),
         ];
         record.run(&kernels.divide, &words([count as u32, 0, 0, 0]), &buffers, count);
-        Ok(())
     }
 }

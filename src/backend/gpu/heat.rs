@@ -1,9 +1,11 @@
 //! Brownian motion on the device: its kernel writes random loads into the array of those that the host computes.
 
+use super::Setup;
 use super::source::{base, damped};
-use super::{Device, Setup};
+use super::start::Stages;
+use crate::bodies::Lineage;
 use crate::dynamics::{Dynamics, draw};
-use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Recorder, Source, fragment};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Source, fragment};
 use crate::shape::gpu::add_shapes_to;
 
 /// The kernel of random loads; none where the scene has no heat.
@@ -43,36 +45,26 @@ impl Ids {
         let made = |_| Ok(Ids { buffer: Buffer::new(gpu, "ids", 8, 1)?, written: Vec::new() });
         setup.heat.map(made).transpose()
     }
-}
 
-impl Device {
-    /// Writes the ids of the present bodies where they have changed, and makes room for their loads.
-    pub(super) fn write_ids(&mut self) -> Result<(), GpuError> {
-        let (gpu, bodies) = (self.gpu.clone(), self.bodies);
-        let Some(ids) = &mut self.ids else { return Ok(()) };
-        self.loads.reserve(&gpu, bodies)?;
-        let words: Vec<[u32; 2]> = self.ancestry.lineage.iter().map(|line| draw::halves(line.id)).collect();
-        if words != ids.written {
-            ids.buffer.reserve(&gpu, bodies)?;
-            ids.buffer.write(&gpu, 0, bytemuck::cast_slice(&words));
-            ids.written = words;
+    /// Writes the ids of the present bodies where they have changed.
+    pub fn write(&mut self, gpu: &Gpu, lineage: &[Lineage]) -> Result<(), GpuError> {
+        let words: Vec<[u32; 2]> = lineage.iter().map(|line| draw::halves(line.id)).collect();
+        if words != self.written {
+            self.buffer.reserve(gpu, words.len() as u64)?;
+            self.buffer.write(gpu, 0, bytemuck::cast_slice(&words));
+            self.written = words;
         }
         Ok(())
     }
 
-    /// Records the random loads of the step, beside those that the host has written where it has.
-    pub(super) fn record_heat(&self, record: &mut Recorder<'_>) {
-        let (Some(heat), Some(ids)) = (&self.kernels.heat, &self.ids) else { return };
-        let heat: &Kernel = heat;
-        let [low, high] = draw::halves(self.step + 1);
-        let parameters = self.timed([self.bodies as u32, u32::from(!self.plugged.is_empty()), low, high]);
-        let (here, shapes) = (self.here(), self.here_shapes());
-        let buffers = [
-            ("ids", &ids.buffer),
-            ("shapes", &shapes.shapes),
-            ("orientations", &here.orientations),
-            ("loads", &self.loads),
-        ];
-        record.run(heat, &parameters, &buffers, self.bodies);
+    /// Records the random loads of the step; where the host has written some (`adds`), beside those.
+    pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, loads: &Buffer, adds: bool) {
+        let Some(heat) = &stages.kernels.heat else { return };
+        let (start, here, shapes) = (stages.start, stages.here(), stages.here_shapes());
+        let [low, high] = draw::halves(start.step);
+        let parameters = stages.timed([start.bodies as u32, u32::from(adds), low, high]);
+        let buffers =
+            [("ids", &self.buffer), ("shapes", &shapes.shapes), ("orientations", &here.orientations), ("loads", loads)];
+        record.run(heat, &parameters, &buffers, start.bodies);
     }
 }

@@ -1,18 +1,100 @@
 //! The state that a device keeps, and the steps that it takes.
 
-use super::Device;
+use super::ancestry::Ancestry;
+use super::states::{Poses, Shapes, States};
+use super::{Device, unrounded};
 use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::ForceField;
-use crate::gpu::{Gpu, Precision};
-use crate::step::{Divided, Fault, JOINED, Keep, Keeper, Lives, Plan, State, StepReport, Stepper, step};
+use crate::gpu::{Gpu, GpuError, Precision};
+use crate::step::{Divided, Fault, JOINED, Keep, Keeper, Lives, Plan, State, StepReport, Stepper, Unrounded, step};
+use crate::walls::surface_of;
+use crate::warm::Warm;
+use std::sync::OnceLock;
+
+/// What is known of the last accepted state beside its poses and shapes.
+pub(super) struct Accepted {
+    /// Steps taken.
+    pub step: u64,
+    pub bodies: u64,
+    /// How many bodies each rule of removal has removed.
+    pub removed: Vec<u64>,
+    /// All of it, where it is known.
+    pub state: OnceLock<State>,
+}
+
+impl Accepted {
+    /// That of a state of which a device may know more.
+    pub fn of(state: &State) -> Self {
+        let (bodies, removed) = (state.bodies.len() as u64, state.removed.clone());
+        Accepted { step: state.step, bodies, removed, state: OnceLock::new() }
+    }
+}
+
+impl Device {
+    /// The bodies of the present step in a state.
+    pub(super) fn download(&self, poses: &Poses, shapes: &Shapes) -> Result<Bodies, GpuError> {
+        let Ancestry { lineage, group, .. } = &self.start.ancestry;
+        Ok(self.download_first(poses, shapes, (lineage.clone(), group.clone()))?.0)
+    }
+
+    /// As many bodies of a state as have a lineage.
+    fn download_first(
+        &self,
+        poses: &Poses,
+        shapes: &Shapes,
+        (lineage, group): (Vec<Lineage>, Vec<u32>),
+    ) -> Result<(Bodies, Unrounded), GpuError> {
+        let Device { gpu, setup, start, motions, .. } = self;
+        let read = unrounded::download(gpu, setup, poses, shapes, lineage.len() as u64)?;
+        let bodies = Bodies {
+            periods: start.periods,
+            planar: setup.planar,
+            shape: read.shape,
+            position: read.position,
+            orientation: read.orientation,
+            velocity: read.velocity,
+            angular_velocity: read.angular_velocity,
+            group,
+            lineage,
+            broken_bonds: motions.bonds.as_ref().map_or(Ok(Vec::new()), |bonds| bonds.read_broken(gpu, setup))?,
+        };
+        Ok((bodies, read.unrounded))
+    }
+
+    /// The state after the last accepted step, read where it is not known yet.
+    pub(super) fn known_state(&self) -> Result<&State, GpuError> {
+        let known = &self.accepted.state;
+        if known.get().is_none() {
+            let _ = known.set(self.read_state()?);
+        }
+        known.get().ok_or_else(|| GpuError::Refused { message: "the state is not there".into() })
+    }
+
+    fn read_state(&self) -> Result<State, GpuError> {
+        let Accepted { step, bodies: count, removed, .. } = &self.accepted;
+        let (lineage, group, next_id) = self.start.ancestry.accepted();
+        // The list of a step whose cells divided knows of pairs of bodies that were not born.
+        let born = |body: u32| u64::from(body) < *count;
+        let mut warm = self.remembered()?;
+        warm.retain(|w| born(w.pair[0]) && (born(w.pair[1]) || surface_of(w.pair[1]).is_some()));
+        let States { accepted, accepted_shapes, .. } = &self.states;
+        let (bodies, mut unrounded) = self.download_first(accepted, accepted_shapes, (lineage, group))?;
+        unrounded.prescribe(&self.start.ancestry.accepted_lengths());
+        Ok(State { step: *step, next_id, bodies, warm, removed: removed.clone(), unrounded: Some(unrounded) })
+    }
+
+    fn remembered(&self) -> Result<Vec<Warm>, GpuError> {
+        self.narrow.candidates.remembered(&self.gpu, &self.setup)
+    }
+}
 
 impl Keeper for Device {
     fn steps(&self) -> u64 {
-        self.step
+        self.accepted.step
     }
 
     fn bodies(&self) -> usize {
-        self.accepted_bodies as usize
+        self.accepted.bodies as usize
     }
 
     fn state(&self) -> Result<&State, Fault> {
@@ -27,7 +109,7 @@ impl Keeper for Device {
     }
 
     fn add_force(&mut self, force: Box<dyn ForceField>) {
-        self.plugged.push(force);
+        self.motions.plugged.push(force);
     }
 
     fn all_bodies(&self) -> Result<&Bodies, Fault> {
@@ -44,11 +126,11 @@ impl Keeper for Device {
     }
 
     fn lives(&self) -> Result<Lives<'_>, Fault> {
-        Ok(Lives::of_all(&self.ancestry.lineage, &self.ancestry.group))
+        Ok(Lives::of_all(&self.start.ancestry.lineage, &self.start.ancestry.group))
     }
 
     fn divided(&mut self, before: &[Lineage]) -> Result<Vec<Divided>, Fault> {
-        Ok(Divided::between(before, &self.ancestry.lineage, &self.ancestry.group))
+        Ok(Divided::between(before, &self.start.ancestry.lineage, &self.start.ancestry.group))
     }
 
     fn all_gather(&self, own: Vec<[u64; JOINED]>) -> Vec<[u64; JOINED]> {
@@ -57,7 +139,7 @@ impl Keeper for Device {
 
     fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault> {
         let mut state = self.known_state()?.clone();
-        self.ancestry.write_lengths(&mut state.bodies);
+        self.start.ancestry.write_lengths(&mut state.bodies);
         state.remove(keep, removed);
         Ok(self.load(state)?)
     }

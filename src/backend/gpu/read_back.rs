@@ -35,7 +35,7 @@ impl Device {
         let jacobian = (0..problem.rows as usize).map(|row| [block(row, 0), block(row, 1)]).collect();
         let pair = bytemuck::pod_collect_to_vec(&read[0]);
         // Surfaces come after all bodies.
-        let bodies = self.bodies as usize + self.setup.walls.len();
+        let bodies = self.start.bodies as usize + self.setup.walls.len();
         Ok((Problem { bodies, pair, jacobian, q }, gamma))
     }
 
@@ -60,10 +60,10 @@ impl Device {
     /// What the device refuses.
     pub fn incidence(&self) -> Result<Vec<Vec<u32>>, GpuError> {
         let problem = &self.rows.problem;
-        let read = self
-            .gpu
-            .record()
-            .read(&[(&problem.incidence_start, 0..4 * (self.bodies + 1)), (&problem.incidence, 0..8 * problem.rows)])?;
+        let read = self.gpu.record().read(&[
+            (&problem.incidence_start, 0..4 * (self.start.bodies + 1)),
+            (&problem.incidence, 0..8 * problem.rows),
+        ])?;
         let [start, entries]: [Vec<u32>; 2] = [0, 1].map(|i| bytemuck::pod_collect_to_vec(&read[i]));
         Ok(start.windows(2).map(|w| entries[w[0] as usize..w[1] as usize].to_vec()).collect())
     }

@@ -17,11 +17,9 @@ pub(crate) struct Setup {
     pub precision: Precision,
     pub planar: bool,
     pub lattice: Lattice,
+    /// Where the scene starts.
     pub periods: Periods,
-    /// At the end of the part of a step that is being computed.
     pub lattice_periods: LatticePeriods,
-    /// Where that begins.
-    pub periods_here: LatticePeriods,
     pub dt: f64,
     pub time: Time,
     /// Whether a step has a middle.
@@ -91,7 +89,6 @@ impl Setup {
             lattice,
             periods,
             lattice_periods: LatticePeriods::of(lattice, periods.numbers())?,
-            periods_here: LatticePeriods::of(lattice, periods.numbers())?,
             dt: model.time.dt,
             time: model.time,
             midpoint: model.time.stepping == Stepping::Midpoint,

@@ -1,8 +1,8 @@
 //! Small steps add up on the device: positions, orientations and lengths.
 
-use super::separations::Report;
+use super::narrow_phase::Report;
 use super::source::{Kernels, NEAR, VIOLATING, spinning};
-use super::state::split_length;
+use super::unrounded::split_length;
 use super::{Setup, words};
 use crate::dynamics::Spin;
 use crate::gpu::{Buffer, Gpu, GpuError, Kernel, Lattice, Made, Precision, Source, fragment, precisions, test_device};

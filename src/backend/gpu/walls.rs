@@ -4,7 +4,7 @@
 
 use super::candidates::Lists;
 use super::source::WallKernels;
-use super::state::{Poses, Shapes};
+use super::states::{Poses, Shapes};
 use super::{Setup, words};
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan};
 use crate::separation::gpu::surface_numbers;

@@ -1,7 +1,7 @@
 //! Every kernel of every kind of scene is valid, and what host and device share is laid out alike.
 
 use super::*;
-use crate::backend::gpu::separations::Report;
+use crate::backend::gpu::narrow_phase::Report;
 use crate::dynamics::{Bond, Bonds, Frame, Heat, Thermal, Window};
 use crate::gpu::{LatticePeriods, Made, Precision, validate};
 use crate::periodic::{Axis, CellShear};

@@ -2,16 +2,16 @@
 //! when pairs get more rows, all rows move to their new places and are changed in no other way.
 
 use super::branches::Branches;
-use super::candidates::Lists;
-use super::midpoint::Part;
-use super::source::{Kernels, MidpointKernels, NEAR, VIOLATING};
-use super::state::{Poses, Shapes};
+use super::near::RowInputs;
+use super::source::{Kernels, MiddleRowKernels, NEAR, VIOLATING};
+use super::start::{Part, Stages};
 use super::{Setup, words};
 use crate::gpu::{Buffer, Gpu, GpuError, Recorder, Scan};
 use crate::lcp::gpu::DeviceProblem;
+use bytemuck::pod_read_unaligned;
 
 /// The rows and what their moves need.
-pub(super) struct Rows {
+pub(super) struct RowSet {
     pub problem: DeviceProblem,
     spare_pair: Buffer,
     spare_jacobian: Buffer,
@@ -22,39 +22,22 @@ pub(super) struct Rows {
     /// With the paper's rows, where steps have a middle: one for each row that was made there from a near pair, zero
     /// for the others; and a spare.
     is_first: Option<[Buffer; 2]>,
-    /// Where each pair's rows will begin.
+    /// Where each pair's rows will begin, and how many there will be.
     pub next_start: Buffer,
+    pub next: u64,
     pub counts: Buffer,
     targets: Buffer,
     body_counts: Buffer,
     scan: Scan,
 }
 
-/// What rows are made from.
-#[derive(Clone, Copy)]
-pub(super) struct RowInputs<'a> {
-    pub lists: &'a Lists,
-    pub motions: &'a Buffer,
-    pub setup: &'a Setup,
-    /// The part of the step that they are rows of.
-    pub part: Part,
-    /// Whether they are first rows made ahead of the step's start.
-    pub ahead: bool,
-    /// Where the bodies are and what they are there, and what they are at the part's end.
-    pub poses: &'a Poses,
-    pub shapes: &'a Shapes,
-    pub grown: &'a Shapes,
-    /// Where the step starts, with the velocities of the last one.
-    pub last: &'a Poses,
-}
-
-impl Rows {
+impl RowSet {
     pub fn new(gpu: &Gpu, setup: &Setup) -> Result<Self, GpuError> {
         let real = setup.precision.bytes();
         let blocks = if setup.planar { 8 } else { 16 };
         let vectors = if setup.planar { 1 } else { 2 };
         let is_first = || Buffer::new(gpu, "first rows", real, 0);
-        Ok(Rows {
+        Ok(RowSet {
             problem: DeviceProblem {
                 bodies: 0,
                 rows: 0,
@@ -76,6 +59,7 @@ impl Rows {
             branches: Branches::new(gpu, setup)?,
             is_first: if setup.midpoint && setup.branches == 0 { Some([is_first()?, is_first()?]) } else { None },
             next_start: Buffer::new(gpu, "row starts", 4, 1)?,
+            next: 0,
             counts: Buffer::new(gpu, "row counts", 4, 0)?,
             targets: Buffer::new(gpu, "row targets", 4, 0)?,
             body_counts: Buffer::new(gpu, "incidence counts", 4, 0)?,
@@ -87,66 +71,59 @@ impl Rows {
     /// that is chosen, beside those there are.
     pub fn count(
         &mut self,
-        gpu: &Gpu,
-        kernels: &Kernels,
         record: &mut Recorder<'_>,
-        contacts: &Buffer,
-        pairs: u64,
+        made: RowInputs<'_>,
         (has_rows, threshold): (bool, u32),
     ) -> Result<(), GpuError> {
+        let (Stages { gpu, kernels, .. }, pairs) = (made.stages, made.pairs());
         self.counts.reserve(gpu, pairs)?;
         self.next_start.reserve(gpu, pairs + 1)?;
         let parameters = words([pairs as u32, u32::from(has_rows), threshold, 0]);
-        record.run(
-            &kernels.count,
-            &parameters,
-            &[("contacts", contacts), ("row_start", &self.problem.block_start), ("counts", &self.counts)],
-            pairs,
-        );
+        let buffers =
+            [("contacts", &made.lists.contacts), ("row_start", &self.problem.block_start), ("counts", &self.counts)];
+        record.run(&kernels.count, &parameters, &buffers, pairs);
         self.scan.exclusive(record, &self.counts, &self.next_start, pairs)
     }
 
-    /// The first rows of a part of the step, for which [`Rows::count`] found room.
-    pub fn begin(
-        &mut self,
-        gpu: &Gpu,
-        kernels: &Kernels,
-        record: &mut Recorder<'_>,
-        made: RowInputs<'_>,
-        rows: u64,
-    ) -> Result<(), GpuError> {
-        let problem = &mut self.problem;
+    /// The first rows of a part of the step, for which [`RowSet::count`] found room.
+    pub fn begin(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
+        made.record_stretch(record);
+        // Rows by branches have read the multipliers of the first half by then.
+        let middle = made.stages.kernels.midpoint.as_ref().and_then(|kernels| kernels.rows.as_ref());
+        match middle.filter(|_| made.part() == Part::FromMiddle) {
+            Some(kernels) => self.begin_again(kernels, record, made),
+            None => self.make_first(record, made),
+        }
+    }
+
+    fn make_first(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
+        let (gpu, rows, problem) = (made.stages.gpu, self.next, &mut self.problem);
         problem.pair.reserve(gpu, rows)?;
         problem.jacobian.reserve(gpu, rows)?;
         problem.q.reserve(gpu, rows)?;
         problem.gamma.reserve(gpu, rows)?;
-        self.take_starts(made.lists.pairs_count, rows);
+        self.take_starts(made.pairs(), rows);
         if self.branches.is_some() {
-            return self.append_branches(gpu, kernels, record, made, true);
+            return self.append_branches(record, made, true);
         }
-        self.append(kernels, record, made, NEAR, true);
+        self.append(record, made, NEAR, true);
         Ok(())
     }
 
     /// The first rows of the whole step in the place of those of its first half, from whose multipliers they start.
-    pub fn begin_again(
+    fn begin_again(
         &mut self,
-        gpu: &Gpu,
-        kernels: &Kernels,
-        midpoint: &MidpointKernels,
+        kernels: &MiddleRowKernels,
         record: &mut Recorder<'_>,
         made: RowInputs<'_>,
-        rows: u64,
     ) -> Result<(), GpuError> {
-        // Rows by branches have read them by then.
-        let Some(kernels_of_middle) = &midpoint.rows else { return self.begin(gpu, kernels, record, made, rows) };
         std::mem::swap(&mut self.problem.gamma, &mut self.spare_gamma);
-        self.begin(gpu, kernels, record, made, rows)?;
+        self.make_first(record, made)?;
         let Some([is_first, _]) = &mut self.is_first else { return Ok(()) };
-        is_first.reserve(gpu, rows)?;
+        is_first.reserve(made.stages.gpu, self.next)?;
         // The old rows' starts and multipliers are the spare ones now.
-        let Rows { problem, next_start, spare_gamma, .. } = self;
-        let pairs = made.lists.pairs_count;
+        let RowSet { problem, next_start, spare_gamma, .. } = self;
+        let pairs = made.pairs();
         let buffers = [
             ("old_start", &*next_start),
             ("old_gamma", spare_gamma),
@@ -154,19 +131,27 @@ impl Rows {
             ("gamma", &problem.gamma),
             ("is_first", is_first),
         ];
-        record.run(&kernels_of_middle.recall, &words([pairs as u32, 0, 0, 0]), &buffers, pairs);
+        record.run(&kernels.recall, &words([pairs as u32, 0, 0, 0]), &buffers, pairs);
         Ok(())
     }
 
-    /// Moves the offsets of first rows to the violations among the contacts, which are none any longer.
-    pub fn tighten(
-        &self,
-        midpoint: &MidpointKernels,
-        record: &mut Recorder<'_>,
-        RowInputs { lists, motions, setup, part, .. }: RowInputs<'_>,
-        bodies: u64,
-    ) {
-        let (Some([is_first, _]), Some(kernels)) = (&self.is_first, &midpoint.rows) else { return };
+    /// Moves the offsets of rows to the violations of the trial, and finds room for the rows of those that have none to
+    /// be moved.
+    pub fn tighten(&mut self, mut record: Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
+        self.tighten_branches(&mut record, made)?;
+        self.tighten_pairs(&mut record, made);
+        self.count(&mut record, made, (true, VIOLATING))?;
+        let total = 4 * made.pairs();
+        let read = record.read(&[(&self.next_start, total..total + 4)])?;
+        self.next = u64::from(pod_read_unaligned::<u32>(&read[0]));
+        Ok(())
+    }
+
+    /// The same of the paper's rows in the middle of a step: their violations are none any longer.
+    fn tighten_pairs(&self, record: &mut Recorder<'_>, made: RowInputs<'_>) {
+        let RowInputs { stages, lists, motions, .. } = made;
+        let kernels = stages.kernels.midpoint.as_ref().and_then(|kernels| kernels.rows.as_ref());
+        let (Some([is_first, _]), Some(kernels)) = (&self.is_first, kernels) else { return };
         let problem = &self.problem;
         let buffers = [
             ("row_start", &problem.block_start),
@@ -178,25 +163,19 @@ impl Rows {
             ("q", &problem.q),
             ("contacts", &lists.contacts),
         ];
-        let parameters = setup.timed([lists.pairs_count as u32, bodies as u32, 0, 0], setup.length_of(part));
-        record.run(&kernels.tighten, &parameters, &buffers, lists.pairs_count);
+        let parameters = stages.timed([made.pairs() as u32, stages.start.bodies as u32, 0, 0]);
+        record.run(&kernels.tighten, &parameters, &buffers, made.pairs());
     }
 
-    /// One more row for every violating pair, for which [`Rows::count`] found room.
-    pub fn extend(
-        &mut self,
-        gpu: &Gpu,
-        kernels: &Kernels,
-        record: &mut Recorder<'_>,
-        made: RowInputs<'_>,
-        rows: u64,
-    ) -> Result<(), GpuError> {
+    /// One more row for every violating pair, for which [`RowSet::count`] found room.
+    pub fn extend(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
+        let Stages { gpu, kernels, .. } = made.stages;
         // Rows keep their pairs, so there is no map from old pairs to new ones.
-        self.move_all(gpu, kernels, record, (made.lists.pairs_count, None), rows)?;
+        self.move_all(gpu, kernels, record, (made.pairs(), None), self.next)?;
         if self.branches.is_some() {
-            return self.append_branches(gpu, kernels, record, made, false);
+            return self.append_branches(record, made, false);
         }
-        self.append(kernels, record, made, VIOLATING, false);
+        self.append(record, made, VIOLATING, false);
         Ok(())
     }
 
@@ -217,21 +196,16 @@ impl Rows {
     }
 
     /// Which rows each body takes part in.
-    pub fn incidence(
-        &mut self,
-        gpu: &Gpu,
-        kernels: &Kernels,
-        record: &mut Recorder<'_>,
-        lists: &Lists,
-        bodies: u64,
-    ) -> Result<(), GpuError> {
+    pub fn incidence(&mut self, record: &mut Recorder<'_>, made: RowInputs<'_>) -> Result<(), GpuError> {
+        let (Stages { gpu, kernels, start, .. }, lists) = (made.stages, made.lists);
+        let bodies = start.bodies;
         let problem = &mut self.problem;
         problem.bodies = bodies;
         self.body_counts.reserve(gpu, bodies)?;
         problem.incidence_start.reserve(gpu, bodies + 1)?;
         problem.incidence.reserve(gpu, 2 * problem.rows)?;
         problem.velocity.reserve(gpu, bodies)?;
-        let parameters = words([bodies as u32, 0, 0, 0]);
+        let parameters = start.parameters();
         let (start, adjacency) = (&lists.adjacency_start, &lists.adjacency);
         record.run(
             &kernels.incidence_count,
@@ -260,10 +234,9 @@ impl Rows {
         Ok(())
     }
 
-    fn append(&self, kernels: &Kernels, record: &mut Recorder<'_>, made: RowInputs<'_>, threshold: u32, warm: bool) {
-        let (problem, RowInputs { lists, motions, setup, part, .. }) = (&self.problem, made);
-        let of_kernel = [lists.pairs_count as u32, threshold, u32::from(warm), lists.bodies as u32];
-        let parameters = setup.timed(of_kernel, setup.length_of(part));
+    fn append(&self, record: &mut Recorder<'_>, made: RowInputs<'_>, threshold: u32, warm: bool) {
+        let (problem, RowInputs { stages, lists, motions, .. }) = (&self.problem, made);
+        let parameters = stages.timed([lists.pairs_count as u32, threshold, u32::from(warm), lists.bodies as u32]);
         let buffers = [
             ("pairs", &lists.pairs),
             ("row_start", &problem.block_start),
@@ -274,7 +247,7 @@ impl Rows {
             ("q", &problem.q),
             ("gamma", &problem.gamma),
         ];
-        record.run(&kernels.append, &parameters, &buffers, lists.pairs_count);
+        record.run(&stages.kernels.append, &parameters, &buffers, lists.pairs_count);
     }
 
     fn move_all(

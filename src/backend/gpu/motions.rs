@@ -1,0 +1,182 @@
+//! How bodies move on their own in a part of a step: loads, free velocities and mobilities where it begins, and the
+//! boxes there.
+
+use super::Setup;
+use super::bonds::BondBuffers;
+use super::first::First;
+use super::heat::Ids;
+use super::narrow_phase::Report;
+use super::source::{self, MidpointKernels};
+use super::start::{Part, Stages, Start};
+use crate::bodies::Bodies;
+use crate::dynamics::{ForceField, Load, Twist};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
+use crate::step::Fault;
+use glam::DVec3;
+
+/// Roundings that half a period is longer by: a body's reach is a radius, half the cutoff and two products, each
+/// rounded. Bodies that this lets through may be near at another image than the nearest by as much, but overlap at
+/// none: scenes whose bodies are that long are refused on reading.
+const ROUNDINGS: f64 = 8.0;
+
+/// Loads, free velocities and mobilities, by body.
+pub(super) struct Motions {
+    /// Forces of a library's user, computed on the host.
+    pub plugged: Vec<Box<dyn ForceField>>,
+    /// Whether the kernel of forces reads the loads that the host and other kernels make.
+    pub takes_loads: bool,
+    pub loads: Buffer,
+    pub motions: Buffer,
+    /// Around the bodies where first rows are made.
+    pub boxes: Buffer,
+    /// The bodies' ids, where there is Brownian motion.
+    pub ids: Option<Ids>,
+    pub bonds: Option<BondBuffers>,
+}
+
+impl Motions {
+    pub fn new(gpu: &Gpu, setup: &Setup, bodies: &Bodies) -> Result<Self, GpuError> {
+        let (real, width) = (setup.precision.bytes(), setup.motion_width() as usize);
+        Ok(Motions {
+            plugged: Vec::new(),
+            takes_loads: setup.makes_loads(),
+            loads: Buffer::new(gpu, "loads", 8 * real, 1)?,
+            motions: Buffer::new(gpu, "motions", 4 * width * real, bodies.len() as u64)?,
+            boxes: Buffer::new(gpu, "boxes", 4 * real, bodies.len() as u64)?,
+            ids: Ids::new(gpu, setup)?,
+            bonds: BondBuffers::new(gpu, setup, &bodies.broken_bonds)?,
+        })
+    }
+
+    /// Writes the forces of a library's user, from the bodies where the present part begins.
+    pub fn write_loads(&mut self, gpu: &Gpu, setup: &Setup, start: &Start, bodies: &Bodies) -> Result<(), Fault> {
+        let (time, span) = (start.time_of_loads(setup), start.span(setup));
+        let acting = self.plugged.iter().map(|force| (force, force.share(span)));
+        let acting: Vec<_> = acting.filter(|(_, share)| *share > 0.0).collect();
+        for (force, _) in &acting {
+            force.prepare(bodies, time).map_err(|what| Fault::Force { step: start.step, what })?;
+        }
+        let load = |i: usize| {
+            let mut load = Load::default();
+            for (force, share) in &acting {
+                load += *share * force.load(bodies, i, time);
+            }
+            let (f, t) = (load.force, load.torque);
+            [f.x, f.y, f.z, 0.0, t.x, t.y, t.z, 0.0]
+        };
+        let loads: Vec<f64> = (0..bodies.len()).flat_map(load).collect();
+        self.loads.reserve(gpu, start.bodies)?;
+        self.loads.write(gpu, 0, &setup.precision.encode(loads));
+        Ok(())
+    }
+
+    /// Makes room for the bodies of the step, and writes which ids and bonds they have.
+    pub fn write(&mut self, gpu: &Gpu, setup: &Setup, start: &Start) -> Result<(), GpuError> {
+        if let Some(ids) = &mut self.ids {
+            self.loads.reserve(gpu, start.bodies)?;
+            ids.write(gpu, &start.ancestry.lineage)?;
+        }
+        if let Some(bonds) = &mut self.bonds {
+            self.loads.reserve(gpu, start.bodies)?;
+            bonds.write(gpu, setup, &start.ancestry.lineage)?;
+        }
+        Ok(())
+    }
+
+    /// Makes room for the motions of the bodies of the step.
+    pub fn reserve(&mut self, gpu: &Gpu, bodies: u64) -> Result<(), GpuError> {
+        self.motions.reserve(gpu, bodies)?;
+        self.boxes.reserve(gpu, bodies)?;
+        Ok(())
+    }
+
+    /// The parameters of the kernel of motions: those of the present part, and the shares of windows in it.
+    fn parameters(Stages { setup, start, .. }: Stages<'_>, parameters: &[u8]) -> Vec<u8> {
+        let span = start.span(setup);
+        let rates = setup.strained().map(|strain| strain.rates(span[0]).to_array());
+        let shares = source::loads::windows(&setup.forces).into_iter().map(|window| window.share(span));
+        [parameters, &setup.precision.encode(shares.chain(rates.into_iter().flatten()))].concat()
+    }
+
+    /// Records forces, free velocities and mobilities where the present part begins, where `first` rows are made, and
+    /// the boxes there.
+    pub fn record(&self, stages: Stages<'_>, record: &mut Recorder<'_>, first: &First) {
+        let Stages { kernels, start, .. } = stages;
+        let (bodies, in_middle) = (start.bodies, start.part == Part::FromMiddle);
+        let plugged = !self.plugged.is_empty();
+        if let Some(ids) = &self.ids {
+            ids.record(stages, record, &self.loads, plugged);
+        }
+        if let Some(bonds) = &self.bonds {
+            bonds.record(stages, record, &self.loads, self.ids.is_some() || plugged);
+        }
+        let (here, shapes) = (stages.here(), &stages.here_shapes().shapes);
+        let parameters = stages.timed([bodies as u32, u32::from(in_middle), 0, 0]);
+        let buffers = [
+            ("cells", &here.cells),
+            ("remainders", &here.remainders),
+            ("orientations", &here.orientations),
+            ("shapes", shapes),
+            ("twists", &here.twists),
+            ("groups_of", &start.groups_of),
+            ("loads", &self.loads),
+            ("motions", &self.motions),
+        ];
+        record.run(&kernels.motion, &Motions::parameters(stages, &parameters), &buffers, bodies);
+        if let (true, Some(MidpointKernels { middle: Some(middle), .. })) = (in_middle, &kernels.midpoint) {
+            let start = stages.states.start();
+            let buffers = [
+                ("orientations", &start.orientations),
+                ("twists", &start.twists),
+                ("shapes", shapes),
+                ("motions", &self.motions),
+            ];
+            record.run(middle, &parameters, &buffers, bodies);
+        }
+        if let Some(held) = &start.held {
+            held.hold(kernels, record, &self.motions);
+        }
+        first.record(stages, record, &self.motions);
+        let buffers = [
+            ("orientations", &first.poses(stages).orientations),
+            ("shapes", shapes),
+            ("motions", &self.motions),
+            ("boxes", &self.boxes),
+        ];
+        record.run(&kernels.boxes, &parameters, &buffers, bodies);
+    }
+
+    /// Refuses bodies that reach, or move freely in this step, too far for the shortest period, so that other images
+    /// than the nearest could come near. A box's fourth number is the radius, half the cutoff and that way.
+    pub fn check_periods(&self, Stages { gpu, setup, start, .. }: Stages<'_>, report: &Report) -> Result<(), Fault> {
+        let Some(period) = start.periods.shortest() else { return Ok(()) };
+        let precision = setup.precision;
+        let most = 0.5 * period * (1.0 + ROUNDINGS * precision.epsilon());
+        // The report has 32 bits.
+        let largest = f64::from(f32::from_bits(report.largest)) * (1.0 + f64::from(f32::EPSILON));
+        if 2.0 * largest <= most {
+            return Ok(());
+        }
+        let bytes = start.bodies * self.boxes.element() as u64;
+        let read = gpu.record().read(&[(&self.boxes, 0..bytes)])?;
+        let boxes = precision.decode(&read[0]);
+        let spans = boxes.as_chunks::<4>().0.iter().map(|[_, _, _, radius]| 2.0 * radius);
+        match spans.enumerate().find(|(_, span)| *span > most) {
+            Some((body, span)) => Err(Fault::PeriodTooShort { step: start.step, body, span, period }),
+            None => Ok(()),
+        }
+    }
+
+    /// The velocities that lead from the start to the trial.
+    pub fn trial_twists(&self, Stages { gpu, setup, start, .. }: Stages<'_>) -> Result<Vec<Twist>, GpuError> {
+        let bytes = start.bodies * self.motions.element() as u64;
+        let read = gpu.record().read(&[(&self.motions, 0..bytes)])?;
+        let numbers = setup.precision.decode(&read[0]);
+        let width = 4 * setup.motion_width() as usize;
+        let twist = |motion: &[f64]| Twist {
+            linear: DVec3::new(motion[8], motion[9], motion[10]),
+            angular: DVec3::new(motion[12], motion[13], motion[14]),
+        };
+        Ok(numbers.chunks_exact(width).map(twist).collect())
+    }
+}

@@ -1,0 +1,206 @@
+//! The separations of a step on the device, with a list of candidates that is complete for them, and what the host
+//! reads of them.
+
+use super::candidates::Candidates;
+use super::motions::Motions;
+use super::source::{NEAR, VIOLATING};
+use super::start::{Part, Stages};
+use super::states::{Poses, Shapes};
+use super::{Device, Setup, words};
+use crate::gpu::{Buffer, Gpu, GpuError, Recorder};
+use crate::step::{Fault, Overlap};
+use crate::walls::{AtSurface, Walls};
+use crate::warm::Warm;
+use bytemuck::Zeroable;
+use std::time::Instant;
+
+/// What the host reads of a stage: `Report` of `shaders/step/report.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Report {
+    pub(super) outside: u32,
+    pub(super) not_finite: u32,
+    pub(super) violations: u32,
+    pub(super) worst: u32,
+    pub(super) worst_pair: u32,
+    pub(super) worst_a: u32,
+    pub(super) worst_b: u32,
+    pub(super) largest: u32,
+    pub(super) farthest: u32,
+    pub(super) turned: u32,
+    pub(super) strayed: u32,
+    pub(super) passing: u32,
+    pub(super) largest_move: u32,
+    pub(super) moved: u32,
+    pub(super) axial_spin: u32,
+    pub(super) push_gap: u32,
+    pub(super) push_pair: u32,
+    pub(super) apart: u32,
+    pub(super) thrown: u32,
+    /// Its bytes must divide the places of an ensemble's buffer.
+    padding: u32,
+}
+
+impl Report {
+    pub(super) const BYTES: u64 = size_of::<Report>() as u64;
+
+    pub(super) fn blank() -> Self {
+        let none = u32::MAX;
+        Report { not_finite: none, worst_pair: none, moved: none, push_pair: none, ..Report::zeroed() }
+    }
+
+    pub(super) fn overlap(&self, of: &Walls) -> Overlap {
+        let found = self.worst_pair != u32::MAX;
+        let surface = AtSurface::of_number(self.worst_b).filter(|_| found);
+        let wall = surface.map(|at| [self.worst_a as usize, of.wall_of(at.surface)]);
+        let pair = (found && wall.is_none()).then_some([self.worst_a as usize, self.worst_b as usize]);
+        let worst = f64::from(f32::from_bits(self.worst));
+        Overlap { worst, pair, wall, violations: self.violations as usize, proxy: None }
+    }
+}
+
+/// The candidate pairs and what is read of their separations.
+pub(super) struct NarrowPhase {
+    pub candidates: Candidates,
+    pub report: Buffer,
+    blank: Buffer,
+}
+
+impl NarrowPhase {
+    pub fn new(gpu: &Gpu, setup: &Setup, warm: Vec<Warm>) -> Result<Self, GpuError> {
+        Ok(NarrowPhase {
+            report: Buffer::new(gpu, "report", 4, Report::BYTES / 4)?,
+            blank: Buffer::with(gpu, "blank report", 4, bytemuck::bytes_of(&Report::blank()))?,
+            candidates: Candidates::new(gpu, setup, warm)?,
+        })
+    }
+
+    /// Records a blank report, and in it whether the list of candidates is complete where the boxes are.
+    fn record_look(
+        &mut self,
+        stages: Stages<'_>,
+        record: &mut Recorder<'_>,
+        (first, boxes): (&Poses, &Buffer),
+    ) -> Result<(), GpuError> {
+        let NarrowPhase { candidates, report, blank } = self;
+        record.copy(blank, 0, report, 0, Report::BYTES);
+        candidates.inside(stages.gpu, stages.kernels, record, (first, boxes, report), stages.start.bodies)
+    }
+
+    /// Records the separations of all pairs in some poses; at the trial those that overlap by at least `violating` are
+    /// violations.
+    fn record_separations(
+        &self,
+        stages: Stages<'_>,
+        record: &mut Recorder<'_>,
+        motions: &Motions,
+        (poses, shapes): (&Poses, &Shapes),
+        (at_trial, violating): (bool, f64),
+    ) {
+        let Stages { setup, kernels, start, .. } = stages;
+        let lists = &self.candidates.lists;
+        let by_motions = setup.branches > 0;
+        let parameters = [lists.body_pairs as u32, u32::from(at_trial), (violating as f32).to_bits(), 0];
+        let parameters = if by_motions { stages.timed(parameters) } else { words(parameters).to_vec() };
+        let parameters = start.of_pairs(setup, &parameters);
+        for kernel in &kernels.narrow {
+            let buffers = [
+                ("pairs", &lists.pairs),
+                ("cells", &poses.cells),
+                ("remainders", &poses.remainders),
+                ("orientations", &poses.orientations),
+                ("shapes", &shapes.shapes),
+                if by_motions { ("motions", &motions.motions) } else { ("boxes", &motions.boxes) },
+                ("contacts", &lists.contacts),
+                ("report", &self.report),
+            ];
+            record.run(kernel, &parameters, &buffers, lists.body_pairs);
+        }
+        if let (Some(surfaces), Some(kernels)) = (&self.candidates.surfaces, &kernels.walls) {
+            surfaces.separate(kernels, record, lists, (poses, shapes, &motions.boxes), (at_trial, violating));
+        }
+        if let Some(held) = &start.held {
+            held.ignore(kernels, record, lists);
+        }
+    }
+
+    /// Records the deepest overlap, at the trial also which pair it is of.
+    fn record_overlap(&self, Stages { setup, kernels, .. }: Stages<'_>, record: &mut Recorder<'_>, at_trial: bool) {
+        let (lists, pairs) = (&self.candidates.lists, self.candidates.lists.pairs_count);
+        // Where first rows are made the deepest overlap alone is asked for.
+        let passes = if at_trial { 3 } else { usize::from(setup.branches > 0) };
+        for (pass, threads) in [(1, pairs), (2, pairs), (3, 1)].into_iter().take(passes) {
+            let buffers = [("pairs", &lists.pairs), ("contacts", &lists.contacts), ("report", &self.report)];
+            record.run(&kernels.overlap, &words([pairs as u32, pass, 0, 0]), &buffers, threads);
+        }
+    }
+}
+
+impl Device {
+    /// The separations at the start, in the middle or at the trial, with a list of candidates that is complete for it,
+    /// and how many rows there will be. `prepared` is what was recorded to be done before.
+    pub(super) fn separate(&mut self, prepared: Recorder<'_>, at_trial: bool) -> Result<Report, Fault> {
+        let gpu = self.gpu.clone();
+        let mut prepared = Some(prepared);
+        loop {
+            let mut record = prepared.take().unwrap_or_else(|| gpu.record());
+            record.stage("narrow phase");
+            let Device { setup, kernels, states, start, motions, first, narrow, .. } = &mut *self;
+            let stages = Stages { gpu: &gpu, setup, kernels, states, start };
+            narrow.record_look(stages, &mut record, (first.poses(stages), &motions.boxes))?;
+            let listed = narrow.candidates.is_for(start.bodies);
+            if listed {
+                self.record_separations(&mut record, at_trial)?;
+            }
+            let pairs = if listed { self.narrow.candidates.lists.pairs_count } else { 0 };
+            let total = if listed { 4 * pairs..4 * pairs + 4 } else { 0..0 };
+            let read = record.read(&[(&self.narrow.report, 0..Report::BYTES), (&self.rows.next_start, total)])?;
+            let report: Report = bytemuck::pod_read_unaligned(&read[0]);
+            if report.not_finite != u32::MAX {
+                let body = report.not_finite as usize;
+                return Err(Fault::NotFinite { step: self.start.step, what: "velocity or pose", body });
+            }
+            if !at_trial {
+                self.motions.check_periods(self.stages(), &report)?;
+            }
+            if listed && report.outside == 0 {
+                self.rows.next = u64::from(bytemuck::pod_read_unaligned::<u32>(&read[1]));
+                self.narrow.candidates.used();
+                return Ok(report);
+            }
+            self.search(&report, at_trial)?;
+        }
+    }
+
+    fn record_separations(&mut self, record: &mut Recorder<'_>, at_trial: bool) -> Result<(), GpuError> {
+        let (stages, violating) = (self.stages(), self.trial.violating);
+        let of = match at_trial {
+            true => (&self.states.trial, self.states.end_shapes()),
+            false => (self.first.poses(stages), stages.here_shapes()),
+        };
+        self.narrow.record_separations(stages, record, &self.motions, of, (at_trial, violating));
+        if at_trial {
+            self.effects().record(record, 1);
+        }
+        self.narrow.record_overlap(stages, record, at_trial);
+        let (rows, made) = self.row_inputs(at_trial);
+        rows.choose_branches(record, made, at_trial.then_some(violating))?;
+        rows.count(record, made, if at_trial { (true, VIOLATING) } else { (false, NEAR) })
+    }
+
+    fn search(&mut self, report: &Report, at_trial: bool) -> Result<(), GpuError> {
+        let begun = Instant::now();
+        let largest = f64::from(f32::from_bits(report.largest));
+        let Device { gpu, setup, kernels, states, start, motions, first, narrow, rows, .. } = &mut *self;
+        let stages = Stages { gpu, setup, kernels, states, start };
+        // In the middle the rows of the first half say what its end's rows start from.
+        let rows = (at_trial || start.part == Part::FromMiddle).then_some(rows);
+        let boxes = (first.poses(stages), states.end_shapes(), &motions.boxes, largest);
+        narrow.candidates.search(gpu, setup, kernels, boxes, start.bodies, rows)?;
+        let spent = begun.elapsed();
+        self.phases.broad_phase += spent;
+        // The caller counts all its time as narrow phase.
+        self.phases.narrow_phase = self.phases.narrow_phase.saturating_sub(spent);
+        Ok(())
+    }
+}

@@ -1,0 +1,57 @@
+//! The solves of a step.
+
+use super::Setup;
+use super::candidates::Candidates;
+use super::row_set::RowSet;
+use super::source::Kernels;
+use crate::gpu::{Gpu, GpuError};
+use crate::lcp::gpu::Solver;
+use crate::lcp::{Outcome, Settings};
+use crate::step::Model;
+
+/// A solver on the device.
+pub(super) struct Solve {
+    solver: Solver,
+}
+
+impl Solve {
+    /// A scene's, for this many bodies.
+    pub fn new(gpu: &Gpu, setup: &Setup, model: &Model, bodies: u64) -> Result<Self, GpuError> {
+        let solver = Solver::new(gpu, setup.precision, setup.planar, model.solver, model.lcp)?;
+        let mut solve = Solve { solver };
+        solve.compile(gpu, bodies)?;
+        Ok(solve)
+    }
+
+    /// Compiles the kernels for this many bodies, where that is not done yet. All other kernels are compiled when the
+    /// backend is made.
+    pub fn compile(&mut self, gpu: &Gpu, bodies: u64) -> Result<(), GpuError> {
+        self.solver.compile(gpu, bodies)
+    }
+
+    /// What the last solve was to reach, a length.
+    pub fn tolerance(&self) -> f64 {
+        self.solver.settings().tolerance
+    }
+
+    /// Solves from the present multipliers.
+    pub fn solve(
+        &mut self,
+        gpu: &Gpu,
+        kernels: &Kernels,
+        candidates: &mut Candidates,
+        rows: &mut RowSet,
+        tolerance: f64,
+    ) -> Result<Outcome, GpuError> {
+        self.solver.set_settings(Settings { tolerance, ..self.solver.settings() });
+        let problem = &mut rows.problem;
+        let (Some(surfaces), Some(kernels)) = (&mut candidates.surfaces, &kernels.walls) else {
+            return self.solver.solve(gpu, problem);
+        };
+        surfaces.join_places(gpu, kernels, &candidates.lists, &problem.block_start)?;
+        surfaces.exchange_starts(&mut problem.block_start);
+        let outcome = self.solver.solve(gpu, problem);
+        surfaces.exchange_starts(&mut problem.block_start);
+        outcome
+    }
+}

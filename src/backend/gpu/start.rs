@@ -1,0 +1,204 @@
+//! What a step starts from: its bodies with their lengths, its parts, and where walls and the cell are in them.
+//!
+//! A step of first order has one part, a midpoint step its first half and then the whole step with what is found in its
+//! middle. Forces, mobilities and first rows are those of where a part begins; moves are from the step's start.
+
+use super::ancestry::Ancestry;
+use super::growing::GrowthBuffers;
+use super::held::Held;
+use super::source::Kernels;
+use super::states::{Poses, Shapes, States};
+use super::{Setup, words};
+use crate::gpu::{Buffer, Gpu, GpuError, LatticePeriods, Recorder};
+use crate::periodic::Periods;
+use crate::step::{Model, State, Unrounded};
+
+/// What of a step is being computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// All of it, from its start.
+    Whole,
+    /// Its first half.
+    FirstHalf,
+    /// All of it, with forces, mobilities and first rows of its middle.
+    FromMiddle,
+}
+
+impl Setup {
+    /// The part that a step begins with.
+    pub(super) fn first_part(&self) -> Part {
+        if self.midpoint { Part::FirstHalf } else { Part::Whole }
+    }
+
+    /// The length of a part.
+    pub(super) fn length_of(&self, part: Part) -> f64 {
+        if part == Part::FirstHalf { 0.5 * self.dt } else { self.dt }
+    }
+
+    /// The parameters of kernels that need the length of a part of the step: it and its root after four words.
+    pub(super) fn timed(&self, of_kernel: [u32; 4], interval: f64) -> Vec<u8> {
+        let mut bytes = words(of_kernel).to_vec();
+        bytes.extend(self.precision.encode([interval, interval.sqrt()]));
+        bytes
+    }
+}
+
+/// The start of a step.
+pub(super) struct Start {
+    /// The number of the step that is being taken, and when it begins.
+    pub step: u64,
+    pub time: f64,
+    pub part: Part,
+    /// How many bodies there are in the step.
+    pub bodies: u64,
+    /// Who they are.
+    pub ancestry: Ancestry,
+    pub groups_of: Buffer,
+    pub growth: GrowthBuffers,
+    /// Which of them do not move; none where none can be fixed.
+    pub held: Option<Held>,
+    /// The periods at the end of the present part.
+    pub periods: Periods,
+    lattice_periods: LatticePeriods,
+    /// Those where it begins.
+    periods_here: LatticePeriods,
+}
+
+impl Start {
+    /// Before the first step from `state`.
+    pub fn new(
+        gpu: &Gpu,
+        setup: &Setup,
+        model: &Model,
+        state: &State,
+        unrounded: &Unrounded,
+    ) -> Result<Self, GpuError> {
+        let mut ancestry = Ancestry::of(setup, state, unrounded.prescribed());
+        Ok(Start {
+            step: state.step + 1,
+            time: setup.time.after(state.step),
+            part: setup.first_part(),
+            bodies: state.bodies.len() as u64,
+            growth: GrowthBuffers::new(gpu, setup, &mut ancestry)?,
+            groups_of: Buffer::with(gpu, "groups", 4, bytemuck::cast_slice(&ancestry.group))?,
+            ancestry,
+            held: Held::new(gpu, &model.fixed.flags(&state.bodies))?,
+            periods: setup.periods,
+            lattice_periods: setup.lattice_periods,
+            periods_here: setup.lattice_periods,
+        })
+    }
+
+    /// Goes on from another state.
+    pub fn load(
+        &mut self,
+        gpu: &Gpu,
+        setup: &Setup,
+        model: &Model,
+        state: &State,
+        unrounded: &Unrounded,
+    ) -> Result<(), GpuError> {
+        self.ancestry = Ancestry::of(setup, state, unrounded.prescribed());
+        if let Some(held) = &mut self.held {
+            held.write(gpu, &model.fixed.flags(&state.bodies))?;
+        }
+        self.growth.write_changed(gpu, setup, &mut self.ancestry)?;
+        self.bodies = state.bodies.len() as u64;
+        self.groups_of.reserve(gpu, self.bodies)?;
+        self.groups_of.write(gpu, 0, bytemuck::cast_slice(&self.ancestry.group));
+        self.begin(setup, state.step);
+        self.periods = state.bodies.periods;
+        Ok(())
+    }
+
+    /// Begins the step after `steps` of them.
+    pub fn begin(&mut self, setup: &Setup, steps: u64) {
+        (self.step, self.time) = (steps + 1, setup.time.after(steps));
+        self.part = setup.first_part();
+    }
+
+    /// When the present part begins and ends.
+    pub fn span(&self, setup: &Setup) -> [f64; 2] {
+        [self.time, self.time + setup.length_of(self.part)]
+    }
+
+    /// When forces are taken: at the start, or in the middle once it is made.
+    pub fn time_of_loads(&self, setup: &Setup) -> f64 {
+        self.time + if self.part == Part::FromMiddle { 0.5 * setup.dt } else { 0.0 }
+    }
+
+    /// Takes the periods where the present part begins and at its end, where they change; says whether they are others
+    /// than those of the last part.
+    pub fn place_cell(&mut self, setup: &Setup) -> Result<Option<LatticePeriods>, GpuError> {
+        let Some(strain) = &setup.strain else { return Ok(None) };
+        let [begin, end] = self.span(setup);
+        let periods = strain.periods(end);
+        self.periods_here = LatticePeriods::of(setup.lattice, strain.periods(begin).numbers())?;
+        if periods == self.periods {
+            return Ok(None);
+        }
+        self.lattice_periods = LatticePeriods::of(setup.lattice, periods.numbers())?;
+        self.periods = periods;
+        Ok(Some(self.lattice_periods))
+    }
+
+    /// The parameters of kernels of the present part.
+    pub fn timed(&self, setup: &Setup, of_kernel: [u32; 4]) -> Vec<u8> {
+        setup.timed(of_kernel, setup.length_of(self.part))
+    }
+
+    /// The parameters of a kernel that goes over the bodies.
+    pub fn parameters(&self) -> [u8; 16] {
+        words([self.bodies as u32, 0, 0, 0])
+    }
+
+    /// The parameters of a kernel that compares two bodies: with the periods behind them where these change.
+    pub fn of_pairs(&self, setup: &Setup, parameters: &[u8]) -> Vec<u8> {
+        match setup.strain {
+            Some(_) => self.lattice_periods.after(parameters),
+            None => parameters.to_vec(),
+        }
+    }
+
+    /// The same with the periods where the present part begins.
+    pub fn of_pairs_here(&self, setup: &Setup, parameters: &[u8]) -> Vec<u8> {
+        match setup.strain {
+            Some(_) => self.periods_here.after(parameters),
+            None => parameters.to_vec(),
+        }
+    }
+}
+
+/// What the stages of a step are made from.
+#[derive(Clone, Copy)]
+pub(super) struct Stages<'a> {
+    pub gpu: &'a Gpu,
+    pub setup: &'a Setup,
+    pub kernels: &'a Kernels,
+    pub states: &'a States,
+    pub start: &'a Start,
+}
+
+impl<'a> Stages<'a> {
+    /// Where the present part begins.
+    pub fn here(self) -> &'a Poses {
+        self.states.here(self.start.part)
+    }
+
+    /// What the bodies are in the first rows of the present part.
+    pub fn here_shapes(self) -> &'a Shapes {
+        self.states.here_shapes(self.start.part)
+    }
+
+    /// The parameters of kernels of the present part.
+    pub fn timed(self, of_kernel: [u32; 4]) -> Vec<u8> {
+        self.start.timed(self.setup, of_kernel)
+    }
+
+    /// Records what the bodies grow by in a part of the step.
+    pub fn record_growth(self, record: &mut Recorder<'_>) {
+        let Some(kernels) = &self.kernels.growth else { return };
+        let shapes = self.states.end_shapes();
+        self.start.growth.record(kernels, record, shapes, self.start.bodies);
+    }
+}

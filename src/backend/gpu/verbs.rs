@@ -1,0 +1,273 @@
+//! The verbs carried out.
+
+use super::Device;
+use super::source;
+use super::start::{Part, Stages};
+use crate::dynamics::Cells;
+use crate::freedom::{PLANAR, SPATIAL};
+use crate::gpu::{GpuError, Kernel};
+use crate::lcp::{Outcome, Stored};
+use crate::separation::separate_in;
+use crate::step::{Effect, Fault, Overlap, Passed, Phases, Take, TwoSided, Verbs, may_pass, passed};
+use std::sync::OnceLock;
+use std::time::Instant;
+
+impl Device {
+    /// The step's start: the accepted state with divided and grown bodies.
+    fn grow(&mut self) -> Result<(), GpuError> {
+        // A step that failed may have left its own start behind.
+        self.start.ancestry.undo();
+        let pressures = self.press()?;
+        let Device { gpu, setup, kernels, states, start, solve, accepted, .. } = self;
+        if let Some(kernels) = &kernels.growth {
+            start.grow(gpu, setup, kernels, states, (accepted.bodies, &pressures))?;
+        }
+        solve.compile(gpu, start.bodies)
+    }
+
+    /// The pressures that slow growth, where the cells feel them, and the rates under them: computed on the host, from
+    /// the state that is read back.
+    fn press(&mut self) -> Result<Vec<f64>, GpuError> {
+        let Some(cells) = self.setup.growth.clone().filter(Cells::feels_pressure) else { return Ok(Vec::new()) };
+        let state = self.known_state()?;
+        let pressures = cells.pressures(&state.bodies, &state.warm);
+        self.start.ancestry.press(&cells, &pressures);
+        Ok(pressures)
+    }
+
+    /// Forces, free velocities and mobilities where the present part begins, and the boxes there.
+    fn set_motions(&mut self) -> Result<(), Fault> {
+        if !self.motions.plugged.is_empty() {
+            self.write_loads()?;
+        }
+        let Device { gpu, setup, states, start, motions, first, narrow, kernels, .. } = self;
+        motions.write(gpu, setup, start)?;
+        let candidates = &mut narrow.candidates;
+        if setup.walls.move_in_time() {
+            let [begin, end] = start.span(setup);
+            let middle = (start.part == Part::FromMiddle).then(|| setup.walls.at(begin + 0.5 * setup.dt));
+            candidates.place_walls(gpu, setup, &setup.walls.at(end), middle.as_ref())?;
+        }
+        if let Some(periods) = start.place_cell(setup)? {
+            candidates.place_cell(periods);
+        }
+        motions.reserve(gpu, start.bodies)?;
+        let mut record = gpu.record();
+        record.stage("integrate");
+        motions.record(Stages { gpu, setup, kernels, states, start }, &mut record, first);
+        Ok(record.submit()?)
+    }
+
+    /// Forces of a library's user.
+    fn write_loads(&mut self) -> Result<(), Fault> {
+        if !std::mem::replace(&mut self.motions.takes_loads, true) {
+            self.kernels.motion = Kernel::new(&self.gpu, &source::motion(&self.setup, true))?;
+        }
+        let stages = self.stages();
+        let bodies = self.download(stages.here(), stages.here_shapes())?;
+        self.motions.write_loads(&self.gpu, &self.setup, &self.start, &bodies)
+    }
+
+    /// The first half's end as the step's middle, with the velocities there, and the lengths at the step's end.
+    fn set_middle(&mut self) -> Result<(), Fault> {
+        let gpu = self.gpu.clone();
+        let mut record = gpu.record();
+        record.stage("integrate");
+        let (stages, Device { states, motions, rows, .. }) = (self.stages(), &*self);
+        stages.record_move(&mut record, motions, &rows.problem.velocity, states.middle());
+        stages.record_arrival(&mut record, motions, states.middle());
+        states.keep_lengths(&mut record, stages.start.bodies);
+        stages.record_growth(&mut record);
+        record.submit()?;
+        self.start.part = Part::FromMiddle;
+        self.set_motions()
+    }
+
+    /// The pairs that pass each other on their way to the trial.
+    fn find_passed(&self) -> Result<Option<Passed>, GpuError> {
+        let Device { setup, states, start, motions, first, narrow, trial, .. } = self;
+        if !may_pass(trial.farthest(), setup.thinnest) {
+            return Ok(None);
+        }
+        // In a cell that changes bodies go with it first, and leave their boxes from there.
+        let from = if setup.strain.is_some() { first.poses(self.stages()) } else { states.start() };
+        if !narrow.some_may_pass(self.stages(), motions, from, trial.turned())? {
+            return Ok(None);
+        }
+        let mut bodies = self.download(states.start(), states.end_shapes())?;
+        let twists = motions.trial_twists(self.stages())?;
+        let separate = separate_in(setup.planar);
+        // The state before the step has the periods of then, and that of the trial those of its end.
+        bodies.periods = setup.strain.map_or(bodies.periods, |strain| strain.periods(start.time));
+        Ok(passed(&bodies, &twists, (setup.dt, setup.shear()), |a, b| separate(a, b, None)))
+    }
+}
+
+impl Verbs for Device {
+    fn begin(&mut self) -> Result<(), Fault> {
+        self.gpu.begin_step();
+        self.start.begin(&self.setup, self.accepted.step);
+        self.first.ahead = self.setup.leads_ahead();
+        let begun = Instant::now();
+        if self.kernels.growth.is_some() {
+            self.grow()?;
+            self.phases.growth += begun.elapsed();
+        }
+        let begun = Instant::now();
+        self.set_motions()?;
+        self.phases.integrate += begun.elapsed();
+        Ok(())
+    }
+
+    fn middle(&mut self) -> Result<(), Fault> {
+        let begun = Instant::now();
+        self.set_middle()?;
+        self.phases.integrate += begun.elapsed();
+        Ok(())
+    }
+
+    fn append_near(&mut self) -> Result<(), Fault> {
+        let begun = Instant::now();
+        let gpu = self.gpu.clone();
+        let mut found = self.separate(gpu.record(), false)?;
+        if self.first.is_led_astray(&self.setup, self.start.part, &found) {
+            self.first.ahead = false;
+            self.set_motions()?;
+            found = self.separate(gpu.record(), false)?;
+        }
+        if self.start.part != Part::FromMiddle {
+            self.first.overlap = f64::from(f32::from_bits(found.worst));
+        }
+        let mut record = gpu.record();
+        record.stage("narrow phase");
+        let (rows, made) = self.row_inputs(false);
+        rows.begin(&mut record, made)?;
+        rows.incidence(&mut record, made)?;
+        record.submit()?;
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(())
+    }
+
+    fn solve(&mut self, tolerance: f64) -> Result<Outcome, Fault> {
+        let begun = Instant::now();
+        let Device { gpu, kernels, narrow, rows, solve, .. } = &mut *self;
+        let outcome = solve.solve(gpu, kernels, &mut narrow.candidates, rows, tolerance)?;
+        self.phases.solve += begun.elapsed();
+        Ok(outcome)
+    }
+
+    fn trial(&mut self, violating: f64) -> Result<Overlap, Fault> {
+        self.trial.violating = violating - self.setup.rounding;
+        let begun = Instant::now();
+        let gpu = self.gpu.clone();
+        let mut record = gpu.record();
+        record.stage("integrate");
+        let (stages, Device { motions, first, rows, .. }) = (self.stages(), &*self);
+        stages.record_move(&mut record, motions, &rows.problem.velocity, &stages.states.trial);
+        stages.record_sweep(&mut record, motions, first);
+        self.trial.found = self.separate(record, true)?;
+        self.phases.narrow_phase += begun.elapsed();
+        let mut overlap = self.trial.found.overlap(&self.setup.walls);
+        if overlap.worst > 0.0 {
+            overlap.worst += self.setup.rounding;
+        }
+        Ok(overlap)
+    }
+
+    fn append_violations(&mut self) -> Result<(), Fault> {
+        let begun = Instant::now();
+        let gpu = self.gpu.clone();
+        let mut record = gpu.record();
+        record.stage("narrow phase");
+        let (rows, made) = self.row_inputs(true);
+        rows.extend(&mut record, made)?;
+        rows.incidence(&mut record, made)?;
+        record.submit()?;
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(())
+    }
+
+    fn tighten_violations(&mut self) -> Result<(), Fault> {
+        let begun = Instant::now();
+        let gpu = self.gpu.clone();
+        let mut record = gpu.record();
+        record.stage("narrow phase");
+        let (rows, made) = self.row_inputs(true);
+        rows.tighten(record, made)?;
+        self.phases.narrow_phase += begun.elapsed();
+        if self.rows.next > self.rows.problem.rows { self.append_violations() } else { Ok(()) }
+    }
+
+    fn effect(&mut self, _gap: f64) -> Result<Effect, Fault> {
+        // Kernels have the gap of all steps.
+        Ok(self.effects().of_trial(&self.trial.found)?)
+    }
+
+    /// The CPU can, which takes the step then.
+    fn relax(&mut self, _allowed: f64) -> Result<Option<Outcome>, Fault> {
+        Ok(None)
+    }
+
+    fn two_sided(&mut self) -> Option<&mut dyn TwoSided> {
+        None
+    }
+
+    /// The effect tells it at the end of the attempt.
+    fn throws(&mut self, _gap: f64) -> Result<bool, Fault> {
+        Ok(false)
+    }
+
+    fn passed(&mut self) -> Result<Option<Passed>, Fault> {
+        let begun = Instant::now();
+        let passed = self.find_passed()?;
+        self.phases.narrow_phase += begun.elapsed();
+        Ok(passed)
+    }
+
+    fn accept(&mut self) -> Result<Phases, Fault> {
+        let begun = Instant::now();
+        let gpu = self.gpu.clone();
+        let mut record = gpu.record();
+        record.stage("integrate");
+        let (stages, Device { states, motions, narrow, rows, .. }) = (self.stages(), &*self);
+        stages.record_arrival(&mut record, motions, &states.trial);
+        if let Some(bonds) = &motions.bonds {
+            bonds.record_breaking(stages, &mut record, &states.trial);
+        }
+        rows.remember(stages.kernels, &mut record, &narrow.candidates.lists);
+        record.submit()?;
+        let Device { setup, accepted, states, start, .. } = &mut *self;
+        states.accept();
+        accepted.bodies = start.bodies;
+        accepted.step += 1;
+        let ends = setup.time.after(accepted.step);
+        start.ancestry.accept(if setup.midpoint { 2 } else { 1 }, ends);
+        accepted.state = OnceLock::new();
+        self.phases.integrate += begun.elapsed();
+        Ok(std::mem::take(&mut self.phases))
+    }
+
+    fn take_again(&mut self, take: &mut Take<'_>) -> Result<(), Fault> {
+        if self.setup.planar { self.take_on_cpu::<PLANAR>(take) } else { self.take_on_cpu::<SPATIAL>(take) }
+    }
+
+    fn multipliers(&self) -> Result<Vec<f64>, Fault> {
+        let problem = &self.rows.problem;
+        let bytes = problem.rows * problem.gamma.element() as u64;
+        let read = self.gpu.record().read(&[(&problem.gamma, 0..bytes)])?;
+        Ok(self.setup.precision.decode(&read[0]))
+    }
+
+    fn stored_lcp(&self, start: Vec<f64>) -> Result<Stored, Fault> {
+        if self.setup.planar {
+            let (problem, gamma) = self.lcp::<PLANAR>()?;
+            return Ok(Stored::new(&problem, start, &gamma));
+        }
+        let (problem, gamma) = self.lcp::<SPATIAL>()?;
+        Ok(Stored::new(&problem, start, &gamma))
+    }
+
+    fn constraints(&self) -> usize {
+        self.rows.problem.rows as usize
+    }
+}
