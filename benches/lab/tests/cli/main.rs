@@ -5,7 +5,11 @@ mod compute;
 mod flags;
 mod pages;
 mod place;
+#[path = "../../../../tests/common/ran.rs"]
+mod ran;
 mod threads;
+#[path = "../../../../tests/common/waiting.rs"]
+mod waiting;
 
 use place::Place;
 use relcp::Scene;
