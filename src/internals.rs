@@ -49,6 +49,12 @@ pub mod figure {
     pub use crate::figure::head::{Head, Name};
 }
 
+/// What the programs have in common.
+#[cfg(feature = "cli")]
+pub mod program {
+    pub use crate::program::*;
+}
+
 /// Pictures as files.
 #[cfg(feature = "files")]
 pub mod render {

@@ -115,6 +115,8 @@ mod page;
 pub mod periodic;
 #[cfg(feature = "mpi")]
 pub mod processes;
+#[cfg(feature = "cli")]
+mod program;
 #[cfg(feature = "python")]
 pub mod python;
 #[cfg(feature = "files")]

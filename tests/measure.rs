@@ -1,19 +1,14 @@
 //! `relcp measure` from outside, on runs made by the program itself.
 #![allow(clippy::unwrap_used)]
 
-use assert_cmd::Command;
+#[path = "common/program.rs"]
+mod program;
+
+use program::relcp;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-
-#[track_caller]
-fn relcp(folder: &Path, arguments: &[&str], status: i32) -> (String, String) {
-    let output = Command::cargo_bin("relcp").unwrap().current_dir(folder).args(arguments).output().unwrap();
-    let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    assert_eq!(output.status.code(), Some(status), "{out}{err}");
-    (out, err)
-}
 
 /// A colony from one cell to eight, in eleven states.
 fn colony(folder: &Path) {

@@ -1,16 +1,12 @@
 //! What graphics drivers read from the environment.
 //!
-//! A process cannot change its environment safely once it has threads, so the program starts anew with a variable set.
-//! The process and its number stay the same. Where that fails the program goes on.
+//! Where a variable has to be set, the program starts anew with it.
 
 use super::arguments::{Backend, Compute};
 use relcp::gpu::Gpu;
+use relcp::internals::program::start_anew;
 use relcp::scene::Scene;
 use std::path::Path;
-
-/// The folder of the session. Mesa writes "error: XDG_RUNTIME_DIR is invalid" to standard error at every start in an
-/// environment without it: cron, ssh, containers, job queues. The drivers do not use the folder for computing.
-const SESSION: &str = "XDG_RUNTIME_DIR";
 
 /// The threads of Mesa's software adapter.
 const THREADS: &str = "LP_NUM_THREADS";
@@ -20,13 +16,6 @@ const THREADS: &str = "LP_NUM_THREADS";
 /// thread has little to do: on two cores a colony to 64 cells takes 0.4 of the time without threads, 200 ellipsoids
 /// 0.67. 1,000 scattered ellipsoids still take 0.78, but a crowded colony of 1,024 cells more than with threads.
 const MOST_BODIES_ALONE: f64 = 400.0;
-
-/// Has drivers write nothing.
-pub fn silence() {
-    if std::env::var_os(SESSION).is_none() {
-        start_anew(SESSION, std::env::temp_dir().as_os_str());
-    }
-}
 
 /// Has a software adapter compute a small scene in the calling thread, unless the environment says how many threads it
 /// has. Hardware is not touched by it, and bits do not depend on it.
@@ -54,19 +43,3 @@ pub(super) fn devices_of_many(gpu: &Gpu, threads: usize) -> usize {
     let alone = gpu.is_software() && std::env::var_os(THREADS).is_some_and(|value| value == "0");
     if alone { threads.max(1) } else { 1 }
 }
-
-#[cfg(unix)]
-fn start_anew(variable: &str, value: &std::ffi::OsStr) {
-    use std::os::unix::process::CommandExt;
-    let Ok(program) = std::env::current_exe() else { return };
-    let mut arguments = std::env::args_os();
-    let name = arguments.next().unwrap_or_default();
-    let mut again = std::process::Command::new(program);
-    again.arg0(name).args(arguments).env(variable, value);
-    // Returns only where the system refuses; then the driver does what it does without the variable.
-    let _refused = again.exec();
-}
-
-/// Other systems have no such drivers.
-#[cfg(not(unix))]
-fn start_anew(_variable: &str, _value: &std::ffi::OsStr) {}

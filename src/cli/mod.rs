@@ -13,7 +13,6 @@ mod exit;
 mod export;
 mod hint;
 mod interrupt;
-mod log;
 mod manual;
 mod measure;
 mod output;
@@ -30,20 +29,20 @@ mod view;
 
 use arguments::{Arguments, Command};
 use exit::{CliError, Exit};
+use relcp::internals::program;
 use std::process::ExitCode;
 
 /// Runs the program on its arguments.
 pub fn main() -> ExitCode {
     manual::complete();
-    driver::silence();
+    program::prepare();
     interrupt::outlive_file_limits();
-    output::whole_words();
     std::panic::set_hook(Box::new(|panic| {
         output::message(&format!("internal fault, please report it with the scene and the command: {panic}"));
         std::process::exit(Exit::Internal as i32);
     }));
     let arguments = Arguments::of_program();
-    log::start(arguments.log);
+    program::start_log(arguments.log.map(Into::into));
     let exit = dispatch(arguments.command).unwrap_or_else(|error| {
         let exit = error.exit();
         output::report(error);

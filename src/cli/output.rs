@@ -1,33 +1,22 @@
-//! What goes to standard output and standard error. Neither may be there: a closed pipe ends the writing, not the
-//! program.
+//! What goes to standard output and standard error.
+
+pub(super) use relcp::internals::program::{message, message_once};
 
 use super::exit::CliError;
 use super::hint::Hinted;
+use relcp::internals::program;
 use serde::Serialize;
-use std::collections::BTreeSet;
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{self, Write};
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
-use textwrap::{WordSeparator, WordSplitter};
 
-/// Writes to standard output. That its reader has gone away is no fault.
+/// Writes to standard output.
 pub(super) fn write(with: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), CliError> {
-    let mut out = BufWriter::new(io::stdout().lock());
-    let written = with(&mut out).and_then(|()| out.flush());
-    // What could not be written must not be tried again when the buffer goes.
-    let _ = out.into_parts();
-    match written {
-        Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
-        written => written.map_err(CliError::Output),
-    }
+    program::write(with).map_err(CliError::Output)
 }
 
 /// Writes one JSON document.
 pub(super) fn json<T: Serialize>(value: &T) -> Result<(), CliError> {
-    write(|out| {
-        serde_json::to_writer_pretty(&mut *out, value)?;
-        writeln!(out)
-    })
+    program::json(value).map_err(CliError::Output)
 }
 
 /// A number of things, in words.
@@ -50,35 +39,12 @@ pub(super) fn argument(path: &Path) -> String {
     if !text.is_empty() && text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) }
 }
 
-/// Writes a line to standard error.
-pub(super) fn message(text: &str) {
-    let _ = writeln!(io::stderr(), "{text}");
-}
-
 /// Writes warnings to standard error.
 pub(super) fn warn(warnings: &[String]) {
     warnings.iter().for_each(|warning| message(&format!("warning: {warning}")));
 }
 
-/// Writes a line to standard error, unless it was written there before: of many runs each may have it to say.
-pub(super) fn message_once(text: &str) {
-    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
-    if SAID.lock().unwrap_or_else(PoisonError::into_inner).insert(text.to_owned()) {
-        message(text);
-    }
-}
-
-/// Lets errors break their lines at spaces only, so that names, numbers and paths stay whole.
-pub(super) fn whole_words() {
-    // Only a handler that is set already is refused, and this one is set once.
-    let _ = miette::set_hook(Box::new(|_| {
-        let options = miette::MietteHandlerOpts::new().break_words(false);
-        let options = options.word_separator(WordSeparator::AsciiSpace).word_splitter(WordSplitter::NoHyphenation);
-        Box::new(options.build())
-    }));
-}
-
 /// Writes an error to standard error, with its causes, its place and what would be right.
 pub(super) fn report(error: CliError) {
-    let _ = write!(io::stderr(), "{:?}", miette::Report::new(Hinted(error)));
+    program::report(Hinted(error));
 }

@@ -7,7 +7,11 @@ mod flags;
 mod found_by_use;
 mod pages;
 mod place;
+#[path = "../common/ran.rs"]
+mod ran;
 mod resume;
+#[path = "../common/waiting.rs"]
+mod waiting;
 
 use assert_cmd::Command;
 use place::Place;

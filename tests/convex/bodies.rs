@@ -1,7 +1,7 @@
 //! Support functions, and random poses.
 
-use glam::{DQuat, DVec3, DVec4};
-use rand::{RngExt, SeedableRng};
+use glam::{DQuat, DVec3};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use relcp::separation::Placed;
 use relcp::shape::{Convex, Shape};
@@ -50,19 +50,6 @@ pub fn superball() -> Convex {
 
 pub fn random(seed: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(seed)
-}
-
-pub fn turn(random: &mut ChaCha8Rng) -> DQuat {
-    loop {
-        let v = DVec4::from_array(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
-        if (0.01..1.0).contains(&v.length_squared()) {
-            return DQuat::from_vec4(v.normalize());
-        }
-    }
-}
-
-pub fn direction(random: &mut ChaCha8Rng) -> DVec3 {
-    turn(random) * DVec3::Z
 }
 
 pub fn placed(shape: Shape, position: DVec3, orientation: DQuat) -> Placed {

@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used)]
 
 mod bodies;
+#[path = "../common/directions.rs"]
+mod directions;
 mod refusals;
 mod separation;
 mod shape;

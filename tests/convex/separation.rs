@@ -1,6 +1,7 @@
 //! Separations of custom shapes.
 
-use crate::bodies::{die, direction, egg, ellipsoid, placed, random, superball, turn};
+use crate::bodies::{die, egg, ellipsoid, placed, random, superball};
+use crate::directions::{direction, turn};
 use glam::{DQuat, DVec3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -1,6 +1,7 @@
 //! What is measured of a support function.
 
-use crate::bodies::{EGG_CENTRE, die, direction, egg, egg_point, ellipsoid, random, turn};
+use crate::bodies::{EGG_CENTRE, die, egg, egg_point, ellipsoid, random};
+use crate::directions::{direction, turn};
 use glam::{DQuat, DVec3};
 use rand::RngExt;
 use relcp::shape::{Convex, ConvexError, Shape, SupportFunction};

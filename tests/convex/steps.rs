@@ -1,6 +1,7 @@
 //! Steps of custom shapes, audited by contacts that are computed afresh, and a picture.
 
-use crate::bodies::{die, direction, egg, ellipsoid, placed, random, turn};
+use crate::bodies::{die, egg, ellipsoid, placed, random};
+use crate::directions::{direction, turn};
 use glam::{DQuat, DVec3};
 use relcp::bodies::{Bodies, NO_GROUP};
 use relcp::dynamics::Load;

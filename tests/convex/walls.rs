@@ -1,6 +1,7 @@
 //! Custom shapes and walls.
 
-use crate::bodies::{die, direction, egg, ellipsoid, placed, random, turn};
+use crate::bodies::{die, egg, ellipsoid, placed, random};
+use crate::directions::{direction, turn};
 use glam::DVec3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -1,21 +1,13 @@
 //! `relcp export` from outside.
 
 use crate::gsd_file::read;
+use crate::program::relcp;
 use crate::scenes::{colony, every_shape};
-use assert_cmd::Command;
 use relcp::record::write_state;
 use relcp::step::State;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-
-#[track_caller]
-fn relcp(folder: &Path, arguments: &[&str], status: i32) -> (String, String) {
-    let output = Command::cargo_bin("relcp").unwrap().current_dir(folder).args(arguments).output().unwrap();
-    let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    assert_eq!(output.status.code(), Some(status), "{out}{err}");
-    (out, err)
-}
 
 fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<_> =

@@ -7,6 +7,8 @@
 mod command;
 mod gsd;
 mod gsd_file;
+#[path = "../common/program.rs"]
+mod program;
 mod readers;
 mod scenes;
 mod text_files;

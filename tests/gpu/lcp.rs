@@ -2,6 +2,7 @@
 
 use crate::device::{device, precisions};
 use crate::long::{long_tests, precisions_of_long_runs};
+use crate::systems::{line, residual, stored};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use relcp::gpu::{Choice, Gpu, GpuError, Precision};
@@ -9,36 +10,6 @@ use relcp::internals::gpu::Buffer;
 use relcp::internals::lcp::gpu::{DeviceProblem, Solver};
 use relcp::lcp::{self, Outcome, Problem, Settings, Status, velocity};
 use relcp::scene::SolverKind;
-
-/// A stored system, a start, a reference solution's velocity.
-struct Stored {
-    problem: Problem<3>,
-    start: Vec<f64>,
-    velocity: Vec<[f64; 3]>,
-}
-
-fn stored(name: &str) -> Stored {
-    let path = format!("{}/tests/data/lcp/{name}.npz", env!("CARGO_MANIFEST_DIR"));
-    let (stored, _) = relcp::record::read_lcp(path.as_ref()).unwrap();
-    Stored { problem: stored.problem().unwrap(), velocity: stored.velocity.as_chunks().0.to_vec(), start: stored.start }
-}
-
-/// The natural residual, written out.
-fn residual<const D: usize>(problem: &Problem<D>, gamma: &[f64]) -> f64 {
-    let v = velocity(problem, gamma);
-    let mut worst: f64 = 0.0;
-    for (row, [a, b]) in problem.pair.iter().enumerate() {
-        let (mut g, mut s) = (problem.q[row], 0.0);
-        for (body, block) in [a, b].into_iter().zip(&problem.jacobian[row]) {
-            for k in 0..D {
-                g += block[k] * v[*body as usize][k];
-                s += block[k] * block[k];
-            }
-        }
-        worst = worst.max(g.min(s * gamma[row]).abs());
-    }
-    worst
-}
 
 /// What a solve on the device left.
 struct Solved<const D: usize> {
@@ -315,16 +286,6 @@ fn kinds_that_look_at_single_rows_are_refused() {
     let mut spatial = Solver::new(gpu, Precision::F32, false, SolverKind::Auto, settings).unwrap();
     let (mut planar, _) = DeviceProblem::upload(gpu, Precision::F32, &random::<3>(1, 5, 5), &[]).unwrap();
     assert!(matches!(spatial.solve(gpu, &mut planar), Err(GpuError::Unsupported { .. })));
-}
-
-/// Two bodies, one unknown used.
-fn line(rows: &[(f64, f64)]) -> Problem<3> {
-    Problem {
-        bodies: 2,
-        pair: vec![[0, 1]; rows.len()],
-        jacobian: rows.iter().map(|(j, _)| [[-j, 0.0, 0.0], [*j, 0.0, 0.0]]).collect(),
-        q: rows.iter().map(|(_, q)| *q).collect(),
-    }
 }
 
 #[test]

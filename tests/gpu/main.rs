@@ -8,7 +8,10 @@ mod branches;
 mod broad_phase;
 mod contacts;
 mod degenerate;
+#[path = "../common/device.rs"]
 mod device;
+#[path = "../common/directions.rs"]
+mod directions;
 mod ensemble;
 mod faults;
 mod inertia;
@@ -26,6 +29,8 @@ mod runs;
 mod separation;
 mod sort;
 mod steps;
+#[path = "../common/systems.rs"]
+mod systems;
 mod traffic;
 mod two_sided;
 mod walls;

@@ -11,6 +11,7 @@ pub mod harness;
 pub mod poses;
 
 use crate::device::{device, precisions};
+use crate::directions::direction;
 use glam::{DQuat, DVec3};
 use harness::{Errors, LIST, Worst, answers, check_sound, compare, encoded, tolerance};
 use poses::Pose;
@@ -146,7 +147,7 @@ fn a_warm_normal_changes_no_more_than_rounding() {
         for round in 0..3 {
             let mut warm = poses.clone();
             for (pose, answer) in warm.iter_mut().zip(&cold) {
-                let off = poses::direction(&mut random);
+                let off = direction(&mut random);
                 pose.warm = [answer.found.normal, (answer.found.normal + off * 0.1).normalize(), off][round];
             }
             for ((pose, warm), cold) in warm.iter().zip(answers(gpu, precision, false, &warm)).zip(&cold) {

@@ -3,7 +3,10 @@
 #![allow(clippy::unwrap_used)]
 
 mod interior_point;
+#[path = "../common/systems.rs"]
+mod systems;
 
+use crate::systems::{line, residual, stored};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use relcp::lcp::{Outcome, Problem, Settings, Solver, Status, velocity};
@@ -18,19 +21,6 @@ const ITERATIVE: [SolverKind; 6] = [
     SolverKind::ClusterCg,
 ];
 
-/// A stored system, a start, a reference solution's velocity.
-struct Stored {
-    problem: Problem<3>,
-    start: Vec<f64>,
-    velocity: Vec<[f64; 3]>,
-}
-
-fn stored(name: &str) -> Stored {
-    let path = format!("{}/tests/data/lcp/{name}.npz", env!("CARGO_MANIFEST_DIR"));
-    let (stored, _) = relcp::record::read_lcp(path.as_ref()).unwrap();
-    Stored { problem: stored.problem().unwrap(), velocity: stored.velocity.as_chunks().0.to_vec(), start: stored.start }
-}
-
 fn solve(kind: SolverKind, problem: &Problem<3>, gamma: &mut Vec<f64>, tolerance: f64) -> Outcome {
     Solver::new(kind, Settings { tolerance, max_iterations: 200_000 }).solve(problem, gamma)
 }
@@ -41,23 +31,6 @@ fn error(problem: &Problem<3>, gamma: &[f64], reference: &[[f64; 3]]) -> f64 {
     let square = |f: &dyn Fn(usize) -> f64| (0..3 * v.len()).map(|i| f(i).powi(2)).sum::<f64>().sqrt();
     let (v, reference) = (v.as_flattened(), reference.as_flattened());
     square(&|i| v[i] - reference[i]) / square(&|i| reference[i])
-}
-
-/// The natural residual, written out.
-fn residual<const D: usize>(problem: &Problem<D>, gamma: &[f64]) -> f64 {
-    let v = velocity(problem, gamma);
-    let mut worst: f64 = 0.0;
-    for (row, [a, b]) in problem.pair.iter().enumerate() {
-        let (mut g, mut s) = (problem.q[row], 0.0);
-        for (body, block) in [a, b].into_iter().zip(&problem.jacobian[row]) {
-            for k in 0..D {
-                g += block[k] * v[*body as usize][k];
-                s += block[k] * block[k];
-            }
-        }
-        worst = worst.max(g.min(s * gamma[row]).abs());
-    }
-    worst
 }
 
 /// A solvable problem with a bit of everything: `q` is such that a random velocity keeps every row open or closed. Some
@@ -244,16 +217,6 @@ const ALL: [SolverKind; 9] = [
 /// progress.
 fn contradicted(kind: SolverKind) -> Status {
     if matches!(kind, SolverKind::Auto | SolverKind::InteriorPoint) { Status::Infeasible } else { Status::NoProgress }
-}
-
-/// Two bodies, one unknown used.
-fn line(rows: &[(f64, f64)]) -> Problem<3> {
-    Problem {
-        bodies: 2,
-        pair: vec![[0, 1]; rows.len()],
-        jacobian: rows.iter().map(|(j, _)| [[-j, 0.0, 0.0], [*j, 0.0, 0.0]]).collect(),
-        q: rows.iter().map(|(_, q)| *q).collect(),
-    }
 }
 
 #[test]

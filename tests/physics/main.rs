@@ -3,7 +3,7 @@
 
 mod bonds;
 mod contact_forces;
-#[path = "../gpu/device.rs"]
+#[path = "../common/device.rs"]
 mod device;
 mod drag;
 mod fields;

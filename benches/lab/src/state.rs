@@ -10,19 +10,22 @@ use relcp::scene::SceneError;
 use relcp::step::Fault;
 
 /// Why a study could not be made.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum StudyError {
     /// A stored state could not be read.
     #[error(transparent)]
     State(#[from] StateError),
     /// A run could not be recorded.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Record(#[from] RecordError),
     /// A run stopped.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Run(#[from] RunError),
     /// A scene could not be made.
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Scene(#[from] SceneError),
     /// A step could not be taken.
     #[error(transparent)]

@@ -11,6 +11,7 @@ pub(super) use states::{Contacts, Export, ExportFormat, Measure, Render, View};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand, ValueEnum};
+use log::LevelFilter;
 use relcp::figure::Format;
 use relcp::scene::nearest;
 use std::path::PathBuf;
@@ -37,6 +38,18 @@ pub(super) enum Level {
     Info,
     Debug,
     Trace,
+}
+
+impl From<Level> for LevelFilter {
+    fn from(level: Level) -> LevelFilter {
+        match level {
+            Level::Error => LevelFilter::Error,
+            Level::Warn => LevelFilter::Warn,
+            Level::Info => LevelFilter::Info,
+            Level::Debug => LevelFilter::Debug,
+            Level::Trace => LevelFilter::Trace,
+        }
+    }
 }
 
 const EXIT_STATUS: &str = "\

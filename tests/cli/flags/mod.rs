@@ -9,7 +9,8 @@ mod run;
 mod small;
 mod threads;
 
-use super::place::{Place, comes};
+use super::place::Place;
+use super::waiting::comes;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -138,7 +139,7 @@ fn tiny(place: &Place, command: &str, out: &str) -> Vec<String> {
 }
 
 /// What a tiny command says with more words.
-fn ran(place: &Place, command: &str, more: &[&str]) -> super::place::Ran {
+fn ran(place: &Place, command: &str, more: &[&str]) -> super::ran::Ran {
     let words = tiny(place, command, &fresh());
     place.relcp(&[&words.iter().map(String::as_str).collect::<Vec<_>>(), more].concat())
 }

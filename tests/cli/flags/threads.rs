@@ -1,7 +1,8 @@
 //! `--threads` of every command: how many threads the program has while it waits for a file.
 
-use super::{Place, comes, fresh};
-use std::process::{Child, Command, Stdio};
+use super::{Place, fresh};
+use crate::waiting::settled;
+use std::process::{Command, Stdio};
 
 /// Words of a command that waits for what it reads: for the standard input, or for a pipe of this name.
 fn waiting(command: &str, pipe: &str) -> String {
@@ -12,19 +13,6 @@ fn waiting(command: &str, pipe: &str) -> String {
         "render" => "render - --backend cpu".into(),
         other => format!("{other} -"),
     }
-}
-
-/// Threads of a process, when they have been the same for a while.
-fn settled(child: &Child, at_least: usize) -> usize {
-    let count = || std::fs::read_dir(format!("/proc/{}/task", child.id())).map_or(0, Iterator::count);
-    let (mut last, mut same) = (0, 0);
-    let settled = comes(|| {
-        let now = count();
-        (last, same) = (now, if now == last { same + 1 } else { 0 });
-        last >= at_least && same >= 30
-    });
-    assert!(settled, "{last} threads, expected {at_least} or more");
-    last
 }
 
 fn threads(place: &Place, command: &str, number: usize) -> usize {

@@ -1,6 +1,7 @@
 //! Pairs of bodies to compare: random near contact and deep, in a plane, and those in which something is degenerate.
 
-use glam::{DQuat, DVec3, DVec4};
+use crate::directions::{direction, turn};
+use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use relcp::internals::separation::gpu::PairFamilies;
@@ -55,19 +56,6 @@ const KINDS: [&str; 4] = ["sphere", "spherocylinder", "ellipsoid", "torus"];
 fn kinds() -> impl Iterator<Item = [&'static str; 2]> {
     let supported = |pair: &[&str; 2]| !matches!(*pair, ["torus", "ellipsoid"] | ["ellipsoid", "torus"]);
     KINDS.into_iter().flat_map(|a| KINDS.map(|b| [a, b])).filter(supported)
-}
-
-pub fn turn(random: &mut ChaCha8Rng) -> DQuat {
-    loop {
-        let v = DVec4::from_array(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
-        if (0.01..1.0).contains(&v.length_squared()) {
-            return DQuat::from_vec4(v.normalize());
-        }
-    }
-}
-
-pub fn direction(random: &mut ChaCha8Rng) -> DVec3 {
-    turn(random) * DVec3::Z
 }
 
 /// A random shape one thick, its sizes within a factor of `aspect`.

@@ -5,6 +5,7 @@
 //! and where it lies does not count.
 
 use crate::device::{device, precisions};
+use crate::directions::turn;
 use glam::{DQuat, DVec3, DVec4};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -97,15 +98,6 @@ pub fn answers(gpu: &Gpu, precision: Precision, lattice: &Lattice, poses: &[Pose
         Answer { places, gap: v[7] }
     };
     numbers.as_chunks::<24>().0.iter().map(answer).collect()
-}
-
-fn turn(random: &mut ChaCha8Rng) -> DQuat {
-    loop {
-        let v = DVec4::from_array(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
-        if (0.01..1.0).contains(&v.length_squared()) {
-            return DQuat::from_vec4(v.normalize());
-        }
-    }
 }
 
 /// A random shape one thick, its sizes within a factor of `aspect`.

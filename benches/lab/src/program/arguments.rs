@@ -138,7 +138,7 @@ pub struct Arguments {
     /// Print no progress and no summary; messages of faults remain
     #[arg(long)]
     pub quiet: bool,
-    /// Write a log to standard error: error, warn, info, debug or trace
+    /// Write a log to standard error: error, warn, info, debug or trace; RELCP_LOG sets levels by module
     #[arg(long, value_name = "LEVEL")]
     pub log: Option<LevelFilter>,
 }

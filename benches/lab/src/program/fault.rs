@@ -1,5 +1,6 @@
 //! Exit statuses, and what leads to them.
 
+use miette::Diagnostic;
 use relcp::gpu::GpuError;
 use relcp::record::RecordError;
 use relcp::scene::{FaultKind, SceneError};
@@ -27,17 +28,20 @@ pub enum Exit {
 }
 
 /// Why the program ends early.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, thiserror::Error, Diagnostic)]
 pub enum LabError {
     #[error("{0}")]
     Usage(String),
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Scene(#[from] SceneError),
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Record(#[from] RecordError),
     #[error(transparent)]
     Device(#[from] GpuError),
     #[error(transparent)]
+    #[diagnostic(transparent)]
     Study(#[from] StudyError),
     #[error("could not write to standard output")]
     Output(#[source] io::Error),

@@ -17,19 +17,22 @@ mod work_precision;
 use arguments::Arguments;
 use clap::Parser;
 use fault::Exit;
+use relcp::internals::program;
 use std::process::ExitCode;
 
 /// Runs the program on its arguments.
 pub fn main() -> ExitCode {
+    program::prepare();
     std::panic::set_hook(Box::new(|panic| {
         output::message(&format!("internal fault, please report it with the command: {panic}"));
         std::process::exit(Exit::Internal as i32);
     }));
     let arguments = Arguments::parse();
-    output::log(arguments.log);
+    program::start_log(arguments.log);
     let exit = study::study(&arguments).unwrap_or_else(|error| {
-        output::report(&error);
-        error.exit()
+        let exit = error.exit();
+        output::report(error);
+        exit
     });
     ExitCode::from(exit as u8)
 }

@@ -1,6 +1,8 @@
 //! Every flag has a test of what its help says. One more test checks that the list of flags is complete.
 
-use super::place::{Place, Ran, comes, fresh};
+use super::place::{Place, fresh};
+use super::ran::Ran;
+use super::waiting::comes;
 use super::{compute, threads};
 use relcp::Scene;
 use serde_json::Value;

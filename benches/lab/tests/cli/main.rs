@@ -5,9 +5,15 @@ mod compute;
 mod flags;
 mod pages;
 mod place;
+#[path = "../../../../tests/common/ran.rs"]
+mod ran;
 mod threads;
+#[path = "../../../../tests/common/waiting.rs"]
+mod waiting;
 
+use assert_cmd::Command;
 use place::Place;
+use ran::Ran;
 use relcp::Scene;
 use serde_json::Value;
 use std::fs;
@@ -194,4 +200,19 @@ fn throughput_is_measured_of_what_is_asked_for() {
     assert_eq!(place.json("studies/throughput.json"), rows);
     let page = fs::read_to_string(place.at("studies/throughput.md")).unwrap();
     assert!(page.contains("1 steps timed after 0") && page.contains("| Colony | 1024 |"), "{page}");
+}
+
+/// As of `relcp`: the log that `RELCP_LOG` asks for, drivers that write nothing, errors in a frame with their causes.
+#[test]
+fn the_log_and_errors_are_those_of_relcp() {
+    let place = Place::new();
+    let mut program = Command::cargo_bin("relcp-lab").unwrap();
+    program.current_dir(&place.0).env_remove("XDG_RUNTIME_DIR").env("RELCP_LOG", "relcp=trace");
+    let small = ["--of", "colony", "--largest", "1024", "--steps", "1", "--warm-up", "0", "--quiet", "--out", "st"];
+    let logged = Ran::of(program.args(["throughput", "--backend", "cpu"]).args(small));
+    assert!(logged.err.lines().any(|line| line.contains("TRACE relcp")), "{}", logged.err);
+    assert!(!logged.err.contains("XDG_RUNTIME_DIR"), "{}", logged.err);
+    let refused = place.lab(&["solvers", "absent.npz", "--backend", "cpu"]).expect(4).err;
+    let lines: Vec<&str> = refused.lines().collect();
+    assert!(lines.len() > 1 && lines[0].contains("absent.npz") && lines[1].contains("No such file"), "{refused}");
 }

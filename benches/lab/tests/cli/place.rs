@@ -1,5 +1,6 @@
 //! A folder of a test's own, and what the program did in it.
 
+use crate::ran::Ran;
 use assert_cmd::Command;
 use relcp::record::Folder;
 use relcp::run::Run;
@@ -9,17 +10,6 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
-
-/// Looks, every ten milliseconds, whether something has come. Not for ever, so that a test of what never comes ends.
-pub fn comes(mut condition: impl FnMut() -> bool) -> bool {
-    (0..60_000).any(|_| {
-        let has_come = condition();
-        if !has_come {
-            std::thread::sleep(Duration::from_millis(10));
-        }
-        has_come
-    })
-}
 
 /// A name that no file of the place has.
 pub fn fresh() -> String {
@@ -43,12 +33,7 @@ impl Place {
 
     /// Runs the program.
     pub fn lab(&self, arguments: &[&str]) -> Ran {
-        let output = Command::cargo_bin("relcp-lab").unwrap().current_dir(&self.0).args(arguments).output().unwrap();
-        Ran {
-            status: output.status.code(),
-            out: String::from_utf8(output.stdout).unwrap(),
-            err: String::from_utf8(output.stderr).unwrap(),
-        }
+        Ran::of(Command::cargo_bin("relcp-lab").unwrap().current_dir(&self.0).args(arguments))
     }
 
     /// A run of a scene to its end on the CPU, in a folder of this name.
@@ -63,20 +48,5 @@ impl Place {
 
     pub fn json(&self, name: &str) -> Value {
         serde_json::from_slice(&fs::read(self.at(name)).unwrap()).unwrap()
-    }
-}
-
-#[derive(Debug)]
-pub struct Ran {
-    pub status: Option<i32>,
-    pub out: String,
-    pub err: String,
-}
-
-impl Ran {
-    #[track_caller]
-    pub fn expect(self, status: i32) -> Self {
-        assert_eq!(self.status, Some(status), "{self:#?}");
-        self
     }
 }

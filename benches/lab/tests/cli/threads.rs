@@ -1,21 +1,9 @@
 //! `--threads`: how many threads the program has while it waits for a file.
 
 use super::flags::ran;
-use super::place::{Place, comes, fresh};
-use std::process::{Child, Command, Stdio};
-
-/// Threads of a process, when they have been the same for a while.
-fn settled(child: &Child, at_least: usize) -> usize {
-    let count = || std::fs::read_dir(format!("/proc/{}/task", child.id())).map_or(0, Iterator::count);
-    let (mut last, mut same) = (0, 0);
-    let settled = comes(|| {
-        let now = count();
-        (last, same) = (now, if now == last { same + 1 } else { 0 });
-        last >= at_least && same >= 30
-    });
-    assert!(settled, "{last} threads, expected {at_least} or more");
-    last
-}
+use super::place::{Place, fresh};
+use super::waiting::settled;
+use std::process::{Command, Stdio};
 
 fn threads(place: &Place, number: usize) -> usize {
     let (pipe, out) = (fresh(), fresh());

@@ -1,6 +1,8 @@
 //! Separations of bodies from surfaces.
 
-use glam::{DQuat, DVec3, DVec4};
+use crate::directions::turn;
+use crate::{KINDS, random_shape};
+use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use relcp::internals::separation::Surface;
@@ -8,27 +10,7 @@ use relcp::separation::Placed;
 use relcp::shape::Shape;
 use std::f64::consts::{PI, TAU};
 
-const KINDS: [&str; 4] = ["sphere", "spherocylinder", "ellipsoid", "torus"];
 const POSES: usize = 30;
-
-fn turn(random: &mut ChaCha8Rng) -> DQuat {
-    loop {
-        let v = DVec4::from_array(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
-        if (0.01..1.0).contains(&v.length_squared()) {
-            return DQuat::from_vec4(v.normalize());
-        }
-    }
-}
-
-fn shape(kind: &str, aspect: f64, random: &mut ChaCha8Rng) -> Shape {
-    let mut ratio = || aspect.powf(random.random_range(0.0..1.0));
-    match kind {
-        "sphere" => Shape::Sphere { radius: ratio() },
-        "spherocylinder" => Shape::Spherocylinder { diameter: 1.0, length: ratio() },
-        "ellipsoid" => Shape::Ellipsoid { radii: [ratio(), 1.0, ratio()] },
-        _ => Shape::Torus { major_radius: 1.0 + ratio(), minor_radius: 0.5 },
-    }
-}
 
 /// A point of the surface by two parameters in the unit square.
 fn surface_point(body: &Placed, u: f64, v: f64) -> DVec3 {
@@ -121,7 +103,7 @@ fn separations_are_the_least_over_the_surface_of_the_body() {
         let mut worst = [0.0_f64; 3];
         for pose in 0..POSES {
             let aspect = [2.0, 5.0][pose % 2];
-            let shape = shape(kind, aspect, &mut random);
+            let shape = random_shape(kind, aspect, &mut random);
             for (k, surface) in surfaces(&mut random, aspect).iter().enumerate() {
                 let position = (turn(&mut random) * DVec3::X) * aspect * random.random_range(0.0..1.0);
                 let body = Placed { shape, position, orientation: turn(&mut random) };

@@ -1,5 +1,4 @@
 //! `relcp render` from outside, on runs made by the program itself.
-#![allow(clippy::unwrap_used)]
 
 use assert_cmd::Command;
 use serde_json::Value;

@@ -1,8 +1,7 @@
 //! `relcp view` from outside, on runs made by the program itself: the page holds what was recorded, within the error
 //! that it states.
-#![allow(clippy::unwrap_used)]
 
-use assert_cmd::Command;
+use crate::program::relcp;
 use base64::Engine;
 use relcp::Shape;
 use relcp::bodies::Bodies;
@@ -13,15 +12,6 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::io::Read;
 use std::path::Path;
-
-#[track_caller]
-fn relcp(folder: &Path, arguments: &[&str], status: i32) -> (String, String) {
-    let mut command = Command::cargo_bin("relcp").unwrap();
-    let output = command.current_dir(folder).args(arguments).output().unwrap();
-    let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {out}{err}");
-    (out, err)
-}
 
 /// A colony from one cell to eight, in six states.
 fn colony(folder: &Path, more: &[&str]) -> String {

@@ -1,6 +1,5 @@
 //! Bodies against fixed surfaces: separations against brute force over the bodies' surfaces; walls in scene files and
 //! in the program's reports.
-#![allow(clippy::unwrap_used)]
 
 mod scenes;
 mod separation;
