@@ -69,7 +69,7 @@ impl Border {
         let Domain { processes, own, owner, blocks, .. } = &**domain;
         let rank = processes.rank();
         let begin = pair.partition_point(|pair| (sorted(*pair)[0] as usize) < own.start);
-        let counts = processes.gather(&[(pair.len() - begin) as u64]);
+        let counts = processes.all_gather(&[(pair.len() - begin) as u64]);
         let first = counts[..rank].iter().sum::<u64>() as usize;
         let all = counts.iter().sum::<u64>() as usize;
         let is_own = |place: u32| own.contains(&(place as usize));
@@ -110,7 +110,7 @@ impl Border {
         let into = route((0..self.rows.start as u32).map(|row| (other(&row, 0), row)).collect());
         let mut copies = vec![0; self.rows.start];
         let number = |row: u32| [f64::from((self.first + row as usize - self.rows.start) as u32)];
-        self.swap(&out, &into, number, |row, [number]| copies[row as usize] = number as u32);
+        self.exchange(&out, &into, number, |row, [number]| copies[row as usize] = number as u32);
         self.copies = copies;
     }
 
@@ -131,7 +131,7 @@ impl Border {
     }
 
     /// Sends numbers of places to other processes, and takes theirs.
-    pub fn swap<const N: usize>(
+    pub fn exchange<const N: usize>(
         &self,
         out: &Route,
         into: &Route,
@@ -142,7 +142,7 @@ impl Border {
         let sent: Vec<Parcel> = out.iter().map(pack).collect();
         let room = |(from, places): &(usize, Vec<u32>)| (*from, vec![0.0; N * places.len()]);
         let mut taken: Vec<Parcel> = into.iter().map(room).collect();
-        self.domain.processes.swap(&sent, &mut taken, || {});
+        self.domain.processes.exchange(&sent, &mut taken, || {});
         for ((_, places), (_, numbers)) in into.iter().zip(&taken) {
             places.iter().zip(numbers.as_chunks::<N>().0).for_each(|(place, numbers)| put(*place, *numbers));
         }
@@ -155,7 +155,7 @@ impl Border {
         let sent: Vec<Parcel> = self.out.iter().map(|(to, places)| (*to, pack(places))).collect();
         let room = |(from, places): &(usize, Vec<u32>)| (*from, vec![0.0; D * places.len()]);
         let mut taken: Vec<Parcel> = self.into.iter().map(room).collect();
-        self.domain.processes.swap(&sent, &mut taken, || product.rows(out));
+        self.domain.processes.exchange(&sent, &mut taken, || product.rows(out));
         let velocity = product.last_velocities();
         for ((_, places), (_, numbers)) in self.into.iter().zip(&taken) {
             let numbers = numbers.as_chunks::<D>().0;
@@ -182,7 +182,7 @@ impl Border {
             *value = branch.end(start);
         }
         let mut all = vec![0.0; N * most * processes.size()];
-        processes.gather_even(&own, &mut all);
+        processes.all_gather_even(&own, &mut all);
         let mut tree = Tree::new(join);
         for (levels, values) in self.branches.iter().zip(all.chunks(N * most)) {
             levels.iter().zip(values.as_chunks::<N>().0).for_each(|(level, value)| tree.add(*value, *level));
@@ -193,12 +193,12 @@ impl Border {
     /// What the counts of all processes come to.
     pub fn sum(&self, count: usize) -> usize {
         let mut all = vec![0_u64; self.domain.processes.size()];
-        self.domain.processes.gather_even(&[count as u64], &mut all);
+        self.domain.processes.all_gather_even(&[count as u64], &mut all);
         all.into_iter().sum::<u64>() as usize
     }
 
     /// The numbers of all rows, from those of the rows that each process counts.
-    pub fn gather(&self, own: &[u64]) -> Vec<u64> {
-        self.domain.processes.gather(own)
+    pub fn all_gather(&self, own: &[u64]) -> Vec<u64> {
+        self.domain.processes.all_gather(own)
     }
 }

@@ -35,7 +35,7 @@ impl<const D: usize> OfDomain<D> {
     fn gather_numbers(&self, numbers: &[f64]) -> Vec<f64> {
         let Some(border) = &self.border else { return numbers.to_vec() };
         let own: Vec<u64> = numbers[border.rows.clone()].iter().map(|number| number.to_bits()).collect();
-        border.gather(&own).into_iter().map(f64::from_bits).collect()
+        border.all_gather(&own).into_iter().map(f64::from_bits).collect()
     }
 
     /// Those of so many rows here, from the numbers of all rows.
@@ -77,7 +77,7 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
         let Some(border) = &self.border else { return (largest, finite) };
         let processes = border.domain.processes;
         let mut all = vec![0.0; 2 * processes.size()];
-        processes.gather_even(&[largest, f64::from(u8::from(finite))], &mut all);
+        processes.all_gather_even(&[largest, f64::from(u8::from(finite))], &mut all);
         let of = |(largest, finite): (f64, bool), one: &[f64; 2]| (largest.max(one[0]), finite && one[1] > 0.0);
         all.as_chunks::<2>().0.iter().fold((0.0, true), of)
     }
@@ -173,7 +173,7 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
         let Some(border) = &self.border else { return };
         let mut learnt = Vec::new();
         let flag = |body: u32| [f64::from(u8::from(flags[body as usize]))];
-        border.swap(&border.out, &border.into, flag, |body, [flag]| learnt.extend((flag > 0.0).then_some(body)));
+        border.exchange(&border.out, &border.into, flag, |body, [flag]| learnt.extend((flag > 0.0).then_some(body)));
         raised.extend(learnt.into_iter().filter(|body| !std::mem::replace(&mut flags[*body as usize], true)));
     }
 
@@ -186,7 +186,7 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
             words.extend([own.x[k].to_bits(), own.g[k].to_bits()]);
         }
         let mut all = Taken::default();
-        for words in border.gather(&words).chunks_exact(4 + 2 * D) {
+        for words in border.all_gather(&words).chunks_exact(4 + 2 * D) {
             let block = |first: usize| std::array::from_fn(|k| f64::from_bits(words[first + k]));
             all.row.push(words[0] as u32);
             all.pair.push([(words[1] >> 32) as u32, words[1] as u32]);
@@ -211,7 +211,7 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
             words.push(iterations);
             words.extend(x.into_iter().map(f64::to_bits));
         }
-        let all = border.gather(&words);
+        let all = border.all_gather(&words);
         // Where the parts of each process begin.
         let mut next = vec![0; border.domain.processes.size() + 1];
         shares.iter().zip(sizes).for_each(|(process, size)| next[process + 1] += 1 + size);
@@ -240,7 +240,7 @@ fn gather<const D: usize>(cpu: &Cpu<D, OfDomain<D>>, border: &Border) -> Cpu<D, 
         words.push(rows.q[row].to_bits());
     }
     let mut problem = Problem::<D> { bodies: domain.bodies, ..Problem::default() };
-    for words in border.gather(&words).chunks_exact(2 + 2 * D) {
+    for words in border.all_gather(&words).chunks_exact(2 + 2 * D) {
         let block = |first: usize| std::array::from_fn(|k| f64::from_bits(words[first + k]));
         problem.pair.push([(words[0] >> 32) as u32, words[0] as u32]);
         problem.jacobian.push([block(1), block(1 + D)]);

@@ -79,7 +79,7 @@ fn over<const N: usize>(
     all
 }
 
-fn give_way(numbers: &Numbers, x: &[f64], ax: &mut [f64]) {
+fn regularize(numbers: &Numbers, x: &[f64], ax: &mut [f64]) {
     if numbers.compliance > 0.0 {
         let part = numbers.compliance;
         update(ax, [x, numbers.diagonals.plain()], |ax, [x, s]| ax + part * s * x);
@@ -116,14 +116,14 @@ impl<R: OnRows> Verbs for R {
 
     fn product(&mut self, x: &Vec<f64>, ax: &mut Vec<f64>) {
         self.multiply(x, ax);
-        give_way(&self.numbers(), x, ax);
+        regularize(&self.numbers(), x, ax);
     }
 
     fn gradient(&mut self, x: &Vec<f64>, g: &mut Vec<f64>) {
         self.multiply(x, g);
         let numbers = self.numbers();
         update(g, [numbers.q], |ax, [q]| ax + q);
-        give_way(&numbers, x, g);
+        regularize(&numbers, x, g);
     }
 
     fn dot(&mut self, x: &Vec<f64>, y: &Vec<f64>) -> f64 {

@@ -1,16 +1,16 @@
-//! Where a simulation starts, from which no body may run away.
+//! The region where a simulation starts, and the check that no body runs away from it.
 //!
-//! A body that is a million of its thicknesses off was driven there: by a force that grows with the distance, or by
-//! steps that are too long for the forces. Without an end such a run goes on for ever with numbers that mean nothing.
+//! A body a million thicknesses away was driven there by a force that grows with the distance, or by steps too long for
+//! the forces. Without the check such a run would never end, and its numbers would mean nothing.
 
 use crate::bodies::Bodies;
 use crate::step::Fault;
 use glam::DVec3;
 
-/// So many of its thicknesses from where all bodies start a body has run away.
+/// A body has run away if it is this many of its thicknesses from the initial region.
 const FARTHEST: f64 = 1e6;
 
-/// The ball that holds the centres of the bodies that a simulation starts with.
+/// The ball of the initial centres of all bodies.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Home {
     middle: DVec3,
@@ -30,21 +30,21 @@ impl Home {
         }
     }
 
-    /// Its middle and its radius.
+    /// Its centre and radius.
     #[cfg(feature = "mpi")]
     pub fn numbers(self) -> [f64; 4] {
         let [x, y, z] = self.middle.to_array();
         [x, y, z, self.radius]
     }
 
-    /// The ball of these numbers.
+    /// The ball of this centre and radius.
     #[cfg(feature = "mpi")]
     pub fn of_numbers([x, y, z, radius]: [f64; 4]) -> Home {
         Home { middle: DVec3::new(x, y, z), radius }
     }
 
-    /// The first body that has run away, as the fault of the step that it was taken in.
-    pub fn left_by(&self, bodies: &Bodies, step: u64) -> Option<Fault> {
+    /// The first body that has run away, as a fault of the step.
+    pub fn runaway(&self, bodies: &Bodies, step: u64) -> Option<Fault> {
         let left =
             |i: usize| self.middle.distance(bodies.position[i]) - self.radius > FARTHEST * bodies.shape[i].thickness();
         let body = (0..bodies.len()).find(|i| left(*i))?;
@@ -71,9 +71,9 @@ mod tests {
     #[test]
     fn a_body_has_run_away_a_million_thicknesses_from_all() {
         let home = Home::of(&balls(&[1e9, 1e9 + 10.0]));
-        assert_eq!(home.left_by(&balls(&[1e9 - 9e5, 1e9 + 9e5]), 3), None);
-        let fault = home.left_by(&balls(&[1e9, 1e9 + 1.1e6]), 3).unwrap();
+        assert_eq!(home.runaway(&balls(&[1e9 - 9e5, 1e9 + 9e5]), 3), None);
+        let fault = home.runaway(&balls(&[1e9, 1e9 + 1.1e6]), 3).unwrap();
         assert!(matches!(fault, Fault::RunAway { step: 3, body: 1, .. }), "{fault}");
-        assert_eq!(Home::of(&balls(&[])).left_by(&balls(&[]), 1), None);
+        assert_eq!(Home::of(&balls(&[])).runaway(&balls(&[]), 1), None);
     }
 }

@@ -24,7 +24,7 @@ pub struct Overlap {
 }
 
 /// Words that processes tell each other of a life that ended.
-pub const JOINED: usize = 10;
+pub const LIFE_WORDS: usize = 10;
 
 /// A mother that divided.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,7 +109,7 @@ pub trait Keeper: Send {
     /// here.
     fn divided(&mut self, before: &[Lineage]) -> Result<Vec<Divided>, Fault>;
     /// The lives that ended of all processes, in order, from those that ended here.
-    fn all_gather(&self, own: Vec<[u64; JOINED]>) -> Vec<[u64; JOINED]>;
+    fn all_gather(&self, own: Vec<[u64; LIFE_WORDS]>) -> Vec<[u64; LIFE_WORDS]>;
     /// Removes those bodies [here](Keeper::local_bodies) that are not to be kept, as [`State::remove`] does.
     fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault>;
 }
@@ -187,7 +187,7 @@ pub trait RetryBackend: Verbs {
     /// Takes these multipliers; rows beyond them have none.
     fn set_multipliers(&mut self, gamma: &[f64]);
     /// Solves the LCP of all rows, which give way by the part `compliance` of what their own multipliers move them by.
-    fn give_way(&mut self, compliance: f64) -> Result<Outcome, Fault>;
+    fn regularize(&mut self, compliance: f64) -> Result<Outcome, Fault>;
     /// The ids of the bodies of a crowd at the last trial, sorted: of a daughter that was born in this piece, her
     /// mother's.
     fn crowded(&self, crowd: Crowd) -> Vec<u64>;

@@ -94,8 +94,12 @@ fn extremes(ways: &[Way]) -> [f64; 2] {
 
 /// What a point of a surface of these bodies moves by at most, and the thickness of the thinnest, as in [`passed`].
 #[cfg(feature = "mpi")]
-pub(crate) fn farthest_and_thinnest(start: &Bodies, twist: &[Twist], course: (f64, Option<CellShear>)) -> [f64; 2] {
-    extremes(&ways(start, twist, course).collect::<Vec<_>>())
+pub(crate) fn farthest_and_thinnest(
+    start: &Bodies,
+    twist: &[Twist],
+    interval_and_shear: (f64, Option<CellShear>),
+) -> [f64; 2] {
+    extremes(&ways(start, twist, interval_and_shear).collect::<Vec<_>>())
 }
 
 /// Whether two bodies can pass where no point of a surface moves by more than `farthest` and no body is thinner than

@@ -281,14 +281,14 @@ impl Taking<'_> {
         again.begin()?;
         again.append_near()?;
         if stepping == Stepping::Midpoint {
-            again.give_way(COMPLIANCES_OF_SPREADING[0])?;
+            again.regularize(COMPLIANCES_OF_SPREADING[0])?;
             again.middle()?;
             again.append_near()?;
         }
         let mut best: Option<((bool, f64), Vec<f64>)> = None;
         let mut report = StepReport { pieces: 1, unconverged: 1, status: Status::Infeasible, ..StepReport::default() };
         for compliance in COMPLIANCES_OF_SPREADING {
-            let outcome = again.give_way(compliance)?;
+            let outcome = again.regularize(compliance)?;
             report.iterations += outcome.iterations;
             report.products += outcome.products;
             let overlap = again.trial(self.plan.contact.overlap_tolerance)?;

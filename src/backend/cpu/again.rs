@@ -39,7 +39,7 @@ impl<const D: usize, T: Team> RetryBackend for Cpu<D, T> {
         own.iter_mut().zip(gamma).for_each(|(own, gamma)| *own = *gamma);
     }
 
-    fn give_way(&mut self, compliance: f64) -> Result<Outcome, Fault> {
+    fn regularize(&mut self, compliance: f64) -> Result<Outcome, Fault> {
         Ok(self.solve.relax_by(&mut self.rows, compliance))
     }
 

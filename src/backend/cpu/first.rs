@@ -84,7 +84,7 @@ impl First {
     /// Body `i` there.
     pub(super) fn placed(&self, start: &Start, i: usize) -> Placed {
         let Pose { position, orientation } = self.poses[i];
-        Placed { shape: start.here().shape[i], position, orientation }
+        Placed { shape: start.bodies_at_loads().shape[i], position, orientation }
     }
 
     pub(super) fn pair(&self, start: &Start, a: usize, b: usize) -> [Placed; 2] {

@@ -32,7 +32,7 @@ pub(super) struct Motions {
 impl Motions {
     pub(super) fn set(&mut self, setup: &Setup, start: &Start, first: &First, step: u64) {
         let heat = setup.heat.filter(|_| !start.parting);
-        let (dt, here) = (start.interval, start.here());
+        let (dt, here) = (start.interval, start.bodies_at_loads());
         let time = start.time_of_loads();
         let (law, forces) = setup.law(start.parting);
         let share = |force: &dyn ForceField| force.share(start.span());

@@ -79,7 +79,7 @@ impl Setup {
         let (_, forces) = self.law(start.parting);
         let acting = forces.iter().filter(|force| force.share(start.span()) > 0.0);
         acting.into_iter().try_for_each(|force| {
-            force.prepare(start.here(), start.time_of_loads()).map_err(|what| Fault::Force { step, what })
+            force.prepare(start.bodies_at_loads(), start.time_of_loads()).map_err(|what| Fault::Force { step, what })
         })
     }
 }

@@ -215,14 +215,14 @@ impl Start {
         self.time + if self.middle.is_some() { 0.5 * self.interval } else { 0.0 }
     }
 
-    /// Where forces, mobilities and first rows are taken: the middle where it is made, else the start.
-    pub(super) fn here(&self) -> &Bodies {
+    /// The bodies at which forces, mobilities and first rows are evaluated: the middle once it is known, else the start.
+    pub(super) fn bodies_at_loads(&self) -> &Bodies {
         self.middle.as_ref().unwrap_or(&self.bodies)
     }
 
     /// The axis of body `i` where forces act, at the start or in the middle, if it is a body of revolution.
     pub(super) fn axis_of_revolution(&self, i: usize) -> Option<DVec3> {
-        Some(self.here().orientation[i] * self.here().shape[i].axis_of_revolution()?)
+        Some(self.bodies_at_loads().orientation[i] * self.bodies_at_loads().shape[i].axis_of_revolution()?)
     }
 
     pub(super) fn pose(&self, i: usize) -> Pose {

@@ -67,7 +67,7 @@ impl<const D: usize> Trial<D> {
 
     /// The velocities that the present part ends with.
     pub(super) fn arrived(&self, setup: &Setup, start: &Start, motions: &Motions) -> Vec<Twist> {
-        let (here, (law, _)) = (start.here(), setup.law(start.parting));
+        let (here, (law, _)) = (start.bodies_at_loads(), setup.law(start.parting));
         let of_body = |i: usize| {
             if start.parting {
                 return start.bodies.twist(i);

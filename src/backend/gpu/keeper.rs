@@ -4,7 +4,7 @@ use super::Device;
 use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::ForceField;
 use crate::gpu::{Gpu, Precision};
-use crate::step::{Divided, Fault, JOINED, Keep, Keeper, Lives, Plan, State, StepReport, Stepper, step};
+use crate::step::{Divided, Fault, Keep, Keeper, LIFE_WORDS, Lives, Plan, State, StepReport, Stepper, step};
 
 impl Keeper for Device {
     fn steps(&self) -> u64 {
@@ -51,7 +51,7 @@ impl Keeper for Device {
         Ok(Divided::between(before, &self.ancestry.lineage, &self.ancestry.group))
     }
 
-    fn all_gather(&self, own: Vec<[u64; JOINED]>) -> Vec<[u64; JOINED]> {
+    fn all_gather(&self, own: Vec<[u64; LIFE_WORDS]>) -> Vec<[u64; LIFE_WORDS]> {
         own
     }
 
