@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum SolverKind {
-    /// `pair_block_cg`; on the CPU with `interior_point` as safeguard for solves that miss the tolerance.
+    /// `pair_block_cg`; on the CPU with `interior_point` as fallback for solves that miss the tolerance.
     #[default]
     Auto,
     /// Projected Jacobi with a safe step.

@@ -182,7 +182,7 @@ pub fn render_on(
     let scene = scene_behind(source)?.map(|(scene, _)| scene);
     let backdrop = scene.map_or_else(Backdrop::default, |scene| Backdrop::of(&scene));
     let painter = Painter { rays, states, frames, run, backdrop, side, size };
-    let (seen, note) = painter.look(&mut *watch)?;
+    let (seen, note) = painter.scan(&mut *watch)?;
     let mut rendered = Rendered {
         complete: false,
         adapter: rays.map(|rays| rays.gpu().name().to_owned()),

@@ -24,7 +24,7 @@ pub(crate) const THROWN: f64 = 0.5;
 /// A push is looked at if contact may have parted its bodies by more than this part of the thinner one's thickness: a
 /// quarter of what a push may end apart at least. A sheet of rings, whose separations cost most, took 2.6 times as long
 /// without it.
-const LOOKED_AT: f64 = 0.005;
+const LEAST_GAP: f64 = 0.005;
 
 /// What rounding makes of the work of contact, in parts of that on the bodies.
 const ROUNDING_OF_WORK: f64 = 1e-9;
@@ -116,7 +116,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         let bounded = setup.has_inertia && !works && !self.start.parting;
         let mut effect = Effect { energy_allowed: if bounded { 0.0 } else { f64::INFINITY }, ..Effect::default() };
         if self.start.proxies.is_empty() {
-            for (push, near) in self.pushing_at_trial(|pair| LOOKED_AT.min(gap) * self.thickness(pair)) {
+            for (push, near) in self.pushing_at_trial(|pair| LEAST_GAP.min(gap) * self.thickness(pair)) {
                 self.add_push(&mut effect, &push, &near, gap);
             }
             if bounded {
