@@ -90,7 +90,7 @@ fn bad_sweeps_are_refused_with_their_place() {
         (r#" "grid": {"seed": [1], "seed": [2]}}"#, DuplicateKey, 2, 24, "grid.seed", "twice"),
         (r#" "list": [{"time.end": 1}, {"tim.end": 2}]}"#, UnknownKey, 2, 29, "tim", "`time`"),
         (r#" "list": [{"seed": 1}, {"seed": 1.5}]}"#, WrongType, 2, 33, "seed", "whole number"),
-        (r#" "list": []}"#, BadValue, 2, 10, "list", "leave it out"),
+        (r#" "list": []}"#, BadValue, 2, 10, "list", "omit it"),
         (r#" "set": {"forces.9.uniform.group": "a"}}"#, BadOverride, 2, 10, "forces.9", "0 to 2"),
         (r#" "set": ["seed"]}"#, WrongType, 2, 9, "set", "an object"),
         (r#" "seeds": [1, -1]}"#, BadValue, 2, 15, "seeds.1", "whole number"),
@@ -98,7 +98,7 @@ fn bad_sweeps_are_refused_with_their_place() {
         (r#" "seeds": {"from": 1}}"#, MissingKey, 2, 2, "seeds.count", "missing"),
         (r#" "seeds": {"from": 1, "count": 0}}"#, BadValue, 2, 32, "seeds.count", "1 or more"),
         (r#" "seeds": {"from": 18446744073709551615, "count": 2}}"#, BadValue, 2, 11, "seeds", "largest seed"),
-        (r#" "seeds": []}"#, BadValue, 2, 11, "seeds", "leave it out"),
+        (r#" "seeds": []}"#, BadValue, 2, 11, "seeds", "omit it"),
         (r#" "seeds": 3}"#, WrongType, 2, 11, "seeds", "a list of seeds"),
         (r#" "seeds": [1], "grid": {"seed": [2]}}"#, BadValue, 2, 33, "grid.seed", "`seeds` too"),
         (r#" "grid": {"time": [{}]}, "list": [{"time.dt": 1}]}"#, BadValue, 2, 47, "list.0.time.dt", "`time`"),
@@ -331,7 +331,7 @@ fn a_stopped_batch_goes_on_to_the_same_bits() {
     assert_eq!(stopped(&place, "broken", "-KILL").0, None);
     let (status, err) = stopped(&place, "broken", "-INT");
     assert_eq!(status, Some(130), "{err}");
-    assert!(err.contains("stopped; the same command goes on"), "{err}");
+    assert!(err.contains("stopped; the same command continues"), "{err}");
     let table = place.json("broken/batch.json");
     let status: Vec<&str> =
         table["members"].as_array().unwrap().iter().map(|m| m["status"].as_str().unwrap()).collect();
@@ -417,7 +417,7 @@ fn a_sweep_that_is_changed_keeps_what_is_done() {
     fs::write(place.at("sweep.json"), SWEEP.replace("[-1, -2]", "[-2]").replace("[1, 2]", "[1, 2, 3]")).unwrap();
     let ran = place.batch(&[]).expect(0);
     assert!(ran.err.contains("1 of 1: 0002-"), "{}", ran.err);
-    assert_eq!(ran.err.matches("belongs to no member of this sweep").count(), 2, "{}", ran.err);
+    assert_eq!(ran.err.matches("is not a member of this sweep").count(), 2, "{}", ran.err);
     let after = place.hashes("runs/press");
     assert_eq!((after.len(), before.iter().all(|(name, run)| after[name] == *run)), (5, true));
     let table = place.json("runs/press/batch.json");

@@ -130,11 +130,11 @@ impl Sweep {
         }
         for (key, values) in &self.grid.0 {
             if values.is_empty() {
-                return Err(SceneError::bad(format!("grid.{key}"), "has no values, so that there is no member"));
+                return Err(SceneError::bad(format!("grid.{key}"), "has no values, so the sweep has no members"));
             }
         }
         if self.list.as_ref().is_some_and(Vec::is_empty) {
-            return Err(SceneError::bad("list", "is empty, so that there is no member; leave it out"));
+            return Err(SceneError::bad("list", "is empty, so the sweep has no members; omit it"));
         }
         self.check_seeds()?;
         self.check_twice()?;
@@ -151,7 +151,7 @@ impl Sweep {
                 Err(SceneError::bad("seeds", format!("goes beyond the largest seed, {}", u64::MAX)))
             }
             Some(seeds) if seeds.is_empty() => {
-                Err(SceneError::bad("seeds", "is empty, so that there is no member; leave it out"))
+                Err(SceneError::bad("seeds", "is empty, so the sweep has no members; omit it"))
             }
             _ => Ok(()),
         }

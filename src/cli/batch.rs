@@ -21,7 +21,7 @@ pub(super) fn batch(arguments: &Arguments) -> Result<Exit, CliError> {
         None => plan.members(),
         Some(index) => plan.members().get(index..=index).ok_or_else(|| {
             let count = plan.members().len();
-            CliError::Usage(format!("there is no member {index}; the sweep has {count}, numbered from 0"))
+            CliError::Usage(format!("no member {index}: the sweep has {count}, numbered from 0"))
         })?,
     };
     if arguments.count {
@@ -36,7 +36,7 @@ pub(super) fn batch(arguments: &Arguments) -> Result<Exit, CliError> {
     }
     let silent = arguments.print.quiet || arguments.index.is_some();
     for stranger in Folders::read(&out).map_err(BatchError::from)?.strangers(&plan).iter().filter(|_| !silent) {
-        output::message(&format!("{} belongs to no member of this sweep; left unchanged", stranger.display()));
+        output::message(&format!("{} is not a member of this sweep; left unchanged", stranger.display()));
     }
     if arguments.table {
         return table(arguments, &plan, &out);
@@ -134,7 +134,7 @@ fn run_members(arguments: &Arguments, plan: &Plan, out: &Path, members: &[Member
     print(arguments, &table)?;
     let exit = ended.iter().map(Exit::of_member).fold(Exit::Done, Exit::worse);
     if exit == Exit::Interrupted {
-        output::message("stopped; the same command goes on");
+        output::message("stopped; the same command continues");
     }
     Ok(exit)
 }

@@ -16,7 +16,7 @@ pub(super) fn no_mpi() -> CliError {
          batch --index (docs/clusters.md)"
     } else {
         "this program was built without MPI; build it with --features mpi on the machine whose MPI it is to use \
-         (docs/clusters.md), or leave --backend mpi out"
+         (docs/clusters.md), or omit --backend mpi"
     };
     CliError::Usage(why.into())
 }
@@ -68,7 +68,7 @@ pub(super) fn propose_device(arguments: &Arguments, scene: &Scene, runs: usize) 
 /// The CPU, if nothing is asked for that it has not.
 pub(super) fn cpu(arguments: &Arguments) -> Result<Compute, CliError> {
     if arguments.precision == Some(Wanted::F32) {
-        return Err(CliError::Usage("the CPU computes in f64; leave --precision out, or say --backend gpu".into()));
+        return Err(CliError::Usage("the CPU computes in f64; omit --precision, or use --backend gpu".into()));
     }
     if arguments.adapter.is_some() {
         return Err(CliError::Usage(

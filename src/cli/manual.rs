@@ -36,7 +36,7 @@ pub(super) fn man(arguments: &Man) -> Result<Exit, CliError> {
             let names: Vec<&str> = program.get_subcommands().map(Command::get_name).collect();
             let near = nearest(name, names.iter().copied()).map(|near| format!("; the nearest is `{near}`"));
             let near = near.unwrap_or_default();
-            CliError::Usage(format!("there is no command `{name}`{near}; the commands are {}", names.join(", ")))
+            CliError::Usage(format!("unknown command `{name}`{near}; the commands are {}", names.join(", ")))
         })?,
     };
     output::write(|out| clap_mangen::Man::new(page).source(SOURCE).render(&mut *out))?;

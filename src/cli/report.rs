@@ -120,7 +120,7 @@ fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
         )?;
     }
     if by_cpu > 0 {
-        writeln!(out, "  {by_cpu} of {} steps taken by the CPU in the place of the device", s.steps)?;
+        writeln!(out, "  {by_cpu} of {} steps taken by the CPU instead of the device", s.steps)?;
     }
     if turned_less > 0 {
         writeln!(

@@ -45,15 +45,15 @@ fn newest(arguments: &Arguments) -> Result<(Folder, Scene), CliError> {
         EarlierState::Running => false,
     };
     let Some(run) = runs.iter().find(may_go_on) else {
-        let elsewhere = "a run elsewhere goes on with relcp run --resume --out DIR";
+        let elsewhere = "resume a run elsewhere with relcp run --resume --out DIR";
         return Err(CliError::Usage(match (count(EarlierState::Running), count(EarlierState::Ended)) {
-            (0, 0) => format!("there is no run in {RUNS} to go on with; {elsewhere}"),
+            (0, 0) => format!("no run to resume in {RUNS}; {elsewhere}"),
             (0, ended) => format!(
-                "there is no unfinished run in {RUNS}: {} ended; --until TIME goes on past the end of the newest; {elsewhere}",
+                "no unfinished run in {RUNS}: {} ended; --until TIME continues the newest past its end; {elsewhere}",
                 output::count(ended, "run has", "runs have")
             ),
             (running, _) => format!(
-                "there is no unfinished run in {RUNS}, besides {} that another process is computing; {elsewhere}",
+                "no unfinished run in {RUNS}, besides {} that another process is computing; {elsewhere}",
                 output::count(running, "run", "runs")
             ),
         }));
@@ -109,6 +109,6 @@ fn of_scene(arguments: &Arguments, source: &Path) -> Result<(Folder, Scene), Cli
 
 fn say(arguments: &Arguments, folder: &Path, what: String) {
     if !arguments.print.quiet {
-        output::message(&format!("going on with {}{what}", folder.display()));
+        output::message(&format!("resuming {}{what}", folder.display()));
     }
 }

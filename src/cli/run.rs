@@ -95,7 +95,7 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
 
 fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> {
     let Some(source) = &arguments.scene else {
-        return Err(CliError::Usage("which scene? `relcp scenes` lists the built-in ones".into()));
+        return Err(CliError::Usage("no scene given; `relcp scenes` lists the built-in ones".into()));
     };
     let begun = Instant::now();
     let scene = Scene::load(source, &arguments.sets)?;
@@ -132,7 +132,7 @@ fn show(
 ) -> Result<(), CliError> {
     if summary.status == RunStatus::Interrupted {
         let on = resume::command(folder);
-        output::message(&format!("stopped after step {}; go on with: {on}", summary.steps));
+        output::message(&format!("stopped after step {}; continue with: {on}", summary.steps));
     }
     if arguments.print.json {
         return output::json(&Document { folder, view: page, profile: device, summary });

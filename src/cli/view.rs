@@ -90,7 +90,7 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// Asks the system to show the file. A message says why if it cannot; the page is complete all the same.
 fn show(file: &Path) {
     if let Err(why) = ask_to_show(file) {
-        output::message(&format!("no browser was opened: {why}; open {} in one yourself", file.display()));
+        output::message(&format!("could not open a browser: {why}; open {} yourself", file.display()));
     }
 }
 

@@ -63,7 +63,7 @@ pub struct Frames {
     pub fit: Fit,
     /// Whether there are words: time, number of bodies, bar of length, scale of colours.
     pub words: bool,
-    /// Every so many states, from the first of the interval on.
+    /// Every Nth state, from the first of the interval on.
     pub every: usize,
     /// The first time.
     pub from: f64,

@@ -28,7 +28,7 @@ pub enum FaultKind {
     UnknownKey,
     /// A key that must be there is not.
     MissingKey,
-    /// A key that stands twice in one object.
+    /// A key that appears twice in one object.
     DuplicateKey,
     /// A value of the wrong type.
     WrongType,

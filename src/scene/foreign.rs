@@ -77,7 +77,7 @@ const ABSENT: &[(&[&str], &str)] = &[
     ),
     (
         &["restitution", "bounce", "elasticity", "coefficient_of_restitution"],
-        "relcp has no restitution: contact takes the speed of approach and gives none back",
+        "relcp has no restitution: contact removes the speed of approach",
     ),
     (&["adhesion", "cohesion", "stickiness", "attraction"], "relcp has no adhesion: contacts only push"),
     (
@@ -86,7 +86,7 @@ const ABSENT: &[(&[&str], &str)] = &[
     ),
     (
         &["box", "cube", "cuboid", "mesh", "polygon", "polyhedron", "convex", "superquadric", "triangle"],
-        "relcp has smooth shapes alone; one of your own is made in code (docs/guide.md)",
+        "relcp has smooth shapes only; custom shapes are defined in code (docs/guide.md)",
     ),
     (&["units", "unit"], "a scene has no units: they are your own, the same for all of its numbers"),
 ];

@@ -247,7 +247,7 @@ fn read_bytes(path: &Path, origin: &str) -> Result<Vec<u8>, SceneError> {
             return fault;
         }
         if is_bare(path) {
-            return unknown_scene(origin, "there is neither a built-in scene nor a file named");
+            return unknown_scene(origin, "there is no built-in scene and no file named");
         }
         match nearest_built_in(path.file_stem().and_then(|stem| stem.to_str()).unwrap_or(origin)) {
             Some(name) => {

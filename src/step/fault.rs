@@ -97,7 +97,7 @@ pub enum Fault {
     #[error("no multi-sphere proxy: {0}")]
     NoProxy(#[from] RowSourceError),
     /// A force that was added in code failed.
-    #[error("step {step}: a force that was added failed: {what}")]
+    #[error("step {step}: an added force failed: {what}")]
     Force {
         /// The step that was being taken.
         step: u64,
@@ -108,7 +108,7 @@ pub enum Fault {
     #[error(transparent)]
     Device(#[from] GpuError),
     /// Processes that take a simulation together cannot go on.
-    #[error("the processes of this run cannot go on together: {0}")]
+    #[error("the processes of this run cannot continue: {0}")]
     Processes(String),
 }
 

@@ -48,7 +48,7 @@ use values::{Measured, Scales};
 pub struct Pages {
     /// What the colours tell at first.
     pub colour: Quantity,
-    /// Every so many states, from the first of the interval on.
+    /// Every Nth state, from the first of the interval on.
     pub every: usize,
     /// The first time.
     pub from: f64,

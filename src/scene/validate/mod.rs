@@ -149,7 +149,7 @@ impl Scene {
                 let known = MEASURES.join(", ");
                 return Err(SceneError::bad(
                     key.index(i),
-                    format!("there is no measure {name:?}; the measures are {known}"),
+                    format!("unknown measure {name:?}; the measures are {known}"),
                 ));
             }
             if names[..i].contains(name) {
