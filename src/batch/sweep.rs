@@ -61,13 +61,13 @@ pub enum Seeds {
 pub struct SeedRow {
     /// The first.
     pub from: u64,
-    /// How many.
+    /// Their number.
     #[schemars(range(min = 1))]
     pub count: u64,
 }
 
 impl Seeds {
-    /// How many.
+    /// Their number.
     pub fn len(&self) -> u64 {
         match self {
             Seeds::Listed(seeds) => seeds.len() as u64,

@@ -41,7 +41,7 @@ const WHOLE_TURN: f64 = std::f64::consts::TAU;
 /// The pairs that passed in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Passed {
-    /// How many.
+    /// Their number.
     pub pairs: usize,
     /// The first of them.
     pub pair: [usize; 2],
