@@ -85,11 +85,11 @@ fn table(arguments: &Arguments, plan: &Plan, out: &Path) -> Result<Exit, CliErro
     if left > 0 {
         output::message(&format!("{left} of {} members are unfinished", table.rows.len()));
     }
-    Ok(table.rows.iter().map(|row| standing(row.status)).fold(Exit::Done, Exit::worse))
+    Ok(table.rows.iter().map(|row| exit_of(row.status)).fold(Exit::Done, Exit::worse))
 }
 
-/// What a member that is not being run counts for: what is still to be run is no fault.
-fn standing(status: RowStatus) -> Exit {
+/// How a member that is not run counts: an unfinished one is no fault.
+fn exit_of(status: RowStatus) -> Exit {
     match status {
         RowStatus::OutOfTolerance | RowStatus::Stopped => Exit::OutOfTolerance,
         RowStatus::Fault | RowStatus::Failed => Exit::Internal,

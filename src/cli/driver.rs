@@ -24,7 +24,7 @@ const MOST_BODIES_ALONE: f64 = 400.0;
 /// Has drivers write nothing.
 pub fn silence() {
     if std::env::var_os(SESSION).is_none() {
-        start_anew(SESSION, std::env::temp_dir().as_os_str());
+        restart_with(SESSION, std::env::temp_dir().as_os_str());
     }
 }
 
@@ -35,7 +35,7 @@ pub(super) fn compute_alone(arguments: &Compute, scene: &Scene, source: Option<&
     // The standard input cannot be read again.
     let again = source != Some(Path::new("-"));
     if asks && again && scene.bodies_at_end() <= MOST_BODIES_ALONE {
-        start_anew(THREADS, "0".as_ref());
+        restart_with(THREADS, "0".as_ref());
     }
 }
 
@@ -44,7 +44,7 @@ pub(super) fn compute_alone(arguments: &Compute, scene: &Scene, source: Option<&
 pub(super) fn compute_side_by_side(arguments: &Compute, members: usize, threads: usize, source: &Path) {
     let asks = arguments.backend == Backend::Gpu && std::env::var_os(THREADS).is_none();
     if asks && source != Path::new("-") && members >= threads && threads > 1 {
-        start_anew(THREADS, "0".as_ref());
+        restart_with(THREADS, "0".as_ref());
     }
 }
 
@@ -56,7 +56,7 @@ pub(super) fn devices_of_many(gpu: &Gpu, threads: usize) -> usize {
 }
 
 #[cfg(unix)]
-fn start_anew(variable: &str, value: &std::ffi::OsStr) {
+fn restart_with(variable: &str, value: &std::ffi::OsStr) {
     use std::os::unix::process::CommandExt;
     let Ok(program) = std::env::current_exe() else { return };
     let mut arguments = std::env::args_os();
@@ -69,4 +69,4 @@ fn start_anew(variable: &str, value: &std::ffi::OsStr) {
 
 /// Other systems have no such drivers.
 #[cfg(not(unix))]
-fn start_anew(_variable: &str, _value: &std::ffi::OsStr) {}
+fn restart_with(_variable: &str, _value: &std::ffi::OsStr) {}

@@ -14,7 +14,7 @@ use relcp::step::Fault;
 use std::error::Error;
 use std::fmt;
 
-/// An error with the program's hint in the place of the library's help.
+/// An error with the program's hint instead of the library's help.
 #[derive(Debug)]
 pub(super) struct Hinted(pub CliError);
 

@@ -17,7 +17,7 @@ pub(super) fn outlive_file_limits() {
 #[cfg(not(unix))]
 pub(super) fn outlive_file_limits() {}
 
-/// Whether the user has asked to stop.
+/// Whether the user has requested a stop.
 #[derive(Clone, Default)]
 pub(super) struct Interrupt(Arc<AtomicBool>);
 

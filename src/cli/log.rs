@@ -1,4 +1,4 @@
-//! What goes on, by level, on standard error: nothing unless `--log` or the variable `RELCP_LOG` asks for it.
+//! The log on standard error: nothing unless `--log` or the variable `RELCP_LOG` sets a level.
 
 use super::arguments::Level;
 use env_logger::{Builder, Env};

@@ -78,7 +78,7 @@ pub(super) fn whole_words() {
     }));
 }
 
-/// Writes an error to standard error, with its causes, its place and what would be right.
+/// Writes an error to standard error, with its causes, location and hint.
 pub(super) fn report(error: CliError) {
     let _ = write!(io::stderr(), "{:?}", miette::Report::new(Hinted(error)));
 }

@@ -127,7 +127,7 @@ fn frames(arguments: &Arguments) -> Frames {
     }
 }
 
-/// Makes the movie that is asked for, or where none is but could be, one of more than one picture.
+/// Makes the requested movie, or a default one if there is more than one picture.
 fn make_movie(
     arguments: &Arguments,
     encoder: Option<&Encoder>,
@@ -150,7 +150,7 @@ fn make_movie(
     Ok(Some(path))
 }
 
-/// In a run's folder, or else here, named after what is drawn.
+/// In a run's folder, otherwise in the current folder, named after the source.
 fn place(run: &Path, name: &str) -> PathBuf {
     if run.is_dir() { run.join("render") } else { PathBuf::from(format!("{name}-render")) }
 }

@@ -1,4 +1,4 @@
-//! What a run says at its end, for people.
+//! The report at a run's end.
 
 use super::output;
 use relcp::digits::{beside, few, short, time};
@@ -156,7 +156,7 @@ fn verdict(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     }
 }
 
-/// Steps by their numbers, with an ellipsis where there are more.
+/// A list of step numbers, with an ellipsis if there are more.
 fn list(named: impl Iterator<Item = String>, shown: usize, all: u64) -> String {
     let more = if all > shown as u64 { ", ..." } else { "" };
     format!("{}{more}", named.collect::<Vec<_>>().join(", "))

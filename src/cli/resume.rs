@@ -1,4 +1,4 @@
-//! Which run `relcp run --resume` goes on with.
+//! The run that `relcp run --resume` continues.
 
 use super::arguments::Run as Arguments;
 use super::exit::CliError;
@@ -9,7 +9,7 @@ use relcp::run::Run;
 use relcp::scene::{BuiltIn, NO_OVERRIDES, Scene};
 use std::path::Path;
 
-/// The command that goes on with the run in a folder, as it was started.
+/// The command that continues the run in a folder.
 pub(super) fn command(folder: &Path) -> String {
     format!("relcp run --resume --out {}", output::argument(folder))
 }
@@ -76,7 +76,7 @@ fn newest(arguments: &Arguments) -> Result<(Folder, Scene), CliError> {
 fn of_scene(arguments: &Arguments, source: &Path) -> Result<(Folder, Scene), CliError> {
     let scene = Scene::load(source, &arguments.sets)?;
     let mut runs = EarlierRun::all_in(Path::new(RUNS), Some(&scene.name));
-    // Stable: of those that stand alike the newest stays first.
+    // Stable: among equals the newest stays first.
     runs.sort_by_key(|run| run.state);
     let Some(first) = runs.first() else { return Err(RecordError::NoCheckpoint { path: RUNS.into() }.into()) };
     let hash = scene_hash(&scene);

@@ -173,13 +173,13 @@ pub(super) fn unrounded_blocks(unrounded: &Unrounded) -> [Block; 2] {
     [u32s("device_cells", cells), f64s("device_numbers", unrounded.numbers.iter().copied())]
 }
 
-/// Reads back what [`unrounded_blocks`] made. Whether they are numbers of these bodies is tested where they are used.
+/// Reads back what [`unrounded_blocks`] made. Their use checks whether they match the bodies.
 pub(super) fn read_unrounded(source: &mut Archive, kind: [f64; 3], rows: usize) -> Result<Unrounded, StateError> {
     let cells = source.u32s::<3>("device_cells", rows)?.into_iter().map(|cell| cell.map(u32::cast_signed)).collect();
     Ok(Unrounded { kind, cells, numbers: source.f64s("device_numbers", rows)? })
 }
 
-/// All arrays of a state; those of its near pairs where a run is to go on from it.
+/// All arrays of a state; those of its near pairs if a run may continue from it.
 pub(super) fn blocks(state: &State, with_warm: bool) -> Vec<Block> {
     let mut blocks = body_blocks(&state.bodies);
     if with_warm {

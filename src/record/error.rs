@@ -101,7 +101,7 @@ pub enum RecordError {
         /// The folder.
         path: PathBuf,
     },
-    /// There is nothing to go on from.
+    /// There is nothing to resume.
     #[error("{}: nothing to resume: no checkpoint found", path.display())]
     #[diagnostic(help("name the folder of an earlier run, or start a new one"))]
     NoCheckpoint {
@@ -117,7 +117,7 @@ pub enum RecordError {
         /// The first keys that differ.
         keys: Vec<String>,
     },
-    /// The folder's run cannot go on to a later end.
+    /// The folder's run cannot continue to a later end.
     #[error("{}: cannot continue the run: {why}", path.display())]
     NoLaterEnd {
         /// The folder.

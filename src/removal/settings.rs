@@ -1,4 +1,4 @@
-//! What a scene says of the bodies that leave it.
+//! A scene's rules for removing bodies.
 
 use crate::walls::Wall;
 #[cfg(feature = "files")]

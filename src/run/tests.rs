@@ -44,7 +44,7 @@ fn left(folder: &Path) -> Vec<(String, Vec<u8>)> {
         .collect()
 }
 
-/// All steps may say that they held: the last state, measured anew, decides.
+/// Even if all steps met the tolerance, the last state, measured again, decides.
 #[test]
 fn a_run_whose_final_state_overlaps_is_out_of_tolerance() {
     let folder = tempfile::tempdir().unwrap();

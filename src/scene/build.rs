@@ -77,7 +77,7 @@ impl Scene {
     /// scene gives.
     pub(super) fn ids(&self) -> impl Iterator<Item = u64> + '_ {
         let given = self.bodies.iter().map(|b| b.lineage.map(|line| line.id)).chain(std::iter::repeat(None));
-        // A parent's id is taken too, although the parent is no more.
+        // A parent's id stays reserved after the parent has gone.
         let taken = self.bodies.iter().filter_map(|b| b.lineage).map(|l| l.id.max(l.parent.unwrap_or(0)) + 1);
         let mut next = taken.max().unwrap_or(0).max(self.next_id.unwrap_or(0));
         given.map(move |id| {

@@ -133,10 +133,10 @@ impl Scene {
         let generated = self.generate.iter().map(|rule| rule.count()).sum::<u64>();
         #[cfg(not(feature = "files"))]
         let generated = 0;
-        let placed = generated as f64 + self.bodies.len() as f64;
+        let all_bodies = generated as f64 + self.bodies.len() as f64;
         let fastest = self.growth.iter().map(|growth| growth.rate).fold(0.0, f64::max);
         let stop = self.stop().and_then(|stop| stop.population).map_or(f64::INFINITY, |most| most as f64);
-        (placed * (fastest * (self.time.end - self.time.start)).exp()).min(stop.max(placed))
+        (all_bodies * (fastest * (self.time.end - self.time.start)).exp()).min(stop.max(all_bodies))
     }
 
     /// The growth of the bodies of a group, or of those without; none where they do not grow.

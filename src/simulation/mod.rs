@@ -2,7 +2,7 @@
 
 mod builder;
 mod compute;
-mod home;
+mod initial_region;
 mod leaving;
 #[cfg(feature = "mpi")]
 mod together;
@@ -23,7 +23,7 @@ use crate::scene::{Scene, StopReason};
 use crate::separation::supports;
 use crate::step::{Contact, Fault, Keep, Plan, SavedLcp, State, StepReport, Stepper, contacts, max_overlap_but};
 use crate::walls::{WallContact, Walls};
-use home::Home;
+use initial_region::InitialRegion;
 use leaving::Leaving;
 use std::mem::discriminant;
 
@@ -40,13 +40,13 @@ struct Beginning {
     parts_first: bool,
     /// How many bodies were removed before.
     removed: u64,
-    home: Home,
+    region: InitialRegion,
 }
 
 impl Beginning {
     /// In this state.
     fn of(state: &State, cutoff: f64, parts_first: bool) -> Self {
-        Beginning { cutoff, parts_first, removed: state.removed.iter().sum(), home: Home::of(&state.bodies) }
+        Beginning { cutoff, parts_first, removed: state.removed.iter().sum(), region: InitialRegion::of(&state.bodies) }
     }
 }
 
@@ -72,7 +72,7 @@ pub struct Simulation {
     stopped_by: Option<StopReason>,
     /// The removal of bodies, if the scene has rules for it.
     leaving: Option<Leaving>,
-    home: Home,
+    region: InitialRegion,
     /// The solver's tolerances in f32 and in f64.
     tolerances: [f64; 2],
 }
@@ -130,13 +130,13 @@ impl Simulation {
 
     /// A simulation of `scene` on a backend that has the initial state.
     fn begin(scene: Scene, beginning: Beginning, backend: Box<dyn Stepper>) -> Result<Self, Fault> {
-        let Beginning { cutoff, parts_first, removed, home } = beginning;
+        let Beginning { cutoff, parts_first, removed, region } = beginning;
         let mut plan = Plan::new(&scene.model(), cutoff);
         plan.parts_first = parts_first;
         let tolerances = [Precision::F32, Precision::F64].map(|precision| scene.solver_tolerance(precision));
         let keep = Keep::new(scene.solver.dump);
         let mut simulation =
-            Simulation { scene, plan, backend, keep, stopped_by: None, leaving: None, home, tolerances };
+            Simulation { scene, plan, backend, keep, stopped_by: None, leaving: None, region, tolerances };
         simulation.leaving = Leaving::of(&simulation.scene, simulation.backend.as_ref(), removed)?;
         simulation.check_stop()?;
         Ok(simulation)
@@ -249,7 +249,7 @@ impl Simulation {
 
     /// Refuses bodies that have run away. Devices and distributed runs do not check this.
     fn check_runaway(&self) -> Result<(), Fault> {
-        let left = self.backend.known_bodies().and_then(|bodies| self.home.runaway(bodies, self.steps()));
+        let left = self.backend.known_bodies().and_then(|bodies| self.region.runaway(bodies, self.steps()));
         left.map_or(Ok(()), Err)
     }
 

@@ -3,7 +3,7 @@
 //! All have the same scene and take the same steps, each with its own bodies. Rank 0 reads or makes the initial state
 //! and sends each process its part. It gathers the state when it is requested.
 
-use super::home::Home;
+use super::initial_region::InitialRegion;
 use super::{Beginning, Simulation};
 use crate::backend::cpu::Cpu;
 use crate::backend::cpu::domain::{LocalState, Part, among, shares};
@@ -120,8 +120,8 @@ impl Together {
         state.warm = Vec::new();
         state.bodies = state.bodies.none_like();
         let packed = (self.pack)(&scene, &state).map_err(Fault::Processes)?;
-        let Beginning { cutoff, parts_first, home, .. } = beginning;
-        let [x, y, z, radius] = home.numbers().map(f64::to_bits);
+        let Beginning { cutoff, parts_first, region, .. } = beginning;
+        let [x, y, z, radius] = region.numbers().map(f64::to_bits);
         let numbers = [all as u64, cutoff.to_bits(), thinnest.to_bits(), u64::from(parts_first), x, y, z, radius];
         let bytes = numbers.map(u64::to_le_bytes);
         self.processes.broadcast(&[&[START_PART], bytes.as_flattened(), packed.as_slice()].concat());
@@ -134,14 +134,14 @@ impl Together {
         parts: Vec<Vec<u64>>,
         scene: Scene,
         mut state: State,
-        [all, cutoff, thinnest, parts_first, home @ ..]: GlobalScalars,
+        [all, cutoff, thinnest, parts_first, region @ ..]: GlobalScalars,
     ) -> Result<Simulation, Fault> {
         let come = self.processes.all_to_all(parts);
         let ranks = [self.processes.rank(), self.processes.size()];
         let part = Part::unpack(ranks, all as usize, &come[0], &mut state);
         let [cutoff, thinnest] = [cutoff, thinnest].map(f64::from_bits);
-        let home = Home::of_numbers(home.map(f64::from_bits));
-        let beginning = Beginning { home, ..Beginning::of(&state, cutoff, parts_first > 0) };
+        let region = InitialRegion::of_numbers(region.map(f64::from_bits));
+        let beginning = Beginning { region, ..Beginning::of(&state, cutoff, parts_first > 0) };
         self.begin(scene, beginning, state, Some(LocalState { part, cutoff, thinnest }))
     }
 

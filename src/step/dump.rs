@@ -12,7 +12,7 @@ const SLOW_PRODUCTS: u64 = 2_000;
 /// LCPs saved of one run, where a scene does not say: enough to see whether they are alike.
 const MOST: u32 = 10;
 
-/// The largest number of LCPs that may be asked for: each is a file of some 100 bytes a row.
+/// The limit on saved LCPs: each is a file of some 100 bytes a row.
 pub(crate) const MOST_DUMPED: u32 = 10_000;
 
 /// The LCPs of a run to save into its folder.

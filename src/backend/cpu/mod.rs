@@ -1,8 +1,8 @@
 //! The verbs of a timestep on the CPU, in f64, generic over the number of unknowns of a body.
 //!
-//! A step passes through stages, each in a file of its own: its `start`, how bodies move on their own (`motions`),
-//! where `first` rows are made and which pairs have one (`near`), the `row_set`, the `solve` and the `trial`. A stage
-//! writes what it owns and reads those before it. `pairs` holds one record a pair for all of them.
+//! A step passes through stages, each in its own file: its `start`, the free `motions` of bodies, where `first` rows
+//! are made and which pairs have one (`near`), the `row_set`, the `solve` and the `trial`. A stage writes what it owns
+//! and reads those before it. `pairs` holds one record a pair for all of them.
 //!
 //! Parallel loops write to places of their own or collect in order, so the bits do not depend on the number of threads.
 //! Steps are taken by a `team` of processes, of one as a rule; where there are several, each has a `domain` of the
@@ -134,9 +134,9 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         self.state.step + 1
     }
 
-    /// What the next step starts from: for each pair with rows, their multipliers and the last normal.
-    fn left(&self) -> Vec<Warm> {
-        let mut warm = self.rows.left(&self.pairs);
+    /// The warm start of the next step: for each pair with rows, their multipliers and the last normal.
+    fn warm_start(&self) -> Vec<Warm> {
+        let mut warm = self.rows.warm_start(&self.pairs);
         for w in warm.iter_mut().filter(|_| self.start.proxies.is_empty()) {
             if let Some(surface) = surface_of(w.pair[1]) {
                 let placed = self.trial.placed(&self.start, w.pair[0] as usize);
@@ -146,7 +146,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         warm
     }
 
-    /// Begins a piece of a step with the bodies of it that are this process's.
+    /// Begins a piece of a step with this process's bodies.
     fn begin_with(&mut self, taken: (Piece, Waiting)) -> Result<(), Fault> {
         let Cpu { setup, state, start, pairs, solve, team, .. } = self;
         team.begin(setup, start, state, taken);
@@ -158,7 +158,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         Ok(())
     }
 
-    /// Computes where the multipliers lead.
+    /// Computes the trial of the present multipliers.
     ///
     /// # Errors
     /// [`Fault::NotFinite`] names the first body whose velocity or pose is not finite.

@@ -1,4 +1,4 @@
-//! How bodies move on their own in a step, how far they may still go, and what that makes of a row.
+//! The free motions of bodies in a step, how far they may still go, and the rows that follow from them.
 
 use super::LEAST_BODIES_A_TASK;
 use super::first::First;

@@ -31,7 +31,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         let begun = Instant::now();
         let step = self.step();
         self.set_trial()?;
-        let left = self.left();
+        let left = self.warm_start();
         let Cpu { setup, start, motions, first, pairs, trial, phases, .. } = self;
         pairs.remember(&left);
         let mut middle = start.bodies.clone();
@@ -131,7 +131,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
     fn accept(&mut self) -> Result<Phases, Fault> {
         let begun = Instant::now();
         // What parts bodies in no time is no force, and no motion.
-        let left = if self.start.parting { Vec::new() } else { self.left() };
+        let left = if self.start.parting { Vec::new() } else { self.warm_start() };
         let Cpu { setup, state, start, motions, rows, trial, team, phases, .. } = self;
         state.warm = team.with_global_indices(left);
         let arrived = trial.arrived(setup, start, motions);

@@ -172,7 +172,7 @@ impl Arguments {
 const STUDIES: &str =
     "the studies are a program of their own; in the repository: cargo run --release -p relcp-lab -- NAME";
 
-/// Says which command an unknown one is nearest to, also where it is too short for clap to say it.
+/// Suggests the nearest command for an unknown one, even if it is too short for clap.
 fn with_nearest_command(mut error: clap::Error) -> clap::Error {
     let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand) else { return error };
     if name == "study" {

@@ -1,4 +1,4 @@
-//! Arguments of commands that compute: what with, and what is run.
+//! Arguments of commands that compute.
 
 use super::backend::BackendParser;
 use super::{MOST_THREADS, complete};

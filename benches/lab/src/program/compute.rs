@@ -45,7 +45,7 @@ pub fn beside_the_cpu(arguments: &Arguments, scene: &Scene) -> Result<Option<Com
     }
 }
 
-/// The CPU, if nothing is asked for that it has not.
+/// The CPU, if it supports all options.
 pub fn cpu(arguments: &Arguments) -> Result<Compute, LabError> {
     if arguments.precision == Some(Wanted::F32) {
         return Err(LabError::Usage("the CPU computes in f64; omit --precision, or use --backend gpu".into()));

@@ -1,5 +1,4 @@
-//! Where bodies stand among all, block by block, where each process has some of them: the order of [`bisect`], which
-//! one process finds for all.
+//! The global block order of bodies that are distributed over processes: the order of [`bisect`].
 //!
 //! Level by level, all parts are cut at once. A part's bodies are counted and their box is joined. The key of its cut,
 //! a coordinate and a number, is found among few: a histogram over the box leaves those of one of its columns, which
@@ -34,8 +33,8 @@ impl Key {
     }
 }
 
-/// Of `all` bodies those whose centres, wrapped, and numbers, ascending, are given: the place of each. All processes
-/// must ask together.
+/// The positions in the block order of these bodies of `all`, from their wrapped centres and ascending global indices.
+/// Collective.
 pub(super) fn places(processes: Processes, centres: &[DVec3], numbers: &[u32], all: usize) -> Vec<u32> {
     let mut places = Places { processes, centres, numbers, place: vec![0; centres.len()] };
     let levels = cuts(all);
@@ -100,7 +99,7 @@ impl Cut {
     }
 }
 
-/// How parts are cut that no process has whole, by their numbers.
+/// How to cut the parts that no process has whole, by part.
 type Cuts = BTreeMap<usize, Cut>;
 
 struct Places<'a> {

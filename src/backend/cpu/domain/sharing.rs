@@ -78,8 +78,8 @@ impl Sharing {
         (come.into_iter().map(|(_, words)| (rank, words)).collect(), from)
     }
 
-    /// What is remembered of the pairs of the bodies of this process from now on, by their numbers, from what the
-    /// owners in `part` have. The bodies that were shared out begin with those of `part`.
+    /// Collects the warm start of the pairs of this process's new bodies, with global indices, from the former owners
+    /// in `part`. The distributed bodies begin with those of `part`.
     pub fn hand_over(&self, processes: Processes, part: &Part, warm: &[Warm]) -> Vec<Warm> {
         let rank = processes.rank() as u32;
         let mut owner = vec![u32::MAX; part.members.len()];

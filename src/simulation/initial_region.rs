@@ -12,21 +12,21 @@ const FARTHEST: f64 = 1e6;
 
 /// The ball of the initial centres of all bodies.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Home {
+pub(super) struct InitialRegion {
     middle: DVec3,
     radius: f64,
 }
 
-impl Home {
-    pub fn of(bodies: &Bodies) -> Home {
+impl InitialRegion {
+    pub fn of(bodies: &Bodies) -> InitialRegion {
         let [low, high] = bodies
             .position
             .iter()
             .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], x| [low.min(*x), high.max(*x)]);
         if bodies.is_empty() {
-            Home::default()
+            InitialRegion::default()
         } else {
-            Home { middle: 0.5 * (low + high), radius: 0.5 * low.distance(high) }
+            InitialRegion { middle: 0.5 * (low + high), radius: 0.5 * low.distance(high) }
         }
     }
 
@@ -39,8 +39,8 @@ impl Home {
 
     /// The ball of this centre and radius.
     #[cfg(feature = "mpi")]
-    pub fn of_numbers([x, y, z, radius]: [f64; 4]) -> Home {
-        Home { middle: DVec3::new(x, y, z), radius }
+    pub fn of_numbers([x, y, z, radius]: [f64; 4]) -> InitialRegion {
+        InitialRegion { middle: DVec3::new(x, y, z), radius }
     }
 
     /// The first body that has run away, as a fault of the step.
@@ -70,10 +70,10 @@ mod tests {
 
     #[test]
     fn a_body_has_run_away_a_million_thicknesses_from_all() {
-        let home = Home::of(&balls(&[1e9, 1e9 + 10.0]));
-        assert_eq!(home.runaway(&balls(&[1e9 - 9e5, 1e9 + 9e5]), 3), None);
-        let fault = home.runaway(&balls(&[1e9, 1e9 + 1.1e6]), 3).unwrap();
+        let region = InitialRegion::of(&balls(&[1e9, 1e9 + 10.0]));
+        assert_eq!(region.runaway(&balls(&[1e9 - 9e5, 1e9 + 9e5]), 3), None);
+        let fault = region.runaway(&balls(&[1e9, 1e9 + 1.1e6]), 3).unwrap();
         assert!(matches!(fault, Fault::RunAway { step: 3, body: 1, .. }), "{fault}");
-        assert_eq!(Home::of(&balls(&[])).runaway(&balls(&[]), 1), None);
+        assert_eq!(InitialRegion::of(&balls(&[])).runaway(&balls(&[]), 1), None);
     }
 }
