@@ -66,12 +66,12 @@ pub trait ForceField: Send + Sync {
     /// does), and a field must have the space's periods.
     fn load(&self, bodies: &Bodies, i: usize, time: f64) -> Load;
 
-    /// Called on one thread before the loads of a state are asked for: at the start of a step or of a piece of one that
-    /// is taken again, and in its middle where it has one. A field that computes all loads together does it here. What
-    /// it says went wrong ends the step with the state before it.
+    /// Called on one thread before the loads of a state are computed: at the start of a step or of a piece of a
+    /// repeated one, and in the middle of a midpoint step. A field that computes all loads together does it here. An
+    /// error ends the step with the state before it.
     ///
     /// # Errors
-    /// What went wrong, in words.
+    /// A message.
     fn prepare(&self, _bodies: &Bodies, _time: f64) -> Result<(), String> {
         Ok(())
     }

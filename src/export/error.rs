@@ -49,7 +49,7 @@ pub enum ExportError {
         /// The first body concerned, by its row.
         body: usize,
     },
-    /// Whoever asked for it asked to stop.
+    /// The caller requested a stop.
     #[error("stopped after {done} of {all} states")]
     Stopped {
         /// States done.

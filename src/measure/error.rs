@@ -31,7 +31,7 @@ pub enum MeasureError {
     #[error("unknown measure `{name}`")]
     #[diagnostic(help("the measures are {}", ALL.map(|measure| measure.name()).join(", ")))]
     Unknown {
-        /// What was asked for.
+        /// The requested name.
         name: String,
     },
     /// A body that cannot be measured.
@@ -52,7 +52,7 @@ pub enum MeasureError {
         /// What went wrong.
         what: String,
     },
-    /// Whoever asked for it asked to stop.
+    /// The caller requested a stop.
     #[error("stopped after {done} of {all} states; nothing was written")]
     Stopped {
         /// States done.

@@ -31,12 +31,12 @@ pub enum RenderError {
     /// The device that was to cast the rays failed.
     #[error(transparent)]
     Device(#[from] GpuError),
-    /// A state does not have what the colours are to tell.
+    /// A state does not have the colour quantity.
     #[error("{origin}: no colours by {colour}: {why}")]
     Missing {
         /// The state.
         origin: String,
-        /// What the colours are to tell.
+        /// The colour quantity.
         colour: &'static str,
         /// What is not there.
         why: String,
@@ -48,7 +48,7 @@ pub enum RenderError {
     #[error("a range needs a numeric quantity; {colour} has no scale")]
     #[diagnostic(help("leave the range out, or choose other colours"))]
     NoScale {
-        /// What the colours are to tell.
+        /// The colour quantity.
         colour: &'static str,
     },
     /// Vectors have no light, no shadows and nothing hidden.
@@ -91,7 +91,7 @@ pub enum RenderError {
         /// What it said.
         what: String,
     },
-    /// Whoever asked for it asked to stop.
+    /// The caller requested a stop.
     #[error("stopped after {done} of {all}")]
     #[diagnostic(help("draw again to start over and replace the files"))]
     Stopped {

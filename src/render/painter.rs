@@ -48,7 +48,7 @@ pub(super) struct Painter<'a> {
 }
 
 impl Painter<'_> {
-    /// Looks at the states that are to be drawn; and says how many have nothing to colour them by.
+    /// Scans the states to draw, and returns how many lack the colour quantity.
     pub fn scan(&self, watch: Watch<'_>) -> Result<(Vec<ScannedState>, Option<String>), RenderError> {
         let Frames { from, to, every, .. } = *self.frames;
         let all = from == f64::NEG_INFINITY && to == f64::INFINITY;

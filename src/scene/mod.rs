@@ -1,7 +1,7 @@
-//! A scene: everything that determines a run, as it stands in a scene file (JSON).
+//! A scene: everything that determines a run, as in a scene file (JSON).
 //!
-//! The types below are the file's reference: the reader, the JSON Schema and the echoed `scene.json` are made from
-//! them. Variants are externally tagged (`{"ellipsoid": {...}}`) and unknown keys are refused.
+//! The types below are the file's reference: the reader, the JSON Schema and the written `scene.json` derive from them.
+//! Variants are externally tagged (`{"ellipsoid": {...}}`) and unknown keys are refused.
 
 mod build;
 #[cfg(feature = "files")]

@@ -7,7 +7,7 @@
 //!
 //! * `places`: centres, turns and lengths;
 //! * `bodies`: what all states share of a body: its id, parent, birth, generation, group, shape and sizes;
-//! * `values`: what colours tell;
+//! * `values`: the colour quantity;
 //! * `contacts`: contacts with their forces;
 //! * `steps`: the run's `steps.csv`, thinned;
 //! * `columns`: how numbers become bytes, and those the text in the page;
@@ -46,7 +46,7 @@ use values::{Measured, Scales};
 /// Which states a page has, and what it shows at first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pages {
-    /// What the colours tell at first.
+    /// The initial colour quantity.
     pub colour: Quantity,
     /// Every Nth state, from the first of the interval on.
     pub every: usize,
@@ -135,7 +135,7 @@ pub fn view(
     Ok(Viewed { bytes: bytes.len() as u64, ..viewed })
 }
 
-/// Reads a state and computes what colours tell and the contacts.
+/// Reads a state and computes the colour quantity and the contacts.
 fn prepare(states: &States, index: usize, frame: &Frame, walls: &Walls, all: usize) -> Result<Prepared, RenderError> {
     let state = states.read(index)?.into_owned();
     let settings = Settings::default();

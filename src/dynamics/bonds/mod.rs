@@ -68,7 +68,7 @@ impl Bond {
     }
 }
 
-/// The bonds of a scene. They belong to bodies by id, whatever places these have later.
+/// The bonds of a scene. They refer to bodies by id, whatever their later indices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bonds {
     list: Vec<Bond>,
@@ -141,7 +141,7 @@ impl Bonds {
         (arms, bodies.periods.nearest(b - a) + (arms[1] - arms[0]))
     }
 
-    /// The bonds that still hold, with the numbers that their bodies have now.
+    /// The unbroken bonds, with the present indices of their bodies.
     pub fn left(&self, bodies: &Bodies) -> Vec<Bond> {
         let incidence = self.incidence(&bodies.lineage, &bodies.broken_bonds);
         let left = |(number, bond): (usize, &Bond)| Some(Bond { bodies: incidence.pair(number)?, ..bond.clone() });

@@ -51,7 +51,7 @@ impl Scene {
     }
 }
 
-/// What a rule says.
+/// The settings of a rule.
 fn named(rule: &Removal) -> impl Iterator<Item = &'static str> {
     let given = [("outside", rule.outside.is_some()), ("inside", rule.inside.is_some()), ("rate", rule.rate.is_some())];
     given.into_iter().filter(|(_, given)| *given).map(|(name, _)| name)
