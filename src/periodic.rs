@@ -68,8 +68,8 @@ impl Axis {
     }
 }
 
-/// A steady simple shear of a periodic cell: at the time `t` an image one period `L` farther along the gradient is `rate
-/// t L` farther along the direction, and faster by `rate L`.
+/// A steady simple shear of a periodic cell: at the time `t` an image one period `L` farther along the gradient is
+/// `rate t L` farther along the direction, and faster by `rate L`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]

@@ -2,8 +2,8 @@
 //!
 //! Bodies are reordered: by position in space if a step sets it ([`Places`]), otherwise by shared rows
 //! (`lcp::numbering`). Rows are reordered too: by [`pair_blocks::order`] within chunks of rows with near bodies. So the
-//! rows of a pair are adjacent, adjacent rows share bodies, and each thread takes some chunks (`lcp::team`). The rows of
-//! the paper's method keep the order of their bodies and form one chunk.
+//! rows of a pair are adjacent, adjacent rows share bodies, and each thread takes some chunks (`lcp::team`). The rows
+//! of the paper's method keep the order of their bodies and form one chunk.
 //!
 //! If several processes solve a problem, each has a portion (`lcp::portion`).
 

@@ -1,10 +1,10 @@
 //! Regularized LCPs, for contradictory rows: the least overlap.
 //!
 //! `0 <= q + A gamma  _|_  gamma >= 0` is replaced by `0 <= q + (A + c S) gamma  _|_  gamma >= 0` with `S` the diagonal
-//! of `A`: a compliance `c` relative to each row's own. The solution minimizes
-//! `|v|^2 / 2 + sum (violation of row i)^2 / (2 c S_ii)` over all velocities `v`, a quadratic penalty. It always exists,
-//! its `v` is unique, and no multiplier exceeds its row's violation over `c S_ii` (regularization: R. W. Cottle,
-//! J.-S. Pang, R. E. Stone, "The Linear Complementarity Problem", 1992, section 5.6).
+//! of `A`: a compliance `c` relative to each row's own. The solution minimizes `|v|^2 / 2 + sum (violation of row i)^2
+//! / (2 c S_ii)` over all velocities `v`, a quadratic penalty. It always exists, its `v` is unique, and no multiplier
+//! exceeds its row's violation over `c S_ii` (regularization: R. W. Cottle, J.-S. Pang, R. E. Stone, "The Linear
+//! Complementarity Problem", 1992, section 5.6).
 //!
 //! Rows that have a common solution are violated by `c` times what forces move them, so a small enough `c` leaves less
 //! than any tolerance; rows that have none are violated in the least-squares sense, which a smaller `c` changes little.
@@ -26,8 +26,8 @@ const COMPLIANCES: [f64; 3] = [1e-5, 1e-7, 1e-9];
 const GAIN: f64 = 0.5;
 
 impl<const D: usize, P: Portion<D>> Solver<D, P> {
-    /// Solves a problem with the least overlap, from the start `gamma`, which it replaces. If no row is violated by more
-    /// than `allowed`, a length, the status is [`Status::LeastOverlap`] and the residual is the largest violation;
+    /// Solves a problem with the least overlap, from the start `gamma`, which it replaces. If no row is violated by
+    /// more than `allowed`, a length, the status is [`Status::LeastOverlap`] and the residual is the largest violation;
     /// otherwise the status is that of the best solve.
     ///
     /// # Panics

@@ -40,8 +40,8 @@ impl SimulationBuilder {
     }
 
     /// Continues from a saved state of a simulation of the same scene. On the CPU the bits are those of an
-    /// uninterrupted simulation. On a device they may differ: the order of its sums depends on when it last searched for
-    /// candidate pairs. Replaces earlier [`bodies`](SimulationBuilder::bodies).
+    /// uninterrupted simulation. On a device they may differ: the order of its sums depends on when it last searched
+    /// for candidate pairs. Replaces earlier [`bodies`](SimulationBuilder::bodies).
     pub fn resume(mut self, state: State) -> Self {
         self.start = Start::State(state);
         self
@@ -58,8 +58,8 @@ impl SimulationBuilder {
     /// # Errors
     /// * [`Error::Scene`]: from [`Scene::build`], if neither bodies nor a state were set.
     /// * [`Error::Fault`]: [`Fault::NoProxy`](crate::Fault::NoProxy) if the method is multi-sphere and a body has no
-    ///   proxy of that count; [`Fault::NoSeparation`](crate::Fault::NoSeparation) if contact between two of the shapes is
-    ///   not supported; [`Fault::Device`](crate::Fault::Device) if a device fails or does not support the scene.
+    ///   proxy of that count; [`Fault::NoSeparation`](crate::Fault::NoSeparation) if contact between two of the shapes
+    ///   is not supported; [`Fault::Device`](crate::Fault::Device) if a device fails or does not support the scene.
     pub fn build(self) -> Result<Simulation, Error> {
         let state = match self.start {
             Start::Scene => State::new(self.scene.build()?),

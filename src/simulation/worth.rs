@@ -6,7 +6,8 @@ use crate::gpu::{Choice, adapters};
 use crate::scene::Scene;
 
 /// The number of bodies from which a hardware GPU is worth trying. An NVIDIA H200 takes 1.2 times as long as 16 threads
-/// of its host for a step of a crowded colony of 4,096 cells, and a third of the time at 8,192. One thread takes longer.
+/// of its host for a step of a crowded colony of 4,096 cells, and a third of the time at 8,192. One thread takes
+/// longer.
 const LEAST_BODIES: f64 = 4096.0;
 
 /// A hint for `runs` concurrent runs on the CPU that a hardware GPU may be faster. None if there are few bodies, if

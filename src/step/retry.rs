@@ -331,8 +331,8 @@ impl Taking<'_> {
         Ok(None)
     }
 
-    /// Tries a piece with cells waiting that have no room, where the scene lets them: of a whole step first those of the
-    /// wedge, and of the wedge that is then left, then those that overlap, those that are pressed, and all; of the
+    /// Tries a piece with cells waiting that have no room, where the scene lets them: of a whole step first those of
+    /// the wedge, and of the wedge that is then left, then those that overlap, those that are pressed, and all; of the
     /// shortest piece all.
     fn wait(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Option<Overlap>, Fault> {
         let whole = piece.is_whole();

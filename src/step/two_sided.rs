@@ -38,8 +38,8 @@ const LEAST_FALL: f64 = 1e-3;
 
 /// Draws for rows that contradict each other, and by how much they are tilted: the angle at a ball.
 pub(super) const MOST_TILTS: u32 = 4;
-/// No more than what mends them asks for: a row that is violated by `v` between balls of radius `R` is mended by a slide
-/// of `sqrt(2 v R)`. Each draw is for so many times more.
+/// No more than what mends them asks for: a row that is violated by `v` between balls of radius `R` is mended by a
+/// slide of `sqrt(2 v R)`. Each draw is for so many times more.
 const TILT: f64 = 0.15;
 const LEAST_TILT: f64 = 0.01;
 const MORE_A_DRAW: f64 = 4.0;
@@ -128,9 +128,9 @@ pub trait TwoSided {
     /// Whether a contact that pushes can be farther apart at the trial than the part `gap` of its thinner body's
     /// thickness, by how far its bodies move against each other.
     fn throws(&self, gap: f64) -> bool;
-    /// Rebuilds the rows of each branch that pushes and is farther apart at the trial than the part `gap` of its thinner
-    /// body's thickness, a short way towards the trial: bodies move there by at most the part `size` of half of their
-    /// thickness. Returns their number.
+    /// Rebuilds the rows of each branch that pushes and is farther apart at the trial than the part `gap` of its
+    /// thinner body's thickness, a short way towards the trial: bodies move there by at most the part `size` of half of
+    /// their thickness. Returns their number.
     fn catch(&mut self, gap: f64, size: f64) -> usize;
     /// Puts one row made at the trial in the place of the rows of each branch that pushes and is farther apart there
     /// than the part `gap` of its thinner body's thickness.

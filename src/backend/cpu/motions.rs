@@ -81,7 +81,8 @@ impl Motions {
         }
     }
 
-    /// The blocks and the offset of the row of `near`, which was found where the velocities `reached` lead in the present part.
+    /// The blocks and the offset of the row of `near`, which was found where the velocities `reached` lead in the
+    /// present part.
     pub(super) fn row<const D: usize>(&self, start: &Start, near: &Near, reached: &[Twist]) -> ([[f64; D]; 2], f64) {
         let mover = |number: u32| match surface_of(number) {
             Some(_) => FIXED,

@@ -214,7 +214,8 @@ impl Start {
         self.time + if self.middle.is_some() { 0.5 * self.interval } else { 0.0 }
     }
 
-    /// The bodies at which forces, mobilities and first rows are evaluated: the middle once it is known, else the start.
+    /// The bodies at which forces, mobilities and first rows are evaluated: the middle once it is known, else the
+    /// start.
     pub(super) fn bodies_at_loads(&self) -> &Bodies {
         self.middle.as_ref().unwrap_or(&self.bodies)
     }

@@ -17,8 +17,8 @@ use std::collections::{BTreeMap, BTreeSet};
 /// is moved most.
 const OF_THE_WEDGE: f64 = 0.1;
 
-/// A contact throws its bodies if it moves them against each other by more than this part of the thinner one's thickness
-/// beyond their free motions and the slack between them: a link of a chain is pulled through its neighbour.
+/// A contact throws its bodies if it moves them against each other by more than this part of the thinner one's
+/// thickness beyond their free motions and the slack between them: a link of a chain is pulled through its neighbour.
 pub(crate) const THROWN: f64 = 0.5;
 
 /// A push is looked at if contact may have parted its bodies by more than this part of the thinner one's thickness: a
@@ -185,7 +185,8 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         effect.thrown += usize::from(far > 0.0 && far > self.slack(push));
     }
 
-    /// The work of contact on a body in the step: its impulse along the mean of the velocities with contact and without.
+    /// The work of contact on a body in the step: its impulse along the mean of the velocities with contact and
+    /// without.
     fn work(&self, i: usize, twist: &Twist, motion: &Motion) -> f64 {
         let (linear, angular) = unpack::<D>(&self.trial.scaled[i]);
         let mean_linear = 0.5 * (twist.linear + motion.free.linear);

@@ -17,8 +17,8 @@ pub(super) const WINDOW: u64 = 100;
 /// stagnate at times: 0 to 0.3 cost the same within 3 %.
 const LEAST_BEFORE_SAFEGUARD: f64 = 0.1;
 
-/// With nearly parallel rows, the part of it that conjugate gradients may still need. 200 LCPs of colonies take the same
-/// time within 4 % with none to a half, and up to 8 % more with all of it.
+/// With nearly parallel rows, the part of it that conjugate gradients may still need. 200 LCPs of colonies take the
+/// same time within 4 % with none to a half, and up to 8 % more with all of it.
 const MOST_REMAINING: f64 = 0.25;
 
 /// Up to this many rows the interior-point method takes over as soon as the residuals show that conjugate gradients are
@@ -36,8 +36,8 @@ const NANOSECONDS_OF_A_ROW: f64 = 12.0;
 /// The same for nearly parallel rows, in their pairs' order: 18 to 27, and 55 to 65 beyond the cache.
 const NANOSECONDS_OF_A_PARALLEL_ROW: f64 = 20.0;
 
-/// Decides whether to take one more iteration: while all iterations together cost less than the safeguard would, and, if
-/// not `patient`, while the predicted remaining ones cost less than a part of it. Later problems of a step reuse its
+/// Decides whether to take one more iteration: while all iterations together cost less than the safeguard would, and,
+/// if not `patient`, while the predicted remaining ones cost less than a part of it. Later problems of a step reuse its
 /// first forecast: they have the same pairs and few more.
 pub(super) fn affordable<const D: usize, P: Portion<D>>(
     safeguard: &mut InteriorPoint<D>,

@@ -206,8 +206,8 @@ pub fn follow(scene: Scene, from: Option<State>, width: u64) -> Result<(RunSumma
     follow_with(scene, from, width, |_, _| Ok(()))
 }
 
-/// As [`follow`], and lets `observe` see the simulation after every step, with the number of the window that the step is
-/// in.
+/// As [`follow`], and lets `observe` see the simulation after every step, with the number of the window that the step
+/// is in.
 ///
 /// # Errors
 /// As [`follow`], and those of `observe`.

@@ -14,8 +14,8 @@ pub(super) struct Births {
 }
 
 impl Domain {
-    /// Gives the daughters of own cells their global indices and ids. `mothers` are indices of the own bodies of `start`
-    /// that divided; one daughter of each is at the end of `start`.
+    /// Gives the daughters of own cells their global indices and ids. `mothers` are indices of the own bodies of
+    /// `start` that divided; one daughter of each is at the end of `start`.
     pub(super) fn number_daughters(&mut self, start: &mut Start, state: &State, mothers: &[usize]) {
         let Some(part) = &self.part else { return };
         let own: Vec<usize> = part.own().collect();

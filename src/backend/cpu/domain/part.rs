@@ -48,8 +48,8 @@ impl Part {
         Part::unpack([rank, size], all, &words, state)
     }
 
-    /// Packs a process's first part of a state: an equal share of the bodies by global index, their partners in the warm
-    /// start, and the warm start.
+    /// Packs a process's first part of a state: an equal share of the bodies by global index, their partners in the
+    /// warm start, and the warm start.
     pub fn pack([rank, size]: [usize; 2], state: &State) -> Vec<u64> {
         let edges = edges(state.bodies.len(), size);
         let is_own = |body: &u32| (edges[rank]..edges[rank + 1]).contains(&(*body as usize));

@@ -24,8 +24,8 @@ pub(super) struct Sharing {
 }
 
 impl Sharing {
-    /// Distributes `all` bodies, of which this process has these, over the first `sharing` processes. `work` is the cost
-    /// of each.
+    /// Distributes `all` bodies, of which this process has these, over the first `sharing` processes. `work` is the
+    /// cost of each.
     pub fn new(
         processes: Processes,
         (numbers, bodies): (&[u32], &Bodies),
