@@ -19,7 +19,7 @@ pub struct Lineage {
     pub birth: f64,
     /// Divisions since the founder.
     pub generation: u32,
-    /// Its length at birth, where its rule of division asks for it.
+    /// Its length at birth, if its division rule needs it.
     pub birth_length: Option<f64>,
 }
 
@@ -28,7 +28,7 @@ const PARENT: u64 = 1 << 32;
 const LENGTH: u64 = 1 << 33;
 
 impl Lineage {
-    /// All of it in words, for other processes.
+    /// Packs it into words, for other processes.
     pub(crate) fn words(&self) -> [u64; 5] {
         let Lineage { id, parent, birth, generation, birth_length } = *self;
         let flag = |is: bool, flag: u64| if is { flag } else { 0 };
@@ -37,7 +37,7 @@ impl Lineage {
         [id, parent.unwrap_or(0), birth.to_bits(), u64::from(generation) | flags, length]
     }
 
-    /// From its words.
+    /// Unpacks it from words.
     pub(crate) fn of_words([id, parent, birth, generation, length]: [u64; 5]) -> Lineage {
         Lineage {
             id,
@@ -63,11 +63,11 @@ pub struct Bodies {
     pub velocity: Vec<DVec3>,
     /// Angular velocities in space axes; as `velocity`.
     pub angular_velocity: Vec<DVec3>,
-    /// Index into the scene's group names; `u32::MAX` where a body has none.
+    /// Index into the scene's group names; `u32::MAX` if a body has none.
     pub group: Vec<u32>,
     /// Identity and ancestry.
     pub lineage: Vec<Lineage>,
-    /// The bonds between them that are broken, by their numbers in the scene, ascending.
+    /// The indices in the scene of broken bonds, ascending.
     pub broken_bonds: Vec<u32>,
     /// The periods of the space that they are in. Positions are not wrapped.
     pub periods: Periods,
@@ -75,7 +75,7 @@ pub struct Bodies {
     pub planar: bool,
 }
 
-/// Leaves of an array what is to be kept, a flag each, in its order.
+/// Keeps the flagged entries of an array, in order.
 pub(crate) fn kept<T>(array: &mut Vec<T>, keep: &[bool]) {
     let mut flags = keep.iter();
     array.retain(|_| flags.next().copied().unwrap_or(true));
@@ -106,7 +106,7 @@ impl Bodies {
         self.position.is_empty()
     }
 
-    /// Adds a body at rest, founder of its own line, and returns its index.
+    /// Adds a body at rest, the founder of a lineage, and returns its index.
     pub fn push(&mut self, placed: Placed, group: u32) -> usize {
         let index = self.len();
         self.shape.push(placed.shape);
@@ -119,7 +119,7 @@ impl Bodies {
         index
     }
 
-    /// Removes the bodies that are not to be kept, a flag each; the others stay in their order.
+    /// Keeps the flagged bodies, in order.
     pub fn retain(&mut self, keep: &[bool]) {
         kept(&mut self.shape, keep);
         kept(&mut self.position, keep);
@@ -130,7 +130,7 @@ impl Bodies {
         kept(&mut self.lineage, keep);
     }
 
-    /// The first body with a custom shape, which no file holds and no device computes with.
+    /// The first body with a custom shape, which files and devices do not support.
     pub fn first_custom(&self) -> Option<usize> {
         self.shape.iter().position(|shape| matches!(shape, Shape::Convex(_)))
     }
@@ -147,7 +147,7 @@ impl Bodies {
     }
 
     /// These bodies with each centre at its image in the cell about the origin ([`Periods::wrapped`]): for pictures,
-    /// not for going on.
+    /// not for simulation.
     pub fn wrapped(&self) -> Cow<'_, Bodies> {
         if self.periods.is_none() {
             return Cow::Borrowed(self);
@@ -180,7 +180,7 @@ impl Bodies {
         self.outermost_from(self.centre())
     }
 
-    /// Body `i`'s shape where it is.
+    /// Body `i`'s shape at its pose.
     pub fn placed(&self, i: usize) -> Placed {
         Placed { shape: self.shape[i], position: self.position[i], orientation: self.orientation[i] }
     }
@@ -193,7 +193,7 @@ impl Clone for Bodies {
         copy
     }
 
-    /// Copies into the memory that is already there: a step does this once.
+    /// Copies into existing memory: a step does this once.
     fn clone_from(&mut self, from: &Self) {
         self.shape.clone_from(&from.shape);
         self.position.clone_from(&from.position);

@@ -36,7 +36,7 @@ pub enum Error {
     /// A shape has a size out of range.
     #[error(transparent)]
     Shape(#[from] ShapeError),
-    /// A shape has no multi-sphere proxy of the count asked for.
+    /// A shape has no multi-sphere proxy with this number of spheres.
     #[error(transparent)]
     Proxy(#[from] ProxyError),
     /// A support function is not that of a strictly convex body.

@@ -32,14 +32,13 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Periodic {
-    /// The period along x, y and z; null where space is open. In a planar scene along z it is null.
+    /// The period along x, y and z; null for an open axis, such as z in a planar scene.
     pub lengths: [Option<f64>; 3],
     /// The engineering strain rates along x, y and z, one over time, of a cell whose lengths change: at a time `t` they
-    /// are `lengths (1 + strain_rate t)`. Bodies are carried by the flow that goes with it. Along an open axis it is 0.
+    /// are `lengths (1 + strain_rate t)`. The matching flow carries bodies. Along an open axis it is 0.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub strain_rate: Option<[f64; 3]>,
-    /// A steady simple shear of the cell: Lees-Edwards boundaries. Bodies are carried by the shear flow that goes with
-    /// it.
+    /// A steady simple shear of the cell: Lees-Edwards boundaries. The matching shear flow carries bodies.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub shear: Option<CellShear>,
 }
@@ -69,8 +68,8 @@ impl Axis {
     }
 }
 
-/// A steady simple shear of a periodic cell: at the time `t` an image one period `L` farther along the gradient is `rate
-/// t L` farther along the direction, and faster by `rate L`.
+/// A steady simple shear of a periodic cell: at the time `t` an image one period `L` farther along the gradient is
+/// `rate t L` farther along the direction, and faster by `rate L`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
@@ -80,7 +79,7 @@ pub struct CellShear {
     pub rate: f64,
     /// The axis that images move along; it has a period.
     pub direction: Axis,
-    /// The axis across which they do; a later one, with a period.
+    /// The axis along which their velocity grows; a later one, with a period.
     pub gradient: Axis,
 }
 

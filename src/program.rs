@@ -23,7 +23,7 @@ const LEVELS: &str = "RELCP_LOG";
 /// Has drivers write nothing, and errors break their lines at spaces only, so that names, numbers and paths stay whole.
 pub fn prepare() {
     if std::env::var_os(SESSION).is_none() {
-        start_anew(SESSION, std::env::temp_dir().as_os_str());
+        restart_with(SESSION, std::env::temp_dir().as_os_str());
     }
     // Only a handler that is set already is refused, and this one is set once.
     let _ = miette::set_hook(Box::new(|_| {
@@ -36,7 +36,7 @@ pub fn prepare() {
 /// Starts the program anew with a variable set: a process cannot change its environment safely once it has threads. The
 /// process and its number stay the same. Where that fails the program goes on.
 #[cfg(unix)]
-pub fn start_anew(variable: &str, value: &OsStr) {
+pub fn restart_with(variable: &str, value: &OsStr) {
     use std::os::unix::process::CommandExt;
     let Ok(program) = std::env::current_exe() else { return };
     let mut arguments = std::env::args_os();
@@ -49,7 +49,7 @@ pub fn start_anew(variable: &str, value: &OsStr) {
 
 /// Other systems have no such drivers.
 #[cfg(not(unix))]
-pub fn start_anew(_variable: &str, _value: &OsStr) {}
+pub fn restart_with(_variable: &str, _value: &OsStr) {}
 
 /// Starts the log on standard error: nothing unless a level or the variable `RELCP_LOG` asks for it.
 pub fn start_log(level: Option<LevelFilter>) {

@@ -1,16 +1,16 @@
-//! What is known of a pair from one step to the next: a warm start.
+//! The warm start of a pair, from one step to the next.
 
 use glam::DVec3;
 
-/// What a step remembers of a near pair, to start the next step from.
+/// The warm start that a step leaves for a near pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Warm {
     /// The pair, `a < b`; or a body and a surface of a wall by its number ([`crate::walls::surface_of`]).
     pub pair: [u32; 2],
-    /// Which of the pair's contacts, where several are made at once.
+    /// The index of the contact, if the pair has several.
     pub feature: u32,
     /// The sum of its rows' multipliers.
     pub gamma: f64,
-    /// Its last normal; zero where none was found.
+    /// Its last normal; zero if none was found.
     pub normal: DVec3,
 }

@@ -8,24 +8,24 @@ use serde::{Deserialize, Serialize};
 /// The part of a period in which a force acts, where a scene does not say.
 const DEFAULT_DUTY: f64 = 0.5;
 
-/// When a force acts. In a step that it acts in for a part only it counts by that part, so that its impulse over the
+/// When a force acts. In a step that the window covers in part, the force counts by that part, so its impulse over the
 /// run is exact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Window {
-    /// The time from which on it acts. Without it: from the run's start.
+    /// The time from which it acts. Without it: from the run's start.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub from: Option<f64>,
-    /// The time at which it ends. Without it: it does not.
+    /// The time at which it ends. Without it: never.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub to: Option<f64>,
-    /// It is on at the beginning of each of such periods, counted from `from`, or from time 0, and off for the rest.
+    /// The length of a period, counted from `from` or time 0: it is on at the beginning of each and off for the rest.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub period: Option<f64>,
-    /// The part of each period in which it is on, over 0 and at most 1. Without it: 0.5.
+    /// The part of each period in which it is on, above 0 and at most 1. Without it: 0.5.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)), schemars(range(max = 1)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub duty: Option<f64>,

@@ -176,7 +176,7 @@ fn what_cannot_be_measured_is_said() {
         (&["measure", "run", "--only", "colour"], 2, "the measures are"),
         (&["measure", "run", "--bin", "0"], 2, "not above zero"),
         (&["measure", "run", "--bin", "nan"], 2, "finite"),
-        (&["measure", "empty"], 4, "there is no state to measure"),
+        (&["measure", "empty"], 4, "no state to measure"),
         (&["measure", "no-such-run"], 2, "no-such-run"),
         (&["measure", "text.npz"], 4, "not a state file"),
         (&["measure", "run", "--out", "run/scene.json"], 4, "scene.json"),

@@ -241,7 +241,7 @@ mod together {
         by_the_cpu(place.path(), &[&colony, "--out", "whole"]);
         let expected = result(&place.path().join("whole"));
         let halted = by_processes(place.path(), 2, &[&colony, "--out", "run", "--max-wall", "0.01"]);
-        assert_eq!(said(&halted).matches("go on with").count(), 1, "{}", said(&halted));
+        assert_eq!(said(&halted).matches("continue with").count(), 1, "{}", said(&halted));
         assert_eq!(summary(&place.path().join("run"))["status"], "interrupted");
         let again = by_processes(place.path(), 3, &["--resume", "--out", "run", "--max-wall", "0.01"]);
         assert!(!said(&again).contains("fault"), "{}", said(&again));

@@ -16,18 +16,18 @@
 //! ```
 
 mod error;
+mod member_state;
 mod members;
 mod ordered;
 mod plan;
 mod run;
-mod standing;
 mod sweep;
 mod table;
 
 pub use error::{BatchError, MemberError};
+pub use member_state::{Folders, MemberState, Outcome, Products, Recursions, Wall};
 pub use ordered::Ordered;
 pub use plan::{Member, Plan};
 pub use run::{Ended, Options, Settle, Watch, run};
-pub use standing::{Folders, MemberState, Outcome, Products, Recursions, Wall};
 pub use sweep::{MAX_MEMBERS, SeedRow, Seeds, Sweep, schema};
 pub use table::{Row, RowStatus, Table};

@@ -1,9 +1,9 @@
 //! A plan: a sweep whose scenes are read, validated and checked for duplicates.
 
 use super::error::BatchError;
+use super::member_state::Folders;
 use super::members::{Pick, values};
 use super::ordered::Ordered;
-use super::standing::Folders;
 use super::sweep::Sweep;
 use crate::record::{Fnv, folder_name, scene_hash};
 use crate::scene::{BuiltIn, FaultKind, Override, Scene, SceneError, Source, is_bare};

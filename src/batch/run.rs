@@ -4,8 +4,8 @@
 //! that fails does not stop the others.
 
 use super::error::{BatchError, MemberError};
+use super::member_state::{Folders, MemberState};
 use super::plan::{Member, Plan};
-use super::standing::{Folders, MemberState};
 use crate::record::Folder;
 use crate::run::{Run, RunError, RunStatus};
 use crate::scene::{FaultKind, Scene};
@@ -65,7 +65,7 @@ struct Task<'a> {
     place: usize,
     member: &'a Member,
     folder: PathBuf,
-    standing: MemberState,
+    state: MemberState,
 }
 
 struct Crew<'a> {
@@ -135,12 +135,12 @@ fn tasks<'a>(plan: &Plan, out: &Path, members: &'a [Member], retry: bool) -> Res
     let folders = Folders::read(out)?;
     let (mut tasks, mut ended) = (Vec::new(), Vec::new());
     for (place, member) in members.iter().enumerate() {
-        let (folder, standing) = folders.of(plan, member)?;
-        match &standing {
+        let (folder, state) = folders.of(plan, member)?;
+        match &state {
             MemberState::Summed(outcome) if outcome.completed || (outcome.status.is_stopped() && !retry) => {
                 ended.push((place, Ended::Before(outcome.status)));
             }
-            _ => tasks.push(Task { place, member, folder, standing }),
+            _ => tasks.push(Task { place, member, folder, state }),
         }
     }
     Ok((tasks, ended))
@@ -181,14 +181,14 @@ impl Crew<'_> {
         let begun = Instant::now();
         let scene = self.plan.scene(task.member.index)?;
         let compute = (self.settle)(&scene)?;
-        if matches!(task.standing, MemberState::Unfinished | MemberState::Summed(_)) {
+        if matches!(task.state, MemberState::Unfinished | MemberState::Summed(_)) {
             let folder = Folder::open(&task.folder).map_err(RunError::from)?;
             return Ok(Run::resume(scene, folder, &compute)?);
         }
         let state = State::new(scene.build_while(&mut |_| !self.watch.stop())?);
         let simulation = Simulation::start(&compute, scene, state).map_err(MemberError::Start)?;
         // The folder comes last, so that nothing is left of a member that cannot be begun.
-        let folder = match task.standing {
+        let folder = match task.state {
             MemberState::Unstarted => Folder::restart(&task.folder),
             _ => Folder::create(&task.folder),
         };

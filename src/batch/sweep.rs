@@ -61,13 +61,13 @@ pub enum Seeds {
 pub struct SeedRow {
     /// The first.
     pub from: u64,
-    /// How many.
+    /// Their number.
     #[schemars(range(min = 1))]
     pub count: u64,
 }
 
 impl Seeds {
-    /// How many.
+    /// Their number.
     pub fn len(&self) -> u64 {
         match self {
             Seeds::Listed(seeds) => seeds.len() as u64,
@@ -130,11 +130,11 @@ impl Sweep {
         }
         for (key, values) in &self.grid.0 {
             if values.is_empty() {
-                return Err(SceneError::bad(format!("grid.{key}"), "has no values, so that there is no member"));
+                return Err(SceneError::bad(format!("grid.{key}"), "has no values, so the sweep has no members"));
             }
         }
         if self.list.as_ref().is_some_and(Vec::is_empty) {
-            return Err(SceneError::bad("list", "is empty, so that there is no member; leave it out"));
+            return Err(SceneError::bad("list", "is empty, so the sweep has no members; omit it"));
         }
         self.check_seeds()?;
         self.check_twice()?;
@@ -151,7 +151,7 @@ impl Sweep {
                 Err(SceneError::bad("seeds", format!("goes beyond the largest seed, {}", u64::MAX)))
             }
             Some(seeds) if seeds.is_empty() => {
-                Err(SceneError::bad("seeds", "is empty, so that there is no member; leave it out"))
+                Err(SceneError::bad("seeds", "is empty, so the sweep has no members; omit it"))
             }
             _ => Ok(()),
         }

@@ -1,9 +1,9 @@
 //! The table of a batch: a row a member, from what the folders hold.
 
 use super::error::BatchError;
+use super::member_state::{Folders, MemberState, Outcome};
 use super::ordered::Ordered;
 use super::plan::{Member, Plan};
-use super::standing::{Folders, MemberState, Outcome};
 use crate::digits::few;
 use crate::record::{RecordError, durable};
 use crate::run::RunStatus;
@@ -97,7 +97,7 @@ pub struct Row {
     pub member: Member,
     /// Its folder.
     pub folder: PathBuf,
-    /// How it stands.
+    /// Its status.
     pub status: RowStatus,
     /// What its summary says, where it has one.
     pub outcome: Option<Outcome>,
@@ -185,9 +185,9 @@ impl Row {
             message: None,
         };
         match folders.of(plan, member) {
-            Ok((folder, standing)) => {
+            Ok((folder, state)) => {
                 row.folder = folder;
-                match standing {
+                match state {
                     MemberState::Missing => {}
                     MemberState::Unstarted | MemberState::Unfinished => row.status = RowStatus::Unfinished,
                     MemberState::Summed(outcome) => {

@@ -21,7 +21,7 @@ pub(super) fn batch(arguments: &Arguments) -> Result<Exit, CliError> {
         None => plan.members(),
         Some(index) => plan.members().get(index..=index).ok_or_else(|| {
             let count = plan.members().len();
-            CliError::Usage(format!("there is no member {index}; the sweep has {count}, numbered from 0"))
+            CliError::Usage(format!("no member {index}: the sweep has {count}, numbered from 0"))
         })?,
     };
     if arguments.count {
@@ -36,7 +36,7 @@ pub(super) fn batch(arguments: &Arguments) -> Result<Exit, CliError> {
     }
     let silent = arguments.print.quiet || arguments.index.is_some();
     for stranger in Folders::read(&out).map_err(BatchError::from)?.strangers(&plan).iter().filter(|_| !silent) {
-        output::message(&format!("{} belongs to no member of this sweep; left unchanged", stranger.display()));
+        output::message(&format!("{} is not a member of this sweep; left unchanged", stranger.display()));
     }
     if arguments.table {
         return table(arguments, &plan, &out);
@@ -85,11 +85,11 @@ fn table(arguments: &Arguments, plan: &Plan, out: &Path) -> Result<Exit, CliErro
     if left > 0 {
         output::message(&format!("{left} of {} members are unfinished", table.rows.len()));
     }
-    Ok(table.rows.iter().map(|row| standing(row.status)).fold(Exit::Done, Exit::worse))
+    Ok(table.rows.iter().map(|row| exit_of(row.status)).fold(Exit::Done, Exit::worse))
 }
 
-/// What a member that is not being run counts for: what is still to be run is no fault.
-fn standing(status: RowStatus) -> Exit {
+/// How a member that is not run counts: an unfinished one is no fault.
+fn exit_of(status: RowStatus) -> Exit {
     match status {
         RowStatus::OutOfTolerance | RowStatus::Stopped => Exit::OutOfTolerance,
         RowStatus::Fault | RowStatus::Failed => Exit::Internal,
@@ -134,7 +134,7 @@ fn run_members(arguments: &Arguments, plan: &Plan, out: &Path, members: &[Member
     print(arguments, &table)?;
     let exit = ended.iter().map(Exit::of_member).fold(Exit::Done, Exit::worse);
     if exit == Exit::Interrupted {
-        output::message("stopped; the same command goes on");
+        output::message("stopped; the same command continues");
     }
     Ok(exit)
 }

@@ -40,7 +40,7 @@ impl Devices {
         ensembles[nth].member()
     }
 
-    /// How many members run at once, where a number is asked for or none.
+    /// How many members run at once, by option or by default.
     pub fn jobs(&self, asked: Option<usize>, bodies: u64) -> Result<usize, CliError> {
         let ensembles = self.ensembles.lock().unwrap_or_else(PoisonError::into_inner);
         let fit: u64 = ensembles.iter().map(|ensemble| ensemble.members_that_fit(bodies)).sum();

@@ -141,7 +141,7 @@ impl Watch for BatchProgress {
         let how = match ended {
             Ended::Before(RunStatus::Stopped | RunStatus::Fault) => {
                 return self
-                    .say(&format!("{} stopped earlier; --retry goes on from its last good state", named(member)));
+                    .say(&format!("{} stopped earlier; --retry continues from its last good state", named(member)));
             }
             Ended::Before(_) | Ended::NotBegun => return,
             Ended::Failed(MemberError::Run(RunError::Fault(fault))) if fault.is_of_scene() => {
@@ -155,7 +155,7 @@ impl Watch for BatchProgress {
             Ended::Now(RunStatus::Done) => "done",
             Ended::Now(RunStatus::OutOfTolerance) => "ended out of tolerance",
             Ended::Now(RunStatus::Interrupted) => "stopped, with a checkpoint",
-            Ended::Now(_) => "stopped at a step that cannot be taken",
+            Ended::Now(_) => "stopped at a failed step",
         };
         let count = self.ended.fetch_add(1, Relaxed) + 1;
         if !self.quiet {

@@ -14,7 +14,7 @@ const QUIET_FOR: Duration = Duration::from_secs(1);
 /// Time between lines where there is no terminal.
 const LINE_EVERY: Duration = Duration::from_secs(5);
 /// Time between updates of the text.
-const LOOK_EVERY: Duration = Duration::from_millis(200);
+const POLL_INTERVAL: Duration = Duration::from_millis(200);
 
 /// Makes something that compiles kernels, and shows how many there are so far.
 pub(super) fn watch<T>(compute: &Compute, quiet: bool, make: impl FnOnce() -> T) -> T {
@@ -35,7 +35,7 @@ pub(super) fn watch<T>(compute: &Compute, quiet: bool, make: impl FnOnce() -> T)
 fn show(gpu: &Gpu, ends: &Receiver<()>) {
     let (begun, before, mut shown) = (Instant::now(), gpu.pipelines().len(), Instant::now());
     let mut bar: Option<ProgressBar> = None;
-    while ends.recv_timeout(LOOK_EVERY) == Err(RecvTimeoutError::Timeout) {
+    while ends.recv_timeout(POLL_INTERVAL) == Err(RecvTimeoutError::Timeout) {
         if begun.elapsed() < QUIET_FOR {
             continue;
         }

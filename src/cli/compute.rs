@@ -16,7 +16,7 @@ pub(super) fn no_mpi() -> CliError {
          batch --index (docs/clusters.md)"
     } else {
         "this program was built without MPI; build it with --features mpi on the machine whose MPI it is to use \
-         (docs/clusters.md), or leave --backend mpi out"
+         (docs/clusters.md), or omit --backend mpi"
     };
     CliError::Usage(why.into())
 }
@@ -47,7 +47,7 @@ fn choice(arguments: &Arguments) -> Choice {
     Choice { name: arguments.adapter.clone(), software: true, ..Choice::default() }
 }
 
-/// What computes: with `auto` the CPU. What was asked for beside it is not given up silently.
+/// The backend: with `auto` the CPU. Options that it does not support are refused.
 pub(super) fn settle(arguments: &Arguments, scene: &Scene) -> Result<Compute, CliError> {
     match arguments.backend {
         Backend::Auto | Backend::Cpu => cpu(arguments),
@@ -56,7 +56,7 @@ pub(super) fn settle(arguments: &Arguments, scene: &Scene) -> Result<Compute, Cl
     }
 }
 
-/// Says where `auto` leaves runs to the CPU that a hardware GPU may take in less time; so many are computed at once.
+/// Prints a hint if a hardware GPU may be faster than the CPU that `auto` uses, for so many concurrent runs.
 pub(super) fn propose_device(arguments: &Arguments, scene: &Scene, runs: usize) {
     if arguments.backend == Backend::Auto
         && let Some(why) = worth_a_device(scene, runs)
@@ -65,10 +65,10 @@ pub(super) fn propose_device(arguments: &Arguments, scene: &Scene, runs: usize) 
     }
 }
 
-/// The CPU, if nothing is asked for that it has not.
+/// The CPU, if it supports all options.
 pub(super) fn cpu(arguments: &Arguments) -> Result<Compute, CliError> {
     if arguments.precision == Some(Wanted::F32) {
-        return Err(CliError::Usage("the CPU computes in f64; leave --precision out, or say --backend gpu".into()));
+        return Err(CliError::Usage("the CPU computes in f64; omit --precision, or use --backend gpu".into()));
     }
     if arguments.adapter.is_some() {
         return Err(CliError::Usage(
@@ -78,7 +78,7 @@ pub(super) fn cpu(arguments: &Arguments) -> Result<Compute, CliError> {
     Ok(Compute::Cpu)
 }
 
-/// The precision that is asked for on a device.
+/// The precision to use on a device.
 fn precision(arguments: &Arguments) -> Option<Precision> {
     arguments.precision.map(|wanted| match wanted {
         Wanted::F32 => Precision::F32,

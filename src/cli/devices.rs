@@ -44,8 +44,8 @@ fn verdict(adapter: &AdapterReport) -> String {
         return format!("cannot be used: {}", adapter.lacks.join("; "));
     }
     match (adapter.taken, adapter.is_hardware()) {
-        (true, true) => "taken by --backend gpu".into(),
-        (true, false) => "taken by --backend gpu; a software adapter is slower than the CPU backend".into(),
-        (false, _) => "not taken unless named with --adapter: another one comes first".into(),
+        (true, true) => "used by --backend gpu".into(),
+        (true, false) => "used by --backend gpu; a software adapter is slower than the CPU backend".into(),
+        (false, _) => "not used unless named with --adapter: another one comes first".into(),
     }
 }

@@ -4,7 +4,7 @@
 
 use super::arguments::{Backend, Compute};
 use relcp::gpu::Gpu;
-use relcp::internals::program::start_anew;
+use relcp::internals::program::restart_with;
 use relcp::scene::Scene;
 use std::path::Path;
 
@@ -24,7 +24,7 @@ pub(super) fn compute_alone(arguments: &Compute, scene: &Scene, source: Option<&
     // The standard input cannot be read again.
     let again = source != Some(Path::new("-"));
     if asks && again && scene.bodies_at_end() <= MOST_BODIES_ALONE {
-        start_anew(THREADS, "0".as_ref());
+        restart_with(THREADS, "0".as_ref());
     }
 }
 
@@ -33,7 +33,7 @@ pub(super) fn compute_alone(arguments: &Compute, scene: &Scene, source: Option<&
 pub(super) fn compute_side_by_side(arguments: &Compute, members: usize, threads: usize, source: &Path) {
     let asks = arguments.backend == Backend::Gpu && std::env::var_os(THREADS).is_none();
     if asks && source != Path::new("-") && members >= threads && threads > 1 {
-        start_anew(THREADS, "0".as_ref());
+        restart_with(THREADS, "0".as_ref());
     }
 }
 

@@ -1,4 +1,4 @@
-//! Exit statuses, and what leads to them.
+//! Exit statuses and their causes.
 
 use miette::Diagnostic;
 use relcp::Error;
@@ -193,7 +193,7 @@ pub(super) enum CliError {
     #[error("{0}")]
     Usage(String),
     #[error("{message}")]
-    #[diagnostic(help("to go on with it as it was started: {command}"))]
+    #[diagnostic(help("to continue it as it was started: {command}"))]
     OtherSettings { message: String, command: String },
     #[error(transparent)]
     Device(#[from] GpuError),

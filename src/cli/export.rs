@@ -56,7 +56,7 @@ pub(super) fn export(arguments: &Arguments) -> Result<Exit, CliError> {
     Ok(Exit::Done)
 }
 
-/// In a run's folder, or else here, named after what is exported.
+/// In a run's folder, otherwise in the current folder, named after the source.
 fn place(run: &Path, name: &str, extension: &str) -> PathBuf {
     if run.is_dir() { run.join(extension) } else { PathBuf::from(format!("{name}-{extension}")) }
 }

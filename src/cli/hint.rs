@@ -14,7 +14,7 @@ use relcp::step::Fault;
 use std::error::Error;
 use std::fmt;
 
-/// An error with the program's hint in the place of the library's help.
+/// An error with the program's hint instead of the library's help.
 #[derive(Debug)]
 pub(super) struct Hinted(pub CliError);
 
@@ -75,7 +75,7 @@ fn of_device(fault: &GpuError) -> Option<&'static str> {
     match fault {
         GpuError::NoF64 { .. } => Some("use --precision f32, or --backend cpu"),
         GpuError::Lost { .. } | GpuError::Hang { .. } => {
-            Some("run again with --resume to go on from the last checkpoint")
+            Some("run again with --resume to continue from the last checkpoint")
         }
         GpuError::Kernel { .. } | GpuError::Refused { .. } => None,
         _ => Some("use --backend cpu"),
@@ -85,14 +85,12 @@ fn of_device(fault: &GpuError) -> Option<&'static str> {
 fn of_record(error: &RecordError) -> Option<&'static str> {
     match error {
         RecordError::NotEmpty { .. } => {
-            Some("name another folder with --out, or go on with the run that is in it with --resume")
+            Some("choose another folder with --out, or continue the run in it with --resume")
         }
         RecordError::NoCheckpoint { .. } => {
             Some("name the folder of an earlier run with --out, or start a new one without --resume")
         }
-        RecordError::OtherScene { .. } => {
-            Some("give the scene and the --set options that the run was started with, or leave both out")
-        }
+        RecordError::OtherScene { .. } => Some("use the scene and the --set options of the run, or omit both"),
         RecordError::InUse { .. } => Some("wait for it, stop it, or name another folder with --out"),
         _ => None,
     }
@@ -101,11 +99,11 @@ fn of_record(error: &RecordError) -> Option<&'static str> {
 fn of_render(error: &RenderError) -> Option<&'static str> {
     match error {
         RenderError::States(StatesError::Record(error)) | RenderError::Record(error) => of_record(error),
-        RenderError::NoScale { .. } => Some("leave --range out, or choose another --colour"),
-        RenderError::Nothing { .. } => Some("leave out --from and --to for all states"),
+        RenderError::NoScale { .. } => Some("omit --range, or choose another --colour"),
+        RenderError::Nothing { .. } => Some("omit --from and --to for all states"),
         RenderError::Foreign { .. } => Some("name another folder with --out"),
         RenderError::NoEncoder => Some("install ffmpeg, or make an animated PNG, which needs none: --movie NAME.png"),
-        RenderError::Stopped { .. } => Some("the same command again starts anew and replaces what is there"),
+        RenderError::Stopped { .. } => Some("run the same command again to start over and replace the files"),
         _ => None,
     }
 }

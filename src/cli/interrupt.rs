@@ -1,15 +1,15 @@
-//! Ctrl-C and termination: the first asks to stop after the step, the second quits.
+//! Ctrl-C and termination: the first signal stops after the step, the second quits.
 
 use super::exit::Exit;
 use super::output;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Lets a file that would grow over the system's limit (`ulimit -f`) be a fault of writing, with a message: without a
-/// handler the system ends the program silently.
+/// Turns a file that exceeds the system's limit (`ulimit -f`) into a write error: without a handler the system ends the
+/// program silently.
 #[cfg(unix)]
 pub(super) fn outlive_file_limits() {
-    // Where the system refuses the handler, it ends the program as ever.
+    // Without the handler the system ends the program.
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
 }
 
@@ -17,36 +17,36 @@ pub(super) fn outlive_file_limits() {
 #[cfg(not(unix))]
 pub(super) fn outlive_file_limits() {}
 
-/// Whether the user has asked to stop.
+/// Whether the user has requested a stop.
 #[derive(Clone, Default)]
 pub(super) struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Listens from now on. Where the system has no signals to listen to, they end the program as ever.
+    /// Installs the signal handler. Without it signals end the program at once.
     pub(super) fn listen() -> Self {
         Interrupt::listen_and(|| output::message("stopping; once more to quit at once"))
     }
 
-    /// As [`Interrupt::listen`], with a message for the first signal.
+    /// [`Interrupt::listen`] that calls `say` at the first signal.
     pub(super) fn listen_and(say: impl Fn() + Send + 'static) -> Self {
         let interrupt = Interrupt::default();
         let asked = interrupt.clone();
-        let heard = ctrlc::set_handler(move || {
+        let installed = ctrlc::set_handler(move || {
             if asked.0.swap(true, Ordering::SeqCst) {
                 std::process::exit(Exit::Interrupted as i32);
             }
             say();
         });
-        // A limit of the processor's time (`ulimit -t`) warns some seconds before it ends the program.
+        // A limit on processor time (`ulimit -t`) warns some seconds before it ends the program.
         #[cfg(unix)]
         let _ = signal_hook::flag::register(signal_hook::consts::SIGXCPU, interrupt.0.clone());
-        if heard.is_err() {
-            output::message("an interrupt will not leave a checkpoint: the system's signals cannot be listened to");
+        if installed.is_err() {
+            output::message("cannot install a signal handler: an interrupt will not leave a checkpoint");
         }
         interrupt
     }
 
-    /// Says nothing at the first, for a process that another one leads.
+    /// Ignores the first signal, for ranks other than 0.
     #[cfg(feature = "mpi")]
     pub(super) fn ignore() -> Self {
         Interrupt::listen_and(|| ())

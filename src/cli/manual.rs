@@ -8,9 +8,9 @@ use clap_complete::env::{CompleteEnv, Shells};
 use relcp::scene::nearest;
 
 const NAME: &str = "relcp";
-/// The variable by which the script of a shell asks the program.
+/// The variable with which a shell's script requests completions.
 const ASKED: &str = "RELCP_COMPLETE";
-/// What stands at the foot of a page.
+/// The foot of a page.
 const SOURCE: &str = concat!("relcp ", env!("CARGO_PKG_VERSION"));
 
 pub(super) fn completions(arguments: &Completions) -> Result<Exit, CliError> {
@@ -21,7 +21,7 @@ pub(super) fn completions(arguments: &Completions) -> Result<Exit, CliError> {
     Ok(Exit::Done)
 }
 
-/// Answers the script of a shell and ends, where the script asks what completes a command line.
+/// Prints completions and exits, if a shell's script requests them.
 pub(super) fn complete() {
     CompleteEnv::with_factory(Arguments::command).var(ASKED).complete();
 }
@@ -36,7 +36,7 @@ pub(super) fn man(arguments: &Man) -> Result<Exit, CliError> {
             let names: Vec<&str> = program.get_subcommands().map(Command::get_name).collect();
             let near = nearest(name, names.iter().copied()).map(|near| format!("; the nearest is `{near}`"));
             let near = near.unwrap_or_default();
-            CliError::Usage(format!("there is no command `{name}`{near}; the commands are {}", names.join(", ")))
+            CliError::Usage(format!("unknown command `{name}`{near}; the commands are {}", names.join(", ")))
         })?,
     };
     output::write(|out| clap_mangen::Man::new(page).source(SOURCE).render(&mut *out))?;

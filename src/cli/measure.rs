@@ -58,7 +58,7 @@ pub(super) fn measure(arguments: &Arguments) -> Result<Exit, CliError> {
     Ok(Exit::Done)
 }
 
-/// In a run's folder, or else here, named after what is measured.
+/// In a run's folder, otherwise in the current folder, named after the source.
 fn place(run: &Path, name: &str) -> PathBuf {
     if run.is_dir() { run.join("measures") } else { PathBuf::from(format!("{name}-measures")) }
 }

@@ -1,5 +1,5 @@
-//! `relcp run --backend mpi`: one run that several processes take together. Rank 0 does what the program does alone;
-//! the others follow it and say nothing.
+//! `relcp run --backend mpi`: one run on several processes. Rank 0 does what the program does alone; the others
+//! execute its commands and print nothing.
 
 use super::arguments::{Compute as Computing, Run as Arguments};
 use super::exit::{CliError, Exit};
@@ -17,7 +17,7 @@ type Lead = fn(&Arguments) -> Result<Exit, CliError>;
 /// The processes, once MPI has begun.
 static PROCESSES: OnceLock<Processes> = OnceLock::new();
 
-/// Rank 0, which sends the others home when it ends, however it ends.
+/// Rank 0. On drop it tells the other ranks to exit.
 struct Leading(Session);
 
 impl Drop for Leading {
@@ -26,12 +26,12 @@ impl Drop for Leading {
     }
 }
 
-/// Begins MPI, leads on rank 0 and follows on the others.
+/// Initializes MPI, leads on rank 0 and follows on the others.
 pub(super) fn run(arguments: &Arguments, lead: Lead) -> Result<Exit, CliError> {
     let session = match Session::begin() {
         Ok(session) => session,
         Err(fault) if fault.is_for(0) => return Err(CliError::Usage(fault.to_string())),
-        // Rank 0 says it and fails. One that failed before that would have `mpirun` end rank 0 unheard.
+        // Rank 0 reports it and fails. If another rank failed first, `mpirun` would end rank 0 before its message.
         Err(_) => return Ok(Exit::Done),
     };
     let processes = session.processes();
@@ -41,8 +41,8 @@ pub(super) fn run(arguments: &Arguments, lead: Lead) -> Result<Exit, CliError> {
         return lead(arguments);
     }
     computing::set_threads(&arguments.compute)?;
-    // What a signal asks for rank 0 decides.
-    let _heard = Interrupt::ignore();
+    // Rank 0 handles signals.
+    let _ignored = Interrupt::ignore();
     follow(processes, Exit::Internal as u8, output::message);
     Ok(Exit::Done)
 }

@@ -40,7 +40,7 @@ impl Progress {
         Progress { bar, quiet, shown: now, begun: now, cost: StepCost::default() }
     }
 
-    /// Takes note of a step, and shows it where it is time to.
+    /// Records a step, and shows it when due.
     pub(super) fn step(&mut self, run: &Run, report: &StepReport) {
         self.cost.add(self.begun.elapsed().as_secs_f64());
         self.begun = Instant::now();

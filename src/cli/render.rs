@@ -29,7 +29,7 @@ pub(super) fn render(arguments: &Arguments) -> Result<Exit, CliError> {
     compute::set_thread_count(arguments.threads)?;
     let encoder = if arguments.no_movie { None } else { Encoder::find() };
     if arguments.movie.is_some() && arguments.format != Format::Png {
-        return Err(CliError::Usage("--movie: a movie is made of pictures in pixels; leave --format out".into()));
+        return Err(CliError::Usage("--movie: movies need pixel pictures; omit --format".into()));
     }
     if let Some(movie) = &arguments.movie {
         check_movie(movie, encoder.as_ref())?;
@@ -127,7 +127,7 @@ fn frames(arguments: &Arguments) -> Frames {
     }
 }
 
-/// Makes the movie that is asked for, or where none is but could be, one of more than one picture.
+/// Makes the requested movie, or a default one if there is more than one picture.
 fn make_movie(
     arguments: &Arguments,
     encoder: Option<&Encoder>,
@@ -142,7 +142,7 @@ fn make_movie(
         return Ok(None);
     }
     if encoder.is_none() && arguments.movie.is_none() {
-        rendered.notes.push("no movie.mp4: there is no `ffmpeg` on the path; --movie NAME.png needs none".into());
+        rendered.notes.push("no movie.mp4: `ffmpeg` is not on the path; --movie NAME.png needs none".into());
         return Ok(None);
     }
     let path = arguments.movie.clone().unwrap_or_else(|| folder.join(MOVIE));
@@ -150,7 +150,7 @@ fn make_movie(
     Ok(Some(path))
 }
 
-/// In a run's folder, or else here, named after what is drawn.
+/// In a run's folder, otherwise in the current folder, named after the source.
 fn place(run: &Path, name: &str) -> PathBuf {
     if run.is_dir() { run.join("render") } else { PathBuf::from(format!("{name}-render")) }
 }

@@ -1,4 +1,4 @@
-//! What a run says at its end, for people.
+//! The report at a run's end.
 
 use super::output;
 use relcp::digits::{beside, few, short, time};
@@ -120,7 +120,7 @@ fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
         )?;
     }
     if by_cpu > 0 {
-        writeln!(out, "  {by_cpu} of {} steps taken by the CPU in the place of the device", s.steps)?;
+        writeln!(out, "  {by_cpu} of {} steps taken by the CPU instead of the device", s.steps)?;
     }
     if turned_less > 0 {
         writeln!(
@@ -156,7 +156,7 @@ fn verdict(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     }
 }
 
-/// Steps by their numbers, with an ellipsis where there are more.
+/// A list of step numbers, with an ellipsis if there are more.
 fn list(named: impl Iterator<Item = String>, shown: usize, all: u64) -> String {
     let more = if all > shown as u64 { ", ..." } else { "" };
     format!("{}{more}", named.collect::<Vec<_>>().join(", "))

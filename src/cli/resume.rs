@@ -1,4 +1,4 @@
-//! Which run `relcp run --resume` goes on with.
+//! The run that `relcp run --resume` continues.
 
 use super::arguments::Run as Arguments;
 use super::exit::CliError;
@@ -9,7 +9,7 @@ use relcp::run::Run;
 use relcp::scene::{BuiltIn, NO_OVERRIDES, Scene};
 use std::path::Path;
 
-/// The command that goes on with the run in a folder, as it was started.
+/// The command that continues the run in a folder.
 pub(super) fn command(folder: &Path) -> String {
     format!("relcp run --resume --out {}", output::argument(folder))
 }
@@ -45,15 +45,15 @@ fn newest(arguments: &Arguments) -> Result<(Folder, Scene), CliError> {
         EarlierState::Running => false,
     };
     let Some(run) = runs.iter().find(may_go_on) else {
-        let elsewhere = "a run elsewhere goes on with relcp run --resume --out DIR";
+        let elsewhere = "resume a run elsewhere with relcp run --resume --out DIR";
         return Err(CliError::Usage(match (count(EarlierState::Running), count(EarlierState::Ended)) {
-            (0, 0) => format!("there is no run in {RUNS} to go on with; {elsewhere}"),
+            (0, 0) => format!("no run to resume in {RUNS}; {elsewhere}"),
             (0, ended) => format!(
-                "there is no unfinished run in {RUNS}: {} ended; --until TIME goes on past the end of the newest; {elsewhere}",
+                "no unfinished run in {RUNS}: {} ended; --until TIME continues the newest past its end; {elsewhere}",
                 output::count(ended, "run has", "runs have")
             ),
             (running, _) => format!(
-                "there is no unfinished run in {RUNS}, besides {} that another process is computing; {elsewhere}",
+                "no unfinished run in {RUNS}, besides {} that another process is computing; {elsewhere}",
                 output::count(running, "run", "runs")
             ),
         }));
@@ -76,7 +76,7 @@ fn newest(arguments: &Arguments) -> Result<(Folder, Scene), CliError> {
 fn of_scene(arguments: &Arguments, source: &Path) -> Result<(Folder, Scene), CliError> {
     let scene = Scene::load(source, &arguments.sets)?;
     let mut runs = EarlierRun::all_in(Path::new(RUNS), Some(&scene.name));
-    // Stable: of those that stand alike the newest stays first.
+    // Stable: among equals the newest stays first.
     runs.sort_by_key(|run| run.state);
     let Some(first) = runs.first() else { return Err(RecordError::NoCheckpoint { path: RUNS.into() }.into()) };
     let hash = scene_hash(&scene);
@@ -109,6 +109,6 @@ fn of_scene(arguments: &Arguments, source: &Path) -> Result<(Folder, Scene), Cli
 
 fn say(arguments: &Arguments, folder: &Path, what: String) {
     if !arguments.print.quiet {
-        output::message(&format!("going on with {}{what}", folder.display()));
+        output::message(&format!("resuming {}{what}", folder.display()));
     }
 }

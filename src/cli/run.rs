@@ -14,11 +14,11 @@ use serde::Serialize;
 use std::path::Path;
 use std::time::Instant;
 
-/// Where runs go that are not told where.
+/// The default folder of runs.
 pub(super) const RUNS: &str = "runs";
 
-/// What rank 0 says when it is asked to end: a launcher asks for it too where another process has ended, and then no
-/// step will come to its end.
+/// The message of rank 0 at a signal. A launcher also sends one if another process has ended, and then no step will
+/// finish.
 const STOPPING: &str = "stopping after this step. If another process has ended, the step cannot end, and the run goes on \
                         from its last checkpoint: relcp run --resume with the same --out, by any number of processes";
 
@@ -95,7 +95,7 @@ fn lead(arguments: &Arguments) -> Result<Exit, CliError> {
 
 fn start(arguments: &Arguments, interrupt: &Interrupt) -> Result<Run, CliError> {
     let Some(source) = &arguments.scene else {
-        return Err(CliError::Usage("which scene? `relcp scenes` lists the built-in ones".into()));
+        return Err(CliError::Usage("no scene given; `relcp scenes` lists the built-in ones".into()));
     };
     let begun = Instant::now();
     let scene = Scene::load(source, &arguments.sets)?;
@@ -132,7 +132,7 @@ fn show(
 ) -> Result<(), CliError> {
     if summary.status == RunStatus::Interrupted {
         let on = resume::command(folder);
-        output::message(&format!("stopped after step {}; go on with: {on}", summary.steps));
+        output::message(&format!("stopped after step {}; continue with: {on}", summary.steps));
     }
     if arguments.print.json {
         return output::json(&Document { folder, view: page, profile: device, summary });

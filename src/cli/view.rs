@@ -70,7 +70,7 @@ pub(super) fn after(folder: &Path) -> Result<PathBuf, CliError> {
     Ok(file)
 }
 
-/// In a run's folder, or else here, named after what is shown.
+/// In a run's folder, otherwise in the current folder, named after the source.
 fn place(run: &Path, name: &str) -> PathBuf {
     if run.is_dir() { run.join(PAGE) } else { PathBuf::from(format!("{name}-{PAGE}")) }
 }
@@ -90,7 +90,7 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// Asks the system to show the file. A message says why if it cannot; the page is complete all the same.
 fn show(file: &Path) {
     if let Err(why) = ask_to_show(file) {
-        output::message(&format!("no browser was opened: {why}; open {} in one yourself", file.display()));
+        output::message(&format!("could not open a browser: {why}; open {} yourself", file.display()));
     }
 }
 
@@ -106,7 +106,7 @@ fn ask_to_show(file: &Path) -> Result<(), String> {
     let begun = Instant::now();
     while begun.elapsed() < PATIENCE {
         match asked.try_wait() {
-            // The status of Windows' explorer says nothing.
+            // The exit status of Windows' explorer is meaningless.
             Ok(Some(status)) if status.success() || cfg!(windows) => return Ok(()),
             Ok(Some(status)) => return Err(format!("`{program}` found none ({status})")),
             Ok(None) => std::thread::sleep(Duration::from_millis(20)),

@@ -19,7 +19,7 @@ pub enum RowSource {
     },
 }
 
-/// A shape has no proxy of the count asked for.
+/// A shape has no proxy with this number of spheres.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("body {body}: {source}")]
 pub struct RowSourceError {

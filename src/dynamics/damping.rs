@@ -1,5 +1,5 @@
-//! What drag leaves of a body's motion in a time, where it has inertia too: `m u' = F - xi L u`, and about each
-//! principal axis `I w' = T - (xi L^3 / 12) w`. Both are solved exactly for a steady force:
+//! The decay of a body's motion by drag, with inertia: `m u' = F - xi L u`, and about each principal axis `I w' = T -
+//! (xi L^3 / 12) w`. Both are solved exactly for a steady force:
 //!
 //! ```text
 //! u(t) = e^-a u(0) + (1 - e^-a) / a  t F / m,   a = t xi L / m

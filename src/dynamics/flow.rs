@@ -29,7 +29,7 @@ use schemars::JsonSchema;
 #[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
-/// A background flow that bodies are carried and turned by.
+/// A background flow that carries and turns bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
@@ -37,11 +37,11 @@ use serde::{Deserialize, Serialize};
 pub enum Flow {
     /// Steady simple shear: `u(x) = rate (x . gradient) direction`, zero at the origin.
     Shear {
-        /// What the velocity grows by over the distance along `gradient`, one over time; of either sign.
+        /// The velocity gradient along `gradient`, one over time; of either sign.
         rate: f64,
-        /// Along the flow, a unit vector.
+        /// The direction of the flow, a unit vector.
         direction: [f64; 3],
-        /// Along which the velocity grows, a unit vector at right angles to `direction`.
+        /// The direction in which the velocity grows, a unit vector perpendicular to `direction`.
         gradient: [f64; 3],
     },
 }

@@ -66,12 +66,12 @@ pub trait ForceField: Send + Sync {
     /// does), and a field must have the space's periods.
     fn load(&self, bodies: &Bodies, i: usize, time: f64) -> Load;
 
-    /// Called on one thread before the loads of a state are asked for: at the start of a step or of a piece of one that
-    /// is taken again, and in its middle where it has one. A field that computes all loads together does it here. What
-    /// it says went wrong ends the step with the state before it.
+    /// Called on one thread before the loads of a state are computed: at the start of a step or of a piece of a
+    /// repeated one, and in the middle of a midpoint step. A field that computes all loads together does it here. An
+    /// error ends the step with the state before it.
     ///
     /// # Errors
-    /// What went wrong, in words.
+    /// A message.
     fn prepare(&self, _bodies: &Bodies, _time: f64) -> Result<(), String> {
         Ok(())
     }
@@ -153,7 +153,7 @@ pub enum Force {
     Torque {
         /// The torque.
         torque: [f64; 3],
-        /// The axes that it is given in.
+        /// The axes in which it is given.
         #[cfg_attr(feature = "files", serde(default))]
         frame: Frame,
         /// Only bodies of this group.
@@ -163,10 +163,10 @@ pub enum Force {
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         window: Option<Window>,
     },
-    /// A harmonic trap: `F(x) = -stiffness (x - center)`. Along a periodic axis it draws to the nearest image of the
+    /// A harmonic trap: `F(x) = -stiffness (x - center)`. Along a periodic axis it pulls to the nearest image of the
     /// centre.
     Trap {
-        /// Force over distance.
+        /// Its stiffness, force over distance.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         stiffness: f64,
         /// Its centre.
@@ -193,15 +193,15 @@ const fn all_axes() -> [bool; 3] {
     [true; 3]
 }
 
-/// The axes that a torque is given in.
+/// The axes of a torque.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 pub enum Frame {
-    /// Those of space.
+    /// The axes of space.
     #[default]
     Space,
-    /// Those of each body, which turn with it.
+    /// The axes of each body, which turn with it.
     Body,
 }
 

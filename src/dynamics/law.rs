@@ -27,8 +27,8 @@ pub enum Dynamics {
         /// Mass per volume of every body.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         density: f64,
-        /// Drag coefficient `xi` of the overdamped law's resistance, `m u' = F - xi L u` and `I w' = T - (xi L^3 / 12)
-        /// w`. Without it: no drag.
+        /// Drag coefficient `xi`, with the resistance of the overdamped law: `m u' = F - xi L u` and `I w' = T - (xi
+        /// L^3 / 12) w`. Without it: no drag.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         drag: Option<f64>,

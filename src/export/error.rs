@@ -19,7 +19,7 @@ pub enum ExportError {
     #[diagnostic(transparent)]
     Scene(#[from] SceneError),
     /// The folder is not that of a run.
-    #[error("{}: there is no state to export", path.display())]
+    #[error("{}: no state to export", path.display())]
     #[diagnostic(help(
         "name a run's folder (it has states/, checkpoint.npz or final.json), a state (.npz), a scene file or a built-in scene"
     ))]
@@ -42,14 +42,14 @@ pub enum ExportError {
         why: &'static str,
     },
     /// A shape that no format has.
-    #[error("{origin}: body {body} has a custom shape, which no file holds")]
+    #[error("{origin}: body {body} has a custom shape, which files cannot store")]
     Custom {
         /// The state.
         origin: String,
         /// The first body concerned, by its row.
         body: usize,
     },
-    /// Whoever asked for it asked to stop.
+    /// The caller requested a stop.
     #[error("stopped after {done} of {all} states")]
     Stopped {
         /// States done.

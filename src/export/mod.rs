@@ -1,9 +1,9 @@
 //! The states of a run in formats that other programs read: GSD for OVITO and HOOMD's tools, VTK's for ParaView,
 //! LAMMPS' text dump and extended XYZ for OVITO, ASE and scripts.
 //!
-//! [`States`] finds the states, [`gsd()`], [`vtk()`], [`lammps()`] and [`xyz()`] write them. Each file is there whole or
-//! not at all. Shapes are exact wherever the format has them: see the modules of these names for what is where, and how
-//! rods and rings are expressed.
+//! [`States`] finds the states, [`gsd()`], [`vtk()`], [`lammps()`] and [`xyz()`] write them. Each file is there whole
+//! or not at all. Shapes are exact wherever the format has them: see the modules of these names for what is where, and
+//! how rods and rings are expressed.
 //!
 //! ```
 //! use relcp::export::{Format, export};

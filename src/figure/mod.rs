@@ -16,7 +16,7 @@ impl Figure {
     /// Its file.
     ///
     /// # Errors
-    /// What went wrong, in words.
+    /// A message.
     pub fn file(&self, format: Format) -> Result<Vec<u8>, String> {
         self.0.file(format)
     }

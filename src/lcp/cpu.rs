@@ -1,12 +1,11 @@
 //! The vector verbs on the CPU, in f64, on one thread.
 //!
-//! Bodies have places of their own here: those that a step gives them by where they are ([`Places`]), or where nothing
-//! is known of that, by what they share (`lcp::numbering`). Rows have an order of their own: that of
-//! [`pair_blocks::order`] within chunks of rows with near bodies. So the rows of a pair stand together, rows near each
-//! other share bodies, and a chunk is what one of several threads takes (`lcp::team`). Rows as the paper has them keep
-//! their bodies' numbers and stand in one chunk.
+//! Bodies are reordered: by position in space if a step sets it ([`Places`]), otherwise by shared rows
+//! (`lcp::numbering`). Rows are reordered too: by [`pair_blocks::order`] within chunks of rows with near bodies. So the
+//! rows of a pair are adjacent, adjacent rows share bodies, and each thread takes some chunks (`lcp::team`). The rows
+//! of the paper's method keep the order of their bodies and form one chunk.
 //!
-//! Of a problem that several processes solve, each has a portion (`lcp::portion`).
+//! If several processes solve a problem, each has a portion (`lcp::portion`).
 
 use super::clusters::Clusters;
 use super::cone::{admit, worse};
@@ -34,10 +33,10 @@ const MOST_CHUNKS: usize = 128;
 /// Rows of a chunk for rows as the paper has them, whose sums keep their bits.
 const CHUNK_OF_PARALLEL_ROWS: usize = 4_096;
 
-/// One problem, made ready for the solvers. Its buffers are used again for the next problem.
+/// A problem prepared for the solvers. Its buffers are reused for the next problem.
 #[derive(Clone, Debug, Default)]
 pub struct Cpu<const D: usize, P = Alone> {
-    /// Each row's place in the problem.
+    /// Each row's index in the problem.
     pub(super) order: Vec<u32>,
     q: Vec<f64>,
     diagonal: Vec<f64>,
@@ -53,13 +52,13 @@ pub struct Cpu<const D: usize, P = Alone> {
     chunks: Chunks,
     parallel_rows: bool,
     products: u64,
-    looks: Vec<f64>,
-    /// Made when they are first needed.
+    noted: Vec<f64>,
+    /// Computed on first use.
     clusters: Option<Clusters<D>>,
-    /// Where bodies stand, if a step says so.
+    /// The body order, if a step sets it.
     places: Option<Places>,
     finite: bool,
-    /// What of the problem these rows are.
+    /// The portion of the problem that these rows are.
     pub(super) portion: P,
 }
 
@@ -69,7 +68,7 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
         Cpu { parallel_rows: true, ..Cpu::default() }
     }
 
-    /// Takes a problem: sorts its rows by pair and copies them.
+    /// Loads a problem: sorts its rows by pair and copies them.
     pub fn rebuild(&mut self, problem: &Problem<D>) {
         let mut place = Vec::new();
         let numbered: Vec<[u32; 2]>;
@@ -113,7 +112,7 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
         self.blocks.rebuild(self.product.pair(), self.product.jacobian(), &live, &blocks);
         self.compliance = 0.0;
         self.products = 0;
-        self.looks.clear();
+        self.noted.clear();
         self.clusters = None;
     }
 
@@ -124,9 +123,8 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
         self.inverse_majorant = self.majorant.iter().zip(&self.inverse).map(inverse).collect();
     }
 
-    /// Adds this part of the diagonal of `A` to it, until the next problem: a row then gives way by that part of what
-    /// its own multiplier moves it by, so that rows which contradict each other have a solution. The small problems of
-    /// pairs, which only guide an iteration, stay as they are.
+    /// Adds this part of its diagonal to `A`, until the next problem, so that contradictory rows have a solution. The
+    /// small problems of pairs, which only guide an iteration, stay unchanged.
     pub fn set_compliance(&mut self, compliance: f64) {
         self.compliance = compliance;
     }
@@ -136,7 +134,7 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
         self.compliance
     }
 
-    /// The most that a row gives way at these multipliers, a length.
+    /// The largest violation that the compliance allows at these multipliers, a length.
     pub fn given_way(&self, x: &[f64]) -> f64 {
         let moved = self.diagonal.iter().zip(x).map(|(s, x)| s * x);
         self.compliance * moved.fold(0.0, worse)
@@ -147,8 +145,8 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
         self.finite
     }
 
-    /// Sets the order of the bodies of the next problems, and what of these is here; problems with another number of
-    /// bodies keep theirs.
+    /// Sets the body order and this process's portion for subsequent problems. It does not apply to problems with
+    /// another number of bodies.
     pub(crate) fn place(&mut self, places: Places, portion: P) {
         (self.places, self.portion) = (Some(places), portion);
     }
@@ -160,25 +158,25 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
         self.portion.survey((largest, finite))
     }
 
-    /// Each row's place in the problem.
+    /// Each row's index in the problem.
     pub(crate) fn order(&self) -> &[u32] {
         &self.order
     }
 
-    /// Brings a vector from the problem's order of rows into this one's, numbers that cannot be multipliers as zero.
+    /// Reorders multipliers from the problem's order to this one's; invalid ones become zero.
     pub fn import(&self, gamma: &[f64], x: &mut Vec<f64>) {
         x.clear();
         x.extend(self.order.iter().map(|row| admit(gamma[*row as usize])));
     }
 
-    /// Brings a vector back into the problem's order of rows.
+    /// Reorders a vector to the problem's order of rows.
     pub fn export(&self, x: &[f64], gamma: &mut [f64]) {
         for (row, x) in self.order.iter().zip(x) {
             gamma[*row as usize] = *x;
         }
     }
 
-    /// The rows, for solvers that must look at them one by one.
+    /// The rows, for solvers that visit them one by one.
     pub(crate) fn rows(&self) -> Rows<'_, D> {
         let (diagonal, inverse) = (&self.diagonal, &self.inverse);
         Rows { pair: self.product.pair(), jacobian: self.product.jacobian(), q: &self.q, diagonal, inverse }
@@ -190,11 +188,11 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
     }
 
     /// Counts products from zero.
-    pub(crate) fn count_anew(&mut self) {
+    pub(crate) fn restart_count(&mut self) {
         self.products = 0;
     }
 
-    /// Products made since the problem was taken.
+    /// Products computed since the problem was loaded.
     pub(crate) fn products_made(&self) -> u64 {
         self.products
     }
@@ -204,7 +202,7 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
         self.products += n;
     }
 
-    /// How many rows the whole problem has.
+    /// The number of rows of the whole problem.
     pub(crate) fn all_rows(&self) -> usize {
         self.portion.all_rows(self.q.len())
     }
@@ -226,13 +224,13 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
             blocks: Some(self.blocks.whole()),
             chunks: &self.chunks,
             products: self.products,
-            looks: std::mem::take(&mut self.looks),
+            noted: std::mem::take(&mut self.noted),
         }
     }
 
-    /// Gives back the residuals that nobody has asked for.
-    pub(super) fn put_back(&mut self, looks: Vec<f64>) {
-        self.looks = looks;
+    /// Restores the recorded residuals.
+    pub(super) fn put_back(&mut self, noted: Vec<f64>) {
+        self.noted = noted;
     }
 
     fn diagonals(&self) -> Diagonals<'_> {
@@ -267,9 +265,9 @@ pub(super) struct Whole<'a, const D: usize> {
     /// Those that no member has taken.
     pub blocks: Option<pair_blocks::Part<'a>>,
     pub chunks: &'a Chunks,
-    /// Products made so far, and residuals that nobody has asked for yet.
+    /// Products computed so far, and recorded residuals that were not read yet.
     pub products: u64,
-    pub looks: Vec<f64>,
+    pub noted: Vec<f64>,
 }
 
 impl<const D: usize, P: Portion<D>> OnRows for Cpu<D, P> {
@@ -296,7 +294,7 @@ impl<const D: usize, P: Portion<D>> OnRows for Cpu<D, P> {
     }
 
     fn noted(&mut self) -> &mut Vec<f64> {
-        &mut self.looks
+        &mut self.noted
     }
 
     fn made(&self) -> u64 {

@@ -1,12 +1,11 @@
-//! A process's domain of a problem that several share: the rows of its bodies.
+//! A process's domain of a distributed problem: the rows of its bodies.
 //!
-//! A row between bodies of two processes is with both of them, so that each has all rows of its own bodies, and their
-//! velocities `J^T x` are whole. A product takes one exchange: the velocities of bodies at the border go to the
-//! processes that have rows with them. A number of all rows is what each process's rows come to, every row counted by
-//! the owner of its first body, joined along the tree of all blocks: one exchange among all.
+//! Both processes have a row between their bodies. So each has all rows of its own bodies and can compute their
+//! velocities `J^T x`. A product takes one exchange: the velocities of bodies at the border go to the processes that
+//! have rows with them. A reduction over all rows combines the partial results of processes along the tree of all
+//! blocks in one gather; the owner of a row's first body counts the row.
 //!
-//! The order of rows is that of all of them, restricted to the domain, so that every number has the bits that one
-//! process alone would come to.
+//! Rows have the global order, restricted to the domain, so every number has the bits of a run on one process.
 
 use super::loops::{Tree, branches};
 use super::pair_blocks::sorted;
@@ -15,18 +14,18 @@ use crate::processes::{Parcel, Processes};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The bodies of a process, and those of others that it has rows with.
+/// The bodies of a process and of the others that it has rows with.
 #[derive(Clone, Debug)]
 pub struct Domain {
     /// The processes that share the problem.
     pub processes: Processes,
     /// The blocks of every process, one after the other.
     pub blocks: Vec<Range<usize>>,
-    /// Where its own bodies stand among those that it knows.
+    /// The positions of its own bodies among the local ones.
     pub own: Range<usize>,
     /// Whose the body at each place is; those of walls are everybody's.
     pub owner: Vec<u32>,
-    /// The place of each of them among all bodies.
+    /// The global position of each of them.
     pub among_all: Vec<u32>,
     /// How many bodies there are, with the surfaces of walls, and the edges of the blocks, among all.
     pub bodies: usize,
@@ -42,10 +41,10 @@ pub(super) struct Border {
     pub domain: Arc<Domain>,
     /// The rows that are counted here, all but the first ones.
     pub rows: Range<usize>,
-    /// The number of the first of these among all, and how many there are.
+    /// The global index of the first of these, and the number of all rows.
     pub first: usize,
     pub all: usize,
-    /// The numbers among all of the rows before.
+    /// The global indices of the rows before.
     copies: Vec<u32>,
     /// Own bodies whose velocities others need, and others' bodies.
     pub out: Route,
@@ -56,7 +55,7 @@ pub(super) struct Border {
     branches: Vec<Vec<u32>>,
 }
 
-/// From pairs of a process and a place, in any order.
+/// A route from pairs of a process and a position, in any order.
 pub(crate) fn route(mut places: Vec<(usize, u32)>) -> Route {
     places.sort_unstable();
     places.dedup();
@@ -69,7 +68,7 @@ impl Border {
         let Domain { processes, own, owner, blocks, .. } = &**domain;
         let rank = processes.rank();
         let begin = pair.partition_point(|pair| (sorted(*pair)[0] as usize) < own.start);
-        let counts = processes.gather(&[(pair.len() - begin) as u64]);
+        let counts = processes.all_gather(&[(pair.len() - begin) as u64]);
         let first = counts[..rank].iter().sum::<u64>() as usize;
         let all = counts.iter().sum::<u64>() as usize;
         let is_own = |place: u32| own.contains(&(place as usize));
@@ -101,7 +100,7 @@ impl Border {
         border
     }
 
-    /// Learns the numbers of the rows that others count.
+    /// Receives the global indices of the rows that others count.
     fn number_copies(&mut self, pair: &[[u32; 2]]) {
         let owner = &self.domain.owner;
         let other = |row: &u32, side: usize| owner[sorted(pair[*row as usize])[side] as usize] as usize;
@@ -110,11 +109,11 @@ impl Border {
         let into = route((0..self.rows.start as u32).map(|row| (other(&row, 0), row)).collect());
         let mut copies = vec![0; self.rows.start];
         let number = |row: u32| [f64::from((self.first + row as usize - self.rows.start) as u32)];
-        self.swap(&out, &into, number, |row, [number]| copies[row as usize] = number as u32);
+        self.exchange(&out, &into, number, |row, [number]| copies[row as usize] = number as u32);
         self.copies = copies;
     }
 
-    /// The place here of a row that has this number among all, if it is here.
+    /// The local row with this global index, if there is one.
     pub fn row(&self, number: u32) -> Option<usize> {
         match (number as usize).checked_sub(self.first) {
             Some(row) if row < self.rows.len() => Some(self.rows.start + row),
@@ -122,7 +121,7 @@ impl Border {
         }
     }
 
-    /// The number among all of a row.
+    /// The global index of a row.
     pub fn number(&self, row: usize) -> u32 {
         match row.checked_sub(self.rows.start) {
             Some(row) => (self.first + row) as u32,
@@ -130,8 +129,8 @@ impl Border {
         }
     }
 
-    /// Sends numbers of places to other processes, and takes theirs.
-    pub fn swap<const N: usize>(
+    /// Exchanges values of bodies or rows with other processes.
+    pub fn exchange<const N: usize>(
         &self,
         out: &Route,
         into: &Route,
@@ -142,29 +141,29 @@ impl Border {
         let sent: Vec<Parcel> = out.iter().map(pack).collect();
         let room = |(from, places): &(usize, Vec<u32>)| (*from, vec![0.0; N * places.len()]);
         let mut taken: Vec<Parcel> = into.iter().map(room).collect();
-        self.domain.processes.swap(&sent, &mut taken, || {});
+        self.domain.processes.exchange(&sent, &mut taken, || {});
         for ((_, places), (_, numbers)) in into.iter().zip(&taken) {
             places.iter().zip(numbers.as_chunks::<N>().0).for_each(|(place, numbers)| put(*place, *numbers));
         }
     }
 
-    /// `out = A x`. The rows of own bodies are made while the velocities of others are on their way.
+    /// `out = A x`. The rows of own bodies are computed while the velocities of others are in transit.
     pub fn multiply<const D: usize>(&self, product: &mut Product<D>, x: &[f64], out: &mut [f64]) {
         let velocity = product.velocities(x);
         let pack = |places: &[u32]| places.iter().flat_map(|place| velocity[*place as usize]).collect();
         let sent: Vec<Parcel> = self.out.iter().map(|(to, places)| (*to, pack(places))).collect();
         let room = |(from, places): &(usize, Vec<u32>)| (*from, vec![0.0; D * places.len()]);
         let mut taken: Vec<Parcel> = self.into.iter().map(room).collect();
-        self.domain.processes.swap(&sent, &mut taken, || product.rows(out));
+        self.domain.processes.exchange(&sent, &mut taken, || product.rows(out));
         let velocity = product.last_velocities();
         for ((_, places), (_, numbers)) in self.into.iter().zip(&taken) {
             let numbers = numbers.as_chunks::<D>().0;
             places.iter().zip(numbers).for_each(|(place, numbers)| velocity[*place as usize] = *numbers);
         }
-        product.rows_anew(&self.across, out);
+        product.recompute_rows(&self.across, out);
     }
 
-    /// What the chunks of all processes come to, those of this one by `chunk`; `chunks` has one for each block of all.
+    /// Reduces the chunks of all processes; `chunk` computes those of this one, and `chunks` has one for each block.
     pub fn join_chunks<const N: usize>(
         &self,
         start: [f64; N],
@@ -182,7 +181,7 @@ impl Border {
             *value = branch.end(start);
         }
         let mut all = vec![0.0; N * most * processes.size()];
-        processes.gather_even(&own, &mut all);
+        processes.all_gather_even(&own, &mut all);
         let mut tree = Tree::new(join);
         for (levels, values) in self.branches.iter().zip(all.chunks(N * most)) {
             levels.iter().zip(values.as_chunks::<N>().0).for_each(|(level, value)| tree.add(*value, *level));
@@ -190,15 +189,15 @@ impl Border {
         tree.end(start)
     }
 
-    /// What the counts of all processes come to.
+    /// The sum of the counts of all processes.
     pub fn sum(&self, count: usize) -> usize {
         let mut all = vec![0_u64; self.domain.processes.size()];
-        self.domain.processes.gather_even(&[count as u64], &mut all);
+        self.domain.processes.all_gather_even(&[count as u64], &mut all);
         all.into_iter().sum::<u64>() as usize
     }
 
-    /// The numbers of all rows, from those of the rows that each process counts.
-    pub fn gather(&self, own: &[u64]) -> Vec<u64> {
-        self.domain.processes.gather(own)
+    /// Gathers the values of all rows from those that each process counts.
+    pub fn all_gather(&self, own: &[u64]) -> Vec<u64> {
+        self.domain.processes.all_gather(own)
     }
 }

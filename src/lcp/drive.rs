@@ -1,6 +1,6 @@
-//! The loop around an iterative method: when to stop, what to return.
+//! The loop around an iterative method: when to stop and what to return.
 
-use super::verbs::{Looks, Scalar, Verbs};
+use super::verbs::{Checks, Scalar, Verbs};
 use super::{Settings, Status};
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -18,7 +18,7 @@ pub(crate) const PATIENCE_OF_SLOW_METHODS: u64 = 50_000;
 /// near 1e-14 of the gradient's terms, for a thousandth of the products.
 const RENEWAL: u64 = 1_000;
 
-/// The same where rounding is coarser than in 64 bits.
+/// The same for numbers coarser than 64 bits.
 const RENEWAL_OF_COARSE_NUMBERS: u64 = 50;
 
 /// A start whose residual is within the tolerance is iterated on all the same, this often at most. Multipliers that
@@ -27,13 +27,13 @@ const RENEWAL_OF_COARSE_NUMBERS: u64 = 50;
 /// multipliers away; the few more are where it leaves a residual above the tolerance.
 const ITERATIONS_FROM_A_SOLUTION: u64 = 50;
 
-/// So many claims one after the other that fresh gradients refuse, none with a smaller residual than those before, are
-/// the floor of rounding. The pressed systems of `tests/data/lcp` need none in f64 and none in f32 with multipliers in two
-/// parts; with multipliers in one part up to 1,800 were refused and changed nothing.
-const MOST_REFUSED: u32 = 16;
+/// After this many consecutive candidates that fresh gradients refute, none with a smaller residual than those before,
+/// the solve has reached the rounding floor. The pressed systems of `tests/data/lcp` need none in f64 and none in f32
+/// with multipliers in two parts; with multipliers in one part up to 1,800 were refuted without effect.
+const MOST_REFUTED: u32 = 16;
 
-/// With a residual of more tolerances than this it is not rounding that refuses a claim, but rows that contradict each
-/// other and multipliers that grow without bounds.
+/// With a residual above this many tolerances it is not rounding that refutes a candidate, but contradictory rows and
+/// multipliers that grow without bounds.
 const NEAR: f64 = 100.0;
 
 /// The part of the best residual that counts as a gain.
@@ -50,12 +50,11 @@ pub struct Point<T> {
 
 /// One iterative method over the verbs `V`. Its vectors live as long as it does, and `begin` makes them ready.
 pub trait Method<V: Verbs> {
-    /// Begins, or begins anew, at a point whose gradient is fresh.
+    /// Starts or restarts at a point whose gradient is fresh.
     fn begin(&mut self, verbs: &mut V, at: &Point<V::Vector>);
     /// Takes one iteration.
     fn step(&mut self, verbs: &mut V, at: &mut Point<V::Vector>);
-    /// Brings `at.g` up to date before it is looked at. Says whether it is a fresh gradient; otherwise it is a
-    /// recurrence's.
+    /// Updates `at.g` before a check. Returns whether it was recomputed rather than updated by recurrence.
     fn refresh(&mut self, verbs: &mut V, at: &mut Point<V::Vector>) -> bool;
     /// Iterations without improvement after which a solve ends as `NoProgress`.
     fn patience(&self) -> u64 {
@@ -63,14 +62,14 @@ pub trait Method<V: Verbs> {
     }
 }
 
-/// What a solve had come to where its residual was read.
+/// The state of a solve at a check of its residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResidualSample {
     /// Iterations taken.
     pub iterations: u64,
-    /// Products made. On a device, which reads many residuals at once, those until it read this one.
+    /// Products computed. A device reads many residuals at once: those until it read this one.
     pub products: u64,
-    /// The residual of the iterate: that of a gradient kept by recurrence, where a method keeps one.
+    /// The residual of the iterate, perhaps from a gradient updated by recurrence.
     pub residual: f64,
 }
 
@@ -81,19 +80,19 @@ pub struct Drive<T> {
     pub at: Point<T>,
     best: T,
     start: T,
-    /// The looks of the last solve, where someone asked for them.
+    /// The checks of the last solve, if recorded.
     pub history: Option<Vec<ResidualSample>>,
 }
 
 impl Drive<Vec<f64>> {
-    /// What it needs to go on with some of the rows.
+    /// The part of it that belongs to some of the rows.
     pub fn share(&self, rows: Range<usize>) -> Self {
         let of = |numbers: &[f64]| numbers[rows.clone()].to_vec();
         let at = Point { x: of(&self.at.x), g: of(&self.at.g) };
         Drive { at, best: of(&self.best), start: Vec::new(), history: None }
     }
 
-    /// Takes back what [`Drive::share`] gave.
+    /// Merges back a part from [`Drive::share`].
     pub fn take_back(&mut self, rows: Range<usize>, share: &Self) {
         self.at.x[rows.clone()].copy_from_slice(&share.at.x);
         self.at.g[rows.clone()].copy_from_slice(&share.at.g);
@@ -102,12 +101,11 @@ impl Drive<Vec<f64>> {
 }
 
 impl<T> Drive<T> {
-    /// Iterates until the true residual is at most the tolerance, or there is no hope. Returns the status, the
-    /// iterations, and the residual of a fresh gradient at `self.at.x`, which has the smallest residual of all iterates
-    /// looked at.
+    /// Iterates until the true residual is at most the tolerance, or the solve has stalled. Returns the status, the
+    /// iterations, and the residual of a fresh gradient at `self.at.x`, the best of all checked iterates.
     ///
-    /// The residual is read every `check_every` iterations. A start is a solution without any only where its residual
-    /// is zero.
+    /// The residual is checked every `check_every` iterations. A start counts as a solution only if its residual is
+    /// zero.
     pub fn run<V: Verbs<Vector = T>>(
         &mut self,
         verbs: &mut V,
@@ -121,70 +119,69 @@ impl<T> Drive<T> {
         self.run_while(verbs, method, settings, check_every, |_, _, _| true)
     }
 
-    /// [`Drive::run`] that ends as if the iterations were used up where `goes_on` refuses the iterate and where the
-    /// solve stands.
+    /// [`Drive::run`] that ends as at the iteration limit as soon as `goes_on` returns false.
     pub fn run_while<V: Verbs<Vector = T>>(
         &mut self,
         verbs: &mut V,
         method: &mut impl Method<V>,
         settings: &Settings,
         check_every: u64,
-        mut goes_on: impl FnMut(&V, &Point<T>, Standing) -> bool,
+        mut goes_on: impl FnMut(&V, &Point<T>, Progress) -> bool,
     ) -> (Status, u64, f64)
     where
         T: Default,
     {
-        let mut course = self.begin(verbs, method, settings);
+        let mut state = self.begin(verbs, method, settings);
         let status = loop {
-            match self.go(verbs, method, &mut course, check_every, &|_| true) {
+            match self.go(verbs, method, &mut state, check_every, &|_| true) {
                 Some(status) => break status,
-                None if goes_on(verbs, &self.at, course.standing()) => {}
+                None if goes_on(verbs, &self.at, state.progress()) => {}
                 None => break Status::MaxIterations,
             }
         };
-        self.end(verbs, &course, status)
+        self.end(verbs, &state, status)
     }
 
-    /// Goes on until the solve ends, or to where it `pauses`.
+    /// Continues until the solve ends or `pauses` returns true.
     pub fn go<V: Verbs<Vector = T>>(
         &mut self,
         verbs: &mut V,
         method: &mut impl Method<V>,
-        course: &mut Course<V::Scalar>,
+        state: &mut SolveState<V::Scalar>,
         check_every: u64,
-        pauses: &impl Fn(Standing) -> bool,
+        pauses: &impl Fn(Progress) -> bool,
     ) -> Option<Status> {
         loop {
-            if !std::mem::take(&mut course.paused) {
-                self.iterate(verbs, method, course, check_every);
-                if !course.take_looks(verbs, &mut self.history) {
+            if !std::mem::take(&mut state.paused) {
+                self.iterate(verbs, method, state, check_every);
+                if !state.read_checks(verbs, &mut self.history) {
                     continue;
                 }
-                if course.is_claim() {
-                    self.confirm(verbs, method, course);
+                if state.is_candidate() {
+                    self.confirm(verbs, method, state);
                 }
-                if let Some(status) = course.verdict() {
+                if let Some(status) = state.status() {
                     return Some(status);
                 }
-                course.least = course.least.min(course.now);
-                if pauses(course.standing()) {
-                    course.paused = true;
+                state.least = state.least.min(state.now);
+                if pauses(state.progress()) {
+                    state.paused = true;
                     return None;
                 }
             }
-            if course.is_hopeless(method.patience()) {
+            if state.has_stalled(method.patience()) {
                 return Some(Status::NoProgress);
             }
         }
     }
 
-    /// The first look, at the start.
+    /// Checks the start.
     pub fn begin<V: Verbs<Vector = T>>(
         &mut self,
         verbs: &mut V,
         method: &mut impl Method<V>,
         settings: &Settings,
-    ) -> Course<V::Scalar> {
+    ) -> SolveState<V::Scalar> {
         let at = &mut self.at;
         verbs.clear(&mut at.g);
         verbs.gradient(&at.x, &mut at.g);
@@ -192,69 +189,69 @@ impl<T> Drive<T> {
         let best = verbs.residual(&at.x, &at.g);
         verbs.copy(&at.x, &mut self.best);
         verbs.copy(&at.x, &mut self.start);
-        let course = Course::new(settings, best);
-        verbs.look(best, course.enough_at_start);
-        course
+        let state = SolveState::new(settings, best);
+        verbs.check(best, state.start_tolerance);
+        state
     }
 
-    /// Iterates until as many looks are noted as are best read together.
+    /// Iterates until enough checks are recorded to read them together.
     fn iterate<V: Verbs<Vector = T>>(
         &mut self,
         verbs: &mut V,
         method: &mut impl Method<V>,
-        course: &mut Course<V::Scalar>,
+        state: &mut SolveState<V::Scalar>,
         check_every: u64,
     ) {
-        let (at, settings) = (&mut self.at, course.settings);
+        let (at, settings) = (&mut self.at, state.settings);
         let renewal = if verbs.rounding() > f64::EPSILON { RENEWAL_OF_COARSE_NUMBERS } else { RENEWAL };
-        while course.pending.len() < verbs.looks_at_once().max(1) && course.noted < settings.max_iterations {
-            for _ in 0..check_every.min(settings.max_iterations - course.noted) {
+        while state.pending.len() < verbs.checks_at_once().max(1) && state.noted < settings.max_iterations {
+            for _ in 0..check_every.min(settings.max_iterations - state.noted) {
                 method.step(verbs, at);
-                course.noted += 1;
+                state.noted += 1;
             }
             let fresh = method.refresh(verbs, at);
-            if !fresh && course.noted % renewal < check_every {
+            if !fresh && state.noted % renewal < check_every {
                 verbs.gradient(&at.x, &mut at.g);
             }
             let residual = verbs.residual(&at.x, &at.g);
-            // On a tie the newer iterate is kept: infeasible systems go on with equal residuals.
-            verbs.copy_if_positive(course.best - residual, &at.x, &mut self.best);
-            course.best = course.best.min(residual);
-            verbs.look(residual, settings.tolerance);
-            course.pending.push_back((course.noted, fresh));
+            // On a tie the newer iterate is kept: infeasible systems continue with equal residuals.
+            verbs.copy_if_positive(state.best - residual, &at.x, &mut self.best);
+            state.best = state.best.min(residual);
+            verbs.check(residual, settings.tolerance);
+            state.pending.push_back((state.noted, fresh));
         }
     }
 
-    /// A recurrence's residual is within the tolerance: looks with a fresh gradient, and goes on from it if it is not.
+    /// Checks a candidate solution of a recurrence with a fresh gradient, and continues from it if it fails.
     fn confirm<V: Verbs<Vector = T>>(
         &mut self,
         verbs: &mut V,
         method: &mut impl Method<V>,
-        course: &mut Course<V::Scalar>,
+        state: &mut SolveState<V::Scalar>,
     ) {
         let (residual, known) = verbs.confirm(&self.at.x, &mut self.at.g);
-        if known > course.settings.tolerance {
-            course.refuse(known);
+        if known > state.settings.tolerance {
+            state.refute(known);
             method.begin(verbs, &self.at);
-            course.best = residual;
+            state.best = residual;
         }
         verbs.copy(&self.at.x, &mut self.best);
-        course.take((known, course.iteration, true), verbs.products(), &mut self.history);
+        state.take((known, state.iteration, true), verbs.products(), &mut self.history);
     }
 
-    /// Chooses the iterate that is returned: the last one of a solve that succeeded, else the best one, else the start.
+    /// Chooses the iterate to return: the last one if the solve succeeded, else the best one, else the start.
     pub fn end<V: Verbs<Vector = T>>(
         &mut self,
         verbs: &mut V,
-        course: &Course<V::Scalar>,
+        state: &SolveState<V::Scalar>,
         status: Status,
     ) -> (Status, u64, f64) {
-        let (at, at_start) = (&mut self.at, course.at_start.unwrap_or(f64::NAN));
-        // Only the residual of a fresh gradient ends a solve so.
+        let (at, at_start) = (&mut self.at, state.at_start.unwrap_or(f64::NAN));
+        // Only a fresh gradient ends a solve with this status.
         if status == Status::Solved {
-            return (status, course.iteration, course.now);
+            return (status, state.iteration, state.now);
         }
-        // A recurrence picked the best iterate, and an infeasible system can lead it far astray: look at it afresh.
+        // A recurrence chose the best iterate and can drift far in an infeasible system: recompute its residual.
         verbs.copy(&self.best, &mut at.x);
         verbs.gradient(&at.x, &mut at.g);
         let residual = verbs.residual(&at.x, &at.g);
@@ -266,32 +263,32 @@ impl<T> Drive<T> {
             verbs.gradient(&at.x, &mut at.g);
             at_start
         };
-        let status = if residual <= course.settings.tolerance { Status::Solved } else { status };
-        (status, course.iteration, residual)
+        let status = if residual <= state.settings.tolerance { Status::Solved } else { status };
+        (status, state.iteration, residual)
     }
 }
 
-/// Where a solve stands.
+/// The progress of a solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Standing {
+pub struct Progress {
     /// Iterations taken.
     pub iterations: u64,
-    /// The residual after them, and the least one from which a solve went on.
+    /// The residual after them, and the least one from which the solve continued.
     pub residual: f64,
     pub least: f64,
 }
 
-/// The course of one solve: its iterations and residuals.
+/// The state of one solve: its iterations and residuals.
 #[derive(Clone)]
-pub struct Course<S> {
+pub struct SolveState<S> {
     settings: Settings,
-    /// The residual that a start may have to be a solution without an iteration.
-    enough_at_start: f64,
-    /// The smallest residual, as the backend has it.
+    /// The residual up to which the start is a solution without an iteration.
+    start_tolerance: f64,
+    /// The smallest residual, on the backend.
     best: S,
-    /// Looks whose residuals were not read yet: the iterations taken, and whether the gradient was fresh.
+    /// Checks whose residuals were not read yet: the iterations taken, and whether the gradient was fresh.
     pending: VecDeque<(u64, bool)>,
-    /// Iterations noted.
+    /// Iterations issued.
     noted: u64,
     /// Iterations known to be taken, and the residual after them.
     iteration: u64,
@@ -300,21 +297,21 @@ pub struct Course<S> {
     fresh: bool,
     at_start: Option<f64>,
     least: f64,
-    /// Whether it paused after its last look.
+    /// Whether it paused after its last check.
     paused: bool,
-    /// Claims refused without a gain, and the least residual of those refused before.
-    refused: u32,
-    least_refused: f64,
+    /// Candidates refuted without a gain, and the least residual of those refuted before.
+    refuted: u32,
+    least_refuted: f64,
     /// The last residual that counted as a gain, and when it came.
     marked: f64,
     marked_at: u64,
 }
 
-impl<S> Course<S> {
+impl<S> SolveState<S> {
     fn new(settings: &Settings, best: S) -> Self {
-        Course {
+        SolveState {
             settings: *settings,
-            enough_at_start: if settings.max_iterations > 0 { 0.0 } else { settings.tolerance },
+            start_tolerance: if settings.max_iterations > 0 { 0.0 } else { settings.tolerance },
             best,
             pending: VecDeque::from([(0, true)]),
             noted: 0,
@@ -324,19 +321,19 @@ impl<S> Course<S> {
             at_start: None,
             least: f64::INFINITY,
             paused: false,
-            refused: 0,
-            least_refused: f64::INFINITY,
+            refuted: 0,
+            least_refuted: f64::INFINITY,
             marked: f64::INFINITY,
             marked_at: 0,
         }
     }
 
-    /// Reads the residuals that are known of pending looks. Says whether there were any.
-    fn take_looks(&mut self, verbs: &mut impl Verbs, history: &mut Option<Vec<ResidualSample>>) -> bool {
-        let Looks { residuals, ended } = verbs.looks();
+    /// Reads the known residuals of pending checks. Returns whether there were any.
+    fn read_checks(&mut self, verbs: &mut impl Verbs, history: &mut Option<Vec<ResidualSample>>) -> bool {
+        let Checks { residuals, ended } = verbs.take_checks();
         let known = residuals.len().min(self.pending.len());
-        let looks: Vec<_> = residuals.into_iter().zip(self.pending.drain(..known)).collect();
-        for (residual, (taken, fresh)) in looks {
+        let checks: Vec<_> = residuals.into_iter().zip(self.pending.drain(..known)).collect();
+        for (residual, (taken, fresh)) in checks {
             self.take((residual, taken, fresh), verbs.products(), history);
         }
         if ended {
@@ -346,7 +343,7 @@ impl<S> Course<S> {
         known > 0
     }
 
-    /// Takes a residual after so many iterations, of a fresh gradient or not.
+    /// Records a residual after so many iterations, from a fresh gradient or not.
     fn take(
         &mut self,
         (residual, taken, fresh): (f64, u64, bool),
@@ -364,38 +361,38 @@ impl<S> Course<S> {
         }
     }
 
-    /// Whether nobody has looked at the start yet.
+    /// Whether the start was not checked yet.
     pub fn is_new(&self) -> bool {
         self.at_start.is_none()
     }
 
-    /// Where it stands.
-    pub fn standing(&self) -> Standing {
-        Standing { iterations: self.iteration, residual: self.now, least: self.least }
+    /// The progress so far.
+    pub fn progress(&self) -> Progress {
+        Progress { iterations: self.iteration, residual: self.now, least: self.least }
     }
 
-    /// Whether the residual of a gradient kept by recurrence is within the tolerance.
-    fn is_claim(&self) -> bool {
+    /// Whether a gradient updated by recurrence meets the tolerance.
+    fn is_candidate(&self) -> bool {
         !self.fresh && self.now <= self.settings.tolerance
     }
 
-    /// Counts a claim that a fresh gradient refuses.
-    fn refuse(&mut self, residual: f64) {
-        if residual <= PROGRESS * self.least_refused {
-            (self.refused, self.least_refused) = (0, residual);
+    /// Counts a candidate that a fresh gradient refutes.
+    fn refute(&mut self, residual: f64) {
+        if residual <= PROGRESS * self.least_refuted {
+            (self.refuted, self.least_refuted) = (0, residual);
         }
         if residual <= NEAR * self.settings.tolerance {
-            self.refused += 1;
+            self.refuted += 1;
         }
     }
 
-    /// How the solve ends, if it does.
-    fn verdict(&self) -> Option<Status> {
+    /// The final status, if the solve has ended.
+    fn status(&self) -> Option<Status> {
         let Settings { tolerance, max_iterations, .. } = self.settings;
         if !self.now.is_finite() {
             return Some(Status::NotFinite);
         }
-        let enough = if self.iteration == 0 { self.enough_at_start } else { tolerance };
+        let enough = if self.iteration == 0 { self.start_tolerance } else { tolerance };
         if self.now <= enough {
             return Some(Status::Solved);
         }
@@ -403,14 +400,14 @@ impl<S> Course<S> {
         if solved_at_start && self.iteration >= ITERATIONS_FROM_A_SOLUTION {
             return Some(Status::NoProgress);
         }
-        if self.refused >= MOST_REFUSED {
+        if self.refuted >= MOST_REFUTED {
             return Some(Status::RoundingFloor);
         }
         (self.iteration >= max_iterations).then_some(Status::MaxIterations)
     }
 
-    /// Whether its last gain lies too far back.
-    fn is_hopeless(&self, patience: u64) -> bool {
+    /// Whether the last gain is too long ago.
+    fn has_stalled(&self, patience: u64) -> bool {
         self.iteration - self.marked_at >= patience.max(self.marked_at)
     }
 }
@@ -443,7 +440,7 @@ mod tests {
         let mut drive = Drive { at: Point { x: vec![0.0], g: Vec::new() }, ..Drive::default() };
         let settings = Settings { tolerance: 1e-9, max_iterations: 10_000 };
         let (status, iterations, residual) = drive.run(&mut cpu, &mut Liar, &settings, 1);
-        assert_eq!((status, iterations, residual), (Status::RoundingFloor, u64::from(MOST_REFUSED), 1e-8));
+        assert_eq!((status, iterations, residual), (Status::RoundingFloor, u64::from(MOST_REFUTED), 1e-8));
     }
 
     /// A method whose first iteration leads away from the solution, and the others nowhere.

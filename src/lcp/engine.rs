@@ -6,7 +6,7 @@ use super::bbpgd::Bbpgd;
 use super::cluster_cg::ClusterCg;
 use super::cpu::Cpu;
 use super::dense::Dense;
-use super::drive::{Drive, Standing};
+use super::drive::{Drive, Progress};
 use super::interior_point::InteriorPoint;
 use super::pair_block_cg::PairBlockCg;
 use super::portion::Portion;
@@ -15,10 +15,10 @@ use super::projected_jacobi::ProjectedJacobi;
 use super::team::{self, Team};
 use super::{Outcome, Settings, SolverKind, Status};
 
-/// How many sweeps of Gauss-Seidel are made for one look at the residual, which costs a product more.
+/// Gauss-Seidel sweeps between two checks of the residual, which costs a product more.
 const SWEEPS: u64 = 4;
 
-/// What engines work on.
+/// The problem and iterate of an engine.
 pub(super) struct Task<const D: usize, P> {
     /// The problem.
     pub cpu: Cpu<D, P>,
@@ -35,7 +35,7 @@ pub(super) enum Engine<const D: usize, P: Portion<D>> {
     ProjectedGaussSeidel(ProjectedGaussSeidel<D>),
     Apgd(Apgd<Cpu<D, P>>),
     Bbpgd(Bbpgd<Cpu<D, P>>),
-    /// With threads, where its sums are made for that.
+    /// Threads, if its sums support them.
     PairBlockCg(PairBlockCg<Vec<f64>, f64>, Option<Team>),
     ClusterCg(ClusterCg<Vec<f64>, f64>),
     Dense(Dense),
@@ -57,7 +57,7 @@ impl<const D: usize, P: Portion<D>> Engine<D, P> {
         }
     }
 
-    /// From now on for problems with many nearly parallel rows.
+    /// Tunes it for problems with many nearly parallel rows.
     pub fn for_parallel_rows(&mut self) {
         match self {
             Engine::Auto(auto) => auto.for_parallel_rows(),
@@ -66,18 +66,18 @@ impl<const D: usize, P: Portion<D>> Engine<D, P> {
         }
     }
 
-    /// Forgets what it learnt from the last problem: the next one is another.
+    /// Drops what it learnt from the last problem.
     pub fn forget(&mut self) {
         if let Engine::Auto(auto) = self {
             auto.forget();
         }
     }
 
-    /// Solves the task, whose problem is new or, where it `goes_on`, the last one, from where that ended.
+    /// Solves the task. If it `goes_on`, the problem is the last one and continues from its last iterate.
     pub fn solve(&mut self, task: &mut Task<D, P>, goes_on: bool) -> Outcome {
         let Task { cpu, drive, settings } = &mut *task;
         let (status, iterations, residual) = match self {
-            Engine::Auto(auto) if goes_on => return auto.go_on(task),
+            Engine::Auto(auto) if goes_on => return auto.resume(task),
             Engine::Auto(auto) => return auto.solve(task),
             _ if !cpu.is_finite() => (Status::NotFinite, 0, f64::INFINITY),
             Engine::ProjectedJacobi(method) => {
@@ -88,7 +88,7 @@ impl<const D: usize, P: Portion<D>> Engine<D, P> {
             Engine::Apgd(method) => drive.run(cpu, method, settings, 1),
             Engine::Bbpgd(method) => drive.run(cpu, method, settings, 1),
             Engine::PairBlockCg(method, team) => {
-                let pauses = |standing: Standing| standing.iterations.is_multiple_of(team::ROUND);
+                let pauses = |progress: Progress| progress.iterations.is_multiple_of(team::ROUND);
                 team::run(team, cpu, drive, method, settings, &pauses, |_, _, _| true)
             }
             Engine::ClusterCg(method) => {
@@ -96,7 +96,7 @@ impl<const D: usize, P: Portion<D>> Engine<D, P> {
                 drive.run(cpu, method, settings, 1)
             }
             Engine::Dense(method) => method.run(cpu, &mut drive.at, settings),
-            // As in the drive: a start is no solution because multipliers of the last step are small.
+            // As in the driver: small multipliers of the last step do not make a start a solution.
             Engine::InteriorPoint(method) => method.run(cpu, drive, settings, 0.0),
         };
         let factorizations = match self {

@@ -1,5 +1,4 @@
-//! What methods that look at all rows at once need of a problem that several processes share: the whole of it on each
-//! of them, or what of it others know.
+//! Gathers a distributed problem for methods that need all rows on each process.
 
 use super::cpu::Cpu;
 use super::domain::{Border, Domain};
@@ -14,14 +13,14 @@ use std::collections::BinaryHeap;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-/// The rows of a process's domain; all rows of a problem that is not shared.
+/// The rows of a process's domain, or all rows of a problem that is not distributed.
 #[derive(Clone, Debug, Default)]
 pub struct OfDomain<const D: usize> {
-    /// The bodies of the next problems, where these are shared.
+    /// The bodies of subsequent problems, if these are distributed.
     domain: Option<Arc<Domain>>,
-    /// The rest of the problem is with other processes.
+    /// The exchange with the other processes.
     border: Option<Border>,
-    /// All of it, made when it is first needed.
+    /// The whole problem, gathered on first use.
     all: OnceLock<Box<Cpu<D, OfDomain<D>>>>,
 }
 
@@ -31,14 +30,14 @@ impl<const D: usize> OfDomain<D> {
         OfDomain { domain: Some(Arc::new(domain)), ..OfDomain::default() }
     }
 
-    /// The numbers of all rows in their order among all, from those of the rows here.
+    /// The values of all rows in global order, from those of the local rows.
     fn gather_numbers(&self, numbers: &[f64]) -> Vec<f64> {
         let Some(border) = &self.border else { return numbers.to_vec() };
         let own: Vec<u64> = numbers[border.rows.clone()].iter().map(|number| number.to_bits()).collect();
-        border.gather(&own).into_iter().map(f64::from_bits).collect()
+        border.all_gather(&own).into_iter().map(f64::from_bits).collect()
     }
 
-    /// Those of so many rows here, from the numbers of all rows.
+    /// The values of the local rows, from those of all rows.
     fn numbers_here(&self, all: &[f64], rows: usize) -> Vec<f64> {
         match &self.border {
             Some(border) => (0..rows).map(|row| all[border.number(row) as usize]).collect(),
@@ -46,7 +45,7 @@ impl<const D: usize> OfDomain<D> {
         }
     }
 
-    /// The process that each part is for: the largest first, each to the one with the least.
+    /// The process that solves each part: the largest part first, each to the process with the least work.
     fn shares(&self, sizes: &[usize]) -> Vec<usize> {
         let processes = self.border.as_ref().map_or(1, |border| border.domain.processes.size());
         let mut largest_first: Vec<usize> = (0..sizes.len()).collect();
@@ -77,7 +76,7 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
         let Some(border) = &self.border else { return (largest, finite) };
         let processes = border.domain.processes;
         let mut all = vec![0.0; 2 * processes.size()];
-        processes.gather_even(&[largest, f64::from(u8::from(finite))], &mut all);
+        processes.all_gather_even(&[largest, f64::from(u8::from(finite))], &mut all);
         let of = |(largest, finite): (f64, bool), one: &[f64; 2]| (largest.max(one[0]), finite && one[1] > 0.0);
         all.as_chunks::<2>().0.iter().fold((0.0, true), of)
     }
@@ -122,7 +121,7 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
             return solve(cpu, drive);
         }
         let (mut whole, mut of_whole) = (Self::gathered(cpu).clone(), Drive::default());
-        whole.count_anew();
+        whole.restart_count();
         of_whole.at.x = cpu.portion.gather_numbers(&drive.at.x);
         of_whole.history = drive.history.take();
         let solved = solve(&mut whole, &mut of_whole);
@@ -136,7 +135,7 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
         if solver.task.cpu.portion.border.is_none() {
             return solver.relax_here(gamma, allowed);
         }
-        // Each process does it for all.
+        // Every process solves the whole problem.
         let mut x = Vec::new();
         solver.task.cpu.import(gamma, &mut x);
         let mut all = solver.task.cpu.portion.gather_numbers(&x);
@@ -173,7 +172,7 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
         let Some(border) = &self.border else { return };
         let mut learnt = Vec::new();
         let flag = |body: u32| [f64::from(u8::from(flags[body as usize]))];
-        border.swap(&border.out, &border.into, flag, |body, [flag]| learnt.extend((flag > 0.0).then_some(body)));
+        border.exchange(&border.out, &border.into, flag, |body, [flag]| learnt.extend((flag > 0.0).then_some(body)));
         raised.extend(learnt.into_iter().filter(|body| !std::mem::replace(&mut flags[*body as usize], true)));
     }
 
@@ -186,7 +185,7 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
             words.extend([own.x[k].to_bits(), own.g[k].to_bits()]);
         }
         let mut all = Taken::default();
-        for words in border.gather(&words).chunks_exact(4 + 2 * D) {
+        for words in border.all_gather(&words).chunks_exact(4 + 2 * D) {
             let block = |first: usize| std::array::from_fn(|k| f64::from_bits(words[first + k]));
             all.row.push(words[0] as u32);
             all.pair.push([(words[1] >> 32) as u32, words[1] as u32]);
@@ -211,7 +210,7 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
             words.push(iterations);
             words.extend(x.into_iter().map(f64::to_bits));
         }
-        let all = border.gather(&words);
+        let all = border.all_gather(&words);
         // Where the parts of each process begin.
         let mut next = vec![0; border.domain.processes.size() + 1];
         shares.iter().zip(sizes).for_each(|(process, size)| next[process + 1] += 1 + size);
@@ -227,7 +226,7 @@ impl<const D: usize> Portion<D> for OfDomain<D> {
     }
 }
 
-/// All of a problem, on all processes.
+/// The whole problem, gathered on all processes.
 fn gather<const D: usize>(cpu: &Cpu<D, OfDomain<D>>, border: &Border) -> Cpu<D, OfDomain<D>> {
     let mut all = Cpu::default();
     let domain = &border.domain;
@@ -240,7 +239,7 @@ fn gather<const D: usize>(cpu: &Cpu<D, OfDomain<D>>, border: &Border) -> Cpu<D, 
         words.push(rows.q[row].to_bits());
     }
     let mut problem = Problem::<D> { bodies: domain.bodies, ..Problem::default() };
-    for words in border.gather(&words).chunks_exact(2 + 2 * D) {
+    for words in border.all_gather(&words).chunks_exact(2 + 2 * D) {
         let block = |first: usize| std::array::from_fn(|k| f64::from_bits(words[first + k]));
         problem.pair.push([(words[0] >> 32) as u32, words[0] as u32]);
         problem.jacobian.push([block(1), block(1 + D)]);

@@ -1,4 +1,4 @@
-//! Which solver.
+//! The solver.
 
 #[cfg(feature = "files")]
 use schemars::JsonSchema;
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum SolverKind {
-    /// `pair_block_cg`; on the CPU with `interior_point` as safeguard for solves that miss the tolerance.
+    /// `pair_block_cg`; on the CPU with `interior_point` as fallback for solves that miss the tolerance.
     #[default]
     Auto,
     /// Projected Jacobi with a safe step.
@@ -24,11 +24,12 @@ pub enum SolverKind {
     Bbpgd,
     /// Projected nonlinear conjugate gradients, preconditioned by the blocks of the pairs.
     PairBlockCg,
-    /// The same, with steps from the LCPs of overlapping clusters of bodies: few iterations that do much, for a GPU.
+    /// The same, with steps from the LCPs of overlapping clusters of bodies: fewer, more expensive iterations, for a
+    /// GPU.
     ClusterCg,
     /// Dense pivoting, for tests and small systems.
     Dense,
-    /// Primal-dual interior point with a sparse factorization: few iterations, whatever the conditioning. Not on a GPU.
+    /// Primal-dual interior point with a sparse factorization: few iterations at any conditioning. Not on a GPU.
     InteriorPoint,
 }
 

@@ -19,7 +19,7 @@
 use super::Problem;
 use super::cone::{is_free, residual};
 use super::cpu::Cpu;
-use super::drive::{Drive, Point, Standing};
+use super::drive::{Drive, Point, Progress};
 use super::pair_block_cg::PairBlockCg;
 use super::portion::Portion;
 use super::product::{add, dot};
@@ -313,7 +313,7 @@ fn solve_part<const D: usize>(
     inner.import(&x, &mut drive.at.x);
     let settings = Settings { tolerance, max_iterations: MOST_ITERATIONS };
     let method = &mut PairBlockCg::new();
-    let pauses = |standing: Standing| standing.iterations.is_multiple_of(team::ROUND);
+    let pauses = |progress: Progress| progress.iterations.is_multiple_of(team::ROUND);
     let run = team::run(team, &mut inner, &mut drive, method, &settings, &pauses, |_, _, _| true);
     let (status, iterations, _) = run;
     if status != Status::NotFinite {

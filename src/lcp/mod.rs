@@ -48,12 +48,12 @@ pub(crate) use portion::{Alone, Portion};
 pub use solver::Solver;
 pub use stored::Stored;
 
-/// One LCP. `g`, `q` are lengths; `D` is the number of unknowns of a body.
+/// An LCP. `g` and `q` are lengths; `D` is the number of unknowns of a body.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Problem<const D: usize> {
-    /// How many bodies the rows refer to.
+    /// The number of bodies that rows refer to.
     pub bodies: usize,
-    /// The two bodies of each row, distinct. Several rows may have the same pair, in any place.
+    /// The two bodies of each row, distinct. Several rows may have the same pair, in any order.
     pub pair: Vec<[u32; 2]>,
     /// The two blocks of each row of `J`.
     pub jacobian: Vec<[[f64; D]; 2]>,
@@ -66,7 +66,7 @@ pub struct Problem<const D: usize> {
 pub struct Settings {
     /// Largest natural residual `max |min(g, s gamma)|` that counts as solved, a length.
     pub tolerance: f64,
-    /// Most iterations.
+    /// The limit on iterations.
     pub max_iterations: u64,
 }
 
@@ -76,26 +76,25 @@ pub struct Settings {
 pub enum Status {
     /// The residual is at or under the tolerance.
     Solved,
-    /// The iterations were used up; the best iterate is returned.
+    /// The iteration limit was reached; the best iterate is returned.
     MaxIterations,
-    /// No iterate improved on the best one for long; the best iterate is returned.
+    /// The residual stopped improving; the best iterate is returned.
     NoProgress,
-    /// Rounding keeps the residual above the tolerance: gradients kept by recurrence come to it again and again, and
-    /// fresh ones show that they are wrong. The best iterate is returned.
+    /// Rounding keeps the residual above the tolerance: gradients updated by recurrence meet it repeatedly, and
+    /// recomputed ones do not. The best iterate is returned.
     RoundingFloor,
-    /// No velocity of ordinary size satisfies all rows: proven, by a solver that can; the best iterate is returned.
+    /// No velocity of ordinary size satisfies all rows, and the solver has proven it; the best iterate is returned.
     Infeasible,
-    /// Rows that contradict each other were violated as little as can be: the residual says by how much
-    /// ([`Solver::relax`]).
+    /// Contradictory rows were violated as little as possible; the residual is the violation ([`Solver::relax`]).
     LeastOverlap,
-    /// The factor that the solver needs would be over its bound; the start is returned.
+    /// The factor of the matrix would exceed its size limit; the start is returned.
     TooLarge,
-    /// A number that is not finite turned up; the best iterate before it is returned.
+    /// A number was not finite; the best iterate before it is returned.
     NotFinite,
 }
 
 impl Status {
-    /// As files and tables say it.
+    /// The name in files and tables.
     pub fn name(self) -> &'static str {
         match self {
             Status::Solved => "solved",
@@ -110,7 +109,7 @@ impl Status {
     }
 }
 
-/// What a solve did.
+/// The outcome of a solve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Outcome {
@@ -118,11 +117,11 @@ pub struct Outcome {
     pub status: Status,
     /// Iterations taken.
     pub iterations: u64,
-    /// Applications of `A`; two of a half of it, `J^T x` or `J v`, count as one.
+    /// Applications of `A`; an application of `J^T` or `J` counts as half.
     pub products: u64,
     /// Factorizations of sparse matrices.
     pub factorizations: u64,
-    /// Whether [`auto`](SolverKind::Auto) went on with the interior-point method.
+    /// Whether [`auto`](SolverKind::Auto) fell back to the interior-point method.
     pub fallback: bool,
     /// Natural residual of the returned `gamma`, a length.
     pub residual: f64,
@@ -131,17 +130,17 @@ pub struct Outcome {
 /// `J^T gamma`, the contact velocity of every body in the scaled unknowns.
 ///
 /// # Panics
-/// If a row names a body that is not there.
+/// If a row refers to a body out of range.
 pub fn velocity<const D: usize>(problem: &Problem<D>, gamma: &[f64]) -> Vec<[f64; D]> {
     let mut out = Vec::new();
     velocity_into(problem, gamma, &mut out);
     out
 }
 
-/// [`velocity`] into a vector that is there already.
+/// [`velocity`] into an existing vector.
 ///
 /// # Panics
-/// If a row names a body that is not there.
+/// If a row refers to a body out of range.
 pub fn velocity_into<const D: usize>(problem: &Problem<D>, gamma: &[f64], out: &mut Vec<[f64; D]>) {
     out.resize(problem.bodies, [0.0; D]);
     product::scatter(&problem.pair, &problem.jacobian, gamma, out);

@@ -1,10 +1,10 @@
-//! The vector verbs for rows that are in memory: of a thread that has all of a problem, and of one that has a share.
+//! The vector verbs for rows in memory: of a thread with the whole problem, or with a share of it.
 //!
-//! What differs between the two is the product with `A`, and who makes which chunks of a sum.
+//! The two differ in the product with `A` and in which chunks of a sum they compute.
 
 use super::cone::{project, residual, room, worse};
 use super::loops::{dots, fold, map, update};
-use super::verbs::{Looks, Metric, Verbs};
+use super::verbs::{Checks, Metric, Verbs};
 use std::ops::Range;
 
 /// The diagonals of a problem's rows, or of some of them.
@@ -18,17 +18,17 @@ pub(super) struct Diagonals<'a> {
 }
 
 impl<'a> Diagonals<'a> {
-    /// Those of some rows.
+    /// The entries of some rows.
     pub fn of(self, rows: Range<usize>) -> Self {
         Diagonals { plain: &self.plain[rows.clone()], inverse: &self.inverse[rows], ..self }
     }
 
-    /// The one of `A`.
+    /// The diagonal of `A`.
     pub fn plain(self) -> &'a [f64] {
         self.plain
     }
 
-    /// That of a metric and its inverse.
+    /// The diagonal of a metric and its inverse.
     pub fn of_metric(self, metric: Metric) -> (&'a [f64], &'a [f64]) {
         match metric {
             Metric::Majorant => (self.majorant, self.inverse_majorant),
@@ -53,17 +53,17 @@ pub(super) trait OnRows {
     fn multiply(&mut self, x: &[f64], out: &mut [f64]);
     /// [`pair_blocks::Part::minimize`](super::pair_blocks::Part::minimize) of the blocks of these rows.
     fn minimize_pairs(&mut self, x: &[f64], slope: Option<(f64, &[f64])>, out: &mut [f64]);
-    /// What all chunks of the whole problem come to, joined along their tree ([`super::loops::Tree`]), those of these
-    /// rows by `chunk`; `start` without any.
+    /// Reduces all chunks of the whole problem along their tree ([`super::loops::Tree`]); `chunk` computes those of
+    /// these rows. Without chunks: `start`.
     fn join_chunks<const N: usize>(
         &self,
         start: [f64; N],
         join: impl Fn(usize, f64, f64) -> f64,
         chunk: impl Fn(Range<usize>) -> [f64; N],
     ) -> [f64; N];
-    /// The residuals that were noted and that nobody has asked for.
+    /// The recorded residuals that were not read yet.
     fn noted(&mut self) -> &mut Vec<f64>;
-    /// Products made.
+    /// Products computed.
     fn made(&self) -> u64;
 }
 
@@ -79,14 +79,14 @@ fn over<const N: usize>(
     all
 }
 
-fn give_way(numbers: &Numbers, x: &[f64], ax: &mut [f64]) {
+fn regularize(numbers: &Numbers, x: &[f64], ax: &mut [f64]) {
     if numbers.compliance > 0.0 {
         let part = numbers.compliance;
         update(ax, [x, numbers.diagonals.plain()], |ax, [x, s]| ax + part * s * x);
     }
 }
 
-/// The smaller number; one that is not a number is no bound.
+/// The smaller number; NaN counts as no bound.
 fn smaller(a: f64, b: f64) -> f64 {
     if b < a { b } else { a }
 }
@@ -116,14 +116,14 @@ impl<R: OnRows> Verbs for R {
 
     fn product(&mut self, x: &Vec<f64>, ax: &mut Vec<f64>) {
         self.multiply(x, ax);
-        give_way(&self.numbers(), x, ax);
+        regularize(&self.numbers(), x, ax);
     }
 
     fn gradient(&mut self, x: &Vec<f64>, g: &mut Vec<f64>) {
         self.multiply(x, g);
         let numbers = self.numbers();
         update(g, [numbers.q], |ax, [q]| ax + q);
-        give_way(&numbers, x, g);
+        regularize(&numbers, x, g);
     }
 
     fn dot(&mut self, x: &Vec<f64>, y: &Vec<f64>) -> f64 {
@@ -200,12 +200,12 @@ impl<R: OnRows> Verbs for R {
         scalar
     }
 
-    fn look(&mut self, residual: f64, _: f64) {
+    fn check(&mut self, residual: f64, _: f64) {
         self.noted().push(residual);
     }
 
-    fn looks(&mut self) -> Looks {
-        Looks { residuals: std::mem::take(self.noted()), ended: false }
+    fn take_checks(&mut self) -> Checks {
+        Checks { residuals: std::mem::take(self.noted()), ended: false }
     }
 
     fn products(&self) -> u64 {

@@ -34,7 +34,7 @@ pub(crate) const ROUNDING: f64 = 64.0;
 pub(crate) trait Descent<V: Verbs> {
     /// The shortest trial length that is remembered.
     const SHORTEST: f64;
-    /// Begins anew.
+    /// Restarts.
     fn begin(&mut self, verbs: &mut V);
     /// Makes `z` at a point, where the objective falls along it.
     fn make(&mut self, verbs: &mut V, at: &Point<V::Vector>, z: &mut V::Vector);
@@ -87,7 +87,7 @@ pub(crate) struct PairBlockCg<T, S, B = ByPairs> {
     /// `d . A d` and `e . A e`, zero when there is none.
     curvature: [S; 2],
     length: S,
-    /// Whether the next beginning keeps the displacements.
+    /// Whether the next solve keeps the displacements.
     goes_on: bool,
 }
 
@@ -98,9 +98,8 @@ impl<T: Default, S: Scalar> PairBlockCg<T, S> {
 }
 
 impl<T: Default, S: Scalar, B> PairBlockCg<T, S, B> {
-    /// Says whether the next beginning is of the same problem as the last one, at the point where this method ended: it
-    /// then keeps the displacements.
-    pub fn go_on(&mut self, same: bool) {
+    /// Whether the next solve continues the last one at its last iterate: it then keeps the displacements.
+    pub fn keep_displacements(&mut self, same: bool) {
         self.goes_on = same;
     }
 
@@ -143,7 +142,7 @@ impl<T: Default, S: Scalar, B> PairBlockCg<T, S, B> {
 }
 
 impl<S: Scalar> PairBlockCg<Vec<f64>, S> {
-    /// What it needs to go on with some of the rows.
+    /// The part of it that belongs to some of the rows.
     pub fn share(&self, rows: Range<usize>) -> Self {
         let of = |numbers: &[f64]| numbers[rows.clone()].to_vec();
         let made =
@@ -160,7 +159,7 @@ impl<S: Scalar> PairBlockCg<Vec<f64>, S> {
         }
     }
 
-    /// Takes back what [`PairBlockCg::share`] gave.
+    /// Merges back a part from [`PairBlockCg::share`].
     pub fn take_back(&mut self, rows: Range<usize>, share: &Self) {
         for (made, share) in self.made.iter_mut().zip(&share.made).take(2) {
             made.displacement[rows.clone()].copy_from_slice(&share.displacement);

@@ -1,4 +1,4 @@
-//! What of a problem a process has: all of it, or with other processes the rows of its bodies.
+//! A process's portion of a problem: all of it, or the rows of its bodies.
 
 use super::Outcome;
 use super::Solver;
@@ -10,18 +10,17 @@ use super::product::Product;
 use std::fmt::Debug;
 use std::ops::Range;
 
-/// What of a problem a process has, and what solvers that look at all rows need of the rest. All processes must ask
-/// together.
+/// A process's portion of a problem, and what solvers need of the other portions. Methods are collective.
 pub trait Portion<const D: usize>: Clone + Debug + Default + Send + Sync {
-    /// Takes a problem of so many bodies, whose rows have these pairs of places.
+    /// Starts a problem of so many bodies, with these pairs of body positions.
     fn take(&mut self, pair: &[[u32; 2]], bodies: usize);
-    /// How many rows the whole problem has, of which these are here.
+    /// The number of rows of the whole problem, of which these are local.
     fn all_rows(&self, here: usize) -> usize;
     /// The largest entry of the diagonal, and whether all numbers are finite.
     fn survey(&self, own: (f64, bool)) -> (f64, bool);
     /// `out = A x`.
     fn multiply(&self, product: &mut Product<D>, x: &[f64], out: &mut [f64]);
-    /// What the chunks of all rows come to.
+    /// Reduces the chunks of all rows.
     fn join_chunks<const N: usize>(
         &self,
         start: [f64; N],
@@ -29,39 +28,39 @@ pub trait Portion<const D: usize>: Clone + Debug + Default + Send + Sync {
         chunk: impl Fn(Range<usize>) -> [f64; N],
         chunks: &Chunks,
     ) -> [f64; N];
-    /// Whether threads may share its rows.
+    /// Whether threads can share its rows.
     fn has_threads(&self) -> bool;
-    /// The whole problem, with its rows in their order among all.
+    /// The whole problem, with its rows in global order.
     fn gathered(cpu: &Cpu<D, Self>) -> &Cpu<D, Self>;
-    /// Solves the whole problem, by a method that each process takes alone.
+    /// Solves the whole problem with a method that is not distributed.
     fn solve_whole<R>(
         cpu: &mut Cpu<D, Self>,
         drive: &mut Drive<Vec<f64>>,
         solve: impl FnOnce(&mut Cpu<D, Self>, &mut Drive<Vec<f64>>) -> R,
     ) -> R;
-    /// Relaxes the problem that a solver has taken.
+    /// Relaxes the solver's problem.
     fn relax(solver: &mut Solver<D, Self>, gamma: &mut Vec<f64>, allowed: f64) -> Outcome;
-    /// Whether a row is counted here: each is by one process.
+    /// Whether this process counts a row: one process counts each.
     fn counts(&self, row: usize) -> bool;
-    /// The number of a row among all.
+    /// The global index of a row.
     fn number(&self, row: usize) -> u32;
-    /// The row that has this number among all, if it is here.
+    /// The local row with this global index, if there is one.
     fn row(&self, number: u32) -> Option<usize>;
-    /// Where the bodies at these places stand among all.
+    /// The global positions of the bodies at these local positions.
     fn among_all(&self, places: [u32; 2]) -> [u32; 2];
-    /// What the counts of all processes come to.
+    /// The sum of the counts of all processes.
     fn sum(&self, count: usize) -> usize;
-    /// Learns which bodies at the border others have flagged; they are added to those `raised` last.
+    /// Adds to `raised` the bodies at the border that other processes have flagged.
     fn learn_flags(&self, flags: &mut [bool], raised: &mut Vec<u32>);
-    /// The rows that all processes have taken, of those that are counted here.
+    /// The rows that all processes have selected, of those that each counts.
     fn all_taken(&self, own: Taken<D>) -> Taken<D>;
-    /// Which parts of work of these sizes are for this process.
+    /// The parts of these sizes that this process solves.
     fn own_parts(&self, sizes: &[usize]) -> Vec<bool>;
-    /// What each part came to, and in how many iterations, from those that solved them.
+    /// Gathers each part's solution and iterations from the processes that solved them.
     fn exchange_parts(&self, sizes: &[usize], solved: Vec<(Vec<f64>, u64)>) -> Vec<(Vec<f64>, u64)>;
 }
 
-/// One process, which has all there is: it has nobody to ask.
+/// One process with the whole problem.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Alone;
 

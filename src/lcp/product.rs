@@ -80,7 +80,7 @@ impl<const D: usize> Product<D> {
     }
 
     /// The same of some rows.
-    pub fn rows_anew(&self, rows: &[u32], out: &mut [f64]) {
+    pub fn recompute_rows(&self, rows: &[u32], out: &mut [f64]) {
         for at in rows.iter().map(|row| *row as usize) {
             let [a, b] = self.pair[at].map(|body| &self.velocity[body as usize]);
             out[at] = row(&self.jacobian[at], a, b);

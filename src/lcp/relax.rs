@@ -1,10 +1,10 @@
-//! LCPs whose rows contradict each other, in the sense of the least overlap.
+//! Regularized LCPs, for contradictory rows: the least overlap.
 //!
-//! In the place of `0 <= q + A gamma  _|_  gamma >= 0` stands `0 <= q + (A + c S) gamma  _|_  gamma >= 0` with `S` the
-//! diagonal of `A`: a row gives way by the part `c` of what its own multiplier moves it by. It is the minimum over all
-//! velocities `v` of `|v|^2 / 2 + sum (violation of row i)^2 / (2 c S_ii)`, a quadratic penalty: there is always a
-//! solution, its `v` is unique, and no multiplier is larger than its row's violation over `c S_ii` (regularization: R.
-//! W. Cottle, J.-S. Pang, R. E. Stone, "The Linear Complementarity Problem", 1992, section 5.6).
+//! `0 <= q + A gamma  _|_  gamma >= 0` is replaced by `0 <= q + (A + c S) gamma  _|_  gamma >= 0` with `S` the diagonal
+//! of `A`: a compliance `c` relative to each row's own. The solution minimizes `|v|^2 / 2 + sum (violation of row i)^2
+//! / (2 c S_ii)` over all velocities `v`, a quadratic penalty. It always exists, its `v` is unique, and no multiplier
+//! exceeds its row's violation over `c S_ii` (regularization: R. W. Cottle, J.-S. Pang, R. E. Stone, "The Linear
+//! Complementarity Problem", 1992, section 5.6).
 //!
 //! Rows that have a common solution are violated by `c` times what forces move them, so a small enough `c` leaves less
 //! than any tolerance; rows that have none are violated in the least-squares sense, which a smaller `c` changes little.
@@ -17,18 +17,18 @@ use super::portion::Portion;
 use super::solver::Solver;
 use super::{Outcome, Problem, Settings, Status};
 
-/// The parts `c` that are tried. In a colony forces move rows by lengths of about 1, so that the first leaves about an
+/// The compliances `c` to try. In a colony forces move rows by lengths of about 1, so that the first leaves about an
 /// overlap tolerance of 1e-5 and the second a hundredth of it. A stack of rods that is too tall by 1e-6 is left with
 /// 1e-6 to three digits by the second, with forces ten times those of the first.
 const COMPLIANCES: [f64; 3] = [1e-5, 1e-7, 1e-9];
 
-/// A violation that is not under this part of the last one is no longer falling.
+/// A violation above this part of the last one no longer falls.
 const GAIN: f64 = 0.5;
 
 impl<const D: usize, P: Portion<D>> Solver<D, P> {
-    /// Solves a problem in the sense of the least overlap, from the start `gamma` that it replaces. Ends with
-    /// [`Status::LeastOverlap`] where no row is violated by more than `allowed`, a length, and the residual is then the
-    /// largest violation; else with how the best of its solves ended.
+    /// Solves a problem with the least overlap, from the start `gamma`, which it replaces. If no row is violated by
+    /// more than `allowed`, a length, the status is [`Status::LeastOverlap`] and the residual is the largest violation;
+    /// otherwise the status is that of the best solve.
     ///
     /// # Panics
     /// As [`Solver::solve`].
@@ -38,7 +38,7 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
         P::relax(self, gamma, allowed)
     }
 
-    /// Relaxes the problem that was taken last.
+    /// Relaxes the last problem.
     pub(super) fn relax_here(&mut self, gamma: &mut Vec<f64>, allowed: f64) -> Outcome {
         let nothing = Outcome {
             status: Status::NotFinite,
@@ -73,8 +73,7 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
         best
     }
 
-    /// Solves a problem whose rows give way by the part `compliance` of what their own multipliers move them by, from
-    /// nothing. The larger it is, the less bodies move.
+    /// Solves a problem regularized with `compliance`, from zero multipliers. The larger it is, the less bodies move.
     ///
     /// # Panics
     /// As [`Solver::solve`].

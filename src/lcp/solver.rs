@@ -1,4 +1,4 @@
-//! One door to all solvers.
+//! The interface to all solvers.
 
 use super::cpu::Cpu;
 use super::drive::{Drive, ResidualSample};
@@ -6,7 +6,7 @@ use super::engine::{Engine, Task};
 use super::portion::{Alone, Portion};
 use super::{Outcome, Places, Problem, Settings, SolverKind};
 
-/// A solver of LCPs on the CPU. It keeps its buffers from one problem to the next.
+/// A solver of LCPs on the CPU. It reuses its buffers for the next problem.
 ///
 /// ```
 /// use relcp::lcp::{Problem, Settings, Solver, SolverKind, Status, velocity};
@@ -32,72 +32,73 @@ pub struct Solver<const D: usize, P: Portion<D> = Alone> {
 
 impl<const D: usize> Solver<D> {
     /// A solver of a kind. [`SolverKind::Auto`] is projected nonlinear conjugate gradients with the blocks of the
-    /// pairs, and the interior-point method where those end with [`NoProgress`](super::Status::NoProgress) or
-    /// [`MaxIterations`](super::Status::MaxIterations), or their end is not in sight.
+    /// pairs. It falls back to the interior-point method if these end with
+    /// [`NoProgress`](super::Status::NoProgress) or [`MaxIterations`](super::Status::MaxIterations), or converge too
+    /// slowly.
     pub fn new(kind: SolverKind, settings: Settings) -> Self {
         Solver::with_portions(kind, settings)
     }
 }
 
 impl<const D: usize, P: Portion<D>> Solver<D, P> {
-    /// A solver of a kind, of problems that processes may share.
+    /// A solver of a kind, for problems that may be distributed over processes.
     pub(crate) fn with_portions(kind: SolverKind, settings: Settings) -> Self {
         let engine = Engine::new(kind, &settings);
         Solver { task: Task { cpu: Cpu::default(), drive: Drive::default(), settings }, engine }
     }
 
-    /// The same for LCPs with many nearly parallel rows, such as a recursion appends. These slow conjugate gradients
-    /// down, so that `auto` goes over to the interior-point method as soon as the residuals show it.
+    /// Tunes the solver for LCPs with many nearly parallel rows, such as a recursion appends. They slow conjugate
+    /// gradients down, so `auto` switches to the interior-point method as soon as the residuals show it.
     pub fn for_parallel_rows(mut self) -> Self {
         self.engine.for_parallel_rows();
         self.task.cpu = Cpu::for_parallel_rows();
         self
     }
 
-    /// Sets the order of the bodies of the next problems, and what of these is here.
+    /// Sets the body order and this process's portion for subsequent problems.
     pub(crate) fn place(&mut self, places: Places, portion: P) {
         self.task.cpu.place(places, portion);
     }
 
-    /// How many rows the last problem had, with those of other processes.
+    /// The number of rows of the last problem, over all processes.
     pub(crate) fn all_rows(&self) -> usize {
         self.task.cpu.all_rows()
     }
 
-    /// When the solver stops.
+    /// The stopping criteria.
     pub fn settings(&self) -> Settings {
         self.task.settings
     }
 
-    /// Sets when the solver stops, from the next problem on.
+    /// Sets the stopping criteria for subsequent problems.
     pub fn set_settings(&mut self, settings: Settings) {
         self.task.settings = settings;
     }
 
-    /// Keeps the residuals that are looked at during solves from now on.
+    /// Records the residuals of subsequent solves.
     pub fn keep_history(&mut self) {
         self.task.drive.history = Some(Vec::new());
     }
 
-    /// The residuals that were looked at during the last solve, where they are kept. The exact solver looks at none.
+    /// The recorded residuals of the last solve. The exact solver has none.
     pub fn history(&self) -> &[ResidualSample] {
         self.task.drive.history.as_deref().unwrap_or_default()
     }
 
-    /// Solves a problem. `gamma` is the start (missing numbers are taken as zero, so are negative ones and ones that
-    /// are not finite) and becomes the solution, or the best iterate found, never worse than the start.
+    /// Solves a problem. `gamma` is the start: missing, negative and non-finite entries count as zero. It becomes the
+    /// solution or the best iterate found, never worse than the start.
     ///
-    /// The velocity `J^T gamma` of a solution is unique; `gamma` is not where rows depend on each other.
+    /// The velocity `J^T gamma` of a solution is unique; `gamma` is not unique if rows are linearly dependent.
     ///
     /// # Panics
-    /// If the lengths in the problem differ, or a row names a body that is not there.
+    /// If the lengths in the problem differ, or a row refers to a body out of range.
     pub fn solve(&mut self, problem: &Problem<D>, gamma: &mut Vec<f64>) -> Outcome {
         self.engine.forget();
         self.solve_next(problem, gamma)
     }
 
-    /// [`Solver::solve`] for a problem much like the last one, as that with rows added. Where that one was too much for
-    /// conjugate gradients, `auto` begins with the interior-point method.
+    /// [`Solver::solve`] for a problem much like the last one, such as the same with rows added. If the last one needed
+    /// the interior-point method, `auto` begins with it.
     ///
     /// # Panics
     /// As [`Solver::solve`].
@@ -110,11 +111,11 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
         self.run(gamma, false)
     }
 
-    /// Goes on with the last problem, from where the last call left it.
-    pub fn go_on(&mut self, gamma: &mut [f64]) -> Outcome {
+    /// Continues with the last problem from the last iterate.
+    pub fn resume(&mut self, gamma: &mut [f64]) -> Outcome {
         let Task { cpu, drive, .. } = &mut self.task;
         drive.history.iter_mut().for_each(Vec::clear);
-        cpu.count_anew();
+        cpu.restart_count();
         self.run(gamma, true)
     }
 

@@ -1,34 +1,34 @@
-//! An LCP with a start and a solution, as files hold it, and its residual written out from the definition.
+//! An LCP with a start and a solution, as stored in files, and its residual computed from the definition.
 
 use super::{Problem, velocity};
 
-/// An LCP of any number of unknowns a body, a start and what a solver made of it. Blocks of `J` and velocities are
-/// flat, `unknowns` numbers each.
+/// An LCP of any number of unknowns a body, with a start and a solver's result. Blocks of `J` and velocities are flat,
+/// `unknowns` numbers each.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stored {
     /// Unknowns of a body: 3 in the plane, 6 in space.
     pub unknowns: usize,
-    /// How many bodies the rows refer to.
+    /// The number of bodies that rows refer to.
     pub bodies: usize,
     /// The two bodies of each row, distinct.
     pub pair: Vec<[u32; 2]>,
-    /// The two blocks of each row of `J`, one after the other in each place.
+    /// The first and the second block of each row of `J`.
     pub rows: [Vec<f64>; 2],
     /// `g` at `gamma = 0`, a length a row.
     pub q: Vec<f64>,
-    /// What the solver started from.
+    /// The solver's start.
     pub start: Vec<f64>,
-    /// What it ended with.
+    /// The solver's result.
     pub gamma: Vec<f64>,
     /// `J^T gamma`.
     pub velocity: Vec<f64>,
 }
 
 impl Stored {
-    /// A problem with its start and end.
+    /// A problem with its start and result.
     ///
     /// # Panics
-    /// If the lengths differ, or a row names a body that is not there.
+    /// If the lengths differ, or a row refers to a body out of range.
     pub fn new<const D: usize>(problem: &Problem<D>, start: Vec<f64>, gamma: &[f64]) -> Self {
         let side = |side: usize| problem.jacobian.iter().flat_map(|row| row[side]).collect();
         Stored {
@@ -55,11 +55,10 @@ impl Stored {
     }
 
     /// The natural residual `max |min(q + J v, s gamma)|` of multipliers, with `v = J^T gamma` and `s` the squared
-    /// lengths of the rows of `J`: computed from the definition, by none of what the solvers use. NaN if a number in it
-    /// is.
+    /// lengths of the rows of `J`: computed from the definition, independently of the solvers. NaN if an entry is NaN.
     ///
     /// # Panics
-    /// If there is not a multiplier a row.
+    /// If the number of multipliers is not that of rows.
     pub fn residual(&self, gamma: &[f64]) -> f64 {
         let block = |row: usize, side: usize| &self.rows[side][row * self.unknowns..(row + 1) * self.unknowns];
         let mut v = vec![0.0; self.bodies * self.unknowns];

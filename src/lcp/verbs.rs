@@ -2,8 +2,8 @@
 //! backend.
 //!
 //! A backend owns the problem. Its vectors have one number a row; its scalars may live on a device, so a solver
-//! combines them with arithmetic and [`Scalar::if_positive`] and never branches on one. Only the driver looks at a
-//! scalar, with [`Verbs::read`].
+//! combines them with arithmetic and [`Scalar::if_positive`] and never branches on one. Only the driver reads a scalar,
+//! with [`Verbs::read`].
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -46,33 +46,33 @@ pub enum Metric {
     Majorant,
 }
 
-/// Residuals that were noted.
+/// Recorded residuals.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Looks {
-    /// The earliest of those that were not known before.
+pub struct Checks {
+    /// The residuals that have become known, oldest first.
     pub residuals: Vec<f64>,
-    /// Whether all that follows the last of them was skipped.
+    /// Whether everything after the last of them was skipped.
     pub ended: bool,
 }
 
-/// What a backend can do with vectors of one number a row.
+/// Vector operations of a backend. A vector has one number for each row.
 pub trait Verbs {
-    /// One number a row. The default is empty: [`Verbs::clear`] gives it its length.
+    /// A vector. The default is empty: [`Verbs::clear`] gives it its length.
     type Vector: Default;
     /// A number.
     type Scalar: Scalar;
 
-    /// A number that will be another one later, so that a backend treats it as it will be treated then.
+    /// A number that varies between iterations, so that a backend does not compile it as a constant.
     fn number(&mut self, x: f64) -> Self::Scalar {
         x.into()
     }
-    /// Gives `x` one zero a row.
+    /// Sets `x` to zeros, one for each row.
     fn clear(&mut self, x: &mut Self::Vector);
     /// `to = from`.
     fn copy(&mut self, from: &Self::Vector, to: &mut Self::Vector);
     /// `to = from` if `condition` is positive; otherwise `to` stays.
     fn copy_if_positive(&mut self, condition: Self::Scalar, from: &Self::Vector, to: &mut Self::Vector);
-    /// `to = from`; `from` is anything afterwards.
+    /// `to = from`; `from` is undefined afterwards.
     fn take(&mut self, from: &mut Self::Vector, to: &mut Self::Vector);
     /// `ax = A x`: one product.
     fn product(&mut self, x: &Self::Vector, ax: &mut Self::Vector);
@@ -104,7 +104,7 @@ pub trait Verbs {
     /// all rows of a pair (see `lcp::pair_blocks`). Zero rows of `A` stay.
     fn descend(&mut self, x: &Self::Vector, g: &Self::Vector, out: &mut Self::Vector);
     /// `out = argmin over x + out >= 0 of (out - w) . B (out - w)` with the same blocks, where `w` is the sum of the
-    /// `terms`. `room` is anything afterwards.
+    /// `terms`. `room` is scratch space.
     fn displace(
         &mut self,
         x: &Self::Vector,
@@ -112,15 +112,15 @@ pub trait Verbs {
         out: &mut Self::Vector,
         room: &mut Self::Vector,
     );
-    /// `x = max(x + a d, 0)`. `room` is anything afterwards.
+    /// `x = max(x + a d, 0)`. `room` is scratch space.
     fn advance(&mut self, a: Self::Scalar, d: &Self::Vector, x: &mut Self::Vector, room: &mut Self::Vector);
     /// `x . B x`.
     fn square(&mut self, metric: Metric, x: &Self::Vector) -> Self::Scalar;
-    /// `x . B^-1 x`, rows of `A` that are zero left out.
+    /// `x . B^-1 x` without the zero rows of `A`.
     fn inverse_square(&mut self, metric: Metric, x: &Self::Vector) -> Self::Scalar;
     /// The largest `t` with `x + t d >= 0`, infinite if there is none.
     fn ratio_test(&mut self, x: &Self::Vector, d: &Self::Vector) -> Self::Scalar;
-    /// `x . y` of each pair, and [`Verbs::ratio_test`]: numbers that are needed together.
+    /// `x . y` of each pair and [`Verbs::ratio_test`], which are needed together.
     fn dots_and_room(
         &mut self,
         pairs: [[&Self::Vector; 2]; 2],
@@ -129,35 +129,34 @@ pub trait Verbs {
     ) -> ([Self::Scalar; 2], Self::Scalar) {
         (self.dots(pairs), self.ratio_test(x, d))
     }
-    /// The natural residual `max |min(g, s x)|`, NaN if a number in it is.
+    /// The natural residual `max |min(g, s x)|`, NaN if an entry is NaN.
     fn residual(&mut self, x: &Self::Vector, g: &Self::Vector) -> Self::Scalar;
-    /// Brings a number to the host. On a device this waits: it is for drivers, not for iterations.
+    /// Reads a number on the host. A device waits: for drivers, not for iterations.
     fn read(&mut self, scalar: Self::Scalar) -> f64;
-    /// Notes a residual for [`Verbs::looks`]. A backend may skip all that follows until then if the residual is at most
-    /// `tolerance` or not finite; the vectors that the residual was made of stay as they are then.
-    fn look(&mut self, residual: Self::Scalar, tolerance: f64);
-    /// The residuals noted, those that are known: all of them if none was noted since the last call. On a device this
-    /// waits.
-    fn looks(&mut self) -> Looks;
-    /// Makes the gradient `g = q + A x` afresh where the last look was: one product. Returns the residual there.
+    /// Records a residual for [`Verbs::take_checks`]. If it is at most `tolerance` or not finite, a backend may skip
+    /// everything until then; the vectors of the residual then stay unchanged.
+    fn check(&mut self, residual: Self::Scalar, tolerance: f64);
+    /// The recorded residuals that are known: all of them if none was recorded since the last call. A device waits.
+    fn take_checks(&mut self) -> Checks;
+    /// Recomputes the gradient `g = q + A x` at the last check: one product. Returns the residual there.
     fn confirm(&mut self, x: &Self::Vector, g: &mut Self::Vector) -> (Self::Scalar, f64) {
         self.gradient(x, g);
         let residual = self.residual(x, g);
         (residual, self.read(residual))
     }
-    /// How many residuals are best noted before [`Verbs::looks`] is called.
-    fn looks_at_once(&self) -> usize {
+    /// The best number of residuals to record before [`Verbs::take_checks`].
+    fn checks_at_once(&self) -> usize {
         1
     }
-    /// The distance from one to the next number, for limits that must stand above rounding.
+    /// Machine epsilon, for limits above rounding.
     fn rounding(&self) -> f64 {
         f64::EPSILON
     }
-    /// How many products were made.
+    /// The number of products computed.
     fn products(&self) -> u64;
 }
 
-/// What a backend can do besides that divides bodies into clusters.
+/// Operations of a backend that divides bodies into clusters.
 pub trait InClusters: Verbs {
     /// If `condition` is positive, `out` becomes the sum over all clusters of a displacement of the cluster's rows: a
     /// few steps of conjugate gradients towards the minimum of `g . d + 1/2 |J^T d|^2` over `x + d >= 0` (see

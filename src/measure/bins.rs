@@ -8,7 +8,7 @@ const MOST: usize = 1000;
 pub(super) struct Bins {
     /// The width.
     pub width: f64,
-    /// How many.
+    /// Their number.
     pub count: usize,
 }
 

@@ -155,7 +155,7 @@ impl Measured {
         self.columns().zip(self.values(state)).find(|(of, _)| of.name == column)?.1
     }
 
-    /// Why a measure, or a part of it, is not there for a state.
+    /// Why a measure, or a part of it, is missing for a state.
     pub fn remark(&self, measure: usize, state: usize) -> Option<&str> {
         match &self.found[measure][state] {
             Ok(found) => found.remark.as_deref(),
@@ -163,7 +163,7 @@ impl Measured {
         }
     }
 
-    /// Notes on what is not there: each reason once, with the number of states.
+    /// Notes on missing measures: each reason once, with the number of states.
     fn tell(&mut self) {
         let mut notes: Vec<(String, usize)> = Vec::new();
         for (at, measure) in self.measures.iter().enumerate() {

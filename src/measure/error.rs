@@ -15,7 +15,7 @@ pub enum MeasureError {
     #[diagnostic(transparent)]
     States(StatesError),
     /// The folder is not that of a run.
-    #[error("{}: there is no state to measure", path.display())]
+    #[error("{}: no state to measure", path.display())]
     #[diagnostic(help(
         "name a run's folder (it has states/, checkpoint.npz or final.json), a state (.npz), a scene file or a built-in scene"
     ))]
@@ -28,10 +28,10 @@ pub enum MeasureError {
     #[diagnostic(transparent)]
     Record(#[from] RecordError),
     /// There is no such measure.
-    #[error("there is no measure `{name}`")]
+    #[error("unknown measure `{name}`")]
     #[diagnostic(help("the measures are {}", ALL.map(|measure| measure.name()).join(", ")))]
     Unknown {
-        /// What was asked for.
+        /// The requested name.
         name: String,
     },
     /// A body that cannot be measured.
@@ -45,14 +45,14 @@ pub enum MeasureError {
         what: String,
     },
     /// A table or a plot could not be made.
-    #[error("{}: it could not be made: {what}", path.display())]
+    #[error("{}: could not create it: {what}", path.display())]
     Unmade {
         /// The file.
         path: PathBuf,
         /// What went wrong.
         what: String,
     },
-    /// Whoever asked for it asked to stop.
+    /// The caller requested a stop.
     #[error("stopped after {done} of {all} states; nothing was written")]
     Stopped {
         /// States done.

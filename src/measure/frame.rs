@@ -1,4 +1,4 @@
-//! What a run's scene says that its states do not: whether it is planar, the drag, and which bodies are fixed.
+//! Information from a run's scene that its states lack: whether it is planar, the drag, and which bodies are fixed.
 
 use crate::dynamics::Stream;
 use crate::fixed::Fixed;

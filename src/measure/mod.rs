@@ -144,7 +144,7 @@ pub struct Found {
     pub values: Vec<Cell>,
     /// The rows of the profile.
     pub rows: Vec<Vec<Cell>>,
-    /// Why some of it is not there, or what one should know of it.
+    /// Notes: why parts are missing, and caveats.
     pub remark: Option<String>,
 }
 
@@ -162,11 +162,11 @@ impl From<&str> for LeftOut {
 pub trait Measure: Sync {
     /// Its name: what [`select`] takes, and what its profile's file is called.
     fn name(&self) -> &'static str;
-    /// What it tells, in a line.
+    /// A description in one line.
     fn about(&self) -> &'static str;
-    /// The columns of its numbers.
+    /// Its columns.
     fn columns(&self) -> &'static [Column];
-    /// Its profile, where it has one.
+    /// Its profile, if it has one.
     fn profile(&self) -> Option<Profile> {
         None
     }
@@ -220,7 +220,7 @@ pub fn select(names: &[String]) -> Result<Vec<&'static dyn Measure>, MeasureErro
     Ok(ALL.iter().filter(asked).copied().collect())
 }
 
-/// A number as a cell: what is not finite is none.
+/// A number as a cell; empty if it is not finite.
 fn cell(value: f64) -> Cell {
     value.is_finite().then_some(value)
 }

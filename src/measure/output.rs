@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The file of all numbers.
+/// The file of all values.
 const TABLE: &str = "measures.csv";
 /// The file of everything.
 const DOCUMENT: &str = "measures.json";
@@ -38,7 +38,7 @@ struct StateOf<'a> {
     time: f64,
     bodies: usize,
     values: BTreeMap<&'static str, Cell>,
-    /// By measure: why it, or a part of it, is not there.
+    /// By measure: why it, or a part of it, is missing.
     remarks: BTreeMap<&'static str, &'a str>,
     /// By measure: the rows of its profile.
     profiles: BTreeMap<&'static str, &'a [Vec<Cell>]>,

@@ -4,7 +4,8 @@
 //! whole is `sigma = -sum of f l^T / V`, with `V` the volume of the cell (G. K. Batchelor, J. Fluid Mech. 41, 545
 //! (1970), of contact forces as J. F. Brady and G. Bossis have them, Annu. Rev. Fluid Mech. 20, 111 (1988)). With the
 //! flow's direction `d` and its gradient `e`, `sigma_de` is positive where contacts resist the shear. Times the rate
-//! `g` it is the work of the shear on contacts, in a unit of volume and time, beside that of the flow on turning bodies:
+//! `g` it is the work of the shear on contacts, in a unit of volume and time, beside that of the flow on turning
+//! bodies:
 //!
 //! ```text
 //! P = g V sigma_de - sum of T . w_J

@@ -16,7 +16,7 @@ use std::sync::OnceLock;
 pub struct View<'a> {
     /// The state.
     pub state: &'a Snapshot,
-    /// What its run's scene says.
+    /// Information from its run's scene.
     pub frame: &'a Frame,
     /// What the user chose.
     pub settings: &'a Settings,

@@ -1,4 +1,4 @@
-//! The processes of a run, and their exchanges.
+//! The processes of a run and their exchanges.
 
 use super::Traffic;
 use mpi::Count;
@@ -8,10 +8,10 @@ use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives, Destination, Equivalence, Root, Source};
 use std::time::{Duration, Instant};
 
-/// Most numbers that one gather of all processes moves: MPI counts them in 32 bits. What is longer goes in pieces.
+/// Most numbers in one gather: MPI counts them in 32 bits. Longer gathers run in pieces.
 const MOST_AT_ONCE: usize = 1 << 28;
 
-/// The processes that take one simulation together.
+/// The processes that run one simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Processes {
     rank: usize,
@@ -22,24 +22,24 @@ pub struct Processes {
 pub(crate) type Parcel<T = f64> = (usize, Vec<T>);
 
 impl Processes {
-    /// All processes that were started together.
+    /// All processes of the MPI launch.
     pub(super) fn all() -> Self {
         let world = SimpleCommunicator::world();
         Processes { rank: world.rank() as usize, size: world.size() as usize }
     }
 
-    /// The number of this process, from 0.
+    /// The rank of this process, from 0.
     pub fn rank(self) -> usize {
         self.rank
     }
 
-    /// How many there are.
+    /// The number of processes.
     pub fn size(self) -> usize {
         self.size
     }
 
-    /// What every process has, one after the other.
-    pub fn gather(self, own: &[u64]) -> Vec<u64> {
+    /// Concatenates the lists of all processes by rank, on every process.
+    pub fn all_gather(self, own: &[u64]) -> Vec<u64> {
         let mut counts = vec![0u64; self.size];
         self.gather_into(&[own.len() as u64], &vec![1; self.size], &mut counts);
         let counts: Vec<usize> = counts.into_iter().map(|count| count as usize).collect();
@@ -48,7 +48,7 @@ impl Processes {
         all
     }
 
-    /// What every process has, one after the other, where all know how much that is.
+    /// [`Processes::all_gather`] with known lengths.
     fn gather_into<T: Equivalence + Copy>(self, own: &[T], counts: &[usize], all: &mut [T]) {
         let begun = Instant::now();
         if all.len() <= MOST_AT_ONCE {
@@ -78,32 +78,32 @@ impl Processes {
         }
     }
 
-    /// What every process has, one after the other, where all have as much.
-    pub(crate) fn gather_even<T: Equivalence>(self, own: &[T], all: &mut [T]) {
+    /// [`Processes::all_gather`] of lists of equal length.
+    pub(crate) fn all_gather_even<T: Equivalence>(self, own: &[T], all: &mut [T]) {
         let begun = Instant::now();
         SimpleCommunicator::world().all_gather_into(own, all);
         Traffic::of_gather(size_of_val(own) * (self.size - 1), begun.elapsed());
     }
 
-    /// What every process has, one after the other, to rank 0; nothing to the others.
-    pub(crate) fn gather_at_first(self, own: &[u64]) -> Vec<u64> {
+    /// [`Processes::all_gather`] to rank 0 only; the others get nothing.
+    pub(crate) fn gather_to_root(self, own: &[u64]) -> Vec<u64> {
         let lengths: Vec<usize> = self.gather_lengths(own.len());
         let into = |(from, length): (usize, &usize)| (self.rank == 0 && from > 0).then(|| (from, vec![0; *length]));
         let mut parcels: Vec<Parcel<u64>> = lengths.iter().enumerate().filter_map(into).collect();
         let out = if self.rank == 0 { Vec::new() } else { vec![(0, own.to_vec())] };
-        self.swap(&out, &mut parcels, || {});
+        self.exchange(&out, &mut parcels, || {});
         let own = if self.rank == 0 { own } else { &[] };
         own.iter().copied().chain(parcels.into_iter().flat_map(|(_, numbers)| numbers)).collect()
     }
 
     fn gather_lengths(self, own: usize) -> Vec<usize> {
         let mut all = vec![0_u64; self.size];
-        self.gather_even(&[own as u64], &mut all);
+        self.all_gather_even(&[own as u64], &mut all);
         all.into_iter().map(|length| length as usize).collect()
     }
 
-    /// Sends each process what there is for it, a list each, and returns what each has sent here.
-    pub(crate) fn deliver(self, mut lists: Vec<Vec<u64>>) -> Vec<Vec<u64>> {
+    /// Sends list `i` to rank `i`, and returns the lists received, by rank.
+    pub(crate) fn all_to_all(self, mut lists: Vec<Vec<u64>>) -> Vec<Vec<u64>> {
         let lengths: Vec<u64> = lists.iter().map(|list| list.len() as u64).collect();
         let mut coming = vec![0_u64; self.size];
         SimpleCommunicator::world().all_to_all_into(&lengths, &mut coming);
@@ -113,14 +113,14 @@ impl Processes {
         let room = |(from, length): (usize, u64)| (from, vec![0; length as usize]);
         let others = |(from, length): &(usize, u64)| *from != self.rank && *length > 0;
         let mut into: Vec<Parcel<u64>> = coming.into_iter().enumerate().filter(others).map(room).collect();
-        self.swap(&out, &mut into, || {});
+        self.exchange(&out, &mut into, || {});
         into.into_iter().for_each(|(from, list)| all[from] = list);
         all
     }
 
-    /// Sends each parcel of `out` to its process, and fills those of `into` with what theirs sent. Who sends how much
-    /// to whom is known to both. `meanwhile` is done while they are on their way.
-    pub(crate) fn swap<T: Equivalence>(self, out: &[Parcel<T>], into: &mut [Parcel<T>], meanwhile: impl FnOnce()) {
+    /// Sends the parcels of `out` and receives into those of `into`, whose lengths match what the other side sends.
+    /// `meanwhile` runs while the messages are in transit.
+    pub(crate) fn exchange<T: Equivalence>(self, out: &[Parcel<T>], into: &mut [Parcel<T>], meanwhile: impl FnOnce()) {
         let begun = Instant::now();
         let world = SimpleCommunicator::world();
         let mut worked = Duration::ZERO;
@@ -144,8 +144,8 @@ impl Processes {
         Traffic::of_messages(out.len(), bytes, begun.elapsed() - worked);
     }
 
-    /// Says something to all others, which [`Processes::hear`] it.
-    pub fn tell(self, message: &[u8]) {
+    /// Says something to all others, which [Processes::receive`] it.
+    pub fn broadcast(self, message: &[u8]) {
         let begun = Instant::now();
         let mut length = message.len() as u64;
         self.take_from_first(std::slice::from_mut(&mut length));
@@ -154,8 +154,8 @@ impl Processes {
         Traffic::of_gather(own.len() * (self.size - 1), begun.elapsed());
     }
 
-    /// Waits for what rank 0 says.
-    pub fn hear(self) -> Vec<u8> {
+    /// Waits for a broadcast of rank 0.
+    pub fn receive(self) -> Vec<u8> {
         let mut length = 0u64;
         self.take_from_first(std::slice::from_mut(&mut length));
         let mut message = vec![0u8; length as usize];
@@ -167,7 +167,7 @@ impl Processes {
         SimpleCommunicator::world().process_at_rank(0).broadcast_into(numbers);
     }
 
-    /// Ends all processes at once: one of them cannot go on, and the others would wait for it for ever.
+    /// Ends all processes at once: the others would wait for one that fails.
     pub fn abort(self, status: u8) -> ! {
         SimpleCommunicator::world().abort(i32::from(status))
     }

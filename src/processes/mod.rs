@@ -3,7 +3,7 @@
 //!
 //! All take the same decisions from the same numbers. Each does the work on the bodies of its domain, and numbers of
 //! all are joined in one order, so that the bits are those of one process. Rank 0 leads: it alone reads arguments,
-//! writes files and hears the user, and says what is done next ([`Processes::tell`], [`Processes::hear`]).
+//! writes files and hears the user, and says what is done next ([`Processes::broadcast`], [Processes::receive`]).
 
 mod group;
 mod session;
@@ -11,16 +11,16 @@ mod traffic;
 
 pub(crate) use group::Parcel;
 pub use group::Processes;
-pub use session::{NoSession, Session};
+pub use session::{Session, SessionError};
 pub use traffic::Traffic;
 
-/// What rank 0 says to the others, as the first byte of a message: there is nothing more to do.
+/// The first byte of a command of rank 0. This one: end.
 pub(crate) const END: u8 = 0;
-/// To start from a scene and a state.
+/// Start from a scene and a state.
 pub(crate) const START: u8 = 1;
-/// To take a step.
+/// Take a step.
 pub(crate) const STEP: u8 = 2;
-/// To give the parts of the state.
+/// Gather the state.
 pub(crate) const GATHER: u8 = 3;
-/// To start each from a part of a state.
-pub(crate) const START_WITH_A_PART: u8 = 4;
+/// Start from a part of a state.
+pub(crate) const START_PART: u8 = 4;

@@ -5,45 +5,45 @@ use mpi::Threading;
 use mpi::environment::Universe;
 use std::sync::OnceLock;
 
-/// The number of this process, which stays known when MPI has ended.
+/// The rank of this process, known after MPI has ended too.
 static OWN_RANK: OnceLock<usize> = OnceLock::new();
 
-/// MPI, from its beginning in this process until it is dropped.
+/// An initialized MPI. Dropping it finalizes MPI.
 pub struct Session {
     processes: Processes,
     _universe: Universe,
 }
 
-/// Why processes cannot begin together.
+/// Why MPI cannot start.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
-pub enum NoSession {
-    /// MPI runs already in this process, or has ended in it.
-    #[error("MPI was already begun in this process")]
-    Begun,
-    /// Steps are taken by a thread of a pool.
+pub enum SessionError {
+    /// This process has already initialized MPI.
+    #[error("this process has already initialized MPI")]
+    AlreadyInitialized,
+    /// A thread of a pool takes the steps, and MPI allows only the main thread.
     #[error("this machine's MPI allows calls from the main thread only (MPI_THREAD_SERIALIZED is needed); use another")]
     Threads,
-    /// Processes of different programs give different bits, or wait for each other for ever.
+    /// Different programs give different bits or deadlock.
     #[error(
-        "process {other} runs another program (version {theirs}) than rank 0 (version {ours}); start the same program on all nodes"
+        "rank {other} runs another program (version {theirs}) than rank 0 (version {ours}); start the same program on all nodes"
     )]
-    Mixed {
-        /// The first process that differs.
+    DifferentPrograms {
+        /// The first rank that differs.
         other: usize,
-        /// The version of rank 0, and the size of its program in bytes.
+        /// The version of rank 0 and the size of its program in bytes.
         ours: String,
-        /// That of the other one.
+        /// Those of the other rank.
         theirs: String,
     },
 }
 
-impl NoSession {
-    /// Whether the process of this rank is the one to say it: where all know it, the first.
+impl SessionError {
+    /// Whether this rank reports the error: rank 0, if all have it.
     pub fn is_for(&self, rank: usize) -> bool {
         match self {
-            NoSession::Begun => true,
-            NoSession::Threads | NoSession::Mixed { .. } => own_rank() == rank,
+            SessionError::AlreadyInitialized => true,
+            SessionError::Threads | SessionError::DifferentPrograms { .. } => own_rank() == rank,
         }
     }
 }
@@ -53,16 +53,17 @@ fn own_rank() -> usize {
 }
 
 impl Session {
-    /// Begins MPI. All processes that were started together must do so, and run the same program.
+    /// Initializes MPI. All processes of the launch must call it and run the same program.
     ///
     /// # Errors
-    /// A [`NoSession`], the same on all processes.
-    pub fn begin() -> Result<Session, NoSession> {
-        let (universe, threads) = mpi::initialize_with_threading(Threading::Multiple).ok_or(NoSession::Begun)?;
+    /// A [`SessionError`], the same on all processes.
+    pub fn begin() -> Result<Session, SessionError> {
+        let (universe, threads) =
+            mpi::initialize_with_threading(Threading::Multiple).ok_or(SessionError::AlreadyInitialized)?;
         let session = Session { processes: Processes::all(), _universe: universe };
         let _ = OWN_RANK.set(session.processes.rank());
         if threads < Threading::Serialized {
-            return Err(NoSession::Threads);
+            return Err(SessionError::Threads);
         }
         same_program(session.processes, &program())?;
         Ok(session)
@@ -74,13 +75,13 @@ impl Session {
     }
 }
 
-/// The version of this program and its size: two builds of one version seldom have the same.
+/// The version and size of this program: two builds of one version seldom have the same size.
 fn program() -> String {
     let size = std::env::current_exe().and_then(std::fs::metadata).map_or(0, |file| file.len());
     format!("{} of {size} bytes", env!("CARGO_PKG_VERSION"))
 }
 
-fn same_program(processes: Processes, own: &str) -> Result<(), NoSession> {
+fn same_program(processes: Processes, own: &str) -> Result<(), SessionError> {
     let words = |text: &str| -> Vec<u64> {
         let bytes = text.bytes().chain(std::iter::repeat(b' ')).take(64).collect::<Vec<u8>>();
         bytes.chunks_exact(8).map(|word| u64::from_le_bytes(std::array::from_fn(|k| word[k]))).collect()
@@ -89,10 +90,10 @@ fn same_program(processes: Processes, own: &str) -> Result<(), NoSession> {
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         String::from_utf8_lossy(&bytes).trim_end().to_owned()
     };
-    let all = processes.gather(&words(own));
+    let all = processes.all_gather(&words(own));
     let of: Vec<String> = all.chunks(8).map(text).collect();
     match of.iter().position(|other| *other != of[0]) {
-        Some(other) => Err(NoSession::Mixed { other, ours: of[0].clone(), theirs: of[other].clone() }),
+        Some(other) => Err(SessionError::DifferentPrograms { other, ours: of[0].clone(), theirs: of[other].clone() }),
         None => Ok(()),
     }
 }

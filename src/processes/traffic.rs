@@ -1,4 +1,4 @@
-//! What processes have said to each other: messages, bytes, and how long they waited.
+//! Counts of messages, bytes and waiting time.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -9,23 +9,23 @@ static GATHERS: AtomicU64 = AtomicU64::new(0);
 static GATHERED: AtomicU64 = AtomicU64::new(0);
 static NANOSECONDS: AtomicU64 = AtomicU64::new(0);
 
-/// What this process has exchanged with others since the program began.
+/// What this process has exchanged with others since the program started.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Traffic {
-    /// Messages that it sent to one other process.
+    /// Point-to-point messages sent.
     pub messages: u64,
     /// Their bytes.
     pub bytes: u64,
-    /// Times that all processes exchanged something.
+    /// Collective operations.
     pub gathers: u64,
-    /// Bytes that it gave to all others in these.
+    /// Bytes sent in them.
     pub gathered: u64,
     /// Time spent in exchanges, most of it waiting.
     pub time: Duration,
 }
 
 impl Traffic {
-    /// So far.
+    /// The counts so far.
     pub fn so_far() -> Traffic {
         let read = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         Traffic {

@@ -2,7 +2,7 @@
 
 use super::arrays::json;
 use super::compute::Wanted;
-use super::course::Course;
+use super::limit::StepLimit;
 use super::scene::PyScene;
 use super::session::Threads;
 use super::simulation::PySimulation;
@@ -168,11 +168,11 @@ impl PyEnsemble {
     /// steps; call it again to go on.
     #[pyo3(signature = (*, until=None))]
     fn run(&self, py: Python<'_>, until: Option<f64>) -> PyResult<Vec<Option<PyErr>>> {
-        let mut courses: Vec<Course> = Vec::new();
+        let mut limits: Vec<StepLimit> = Vec::new();
         for member in &self.members {
-            courses.push(member.get().course(py, until)?);
+            limits.push(member.get().limit(py, until)?);
         }
-        let ran = self.run_all(py, |member, nth, stops| member.run_quietly(courses[nth], SIGNALS_EVERY, stops))?;
+        let ran = self.run_all(py, |member, nth, stops| member.run_quietly(limits[nth], SIGNALS_EVERY, stops))?;
         Ok(ran.into_iter().zip(&self.members).map(|(ran, member)| ran.err().map(|no| member.get().fault(no))).collect())
     }
 

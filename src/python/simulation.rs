@@ -4,9 +4,9 @@ use super::arrays::{column, json, table, vectors};
 use super::bodies::{self, Column, Table};
 use super::compute::Wanted;
 use super::contacts::{AtWalls, Contacts, Pairs, WallContacts};
-use super::course::{Course, asks_to_stop};
 use super::error::{RecordError, SimulationError, fault, recorded, scene_fault};
 use super::force::{Asking, PyForce};
+use super::limit::{StepLimit, asks_to_stop};
 use super::report::StepReport;
 use super::scene::PyScene;
 use super::session::{End, Session, Threads};
@@ -62,16 +62,16 @@ impl PySimulation {
     }
 
     /// How far a run to the scene's end goes, or one to a time of one's own.
-    pub(super) fn course(&self, py: Python<'_>, until: Option<f64>) -> PyResult<Course> {
-        Course::until(self.session(py)?.simulation(), until)
+    pub(super) fn limit(&self, py: Python<'_>, until: Option<f64>) -> PyResult<StepLimit> {
+        StepLimit::until(self.session(py)?.simulation(), until)
     }
 
     /// Steps without the interpreter's lock, until it is to stop; a wait for the session is one without the lock too.
-    pub(super) fn run_quietly(&self, course: Course, wall: Duration, stops: &AtomicBool) -> Result<(), Fault> {
+    pub(super) fn run_quietly(&self, limit: StepLimit, wall: Duration, stops: &AtomicBool) -> Result<(), Fault> {
         let Ok(mut session) = self.session.lock() else { return Ok(()) };
-        let mut left = course.most;
+        let mut left = limit.most;
         while left > 0 && !stops.load(Ordering::Relaxed) {
-            let (batch, ended) = session.advance(left, course.end, wall);
+            let (batch, ended) = session.advance(left, limit.end, wall);
             ended?;
             left -= batch.taken;
             if batch.taken == 0 {
@@ -140,8 +140,8 @@ impl PySimulation {
     }
 
     /// Takes steps; none where there are none to be taken.
-    fn advance(&self, py: Python<'_>, course: Course) -> PyResult<Option<StepReport>> {
-        let Course { most: mut left, end } = course;
+    fn advance(&self, py: Python<'_>, limit: StepLimit) -> PyResult<Option<StepReport>> {
+        let StepLimit { most: mut left, end } = limit;
         let mut last = None;
         loop {
             let (batch, ended) = self.compute(py, |session| session.advance(left, end, SIGNALS_EVERY))?;
@@ -218,7 +218,7 @@ impl PySimulation {
             return Err(PyValueError::new_err("n: expected at least one step"));
         }
         let end = if past_end { End::None } else { End::OfScene };
-        self.advance(py, Course { most: n, end })?.ok_or_else(|| {
+        self.advance(py, StepLimit { most: n, end })?.ok_or_else(|| {
             SimulationError::new_err(
                 "the scene's end is reached, and no step was taken; past_end=True takes steps beyond it",
             )
@@ -245,14 +245,14 @@ impl PySimulation {
         if every == 0 {
             return Err(PyValueError::new_err("every: expected at least one step"));
         }
-        let Course { most, end } = Course::until(self.session(py)?.simulation(), until)?;
+        let StepLimit { most, end } = StepLimit::until(self.session(py)?.simulation(), until)?;
         let last = self.steps(py)?.saturating_add(most);
         let stride = if callback.is_some() { every } else { u64::MAX };
         loop {
             // The callback or another thread may have taken steps meanwhile.
             let left = last.saturating_sub(self.steps(py)?);
-            let course = Course { most: stride.min(left), end };
-            let Some(report) = self.advance(py, course)? else { break };
+            let limit = StepLimit { most: stride.min(left), end };
+            let Some(report) = self.advance(py, limit)? else { break };
             if let Some(callback) = &callback
                 && asks_to_stop(&callback.call1((report,))?)
             {

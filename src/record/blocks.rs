@@ -173,7 +173,7 @@ pub(super) fn unrounded_blocks(unrounded: &Unrounded) -> [Block; 2] {
     [u32s("device_cells", cells), f64s("device_numbers", unrounded.bodies.iter().map(UnroundedBody::to_numbers))]
 }
 
-/// Reads back what [`unrounded_blocks`] made. Whether they are numbers of these bodies is tested where they are used.
+/// Reads back what [`unrounded_blocks`] made. Their use checks whether they match the bodies.
 pub(super) fn read_unrounded(source: &mut Archive, kind: [f64; 3], rows: usize) -> Result<Unrounded, StateError> {
     let cells = source.u32s::<3>("device_cells", rows)?.into_iter().map(|cell| cell.map(u32::cast_signed));
     let numbers = source.f64s("device_numbers", rows)?;
@@ -181,7 +181,7 @@ pub(super) fn read_unrounded(source: &mut Archive, kind: [f64; 3], rows: usize) 
     Ok(Unrounded { kind, bodies })
 }
 
-/// All arrays of a state; those of its near pairs where a run is to go on from it.
+/// All arrays of a state; those of its near pairs if a run may continue from it.
 pub(super) fn blocks(state: &State, with_warm: bool) -> Vec<Block> {
     let mut blocks = body_blocks(&state.bodies);
     if with_warm {

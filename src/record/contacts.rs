@@ -28,7 +28,7 @@ pub struct ContactForce {
     pub separation: f64,
     /// From the first body to the second.
     pub normal: DVec3,
-    /// The force that they push each other with, along the normal; not a number where it is not known.
+    /// The contact force along the normal; NaN if unknown.
     pub gamma: f64,
 }
 
@@ -83,7 +83,7 @@ pub fn contacts(state: &Snapshot, cutoff: Option<f64>) -> Vec<ContactForce> {
             force.levers = [force.levers[0] + warm.gamma * at.lever_a, force.levers[1] + warm.gamma * at.lever_b];
         }
     }
-    // Where a pair pushes in several places, its contact is their resultant.
+    // If a pair pushes at several points, its contact is their resultant.
     for (key, found) in &mut found {
         if let Some(force) = forces.get(key).filter(|force| force.places > 1) {
             found.normal = force.normal.try_normalize().unwrap_or(found.normal);

@@ -32,14 +32,14 @@ use std::path::Path;
 pub const FORMAT: &str = "relcp-state";
 /// The version that this program writes; it reads those up to it. Version 1 had its header as `header.json`.
 pub const VERSION: u64 = 2;
-/// The part of a period to which floats must tell where a body is.
+/// The part of a period to which floats must resolve positions.
 const LEAST_KNOWN: f64 = 0.1;
 /// The fewest bytes that a body, or a near pair, takes: what bounds the counts that a file may claim.
 const LEAST_ROW: u64 = 8;
 /// The same of a broken bond.
 const LEAST_BOND: u64 = 4;
 
-/// What a state file says of itself.
+/// The header of a state file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// [`FORMAT`].
@@ -64,7 +64,7 @@ pub struct Header {
     /// By how much images across one axis are displaced along another, in a sheared cell; absent in another.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tilt: Option<Tilt>,
-    /// Whether the bodies cannot leave the plane; absent where they can.
+    /// Whether the bodies cannot leave the plane; absent if they can.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub planar: bool,
     /// Length of the array of broken bonds; absent where there is none.
@@ -147,8 +147,8 @@ fn pack(
 
 /// Reads the bytes of a state.
 ///
-/// Refuses, saying what is wrong, bytes that are not a state, that are damaged anywhere, that are cut short, and those
-/// of a newer format. Nothing is allocated that the file's own size does not bound.
+/// Refuses, with a reason, bytes that are not a state, damaged, truncated or of a newer format. Allocations are bounded
+/// by the file's size.
 pub fn decode(bytes: &[u8]) -> Result<(Header, State), StateError> {
     let (mut archive, header) = Archive::open(bytes, accept)?;
     let warm = header.warm.unwrap_or(0);
@@ -218,7 +218,7 @@ fn accept(json: &[u8]) -> Result<Header, StateError> {
     serde_json::from_slice(json).map_err(|e| StateError::damaged("the header", e))
 }
 
-/// Writes a state file, whole or not at all, and to last: beside its place, synced, renamed, and the folder synced.
+/// Writes a state file atomically and durably: to a temporary file, synced, renamed, and the folder synced.
 pub fn write_state(
     path: &Path,
     state: &State,

@@ -1,5 +1,4 @@
-//! Files that are there whole or not at all: written beside their place, synced, renamed into it, and the folder
-//! synced.
+//! Atomic, durable files: written to a temporary file, synced, renamed, and the folder synced.
 
 use super::error::RecordError;
 use serde::Serialize;
@@ -21,7 +20,7 @@ pub fn place(path: &Path, bytes: &[u8]) -> Result<(), RecordError> {
     place_with(path, |part| part.write_all(bytes).map_err(RecordError::io(path, "write it")))
 }
 
-/// As [`place`], written by `fill`, for what is too large to be held as bytes. Where `fill` fails there is no file.
+/// As [`place`], written by `fill`, for contents too large for memory. If `fill` fails there is no file.
 pub fn place_with<T, E: From<RecordError>>(path: &Path, fill: impl FnOnce(&mut File) -> Result<T, E>) -> Result<T, E> {
     place_part(path, |part| fill(part.as_file_mut()))
 }

@@ -1,4 +1,4 @@
-//! Earlier runs in a folder, and which of them can go on.
+//! Earlier runs in a folder, and which of them can continue.
 
 use super::folder::{Folder, is_numbered};
 use serde::Deserialize;
@@ -6,12 +6,12 @@ use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// How an earlier run stands.
+/// The status of an earlier run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EarlierState {
     /// It was interrupted or killed before its end.
     Unfinished,
-    /// It came to its end, or stopped at a step.
+    /// It reached its end, or stopped at a failed step.
     Ended,
     /// Another process is writing into its folder.
     Running,
@@ -22,7 +22,7 @@ pub enum EarlierState {
 pub struct EarlierRun {
     /// Its folder.
     pub path: PathBuf,
-    /// How it stands.
+    /// Its status.
     pub state: EarlierState,
 }
 
@@ -43,9 +43,9 @@ impl EarlierRun {
     }
 }
 
-/// What of `summary.json` says how the run stands.
+/// The keys of `summary.json` with the run's status.
 #[derive(Deserialize)]
-struct Standing {
+struct Summary {
     status: String,
 }
 
@@ -64,7 +64,7 @@ fn state(folder: &Folder, checkpoint: SystemTime) -> EarlierState {
         return EarlierState::Running;
     }
     let path = folder.summary();
-    let summary = fs::read(&path).ok().and_then(|bytes| serde_json::from_slice::<Standing>(&bytes).ok());
+    let summary = fs::read(&path).ok().and_then(|bytes| serde_json::from_slice::<Summary>(&bytes).ok());
     // A run that went on past its end, and was killed there, has a checkpoint that is newer than its summary.
     let is_last = modified(&path).is_some_and(|written| written >= checkpoint);
     match summary {

@@ -13,10 +13,10 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum StateError {
     /// The bytes are of something else.
-    #[error("it is not a state file")]
+    #[error("not a state file")]
     NotAState,
     /// The end is missing.
-    #[error("it is cut short: its end is missing")]
+    #[error("the file is truncated")]
     Truncated,
     /// Some bytes are not those that were written.
     #[error("{place} is damaged: {what}")]
@@ -35,7 +35,7 @@ pub enum StateError {
         known: u64,
     },
     /// A body's shape is the user's own.
-    #[error("body {body} has a custom shape, which no file holds")]
+    #[error("body {body} has a custom shape, which files cannot store")]
     Custom {
         /// The first body concerned.
         body: usize,
@@ -101,7 +101,7 @@ pub enum RecordError {
         /// The folder.
         path: PathBuf,
     },
-    /// There is nothing to go on from.
+    /// There is nothing to resume.
     #[error("{}: nothing to resume: no checkpoint found", path.display())]
     #[diagnostic(help("name the folder of an earlier run, or start a new one"))]
     NoCheckpoint {
@@ -117,8 +117,8 @@ pub enum RecordError {
         /// The first keys that differ.
         keys: Vec<String>,
     },
-    /// The folder's run cannot go on to a later end.
-    #[error("{}: the run cannot go on: {why}", path.display())]
+    /// The folder's run cannot continue to a later end.
+    #[error("{}: cannot continue the run: {why}", path.display())]
     NoLaterEnd {
         /// The folder.
         path: PathBuf,
@@ -169,7 +169,7 @@ pub enum StatesError {
         path: PathBuf,
     },
     /// A shape that no file has.
-    #[error("{origin}: body {body} has a custom shape, which no file holds")]
+    #[error("{origin}: body {body} has a custom shape, which files cannot store")]
     Custom {
         /// The state.
         origin: String,

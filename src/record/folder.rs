@@ -85,8 +85,8 @@ impl Folder {
         Ok(found)
     }
 
-    /// The folder of a run that stopped before its first checkpoint, emptied for a new start. Refused where anything
-    /// else is in it.
+    /// Empties the folder of a run that stopped before its first checkpoint, for a new start. Refused if anything else
+    /// is in it.
     ///
     /// # Errors
     /// [`RecordError::InUse`] where a run is just starting in it, [`RecordError::NotEmpty`] where it holds what no such
@@ -164,7 +164,7 @@ impl Folder {
         self.0.join("steps.csv")
     }
 
-    /// What the scene asks to be measured, a row a recorded step.
+    /// The scene's measures, one row for each recorded step.
     pub fn measures(&self) -> PathBuf {
         self.0.join("measures.csv")
     }
@@ -184,7 +184,7 @@ impl Folder {
         self.states().join(format!("state_{step:010}.npz"))
     }
 
-    /// The folder of the LCPs that the scene asks to be saved.
+    /// The folder of the LCPs that the scene selects.
     pub fn lcps(&self) -> PathBuf {
         self.0.join("lcps")
     }
@@ -194,7 +194,7 @@ impl Folder {
         self.lcps().join(format!("step-{step:06}-rec-{recursion}.npz"))
     }
 
-    /// What the run goes on from.
+    /// The checkpoint to continue from.
     pub fn checkpoint(&self) -> PathBuf {
         self.0.join("checkpoint.npz")
     }
@@ -209,7 +209,7 @@ impl Folder {
         self.0.join("final.json")
     }
 
-    /// A picture of the state that the run stands at.
+    /// A picture of the run's last state.
     pub fn picture(&self) -> PathBuf {
         self.0.join("final.png")
     }
@@ -220,7 +220,7 @@ impl Folder {
     }
 }
 
-/// The step that the file of an LCP belongs to, where it is one.
+/// The step of an LCP's file; none for other files.
 fn lcp_of(path: &Path) -> Option<u64> {
     let name = path.file_name()?.to_str()?;
     let (step, recursion) = name.strip_prefix("step-")?.strip_suffix(".npz")?.split_once("-rec-")?;

@@ -1,4 +1,4 @@
-//! One LCP as a file that numpy opens as `.npz`, for a look at a solver outside a run.
+//! One LCP as a file that numpy opens as `.npz`, for tests of a solver outside a run.
 //!
 //! Arrays, little-endian: `bodies` (how many), `a`, `b` (the bodies of each row), `row_a`, `row_b` (rows x unknowns:
 //! the two blocks of each row of `J`, scaled so that `A = J J^T`; 3 unknowns a body in the plane, 6 in space), `q` (`g`
@@ -35,7 +35,7 @@ const LOOSE_BYTES: u64 = 64 << 20;
 /// times; only a start of zeros to 175 times, which up to eight million rows are under the bound before.
 const LOOSEST: u64 = 100;
 
-/// What a file says of its LCP.
+/// The header of an LCP's file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LcpHeader {
     /// [`LCP_FORMAT`].
@@ -52,9 +52,9 @@ pub struct LcpHeader {
     pub recursion: u32,
     /// The solver, as a scene names it.
     pub solver: String,
-    /// The residual that it was to reach, a length.
+    /// The solver's tolerance, a length.
     pub tolerance: f64,
-    /// The numbers that it computed with: `f32` or `f64`.
+    /// The precision: `f32` or `f64`.
     pub precision: String,
     /// How it ended.
     pub status: String,
@@ -153,8 +153,8 @@ pub fn encode_lcp(lcp: &Stored, header: &LcpHeader) -> Result<Vec<u8>, LcpFileEr
     write(&json, &blocks).map_err(|e| unwritable(e.to_string()))
 }
 
-/// Reads the bytes of an LCP, and its header where it has one. Numbers that are not finite are read as they are: they
-/// may be what is to be looked at.
+/// Reads the bytes of an LCP, and its header where it has one. Non-finite numbers are read unchanged: they may be the
+/// subject of interest.
 ///
 /// # Errors
 /// [`LcpFileError`] for bytes that are something else, damaged, cut short, or that no LCP can have.

@@ -12,7 +12,7 @@ pub struct Leg {
     pub machine: String,
     /// The device's adapter; null on the CPU.
     pub adapter: Option<String>,
-    /// The numbers that it computes with: `f32` or `f64`.
+    /// The precision: `f32` or `f64`.
     pub precision: String,
     /// The first step that it takes.
     pub from_step: u64,

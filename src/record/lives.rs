@@ -25,11 +25,11 @@ pub struct LifeRow {
     pub birth: f64,
     /// Divisions since its founder.
     pub generation: u32,
-    /// The name of its group; empty where it had none.
+    /// The name of its group; empty if it had none.
     pub group: String,
     /// `division`, `outside`, `inside` or `rate`.
     pub cause: String,
-    /// The place in the scene's `removal` of the rule that removed it; empty where it divided.
+    /// The index in the scene's `removal` of the rule that removed it; empty if it divided.
     pub rule: Option<usize>,
 }
 

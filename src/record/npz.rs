@@ -11,7 +11,7 @@ use std::io::{Cursor, Read, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
-/// The entry that says what the arrays are, and what files of earlier versions have in its place.
+/// The entry that describes the arrays, and that of earlier versions' files.
 pub(super) const HEADER: &str = "header.npy";
 pub(super) const EARLIER_HEADER: &str = "header.json";
 /// What a zip starts with.

@@ -1,5 +1,5 @@
-//! A table that grows by a row a recorded step, and is cut back to a step where a run goes on. Its first column is the
-//! step's number.
+//! A table that grows by a row for each recorded step and is cut back to a step when a run continues. Its first column
+//! is the step's number.
 
 use super::error::RecordError;
 use serde::Serialize;
@@ -73,7 +73,7 @@ impl Rows {
     pub(crate) fn flush(&mut self) -> Result<(), RecordError> {
         let held = std::mem::take(&mut self.held);
         if let Err(fault) = self.file.write_all(&held) {
-            // What cannot be cut off either is cut off where the run goes on.
+            // Rows that cannot be cut off now are cut off when the run continues.
             let _ = self.file.set_len(self.written).and_then(|()| self.file.seek(SeekFrom::End(0)));
             return Err(self.fault(fault));
         }

@@ -96,7 +96,7 @@ impl States {
         })
     }
 
-    /// A state of one's own; `name` stands in messages and names the files.
+    /// A single state; `name` appears in messages and in file names.
     ///
     /// ```
     /// use relcp::record::{Snapshot, States};

@@ -115,7 +115,7 @@ fn add_columns(path: &Path) -> Result<(), RecordError> {
     let added: String = ADDED[..count].iter().rev().map(|(_, value)| format!(",{value}")).collect();
     let mut longer = COLUMNS.join(",") + "\n";
     for line in lines {
-        // A row that was cut short stays as it is: it is cut off where the run goes on.
+        // A truncated row stays: it is cut off when the run continues.
         match line.rsplit_once(',').filter(|_| line.ends_with('\n')) {
             Some((row, wall)) => longer += &format!("{row}{added},{wall}"),
             None => longer += line,

@@ -63,7 +63,7 @@ pub struct OverStep {
     pub max_overlap: f64,
     /// The pair of bodies that overlaps by it.
     pub pair: Option<[usize; 2]>,
-    /// The body and the wall that overlap by it, where they do.
+    /// The body and the wall that overlap by it, if they do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall: Option<[usize; 2]>,
 }
@@ -142,7 +142,7 @@ impl Retried {
     }
 }
 
-/// Sums and extremes over the steps of a run. JSON has no infinity: where a length is not finite, it says null.
+/// Sums and extremes over the steps of a run. JSON has no infinity: a length that is not finite is null.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Totals {
     /// Steps taken.
@@ -189,7 +189,7 @@ pub struct Totals {
     /// The largest angle by which contact turned a body of revolution about its own axis in a step.
     #[serde(default)]
     pub largest_axial_spin: f64,
-    /// Steps with rows that pushed apart what no longer touched, and were made anew.
+    /// Steps with rows that were rebuilt because they pushed bodies that no longer touched.
     #[serde(default)]
     pub steps_loosened: u64,
     /// Recursions, summed.

@@ -1,4 +1,4 @@
-//! Bodies that leave a scene at the end of a step: through the borders of a region, or by death at a rate.
+//! Removal of bodies at the end of a step: outside or inside a region, or by death at a rate.
 //!
 //! A body dies in a step of `dt` with the probability `1 - exp(-rate dt)`, so that of bodies that nothing else removes
 //! the part `exp(-rate t)` is alive at `t` for every step size, on average. The draw belongs to the seed, the body's
@@ -59,11 +59,11 @@ pub struct Ended {
     pub time: f64,
     /// Whose it was.
     pub line: Lineage,
-    /// The number of its group; `u32::MAX` where it had none.
+    /// The index of its group; `u32::MAX` if it had none.
     pub group: u32,
     /// Why.
     pub cause: Cause,
-    /// The place in the scene's `removal` of the rule that removed it.
+    /// The index in the scene's `removal` of the rule that removed it.
     pub rule: Option<usize>,
 }
 
@@ -113,7 +113,7 @@ impl Removals {
         self.rules.is_empty()
     }
 
-    /// Whether a rule asks where bodies are.
+    /// Whether a rule needs positions.
     pub fn asks_places(&self) -> bool {
         self.rules.iter().any(|rule| !matches!(rule.reach, Reach::Rate(_)))
     }

@@ -1,4 +1,4 @@
-//! What a scene says of the bodies that leave it.
+//! A scene's rules for removing bodies.
 
 use crate::walls::Wall;
 #[cfg(feature = "files")]
@@ -6,17 +6,17 @@ use schemars::JsonSchema;
 #[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
-/// A rule by which bodies leave a scene at the end of a step: exactly one of `outside`, `inside` and `rate`.
+/// A rule that removes bodies at the end of a step: exactly one of `outside`, `inside` and `rate`.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
 #[non_exhaustive]
 pub struct Removal {
-    /// Bodies whose centre is outside of this shape: where a wall of this kind would have no bodies. In a periodic
-    /// scene the centre's image in the cell about the origin counts. On a GPU, costs a read-back of the state per step.
+    /// Removes bodies whose centre is outside this shape: on the empty side of a wall of this kind. In a periodic scene
+    /// the centre's image in the cell about the origin counts. On a GPU this costs a read-back of the state per step.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub outside: Option<Wall>,
-    /// Bodies whose centre is inside of this shape. As `outside`.
+    /// Removes bodies whose centre is inside this shape. See `outside`.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub inside: Option<Wall>,
     /// Death at this rate, per time: in each step with the probability `1 - exp(-rate dt)`, drawn by the seed, the
@@ -24,7 +24,7 @@ pub struct Removal {
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub rate: Option<f64>,
-    /// The group that it holds for. Without it: all bodies but fixed ones, which are never removed.
+    /// The group that it applies to. Without it: all bodies except fixed ones, which are never removed.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub group: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! What stands behind the bodies of a picture: the walls, where they are then, and the periodic cell.
+//! The background of a picture: the walls at that time, and the periodic cell.
 //!
 //! In a planar picture every pixel that shows no body asks the walls' own surfaces how far it is from them, so that a
 //! wall of any kind is drawn where bodies meet it, and grey outside. In other pictures walls are lines behind the
@@ -21,7 +21,7 @@ const HALF_LINE: f64 = 1.0 / 900.0;
 const OUTSIDE: f64 = 0.14;
 const IN_SPACE: f64 = 0.55;
 
-/// What stands behind the bodies of a scene.
+/// The background of a scene.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Backdrop {
     pub walls: Walls,

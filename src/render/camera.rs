@@ -32,7 +32,7 @@ const ELEVATION_DEGREES: f64 = 24.0;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// What stands in the middle of the picture.
+    /// The point at the centre of the picture.
     pub(super) centre: DVec3,
     /// Unit vector to the right of the picture.
     pub(super) right: DVec3,

@@ -1,4 +1,4 @@
-//! The words of a run's picture: time and number of bodies in the upper left corner, what the colours tell in the lower
+//! The words of a run's picture: time and number of bodies in the upper left corner, the colour quantity in the lower
 //! right one.
 
 use super::colour::{hue, ramp};
@@ -25,7 +25,7 @@ pub(super) fn words(state: &Snapshot) -> String {
     format!("t={}  n={}", text::number(state.time, 6), state.bodies.len())
 }
 
-/// What stands at the ends of the scale of colours; `None` where the colours tell nothing.
+/// The labels at the ends of the colour scale; `None` without a scale.
 pub(super) fn ends(quantity: Quantity, scale: Option<Scale>) -> Option<[String; 2]> {
     match (quantity, scale) {
         (Quantity::Plain, _) => None,
@@ -53,7 +53,7 @@ pub(super) fn state(image: &mut Image, state: &Snapshot, [ink, paper]: Inks) {
     text::draw(image, &marks, dot, ink, paper);
 }
 
-/// The name of what the colours tell, and the scale with its ends.
+/// The name of the colour quantity, and the scale with its ends.
 pub(super) fn legend(image: &mut Image, quantity: Quantity, scale: Option<Scale>, [ink, paper]: Inks) {
     let Some(dot) = text::dot(image) else { return };
     let Some(ends) = ends(quantity, scale) else { return };

@@ -16,7 +16,7 @@ pub enum RenderError {
     #[diagnostic(transparent)]
     States(StatesError),
     /// The folder is not that of a run.
-    #[error("{}: there is no state to draw", path.display())]
+    #[error("{}: no state to draw", path.display())]
     #[diagnostic(help(
         "name a run's folder (it has states/, checkpoint.npz or final.json), a state (.npz), a scene file or a built-in scene"
     ))]
@@ -31,12 +31,12 @@ pub enum RenderError {
     /// The device that was to cast the rays failed.
     #[error(transparent)]
     Device(#[from] GpuError),
-    /// A state does not have what the colours are to tell.
+    /// A state does not have the colour quantity.
     #[error("{origin}: no colours by {colour}: {why}")]
     Missing {
         /// The state.
         origin: String,
-        /// What the colours are to tell.
+        /// The colour quantity.
         colour: &'static str,
         /// What is not there.
         why: String,
@@ -48,11 +48,11 @@ pub enum RenderError {
     #[error("a range needs a numeric quantity; {colour} has no scale")]
     #[diagnostic(help("leave the range out, or choose other colours"))]
     NoScale {
-        /// What the colours are to tell.
+        /// The colour quantity.
         colour: &'static str,
     },
     /// Vectors have no light, no shadows and nothing hidden.
-    #[error("pictures as vectors are of planar runs seen from the top; this run is seen {side}")]
+    #[error("vector pictures support planar runs seen from the top; this run is seen {side}")]
     #[diagnostic(help("choose png"))]
     NoVectors {
         /// From where, in words.
@@ -72,18 +72,18 @@ pub enum RenderError {
         last: f64,
     },
     /// Pictures would be mixed with others, or replace them.
-    #[error("{}: numbered pictures are there that relcp has not drawn", path.display())]
+    #[error("{}: the folder has numbered pictures that relcp did not draw", path.display())]
     #[diagnostic(help("name another folder"))]
     Foreign {
         /// Their folder.
         path: PathBuf,
     },
     /// There is no encoder for a video.
-    #[error("no video can be made: there is no `ffmpeg` on the path")]
+    #[error("cannot make a video: `ffmpeg` is not on the path")]
     #[diagnostic(help("install ffmpeg, or make an animated PNG, which needs none"))]
     NoEncoder,
     /// The encoder did not make the movie.
-    #[error("{}: ffmpeg made no movie: {what}", path.display())]
+    #[error("{}: ffmpeg failed: {what}", path.display())]
     #[diagnostic(help("the pictures are there all the same"))]
     Encoder {
         /// The movie.
@@ -91,9 +91,9 @@ pub enum RenderError {
         /// What it said.
         what: String,
     },
-    /// Whoever asked for it asked to stop.
+    /// The caller requested a stop.
     #[error("stopped after {done} of {all}")]
-    #[diagnostic(help("drawing again starts anew and replaces what is there"))]
+    #[diagnostic(help("draw again to start over and replace the files"))]
     Stopped {
         /// How much was done.
         done: usize,

@@ -1,9 +1,9 @@
 //! The pictures of a run, one a recorded state, with one camera and one scale of colours for all of them. In periodic
 //! space each body is drawn once, with its centre in the cell about the origin.
 //!
-//! All states are looked at before anything is written: for the space that they take, the values that their colours
-//! tell, and what they lack. Then the pictures are drawn, some at a time in parallel. A picture is there whole or not
-//! at all, and its bytes do not depend on threads.
+//! All states are scanned before anything is written: for the space that they take, the values of the colour quantity,
+//! and what they lack. Then the pictures are drawn, some at a time in parallel. A picture is there whole or not at all,
+//! and its bytes do not depend on threads.
 
 use super::backdrop::Backdrop;
 use super::painter::Painter;
@@ -24,7 +24,7 @@ pub(super) fn picture_file(number: usize, format: Format) -> PathBuf {
     Path::new(FOLDER).join(format!("{number:06}.{}", format.extension()))
 }
 
-/// What a rendering says of itself. It is there, not complete, before the first picture.
+/// The description of a rendering. It is written, marked incomplete, before the first picture.
 const DOCUMENT: &str = "frames.json";
 /// The movie, where it has no other place.
 pub const MOVIE: &str = "movie.mp4";
@@ -47,7 +47,7 @@ pub enum Fit {
 /// Which pictures are made, and their looks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frames {
-    /// What the colours tell.
+    /// The colour quantity.
     pub colour: Quantity,
     /// The ends of the scale of colours, without those that fit the values.
     pub range: Option<[f64; 2]>,
@@ -55,7 +55,7 @@ pub struct Frames {
     pub size: [u32; 2],
     /// Where bodies are seen from; without it from the top in a planar run, else obliquely.
     pub side: Option<Side>,
-    /// What stands behind the bodies.
+    /// The background.
     pub background: Background,
     /// Pixels, or for a planar run seen from the top vectors.
     pub format: Format,
@@ -63,7 +63,7 @@ pub struct Frames {
     pub fit: Fit,
     /// Whether there are words: time, number of bodies, bar of length, scale of colours.
     pub words: bool,
-    /// Every so many states, from the first of the interval on.
+    /// Every Nth state, from the first of the interval on.
     pub every: usize,
     /// The first time.
     pub from: f64,
@@ -101,7 +101,7 @@ pub struct RenderedFrame {
     pub time: f64,
     /// Bodies of its state.
     pub bodies: usize,
-    /// What stands in its middle.
+    /// The point at its centre.
     pub centre: [f64; 3],
     /// Pixels to a length of one.
     pub pixels_per_length: f64,
@@ -116,7 +116,7 @@ pub struct Rendered {
     pub complete: bool,
     /// The device that cast the rays; null on the CPU.
     pub adapter: Option<String>,
-    /// What the colours tell.
+    /// The colour quantity.
     pub colour: Quantity,
     /// Width and height in pixels.
     pub size: [u32; 2],
@@ -146,7 +146,7 @@ pub struct Rendered {
 /// ```
 ///
 /// # Errors
-/// A [`RenderError`]: states that cannot be read, or do not have what the colours are to tell.
+/// A [`RenderError`]: states that cannot be read, or do not have the colour quantity.
 pub fn render(
     source: impl AsRef<Path>,
     states: &States,
@@ -182,7 +182,7 @@ pub fn render_on(
     let scene = scene_behind(source)?.map(|(scene, _)| scene);
     let backdrop = scene.map_or_else(Backdrop::default, |scene| Backdrop::of(&scene));
     let painter = Painter { rays, states, frames, run, backdrop, side, size };
-    let (seen, note) = painter.look(&mut *watch)?;
+    let (seen, note) = painter.scan(&mut *watch)?;
     let mut rendered = Rendered {
         complete: false,
         adapter: rays.map(|rays| rays.gpu().name().to_owned()),

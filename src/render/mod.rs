@@ -58,7 +58,7 @@ const SHADOW_FROM: f32 = 1.5;
 /// Pixels of the picture to one of the light's own: its soft edges need no finer ones.
 const SHADOW_COARSENESS: u32 = 2;
 
-/// What a body's colour tells.
+/// The quantity that a body's colour shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Colour {
@@ -75,7 +75,7 @@ pub enum Colour {
     Plain,
 }
 
-/// What stands behind the bodies.
+/// The background.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 pub enum Background {
@@ -121,11 +121,11 @@ pub struct View {
     pub width: u32,
     /// Height in pixels; as `width`.
     pub height: u32,
-    /// What colours tell.
+    /// The colour quantity.
     pub colour: Colour,
     /// Seen along z, x to the right and y up; otherwise from the front and above.
     pub planar: bool,
-    /// What stands behind the bodies.
+    /// The background.
     pub background: Background,
     /// A bar of a round length and its number, in the lower left corner.
     pub scale_bar: bool,

@@ -65,9 +65,9 @@ fn is_program(file: &Path) -> bool {
     file.is_file()
 }
 
-/// Makes a movie of the pictures that [`render`](super::render) left in `folder`, so many a second. It is there whole
-/// or not at all; a file of that name is replaced. An animation needs no encoder, repeats, and shows its last picture
-/// for a second.
+/// Makes a movie of the pictures that [`render`](super::render) left in `folder`, so many a second. It is written
+/// atomically; a file of that name is replaced. An animation needs no encoder, repeats, and shows its last picture for
+/// a second.
 ///
 /// # Errors
 /// [`RenderError::Encoder`] where the program fails or the name is of no kind of movie; [`RenderError::NoEncoder`] for

@@ -48,8 +48,8 @@ pub(super) struct Painter<'a> {
 }
 
 impl Painter<'_> {
-    /// Looks at the states that are to be drawn; and says how many have nothing to colour them by.
-    pub fn look(&self, watch: Watch<'_>) -> Result<(Vec<ScannedState>, Option<String>), RenderError> {
+    /// Scans the states to draw, and returns how many lack the colour quantity.
+    pub fn scan(&self, watch: Watch<'_>) -> Result<(Vec<ScannedState>, Option<String>), RenderError> {
         let Frames { from, to, every, .. } = *self.frames;
         let all = from == f64::NEG_INFINITY && to == f64::INFINITY;
         // Without an interval those between need not be read.
@@ -61,13 +61,13 @@ impl Painter<'_> {
             if !watch(seen.len(), asked.len()) {
                 return Err(RenderError::Stopped { done: seen.len(), all: asked.len() });
             }
-            for looked in part.par_iter().map(|&i| self.look_at(i)).collect::<Vec<_>>() {
-                let state = match looked {
+            for scanned in part.par_iter().map(|&i| self.scan_state(i)).collect::<Vec<_>>() {
+                let state = match scanned {
                     Err(fault @ RenderError::Missing { .. }) => {
                         missing = (missing.0 + 1, missing.1.or(Some(fault)));
                         continue;
                     }
-                    looked => looked?,
+                    scanned => scanned?,
                 };
                 times = [times[0].min(state.time), times[1].max(state.time)];
                 if all || inside(state.time, from, to) {
@@ -109,7 +109,7 @@ impl Painter<'_> {
         Ok((seen, note))
     }
 
-    fn look_at(&self, index: usize) -> Result<ScannedState, RenderError> {
+    fn scan_state(&self, index: usize) -> Result<ScannedState, RenderError> {
         let state = self.states.read(index)?;
         let outside = !inside(state.time, self.frames.from, self.frames.to);
         if outside {

@@ -1,11 +1,11 @@
-//! What the colours of a run's pictures tell: a number a body, from one recorded state.
+//! The quantities that a run's pictures show by colour: a number for each body, from one recorded state.
 
 use crate::bodies::Bodies;
 use crate::measure::groups::number;
 use crate::measure::{Frame, LeftOut, Settings, View};
 use crate::record::Snapshot;
 
-/// What a body's colour tells in the pictures of a run.
+/// The quantity that a body's colour shows in the pictures of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 #[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "snake_case")]
@@ -90,7 +90,7 @@ impl Quantity {
         }
     }
 
-    /// Whether it tells nothing where no body was ever born in a run.
+    /// Whether it is meaningless in a run without births.
     pub(crate) fn is_of_births(self) -> bool {
         matches!(self, Quantity::Age | Quantity::Generation)
     }

@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex};
 
 /// Tiles of one dispatch: 32 MiB of samples, within every adapter's bounds.
 const BAND: usize = 512;
-/// Bodies of a tile that a device looks through: some drivers end loops after so many rounds.
+/// The limit on bodies of a tile on a device: some drivers end loops after this many rounds.
 const MOST_OF_A_TILE: usize = 65_535;
 const WORKGROUP: u32 = 128;
 

@@ -1,51 +1,51 @@
-//! The processes of a run that follow rank 0: they write nothing, and take the steps that it says.
+//! The ranks other than 0 of a run: they execute the commands of rank 0 and write nothing.
 
 use crate::processes::Processes;
 use crate::record::{decode, encode_with_forces, scene_hash};
 use crate::scene::Scene;
-use crate::simulation::{Compute, Said, Simulation, Together};
+use crate::simulation::{Command, Compute, Simulation, Together};
 use crate::step::State;
 
-/// What computes a run that processes take together.
+/// Computes a run on several processes.
 pub fn together(processes: Processes) -> Together {
     Together::new(processes, pack)
 }
 
-/// Follows rank 0 to its end. A process that cannot do what rank 0 says gives its reason to `complain` and ends
-/// them all with `status`, since the others would wait for it for ever.
+/// Executes the commands of rank 0 until it ends. If one fails here only, `complain` gets the reason and all processes
+/// end with `status`: the others would wait for ever.
 pub fn follow(processes: Processes, status: u8, complain: impl Fn(&str)) {
     let together = together(processes);
     let mut simulation: Option<Simulation> = None;
     let cannot = |what: &str| -> ! {
-        complain(&format!("process {} cannot go on: {what}", processes.rank()));
+        complain(&format!("rank {} cannot continue: {what}", processes.rank()));
         processes.abort(status)
     };
     loop {
-        match together.hear() {
-            Said::End => return,
-            Said::Start(packed) => {
+        match together.receive() {
+            Command::End => return,
+            Command::Start(packed) => {
                 let (scene, state) = unpack(&packed).unwrap_or_else(|what| cannot(&what));
-                // What it refuses rank 0 refuses too, and says so.
+                // Rank 0 gets the same error and reports it.
                 simulation = Simulation::start(&Compute::Together(together), scene, state).ok();
             }
-            Said::StartWithAPart(packed, numbers) => {
+            Command::StartPart(packed, numbers) => {
                 let (scene, state) = unpack(&packed).unwrap_or_else(|what| cannot(&what));
-                simulation = Simulation::start_with_a_part(together, scene, state, numbers).ok();
+                simulation = Simulation::start_part(together, scene, state, numbers).ok();
             }
-            Said::Gather => match &simulation {
+            Command::Gather => match &simulation {
                 Some(simulation) => drop(simulation.state()),
-                None => cannot("it has no state to give"),
+                None => cannot("it has no state"),
             },
-            Said::Step => match &mut simulation {
-                // A fault is rank 0's as well.
+            Command::Step => match &mut simulation {
+                // Rank 0 gets the same fault.
                 Some(simulation) => drop(simulation.step()),
-                None => cannot("it has no simulation to step"),
+                None => cannot("it has no simulation"),
             },
         }
     }
 }
 
-/// The length of the scene's text, the text, the state as a file has it.
+/// The length of the scene's text, the text, and the encoded state.
 fn pack(scene: &Scene, state: &State) -> Result<Vec<u8>, String> {
     let text = scene.to_json();
     let state =
@@ -54,7 +54,7 @@ fn pack(scene: &Scene, state: &State) -> Result<Vec<u8>, String> {
 }
 
 fn unpack(packed: &[u8]) -> Result<(Scene, State), String> {
-    let cut = || "a message was cut".to_owned();
+    let cut = || "a message is incomplete".to_owned();
     let (length, rest) = packed.split_first_chunk().ok_or_else(cut)?;
     let (text, state) = rest.split_at_checked(u64::from_le_bytes(*length) as usize).ok_or_else(cut)?;
     let text = std::str::from_utf8(text).map_err(|e| e.to_string())?;
@@ -62,7 +62,7 @@ fn unpack(packed: &[u8]) -> Result<(Scene, State), String> {
     let (header, state) = decode(state).map_err(|e| e.to_string())?;
     match header.scene == scene_hash(&scene) {
         true => Ok((scene, state)),
-        false => Err("the scene of rank 0 did not arrive as it was sent".into()),
+        false => Err("the scene of rank 0 was received with errors".into()),
     }
 }
 

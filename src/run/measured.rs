@@ -1,4 +1,4 @@
-//! `measures.csv`: what the scene's `output.measures` asks to be measured, a row a recorded step.
+//! `measures.csv`: the measures of the scene's `output.measures`, one row for each recorded step.
 
 use crate::measure::{self, Frame, Measure, Settings, View};
 use crate::record::rows::Rows;
@@ -20,7 +20,7 @@ pub(super) struct Measures {
 }
 
 impl Measures {
-    /// Starts the file where the scene asks for it.
+    /// Starts the file if the scene has measures.
     pub(super) fn create(path: &Path, scene: &Scene) -> Result<Option<Self>, RecordError> {
         Self::of(scene, |columns| Rows::create(path, columns))
     }

@@ -75,11 +75,10 @@ pub struct Run {
 }
 
 impl Run {
-    /// Starts a run in a new folder. `setup` is the wall time that its bodies took to place.
+    /// Starts a run in a new folder. `setup` is the wall time for placing its bodies.
     ///
     /// # Errors
-    /// A file that cannot be written; [`StateError::Custom`] where a body has a custom shape, before anything is
-    /// written.
+    /// A file that cannot be written; [`StateError::Custom`] if a body has a custom shape, before anything is written.
     pub fn start(simulation: Simulation, folder: Folder, setup: Duration) -> Result<Self, RunError> {
         let begun = Instant::now();
         if let Some(body) = simulation.state()?.bodies.first_custom() {
@@ -117,12 +116,12 @@ impl Run {
         Run::take_up(scene, folder, None, compute)
     }
 
-    /// As [`Run::resume`], to a later end than the scene's: a finished run goes on, on the CPU to the same bits as a
-    /// run that was started with this end. Its `scene.json` has the later end from then on.
+    /// [`Run::resume`] to a later end than the scene's: a finished run continues, on the CPU to the same bits as a run
+    /// that was started with this end. Its `scene.json` then has the later end.
     ///
     /// # Errors
-    /// As [`Run::resume`]; [`RecordError::NoLaterEnd`] where the end is not later, where the run has taken a last step
-    /// that is shorter than the others, or where `growth.stop` ended it.
+    /// As [`Run::resume`]; [`RecordError::NoLaterEnd`] if the end is not later, if the run's last step was shorter than
+    /// the others, or if `growth.stop` ended it.
     pub fn resume_until(scene: Scene, folder: Folder, until: f64, compute: &Compute) -> Result<Self, RunError> {
         Run::take_up(scene, folder, Some(until), compute)
     }
@@ -142,7 +141,7 @@ impl Run {
         }
         let scene_hash = scene_hash(&scene);
         if let Some(fault) = fallback {
-            // The damaged one gives way here, so that the next checkpoint does not take the place of this good one.
+            // Removes the damaged one, so that the next checkpoint does not replace this good one.
             durable::rename(&folder.previous_checkpoint(), &folder.checkpoint())?;
             notes.push(format!("{fault}; continuing from the previous checkpoint, at step {}", header.step));
         }
@@ -247,8 +246,7 @@ impl Run {
 
     /// Takes one step and records it.
     ///
-    /// Where the step cannot be taken, the state before it is made the checkpoint and `final.json`, and the summary
-    /// says why.
+    /// If the step fails, the state before it becomes the checkpoint and `final.json`, and the summary has the reason.
     pub fn advance(&mut self) -> Result<StepReport, RunError> {
         let begun = Instant::now();
         let stepped = self.simulation.step();
@@ -295,7 +293,7 @@ impl Run {
         Ok(())
     }
 
-    /// Saves what the scene's `solver.dump` asks for.
+    /// Saves the LCPs that the scene's `solver.dump` selects.
     fn save_lcps(&mut self) -> Result<(), RunError> {
         let begun = Instant::now();
         let kept = self.simulation.take_lcps();
@@ -350,8 +348,8 @@ impl Run {
         self.totals.wall.total += spent;
     }
 
-    /// Ends the run where it stands: at its end, or before it, to be resumed. Leaves a checkpoint, a picture and the
-    /// summary, and the final state where the end is reached. A run that stopped at a step has left them.
+    /// Ends the run: at its end, or before it, to be resumed. Writes a checkpoint, a picture and the summary, and the
+    /// final state if the end is reached. A run that stopped at a failed step has written them.
     pub fn finish(mut self) -> Result<Summary, RunError> {
         if let Some(summary) = self.stopped {
             return Ok(summary);

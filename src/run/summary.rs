@@ -11,25 +11,25 @@ use crate::simulation::Simulation;
 use crate::step::Fault;
 use serde::{Deserialize, Serialize};
 
-/// How a run stands.
+/// The status of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum RunStatus {
     /// It went to its end, and every step met its tolerances.
     Done,
-    /// It went to its end; some step, or the final state measured anew, did not meet its tolerances.
+    /// It reached its end; some step, or the final state measured again, did not meet its tolerances.
     OutOfTolerance,
     /// It was stopped before its end and can be resumed.
     Interrupted,
-    /// A step could not be taken within its tolerances; it stands at the state before it.
+    /// A step could not meet its tolerances; the run ended with the state before it.
     Stopped,
     /// A step could not be taken, of a run by an earlier version.
     Fault,
 }
 
 impl RunStatus {
-    /// Whether a step could not be taken: the run does not go on by itself.
+    /// Whether a step failed: the run does not continue by itself.
     pub fn is_stopped(self) -> bool {
         matches!(self, RunStatus::Stopped | RunStatus::Fault)
     }
@@ -61,7 +61,7 @@ pub struct Constraints {
 /// What the LCP solver did.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SolverSummary {
-    /// Which one the scene asks for.
+    /// The solver that the scene selects.
     pub kind: SolverKind,
     /// Iterations over all solves.
     pub iterations: u64,
@@ -80,7 +80,7 @@ pub struct SolverSummary {
 /// The most memory held.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PeakBytes {
-    /// By this process, before it draws the picture; null where the system does not tell.
+    /// By this process, before it draws the picture; null if the system does not report it.
     pub host: Option<u64>,
     /// On a device; null where there is none.
     pub device: Option<u64>,
@@ -91,14 +91,14 @@ pub struct PeakBytes {
 pub struct Summary {
     /// The scene's name.
     pub name: String,
-    /// How the run stands.
+    /// The status of the run.
     pub status: RunStatus,
     /// Whether it went to its end.
     pub completed: bool,
     /// Which part of the scene's `growth.stop` ended it before `time.end`; null where none did.
     pub stopped_by: Option<StopReason>,
-    /// Why it is out of tolerance or stopped, in one word; null where it is neither. [`Totals::reason`] and
-    /// [`Fault::name`] say which there are; `final_overlap` where all steps held and the final state does not.
+    /// Why it is out of tolerance or stopped, in one word; null if it is neither. [`Totals::reason`] and
+    /// [`Fault::name`] list them; `final_overlap` if all steps met the tolerance and the final state does not.
     pub reason: Option<String>,
     /// The same in a sentence; null where no step was refused.
     pub message: Option<String>,
@@ -112,7 +112,7 @@ pub struct Summary {
     pub backend: &'static str,
     /// Which device computed it; null on the CPU.
     pub adapter: Option<String>,
-    /// Which numbers it was computed with.
+    /// The precision that it was computed in.
     pub precision: &'static str,
     /// What computed which steps: one entry for each time that the run was started or resumed.
     pub legs: Vec<Leg>,
@@ -122,7 +122,7 @@ pub struct Summary {
     pub version: &'static str,
     /// [Hash](super::scene_hash) of the scene.
     pub scene_hash: String,
-    /// [Hash](crate::record::state_hash) of the state that the run stands at.
+    /// [Hash](crate::record::state_hash) of the run's last state.
     pub state_hash: String,
     /// Bodies now.
     pub bodies: usize,
@@ -143,7 +143,7 @@ pub struct Summary {
     pub start_max_overlap: f64,
     /// Largest overlap of smooth surfaces that a step left.
     pub max_overlap: f64,
-    /// Largest overlap of the state that the run stands at, computed anew from it.
+    /// Largest overlap of the run's last state, recomputed from it.
     pub final_max_overlap: f64,
     /// Largest overlap of sub-spheres that a step left; null where the method has none.
     pub proxy_max_overlap: Option<f64>,
@@ -169,7 +169,7 @@ pub struct Summary {
     pub largest_contact_energy: f64,
     /// The largest angle by which contact turned a body of revolution about its own axis in a step.
     pub largest_axial_spin: f64,
-    /// Steps with rows that pushed apart what no longer touched, and were made anew.
+    /// Steps with rows that were rebuilt because they pushed bodies that no longer touched.
     pub steps_loosened: u64,
     /// Steps that did not go at once.
     pub retried: Retried,
@@ -194,7 +194,7 @@ fn method_name(method: Method) -> &'static str {
     }
 }
 
-/// The reason of a run whose steps all held, and whose last state, measured anew, does not.
+/// The reason of a run whose steps all met the tolerance, and whose last state, measured again, does not.
 const FINAL_OVERLAP: &str = "final_overlap";
 
 /// By how much two ways to compute a separation may differ in the run's precision: the part of the sizes that tests

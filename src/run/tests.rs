@@ -44,7 +44,7 @@ fn left(folder: &Path) -> Vec<(String, Vec<u8>)> {
         .collect()
 }
 
-/// All steps may say that they held: the last state, measured anew, decides.
+/// Even if all steps met the tolerance, the last state, measured again, decides.
 #[test]
 fn a_run_whose_final_state_overlaps_is_out_of_tolerance() {
     let folder = tempfile::tempdir().unwrap();
@@ -142,7 +142,7 @@ fn what_is_measured_while_it_runs_is_what_is_measured_afterwards_and_survives_a_
     let text = r#"{"name": "a", "time": {"dt": 0.1, "end": 1}, "output": {"measures": ["radius", "size"]},
         "bodies": [{"shape": {"sphere": {"radius": 1}}, "position": [0, 0, 0]}]}"#;
     let refused = Scene::parse(text, "a").unwrap_err().to_string();
-    assert!(refused.contains("there is no measure \"size\"") && refused.contains("nematic"), "{refused}");
+    assert!(refused.contains("unknown measure \"size\"") && refused.contains("nematic"), "{refused}");
 }
 
 #[test]
@@ -181,7 +181,7 @@ fn a_damaged_checkpoint_gives_way_to_the_one_before() {
     fs::write(folder.checkpoint(), b"PK\x03\x04").unwrap();
     let run = Run::resume(rods_scene(place.path()), folder.clone(), &Compute::Cpu).unwrap();
     assert_eq!(run.simulation().state().unwrap().step, 10);
-    assert!(run.notes()[0].contains("cut short"), "{:?}", run.notes());
+    assert!(run.notes()[0].contains("truncated"), "{:?}", run.notes());
     drop(run);
     fs::write(folder.checkpoint(), b"").unwrap();
     assert!(matches!(

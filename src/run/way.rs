@@ -1,12 +1,12 @@
-//! How far bodies move in a step, which says whether the step is much too long.
+//! How far bodies move in a step, which shows whether the step is much too long.
 
 use crate::bodies::Bodies;
 use crate::digits::{few, significant};
 use crate::scene::Scene;
 use crate::scene::remarks::{FARTHEST, PROPOSED};
 
-/// The farthest that a body's velocity carries it in a step, in thicknesses of its own. A flow carries all alike, so
-/// that its scenes have none.
+/// The farthest that a body's velocity carries it in a step, in thicknesses of its own. Scenes with a flow have none,
+/// as it carries all bodies alike.
 pub(super) fn farthest(scene: &Scene, bodies: &Bodies) -> f64 {
     let cell_flows = scene.periodic.is_some_and(|cell| cell.changes());
     if scene.flow.is_some() || cell_flows {

@@ -37,8 +37,8 @@ impl Scene {
         self.build_while(&mut |_| true)
     }
 
-    /// As [`Scene::build`], which may take minutes where many bodies are placed by rule: asks `goes_on` every few
-    /// thousand draws, with the number of bodies placed so far, and stops where it answers `false`.
+    /// [`Scene::build`] with an option to stop, as placing many bodies may take minutes. Every few thousand draws it
+    /// calls `goes_on` with the number of bodies placed so far, and stops if that returns `false`.
     ///
     /// ```
     /// use relcp::scene::{FaultKind, Generate, Time};
@@ -77,7 +77,7 @@ impl Scene {
     /// scene gives.
     pub(super) fn ids(&self) -> impl Iterator<Item = u64> + '_ {
         let given = self.bodies.iter().map(|b| b.lineage.map(|line| line.id)).chain(std::iter::repeat(None));
-        // A parent's id is taken too, although the parent is no more.
+        // A parent's id stays reserved after the parent has gone.
         let taken = self.bodies.iter().filter_map(|b| b.lineage).map(|l| l.id.max(l.parent.unwrap_or(0)) + 1);
         let mut next = taken.max().unwrap_or(0).max(self.next_id.unwrap_or(0));
         given.map(move |id| {
@@ -96,11 +96,11 @@ impl Scene {
         }
     }
 
-    /// A scene that starts from `bodies` at `time` and goes on as this one: full precision, groups, lineage, and
-    /// velocities where the law has inertia. Its `end` is this scene's, or `time` where that is later. What is drawn in
-    /// its steps is not what was drawn in this one's, as it starts at another time.
+    /// A scene that starts from `bodies` at `time` and continues this one: full precision, groups, lineage, and
+    /// velocities if the law has inertia. Its `end` is this scene's, or `time` where that is later. Its steps draw
+    /// other random numbers than this one's, as it starts at another time.
     ///
-    /// [`Simulation::final_scene`](crate::Simulation::final_scene) also knows the ids of cells that are no more.
+    /// [`Simulation::final_scene`](crate::Simulation::final_scene) also knows the ids of cells that have died.
     ///
     /// `bodies` must have been built from this scene, so that their group numbers are this scene's.
     pub fn final_scene(&self, bodies: &Bodies, time: f64) -> Scene {
@@ -141,7 +141,7 @@ impl Scene {
         self.growth.retain(|growth| lives(growth.group.as_deref()));
         self.removal.retain(|rule| lives(rule.group.as_deref()));
         self.groups.retain(|name, _| lives(Some(name)));
-        // A species is left out where no body of it is there any more.
+        // Species without bodies are omitted.
         let grows: Vec<Growth> = self.growing().map(|(_, _, _, growth, _)| growth.clone()).collect();
         self.growth.retain(|growth| grows.contains(growth));
     }

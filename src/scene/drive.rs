@@ -28,8 +28,8 @@ impl Scene {
         ways.map(|(force, way, shape)| (force, way / shape.thickness())).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// The bond between listed bodies that moves one of them farthest in the first step, with this way in thicknesses of
-    /// the body.
+    /// The bond between listed bodies that moves one of them farthest in the first step, with this way in thicknesses
+    /// of the body.
     pub(super) fn farthest_bond(&self) -> Option<(usize, f64)> {
         let periods = self.periods();
         let ways = self.bonds.iter().enumerate().filter_map(|(i, bond)| {
@@ -43,8 +43,8 @@ impl Scene {
         ways.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// How far heat moves the body that it moves farthest in a step, in thicknesses: the root mean square along an axis.
-    /// An upper bound with inertia.
+    /// How far heat moves the body that it moves farthest in a step, in thicknesses: the root mean square along an
+    /// axis. An upper bound with inertia.
     pub(super) fn farthest_heat(&self) -> Option<f64> {
         let energy = self.thermal?.temperature;
         let way =

@@ -28,7 +28,7 @@ pub enum FaultKind {
     UnknownKey,
     /// A key that must be there is not.
     MissingKey,
-    /// A key that stands twice in one object.
+    /// A key that appears twice in one object.
     DuplicateKey,
     /// A value of the wrong type.
     WrongType,
@@ -40,7 +40,7 @@ pub enum FaultKind {
     BadOverride,
     /// Bodies that could not be placed by rule.
     Placement,
-    /// The program was asked to stop while bodies were placed.
+    /// The caller requested a stop while bodies were placed.
     Interrupted,
 }
 
@@ -133,7 +133,7 @@ impl SceneError {
         self
     }
 
-    /// Says what text the fault stands in, without a place in it.
+    /// Sets the origin of the text with the fault, without a location.
     #[cfg(feature = "files")]
     pub(crate) fn of(mut self, origin: &str) -> Self {
         self.0.origin = Some(origin.to_owned());
@@ -166,12 +166,12 @@ impl SceneError {
         &self.0.key
     }
 
-    /// What was wrong and what would be right, without the place.
+    /// The problem and the expected value, without the location.
     pub fn message(&self) -> &str {
         &self.0.message
     }
 
-    /// A way out, where there is one to tell.
+    /// A hint, if there is one.
     pub fn help_text(&self) -> Option<&str> {
         self.0.help.as_deref()
     }

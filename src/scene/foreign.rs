@@ -1,6 +1,6 @@
 //! Words that users bring from other programs and other fields: what they are called here, or that they are not here.
 
-/// Words, and the key that has their meaning where it is allowed; the first that is allowed counts.
+/// Foreign words, and the keys with the same meaning; the first allowed key counts.
 const NAMES: &[(&[&str], &[&str])] = &[
     (
         &["rod", "rods", "capsule", "cylinder", "stadium", "pill", "bacterium", "fiber", "fibre", "needle"],
@@ -57,7 +57,7 @@ const NAMES: &[(&[&str], &[&str])] = &[
     (&["newton", "newtonian", "rigid_body"], &["inertial"]),
 ];
 
-/// Words, and the place in a scene that has their meaning where no key here does.
+/// Foreign words, and the scene's key elsewhere with the same meaning.
 const PLACES: &[(&[&str], &str)] = &[
     (&["dt", "timestep", "time_step"], "time.dt"),
     (&["end", "duration", "tmax", "t_end"], "time.end"),
@@ -69,7 +69,7 @@ const PLACES: &[(&[&str], &str)] = &[
     (&["every", "save_every", "output_every"], "output.every"),
 ];
 
-/// Words for what relcp does not have, and what holds in its place.
+/// Words for features that relcp does not have, and an explanation.
 const ABSENT: &[(&[&str], &str)] = &[
     (
         &["friction", "friction_coefficient", "mu", "coulomb", "sliding_friction", "rolling_friction"],
@@ -77,7 +77,7 @@ const ABSENT: &[(&[&str], &str)] = &[
     ),
     (
         &["restitution", "bounce", "elasticity", "coefficient_of_restitution"],
-        "relcp has no restitution: contact takes the speed of approach and gives none back",
+        "relcp has no restitution: contact removes the speed of approach",
     ),
     (&["adhesion", "cohesion", "stickiness", "attraction"], "relcp has no adhesion: contacts only push"),
     (
@@ -86,12 +86,12 @@ const ABSENT: &[(&[&str], &str)] = &[
     ),
     (
         &["box", "cube", "cuboid", "mesh", "polygon", "polyhedron", "convex", "superquadric", "triangle"],
-        "relcp has smooth shapes alone; one of your own is made in code (docs/guide.md)",
+        "relcp has smooth shapes only; custom shapes are defined in code (docs/guide.md)",
     ),
     (&["units", "unit"], "a scene has no units: they are your own, the same for all of its numbers"),
 ];
 
-/// What to say of an unknown word where these keys are allowed; none where it is of no other program either.
+/// The hint for an unknown word among these allowed keys; none if no other program has the word.
 pub(super) fn hint(word: &str, known: &[&str]) -> Option<String> {
     let word = word.to_lowercase().replace(['-', ' '], "_");
     let has = |words: &[&str]| words.contains(&word.as_str());

@@ -1,7 +1,7 @@
-//! A scene: everything that determines a run, as it stands in a scene file (JSON).
+//! A scene: everything that determines a run, as in a scene file (JSON).
 //!
-//! The types below are the file's reference: the reader, the JSON Schema and the echoed `scene.json` are made from
-//! them. Variants are externally tagged (`{"ellipsoid": {...}}`) and unknown keys are refused.
+//! The types below are the file's reference: the reader, the JSON Schema and the written `scene.json` derive from them.
+//! Variants are externally tagged (`{"ellipsoid": {...}}`) and unknown keys are refused.
 
 mod build;
 #[cfg(feature = "files")]
@@ -89,13 +89,13 @@ use std::collections::BTreeMap;
 #[cfg_attr(feature = "files", schemars(description = "Everything that determines a run."))]
 #[non_exhaustive]
 pub struct Scene {
-    /// A name for people; it stands in the summary and names the run's folder.
+    /// The scene's name, for the summary and the run's folder.
     pub name: String,
     /// Everything random is drawn from this.
     #[cfg_attr(feature = "files", serde(default))]
     pub seed: u64,
-    /// The id of the next cell that is born, as a run writes it into `final.json` where cells with the largest ids are
-    /// no more. Without it: the one after the largest of `bodies[].lineage`.
+    /// The id of the next cell born. A run writes it into `final.json` if cells with larger ids have died. Without it:
+    /// the one after the largest of `bodies[].lineage`.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub next_id: Option<u64>,
     /// The law of motion.
@@ -103,7 +103,7 @@ pub struct Scene {
     pub dynamics: Dynamics,
     /// Step size and duration.
     pub time: Time,
-    /// How contacts are resolved, and how well.
+    /// How contacts are resolved, and their tolerances.
     #[cfg_attr(feature = "files", serde(default))]
     pub contact: ContactSettings,
     /// The LCP solver.
@@ -121,14 +121,14 @@ pub struct Scene {
     /// Brownian motion. With inertia it needs `dynamics.inertial.drag`.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub thermal: Option<Thermal>,
-    /// A background flow that bodies are carried and turned by. With inertia it needs `dynamics.inertial.drag`.
+    /// A background flow that carries and turns bodies. With inertia it needs `dynamics.inertial.drag`.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub flow: Option<Flow>,
-    /// Walls that bodies do not pass, fixed or with a motion of their own, and inside of which they start; one with a
-    /// `lineage`, which a run wrote, may start past a wall.
+    /// Fixed or moving walls that bodies do not pass. Bodies start inside; one with a `lineage`, which a run wrote, may
+    /// start past a wall.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
     pub walls: Vec<Wall>,
-    /// Periods of space: bodies that leave through one side meet what is at the other.
+    /// Periods of space: bodies that leave through one side meet those at the other side.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub periodic: Option<Periodic>,
     /// Growth and division of spherocylinders: an object, or a list of objects, species of bodies that each belong to
@@ -137,19 +137,19 @@ pub struct Scene {
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Vec::is_empty"))]
     #[cfg_attr(feature = "files", schemars(with = "crate::dynamics::growth::one_or_list::GrowthSchema"))]
     pub growth: Vec<Growth>,
-    /// How bodies leave: through the border of a region, or by death. A run then writes `lineage.csv`.
+    /// How bodies are removed: outside or inside a region, or by death. A run then writes `lineage.csv`.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
     pub removal: Vec<Removal>,
     /// Bodies placed one by one.
     #[cfg_attr(feature = "files", serde(default))]
     pub bodies: Vec<Body>,
-    /// What the bodies of a group have in common, by the group's name.
+    /// Properties of the bodies of a group, by the group's name.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "BTreeMap::is_empty"))]
     pub groups: BTreeMap<String, Group>,
-    /// Bodies placed by rule, after `bodies`, drawn from `seed`, inside of all walls.
+    /// Bodies placed by rule, after `bodies`, drawn from `seed`, inside all walls.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
     pub generate: Vec<Generate>,
-    /// What is recorded, and how often.
+    /// What to record, and how often.
     #[cfg_attr(feature = "files", serde(default))]
     pub output: Output,
 }
@@ -188,29 +188,29 @@ impl Scene {
 #[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
 #[non_exhaustive]
 pub struct Solver {
-    /// Which solver.
+    /// The solver.
     pub kind: SolverKind,
-    /// Largest natural residual that counts as solved, a length. Without it: a tenth of the overlap tolerance, or a
-    /// thousandth of what forces, growth or walls move a body by in a step where that is less.
+    /// Largest natural residual that counts as solved, a length. Without it: the smaller of a tenth of the overlap
+    /// tolerance and a thousandth of what forces, growth or walls move a body by in a step.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub tolerance: Option<f64>,
-    /// Most iterations of one solve. Without it: 100,000.
+    /// The limit on iterations of a solve. Without it: 100,000.
     #[cfg_attr(feature = "files", schemars(range(min = 1)))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub max_iterations: Option<u64>,
-    /// Which LCPs are saved into the run's folder `lcps`. Without it: none.
+    /// The LCPs to save into the run's folder `lcps`. Without it: none.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub dump: Option<Dump>,
 }
 
-/// What the bodies of a group have in common.
+/// Properties of the bodies of a group.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
 #[non_exhaustive]
 pub struct Group {
-    /// They do not move: obstacles.
+    /// Whether they are obstacles that do not move.
     pub fixed: bool,
 }
 
@@ -227,14 +227,14 @@ pub struct Body {
     /// `[w, x, y, z]`, body axes to space; normalized on reading. Without it, `axis` and `angle`: the axes of space.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub orientation: Option<[f64; 4]>,
-    /// In its place: the direction of the body's z, the axis of rods and rings, of any length. The body's y stays in
-    /// the x-y plane.
+    /// Instead of `orientation`: the direction of the body's z, the axis of rods and rings, of any length. The body's y
+    /// stays in the x-y plane.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub axis: Option<[f64; 3]>,
-    /// In its place, in a planar scene: the angle from x to that axis in the plane, degrees.
+    /// Instead of `orientation`, in a planar scene: the angle from x to the body's axis, degrees.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub angle: Option<f64>,
-    /// It does not move: an obstacle.
+    /// Whether it is an obstacle that does not move.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "std::ops::Not::not"))]
     pub fixed: bool,
     /// Velocity, under the inertial law.
@@ -246,7 +246,7 @@ pub struct Body {
     /// The group it belongs to, for forces.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub group: Option<String>,
-    /// Identity and ancestry; given all together or not at all.
+    /// Identity and ancestry; all keys or none.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub lineage: Option<BodyLineage>,
 }
@@ -283,7 +283,7 @@ pub struct BodyLineage {
     pub birth: f64,
     /// Divisions since the founder.
     pub generation: u32,
-    /// Length at birth, which an adder counts from. Without it: the length that the body has.
+    /// Length at birth, for an adder. Without it: the present length.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub birth_length: Option<f64>,
@@ -317,17 +317,18 @@ pub enum Generate {
     /// periodic scene centres are spread over the whole period along each periodic axis, and bodies keep clear of
     /// images too; where all axes are periodic, `volume_fraction` is what `count` bodies are of the cell.
     Isotropic {
-        /// How many.
+        /// Their number.
         #[cfg_attr(feature = "files", schemars(range(min = 1)))]
         count: u64,
         /// Their shape.
         shape: Shape,
-        /// Further components that are mixed with these bodies, all over the same cube; `volume_fraction` is that of all
-        /// together. Those whose bounding capsules are largest are placed first; bodies are numbered as listed.
+        /// Further components in the same cube; `volume_fraction` is that of all together. Components with the largest
+        /// bounding capsules are placed first; bodies are numbered as listed.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Vec::is_empty"))]
         mixture: Vec<Component>,
         /// Their volume over the cube's; at most what random placement reaches, which depends on the shape (0.32 for
-        /// spheres). May be left out where all axes are periodic, in a planar scene x and y: number and cell say it.
+        /// spheres). Optional if all axes are periodic (in a planar scene x and y): the number and the cell determine
+        /// it.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         volume_fraction: Option<f64>,
@@ -358,7 +359,7 @@ pub enum Generate {
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         group: Option<String>,
     },
-    /// A cell at the origin, its axis along x; or several, or elsewhere.
+    /// A cell, by default at the origin with its axis along x; or several.
     Founder {
         /// Its diameter.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
@@ -366,13 +367,13 @@ pub enum Generate {
         /// Its tip-to-tip length.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         length: f64,
-        /// Its centre; of several the middle.
+        /// Its centre; that of the row if there are several.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_origin"))]
         position: [f64; 3],
         /// Angle of its axis from x towards y, in degrees.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
         angle: f64,
-        /// How many: they lie side by side in the x-y plane, 1.2 diameters from axis to axis.
+        /// Their number: they lie side by side in the x-y plane, 1.2 diameters from axis to axis.
         #[cfg_attr(feature = "files", schemars(range(min = 1)))]
         #[cfg_attr(feature = "files", serde(default = "one", skip_serializing_if = "is_one"))]
         count: u64,
@@ -388,7 +389,7 @@ pub enum Generate {
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Component {
-    /// How many.
+    /// Their number.
     #[cfg_attr(feature = "files", schemars(range(min = 1)))]
     pub count: u64,
     /// Their shape.
@@ -458,7 +459,7 @@ pub(crate) const MEASURES: [&str; 17] = [
     "removal",
 ];
 
-/// What is recorded, and how often.
+/// What to record, and how often.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
@@ -471,16 +472,16 @@ pub struct Output {
     /// Steps between rows of `steps.csv`.
     #[cfg_attr(feature = "files", schemars(range(min = 1)))]
     pub step_stride: u64,
-    /// Whether recorded states hold the contact forces, as the checkpoint does. Without them `relcp measure` tells
+    /// Whether recorded states hold the contact forces, as the checkpoint does. Without them `relcp measure` computes
     /// stresses of the last state only.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "std::ops::Not::not"))]
     pub forces: bool,
-    /// Whether the run ends with a picture, `final.png`.
+    /// Whether the run draws a picture at its end, `final.png`.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "is_true"))]
     pub picture: bool,
-    /// What of `relcp measure` is measured while it runs, by its names: `measures.csv` has a row for each of
-    /// `steps.csv`. What takes more than one state is left empty there. Each row costs what `relcp measure` takes for a
-    /// state, and on a GPU the state is read back for it.
+    /// The measures of `relcp measure` to compute during the run: `measures.csv` has a row for each of `steps.csv`.
+    /// Measures of more than one state stay empty. Each row costs as much as `relcp measure` for a state; on a GPU it
+    /// reads the state back.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Vec::is_empty"))]
     pub measures: Vec<String>,
 }

@@ -10,7 +10,7 @@ pub(super) const ALONG_X: DQuat = DQuat::from_xyzw(0.0, FRAC_1_SQRT_2, 0.0, FRAC
 const IDENTITY: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
 
 impl Body {
-    /// Its orientation, from what tells it: `orientation`, `axis` or `angle`; without any, the identity.
+    /// Its orientation, from `orientation`, `axis` or `angle`; the identity without these.
     ///
     /// ```
     /// use relcp::{Shape, scene::Body};
@@ -27,7 +27,7 @@ impl Body {
         }
     }
 
-    /// The key that tells its orientation.
+    /// The key that sets its orientation.
     pub(super) fn orientation_key(&self) -> &'static str {
         match (self.axis, self.angle) {
             (Some(_), _) => "axis",
@@ -47,7 +47,7 @@ fn along(axis: DVec3) -> DQuat {
 }
 
 impl Scene {
-    /// Writes the identity out where nothing tells a body's orientation.
+    /// Writes the identity for a body without an orientation.
     pub(super) fn write_orientations(&mut self) {
         for body in self.bodies.iter_mut().filter(|body| body.axis.is_none() && body.angle.is_none()) {
             body.orientation.get_or_insert(IDENTITY);
@@ -83,7 +83,7 @@ pub(super) fn unit(q: [f64; 4]) -> DQuat {
     DQuat::from_xyzw(x, y, z, w)
 }
 
-/// As it stands in a scene file.
+/// As in a scene file.
 pub(super) fn written(q: DQuat) -> [f64; 4] {
     [q.w, q.x, q.y, q.z]
 }

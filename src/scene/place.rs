@@ -1,7 +1,7 @@
-//! Where a key stands in JSON text: from a path of keys and indices to bytes, lines and columns.
+//! Locates a key in JSON text: from a path of keys and indices to bytes, lines and columns.
 //!
-//! serde loses the place of a value once it is typed; this finds it again, so that a fault that only shows when the
-//! whole scene is known still points into the file.
+//! serde loses the location of a typed value; this finds it again, so that a fault found later still points into the
+//! file.
 
 /// A stretch of bytes of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,8 +1,7 @@
 //! Reads scenes: from a file, from text, from a built-in name, with overrides.
 //!
 //! Text is typed directly where there are no overrides; with overrides it goes through a JSON tree that refuses
-//! repeated keys as well. Either way a fault ends up with its dotted key, and with its line and column where it stands
-//! in the text.
+//! repeated keys as well. In both cases a fault has its dotted key, and its line and column if it is in the text.
 
 use super::comments::blanked;
 use super::error::{FaultKind, SceneError, shortened};
@@ -143,7 +142,7 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    /// A text that is there already. A byte order mark, as some editors write it, is not part of it.
+    /// A text in memory. A byte order mark, which some editors write, is skipped.
     pub fn new(text: &str, origin: &str) -> Self {
         Source::of(unmarked(text).to_owned(), origin.to_owned())
     }
@@ -168,7 +167,7 @@ impl Source {
         }
     }
 
-    /// What stands on the standard input.
+    /// The text from the standard input.
     fn standard_input() -> Result<Self, SceneError> {
         let origin = "standard input".to_owned();
         Source::decoded(take_bytes(std::io::stdin().lock(), &origin)?, origin)
@@ -224,7 +223,7 @@ impl Source {
         read().map_err(placed)
     }
 
-    /// Says where a fault of that document, known by its key, stands.
+    /// Locates a fault of that document by its key.
     pub fn put(&self, error: SceneError) -> SceneError {
         self.shown(put(error, &self.origin, &self.text, &[]))
     }
@@ -247,7 +246,7 @@ fn read_bytes(path: &Path, origin: &str) -> Result<Vec<u8>, SceneError> {
             return fault;
         }
         if is_bare(path) {
-            return unknown_scene(origin, "there is neither a built-in scene nor a file named");
+            return unknown_scene(origin, "there is no built-in scene and no file named");
         }
         match nearest_built_in(path.file_stem().and_then(|stem| stem.to_str()).unwrap_or(origin)) {
             Some(name) => {
@@ -374,7 +373,7 @@ fn refuse_lists(text: &str) -> Result<(), Misread> {
     }
 }
 
-/// Says where a fault known by its key stands: in an override or in the text.
+/// Locates a fault by its key: in an override or in the text.
 fn put(error: SceneError, origin: &str, text: &str, sets: &[Override]) -> SceneError {
     if error.origin().is_some() {
         return error;

@@ -19,7 +19,7 @@ const LARGEST_STRAIN: f64 = 0.05;
 const UNMIXED: f64 = 0.1;
 
 impl Scene {
-    /// Warnings, in words: what is allowed, and is seldom meant.
+    /// Warnings about settings that are allowed but seldom intended.
     ///
     /// ```
     /// use relcp::scene::{Body, Time};

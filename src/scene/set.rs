@@ -14,7 +14,7 @@ pub(crate) struct Override {
     value: Value,
 }
 
-/// Where an override stands.
+/// The origin of an override.
 enum Origin {
     /// By itself, under this name.
     Alone(String),
@@ -79,7 +79,7 @@ impl Override {
         Ok(Override { origin, key, value })
     }
 
-    /// Says of a fault that it stands in this override.
+    /// Sets this override as the origin of a fault.
     pub fn blame(&self, error: SceneError) -> SceneError {
         self.origin.blame(error)
     }

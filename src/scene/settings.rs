@@ -44,8 +44,8 @@ impl Scene {
         }
     }
 
-    /// When the LCP solver stops where numbers have this precision. By default f32 numbers keep to a tenth of the
-    /// overlap tolerance: they do not hold what a small step asks for.
+    /// The stopping criteria of the LCP solver in this precision. By default f32 uses a tenth of the overlap tolerance:
+    /// it cannot resolve what a small step requires.
     pub(crate) fn solver_tolerance(&self, precision: Precision) -> f64 {
         let overlap = self.contact.overlap_tolerance;
         let default = match precision {
@@ -133,20 +133,20 @@ impl Scene {
         let generated = self.generate.iter().map(|rule| rule.count()).sum::<u64>();
         #[cfg(not(feature = "files"))]
         let generated = 0;
-        let placed = generated as f64 + self.bodies.len() as f64;
+        let all_bodies = generated as f64 + self.bodies.len() as f64;
         let fastest = self.growth.iter().map(|growth| growth.rate).fold(0.0, f64::max);
         let stop = self.stop().and_then(|stop| stop.population).map_or(f64::INFINITY, |most| most as f64);
-        (placed * (fastest * (self.time.end - self.time.start)).exp()).min(stop.max(placed))
+        (all_bodies * (fastest * (self.time.end - self.time.start)).exp()).min(stop.max(all_bodies))
     }
 
-    /// The growth of the bodies of a group, or of those without; none where they do not grow.
+    /// The growth of the bodies of a group, or of those without; none if they do not grow.
     pub fn growth_of(&self, group: Option<&str>) -> Option<&Growth> {
         let own = self.growth.iter().find(|growth| growth.group.as_deref() == group);
         own.or_else(|| self.growth.iter().find(|growth| growth.group.is_none()))
     }
 
-    /// What is drawn anew in each step is drawn from this, and from the step's number. It differs with the time at
-    /// which a scene starts, so that a run from the `final.json` of another does not repeat its numbers.
+    /// The seed of the random numbers of each step, with the step's number. It depends on the scene's start time, so
+    /// that a run from another's `final.json` does not repeat its numbers.
     fn seed_of_steps(&self) -> u64 {
         if self.time.start == 0.0 {
             return self.seed;

@@ -31,7 +31,7 @@ pub(super) fn translate(path: &Path, error: &serde_json::Error, text: &str) -> M
     } else if words.starts_with("missing field") {
         (FaultKind::MissingKey, "is missing, and has no default".to_owned())
     } else if words.starts_with("duplicate field") {
-        (FaultKind::DuplicateKey, "stands twice in one object".to_owned())
+        (FaultKind::DuplicateKey, "appears twice in one object".to_owned())
     } else if words.starts_with("invalid type: unit variant") {
         let variant = key.pop().unwrap_or_default();
         (FaultKind::WrongType, format!("\"{variant}\" needs its settings: {{\"{variant}\": {{...}}}}"))

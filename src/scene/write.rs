@@ -1,4 +1,4 @@
-//! Writes scenes: every default in its place, numbers exact, one body a line.
+//! Writes scenes with all defaults, exact numbers, and one body for each line.
 
 use super::Scene;
 use serde::Serialize;

@@ -14,7 +14,7 @@
 use super::Nearest;
 use super::circles::Circle;
 use super::direction::across;
-use super::meeting::{self, Course};
+use super::meeting::{self, CurvePoint};
 use super::segments::Segment;
 use glam::DVec3;
 
@@ -52,9 +52,9 @@ fn at_place(delta: DVec3, a: Circle, b: Segment, at: f64) -> Nearest {
     let from = toward * a.radius;
     let gap = delta + to - from;
     let distance = gap.length();
-    let of_ring = || Course { along: a.axis.cross(toward), end: None };
-    let courses = || [of_ring(), Course::of_segment(b.axis, b.half, at)];
-    let normal = meeting::normal(courses, gap, distance, gap, size);
+    let of_ring = || CurvePoint { along: a.axis.cross(toward), end: None };
+    let points = || [of_ring(), CurvePoint::of_segment(b.axis, b.half, at)];
+    let normal = meeting::normal(points, gap, distance, gap, size);
     Nearest { from, to, normal, distance }
 }
 

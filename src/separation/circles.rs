@@ -16,7 +16,7 @@
 
 use super::Nearest;
 use super::direction::across;
-use super::meeting::{self, Course};
+use super::meeting::{self, CurvePoint};
 use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
@@ -304,7 +304,7 @@ fn at_angle(delta: DVec3, a: &Circle, b: &Circle, angle: f64, size: f64) -> Near
     let from = toward * a.radius;
     let gap = delta + to - from;
     let distance = gap.length();
-    let courses = || [a.axis.cross(toward), along].map(|along| Course { along, end: None });
-    let normal = meeting::normal(courses, gap, distance, gap, size);
+    let points = || [a.axis.cross(toward), along].map(|along| CurvePoint { along, end: None });
+    let normal = meeting::normal(points, gap, distance, gap, size);
     Nearest { from, to, normal, distance }
 }

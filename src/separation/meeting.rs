@@ -24,18 +24,18 @@ const END_ROUNDING: f64 = 1e-12;
 
 /// One of two curves at its nearest point.
 #[derive(Clone, Copy)]
-pub(super) struct Course {
+pub(super) struct CurvePoint {
     /// Its unit direction there; zero of a point.
     pub along: DVec3,
     /// On which side of it, along `along`, it ends there; zero of a point. Where it goes on: none.
     pub end: Option<f64>,
 }
 
-impl Course {
+impl CurvePoint {
     /// A segment along `axis`, at a place of it.
     #[inline]
-    pub fn of_segment(axis: DVec3, half: f64, at: f64) -> Course {
-        Course { along: axis, end: (at.abs() >= half * (1.0 - END_ROUNDING)).then_some(at) }
+    pub fn of_segment(axis: DVec3, half: f64, at: f64) -> CurvePoint {
+        CurvePoint { along: axis, end: (at.abs() >= half * (1.0 - END_ROUNDING)).then_some(at) }
     }
 
     /// Whether a normal along `way` must be at right angles to the curve: where it goes on, and at an end that it would
@@ -50,18 +50,18 @@ impl Course {
 /// cross it is turned with `toward`. `size` is what the gap's rounding is a fraction of.
 #[inline]
 pub(super) fn normal(
-    courses: impl FnOnce() -> [Course; 2],
+    points: impl FnOnce() -> [CurvePoint; 2],
     gap: DVec3,
     distance: f64,
     toward: DVec3,
     size: f64,
 ) -> DVec3 {
-    if distance > NEAR * size { gap / distance } else { nearly_met(courses(), gap, distance, toward, size) }
+    if distance > NEAR * size { gap / distance } else { nearly_met(points(), gap, distance, toward, size) }
 }
 
 #[cold]
 #[inline(never)]
-fn nearly_met([a, b]: [Course; 2], gap: DVec3, distance: f64, toward: DVec3, size: f64) -> DVec3 {
+fn nearly_met([a, b]: [CurvePoint; 2], gap: DVec3, distance: f64, toward: DVec3, size: f64) -> DVec3 {
     let sine = a.along.cross(b.along).length();
     // Their common perpendicular, where the gap is along it: not at an end that rounding has moved inside.
     let perpendicular = || {
@@ -76,9 +76,9 @@ fn nearly_met([a, b]: [Course; 2], gap: DVec3, distance: f64, toward: DVec3, siz
         return if toward.dot(unit) < 0.0 { -unit } else { unit };
     }
     // The normal arrives at b, which is to b as if it left it the other way. What goes on comes first.
-    let b_turned = Course { end: b.end.map(|end| -end), ..b };
+    let b_turned = CurvePoint { end: b.end.map(|end| -end), ..b };
     let (first, second) = if a.end.is_none() { (a, b_turned) } else { (b_turned, a) };
-    let off = |v: DVec3, course: Course| across(v, course.along).unwrap_or(DVec3::ZERO);
+    let off = |v: DVec3, point: CurvePoint| across(v, point.along).unwrap_or(DVec3::ZERO);
     let left = match first.holds(gap) {
         false if second.holds(gap) => off(gap, second),
         false => gap,

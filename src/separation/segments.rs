@@ -10,7 +10,7 @@
 //! coincide (`meeting`).
 
 use super::Nearest;
-use super::meeting::{self, Course};
+use super::meeting::{self, CurvePoint};
 use glam::DVec3;
 
 /// A segment about the origin: `axis` times `-half` to `half`. A point has a zero axis.
@@ -42,8 +42,8 @@ pub(super) fn nearest(delta: DVec3, a: Segment, b: Segment) -> Nearest {
     let s = (cosine * t + along_a).clamp(-a.half, a.half);
     let gap = delta + b.axis * t - a.axis * s;
     let distance = gap.length();
-    let courses = || [Course::of_segment(a.axis, a.half, s), Course::of_segment(b.axis, b.half, t)];
-    let normal = meeting::normal(courses, gap, distance, delta, a.half + b.half + delta.length());
+    let points = || [CurvePoint::of_segment(a.axis, a.half, s), CurvePoint::of_segment(b.axis, b.half, t)];
+    let normal = meeting::normal(points, gap, distance, delta, a.half + b.half + delta.length());
     let (s, t) = if sine2 < 1e3 * PARALLEL_SINE * PARALLEL_SINE && a.half > 0.0 && b.half > 0.0 {
         middle_of_shared(along_a, along_b, cosine, sine2, (a.half, b.half), (s, t))
     } else {

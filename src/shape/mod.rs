@@ -265,8 +265,8 @@ impl Shape {
         }
     }
 
-    /// The axis that the shape is a body of revolution about, in body axes; of a sphere, which has all, and of a shape of
-    /// one's own none.
+    /// The axis that the shape is a body of revolution about, in body axes; of a sphere, which has all, and of a shape
+    /// of one's own none.
     ///
     /// ```
     /// use relcp::shape::Shape;

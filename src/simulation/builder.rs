@@ -6,8 +6,8 @@ use crate::error::Error;
 use crate::scene::Scene;
 use crate::step::State;
 
-/// A simulation that is about to start: see [`Simulation::builder`].
-#[must_use = "a builder starts nothing before `build`"]
+/// Builds a simulation: see [`Simulation::builder`].
+#[must_use = "a builder does nothing before `build`"]
 #[derive(Clone)]
 pub struct SimulationBuilder {
     scene: Scene,
@@ -18,9 +18,9 @@ pub struct SimulationBuilder {
 /// The configuration that the first step starts from.
 #[derive(Clone)]
 enum Start {
-    /// That of [`Scene::build`].
+    /// The bodies of [`Scene::build`].
     Scene,
-    /// These bodies, at the scene's start.
+    /// These bodies, at the scene's start time.
     Bodies(Bodies),
     /// A saved state.
     State(State),
@@ -31,17 +31,17 @@ impl SimulationBuilder {
         SimulationBuilder { scene, start: Start::Scene, compute: Compute::Cpu }
     }
 
-    /// Starts from these bodies in place of the scene's own. They must have been built from this scene
-    /// ([`Scene::build`]), so that their groups and periods are the scene's; shapes and poses may have been changed
-    /// since. It takes the place of an earlier [`resume`](SimulationBuilder::resume).
+    /// Starts from these bodies instead of the scene's own. They must come from [`Scene::build`] of this scene, so that
+    /// their groups and periods match; their shapes and poses may differ. Replaces an earlier
+    /// [`resume`](SimulationBuilder::resume).
     pub fn bodies(mut self, bodies: Bodies) -> Self {
         self.start = Start::Bodies(bodies);
         self
     }
 
-    /// Continues from a state that a simulation of the same scene was saved in. On the CPU the bits are those of an
-    /// uninterrupted simulation. On a device they may differ: the order of its sums depends on when the candidate pairs
-    /// were last searched for. It takes the place of earlier [`bodies`](SimulationBuilder::bodies).
+    /// Continues from a saved state of a simulation of the same scene. On the CPU the bits are those of an
+    /// uninterrupted simulation. On a device they may differ: the order of its sums depends on when it last searched
+    /// for candidate pairs. Replaces earlier [`bodies`](SimulationBuilder::bodies).
     pub fn resume(mut self, state: State) -> Self {
         self.start = Start::State(state);
         self
@@ -56,10 +56,10 @@ impl SimulationBuilder {
     /// Starts the simulation.
     ///
     /// # Errors
-    /// * [`Error::Scene`]: what [`Scene::build`] refuses, where neither bodies nor a state were given.
-    /// * [`Error::Fault`]: [`Fault::NoProxy`](crate::Fault::NoProxy) where the method is multi-sphere and a body has no
-    ///   proxy of that count; [`Fault::NoSeparation`](crate::Fault::NoSeparation) where two of the shapes have no
-    ///   separation; [`Fault::Device`](crate::Fault::Device) where a device fails or cannot do what the scene asks for.
+    /// * [`Error::Scene`]: from [`Scene::build`], if neither bodies nor a state were set.
+    /// * [`Error::Fault`]: [`Fault::NoProxy`](crate::Fault::NoProxy) if the method is multi-sphere and a body has no
+    ///   proxy of that count; [`Fault::NoSeparation`](crate::Fault::NoSeparation) if contact between two of the shapes
+    ///   is not supported; [`Fault::Device`](crate::Fault::Device) if a device fails or does not support the scene.
     pub fn build(self) -> Result<Simulation, Error> {
         let state = match self.start {
             Start::Scene => State::new(self.scene.build()?),

@@ -26,16 +26,16 @@ pub enum Compute {
     Gpu {
         /// The device.
         gpu: Arc<Gpu>,
-        /// The numbers that its kernels compute with.
+        /// The precision of its kernels.
         precision: Precision,
     },
-    /// The CPU of several processes, which share the work of a simulation. The bits are those of [`Compute::Cpu`].
+    /// The CPUs of several processes, which share the work. The bits are those of [`Compute::Cpu`].
     #[cfg(feature = "mpi")]
     Together(Together),
 }
 
 impl Compute {
-    /// What takes the first step of a scene from a state.
+    /// The backend that steps a scene from a state.
     pub(super) fn backend(&self, scene: &Scene, state: State) -> Result<Box<dyn Stepper>, Fault> {
         let model = scene.model();
         Ok(match self {
@@ -50,17 +50,17 @@ impl Compute {
         })
     }
 
-    /// Whether a device can take all steps that a scene asks for.
+    /// Checks that devices support a scene.
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] for what only the CPU does; [`GpuError::NotBuilt`] without the feature `gpu`.
+    /// [`GpuError::Unsupported`] for what only the CPU supports; [`GpuError::NotBuilt`] without the feature `gpu`.
     #[cfg(feature = "gpu")]
     pub fn check(scene: &Scene) -> Result<(), GpuError> {
         Device::check(&scene.model())?;
         lcp::gpu::Solver::check(scene.solver.kind)
     }
 
-    /// Whether a device can take all steps that a scene asks for: there is none.
+    /// Checks that devices support a scene: there are none.
     ///
     /// # Errors
     /// [`GpuError::NotBuilt`], always.
@@ -69,16 +69,16 @@ impl Compute {
         Err(GpuError::NotBuilt)
     }
 
-    /// Opens the first device that fits the choice, to compute a scene in a precision. What only the CPU does is
-    /// refused before one is opened.
+    /// Opens the first device that matches the choice, to compute a scene in a precision. A scene that devices do not
+    /// support is refused first.
     ///
     /// # Errors
-    /// A [`GpuError`]: no device fits, or it cannot do what the scene asks for.
+    /// A [`GpuError`]: no device matches, or it does not support the scene.
     pub fn open(choice: &Choice, precision: Precision, scene: &Scene) -> Result<Self, GpuError> {
         Compute::open_in(choice, Some(precision), scene)
     }
 
-    /// As [`Compute::open`]; without a precision in the device's own, [`Gpu::default_precision`].
+    /// [`Compute::open`], by default in the device's own precision, [`Gpu::default_precision`].
     ///
     /// # Errors
     /// As [`Compute::open`].
@@ -103,7 +103,7 @@ impl Compute {
     /// ```
     ///
     /// # Errors
-    /// [`GpuError::Unsupported`] where a device has no such shape, or a body is too far out; what it refuses.
+    /// [`GpuError::Unsupported`] if the device does not support a shape, or a body is too far out.
     pub fn contacts(&self, bodies: &Bodies, cutoff: f64) -> Result<Vec<Contact>, GpuError> {
         match self {
             Compute::Cpu => Ok(contacts(bodies, cutoff)),

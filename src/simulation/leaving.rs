@@ -1,23 +1,22 @@
-//! Bodies that leave at the end of a step, and the lives that end.
+//! The removal of bodies at the end of a step, and the lives that end.
 
 use crate::bodies::Lineage;
 use crate::removal::{Cause, Ended, Removals};
 use crate::scene::Scene;
-use crate::step::{Divided, Fault, JOINED, Keeper, StepReport, Time};
+use crate::step::{Divided, Fault, Keeper, LIFE_WORDS, StepReport, Time};
 
-/// The rules of a scene's removal, and who was there after the last step.
+/// The rules of a scene's removal, and the bodies after the last step.
 pub(super) struct Leaving {
     rules: Removals,
-    /// The lines of the bodies here after the last step.
+    /// The lineages of this process's bodies after the last step.
     before: Vec<Lineage>,
     ended: Vec<Ended>,
-    /// How many were removed.
+    /// How many bodies were removed.
     removed: u64,
 }
 
 impl Leaving {
-    /// That of a scene whose steps are about to begin, of which so many bodies were removed; none where it has no
-    /// rules.
+    /// The removal of a scene before its first step, with the count of bodies removed before; none without rules.
     pub fn of(scene: &Scene, keeper: &dyn Keeper, removed: u64) -> Result<Option<Leaving>, Fault> {
         let Some(rules) = scene.removals() else { return Ok(None) };
         let before = keeper.lives()?.lineage.to_vec();
@@ -34,10 +33,10 @@ impl Leaving {
         self.removed
     }
 
-    /// Removes bodies after a step, and tells whose lives it ended.
-    pub fn follow(&mut self, keeper: &mut dyn Keeper, time: &Time, report: &mut StepReport) -> Result<(), Fault> {
+    /// Removes bodies after a step and records the lives that ended.
+    pub fn apply(&mut self, keeper: &mut dyn Keeper, time: &Time, report: &mut StepReport) -> Result<(), Fault> {
         let (step, dt) = (report.step, time.span(report.step) * time.dt);
-        let mut ended: Vec<[u64; JOINED]> = keeper.divided(&self.before)?.iter().map(of_mother).collect();
+        let mut ended: Vec<[u64; LIFE_WORDS]> = keeper.divided(&self.before)?.iter().map(of_mother).collect();
         let lives = keeper.lives()?;
         let (lineage, group) = (lives.lineage, lives.group);
         let places = self.rules.asks_places().then(|| keeper.local_bodies()).transpose()?;
@@ -65,8 +64,8 @@ impl Leaving {
         Ok(())
     }
 
-    /// The life that ended, from its words.
-    fn ended_by(&self, words: &[u64; JOINED], step: u64, now: f64) -> Ended {
+    /// Unpacks a life that ended.
+    fn ended_by(&self, words: &[u64; LIFE_WORDS], step: u64, now: f64) -> Ended {
         let [is_removed, _, time, group, rule, line @ ..] = *words;
         let (line, group) = (Lineage::of_words(line), group as u32);
         if is_removed == 0 {
@@ -77,17 +76,16 @@ impl Leaving {
     }
 }
 
-/// The words of a life that ended, so that they sort as lives are listed: those that divided, then those that were
-/// removed, each by their numbers.
-fn words(ended: [u64; 5], line: &Lineage) -> [u64; JOINED] {
+/// Packs a life that ended. The words sort as lives are listed: divisions, then removals, each by body.
+fn words(ended: [u64; 5], line: &Lineage) -> [u64; LIFE_WORDS] {
     let ([a, b, c, d, e], [f, g, h, i, j]) = (ended, line.words());
     [a, b, c, d, e, f, g, h, i, j]
 }
 
-fn of_mother(mother: &Divided) -> [u64; JOINED] {
+fn of_mother(mother: &Divided) -> [u64; LIFE_WORDS] {
     words([0, mother.number.into(), mother.time.to_bits(), mother.group.into(), 0], &mother.line)
 }
 
-fn of_removed(number: usize, rule: usize, line: &Lineage, group: u32) -> [u64; JOINED] {
+fn of_removed(number: usize, rule: usize, line: &Lineage, group: u32) -> [u64; LIFE_WORDS] {
     words([1, number as u64, 0, group.into(), rule as u64], line)
 }

@@ -2,7 +2,7 @@
 
 mod builder;
 mod compute;
-mod home;
+mod initial_region;
 mod leaving;
 #[cfg(feature = "mpi")]
 mod together;
@@ -11,7 +11,7 @@ mod worth;
 pub use builder::SimulationBuilder;
 pub use compute::Compute;
 #[cfg(feature = "mpi")]
-pub use together::{OfAll, Pack, Said, Together};
+pub use together::{Command, GlobalScalars, Pack, Together};
 pub use worth::worth_a_device;
 
 use crate::bodies::Bodies;
@@ -23,30 +23,30 @@ use crate::scene::{Scene, StopReason};
 use crate::separation::supports;
 use crate::step::{Contact, Fault, Keep, Plan, SavedLcp, State, StepReport, Stepper, contacts, max_overlap_but};
 use crate::walls::{WallContact, Walls};
-use home::Home;
+use initial_region::InitialRegion;
 use leaving::Leaving;
 use std::mem::discriminant;
 
-/// From so many bodies on a step runs on one of the threads that its parallel loops run on. Fewer bodies have no loop
-/// that is shared out. To hand a step over takes 13 microseconds, four times a step of two bodies; to call the loops of
-/// 1,024 cells from outside takes an eighth of their step.
+/// Steps of at least this many bodies run on a thread of the pool. Steps of fewer have no parallel loop. Entering the
+/// pool takes 13 microseconds, four times a step of two bodies. Calling the loops of 1,024 cells from outside takes an
+/// eighth of their step.
 const LEAST_BODIES_IN_POOL: usize = 256;
 
-/// What a simulation knows of all bodies at its beginning.
+/// What a simulation knows of all bodies at the start.
 #[derive(Clone, Copy)]
 struct Beginning {
     cutoff: f64,
-    /// Whether bodies that overlap are parted before the first step.
+    /// Whether to separate overlapping bodies before the first step.
     parts_first: bool,
     /// How many bodies were removed before.
     removed: u64,
-    home: Home,
+    region: InitialRegion,
 }
 
 impl Beginning {
     /// In this state.
     fn of(state: &State, cutoff: f64, parts_first: bool) -> Self {
-        Beginning { cutoff, parts_first, removed: state.removed.iter().sum(), home: Home::of(&state.bodies) }
+        Beginning { cutoff, parts_first, removed: state.removed.iter().sum(), region: InitialRegion::of(&state.bodies) }
     }
 }
 
@@ -70,10 +70,10 @@ pub struct Simulation {
     backend: Box<dyn Stepper>,
     keep: Keep,
     stopped_by: Option<StopReason>,
-    /// The bodies that leave, and the lives that ended, where the scene has rules for it.
+    /// The removal of bodies, if the scene has rules for it.
     leaving: Option<Leaving>,
-    home: Home,
-    /// The solver's, in f32 and in f64.
+    region: InitialRegion,
+    /// The solver's tolerances in f32 and in f64.
     tolerances: [f64; 2],
 }
 
@@ -107,7 +107,7 @@ impl Simulation {
     /// Steps `scene` from `state`.
     ///
     /// # Errors
-    /// A [`Fault`]: bodies that the scene's method or a device cannot do.
+    /// A [`Fault`]: the scene's method or a device does not support the bodies.
     pub(crate) fn start(compute: &Compute, scene: Scene, mut state: State) -> Result<Self, Fault> {
         state.bodies.planar = scene.planar;
         state.next_id = state.next_id.max(scene.next_id.unwrap_or(0));
@@ -128,22 +128,22 @@ impl Simulation {
         Simulation::begin(scene, beginning, backend)
     }
 
-    /// Steps `scene` by a backend that has the state it begins with.
+    /// A simulation of `scene` on a backend that has the initial state.
     fn begin(scene: Scene, beginning: Beginning, backend: Box<dyn Stepper>) -> Result<Self, Fault> {
-        let Beginning { cutoff, parts_first, removed, home } = beginning;
+        let Beginning { cutoff, parts_first, removed, region } = beginning;
         let mut plan = Plan::new(&scene.model(), cutoff);
         plan.parts_first = parts_first;
         let tolerances = [Precision::F32, Precision::F64].map(|precision| scene.solver_tolerance(precision));
         let keep = Keep::new(scene.solver.dump);
         let mut simulation =
-            Simulation { scene, plan, backend, keep, stopped_by: None, leaving: None, home, tolerances };
+            Simulation { scene, plan, backend, keep, stopped_by: None, leaving: None, region, tolerances };
         simulation.leaving = Leaving::of(&simulation.scene, simulation.backend.as_ref(), removed)?;
-        simulation.look_for_stop()?;
+        simulation.check_stop()?;
         Ok(simulation)
     }
 
-    /// Settles whether the scene's `growth.stop` is reached.
-    fn look_for_stop(&mut self) -> Result<(), Fault> {
+    /// Checks whether the scene's `growth.stop` is reached.
+    fn check_stop(&mut self) -> Result<(), Fault> {
         if self.bodies() == 0 {
             self.stopped_by = Some(StopReason::NoBodies);
             return Ok(());
@@ -167,7 +167,7 @@ impl Simulation {
         self.backend.state()
     }
 
-    /// Steps accepted so far, those before a resumption too.
+    /// Accepted steps, with those before a resumption.
     pub fn steps(&self) -> u64 {
         self.backend.steps()
     }
@@ -177,17 +177,17 @@ impl Simulation {
         self.backend.bodies()
     }
 
-    /// The numbers that it is computed with.
+    /// The precision that it is computed in.
     pub fn precision(&self) -> Precision {
         self.backend.precision()
     }
 
-    /// The device that computes, where one does.
+    /// The device that computes, if one does.
     pub fn device(&self) -> Option<&Gpu> {
         self.backend.device()
     }
 
-    /// What takes its steps: `cpu` or `gpu`.
+    /// The backend: `cpu` or `gpu`.
     pub fn machine(&self) -> &'static str {
         if self.device().is_some() { "gpu" } else { "cpu" }
     }
@@ -197,30 +197,29 @@ impl Simulation {
         self.scene.time.after(self.steps())
     }
 
-    /// Whether the scene's end is reached, or what its `growth.stop` ends it at.
+    /// Whether the scene's end or its `growth.stop` is reached.
     pub fn done(&self) -> bool {
         self.stopped_by.is_some() || self.steps() >= self.scene.time.steps()
     }
 
-    /// The lives that ended in the last step: of those that divided, then of those that were removed. Empty where the
-    /// scene names no `removal`.
+    /// The lives that ended in the last step: first by division, then by removal. Empty if the scene has no `removal`.
     pub fn ended(&self) -> &[Ended] {
         self.leaving.as_ref().map_or(&[], Leaving::ended)
     }
 
-    /// How many bodies the scene's `removal` has removed so far, before a resumption too.
+    /// How many bodies the scene's `removal` has removed, with those before a resumption.
     pub fn removed(&self) -> u64 {
         self.leaving.as_ref().map_or(0, Leaving::removed)
     }
 
-    /// What of the scene's `growth.stop` is reached, or that no body is left.
+    /// Why the simulation stopped before its end: a limit of `growth.stop`, or no body is left.
     pub fn stopped_by(&self) -> Option<StopReason> {
         self.stopped_by
     }
 
-    /// Adds an external force, beside the scene's own.
+    /// Adds an external force to those of the scene.
     ///
-    /// Where a device computes, this force is still computed on the host, from a state that is read back each step.
+    /// If a device computes, this force is still computed on the host, from a state that is read back each step.
     pub fn add_force(&mut self, force: Box<dyn ForceField>) {
         self.backend.add_force(force);
     }
@@ -230,7 +229,7 @@ impl Simulation {
     /// # Errors
     /// A [`Fault`]; the state is then still that of the last accepted step.
     pub fn step(&mut self) -> Result<StepReport, Fault> {
-        self.look_for_runaway()?;
+        self.check_runaway()?;
         self.plan.span = self.scene.time.span(self.steps() + 1);
         self.plan.tolerance = self.tolerances[usize::from(self.precision() == Precision::F64)];
         let in_pool = self.bodies() >= LEAST_BODIES_IN_POOL;
@@ -242,30 +241,29 @@ impl Simulation {
         self.plan.parts_first = false;
         report.time = self.scene.time.after(report.step);
         if let Some(leaving) = &mut self.leaving {
-            leaving.follow(self.backend.as_mut(), &self.scene.time, &mut report)?;
+            leaving.apply(self.backend.as_mut(), &self.scene.time, &mut report)?;
         }
-        self.look_for_stop()?;
+        self.check_stop()?;
         Ok(report)
     }
 
-    /// Whether a body has run away in the steps so far. A device and processes that share a run do not look.
-    fn look_for_runaway(&self) -> Result<(), Fault> {
-        let left = self.backend.known_bodies().and_then(|bodies| self.home.left_by(bodies, self.steps()));
+    /// Refuses bodies that have run away. Devices and distributed runs do not check this.
+    fn check_runaway(&self) -> Result<(), Fault> {
+        let left = self.backend.known_bodies().and_then(|bodies| self.region.runaway(bodies, self.steps()));
         left.map_or(Ok(()), Err)
     }
 
-    /// The LCPs that the scene's `solver.dump` asks for, of the steps taken since the last call: those of a step that
-    /// ended in a fault too.
+    /// The LCPs that the scene's `solver.dump` selects, of the steps since the last call, a failed step included.
     pub fn take_lcps(&mut self) -> Vec<SavedLcp> {
         self.keep.take()
     }
 
-    /// Counts LCPs of this run that were saved before, so that no more are kept than the scene asks for.
+    /// Counts LCPs of this run that were saved before against the limit of `solver.dump`.
     pub fn count_lcps(&mut self, saved: usize) {
         self.keep.count(saved);
     }
 
-    /// The present state as a scene that goes on from it, which a run writes as `final.json`.
+    /// The present state as a scene to continue from, which a run writes as `final.json`.
     ///
     /// # Errors
     /// As [`Simulation::state`].
@@ -285,7 +283,7 @@ impl Simulation {
         Ok(contacts(&self.state()?.bodies, cutoff))
     }
 
-    /// The walls where they are now.
+    /// The walls at the present time.
     pub fn walls(&self) -> Walls {
         self.scene.walls().at(self.time())
     }
@@ -300,8 +298,7 @@ impl Simulation {
     }
 }
 
-/// Refuses bodies of two kinds that have no separation: a scene's rules see to its own bodies, not to those that were
-/// added in code.
+/// Refuses pairs of shapes whose contact is not supported. Scenes check their own bodies, not those added in code.
 fn check_pairs(bodies: &Bodies) -> Result<(), Fault> {
     let mut kinds: Vec<usize> = Vec::new();
     for (i, shape) in bodies.shape.iter().enumerate() {

@@ -1,49 +1,49 @@
-//! A simulation that several processes take together: rank 0 leads, the others do what it says.
+//! A simulation on several processes: rank 0 sends commands, the others follow them.
 //!
-//! All of them have the same scene and take the same steps, each with its bodies. Rank 0 reads or makes the state
-//! that they start from and gives each its part; it gathers the state when it is asked for it.
+//! All have the same scene and take the same steps, each with its own bodies. Rank 0 reads or makes the initial state
+//! and sends each process its part. It gathers the state when it is requested.
 
-use super::home::Home;
+use super::initial_region::InitialRegion;
 use super::{Beginning, Simulation};
 use crate::backend::cpu::Cpu;
-use crate::backend::cpu::domain::{Given, Part, among, shares};
+use crate::backend::cpu::domain::{LocalState, Part, among, shares};
 use crate::freedom::{PLANAR, SPATIAL};
 use crate::lcp::SolverKind;
-use crate::processes::{END, GATHER, Processes, START, START_WITH_A_PART, STEP};
+use crate::processes::{END, GATHER, Processes, START, START_PART, STEP};
 use crate::scene::Scene;
 use crate::shape::Shape;
 use crate::step::{Fault, State, Stepper};
 
-/// A scene and a state in a message.
+/// Packs a scene and a state into a message.
 pub type Pack = fn(&Scene, &State) -> Result<Vec<u8>, String>;
 
-/// How processes take a simulation together.
+/// Runs a simulation on several processes.
 #[derive(Clone, Copy)]
 pub struct Together {
     processes: Processes,
     pack: Pack,
 }
 
-/// Numbers of the whole scene that rank 0 sends to every rank, where each has a part of the bodies.
-pub type OfAll = [u64; 8];
+/// Scalars of the whole simulation that rank 0 sends with a part of the bodies.
+pub type GlobalScalars = [u64; 8];
 
-/// What rank 0 said.
+/// A command of rank 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Said {
-    /// There is nothing more to do.
+pub enum Command {
+    /// End.
     End,
-    /// A scene and a state to start from, as packed.
+    /// Start from this packed scene and state.
     Start(Vec<u8>),
-    /// The same without bodies, and what is known of them all: each process is given a part.
-    StartWithAPart(Vec<u8>, OfAll),
-    /// To take a step.
+    /// Start from this packed scene and state without bodies. Each process receives a part of the bodies.
+    StartPart(Vec<u8>, GlobalScalars),
+    /// Take a step.
     Step,
-    /// To give what is remembered of pairs.
+    /// Gather the state.
     Gather,
 }
 
 impl Together {
-    /// Of these processes; `pack` puts what rank 0 starts from in a message for the others.
+    /// A simulation on these processes; `pack` makes the message with the scene and state of rank 0.
     pub fn new(processes: Processes, pack: Pack) -> Self {
         Together { processes, pack }
     }
@@ -53,61 +53,65 @@ impl Together {
         self.processes
     }
 
-    fn leads(&self) -> bool {
+    fn is_root(&self) -> bool {
         self.processes.rank() == 0
     }
 
-    /// Waits for what rank 0 says.
-    pub fn hear(&self) -> Said {
-        let mut message = self.processes.hear();
+    /// Waits for the next command of rank 0.
+    pub fn receive(&self) -> Command {
+        let mut message = self.processes.receive();
         match message.first() {
-            Some(&START) => Said::Start(message.split_off(1)),
-            Some(&START_WITH_A_PART) => {
-                let packed = message.split_off((1 + size_of::<OfAll>()).min(message.len()));
+            Some(&START) => Command::Start(message.split_off(1)),
+            Some(&START_PART) => {
+                let packed = message.split_off((1 + size_of::<GlobalScalars>()).min(message.len()));
                 let numbers = message.get(1..).unwrap_or_default().as_chunks::<8>().0;
                 let number = |k: usize| numbers.get(k).map_or(0, |bytes| u64::from_le_bytes(*bytes));
-                Said::StartWithAPart(packed, std::array::from_fn(number))
+                Command::StartPart(packed, std::array::from_fn(number))
             }
-            Some(&STEP) => Said::Step,
-            Some(&GATHER) => Said::Gather,
-            _ => Said::End,
+            Some(&STEP) => Command::Step,
+            Some(&GATHER) => Command::Gather,
+            _ => Command::End,
         }
     }
 
-    /// Says to the others that there is nothing more to do.
+    /// Sends the other processes the command to end.
     pub fn end(&self) {
-        self.processes.tell(&[END]);
+        self.processes.broadcast(&[END]);
     }
 
-    /// Whether steps of a scene may be shared out: by solvers that can, where no LCP is kept, which is whole.
+    /// Whether steps of a scene can be distributed: the solver must support it, and saved LCPs need all rows.
     fn shares(&self, scene: &Scene) -> bool {
-        let can = matches!(scene.solver.kind, SolverKind::Auto | SolverKind::PairBlockCg);
-        can && scene.solver.dump.is_none() && shares(&scene.model(), self.processes)
+        let supported = matches!(scene.solver.kind, SolverKind::Auto | SolverKind::PairBlockCg);
+        supported && scene.solver.dump.is_none() && shares(&scene.model(), self.processes)
     }
 
-    /// What takes this process's part of the steps of a scene; `given` is what it has of the state, where that is a
-    /// part.
-    pub(super) fn backend(&self, scene: &Scene, state: State, given: Option<Given>) -> Result<Box<dyn Stepper>, Fault> {
-        let (model, who) = (scene.model(), (self.processes, self.shares(scene)));
+    /// The backend of this process; `local` is its part of the state, if the state is distributed.
+    pub(super) fn backend(
+        &self,
+        scene: &Scene,
+        state: State,
+        local: Option<LocalState>,
+    ) -> Result<Box<dyn Stepper>, Fault> {
+        let (model, processes) = (scene.model(), (self.processes, self.shares(scene)));
         Ok(match scene.planar {
-            true => Box::new(Cpu::<PLANAR, _>::together(&model, state, who, given)?),
-            false => Box::new(Cpu::<SPATIAL, _>::together(&model, state, who, given)?),
+            true => Box::new(Cpu::<PLANAR, _>::together(&model, state, processes, local)?),
+            false => Box::new(Cpu::<SPATIAL, _>::together(&model, state, processes, local)?),
         })
     }
 
-    /// Starts a simulation where rank 0 does, and has the others start there: with all bodies, or where steps are
-    /// shared out each with a part.
+    /// Starts a simulation on rank 0 and tells the others to start: with all bodies, or each with a part if steps are
+    /// distributed.
     pub(super) fn start(self, scene: Scene, mut state: State, beginning: Beginning) -> Result<Simulation, Fault> {
-        if !self.leads() || self.processes.size() == 1 {
+        if !self.is_root() || self.processes.size() == 1 {
             return self.begin(scene, beginning, state, None);
         }
         if !self.shares(&scene) || among(self.processes, state.bodies.len()).is_none() {
             let packed = (self.pack)(&scene, &state).map_err(Fault::Processes)?;
-            self.processes.tell(&[&[START], packed.as_slice()].concat());
+            self.processes.broadcast(&[&[START], packed.as_slice()].concat());
             return self.begin(scene, beginning, state, None);
         }
         if let Some(body) = state.bodies.first_custom() {
-            let what = format!("body {body} has a custom shape, which no other process can be given");
+            let what = format!("body {body} has a custom shape, which cannot be sent to other processes");
             return Err(Fault::Processes(what));
         }
         let thinnest = state.bodies.shape.iter().map(Shape::thickness).fold(f64::INFINITY, f64::min);
@@ -116,29 +120,29 @@ impl Together {
         state.warm = Vec::new();
         state.bodies = state.bodies.none_like();
         let packed = (self.pack)(&scene, &state).map_err(Fault::Processes)?;
-        let Beginning { cutoff, parts_first, home, .. } = beginning;
-        let [x, y, z, radius] = home.numbers().map(f64::to_bits);
+        let Beginning { cutoff, parts_first, region, .. } = beginning;
+        let [x, y, z, radius] = region.numbers().map(f64::to_bits);
         let numbers = [all as u64, cutoff.to_bits(), thinnest.to_bits(), u64::from(parts_first), x, y, z, radius];
         let bytes = numbers.map(u64::to_le_bytes);
-        self.processes.tell(&[&[START_WITH_A_PART], bytes.as_flattened(), packed.as_slice()].concat());
-        self.take_part(parts, scene, state, numbers)
+        self.processes.broadcast(&[&[START_PART], bytes.as_flattened(), packed.as_slice()].concat());
+        self.start_part(parts, scene, state, numbers)
     }
 
-    /// Starts with this process's part, of what rank 0 gives to all.
-    fn take_part(
+    /// Starts with the part that rank 0 sends to this process.
+    fn start_part(
         self,
         parts: Vec<Vec<u64>>,
         scene: Scene,
         mut state: State,
-        [all, cutoff, thinnest, parts_first, home @ ..]: OfAll,
+        [all, cutoff, thinnest, parts_first, region @ ..]: GlobalScalars,
     ) -> Result<Simulation, Fault> {
-        let come = self.processes.deliver(parts);
+        let come = self.processes.all_to_all(parts);
         let ranks = [self.processes.rank(), self.processes.size()];
         let part = Part::unpack(ranks, all as usize, &come[0], &mut state);
         let [cutoff, thinnest] = [cutoff, thinnest].map(f64::from_bits);
-        let home = Home::of_numbers(home.map(f64::from_bits));
-        let beginning = Beginning { home, ..Beginning::of(&state, cutoff, parts_first > 0) };
-        self.begin(scene, beginning, state, Some(Given { part, cutoff, thinnest }))
+        let region = InitialRegion::of_numbers(region.map(f64::from_bits));
+        let beginning = Beginning { region, ..Beginning::of(&state, cutoff, parts_first > 0) };
+        self.begin(scene, beginning, state, Some(LocalState { part, cutoff, thinnest }))
     }
 
     fn begin(
@@ -146,22 +150,22 @@ impl Together {
         scene: Scene,
         beginning: Beginning,
         state: State,
-        given: Option<Given>,
+        local: Option<LocalState>,
     ) -> Result<Simulation, Fault> {
-        let backend = self.backend(&scene, state, given)?;
+        let backend = self.backend(&scene, state, local)?;
         Simulation::begin(scene, beginning, backend)
     }
 }
 
 impl Simulation {
-    /// Starts where rank 0 does, as it said, with what it gives.
-    pub(crate) fn start_with_a_part(
+    /// Starts on another rank with the part that rank 0 sends to it.
+    pub(crate) fn start_part(
         together: Together,
         scene: Scene,
         state: State,
-        numbers: OfAll,
+        numbers: GlobalScalars,
     ) -> Result<Self, Fault> {
         let none = vec![Vec::new(); together.processes.size()];
-        together.take_part(none, scene, state, numbers)
+        together.start_part(none, scene, state, numbers)
     }
 }

@@ -1,17 +1,18 @@
-//! Whether a hardware GPU is worth a try for what the CPU computes. This is the one place that weighs the two. It only
-//! says so: what computes is what was asked for, and no result depends on a clock.
+//! Whether a hardware GPU may be faster than the CPU. This is the one place that compares the two. It only prints a
+//! hint: the run uses the backend that was chosen, and no result depends on a clock.
 
 use super::Compute;
 use crate::gpu::{Choice, adapters};
 use crate::scene::Scene;
 
-/// Bodies from which on a hardware GPU is worth a try. An NVIDIA H200 takes 1.2 times as long as 16 threads of its host
-/// for a step of a crowded colony of 4,096 cells, and a third of the time at 8,192. One thread takes longer.
+/// The number of bodies from which a hardware GPU is worth trying. An NVIDIA H200 takes 1.2 times as long as 16 threads
+/// of its host for a step of a crowded colony of 4,096 cells, and a third of the time at 8,192. One thread takes
+/// longer.
 const LEAST_BODIES: f64 = 4096.0;
 
-/// A sentence for a run on the CPU, or for so many runs at once, that a hardware GPU may be faster. None if the bodies
-/// are few, if a device cannot take such steps, or if there is no hardware adapter. It lists the system's adapters only
-/// for many bodies, and opens none.
+/// A hint for `runs` concurrent runs on the CPU that a hardware GPU may be faster. None if there are few bodies, if
+/// devices do not support the scene, or if there is no hardware adapter. It lists adapters only for many bodies, and
+/// opens none.
 pub fn worth_a_device(scene: &Scene, runs: usize) -> Option<String> {
     let bodies = runs as f64 * scene.bodies_at_end();
     if bodies < LEAST_BODIES || Compute::check(scene).is_err() {

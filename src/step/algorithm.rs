@@ -93,7 +93,7 @@ impl Plan {
     }
 }
 
-/// Takes one step and says what it did. A fault leaves the last accepted state. LCPs that `keep` wants are kept there.
+/// Takes one step and reports it. A fault leaves the last accepted state. `keep` stores the LCPs that it selects.
 pub fn step(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep) -> Result<StepReport, Fault> {
     let first = if plan.parts_first || plan.span < 1.0 { None } else { Some(attempt(backend, plan, keep)) };
     let (mut report, overlap) = match first {
@@ -108,13 +108,13 @@ pub fn step(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep) -> Result<Ste
     Ok(report)
 }
 
-/// What an attempt at a step or at a piece of it came to.
+/// The outcome of an attempt at a step or a piece of it.
 pub(super) struct Attempt {
     pub report: StepReport,
     pub overlap: Overlap,
     /// The promise about what contact does that it breaks.
     pub broken: Option<Guard>,
-    /// Whether it was left to a backend that makes rows anew.
+    /// Whether it was left to a backend that can rebuild rows.
     pub left: bool,
     /// The multipliers of the least bad trial and how bad it is, where steps that do not hold are accepted.
     pub least_bad: Option<(f64, Vec<f64>)>,
@@ -181,7 +181,7 @@ fn euler(backend: &mut dyn Verbs, plan: &Plan, keep: &mut Keep, tried: &mut Atte
             sides.loosen(backend, plan, tried)?;
             return Ok(());
         }
-        // Rows that throw bodies are made anew before anything that these meet there.
+        // Rows that throw bodies are rebuilt before new contacts of these bodies are handled.
         match sides.catch(backend, plan, tried)? {
             Caught::Rows => continue,
             Caught::Left => return Ok(()),

@@ -13,25 +13,25 @@ use crate::lcp::{Outcome, Stored};
 pub struct Overlap {
     /// The largest overlap of two smooth surfaces, or of one with a wall, zero where none do; a length.
     pub worst: f64,
-    /// The pair that overlaps most, where it is one of two bodies.
+    /// The pair that overlaps most, if it is one of two bodies.
     pub pair: Option<[usize; 2]>,
-    /// The body and the wall that overlap most, where it is those.
+    /// The body and the wall that overlap most, if it is these.
     pub wall: Option<[usize; 2]>,
-    /// Pairs that overlap by more than was asked about.
+    /// Pairs that overlap by more than the given limit.
     pub violations: usize,
     /// The largest overlap of two sub-spheres, where rows are made from them.
     pub proxy: Option<f64>,
 }
 
-/// Words that processes tell each other of a life that ended.
-pub const JOINED: usize = 10;
+/// Words of a life that ended, in messages between processes.
+pub const LIFE_WORDS: usize = 10;
 
 /// A mother that divided.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Divided {
-    /// Her number, which one of her daughters has now.
+    /// Her index, which one of her daughters has now.
     pub number: u32,
-    /// Her line.
+    /// Her lineage.
     pub line: Lineage,
     /// Her group.
     pub group: u32,
@@ -44,7 +44,7 @@ impl Divided {
     pub fn between(before: &[Lineage], after: &[Lineage], group: &[u32]) -> Vec<Divided> {
         let all = (0..).zip(before).zip(after).zip(group);
         let divided = all.filter(|(((_, mother), daughter), _)| daughter.id != mother.id);
-        // A daughter has her mother's place.
+        // A daughter takes her mother's index.
         divided
             .map(|(((number, mother), daughter), group)| Divided {
                 number,
@@ -62,7 +62,7 @@ pub struct Lives<'a> {
     pub lineage: &'a [Lineage],
     /// Their groups.
     pub group: &'a [u32],
-    /// Their numbers among all, none of a copy of another process's body; without it, these are all bodies.
+    /// Their global indices, none for a copy of another process's body; without it, these are all bodies.
     numbers: Option<Vec<Option<usize>>>,
 }
 
@@ -72,7 +72,7 @@ impl<'a> Lives<'a> {
         Lives { lineage, group, numbers: None }
     }
 
-    /// Of bodies that have these numbers among all, none of a copy.
+    /// Of bodies with these global indices, none for a copy.
     #[cfg(feature = "mpi")]
     pub fn of_some(lineage: &'a [Lineage], group: &'a [u32], numbers: Vec<Option<usize>>) -> Self {
         Lives { lineage, group, numbers: Some(numbers) }
@@ -90,8 +90,8 @@ pub trait Keeper: Send {
     fn steps(&self) -> u64;
     /// Bodies after the last accepted step.
     fn bodies(&self) -> usize;
-    /// The state after the last accepted step; from a device it is read at the first call after a step. Processes that
-    /// share it must ask together, and the one that leads has it.
+    /// The state after the last accepted step. It is read from a device at the first call after a step. On several
+    /// processes the call is collective, and rank 0 gets the state.
     fn state(&self) -> Result<&State, Fault>;
     /// Goes on from a state of the same scene that another has left, or this one before.
     fn restore(&mut self, state: &State) -> Result<(), Fault>;
@@ -99,17 +99,16 @@ pub trait Keeper: Send {
     fn add_force(&mut self, force: Box<dyn ForceField>);
     /// All bodies. Processes that share them must ask together.
     fn all_bodies(&self) -> Result<&Bodies, Fault>;
-    /// All bodies, where they need not be asked for.
+    /// All bodies, if they need not be gathered or read back.
     fn known_bodies(&self) -> Option<&Bodies>;
     /// The bodies here: all, or where processes share them those of this one and copies of some others.
     fn local_bodies(&self) -> Result<&Bodies, Fault>;
     /// The lives of the bodies [here](Keeper::local_bodies), in their order.
     fn lives(&self) -> Result<Lives<'_>, Fault>;
-    /// The mothers here that divided in the last step; `before` are the lines of all bodies before it, where they were
-    /// here.
+    /// The local mothers that divided in the last step; `before` are the lineages of all local bodies before it.
     fn divided(&mut self, before: &[Lineage]) -> Result<Vec<Divided>, Fault>;
     /// The lives that ended of all processes, in order, from those that ended here.
-    fn all_gather(&self, own: Vec<[u64; JOINED]>) -> Vec<[u64; JOINED]>;
+    fn all_gather(&self, own: Vec<[u64; LIFE_WORDS]>) -> Vec<[u64; LIFE_WORDS]>;
     /// Removes those bodies [here](Keeper::local_bodies) that are not to be kept, as [`State::remove`] does.
     fn remove(&mut self, keep: &[bool], removed: &[u64]) -> Result<(), Fault>;
 }
@@ -142,10 +141,10 @@ pub trait Verbs: Keeper {
     /// What contact does on the way to the trial. Contacts that push may end the part `gap` of their thinner body's
     /// thickness apart.
     fn effect(&mut self, gap: f64) -> Result<Effect, Fault>;
-    /// What makes rows anew; none of a backend that cannot.
+    /// The backend's [`TwoSided`] methods; none if it cannot rebuild rows.
     fn two_sided(&mut self) -> Option<&mut dyn TwoSided>;
     /// Whether a contact that pushes is farther apart at the trial than the part `gap` of its thinner body's thickness.
-    /// Asked only of a backend that cannot make rows anew: it leaves such a step to one that can.
+    /// For a backend that cannot rebuild rows: it leaves such a step to one that can.
     fn throws(&mut self, gap: f64) -> Result<bool, Fault>;
     /// The pairs that pass each other between the step's start and the trial.
     fn passed(&mut self) -> Result<Option<Passed>, Fault>;
@@ -163,14 +162,14 @@ pub trait Verbs: Keeper {
     fn constraints(&self) -> usize;
 }
 
-/// Who made the attempt that failed.
+/// What made the failed attempt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failed {
     /// The backend that takes the step again.
     Itself,
-    /// Processes together: nothing of it is of use to one that takes the step alone.
+    /// Several processes: nothing of the attempt helps one that takes the step alone.
     Together,
-    /// A device, in whose place the CPU takes the step.
+    /// A device; the CPU takes the step instead.
     OnDevice,
 }
 
@@ -179,19 +178,18 @@ pub type Take<'a> = dyn FnMut(&mut dyn RetryBackend, Failed) -> Result<(), Fault
 
 /// What the CPU can do beside the verbs to take a step that failed again, in pieces.
 pub trait RetryBackend: Verbs {
-    /// Says what the next [`Verbs::begin`] begins: without it, the whole step with no cell waiting.
+    /// Sets the piece that the next [`Verbs::begin`] begins; by default the whole step with no cell waiting.
     fn prepare(&mut self, piece: Piece, waiting: &Waiting);
-    /// Says whether bodies are parted from now on: nothing drives them, they have drag and no inertia, and an accepted
-    /// trial takes no time and leaves velocities as they are.
+    /// Switches the separation of overlapping bodies on or off: then nothing drives bodies, they have drag and no
+    /// inertia, and an accepted trial takes no time and keeps velocities.
     fn part(&mut self, parting: bool);
-    /// Takes these multipliers; rows beyond them have none.
+    /// Sets the multipliers; further rows get zero.
     fn set_multipliers(&mut self, gamma: &[f64]);
-    /// Solves the LCP of all rows, which give way by the part `compliance` of what their own multipliers move them by.
-    fn give_way(&mut self, compliance: f64) -> Result<Outcome, Fault>;
-    /// The ids of the bodies of a crowd at the last trial, sorted: of a daughter that was born in this piece, her
-    /// mother's.
+    /// Solves the regularized LCP of all rows: `compliance` is relative to each row's diagonal entry.
+    fn regularize(&mut self, compliance: f64) -> Result<Outcome, Fault>;
+    /// The sorted ids of the bodies of a crowd at the last trial; for a daughter born in this piece, her mother's.
     fn crowded(&self, crowd: Crowd) -> Vec<u64>;
-    /// The bodies that have no way out at the last solve, as its multipliers show.
+    /// The bodies without a way out at the last solve, from its multipliers.
     fn wedge(&self) -> Wedge;
     /// Whether cells divide in the present piece.
     fn has_births(&self) -> bool;
@@ -199,13 +197,12 @@ pub trait RetryBackend: Verbs {
     fn start_overlap(&self) -> f64;
 }
 
-/// Takes steps: what a simulation knows of what computes it.
+/// Takes steps: a simulation's interface to its backend.
 pub trait Stepper: Keeper {
-    /// Takes one step and says what it did. A fault leaves the last accepted state. LCPs that `keep` wants are kept
-    /// there.
+    /// Takes one step and reports it. A fault leaves the last accepted state. `keep` stores the LCPs that it selects.
     fn step(&mut self, plan: &Plan, keep: &mut Keep) -> Result<StepReport, Fault>;
-    /// The device that computes, where one does.
+    /// The device that computes, if one does.
     fn device(&self) -> Option<&Gpu>;
-    /// The numbers that it computes with.
+    /// The precision that it computes in.
     fn precision(&self) -> Precision;
 }

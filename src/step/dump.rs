@@ -12,36 +12,36 @@ const SLOW_PRODUCTS: u64 = 2_000;
 /// LCPs saved of one run, where a scene does not say: enough to see whether they are alike.
 const MOST: u32 = 10;
 
-/// The largest number of LCPs that may be asked for: each is a file of some 100 bytes a row.
+/// The limit on saved LCPs: each is a file of some 100 bytes a row.
 pub(crate) const MOST_DUMPED: u32 = 10_000;
 
-/// Which LCPs of a run are saved into its folder.
+/// The LCPs of a run to save into its folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Dump {
-    /// Which solves.
+    /// The solves to save.
     pub when: DumpWhen,
-    /// Products from which on a solve is slow; for `slow` only. Without it: 2,000.
+    /// The number of products from which a solve counts as slow; for `slow` only. Without it: 2,000.
     #[cfg_attr(feature = "files", schemars(range(min = 1)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub products: Option<u64>,
-    /// Most LCPs that are saved, the first that there are. Without it: 10.
+    /// The limit on saved LCPs; the first ones are saved. Without it: 10.
     #[cfg_attr(feature = "files", schemars(range(min = 1, max = 10_000)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub most: Option<u32>,
 }
 
-/// Which solves are saved.
+/// The solves to save.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum DumpWhen {
-    /// Those that did not reach the tolerance.
+    /// Solves that did not reach the tolerance.
     Unconverged,
-    /// Those, and those that took many products.
+    /// These, and solves that took many products.
     Slow,
     /// All.
     All,

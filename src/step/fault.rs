@@ -75,7 +75,7 @@ pub enum Fault {
         /// What the step would leave.
         unresolved: Box<Unresolved>,
     },
-    /// The solver that the scene asks for needs more memory than it takes.
+    /// The scene's solver needs more memory than its limit.
     #[error(
         "step {step}: solver interior_point needs more than 256 MiB for the factor of {rows} rows; use solver auto"
     )]
@@ -93,22 +93,22 @@ pub enum Fault {
         /// The shapes' names.
         shapes: [&'static str; 2],
     },
-    /// A body has no multi-sphere proxy of the count that the scene asks for.
+    /// A body has no multi-sphere proxy with the scene's number of spheres.
     #[error("no multi-sphere proxy: {0}")]
     NoProxy(#[from] RowSourceError),
     /// A force that was added in code failed.
-    #[error("step {step}: a force that was added failed: {what}")]
+    #[error("step {step}: an added force failed: {what}")]
     Force {
         /// The step that was being taken.
         step: u64,
-        /// What it says went wrong.
+        /// Its message.
         what: String,
     },
-    /// The device failed, or cannot do what the scene asks for.
+    /// The device failed, or does not support the scene.
     #[error(transparent)]
     Device(#[from] GpuError),
-    /// Processes that take a simulation together cannot go on.
-    #[error("the processes of this run cannot go on together: {0}")]
+    /// The processes of a simulation cannot continue.
+    #[error("the processes of this run cannot continue: {0}")]
     Processes(String),
 }
 
@@ -119,14 +119,12 @@ fn with_article(name: &str) -> String {
 }
 
 impl Fault {
-    /// Whether a step with a smaller `dt` may go where this one did not: numbers that ran over, or a way too long for
-    /// the period.
+    /// Whether a smaller `dt` may help: after an overflow, or a displacement too long for the period.
     pub(super) fn may_pass_with_smaller_steps(&self) -> bool {
         matches!(self, Fault::NotFinite { .. } | Fault::PeriodTooShort { .. })
     }
 
-    /// Whether the scene asks for something that has no solution or leaves the range of numbers, rather than a program
-    /// or a device that failed.
+    /// Whether the scene has no solution or leaves the range of numbers, rather than a program or a device that failed.
     pub fn is_of_scene(&self) -> bool {
         !matches!(self, Fault::Device(_) | Fault::Processes(_))
     }

@@ -1,4 +1,4 @@
-//! The LCPs of a run that its scene asks to be kept (`solver.dump`), with the start that each was solved from.
+//! The LCPs of a run that its scene selects (`solver.dump`), with the start of each.
 
 use super::{Dump, Fault};
 use crate::lcp::{Outcome, Status, Stored};
@@ -12,15 +12,15 @@ pub struct SavedLcp {
     /// Solves of the step before this one: recursions, looser solves of the same rows, and the half step of a midpoint
     /// step.
     pub recursion: u32,
-    /// The residual that it was to reach, a length.
+    /// The solver's tolerance, a length.
     pub tolerance: f64,
     /// How the solve ended.
     pub outcome: Outcome,
-    /// The LCP, its start and what the solver made of it.
+    /// The LCP, its start and its result.
     pub lcp: Stored,
 }
 
-/// Solves the LCPs of steps, and keeps those that are asked for, never more than [`Dump::at_most`] in all.
+/// Solves the LCPs of steps and keeps the selected ones, at most [`Dump::at_most`] in all.
 #[derive(Debug, Default)]
 pub struct Keep {
     dump: Option<Dump>,
@@ -31,7 +31,7 @@ pub struct Keep {
 }
 
 impl Keep {
-    /// Keeps what `dump` asks for; without it, nothing.
+    /// Keeps the LCPs that `dump` selects; without it none.
     pub fn new(dump: Option<Dump>) -> Self {
         Keep { dump, ..Keep::default() }
     }
@@ -60,7 +60,7 @@ impl Keep {
         Ok(outcome)
     }
 
-    /// Takes what is there.
+    /// Takes the kept LCPs.
     pub(crate) fn take(&mut self) -> Vec<SavedLcp> {
         std::mem::take(&mut self.kept)
     }

@@ -18,7 +18,7 @@ mod two_sided;
 mod unresolved;
 
 pub(crate) use algorithm::{Plan, step};
-pub(crate) use backend::{Divided, Failed, JOINED, Keeper, Lives, Overlap, RetryBackend, Stepper, Take, Verbs};
+pub(crate) use backend::{Divided, Failed, Keeper, LIFE_WORDS, Lives, Overlap, RetryBackend, Stepper, Take, Verbs};
 pub(crate) use contacts::max_overlap_but;
 #[cfg(feature = "gpu")]
 pub(crate) use contacts::{Candidate, candidates};

@@ -29,7 +29,7 @@ pub struct Model {
     pub heat: Option<Heat>,
     /// The background flow, where there is one.
     pub stream: Option<Stream>,
-    /// The flow of a periodic cell whose lengths change, where they do.
+    /// The flow of a periodic cell whose lengths change, if they do.
     pub strain: Option<Strain>,
     /// The bodies that do not move.
     pub fixed: Fixed,

@@ -41,7 +41,7 @@ const WHOLE_TURN: f64 = std::f64::consts::TAU;
 /// The pairs that passed in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Passed {
-    /// How many.
+    /// Their number.
     pub pairs: usize,
     /// The first of them.
     pub pair: [usize; 2],
@@ -94,8 +94,12 @@ fn extremes(ways: &[Way]) -> [f64; 2] {
 
 /// What a point of a surface of these bodies moves by at most, and the thickness of the thinnest, as in [`passed`].
 #[cfg(feature = "mpi")]
-pub(crate) fn farthest_and_thinnest(start: &Bodies, twist: &[Twist], course: (f64, Option<CellShear>)) -> [f64; 2] {
-    extremes(&ways(start, twist, course).collect::<Vec<_>>())
+pub(crate) fn farthest_and_thinnest(
+    start: &Bodies,
+    twist: &[Twist],
+    interval_and_shear: (f64, Option<CellShear>),
+) -> [f64; 2] {
+    extremes(&ways(start, twist, interval_and_shear).collect::<Vec<_>>())
 }
 
 /// Whether two bodies can pass where no point of a surface moves by more than `farthest` and no body is thinner than
@@ -258,7 +262,7 @@ mod tests {
     use crate::shape::Shape;
     use glam::DQuat;
 
-    fn look(bodies: &[(Shape, DVec3, DVec3, DVec3)]) -> Option<Passed> {
+    fn find_passed(bodies: &[(Shape, DVec3, DVec3, DVec3)]) -> Option<Passed> {
         let mut start = Bodies::default();
         let mut twist = Vec::new();
         for (shape, position, linear, angular) in bodies {
@@ -274,17 +278,17 @@ mod tests {
     fn a_sphere_that_jumps_over_another_passes_it_and_one_that_stops_before_does_not() {
         let wall = (SPHERE, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
         let fast = |x: f64, y: f64| (SPHERE, DVec3::new(-1.5, y, 0.0), DVec3::new(x, 0.0, 0.0), DVec3::ZERO);
-        assert_eq!(look(&[wall, fast(6.0, 0.0)]), Some(Passed { pairs: 1, pair: [0, 1] }));
-        assert_eq!(look(&[wall, fast(6.0, 0.2)]), Some(Passed { pairs: 1, pair: [0, 1] }));
-        assert_eq!(look(&[wall, fast(6.0, 0.3)]), None);
-        assert_eq!(look(&[wall, fast(1.0, 0.0)]), None);
-        assert_eq!(look(&[wall, fast(600.0, 0.0)]), Some(Passed { pairs: 1, pair: [0, 1] }));
+        assert_eq!(find_passed(&[wall, fast(6.0, 0.0)]), Some(Passed { pairs: 1, pair: [0, 1] }));
+        assert_eq!(find_passed(&[wall, fast(6.0, 0.2)]), Some(Passed { pairs: 1, pair: [0, 1] }));
+        assert_eq!(find_passed(&[wall, fast(6.0, 0.3)]), None);
+        assert_eq!(find_passed(&[wall, fast(1.0, 0.0)]), None);
+        assert_eq!(find_passed(&[wall, fast(600.0, 0.0)]), Some(Passed { pairs: 1, pair: [0, 1] }));
     }
 
     #[test]
     fn both_move_far_together_and_none_passes() {
         let far = DVec3::new(1e3, 0.0, 0.0);
-        assert_eq!(look(&[(SPHERE, DVec3::ZERO, far, DVec3::ZERO), (SPHERE, DVec3::X, far, DVec3::ZERO)]), None);
+        assert_eq!(find_passed(&[(SPHERE, DVec3::ZERO, far, DVec3::ZERO), (SPHERE, DVec3::X, far, DVec3::ZERO)]), None);
     }
 
     #[test]
@@ -294,12 +298,12 @@ mod tests {
         // About x, by 2 atan(0.5): the upper half of one sweeps over the other, which stands beside it.
         let turn = (rod, DVec3::ZERO, DVec3::ZERO, DVec3::new(-2.0, 0.0, 0.0));
         let aside = (rod, DVec3::new(0.3, 0.0, 0.0), DVec3::ZERO, DVec3::new(-2.0, 0.0, 0.0));
-        assert!(look(&[still, turn]).is_none(), "it has come to lie across, and still overlaps at the end");
+        assert!(find_passed(&[still, turn]).is_none(), "it has come to lie across, and still overlaps at the end");
         let small = (SPHERE, DVec3::new(0.0, 0.5, 1.4), DVec3::ZERO, DVec3::ZERO);
-        assert!(look(&[small, turn]).is_some());
-        assert!(look(&[small, aside]).is_some());
+        assert!(find_passed(&[small, turn]).is_some());
+        assert!(find_passed(&[small, aside]).is_some());
         let clear = (rod, DVec3::new(0.7, 0.0, 0.0), DVec3::ZERO, DVec3::new(-2.0, 0.0, 0.0));
-        assert!(look(&[small, clear]).is_none());
+        assert!(find_passed(&[small, clear]).is_none());
     }
 
     #[test]
@@ -308,11 +312,11 @@ mod tests {
         let spun = |speed: f64| (rod, DVec3::ZERO, DVec3::ZERO, speed * DVec3::Z);
         let thrown = |x: f64| (rod, DVec3::new(x, 0.0, 0.0), DVec3::new(80.0, 0.0, 0.0), DVec3::ZERO);
         // Steps of half a unit of time.
-        assert_eq!(look(&[spun(200.0), thrown(0.6)]), Some(Passed { pairs: 1, pair: [0, 1] }));
-        assert_eq!(look(&[spun(200.0), thrown(1.6)]), None, "out of reach");
-        assert_eq!(look(&[spun(12.0), thrown(0.6)]), None, "less than a whole turn");
+        assert_eq!(find_passed(&[spun(200.0), thrown(0.6)]), Some(Passed { pairs: 1, pair: [0, 1] }));
+        assert_eq!(find_passed(&[spun(200.0), thrown(1.6)]), None, "out of reach");
+        assert_eq!(find_passed(&[spun(12.0), thrown(0.6)]), None, "less than a whole turn");
         let sphere = (SPHERE, DVec3::ZERO, DVec3::ZERO, 200.0 * DVec3::Z);
-        assert_eq!(look(&[sphere, thrown(0.9)]), None, "a sphere may spin");
+        assert_eq!(find_passed(&[sphere, thrown(0.9)]), None, "a sphere may spin");
     }
 
     #[test]
@@ -331,7 +335,7 @@ mod tests {
             let thrown = (rod, DVec3::new(-3.0, 0.1, 0.0), speed * DVec3::X, speed * DVec3::Z);
             let still = (ellipsoid, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
             let spun = (ellipsoid, DVec3::new(3.0, 0.0, 0.0), DVec3::ZERO, -speed * DVec3::Y);
-            let found = look(&[thrown, still, spun]);
+            let found = find_passed(&[thrown, still, spun]);
             // Where a place of the way can be told from the next, it is through both.
             assert_eq!(found.map(|found| found.pairs), (speed < 1e13).then_some(2), "{speed:e}");
         }

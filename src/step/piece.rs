@@ -1,4 +1,5 @@
-//! What of a step is taken at once: all of it, or where that fails a piece of it, in which some cells may have to wait.
+//! The piece of a step that is taken at once: the whole step, or after a failure a part of it, in which some cells may
+//! have to wait.
 
 /// A piece of a step, in parts of the step. Pieces come from halving, so that their numbers are exact.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -47,7 +47,7 @@ macro_rules! step_figures {
             time: f64 = 0.0, own;
             /// Bodies after it.
             bodies: usize = 0, own;
-            /// Bodies that were removed at its end. Pairs that the report names are of the numbers before.
+            /// Bodies removed at its end. The report's pairs have the indices before.
             removed: usize = 0, own;
             /// Rows of its last LCP.
             constraints: usize = 0, last;
@@ -71,7 +71,7 @@ macro_rules! step_figures {
             /// the larger one of both halves; of a step in pieces the largest one. It is what velocities times `dt` may
             /// be off by.
             velocity_residual: f64 = 0.0, most;
-            /// Into how many pieces it was cut: 1 where it was taken at once.
+            /// The number of pieces that it was taken in: 1 for a whole step.
             pieces: u32 = 0, own;
             /// Attempts that failed before it was taken.
             failed_attempts: u32 = 0, own;
@@ -95,13 +95,13 @@ macro_rules! step_figures {
             max_overlap: f64 = 0.0, own;
             /// The pair of bodies that overlaps by `max_overlap`, where one does.
             worst_pair: Option<[usize; 2]> = None, own;
-            /// The body and the wall (by its place in the scene's list) that overlap by it, where they do.
+            /// The body and the wall (by its index in the scene) that overlap by it, if they do.
             worst_wall: Option<[usize; 2]> = None, own;
             /// Pairs of bodies that went through each other on the step's way; none where no pair did.
             passed: Option<Passed> = None, first;
             /// Largest overlap between sub-spheres, where the method makes its rows from them.
             proxy_overlap: Option<f64> = None, own;
-            /// Rows that were made anew as they pushed apart what no longer touched.
+            /// Rows that were rebuilt because they pushed bodies that no longer touched.
             loosened: u32 = 0, sum;
             /// How often rows that contradict each other were tilted.
             tilts: u32 = 0, sum;
@@ -113,7 +113,7 @@ macro_rules! step_figures {
             /// The largest separation of a contact that pushes, a length; zero where contact parts no bodies by more
             /// than 0.005 of the thinner one's thickness.
             largest_push_gap: f64 = 0.0, most;
-            /// The energy that contact added, where bodies have inertia; negative where it took some.
+            /// The energy that contact added, if bodies have inertia; negative if it removed some.
             contact_energy: f64 = 0.0, sum;
             /// The largest angle by which contact turned a body of revolution about its own axis.
             axial_spin: f64 = 0.0, sum;
@@ -223,7 +223,7 @@ impl StepReport {
         self.failed_attempts += 1;
     }
 
-    /// Adds one solve, and where it failed the one in its place.
+    /// Adds one solve, and the one that replaced it if it failed.
     pub(super) fn count(&mut self, outcome: &Outcome, relaxed: Option<&Outcome>) {
         for outcome in [Some(outcome), relaxed].into_iter().flatten() {
             self.add_solve(outcome);

@@ -1,12 +1,12 @@
-//! A step that fails, taken again.
+//! Repeats a failed step.
 //!
-//! The step is cut into halves, and those that fail into halves, down to a 64th. The pieces are steps like any other,
-//! so that all together are a step with a smaller `dt`. Where a 64th fails too, daughters that are born in it turn less
-//! than they drew. Then there are three ends: growing cells that have no room wait or end the run
-//! (`growth.on_no_room`), and what fails for another reason ends the run with the state before the step, or is accepted
-//! as it is least bad (`contact.on_failure`).
+//! The step is halved, and failed pieces are halved again, down to a 64th. The pieces are steps like any other, so that
+//! all together are a step with a smaller `dt`. Where a 64th fails too, daughters that are born in it turn less than
+//! they drew. Then there are three ends: growing cells that have no room wait or end the run (`growth.on_no_room`), and
+//! what fails for another reason ends the run with the state before the step, or is accepted as it is least bad
+//! (`contact.on_failure`).
 //!
-//! Nothing here depends on earlier steps, so that a run that goes on from a state takes the same pieces.
+//! Nothing here depends on earlier steps, so a resumed run takes the same pieces.
 
 use super::algorithm::{Attempt, Plan, attempt};
 use super::{Crowd, Fault, Keep, Phases, Piece, State, StepReport, Stepping, Unresolved};
@@ -29,8 +29,8 @@ const MOST_ROUNDS_OF_PARTING: u32 = 32;
 /// of `n` bodies that overlap by `d` needs half of `n d` on either side.
 const MOST_MOVE_OF_PARTING: f64 = 2.0;
 
-/// Draws by which the shortest piece is disturbed where it throws bodies. Of 200 drawn chambers one comes to such a
-/// piece, and goes on by them.
+/// Draws by which the shortest piece is disturbed where it throws bodies. Of 200 random chambers one has such a piece,
+/// and the draws resolve it.
 const MOST_DISTURBANCES: u32 = 8;
 
 /// A piece without growth nearly holds if it is off by so many overlap tolerances at most, and with growth by so many
@@ -43,12 +43,11 @@ const LESSER_TURNS: [f64; 3] = [0.5, 0.25, 0.0];
 /// Wedges one after the other whose cells wait, before all that are pressed do.
 const MOST_WEDGES: usize = 6;
 
-/// What the CPU leaves of the overlap tolerance for a device's poses, which are rounded when it goes on: its numbers
-/// differ by some 1e-9 of a body.
+/// The margin of the overlap tolerance that the CPU leaves for rounding a device's poses, some 1e-9 of a body.
 const LEFT_FOR_ROUNDING: f64 = 0.99;
 
-/// Takes the step that failed as `failed` says again, and accepts it; or takes one whose bodies are first parted, or
-/// that is shorter than the others.
+/// Repeats the step that `failed` describes and accepts it; also takes steps that first separate bodies, or that are
+/// shorter than the others.
 pub(super) fn take_again(
     backend: &mut dyn Verbs,
     plan: &Plan,
@@ -64,11 +63,11 @@ pub(super) fn take_again(
         }
         // Where a device or processes made the attempt, the CPU or each process makes it alone first, as it would its
         // own.
-        let anew = failed.is_some() && by != Failed::Itself;
+        let by_other = failed.is_some() && by != Failed::Itself;
         let before = again.state()?.clone();
         let first = match failed.take() {
-            Some(tried) if anew => {
-                // What the device came to says nothing of what the CPU would.
+            Some(tried) if by_other => {
+                // The device's outcome does not predict the CPU's.
                 if let (true, Ok(tried)) = (by_cpu, &tried) {
                     report.add_cost(&tried.report);
                     report.first_violation = tried.report.first_violation;
@@ -78,7 +77,7 @@ pub(super) fn take_again(
             tried => tried,
         };
         // An attempt that holds says it too: the one before may have ended before its first trial.
-        if let (true, Some(Ok(tried))) = (anew, &first) {
+        if let (true, Some(Ok(tried))) = (by_other, &first) {
             report.first_violation = tried.report.first_violation;
         }
         let mut taken = Taking { plan: &plan, keep, report: &mut report, waiting: Waiting::None };
@@ -137,13 +136,13 @@ impl Taking<'_> {
         }
     }
 
-    /// What all attempts cost, without what they came to.
+    /// The cost of all attempts, without their outcomes.
     fn cost(&self) -> StepReport {
         let StepReport { iterations, products, fallbacks, first_violation, phases, .. } = *self.report;
         StepReport { iterations, products, fallbacks, first_violation, phases, ..StepReport::default() }
     }
 
-    /// Takes a piece, in halves where it fails at once. `first` is what an attempt at it came to, where one was made.
+    /// Takes a piece, in halves if it fails. `first` is the outcome of an earlier attempt, if there was one.
     fn piece(
         &mut self,
         again: &mut dyn RetryBackend,
@@ -281,14 +280,14 @@ impl Taking<'_> {
         again.begin()?;
         again.append_near()?;
         if stepping == Stepping::Midpoint {
-            again.give_way(COMPLIANCES_OF_SPREADING[0])?;
+            again.regularize(COMPLIANCES_OF_SPREADING[0])?;
             again.middle()?;
             again.append_near()?;
         }
         let mut best: Option<((bool, f64), Vec<f64>)> = None;
         let mut report = StepReport { pieces: 1, unconverged: 1, status: Status::Infeasible, ..StepReport::default() };
         for compliance in COMPLIANCES_OF_SPREADING {
-            let outcome = again.give_way(compliance)?;
+            let outcome = again.regularize(compliance)?;
             report.iterations += outcome.iterations;
             report.products += outcome.products;
             let overlap = again.trial(self.plan.contact.overlap_tolerance)?;
@@ -332,8 +331,8 @@ impl Taking<'_> {
         Ok(None)
     }
 
-    /// Tries a piece with cells waiting that have no room, where the scene lets them: of a whole step first those of the
-    /// wedge, and of the wedge that is then left, then those that overlap, those that are pressed, and all; of the
+    /// Tries a piece with cells waiting that have no room, where the scene lets them: of a whole step first those of
+    /// the wedge, and of the wedge that is then left, then those that overlap, those that are pressed, and all; of the
     /// shortest piece all.
     fn wait(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Option<Overlap>, Fault> {
         let whole = piece.is_whole();
@@ -472,7 +471,7 @@ impl Taking<'_> {
             return Ok(None);
         }
         self.report.phases += again.accept()?;
-        // Walls are where they are at the piece's end. After the last piece the step is over.
+        // Walls are at their positions at the piece's end. After the last piece the step is over.
         let at = if piece.ends_step() { 0.0 } else { piece.span * (piece.start + piece.length) };
         let Some(overlap) = self.parted(again, at)? else {
             again.restore(&before)?;

@@ -16,7 +16,7 @@ const CUTOFF_PER_THICKNESS: f64 = 0.1;
 /// A part of a step that is rounding of the run's time, not a step.
 const ROUNDING_OF_STEPS: f64 = 1e-6;
 
-/// Step size and duration. Where `dt` does not divide the time from start to end, the last step is shorter.
+/// Step size and duration. If `dt` does not divide the time from start to end, the last step is shorter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
@@ -79,26 +79,26 @@ pub enum Stepping {
     /// The first-order step of the paper.
     #[default]
     Euler,
-    /// Second order: forces, mobilities and first rows are taken at the middle of the step, which half a step leads to.
-    /// It costs about twice as much a step. Where bodies have inertia, contact falls to first order.
+    /// Second order: forces, mobilities and first rows are evaluated at the middle of the step, which a half step
+    /// predicts. A step costs about twice as much. With inertia, contact is of first order.
     Midpoint,
 }
 
-/// How contacts are resolved, and how well.
+/// How contacts are resolved, and their tolerances.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields, default), schemars(rename = "Contact"))]
 #[non_exhaustive]
 pub struct ContactSettings {
-    /// Which rows are made, and whether the recursion runs.
+    /// Which rows a step makes, and whether it recurses.
     pub method: Method,
     /// Largest overlap of smooth surfaces that an accepted step may leave, a length.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     pub overlap_tolerance: f64,
-    /// Most recursions of one step.
+    /// The limit on recursions of a step.
     #[cfg_attr(feature = "files", schemars(range(min = 1)))]
     pub max_recursions: u32,
-    /// How tightly the solves before a step's last one are made.
+    /// The tolerance of the solves before a step's last one.
     #[cfg_attr(feature = "files", schemars(extend("default" = "auto")))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Recursion::is_default"))]
     pub recursion: Recursion,
@@ -106,7 +106,7 @@ pub struct ContactSettings {
     #[cfg_attr(feature = "files", schemars(extend("default" = "auto")))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Rows::is_default"))]
     pub rows: Rows,
-    /// What follows a step of the method `relcp` that still misses a tolerance after it was cut into 64 pieces.
+    /// What to do with a step of the method `relcp` that still misses a tolerance in 64 pieces.
     #[cfg_attr(feature = "files", schemars(extend("default" = "stop")))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "OnFailure::is_default"))]
     pub on_failure: OnFailure,
@@ -146,7 +146,7 @@ impl ContactSettings {
     }
 }
 
-/// How the rows of smooth surfaces are made.
+/// Which rows smooth surfaces get.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
@@ -167,17 +167,16 @@ impl Rows {
     }
 }
 
-/// What follows a step that cannot be taken within its tolerances.
+/// What to do with a step that cannot meet its tolerances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum OnFailure {
-    /// The run ends with the state before the step, and says why.
+    /// The run ends with the state before the step and prints the reason.
     #[default]
     Stop,
-    /// The least bad of what was tried is accepted and counted: overlaps are spread over all contacts, and no body is
-    /// thrown.
+    /// The best attempt is accepted and counted: overlaps are spread over all contacts, and no body is thrown.
     Continue,
 }
 
@@ -188,21 +187,21 @@ impl OnFailure {
     }
 }
 
-/// How tightly the solves before a step's last one are made. The last one always meets `solver.tolerance`, and no step
-/// ends with an overlap above `overlap_tolerance` either way.
+/// The tolerance of the solves before a step's last one. The last one always meets `solver.tolerance`, and no step ends
+/// with an overlap above `overlap_tolerance` either way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum Recursion {
     /// Inexact in space, where packed bodies recurse several times a step; exact in the plane, with the paper's rows,
-    /// in midpoint steps, and where `solver.tolerance` is given.
+    /// in midpoint steps, and if `solver.tolerance` is set.
     #[default]
     Auto,
-    /// As the last one: the trials, and so the rows made there, are those of exact solutions.
+    /// As the last one: trials, and so the rows made there, come from exact solutions.
     Exact,
-    /// Only as tight as the overlaps seen warrant: a fifth to two fifths fewer iterations in crowded scenes. Rows are
-    /// then made at trials that are a little off, and depend a little on the solver. Midpoint steps stay exact.
+    /// As loose as the overlaps allow: a fifth to two fifths fewer iterations in crowded scenes. Rows then come from
+    /// slightly inexact trials and depend slightly on the solver. Midpoint steps stay exact.
     Inexact,
 }
 
@@ -213,7 +212,7 @@ impl Recursion {
     }
 }
 
-/// Which rows a step makes, and whether it recurs.
+/// Which rows a step makes, and whether it recurses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]

@@ -4,7 +4,7 @@ use crate::bodies::Bodies;
 use crate::walls::surface_of;
 use crate::warm::Warm;
 
-/// Everything that a run needs, beside its scene, to go on to the same bits.
+/// Everything that a run needs, beside its scene, to continue to the same bits.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State {
     /// Steps taken.
@@ -13,21 +13,21 @@ pub struct State {
     pub next_id: u64,
     /// The bodies.
     pub bodies: Bodies,
-    /// What the last step remembers of its near pairs, sorted by pair and feature.
+    /// The warm start of near pairs from the last step, sorted by pair and feature.
     pub warm: Vec<Warm>,
     /// How many bodies each rule of the scene's `removal` has removed; empty before the first.
     pub removed: Vec<u64>,
-    /// The numbers of the bodies as a device holds them. Without them, or where they are not those of `bodies`, a
-    /// device starts from `bodies`.
+    /// The bodies in the device's own number format. Without them, or if they do not match `bodies`, a device starts
+    /// from `bodies`.
     pub unrounded: Option<Unrounded>,
 }
 
-/// Numbers of bodies as a device holds them. Those of [`Bodies`] are rounded from these; with these a device goes on to
-/// the same bits.
+/// Bodies in a device's own number format. [`Bodies`] are rounded from these; with them a device continues to the same
+/// bits.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Unrounded {
-    /// Bytes of a number, the pitch of positions, and the pitch of growing lengths. A device with others cannot use
-    /// these numbers.
+    /// Bytes of a number, the pitch of positions, and the pitch of growing lengths. A device with a different format
+    /// cannot use these numbers.
     pub kind: [f64; 3],
     /// The numbers of each body.
     pub bodies: Vec<UnroundedBody>,
@@ -80,16 +80,15 @@ impl UnroundedBody {
 }
 
 impl State {
-    /// The state that a simulation of these bodies starts from: no step taken, nothing remembered.
+    /// The state that a simulation of these bodies starts from: no steps and no warm start.
     pub fn new(bodies: Bodies) -> State {
-        // A parent's id is taken too, although the parent is no more.
+        // A parent's id stays reserved after the parent has gone.
         let taken = bodies.lineage.iter().map(|l| l.id.max(l.parent.unwrap_or(0)));
         let next_id = taken.max().map_or(0, |id| id + 1);
         State { step: 0, next_id, bodies, warm: Vec::new(), removed: Vec::new(), unrounded: None }
     }
 
-    /// Removes the bodies that are not to be kept, a flag each, and what is remembered of their pairs. The others keep
-    /// their order, and so does what is remembered of them. `removed` is added to the counts.
+    /// Keeps the flagged bodies and the warm start of their pairs, in order. `removed` is added to the counts.
     pub fn remove(&mut self, keep: &[bool], removed: &[u64]) {
         let mut next = 0_u32;
         let number = |kept: &bool| {
@@ -113,7 +112,7 @@ impl State {
         self.count_removed(removed);
     }
 
-    /// Adds to the counts of removed bodies, a number for each rule.
+    /// Adds to the counts of removed bodies, one for each rule.
     pub(crate) fn count_removed(&mut self, removed: &[u64]) {
         self.unrounded = None;
         self.removed.resize(self.removed.len().max(removed.len()), 0);

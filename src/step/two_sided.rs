@@ -1,4 +1,4 @@
-//! Steps whose pushing contacts touch: rows that push apart what no longer touches are made anew.
+//! Steps whose pushing contacts touch: rows that push bodies that no longer touch are rebuilt.
 
 use super::Fault;
 use super::algorithm::{Attempt, Plan};
@@ -10,21 +10,21 @@ pub(crate) const GAP: f64 = 0.02;
 /// The same where rows were tilted or caught in the attempt: they were made at another place than where bodies end, and
 /// a gap of theirs is no slide. Two balls that a wall presses around in a ball that just holds them, 1e-2 out of line,
 /// otherwise run ahead of the wall by 0.07.
-const GAP_OF_ANEW: f64 = 1e-3;
+const GAP_OF_REBUILT: f64 = 1e-3;
 
 /// A contact that pushes may not stay this part of the thinner body's thickness apart. Loosening leaves more where the
 /// objective no longer falls: of 1,200 steps of cells that fill a trap 15 end over [`GAP`], at most 0.11 apart.
 pub(crate) const TORN: f64 = 0.5;
 
-/// A contact that pushes and is this part of the thinner body's thickness apart throws its bodies: its row is made anew
+/// A contact that pushes and is this part of the thinner body's thickness apart throws its bodies: its row is rebuilt
 /// before the violations of the trial are answered.
 const THROW_GAP: f64 = 0.25;
 
-/// Rounds in which rows that throw bodies are made anew a short way towards where they throw them; after those they are
-/// made anew there.
+/// Rounds in which rows that throw bodies are rebuilt a short way towards the trial; after these they are rebuilt at
+/// the trial.
 const MOST_CATCHES: u32 = 8;
 
-/// Rounds in which rows that contradict each other since some were appended are made anew a short way towards the last
+/// Rounds in which rows that contradict each other since some were appended are rebuilt a short way towards the last
 /// trial. Two balls that a wall presses around in a ball that just holds them then need no draw in most steps. Of 25
 /// drawn chambers five then end otherwise, with the same largest moves or smaller ones, four with fewer products.
 const MOST_FOLLOWS: u32 = 4;
@@ -38,8 +38,8 @@ const LEAST_FALL: f64 = 1e-3;
 
 /// Draws for rows that contradict each other, and by how much they are tilted: the angle at a ball.
 pub(super) const MOST_TILTS: u32 = 4;
-/// No more than what mends them asks for: a row that is violated by `v` between balls of radius `R` is mended by a slide
-/// of `sqrt(2 v R)`. Each draw is for so many times more.
+/// No more than what mends them asks for: a row that is violated by `v` between balls of radius `R` is mended by a
+/// slide of `sqrt(2 v R)`. Each draw is for so many times more.
 const TILT: f64 = 0.15;
 const LEAST_TILT: f64 = 0.01;
 const MORE_A_DRAW: f64 = 4.0;
@@ -77,7 +77,7 @@ const MOST_SPIN: f64 = 1e-5;
 /// A promise about what contact does that an attempt breaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Guard {
-    /// Contacts push apart what does not touch: by far, or on a backend that cannot make their rows anew.
+    /// Contacts push bodies that are apart: by far, or on a backend that cannot rebuild their rows.
     Apart,
     /// Contact throws a body.
     Thrown,
@@ -88,13 +88,13 @@ pub enum Guard {
 }
 
 impl Effect {
-    /// Whether a promise is broken by a backend that cannot make rows anew.
+    /// Whether a promise is broken on a backend that cannot rebuild rows.
     #[cfg(feature = "gpu")]
     pub(crate) fn breaks_a_promise(&self) -> bool {
         self.broken(false).is_some()
     }
 
-    /// The promise that is broken. `mends` says whether the backend makes rows anew, and has done what it can.
+    /// The promise that is broken. `mends` is whether the backend can rebuild rows and has done so.
     pub(super) fn broken(&self, mends: bool) -> Option<Guard> {
         // Not a number breaks them.
         let within = |number: f64, most: f64| number <= most;
@@ -115,31 +115,31 @@ impl Effect {
 /// What a round of loosening did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loosened {
-    /// How many rows were made anew.
+    /// The number of rows rebuilt.
     pub rows: usize,
     /// The part of the objective that their bodies have.
     pub share: f64,
 }
 
-/// What a backend can do that makes rows anew.
+/// Methods of a backend that can rebuild rows.
 pub trait TwoSided {
     /// `1/2 |J^T gamma|^2` at the trial: half the square of how far contact moves the bodies from their free motion.
     fn objective(&self) -> f64;
     /// Whether a contact that pushes can be farther apart at the trial than the part `gap` of its thinner body's
     /// thickness, by how far its bodies move against each other.
     fn throws(&self, gap: f64) -> bool;
-    /// Makes the rows of each branch that pushes and is farther apart at the trial than the part `gap` of its thinner
-    /// body's thickness anew a short way towards the trial: bodies move there by at most the part `size` of half of
-    /// their thickness. Says how many.
+    /// Rebuilds the rows of each branch that pushes and is farther apart at the trial than the part `gap` of its
+    /// thinner body's thickness, a short way towards the trial: bodies move there by at most the part `size` of half of
+    /// their thickness. Returns their number.
     fn catch(&mut self, gap: f64, size: f64) -> usize;
     /// Puts one row made at the trial in the place of the rows of each branch that pushes and is farther apart there
     /// than the part `gap` of its thinner body's thickness.
     fn loosen(&mut self, gap: f64) -> Loosened;
-    /// Makes the rows that contradict each other, as the multipliers show, anew a short way towards the last trial, as
-    /// [`TwoSided::catch`] does. Says how many.
+    /// Rebuilds the rows that contradict each other, by their multipliers, a short way towards the last trial, as
+    /// [`TwoSided::catch`] does. Returns their number.
     fn follow(&mut self, size: f64) -> usize;
-    /// Makes the rows that contradict each other, as the multipliers show, anew at a place that is drawn near the
-    /// start: a body of radius `R`, half of its thickness, is moved sideways by the part `size(R)` of it. Says how many.
+    /// Rebuilds the rows that contradict each other, by their multipliers, at a configuration drawn near the start: a
+    /// body of radius `R`, half of its thickness, is moved sideways by the part `size(R)` of it. Returns their number.
     fn tilt(&mut self, draw: u32, size: &dyn Fn(f64) -> f64) -> usize;
     /// Keeps the present rows and multipliers.
     fn keep_rows(&mut self);
@@ -147,12 +147,12 @@ pub trait TwoSided {
     fn go_back(&mut self);
 }
 
-/// What a look for thrown bodies came to.
+/// The outcome of a check for thrown bodies.
 pub(super) enum Caught {
     Nothing,
-    /// Rows were made anew: there is something to solve.
+    /// Rows were rebuilt: there is something to solve.
     Rows,
-    /// The attempt ends here, and its step is for a backend that makes rows anew.
+    /// The attempt ends here; a backend that can rebuild rows takes the step.
     Left,
 }
 
@@ -170,7 +170,7 @@ pub(super) struct Sides {
 }
 
 impl Sides {
-    /// Loosens rows that push apart what does not touch at the trial, and says whether there is something to solve.
+    /// Loosens rows that push bodies that are apart at the trial. Returns whether there is something to solve.
     pub fn loosen(&mut self, backend: &mut dyn Verbs, plan: &Plan, tried: &mut Attempt) -> Result<bool, Fault> {
         if !plan.two_sided {
             return Ok(false);
@@ -200,7 +200,7 @@ impl Sides {
             return Ok(false);
         }
         two_sided.keep_rows();
-        let gap = if self.tilts + self.catches > 0 { GAP_OF_ANEW } else { GAP };
+        let gap = if self.tilts + self.catches > 0 { GAP_OF_REBUILT } else { GAP };
         let Loosened { rows, share } = two_sided.loosen(gap);
         if rows == 0 {
             return Ok(false);
@@ -213,8 +213,8 @@ impl Sides {
         Ok(true)
     }
 
-    /// Makes rows that throw bodies anew, and says what to do next. A backend that cannot leaves the step to one that
-    /// can, so that both come to the same.
+    /// Rebuilds rows that throw bodies and returns what to do next. A backend that cannot leaves the step to one that
+    /// can, so both give the same result.
     pub fn catch(&mut self, backend: &mut dyn Verbs, plan: &Plan, tried: &mut Attempt) -> Result<Caught, Fault> {
         if !plan.two_sided || self.rounds >= MOST_ROUNDS {
             return Ok(Caught::Nothing);
@@ -244,7 +244,7 @@ impl Sides {
         Ok(if rows > 0 { Caught::Rows } else { Caught::Nothing })
     }
 
-    /// Tilts the rows that push most once, where the plan asks for it, and says whether there is something to solve.
+    /// Tilts the rows that push most once, if the plan requires it. Returns whether there is something to solve.
     pub fn disturb(&mut self, backend: &mut dyn Verbs, plan: &Plan, tried: &mut Attempt) -> bool {
         let (Some(draw), 0) = (plan.disturbed, self.tilts) else { return false };
         let Some(two_sided) = backend.two_sided() else { return false };
@@ -255,13 +255,13 @@ impl Sides {
         rows > 0
     }
 
-    /// Tilts rows that contradict each other, and says whether there is something to solve.
+    /// Tilts contradictory rows. Returns whether there is something to solve.
     pub fn tilt(&mut self, backend: &mut dyn Verbs, plan: &Plan, tried: &mut Attempt, violation: f64) -> bool {
         if !plan.two_sided || self.tilts >= plan.most_tilts {
             return false;
         }
         let Some(two_sided) = backend.two_sided() else { return false };
-        // Rows that had a common solution until some were appended are made anew where that one led.
+        // Rows that had a common solution until some were appended are rebuilt at that solution.
         if tried.report.recursions > 0 && self.follows < MOST_FOLLOWS {
             self.follows += 1;
             let rows = two_sided.follow(TILT);

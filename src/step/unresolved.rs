@@ -4,7 +4,7 @@ use super::Guard;
 use crate::digits::{beside, few, short};
 use std::fmt;
 
-/// Bodies that have no way out, and the walls, by their places in the scene's list, that they are pressed against.
+/// Bodies without a way out, and the indices of the walls that they are pressed against.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Wedge {
     /// The bodies, ascending.
@@ -50,7 +50,7 @@ pub struct Unresolved {
     pub overlap: f64,
     /// The pair of bodies that overlaps by it, or that went through each other.
     pub pair: Option<[usize; 2]>,
-    /// The body and the wall that overlap by it, where they do.
+    /// The body and the wall that overlap by it, if they do.
     pub wall: Option<[usize; 2]>,
     /// What its velocities times `dt` may be off by, a length.
     pub residual: f64,

@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 pub(super) struct Header {
     name: String,
     planar: bool,
-    /// What the colours tell at first.
+    /// The initial colour quantity.
     colour: &'static str,
     /// Length of a step of centres.
     length_step: f64,
@@ -40,7 +40,7 @@ pub(super) struct Header {
     about: Vec<String>,
 }
 
-/// A quantity that colours may tell.
+/// A quantity that colours can show.
 #[derive(Serialize)]
 struct Told {
     name: &'static str,

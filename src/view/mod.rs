@@ -7,7 +7,7 @@
 //!
 //! * `places`: centres, turns and lengths;
 //! * `bodies`: what all states share of a body: its id, parent, birth, generation, group, shape and sizes;
-//! * `values`: what colours tell;
+//! * `values`: the colour quantity;
 //! * `contacts`: contacts with their forces;
 //! * `steps`: the run's `steps.csv`, thinned;
 //! * `columns`: how numbers become bytes, and those the text in the page;
@@ -46,9 +46,9 @@ use values::{Measured, Scales};
 /// Which states a page has, and what it shows at first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pages {
-    /// What the colours tell at first.
+    /// The initial colour quantity.
     pub colour: Quantity,
-    /// Every so many states, from the first of the interval on.
+    /// Every Nth state, from the first of the interval on.
     pub every: usize,
     /// The first time.
     pub from: f64,
@@ -78,7 +78,7 @@ pub struct Viewed {
 }
 
 /// A state, and what is computed of it before it is packed.
-struct Looked {
+struct Prepared {
     state: Snapshot,
     measured: Measured,
     touching: Option<Touching>,
@@ -120,9 +120,9 @@ pub fn view(
         if !watch(packer.headers.len(), chosen.indices.len()) {
             return Err(RenderError::Stopped { done: packer.headers.len(), all: chosen.indices.len() });
         }
-        let one = |&index: &usize| look(states, index, &frame, &walls, chosen.indices.len());
-        for looked in part.par_iter().map(one).collect::<Result<Vec<_>, RenderError>>()? {
-            packer.add(looked);
+        let one = |&index: &usize| prepare(states, index, &frame, &walls, chosen.indices.len());
+        for prepared in part.par_iter().map(one).collect::<Result<Vec<_>, RenderError>>()? {
+            packer.add(prepared);
         }
         packer.pack();
     }
@@ -135,15 +135,15 @@ pub fn view(
     Ok(Viewed { bytes: bytes.len() as u64, ..viewed })
 }
 
-/// Reads a state and computes what colours tell and the contacts.
-fn look(states: &States, index: usize, frame: &Frame, walls: &Walls, all: usize) -> Result<Looked, RenderError> {
+/// Reads a state and computes the colour quantity and the contacts.
+fn prepare(states: &States, index: usize, frame: &Frame, walls: &Walls, all: usize) -> Result<Prepared, RenderError> {
     let state = states.read(index)?.into_owned();
     let settings = Settings::default();
     let seen = View::new(&state, frame, &settings);
     let measured = Measured::of(&seen);
     let touching = Touching::of(&seen, &walls.at(state.time), all, index + 1 == states.len());
     drop(seen);
-    Ok(Looked { state, measured, touching })
+    Ok(Prepared { state, measured, touching })
 }
 
 /// Packs states, one after the other.
@@ -174,7 +174,7 @@ impl Packer {
         }
     }
 
-    fn add(&mut self, Looked { state, measured, touching }: Looked) {
+    fn add(&mut self, Prepared { state, measured, touching }: Prepared) {
         let bodies = state.bodies.wrapped();
         let mut block = Block::default();
         let rows = self.table.rows(&bodies, &mut block);

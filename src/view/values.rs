@@ -1,4 +1,4 @@
-//! What colours tell: a number a body and state, in 65,535 steps from zero to the state's largest.
+//! The colour quantities: a number for each body and state, in 65,535 steps from zero to the state's largest.
 
 use super::columns::Block;
 use super::header::StateHeader;

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 #[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
-/// How a wall moves. At time 0 it stands as the scene gives it.
+/// The motion of a wall. At time 0 it is where the scene places it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
@@ -18,11 +18,11 @@ use serde::{Deserialize, Serialize};
 pub struct WallMotion {
     /// Its velocity.
     pub velocity: [f64; 3],
-    /// Its angular velocity about its own reference point, which goes with it: the point of a half space's plane that
-    /// is nearest to the origin, the `center` of a channel, sphere or cylinder, the middle of a box. Without it: none.
+    /// Its angular velocity about its reference point, which moves with it: the point of a half space's plane that is
+    /// nearest to the origin, the `center` of a channel, sphere or cylinder, the middle of a box. Without it: none.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub angular_velocity: Option<[f64; 3]>,
-    /// When it moves; it stands still for the rest. Without it: always.
+    /// When it moves. Without it: always.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub window: Option<Window>,
 }

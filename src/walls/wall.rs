@@ -8,8 +8,8 @@ use schemars::JsonSchema;
 #[cfg(feature = "files")]
 use serde::{Deserialize, Serialize};
 
-/// A wall that bodies do not pass, fixed or with a motion of its own. In a planar scene walls stand upright on the
-/// plane; faces across it (of a box, the ends of a cylinder) are left out.
+/// A fixed or moving wall that bodies do not pass. In a planar scene walls are perpendicular to the plane; faces
+/// parallel to it (of a box, the ends of a cylinder) are ignored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case", deny_unknown_fields))]
@@ -19,32 +19,32 @@ pub enum Wall {
     HalfSpace {
         /// The direction from the plane towards the bodies, of any length.
         normal: [f64; 3],
-        /// How far the plane lies from the origin along the normal.
+        /// The distance of the plane from the origin along the normal.
         offset: f64,
-        /// How it moves. Without it: it does not.
+        /// Its motion. Without it: none.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         motion: Option<WallMotion>,
     },
     /// Two parallel planes with the bodies between them.
     Channel {
-        /// The direction across, of any length.
+        /// The direction across the planes, of any length.
         normal: [f64; 3],
-        /// A point half-way between the planes.
+        /// A point halfway between the planes.
         center: [f64; 3],
-        /// The distance of the planes.
+        /// The distance between the planes.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         width: f64,
-        /// How it moves. Without it: it does not.
+        /// Its motion. Without it: none.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         motion: Option<WallMotion>,
     },
     /// A box along the axes of space, with the bodies inside.
     Box {
-        /// Its corner of the least coordinates.
+        /// The corner with the smallest coordinates.
         minimum: [f64; 3],
-        /// Its corner of the greatest coordinates.
+        /// The corner with the largest coordinates.
         maximum: [f64; 3],
-        /// How it moves. Without it: it does not.
+        /// Its motion. Without it: none.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         motion: Option<WallMotion>,
     },
@@ -55,7 +55,7 @@ pub enum Wall {
         /// Its radius.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         radius: f64,
-        /// How it moves. Without it: it does not.
+        /// Its motion. Without it: none.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         motion: Option<WallMotion>,
     },
@@ -68,11 +68,11 @@ pub enum Wall {
         /// Its radius.
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         radius: f64,
-        /// The distance of its flat ends. Without it: no ends.
+        /// The distance between its flat ends. Without it: no ends.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
         length: Option<f64>,
-        /// How it moves. Without it: it does not.
+        /// Its motion. Without it: none.
         #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
         motion: Option<WallMotion>,
     },

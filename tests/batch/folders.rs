@@ -101,7 +101,7 @@ fn a_sweep_that_is_changed_keeps_what_is_done() {
     fs::write(place.at("sweep.json"), SWEEP.replace("[-1, -2]", "[-2]").replace("[1, 2]", "[1, 2, 3]")).unwrap();
     let ran = place.batch(&[]).expect(0);
     assert!(ran.err.contains("1 of 1: 0002-"), "{}", ran.err);
-    assert_eq!(ran.err.matches("belongs to no member of this sweep").count(), 2, "{}", ran.err);
+    assert_eq!(ran.err.matches("is not a member of this sweep").count(), 2, "{}", ran.err);
     let after = place.hashes("runs/press");
     assert_eq!((after.len(), before.iter().all(|(name, run)| after[name] == *run)), (5, true));
     let table = place.json("runs/press/batch.json");

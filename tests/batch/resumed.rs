@@ -43,7 +43,7 @@ fn a_stopped_batch_goes_on_to_the_same_bits() {
     assert_eq!(stopped(&place, "broken", "-KILL").0, None);
     let (status, err) = stopped(&place, "broken", "-INT");
     assert_eq!(status, Some(130), "{err}");
-    assert!(err.contains("stopped; the same command goes on"), "{err}");
+    assert!(err.contains("stopped; the same command continues"), "{err}");
     let table = place.json("broken/batch.json");
     let status: Vec<&str> =
         table["members"].as_array().unwrap().iter().map(|m| m["status"].as_str().unwrap()).collect();

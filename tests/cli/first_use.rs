@@ -124,7 +124,7 @@ fn a_browser_that_is_not_there_is_said() {
     };
     for script in [None, Some("exit 3")] {
         let err = view(script);
-        assert!(err.contains("no browser was opened") && err.contains("run/view.html"), "{script:?}: {err}");
+        assert!(err.contains("could not open a browser") && err.contains("run/view.html"), "{script:?}: {err}");
     }
     assert_eq!(view(Some("exit 0")), "");
 }

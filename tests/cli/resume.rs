@@ -13,19 +13,19 @@ fn stopped(place: &Place, more: &[&str]) {
 fn resume_alone_takes_the_newest_unfinished_run_and_says_which() {
     let place = Place::new();
     let none = place.relcp(&["run", "--resume"]).expect(2).err;
-    assert!(none.contains("there is no run in runs") && none.contains("--out DIR"), "{none}");
+    assert!(none.contains("no run to resume in runs") && none.contains("--out DIR"), "{none}");
     stopped(&place, &["--set", "name=first"]);
     stopped(&place, &["--set", "name=second"]);
     place.relcp(&["run", "rods.json", "--quiet"]).expect(0);
     let err = place.relcp(&["run", "--resume"]).expect(0).err;
-    assert!(err.contains("going on with runs/second, the newest of 2 unfinished runs in runs"), "{err}");
+    assert!(err.contains("resuming runs/second, the newest of 2 unfinished runs in runs"), "{err}");
     assert_eq!(place.json("runs/second/summary.json")["status"], "done");
     let err = place.relcp(&["run", "--resume"]).expect(0).err;
-    assert!(err.contains("going on with runs/first\n"), "{err}");
+    assert!(err.contains("resuming runs/first\n"), "{err}");
     let err = place.relcp(&["run", "--resume"]).expect(2).err;
     assert!(err.contains("3 runs have ended") && err.contains("--until"), "{err}");
     let err = place.relcp(&["run", "--resume", "--until", "2"]).expect(0).err;
-    assert!(err.contains("going on with runs/first\n"), "{err}");
+    assert!(err.contains("resuming runs/first\n"), "{err}");
 }
 
 #[test]
@@ -34,7 +34,7 @@ fn a_stopped_run_with_settings_of_its_own_goes_on_with_them_and_says_so() {
     let sets = ["--set", "growth.rate=0.9", "--set", "time.end=0.05", "--quiet", "--max-wall", "0"];
     place.relcp(&[&["run", "colony"], &sets[..]].concat()).expect(130);
     let err = place.relcp(&["run", "colony", "--resume"]).expect(0).err;
-    let says = "going on with runs/colony, with its own settings: it differs from colony in growth.rate, time.end";
+    let says = "resuming runs/colony, with its own settings: it differs from colony in growth.rate, time.end";
     assert!(err.contains(says), "{err}");
     let scene = place.json("runs/colony/scene.json");
     assert_eq!((scene["growth"]["rate"].as_f64(), scene["time"]["end"].as_f64()), (Some(0.9), Some(0.05)));
@@ -58,7 +58,7 @@ fn of_several_runs_of_a_scene_the_one_with_these_settings_goes_on() {
     stopped(&place, &[]);
     stopped(&place, &["--set", "seed=7"]);
     let err = place.relcp(&["run", "rods.json", "--resume"]).expect(0).err;
-    assert!(err.contains("going on with runs/rods\n"), "{err}");
+    assert!(err.contains("resuming runs/rods\n"), "{err}");
     assert_eq!(place.json("runs/rods-2/summary.json")["status"], "interrupted");
 }
 

@@ -79,7 +79,7 @@ fn scenes_states_and_ends_of_runs_are_exported_too() {
     assert_eq!(last[0]["particles/position"].f32s(), end[0]["particles/position"].f32s());
     fs::remove_file(run.last()).unwrap();
     let (_, err) = relcp(place.path(), &["export", "colony", "--format", "gsd"], 4);
-    assert!(err.contains("colony: there is no state to export") && err.contains("a run's folder"), "{err}");
+    assert!(err.contains("colony: no state to export") && err.contains("a run's folder"), "{err}");
 }
 
 #[test]

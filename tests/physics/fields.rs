@@ -80,7 +80,7 @@ fn a_field_sees_each_step_first_and_its_fault_leaves_the_state() {
             for _ in 0..2 {
                 let fault = broken.step().unwrap_err();
                 assert_eq!(fault, Fault::Force { step: 4, what: "the spring broke".into() });
-                assert_eq!(fault.to_string(), "step 4: a force that was added failed: the spring broke");
+                assert_eq!(fault.to_string(), "step 4: an added force failed: the spring broke");
             }
             assert_eq!((broken.steps(), broken.state().unwrap()), (3, &before));
             assert_eq!(asked.lock().unwrap().len(), 3 * halves.len() + 2);

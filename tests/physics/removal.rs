@@ -370,8 +370,8 @@ fn what_removal_cannot_be_is_refused() {
         refusal(&of)
     };
     for ((at, message), key, words) in [
-        (of(json!([{}])), "removal.0", "must say"),
-        (of(json!([{"group": "a"}])), "removal.0", "must say"),
+        (of(json!([{}])), "removal.0", "must have"),
+        (of(json!([{"group": "a"}])), "removal.0", "must have"),
         (of(json!([{"rate": 1}, {"rate": -1}])), "removal.1.rate", "positive"),
         (of(json!([{"rate": 0}])), "removal.0.rate", "positive"),
         (of(json!([{"rate": "often"}])), "removal.0.rate", "number"),

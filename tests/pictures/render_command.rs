@@ -61,7 +61,7 @@ fn a_run_has_a_picture_a_state_with_one_camera_and_one_scale() {
     colony(place.path(), "run", false);
     let (out, err) = relcp(place.path(), &["render", "run", "--colour", "length", "--size", "400x250"], 0);
     assert!(out.starts_with("6 pictures of 400 x 250 in run/render/frames") && err.is_empty(), "{out}{err}");
-    assert!(out.contains("note: no movie.mp4: there is no `ffmpeg` on the path"), "{out}");
+    assert!(out.contains("note: no movie.mp4: `ffmpeg` is not on the path"), "{out}");
     let folder = place.path().join("run/render");
     assert_eq!(names(&folder), ["frames", "frames.json"]);
     assert_eq!(names(&folder.join("frames")), (0..6).map(|k| format!("{k:06}.png")).collect::<Vec<_>>());
@@ -231,14 +231,14 @@ fn what_cannot_be_drawn_is_said_before_anything_is_written() {
         (&["render", "run", "--fps", "0"], 2, "fps"),
         (&["render", "run", "--every", "0"], 2, "every"),
         (&["render", "run", "--movie", "x.gif"], 2, ".mp4"),
-        (&["render", "run", "--movie", "x.mp4"], 2, "there is no `ffmpeg` on the path"),
+        (&["render", "run", "--movie", "x.mp4"], 2, "`ffmpeg` is not on the path"),
         (&["render", "two-ellipsoids", "--colour", "age"], 2, "`growth`"),
         (&["render", "colony", "--colour", "group"], 2, "no body of these states has a group"),
         (&["render", "two-ellipsoids", "--format", "pdf"], 2, "this run is seen in space"),
         (&["render", "run", "--format", "svg", "--view", "front"], 2, "this run is seen from a side"),
         (&["render", "run", "--format", "svg", "--movie", "x.mp4"], 2, "--format"),
         (&["render", "run", "--out", "run/scene.json"], 4, "scene.json"),
-        (&["render", "empty"], 4, "there is no state to draw"),
+        (&["render", "empty"], 4, "no state to draw"),
         (&["render", "no-such-run"], 2, "no-such-run"),
     ] {
         let (out, err) = relcp(place.path(), arguments, status);

@@ -317,7 +317,7 @@ fn what_cannot_be_shown_is_told_and_leaves_the_page_before() {
     assert_eq!(parts.count(), 0);
     fs::create_dir(place.path().join("empty")).unwrap();
     let (_, err) = relcp(place.path(), &["view", "empty"], 4);
-    assert!(err.contains("empty: there is no state to draw"), "{err}");
+    assert!(err.contains("empty: no state to draw"), "{err}");
     let (_, err) = relcp(place.path(), &["view", "three-capsules", "--out", "no/such/folder/x.html"], 4);
     assert!(err.contains("no/such/folder"), "{err}");
     // A row that was cut short ends the plot, not the page.

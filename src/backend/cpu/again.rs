@@ -1,4 +1,4 @@
-//! The CPU repeats failed steps, for itself and for a device.
+//! Repeats failed steps on the CPU, also for a device.
 
 use super::Cpu;
 use super::team::Team;
@@ -8,17 +8,17 @@ use crate::step::{Crowd, Fault, Piece, RetryBackend, State, Wedge};
 use std::collections::{BTreeSet, HashSet};
 
 impl<const D: usize, T: Team> Cpu<D, T> {
-    /// Forces beside the scene's own are taken over, and given back by [`Cpu::give_forces`].
+    /// Takes over forces beside the scene's own; [`Cpu::give_forces`] returns them.
     pub fn lend_forces(&mut self, forces: &mut Vec<Box<dyn ForceField>>) {
         self.setup.forces.append(forces);
     }
 
-    /// Gives the last `count` forces back.
+    /// Returns the last `count` forces.
     pub fn give_forces(&mut self, count: usize) -> Vec<Box<dyn ForceField>> {
         self.setup.forces.split_off(self.setup.forces.len() - count)
     }
 
-    /// The state, for a device to go on from.
+    /// The state, for a device to continue from.
     pub fn into_state(self) -> State {
         self.state
     }
@@ -39,7 +39,7 @@ impl<const D: usize, T: Team> RetryBackend for Cpu<D, T> {
         own.iter_mut().zip(gamma).for_each(|(own, gamma)| *own = *gamma);
     }
 
-    fn give_way(&mut self, compliance: f64) -> Result<Outcome, Fault> {
+    fn regularize(&mut self, compliance: f64) -> Result<Outcome, Fault> {
         Ok(self.solve.relax_by(&mut self.rows, compliance))
     }
 

@@ -19,9 +19,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// The part of a step that first rows are made ahead of its start, where the last velocities lead. The error at the end
-/// of the colony of the study `work-precision` changes its sign near 1/4: with 1,024 steps it is 3.9e-2, 2.7e-3,
-/// 6.5e-2 and 1.5e-1 for 0, 1/4, 1/2 and 1. Steps with a middle, whose rows are made there, lose by it: 8e-4, 1.5e-3,
-/// 2.3e-3 and 4.0e-3.
+/// of the colony of the study `work-precision` changes its sign near 1/4: with 1,024 steps it is 3.9e-2, 2.7e-3, 6.5e-2
+/// and 1.5e-1 for 0, 1/4, 1/2 and 1. Midpoint steps, whose rows are made at the middle, get worse with it: 8e-4,
+/// 1.5e-3, 2.3e-3 and 4.0e-3.
 pub(crate) const AHEAD: f64 = 0.25;
 
 /// First rows are made where the last velocities lead if no overlap there is deeper than this part of the thinnest
@@ -84,7 +84,7 @@ impl First {
     /// Body `i` there.
     pub(super) fn placed(&self, start: &Start, i: usize) -> Placed {
         let Pose { position, orientation } = self.poses[i];
-        Placed { shape: start.here().shape[i], position, orientation }
+        Placed { shape: start.bodies_at_loads().shape[i], position, orientation }
     }
 
     pub(super) fn pair(&self, start: &Start, a: usize, b: usize) -> [Placed; 2] {

@@ -5,7 +5,7 @@ use super::team::Team;
 use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::ForceField;
 use crate::gpu::{Gpu, Precision};
-use crate::step::{Divided, Fault, JOINED, Keep, Keeper, Lives, Plan, State, StepReport, Stepper, step};
+use crate::step::{Divided, Fault, Keep, Keeper, LIFE_WORDS, Lives, Plan, State, StepReport, Stepper, step};
 
 impl<const D: usize, T: Team> Keeper for Cpu<D, T> {
     fn steps(&self) -> u64 {
@@ -13,17 +13,17 @@ impl<const D: usize, T: Team> Keeper for Cpu<D, T> {
     }
 
     fn bodies(&self) -> usize {
-        self.team.bodies(self.state.bodies.len())
+        self.team.body_count(self.state.bodies.len())
     }
 
     fn state(&self) -> Result<&State, Fault> {
-        Ok(self.team.gathered(&self.state))
+        Ok(self.team.whole_state(&self.state))
     }
 
     fn restore(&mut self, state: &State) -> Result<(), Fault> {
         self.state.clone_from(state);
         self.state.unrounded = None;
-        self.team.forget();
+        self.team.reset();
         (self.next, self.start.parting) = (None, false);
         Ok(())
     }
@@ -52,7 +52,7 @@ impl<const D: usize, T: Team> Keeper for Cpu<D, T> {
         Ok(self.team.divided(&self.state.bodies, before))
     }
 
-    fn all_gather(&self, own: Vec<[u64; JOINED]>) -> Vec<[u64; JOINED]> {
+    fn all_gather(&self, own: Vec<[u64; LIFE_WORDS]>) -> Vec<[u64; LIFE_WORDS]> {
         self.team.all_gather(own)
     }
 
@@ -64,14 +64,14 @@ impl<const D: usize, T: Team> Keeper for Cpu<D, T> {
 
 impl<const D: usize, T: Team> Stepper for Cpu<D, T> {
     fn step(&mut self, plan: &Plan, keep: &mut Keep) -> Result<StepReport, Fault> {
-        self.team.call();
+        self.team.announce_step();
         let stepped = loop {
             let stepped = step(self, plan, keep);
-            if stepped.is_ok() || !self.team.begins_anew() {
+            if stepped.is_ok() || !self.team.needs_retry() {
                 break stepped;
             }
         };
-        self.team.agree(stepped)
+        self.team.check_agreement(stepped)
     }
 
     fn device(&self) -> Option<&Gpu> {

@@ -1,8 +1,8 @@
 //! The verbs of a timestep on the CPU, in f64, generic over the number of unknowns of a body.
 //!
-//! A step passes through stages, each in a file of its own: its `start`, how bodies move on their own (`motions`),
-//! where `first` rows are made and which pairs have one (`near`), the `row_set`, the `solve` and the `trial`. A stage
-//! writes what it owns and reads those before it. `pairs` holds one record a pair for all of them.
+//! A step passes through stages, each in its own file: its `start`, the free `motions` of bodies, where `first` rows
+//! are made and which pairs have one (`near`), the `row_set`, the `solve` and the `trial`. A stage writes what it owns
+//! and reads those before it. `pairs` holds one record a pair for all of them.
 //!
 //! Parallel loops write to places of their own or collect in order, so the bits do not depend on the number of threads.
 //! Steps are taken by a `team` of processes, of one as a rule; where there are several, each has a `domain` of the
@@ -49,7 +49,7 @@ use setup::Setup;
 use solve::Solve;
 use start::Start;
 use std::time::{Duration, Instant};
-use team::{Shared, Team, Trouble};
+use team::{LocalProblem, Team, Trouble};
 use trial::Trial;
 
 /// A loop over fewer bodies than this runs on one thread: below it, handing out the work costs more than it saves
@@ -134,9 +134,9 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         self.state.step + 1
     }
 
-    /// What the next step starts from: for each pair with rows, their multipliers and the last normal.
-    fn left(&self) -> Vec<Warm> {
-        let mut warm = self.rows.left(&self.pairs);
+    /// The warm start of the next step: for each pair with rows, their multipliers and the last normal.
+    fn warm_start(&self) -> Vec<Warm> {
+        let mut warm = self.rows.warm_start(&self.pairs);
         for w in warm.iter_mut().filter(|_| self.start.proxies.is_empty()) {
             if let Some(surface) = surface_of(w.pair[1]) {
                 let placed = self.trial.placed(&self.start, w.pair[0] as usize);
@@ -146,19 +146,19 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         warm
     }
 
-    /// Begins a piece of a step with the bodies of it that are this process's.
+    /// Begins a piece of a step with this process's bodies.
     fn begin_with(&mut self, taken: (Piece, Waiting)) -> Result<(), Fault> {
         let Cpu { setup, state, start, pairs, solve, team, .. } = self;
         team.begin(setup, start, state, taken);
         start.grow(setup);
-        let Shared { places, portion, warm } = team.share_out(setup, start, state);
+        let LocalProblem { places, portion, warm } = team.distribute(setup, start, state);
         start.settle(setup)?;
         pairs.remember(&warm);
         solve.begin(places, portion);
         Ok(())
     }
 
-    /// Computes where the multipliers lead.
+    /// Computes the trial of the present multipliers.
     ///
     /// # Errors
     /// [`Fault::NotFinite`] names the first body whose velocity or pose is not finite.
@@ -167,7 +167,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         trial.set_scaled(rows);
         team.exchange(&mut trial.scaled);
         let own = trial.set(motions, start);
-        match self.team.first(own) {
+        match self.team.first_trouble(own) {
             Some(Trouble { kind, body, .. }) => {
                 let what = if kind == 0 { "velocity" } else { "pose" };
                 Err(Fault::NotFinite { step: self.step(), what, body })
@@ -180,7 +180,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
     fn check_periods(&self) -> Result<(), Fault> {
         let (step, period) = (self.step(), self.start.periods.shortest());
         let Some(period) = period else { return Ok(()) };
-        match self.team.first(self.motions.beyond_periods(&self.setup, &self.start)) {
+        match self.team.first_trouble(self.motions.beyond_periods(&self.setup, &self.start)) {
             Some(Trouble { kind: 0, body, number }) => Err(Fault::PeriodTooShort { step, body, span: number, period }),
             Some(Trouble { body, .. }) => Err(Fault::TooFar { step, body }),
             None => Ok(()),
@@ -190,9 +190,9 @@ impl<const D: usize, T: Team> Cpu<D, T> {
     /// The pairs that pass each other on their way to the trial.
     fn find_passed(&self) -> Option<Passed> {
         let Cpu { setup, start, trial, team, .. } = self;
-        let course = (start.interval, setup.strain.and_then(|strain| strain.shear()));
-        let (bodies, twists) = team.moving(&start.bodies, &trial.twist, course)?;
-        passed(&bodies, &twists, course, |a: &Placed, b: &Placed| Self::SEPARATE(a, b, None))
+        let interval_and_shear = (start.interval, setup.strain.and_then(|strain| strain.shear()));
+        let (bodies, twists) = team.moving_bodies(&start.bodies, &trial.twist, interval_and_shear)?;
+        passed(&bodies, &twists, interval_and_shear, |a: &Placed, b: &Placed| Self::SEPARATE(a, b, None))
     }
 
     /// Makes first rows where [`First::predict`] or [`First::set_middle`] chose.
@@ -202,7 +202,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         let Cpu { setup, start, motions, first, pairs, rows, candidates, team, phases, .. } = self;
         rows.clear(start.bodies.len(), setup.walls.len());
         let margin = |i: usize| 0.5 * setup.cutoff + motions.reach[i].either;
-        let boxes = boxes(&start.here().shape, |i| first.pose(i), margin);
+        let boxes = boxes(&start.bodies_at_loads().shape, |i| first.pose(i), margin);
         let candidates = team.candidates(candidates, &boxes)?;
         phases.broad_phase += begun.elapsed();
         let begun = Instant::now();
@@ -212,7 +212,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
             RowSource::Surfaces => stages.of_surfaces((candidates, Self::SEPARATE, D == PLANAR), first, pairs),
             RowSource::SubSpheres { .. } => stages.of_sub_spheres(candidates, first, pairs),
         };
-        first.overlap = team.largest(first.overlap);
+        first.overlap = team.max(first.overlap);
         for (near, gamma) in near.iter().zip(gamma) {
             let near = stages.at_end_lengths(*near);
             rows.append(&near, motions.row(start, &near, &first.reached), gamma);

@@ -1,4 +1,4 @@
-//! How bodies move on their own in a step, how far they may still go, and what that makes of a row.
+//! The free motions of bodies in a step, how far they may still go, and the rows that follow from them.
 
 use super::LEAST_BODIES_A_TASK;
 use super::first::First;
@@ -32,7 +32,7 @@ pub(super) struct Motions {
 impl Motions {
     pub(super) fn set(&mut self, setup: &Setup, start: &Start, first: &First, step: u64) {
         let heat = setup.heat.filter(|_| !start.parting);
-        let (dt, here) = (start.interval, start.here());
+        let (dt, here) = (start.interval, start.bodies_at_loads());
         let time = start.time_of_loads();
         let (law, forces) = setup.law(start.parting);
         let share = |force: &dyn ForceField| force.share(start.span());
@@ -81,7 +81,8 @@ impl Motions {
         }
     }
 
-    /// The blocks and the offset of the row of `near`, which was found where the velocities `reached` lead in the present part.
+    /// The blocks and the offset of the row of `near`, which was found where the velocities `reached` lead in the
+    /// present part.
     pub(super) fn row<const D: usize>(&self, start: &Start, near: &Near, reached: &[Twist]) -> ([[f64; D]; 2], f64) {
         let mover = |number: u32| match surface_of(number) {
             Some(_) => FIXED,

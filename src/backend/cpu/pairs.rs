@@ -1,4 +1,4 @@
-//! One record a pair: all that a step knows of it from one verb to the next.
+//! One record for each pair: what a step knows of it between verbs.
 
 use super::narrow_phase::Near;
 use crate::walls::surface_of;
@@ -11,7 +11,7 @@ pub struct Record {
     pub pair: [u32; 2],
     /// The normal found last, where the next search starts; zero where none was found.
     normal: DVec3,
-    /// From where and to where its multipliers stand in what the last step left, and its rows among the first rows.
+    /// The range of its multipliers in the last step's warm start, and of its rows among the first rows.
     recalled: [u32; 2],
     rows: [u32; 2],
 }
@@ -36,12 +36,12 @@ impl Record {
 #[derive(Default)]
 pub struct Pairs {
     records: Vec<Record>,
-    /// What the last step, or the first half of this one, left; sorted by pair and feature.
+    /// The warm start from the last step, or from the first half of this one; sorted by pair and feature.
     warm: Vec<Warm>,
 }
 
 impl Pairs {
-    /// Takes over what the last step left.
+    /// Sets the warm start.
     pub fn remember(&mut self, warm: &[Warm]) {
         warm.clone_into(&mut self.warm);
     }
@@ -94,7 +94,7 @@ impl Pairs {
         self.records.get(at)
     }
 
-    /// The records from `pair` on, for pairs that are asked about in their order.
+    /// An iterator over records from `pair` on, for ordered lookups.
     pub fn from(&self, pair: [u32; 2]) -> Cursor<'_> {
         let first = self.records.partition_point(|record| record.pair < pair);
         Cursor { rest: &self.records[first..] }
@@ -142,7 +142,7 @@ pub struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    /// The record of `pair`, which is not before the one asked about last.
+    /// The record of `pair`, which must not precede the last one looked up.
     pub fn find(&mut self, pair: [u32; 2]) -> Option<&'a Record> {
         while self.rest.first().is_some_and(|record| record.pair < pair) {
             self.rest = &self.rest[1..];

@@ -1,4 +1,4 @@
-//! The rows of a step, their multipliers, and what of them the next step starts from.
+//! The rows of a step, their multipliers, and the warm start for the next step.
 
 use super::narrow_phase::Near;
 use super::pairs::Pairs;
@@ -8,8 +8,8 @@ use crate::walls::{in_rows, of_rows};
 use crate::warm::Warm;
 use glam::DVec3;
 
-/// A row in the place of all rows of its branch, its blocks and offset, and its multiplier.
-pub(super) type Anew<const D: usize> = (Near, ([[f64; D]; 2], f64), f64);
+/// A row that replaces all rows of its branch, with its blocks, offset and multiplier.
+pub(super) type NewRow<const D: usize> = (Near, ([[f64; D]; 2], f64), f64);
 
 /// A branch that pushes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +22,7 @@ pub(super) struct Push {
     pub(super) moved: f64,
 }
 
-/// The LCP of a step with its multipliers. First rows stand sorted by pair and feature, those of violations after them.
+/// The LCP of a step with its multipliers. First rows come first, sorted by pair and feature, then those of violations.
 #[derive(Clone)]
 pub(super) struct RowSet<const D: usize> {
     pub(super) problem: Problem<D>,
@@ -72,7 +72,7 @@ impl<const D: usize> RowSet<D> {
         self.pushing_of(least, |_| true)
     }
 
-    /// The same of the pairs that are `asked` for: told before rows are sorted, which costs more than to ask.
+    /// The same of the pairs that are `asked` for: checked before rows are sorted, which is more expensive.
     pub(super) fn pushing_of(&self, least: f64, asked: impl Fn([u32; 2]) -> bool) -> Vec<Push> {
         let mut pushing: Vec<Push> = Vec::new();
         let pushes = |row: &u32| {
@@ -111,14 +111,14 @@ impl<const D: usize> RowSet<D> {
         overlapping
     }
 
-    /// Puts a row in the place of all rows of its branch, for each branch of `anew` (sorted by pair and feature).
-    pub(super) fn make_anew(&mut self, anew: Vec<Anew<D>>) {
-        let mut done = vec![false; anew.len()];
+    /// Replaces all rows of a branch by one, for each branch of `rebuilt` (sorted by pair and feature).
+    pub(super) fn replace_branches(&mut self, rebuilt: Vec<NewRow<D>>) {
+        let mut done = vec![false; rebuilt.len()];
         let mut to = 0;
         for from in 0..self.gamma.len() {
             let pair = self.problem.pair[from].map(|place| of_rows(place, self.bodies));
             let key = (pair, self.feature[from]);
-            let found = anew.binary_search_by_key(&key, |(near, ..)| (near.pair, near.feature)).ok();
+            let found = rebuilt.binary_search_by_key(&key, |(near, ..)| (near.pair, near.feature)).ok();
             if found.is_some_and(|found| std::mem::replace(&mut done[found], true)) {
                 continue;
             }
@@ -126,7 +126,7 @@ impl<const D: usize> RowSet<D> {
             self.feature[to] = self.feature[from];
             let kept = (self.problem.jacobian[from], self.problem.q[from], self.gamma[from]);
             let (jacobian, q, gamma) = found.map_or(kept, |found| {
-                let (_, (jacobian, q), gamma) = anew[found];
+                let (_, (jacobian, q), gamma) = rebuilt[found];
                 (jacobian, q, gamma)
             });
             (self.problem.jacobian[to], self.problem.q[to], self.gamma[to]) = (jacobian, q, gamma);
@@ -140,12 +140,12 @@ impl<const D: usize> RowSet<D> {
         self.changed = true;
     }
 
-    /// Learns from whether anything changed here whether it did anywhere.
+    /// Combines the flag of changes over all processes.
     pub(super) fn set_changed(&mut self, anywhere: impl FnOnce(bool) -> bool) {
         self.changed = anywhere(self.changed);
     }
 
-    /// Whether anything changed since this was asked last.
+    /// Whether anything changed since the last call.
     pub(super) fn take_changed(&mut self) -> bool {
         std::mem::replace(&mut self.changed, false)
     }
@@ -156,9 +156,9 @@ impl<const D: usize> RowSet<D> {
         &mut self.gamma
     }
 
-    /// What the next step starts from: for each contact with rows the sum of their multipliers, and the pair's last
+    /// The warm start of the next step: for each contact with rows the sum of their multipliers, and the pair's last
     /// normal.
-    pub(super) fn left(&self, pairs: &Pairs) -> Vec<Warm> {
+    pub(super) fn warm_start(&self, pairs: &Pairs) -> Vec<Warm> {
         let of_row = |row: usize| Warm {
             pair: self.problem.pair[row].map(|place| of_rows(place, self.bodies)),
             feature: self.feature[row],

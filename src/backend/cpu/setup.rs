@@ -1,4 +1,4 @@
-//! What a scene fixes for all steps on the CPU.
+//! What is constant over all steps on the CPU.
 
 use super::first;
 use super::start::Start;
@@ -10,7 +10,7 @@ use crate::shape::Shape;
 use crate::step::{Fault, Model, Rows, Stepping, Time};
 use crate::walls::Walls;
 
-/// How bodies move that are parted: the long ones turn and move less easily. The drag cancels out.
+/// The law of motion for separating bodies: long ones turn and move less easily. The drag cancels out.
 const PARTING: Overdamped = Overdamped { drag: 1.0 };
 
 /// A scene's law, forces, walls and tolerances, and how its rows are made.
@@ -79,7 +79,7 @@ impl Setup {
         let (_, forces) = self.law(start.parting);
         let acting = forces.iter().filter(|force| force.share(start.span()) > 0.0);
         acting.into_iter().try_for_each(|force| {
-            force.prepare(start.here(), start.time_of_loads()).map_err(|what| Fault::Force { step, what })
+            force.prepare(start.bodies_at_loads(), start.time_of_loads()).map_err(|what| Fault::Force { step, what })
         })
     }
 }

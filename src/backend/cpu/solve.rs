@@ -24,7 +24,7 @@ impl<const D: usize, P: Portion<D>> Solve<D, P> {
         Solve { solver, rows, solved: false, residual: 0.0 }
     }
 
-    /// Begins a step whose bodies have these places, and of whose rows this is here.
+    /// Begins a step with this body order and this portion of the rows.
     pub(super) fn begin(&mut self, places: Places, portion: P) {
         self.solved = false;
         if self.rows == Rows::Auto {
@@ -32,37 +32,36 @@ impl<const D: usize, P: Portion<D>> Solve<D, P> {
         }
     }
 
-    /// What the last solve was to reach, a length.
+    /// The tolerance of the last solve, a length.
     pub(super) fn tolerance(&self) -> f64 {
         self.solver.settings().tolerance
     }
 
-    /// What the last solve left, a length.
+    /// The residual of the last solve, a length.
     pub(super) fn residual(&self) -> f64 {
         self.residual
     }
 
-    /// How many rows the last problem had, with those of other processes.
+    /// The number of rows of the last problem, over all processes.
     pub(super) fn all_rows(&self) -> usize {
         self.solver.all_rows()
     }
 
-    /// Solves from the present multipliers, and from what is left of the last solve.
+    /// Solves from the present multipliers, continuing the last solve if nothing changed.
     pub(super) fn solve(&mut self, rows: &mut RowSet<D>, tolerance: f64) -> Outcome {
         self.solver.set_settings(Settings { tolerance, ..self.solver.settings() });
         let first = !std::mem::replace(&mut self.solved, true);
         let same = !rows.take_changed() && self.rows == Rows::Auto;
         let outcome = match (first, same) {
             (true, _) => self.solver.solve(&rows.problem, &mut rows.gamma),
-            (false, true) => self.solver.go_on(&mut rows.gamma),
+            (false, true) => self.solver.resume(&mut rows.gamma),
             (false, false) => self.solver.solve_next(&rows.problem, &mut rows.gamma),
         };
         self.residual = outcome.residual;
         outcome
     }
 
-    /// Solves with rows that give way as far as `allowed`, if that is nearer to a solution than what the last solve
-    /// left.
+    /// Solves the regularized LCP with violations up to `allowed`, if the result is better than that of the last solve.
     pub(super) fn relax(&mut self, rows: &mut RowSet<D>, allowed: f64) -> Option<Outcome> {
         let mut relaxed = rows.gamma.clone();
         let outcome = self.solver.relax(&rows.problem, &mut relaxed, allowed);

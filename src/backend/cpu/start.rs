@@ -12,10 +12,10 @@ use crate::warm::Warm;
 use glam::DVec3;
 
 pub struct Start {
-    /// What of the step is being taken, and the cells that wait in it.
+    /// The piece of the step, and the cells that wait in it.
     pub(super) piece: Piece,
     waiting: Waiting,
-    /// Whether bodies are parted in no time.
+    /// Whether overlapping bodies are being separated without advancing time.
     pub(super) parting: bool,
     /// When the piece begins.
     pub(super) time: f64,
@@ -27,22 +27,21 @@ pub struct Start {
     pub(super) periods: Periods,
     /// The next free id.
     pub(super) next_id: u64,
-    /// `C_h` with the lengths there, once it is made.
+    /// `C_h` with the lengths there, once it is known.
     pub(super) middle: Option<Bodies>,
     /// Each body's sub-spheres; empty where rows are of surfaces.
     pub(super) proxies: Vec<Vec<ProxySphere>>,
     /// Which bonds hold which bodies; none where there are none, or bodies are parted.
     pub(super) bonds: Option<Incidence>,
-    /// Where walls are that move: at the piece's start, at the end of the present part, and in its middle once that is
-    /// made.
+    /// Moving walls: at the piece's start, at the end of the present part, and at its middle once that is known.
     walls: Option<[Walls; 3]>,
     /// The rates at which the lengths of a cell that changes do so; none where bodies are parted.
     strained: Option<DVec3>,
-    /// Which bodies do not move; empty where none can be fixed.
+    /// Flags of fixed bodies; empty if there are none.
     held: Vec<bool>,
-    /// What slows the growth of this step's bodies, where something does.
+    /// The pressures that slow the growth of this step's bodies; may be empty.
     pub(super) pressures: Vec<f64>,
-    /// Which bodies belong to other processes; empty where one process has them all.
+    /// Flags of bodies that belong to other processes; empty on one process.
     pub(super) foreign: Vec<bool>,
 }
 
@@ -78,13 +77,13 @@ impl Start {
         self.foreign.get(i).copied().unwrap_or(false)
     }
 
-    /// Whether it is not asked of body `i` what is near it alone: it does not move, or others ask.
+    /// Whether body `i` is skipped in searches for its own contacts: it is fixed, or another process's.
     pub(super) fn is_idle(&self, i: usize) -> bool {
         self.is_held(i) || self.is_foreign(i)
     }
 
-    /// Begins this piece of the next step with the bodies of `state`, and finds what slows their growth; `warm` is what
-    /// the last step remembers of their pairs.
+    /// Begins this piece of the next step with the bodies of `state` and computes the pressures on them; `warm` is the
+    /// warm start of their pairs.
     pub(super) fn begin(&mut self, setup: &Setup, state: &State, warm: &[Warm], (piece, waiting): (Piece, Waiting)) {
         (self.piece, self.waiting) = (piece, waiting);
         self.time = setup.time.after(state.step) + piece.start * piece.span * setup.time.dt;
@@ -101,7 +100,7 @@ impl Start {
         self.place_cell(setup);
     }
 
-    /// Divides the cells that are due, and names the mothers.
+    /// Divides the cells that are due and returns the mothers.
     pub(super) fn divide(&mut self, setup: &Setup) -> Vec<usize> {
         let Some(growth) = setup.growth.as_ref().filter(|_| !self.parting) else { return Vec::new() };
         growth.divide(
@@ -120,7 +119,7 @@ impl Start {
         }
     }
 
-    /// Makes ready what belongs to the bodies of this step.
+    /// Prepares bonds, flags and proxies of this step's bodies.
     pub(super) fn settle(&mut self, setup: &Setup) -> Result<(), Fault> {
         let bonded = !setup.bonds.is_empty() && !self.parting;
         self.bonds = bonded.then(|| setup.bonds.incidence(&self.bodies.lineage, &self.bodies.broken_bonds));
@@ -128,7 +127,7 @@ impl Start {
         self.make_proxies(setup)
     }
 
-    /// Takes the configuration in the middle, and the lengths at the end.
+    /// Sets the configuration at the middle, and the lengths at the end.
     pub(super) fn set_middle(&mut self, setup: &Setup, middle: Bodies) {
         self.middle = Some(middle);
         self.interval = self.piece_length(setup);
@@ -145,7 +144,7 @@ impl Start {
         self.walls = setup.walls.move_in_time().then(|| times.map(|time| setup.walls.at(time)));
     }
 
-    /// Takes the periods at the end of the present part.
+    /// Sets the periods at the end of the present part.
     fn place_cell(&mut self, setup: &Setup) {
         self.strained = setup.strain.filter(|_| !self.parting).map(|strain| strain.rates(self.time));
         self.periods = match &setup.strain {
@@ -169,24 +168,24 @@ impl Start {
         found.separation - found.normal.dot(moved)
     }
 
-    /// What the image of `b` that is nearest to `a` is faster by than `b` itself, in a sheared cell.
+    /// The velocity of the image of `b` nearest to `a`, relative to `b`, in a sheared cell.
     pub(super) fn image_velocity(&self, setup: &Setup, a: usize, b: usize) -> DVec3 {
         let Some(shear) = setup.strain.and_then(|strain| strain.shear()) else { return DVec3::ZERO };
         let apart = self.bodies.position[b] - self.bodies.position[a];
         shear.velocity(self.bodies.periods.nearest(apart) - apart)
     }
 
-    /// The walls that bodies must keep clear of: where they are at the end of the present part.
+    /// The walls at the end of the present part, which bodies must not overlap.
     pub(super) fn walls<'a>(&'a self, setup: &'a Setup) -> &'a Walls {
         self.walls.as_ref().map_or(&setup.walls, |[_, end, _]| end)
     }
 
-    /// Where walls that move are at the piece's start.
+    /// Moving walls at the piece's start.
     pub(super) fn walls_before(&self) -> Option<&Walls> {
         self.walls.as_ref().map(|[start, ..]| start)
     }
 
-    /// Where walls that move are in the middle, once that is made.
+    /// Moving walls at the middle, once that is known.
     pub(super) fn walls_in_middle(&self) -> Option<&Walls> {
         self.walls.as_ref().filter(|_| self.middle.is_some()).map(|[.., middle]| middle)
     }
@@ -210,19 +209,20 @@ impl Start {
         [self.time, self.time + self.interval]
     }
 
-    /// When forces are taken: at the start, or in the middle once it is made.
+    /// The time at which forces are evaluated: the start, or the middle once it is known.
     pub(super) fn time_of_loads(&self) -> f64 {
         self.time + if self.middle.is_some() { 0.5 * self.interval } else { 0.0 }
     }
 
-    /// Where forces, mobilities and first rows are taken: the middle where it is made, else the start.
-    pub(super) fn here(&self) -> &Bodies {
+    /// The bodies at which forces, mobilities and first rows are evaluated: the middle once it is known, else the
+    /// start.
+    pub(super) fn bodies_at_loads(&self) -> &Bodies {
         self.middle.as_ref().unwrap_or(&self.bodies)
     }
 
     /// The axis of body `i` where forces act, at the start or in the middle, if it is a body of revolution.
     pub(super) fn axis_of_revolution(&self, i: usize) -> Option<DVec3> {
-        Some(self.here().orientation[i] * self.here().shape[i].axis_of_revolution()?)
+        Some(self.bodies_at_loads().orientation[i] * self.bodies_at_loads().shape[i].axis_of_revolution()?)
     }
 
     pub(super) fn pose(&self, i: usize) -> Pose {

@@ -1,4 +1,4 @@
-//! The trial: `U`, `C(U)`, and what overlaps there.
+//! The trial: `U`, `C(U)`, and the overlaps there.
 
 use super::LEAST_BODIES_A_TASK;
 use super::motions::Motions;
@@ -18,7 +18,7 @@ use crate::step::{Overlap, Rows};
 use crate::walls::surface_of;
 use rayon::prelude::*;
 
-/// Where the multipliers lead.
+/// The trial of the present multipliers.
 #[derive(Default)]
 pub(super) struct Trial<const D: usize> {
     pub(super) twist: Vec<Twist>,
@@ -54,7 +54,7 @@ impl<const D: usize> Trial<D> {
             .map(of_body)
             .unzip_into_vecs(&mut self.twist, &mut self.poses);
         let finite = |t: &Twist| t.linear.is_finite() && t.angular.is_finite();
-        // Others look at their bodies.
+        // Other processes check their bodies.
         let mut own = (0..self.twist.len()).filter(|i| !start.is_foreign(*i));
         if let Some(body) = own.clone().find(|i| !finite(&self.twist[*i])) {
             return Some(Trouble { kind: 0, body, number: 0.0 });
@@ -67,7 +67,7 @@ impl<const D: usize> Trial<D> {
 
     /// The velocities that the present part ends with.
     pub(super) fn arrived(&self, setup: &Setup, start: &Start, motions: &Motions) -> Vec<Twist> {
-        let (here, (law, _)) = (start.here(), setup.law(start.parting));
+        let (here, (law, _)) = (start.bodies_at_loads(), setup.law(start.parting));
         let of_body = |i: usize| {
             if start.parting {
                 return start.bodies.twist(i);
@@ -80,7 +80,7 @@ impl<const D: usize> Trial<D> {
         (0..start.bodies.len()).into_par_iter().with_min_len(LEAST_BODIES_A_TASK).map(of_body).collect()
     }
 
-    /// Takes bodies there.
+    /// Moves bodies to the trial.
     pub(super) fn arrive(&self, bodies: &mut Bodies, arrived: &[Twist]) {
         for (i, (pose, twist)) in self.poses.iter().zip(arrived).enumerate() {
             bodies.position[i] = pose.position;
@@ -103,7 +103,7 @@ impl<const D: usize> Trial<D> {
         self.overlapping.iter().min_by(|p, q| p.found.separation.total_cmp(&q.found.separation))
     }
 
-    /// Takes what overlaps, and says how much.
+    /// Stores the overlapping pairs and returns the overlap.
     pub(super) fn set_overlapping(
         &mut self,
         setup: &Setup,
@@ -142,7 +142,8 @@ impl<const D: usize> Trial<D> {
         Some(worst)
     }
 
-    /// All violations: the overlaps of more than was asked about, with the paper's rows one a pair, else each branch.
+    /// All violations: overlaps above the limit, one for each pair with the paper's rows, otherwise one for each
+    /// branch.
     pub(super) fn violations(&self, setup: &Setup, start: &Start) -> Vec<Near> {
         let over = self.overlapping.iter().filter(|near| near.found.separation < -self.violating);
         if setup.rows == Rows::Paper {

@@ -1,5 +1,5 @@
-//! Rows that are made anew: those that push apart what no longer touches, at the trial; those that contradict each
-//! other, at a place that is drawn near the start. `step/two_sided.rs` says when and why.
+//! Rebuilding rows: those that push bodies that no longer touch, at the trial; contradictory ones, at a configuration
+//! drawn near the start. `step/two_sided.rs` describes when and why.
 
 use super::Cpu;
 use super::narrow_phase::Near;
@@ -17,14 +17,14 @@ use std::collections::{BTreeMap, BTreeSet};
 /// is moved most.
 const OF_THE_WEDGE: f64 = 0.1;
 
-/// A contact throws its bodies if it moves them against each other by more than this part of the thinner one's thickness
-/// beyond their free motions and the slack between them: a link of a chain is pulled through its neighbour.
+/// A contact throws its bodies if it moves them against each other by more than this part of the thinner one's
+/// thickness beyond their free motions and the slack between them: a link of a chain is pulled through its neighbour.
 pub(crate) const THROWN: f64 = 0.5;
 
 /// A push is looked at if contact may have parted its bodies by more than this part of the thinner one's thickness: a
 /// quarter of what a push may end apart at least. A sheet of rings, whose separations cost most, took 2.6 times as long
 /// without it.
-const LOOKED_AT: f64 = 0.005;
+const LEAST_GAP: f64 = 0.005;
 
 /// What rounding makes of the work of contact, in parts of that on the bodies.
 const ROUNDING_OF_WORK: f64 = 1e-9;
@@ -113,7 +113,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         let bounded = self.setup.has_inertia && !self.does_work() && !self.start.parting;
         let mut effect = Effect { energy_allowed: if bounded { 0.0 } else { f64::INFINITY }, ..Effect::default() };
         if self.start.proxies.is_empty() {
-            for (push, near) in self.pushing_at_trial(|pair| LOOKED_AT.min(gap) * self.thickness(pair)) {
+            for (push, near) in self.pushing_at_trial(|pair| LEAST_GAP.min(gap) * self.thickness(pair)) {
                 self.add_push(&mut effect, &push, &near, gap);
             }
             if bounded {
@@ -152,7 +152,7 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         own.map(|(_, gamma)| gamma * undone).sum()
     }
 
-    /// How far apart a push begins; nothing where it overlaps.
+    /// The gap at which a push begins; zero if it overlaps.
     fn slack(&self, push: &Push) -> f64 {
         let start = |i: usize| self.start.placed_at(i, self.start.pose(i));
         self.branch_of(push, start).map_or(0.0, |near| near.found.separation.max(0.0))
@@ -237,8 +237,9 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         Wedge { bodies: bodies.map(|body| *body as usize).collect(), walls: walls.into_iter().collect() }
     }
 
-    /// Makes the rows of these branches anew where the velocities `reached` lead, with no multipliers; says how many.
-    fn make_anew_at(&mut self, pushing: &[Push], reached: &[Twist]) -> usize {
+    /// Rebuilds the rows of these branches where the velocities `reached` lead, with zero multipliers; returns their
+    /// number.
+    fn rebuild_rows_at(&mut self, pushing: &[Push], reached: &[Twist]) -> usize {
         let there = |i: usize| {
             let pose = dynamics::advance(self.start.pose(i), reached[i], self.start.interval);
             self.start.placed_at(i, pose)
@@ -247,9 +248,9 @@ impl<const D: usize, T: Team> Cpu<D, T> {
             let near = self.branch_of(push, there)?;
             Some((near, self.motions.row(&self.start, &near, reached), 0.0))
         };
-        let anew: Vec<_> = pushing.iter().filter_map(row).collect();
-        let rows = anew.len();
-        self.rows.make_anew(anew);
+        let rebuilt: Vec<_> = pushing.iter().filter_map(row).collect();
+        let rows = rebuilt.len();
+        self.rows.replace_branches(rebuilt);
         rows
     }
 
@@ -306,29 +307,29 @@ impl<const D: usize, T: Team> TwoSided for Cpu<D, T> {
         if thrown.is_empty() {
             return 0;
         }
-        self.make_anew_at(&thrown, &self.towards_trial(size))
+        self.rebuild_rows_at(&thrown, &self.towards_trial(size))
     }
 
     fn follow(&mut self, size: f64) -> usize {
-        self.make_anew_at(&self.wedge_rows(), &self.towards_trial(size))
+        self.rebuild_rows_at(&self.wedge_rows(), &self.towards_trial(size))
     }
 
     fn loosen(&mut self, gap: f64) -> Loosened {
         let mut of = BTreeMap::new();
-        let mut anew = Vec::new();
+        let mut rebuilt = Vec::new();
         for (push, near) in self.pushing_at_trial(|pair| gap * self.thickness(pair)) {
             if near.found.separation > self.allowed_gap(near.pair, gap) {
                 for body in push.pair.into_iter().filter(|number| surface_of(*number).is_none()) {
                     of.insert(body, self.trial.scaled[body as usize]);
                 }
                 let row = self.motions.row(&self.start, &near, &self.trial.twist);
-                anew.push((near, row, push.gamma));
+                rebuilt.push((near, row, push.gamma));
             }
         }
         let share = 0.5 * of.values().flatten().map(|v| v * v).sum::<f64>();
-        let rows = anew.len();
+        let rows = rebuilt.len();
         if rows > 0 {
-            self.rows.make_anew(anew);
+            self.rows.replace_branches(rebuilt);
         }
         Loosened { rows, share }
     }
@@ -351,7 +352,7 @@ impl<const D: usize, T: Team> TwoSided for Cpu<D, T> {
         for (body, twist) in &twists {
             reached[*body] = *twist;
         }
-        self.make_anew_at(&pushing, &reached)
+        self.rebuild_rows_at(&pushing, &reached)
     }
 
     fn keep_rows(&mut self) {

@@ -31,7 +31,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         let begun = Instant::now();
         let step = self.step();
         self.set_trial()?;
-        let left = self.left();
+        let left = self.warm_start();
         let Cpu { setup, start, motions, first, pairs, trial, phases, .. } = self;
         pairs.remember(&left);
         let mut middle = start.bodies.clone();
@@ -104,7 +104,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
     }
 
     fn two_sided(&mut self) -> Option<&mut dyn TwoSided> {
-        if self.team.is_shared() { None } else { Some(self) }
+        if self.team.is_distributed() { None } else { Some(self) }
     }
 
     fn throws(&mut self, gap: f64) -> Result<bool, Fault> {
@@ -131,9 +131,9 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
     fn accept(&mut self) -> Result<Phases, Fault> {
         let begun = Instant::now();
         // What parts bodies in no time is no force, and no motion.
-        let left = if self.start.parting { Vec::new() } else { self.left() };
+        let left = if self.start.parting { Vec::new() } else { self.warm_start() };
         let Cpu { setup, state, start, motions, rows, trial, team, phases, .. } = self;
-        state.warm = team.by_number(left);
+        state.warm = team.with_global_indices(left);
         let arrived = trial.arrived(setup, start, motions);
         let mut end = std::mem::take(&mut start.bodies);
         end.periods = start.periods;
@@ -143,7 +143,7 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
         }
         let (bodies, own) = (end.len() as u32, |body: &u32| !start.is_foreign(*body as usize));
         let first = rows.problem.pair.iter().map(|[a, b]| if *b < bodies { *a.min(b) } else { *a });
-        team.arrive(setup, &mut end, first.filter(own));
+        team.finish_step(setup, &mut end, first.filter(own));
         start.bodies = std::mem::replace(&mut state.bodies, end);
         state.next_id = start.next_id;
         state.step += u64::from(start.piece.ends_step() && !start.parting);
@@ -153,9 +153,9 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
 
     fn take_again(&mut self, take: &mut Take<'_>) -> Result<(), Fault> {
         // Pieces are taken by everyone alone.
-        let together = self.team.part(&mut self.state);
+        let together = self.team.work_alone(&mut self.state);
         let taken = take(self, if together { Failed::Together } else { Failed::Itself });
-        self.team.meet();
+        self.team.work_together();
         taken
     }
 
@@ -170,6 +170,6 @@ impl<const D: usize, T: Team> Verbs for Cpu<D, T> {
     }
 
     fn constraints(&self) -> usize {
-        if self.team.is_shared() { self.solve.all_rows() } else { self.rows.gamma.len() }
+        if self.team.is_distributed() { self.solve.all_rows() } else { self.rows.gamma.len() }
     }
 }

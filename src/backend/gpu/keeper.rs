@@ -6,7 +6,7 @@ use super::{Device, unrounded};
 use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::ForceField;
 use crate::gpu::{Gpu, GpuError, Precision};
-use crate::step::{Divided, Fault, JOINED, Keep, Keeper, Lives, Plan, State, StepReport, Stepper, Unrounded, step};
+use crate::step::{Divided, Fault, Keep, Keeper, LIFE_WORDS, Lives, Plan, State, StepReport, Stepper, Unrounded, step};
 use crate::walls::surface_of;
 use crate::warm::Warm;
 use std::sync::OnceLock;
@@ -133,7 +133,7 @@ impl Keeper for Device {
         Ok(Divided::between(before, &self.start.ancestry.lineage, &self.start.ancestry.group))
     }
 
-    fn all_gather(&self, own: Vec<[u64; JOINED]>) -> Vec<[u64; JOINED]> {
+    fn all_gather(&self, own: Vec<[u64; LIFE_WORDS]>) -> Vec<[u64; LIFE_WORDS]> {
         own
     }
 

@@ -6,13 +6,13 @@ use clap::error::{ContextKind, ContextValue};
 use clap::{Arg, Command, Error};
 use std::ffi::OsStr;
 
-/// What other programs call a GPU.
+/// Other programs' names for a GPU backend.
 const NAMES_OF_GPU: [&str; 14] = [
     "cuda", "rocm", "hip", "opencl", "metal", "vulkan", "dx12", "directx", "wgpu", "webgpu", "device", "nvidia", "amd",
     "cuda:0",
 ];
 
-/// Takes the values of [`Backend`].
+/// Parses the values of [`Backend`].
 #[derive(Clone)]
 pub(super) struct BackendParser;
 

@@ -16,7 +16,7 @@ use relcp::figure::Format;
 use relcp::scene::nearest;
 use std::path::PathBuf;
 
-/// More threads than this are a slip of the pen.
+/// More threads than this are taken for a typing error.
 const MOST_THREADS: i64 = 1024;
 
 /// Rigid smooth bodies in contact: spheres, spherocylinders, ellipsoids and rings that do not overlap.
@@ -82,7 +82,7 @@ pub(super) enum Command {
     Render(Render),
     /// Write one HTML file that shows a run in a browser
     View(View),
-    /// List the adapters of this machine, and which one would be taken
+    /// List the adapters of this machine, and which one would be used
     Devices(Devices),
     /// Print the JSON Schema of scene files, or of sweep files
     Schema(Schema),
@@ -103,10 +103,10 @@ pub(super) struct Figures {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  relcp schema > scene.schema.json\n  relcp schema --markdown | less")]
 pub(super) struct Schema {
-    /// That of sweep files, for `relcp batch`
+    /// Print the schema of sweep files, for `relcp batch`
     #[arg(long)]
     pub(super) sweep: bool,
-    /// The keys of a scene as a page of Markdown instead
+    /// Print the keys of a scene as a page of Markdown instead
     #[arg(long, conflicts_with = "sweep")]
     pub(super) markdown: bool,
 }
@@ -120,7 +120,7 @@ Examples:
 #[derive(Args, Debug)]
 #[command(after_help = COMPLETIONS_EXAMPLES)]
 pub(super) struct Completions {
-    /// Which shell
+    /// The shell
     #[arg(value_enum)]
     pub(super) shell: clap_complete::Shell,
 }
@@ -133,7 +133,7 @@ Examples:
 #[derive(Args, Debug)]
 #[command(after_help = MAN_EXAMPLES)]
 pub(super) struct Man {
-    /// The page of this command; without it, that of the program
+    /// The command [default: the page of the program]
     #[arg(value_name = "COMMAND")]
     pub(super) command: Option<String>,
 }
@@ -141,7 +141,7 @@ pub(super) struct Man {
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  relcp scenes two-ellipsoids > mine.json")]
 pub(super) struct Scenes {
-    /// Print this one, as JSON
+    /// Print this scene, as JSON
     #[arg(add = complete::built_in())]
     pub(super) name: Option<String>,
     /// List them as JSON
@@ -151,7 +151,7 @@ pub(super) struct Scenes {
 
 #[derive(Args, Debug)]
 pub(super) struct Devices {
-    /// Which one would be taken of those with this in their names
+    /// Show which adapter with this in its name would be used
     #[arg(long, value_name = "NAME")]
     pub(super) adapter: Option<String>,
     #[command(flatten)]
@@ -185,7 +185,7 @@ impl Arguments {
 const STUDIES: &str =
     "the studies are a program of their own; in the repository: cargo run --release -p relcp-lab -- NAME";
 
-/// Says which command an unknown one is nearest to, also where it is too short for clap to say it.
+/// Suggests the nearest command for an unknown one, even if it is too short for clap.
 fn with_nearest_command(mut error: clap::Error) -> clap::Error {
     let Some(ContextValue::String(name)) = error.get(ContextKind::InvalidSubcommand) else { return error };
     if name == "study" {

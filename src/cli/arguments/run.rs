@@ -1,4 +1,4 @@
-//! Arguments of commands that compute: what with, and what is run.
+//! Arguments of commands that compute.
 
 use super::backend::BackendParser;
 use super::{MOST_THREADS, complete};
@@ -9,8 +9,8 @@ use std::time::Duration;
 /// How to compute.
 #[derive(Args, Clone, Debug)]
 pub(in crate::cli) struct Compute {
-    /// Backend: auto computes on the CPU, and says where a hardware GPU may be faster. gpu takes a hardware GPU, or
-    /// else a software adapter. mpi shares one `run` between processes that mpirun or srun has started, to the same
+    /// Backend: auto uses the CPU, and prints a hint if a hardware GPU may be faster. gpu uses a hardware GPU, or
+    /// else a software adapter. mpi runs one simulation on all MPI ranks of mpirun or srun, to the same
     /// bits
     #[arg(long, default_value = "auto", value_parser = BackendParser)]
     pub(in crate::cli) backend: Backend,
@@ -55,7 +55,7 @@ Examples:
   relcp run two-ellipsoids
       a built-in scene, into runs/two-ellipsoids
   relcp run colony.json --out runs/slow --set growth.rate=0.1
-  relcp run --resume --out runs/slow   go on with a run that was stopped
+  relcp run --resume --out runs/slow   resume a stopped run
   relcp run --resume --until 20 --out runs/slow
       go on past its end
   relcp run colony.json --json | jq .max_overlap
@@ -67,21 +67,21 @@ The folder has scene.json, steps.csv, states/, final.json, final.png, summary.js
 #[derive(Args, Debug)]
 #[command(after_help = RUN_EXAMPLES)]
 pub(in crate::cli) struct Run {
-    /// A scene file, the name of a built-in scene, or - for the standard input; with --resume it may be left out
+    /// A scene file, the name of a built-in scene, or - for the standard input; optional with --resume
     #[arg(value_name = "SCENE", add = complete::scene())]
     pub(in crate::cli) scene: Option<PathBuf>,
-    /// The run's folder, new or empty; without it, runs/NAME, or runs/NAME-2 and so on where that is taken
+    /// The run's folder, new or empty [default: runs/NAME, or runs/NAME-2 and so on if that exists]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: Option<PathBuf>,
     /// Replace a value of the scene by its dotted key, as in time.dt=0.01 or bodies.0.position=[0,0,1]
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(in crate::cli) sets: Vec<String>,
     /// Continue an earlier run from its checkpoint, to the same bits as an uninterrupted run: the run in --out,
-    /// or the newest unfinished one in runs/, of this scene where one is named
+    /// or the newest unfinished one in runs/, of this scene if one is given
     #[arg(long)]
     pub(in crate::cli) resume: bool,
-    /// With --resume: end at this time of the scene, later than the run's own end, in the same folder; a finished run
-    /// goes on, to the same bits as a run that was started with this end
+    /// With --resume: continue to this time of the scene, later than the run's own end, in the same folder; a finished
+    /// run continues too, to the same bits as a run that was started with this end
     #[arg(long, value_name = "TIME", requires = "resume", value_parser = super::number::length)]
     pub(in crate::cli) until: Option<f64>,
     /// Largest time between checkpoints [default: 60]
@@ -90,7 +90,7 @@ pub(in crate::cli) struct Run {
     /// Stop with a checkpoint, as by Ctrl-C, after the step in which this much time has passed
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pub(in crate::cli) max_wall: Option<Duration>,
-    /// At the end write a page that shows the run in a browser, as `relcp view` does
+    /// At the end write a page that shows the run in a browser, like `relcp view`
     #[arg(long)]
     pub(in crate::cli) view: bool,
     /// Print a profile: wall time by phase and peak memory; on a GPU also times, dispatches, read-backs and bytes by
@@ -128,17 +128,17 @@ pub(in crate::cli) struct Batch {
     /// A sweep file; `relcp schema --sweep` describes it
     #[arg(value_name = "SWEEP", value_hint = ValueHint::FilePath)]
     pub(in crate::cli) sweep: PathBuf,
-    /// The folder with the members' folders; without it, runs/NAME
+    /// The folder of the members' folders [default: runs/NAME]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: Option<PathBuf>,
-    /// Most members at a time; without it, one a core, and with --backend gpu 64, which the device computes as one. The
-    /// results are the same bits for any number
+    /// Most concurrent members [default: one per core; with --backend gpu 64, which the device computes as one]. The
+    /// bits of the results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) jobs: Option<u16>,
     /// Also continue failed members, from their last accepted state
     #[arg(long)]
     pub(in crate::cli) retry: bool,
-    /// Run this member alone, from 0, and write no table
+    /// Run only this member, numbered from 0, and write no table
     #[arg(long, value_name = "K", group = "part")]
     pub(in crate::cli) index: Option<usize>,
     /// Print how many members there are, run nothing

@@ -8,7 +8,7 @@ use relcp::figure::Format;
 use relcp::render::{Background, Fit, Quantity, Side};
 use std::path::PathBuf;
 
-/// No screen shows more pictures a second than this.
+/// The most frames per second of a movie.
 const MOST_A_SECOND: i64 = 240;
 
 const CONTACTS_EXAMPLES: &str = "\
@@ -22,13 +22,13 @@ Examples:
 #[command(after_help = CONTACTS_EXAMPLES)]
 pub(in crate::cli) struct Contacts {
     /// A scene file, the name of a built-in scene, a run's final.json, one of its states (.npz; it knows no walls), or
-    /// a run's folder: the state that it stands at
+    /// a run's folder: its last state
     #[arg(value_name = "STATE", add = complete::run())]
     pub(in crate::cli) state: PathBuf,
     /// Pairs nearer than this, a length; in a periodic scene at most the shortest period
     #[arg(long, value_name = "LENGTH", default_value_t = 0.0, value_parser = length)]
     pub(in crate::cli) cutoff: f64,
-    /// What computes them: cpu and auto the CPU in f64; gpu a hardware GPU, or else a software adapter
+    /// Backend: cpu and auto use the CPU in f64; gpu a hardware GPU, or else a software adapter
     #[arg(long, default_value = "cpu", value_parser = BackendParser)]
     pub(in crate::cli) backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them
@@ -37,7 +37,7 @@ pub(in crate::cli) struct Contacts {
     /// Floating-point precision [default: f64 on the CPU and on a software adapter, f32 on a hardware GPU]
     #[arg(long, value_enum)]
     pub(in crate::cli) precision: Option<Precision>,
-    /// How many threads; without it, one a core
+    /// Number of threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) threads: Option<u16>,
     #[command(flatten)]
@@ -87,10 +87,10 @@ pub(in crate::cli) struct Export {
     /// The last state only
     #[arg(long)]
     pub(in crate::cli) last: bool,
-    /// Pairs nearer than this are contacts, a length; without it a thousandth of the thinnest body. With vtk only
+    /// Pairs nearer than this are contacts, a length [default: a thousandth of the thinnest body]. For vtk only
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub(in crate::cli) cutoff: Option<f64>,
-    /// How many threads; without it, one a core
+    /// Number of threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) threads: Option<u16>,
     #[command(flatten)]
@@ -122,25 +122,25 @@ pub(in crate::cli) struct Measure {
     /// The last state only
     #[arg(long)]
     pub(in crate::cli) last: bool,
-    /// Where the files go; without it RUN/measures, and for what is no folder NAME-measures here
+    /// Output folder [default: RUN/measures; for a single file NAME-measures in the current folder]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: Option<PathBuf>,
-    /// Width of the bins of distance, a length; without it the median thickness of the bodies
+    /// Width of the distance bins, a length [default: the median thickness of the bodies]
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub(in crate::cli) bin: Option<f64>,
-    /// Radius of the neighbourhood of local order, a length; without it the median largest extent of the bodies
+    /// Radius of the neighbourhood for local order, a length [default: the median largest extent of the bodies]
     #[arg(long, value_name = "LENGTH", value_parser = positive)]
     pub(in crate::cli) neighbourhood: Option<f64>,
     /// Largest angle between touching bodies of one microdomain, in degrees
     #[arg(long, value_name = "DEGREES", default_value_t = relcp::measure::DOMAIN_ANGLE, value_parser = positive)]
     pub(in crate::cli) domain_angle: f64,
-    /// Pairs nearer than this touch, a length; without it a thousandth of the thinnest body
+    /// Pairs nearer than this touch, a length [default: a thousandth of the thinnest body]
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub(in crate::cli) cutoff: Option<f64>,
     /// Seed for sampling bodies in the correlation of large states
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(in crate::cli) seed: u64,
-    /// How many threads; without it, one a core. The results are the same bits for any number
+    /// Number of threads [default: one per core]. The bits of the results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) threads: Option<u16>,
     #[command(flatten)]
@@ -174,7 +174,7 @@ pub(in crate::cli) struct Render {
     /// A run's folder, one of its states (.npz), a scene file, or the name of a built-in scene
     #[arg(value_name = "RUN", add = complete::run())]
     pub(in crate::cli) run: PathBuf,
-    /// Where the files go; without it RUN/render, and for what is no folder NAME-render here
+    /// Output folder [default: RUN/render; for a single file NAME-render in the current folder]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(in crate::cli) out: Option<PathBuf>,
     /// Quantity shown by the colours
@@ -187,25 +187,25 @@ pub(in crate::cli) struct Render {
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "1920x1080", value_parser = size)]
     pub(in crate::cli) size: [u32; 2],
-    /// Where bodies are seen from; without it the top in a planar run, else obliquely
+    /// Camera position [default: above a planar run, otherwise oblique]
     #[arg(long, value_enum)]
     pub(in crate::cli) view: Option<Side>,
     /// Background
     #[arg(long, value_enum, default_value = "white")]
     pub(in crate::cli) background: Background,
-    /// Format: pixels, or for a planar run seen from the top vectors, 178 mm wide
+    /// Format: pixels, or vectors 178 mm wide for a planar run seen from the top
     #[arg(long, value_enum, default_value = "png")]
     pub(in crate::cli) format: Format,
     /// States that set the camera and the colour scale
     #[arg(long, value_enum, default_value = "run")]
     pub(in crate::cli) fit: Fit,
-    /// Draw bodies only: no time, number of bodies, scale bar or colour scale
+    /// Draw only bodies: no time, number of bodies, scale bar or colour scale
     #[arg(long)]
     pub(in crate::cli) bare: bool,
     /// The last state only
     #[arg(long, conflicts_with_all = ["every", "from", "to"])]
     pub(in crate::cli) last: bool,
-    /// Every so many states
+    /// Every Nth state
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(in crate::cli) every: u32,
     /// From this time on
@@ -214,23 +214,23 @@ pub(in crate::cli) struct Render {
     /// Up to this time
     #[arg(long, value_name = "TIME", value_parser = length)]
     pub(in crate::cli) to: Option<f64>,
-    /// Pictures a second of the movie
+    /// Frames per second of the movie
     #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..=MOST_A_SECOND))]
     pub(in crate::cli) fps: u32,
     /// The movie, .png (animated) or .apng, and with `ffmpeg` .mp4, .mov or .mkv; without it movie.mp4, where there is
     /// `ffmpeg`
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "no_movie")]
     pub(in crate::cli) movie: Option<PathBuf>,
-    /// No movie, also where there is `ffmpeg`
+    /// Make no movie, even if `ffmpeg` is installed
     #[arg(long)]
     pub(in crate::cli) no_movie: bool,
-    /// What casts the rays: cpu and auto the CPU; gpu a hardware GPU, or else a software adapter
+    /// Backend for ray casting: cpu and auto use the CPU; gpu a hardware GPU, or else a software adapter
     #[arg(long, default_value = "auto", value_parser = BackendParser)]
     pub(in crate::cli) backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them
     #[arg(long, value_name = "NAME")]
     pub(in crate::cli) adapter: Option<String>,
-    /// How many threads; without it, one a core. The results are the same bits for any number
+    /// Number of threads [default: one per core]. The bits of the results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) threads: Option<u16>,
     #[command(flatten)]
@@ -262,7 +262,7 @@ pub(in crate::cli) struct View {
     /// The last state only
     #[arg(long, conflicts_with_all = ["every", "from", "to"])]
     pub(in crate::cli) last: bool,
-    /// Every so many states
+    /// Every Nth state
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub(in crate::cli) every: u32,
     /// From this time on
@@ -271,10 +271,10 @@ pub(in crate::cli) struct View {
     /// Up to this time
     #[arg(long, value_name = "TIME", value_parser = length)]
     pub(in crate::cli) to: Option<f64>,
-    /// Show it in the browser of this machine
+    /// Open it in this machine's browser
     #[arg(long)]
     pub(in crate::cli) open: bool,
-    /// How many threads; without it, one a core. The results are the same bits for any number
+    /// Number of threads [default: one per core]. The bits of the results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     pub(in crate::cli) threads: Option<u16>,
     #[command(flatten)]

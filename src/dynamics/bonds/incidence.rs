@@ -3,7 +3,7 @@
 use crate::bodies::Lineage;
 use std::collections::HashMap;
 
-/// The place of a bond that holds no longer, in [`Incidence::ends`].
+/// Marks a broken bond in [`Incidence::ends`].
 pub const GONE: [u32; 2] = [u32::MAX; 2];
 
 /// The bonds of each body, by the places that bodies have in a state: those that hold, in the order of the scene's
@@ -46,7 +46,7 @@ impl Incidence {
         })
     }
 
-    /// The bodies of a bond; `None` where it holds no longer.
+    /// The bodies of a bond; `None` if it is broken.
     pub(super) fn pair(&self, bond: usize) -> Option<[usize; 2]> {
         Some(self.ends[bond]).filter(|ends| *ends != GONE).map(|ends| ends.map(|body| body as usize))
     }

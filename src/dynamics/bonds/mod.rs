@@ -29,18 +29,18 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Bond {
-    /// The numbers of its two bodies, from 0: those of `bodies` in their order, then those that `generate` places.
+    /// The indices of its two bodies, from 0: those of `bodies` in order, then those that `generate` places.
     pub bodies: [usize; 2],
-    /// The point of each body that it is fixed to, body axes; it may be outside of the body.
+    /// Its end point on each body, in body axes; it may be outside the body.
     pub at: [[f64; 3]; 2],
-    /// Force over distance.
+    /// Its stiffness, force over distance.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     pub stiffness: f64,
-    /// The distance of its points at which it neither pulls nor pushes.
+    /// Its rest length.
     #[cfg_attr(feature = "files", serde(default))]
     #[cfg_attr(feature = "files", schemars(range(min = 0.0)))]
     pub length: f64,
-    /// The tension over which it breaks. Without it: none.
+    /// The tension above which it breaks. Without it: never.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     pub break_force: Option<f64>,
@@ -68,7 +68,7 @@ impl Bond {
     }
 }
 
-/// The bonds of a scene. They belong to bodies by id, whatever places these have later.
+/// The bonds of a scene. They refer to bodies by id, whatever their later indices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bonds {
     list: Vec<Bond>,
@@ -141,7 +141,7 @@ impl Bonds {
         (arms, bodies.periods.nearest(b - a) + (arms[1] - arms[0]))
     }
 
-    /// The bonds that still hold, with the numbers that their bodies have now.
+    /// The unbroken bonds, with the present indices of their bodies.
     pub fn left(&self, bodies: &Bodies) -> Vec<Bond> {
         let incidence = self.incidence(&bodies.lineage, &bodies.broken_bonds);
         let left = |(number, bond): (usize, &Bond)| Some(Bond { bodies: incidence.pair(number)?, ..bond.clone() });

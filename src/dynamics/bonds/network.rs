@@ -1,14 +1,14 @@
 //! The stability of all bonds together.
 //!
-//! A step takes the pulls of all bonds as they are at its start. The stretches `d` of all bonds so become
-//! `(1 - dt J M J^T K) d` in an overdamped step, with `J` from the velocities of bodies to those at which the points of
-//! bonds part, `M` the mobilities and `K` the stiffnesses; they grow without bound where the largest eigenvalue of
-//! `dt J M J^T K` is over 2. With inertia velocities come between, and the bound on `dt^2 J M J^T K`, with `M` the
-//! inverse masses, is 4 (the leapfrog's limit); with drag beside inertia it is at least 2 of `dt^2 s(a) J M J^T K`, with
-//! `s(a) = (1 - e^-a) / a` and `a` the decay in a step.
+//! A step takes the pulls of all bonds as they are at its start. The stretches `d` of all bonds so become `(1 - dt J M
+//! J^T K) d` in an overdamped step, with `J` from the velocities of bodies to those at which the points of bonds part,
+//! `M` the mobilities and `K` the stiffnesses; they grow without bound where the largest eigenvalue of `dt J M J^T K`
+//! is over 2. With inertia velocities come between, and the bound on `dt^2 J M J^T K`, with `M` the inverse masses, is
+//! 4 (the leapfrog's limit); with drag beside inertia it is at least 2 of `dt^2 s(a) J M J^T K`, with `s(a) = (1 -
+//! e^-a) / a` and `a` the decay in a step.
 //!
-//! A bond may come to stand in any direction to its bodies, so that each one counts in all directions, in a planar scene
-//! in those of the plane. The eigenvalue is found by power iteration (L. N. Trefethen, D. Bau, *Numerical Linear
+//! A bond may come to stand in any direction to its bodies, so that each one counts in all directions, in a planar
+//! scene in those of the plane. The eigenvalue is found by power iteration (L. N. Trefethen, D. Bau, *Numerical Linear
 //! Algebra*, 1997, lecture 27), which comes to it from below.
 
 use super::Bond;

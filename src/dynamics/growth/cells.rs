@@ -1,4 +1,4 @@
-//! Which cells grow how: the species of a scene, and what is a cell's own.
+//! The growth of cells: the species of a scene, and each cell's own values.
 
 use super::{DivisionRule, Growth, OnNoRoom, Turn};
 use crate::bodies::{Bodies, Lineage};
@@ -11,8 +11,7 @@ use rand::RngExt;
 /// the first eight at most.
 const OWN_WORDS: u128 = 64;
 
-/// An age counts as reached that is short of it by this part: times are sums of steps, and rounding is no reason for
-/// another step.
+/// The relative tolerance of an age: times are sums of steps, and rounding must not cost another step.
 const AGE_ROUNDING: f64 = 1e-9;
 
 /// How the cells of a scene grow. What is random of a cell is drawn from a stream of the seed that belongs to its id
@@ -67,7 +66,7 @@ impl Cells {
         }
     }
 
-    /// The growth of the bodies of a group; none where they do not grow.
+    /// The growth of the bodies of a group; none if they do not grow.
     pub fn of(&self, group: u32) -> Option<Species<'_>> {
         let at = self.of_group.get(group as usize).copied().unwrap_or(self.of_others)?;
         Some(Species { growth: &self.species[at], seed: self.seed })
@@ -143,7 +142,7 @@ impl Species<'_> {
         rate
     }
 
-    /// The length at birth of a daughter, where her rule asks for it.
+    /// The length at birth of a daughter, if her rule needs it.
     pub fn birth_length(&self, length: f64) -> Option<f64> {
         (self.growth.rule == DivisionRule::Adder).then_some(length)
     }

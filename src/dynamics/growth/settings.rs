@@ -11,28 +11,27 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "files", serde(deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Growth {
-    /// The group of the bodies that this holds for, which their daughters belong to. Without it: all bodies that no
-    /// other entry of the list holds for.
+    /// The group of bodies that grow so, and of their daughters. Without it: all bodies without another entry of the
+    /// list.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub group: Option<String>,
-    /// Relative growth per time.
+    /// Relative growth rate.
     #[cfg_attr(feature = "files", schemars(range(min = 0)))]
     pub rate: f64,
-    /// What a cell divides at: a length (`"sizer"`), a length that it has added since its birth (`"adder"`), or a time
-    /// since its birth (`"timer"`).
+    /// When a cell divides: at a length (`"sizer"`), after an added length (`"adder"`), or after a time since birth
+    /// (`"timer"`).
     #[cfg_attr(feature = "files", schemars(extend("default" = "sizer")))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "DivisionRule::is_default"))]
     pub rule: DivisionRule,
-    /// Of a sizer, which needs it: the tip-to-tip length at which a cell divides into two of half its length.
+    /// Required for a sizer: the tip-to-tip length at which a cell divides into two of half its length.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub division_length: Option<f64>,
-    /// Of an adder, which needs it: a cell divides when it is so much longer than it was at its birth.
+    /// Required for an adder: a cell divides when it has grown by this length since birth.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub added_length: Option<f64>,
-    /// Of a timer, which needs it: a cell divides when so much time has passed since its birth, and its halves are not
-    /// shorter than thick.
+    /// Required for a timer: a cell divides this long after birth, as soon as its halves are not shorter than thick.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub division_time: Option<f64>,
@@ -64,27 +63,28 @@ pub struct Growth {
     #[cfg_attr(feature = "files", schemars(range(min = 0)))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "is_zero"))]
     pub stress_sensitivity: f64,
-    /// What happens to cells without room to grow, in a container of walls or periods. In a list all entries agree.
+    /// What happens to cells without room to grow, in a container of walls or periods. All entries of a list must
+    /// agree.
     #[cfg_attr(feature = "files", schemars(extend("default" = "stop")))]
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "OnNoRoom::is_default"))]
     pub on_no_room: OnNoRoom,
-    /// Ends the run before `time.end`. Without it: the run goes to `time.end`. In a list one entry may have it.
+    /// Ends the run before `time.end`. Without it: the run goes to `time.end`. At most one entry of a list may have it.
     #[cfg_attr(feature = "files", serde(default, skip_serializing_if = "Option::is_none"))]
     pub stop: Option<Stop>,
 }
 
-/// What a cell divides at.
+/// When a cell divides.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum DivisionRule {
-    /// A length: `division_length`.
+    /// At a length: `division_length`.
     #[default]
     Sizer,
-    /// A length added since its birth: `added_length`.
+    /// After an added length since birth: `added_length`.
     Adder,
-    /// A time since its birth: `division_time`.
+    /// After a time since birth: `division_time`.
     Timer,
 }
 
@@ -104,17 +104,17 @@ impl DivisionRule {
     }
 }
 
-/// What growth does where a container is full.
+/// What happens when a container is full.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum OnNoRoom {
-    /// The run ends with the state before the step, and says so; with `contact.on_failure` `"continue"` cells overlap
-    /// instead.
+    /// The run ends with the state before the step and prints the reason; with `contact.on_failure` `"continue"` cells
+    /// overlap instead.
     #[default]
     Stop,
-    /// Cells that have no room neither grow nor divide in that step. A GPU leaves such steps to the CPU.
+    /// Cells without room neither grow nor divide in that step. The CPU takes such steps for a GPU.
     Stall,
 }
 
@@ -208,21 +208,21 @@ impl Growth {
     }
 }
 
-/// What ends a run before `time.end`: the first of these that is reached, looked for at the start and after every step.
+/// Ends a run before `time.end`, when the first of these is reached. Checked at the start and after every step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "files", derive(Serialize, Deserialize, JsonSchema))]
 #[cfg_attr(feature = "files", serde(deny_unknown_fields, default))]
 #[non_exhaustive]
 pub struct Stop {
-    /// So many bodies, or more: a step may divide several cells.
+    /// This many bodies or more: a step may divide several cells.
     #[cfg_attr(feature = "files", schemars(range(min = 1)))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub population: Option<u64>,
-    /// This time.
+    /// This time is reached.
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub time: Option<f64>,
-    /// Radius: distance from the mean of the centres to the farthest point of a body. On a GPU, costs a read-back of
-    /// the state per step.
+    /// Radius: distance from the mean of the centres to the farthest point of a body. On a GPU this costs a read-back
+    /// of the state per step.
     #[cfg_attr(feature = "files", schemars(extend("exclusiveMinimum" = 0)))]
     #[cfg_attr(feature = "files", serde(skip_serializing_if = "Option::is_none"))]
     pub radius: Option<f64>,

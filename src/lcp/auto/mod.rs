@@ -1,12 +1,12 @@
-//! `auto`: projected nonlinear conjugate gradients with the blocks of the pairs, with a safeguard. Where these end
-//! without success, or their end is not in sight (`worth`), the interior-point method goes on. Where what is left is
-//! little and in few places it is solved there ([`super::local`]).
+//! `auto`: projected nonlinear conjugate gradients with the blocks of the pairs, with a safeguard. If these fail or
+//! converge too slowly (`worth`), the interior-point method takes over. If few rows remain unsolved, only these are
+//! solved ([`super::local`]).
 
 mod worth;
 
 use super::Outcome;
 use super::cpu::Cpu;
-use super::drive::{Drive, Standing};
+use super::drive::{Drive, Progress};
 use super::engine::Task;
 use super::interior_point::{InteriorPoint, MOST_ITERATIONS};
 use super::local::Local;
@@ -17,43 +17,42 @@ use super::verbs::Verbs;
 use super::{Settings, Status};
 use worth::{WINDOW, affordable};
 
-/// With fewer rows, looking for what is left costs more than it saves.
+/// With fewer rows, local solves cost more than they save.
 const LEAST_ROWS: usize = 256;
 
-/// Iterations on all rows before it looks for the first time whether what is left is little, and between looks.
-const FIRST_LOOK: u64 = 20;
-const LOOK_EVERY: u64 = 20;
+/// Iterations on all rows before the first check whether few rows remain unsolved, and between checks.
+const FIRST_CHECK: u64 = 20;
+const CHECK_EVERY: u64 = 20;
 
-/// Most times that a solve goes on locally without success: what is left may have no solution, and all iterations must
-/// see that.
+/// Most local attempts that may fail: the remaining rows may have no solution, which only iterations on all rows show.
 const MOST_ATTEMPTS: u32 = 3;
 
-/// It looks while the residual is at most so many tolerances.
+/// It checks while the residual is at most so many tolerances.
 const NEARLY: f64 = 10.0;
 
-/// The solver, and what it remembers from one problem to the next.
+/// The solver and its state between problems.
 pub(super) struct Auto<const D: usize> {
     method: PairBlockCg<Vec<f64>, f64>,
-    /// Threads for it, where its sums are made for that.
+    /// Its threads, if its sums support them.
     team: Option<Team>,
-    /// Goes on where the method gives up.
+    /// Takes over if the method fails.
     safeguard: InteriorPoint<D>,
-    /// Solves what is left where that is little.
+    /// Solves the remaining rows if they are few.
     local: Option<Local>,
-    /// The tolerance that it was made with.
+    /// The tolerance that it was created with.
     tightest: f64,
-    /// Whether the method may take as long as the safeguard would, whatever its residuals make one expect.
+    /// Whether the method may take as long as the safeguard would, whatever its residuals predict.
     patient: bool,
     /// Whether the last problem was solved by the safeguard.
     guarded: bool,
-    /// What the safeguard would cost, where that was asked for since the last call of [`Auto::forget`].
+    /// The predicted cost of the safeguard, if computed since the last call of [`Auto::forget`].
     forecast: Option<f64>,
-    /// Whether the method has begun with the present problem.
+    /// Whether the method has started on the present problem.
     iterated: bool,
 }
 
 impl<const D: usize> Auto<D> {
-    /// For solves to this tolerance, and looser ones.
+    /// A solver for this tolerance and looser ones.
     pub fn to(tolerance: f64) -> Self {
         Auto {
             method: PairBlockCg::new(),
@@ -68,12 +67,12 @@ impl<const D: usize> Auto<D> {
         }
     }
 
-    /// From now on for problems with many nearly parallel rows, which slow conjugate gradients down.
+    /// Tunes it for problems with many nearly parallel rows, which slow conjugate gradients down.
     pub fn for_parallel_rows(&mut self) {
         (self.local, self.patient, self.team) = (None, false, None);
     }
 
-    /// Forgets the last problem: the next one is not much like it.
+    /// Drops what it learnt from the last problem: the next one differs much.
     pub fn forget(&mut self) {
         (self.guarded, self.forecast) = (false, None);
     }
@@ -81,7 +80,7 @@ impl<const D: usize> Auto<D> {
     /// Solves a new problem.
     pub fn solve<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> Outcome {
         self.iterated = false;
-        self.method.go_on(false);
+        self.method.keep_displacements(false);
         self.safeguard.forget();
         let outcome = match self.begin_locally(task) {
             Some(solved) => solved,
@@ -93,13 +92,13 @@ impl<const D: usize> Auto<D> {
         outcome
     }
 
-    /// Goes on with the last problem, from where the last call left it.
-    pub fn go_on<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> Outcome {
-        self.method.go_on(self.iterated);
+    /// Continues with the last problem from the last iterate.
+    pub fn resume<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> Outcome {
+        self.method.keep_displacements(self.iterated);
         self.begin(task)
     }
 
-    /// Solves where the start is no solution, if that is in few places.
+    /// Solves the rows that the start does not solve, if they are few.
     fn begin_locally<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> Option<Outcome> {
         let Task { cpu, drive: Drive { at, .. }, settings } = task;
         let large = cpu.all_rows() >= LEAST_ROWS;
@@ -107,7 +106,7 @@ impl<const D: usize> Auto<D> {
         let tolerance = settings.tolerance;
         cpu.clear(&mut at.g);
         cpu.gradient(&at.x, &mut at.g);
-        // A start within the tolerance is iterated on, all of it.
+        // A start within the tolerance is iterated on as a whole.
         if cpu.residual(&at.x, &at.g) <= tolerance || !local.is_worth(cpu, at, tolerance) {
             return None;
         }
@@ -116,8 +115,8 @@ impl<const D: usize> Auto<D> {
         rounds.solved.then(|| outcome(cpu, (Status::Solved, rounds.iterations, rounds.residual), 0))
     }
 
-    /// Begins with the method, and calls the safeguard where it is needed. Where that is of no help, the method goes on
-    /// as long as it may.
+    /// Begins with the method and falls back to the safeguard. If that fails too, the method continues to the iteration
+    /// limit.
     fn begin<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> Outcome {
         let (mut status, mut iterations, mut residual) = self.iterate_and_finish_locally(task);
         if !matches!(status, Status::NoProgress | Status::RoundingFloor | Status::MaxIterations) {
@@ -152,8 +151,8 @@ impl<const D: usize> Auto<D> {
         outcome(&task.cpu, (status, iterations, residual), self.safeguard.factorizations())
     }
 
-    /// Goes on from the present iterate with the safeguard, to the tolerance that this solver was made with if that is
-    /// tighter: a few factorizations more now save all of another solve.
+    /// Continues from the present iterate with the safeguard, to this solver's own tolerance if that is tighter: a few
+    /// more factorizations now save another solve.
     fn guard<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> (Status, u64, f64) {
         let Task { cpu, drive, settings } = task;
         let tolerance = settings.tolerance.min(self.tightest);
@@ -161,7 +160,7 @@ impl<const D: usize> Auto<D> {
         P::solve_whole(cpu, drive, |cpu, drive| self.safeguard.run(cpu, drive, &settings, tolerance))
     }
 
-    /// Iterates until what is left is little and in few places, and then there, as long as that happens.
+    /// Iterates until few rows remain unsolved, then solves only these; repeats if needed.
     fn iterate_and_finish_locally<P: Portion<D>>(&mut self, task: &mut Task<D, P>) -> (Status, u64, f64) {
         let most = task.settings.max_iterations;
         let Some(local) = &mut self.local else { return self.iterate(task, most, true) };
@@ -170,21 +169,21 @@ impl<const D: usize> Auto<D> {
             return (Status::NotFinite, 0, f64::INFINITY);
         }
         self.iterated = true;
-        let (mut iterations, mut next, mut attempts) = (0, FIRST_LOOK, MOST_ATTEMPTS);
+        let (mut iterations, mut next, mut attempts) = (0, FIRST_CHECK, MOST_ATTEMPTS);
         loop {
             let left = most.saturating_sub(iterations);
             let settings = &Settings { max_iterations: left, ..*settings };
             let mut goes_on = affordable(&mut self.safeguard, &mut self.forecast, settings.tolerance, self.patient);
-            let looks = |standing: Standing| {
-                let due = standing.iterations >= next && standing.iterations.is_multiple_of(LOOK_EVERY);
-                attempts > 0 && due && standing.residual <= NEARLY * settings.tolerance
+            let is_due = |progress: Progress| {
+                let due = progress.iterations >= next && progress.iterations.is_multiple_of(CHECK_EVERY);
+                attempts > 0 && due && progress.residual <= NEARLY * settings.tolerance
             };
             let mut few = false;
-            let pauses = |standing: Standing| looks(standing) || standing.iterations.is_multiple_of(WINDOW);
+            let pauses = |progress: Progress| is_due(progress) || progress.iterations.is_multiple_of(WINDOW);
             let (team, method) = (&mut self.team, &mut self.method);
-            let (status, more, found) = team::run(team, cpu, drive, method, settings, &pauses, |cpu, at, standing| {
-                few = looks(standing) && local.is_worth(cpu, at, settings.tolerance);
-                !few && goes_on(cpu, standing)
+            let (status, more, found) = team::run(team, cpu, drive, method, settings, &pauses, |cpu, at, progress| {
+                few = is_due(progress) && local.is_worth(cpu, at, settings.tolerance);
+                !few && goes_on(cpu, progress)
             });
             iterations += more;
             if !few {
@@ -196,12 +195,12 @@ impl<const D: usize> Auto<D> {
             if rounds.solved {
                 return (Status::Solved, iterations, rounds.residual);
             }
-            next = FIRST_LOOK.max(more);
+            next = FIRST_CHECK.max(more);
             attempts -= 1;
         }
     }
 
-    /// Goes on from the present iterate with the method; where it is `guarded`, until the safeguard's turn has come.
+    /// Continues from the present iterate with the method; if `guarded`, until the safeguard would be faster.
     fn iterate<P: Portion<D>>(
         &mut self,
         task: &mut Task<D, P>,
@@ -213,15 +212,15 @@ impl<const D: usize> Auto<D> {
         if !cpu.is_finite() {
             return (Status::NotFinite, 0, f64::INFINITY);
         }
-        let pauses = |standing: Standing| standing.iterations.is_multiple_of(WINDOW);
+        let pauses = |progress: Progress| progress.iterations.is_multiple_of(WINDOW);
         let mut worth = affordable(&mut self.safeguard, &mut self.forecast, settings.tolerance, self.patient);
-        team::run(&mut self.team, cpu, drive, &mut self.method, settings, &pauses, |cpu, _, standing| {
-            !guarded || worth(cpu, standing)
+        team::run(&mut self.team, cpu, drive, &mut self.method, settings, &pauses, |cpu, _, progress| {
+            !guarded || worth(cpu, progress)
         })
     }
 }
 
-/// How a solve ended, which took so many factorizations.
+/// The outcome of a solve with this many factorizations.
 fn outcome<const D: usize, P: Portion<D>>(
     cpu: &Cpu<D, P>,
     (status, iterations, residual): (Status, u64, f64),

@@ -1,52 +1,52 @@
-//! Whether one more iteration of conjugate gradients is worth it, or the safeguard's turn has come: by counts, never by
-//! clocks, so that a scene takes the same path everywhere.
+//! Decides between one more iteration of conjugate gradients and the safeguard: by counts, never by clocks, so that a
+//! scene takes the same path everywhere.
 
 use crate::lcp::cpu::Cpu;
-use crate::lcp::drive::Standing;
+use crate::lcp::drive::Progress;
 use crate::lcp::interior_point::InteriorPoint;
 use crate::lcp::portion::Portion;
 
-/// Iterations that `auto` takes, and those that it may still need, before it asks what the interior-point method would
-/// cost: about as many as finding out costs.
+/// Iterations that `auto` takes, and predicted further ones, before it computes the cost of the interior-point method.
+/// That computation costs about as much.
 pub(super) const ITERATIONS_BEFORE_FORECAST: u64 = 200;
 
-/// Iterations between two looks at how the residual falls: what is left is forecast from the last two of them.
+/// Iterations between two measurements of the residual's decrease. The last two predict the remaining iterations.
 pub(super) const WINDOW: u64 = 100;
 
-/// The least part of what the interior-point method would cost that `auto` spends on conjugate gradients first, since
-/// residuals pause: 0 to 0.3 cost the same within 3 %.
+/// The least part of the interior-point method's cost that `auto` spends on conjugate gradients first, as residuals
+/// stagnate at times: 0 to 0.3 cost the same within 3 %.
 const LEAST_BEFORE_SAFEGUARD: f64 = 0.1;
 
-/// And for nearly parallel rows the part of it that conjugate gradients may still need. 200 LCPs of colonies take the
+/// With nearly parallel rows, the part of it that conjugate gradients may still need. 200 LCPs of colonies take the
 /// same time within 4 % with none to a half, and up to 8 % more with all of it.
-const HOPE: f64 = 0.25;
+const MOST_REMAINING: f64 = 0.25;
 
-/// With so few rows the interior-point method takes over as soon as the residuals show that conjugate gradients are
-/// slow: where cells fill a chamber, nearly singular wedges make residuals fall ever more slowly.
+/// Up to this many rows the interior-point method takes over as soon as the residuals show that conjugate gradients are
+/// slow: if cells fill a chamber, nearly singular wedges make residuals fall ever more slowly.
 const MOST_ROWS_WITHOUT_PATIENCE: usize = 1024;
 
-/// What an iteration costs beside its rows, which counts where these are few: 170 rows of a chamber take 9 microseconds
-/// an iteration on one core, 12 nanoseconds a row of them (November 2026).
+/// The cost of an iteration beside its rows, which matters if these are few: 170 rows of a chamber take 9 microseconds
+/// an iteration on one core, of which 12 nanoseconds a row (November 2026).
 const NANOSECONDS_OF_AN_ITERATION: f64 = 6000.0;
 
 /// Nanoseconds of an iteration of the conjugate gradients for each row, on one core: 11 to 16 for 3,000 to 54,000 rows
 /// (November 2026), whatever the unknowns. The number of threads changes no decision, so that it changes no bits.
 const NANOSECONDS_OF_A_ROW: f64 = 12.0;
 
-/// The same for nearly parallel rows, which stand in their pairs' order: 18 to 27, and 55 to 65 beyond the cache.
+/// The same for nearly parallel rows, in their pairs' order: 18 to 27, and 55 to 65 beyond the cache.
 const NANOSECONDS_OF_A_PARALLEL_ROW: f64 = 20.0;
 
-/// Says where a solve stands whether one more iteration is worth it: while all of them have not cost as much as the
-/// safeguard would, and if `patient` is false while what is left, as the last iterations make one expect, costs less
-/// than a part of it. Later problems of a step keep its first forecast: they have the same pairs and few more.
+/// Decides whether to take one more iteration: while all iterations together cost less than the safeguard would, and,
+/// if not `patient`, while the predicted remaining ones cost less than a part of it. Later problems of a step reuse its
+/// first forecast: they have the same pairs and few more.
 pub(super) fn affordable<const D: usize, P: Portion<D>>(
     safeguard: &mut InteriorPoint<D>,
     forecast: &mut Option<f64>,
     tolerance: f64,
     patient: bool,
-) -> impl FnMut(&Cpu<D, P>, Standing) -> bool {
+) -> impl FnMut(&Cpu<D, P>, Progress) -> bool {
     let mut marks = [f64::INFINITY; 2];
-    move |cpu, Standing { iterations, least, .. }| {
+    move |cpu, Progress { iterations, least, .. }| {
         if !iterations.is_multiple_of(WINDOW) {
             return true;
         }
@@ -63,7 +63,7 @@ pub(super) fn affordable<const D: usize, P: Portion<D>>(
         let instead = cost / (of_a_row * cpu.all_rows() as f64 + besides);
         let taken = iterations as f64;
         let patient = patient && !few;
-        taken < LEAST_BEFORE_SAFEGUARD * instead || (taken < instead && (patient || left < HOPE * instead))
+        taken < LEAST_BEFORE_SAFEGUARD * instead || (taken < instead && (patient || left < MOST_REMAINING * instead))
     }
 }
 
@@ -82,7 +82,7 @@ mod tests {
         let mut goes_on = affordable(&mut safeguard, &mut forecast, 1e-6, false);
         let goes_on = |iteration: &u64| {
             let residual = factor.powf(*iteration as f64 / -100.0);
-            goes_on(&cpu, Standing { iterations: *iteration, residual, least: residual })
+            goes_on(&cpu, Progress { iterations: *iteration, residual, least: residual })
         };
         (0..5_000).take_while(goes_on).count() as u64
     }

@@ -16,8 +16,8 @@ pub(super) const LOOKS: u32 = 128;
 /// The place of the first constant among the numbers.
 pub(super) const FIRST_CONSTANT: u32 = RING;
 
-/// The place of the number of the look that ended the batch, counted from one over the solve; zero until a look ends it.
-/// The residuals of the looks follow it.
+/// The place of the number of the look that ended the batch, counted from one over the solve; zero until a look ends
+/// it. The residuals of the looks follow it.
 pub(super) const HALT: u32 = FIRST_CONSTANT + CONSTANTS;
 
 /// How many numbers the device holds.

@@ -17,8 +17,8 @@ use crate::lcp::clusters::LOCAL_STEPS;
 use std::ops::Range;
 
 /// Workgroups of a stage at most; beyond, invocations take several rows. Each of them brings the partial sums of all
-/// together, so that very many cost more than they gain. On lavapipe 2 to 64 cost the same within the noise at 2,900 rows;
-/// others were not measured on hardware.
+/// together, so that very many cost more than they gain. On lavapipe 2 to 64 cost the same within the noise at 2,900
+/// rows; others were not measured on hardware.
 const MOST_GROUPS: u64 = 512;
 
 /// Rows or bodies up to which one workgroup does it all, unless set otherwise. Pairs of eight rows may need

@@ -177,8 +177,8 @@ pub(super) struct Product {
     pub exact: bool,
 }
 
-/// `out = argmin over x + out >= 0 of g . out + 1/2 (out - w) . B (out - w)`: the vectors `x`, `w`, `g`, of which one of
-/// the last two is missing and counts as zero.
+/// `out = argmin over x + out >= 0 of g . out + 1/2 (out - w) . B (out - w)`: the vectors `x`, `w`, `g`, of which one
+/// of the last two is missing and counts as zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Block {
     pub x: u32,

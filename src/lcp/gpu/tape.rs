@@ -39,8 +39,8 @@ pub(super) struct Tape {
     noted: Vec<Noted>,
     /// Nothing more goes to stages before this one.
     floor: usize,
-    /// No more sums go to stages before this one: the last that a sum, a product or the pairs went to. The bits of a sum
-    /// depend on its stage, which must not depend on what was run already.
+    /// No more sums go to stages before this one: the last that a sum, a product or the pairs went to. The bits of a
+    /// sum depend on its stage, which must not depend on what was run already.
     sums_floor: usize,
     /// The stage at whose beginning a number is known.
     ready: HashMap<u32, usize>,

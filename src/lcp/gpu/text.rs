@@ -64,8 +64,8 @@ const ALL_GROUPS: &str = "group_index(group, groups), groups.x * groups.y";
 
 const ALL_ROWS: &str = "    for (var row = invocation(group, groups, local); row < parameters.rows; row += parameters.groups * WORKGROUP) {\n";
 
-/// A workgroup computes the pairs whose first row is among as many rows as it has invocations. A row's span is the end of
-/// its pair's rows, with a mark at the first one.
+/// A workgroup computes the pairs whose first row is among as many rows as it has invocations. A row's span is the end
+/// of its pair's rows, with a mark at the first one.
 const CHUNK: &str = "    for (var chunk = group_index(group, groups); chunk * WORKGROUP < parameters.rows; chunk += parameters.groups) {
     let here = chunk * WORKGROUP;
     let next = here + WORKGROUP;

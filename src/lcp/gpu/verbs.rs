@@ -7,7 +7,7 @@ use super::problem::DeviceProblem;
 use super::stage::{Action, Block, Bodies, Segment, Work};
 use super::tape::Tape;
 use crate::gpu::{Gpu, GpuError};
-use crate::lcp::verbs::{InClusters, Looks, Metric, Verbs};
+use crate::lcp::verbs::{Checks, InClusters, Metric, Verbs};
 use std::collections::VecDeque;
 
 /// A diagonal entry at or under this many squared roundings of the largest is a zero row's, as on the CPU.
@@ -324,14 +324,14 @@ impl Verbs for Device<'_> {
         }
     }
 
-    fn look(&mut self, residual: Number, tolerance: f64) {
+    fn check(&mut self, residual: Number, tolerance: f64) {
         if self.tape.look(residual, tolerance) {
             self.looked.push_back(self.products);
             self.noted = true;
         }
     }
 
-    fn looks(&mut self) -> Looks {
+    fn take_checks(&mut self) -> Checks {
         let segment = if std::mem::take(&mut self.noted) { self.tape.ready() } else { self.tape.all() };
         self.begun = true;
         let [x, g] = self.tape.looked_at();
@@ -356,7 +356,7 @@ impl Verbs for Device<'_> {
             self.looked.clear();
             self.afresh = true;
         }
-        Looks { residuals, ended }
+        Checks { residuals, ended }
     }
 
     fn confirm(&mut self, x: &Slot, g: &mut Slot) -> (Number, f64) {
@@ -369,7 +369,7 @@ impl Verbs for Device<'_> {
         (residual, self.read(residual))
     }
 
-    fn looks_at_once(&self) -> usize {
+    fn checks_at_once(&self) -> usize {
         let [first, later] = self.machine.looks;
         match (self.tape.is_apart(), self.begun) {
             (true, begun) => [first, later][usize::from(begun)],

@@ -96,8 +96,8 @@ impl<const D: usize> Iterate<D> {
         }
     }
 
-    /// Takes `g` of the problem's rows.
-    pub fn look(&mut self, rows: &UnitRows<D>, g: &[f64]) {
+    /// Sets the gradient from that of the problem's rows.
+    pub fn set_gradient(&mut self, rows: &UnitRows<D>, g: &[f64]) {
         for ((own, row), inverse) in self.g.iter_mut().zip(&rows.row).zip(&rows.inverse_length) {
             *own = g[*row as usize] * inverse;
         }

@@ -99,13 +99,13 @@ impl<const D: usize> InteriorPoint<D> {
     }
 
     /// Solves; `drive.at.x` becomes the solution, or the best iterate, never worse than it was. Iterations are steps. A
-    /// start whose residual is at most `enough_at_start` is the solution.
+    /// start whose residual is at most `start_tolerance` is the solution.
     pub fn run<P: Portion<D>>(
         &mut self,
         cpu: &mut Cpu<D, P>,
         drive: &mut Drive<Vec<f64>>,
         settings: &Settings,
-        enough_at_start: f64,
+        start_tolerance: f64,
     ) -> (Status, u64, f64) {
         let Drive { at, history, .. } = drive;
         self.iterate.reset(cpu.compliance());
@@ -113,7 +113,7 @@ impl<const D: usize> InteriorPoint<D> {
         cpu.clear(&mut at.g);
         cpu.gradient(&at.x, &mut at.g);
         let start = cpu.residual(&at.x, &at.g);
-        if start <= enough_at_start {
+        if start <= start_tolerance {
             return (Status::Solved, 0, start);
         }
         if self.analysed.is_none() {
@@ -121,7 +121,7 @@ impl<const D: usize> InteriorPoint<D> {
         }
         self.best.clone_from(&at.x);
         self.residual = self.live_residual(cpu, at);
-        let (end, iterations) = if self.residual <= enough_at_start {
+        let (end, iterations) = if self.residual <= start_tolerance {
             (Status::Solved, 0)
         } else {
             self.search(cpu, at, history, settings)
@@ -170,7 +170,7 @@ impl<const D: usize> InteriorPoint<D> {
         for iteration in 0.. {
             self.iterate.export(&self.rows, &mut at.x);
             cpu.gradient(&at.x, &mut at.g);
-            self.iterate.look(&self.rows, &at.g);
+            self.iterate.set_gradient(&self.rows, &at.g);
             let now = self.live_residual(cpu, at);
             if !now.is_finite() {
                 return (Status::NotFinite, iteration);

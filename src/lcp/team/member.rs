@@ -41,7 +41,7 @@ pub(super) struct Member<'a, const D: usize> {
     /// The sums that are written next.
     turn: Cell<usize>,
     products: u64,
-    looks: Vec<f64>,
+    noted: Vec<f64>,
 }
 
 /// How a problem is shared out: to each member some chunks of rows, and bodies with about as many rows.
@@ -118,7 +118,7 @@ impl<'a, const D: usize> Member<'a, D> {
             blocks: part,
             turn: Cell::new(0),
             products,
-            looks: whole.looks.clone(),
+            noted: whole.noted.clone(),
             rows,
         })
     }
@@ -174,7 +174,7 @@ impl<const D: usize> OnRows for Member<'_, D> {
     }
 
     fn noted(&mut self) -> &mut Vec<f64> {
-        &mut self.looks
+        &mut self.noted
     }
 
     fn made(&self) -> u64 {

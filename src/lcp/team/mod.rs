@@ -1,16 +1,16 @@
-//! Several threads that take a solver through the same iterations, each with some of the rows.
+//! Several threads that run the same iterations of a solver, each on some of the rows.
 //!
 //! A loop over some thousand rows takes a few microseconds, less than it costs to hand it to other threads. So threads
-//! come together once for many iterations and run the solver itself, each on its own rows. They meet at a barrier where
-//! a number of all rows is needed, some seven times an iteration. All of them compute the same numbers from the same
-//! sums of chunks, so they take the same decisions, and the bits are those of one thread.
+//! start together once for many iterations and run the solver itself, each on its own rows. A barrier precedes every
+//! reduction over all rows, some seven times an iteration. All threads compute the same numbers from the same sums of
+//! chunks, so they take the same decisions, and the bits are those of one thread.
 
 mod member;
 mod pace;
 mod shared;
 
 use super::cpu::Cpu;
-use super::drive::{Course, Drive, Point, Standing};
+use super::drive::{Drive, Point, Progress, SolveState};
 use super::pair_block_cg::PairBlockCg;
 use super::portion::Portion;
 use super::verbs::Verbs;
@@ -35,30 +35,30 @@ pub(super) struct Team {
 /// The method that it runs, and its state.
 type Method = PairBlockCg<Vec<f64>, f64>;
 
-/// Conjugate gradients as [`Drive::run_while`] runs them, on as many threads as pay if there is a team. `goes_on` is
-/// asked where the solve `pauses`.
+/// Runs conjugate gradients as [`Drive::run_while`] does, with a team on as many threads as are faster. Whenever
+/// `pauses` returns true, `goes_on` decides whether to continue.
 pub(super) fn run<const D: usize, P: Portion<D>>(
     team: &mut Option<Team>,
     cpu: &mut Cpu<D, P>,
     drive: &mut Drive<Vec<f64>>,
     method: &mut Method,
     settings: &Settings,
-    pauses: &(impl Fn(Standing) -> bool + Sync),
-    mut goes_on: impl FnMut(&Cpu<D, P>, &Point<Vec<f64>>, Standing) -> bool,
+    pauses: &(impl Fn(Progress) -> bool + Sync),
+    mut goes_on: impl FnMut(&Cpu<D, P>, &Point<Vec<f64>>, Progress) -> bool,
 ) -> (Status, u64, f64) {
-    let mut course = drive.begin(cpu, method, settings);
+    let mut state = drive.begin(cpu, method, settings);
     let status = loop {
         let ended = match team {
-            Some(team) if cpu.portion.has_threads() => team.go(cpu, drive, method, &mut course, pauses),
-            _ => drive.go(cpu, method, &mut course, 1, pauses),
+            Some(team) if cpu.portion.has_threads() => team.go(cpu, drive, method, &mut state, pauses),
+            _ => drive.go(cpu, method, &mut state, 1, pauses),
         };
         match ended {
             Some(status) => break status,
-            None if goes_on(cpu, &drive.at, course.standing()) => {}
+            None if goes_on(cpu, &drive.at, state.progress()) => {}
             None => break Status::MaxIterations,
         }
     };
-    drive.end(cpu, &course, status)
+    drive.end(cpu, &state, status)
 }
 
 impl Team {
@@ -67,26 +67,26 @@ impl Team {
         rows >= 2 * LEAST_ROWS && rayon::current_num_threads() > 1
     }
 
-    /// [`Drive::go`] on as many threads as pay.
+    /// [`Drive::go`] on as many threads as are faster.
     fn go<const D: usize, P: Portion<D>>(
         &mut self,
         cpu: &mut Cpu<D, P>,
         drive: &mut Drive<Vec<f64>>,
         method: &mut Method,
-        course: &mut Course<f64>,
-        pauses: &(impl Fn(Standing) -> bool + Sync),
+        state: &mut SolveState<f64>,
+        pauses: &(impl Fn(Progress) -> bool + Sync),
     ) -> Option<Status> {
         let rows = drive.at.x.len();
         let members = (rows / LEAST_ROWS).min(rayon::current_num_threads());
-        // The first look is at the start: there is nothing to share yet.
-        if members < 1 || course.is_new() {
-            return drive.go(cpu, method, course, 1, pauses);
+        // The start is checked first: there is nothing to share yet.
+        if members < 1 || state.is_new() {
+            return drive.go(cpu, method, state, 1, pauses);
         }
         let mut team = members > 1 && self.pace.chooses_team();
-        let (begun, before) = (Instant::now(), course.standing().iterations);
+        let (begun, before) = (Instant::now(), state.progress().iterations);
         let mut ended = None;
         if team {
-            match together(members, cpu, drive, method, course, pauses) {
+            match together(members, cpu, drive, method, state, pauses) {
                 Some(of_team) => ended = of_team,
                 None => {
                     team = false;
@@ -95,9 +95,9 @@ impl Team {
             }
         }
         if !team {
-            ended = drive.go(cpu, method, course, 1, pauses);
+            ended = drive.go(cpu, method, state, 1, pauses);
         }
-        let (iterations, time) = (course.standing().iterations - before, begun.elapsed());
+        let (iterations, time) = (state.progress().iterations - before, begun.elapsed());
         let threads = if team { members } else { 1 };
         log::trace!("{iterations} iterations on {rows} rows by {threads} threads in {} us", time.as_micros());
         self.pace.note(team, rows, iterations, time);
@@ -109,30 +109,30 @@ impl Team {
 struct Share {
     drive: Drive<Vec<f64>>,
     method: Method,
-    course: Course<f64>,
+    state: SolveState<f64>,
 }
 
-/// [`Drive::go`] on so many threads, if they come.
+/// [`Drive::go`] on this many threads, if all of them start.
 fn together<const D: usize, P: Portion<D>>(
     members: usize,
     cpu: &mut Cpu<D, P>,
     drive: &mut Drive<Vec<f64>>,
     method: &mut Method,
-    course: &mut Course<f64>,
-    pauses: &(impl Fn(Standing) -> bool + Sync),
+    state: &mut SolveState<f64>,
+    pauses: &(impl Fn(Progress) -> bool + Sync),
 ) -> Option<Option<Status>> {
     let whole = cpu.whole();
     let bodies = whole.incidence.start.len() - 1;
     let shared = Shared::new(members, drive.at.x.len(), D * bodies, whole.chunks.len());
-    let looks = whole.looks.clone();
+    let noted = whole.noted.clone();
     let mut members = Member::of_all(whole, &shared, members);
-    let mut shares: Vec<Share> = members.iter().map(|member| share(member, drive, method, course)).collect();
+    let mut shares: Vec<Share> = members.iter().map(|member| share(member, drive, method, state)).collect();
     if let Some(first) = shares.first_mut() {
         first.drive.history = drive.history.take();
     }
     let work = |member: &mut Member<D>, share: &mut Share| {
         let _guard = shared.guard();
-        share.drive.go(member, &mut share.method, &mut share.course, 1, pauses)
+        share.drive.go(member, &mut share.method, &mut share.state, 1, pauses)
     };
     let ended = rayon::scope(|scope| {
         let mut all = members.iter_mut().zip(&mut shares);
@@ -157,19 +157,24 @@ fn together<const D: usize, P: Portion<D>>(
     let products = members.first().map_or(0, |member| member.products());
     if let Some(first) = shares.into_iter().next() {
         drive.history = first.drive.history;
-        *course = first.course;
+        *state = first.state;
     }
     drop(members);
     match ended {
         Some(_) => cpu.count(products - cpu.products_made()),
-        None => cpu.put_back(looks),
+        None => cpu.put_back(noted),
     }
     ended
 }
 
-fn share<const D: usize>(member: &Member<D>, drive: &Drive<Vec<f64>>, method: &Method, course: &Course<f64>) -> Share {
+fn share<const D: usize>(
+    member: &Member<D>,
+    drive: &Drive<Vec<f64>>,
+    method: &Method,
+    state: &SolveState<f64>,
+) -> Share {
     let rows = member.rows.clone();
-    Share { drive: drive.share(rows.clone()), method: method.share(rows), course: course.clone() }
+    Share { drive: drive.share(rows.clone()), method: method.share(rows), state: state.clone() }
 }
 
 #[cfg(test)]
@@ -208,32 +213,32 @@ mod tests {
         problem
     }
 
-    /// The course of a solve that pauses every `period` iterations, by so many members in each of its rounds.
+    /// A solve that pauses every `period` iterations, with this many members in each of its rounds.
     fn solve<const D: usize>(problem: &Problem<D>, period: u64, members: &[usize]) -> Solved {
         let (mut cpu, mut drive, mut method) = (Cpu::<D>::default(), Drive::default(), Method::new());
         cpu.rebuild(problem);
         cpu.import(&vec![0.1; problem.q.len()], &mut drive.at.x);
         drive.history = Some(Vec::new());
         let settings = Settings { tolerance: 1e-6, max_iterations: 400 };
-        let mut course = drive.begin(&mut cpu, &mut method, &settings);
-        let pauses = |standing: Standing| standing.iterations.is_multiple_of(period);
+        let mut state = drive.begin(&mut cpu, &mut method, &settings);
+        let pauses = |progress: Progress| progress.iterations.is_multiple_of(period);
         let mut rounds = members.iter().cycle();
         let status = loop {
             let ended = match rounds.next() {
-                Some(1) | None => drive.go(&mut cpu, &mut method, &mut course, 1, &pauses),
+                Some(1) | None => drive.go(&mut cpu, &mut method, &mut state, 1, &pauses),
                 Some(members) => {
                     // On a busy machine threads may be long in coming.
-                    let mut come = || together(*members, &mut cpu, &mut drive, &mut method, &mut course, &pauses);
+                    let mut come = || together(*members, &mut cpu, &mut drive, &mut method, &mut state, &pauses);
                     let work = || (0..TRIES).find_map(|_| come());
                     rayon::ThreadPoolBuilder::new().num_threads(*members).build().unwrap().install(work)
                 }
-                .unwrap_or_else(|| drive.go(&mut cpu, &mut method, &mut course, 1, &pauses)),
+                .unwrap_or_else(|| drive.go(&mut cpu, &mut method, &mut state, 1, &pauses)),
             };
             if let Some(status) = ended {
                 break status;
             }
         };
-        let ended = drive.end(&mut cpu, &course, status);
+        let ended = drive.end(&mut cpu, &state, status);
         let numbers = drive.at.x.iter().chain(&drive.at.g).map(|number| number.to_bits()).collect();
         Solved { ended, products: cpu.products_made(), numbers, history: drive.history }
     }

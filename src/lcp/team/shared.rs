@@ -1,15 +1,15 @@
 //! What the threads of a team exchange: vectors, sums of chunks, and a barrier.
 //!
 //! Numbers are exchanged as the bits of atomic integers, each written by one thread between two barriers and read by
-//! others after the second. Waiting threads spin, since a barrier comes every few microseconds, and give their core
-//! away after a while, for machines with other work.
+//! others after the second. Waiting threads spin, since a barrier comes every few microseconds, and after a while yield
+//! their core to other work.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-/// Looks at a barrier before a waiting thread gives its core away, some two microseconds. Two threads that the system
-/// puts on one core wait so long at each barrier: with 4,000 looks a hundred iterations took 38 ms there, not 3.
-const LOOKS: u32 = 100;
+/// Spins at a barrier before a waiting thread yields its core, some two microseconds. Two threads on one core wait this
+/// long at each barrier: with 4,000 spins a hundred iterations took 38 ms, not 3.
+const SPINS: u32 = 100;
 
 /// Most sums that are made at once.
 pub(super) const SUMS: usize = 6;
@@ -137,10 +137,10 @@ impl Shared {
             self.round.store(round.wrapping_add(1), Ordering::Release);
             return;
         }
-        let mut looks = 0;
+        let mut spins = 0;
         while self.round.load(Ordering::Acquire) == round {
-            if looks < LOOKS {
-                looks += 1;
+            if spins < SPINS {
+                spins += 1;
                 std::hint::spin_loop();
                 continue;
             }

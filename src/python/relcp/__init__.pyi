@@ -179,7 +179,7 @@ class StepReport:
 
     @property
     def pieces(self) -> int:
-        """Into how many pieces it was cut: 1 where it was taken at once."""
+        """The number of pieces that it was taken in: 1 for a whole step."""
 
     @property
     def waiting(self) -> int:

@@ -37,7 +37,7 @@ pub(super) struct Drawn<'a> {
     pub background: Background,
     /// Width and height in pixels of the picture that it stands for.
     pub size: [u32; 2],
-    /// Time and number of bodies, what the colours tell, and their scale; without it there are no words.
+    /// Time and number of bodies, the colour quantity, and their scale; without it there are no words.
     pub words: Option<(String, Quantity, Option<Scale>)>,
 }
 
@@ -123,7 +123,7 @@ fn scale_of_lengths(letters: &mut Letters<'_>, pixels_per_length: f64, border: f
     letters.write(&label, [border + 0.5 * bar, high - border - 2.5 * thick], Anchor::Middle);
 }
 
-/// What the colours tell, and their scale, in the lower right corner.
+/// The colour quantity and its scale, in the lower right corner.
 fn scale_of_colours(letters: &mut Letters<'_>, quantity: Quantity, scale: Option<Scale>, border: f32) {
     let Some([low, high_end]) = caption::ends(quantity, scale) else { return };
     let [wide, high] = letters.page.size;

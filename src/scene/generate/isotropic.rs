@@ -109,8 +109,8 @@ fn stopped(order: &Order, done: u64) -> SceneError {
     SceneError::new(FaultKind::Interrupted, format!("generate.{}.isotropic", order.rule), message)
 }
 
-/// A body at a place that is `free`, and the draws that it took; none also where `goes_on`, asked before each draw, says
-/// so.
+/// A body at a place that is `free`, and the draws that it took; none also where `goes_on`, asked before each draw,
+/// says so.
 fn place(
     order: &Order,
     shape: Shape,

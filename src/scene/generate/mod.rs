@@ -21,7 +21,8 @@ use glam::{DQuat, DVec3};
 /// Asked now and then, with the number of bodies placed so far, whether the placement goes on.
 type GoesOn<'a> = &'a mut dyn FnMut(usize) -> bool;
 
-/// Adds the bodies of the scene's rule `index`, inside of the walls; `groups` are the numbers of its components' groups.
+/// Adds the bodies of the scene's rule `index`, inside of the walls; `groups` are the numbers of its components'
+/// groups.
 pub(super) fn add(
     scene: &Scene,
     index: usize,

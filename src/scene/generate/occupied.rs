@@ -1,4 +1,4 @@
-//! Which places are taken already: bounding capsules in hash grids, one grid a size class.
+//! Occupied space: bounding capsules in hash grids, one grid for each size class.
 
 use crate::periodic::Periods;
 use crate::separation::{Placed, separation};

@@ -1,4 +1,4 @@
-//! Whether walls leave room for what a rule places: found before bodies are drawn, and said in words.
+//! Checks before placement that walls leave room for a rule's bodies.
 
 use super::super::error::{FaultKind, SceneError};
 use super::isotropic::{Order, reachable_fraction};

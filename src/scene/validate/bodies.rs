@@ -65,7 +65,7 @@ impl Scene {
         ];
         let mut given = given.into_iter().filter(|(_, given)| *given);
         if let (Some((first, _)), Some((second, _))) = (given.next(), given.next()) {
-            let message = format!("stands beside `{first}`, which sets the orientation too; leave one of them out");
+            let message = format!("conflicts with `{first}`, which sets the orientation too; omit one of them");
             return Err(SceneError::bad(key.field(second), message));
         }
         if let Some(axis) = body.axis {
@@ -132,7 +132,7 @@ impl Scene {
             let Some(velocity) = velocity else { continue };
             let key = key.field(name);
             if !self.dynamics.has_inertia() {
-                let message = "has no meaning without inertia; leave it out, or choose the inertial law";
+                let message = "has no meaning without inertia; omit it, or choose the inertial law";
                 return Err(SceneError::bad(key, message));
             }
             numbers(&key, &velocity)?;

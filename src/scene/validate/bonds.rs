@@ -112,7 +112,7 @@ impl Scene {
         for (end, body) in bond.bodies.into_iter().enumerate() {
             let Some(Bonded { shape, group, .. }) = self.bonded(body) else {
                 let count = self.body_count();
-                let message = format!("no body has the number {body}; the scene has {count}, counted from 0");
+                let message = format!("there is no body {body}; the scene has {count} bodies, counted from 0");
                 return Err(SceneError::bad(list.index(end), message));
             };
             if self.growth_of(group).is_some() && shape.growing_length().is_some() {
@@ -123,10 +123,10 @@ impl Scene {
             holds[end] = is_fixed(body, group);
         }
         if bond.bodies[0] == bond.bodies[1] {
-            return Err(SceneError::bad(list, "must be two bodies, not one twice"));
+            return Err(SceneError::bad(list, "must be two different bodies"));
         }
         if holds == [true, true] {
-            return Err(SceneError::bad(list, "are both fixed, so that the bond does nothing; leave it out"));
+            return Err(SceneError::bad(list, "are both fixed, so the bond does nothing; omit it"));
         }
         Ok(())
     }

@@ -31,7 +31,7 @@ impl Scene {
             return Err(SceneError::bad(shear.field("gradient"), message));
         }
         if self.dynamics.has_inertia() && self.dynamics.drag_beside_inertia().is_none() {
-            let message = "needs a resistance by which it carries bodies: give dynamics.inertial.drag, or choose the overdamped law";
+            let message = "needs drag to carry bodies: set dynamics.inertial.drag, or choose the overdamped law";
             return Err(SceneError::bad(key, message));
         }
         self.check_shapes_in_flow(&key)?;

@@ -106,12 +106,11 @@ impl Scene {
         let key = root.field("thermal");
         positive(&key.field("temperature"), thermal.temperature)?;
         if self.dynamics.has_inertia() && self.dynamics.drag_beside_inertia().is_none() {
-            let message =
-                "needs a resistance, which heat belongs to: give dynamics.inertial.drag, or choose the overdamped law";
+            let message = "needs drag: set dynamics.inertial.drag, or choose the overdamped law";
             return Err(SceneError::bad(key, message));
         }
         if self.time.stepping == Stepping::Midpoint {
-            let message = "random loads make steps with a middle no more exact; with `thermal`, leave it \"euler\"";
+            let message = "midpoint steps are no more exact with random loads; with `thermal`, leave it \"euler\"";
             return Err(SceneError::bad(root.field("time").field("stepping"), message));
         }
         Ok(())
@@ -169,7 +168,7 @@ pub(super) fn check_window(key: &Key, window: &Window) -> Result<(), SceneError>
     let Some(duty) = duty else { return Ok(()) };
     let key = key.field("duty");
     if period.is_none() {
-        return Err(SceneError::bad(key, "is a part of a period; give `period`, or leave it out"));
+        return Err(SceneError::bad(key, "is a part of a period; give `period`, or omit it"));
     }
     positive(&key, duty)?;
     if duty > 1.0 {

@@ -90,7 +90,7 @@ impl Scene {
             return Ok(());
         }
         let Some(cell) = self.periods().volume(self.planar) else {
-            let message = "is missing: only in a scene that is periodic along all its axes do number and cell say it";
+            let message = "is missing; only scenes that are periodic along all axes can omit it";
             return Err(SceneError::new(FaultKind::MissingKey, fraction_key, message));
         };
         let fraction = isotropic_volume(rule, self.planar) / cell;

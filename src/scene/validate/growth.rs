@@ -51,11 +51,11 @@ impl Scene {
         if growth.stop.is_some()
             && let Some(other) = before.iter().position(|other| other.stop.is_some())
         {
-            let message = format!("ends the run, and growth.{other} has one already; leave one of them out");
+            let message = format!("ends the run, and growth.{other} has one already; omit one of them");
             return Err(SceneError::bad(key.field("stop"), message));
         }
         if before.first().is_some_and(|first| first.on_no_room != growth.on_no_room) {
-            let message = "is of the run and differs from that of growth.0; give all entries the same";
+            let message = "applies to the whole run, but differs from growth.0; give all entries the same";
             return Err(SceneError::bad(key.field("on_no_room"), message));
         }
         Ok(())
@@ -209,7 +209,7 @@ fn noise(key: &Key, value: f64, most: f64, why: &str) -> Result<(), SceneError> 
 
 fn check_stop(key: &Key, stop: &Stop) -> Result<(), SceneError> {
     if *stop == Stop::default() {
-        return Err(SceneError::bad(key, "must say at which population, time or radius"));
+        return Err(SceneError::bad(key, "must have a population, time or radius"));
     }
     if stop.population == Some(0) {
         return Err(SceneError::bad(key.field("population"), "must be at least 1"));

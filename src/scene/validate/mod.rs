@@ -42,14 +42,12 @@ pub const SMALLEST_QUATERNION: f64 = 1e-6;
 const MAX_NAME_BYTES: usize = 128;
 
 impl Scene {
-    /// Whether this scene can be run: numbers finite and in range, sizes positive, settings possible alone and
-    /// together.
+    /// Checks that this scene can be run: numbers finite and in range, sizes positive, settings consistent.
     ///
-    /// Scenes that were read are already validated; a scene built in code is validated by this (and by
-    /// [`Scene::build`]).
+    /// Scenes from files are already validated; this (and [`Scene::build`]) validates scenes made in code.
     ///
     /// # Errors
-    /// [`SceneError`] with the key of the first fault found; its place is known only to the reader.
+    /// [`SceneError`] with the key of the first fault; only the reader knows its location.
     pub fn validate(&self) -> Result<(), SceneError> {
         let root = &Key::ROOT;
         self.check_name(root)?;
@@ -149,7 +147,7 @@ impl Scene {
                 let known = MEASURES.join(", ");
                 return Err(SceneError::bad(
                     key.index(i),
-                    format!("there is no measure {name:?}; the measures are {known}"),
+                    format!("unknown measure {name:?}; the measures are {known}"),
                 ));
             }
             if names[..i].contains(name) {

@@ -37,10 +37,7 @@ impl Scene {
             self.check_length(&key, length)?;
         }
         if periodic.lengths == [None; 3] {
-            return Err(SceneError::bad(
-                key,
-                "must name the period of at least one axis; leave `periodic` out for none",
-            ));
+            return Err(SceneError::bad(key, "must name the period of at least one axis; omit `periodic` for none"));
         }
         self.check_strain(root, periodic)?;
         self.check_shear(root, periodic)?;
@@ -108,7 +105,7 @@ impl Scene {
             for axis in (0..3).filter(|axis| periods.lengths()[*axis].is_some()) {
                 if wall.surfaces(self.planar).iter().any(|surface| ends(surface, axis)) {
                     let message = format!(
-                        "ends space along {}, where the scene is periodic; a wall stands along every periodic axis, as a channel across another one",
+                        "ends space along {}, where the scene is periodic; walls must be parallel to every periodic axis",
                         AXES[axis]
                     );
                     return Err(SceneError::bad(root.field("walls").index(i).field(wall.name()), message));

@@ -18,9 +18,9 @@ impl Scene {
             let given: Vec<&str> = named(rule).collect();
             match given.as_slice() {
                 [_] => {}
-                [] => return Err(SceneError::bad(key, "must say `outside`, `inside` or `rate`")),
+                [] => return Err(SceneError::bad(key, "must have `outside`, `inside` or `rate`")),
                 [first, second, ..] => {
-                    let message = format!("stands beside `{first}`; a rule has one of them, so make it two rules");
+                    let message = format!("conflicts with `{first}`: a rule has only one of them; make two rules");
                     return Err(SceneError::bad(key.field(second), message));
                 }
             }
@@ -51,7 +51,7 @@ impl Scene {
     }
 }
 
-/// What a rule says.
+/// The settings of a rule.
 fn named(rule: &Removal) -> impl Iterator<Item = &'static str> {
     let given = [("outside", rule.outside.is_some()), ("inside", rule.inside.is_some()), ("rate", rule.rate.is_some())];
     given.into_iter().filter(|(_, given)| *given).map(|(name, _)| name)

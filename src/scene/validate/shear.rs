@@ -25,18 +25,18 @@ impl Scene {
         for (name, axis) in [("direction", shear.direction), ("gradient", shear.gradient)] {
             if cell.lengths[axis.index()].is_none() {
                 let message = format!(
-                    "must be an axis with a period: give periodic.lengths.{} a length, or leave `shear` out and give the fluid a `flow`",
+                    "must be an axis with a period: give periodic.lengths.{} a length, or omit `shear` and give the fluid a `flow`",
                     axis.index()
                 );
                 return Err(SceneError::bad(key.field(name), message));
             }
         }
         if cell.strain_rate.is_some() {
-            let message = "is of a cell whose lengths stay; leave out `shear` or `strain_rate`";
+            let message = "needs constant lengths; omit `shear` or `strain_rate`";
             return Err(SceneError::bad(key, message));
         }
         if self.flow.is_some() {
-            let message = "brings the flow of its own rate with it, which carries all images alike; leave out `flow`";
+            let message = "already has a flow of its own rate; omit `flow`";
             return Err(SceneError::bad(key, message));
         }
         self.check_goes_with_cell(root, &key, "shear")?;
@@ -53,7 +53,7 @@ impl Scene {
         let (parted, most) = (rate.abs() * self.time.dt * longest, MOST_PARTED * self.thinnest());
         if parted > most {
             let message = format!(
-                "parts the ends of the longest body by {parted} in a step; at most {most}, an eighth of the thinnest body: a smaller time.dt helps",
+                "separates the ends of the longest body by {parted} in a step; at most {most}, an eighth of the thinnest body: a smaller time.dt helps",
                 parted = short(parted),
                 most = at_most(most)
             );

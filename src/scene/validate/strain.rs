@@ -22,11 +22,11 @@ impl Scene {
             self.check_rate(root, &key, cell, axis)?;
         }
         if self.dynamics.has_inertia() && self.dynamics.drag_beside_inertia().is_none() {
-            let message = "needs a resistance by which the cell's flow carries bodies: give dynamics.inertial.drag, or choose the overdamped law";
+            let message = "needs drag for the cell's flow to carry bodies: set dynamics.inertial.drag, or choose the overdamped law";
             return Err(SceneError::bad(key, message));
         }
         if self.flow.is_some() {
-            let message = "is a flow of its own; leave out `flow`, or let the cell be as it is";
+            let message = "already has a flow; omit `flow`, or let the cell be as it is";
             return Err(SceneError::bad(key, message));
         }
         self.check_goes_with_cell(root, &key, "strain_rate")?;
@@ -37,17 +37,17 @@ impl Scene {
     pub(super) fn check_goes_with_cell(&self, root: &Key, key: &Key, name: &str) -> Result<(), SceneError> {
         if self.time.stepping == Stepping::Midpoint {
             let message = format!(
-                "steps with a middle take contacts through a changing cell's sides no more exactly; with `periodic.{name}`, leave it \"euler\""
+                "midpoint steps are no more exact for contacts through a changing cell's sides; with `periodic.{name}`, leave it \"euler\""
             );
             return Err(SceneError::bad(root.field("time").field("stepping"), message));
         }
         if self.fixed().any() {
-            let message = "carries every image of a body apart, which a fixed body cannot follow; leave out `fixed`";
+            let message = "carries every image of a body apart, which a fixed body cannot follow; omit `fixed`";
             return Err(SceneError::bad(key, message));
         }
         if let Some((i, force)) = self.forces.iter().enumerate().find(|(_, force)| force.trap().is_some()) {
             let message = format!(
-                "draws to one place, whose images a changing cell would carry away; leave it out, or `periodic.{name}`"
+                "draws to one place, whose images a changing cell would carry away; omit it, or `periodic.{name}`"
             );
             return Err(SceneError::bad(root.field("forces").index(i).field(force.name()), message));
         }

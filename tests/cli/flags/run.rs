@@ -100,7 +100,7 @@ fn checkpoint_every(place: &Place, _: &str) {
 
 fn max_wall(place: &Place, _: &str) {
     let stopped = ran(place, "run", &["--max-wall", "0"]).expect(130);
-    assert!(stopped.err.contains("go on with: relcp run --resume"), "{stopped:#?}");
+    assert!(stopped.err.contains("continue with: relcp run --resume"), "{stopped:#?}");
     ran(place, "run", &["--max-wall", "600"]).expect(0);
 }
 

@@ -29,7 +29,8 @@ struct Account {
 }
 
 impl Energy {
-    /// Where a scene's energy can be told: it has inertia, no growth, walls that stand, and forces with a linear potential only.
+    /// Where a scene's energy can be told: it has inertia, no growth, walls that stand, and forces with a linear
+    /// potential only.
     pub(super) fn of(scene: &Scene) -> Option<Energy> {
         let Dynamics::Inertial { density, drag: None } = scene.dynamics else { return None };
         let groups = scene.group_names();

@@ -25,7 +25,7 @@ pub enum End {
     Panic(String),
 }
 
-/// What a run came to.
+/// The summary of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figures {
     /// Bodies at the end.

@@ -22,7 +22,7 @@ pub struct Start {
 pub struct Pull {
     /// Where to.
     pub centre: DVec3,
-    /// Force over distance.
+    /// Its stiffness, force over distance.
     pub stiffness: f64,
 }
 

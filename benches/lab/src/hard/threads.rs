@@ -4,8 +4,8 @@ use crate::StudyError;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// What `work` makes of each number below `count`, in the order of the numbers, by so many threads at once. The loops of
-/// each run have one thread.
+/// What `work` makes of each number below `count`, in the order of the numbers, by so many threads at once. The loops
+/// of each run have one thread.
 ///
 /// # Errors
 /// [`StudyError::Threads`].

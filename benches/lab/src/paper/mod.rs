@@ -6,18 +6,18 @@ pub mod chainmail;
 pub mod colony;
 mod columns;
 pub mod compaction;
-mod course;
 pub mod jitter;
 mod measured;
 mod norms;
 pub mod packing;
+mod summary;
 mod target;
 pub mod two_ellipsoids;
 
 pub use census::{Census, Count};
-pub use course::{Course, Window, follow, follow_with, method_name};
 pub use measured::Measured;
 pub use norms::{Cost, Reached, cost_at, extrapolated, l2, order};
+pub use summary::{RunSummary, Window, follow, follow_with, method_name};
 pub use target::Target;
 pub(super) use target::table as target_table;
 

@@ -158,7 +158,7 @@ pub enum Precision {
     F64,
 }
 
-/// More threads than this are a slip of the pen.
+/// More threads than this are taken for a typing error.
 const MOST_THREADS: i64 = 1024;
 
 /// A number above zero.

@@ -45,10 +45,10 @@ pub fn beside_the_cpu(arguments: &Arguments, scene: &Scene) -> Result<Option<Com
     }
 }
 
-/// The CPU, if nothing is asked for that it has not.
+/// The CPU, if it supports all options.
 pub fn cpu(arguments: &Arguments) -> Result<Compute, LabError> {
     if arguments.precision == Some(Wanted::F32) {
-        return Err(LabError::Usage("the CPU computes in f64; leave --precision out, or say --backend gpu".into()));
+        return Err(LabError::Usage("the CPU computes in f64; omit --precision, or use --backend gpu".into()));
     }
     if arguments.adapter.is_some() {
         return Err(LabError::Usage(

@@ -36,7 +36,7 @@ pub fn device(arguments: &Arguments) -> Result<Found, LabError> {
     let text = write(&study, arguments, &folder)?;
     let skipped = study.results().skipped.len();
     if skipped > 0 {
-        say(arguments, &format!("{skipped} left out; the same command goes on with them"));
+        say(arguments, &format!("{skipped} left out; the same command continues with them"));
     }
     Ok(Found { text, numbers: value(study.results())?, missed: study.missed(), interrupted: interrupt.asked() })
 }

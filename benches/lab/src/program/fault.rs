@@ -1,4 +1,4 @@
-//! Exit statuses, and what leads to them.
+//! Exit statuses and their causes.
 
 use miette::Diagnostic;
 use relcp::gpu::GpuError;

@@ -5,7 +5,7 @@ use super::output;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether the user has asked to stop.
+/// Whether the user has requested a stop.
 pub struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {

@@ -1,4 +1,4 @@
-//! Births on several processes: each divides its own cells, and all number the daughters as one process would.
+//! Births on several processes: each divides its own cells, and the daughters are numbered as one process would.
 
 use super::Domain;
 use crate::backend::cpu::start::Start;
@@ -7,21 +7,21 @@ use crate::step::{Divided, State};
 /// The bodies that an attempt begins with.
 #[derive(Default)]
 pub(super) struct Births {
-    /// The numbers of the own ones, ascending: daughters come last.
+    /// The global indices of the own ones, ascending: daughters come last.
     pub numbers: Vec<u32>,
     /// How many there are on all processes.
     pub all: usize,
 }
 
 impl Domain {
-    /// Gives the daughters of the own cells their numbers and ids among all. `mothers` are the places of those that
-    /// divided among the own bodies of `start`, to the end of which one daughter of each was added.
+    /// Gives the daughters of own cells their global indices and ids. `mothers` are indices of the own bodies of
+    /// `start` that divided; one daughter of each is at the end of `start`.
     pub(super) fn number_daughters(&mut self, start: &mut Start, state: &State, mothers: &[usize]) {
         let Some(part) = &self.part else { return };
         let own: Vec<usize> = part.own().collect();
         let mut numbers: Vec<u32> = own.iter().map(|i| part.members[*i]).collect();
         let dividing: Vec<u64> = mothers.iter().map(|mother| u64::from(numbers[*mother])).collect();
-        let mut births = self.processes.gather(&dividing);
+        let mut births = self.processes.all_gather(&dividing);
         births.sort_unstable();
         for (k, mother) in mothers.iter().enumerate() {
             let rank = births.partition_point(|other| *other < u64::from(numbers[*mother]));

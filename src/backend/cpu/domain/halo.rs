@@ -1,8 +1,8 @@
-//! Which bodies of other processes those of this one may meet in a step.
+//! The halo: bodies of other processes that this process's bodies may meet in a step.
 //!
-//! Each process tells all others the box about its own bodies. It sends each of its bodies to the processes whose box
-//! that body's own box touches, so that a pair of touching boxes is with the owners of both bodies. Bonds lead farther:
-//! what they need is asked for.
+//! Each process sends all others the bounding box of its own bodies. It sends each of its bodies to the processes whose
+//! box that body's box touches. So both owners of a pair of touching boxes have both bodies. Bonds reach farther: a
+//! process requests the bodies that its bonds need.
 
 use super::members::{MEMBER, Member, Members};
 use crate::bodies::Bodies;
@@ -27,7 +27,7 @@ pub(super) struct Halo {
 }
 
 impl Halo {
-    /// About the `own` bodies. `bonds` are the ids of the bodies of the scene's bonds that hold.
+    /// The halo of the `own` bodies. `bonds` are the ids of the bodies of the scene's unbroken bonds.
     pub fn new(processes: Processes, own: Members, periods: Periods, cutoff: f64, bonds: &[[u64; 2]]) -> Self {
         let rank = processes.rank() as u32;
         let like = own.bodies.none_like();
@@ -41,13 +41,13 @@ impl Halo {
         let touched: BTreeSet<u32> = touching.iter().flatten().copied().collect();
         let stays = |i: usize| near.owner[i] == rank || touched.contains(&near.known[i].number);
         near.retain(&(0..near.len()).map(stays).collect::<Vec<bool>>());
-        // The pairs that are a reason to exchange velocities.
+        // The pairs that need an exchange of velocities.
         let mut reasons = touching.clone();
         if !bonds.is_empty() {
             let bonded = Bonded::new(processes, &near, bonds);
             near = bonded.complete(processes, near, &like, |owner| owner == rank);
             reasons.extend(bonded.pairs(&near));
-            // The loads on bodies of the halo are computed here too: where their bonds lead to is known, no more.
+            // The loads on halo bodies are computed on this process too, so it needs their partners in bonds.
             near = bonded.complete(processes, near, &like, |_| true);
         }
         let (mut out, mut into) = (Vec::new(), Vec::new());
@@ -72,19 +72,19 @@ impl Halo {
     }
 }
 
-/// The box in which body `i` stays, with its centre here, and half the cutoff.
+/// The box in which body `i` stays in the step, widened by half the cutoff.
 fn widened(members: &Members, i: usize, centre: DVec3, cutoff: f64) -> Aabb {
     let wide = DVec3::splat(0.5 * cutoff + members.known[i].way);
     Aabb::from_centre(centre, members.bodies.shape[i].half_extents(members.bodies.orientation[i]) + wide)
 }
 
-/// The own bodies, and those of others whose boxes touch the box about all own ones.
+/// The own bodies, and others whose boxes touch the bounding box of the own ones.
 fn with_near(processes: Processes, own: Members, periods: Periods, cutoff: f64, like: &Bodies) -> Members {
     let none = Aabb { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
     let of_own = (0..own.len()).map(|i| widened(&own, i, periods.wrapped(own.bodies.position[i]).0, cutoff));
     let hull = of_own.fold(none, |hull, aabb| Aabb { min: hull.min.min(aabb.min), max: hull.max.max(aabb.max) });
     let mut hulls = vec![0.0; 6 * processes.size()];
-    processes.gather_even(&[hull.min.to_array(), hull.max.to_array()].concat(), &mut hulls);
+    processes.all_gather_even(&[hull.min.to_array(), hull.max.to_array()].concat(), &mut hulls);
     let corners = |[a, b, c, d, e, f]: &[f64; 6]| Aabb { min: DVec3::new(*a, *b, *c), max: DVec3::new(*d, *e, *f) };
     let others: Vec<(usize, Aabb)> = hulls.as_chunks::<6>().0.iter().map(corners).enumerate().collect();
     let of_others = |(process, hull): &&(usize, Aabb)| *process != processes.rank() && hull.is_proper();
@@ -97,7 +97,7 @@ fn with_near(processes: Processes, own: Members, periods: Periods, cutoff: f64, 
             }
         }
     }
-    let come = processes.deliver(lists);
+    let come = processes.all_to_all(lists);
     Members::new(own.into_words().into_iter().chain(arrived(&come)).collect(), like)
 }
 
@@ -111,14 +111,14 @@ pub(super) fn arrived(come: &[Vec<u64>]) -> impl Iterator<Item = Member> + '_ {
 /// Bodies that bonds hold, by their ids.
 struct Bonded {
     rank: u32,
-    /// The ids that a body has bonds with.
+    /// The ids of a body's partners in bonds.
     partners: BTreeMap<u64, Vec<u64>>,
-    /// Whose a bonded body is.
+    /// The owner of a bonded body.
     owner: BTreeMap<u64, u32>,
 }
 
 impl Bonded {
-    /// Of the bodies that are in the halos of all processes, which must ask together.
+    /// The bonds of the bodies in the halos of all processes. Collective.
     fn new(processes: Processes, members: &Members, bonds: &[[u64; 2]]) -> Self {
         let mut partners: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
         for [a, b] in bonds {
@@ -128,7 +128,7 @@ impl Bonded {
         let rank = processes.rank() as u32;
         let own = (0..members.len()).filter(|i| members.owner[*i] == rank).map(|i| members.bodies.lineage[i].id);
         let own: Vec<u64> = own.filter(|id| partners.contains_key(id)).flat_map(|id| [id, u64::from(rank)]).collect();
-        let all = processes.gather(&own);
+        let all = processes.all_gather(&own);
         let owner = all.as_chunks::<2>().0.iter().map(|[id, process]| (*id, *process as u32)).collect();
         Bonded { rank, partners, owner }
     }
@@ -137,7 +137,7 @@ impl Bonded {
         self.partners.get(&id).into_iter().flatten().copied()
     }
 
-    /// Asks the owners for the bodies that bonds of members of these owners lead to, and are not here.
+    /// Requests from their owners the missing partners in bonds of the members that belong to processes `of`.
     fn complete(&self, processes: Processes, members: Members, like: &Bodies, of: impl Fn(u32) -> bool) -> Members {
         let line = &members.bodies.lineage;
         let here: BTreeMap<u64, usize> = line.iter().zip(0..).map(|(line, i)| (line.id, i)).collect();
@@ -150,14 +150,14 @@ impl Bonded {
                 asked[*owner as usize].push(id);
             }
         }
-        let wanted = processes.deliver(asked);
+        let wanted = processes.all_to_all(asked);
         let answer = |ids: Vec<u64>| ids.iter().filter_map(|id| here.get(id)).flat_map(|i| members.words(*i)).collect();
-        let come = processes.deliver(wanted.into_iter().map(answer).collect());
+        let come = processes.all_to_all(wanted.into_iter().map(answer).collect());
         let come: Vec<Member> = arrived(&come).collect();
         Members::new(members.into_words().into_iter().chain(come).collect(), like)
     }
 
-    /// The bonded pairs of numbers with a body here.
+    /// The bonded pairs with an own body, as global indices.
     fn pairs(&self, members: &Members) -> Vec<[u32; 2]> {
         let line = &members.bodies.lineage;
         let number: BTreeMap<u64, u32> =

@@ -1,4 +1,4 @@
-//! Bodies with what processes know of them, and the words in which they go from one process to another.
+//! Bodies with what processes know of them, and how they are packed into words for messages.
 
 use crate::bodies::{Bodies, Lineage, kept};
 use crate::shape::Shape;
@@ -10,23 +10,23 @@ pub(super) const BODY: usize = 23;
 /// Words of a [`Member`].
 pub(super) const MEMBER: usize = 4 + BODY;
 
-/// What is known of a body of a step, beside the body.
+/// What processes know of a body of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Known {
-    /// Its number among all bodies.
+    /// Its global index.
     pub number: u32,
-    /// Its place among all, block by block.
+    /// Its position in the global block order.
     pub place: u32,
     /// How far it may go in the step.
     pub way: f64,
-    /// What slows its growth, where something does.
+    /// The pressure that slows its growth.
     pub pressure: f64,
 }
 
-/// A body on its way: its owner, and its words.
+/// A body in a message: its owner and its words.
 pub(super) type Member = (u32, [u64; MEMBER]);
 
-/// Some bodies of a step, in the order of their numbers.
+/// Some bodies of a step, by global index.
 #[derive(Debug, Default)]
 pub(super) struct Members {
     pub known: Vec<Known>,
@@ -35,7 +35,7 @@ pub(super) struct Members {
 }
 
 impl Members {
-    /// From words, in any order; `like` has what belongs to no body.
+    /// Unpacks words, in any order; `like` has the data that belongs to no body.
     pub fn new(mut words: Vec<Member>, like: &Bodies) -> Self {
         words.sort_unstable_by_key(|(_, words)| words[0]);
         let mut members = Members { known: Vec::new(), owner: Vec::new(), bodies: like.none_like() };
@@ -63,14 +63,14 @@ impl Members {
         (0..self.len()).map(|i| (self.owner[i], self.words(i))).collect()
     }
 
-    /// Leaves those that are to be kept, a flag each.
+    /// Keeps the flagged ones.
     pub fn retain(&mut self, keep: &[bool]) {
         kept(&mut self.known, keep);
         kept(&mut self.owner, keep);
         self.bodies.retain(keep);
     }
 
-    /// The place here of the body of a number.
+    /// The local index of a body.
     pub fn find(&self, number: u32) -> Option<usize> {
         self.known.binary_search_by_key(&number, |known| known.number).ok()
     }
@@ -99,7 +99,7 @@ pub(super) fn pack(bodies: &Bodies, i: usize) -> [u64; BODY] {
     [tag.into(), a, b, c, x, y, z, p, q, r, s, u, v, w, k, l, m, group, id, parent, birth, generation, length]
 }
 
-/// Adds the body of these words; not one of a custom shape, with which processes do not begin.
+/// Adds the body of these words. Custom shapes are refused before.
 pub(super) fn push(bodies: &mut Bodies, words: &[u64; BODY]) {
     let [tag, a, b, c, x, y, z, p, q, r, s, u, v, w, k, l, m, group, line @ ..] = *words;
     let of = |words: [u64; 3]| DVec3::from_array(words.map(f64::from_bits));

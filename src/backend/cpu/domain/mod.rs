@@ -1,16 +1,16 @@
-//! A process's domain of a step that several processes take: some blocks of near bodies ([`crate::bisection`]), and the
-//! bodies of others that its own may meet in the step, its halo.
+//! The domain of one of several processes in a step: some blocks of near bodies ([`crate::bisection`]), and a halo, the
+//! bodies of other processes that its own bodies may meet in the step.
 //!
-//! Between two steps a process has its own bodies and copies of those that their pairs are with (`part`). It grows its
-//! own; all processes number the daughters together (`births`). Then all bodies are cut into blocks anew (`order`),
-//! go to the processes that have their blocks from now on (`sharing`), and to those whose bodies they may meet
+//! Between two steps a process has its own bodies and copies of their partners in pairs (`part`). It grows its own
+//! bodies; all processes number the daughters together (`births`). Then all bodies are cut into blocks (`order`) and
+//! sent to the processes that own these blocks in the step (`sharing`) and to those whose bodies they may meet
 //! (`halo`). Each process takes the step with its domain and halo as one process takes a step of all bodies. A pair
-//! with an own body is its pair, so that a pair across a border is with both. Exchanged are velocities of bodies in
-//! others' halos, and numbers of all (`lcp::domain`; faults, overlaps). Whoever asks for the state gathers it.
+//! across a border is a pair of both processes. They exchange the velocities of halo bodies and global sums and
+//! maxima (`lcp::domain`; faults, overlaps). The state is gathered when it is requested.
 //!
-//! The halo is sound: each body's box with half the cutoff is widened by its own way, which is somewhat more than it
-//! went last. Two bodies whose widened boxes do not touch cannot meet while both stay in them, of whatever size they
-//! are. The owner of a body sees whether it does. Where one did not, all take the step anew with wider boxes.
+//! The halo is sufficient: each body's box with half the cutoff is widened by `way`, somewhat more than the body went
+//! in the last step. Two bodies whose widened boxes do not touch cannot meet while both stay in them. The owner of a
+//! body checks that it does. If a body leaves its box, all processes retry the step with wider boxes.
 
 mod births;
 mod halo;
@@ -23,7 +23,7 @@ mod troubles;
 mod whole;
 
 pub(crate) use part::Part;
-pub(crate) use team::{Given, shares};
+pub(crate) use team::{LocalState, shares};
 
 use super::setup::Setup;
 use super::start::Start;
@@ -44,57 +44,57 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 /// Fewest bodies for each process: two blocks. An iteration on the rows of so many cells takes some 8 microseconds, and
-/// its five exchanges as much where a message takes one to two. Where there are more processes than that, the last ones
-/// have no bodies and only follow the sums.
+/// its five exchanges take as much if a message takes one to two. With more processes, the last ones have no bodies and
+/// only take part in the sums.
 const LEAST_BODIES: usize = 2 * MOST_IN_A_BLOCK;
 
-/// How much farther than in the last step a body may go before the step is made anew. It changes no result.
+/// How much farther than in the last step a body may go before the step is retried. It changes no result.
 const MARGIN: f64 = 1.5;
 
-/// The processes that take steps together, and what this one has of them: a [`Team`](super::team::Team) of several.
+/// One of several processes that take steps together: a [`Team`](super::team::Team).
 pub struct Domain {
     processes: Processes,
-    /// Whether steps may be shared out; else each process takes them alone.
+    /// Whether steps may be distributed; otherwise each process computes all of them.
     shares: bool,
-    /// What this process has of the last accepted state; none where all processes have all of it.
+    /// This process's part of the last accepted state; none if every process has all of it.
     part: Option<Part>,
     step: Option<Step>,
-    /// Steps are taken by everyone alone.
-    resting: bool,
-    /// Whether the present attempt is to be made anew, and how far bodies may go then, by their numbers.
-    anew: bool,
+    /// Whether each process computes the whole step for now.
+    alone: bool,
+    /// Whether to retry the present attempt, and how far bodies may go then, by global index.
+    retry: bool,
     ways: BTreeMap<u32, f64>,
-    /// The bodies that the present attempt begins with, and the mothers of those that are new: of own bodies.
+    /// The own bodies that the present attempt begins with, and the own mothers that divide in it.
     births: Births,
     dividing: Vec<Divided>,
-    /// The mothers that divided in the last step, where that was shared out.
+    /// The mothers that divided in the last step, if it was distributed.
     divided: Option<Vec<Divided>>,
-    /// The whole state where someone has asked for it: of rank 0, and the bodies on all processes.
-    gathered: OnceLock<State>,
-    everywhere: OnceLock<Bodies>,
-    /// The lines of all bodies before the last step, where that began with parts and ended whole.
+    /// The whole state, once gathered on rank 0, and all bodies, once gathered on all processes.
+    whole_state: OnceLock<State>,
+    all_bodies: OnceLock<Bodies>,
+    /// The lineages of all bodies before the last step, if it began distributed and ended whole.
     lines_before: Option<Vec<Lineage>>,
 }
 
-/// A step that is shared out.
+/// A distributed step.
 struct Step {
     part: Part,
     boxes: Vec<Aabb>,
     pairs: Vec<[u32; 2]>,
-    /// Which processes had the own bodies before, in their order.
+    /// The former owners of the own bodies, in their order.
     from: Vec<u32>,
-    /// How far own bodies went beyond what they would fill at rest.
+    /// How far own bodies went beyond their boxes at rest.
     went: Vec<f64>,
 }
 
-/// What a process has taken up of a step.
-struct Taken {
+/// A process's part of a distributed step.
+struct Assigned {
     places: Places,
     domain: domain::Domain,
     warm: Vec<Warm>,
 }
 
-/// How many processes share so many bodies; none where that is not worth it.
+/// How many processes share so many bodies; none if one process is faster.
 pub(crate) fn among(processes: Processes, bodies: usize) -> Option<usize> {
     Some(processes.size().min(bodies / LEAST_BODIES)).filter(|sharing| *sharing >= 2)
 }
@@ -106,33 +106,33 @@ impl Domain {
             shares,
             part,
             step: None,
-            resting: false,
-            anew: false,
+            alone: false,
+            retry: false,
             ways: BTreeMap::new(),
             births: Births::default(),
             dividing: Vec::new(),
             divided: None,
-            gathered: OnceLock::new(),
-            everywhere: OnceLock::new(),
+            whole_state: OnceLock::new(),
+            all_bodies: OnceLock::new(),
             lines_before: None,
         }
     }
 
-    /// The number of a body of the domain among all bodies.
+    /// The global index of a body of the domain.
     fn number(&self, body: usize) -> usize {
         self.step.as_ref().map_or(body, |step| step.part.members[body] as usize)
     }
 
-    /// How many processes share the next step, if that is worth it.
+    /// How many processes share the next step; none if one process is faster.
     fn sharing(&self, state: &State) -> Option<usize> {
         let bodies = self.part.as_ref().map_or(state.bodies.len(), |part| part.all);
-        among(self.processes, bodies).filter(|_| self.shares && !self.resting)
+        among(self.processes, bodies).filter(|_| self.shares && !self.alone)
     }
 
-    /// Begins a step: each process has a part of the state where it is to be shared out, else all of it. Says which.
+    /// Begins a step. Returns whether it is distributed: then each process has a part of the state, else all of it.
     fn take_up(&mut self, state: &mut State) -> bool {
-        (self.step, self.anew) = (None, false);
-        self.forget_gathered();
+        (self.step, self.retry) = (None, false);
+        self.drop_gathered();
         if self.sharing(state).is_none() {
             self.make_whole(state);
             return false;
@@ -141,12 +141,12 @@ impl Domain {
         true
     }
 
-    /// What is remembered of pairs, by the places of their bodies in the part.
+    /// The warm start, with indices of bodies in the part.
     fn by_place(&self, warm: &[Warm]) -> Vec<Warm> {
         self.part.as_ref().map_or_else(Vec::new, |part| part.by_place(warm))
     }
 
-    /// Leaves of the bodies of `start` those of this process, which it grows.
+    /// Keeps in `start` the bodies that this process owns and grows.
     fn leave_own(&self, start: &mut Start) {
         let Some(part) = &self.part else { return };
         let own: Vec<bool> = (0..part.members.len()).map(|i| part.is_own(i)).collect();
@@ -154,9 +154,9 @@ impl Domain {
         kept(&mut start.pressures, &own);
     }
 
-    /// Shares out the step that begins with the own bodies of all processes in `start`: leaves of them what is for this
-    /// process, with its halo, and of what is remembered too.
-    fn share(&mut self, setup: &Setup, start: &mut Start, state: &State) -> Option<Taken> {
+    /// Distributes the step that begins with the own bodies of all processes in `start`. `start` keeps the bodies of
+    /// this process's domain and halo.
+    fn share(&mut self, setup: &Setup, start: &mut Start, state: &State) -> Option<Assigned> {
         let sharing = self.sharing(state)?;
         let (processes, part) = (self.processes, self.part.as_ref()?);
         let bodies = std::mem::take(&mut start.bodies);
@@ -171,10 +171,10 @@ impl Domain {
             let wider = self.ways.get(&numbers[i]).copied().unwrap_or(0.0);
             *way = way.max(part::least_way(&bodies, i)).max(wider);
         }
-        let here = (numbers.as_slice(), &bodies);
-        let shared = Sharing::new(processes, here, start.periods, &work, (sharing, all));
+        let local = (numbers.as_slice(), &bodies);
+        let shared = Sharing::new(processes, local, start.periods, &work, (sharing, all));
         let warm = shared.hand_over(processes, part, &state.warm);
-        let (own, from) = shared.send(processes, here, &way, &start.pressures);
+        let (own, from) = shared.send(processes, local, &way, &start.pressures);
         let own = Members::new(own, &bodies);
         let bonded = !setup.bonds.is_empty() && !start.parting;
         let bonds = if bonded { setup.bonds.holding(&bodies.broken_bonds) } else { Vec::new() };
@@ -182,14 +182,14 @@ impl Domain {
         Some(self.take(halo, from, (shared, warm, setup.walls.len()), start))
     }
 
-    /// Takes up a domain with its halo.
+    /// Installs a domain with its halo.
     fn take(
         &mut self,
         halo: Halo,
         from: Vec<u32>,
         (shared, warm, walls): (Sharing, Vec<Warm>, usize),
         start: &mut Start,
-    ) -> Taken {
+    ) -> Assigned {
         let Halo { members, boxes, pairs, out, into } = halo;
         let rank = self.processes.rank() as u32;
         let all = shared.all;
@@ -209,7 +209,7 @@ impl Domain {
         start.bodies = members.bodies;
         start.pressures = known.iter().map(|known| known.pressure).collect();
         log::debug!(
-            "process {rank}: {} bodies of {} and {} in the halo, {} pairs",
+            "rank {rank}: {} bodies of {} and {} in the halo, {} pairs",
             from.len(),
             part.all,
             known.len() - from.len(),
@@ -217,10 +217,10 @@ impl Domain {
         );
         let warm = part.by_place(&warm);
         self.step = Some(Step { went: vec![0.0; known.len()], part, boxes, pairs, from });
-        Taken { places, domain, warm }
+        Assigned { places, domain, warm }
     }
 
-    /// Where the bodies of the domain stand among all, for the order of rows.
+    /// The positions of the domain's bodies in the global block order, for the order of rows.
     fn places(&self, members: &Members, shared: Sharing, walls: usize) -> (Places, domain::Domain) {
         let (among, count) = (|body: &u32| members.known[*body as usize].place, members.len() as u32);
         let mut by_place: Vec<u32> = (0..count).collect();
@@ -247,8 +247,8 @@ impl Domain {
         (Places { place, blocks }, domain)
     }
 
-    /// Whether all bodies of all processes, whose boxes these are now, are in their widened boxes; where some are not,
-    /// the attempt is to be made anew.
+    /// Whether the bodies of all processes, with these boxes, are still in their widened boxes. If not, the attempt
+    /// will be retried.
     fn contains(&mut self, boxes: &[Aabb]) -> bool {
         let Some(step) = &mut self.step else { return true };
         let mut fits = true;
@@ -259,24 +259,24 @@ impl Domain {
             fits &= stored.contains(aabb);
         }
         let mut all = vec![0_u64; self.processes.size()];
-        self.processes.gather_even(&[u64::from(!fits)], &mut all);
+        self.processes.all_gather_even(&[u64::from(!fits)], &mut all);
         if all.iter().all(|beyond| *beyond == 0) {
             return true;
         }
-        // The attempt begins where bodies were before it.
+        // The retry begins with the former owners.
         let mut lists = vec![Vec::new(); self.processes.size()];
         for (i, from) in step.part.own().zip(&step.from) {
             let way = step.part.way[i].max(MARGIN * step.went[i]);
             lists[*from as usize].extend([u64::from(step.part.members[i]), way.to_bits()]);
         }
-        let come = self.processes.deliver(lists).concat();
+        let come = self.processes.all_to_all(lists).concat();
         let ways = come.as_chunks::<2>().0.iter().map(|[body, way]| (*body as u32, f64::from_bits(*way)));
         self.ways = ways.collect();
-        self.anew = true;
+        self.retry = true;
         false
     }
 
-    /// All bodies of the step, and the velocities of all, from those of the domains.
+    /// All bodies of the step and their velocities, gathered from the domains.
     fn all_moving(&self, bodies: &Bodies, twist: &[Twist]) -> Option<(Bodies, Vec<Twist>)> {
         let Step { part, .. } = self.step.as_ref()?;
         let mut moving = bodies.clone();

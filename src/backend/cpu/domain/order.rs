@@ -1,5 +1,4 @@
-//! Where bodies stand among all, block by block, where each process has some of them: the order of [`bisect`], which
-//! one process finds for all.
+//! The global block order of bodies that are distributed over processes: the order of [`bisect`].
 //!
 //! Level by level, all parts are cut at once. A part's bodies are counted and their box is joined. The key of its cut,
 //! a coordinate and a number, is found among few: a histogram over the box leaves those of one of its columns, which
@@ -34,8 +33,8 @@ impl Key {
     }
 }
 
-/// Of `all` bodies those whose centres, wrapped, and numbers, ascending, are given: the place of each. All processes
-/// must ask together.
+/// The positions in the block order of these bodies of `all`, from their wrapped centres and ascending global indices.
+/// Collective.
 pub(super) fn places(processes: Processes, centres: &[DVec3], numbers: &[u32], all: usize) -> Vec<u32> {
     let mut places = Places { processes, centres, numbers, place: vec![0; centres.len()] };
     let levels = cuts(all);
@@ -100,7 +99,7 @@ impl Cut {
     }
 }
 
-/// How parts are cut that no process has whole, by their numbers.
+/// How to cut the parts that no process has whole, by part.
 type Cuts = BTreeMap<usize, Cut>;
 
 struct Places<'a> {
@@ -121,7 +120,7 @@ impl Places<'_> {
             let sides = [low, high].map(|corner| corner.to_array().map(f64::to_bits)).concat();
             [&[*part as u64, own.len() as u64], sides.as_slice()].concat()
         };
-        let all = self.processes.gather(&parts.iter().flat_map(of_own).collect::<Vec<u64>>());
+        let all = self.processes.all_gather(&parts.iter().flat_map(of_own).collect::<Vec<u64>>());
         let mut boxes = BTreeMap::new();
         for [part, count, sides @ ..] in all.as_chunks::<8>().0 {
             let [a, b, c, d, e, f] = sides.map(f64::from_bits);
@@ -164,7 +163,7 @@ impl Places<'_> {
                 own.extend(filled.flat_map(|(column, count)| [*part as u64, column, count]));
             }
             let mut all: BTreeMap<usize, [usize; COLUMNS]> = BTreeMap::new();
-            for [part, column, count] in self.processes.gather(&own).as_chunks::<3>().0 {
+            for [part, column, count] in self.processes.all_gather(&own).as_chunks::<3>().0 {
                 all.entry(*part as usize).or_insert([0; COLUMNS])[*column as usize] += *count as usize;
             }
             for (part, cut) in cuts.iter_mut() {
@@ -185,7 +184,7 @@ impl Places<'_> {
             own.extend(cut.own.iter().flat_map(key));
         }
         let mut all: BTreeMap<usize, Vec<Key>> = BTreeMap::new();
-        for [part, number, x] in self.processes.gather(&own).as_chunks::<3>().0 {
+        for [part, number, x] in self.processes.all_gather(&own).as_chunks::<3>().0 {
             all.entry(*part as usize).or_default().push(Key(f64::from_bits(*x), *number as u32));
         }
         let key = |(part, mut keys): (usize, Vec<Key>)| {
@@ -215,7 +214,7 @@ impl Places<'_> {
         let words = |(part, own): (&usize, &Vec<u32>)| -> Vec<u64> {
             own.iter().map(|body| (*part as u64) << 32 | u64::from(self.numbers[*body as usize])).collect()
         };
-        let mut all = self.processes.gather(&parts.iter().flat_map(words).collect::<Vec<u64>>());
+        let mut all = self.processes.all_gather(&parts.iter().flat_map(words).collect::<Vec<u64>>());
         all.sort_unstable();
         for (part, own) in parts {
             let first = all.partition_point(|word| (word >> 32) < *part as u64);

@@ -1,5 +1,4 @@
-//! The part of a state that a process has between two steps: its own bodies, and copies of those that its pairs are
-//! with.
+//! A process's part of a state between two steps: its own bodies, and copies of their partners in pairs.
 
 use super::members::{BODY, pack, push};
 use crate::bodies::{Bodies, kept};
@@ -11,46 +10,46 @@ use crate::warm::Warm;
 use glam::DVec3;
 use std::collections::BTreeSet;
 
-/// What a body is counted for beside its rows, in rows: its poses, boxes and candidates. A step of a colony spends nine
-/// tenths of its time on rows and near pairs, of which it has 2.7 a body.
+/// The cost of a body beside its rows, in rows: its poses, boxes and candidates. A step of a colony spends nine tenths
+/// of its time on rows and near pairs, of which it has 2.7 a body.
 pub(super) const WORK_OF_A_BODY: f64 = 1.0;
 
-/// The work of a body that nothing is known of: the mean of a colony.
+/// The initial estimate of a body's cost: the mean of a colony.
 pub(super) const WORK_AT_FIRST: f64 = 3.5;
 
-/// The way of a body that nothing is known of, and the least way of any, as parts of the longest side of its box:
-/// bodies at rest may be hit. They change no result, only how often a step is made anew, and how long the halo is.
+/// The initial and the smallest `way` of a body, as parts of the longest side of its box: bodies at rest may be hit.
+/// They change no result, only how often a step is retried and the size of the halo.
 const WAY_AT_FIRST: f64 = 0.05;
 const LEAST_WAY: f64 = 0.02;
 
-/// Which bodies of a state a process has. The state's arrays of bodies are these alone.
+/// The bodies of a state that a process has. The state's arrays of bodies hold only these.
 #[derive(Debug)]
 pub(crate) struct Part {
     pub(super) rank: u32,
     /// How many bodies there are on all processes.
     pub all: usize,
-    /// The numbers of those here, ascending, and whose they are.
+    /// The global indices of this process's bodies, ascending, and their owners.
     pub members: Vec<u32>,
     pub owner: Vec<u32>,
-    /// The places here of own bodies that others have copies of, and of the copies, by process. Both sides have the
-    /// same bodies in the same order.
+    /// By process: the local indices of own bodies that it has copies of, and of copies of its bodies. Both sides list
+    /// the same bodies in the same order.
     pub out: Route,
     pub into: Route,
-    /// What each costs, and how far it may go in the next step: of own bodies.
+    /// Of own bodies: the cost, and how far it may go in the next step.
     pub work: Vec<f64>,
     pub way: Vec<f64>,
 }
 
 impl Part {
-    /// Leaves of a state that all processes have what is this one's.
+    /// Reduces a state that all processes have to this process's part.
     pub fn of_whole(processes: Processes, state: &mut State) -> Part {
         let (rank, size) = (processes.rank(), processes.size());
         let (words, all) = (Part::pack([rank, size], state), state.bodies.len());
         Part::unpack([rank, size], all, &words, state)
     }
 
-    /// The words of what a process has of a state at first: as many bodies as each of the others, by their numbers,
-    /// those that they are remembered with, and what is remembered.
+    /// Packs a process's first part of a state: an equal share of the bodies by global index, their partners in the
+    /// warm start, and the warm start.
     pub fn pack([rank, size]: [usize; 2], state: &State) -> Vec<u64> {
         let edges = edges(state.bodies.len(), size);
         let is_own = |body: &u32| (edges[rank]..edges[rank + 1]).contains(&(*body as usize));
@@ -67,7 +66,7 @@ impl Part {
         words
     }
 
-    /// Takes up, in `state`, what a process has at first of a state of `all` bodies.
+    /// Unpacks into `state` a process's first part of a state of `all` bodies.
     pub fn unpack([rank, size]: [usize; 2], all: usize, words: &[u64], state: &mut State) -> Part {
         let (count, rest) = words.split_first().map_or((0, words), |(count, rest)| (*count as usize, rest));
         let (rows, rest) = rest.split_at(count * ROW);
@@ -108,38 +107,38 @@ impl Part {
         (0..self.members.len()).filter(|i| self.is_own(*i))
     }
 
-    /// The place here of the body of a number.
+    /// The local index of a body.
     pub fn place(&self, body: u32) -> Option<usize> {
         self.members.binary_search(&body).ok()
     }
 
-    /// What is remembered of pairs, by the places of their bodies here.
+    /// The warm start, with local indices of bodies.
     pub fn by_place(&self, warm: &[Warm]) -> Vec<Warm> {
-        let here = |warm: &Warm| {
+        let local = |warm: &Warm| {
             let [a, b] = warm.pair;
             let b = if surface_of(b).is_some() { b } else { self.place(b)? as u32 };
             Some(Warm { pair: [self.place(a)? as u32, b], ..*warm })
         };
-        warm.iter().filter_map(here).collect()
+        warm.iter().filter_map(local).collect()
     }
 
-    /// The numbers and words of the own bodies.
+    /// The global indices and packed words of the own bodies.
     fn words(&self, bodies: &Bodies) -> Vec<u64> {
         self.own().flat_map(|i| std::iter::once(u64::from(self.members[i])).chain(pack(bodies, i))).collect()
     }
 
-    /// All bodies of all processes, which must ask together.
+    /// All bodies of all processes. Collective.
     pub fn gather(&self, processes: Processes, bodies: &Bodies) -> Bodies {
-        bodies_in_order(&processes.gather(&self.words(bodies)), bodies)
+        bodies_in_order(&processes.all_gather(&self.words(bodies)), bodies)
     }
 
-    /// As [`Part::gather`], on rank 0; the others come to nothing.
-    pub fn gather_at_first(&self, processes: Processes, bodies: &Bodies) -> Bodies {
-        let words = processes.gather_at_first(&self.words(bodies));
+    /// [`Part::gather`] on rank 0; the others get no bodies.
+    pub fn gather_to_root(&self, processes: Processes, bodies: &Bodies) -> Bodies {
+        let words = processes.gather_to_root(&self.words(bodies));
         if self.rank > 0 { Bodies::default() } else { bodies_in_order(&words, bodies) }
     }
 
-    /// Goes on without the bodies of these numbers, sorted.
+    /// Removes the bodies with these sorted global indices.
     pub fn remove(&mut self, gone: &[u32], state: &mut State) {
         let stays = |body: u32| gone.binary_search(&body).is_err();
         let renumbered = |body: u32| body - gone.partition_point(|other| *other < body) as u32;
@@ -170,10 +169,10 @@ impl Part {
     }
 }
 
-/// A number, and the words of its body.
+/// Words of a global index and its body.
 const ROW: usize = 1 + BODY;
 
-/// The bodies of these rows, in the order of their numbers; `like` has what belongs to no body.
+/// The bodies of these rows, by global index; `like` has the data that belongs to no body.
 fn bodies_in_order(rows: &[u64], like: &Bodies) -> Bodies {
     let mut rows: Vec<&[u64; ROW]> = rows.as_chunks().0.iter().collect();
     rows.sort_unstable_by_key(|row| row[0]);
@@ -184,7 +183,7 @@ fn bodies_in_order(rows: &[u64], like: &Bodies) -> Bodies {
     bodies
 }
 
-/// Where the numbers of each process begin at first; one more at the end.
+/// The first global index of each process's first part, and the end.
 fn edges(all: usize, size: usize) -> Vec<usize> {
     (0..=size).map(|process| all * process / size).collect()
 }
@@ -198,17 +197,17 @@ fn longest_side(bodies: &Bodies, body: usize) -> f64 {
     2.0 * bodies.shape[body].half_extents(bodies.orientation[body]).max_element()
 }
 
-/// How far a body may go of which nothing is known.
+/// The initial estimate of how far a body may go.
 pub(super) fn first_way(bodies: &Bodies, body: usize) -> f64 {
     WAY_AT_FIRST * longest_side(bodies, body)
 }
 
-/// The least that a body may go.
+/// The smallest estimate of how far a body may go.
 pub(super) fn least_way(bodies: &Bodies, body: usize) -> f64 {
     LEAST_WAY * longest_side(bodies, body)
 }
 
-/// Words of what is remembered of a contact.
+/// Words of a contact's warm start.
 pub(super) const WARM: usize = 6;
 
 pub(super) fn pack_warm(warm: &Warm) -> [u64; WARM] {
@@ -227,7 +226,7 @@ pub(super) fn warm_of(words: &[u64; WARM]) -> Warm {
     }
 }
 
-/// Sorted as a state has them.
+/// Sorted as in a state.
 pub(super) fn sorted_warm(words: &[u64]) -> Vec<Warm> {
     let mut warm: Vec<Warm> = words.as_chunks::<WARM>().0.iter().map(warm_of).collect();
     warm.sort_unstable_by_key(|warm| (warm.pair, warm.feature));

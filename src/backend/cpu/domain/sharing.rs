@@ -1,4 +1,4 @@
-//! Who takes which bodies of a step: blocks of near ones, of about the same work for each process.
+//! The distribution of bodies over processes: blocks of near bodies, about the same work for each process.
 
 use super::members::{Known, Member, words};
 use super::part::{Part, WARM, pack_warm, warm_of};
@@ -11,20 +11,21 @@ use crate::walls::surface_of;
 use crate::warm::Warm;
 use std::ops::Range;
 
-/// How all bodies of a step are shared out.
+/// How all bodies of a step are distributed.
 pub(super) struct Sharing {
     pub all: usize,
     /// The edges of all blocks.
     pub edges: Vec<u32>,
     /// The blocks of each process.
     pub blocks: Vec<Range<usize>>,
-    /// Of the bodies that were given: their places among all, and whose they are from now on.
+    /// Of this process's former bodies: their positions in the block order and their new owners.
     place: Vec<u32>,
     owner: Vec<u32>,
 }
 
 impl Sharing {
-    /// Of `all` bodies, of which these are here, among the first `sharing` processes. `work` is what each costs.
+    /// Distributes `all` bodies, of which this process has these, over the first `sharing` processes. `work` is the
+    /// cost of each.
     pub fn new(
         processes: Processes,
         (numbers, bodies): (&[u32], &Bodies),
@@ -44,7 +45,7 @@ impl Sharing {
             of_blocks.into_iter().flat_map(|(block, work): (usize, f64)| [block as u64, work.to_bits()]).collect();
         let mut work = vec![0.0; edges.len() - 1];
         // Work is counted in halves of a row, so that its sums are exact in any order.
-        for [block, of_process] in processes.gather(&own).as_chunks::<2>().0 {
+        for [block, of_process] in processes.all_gather(&own).as_chunks::<2>().0 {
             work[*block as usize] += f64::from_bits(*of_process);
         }
         let blocks = share(&work, sharing, processes.size());
@@ -69,7 +70,7 @@ impl Sharing {
             let known = Known { number: numbers[i], place: self.place[i], way: way[i], pressure };
             lists[self.owner[i] as usize].extend(words(&known, bodies, i));
         }
-        let come = processes.deliver(lists);
+        let come = processes.all_to_all(lists);
         let mut come: Vec<Member> = halo::arrived(&come).collect();
         come.sort_unstable_by_key(|(_, words)| words[0]);
         let from = come.iter().map(|(process, _)| *process).collect();
@@ -77,8 +78,8 @@ impl Sharing {
         (come.into_iter().map(|(_, words)| (rank, words)).collect(), from)
     }
 
-    /// What is remembered of the pairs of the bodies of this process from now on, by their numbers, from what the
-    /// owners in `part` have. The bodies that were shared out begin with those of `part`.
+    /// Collects the warm start of the pairs of this process's new bodies, with global indices, from the former owners
+    /// in `part`. The distributed bodies begin with those of `part`.
     pub fn hand_over(&self, processes: Processes, part: &Part, warm: &[Warm]) -> Vec<Warm> {
         let rank = processes.rank() as u32;
         let mut owner = vec![u32::MAX; part.members.len()];
@@ -88,7 +89,7 @@ impl Sharing {
         let out: Vec<(usize, Vec<u64>)> = part.out.iter().map(|(to, places)| (*to, of(places))).collect();
         let mut into: Vec<(usize, Vec<u64>)> =
             part.into.iter().map(|(from, places)| (*from, vec![0; places.len()])).collect();
-        processes.swap(&out, &mut into, || {});
+        processes.exchange(&out, &mut into, || {});
         for ((_, places), (_, owners)) in part.into.iter().zip(into) {
             places.iter().zip(owners).for_each(|(i, process)| owner[*i as usize] = process as u32);
         }
@@ -106,7 +107,7 @@ impl Sharing {
                 lists[process as usize].extend(pack_warm(warm));
             }
         }
-        let come = processes.deliver(lists).concat();
+        let come = processes.all_to_all(lists).concat();
         own.extend(come.as_chunks::<WARM>().0.iter().map(warm_of));
         own.sort_unstable_by_key(|warm| (warm.pair, warm.feature));
         own

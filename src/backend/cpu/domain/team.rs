@@ -5,7 +5,7 @@ use super::{Domain, MARGIN, Part, Step};
 use crate::backend::cpu::Cpu;
 use crate::backend::cpu::setup::Setup;
 use crate::backend::cpu::start::Start;
-use crate::backend::cpu::team::{Shared, Team, Trouble, Worst, all_places};
+use crate::backend::cpu::team::{LocalProblem, Team, Trouble, Worst, all_places};
 use crate::bodies::{Bodies, Lineage};
 use crate::broad_phase::{Aabb, Candidates};
 use crate::constraint::{RowSource, RowSourceError};
@@ -14,7 +14,7 @@ use crate::lcp::gathered::OfDomain;
 use crate::periodic::CellShear;
 use crate::processes::{Processes, STEP};
 use crate::step::{
-    Divided, Effect, Fault, JOINED, Lives, Model, Overlap, Piece, Rows, State, StepReport, Stepping,
+    Divided, Effect, Fault, LIFE_WORDS, Lives, Model, Overlap, Piece, Rows, State, StepReport, Stepping,
     farthest_and_thinnest, may_pass,
 };
 use crate::walls::{Walls, surface_of};
@@ -23,17 +23,16 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// What a process starts from that has a part of the bodies.
-pub(crate) struct Given {
+/// What a process that has a part of the bodies starts from.
+pub(crate) struct LocalState {
     pub part: Part,
-    /// Of all bodies.
+    /// The cutoff and the smallest thickness of all bodies.
     pub cutoff: f64,
     pub thinnest: f64,
 }
 
-/// Whether it is worth it to share out the bodies of a simulation, where that can be done at all. Rows of sub-spheres
-/// and of the paper cannot be shared, and a bond in the middle of a step pulls from where bonds of its ends have led
-/// these.
+/// Whether the bodies of a simulation can be distributed. Rows of sub-spheres and of the paper cannot. Nor can bonds
+/// under the midpoint rule: a bond there pulls from positions that other bonds have moved.
 pub(crate) fn shares(model: &Model, processes: Processes) -> bool {
     let rows_of_surfaces = model.contact.rows_of_method() == Rows::Auto
         && matches!(model.contact.method.row_source(), RowSource::Surfaces);
@@ -42,17 +41,16 @@ pub(crate) fn shares(model: &Model, processes: Processes) -> bool {
 }
 
 impl<const D: usize> Cpu<D, Domain> {
-    /// A backend of processes that all take the same steps from the same state, and share these out where that is worth
-    /// it and `shares` says that they may. `given` is this one's part of the state, and what of all bodies it cannot
-    /// tell from it; none where all processes have all bodies.
+    /// A backend of one process of several. Steps are distributed if `shares` allows it and there are enough bodies.
+    /// `local` is this process's part of the state; none if every process has all bodies.
     pub(crate) fn together(
         model: &Model,
         state: State,
         (processes, shares): (Processes, bool),
-        given: Option<Given>,
+        local: Option<LocalState>,
     ) -> Result<Self, RowSourceError> {
-        let of_all = given.as_ref().map(|given| (given.cutoff, given.thinnest));
-        let team = Domain::new(processes, shares, given.map(|given| given.part));
+        let of_all = local.as_ref().map(|local| (local.cutoff, local.thinnest));
+        let team = Domain::new(processes, shares, local.map(|local| local.part));
         let mut cpu = Cpu::of_team(model, state, team)?;
         if let Some(of_all) = of_all {
             (cpu.setup.cutoff, cpu.setup.thinnest) = of_all;
@@ -64,39 +62,39 @@ impl<const D: usize> Cpu<D, Domain> {
 impl Team for Domain {
     type Portion<const D: usize> = OfDomain<D>;
 
-    fn call(&mut self) {
+    fn announce_step(&mut self) {
         if self.processes.rank() == 0 && self.processes.size() > 1 {
-            self.processes.tell(&[STEP]);
+            self.processes.broadcast(&[STEP]);
         }
     }
 
-    fn agree(&mut self, stepped: Result<StepReport, Fault>) -> Result<StepReport, Fault> {
+    fn check_agreement(&mut self, stepped: Result<StepReport, Fault>) -> Result<StepReport, Fault> {
         if self.processes.size() == 1 {
             return stepped;
         }
         let mut all = vec![0; self.processes.size()];
-        self.processes.gather_even(&[digest(&stepped)], &mut all);
+        self.processes.all_gather_even(&[digest(&stepped)], &mut all);
         match all.iter().position(|other| *other != all[0]) {
             Some(other) => Err(Fault::Processes(format!(
-                "process {other} computed other numbers than rank 0: its processor or its mathematical library differs"
+                "rank {other} computed other numbers than rank 0: its processor or its mathematical library differs"
             ))),
             None => stepped,
         }
     }
 
-    fn begins_anew(&self) -> bool {
-        self.anew
+    fn needs_retry(&self) -> bool {
+        self.retry
     }
 
-    fn part(&mut self, state: &mut State) -> bool {
-        let shared = self.is_shared();
+    fn work_alone(&mut self, state: &mut State) -> bool {
+        let shared = self.is_distributed();
         self.make_whole(state);
-        self.resting = true;
+        self.alone = true;
         shared
     }
 
-    fn meet(&mut self) {
-        self.resting = false;
+    fn work_together(&mut self) {
+        self.alone = false;
     }
 
     fn begin(&mut self, setup: &Setup, start: &mut Start, state: &mut State, taken: (Piece, Waiting)) {
@@ -111,17 +109,17 @@ impl Team for Domain {
         }
     }
 
-    fn share_out<'a, const D: usize>(
+    fn distribute<'a, const D: usize>(
         &mut self,
         setup: &Setup,
         start: &mut Start,
         state: &'a State,
-    ) -> Shared<'a, OfDomain<D>> {
+    ) -> LocalProblem<'a, OfDomain<D>> {
         match self.share(setup, start, state) {
             Some(taken) => {
-                Shared { places: taken.places, portion: OfDomain::of(taken.domain), warm: Cow::Owned(taken.warm) }
+                LocalProblem { places: taken.places, portion: OfDomain::of(taken.domain), warm: Cow::Owned(taken.warm) }
             }
-            None => Shared {
+            None => LocalProblem {
                 places: all_places(setup, start),
                 portion: OfDomain::default(),
                 warm: Cow::Borrowed(&state.warm),
@@ -129,13 +127,13 @@ impl Team for Domain {
         }
     }
 
-    fn is_shared(&self) -> bool {
+    fn is_distributed(&self) -> bool {
         self.step.is_some()
     }
 
     fn candidates<'a>(&'a mut self, all: &'a mut Candidates, boxes: &[Aabb]) -> Result<&'a [[u32; 2]], Fault> {
         if !self.contains(boxes) {
-            return Err(Fault::Processes("a body went farther than the others know".into()));
+            return Err(Fault::Processes("a body left its halo".into()));
         }
         match &self.step {
             Some(step) => Ok(&step.pairs),
@@ -149,7 +147,7 @@ impl Team for Domain {
         let out: Vec<(usize, Vec<f64>)> = part.out.iter().map(|(to, places)| (*to, pack(places))).collect();
         let room = |(from, places): &(usize, Vec<u32>)| (*from, vec![0.0; N * places.len()]);
         let mut into: Vec<(usize, Vec<f64>)> = part.into.iter().map(room).collect();
-        self.processes.swap(&out, &mut into, || {});
+        self.processes.exchange(&out, &mut into, || {});
         for ((_, places), (_, numbers)) in part.into.iter().zip(&into) {
             places
                 .iter()
@@ -158,60 +156,60 @@ impl Team for Domain {
         }
     }
 
-    fn first(&self, own: Option<Trouble>) -> Option<Trouble> {
-        if self.is_shared() { self.first_of_all(own) } else { own }
+    fn first_trouble(&self, own: Option<Trouble>) -> Option<Trouble> {
+        if self.is_distributed() { self.first_of_all(own) } else { own }
     }
 
-    fn largest(&self, own: f64) -> f64 {
-        if self.is_shared() { self.largest_of_all(own) } else { own }
+    fn max(&self, own: f64) -> f64 {
+        if self.is_distributed() { self.largest_of_all(own) } else { own }
     }
 
     fn any(&self, own: bool) -> bool {
-        self.largest(f64::from(u8::from(own))) > 0.0
+        self.max(f64::from(u8::from(own))) > 0.0
     }
 
     fn all_overlaps(&self, own: Overlap, worst: impl FnOnce() -> Option<Worst>, walls: &Walls) -> Overlap {
-        if self.is_shared() { self.overlaps_of_all(own, worst(), walls) } else { own }
+        if self.is_distributed() { self.overlaps_of_all(own, worst(), walls) } else { own }
     }
 
     fn all_effects(&self, own: Effect) -> Effect {
-        if self.is_shared() { self.effects_of_all(own) } else { own }
+        if self.is_distributed() { self.effects_of_all(own) } else { own }
     }
 
-    fn moving<'a>(
+    fn moving_bodies<'a>(
         &self,
         bodies: &'a Bodies,
         twist: &'a [Twist],
-        course: (f64, Option<CellShear>),
+        interval_and_shear: (f64, Option<CellShear>),
     ) -> Option<(Cow<'a, Bodies>, Cow<'a, [Twist]>)> {
-        if !self.is_shared() {
+        if !self.is_distributed() {
             return Some((Cow::Borrowed(bodies), Cow::Borrowed(twist)));
         }
-        let [farthest, thinnest] = farthest_and_thinnest(bodies, twist, course);
-        if !may_pass(self.largest(farthest), -self.largest(-thinnest)) {
+        let [farthest, thinnest] = farthest_and_thinnest(bodies, twist, interval_and_shear);
+        if !may_pass(self.max(farthest), -self.max(-thinnest)) {
             return None;
         }
-        // Fast bodies may meet far from any halo.
+        // Fast bodies can meet beyond any halo.
         let (bodies, twist) = self.all_moving(bodies, twist)?;
         Some((Cow::Owned(bodies), Cow::Owned(twist)))
     }
 
-    fn by_number(&self, warm: Vec<Warm>) -> Vec<Warm> {
+    fn with_global_indices(&self, warm: Vec<Warm>) -> Vec<Warm> {
         let Some(Step { part, .. }) = &self.step else { return warm };
         let number = |body: u32| surface_of(body).map_or_else(|| part.members[body as usize], |_| body);
         warm.into_iter().map(|warm| Warm { pair: warm.pair.map(number), ..warm }).collect()
     }
 
-    fn arrive(&mut self, setup: &Setup, end: &mut Bodies, rows: impl Iterator<Item = u32>) {
-        // What its own bodies cost and how far they went is known from now on.
+    fn finish_step(&mut self, setup: &Setup, end: &mut Bodies, rows: impl Iterator<Item = u32>) {
+        // The next step uses the cost of own bodies and how far they went.
         let Some(Step { mut part, went, .. }) = self.step.take() else { return };
         part.work.fill(WORK_OF_A_BODY);
         rows.for_each(|body| part.work[body as usize] += 1.0);
         part.way = went.iter().map(|went| MARGIN * went).collect();
         if !setup.bonds.is_empty() {
-            // A bond is with the owners of both bodies, and with others.
+            // Several processes can have the same bond.
             let broken: Vec<u64> = end.broken_bonds.iter().map(|bond| u64::from(*bond)).collect();
-            let broken: BTreeSet<u64> = self.processes.gather(&broken).into_iter().collect();
+            let broken: BTreeSet<u64> = self.processes.all_gather(&broken).into_iter().collect();
             end.broken_bonds = broken.into_iter().map(|bond| bond as u32).collect();
         }
         self.part = Some(part);
@@ -219,57 +217,57 @@ impl Team for Domain {
         self.divided = Some(std::mem::take(&mut self.dividing));
     }
 
-    fn bodies(&self, here: usize) -> usize {
-        self.part.as_ref().map_or(here, |part| part.all)
+    fn body_count(&self, local: usize) -> usize {
+        self.part.as_ref().map_or(local, |part| part.all)
     }
 
-    fn gathered<'a>(&'a self, state: &'a State) -> &'a State {
+    fn whole_state<'a>(&'a self, state: &'a State) -> &'a State {
         self.gather_state(state)
     }
 
-    fn all_bodies<'a>(&'a self, here: &'a Bodies) -> &'a Bodies {
-        self.gather_bodies(here)
+    fn all_bodies<'a>(&'a self, local: &'a Bodies) -> &'a Bodies {
+        self.gather_bodies(local)
     }
 
-    fn known_bodies<'a>(&self, here: &'a Bodies) -> Option<&'a Bodies> {
-        self.part.is_none().then_some(here)
+    fn known_bodies<'a>(&self, local: &'a Bodies) -> Option<&'a Bodies> {
+        self.part.is_none().then_some(local)
     }
 
-    fn lives<'a>(&self, here: &'a Bodies) -> Lives<'a> {
-        let Some(part) = &self.part else { return Lives::of_all(&here.lineage, &here.group) };
+    fn lives<'a>(&self, local: &'a Bodies) -> Lives<'a> {
+        let Some(part) = &self.part else { return Lives::of_all(&local.lineage, &local.group) };
         let number = |i: usize| part.is_own(i).then(|| part.members[i] as usize);
-        Lives::of_some(&here.lineage, &here.group, (0..here.len()).map(number).collect())
+        Lives::of_some(&local.lineage, &local.group, (0..local.len()).map(number).collect())
     }
 
-    fn all_gather(&self, own: Vec<[u64; JOINED]>) -> Vec<[u64; JOINED]> {
+    fn all_gather(&self, own: Vec<[u64; LIFE_WORDS]>) -> Vec<[u64; LIFE_WORDS]> {
         if self.part.is_none() {
             return own;
         }
-        let mut all = self.processes.gather(own.as_flattened()).as_chunks().0.to_vec();
+        let mut all = self.processes.all_gather(own.as_flattened()).as_chunks().0.to_vec();
         all.sort_unstable();
         all
     }
 
-    fn divided(&mut self, here: &Bodies, before: &[Lineage]) -> Vec<Divided> {
-        // After a step that was shared out the owners know.
+    fn divided(&mut self, local: &Bodies, before: &[Lineage]) -> Vec<Divided> {
+        // After a distributed step the owners have recorded the divisions.
         self.divided.take().unwrap_or_else(|| {
             let lines = self.lines_before.take();
-            Divided::between(lines.as_deref().unwrap_or(before), &here.lineage, &here.group)
+            Divided::between(lines.as_deref().unwrap_or(before), &local.lineage, &local.group)
         })
     }
 
-    fn forget(&mut self) {
-        (self.part, self.step, self.anew, self.divided) = (None, None, false, None);
+    fn reset(&mut self) {
+        (self.part, self.step, self.retry, self.divided) = (None, None, false, None);
         self.ways.clear();
-        self.forget_gathered();
+        self.drop_gathered();
     }
 
     fn remove(&mut self, state: &mut State, keep: &[bool], removed: &[u64]) {
-        self.remove_here(state, keep, removed);
+        self.remove_local(state, keep, removed);
     }
 }
 
-/// A number that tells steps apart.
+/// A hash of a step's outcome.
 fn digest(stepped: &Result<StepReport, Fault>) -> u64 {
     let mut hasher = DefaultHasher::new();
     match stepped {

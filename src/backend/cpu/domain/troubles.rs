@@ -1,4 +1,4 @@
-//! What processes must agree on in a step: faults, and how bodies overlap.
+//! Reductions over processes: faults, overlaps and the effect of contact.
 
 use super::Domain;
 use crate::backend::cpu::team::{Trouble, Worst};
@@ -6,24 +6,24 @@ use crate::step::{Effect, Overlap};
 use crate::walls::{Walls, surface_of};
 
 impl Domain {
-    /// The first trouble of all processes: of the first kind, of the first body.
+    /// The first trouble of all processes: the smallest kind, then the first body.
     pub(super) fn first_of_all(&self, own: Option<Trouble>) -> Option<Trouble> {
         let own =
             own.map_or([u64::MAX; 3], |own| [own.kind.into(), self.number(own.body) as u64, own.number.to_bits()]);
         let mut all = vec![0_u64; 3 * self.processes.size()];
-        self.processes.gather_even(&own, &mut all);
+        self.processes.all_gather_even(&own, &mut all);
         let [kind, body, number] = *all.as_chunks::<3>().0.iter().min()?;
         (kind != u64::MAX).then(|| Trouble { kind: kind as u8, body: body as usize, number: f64::from_bits(number) })
     }
 
-    /// The largest number of all processes.
+    /// The largest value of all processes.
     pub(super) fn largest_of_all(&self, own: f64) -> f64 {
         let mut all = vec![0.0; self.processes.size()];
-        self.processes.gather_even(&[own], &mut all);
+        self.processes.all_gather_even(&[own], &mut all);
         all.into_iter().fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// What contact does in all, from what it does to the bodies of each process.
+    /// The effect of contact, summed over processes.
     pub(super) fn effects_of_all(&self, own: Effect) -> Effect {
         let number = |body: u32| surface_of(body).map_or_else(|| self.number(body as usize) as u32, |_| body);
         let moved = own.moved.map_or(u64::MAX, |body| self.number(body) as u64);
@@ -44,7 +44,7 @@ impl Domain {
             own.axial_spin.to_bits(),
         ];
         let mut all = vec![0_u64; words.len() * self.processes.size()];
-        self.processes.gather_even(&words, &mut all);
+        self.processes.all_gather_even(&words, &mut all);
         let mut joint = Effect::default();
         for words in all.as_chunks::<10>().0 {
             let of = f64::from_bits;
@@ -64,8 +64,7 @@ impl Domain {
         joint
     }
 
-    /// The overlap of all, from those of the pairs of each process. `violations` are those of pairs whose first body is
-    /// its own.
+    /// The overlap of all processes' pairs. `violations` counts pairs whose first body is the process's own.
     pub(super) fn overlaps_of_all(&self, own: Overlap, worst: Option<Worst>, walls: &Walls) -> Overlap {
         let number = |body: u32| surface_of(body).map_or_else(|| self.number(body as usize) as u32, |_| body);
         let (numbers, separation) = worst.map_or(([u32::MAX; 2], 0.0), |(pair, found)| (pair.map(number), found));
@@ -76,7 +75,7 @@ impl Domain {
             own.worst.to_bits(),
         ];
         let mut all = vec![0_u64; 4 * self.processes.size()];
-        self.processes.gather_even(&words, &mut all);
+        self.processes.all_gather_even(&words, &mut all);
         let all = all.as_chunks::<4>().0;
         let none = u64::MAX;
         let deepest = all.iter().filter(|words| words[1] != none);

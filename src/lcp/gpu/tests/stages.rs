@@ -91,7 +91,7 @@ fn iterations<'a, M: Method<Device<'a>>>(device: &mut Device<'a>, method: &mut M
         let residual = device.residual(&at.x, &at.g);
         device.copy_if_positive(least - residual, &at.x, &mut best);
         least = least.min(residual);
-        device.look(residual, 1e-6);
+        device.check(residual, 1e-6);
     }
     let stages = &device.tape.stages;
     let bodies: Vec<usize> = (0..stages.len()).filter(|stage| matches!(stages[*stage].work, Work::Bodies(_))).collect();
@@ -149,10 +149,10 @@ fn a_batch_ends_at_the_look_that_converged() {
                     let more = device.number(5e5);
                     device.add(more, &one, &mut x);
                     let residual = device.residual(&x, &g);
-                    device.look(residual, 0.5);
+                    device.check(residual, 0.5);
                 }
-                let mut looks = device.looks();
-                looks.residuals.extend(if looks.ended { Vec::new() } else { device.looks().residuals });
+                let mut looks = device.take_checks();
+                looks.residuals.extend(if looks.ended { Vec::new() } else { device.take_checks().residuals });
                 let looks = looks.residuals;
                 assert_eq!(looks.len(), 2, "{} small {small:?}: {looks:?}", precision.name());
                 assert_eq!(looks[0], 4.0);

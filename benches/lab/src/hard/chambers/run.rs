@@ -144,13 +144,13 @@ pub fn run_all(
 
 /// Runs a chamber.
 pub fn run(chamber: &Chamber, most_steps: u64) -> Row {
-    let mut course = Course::new(chamber);
-    let end = course.follow(chamber, most_steps);
-    course.row(end)
+    let mut run = ChamberRun::new(chamber);
+    let end = run.follow(chamber, most_steps);
+    run.row(end)
 }
 
-/// What a chamber came to so far.
-struct Course {
+/// A chamber run so far.
+struct ChamberRun {
     row: Row,
     recursions: u64,
     solves: u64,
@@ -159,8 +159,8 @@ struct Course {
     waited: u64,
 }
 
-impl Course {
-    fn new(chamber: &Chamber) -> Course {
+impl ChamberRun {
+    fn new(chamber: &Chamber) -> ChamberRun {
         let Chamber { number, width, height, tilt, scene } = chamber;
         let row = Row {
             number: *number,
@@ -188,7 +188,7 @@ impl Course {
             seconds_at_300: None,
             seconds: 0.0,
         };
-        Course { row, recursions: 0, solves: 0, timed: Default::default(), overflows_since: None, waited: 0 }
+        ChamberRun { row, recursions: 0, solves: 0, timed: Default::default(), overflows_since: None, waited: 0 }
     }
 
     fn follow(&mut self, chamber: &Chamber, most_steps: u64) -> End {

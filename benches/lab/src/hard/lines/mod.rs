@@ -79,7 +79,7 @@ const ROWS: [(Kind, usize); 10] = [
 pub struct Line {
     /// What.
     pub kind: Kind,
-    /// How many.
+    /// Their number.
     pub count: usize,
     /// Whether in the plane.
     pub planar: bool,

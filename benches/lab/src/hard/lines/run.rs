@@ -38,8 +38,8 @@ pub struct Row {
     pub offset: f64,
     /// What two balls' should be.
     pub right_offset: Option<f64>,
-    /// How far that is off; of other rows the largest difference of two points' distance from that of a run with a small
-    /// step. None where there is nothing to compare with.
+    /// How far that is off; of other rows the largest difference of two points' distance from that of a run with a
+    /// small step. None where there is nothing to compare with.
     pub error: Option<f64>,
     /// The farthest that contact moved a centre in a step, in the thickness of the body.
     pub largest_move: f64,

@@ -22,7 +22,7 @@ const LEAST_CLOSED: f64 = 5.0;
 const LEAST_IN_LENGTHS: f64 = 1.3;
 /// Steps, two thirds of a decade to either side of those that colonies are usually run at.
 const DT: [f64; 2] = [5e-4, 1e-2];
-/// Relative growth per time.
+/// Relative growth rate.
 const RATE: [f64; 2] = [0.7, 1.4];
 /// Noises are from none to this.
 const MOST_NOISE: f64 = 0.2;

@@ -8,7 +8,7 @@ mod page;
 mod plot;
 
 use super::measured::value;
-use super::{COMPUTED_BY, Course, Measured, Target, Window, follow_with};
+use super::{COMPUTED_BY, Measured, RunSummary, Target, Window, follow_with};
 use crate::StudyError;
 use crate::table::csv_table;
 use glam::DQuat;
@@ -81,8 +81,9 @@ pub type Extent = [f64; 3];
 /// A run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Run {
-    /// What its steps came to.
-    pub course: Course,
+    /// The summary of its steps.
+    #[serde(rename = "course")]
+    pub summary: RunSummary,
     /// The sheet at the start.
     pub first: Extent,
     /// The sheet at the end.
@@ -129,14 +130,14 @@ impl Measured for Study {
     fn next_run(&mut self) -> Result<Option<String>, StudyError> {
         let Some(method) = METHODS.get(self.runs.len()) else { return Ok(None) };
         let run = run(self.size.scene(*method)?)?;
-        let Course { method, steps, max_overlap, steps_over, .. } = &run.course;
+        let RunSummary { method, steps, max_overlap, steps_over, .. } = &run.summary;
         let said = format!("{method}: overlap {max_overlap:.1e} at most, too much after {steps_over} of {steps} steps");
         self.runs.push(run);
         Ok(Some(said))
     }
 
     fn missed(&self) -> bool {
-        self.runs.iter().any(|run| run.course.missed())
+        self.runs.iter().any(|run| run.summary.missed())
     }
 
     fn page(&self) -> String {
@@ -153,10 +154,10 @@ impl Measured for Study {
     }
 
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>, StudyError> {
-        let lines = self.runs.iter().flat_map(|run| run.course.windows.iter().zip(&run.extents).map(Line::new));
+        let lines = self.runs.iter().flat_map(|run| run.summary.windows.iter().zip(&run.extents).map(Line::new));
         let lines: Vec<Line> = lines.collect();
         Ok(vec![
-            ("chainmail.csv".into(), csv_table(self.runs.iter().map(|run| &run.course))?),
+            ("chainmail.csv".into(), csv_table(self.runs.iter().map(|run| &run.summary))?),
             ("chainmail-steps.csv".into(), csv_table(lines.iter())?),
         ])
     }
@@ -175,7 +176,7 @@ fn run(scene: Scene) -> Result<Run, StudyError> {
     let first = extent(&bodies);
     let state = State { next_id: bodies.len() as u64, bodies, ..State::default() };
     let mut extents: Vec<Extent> = Vec::new();
-    let (course, simulation) = follow_with(scene, Some(state), width, |simulation, window| {
+    let (summary, simulation) = follow_with(scene, Some(state), width, |simulation, window| {
         extents.resize(window + 1, first);
         if let (Some(last), true) = (extents.last_mut(), simulation.done() || simulation.steps().is_multiple_of(width))
         {
@@ -184,7 +185,7 @@ fn run(scene: Scene) -> Result<Run, StudyError> {
         Ok(())
     })?;
     let last = extent(&simulation.state()?.bodies);
-    Ok(Run { course, first, last, extents })
+    Ok(Run { summary, first, last, extents })
 }
 
 fn extent(bodies: &Bodies) -> Extent {

@@ -2,7 +2,7 @@
 
 use super::{MAJOR_RADIUS, MINOR_RADIUS, Run, SPHERES, Study};
 use crate::machine::machine;
-use crate::paper::{COMPUTED_BY, Course, Target, method_name, target};
+use crate::paper::{COMPUTED_BY, RunSummary, Target, method_name, target};
 use relcp::scene::Method;
 use std::fmt::Write as _;
 
@@ -15,7 +15,7 @@ const PAPER_SNSD: f64 = 1.0;
 
 pub(super) fn page(study: &Study) -> String {
     let size = study.size();
-    let tolerance = study.runs().first().map_or(0.0, |run| run.course.overlap_tolerance);
+    let tolerance = study.runs().first().map_or(0.0, |run| run.summary.overlap_tolerance);
     let mut out = format!(
         "# Chainmail\n\n\
          A sheet of interlaced rings is stretched until it is taut, by three contact methods: the largest violation over time, the paper's last example (its Figure 6).\n\n\
@@ -44,23 +44,23 @@ fn runs(out: &mut String, runs: &[Run]) {
         "\n## Runs\n\n| method | overlap, at most | of the minor radius | overlap, at the end | overlap of spheres | steps over | unconverged solves | rows a step | recursions a step | products a step | ms a step | \
          extent x, y at the start | at the end |\n| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- | --- |\n",
     );
-    for Run { course, first, last, .. } in runs {
-        let steps = course.steps.max(1) as f64;
+    for Run { summary, first, last, .. } in runs {
+        let steps = summary.steps.max(1) as f64;
         let _ = writeln!(
             out,
             "| {} | {:.1e} | {:.1}% | {:.1e} | {} | {} of {} | {} | {:.0} | {:.2} | {:.0} | {:.2} | {:.3}, {:.3} | {:.3}, {:.3} |",
-            course.method,
-            course.max_overlap,
-            100.0 * course.max_overlap / MINOR_RADIUS,
-            course.last_overlap,
-            course.proxy_overlap.map_or(String::new(), |overlap| format!("{overlap:.1e}")),
-            course.steps_over,
-            course.steps,
-            course.unconverged,
-            course.constraints,
-            course.recursions as f64 / steps,
-            course.products as f64 / steps,
-            course.milliseconds / steps,
+            summary.method,
+            summary.max_overlap,
+            100.0 * summary.max_overlap / MINOR_RADIUS,
+            summary.last_overlap,
+            summary.proxy_overlap.map_or(String::new(), |overlap| format!("{overlap:.1e}")),
+            summary.steps_over,
+            summary.steps,
+            summary.unconverged,
+            summary.constraints,
+            summary.recursions as f64 / steps,
+            summary.products as f64 / steps,
+            summary.milliseconds / steps,
             first[0],
             first[1],
             last[0],
@@ -71,14 +71,14 @@ fn runs(out: &mut String, runs: &[Run]) {
 
 /// What the paper's text says of its figure, and what ours is to it.
 fn beside_paper(out: &mut String, runs: &[Run]) {
-    let part = |method: Method| of(runs, method).map(|course| course.max_overlap / MINOR_RADIUS);
+    let part = |method: Method| of(runs, method).map(|summary| summary.max_overlap / MINOR_RADIUS);
     let said = |found: Option<f64>, paper: f64| match found {
         Some(found) => format!("{:.1}%: {:.2} times the paper's", 100.0 * found, found / paper),
         None => "not run".into(),
     };
     let spheres = Method::Multisphere { count: SPHERES };
-    let proxy = of(runs, spheres).and_then(|course| Some((course.proxy_overlap?, course.overlap_tolerance)));
-    let relcp = of(runs, Method::Relcp).map(|course| (course.max_overlap, course.overlap_tolerance));
+    let proxy = of(runs, spheres).and_then(|summary| Some((summary.proxy_overlap?, summary.overlap_tolerance)));
+    let relcp = of(runs, Method::Relcp).map(|summary| (summary.max_overlap, summary.overlap_tolerance));
     let held = |found: Option<(f64, f64)>| match found {
         Some((overlap, tolerance)) => format!("{overlap:.1e}: {:.2} times the tolerance", overlap / tolerance),
         None => "not run".into(),
@@ -118,42 +118,42 @@ fn sinks_in(chord: f64) -> f64 {
     2.0 * MINOR_RADIUS - (4.0 * MINOR_RADIUS * MINOR_RADIUS - chord * chord).max(0.0).sqrt()
 }
 
-fn of(runs: &[Run], method: Method) -> Option<&Course> {
-    runs.iter().map(|run| &run.course).find(|course| course.method == method_name(method))
+fn of(runs: &[Run], method: Method) -> Option<&RunSummary> {
+    runs.iter().map(|run| &run.summary).find(|summary| summary.method == method_name(method))
 }
 
 pub(super) fn targets(runs: &[Run]) -> Vec<Target> {
     let spheres = of(runs, Method::Multisphere { count: SPHERES });
     let snsd = of(runs, Method::Snsd);
-    let over = |course: &Course| format!("{:.3e} at most, {} steps over", course.max_overlap, course.steps_over);
+    let over = |summary: &RunSummary| format!("{:.3e} at most, {} steps over", summary.max_overlap, summary.steps_over);
     let relcp = of(runs, Method::Relcp);
-    let proxy = spheres.and_then(|course| Some((course, course.proxy_overlap?)));
-    let part = |course: &Course| format!("{:.1}% of the minor radius", 100.0 * course.max_overlap / MINOR_RADIUS);
+    let proxy = spheres.and_then(|summary| Some((summary, summary.proxy_overlap?)));
+    let part = |summary: &RunSummary| format!("{:.1}% of the minor radius", 100.0 * summary.max_overlap / MINOR_RADIUS);
     vec![
         Target::new(
             "ReLCP holds the overlap tolerance after every step",
             relcp.map_or(String::new(), over),
-            relcp.map(|course| course.steps_over == 0),
+            relcp.map(|summary| summary.steps_over == 0),
         ),
         Target::new(
             format!("LCP-MS {SPHERES} holds it between its own spheres after every step"),
             proxy.map_or(String::new(), |(_, overlap)| format!("{overlap:.1e} at most")),
-            proxy.map(|(course, overlap)| overlap <= course.overlap_tolerance),
+            proxy.map(|(summary, overlap)| overlap <= summary.overlap_tolerance),
         ),
         Target::new(
             format!("LCP-MS {SPHERES} does not hold it between the smooth rings"),
-            spheres.map_or(String::new(), |course| format!("{}, {}", over(course), part(course))),
-            spheres.map(|course| course.steps_over > 0),
+            spheres.map_or(String::new(), |summary| format!("{}, {}", over(summary), part(summary))),
+            spheres.map(|summary| summary.steps_over > 0),
         ),
         Target::new(
             "LCP-SNSD does not hold it",
-            snsd.map_or(String::new(), |course| format!("{}, {}", over(course), part(course))),
-            snsd.map(|course| course.steps_over > 0),
+            snsd.map_or(String::new(), |summary| format!("{}, {}", over(summary), part(summary))),
+            snsd.map(|summary| summary.steps_over > 0),
         ),
         Target::new(
             "LCP-SNSD at times leaves more than the minor radius, as in the paper",
             snsd.map_or(String::new(), part),
-            snsd.map(|course| course.max_overlap > MINOR_RADIUS),
+            snsd.map(|summary| summary.max_overlap > MINOR_RADIUS),
         ),
     ]
 }

@@ -14,8 +14,8 @@ pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {
     let extents = study.runs().iter().flat_map(|run| {
         [(0, "x"), (1, "y")].map(|(axis, name)| {
             let at = |(window, extent): (&Window, &super::Extent)| (window.time, extent[axis]);
-            let points = run.course.windows.iter().zip(&run.extents).map(at).collect();
-            Curve { name: format!("{}, along {name}", run.course.method), points, marked: false }
+            let points = run.summary.windows.iter().zip(&run.extents).map(at).collect();
+            Curve { name: format!("{}, along {name}", run.summary.method), points, marked: false }
         })
     });
     let panel = |title: &str, name, logarithmic, curves| Panel {
@@ -39,11 +39,11 @@ pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {
 fn violations(run: &Run) -> Vec<Curve> {
     let curve = |name: String, of: &dyn Fn(&Window) -> Option<f64>| {
         let point = |window: &Window| Some((window.time, of(window)?.max(FLOOR)));
-        Curve { name, points: run.course.windows.iter().filter_map(point).collect(), marked: false }
+        Curve { name, points: run.summary.windows.iter().filter_map(point).collect(), marked: false }
     };
-    let method = &run.course.method;
+    let method = &run.summary.method;
     let mut curves = vec![curve(method.clone(), &|window| Some(window.max_overlap))];
-    if run.course.proxy_overlap.is_some() {
+    if run.summary.proxy_overlap.is_some() {
         curves.push(curve(format!("{method}, its spheres"), &|window| window.proxy_overlap));
     }
     curves

@@ -7,13 +7,13 @@ fn a_tiny_sheet_is_stretched_by_every_method() {
     assert!(said.len() == 3 && said[0].starts_with("ReLCP: ") && said[2].starts_with("LCP-MS 32: "), "{said:?}");
     let [relcp, snsd, spheres] = study.runs() else { panic!("{said:?}") };
     for run in study.runs() {
-        assert_eq!((run.course.steps, run.course.windows.len(), run.extents.len()), (400, 200, 200));
+        assert_eq!((run.summary.steps, run.summary.windows.len(), run.extents.len()), (400, 200, 200));
         assert!(run.first[0] > 0.79 && run.last[0] > run.first[0], "{:?} {:?}", run.first, run.last);
         assert_eq!(run.extents[199], run.last);
     }
-    assert_eq!((relcp.course.steps_over, study.missed()), (0, false));
-    assert!(snsd.course.max_overlap >= relcp.course.max_overlap && snsd.course.proxy_overlap.is_none());
-    assert!(spheres.course.max_overlap > 1e-3 && spheres.course.proxy_overlap.unwrap() < spheres.course.max_overlap);
+    assert_eq!((relcp.summary.steps_over, study.missed()), (0, false));
+    assert!(snsd.summary.max_overlap >= relcp.summary.max_overlap && snsd.summary.proxy_overlap.is_none());
+    assert!(spheres.summary.max_overlap > 1e-3 && spheres.summary.proxy_overlap.unwrap() < spheres.summary.max_overlap);
     let targets = study.targets();
     assert_eq!((targets[0].met, targets[2].met), (Some(true), Some(true)), "{targets:?}");
     let page = study.page();

@@ -15,7 +15,7 @@ pub use rows::{ByGeneration, Row, Spread};
 
 use super::columns::measure_columns;
 use super::measured::value;
-use super::{COMPUTED_BY, Census, Course, Measured, Target, follow_with};
+use super::{COMPUTED_BY, Census, Measured, RunSummary, Target, follow_with};
 use crate::StudyError;
 use crate::table::csv_table;
 use relcp::figure::Figure;
@@ -134,8 +134,9 @@ impl Case {
 pub struct Run {
     /// What was run.
     pub case: Case,
-    /// What its steps came to.
-    pub course: Course,
+    /// The summary of its steps.
+    #[serde(rename = "course")]
+    pub summary: RunSummary,
     /// How the cells lie after each division.
     pub generations: Vec<Generation>,
     /// The colony at the end, as PNG.
@@ -145,7 +146,7 @@ pub struct Run {
 
 impl Run {
     fn picture_name(&self) -> String {
-        format!("colony-{}.png", self.course.method.to_lowercase().replace(' ', "-"))
+        format!("colony-{}.png", self.summary.method.to_lowercase().replace(' ', "-"))
     }
 }
 
@@ -214,7 +215,7 @@ impl Measured for Study {
     fn next_run(&mut self) -> Result<Option<String>, StudyError> {
         let Some(case) = self.size.cases().get(self.runs.len()).copied() else { return Ok(None) };
         let run = make(case, &mut self.census)?;
-        let Course { method, bodies, milliseconds, max_overlap, .. } = &run.course;
+        let RunSummary { method, bodies, milliseconds, max_overlap, .. } = &run.summary;
         let said = format!(
             "{method}, seed {}: {bodies} cells in {:.1} s, overlap {max_overlap:.1e} at most",
             case.seed,
@@ -225,7 +226,7 @@ impl Measured for Study {
     }
 
     fn missed(&self) -> bool {
-        self.runs.iter().any(|run| run.course.missed())
+        self.runs.iter().any(|run| run.summary.missed())
     }
 
     fn page(&self) -> String {
@@ -247,7 +248,7 @@ impl Measured for Study {
 
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>, StudyError> {
         let (rows, generations, morphology) = (self.rows(), self.by_generation(), self.morphology());
-        let steps = self.first_runs().flat_map(|run| &run.course.windows);
+        let steps = self.first_runs().flat_map(|run| &run.summary.windows);
         let mut files = vec![
             ("colony.csv".into(), csv_table(rows.iter())?),
             ("colony-generations.csv".into(), csv_table(generations.iter())?),
@@ -269,7 +270,7 @@ fn make(case: Case, census: &mut Census) -> Result<Run, StudyError> {
     let mut generations: Vec<Generation> = Vec::new();
     let mut before = 1;
     let counted = (case.method, case.seed) == (Method::Relcp, 1);
-    let (course, simulation) = follow_with(scene, None, WIDTH, |simulation, _| {
+    let (summary, simulation) = follow_with(scene, None, WIDTH, |simulation, _| {
         let last = 2 * simulation.bodies() == 1 << case.generations;
         if counted && last && simulation.steps().is_multiple_of(COUNTED_EVERY) {
             census
@@ -286,7 +287,7 @@ fn make(case: Case, census: &mut Census) -> Result<Run, StudyError> {
     let view = View { width: PICTURE, height: PICTURE, planar: true, ..View::default() };
     let drawn = png(&picture(&simulation.state()?.bodies, &view));
     let picture = drawn.map_err(|fault| StudyError::Plot(fault.to_string()))?;
-    Ok(Run { case, course, generations, picture })
+    Ok(Run { case, summary, generations, picture })
 }
 
 #[cfg(test)]

@@ -38,7 +38,7 @@ pub(super) fn page(study: &Study) -> String {
     generations(&mut out, &study.by_generation());
     aligned(&mut out, &study.morphology());
     let shown: Vec<String> =
-        study.first_runs().map(|run| format!("![{}]({})", run.course.method, run.picture_name())).collect();
+        study.first_runs().map(|run| format!("![{}]({})", run.summary.method, run.picture_name())).collect();
     if !shown.is_empty() {
         let _ = write!(
             out,
@@ -51,7 +51,7 @@ pub(super) fn page(study: &Study) -> String {
 }
 
 fn head(study: &Study, rows: &[Row]) -> String {
-    let tolerance = study.runs().first().map_or(0.0, |run| run.course.overlap_tolerance);
+    let tolerance = study.runs().first().map_or(0.0, |run| run.summary.overlap_tolerance);
     let most = rows.iter().map(|row| row.bodies).max().unwrap_or(0);
     let fewer: Vec<String> = rows
         .iter()
@@ -189,9 +189,9 @@ fn aligned(out: &mut String, morphology: &[Morphology]) {
 
 pub(super) fn targets(study: &Study) -> Vec<Target> {
     let rows = study.rows();
-    let relcp: Vec<_> = study.runs().iter().filter(|run| run.course.is_relcp()).collect();
-    let over: u64 = relcp.iter().map(|run| run.course.steps_over).sum();
-    let largest = relcp.iter().map(|run| run.course.max_overlap).fold(0.0, f64::max);
+    let relcp: Vec<_> = study.runs().iter().filter(|run| run.summary.is_relcp()).collect();
+    let over: u64 = relcp.iter().map(|run| run.summary.steps_over).sum();
+    let largest = relcp.iter().map(|run| run.summary.max_overlap).fold(0.0, f64::max);
     let own = rows.iter().find(|row| row.spheres.is_none()).and_then(|row| row.row_microseconds);
     let mut targets = vec![Target::new(
         "ReLCP holds the overlap tolerance after every step",

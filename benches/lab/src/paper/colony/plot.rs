@@ -14,21 +14,21 @@ pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {
 }
 
 fn curve(run: &Run, points: Vec<(f64, f64)>) -> Curve {
-    Curve { name: run.course.method.clone(), points, marked: false }
+    Curve { name: run.summary.method.clone(), points, marked: false }
 }
 
 fn ratios(study: &Study) -> Panel {
-    let relcp = study.first_runs().find(|run| run.course.is_relcp());
+    let relcp = study.first_runs().find(|run| run.summary.is_relcp());
     let of = |run: &Run| {
-        let windows = run.course.beside(&relcp?.course);
+        let windows = run.summary.beside(&relcp?.summary);
         Some(curve(run, windows.map(|(own, other)| (own.time, own.milliseconds / other.milliseconds)).collect()))
     };
-    let curves = study.first_runs().filter(|run| !run.course.is_relcp()).filter_map(of).collect();
+    let curves = study.first_runs().filter(|run| !run.summary.is_relcp()).filter_map(of).collect();
     over_time("time of a step over ReLCP's", curves)
 }
 
 fn rows(study: &Study) -> Panel {
-    let of = |run: &Run| curve(run, run.course.windows.iter().map(|w| (w.time, w.constraints)).collect());
+    let of = |run: &Run| curve(run, run.summary.windows.iter().map(|w| (w.time, w.constraints)).collect());
     over_time("rows of a step", study.first_runs().map(of).collect())
 }
 

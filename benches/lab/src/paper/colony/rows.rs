@@ -2,7 +2,7 @@
 
 use super::Run;
 use super::morphology::{deviation, mean};
-use crate::paper::{Course, Window, method_name};
+use crate::paper::{RunSummary, Window, method_name};
 use relcp::scene::Method;
 use serde::Serialize;
 
@@ -61,45 +61,45 @@ pub struct Row {
 }
 
 /// The first run of ReLCP.
-fn relcp(runs: &[Run]) -> Option<&Course> {
-    runs.iter().find(|run| run.case.method == Method::Relcp && run.case.seed == 1).map(|run| &run.course)
+fn relcp(runs: &[Run]) -> Option<&RunSummary> {
+    runs.iter().find(|run| run.case.method == Method::Relcp && run.case.seed == 1).map(|run| &run.summary)
 }
 
 /// The first runs of all methods.
 pub(super) fn rows(runs: &[Run]) -> Vec<Row> {
     let relcp = relcp(runs);
-    runs.iter().filter(|run| run.case.seed == 1).map(|run| row(&run.course, relcp)).collect()
+    runs.iter().filter(|run| run.case.seed == 1).map(|run| row(&run.summary, relcp)).collect()
 }
 
-fn row(course: &Course, relcp: Option<&Course>) -> Row {
-    let pairs: Vec<(&Window, &Window)> = relcp.map_or(Vec::new(), |relcp| course.beside(relcp).collect());
+fn row(summary: &RunSummary, relcp: Option<&RunSummary>) -> Row {
+    let pairs: Vec<(&Window, &Window)> = relcp.map_or(Vec::new(), |relcp| summary.beside(relcp).collect());
     // A founder has no neighbour, so no row: such windows say nothing.
     let has_rows = |window: &Window| window.constraints > 0.0;
     let touching = pairs.iter().filter(|(own, other)| has_rows(own) && has_rows(other));
     let relative: Vec<f64> = touching.map(|(own, other)| own.constraints / other.constraints).collect();
     let each: Vec<f64> =
-        course.windows.iter().filter(|w| has_rows(w)).map(|w| 1e3 * w.milliseconds / w.constraints).collect();
+        summary.windows.iter().filter(|w| has_rows(w)).map(|w| 1e3 * w.milliseconds / w.constraints).collect();
     let (relative, each) = (Spread::of(&relative), Spread::of(&each));
     let own: f64 = pairs.iter().map(|(own, _)| own.milliseconds * own.steps as f64).sum();
     let other: f64 = pairs.iter().map(|(_, other)| other.milliseconds * other.steps as f64).sum();
     Row {
-        method: course.method.clone(),
-        spheres: course.spheres,
-        bodies: course.bodies,
+        method: summary.method.clone(),
+        spheres: summary.spheres,
+        bodies: summary.bodies,
         relative_constraints: relative.map(|spread| spread.mean),
         relative_constraints_deviation: relative.map(|spread| spread.deviation),
         row_microseconds: each.map(|spread| spread.mean),
         row_microseconds_deviation: each.map(|spread| spread.deviation),
-        milliseconds: course.milliseconds,
+        milliseconds: summary.milliseconds,
         relative_time: (other > 0.0).then(|| own / other),
         relative_time_at_the_end: pairs.last().map(|(own, other)| own.milliseconds / other.milliseconds),
-        last_constraints: course.last_constraints,
-        products: course.products as f64 / course.steps.max(1) as f64,
-        max_overlap: course.max_overlap,
-        proxy_overlap: course.proxy_overlap,
-        unconverged: course.unconverged,
-        steps_over: course.steps_over,
-        steps: course.steps,
+        last_constraints: summary.last_constraints,
+        products: summary.products as f64 / summary.steps.max(1) as f64,
+        max_overlap: summary.max_overlap,
+        proxy_overlap: summary.proxy_overlap,
+        unconverged: summary.unconverged,
+        steps_over: summary.steps_over,
+        steps: summary.steps,
     }
 }
 
@@ -127,7 +127,7 @@ pub struct ByGeneration {
 pub(super) fn by_generation(runs: &[Run]) -> Vec<ByGeneration> {
     let mut lines: Vec<ByGeneration> = Vec::new();
     for run in runs.iter().filter(|run| run.case.seed == 1) {
-        let windows = run.course.windows.iter().filter(|window| window.bodies < run.course.bodies);
+        let windows = run.summary.windows.iter().filter(|window| window.bodies < run.summary.bodies);
         let windows: Vec<&Window> = windows.collect();
         for same in windows.chunk_by(|a, b| a.bodies == b.bodies) {
             let steps: u64 = same.iter().map(|window| window.steps).sum();
@@ -139,10 +139,10 @@ pub(super) fn by_generation(runs: &[Run]) -> Vec<ByGeneration> {
             // ReLCP's run comes first; its own lines are compared with themselves.
             let found = lines.iter().find(|line| line.bodies == bodies && line.method == method_name(Method::Relcp));
             let other = found.map(|line| [line.constraints, line.milliseconds]);
-            let other = other.or(run.course.is_relcp().then_some([constraints, milliseconds]));
+            let other = other.or(run.summary.is_relcp().then_some([constraints, milliseconds]));
             let over = |own: f64, at: usize| other.map(|other| own / other[at]).filter(|ratio| ratio.is_finite());
             let (relative_constraints, relative_time) = (over(constraints, 0), over(milliseconds, 1));
-            let method = run.course.method.clone();
+            let method = run.summary.method.clone();
             lines.push(ByGeneration {
                 method,
                 bodies,

@@ -11,7 +11,7 @@ mod targets;
 
 use super::columns::measure_columns;
 use super::measured::value;
-use super::{COMPUTED_BY, Census, Course, Measured, Target, Window, follow};
+use super::{COMPUTED_BY, Census, Measured, RunSummary, Target, Window, follow};
 use crate::StudyError;
 use crate::table::csv_table;
 use relcp::figure::Figure;
@@ -139,8 +139,9 @@ pub struct Case {
 pub struct Run {
     /// What was run.
     pub case: Case,
-    /// What its steps came to.
-    pub course: Course,
+    /// The summary of its steps.
+    #[serde(rename = "course")]
+    pub summary: RunSummary,
     /// The radius of gyration of the centres at the end.
     pub gyration: Option<f64>,
 }
@@ -221,29 +222,29 @@ impl Study {
     }
 
     fn row(&self, run: &Run) -> Row {
-        let Run { case, course, gyration } = run;
-        let last = course.windows.last();
-        let relcp = self.relcp(case).map(|run| &run.course);
+        let Run { case, summary, gyration } = run;
+        let last = summary.windows.last();
+        let relcp = self.relcp(case).map(|run| &run.summary);
         let relative = |of: fn(&Window) -> f64| {
-            let (own, other) = relcp.and_then(|relcp| course.beside(relcp).last())?;
+            let (own, other) = relcp.and_then(|relcp| summary.beside(relcp).last())?;
             Some(of(own) / of(other)).filter(|ratio| ratio.is_finite())
         };
         Row {
             part: case.part,
             dt: case.dt,
-            method: course.method.clone(),
-            spheres: course.spheres,
-            steps: course.steps,
+            method: summary.method.clone(),
+            spheres: summary.spheres,
+            steps: summary.steps,
             constraints: last.map_or(0.0, |window| window.constraints),
             milliseconds: last.map_or(0.0, |window| window.milliseconds),
             relative_constraints: relative(|window| window.constraints),
             relative_time: relative(|window| window.milliseconds),
-            relative_time_of_all: relcp.map(|relcp| course.milliseconds / relcp.milliseconds),
-            products: course.products as f64 / course.steps.max(1) as f64,
-            recursions: course.recursions,
-            max_overlap: course.max_overlap,
-            proxy_overlap: course.proxy_overlap,
-            unconverged: course.unconverged,
+            relative_time_of_all: relcp.map(|relcp| summary.milliseconds / relcp.milliseconds),
+            products: summary.products as f64 / summary.steps.max(1) as f64,
+            recursions: summary.recursions,
+            max_overlap: summary.max_overlap,
+            proxy_overlap: summary.proxy_overlap,
+            unconverged: summary.unconverged,
             gyration: *gyration,
         }
     }
@@ -261,7 +262,7 @@ impl Study {
                 (self.dense.clone(), ((0.5 * self.size.dense_time / case.dt).round() as u64).max(1))
             }
         };
-        let (course, simulation) = follow(scene, from, width)?;
+        let (summary, simulation) = follow(scene, from, width)?;
         let [gyration] = measure_columns(&simulation, ["radius_gyration"])?;
         if (case.part, case.method) == (Part::Whole, Method::Relcp) {
             // What a method remembers of its rows is of no use to another; so that none begins with an advantage, none
@@ -272,7 +273,7 @@ impl Study {
             }
             self.dense = Some(State { warm: Vec::new(), ..simulation.state()?.clone() });
         }
-        Ok(Run { case, course, gyration })
+        Ok(Run { case, summary, gyration })
     }
 }
 
@@ -299,7 +300,7 @@ impl Measured for Study {
     }
 
     fn missed(&self) -> bool {
-        self.runs.iter().any(|run| run.case.part != Part::Public && run.course.missed())
+        self.runs.iter().any(|run| run.case.part != Part::Public && run.summary.missed())
     }
 
     fn page(&self) -> String {
@@ -320,7 +321,7 @@ impl Measured for Study {
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>, StudyError> {
         let rows = self.rows();
         let whole = self.runs.iter().filter(|run| run.case.part == Part::Whole);
-        let steps = whole.flat_map(|run| &run.course.windows);
+        let steps = whole.flat_map(|run| &run.summary.windows);
         Ok(vec![
             ("compaction.csv".into(), csv_table(rows.iter())?),
             ("compaction-steps.csv".into(), csv_table(steps)?),

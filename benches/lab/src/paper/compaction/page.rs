@@ -107,7 +107,7 @@ fn solver_of_public_codes() -> String {
 
 fn head(study: &Study) -> String {
     let size = study.size();
-    let tolerance = study.runs().first().map_or(0.0, |run| run.course.overlap_tolerance);
+    let tolerance = study.runs().first().map_or(0.0, |run| run.summary.overlap_tolerance);
     format!(
         "# Compaction\n\n\
          Ellipsoids are drawn from a dilute suspension into a dense ball: rows and time of ReLCP and of sub-spheres (LCP-MS), the paper's Table 2 and Figure 4.\n\n\

@@ -12,14 +12,14 @@ pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {
 
 fn panels(study: &Study, dt: f64) -> Vec<Panel> {
     let whole = || study.runs().iter().filter(move |run| run.case.part == Part::Whole && run.case.dt == dt);
-    let curve = |run: &Run, points: Vec<(f64, f64)>| Curve { name: run.course.method.clone(), points, marked: false };
-    let ratios = whole().filter(|run| !run.course.is_relcp()).filter_map(|run| {
-        let relcp = &study.relcp(&run.case)?.course;
-        let points = run.course.beside(relcp).map(|(own, other)| (own.time, own.milliseconds / other.milliseconds));
+    let curve = |run: &Run, points: Vec<(f64, f64)>| Curve { name: run.summary.method.clone(), points, marked: false };
+    let ratios = whole().filter(|run| !run.summary.is_relcp()).filter_map(|run| {
+        let relcp = &study.relcp(&run.case)?.summary;
+        let points = run.summary.beside(relcp).map(|(own, other)| (own.time, own.milliseconds / other.milliseconds));
         Some(curve(run, points.collect()))
     });
     let rows = whole()
-        .map(|run| curve(run, run.course.windows.iter().map(|window| (window.time, window.constraints)).collect()));
+        .map(|run| curve(run, run.summary.windows.iter().map(|window| (window.time, window.constraints)).collect()));
     let panel = |name, curves| Panel {
         title: format!("dt {dt}"),
         axes: [Axis { name: "time", logarithmic: false }, Axis { name, logarithmic: true }],

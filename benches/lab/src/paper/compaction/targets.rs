@@ -5,7 +5,7 @@ use super::{Part, Row, Run};
 use crate::paper::{Census, Target};
 
 pub(super) fn targets(rows: &[Row], runs: &[Run], census: &Census) -> Vec<Target> {
-    let relcp: Vec<&Run> = runs.iter().filter(|run| run.case.part != Part::Public && run.course.is_relcp()).collect();
+    let relcp: Vec<&Run> = runs.iter().filter(|run| run.case.part != Part::Public && run.summary.is_relcp()).collect();
     let settled = settled(rows);
     let public: Vec<&Row> = rows.iter().filter(|row| row.spheres.is_some() && row.part == Part::Public).collect();
     let mut targets = vec![tolerance_held(&relcp)];
@@ -25,8 +25,8 @@ fn settled(rows: &[Row]) -> Vec<&Row> {
 }
 
 fn tolerance_held(relcp: &[&Run]) -> Target {
-    let largest = relcp.iter().map(|run| run.course.max_overlap).fold(0.0, f64::max);
-    let over: u64 = relcp.iter().map(|run| run.course.steps_over).sum();
+    let largest = relcp.iter().map(|run| run.summary.max_overlap).fold(0.0, f64::max);
+    let over: u64 = relcp.iter().map(|run| run.summary.steps_over).sum();
     Target::new(
         "ReLCP holds the overlap tolerance after every step",
         format!("{largest:.3e} at most, {over} steps over"),
@@ -67,11 +67,11 @@ fn beside_paper(settled: &[&Row], public: &[&Row]) -> [Target; 4] {
 
 fn accepted_at_once(relcp: &[&Run]) -> Target {
     let linear = relcp.iter().find(|run| run.case.dt == PAPER_LINEAR_DT && run.case.part == Part::Whole);
-    let found = |run: &&Run| format!("{} recursions in {} steps", run.course.recursions, run.course.steps);
+    let found = |run: &&Run| format!("{} recursions in {} steps", run.summary.recursions, run.summary.steps);
     Target::new(
         format!("at dt {PAPER_LINEAR_DT} ReLCP's first solve is accepted at every step, as in the paper"),
         linear.map_or(String::new(), found),
-        linear.map(|run| run.course.recursions == 0),
+        linear.map(|run| run.summary.recursions == 0),
     )
 }
 

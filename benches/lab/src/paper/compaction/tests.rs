@@ -22,11 +22,11 @@ fn a_tiny_suspension_is_compacted() {
     assert_eq!([of(Part::Whole, 0.2), of(Part::Dense, 0.1), of(Part::Public, 0.1)].map(Iterator::count), [2, 3, 2]);
     for (row, run) in rows.iter().zip(study.runs()) {
         let (steps, windows) = if row.part == Part::Whole { (20.0, 100) } else { (2.0, 2) };
-        assert_eq!((row.steps, run.course.windows.len()), ((steps / row.dt).round() as u64, windows), "{row:?}");
+        assert_eq!((row.steps, run.summary.windows.len()), ((steps / row.dt).round() as u64, windows), "{row:?}");
         assert!(row.relative_time.is_some_and(|time| time > 0.0) && row.gyration.is_some_and(|radius| radius < 4.0));
     }
     // Every run from the dense state goes on from the one of its own step.
-    let starts: Vec<f64> = study.runs().iter().map(|run| run.course.windows[0].time).collect();
+    let starts: Vec<f64> = study.runs().iter().map(|run| run.summary.windows[0].time).collect();
     assert!(starts[2..7].iter().all(|time| (*time - 21.0).abs() < 1e-9), "{starts:?}");
     let dense: Vec<f64> = of(Part::Dense, 0.2).map(|row| row.constraints).collect();
     assert!(dense[0] >= 8.0 && dense[2] > dense[1], "{dense:?}");
@@ -58,7 +58,7 @@ fn the_papers_figures_stand_beside_ours() {
         Study::begin(Size { steps: &[(0.1, &[])], dense: &[3, 7], public: &[], end: 2.0, dense_time: 0.4, ..TINY });
     while study.next_run().unwrap().is_some() {}
     let set = |run: &mut Run, rows: f64, milliseconds: f64| {
-        let window = run.course.windows.last_mut().unwrap();
+        let window = run.summary.windows.last_mut().unwrap();
         (window.constraints, window.milliseconds) = (rows, milliseconds);
     };
     // The paper's own ratios of rows to 3 and 7 spheres, 2.03 and 9.66; times 1 and 56 instead of 1.9 and 28.

@@ -147,7 +147,7 @@ pub struct Run {
     pub products: u64,
     /// Solves that did not reach the solver's tolerance.
     pub unconverged: u64,
-    /// Its course over time.
+    /// Its windows over time.
     #[serde(skip)]
     pub windows: Vec<Window>,
 }

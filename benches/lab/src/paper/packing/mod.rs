@@ -13,7 +13,7 @@ pub use lattice::scene;
 
 use super::columns::measure_columns;
 use super::measured::value;
-use super::{COMPUTED_BY, Course, Measured, Target, follow};
+use super::{COMPUTED_BY, Measured, RunSummary, Target, follow};
 use crate::StudyError;
 use crate::table::csv_table;
 use relcp::figure::Figure;
@@ -47,8 +47,9 @@ impl Size {
 /// A run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Run {
-    /// What its steps came to.
-    pub course: Course,
+    /// The summary of its steps.
+    #[serde(rename = "course")]
+    pub summary: RunSummary,
     /// The radius of gyration of the centres at the end.
     pub gyration: Option<f64>,
 }
@@ -91,19 +92,19 @@ impl Study {
     }
 
     fn rows(&self) -> impl Iterator<Item = Row> {
-        self.runs.iter().map(|Run { course, gyration }| Row {
-            bodies: course.bodies,
-            dt: course.dt,
-            steps: course.steps,
-            cpu_milliseconds_a_step: course.step_milliseconds(),
-            wall_milliseconds_a_step: course.wall_milliseconds / course.steps.max(1) as f64,
-            max_overlap: course.max_overlap,
-            last_overlap: course.last_overlap,
+        self.runs.iter().map(|Run { summary, gyration }| Row {
+            bodies: summary.bodies,
+            dt: summary.dt,
+            steps: summary.steps,
+            cpu_milliseconds_a_step: summary.step_milliseconds(),
+            wall_milliseconds_a_step: summary.wall_milliseconds / summary.steps.max(1) as f64,
+            max_overlap: summary.max_overlap,
+            last_overlap: summary.last_overlap,
             gyration: *gyration,
-            recursions: course.recursions,
-            products: course.products,
-            constraints: course.constraints,
-            last_constraints: course.last_constraints,
+            recursions: summary.recursions,
+            products: summary.products,
+            constraints: summary.constraints,
+            last_constraints: summary.last_constraints,
         })
     }
 }
@@ -116,15 +117,15 @@ impl Measured for Study {
     fn next_run(&mut self) -> Result<Option<String>, StudyError> {
         let Some((side, dt)) = self.size.cases().nth(self.runs.len()) else { return Ok(None) };
         let run = run(side, dt)?;
-        let Course { bodies, max_overlap, .. } = run.course;
-        let milliseconds = run.course.step_milliseconds();
+        let RunSummary { bodies, max_overlap, .. } = run.summary;
+        let milliseconds = run.summary.step_milliseconds();
         let said = format!("{bodies} rods, dt {dt}: {milliseconds:.2} ms a step, overlap {max_overlap:.1e} at most");
         self.runs.push(run);
         Ok(Some(said))
     }
 
     fn missed(&self) -> bool {
-        self.runs.iter().any(|run| run.course.missed())
+        self.runs.iter().any(|run| run.summary.missed())
     }
 
     fn page(&self) -> String {
@@ -144,7 +145,7 @@ impl Measured for Study {
     /// The scenes too, so that an engine can be given them.
     fn files(&self) -> Result<Vec<(String, Vec<u8>)>, StudyError> {
         let rows: Vec<Row> = self.rows().collect();
-        let steps = self.runs.iter().flat_map(|run| &run.course.windows);
+        let steps = self.runs.iter().flat_map(|run| &run.summary.windows);
         let mut files =
             vec![("packing.csv".into(), csv_table(rows.iter())?), ("packing-steps.csv".into(), csv_table(steps)?)];
         for side in self.size.sides {
@@ -162,9 +163,9 @@ impl Measured for Study {
 fn run(side: u32, dt: f64) -> Result<Run, StudyError> {
     let scene = scene(side, dt)?;
     let width = scene.time.steps().div_ceil(WINDOWS);
-    let (course, simulation) = follow(scene, None, width)?;
+    let (summary, simulation) = follow(scene, None, width)?;
     let [gyration] = measure_columns(&simulation, ["radius_gyration"])?;
-    Ok(Run { course, gyration })
+    Ok(Run { summary, gyration })
 }
 
 /// A line of the table.

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 
 pub(super) fn page(study: &Study) -> String {
     let runs = study.runs();
-    let tolerance = runs.first().map_or(0.0, |run| run.course.overlap_tolerance);
+    let tolerance = runs.first().map_or(0.0, |run| run.summary.overlap_tolerance);
     let mut out = format!(
         "# Packing\n\n\
          Rods are drawn from a lattice into a ball: what a step takes and how much the smooth surfaces overlap, by the step's size, beside public engines on the same \
@@ -36,24 +36,24 @@ fn ours(out: &mut String, runs: &[Run]) {
         "\n## Ours\n\n| rods | dt | steps | CPU ms a step | wall ms a step | CPU s to the end | overlap, at most | overlap, at the end | radius of gyration | recursions a step | \
          products a step | rows, mean | rows, at the end |\n| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",
     );
-    for Run { course, gyration } in runs {
-        let steps = course.steps.max(1) as f64;
+    for Run { summary, gyration } in runs {
+        let steps = summary.steps.max(1) as f64;
         let _ = writeln!(
             out,
             "| {} | {} | {} | {:.2} | {:.2} | {:.1} | {:.1e} | {:.1e} | {} | {:.2} | {:.0} | {:.0} | {} |",
-            course.bodies,
-            course.dt,
-            course.steps,
-            course.step_milliseconds(),
-            course.wall_milliseconds / steps,
-            1e-3 * course.milliseconds,
-            course.max_overlap,
-            course.last_overlap,
+            summary.bodies,
+            summary.dt,
+            summary.steps,
+            summary.step_milliseconds(),
+            summary.wall_milliseconds / steps,
+            1e-3 * summary.milliseconds,
+            summary.max_overlap,
+            summary.last_overlap,
             gyration.map_or(String::new(), |gyration| format!("{gyration:.4}")),
-            course.recursions as f64 / steps,
-            course.products as f64 / steps,
-            course.constraints,
-            course.last_constraints,
+            summary.recursions as f64 / steps,
+            summary.products as f64 / steps,
+            summary.constraints,
+            summary.last_constraints,
         );
     }
 }
@@ -82,16 +82,20 @@ fn theirs(out: &mut String, engines: &[Engine]) {
 
 pub(super) fn targets(runs: &[Run], engines: &[Engine]) -> Vec<Target> {
     let worst = |of: fn(&Run) -> f64| runs.iter().map(of).fold(0.0, f64::max);
-    let held = |run: &Run| run.course.max_overlap.max(run.course.last_overlap) <= run.course.overlap_tolerance;
+    let held = |run: &Run| run.summary.max_overlap.max(run.summary.last_overlap) <= run.summary.overlap_tolerance;
     let mut targets = vec![Target::new(
         "the overlap tolerance is held after every step at every dt, and at the end by an audit",
-        format!("{:.3e} at most, {:.3e} at the end", worst(|r| r.course.max_overlap), worst(|r| r.course.last_overlap)),
+        format!(
+            "{:.3e} at most, {:.3e} at the end",
+            worst(|r| r.summary.max_overlap),
+            worst(|r| r.summary.last_overlap)
+        ),
         (!runs.is_empty()).then(|| runs.iter().all(held)),
     )];
-    let all: Vec<&Run> = runs.iter().filter(|run| run.course.bodies == RODS).collect();
+    let all: Vec<&Run> = runs.iter().filter(|run| run.summary.bodies == RODS).collect();
     let least = engines::beside(engines).min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b));
     let radius = least.and_then(|(run, _)| run.gyration).unwrap_or(f64::NAN);
-    let found: Vec<(f64, f64)> = all.iter().filter_map(|run| Some((run.course.dt, run.gyration?))).collect();
+    let found: Vec<(f64, f64)> = all.iter().filter_map(|run| Some((run.summary.dt, run.gyration?))).collect();
     let words = found
         .iter()
         .map(|(dt, gyration)| format!("{gyration:.4} ({:+.2}%) at {dt}", 100.0 * (gyration / radius - 1.0)));
@@ -104,7 +108,7 @@ pub(super) fn targets(runs: &[Run], engines: &[Engine]) -> Vec<Target> {
         (!found.is_empty()).then(|| found.iter().all(|(_, found)| (found / radius - 1.0).abs() <= GYRATION_WITHIN)),
     ));
     let least = least.map_or(f64::INFINITY, |(_, (_, overlap))| overlap);
-    let most = all.iter().map(|run| run.course.max_overlap).fold(0.0, f64::max);
+    let most = all.iter().map(|run| run.summary.max_overlap).fold(0.0, f64::max);
     targets.push(Target::new(
         format!("overlap of {RODS} rods at every dt under a tenth of the least of the engines'"),
         if all.is_empty() { String::new() } else { format!("{most:.1e} against {least:.1e}") },

@@ -22,19 +22,19 @@ pub(super) fn plot(study: &Study) -> Result<Figure, StudyError> {
 }
 
 fn curve(run: &Run, of: fn(&Window) -> f64) -> Curve {
-    let points = run.course.windows.iter().map(|window| (window.time, of(window)));
+    let points = run.summary.windows.iter().map(|window| (window.time, of(window)));
     Curve { name: name(run), points: points.collect(), marked: false }
 }
 
 fn name(run: &Run) -> String {
-    format!("{} rods, dt {}", run.course.bodies, run.course.dt)
+    format!("{} rods, dt {}", run.summary.bodies, run.summary.dt)
 }
 
 /// Overlap over time of a step, ours and the engines'.
 fn beside(study: &Study) -> Panel {
     let ours = study.runs().iter().map(|run| Curve {
         name: name(run),
-        points: vec![(run.course.step_milliseconds(), run.course.max_overlap.max(FLOOR))],
+        points: vec![(run.summary.step_milliseconds(), run.summary.max_overlap.max(FLOOR))],
         marked: true,
     });
     let theirs = study.engines().iter().filter_map(|engine| {

@@ -32,8 +32,8 @@ fn a_tiny_packing_is_measured() {
     let said: Vec<String> = std::iter::from_fn(|| study.next_run().unwrap()).collect();
     assert!(said.len() == 2 && said[0].starts_with("8 rods, dt 0.2: "), "{said:?}");
     let [coarse, fine] = study.runs() else { panic!("{said:?}") };
-    assert_eq!((coarse.course.steps, fine.course.steps, fine.course.windows.len()), (75, 150, 150));
-    assert!(coarse.course.max_overlap > 0.0 && coarse.course.last_overlap <= 1e-5 && !study.missed());
+    assert_eq!((coarse.summary.steps, fine.summary.steps, fine.summary.windows.len()), (75, 150, 150));
+    assert!(coarse.summary.max_overlap > 0.0 && coarse.summary.last_overlap <= 1e-5 && !study.missed());
     let (a, b) = (coarse.gyration.unwrap(), fine.gyration.unwrap());
     assert!((a / b - 1.0).abs() < 0.1 && a < 1.2, "{a} {b}");
     // Without 1,000 rods nothing is said of the engines' radius and overlap.
@@ -85,14 +85,14 @@ fn what_misses_is_said_to() {
         line("far", 0.1, 1e-7, 4.5),
     ];
     study.next_run().unwrap();
-    study.runs[0].course.bodies = 1000;
+    study.runs[0].summary.bodies = 1000;
     study.runs[0].gyration = Some(3.5);
-    study.runs[0].course.max_overlap = 2e-5;
+    study.runs[0].summary.max_overlap = 2e-5;
     let met = |study: &Study| study.targets().iter().map(|target| target.met).collect::<Vec<_>>();
     assert_eq!(met(&study), [Some(false), Some(true), Some(true)]);
     assert!(study.missed() && study.page().contains("| near 1, default | 0.1 | 20.0 | 2.0 | 1.0e-3 | 3.490 |"));
     study.runs[0].gyration = Some(3.4);
-    study.runs[0].course.max_overlap = 1e-3;
+    study.runs[0].summary.max_overlap = 1e-3;
     assert_eq!(met(&study), [Some(false), Some(false), Some(false)]);
     study.engines[1].ended = Some("stopped after 5 s".into());
     assert!(study.page().contains("| near 1, default | 0.1 | | | | stopped after 5 s |"));

@@ -17,7 +17,7 @@ const MOST_TILT: f64 = 20.0;
 const LEAST_MOUTH: f64 = 1.5;
 /// Steps.
 const DT: [f64; 2] = [1e-3, 1e-2];
-/// Relative growth per time.
+/// Relative growth rate.
 const RATE: [f64; 2] = [0.7, 1.4];
 /// Noises are from none to this.
 const MOST_NOISE: f64 = 0.2;

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 /// What a run's `summary.json` says, as far as a table shows it. A length that was not finite is `None`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// How the run stands.
+    /// The status of the run.
     pub status: RunStatus,
     /// Whether it went to its end.
     pub completed: bool,
@@ -121,12 +121,12 @@ impl Folders {
     /// [`RecordError::NotEmpty`] where there is no run in it but something else, and files that cannot be read.
     pub fn of(&self, plan: &Plan, member: &Member) -> Result<(PathBuf, MemberState), RecordError> {
         let own = self.root.join(member.name());
-        let standing = standing(plan, member, &own)?;
-        if standing != MemberState::Missing {
-            return Ok((own, standing));
+        let state = member_state(plan, member, &own)?;
+        if state != MemberState::Missing {
+            return Ok((own, state));
         }
         for path in self.named.get(member.short_hash()).into_iter().flatten().filter(|path| **path != own) {
-            match self::standing(plan, member, path) {
+            match self::member_state(plan, member, path) {
                 Ok(MemberState::Missing) | Err(RecordError::OtherScene { .. }) => {}
                 found => return Ok((path.clone(), found?)),
             }
@@ -155,7 +155,7 @@ fn digits_of(path: &Path) -> Option<String> {
     (named && hashed && path.is_dir()).then(|| digits.to_owned())
 }
 
-fn standing(plan: &Plan, member: &Member, path: &Path) -> Result<MemberState, RecordError> {
+fn member_state(plan: &Plan, member: &Member, path: &Path) -> Result<MemberState, RecordError> {
     let folder = Folder::at(path);
     match fs::read_dir(path) {
         Err(e) if e.kind() == ErrorKind::NotFound => return Ok(MemberState::Missing),

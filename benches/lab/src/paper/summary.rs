@@ -33,7 +33,7 @@ pub struct Window {
     pub steps: u64,
     /// Rows of the last LCP of a step, on average.
     pub constraints: f64,
-    /// Milliseconds of a step, on average, as [`Course::milliseconds`].
+    /// Milliseconds of a step, on average, as [`RunSummary::milliseconds`].
     pub milliseconds: f64,
     /// Recursions of a step, on average.
     pub recursions: f64,
@@ -45,9 +45,9 @@ pub struct Window {
     pub proxy_overlap: Option<f64>,
 }
 
-/// What a run came to.
+/// The summary of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Course {
+pub struct RunSummary {
     /// The contact method.
     pub method: String,
     /// Sub-spheres of a body, where its rows are made from these.
@@ -84,16 +84,16 @@ pub struct Course {
     pub proxy_overlap: Option<f64>,
     /// Steps that left more than the tolerance between smooth surfaces.
     pub steps_over: u64,
-    /// Its course over time.
+    /// Its windows over time.
     #[serde(skip)]
     pub windows: Vec<Window>,
 }
 
-impl Course {
+impl RunSummary {
     fn new(scene: &Scene) -> Self {
         let method = scene.contact.method;
         let spheres = if let Method::Multisphere { count } = method { Some(count) } else { None };
-        Course {
+        RunSummary {
             method: method_name(method),
             spheres,
             dt: scene.time.dt,
@@ -128,13 +128,13 @@ impl Course {
         self.is_relcp() && (self.unconverged > 0 || over)
     }
 
-    /// Milliseconds of a step, as [`Course::milliseconds`].
+    /// Milliseconds of a step, as [`RunSummary::milliseconds`].
     pub fn step_milliseconds(&self) -> f64 {
         self.milliseconds / self.steps.max(1) as f64
     }
 
     /// The windows of this run and those of another that end at the same step, as far as both go.
-    pub fn beside<'a>(&'a self, other: &'a Course) -> impl Iterator<Item = (&'a Window, &'a Window)> {
+    pub fn beside<'a>(&'a self, other: &'a RunSummary) -> impl Iterator<Item = (&'a Window, &'a Window)> {
         let same = self.dt == other.dt;
         self.windows.iter().zip(&other.windows).filter(move |(a, b)| same && a.step == b.step)
     }
@@ -202,43 +202,43 @@ fn largest(a: Option<f64>, b: Option<f64>) -> Option<f64> {
 ///
 /// # Errors
 /// [`StudyError`] where a step cannot be taken.
-pub fn follow(scene: Scene, from: Option<State>, width: u64) -> Result<(Course, Simulation), StudyError> {
+pub fn follow(scene: Scene, from: Option<State>, width: u64) -> Result<(RunSummary, Simulation), StudyError> {
     follow_with(scene, from, width, |_, _| Ok(()))
 }
 
-/// As [`follow`], and lets `look` see the simulation after every step, with the number of the window that the step is
-/// in.
+/// As [`follow`], and lets `observe` see the simulation after every step, with the number of the window that the step
+/// is in.
 ///
 /// # Errors
-/// As [`follow`], and those of `look`.
+/// As [`follow`], and those of `observe`.
 pub fn follow_with(
     scene: Scene,
     from: Option<State>,
     width: u64,
-    mut look: impl FnMut(&Simulation, usize) -> Result<(), StudyError>,
-) -> Result<(Course, Simulation), StudyError> {
-    let mut course = Course::new(&scene);
+    mut observe: impl FnMut(&Simulation, usize) -> Result<(), StudyError>,
+) -> Result<(RunSummary, Simulation), StudyError> {
+    let mut summary = RunSummary::new(&scene);
     let mut simulation = match from {
         Some(state) => Simulation::builder(scene).resume(state).build()?,
         None => Simulation::new(scene)?,
     };
-    course.bodies = simulation.bodies();
+    summary.bodies = simulation.bodies();
     while !simulation.done() {
         let begun = Begun::now();
         let report = simulation.step()?;
         let took = begun.elapsed();
-        if course.steps.is_multiple_of(width.max(1)) {
-            course.begin_window();
+        if summary.steps.is_multiple_of(width.max(1)) {
+            summary.begin_window();
         }
-        course.count(&report, &took);
-        if let Some(window) = course.windows.last_mut() {
+        summary.count(&report, &took);
+        if let Some(window) = summary.windows.last_mut() {
             window.count(&report, &took);
         }
-        look(&simulation, course.windows.len() - 1)?;
+        observe(&simulation, summary.windows.len() - 1)?;
     }
     let overlaps = contacts(&simulation.state()?.bodies, 0.0);
-    course.last_overlap = overlaps.iter().map(|contact| -contact.separation).fold(0.0, f64::max);
-    Ok((course, simulation))
+    summary.last_overlap = overlaps.iter().map(|contact| -contact.separation).fold(0.0, f64::max);
+    Ok((summary, simulation))
 }
 
 #[cfg(test)]
@@ -249,19 +249,19 @@ mod tests {
     fn a_run_is_summed_up_in_windows() {
         let mut scene = Scene::load("two-ellipsoids", ["time.end=8", "time.dt=0.1"]).unwrap();
         scene.contact.method = Method::Multisphere { count: 7 };
-        let (course, simulation) = follow(scene, None, 30).unwrap();
-        let steps: Vec<u64> = course.windows.iter().map(|window| window.steps).collect();
-        assert_eq!((steps, course.steps, simulation.steps()), (vec![30, 30, 20], 80, 80));
-        let sum = |of: fn(&Window) -> f64| course.windows.iter().map(|w| of(w) * w.steps as f64).sum::<f64>();
-        assert!((sum(|w| w.products) / course.products as f64 - 1.0).abs() < 1e-12);
-        assert!((sum(|w| w.constraints) / (80.0 * course.constraints) - 1.0).abs() < 1e-12);
-        assert!((sum(|w| w.milliseconds) / course.milliseconds - 1.0).abs() < 1e-9);
-        let worst = course.windows.iter().map(|w| w.max_overlap).fold(0.0, f64::max);
-        assert_eq!((course.max_overlap, course.spheres, &*course.method), (worst, Some(7), "LCP-MS 7"));
-        assert!(course.proxy_overlap.is_some_and(|overlap| overlap < 1e-5) && !course.missed());
+        let (summary, simulation) = follow(scene, None, 30).unwrap();
+        let steps: Vec<u64> = summary.windows.iter().map(|window| window.steps).collect();
+        assert_eq!((steps, summary.steps, simulation.steps()), (vec![30, 30, 20], 80, 80));
+        let sum = |of: fn(&Window) -> f64| summary.windows.iter().map(|w| of(w) * w.steps as f64).sum::<f64>();
+        assert!((sum(|w| w.products) / summary.products as f64 - 1.0).abs() < 1e-12);
+        assert!((sum(|w| w.constraints) / (80.0 * summary.constraints) - 1.0).abs() < 1e-12);
+        assert!((sum(|w| w.milliseconds) / summary.milliseconds - 1.0).abs() < 1e-9);
+        let worst = summary.windows.iter().map(|w| w.max_overlap).fold(0.0, f64::max);
+        assert_eq!((summary.max_overlap, summary.spheres, &*summary.method), (worst, Some(7), "LCP-MS 7"));
+        assert!(summary.proxy_overlap.is_some_and(|overlap| overlap < 1e-5) && !summary.missed());
         // The last step's own figure of the smooth surfaces, computed anew.
-        let last = course.windows[2].max_overlap;
-        assert!(course.last_overlap <= last && course.steps_over > 0, "{} {last}", course.last_overlap);
+        let last = summary.windows[2].max_overlap;
+        assert!(summary.last_overlap <= last && summary.steps_over > 0, "{} {last}", summary.last_overlap);
     }
 
     #[test]
@@ -271,7 +271,7 @@ mod tests {
         let mut scene = load("time.end=8.5");
         scene.contact.method = Method::Multisphere { count: 5 };
         let state = State { warm: Vec::new(), ..relcp.state().unwrap().clone() };
-        let (course, _) = follow(scene, Some(state), 2).unwrap();
-        assert_eq!((course.steps, course.windows.len(), course.windows[2].step), (5, 3, 85));
+        let (summary, _) = follow(scene, Some(state), 2).unwrap();
+        assert_eq!((summary.steps, summary.windows.len(), summary.windows[2].step), (5, 3, 85));
     }
 }

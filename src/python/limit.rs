@@ -8,17 +8,17 @@ use pyo3::prelude::*;
 
 /// How far steps go.
 #[derive(Clone, Copy)]
-pub(super) struct Course {
+pub(super) struct StepLimit {
     /// So many steps at most.
     pub most: u64,
     /// None past this.
     pub end: End,
 }
 
-impl Course {
+impl StepLimit {
     /// That of a run to the scene's end, or to a time of one's own.
-    pub fn until(simulation: &Simulation, until: Option<f64>) -> PyResult<Course> {
-        let Some(until) = until else { return Ok(Course { most: u64::MAX, end: End::OfScene }) };
+    pub fn until(simulation: &Simulation, until: Option<f64>) -> PyResult<StepLimit> {
+        let Some(until) = until else { return Ok(StepLimit { most: u64::MAX, end: End::OfScene }) };
         if !until.is_finite() {
             return Err(PyValueError::new_err("until: expected a finite time"));
         }
@@ -38,7 +38,7 @@ impl Course {
         // As many steps as a scene with this end has.
         let steps = Time { end: until.max(time.start), ..time }.steps();
         let end = if within { End::OfScene } else { End::OfGrowth };
-        Ok(Course { most: steps.saturating_sub(taken), end })
+        Ok(StepLimit { most: steps.saturating_sub(taken), end })
     }
 }
 
