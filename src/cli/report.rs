@@ -135,25 +135,25 @@ fn retried(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
     Ok(())
 }
 
+/// Why a run is out of tolerance, where it ended so.
+pub(super) fn out_of_tolerance(s: &Summary) -> Option<String> {
+    let (steps, Summary { steps_over_tolerance, steps_passed, steps_unsettled, .. }) = (s.steps, s);
+    let why = match s.reason.as_deref().filter(|_| s.message.is_none())? {
+        "overlap" => format!("{steps_over_tolerance} of {steps} steps overlap by more than allowed"),
+        "final_overlap" => {
+            let (last, allowed) = (s.final_max_overlap, s.overlap_tolerance);
+            format!("the final state overlaps by {}, {} is allowed", beside(last, allowed), short(allowed))
+        }
+        "passed" => format!("bodies went through each other in {steps_passed} of {steps} steps"),
+        _ => format!("{steps_unsettled} of {steps} steps have velocities that are off"),
+    };
+    Some(format!("out of tolerance: {why}"))
+}
+
 /// The last line of a run that misses something: what.
 fn verdict(out: &mut dyn Write, s: &Summary) -> io::Result<()> {
-    let (steps, Summary { steps_over_tolerance, steps_passed, steps_unsettled, .. }) = (s.steps, s);
-    match s.reason.as_deref() {
-        None => Ok(()),
-        Some(_) if s.message.is_some() => writeln!(out, "  stopped: {}", s.message.as_deref().unwrap_or_default()),
-        Some("overlap") => {
-            writeln!(out, "  out of tolerance: {steps_over_tolerance} of {steps} steps overlap by more than allowed")
-        }
-        Some("final_overlap") => {
-            let (last, allowed) = (s.final_max_overlap, s.overlap_tolerance);
-            let last = beside(last, allowed);
-            writeln!(out, "  out of tolerance: the final state overlaps by {last}, {} is allowed", short(allowed))
-        }
-        Some("passed") => {
-            writeln!(out, "  out of tolerance: bodies went through each other in {steps_passed} of {steps} steps")
-        }
-        Some(_) => writeln!(out, "  out of tolerance: {steps_unsettled} of {steps} steps have velocities that are off"),
-    }
+    let stopped = s.message.as_ref().map(|message| format!("stopped: {message}"));
+    stopped.or_else(|| out_of_tolerance(s)).map_or(Ok(()), |why| writeln!(out, "  {why}"))
 }
 
 /// A list of step numbers, with an ellipsis if there are more.

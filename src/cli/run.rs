@@ -138,6 +138,7 @@ fn show(
         return output::json(&Document { folder, view: page, profile: device, summary });
     }
     if arguments.print.quiet {
+        report::out_of_tolerance(summary).iter().for_each(|why| output::message(why));
         return Ok(());
     }
     output::write(|out| {

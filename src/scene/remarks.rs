@@ -129,7 +129,7 @@ impl Scene {
             format!(
                 "contact.overlap_tolerance, {}{given} is {percent} % of the thinnest body's thickness, {thickness}: bodies may overlap by so much; set it to {} or less",
                 short(tolerance),
-                short(1e-5 * 10_f64.powi(thinnest.log10().floor() as i32)),
+                short(1e-5 * 10_f64.powi((2.0 * thinnest).log10().floor() as i32)),
             )
         })
     }

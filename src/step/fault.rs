@@ -64,7 +64,7 @@ pub enum Fault {
     Unresolved(Unresolved),
     /// A step that cannot be taken with the growth of its cells, and can without.
     #[error(
-        "no room: {} ({bodies} in all); with growth, {unresolved}. growth.on_no_room = \"stall\" makes cells without room wait",
+        "no room: {} ({bodies} in all); with growth, {unresolved}. growth.on_no_room = \"stall\" makes cells without room wait; if the container is open, a smaller time.dt may find a way out",
         wedge.pressed(unresolved)
     )]
     NoRoom {

@@ -287,6 +287,8 @@ fn bodies_that_went_through_each_other_are_status_3_and_named() {
         "{}",
         ran.out
     );
+    let quiet = place.relcp(&[&["run", "torn.json", "--quiet", "--backend", "cpu"], &fast[..]].concat()).expect(3);
+    assert!(quiet.out.is_empty() && quiet.err.contains("out of tolerance: bodies went through"), "{}", quiet.err);
     let summary = place.json("run/summary.json");
     let [a, b] = [0, 1].map(|k| summary["first_passed"][0]["pair"][k].as_u64().unwrap());
     assert!(

@@ -121,7 +121,7 @@ impl Scene {
 
     fn check_not_growing(&self, key: &Key, shape: &Shape, group: Option<&str>) -> Result<(), SceneError> {
         if self.growth_of(group).is_some() && shape.growing_length().is_some() {
-            let message = "would grow, which a fixed body cannot; use spheres, ellipsoids or walls as obstacles";
+            let message = "would grow, which a fixed body cannot; name the species that grows with growth.group, or use spheres, ellipsoids or walls as obstacles";
             return Err(SceneError::bad(key, message));
         }
         Ok(())
