@@ -29,16 +29,18 @@ impl Scene {
     }
 
     /// The bond between listed bodies that moves one of them farthest in the first step, with this way in thicknesses
-    /// of the body.
+    /// of the body. Bodies that are fixed do not move.
     pub(super) fn farthest_bond(&self) -> Option<(usize, f64)> {
         let periods = self.periods();
+        let holds = |name: &String| self.groups.get(name).is_some_and(|group| group.fixed);
+        let is_fixed = |of: &Body| of.fixed || of.group.as_ref().is_some_and(holds);
         let ways = self.bonds.iter().enumerate().filter_map(|(i, bond)| {
             let [a, b] = [self.bodies.get(bond.bodies[0])?, self.bodies.get(bond.bodies[1])?];
             let end = |body: &Body, at: [f64; 3]| DVec3::from(body.position) + body.rotation() * DVec3::from(at);
             let span = periods.nearest(end(b, bond.at[1]) - end(a, bond.at[0])).length();
             let force = bond.stiffness * (span - bond.length).abs();
-            let way = |of: &Body| force * self.dynamics.yields(&of.shape, self.time.dt).0 / of.shape.thickness();
-            Some((i, way(a).max(way(b))))
+            let way = |of: &&Body| force * self.dynamics.yields(&of.shape, self.time.dt).0 / of.shape.thickness();
+            Some((i, [a, b].iter().filter(|of| !is_fixed(of)).map(way).fold(0.0, f64::max)))
         });
         ways.max_by(|a, b| a.1.total_cmp(&b.1))
     }

@@ -218,6 +218,8 @@ mod tests {
             .bonds
             .push(crate::dynamics::Bond { length: 1e18, ..crate::dynamics::Bond::new([0, 1], [[0.0; 3]; 2], 1.0) });
         assert!(scene.warnings()[0].starts_with("time.dt is too long: bonds.0 moves a body by"));
+        scene.bodies.iter_mut().for_each(|body| body.fixed = true);
+        assert_eq!(scene.warnings(), [""; 0]);
     }
 
     #[test]

@@ -4,6 +4,8 @@
 mod broad_phase;
 #[path = "../common/directions.rs"]
 mod directions;
+#[path = "../common/reference_pairs.rs"]
+mod reference_pairs;
 mod separation;
 mod shapes;
 mod walls;

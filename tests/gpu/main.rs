@@ -22,6 +22,8 @@ mod midpoint;
 mod passing;
 mod periodic;
 mod profile;
+#[path = "../common/reference_pairs.rs"]
+mod reference_pairs;
 mod render;
 mod resume;
 mod rows;

@@ -12,7 +12,8 @@ pub mod poses;
 
 use crate::device::{device, precisions};
 use crate::directions::direction;
-use glam::{DQuat, DVec3};
+use crate::reference_pairs::reference_pairs;
+use glam::DVec3;
 use harness::{Errors, LIST, Worst, answers, check_sound, compare, encoded, tolerance};
 use poses::Pose;
 use rand::SeedableRng;
@@ -22,42 +23,12 @@ use relcp::internals::gpu::{Buffer, Kernel, Source};
 use relcp::internals::separation::gpu::PairFamilies;
 use relcp::internals::separation::planar_separation;
 use relcp::separation::{Placed, Separation, separation};
-use relcp::shape::Shape;
-use serde::Deserialize;
 use std::time::Instant;
-
-/// A reference pair, computed in extended precision.
-#[derive(Deserialize)]
-struct Reference {
-    kind: String,
-    a: Body,
-    b: Body,
-    normal: [f64; 3],
-    separation: f64,
-    point_a: Option<[f64; 3]>,
-    point_b: Option<[f64; 3]>,
-}
-
-#[derive(Deserialize)]
-struct Body {
-    shape: Shape,
-    position: [f64; 3],
-    orientation: [f64; 4],
-}
-
-impl Body {
-    fn placed(&self) -> Placed {
-        let [w, x, y, z] = self.orientation;
-        let orientation = DQuat::from_xyzw(x, y, z, w).normalize();
-        Placed { shape: self.shape, position: DVec3::from_array(self.position), orientation }
-    }
-}
 
 #[test]
 fn reference_pairs_agree() {
     let Some(gpu) = device() else { return };
-    let pairs: Vec<Reference> = serde_json::from_str(include_str!("../data/pairs.json")).unwrap();
-    assert_eq!(pairs.len(), 868);
+    let pairs = reference_pairs();
     let cold: Vec<Pose> = pairs.iter().map(|p| Pose::new(p.a.placed(), p.b.placed())).collect();
     let normals = pairs.iter().map(|p| DVec3::from_array(p.normal));
     let warm: Vec<Pose> = cold.iter().zip(normals).map(|(pose, warm)| Pose { warm, ..*pose }).collect();

@@ -308,7 +308,8 @@ fn parting_what_a_piece_could_not_sends_no_body_away() {
 }
 
 /// Six thin discs face to face, a billionth out of line, between walls that close: the shortest pieces of a step gave
-/// them speeds 30,000 times those of the walls, and the run went on without a word. Energy has no bound where walls move.
+/// them speeds 30,000 times those of the walls, and the run went on without a word. Energy has no bound where walls
+/// move.
 #[test]
 fn discs_in_line_between_closing_walls_do_not_fly_apart_without_a_word() {
     let scene = scene(include_str!("../data/discs-in-line.json"));

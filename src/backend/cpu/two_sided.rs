@@ -182,9 +182,9 @@ impl<const D: usize, T: Team> Cpu<D, T> {
         effect.thrown += usize::from(far > 0.0 && far > self.slack(push));
     }
 
-    /// How far contact may move the bodies of a pair against each other. With inertia what a piece of a step makes of
-    /// their velocities outlasts it, so in the whole step they would not move by more than the longer one's length. Where
-    /// energy has a bound, that says more.
+    /// How far contact may move the bodies of a pair against each other. With inertia the velocities of a piece of a
+    /// step outlast it: at these, the bodies may move in the whole step by the longer one's length. A bound of energy is
+    /// stricter where there is one.
     fn may_move(&self, pair: [u32; 2], thickness: f64) -> f64 {
         let outlasts = self.setup.has_inertia && self.does_work();
         let length = |number: u32| match surface_of(number) {

@@ -46,7 +46,7 @@ fn contacts_chains_and_their_absence() {
     let chains = of("force_chains", &pushed, true);
     assert_eq!(chains.values, [2.5, 1.0, 0.5, 1.0, 2.0, 2.0].map(Some));
     assert_eq!(chains.rows, [[Some(2.0), Some(1.0)]]);
-    // Without forces they are said to be unknown; what touches is known all the same.
+    // Without forces the measures of forces are unknown. Those of touching are known.
     let still = state(row(), None);
     let found = of("contacts", &still, true);
     assert_eq!((found.values[1], &found.values[4..]), (Some(3.0), &[None; 3][..]));

@@ -1,45 +1,8 @@
 //! Pairs computed in extended precision.
 
-use glam::{DQuat, DVec3};
-use relcp::separation::{Placed, separation};
-use relcp::shape::Shape;
-use serde::Deserialize;
-
-/// A reference pair, computed in extended precision.
-#[derive(Deserialize)]
-struct Pair {
-    kind: String,
-    a: Body,
-    b: Body,
-    normal: [f64; 3],
-    separation: f64,
-    point_a: Option<[f64; 3]>,
-    point_b: Option<[f64; 3]>,
-}
-
-#[derive(Deserialize)]
-struct Body {
-    shape: Shape,
-    position: [f64; 3],
-    orientation: [f64; 4],
-}
-
-impl Body {
-    fn placed(&self) -> Placed {
-        let [w, x, y, z] = self.orientation;
-        Placed {
-            shape: self.shape,
-            position: DVec3::from_array(self.position),
-            orientation: DQuat::from_xyzw(x, y, z, w).normalize(),
-        }
-    }
-}
-
-fn reference_pairs() -> Vec<Pair> {
-    let pairs: Vec<Pair> = serde_json::from_str(include_str!("../../data/pairs.json")).unwrap();
-    assert_eq!(pairs.len(), 868);
-    pairs
-}
+use crate::reference_pairs::reference_pairs;
+use glam::DVec3;
+use relcp::separation::separation;
 
 #[test]
 fn reference_pairs_agree() {

@@ -59,7 +59,7 @@ pub struct Domain {
     /// This process's part of the last accepted state; none if every process has all of it.
     part: Option<Part>,
     step: Option<Step>,
-    /// Whether each process computes the whole step for now.
+    /// Whether each process computes all of the present step.
     alone: bool,
     /// Whether to retry the present attempt, and how far bodies may go then, by global index.
     retry: bool,
