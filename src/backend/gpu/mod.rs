@@ -5,7 +5,7 @@
 //! A step passes through the CPU's stages, each in a file of its own with its buffers: its `start`, the `motions`,
 //! where `first` rows are made and from what (`near`), the `row_set`, the `solve` and the `trial`. `states` are the
 //! poses and shapes that all read, `narrow_phase` the candidate pairs and what the host reads of their separations.
-//! What a stage is made from is in [`Stages`].
+//! What a stage is made from is in `Stages`.
 //!
 //! Only what the scene needs is made: kernels for the pairs that its shapes can form, buffers for the rows that there
 //! are.
