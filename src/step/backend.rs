@@ -1,7 +1,7 @@
 //! What computes a simulation answers three questions, a trait each: how a stage of a step is carried out ([`Verbs`]),
 //! what the state is between two steps ([`Keeper`]), and how a step is taken ([`Stepper`]).
 
-use super::{Crowd, Effect, Fault, Keep, Passed, Phases, Piece, Plan, State, StepReport, TwoSided, Wedge};
+use super::{Crowd, Effect, Fault, Keep, Passed, Phases, Piece, Plan, Shake, State, StepReport, TwoSided, Wedge};
 use crate::bodies::{Bodies, Lineage};
 use crate::dynamics::{ForceField, Waiting};
 use crate::gpu::{Gpu, Precision};
@@ -183,6 +183,8 @@ pub trait RetryBackend: Verbs {
     /// Switches the separation of overlapping bodies on or off: then nothing drives bodies, they have drag and no
     /// inertia, and an accepted trial takes no time and keeps velocities.
     fn part(&mut self, parting: bool);
+    /// Sets the draw that moves bodies while they are parted, or none.
+    fn shake(&mut self, shake: Option<Shake>);
     /// Sets the multipliers; further rows get zero.
     fn set_multipliers(&mut self, gamma: &[f64]);
     /// Solves the regularized LCP of all rows: `compliance` is relative to each row's diagonal entry.

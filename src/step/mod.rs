@@ -13,6 +13,7 @@ pub(crate) mod piece;
 mod report;
 mod retry;
 mod settings;
+mod shaking;
 mod state;
 mod two_sided;
 mod unresolved;
@@ -42,6 +43,7 @@ pub(crate) use piece::{Crowd, Piece};
 pub(crate) use report::step_figures;
 pub use report::{Phases, StepReport};
 pub use settings::{ContactSettings, Method, OnFailure, Recursion, Rows, Stepping, Time};
+pub(crate) use shaking::Shake;
 pub use state::{State, Unrounded, UnroundedBody};
 #[cfg(feature = "gpu")]
 pub(crate) use two_sided::GAP;

@@ -83,6 +83,8 @@ macro_rules! step_figures {
             squeezed: u32 = 0, sum;
             /// Pieces in which daughters turned less than they drew, as there was no room.
             turned_less: u32 = 0, sum;
+            /// Pieces before which cells that pressed each other and found no way out were moved by a draw.
+            shaken: u32 = 0, sum;
             /// Cells that had to wait, as there was no room for them.
             waiting: usize = 0, own;
             /// `Solved`, or how the last of its solves that did not converge ended.

@@ -107,11 +107,11 @@ fn go_to_least_bad(again: &mut dyn RetryBackend, plan: &Plan, tried: &mut Attemp
 }
 
 /// A step that is being taken in pieces.
-struct Taking<'a> {
-    plan: &'a Plan,
-    keep: &'a mut Keep,
+pub(super) struct Taking<'a> {
+    pub(super) plan: &'a Plan,
+    pub(super) keep: &'a mut Keep,
     /// Of the pieces accepted so far, and the cost of all.
-    report: &'a mut StepReport,
+    pub(super) report: &'a mut StepReport,
     waiting: Waiting,
 }
 
@@ -218,14 +218,14 @@ impl Taking<'_> {
         Ok(left)
     }
 
-    fn attempt(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Attempt, Fault> {
+    pub(super) fn attempt(&mut self, again: &mut dyn RetryBackend, piece: Piece) -> Result<Attempt, Fault> {
         again.prepare(piece, &self.waiting);
         // Cells that wait press no others: where they are in line, there is nothing to be drawn.
         let most_tilts = if matches!(self.waiting, Waiting::None) { self.plan.most_tilts } else { 0 };
         attempt(again, &Plan { most_tilts, ..*self.plan }, self.keep)
     }
 
-    fn count_failure(&mut self, failed: &Result<Attempt, Fault>) {
+    pub(super) fn count_failure(&mut self, failed: &Result<Attempt, Fault>) {
         match failed {
             Ok(tried) => {
                 if self.report.failed_attempts == 0 {
@@ -237,7 +237,7 @@ impl Taking<'_> {
         }
     }
 
-    fn accept(&mut self, again: &mut dyn RetryBackend, mut tried: Attempt) -> Result<Overlap, Fault> {
+    pub(super) fn accept(&mut self, again: &mut dyn RetryBackend, mut tried: Attempt) -> Result<Overlap, Fault> {
         tried.report.phases = again.accept()?;
         self.report.add_piece(&tried.report);
         Ok(tried.overlap)
@@ -392,6 +392,11 @@ impl Taking<'_> {
         }
         let mut tried = failed?;
         if let Some(overlap) = self.squeeze(again, piece, &mut tried)? {
+            return Ok(overlap);
+        }
+        if self.plan.on_no_room.is_some()
+            && let Some(overlap) = self.shaken(again, piece)?
+        {
             return Ok(overlap);
         }
         let tolerance = self.plan.contact.overlap_tolerance;

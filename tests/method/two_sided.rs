@@ -263,6 +263,19 @@ fn daughters_without_room_to_turn_turn_less_and_the_run_goes_on() {
     }
 }
 
+/// Its contacts are rigid to first order, for which the run ended with "no room" though space is open: no row shows a
+/// motion along which they open to second order.
+#[test]
+fn cells_in_a_narrowing_chamber_find_the_way_that_no_constraint_shows() {
+    let scene = Scene::read("tests/data/narrowing-chamber.json").unwrap();
+    let mut simulation = Simulation::new(scene).unwrap();
+    let reports: Vec<StepReport> = (0..2).map(|_| simulation.step().unwrap()).collect();
+    assert!(reports[0].shaken > 0);
+    assert!(largest(&reports, |r| r.max_overlap) <= TOLERANCE);
+    // That of a step in pieces is the sum of its pieces.
+    assert!(largest(&reports, |r| r.largest_move) < 0.6);
+}
+
 /// Its last trial throws cells through each other, for which the run ended with "overlap".
 #[test]
 fn a_full_disc_has_no_room_where_a_tenth_of_the_step_has_none() {

@@ -4,7 +4,7 @@ use super::Cpu;
 use super::team::Team;
 use crate::dynamics::{ForceField, Waiting};
 use crate::lcp::Outcome;
-use crate::step::{Crowd, Fault, Piece, RetryBackend, State, Wedge};
+use crate::step::{Crowd, Fault, Piece, RetryBackend, Shake, State, Wedge};
 use std::collections::{BTreeSet, HashSet};
 
 impl<const D: usize, T: Team> Cpu<D, T> {
@@ -31,6 +31,10 @@ impl<const D: usize, T: Team> RetryBackend for Cpu<D, T> {
 
     fn part(&mut self, parting: bool) {
         self.start.parting = parting;
+    }
+
+    fn shake(&mut self, shake: Option<Shake>) {
+        self.start.shake = shake;
     }
 
     fn set_multipliers(&mut self, gamma: &[f64]) {

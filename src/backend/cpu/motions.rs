@@ -53,10 +53,13 @@ impl Motions {
                 let numbers = (here.lineage[i].id, step);
                 load += heat.load(&here.shape[i], here.orientation[i], numbers, start.step_length(setup));
             }
-            let motion = match &start.middle {
+            let mut motion = match &start.middle {
                 Some(middle) => law.motion_by_middle(&start.bodies, middle, i, load, dt),
                 None => law.motion(here, i, load, dt),
             };
+            if let Some(shake) = &start.shake {
+                motion.free = shake.of_body(&here.shape[i], here.lineage[i].id, (setup.seed, step), dt);
+            }
             let reached = first.reached[i];
             let linear = motion.free.linear - reached.linear;
             let angular = (motion.free.angular - reached.angular).length() * here.shape[i].bounding_radius();

@@ -6,7 +6,7 @@ use crate::dynamics::{Incidence, Pose, Waiting};
 use crate::periodic::Periods;
 use crate::separation::{Placed, Separation};
 use crate::shape::ProxySphere;
-use crate::step::{Fault, Piece, State};
+use crate::step::{Fault, Piece, Shake, State};
 use crate::walls::Walls;
 use crate::warm::Warm;
 use glam::DVec3;
@@ -17,6 +17,8 @@ pub struct Start {
     waiting: Waiting,
     /// Whether overlapping bodies are being separated without advancing time.
     pub(super) parting: bool,
+    /// The draw that moves bodies while they are parted, if there is one.
+    pub(super) shake: Option<Shake>,
     /// When the piece begins.
     pub(super) time: f64,
     /// The length of the part of the step that is being computed.
@@ -51,6 +53,7 @@ impl Start {
             piece: Piece::WHOLE,
             waiting: Waiting::None,
             parting: false,
+            shake: None,
             time: 0.0,
             interval,
             bodies: Bodies::default(),

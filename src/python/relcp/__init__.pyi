@@ -228,6 +228,10 @@ class StepReport:
         """Pieces in which daughters turned less than they drew, as there was no room."""
 
     @property
+    def shaken(self) -> int:
+        """Pieces before which cells that pressed each other and found no way out were moved by a draw."""
+
+    @property
     def squeezed(self) -> int:
         """Pieces that were taken as well as they go, off by less than the cutoff, and then parted in no time."""
 
