@@ -1,6 +1,7 @@
 //! An open device: its queue, what it allocated and did, and the first fault that it reported.
 
 use super::ensemble::Membership;
+use super::kernel_cache::KernelCache;
 use super::pending::Pending;
 use super::recorder::Staging;
 use super::tally::Tally;
@@ -61,6 +62,7 @@ pub struct Gpu {
     /// When a profile was begun, and what was counted until then.
     profiled_from: Mutex<(Instant, Tally)>,
     pub(super) pipelines: Mutex<Vec<PipelineReport>>,
+    pub(super) kernels: KernelCache,
     pub(super) bind_groups: Mutex<BindGroups>,
     pub(super) pending: Mutex<Pending>,
     pub(super) staging: Mutex<Staging>,
@@ -126,6 +128,7 @@ impl Gpu {
             tally: Mutex::default(),
             profiled_from: Mutex::new((Instant::now(), Tally::default())),
             pipelines: Mutex::default(),
+            kernels: KernelCache::default(),
             bind_groups: Mutex::default(),
             pending: Mutex::default(),
             staging: Mutex::default(),
@@ -162,6 +165,7 @@ impl Gpu {
             tally: Mutex::default(),
             profiled_from: Mutex::new((Instant::now(), Tally::default())),
             pipelines: Mutex::default(),
+            kernels: KernelCache::default(),
             bind_groups: Mutex::default(),
             pending: Mutex::default(),
             staging: Mutex::default(),

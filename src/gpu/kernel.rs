@@ -106,7 +106,7 @@ fn bindings(module: &naga::Module) -> Result<Vec<Binding>, String> {
 }
 
 impl Kernel {
-    /// Validates and compiles a source.
+    /// Validates and compiles a source, unless the device has its kernel already.
     ///
     /// # Errors
     /// [`GpuError::Kernel`] with the place in the source.
@@ -114,9 +114,10 @@ impl Kernel {
         let refused = |message: String| GpuError::Kernel { kernel: source.name().to_owned(), message };
         gpu.check(source.precision())?;
         if let Some(member) = &gpu.member {
-            return member.core().kernel(source, || Kernel::compile(member.device(), source, true).map_err(refused));
+            let make = || Kernel::compile(member.device(), source, true).map_err(refused);
+            return member.core().kernels().kernel(source, make);
         }
-        Kernel::compile(gpu, source, false).map_err(refused)
+        gpu.kernels.kernel(source, || Kernel::compile(gpu, source, false).map_err(refused))
     }
 
     fn compile(gpu: &Gpu, source: &Source, together: bool) -> Result<Self, String> {
@@ -144,7 +145,7 @@ impl Kernel {
         })
     }
 
-    /// Whether nobody else has this kernel of an ensemble.
+    /// Whether nobody else has this kernel.
     pub(super) fn is_idle(&self) -> bool {
         Arc::strong_count(&self.banked) == 1
     }

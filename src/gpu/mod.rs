@@ -25,6 +25,8 @@ mod error;
 #[cfg(feature = "gpu")]
 pub(crate) mod kernel;
 #[cfg(feature = "gpu")]
+mod kernel_cache;
+#[cfg(feature = "gpu")]
 pub(crate) mod lattice;
 #[cfg(feature = "gpu")]
 mod pending;

@@ -1,20 +1,20 @@
-//! How fast a device copies: the floor under everything that moves data.
+//! The copy bandwidth of a device: a lower bound on the time of everything that moves data.
 
 use relcp::gpu::{Gpu, GpuError, Precision};
 use relcp::internals::gpu::{Buffer, Kernel, Source};
 use std::time::Instant;
 
-/// Bytes copied at once on a software adapter: more than any cache, and within the binding that every adapter allows.
+/// Bytes per copy on a software adapter: more than any cache, and within the binding limit of every adapter.
 const BYTES_ON_SOFTWARE: u64 = 64 << 20;
 
-/// The same on hardware, where a copy must take longer than handing it over: 64 MiB took an NVIDIA H200 30 us by its
-/// bandwidth, and 100 us as measured.
+/// The same on hardware, where a copy must take longer than its submission: on an NVIDIA H200, 64 MiB take 30 us by
+/// bandwidth, but 100 us were measured.
 const BYTES: u64 = 512 << 20;
 
-/// Copies timed together, so that submitting them does not count.
+/// Copies that are timed together, so that their submission does not count.
 const COPIES: u32 = 16;
 
-/// Times that they are timed. The fastest counts.
+/// Number of measurements. The fastest counts.
 const ROUNDS: usize = 3;
 
 const COPY: &str = "
@@ -31,10 +31,10 @@ fn main(
 }
 ";
 
-/// Bytes read and written a second by a kernel that copies.
+/// Returns the bytes per second that a copy kernel reads and writes.
 ///
 /// # Errors
-/// What the device refuses.
+/// Errors of the device.
 pub fn copy_bandwidth(gpu: &Gpu) -> Result<f64, GpuError> {
     let kernel = Kernel::new(gpu, &Source::new("copy", Precision::F32).text(COPY))?;
     let bytes = if gpu.is_software() { BYTES_ON_SOFTWARE } else { BYTES };

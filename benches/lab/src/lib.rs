@@ -1,7 +1,8 @@
-//! The laboratory of `relcp`: measured studies, which tables of the documentation are made from.
+//! The laboratory of `relcp`: measured studies, which produce tables of the documentation.
 
-/// A value of `relcp` with some of its fields set. Its structs may get more fields, so that a literal of one is for
-/// `relcp` alone. As in a literal the fields come first, in their order, and then what the others are from.
+/// Makes a value of a `relcp` struct with some of its fields set. The structs are non-exhaustive, so only `relcp`
+/// itself can write literals of them. As in a literal, the fields come first, in order, followed by the base value for
+/// the other fields.
 macro_rules! with {
     (@ [$($set:tt)*] $field:ident: $value:expr, $($rest:tt)*) => {{
         let value = $value;

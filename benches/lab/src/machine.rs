@@ -1,9 +1,9 @@
-//! What a study was computed on, in words, and the processor's time.
+//! A description of the machine of a study, and processor time.
 
 use cpu_time::ProcessTime;
 use std::time::{Duration, Instant};
 
-/// The program, how it was built, and the machine.
+/// Describes the program, its build and the machine.
 pub fn machine() -> String {
     let build =
         if cfg!(debug_assertions) { "a build with debug assertions, so times are long" } else { "a release build" };
@@ -17,24 +17,24 @@ pub fn machine() -> String {
     )
 }
 
-/// The processor's name, where Linux tells it.
+/// Returns the processor's name, if Linux provides it.
 pub(super) fn processor() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|line| line.starts_with("model name"))?;
     Some(line.split_once(':')?.1.trim().to_owned())
 }
 
-/// When something began, by the clock and by the processor.
+/// The beginning of a measurement, in wall time and processor time.
 pub(super) struct Begun {
     clock: Instant,
     processor: Option<ProcessTime>,
 }
 
-/// How long it took.
+/// The duration of a measurement.
 pub(super) struct Took {
-    /// By the clock.
+    /// Wall time.
     pub wall: Duration,
-    /// Of the processor, by all threads of this process; the clock's time where the system does not tell it.
+    /// Processor time of all threads of this process; wall time if the system does not provide it.
     pub processor: Duration,
 }
 
@@ -54,7 +54,7 @@ impl Begun {
 mod tests {
     use super::*;
 
-    /// Work that takes a processor a second or more.
+    /// Work that takes a processor at least a second.
     const ROUNDS: u64 = 1_000_000_000;
 
     #[test]

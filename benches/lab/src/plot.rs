@@ -1,4 +1,4 @@
-//! Curves in panels side by side and below each other.
+//! Curves in a grid of panels.
 
 use super::StudyError;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
@@ -10,10 +10,10 @@ use relcp::internals::figure::{
 };
 use std::ops::Range;
 
-/// The width of a page's text in points, 178 mm: what most journals of this field have.
+/// The text width of a page in points, 178 mm, as in most journals of this field.
 const TEXT_WIDTH: u32 = 505;
 
-/// Axes of a panel are so high over their width, and in narrow panels no lower than this (points).
+/// The ratio of height to width of a panel's axes, and their minimum height in narrow panels (points).
 const ASPECT: f64 = 0.7;
 const LEAST_HEIGHT: u32 = 150;
 
@@ -22,7 +22,7 @@ const LEAST_HEIGHT: u32 = 150;
 const MARGIN_FACTOR: f64 = 1.5;
 const LINEAR_MARGIN: f64 = 0.04;
 
-/// How much ink is in a line that guides the eye.
+/// The opacity of guide lines.
 const GUIDE: f64 = 0.3;
 
 /// A named curve.
@@ -51,7 +51,7 @@ pub(super) struct Panel {
     pub(super) guides: Vec<f64>,
 }
 
-/// Draws rows of panels, each row as long as the first. Points that a logarithmic axis does not have are left out.
+/// Draws rows of panels, each as long as the first. Points that a logarithmic axis cannot show are omitted.
 pub(super) fn draw(title: &str, rows: &[Vec<Panel>]) -> Result<Figure, StudyError> {
     let columns = rows.first().map_or(1, Vec::len).max(1) as u32;
     let wide = if columns == 1 { COLUMN } else { TEXT_WIDTH };
@@ -75,7 +75,7 @@ pub(super) fn draw(title: &str, rows: &[Vec<Panel>]) -> Result<Figure, StudyErro
     drawn.map_err(|fault| StudyError::Plot(fault.to_string()))
 }
 
-/// What stands over a row of panels: the names of all its curves, each once. A name has one colour in all panels.
+/// The legend over a row of panels: the names of all its curves, each once. A name has one colour in all panels.
 struct RowHead {
     order: Vec<String>,
     names: Head,
@@ -101,7 +101,7 @@ impl RowHead {
     }
 }
 
-/// The colour of a name.
+/// Returns the colour of a name.
 fn colour(order: &[String], name: &str) -> RGBColor {
     let at = order.iter().position(|own| own == name).unwrap_or(0);
     COLOURS[at % COLOURS.len()]
@@ -135,7 +135,7 @@ impl Panel {
 }
 
 impl Axis {
-    /// The range of values and some more; where there is none, one that can be drawn.
+    /// Returns the range of the values with a margin, or a default range that can be drawn if there are no values.
     fn range(&self, values: impl Iterator<Item = f64>) -> Range<f64> {
         let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         match (high >= low, self.logarithmic) {
@@ -193,7 +193,8 @@ where
     Ok(())
 }
 
-/// The number beside a tick of a logarithmic axis, where it is neither small nor large, or as a power of ten.
+/// Returns the label of a tick of a logarithmic axis: a plain number if it is neither small nor large, otherwise a
+/// power of ten.
 fn power(value: f64) -> String {
     if (0.01..=1000.0).contains(&value) {
         return figure::shortest(value, 2);

@@ -25,11 +25,11 @@ pub(super) use pipeline::Pipeline;
 pub(super) use work::{Dispatch, Work};
 
 use super::device::lock;
-use super::kernel::Kernel;
-use super::{Gpu, GpuError, Source};
+use super::kernel_cache::KernelCache;
+use super::{Gpu, GpuError};
 use arena::Arena;
 use round::Tables;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -47,9 +47,6 @@ const BYTES_OF_MEMBER: u64 = 400_000;
 /// Bytes that a body adds, with its pairs and rows: at 2^20 bodies 2.6 kB, and half as much again for buffers that
 /// grow.
 const BYTES_OF_BODY: u64 = 4_000;
-
-/// Kernels that no member uses are forgotten where there are more than so many.
-const MOST_IDLE_KERNELS: usize = 256;
 
 /// What an ensemble did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -80,7 +77,7 @@ pub struct Ensemble {
 pub(super) struct Core {
     gpu: Arc<Gpu>,
     arena: Mutex<Arena>,
-    kernels: Mutex<HashMap<String, Kernel>>,
+    kernels: KernelCache,
     board: Mutex<Board>,
     /// A member has come, or gone.
     changed: Condvar,
@@ -134,7 +131,7 @@ impl Ensemble {
         let core = Arc::new(Core {
             gpu,
             arena,
-            kernels: Mutex::default(),
+            kernels: KernelCache::default(),
             board: Mutex::new(board),
             changed: Condvar::new(),
             next: AtomicU64::new(1),
@@ -265,18 +262,9 @@ impl Core {
         }
     }
 
-    /// The merged kernel of a source, compiled where no member has it yet.
-    pub fn kernel(&self, source: &Source, make: impl FnOnce() -> Result<Kernel, GpuError>) -> Result<Kernel, GpuError> {
-        let mut kernels = lock(&self.kernels);
-        if let Some(kernel) = kernels.get(source.code()) {
-            return Ok(kernel.clone());
-        }
-        if kernels.values().filter(|kernel| kernel.is_idle()).count() > MOST_IDLE_KERNELS {
-            kernels.retain(|_, kernel| !kernel.is_idle());
-        }
-        let kernel = make()?;
-        kernels.insert(source.code().to_owned(), kernel.clone());
-        Ok(kernel)
+    /// The merged kernels of its members.
+    pub fn kernels(&self) -> &KernelCache {
+        &self.kernels
     }
 }
 

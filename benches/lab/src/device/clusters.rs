@@ -1,5 +1,5 @@
-//! What an iteration by clusters costs beside one by pairs: [`SolverKind::ClusterCg`] takes fewer and longer ones than
-//! [`SolverKind::PairBlockCg`], and each device decides which of both is faster.
+//! The cost of an iteration by clusters, compared with one by pairs. [`SolverKind::ClusterCg`] needs fewer and longer
+//! iterations than [`SolverKind::PairBlockCg`]; which of the two is faster depends on the device.
 
 use crate::StudyError;
 use crate::solvers::built_in;
@@ -14,11 +14,11 @@ use std::time::Instant;
 /// The stored LCP that is copied.
 const LCP: &str = "colony-last";
 
-/// Iterations of two solves, whose difference is free of what a solve costs besides.
+/// Iterations of two solves. The difference of their times does not contain the fixed cost of a solve.
 const ITERATIONS: [u64; 2] = [40, 140];
 const QUICK_ITERATIONS: [u64; 2] = [2, 6];
 
-/// Solves of which the shortest counts, after one that compiles kernels.
+/// Number of timed solves, after one that compiles kernels. The shortest counts.
 const REPEATS: usize = 3;
 const QUICK_REPEATS: usize = 1;
 
@@ -29,15 +29,15 @@ pub struct ClusterRow {
     pub bodies: usize,
     pub constraints: usize,
     pub precision: String,
-    /// Microseconds of an iteration, with its part of the waits.
+    /// Microseconds per iteration, including its share of the waits.
     pub pairs_us: f64,
     pub clusters_us: f64,
-    /// Milliseconds of a solve besides its iterations, where the clusters are made.
+    /// Milliseconds of a solve outside its iterations, which include the construction of the clusters.
     pub pairs_set_up_ms: f64,
     pub clusters_set_up_ms: f64,
 }
 
-/// Times both kinds on copies of a stored LCP with about so many bodies, one copy at least.
+/// Times both kinds on copies of a stored LCP with about `bodies` bodies in total, at least one copy.
 pub fn measure(gpu: &Gpu, precision: Precision, bodies: usize, quick: bool) -> Result<ClusterRow, StudyError> {
     let stored = built_in()?.into_iter().find(|named| named.name == LCP);
     let one = stored.and_then(|named| named.lcp.problem::<PLANAR>()).unwrap_or_default();
@@ -66,7 +66,7 @@ fn copies(one: &Problem<PLANAR>, count: usize) -> Problem<PLANAR> {
     }
 }
 
-/// Microseconds of an iteration, and milliseconds of a solve without any.
+/// Microseconds per iteration, and milliseconds of a solve without iterations.
 fn time(
     gpu: &Gpu,
     precision: Precision,
@@ -75,7 +75,7 @@ fn time(
     quick: bool,
 ) -> Result<[f64; 2], StudyError> {
     let (counts, repeats) = if quick { (QUICK_ITERATIONS, QUICK_REPEATS) } else { (ITERATIONS, REPEATS) };
-    // Nothing is within this tolerance, so that no iteration is left out and no cluster.
+    // No residual is within this tolerance, so no iteration and no cluster is skipped.
     let settings = |max_iterations| Settings { tolerance: 0.0, max_iterations };
     let mut solver = Solver::new(gpu, precision, true, kind, settings(counts[0]))?;
     solver.set_largest_small(0);

@@ -1,4 +1,4 @@
-//! A colony that grows from one cell for as long as there is time: what each doubling takes.
+//! A colony that grows from one cell until the time limit: the time of each doubling.
 
 use crate::StudyError;
 use relcp::scene::Scene;
@@ -6,19 +6,19 @@ use relcp::simulation::{Compute, Simulation};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
-/// The scene: one founder that grows.
+/// The scene: one growing founder.
 const SCENE: &str = "colony-full";
 
-/// Time in the scene that is not reached: it would end with 2^23 cells.
+/// End time of the scene, which is not reached: the scene would end with 2^23 cells.
 const END: &str = "time.end=16";
 
-/// The first time at which there were twice as many cells.
+/// The first time at which the number of cells had doubled.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Doubling {
     pub cells: usize,
     pub steps: u64,
-    /// Since the start, with the compilation of kernels in the first steps.
+    /// Wall time since the start, including the compilation of kernels in the first steps.
     pub wall_seconds: f64,
     pub iterations: u64,
     pub constraints: usize,
@@ -26,7 +26,7 @@ pub struct Doubling {
     pub max_overlap: f64,
 }
 
-/// The course of a colony.
+/// The growth of a colony.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Growth {
@@ -35,20 +35,20 @@ pub struct Growth {
     pub doublings: Vec<Doubling>,
     /// Cells at the end.
     pub cells: usize,
-    /// Whether it grew to all that was asked for; else the time was over.
+    /// Whether it reached the requested size. Otherwise the time limit ended it.
     pub whole: bool,
-    /// Steps that a device left to the CPU.
+    /// Steps that the CPU took for the device.
     pub steps_by_cpu: u64,
 }
 
 impl Growth {
-    /// The largest doubling that it came to.
+    /// The largest number of cells at a doubling.
     pub fn largest(&self) -> usize {
         self.doublings.last().map_or(1, |doubling| doubling.cells)
     }
 }
 
-/// Grows a colony to `most` cells, until the time is over; nothing where it is interrupted.
+/// Grows a colony to `most` cells or until the time limit. Returns `None` if it is interrupted.
 pub fn grow(
     compute: &Compute,
     (dt, most): (f64, usize),

@@ -1,7 +1,7 @@
-//! Numbers that the code is tuned by and that it lets one set, each tried at values of its own on a device.
+//! Measurements of tuning constants that can be set: each is tried with several values on a device.
 //!
-//! Today that is one: up to how many rows a single workgroup solves a whole LCP ([`Solver::set_largest_small`]).
-//! Another constant is another function here, with an item and a table of its own.
+//! There is one such constant: the largest number of rows of an LCP that a single workgroup solves
+//! ([`Solver::set_largest_small`]). A further constant gets a function here, an item and a table.
 
 use crate::StudyError;
 use crate::solvers::built_in;
@@ -13,21 +13,22 @@ use relcp::scene::SolverKind;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// Rows of the parts of stored LCPs that are tried: from what one workgroup surely does faster to what it does not.
+/// Numbers of rows of the parts of stored LCPs that are tried. One workgroup is certainly faster for the smallest and
+/// certainly slower for the largest.
 const ROWS: [usize; 6] = [32, 64, 128, 256, 512, 1024];
 
-/// The same of a quick study.
+/// The same for a quick study.
 const QUICK_ROWS: [usize; 2] = [32, 256];
 const QUICK_PROBLEMS: usize = 2;
 
-/// What the LCPs are solved to; iterations count here, not where they lead.
+/// The tolerance of the solves. Only the time of iterations matters here, not their result.
 const TOLERANCE: f64 = 1e-5;
 const MOST_ITERATIONS: u64 = 500;
 
-/// Solves of which the shortest counts.
+/// Number of timed solves. The shortest counts.
 const REPEATS: usize = 3;
 
-/// The time of an iteration by one workgroup and by many.
+/// The time of an iteration with one workgroup and with many.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SmallRow {
@@ -39,7 +40,7 @@ pub struct SmallRow {
     pub many_workgroups_us: f64,
 }
 
-/// Solves parts of stored LCPs both ways.
+/// Solves parts of stored LCPs in both ways.
 pub fn small(gpu: &Gpu, precision: Precision, quick: bool) -> Result<Vec<SmallRow>, StudyError> {
     let (counts, most): (&[usize], usize) = if quick { (&QUICK_ROWS, QUICK_PROBLEMS) } else { (&ROWS, usize::MAX) };
     let mut rows = Vec::new();
@@ -59,7 +60,7 @@ pub fn small(gpu: &Gpu, precision: Precision, quick: bool) -> Result<Vec<SmallRo
     Ok(rows)
 }
 
-/// The LCP of the first rows alone, with the bodies that they name.
+/// The LCP of the first rows only, with the bodies of these rows.
 fn first_rows(lcp: &Stored, count: usize) -> Stored {
     let mut places = std::collections::BTreeMap::new();
     let pair: Vec<[u32; 2]> = lcp.pair[..count]

@@ -1,20 +1,20 @@
-//! What there is to measure, in its order, and how long each will take.
+//! The items to measure, in order, and the expected time of each.
 
 use super::results::{Finding, Results};
 use crate::throughput::Kind;
 use relcp::gpu::Precision;
 use std::time::Duration;
 
-/// The parts of a call's time until which items of a kind may begin. What checks rightness always may; the growth of a
-/// colony, which takes as long as it is given, has the rest.
+/// The fraction of a call's time until which items of a kind may begin. Checks of correctness may always begin. The
+/// growth of a colony, which takes all the time that it gets, uses the rest.
 const UNTIL_SPEEDS: f64 = 0.55;
 const UNTIL_CONSTANTS: f64 = 0.7;
 
-/// What a size takes over the size before, which has half of its bodies or less, where that is known: a little more
-/// than in proportion.
+/// The expected time per body of a size, divided by that of the previous size, which has at most half as many bodies.
 const GROWTH_OF_COST: f64 = 1.2;
 
-/// What a colony is given at least, on a device and on the CPU: one that grew for moments would count as measured.
+/// The minimum time for a colony, on a device and on the CPU. Without it, a colony that grew only briefly would count
+/// as measured.
 const LEAST_GROWTH: [Duration; 2] = [Duration::from_secs(30), Duration::from_secs(10)];
 
 /// A check against the CPU.
@@ -26,7 +26,7 @@ pub enum Parity {
     Steps,
 }
 
-/// Something to measure.
+/// An item to measure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Item {
     Parity(Parity, Precision),
@@ -40,7 +40,7 @@ pub enum Item {
 }
 
 impl Item {
-    /// All of them, in order.
+    /// Returns all items, in order.
     pub fn all(sizes: &[usize], precisions: &[Precision]) -> Vec<Item> {
         let parities = [Parity::Separations, Parity::Rows, Parity::Solves, Parity::Steps];
         let each = |of: fn(Precision) -> Item| precisions.iter().map(move |precision| of(*precision));
@@ -62,7 +62,7 @@ impl Item {
         all
     }
 
-    /// Its name in the file of results.
+    /// Returns the item's name in the file of results.
     pub fn name(&self) -> String {
         match self {
             Item::Parity(parity, precision) => {
@@ -84,7 +84,7 @@ impl Item {
         }
     }
 
-    /// The time of a call of `budget` until which it may go on.
+    /// Returns the time within a call of `budget` until which the item may run.
     pub fn until(&self, budget: Duration) -> Duration {
         match self {
             Item::Parity(..) | Item::Bandwidth | Item::GrowthOnDevice(_) | Item::GrowthOnCpu => budget,
@@ -93,7 +93,8 @@ impl Item {
         }
     }
 
-    /// How long it will take, judged by what is known of its size, or of the size before; or why it cannot be.
+    /// Returns the expected time, from the results for its size or for the previous size, or the reason why the item
+    /// cannot run.
     pub fn expected(&self, sizes: &[usize], results: &Results) -> Result<Duration, String> {
         let with_size = |size| match *self {
             Item::Speed(kind, _, precision) => Item::Speed(kind, size, precision),
@@ -131,11 +132,12 @@ fn duration(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
 }
 
-/// Bodies whose iteration is told by stages, at most: enough that the device is busy, few enough for a software
-/// adapter.
+/// The largest number of bodies whose iteration is measured by stages: enough to keep the device busy, few enough for a
+/// software adapter.
 const ITERATION_BODIES: usize = 1 << 16;
 
-/// The bodies whose iteration is told by stages: the largest size up to a limit of which steps were measured.
+/// Returns the number of bodies whose iteration is measured by stages: the largest size within the limit whose steps
+/// were measured.
 pub fn iteration_bodies(sizes: &[usize], precision: Precision, results: &Results) -> Option<usize> {
     let measured = |size: usize| {
         Kind::ALL.into_iter().all(|kind| results.finding(&Item::Speed(kind, size, precision).name()).is_some())

@@ -1,8 +1,8 @@
-//! One device, measured in one go: whether it computes what the CPU does, how fast it is, and where the numbers that
-//! the code is tuned by stand on it.
+//! Measurements of one device: the agreement of its results with the CPU, its speed, and the best values of tuning
+//! constants.
 //!
-//! Items are measured in a fixed order within a time, and results are written after each, so that a call that is
-//! interrupted or out of time is gone on with by the next one.
+//! Items are measured in a fixed order within a time limit. Results are written after each item, so that the next call
+//! continues after an interruption or the time limit.
 
 mod clusters;
 mod colony;
@@ -33,25 +33,25 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// What of the time left a colony may take on a device; the CPU has the rest.
+/// The fraction of the remaining time that a colony on the device may take. The CPU gets the rest.
 const GROWTH_ON_DEVICE: f64 = 0.6;
 
-/// Steps of a growing colony, as the built-in scene has it; and longer ones where little is asked for.
+/// Step of a growing colony, as in the built-in scene, and a longer step for a quick study.
 const GROWTH_DT: f64 = 1e-3;
 const QUICK_GROWTH_DT: f64 = 1e-2;
 
-/// How much is measured.
+/// The extent of the measurements.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Numbers of bodies, ascending.
     pub sizes: Vec<usize>,
-    /// Which precisions.
+    /// The precisions.
     pub precisions: Vec<Precision>,
-    /// How long this call may take.
+    /// The time limit of this call.
     pub time: Duration,
-    /// Fewer steps, and longer ones of a colony.
+    /// Fewer steps, and longer steps of a colony.
     pub quick: bool,
-    /// Cells at which a colony's growth ends.
+    /// Number of cells at which the growth of a colony ends.
     pub cells: usize,
 }
 
@@ -74,7 +74,7 @@ pub struct Study {
 }
 
 impl Study {
-    /// Begins, or goes on with what is in the folder.
+    /// Begins a study, or continues the study in the folder.
     ///
     /// # Errors
     /// [`StudyError::Damaged`] and [`StudyError::Elsewhere`], which leave the folder as it is; what cannot be written.
@@ -86,16 +86,16 @@ impl Study {
         Ok(study)
     }
 
-    /// What was found so far.
+    /// Returns the results so far.
     pub fn results(&self) -> &Results {
         &self.results
     }
 
-    /// Measures the next item that there is time for, and says in a line what came of it; none where all is done.
-    /// `go_on` is asked now and then; where it says no, what is not done is left out.
+    /// Measures the next item that fits into the time limit and returns a line about its result, or `None` if all items
+    /// are complete. `go_on` is called from time to time. If it returns false, the remaining items are skipped.
     ///
     /// # Errors
-    /// What leaves the device unusable, or cannot be written.
+    /// Errors that make the device unusable, and files that cannot be written.
     pub fn next_item(&mut self, go_on: &dyn Fn() -> bool) -> Result<Option<String>, StudyError> {
         self.results.skipped.clear();
         let mut chosen = None;
@@ -144,7 +144,7 @@ impl Study {
         Ok(Some(said))
     }
 
-    /// Whether there is time for an item, or why not.
+    /// Returns an error with the reason if there is no time for an item.
     fn has_time(&self, item: &Item) -> Result<(), String> {
         let until = item.until(self.options.time);
         let left = until.saturating_sub(self.begun.elapsed());
@@ -219,7 +219,7 @@ impl Study {
         }
     }
 
-    /// Whether something differed from the CPU by more than its bound, failed, or did not converge.
+    /// Returns whether a result differed from the CPU by more than its bound, failed, or did not converge.
     pub fn missed(&self) -> bool {
         self.results.items.values().any(|entry| match &entry.finding {
             Finding::Parity { checks } => checks.iter().any(|check| !check.held),
@@ -243,7 +243,7 @@ impl Study {
     }
 }
 
-/// A name for the folder of a device.
+/// Returns a name for the folder of a device.
 pub fn folder_name(adapter: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
     let plain: String = adapter.chars().map(plain).collect();

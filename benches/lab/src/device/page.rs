@@ -1,13 +1,13 @@
-//! The page: tables of all that was found.
+//! The page: tables of all results.
 
 use super::results::{Finding, Results};
 use super::{Check, ClusterRow, Growth, IterationRow, SmallRow, SpeedRow};
 use std::fmt::Write as _;
 
-/// The overlap that steps are allowed, the tolerance of the scenes.
+/// The allowed overlap of steps: the tolerance of the scenes.
 pub(super) const OVERLAP: f64 = 1e-5;
 
-/// What an item found, in a line.
+/// Returns the finding of an item as one line.
 pub(super) fn said(finding: &Finding) -> String {
     match finding {
         Finding::Parity { checks } => {
@@ -24,7 +24,7 @@ pub(super) fn said(finding: &Finding) -> String {
     }
 }
 
-/// All of it.
+/// Returns the whole page.
 pub(super) fn page(results: &Results) -> String {
     let machine = &results.machine;
     let mut out = format!(
@@ -249,7 +249,7 @@ fn growth(out: &mut String, results: &Results) {
     }
 }
 
-/// What failed and what was left out.
+/// Writes the failed and the skipped items.
 fn missing(out: &mut String, results: &Results) {
     let failed = results.items.iter().filter_map(|(name, entry)| match &entry.finding {
         Finding::Failed { why } => Some((name, why)),
@@ -269,7 +269,7 @@ fn missing(out: &mut String, results: &Results) {
     }
 }
 
-/// The days on which items ended, the first and the last.
+/// Returns the first and the last day on which items ended.
 fn dates(results: &Results) -> String {
     let times = || results.items.values().map(|entry| entry.ended_unix_seconds);
     match (times().min(), times().max()) {
@@ -279,8 +279,8 @@ fn dates(results: &Results) -> String {
     }
 }
 
-/// The day of a time since 1970, in the Gregorian calendar (the algorithm of H. Hinnant, "chrono-compatible low-level
-/// date algorithms").
+/// Returns the date of a time since 1970, in the Gregorian calendar (the algorithm of H. Hinnant, "chrono-compatible
+/// low-level date algorithms").
 pub(super) fn date(unix_seconds: u64) -> String {
     let days = (unix_seconds / 86_400) as i64 + 719_468;
     let (era, of_era) = (days / 146_097, days % 146_097);

@@ -1,6 +1,7 @@
-//! A device's results against the CPU's: separations of all families of pairs, a step's rows, solves, whole steps. The
-//! bounds are those of the tables "Differences from the CPU" in docs/gpu.md (results) and docs/notes/gpu.md (stages of
-//! a step), which tests hold a device to; here fewer cases are drawn, so that a minute is enough.
+//! Comparison of a device's results with those of the CPU: separations of all families of pairs, the rows of a step,
+//! solves, whole steps. The bounds are in the tables "Differences from the CPU" in docs/gpu.md (results) and
+//! docs/notes/gpu.md (stages of a step); tests check them on a device. Here fewer cases are drawn, so that a minute is
+//! enough.
 
 use crate::StudyError;
 use crate::solvers::built_in;
@@ -25,29 +26,29 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What pairs and poses are drawn from.
+/// The seed of pairs and poses.
 const SEED: u64 = 7;
 
-/// Pairs of two kinds of shapes.
+/// Number of pairs per two kinds of shapes.
 const PAIRS: usize = 200;
 
-/// Between the pairs, so that they do not meet each other.
+/// The distance between pairs, so that different pairs do not touch.
 const SPACING: f64 = 20.0;
 
-/// The largest sizes of a shape over the least.
+/// The largest ratio of two sizes of a shape.
 const ASPECT: f64 = 3.0;
 
-/// Pairs are between these separations, in thicknesses.
+/// The range of separations, in thicknesses.
 const SEPARATIONS: std::ops::Range<f64> = -0.2..0.5;
 
-/// Steps of a scene, and bodies of those that are parts of dense states.
+/// Steps of a scene, and the number of bodies in scenes that are parts of dense states.
 const STEPS: usize = 20;
 const DENSE: usize = 300;
 
-/// Iterations of a solve at most.
+/// The largest number of iterations of a solve.
 const MOST_ITERATIONS: u64 = 20_000;
 
-/// What stands for a number that is none.
+/// Replaces a value that is not a number.
 const NOT_A_NUMBER: f64 = f64::MAX;
 
 /// A largest difference and its bound.
@@ -74,12 +75,12 @@ impl Check {
     }
 }
 
-/// The larger of two; what is not a number is larger than all.
+/// Returns the larger of two values. A NaN is larger than every number.
 fn larger(a: f64, b: f64) -> f64 {
     if b.is_nan() || b > a { b } else { a }
 }
 
-/// A scene that this file writes.
+/// Parses a scene that this file writes.
 fn parsed(text: &str) -> Result<Scene, StudyError> {
     Ok(Scene::parse(text, "the study of a device")?)
 }
@@ -103,7 +104,7 @@ fn shape(kind: usize, random: &mut ChaCha8Rng) -> Shape {
     }
 }
 
-/// Pairs near contact, each far from the others.
+/// Draws pairs near contact, each far from the others.
 fn pairs(kinds: [usize; 2], random: &mut ChaCha8Rng) -> Bodies {
     let mut bodies = Bodies::default();
     let side = (PAIRS as f64).cbrt().ceil() as usize;
@@ -116,7 +117,7 @@ fn pairs(kinds: [usize; 2], random: &mut ChaCha8Rng) -> Bodies {
         let orientation = turn(random);
         let b = |distance: f64| Placed { shape: shape_b, position: a.position + distance * away, orientation };
         let wanted = random.random_range(SEPARATIONS);
-        // Along a fixed line a separation falls no faster than the distance does.
+        // Along a fixed line, a separation decreases no faster than the distance.
         if let Some(found) = separation(&a, &b(distance), None) {
             distance -= (found.separation - wanted).max(0.0);
         }
@@ -126,7 +127,7 @@ fn pairs(kinds: [usize; 2], random: &mut ChaCha8Rng) -> Bodies {
     bodies
 }
 
-/// Separations, and points along the normal, of pairs of all kinds; and of bodies at walls.
+/// Compares separations, and points along the normal, of pairs of all kinds and of bodies at walls.
 pub fn separations(gpu: &Arc<Gpu>, precision: Precision) -> Result<Vec<Check>, StudyError> {
     let mut random = ChaCha8Rng::seed_from_u64(SEED);
     let mut checks = Vec::new();
@@ -152,7 +153,7 @@ fn of_pairs(gpu: &Arc<Gpu>, precision: Precision, bodies: &Bodies) -> Result<Che
         let apart = bodies.position[b] - bodies.position[a];
         let size = bodies.shape[a].bounding_radius() + bodies.shape[b].bounding_radius() + apart.length();
         let Some(found) = ours.get(&expected.bodies) else {
-            // It may be left out where it is at the cutoff.
+            // A separation at the cutoff may be missing.
             largest = larger(largest, (expected.separation - cutoff).abs() / size);
             continue;
         };
@@ -188,7 +189,7 @@ fn of_walls(gpu: &Arc<Gpu>, precision: Precision, random: &mut ChaCha8Rng) -> Re
     Ok(Check::new("separations and points: walls of all kinds".into(), precision, theirs.len(), largest, [2e-6, 1e-11]))
 }
 
-/// Rows of a step's start: blocks of J, and offsets.
+/// Compares the rows at the start of a step: blocks of J, and offsets.
 pub fn rows(gpu: &Arc<Gpu>, precision: Precision) -> Result<Vec<Check>, StudyError> {
     let shapes = [
         ("rods", r#"{"spherocylinder": {"diameter": 0.5, "length": 2}}"#, ""),
@@ -202,7 +203,7 @@ pub fn rows(gpu: &Arc<Gpu>, precision: Precision) -> Result<Vec<Check>, StudyErr
     ];
     let mut checks = Vec::new();
     for (name, shape, more) in shapes {
-        // A pair has one row, so that rows are compared by pairs.
+        // A pair has one row, so rows are compared by pair.
         let text = format!(
             r#"{{"name": "rows", "seed": 4, "time": {{"dt": 1.5, "end": 15}}, "contact": {{"rows": "paper"}}, "forces": [{{"radial_inward": {{}}}}],
             "generate": [{{"isotropic": {{"count": 60, "shape": {shape}, "volume_fraction": 0.15}}}}] {more}}}"#
@@ -218,7 +219,7 @@ pub fn rows(gpu: &Arc<Gpu>, precision: Precision) -> Result<Vec<Check>, StudyErr
 
 type Row<const D: usize> = ([[f64; D]; 2], f64);
 
-/// Rows by pair, the smaller body first.
+/// Returns the rows by pair, the smaller body first.
 fn by_pair<const D: usize>(problem: &Problem<D>) -> BTreeMap<[u32; 2], Row<D>> {
     let row = |((pair, blocks), q): ((&[u32; 2], &[[f64; D]; 2]), &f64)| match *pair {
         [a, b] if a > b => ([b, a], ([blocks[1], blocks[0]], *q)),
@@ -263,7 +264,7 @@ fn of_rows<const D: usize>(
     Ok([check("blocks of J", blocks, [3e-5, 1e-13]), check("q", offsets, [5e-7, 1e-13])])
 }
 
-/// Stored LCPs solved on the device, with their residuals computed anew in 64-bit numbers.
+/// Solves stored LCPs on the device and computes their residuals again in 64-bit arithmetic.
 pub fn solves(gpu: &Arc<Gpu>, precision: Precision) -> Result<Vec<Check>, StudyError> {
     let tolerance = match precision {
         Precision::F32 => 1e-5,
@@ -275,7 +276,7 @@ pub fn solves(gpu: &Arc<Gpu>, precision: Precision) -> Result<Vec<Check>, StudyE
     };
     let check = |named: &crate::solvers::Named| {
         let what = format!("residual of a solve: {}", named.name);
-        // As large as the solver's own, and a tenth for the order of sums.
+        // The solver's own tolerance, and a tenth more for the order of sums.
         Ok(Check::new(what, precision, named.lcp.q.len(), solved(&named.lcp)?, [1.1e-5, 1.1e-8]))
     };
     built_in()?.iter().filter(|named| named.name.ends_with("first")).map(check).collect()
@@ -290,7 +291,7 @@ fn of_solve<const D: usize>(gpu: &Gpu, precision: Precision, lcp: &Stored, toler
     Ok(lcp.residual(&device.download_gamma(gpu, precision, &order)?))
 }
 
-/// A few steps of small scenes: where bodies are afterwards, and what they overlap by.
+/// Compares a few steps of small scenes: the final positions of bodies and their overlaps.
 pub fn steps(gpu: &Arc<Gpu>, precision: Precision) -> Result<Vec<Check>, StudyError> {
     let built_in = |name: &str| -> Result<_, StudyError> {
         let scene = Scene::built_in(name)?;

@@ -1,4 +1,4 @@
-//! What was found so far, as a file that is written whole after each item, and read again to go on.
+//! The results so far, as a file that is written completely after each item and read to continue.
 
 use super::clusters::ClusterRow;
 use super::colony::Growth;
@@ -12,13 +12,13 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The version of the file. Another one is not read.
+/// The format version of the file. Other versions are rejected.
 const FORMAT: u32 = 1;
 
 /// The name of the file.
 pub const FILE: &str = "report.json";
 
-/// What computed, and by which program: results of two of them do not belong into one file.
+/// The device and the program. Results of two of them do not belong in one file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Machine {
@@ -28,43 +28,43 @@ pub struct Machine {
     pub driver: String,
     /// The program's version.
     pub version: String,
-    /// Whether the program was built with debug assertions, so that times on the host are long.
+    /// Whether the program was built with debug assertions, which make times on the host long.
     pub debug: bool,
 }
 
-/// What an item found.
+/// The finding of an item.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "found", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Finding {
     /// Differences from the CPU.
     Parity {
-        /// Each against its bound.
+        /// The differences with their bounds.
         checks: Vec<Check>,
     },
-    /// How fast the device copies.
+    /// The copy bandwidth of the device.
     Bandwidth {
-        /// Bytes read and written a second.
+        /// Bytes read and written per second.
         bytes_a_second: f64,
     },
     /// The cost of steps.
     Speed(Box<SpeedRow>),
     /// An iteration by stages.
     Iteration {
-        /// Of which problem, by stage.
+        /// The times by problem and stage.
         rows: Vec<IterationRow>,
     },
-    /// Where one workgroup is faster than many.
+    /// The problem size up to which one workgroup is faster than many.
     Small {
-        /// By problem.
+        /// The times by problem.
         rows: Vec<SmallRow>,
     },
-    /// An iteration by clusters beside one by pairs.
+    /// The time of an iteration by clusters, compared with one by pairs.
     Clusters(ClusterRow),
     /// A colony.
     Growth(Growth),
-    /// Nothing: it is tried again by the next call.
+    /// A failure. The next call tries the item again.
     Failed {
-        /// Why.
+        /// The reason.
         why: String,
     },
 }
@@ -77,7 +77,7 @@ pub struct Entry {
     pub wall_seconds: f64,
     /// Seconds since 1970 when it ended.
     pub ended_unix_seconds: u64,
-    /// What it found.
+    /// The finding.
     pub finding: Finding,
 }
 
@@ -86,15 +86,15 @@ pub struct Entry {
 #[serde(deny_unknown_fields)]
 pub struct Results {
     format: u32,
-    /// What computed.
+    /// The machine that computed the results.
     pub machine: Machine,
     /// The program, the processor and the system in words.
     pub host: String,
-    /// What is known of the device, by name.
+    /// Properties of the device, by name.
     pub device: BTreeMap<String, String>,
-    /// By the items' names.
+    /// The entries by item name.
     pub items: BTreeMap<String, Entry>,
-    /// What the last call left out, and why.
+    /// The items that the last call skipped, with reasons.
     pub skipped: BTreeMap<String, String>,
 }
 

@@ -10,10 +10,10 @@ use serde_json::{Map, Value};
 use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
-/// The most bodies of the study of throughput where a quick one is asked for: larger ones take most of a minute a size.
+/// The largest number of bodies of the throughput study in quick mode: larger sizes take most of a minute each.
 const QUICK_LARGEST: usize = 4096;
 
-/// A study that was made.
+/// A completed study.
 struct Made {
     name: String,
     about: String,
@@ -30,7 +30,7 @@ pub fn all(arguments: &Arguments) -> Result<Found, LabError> {
         let found = one(name, &of(arguments, &label))?;
         let about = shown.get_help().map(ToString::to_string).unwrap_or_default();
         made.push(Made { name: label, about, found, took: begun.elapsed() });
-        // After each: the pages of those that were made have their index when the rest is interrupted.
+        // The index is written after each study, so that it exists if the rest is interrupted.
         write(&made, arguments)?;
         if let Some(Made { name, took, .. }) = made.last() {
             say(arguments, &format!("{name}: {:.0} s", took.as_secs_f64()));
@@ -41,12 +41,12 @@ pub fn all(arguments: &Arguments) -> Result<Found, LabError> {
     Ok(Found { text, numbers: Value::Object(numbers), missed, interrupted: false })
 }
 
-/// Those that are made: not the one that stands for all of them, and not that of a device, which takes its own time.
+/// Returns the studies of `all`: every study except `all` itself and `device`, which has its own time limit.
 fn alone() -> impl Iterator<Item = StudyName> {
     StudyName::value_variants().iter().copied().filter(|name| !matches!(name, StudyName::All | StudyName::Device))
 }
 
-/// The arguments of one of them.
+/// Returns the arguments of one study.
 fn of(arguments: &Arguments, name: &str) -> Arguments {
     let largest = if arguments.quick { arguments.largest.min(QUICK_LARGEST) } else { arguments.largest };
     Arguments { out: arguments.out.join(name), largest, ..arguments.clone() }
@@ -74,7 +74,7 @@ fn index(made: &[Made], arguments: &Arguments) -> String {
     out
 }
 
-/// How many of what is wanted of a study was found.
+/// Returns the number of targets of a study that were reached.
 fn wanted(found: &Found) -> String {
     let Some(targets) = found.numbers.get("targets").and_then(Value::as_array) else { return "see its page".into() };
     let count = |met: Value| targets.iter().filter(|target| target["met"] == met).count();

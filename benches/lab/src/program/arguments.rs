@@ -5,7 +5,7 @@ use log::LevelFilter;
 use relcp::figure::Format;
 use std::path::PathBuf;
 
-/// What is measured.
+/// The studies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum StudyName {
     /// What a step costs by the number of bodies, on the CPU and on a device
@@ -61,7 +61,7 @@ pub struct Arguments {
     /// Which study
     #[arg(value_enum)]
     pub name: StudyName,
-    /// For solvers: files of LCPs, folders of them, or runs with them (see solver.dump), in place of the built-in ones
+    /// For solvers: files of LCPs, folders of them, or runs with them (see solver.dump), instead of the built-in ones
     #[arg(value_name = "FILES", value_hint = ValueHint::AnyPath)]
     pub files: Vec<PathBuf>,
     /// For throughput: the largest number of bodies
@@ -70,56 +70,58 @@ pub struct Arguments {
     /// For throughput: the smallest number of bodies
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub smallest: usize,
-    /// For throughput: what is stepped, if not both
+    /// For throughput: the kind of scene [default: both]
     #[arg(long, value_enum, value_name = "WHAT")]
     pub of: Option<relcp_lab::throughput::Kind>,
-    /// For device: the numbers of bodies, by commas [default: 1024 to 1048576, each four times the one before]
+    /// For device: the numbers of bodies, separated by commas [default: 1024 to 1048576, each four times the one
+    /// before]
     #[arg(long, value_name = "N", value_delimiter = ',', value_parser = bodies)]
     pub sizes: Vec<usize>,
-    /// For device: minutes that this call may take; what does not fit is left to the next call
+    /// For device: time limit of this call in minutes; the next call measures the remaining items
     #[arg(long, value_name = "MINUTES", default_value_t = 9.0, value_parser = positive)]
     pub minutes: f64,
-    /// For throughput: steps timed of each size
+    /// For throughput: timed steps for each size
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..))]
     pub steps: u32,
-    /// For throughput: steps taken before those
+    /// For throughput: steps before the timed ones
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub warm_up: u32,
-    /// For work-precision: makes the reference solutions anew and writes them into this folder, in place of the study
+    /// For work-precision: compute the reference solutions again and write them into this folder, instead of the study
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub make_references: Option<PathBuf>,
-    /// For hard: so many scenes drawn from --seed, in place of the cases
+    /// For hard: run this number of scenes drawn from --seed, instead of the cases
     #[arg(long, value_name = "N")]
     pub random: Option<u64>,
-    /// For hard: so many confined colonies drawn from --seed, in place of the cases
+    /// For hard: run this number of confined colonies drawn from --seed, instead of the cases
     #[arg(long, value_name = "N")]
     pub confined: Option<u64>,
-    /// For hard: so many scenes of pressed bodies drawn from --seed, in place of the cases
+    /// For hard: run this number of scenes of pressed bodies drawn from --seed, instead of the cases
     #[arg(long, value_name = "N")]
     pub pressed: Option<u64>,
-    /// For hard: so many growth chambers drawn from --seed, each followed until it overflows, in place of the cases
+    /// For hard: run this number of growth chambers drawn from --seed, each until it overflows, instead of the cases
     #[arg(long, value_name = "N", conflicts_with_all = ["random", "confined", "pressed", "lines"])]
     pub chambers: Option<u64>,
     /// With --chambers: cells without room wait
     #[arg(long, requires = "chambers")]
     pub stall: bool,
-    /// For hard: bodies in line between closing walls, held against closed forms, in place of the cases
+    /// For hard: compare bodies in line between closing walls with closed forms, instead of the cases
     #[arg(long, conflicts_with_all = ["random", "confined", "pressed"])]
     pub lines: bool,
-    /// For hard: what scenes are drawn from
+    /// For hard: the seed of drawn scenes
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub seed: u64,
     /// Fewer iterations, or fewer and shorter runs: a minute or two at most; of throughput with all only
     #[arg(long)]
     pub quick: bool,
-    /// Where the tables go; with all, a folder for each study in it; with device and without --out, one by its name
+    /// The folder of the tables; with all, it gets a folder for each study; with device and without --out, a folder
+    /// named after the device
     #[arg(long, value_name = "DIR", default_value = "studies", value_hint = ValueHint::DirPath)]
     pub out: PathBuf,
-    /// Formats of the figures, by commas: svg, pdf, png
+    /// Formats of the figures, separated by commas: svg, pdf, png
     #[arg(long, value_enum, value_name = "FORMAT", value_delimiter = ',', default_value = "svg")]
     pub figures: Vec<Format>,
-    /// Backend: auto computes on the CPU, and measures a hardware GPU beside it where the study is of both. gpu also
-    /// accepts a software adapter
+    /// Backend: auto computes on the CPU, and also measures a hardware GPU if the study compares both. gpu also accepts
+    /// a software adapter
     #[arg(long, value_enum, default_value = "auto")]
     pub backend: Backend,
     /// The adapter, by a part of its name; `relcp devices` lists them
@@ -143,7 +145,7 @@ pub struct Arguments {
     pub log: Option<LevelFilter>,
 }
 
-/// What computes.
+/// The backend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Backend {
     Auto,
@@ -151,17 +153,17 @@ pub enum Backend {
     Gpu,
 }
 
-/// The numbers of a device.
+/// The precision of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Precision {
     F32,
     F64,
 }
 
-/// More threads than this are taken for a typing error.
+/// A larger number of threads is rejected as a typing error.
 const MOST_THREADS: i64 = 1024;
 
-/// A number above zero.
+/// Parses a number above zero.
 fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
@@ -169,7 +171,7 @@ fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A number of bodies.
+/// Parses a number of bodies.
 fn bodies(text: &str) -> Result<usize, String> {
     text.parse()
         .ok()
@@ -177,7 +179,7 @@ fn bodies(text: &str) -> Result<usize, String> {
         .ok_or_else(|| format!("it is not a whole number from 1 to {MOST_BODIES}"))
 }
 
-/// Bodies of a study of a device at most.
+/// The largest number of bodies in a study of a device.
 const MOST_BODIES: usize = 1 << 24;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! What computes a study: the CPU or a device, as the arguments say.
+//! The choice of the CPU or a device for a study, from the arguments.
 
 use super::arguments::{Arguments, Backend, Precision as Wanted};
 use super::fault::LabError;
@@ -7,7 +7,7 @@ use relcp::gpu::{AdapterReport, Choice, GpuError, Precision, adapters};
 use relcp::scene::Scene;
 use relcp::simulation::Compute;
 
-/// Settles how many threads there are; without a number, one a core.
+/// Sets the number of threads. The default is one per core.
 pub fn set_threads(arguments: &Arguments) -> Result<(), LabError> {
     if let Some(threads) = arguments.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
@@ -16,12 +16,12 @@ pub fn set_threads(arguments: &Arguments) -> Result<(), LabError> {
     Ok(())
 }
 
-/// The adapter that the arguments ask for.
+/// Returns the adapter choice of the arguments.
 pub fn choice(arguments: &Arguments) -> Choice {
     Choice { name: arguments.adapter.clone(), software: arguments.backend == Backend::Gpu, ..Choice::default() }
 }
 
-/// What computes many runs side by side: with `auto` the CPU, whose cores they share.
+/// Returns the backend for many concurrent runs: with `auto` the CPU, whose cores they share.
 pub fn settle_many(arguments: &Arguments, scene: &Scene) -> Result<Compute, LabError> {
     match arguments.backend {
         Backend::Auto | Backend::Cpu => cpu(arguments),
@@ -29,8 +29,8 @@ pub fn settle_many(arguments: &Arguments, scene: &Scene) -> Result<Compute, LabE
     }
 }
 
-/// What is measured beside the CPU: with `auto` a hardware device, if there is one that can do it. None for the CPU
-/// alone.
+/// Returns the backend that is measured in addition to the CPU: with `auto` a suitable hardware device, if there is
+/// one. Returns `None` if only the CPU is measured.
 pub fn beside_the_cpu(arguments: &Arguments, scene: &Scene) -> Result<Option<Compute>, LabError> {
     match arguments.backend {
         Backend::Cpu => cpu(arguments).map(|_| None),
@@ -45,7 +45,7 @@ pub fn beside_the_cpu(arguments: &Arguments, scene: &Scene) -> Result<Option<Com
     }
 }
 
-/// The CPU, if it supports all options.
+/// Returns the CPU, if it supports all options.
 pub fn cpu(arguments: &Arguments) -> Result<Compute, LabError> {
     if arguments.precision == Some(Wanted::F32) {
         return Err(LabError::Usage("the CPU computes in f64; omit --precision, or use --backend gpu".into()));
@@ -58,7 +58,7 @@ pub fn cpu(arguments: &Arguments) -> Result<Compute, LabError> {
     Ok(Compute::Cpu)
 }
 
-/// The first hardware adapter that fits.
+/// Returns the first suitable hardware adapter.
 fn hardware(arguments: &Arguments) -> Option<AdapterReport> {
     adapters(&choice(arguments)).into_iter().find(|adapter| adapter.taken && adapter.is_hardware())
 }

@@ -1,4 +1,4 @@
-//! `relcp-lab device`: one device, measured in one go.
+//! `relcp-lab device`: measurements of one device.
 
 use super::arguments::{Arguments, Backend, Precision as Wanted};
 use super::compute;
@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Where tables of studies go if nothing else is said: that of a device is in a folder of its own there.
+/// The default folder of studies. The study of a device has its own folder in it.
 const TABLES: &str = "studies";
 
-/// Cells of a colony in a quick study, and bodies where no sizes are named.
+/// Cells of a colony in a quick study, and its number of bodies if no sizes are given.
 const QUICK_CELLS: usize = 64;
 const QUICK_SIZES: [usize; 1] = [1024];
 
@@ -41,7 +41,7 @@ pub fn device(arguments: &Arguments) -> Result<Found, LabError> {
     Ok(Found { text, numbers: value(study.results())?, missed: study.missed(), interrupted: interrupt.asked() })
 }
 
-/// The named adapter, or the first, hardware before software.
+/// Opens the named adapter, or the first one, hardware before software.
 fn open(arguments: &Arguments) -> Result<Arc<Gpu>, LabError> {
     let choice = Choice { software: true, ..compute::choice(arguments) };
     let gpu = Gpu::open(&choice)?;
@@ -51,7 +51,7 @@ fn open(arguments: &Arguments) -> Result<Arc<Gpu>, LabError> {
     Ok(Arc::new(gpu))
 }
 
-/// The folder that is named; else one by the device's name.
+/// Returns the given folder, or a folder named after the device.
 fn folder(out: &Path, gpu: &Gpu) -> PathBuf {
     if out == Path::new(TABLES) { out.join(folder_name(gpu.name())) } else { out.to_owned() }
 }
@@ -83,7 +83,7 @@ fn options(arguments: &Arguments, gpu: &Gpu) -> Result<Options, LabError> {
     })
 }
 
-/// Writes the page with its plots; the study writes its numbers.
+/// Writes the page with its plots. The study itself writes its results.
 fn write(study: &Study, arguments: &Arguments, folder: &Path) -> Result<String, LabError> {
     let (text, plots) = (study.page(), study.plots()?);
     let page = with_plots(&text, arguments, &plots);

@@ -8,26 +8,26 @@ use relcp::step::Fault;
 use relcp_lab::StudyError;
 use std::io;
 
-/// How the program ends: the statuses of `relcp`.
+/// The exit statuses of the program, the same as those of `relcp`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
-    /// Done, and all held its tolerances.
+    /// Success: all results are within their tolerances.
     Done = 0,
     /// An internal fault.
     Internal = 1,
     /// Bad arguments.
     Usage = 2,
-    /// Something in the study missed what it should hold.
+    /// A result of the study is outside its tolerance.
     OutOfTolerance = 3,
     /// A file could not be read or written.
     File = 4,
-    /// No usable adapter, or a device that failed.
+    /// No usable adapter, or a device fault.
     Device = 5,
-    /// Interrupted; the same command goes on with the study.
+    /// Interrupted; the same command continues the study.
     Interrupted = 130,
 }
 
-/// Why the program ends early.
+/// The reason why the program ends early.
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub enum LabError {
     #[error("{0}")]

@@ -34,7 +34,7 @@ pub fn hard(arguments: &Arguments) -> Result<Found, LabError> {
         if let Some(row) = study.rows().last() {
             say(arguments, &format!("{}: {}", row.case, row.verdict.name().trim_matches('*')));
         }
-        // After each, so that what was run stays when the study is interrupted.
+        // Written after each case, so that an interruption keeps the results.
         found = written(&study, arguments)?;
     }
     let (text, numbers) = found;
@@ -54,10 +54,10 @@ fn written(study: &Study, arguments: &Arguments) -> Result<(String, Value), LabE
     Ok((text, numbers))
 }
 
-/// Steps of a drawn scene at most where a quick study is asked for.
+/// The largest number of steps of a drawn scene in quick mode.
 const QUICK_STEPS: u64 = 20;
 
-/// Scenes drawn from a seed, in place of the cases.
+/// Runs scenes drawn from a seed instead of the cases.
 fn drawn(arguments: &Arguments) -> Result<Found, LabError> {
     let compute = compute::settle_many(arguments, &Scene::built_in("colony")?)?;
     // A device computes one scene after another.
@@ -67,14 +67,14 @@ fn drawn(arguments: &Arguments) -> Result<Found, LabError> {
     };
     let most_steps = if arguments.quick { QUICK_STEPS } else { u64::MAX };
     let options = Options { seed: arguments.seed, threads, most_steps, compute };
-    // Before anything is run, so that a folder that cannot be written to costs nothing.
+    // Before the first run, so that an unwritable folder is reported at once.
     write_all(&arguments.out, [])?;
     let counts = [arguments.random, arguments.confined, arguments.pressed];
     let tickets = Ticket::of(counts.map(|count| count.unwrap_or(0)));
     let faults = Faults::default();
     let rows = random::run_all(&tickets, &options, &|row| {
         say_row(arguments, row);
-        // As it ends, so that it stays when the study is interrupted.
+        // Written when the scene ends, so that an interruption keeps it.
         if let Some(scene) = &row.scene {
             faults.keep(write_scene(arguments, scene));
         }
@@ -93,13 +93,13 @@ fn say_row(arguments: &Arguments, row: &Row) {
     say(arguments, &format!("{}: {}{why}", row.name, row.verdict.name().trim_matches('*')));
 }
 
-/// Writes a scene that something speaks against, as a file that `relcp run` takes.
+/// Writes a scene with findings as a file for `relcp run`.
 fn write_scene(arguments: &Arguments, scene: &Scene) -> Result<(), LabError> {
     let (name, text) = (format!("{}.json", scene.name), scene.to_json());
     write_all(&arguments.out.join("failures"), [(name.as_str(), text.as_bytes())])
 }
 
-/// What went wrong while rows were told of, on any thread.
+/// The first error while rows were reported, on any thread.
 #[derive(Default)]
 struct Faults(Mutex<Option<LabError>>);
 
@@ -115,7 +115,7 @@ impl Faults {
     }
 }
 
-/// Growth chambers, in place of the cases.
+/// Runs growth chambers instead of the cases.
 fn chambers(arguments: &Arguments, count: u64) -> Result<Found, LabError> {
     on_the_cpu(arguments)?;
     write_all(&arguments.out, [])?;
@@ -139,7 +139,7 @@ fn chambers(arguments: &Arguments, count: u64) -> Result<Found, LabError> {
     Ok(Found { text, numbers, missed: !rows.iter().all(chambers::Row::is_well), interrupted: false })
 }
 
-/// Bodies in line, in place of the cases.
+/// Runs bodies in line instead of the cases.
 fn lines(arguments: &Arguments) -> Result<Found, LabError> {
     on_the_cpu(arguments)?;
     write_all(&arguments.out, [])?;

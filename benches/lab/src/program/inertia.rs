@@ -1,4 +1,4 @@
-//! `relcp-lab inertia`: what inertial motion keeps.
+//! `relcp-lab inertia`: conservation in inertial motion.
 
 use super::arguments::Arguments;
 use super::fault::LabError;
@@ -9,10 +9,10 @@ use relcp::simulation::Compute;
 use relcp_lab::inertia::{Size, Study};
 
 pub fn inertia(arguments: &Arguments) -> Result<Found, LabError> {
-    // Before anything is measured, so that a folder that cannot be written to costs nothing.
+    // Before the first measurement, so that an unwritable folder is reported at once.
     write_all(&arguments.out, [])?;
     let mut all = computes(arguments)?;
-    // A device that was asked for, in the other precision too where it has both.
+    // A requested device is measured in both precisions, if it supports both.
     if let Some(Compute::Gpu { gpu, precision }) = all.last().cloned() {
         let other = if precision == Precision::F32 { Precision::F64 } else { Precision::F32 };
         all.extend(gpu.check(other).is_ok().then_some(Compute::Gpu { gpu, precision: other }));

@@ -1,4 +1,4 @@
-//! Ctrl-C and termination: the first asks to stop after what is being measured, the second quits.
+//! Ctrl-C and termination signals: the first requests a stop after the current measurement, the second quits.
 
 use super::fault::Exit;
 use super::output;
@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Listens from now on. Where the system has no signals to listen to, they end the program as ever.
+    /// Starts to listen. If the system has no such signals, they end the program as usual.
     pub fn listen() -> Self {
         let asked = Arc::new(AtomicBool::new(false));
         let heard = asked.clone();
