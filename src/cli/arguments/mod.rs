@@ -183,8 +183,7 @@ impl Arguments {
 
 /// The message for the former command `study`: the studies are a program of another crate, which is not installed with
 /// this one.
-const STUDIES: &str =
-    "the studies are a separate program; in the repository: cargo run --release -p relcp-lab -- NAME";
+const STUDIES: &str = "the studies are a separate program; in the repository: cargo run --release -p relcp-lab -- NAME";
 
 /// Suggests the nearest command for an unknown one, even if it is too short for clap.
 fn with_nearest_command(mut error: clap::Error) -> clap::Error {

@@ -42,7 +42,11 @@ impl Room<'_> {
         }
         let count = self.order.count();
         let why = if filled.is_finite() {
-            format!("they would fill {} of that part; random placement reaches at most {}", few(filled), few(self.most()))
+            format!(
+                "they would fill {} of that part; random placement reaches at most {}",
+                few(filled),
+                few(self.most())
+            )
         } else {
             "no body fits there".into()
         };

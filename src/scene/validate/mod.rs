@@ -115,10 +115,7 @@ impl Scene {
             positive(&key.field("tolerance"), tolerance)?;
             if tolerance > self.contact.overlap_tolerance {
                 let limit = self.contact.overlap_tolerance;
-                let message = format!(
-                    "must not exceed contact.overlap_tolerance, {limit}",
-                    limit = at_most(limit)
-                );
+                let message = format!("must not exceed contact.overlap_tolerance, {limit}", limit = at_most(limit));
                 return Err(SceneError::bad(key.field("tolerance"), message));
             }
         }
