@@ -36,14 +36,15 @@ pub(super) struct Circle {
 const SAMPLES: usize = 32;
 /// Distances this close, as a fraction of the sizes, are equal.
 const TIE: f64 = 1e-13;
-/// Ratio of the second derivatives at the ends of an interval under which the first is taken as monotone between.
+/// Ratio of the second derivatives at the ends of an interval below which the first derivative counts as monotone
+/// between them.
 const MONOTONE: f64 = 2.0;
-/// Minima at most that are told apart. Linked rings of a sheet that is drawn out have two.
+/// The largest number of distinct minima. Linked rings of a stretched sheet have two.
 pub(super) const MINIMA: usize = 4;
-/// Steps at most of the refinement; each at least halves the bracket.
+/// The largest number of steps of the refinement; each at least halves the bracket.
 const MAX_STEPS: usize = 60;
-/// Halvings at most of an interval: what hides in the last has a width of 1e-9, and is not nearer by more
-/// than its square.
+/// The largest number of halvings of an interval: a minimum hidden in the last has a width of 1e-9, and is nearer by at
+/// most its square.
 const MAX_HALVINGS: usize = 26;
 
 /// Sines and cosines of the samples' angles.
@@ -68,15 +69,15 @@ impl Circle {
         (self.first * cosine + self.second * sine, self.second * cosine - self.first * sine)
     }
 
-    /// The unit direction, in the plane, from the centre to the circle's point nearest to `p`; the first direction
-    /// where `p` is on the axis.
+    /// The unit direction, in the plane, from the centre to the circle's point nearest to `p`; the first direction if
+    /// `p` is on the axis.
     #[inline]
     pub fn toward(&self, p: DVec3) -> DVec3 {
         across(p, self.axis).and_then(DVec3::try_normalize).unwrap_or(self.first)
     }
 }
 
-/// The squared distance at an angle, its first and second derivative, and how much of the first may be rounding.
+/// The squared distance at an angle, its first and second derivative, and the rounding error of the first.
 #[derive(Clone, Copy)]
 struct Sample {
     angle: f64,
@@ -88,7 +89,7 @@ struct Sample {
     rho1: f64,
 }
 
-/// Circle b in the axes of circle a, whose normal is z: its centre, and two of its radii at right angles.
+/// Circle b in the axes of circle a, whose normal is z: its centre, and two perpendicular radii.
 struct Posed {
     centre: DVec3,
     first: DVec3,
@@ -116,7 +117,7 @@ impl Posed {
         self.sample_at(angle, angle.sin_cos())
     }
 
-    /// The same with the angle's sine and cosine.
+    /// The same for an angle with this sine and cosine.
     #[inline]
     fn sample_at(&self, angle: f64, (sine, cosine): (f64, f64)) -> Sample {
         let (out, p1) = (self.first * cosine + self.second * sine, self.second * cosine - self.first * sine);
@@ -150,11 +151,11 @@ trait Kept {
     fn found(&mut self, minimum: Sample);
 }
 
-/// The nearest minimum, the first of equal ones.
+/// The nearest minimum, the first among equals.
 struct Least {
     best: Option<Sample>,
     tie: f64,
-    /// The distance of the nearest sample: a bound before a minimum is found.
+    /// The distance of the nearest sample: a bound until a minimum is found.
     sampled: f64,
 }
 
@@ -177,7 +178,7 @@ impl Kept for Least {
     }
 }
 
-/// The first minima that are at most `most` apart.
+/// The first minima with a distance of at most `most`.
 struct Within {
     most: f64,
     angles: [f64; MINIMA],

@@ -181,8 +181,7 @@ pub fn separation(a: &Placed, b: &Placed, warm: Option<DVec3>) -> Option<Separat
     }
 }
 
-/// The function that computes separations: [`separation`], or [`planar_separation`] for bodies that cannot leave the
-/// plane.
+/// The function that computes separations: [`separation`], or the planar one for bodies that cannot leave the plane.
 pub(crate) fn separate_in(planar: bool) -> fn(&Placed, &Placed, Option<DVec3>) -> Option<Separation> {
     if planar { planar_separation } else { separation }
 }

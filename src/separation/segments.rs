@@ -1,9 +1,10 @@
 //! The nearest points of two segments; a point is a segment of zero length.
 //!
 //! The squared distance of `s u_a` and `Delta + t u_b` is a convex quadratic in (s, t). Its minimum over the strip `|s|
-//! <= half_a` has `s` at the foot of the common perpendicular, clamped to the segment; with `t` optimal for that `s` and clamped, and `s` optimal for that `t` and clamped, the result is the minimum over the box (D. Eberly, "Robust computation of
-//! distance between line segments"; C. Ericson, "Real-time collision detection", 5.1.9). The foot is computed from the
-//! cross product of the axes, not from `1 - cos^2`, so it keeps its digits for nearly parallel axes.
+//! <= half_a` has `s` at the foot of the common perpendicular, clamped to the segment; with `t` optimal for that `s`
+//! and clamped, and `s` optimal for that `t` and clamped, the result is the minimum over the box (D. Eberly, "Robust
+//! computation of distance between line segments"; C. Ericson, "Real-time collision detection", 5.1.9). The foot is
+//! computed from the cross product of the axes, not from `1 - cos^2`, so it keeps its digits for nearly parallel axes.
 //!
 //! Degenerate cases: a segment of zero length; parallel axes (`middle_of_shared`); crossing segments and points that
 //! coincide (`meeting`).
