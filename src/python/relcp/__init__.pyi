@@ -46,8 +46,8 @@ class SceneError(Error):
     """A scene was refused."""
 
     kind: str
-    """io, syntax, unknown_key, missing_key, duplicate_key, wrong_type, bad_value, too_large, bad_override, placement, interrupted or
-    unknown_scene."""
+    """io, syntax, unknown_key, missing_key, duplicate_key, wrong_type, bad_value, too_large, bad_override, placement,
+    interrupted or unknown_scene."""
     key: str
     """Dotted, as in overrides; empty for the scene as a whole."""
     message: str
