@@ -135,7 +135,7 @@ impl<const D: usize, P: Portion<D>> Cpu<D, P> {
     }
 
     /// The largest violation that the compliance allows at these multipliers, a length.
-    pub fn given_way(&self, x: &[f64]) -> f64 {
+    pub fn compliance_violation(&self, x: &[f64]) -> f64 {
         let moved = self.diagonal.iter().zip(x).map(|(s, x)| s * x);
         self.compliance * moved.fold(0.0, worse)
     }

@@ -97,7 +97,7 @@ impl<const D: usize, P: Portion<D>> Solver<D, P> {
         if status == Status::TooLarge {
             (status, iterations, residual) = drive.run(cpu, &mut PairBlockCg::new(), settings, 1);
         }
-        residual = residual.max(cpu.given_way(&drive.at.x));
+        residual = residual.max(cpu.compliance_violation(&drive.at.x));
         if residual <= allowed {
             status = Status::LeastOverlap;
         } else if matches!(status, Status::Solved) {

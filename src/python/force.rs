@@ -18,27 +18,27 @@ use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 thread_local! {
     /// The simulations whose forces are being evaluated on this thread.
-    static ASKED: RefCell<Vec<u64>> = const { RefCell::new(Vec::new()) };
+    static EVALUATING: RefCell<Vec<u64>> = const { RefCell::new(Vec::new()) };
 }
 
 static SIMULATIONS: AtomicU64 = AtomicU64::new(0);
 
 /// Shared by a simulation and its forces: its identity, and the exception of a function.
 #[derive(Clone)]
-pub(super) struct Asking {
+pub(super) struct ForceCalls {
     number: u64,
     raised: Arc<Mutex<Option<PyErr>>>,
 }
 
-impl Asking {
+impl ForceCalls {
     /// For a new simulation.
     pub fn new() -> Self {
-        Asking { number: SIMULATIONS.fetch_add(1, Ordering::Relaxed), raised: Arc::default() }
+        ForceCalls { number: SIMULATIONS.fetch_add(1, Ordering::Relaxed), raised: Arc::default() }
     }
 
     /// Whether this thread is evaluating a force of the simulation.
-    pub fn here(&self) -> bool {
-        ASKED.with_borrow(|asked| asked.contains(&self.number))
+    pub fn is_evaluating(&self) -> bool {
+        EVALUATING.with_borrow(|numbers| numbers.contains(&self.number))
     }
 
     /// The exception of a function since the last call.
@@ -50,18 +50,18 @@ impl Asking {
 /// A Python function as a force.
 pub(super) struct PyForce {
     function: Py<PyAny>,
-    asking: Asking,
+    force_calls: ForceCalls,
     /// The loads of its last evaluation.
     loads: RwLock<Vec<Load>>,
 }
 
 impl PyForce {
     /// The force of a function.
-    pub fn new(function: Bound<'_, PyAny>, asking: Asking) -> PyResult<Self> {
+    pub fn new(function: Bound<'_, PyAny>, force_calls: ForceCalls) -> PyResult<Self> {
         if !function.is_callable() {
             return Err(PyTypeError::new_err("force: expected a function of a relcp.Bodies"));
         }
-        Ok(PyForce { function: function.unbind(), asking, loads: RwLock::default() })
+        Ok(PyForce { function: function.unbind(), force_calls, loads: RwLock::default() })
     }
 
     fn ask(&self, py: Python<'_>, bodies: &Bodies, time: f64) -> PyResult<Vec<Load>> {
@@ -113,9 +113,9 @@ fn rows(given: &Bound<'_, PyAny>, what: &str, bodies: usize) -> PyResult<Vec<DVe
 
 impl ForceField for PyForce {
     fn prepare(&self, bodies: &Bodies, time: f64) -> Result<(), String> {
-        ASKED.with_borrow_mut(|asked| asked.push(self.asking.number));
+        EVALUATING.with_borrow_mut(|numbers| numbers.push(self.force_calls.number));
         let asked = Python::try_attach(|py| self.ask(py, bodies, time));
-        ASKED.with_borrow_mut(|asked| asked.pop());
+        EVALUATING.with_borrow_mut(|numbers| numbers.pop());
         match asked {
             Some(Ok(loads)) => {
                 *self.loads.write().unwrap_or_else(PoisonError::into_inner) = loads;
@@ -123,7 +123,7 @@ impl ForceField for PyForce {
             }
             Some(Err(raised)) => {
                 let said = raised.to_string();
-                *self.asking.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(raised);
+                *self.force_calls.raised.lock().unwrap_or_else(PoisonError::into_inner) = Some(raised);
                 Err(said)
             }
             None => Err("the interpreter is shutting down".into()),

@@ -5,7 +5,7 @@ use super::bodies::{self, Column, Table};
 use super::compute::Wanted;
 use super::contacts::{AtWalls, Contacts, Pairs, WallContacts};
 use super::error::{RecordError, SimulationError, fault, recorded, scene_fault};
-use super::force::{Asking, PyForce};
+use super::force::{ForceCalls, PyForce};
 use super::limit::{StepLimit, asks_to_stop};
 use super::report::StepReport;
 use super::scene::PyScene;
@@ -45,13 +45,13 @@ pub(super) struct PySimulation {
     /// Whether its state is on a device.
     on_device: bool,
     /// Shared with its forces.
-    asking: Asking,
+    force_calls: ForceCalls,
 }
 
 impl PySimulation {
     fn hold(session: Session, compute: &Compute) -> Self {
         let on_device = !matches!(compute, Compute::Cpu);
-        PySimulation { session: Mutex::new(session), on_device, asking: Asking::new() }
+        PySimulation { session: Mutex::new(session), on_device, force_calls: ForceCalls::new() }
     }
 
     /// Starts a scene from its own bodies.
@@ -96,7 +96,7 @@ impl PySimulation {
 
     /// Waits for the session, with the interpreter's lock released if another thread has it.
     fn session(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Session>> {
-        if self.asking.here() {
+        if self.force_calls.is_evaluating() {
             return Err(SimulationError::new_err(
                 "this simulation is evaluating a force during a step; use the force's argument instead",
             ));
@@ -133,7 +133,7 @@ impl PySimulation {
 
     /// The exception for a step's fault: that of a force if it raised one.
     pub(super) fn fault(&self, no: Fault) -> PyErr {
-        match (&no, self.asking.take()) {
+        match (&no, self.force_calls.take()) {
             (Fault::Force { .. }, Some(raised)) => raised,
             _ => fault(no),
         }
@@ -270,7 +270,7 @@ impl PySimulation {
     /// a GPU it is called on the host, with a state that is read back in each step. Its exception ends the step and is
     /// raised by `step` or `run`, with the state before that step. It cannot use this simulation.
     fn add_force(&self, py: Python<'_>, force: Bound<'_, PyAny>) -> PyResult<()> {
-        let force = PyForce::new(force, self.asking.clone())?;
+        let force = PyForce::new(force, self.force_calls.clone())?;
         self.session(py)?.add_force(Box::new(force));
         Ok(())
     }

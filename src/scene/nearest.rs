@@ -25,7 +25,7 @@ fn distance(a: &str, b: &str) -> usize {
 const LONGEST: usize = 64;
 
 /// The nearest of `known`, the first among equals; `None` if none is similar, `known` is empty or the name is longer
-/// than [`LONGEST`]. Names are similar if the edits are at most two fifths of the letters of the longer one.
+/// than 64 characters. Names are similar if the edits are at most two fifths of the letters of the longer one.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     if name.chars().count() > LONGEST {
         return None;
